@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// XXH3-64 with seed 0, the one checksum of the file and of its sources.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+namespace gsc {
+
+[[nodiscard]] uint64_t checksum64(std::span<const std::byte> bytes);
+
+// The same over pieces: equal to checksum64() of their concatenation.
+class Checksum64 {
+public:
+    Checksum64();
+    ~Checksum64();
+    Checksum64(Checksum64&&) noexcept;
+    Checksum64& operator=(Checksum64&&) noexcept;
+
+    void update(std::span<const std::byte> bytes);
+    [[nodiscard]] uint64_t digest() const; // of what was passed so far; more may follow
+
+private:
+    struct State;
+    std::unique_ptr<State> m_state;
+};
+
+} // namespace gsc

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "format/gsc_status.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cinttypes>
+#include <iterator>
+
+namespace gsc {
+
+namespace {
+
+constexpr IssueInfo kIssues[] = {
+#define GSC_ISSUE(id, severity, name, summary, detail) {id, Severity::severity, #name, summary, detail},
+#include "format/gsc_issues.def"
+#undef GSC_ISSUE
+};
+
+constexpr bool ascending()
+{
+    for (size_t i = 1; i < std::size(kIssues); ++i)
+        if (kIssues[i].id <= kIssues[i - 1].id)
+            return false;
+    return true;
+}
+static_assert(ascending(), "the issue table is not ascending by id");
+
+} // namespace
+
+std::span<const IssueInfo> allIssues()
+{
+    return kIssues;
+}
+
+const IssueInfo& issueInfo(uint16_t id)
+{
+    const auto* const found = std::lower_bound(std::begin(kIssues), std::end(kIssues), id,
+                                               [](const IssueInfo& info, uint16_t value) { return info.id < value; });
+    assert(found != std::end(kIssues) && found->id == id);
+    return *found;
+}
+
+} // namespace gsc

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// Numbered problems a .gsc file can have. The table is gsc_issues.def; ids are never reused or renumbered.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+
+namespace gsc {
+
+enum class Severity { Warning, Error, Fatal }; // Fatal = nothing after it can be checked
+
+struct IssueInfo {
+    uint16_t id;
+    Severity severity;
+    const char* name;    // stable identifier, such as "ChunkPayloadRange"
+    const char* summary; // one sentence
+    const char* detail;  // printf format of the values
+};
+
+struct Issue {
+    const IssueInfo* info;
+    uint64_t offset;     // in the file, where the problem lies
+    std::string pointer; // JSON-pointer-like place, such as "/chunks/17/payload_offset"
+    std::string detail;  // formatted values
+};
+
+using IssueSink = std::function<void(const Issue&)>;
+
+// The whole table, ascending by id.
+std::span<const IssueInfo> allIssues();
+
+// One line of it. Precondition: `id` is in the table (constants: gsc_issues.h).
+const IssueInfo& issueInfo(uint16_t id);
+
+} // namespace gsc

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+// Mapping, checksum, bounds-checked bytes, the arithmetic of the layout header.
+#include "tests/format/mutation.h"
+#include "tests/format/scratch_dir.h"
+
+#include "format/byte_view.h"
+#include "format/checksum.h"
+#include "format/error.h"
+#include "format/gsc_validate.h"
+#include "format/mapped_file.h"
+
+#include <doctest/doctest.h>
+
+#include <bit>
+#include <fstream>
+#include <random>
+
+#include <sys/stat.h>
+
+using namespace gsc;
+using namespace gsc::test;
+
+TEST_CASE("MappedFile maps what is there and refuses what is no file")
+{
+    const ScratchDir dir;
+    std::ofstream(dir / "empty");
+    CHECK(MappedFile(dir / "empty").bytes().empty());
+    std::ofstream(dir / "five") << "12345";
+    MappedFile five(dir / "five");
+    REQUIRE(five.bytes().size() == 5);
+    CHECK(five.bytes()[4] == std::byte('5'));
+    const MappedFile moved = std::move(five);
+    CHECK(moved.bytes().size() == 5);
+    CHECK(five.bytes().empty());
+    REQUIRE(::mkfifo((dir / "pipe").c_str(), 0600) == 0);
+    for (const std::string& path : {dir / "absent", dir.path().string(), dir / "pipe"}) {
+        CAPTURE(path);
+        try {
+            const MappedFile file(path);
+            FAIL("mapped");
+        } catch (const Error& e) {
+            CHECK(e.code() == ErrorCode::Io);
+            CHECK(std::string(e.what()).find(path) == 0);
+        }
+    }
+}
+
+TEST_CASE("checksum64 is XXH3-64, in one piece or many")
+{
+    // published test vectors of XXH3-64 with seed 0
+    CHECK(checksum64({}) == 0x2d06800538d394c2);
+    std::vector<std::byte> bytes(5000);
+    std::mt19937 random(3);
+    for (std::byte& b : bytes)
+        b = std::byte(random());
+    const uint64_t whole = checksum64(bytes);
+    for (const size_t step : {size_t(1), size_t(7), size_t(256), size_t(4999)}) {
+        Checksum64 sum;
+        for (size_t at = 0; at < bytes.size(); at += step)
+            sum.update(std::span(bytes).subspan(at, std::min(step, bytes.size() - at)));
+        CHECK(sum.digest() == whole);
+        CHECK(sum.digest() == whole);
+    }
+    bytes[2500] ^= std::byte{1};
+    CHECK(checksum64(bytes) != whole);
+}
+
+TEST_CASE("ByteView never lets an offset or a count wrap")
+{
+    alignas(8) const std::byte data[64] = {};
+    const ByteView view{std::span(data)};
+    CHECK(view.contains(64, 0));
+    CHECK(!view.contains(65, 0));
+    CHECK(!view.contains(~0ull, 1));
+    CHECK(!view.contains(1, ~0ull));
+    CHECK(view.load<uint64_t>(56).has_value());
+    CHECK(!view.load<uint64_t>(57).has_value());
+    CHECK(view.array<uint32_t>(60, 1).has_value());
+    CHECK(!view.array<uint32_t>(60, 2).has_value());
+    CHECK(!view.array<uint32_t>(62, 0).has_value()); // misaligned
+    CHECK(!view.array<uint64_t>(0, 1ull << 61).has_value());
+    CHECK(!view.array<uint64_t>(0, ~0ull).has_value());
+    CHECK(view.slice(10, 54)->size() == 54);
+    CHECK(!view.slice(10, 55).has_value());
+}
+
+TEST_CASE("chunkArrayLayout leaves every array aligned and none overlapping")
+{
+    for (const uint32_t anchors : {1u, 2u, 127u, 128u, 10'001u, 0xfffffffeu}) {
+        ModelParams params{};
+        params.feat_dim = kMaxFeatDim;
+        params.n_offsets = kMaxOffsets;
+        params.flags = kModelHasLevels | kModelHasRotation | kModelHasOpacity | kModelHasNormal;
+        const ChunkArrayLayout layout = chunkArrayLayout(params, anchors);
+        uint64_t end = 0;
+        for (uint32_t i = 0; i < uint32_t(ChunkArray::Count); ++i) {
+            CHECK(layout.offset[i] % kArrayAlign == 0);
+            CHECK(layout.offset[i] >= end);
+            CHECK(layout.offset[i] < end + kArrayAlign);
+            end = layout.offset[i] + layout.stride[i] * anchors;
+        }
+        CHECK(layout.bytes == end);
+    }
+}
+
+TEST_CASE("gridCoordinate rounds twice, as the trainer does")
+{
+    const float quantum = 0.01783736f, origin = -57.88737869262695f;
+    uint32_t differs = 0;
+    for (int32_t k = 295; k < 7742; ++k) {
+        const float product = float(k) * quantum;
+        volatile float rounded = product;
+        CHECK(gridCoordinate(k, quantum, origin, false) == rounded + origin);
+        differs += std::fma(float(k), quantum, origin) != rounded + origin;
+    }
+    CHECK(differs > 4000); // a fused multiply-add, which rounds once, would be noticed
+    CHECK(std::bit_cast<uint32_t>(gridCoordinate(0, 1.0f, 0.0f, true)) == 0x80000000u);
+    CHECK(std::bit_cast<uint32_t>(gridCoordinate(0, 1.0f, 0.0f, false)) == 0u);
+}
+
+TEST_CASE("mortonLess is the order of interleaved bits, x lowest")
+{
+    const auto key = [](const int32_t(&c)[3]) {
+        uint64_t out = 0;
+        for (int bit = 20; bit >= 0; --bit)
+            for (int axis = 2; axis >= 0; --axis)
+                out = out << 1 | (uint32_t(c[axis] + (1 << 20)) >> bit & 1u);
+        return out;
+    };
+    std::mt19937 random(5);
+    for (int i = 0; i < 20'000; ++i) {
+        int32_t a[3], b[3];
+        for (int axis = 0; axis < 3; ++axis) {
+            const uint32_t span = 1u << random() % 20;
+            a[axis] = int32_t(random() % span) - int32_t(span / 2);
+            b[axis] = random() % 3 == 0 ? a[axis] : int32_t(random() % span) - int32_t(span / 2);
+        }
+        CHECK(validate::mortonLess(a, b) == (key(a) < key(b)));
+        CHECK(!validate::mortonLess(a, a));
+    }
+}
+
+TEST_CASE("utf8Prefix stops at the first byte that is not UTF-8")
+{
+    using namespace std::string_view_literals;
+    for (const std::string_view good : {""sv, "ascii\n"sv, "\xc3\xa9"sv, "\xe2\x82\xac"sv, "\xf0\x9f\x98\x80"sv,
+                                        "\xed\x9f\xbf"sv, "\xf4\x8f\xbf\xbf"sv})
+        CHECK(validate::utf8Prefix(good) == good.size());
+    for (const std::string_view bad :
+         {"\x80"sv, "\xc0\x80"sv, "\xc1\xbf"sv, "\xe0\x9f\xbf"sv, "\xed\xa0\x80"sv, "\xf0\x8f\xbf\xbf"sv,
+          "\xf4\x90\x80\x80"sv, "\xf5\x80\x80\x80"sv, "\xe2\x82"sv, "\xe2\x28\xa1"sv, "\xff"sv}) {
+        CHECK(validate::utf8Prefix(bad) == 0);
+        CHECK(validate::utf8Prefix("ok" + std::string(bad)) == 2);
+    }
+}

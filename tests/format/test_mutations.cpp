@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every issue in the table has a file that raises it, and that file raises nothing unexpected.
+#include "tests/format/mutation.h"
+
+#include <doctest/doctest.h>
+
+#include <cctype>
+#include <fstream>
+#include <sstream>
+
+using namespace gsc;
+using namespace gsc::test;
+
+namespace {
+
+// Found by `gsc validate`, which has a JSON parser and NanoVDB; their cases lie in tests/cli and tests/bake.
+const std::set<uint16_t> kReportedElsewhere = {issue::ManifestJson, issue::GridType, issue::GridTree,
+                                               issue::GridChecksum, issue::GridLeaf, issue::GridCells};
+
+std::vector<Mutation> allMutations()
+{
+    std::vector<Mutation> all;
+    for (auto* part :
+         {tableMutations, modelMutations, chunkMutations, weightMutations, cameraMutations, payloadMutations})
+        for (Mutation& m : part())
+            all.push_back(std::move(m));
+    return all;
+}
+
+std::string text(const std::set<uint16_t>& ids)
+{
+    std::ostringstream out;
+    for (const uint16_t id : ids)
+        out << issueInfo(id).name << ' ';
+    return out.str();
+}
+
+} // namespace
+
+TEST_CASE("every mutation raises its issue and no other")
+{
+    size_t number = 0;
+    for (const Mutation& mutation : allMutations()) {
+        ++number;
+        const std::string name = issueInfo(mutation.id).name;
+        CAPTURE(number);
+        CAPTURE(name);
+        const Verdict verdict = check(mutate(mutation));
+        CHECK(text(verdict.ids) == text(mutation.also + mutation.id));
+        bool expected_good = true;
+        for (const uint16_t id : verdict.ids)
+            expected_good &= issueInfo(id).severity == Severity::Warning;
+        CHECK(verdict.good == expected_good);
+        for (const Issue& found : verdict.issues) {
+            CHECK(!found.detail.empty());
+            CHECK(found.detail.size() < 400);
+            if (verdict.ids != mutation.also + mutation.id)
+                MESSAGE(found.info->name << " " << found.pointer << " " << found.detail);
+        }
+    }
+}
+
+TEST_CASE("every issue of the table has a mutation")
+{
+    std::set<uint16_t> covered = kReportedElsewhere;
+    for (const Mutation& mutation : allMutations())
+        covered.insert(mutation.id);
+    for (const IssueInfo& info : allIssues()) {
+        const std::string name = info.name;
+        CAPTURE(name);
+        CHECK(covered.count(info.id) == 1);
+    }
+    CHECK(covered.size() == allIssues().size());
+}
+
+TEST_CASE("the index check finds all but what only the payloads show")
+{
+    for (const Mutation& mutation : allMutations()) {
+        const std::string name = issueInfo(mutation.id).name;
+        CAPTURE(name);
+        const bool in_payload = mutation.id / 1000 == 8 || mutation.id == issue::PackedContent;
+        const Verdict verdict = check(mutate(mutation), GscCheck::Index);
+        CHECK(verdict.ids.count(mutation.id) == (in_payload ? 0 : 1));
+    }
+}
+
+TEST_CASE("a damaged array does not flood the sink")
+{
+    Bytes file = tinyGsc();
+    for (uint32_t i = 0; i < 300; ++i)
+        records<uint32_t>(file, kSectionIndex)[i] = 1000;
+    reseal(file);
+    const Verdict verdict = check(file);
+    CHECK(!verdict.good);
+    size_t count = 0;
+    for (const Issue& found : verdict.issues)
+        count += found.info->id == issue::IndexRange;
+    CHECK(count == 16);
+}
+
+TEST_CASE("the issue table is complete in itself")
+{
+    std::set<std::string> names;
+    for (const IssueInfo& info : allIssues()) {
+        CAPTURE(info.id);
+        CHECK(info.id >= 1001);
+        CHECK(info.id <= 9999);
+        CHECK(names.insert(info.name).second);
+        CHECK(std::string(info.summary).size() > 10);
+        CHECK(std::string(info.detail).size() > 1);
+        CHECK(&issueInfo(info.id) == &info);
+    }
+}
+
+TEST_CASE("schemas/gsc.md lists every issue and no other")
+{
+    std::ifstream page(std::string(GSC_SOURCE_DIR) + "/schemas/gsc.md");
+    REQUIRE(page);
+    std::string expected, found;
+    for (const IssueInfo& info : allIssues()) {
+        constexpr const char* kNames[] = {"Warning", "Error", "Fatal"};
+        expected += "| " + std::to_string(info.id) + " | " + kNames[int(info.severity)] + " | " + info.name + " | " +
+                    info.summary + " |\n";
+    }
+    const auto isIssue = [](const std::string& line) {
+        return line.size() > 9 && line.rfind("| ", 0) == 0 && line.find(" | ") == 6 &&
+               line.find_first_not_of("0123456789", 2) == 6 && std::isupper(static_cast<unsigned char>(line[9]));
+    };
+    for (std::string line; std::getline(page, line);)
+        if (isIssue(line))
+            found += line + "\n";
+    CHECK(found == expected);
+}

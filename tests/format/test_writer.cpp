@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: Apache-2.0
+// The writer: the bytes it promises, and nothing left behind when it cannot keep the promise.
+#include "tests/format/mutation.h"
+#include "tests/format/scratch_dir.h"
+
+#include "format/error.h"
+#include "format/gsc_writer.h"
+#include "format/interrupt.h"
+#include "format/mapped_file.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <csignal>
+#include <fstream>
+#include <optional>
+#include <thread>
+
+#include <sched.h>
+#include <sys/mount.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+using namespace gsc;
+using namespace gsc::test;
+
+namespace {
+
+// Writes the sections of `file` with the writer under test, payloads in any order.
+void rewrite(Bytes& file, GscWriter& writer)
+{
+    const std::vector<TinySection> sections = takeApart(file);
+    const std::vector<std::byte>& payloads = sections.front().content;
+    writer.reserveAnchors(payloads.size());
+    const ChunkRecord* const chunks = records<ChunkRecord>(file, kSectionChunks);
+    for (size_t i = section(file, kSectionChunks).size() / sizeof(ChunkRecord); i-- > 0;)
+        writer.writeAnchors(chunks[i].payload_offset,
+                            std::span(payloads).subspan(chunks[i].payload_offset, chunks[i].payload_bytes));
+    for (size_t i = 1; i < sections.size(); ++i)
+        writer.addSection(sections[i].entry.type, sections[i].content, sections[i].entry.count);
+    const uint64_t size = writer.finish(header(file), sections.front().entry.checksum);
+    CHECK(size == file.size());
+}
+
+std::optional<ErrorCode> codeOf(const std::function<void()>& action, std::string* message = nullptr)
+{
+    try {
+        action();
+        return std::nullopt;
+    } catch (const Error& e) {
+        if (message)
+            *message = e.what();
+        return e.code();
+    }
+}
+
+// Runs `action` in a child; its exit status, or -1 if it died of a signal.
+int inChild(const std::function<int()>& action)
+{
+    const pid_t child = ::fork();
+    REQUIRE(child >= 0);
+    if (child == 0) {
+        int status = 99;
+        try {
+            status = action();
+        } catch (...) {
+        }
+        ::_exit(status);
+    }
+    int status = 0;
+    REQUIRE(::waitpid(child, &status, 0) == child);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+// A disk of 256 KiB that only this process sees. False where that needs rights we have not.
+bool mountSmallDisk(const std::filesystem::path& where)
+{
+    const uid_t uid = ::geteuid();
+    const gid_t gid = ::getegid();
+    if (::unshare(uid == 0 ? CLONE_NEWNS : CLONE_NEWNS | CLONE_NEWUSER) != 0)
+        return false;
+    if (uid != 0) { // files need an owner and a group that the new namespace knows
+        std::ofstream("/proc/self/uid_map") << uid << ' ' << uid << " 1";
+        std::ofstream("/proc/self/setgroups") << "deny";
+        std::ofstream("/proc/self/gid_map") << gid << ' ' << gid << " 1";
+    }
+    return ::mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
+           ::mount("none", where.c_str(), "tmpfs", 0, "size=256k") == 0;
+}
+
+} // namespace
+
+TEST_CASE("writer and in-memory builder agree to the byte")
+{
+    const ScratchDir dir;
+    TinyGscOptions options;
+    options.levels = 2;
+    options.appearance_dim = 4;
+    options.appearance_rows = 3;
+    Bytes file = tinyGsc(options);
+    {
+        GscWriter writer(dir / "a.gsc", false);
+        rewrite(file, writer);
+    }
+    const MappedFile written(dir / "a.gsc");
+    CHECK(std::equal(written.bytes().begin(), written.bytes().end(), file.begin(), file.end()));
+    CHECK(check(written.bytes()).issues.empty());
+    CHECK(dir.names() == std::vector<std::string>{"a.gsc"});
+}
+
+TEST_CASE("an existing file is refused before any work, and replaced only on demand")
+{
+    const ScratchDir dir;
+    std::ofstream(dir / "a.gsc") << "precious";
+    std::string message;
+    CHECK(codeOf([&] { GscWriter(dir / "a.gsc", false); }, &message) == ErrorCode::Io);
+    CHECK(message.find("a.gsc: already exists") != std::string::npos);
+    CHECK(dir.names().size() == 1);
+    {
+        GscWriter abandoned(dir / "a.gsc", true);
+        abandoned.reserveAnchors(1000);
+        CHECK(dir.names().size() == 2);
+    }
+    CHECK(dir.names().size() == 1);
+    CHECK(std::filesystem::file_size(dir / "a.gsc") == 8);
+    Bytes file = tinyGsc();
+    GscWriter writer(dir / "a.gsc", true);
+    rewrite(file, writer);
+    CHECK(std::filesystem::file_size(dir / "a.gsc") == file.size());
+}
+
+TEST_CASE("a file that appears while writing is not replaced")
+{
+    const ScratchDir dir;
+    Bytes file = tinyGsc();
+    GscWriter writer(dir / "a.gsc", false);
+    std::ofstream(dir / "a.gsc") << "precious";
+    CHECK(codeOf([&] { rewrite(file, writer); }) == ErrorCode::Io);
+    CHECK(std::filesystem::file_size(dir / "a.gsc") == 8);
+}
+
+TEST_CASE("targets that cannot be files are refused")
+{
+    const ScratchDir dir;
+    CHECK(codeOf([&] { GscWriter(dir.path().string(), true); }) == ErrorCode::Io);
+    CHECK(codeOf([&] { GscWriter(dir / "absent/a.gsc", false); }) == ErrorCode::Io);
+    CHECK(codeOf([&] { GscWriter("/dev/null", true); }) == ErrorCode::Io);
+    CHECK(dir.names().empty());
+}
+
+TEST_CASE("an exception leaves nothing behind")
+{
+    const ScratchDir dir;
+    Bytes file = tinyGsc();
+    CHECK_THROWS([&] {
+        GscWriter writer(dir / "a.gsc", false);
+        writer.reserveAnchors(4096);
+        throw std::runtime_error("somewhere in the converter");
+    }());
+    CHECK(dir.names().empty());
+}
+
+TEST_CASE("a leftover temporary of the same name is neither used nor removed")
+{
+    const ScratchDir dir;
+    const std::string leftover = dir / ("a.gsc." + std::to_string(::getpid()) + ".0.tmp");
+    std::ofstream(leftover) << "of another run";
+    Bytes file = tinyGsc();
+    {
+        GscWriter writer(dir / "a.gsc", false);
+        rewrite(file, writer);
+    }
+    CHECK(std::filesystem::file_size(leftover) == 14);
+    CHECK(dir.names().size() == 2);
+}
+
+TEST_CASE("ANCH reads back what was written and zeros elsewhere, from many threads")
+{
+    const ScratchDir dir;
+    GscWriter writer(dir / "a.gsc", false);
+    constexpr uint64_t kBlock = 10'000, kBlocks = 64;
+    writer.reserveAnchors(kBlock * kBlocks);
+    std::vector<std::thread> threads;
+    for (uint64_t t = 0; t < 4; ++t)
+        threads.emplace_back([&, t] {
+            for (uint64_t b = t; b < kBlocks; b += 4)
+                if (b % 3 != 0)
+                    writer.writeAnchors(b * kBlock, std::vector<std::byte>(kBlock, std::byte(b)));
+        });
+    for (std::thread& thread : threads)
+        thread.join();
+    std::vector<std::byte> back(kBlock * kBlocks);
+    writer.readAnchors(0, back);
+    uint64_t wrong = 0;
+    for (uint64_t i = 0; i < back.size(); ++i)
+        wrong += back[i] != (i / kBlock % 3 != 0 ? std::byte(i / kBlock) : std::byte{0});
+    CHECK(wrong == 0);
+    CHECK(codeOf([&] { writer.writeAnchors(kBlock * kBlocks, std::vector<std::byte>(1)); }) == ErrorCode::Internal);
+    CHECK(codeOf([&] { writer.writeAnchors(~0ull, std::vector<std::byte>(2)); }) == ErrorCode::Internal);
+    CHECK(codeOf([&] { writer.readAnchors(kBlock * kBlocks - 1, std::span(back).first(2)); }) == ErrorCode::Internal);
+}
+
+TEST_CASE("a write that the system cuts short is an Io error and leaves nothing")
+{
+    const ScratchDir dir;
+    const auto limited = [&](const std::function<void(GscWriter&)>& work) {
+        return inChild([&] {
+            ::signal(SIGXFSZ, SIG_IGN);
+            const rlimit limit{100'000, 100'000};
+            if (::setrlimit(RLIMIT_FSIZE, &limit) != 0)
+                return 98;
+            return int(codeOf([&] {
+                           GscWriter writer(dir / "a.gsc", false);
+                           work(writer);
+                       }).value_or(ErrorCode::Ok));
+        });
+    };
+    CHECK(limited([](GscWriter& w) { w.reserveAnchors(1'000'000); }) == int(ErrorCode::Io));
+    CHECK(dir.names().empty());
+    CHECK(limited([](GscWriter& w) {
+              w.reserveAnchors(1000);
+              w.addSection(kSectionIndex, std::vector<std::byte>(1'000'000), 250'000);
+          }) == int(ErrorCode::Io));
+    CHECK(dir.names().empty());
+}
+
+TEST_CASE("a full disk is an Io error and leaves nothing")
+{
+    const ScratchDir dir;
+    const auto onSmallDisk = [&](const std::function<void(GscWriter&)>& work) {
+        return inChild([&] {
+            if (!mountSmallDisk(dir.path()))
+                return 97;
+            std::string message;
+            const auto code = codeOf(
+                [&] {
+                    GscWriter writer(dir / "a.gsc", false);
+                    work(writer);
+                },
+                &message);
+            if (!dir.names().empty())
+                return 96;
+            return message.find("free some space") != std::string::npos ? int(code.value_or(ErrorCode::Ok)) : 95;
+        });
+    };
+    const int reserving = onSmallDisk([](GscWriter& w) { w.reserveAnchors(1'000'000); });
+    if (reserving == 97) {
+        MESSAGE("skipped: no right to mount a small disk here");
+        return;
+    }
+    CHECK(reserving == int(ErrorCode::Io));
+    CHECK(onSmallDisk([](GscWriter& w) {
+              w.reserveAnchors(1000);
+              w.addSection(kSectionIndex, std::vector<std::byte>(1'000'000), 250'000);
+          }) == int(ErrorCode::Io));
+}
+
+TEST_CASE("sections in the wrong order are a bug of the caller")
+{
+    const ScratchDir dir;
+    GscWriter writer(dir / "a.gsc", false);
+    writer.addSection(kSectionMeta, {}, 0);
+    CHECK(codeOf([&] { writer.reserveAnchors(0); }) == ErrorCode::Internal);
+    for (uint32_t i = 1; i < kMaxSections; ++i)
+        writer.addSection(i, {}, 0);
+    CHECK(codeOf([&] { writer.addSection(kSectionIndex, {}, 0); }) == ErrorCode::Internal);
+}
+
+TEST_CASE("the first interrupt is a request, the second kills")
+{
+    CHECK(inChild([] {
+              installInterruptHandler();
+              if (interrupted())
+                  return 1;
+              throwIfInterrupted();
+              ::raise(SIGTERM);
+              if (!interrupted())
+                  return 2;
+              return codeOf([] { throwIfInterrupted(); }) == ErrorCode::Interrupted ? 0 : 3;
+          }) == 0);
+    CHECK(inChild([] {
+              installInterruptHandler();
+              ::raise(SIGTERM);
+              ::raise(SIGINT);
+              return 0;
+          }) == -1);
+}

@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: Apache-2.0
+# Small valid files in memory; other areas' tests link it too.
+add_library(gsc_test_tiny STATIC format/tiny_gsc.cpp format/tiny_mlps.cpp format/tiny_seal.cpp)
+target_link_libraries(gsc_test_tiny PUBLIC gsc_format PRIVATE gsc_build_flags)
+
+gsc_add_test(test_format_open SOURCES format/test_open.cpp format/mutation.cpp LIBS gsc_test_tiny)
+gsc_add_test(
+  test_format_mutations
+  SOURCES
+  format/test_mutations.cpp
+  format/mutation.cpp
+  format/mutations_chunks.cpp
+  format/mutations_model.cpp
+  format/mutations_payload.cpp
+  format/mutations_table.cpp
+  format/mutations_weights.cpp
+  LIBS
+  gsc_test_tiny)
+gsc_add_test(test_format_writer SOURCES format/test_writer.cpp format/mutation.cpp LIBS gsc_test_tiny Threads::Threads)
+gsc_add_test(test_format_basics SOURCES format/test_basics.cpp LIBS gsc_test_tiny)

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// Camera files of all three kinds: whatever the bytes are, either finite cameras come out or Error(InvalidFile).
+#include "format/error.h"
+#include "player/camera_file.h"
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string_view>
+
+namespace {
+
+void requireFinite(const gsc::Camera& camera)
+{
+    double sum = camera.fov_x + camera.fov_y + camera.focal_x + camera.focal_y;
+    for (const double value : camera.rotation)
+        sum += value;
+    for (const double value : camera.translation)
+        sum += value;
+    if (!std::isfinite(sum))
+        std::abort();
+}
+
+} // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size)
+{
+    const std::string_view text(reinterpret_cast<const char*>(data), size);
+    try {
+        for (gsc::Camera& camera : gsc::parseCameraFile(text, "fuzz.json")) {
+            requireFinite(camera);
+            gsc::finishCamera(camera, 64, 48, camera.fov_x > 0 || camera.focal_x > 0 ? 0 : 1);
+            const gsc::EyeParams eye = gsc::eyeParams(camera);
+            if (!(eye.tan_fov_x > 0) || !(eye.tan_fov_y > 0) || eye.width == 0 || eye.height == 0)
+                std::abort();
+        }
+    } catch (const gsc::Error& e) {
+        if (e.code() != gsc::ErrorCode::InvalidFile)
+            std::abort();
+    }
+    try {
+        (void)gsc::parseUpstreamCameras(text, "fuzz.json");
+    } catch (const gsc::Error& e) {
+        if (e.code() != gsc::ErrorCode::InvalidFile)
+            std::abort();
+    }
+    return 0;
+}
