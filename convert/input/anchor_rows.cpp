@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+// From rows of a PLY to the arrays of an AnchorBatch.
+#include "convert/input/ply_reader.h"
+
+#include "format/error.h"
+
+#include <charconv>
+#include <cstring>
+
+namespace gsc {
+
+namespace {
+
+// logit(0.1), what the trainers store in every anchor; the models without the column never had another value.
+constexpr float kDefaultOpacity = -2.1972246f;
+
+[[noreturn]] void throwMissing(const std::string& name, const std::string& text)
+{
+    throw Error(ErrorCode::InvalidFile, name + ": " + text +
+                                            ", expected the columns of a Scaffold-GS or Octree-GS anchor; pass the "
+                                            "point_cloud.ply that the trainer wrote");
+}
+
+uint32_t floatColumn(const PlyHeader& header, const std::string& column, const std::string& name)
+{
+    const PlyColumn* found = header.find(column);
+    if (!found)
+        throwMissing(name, "column '" + column + "' is missing");
+    if (!found->is_float)
+        throwMissing(name, "column '" + column + "' is not float32");
+    return found->offset;
+}
+
+// Columns <prefix><n> by their number, whatever their order in the file.
+std::vector<uint32_t> numberedColumns(const PlyHeader& header, const std::string& prefix, const std::string& name)
+{
+    size_t count = 0;
+    for (const PlyColumn& column : header.columns)
+        if (column.name.starts_with(prefix)) {
+            const char* end = column.name.data() + column.name.size();
+            uint32_t number = 0;
+            const auto parsed = std::from_chars(column.name.data() + prefix.size(), end, number);
+            if (parsed.ec != std::errc() || parsed.ptr != end)
+                throwMissing(name, "column '" + column.name + "' has no number");
+            ++count;
+        }
+    std::vector<uint32_t> offsets;
+    offsets.reserve(count);
+    for (size_t i = 0; i < count; ++i)
+        offsets.push_back(floatColumn(header, prefix + std::to_string(i), name));
+    return offsets;
+}
+
+std::vector<uint32_t> optionalColumns(const PlyHeader& header, std::initializer_list<const char*> columns,
+                                      const std::string& name)
+{
+    std::vector<uint32_t> offsets;
+    if (header.find(*columns.begin()))
+        for (const char* column : columns)
+            offsets.push_back(floatColumn(header, column, name));
+    return offsets;
+}
+
+float load(const std::byte* row, uint32_t offset)
+{
+    float value;
+    std::memcpy(&value, row + offset, sizeof(value)); // rows have no alignment
+    return value;
+}
+
+// True if the columns lie side by side, as they do in every file the trainers write.
+bool contiguous(const std::vector<uint32_t>& offsets)
+{
+    for (size_t i = 1; i < offsets.size(); ++i)
+        if (offsets[i] != offsets[0] + i * sizeof(float))
+            return false;
+    return true;
+}
+
+struct Rows {
+    const std::byte* first;
+    uint32_t bytes;
+    size_t count;
+};
+
+void copyColumns(const Rows& rows, const std::vector<uint32_t>& offsets, float* out)
+{
+    const size_t width = offsets.size();
+    if (width == 0)
+        return;
+    const std::byte* row = rows.first;
+    if (contiguous(offsets)) {
+        for (size_t i = 0; i < rows.count; ++i, row += rows.bytes, out += width)
+            std::memcpy(out, row + offsets[0], width * sizeof(float));
+        return;
+    }
+    for (size_t i = 0; i < rows.count; ++i, row += rows.bytes, out += width)
+        for (size_t c = 0; c < width; ++c)
+            out[c] = load(row, offsets[c]);
+}
+
+// Trap 6: the file is axis-major (axis * K + k), everything after it k-major (3 k + axis).
+void copyOffsets(const Rows& rows, const std::vector<uint32_t>& offsets, float* out)
+{
+    const size_t k_count = offsets.size() / 3;
+    std::vector<uint32_t> k_major(offsets.size());
+    for (size_t k = 0; k < k_count; ++k)
+        for (size_t axis = 0; axis < 3; ++axis)
+            k_major[3 * k + axis] = offsets[axis * k_count + k];
+    const std::byte* row = rows.first;
+    if (contiguous(offsets)) {
+        for (size_t i = 0; i < rows.count; ++i, row += rows.bytes, out += 3 * k_count) {
+            const std::byte* x = row + offsets[0];
+            const std::byte* y = x + k_count * sizeof(float);
+            const std::byte* z = y + k_count * sizeof(float);
+            for (size_t k = 0; k < k_count; ++k) {
+                out[3 * k] = load(x, uint32_t(k * sizeof(float)));
+                out[3 * k + 1] = load(y, uint32_t(k * sizeof(float)));
+                out[3 * k + 2] = load(z, uint32_t(k * sizeof(float)));
+            }
+        }
+        return;
+    }
+    for (size_t i = 0; i < rows.count; ++i, row += rows.bytes, out += k_major.size())
+        for (size_t c = 0; c < k_major.size(); ++c)
+            out[c] = load(row, k_major[c]);
+}
+
+void copyLevels(const Rows& rows, const AnchorColumns& columns, uint64_t first_row, int32_t* level, float* extra_level,
+                const std::string& name)
+{
+    const std::byte* row = rows.first;
+    for (size_t i = 0; i < rows.count; ++i, row += rows.bytes) {
+        const float value = load(row, columns.level[0]);
+        // written so that NaN is refused; the conversion truncates as upstream's loader does
+        if (!(value > -1.0f && value < float(kMaxAnchorLevel + 1)))
+            throw Error(ErrorCode::InvalidFile,
+                        formatString("%s: level of vertex %llu is %g, expected 0 to %d; the file is damaged, copy it "
+                                     "again",
+                                     name.c_str(), static_cast<unsigned long long>(first_row + i), double(value),
+                                     kMaxAnchorLevel));
+        level[i] = int32_t(value);
+        extra_level[i] = load(row, columns.level[1]);
+    }
+}
+
+} // namespace
+
+AnchorColumns findAnchorColumns(const PlyHeader& header, const std::string& name)
+{
+    AnchorColumns columns;
+    columns.position = {floatColumn(header, "x", name), floatColumn(header, "y", name), floatColumn(header, "z", name)};
+    columns.offset = numberedColumns(header, "f_offset_", name);
+    columns.feature = numberedColumns(header, "f_anchor_feat_", name);
+    columns.scale = numberedColumns(header, "scale_", name);
+    columns.rotation = numberedColumns(header, "rot_", name);
+    columns.normal = optionalColumns(header, {"nx", "ny", "nz"}, name);
+    columns.level = optionalColumns(header, {"level", "extra_level"}, name);
+    columns.opacity = optionalColumns(header, {"opacity"}, name);
+    columns.info = optionalColumns(header, {"info"}, name);
+    if (columns.offset.empty() || columns.offset.size() % 3 != 0)
+        throwMissing(name, formatString("%zu columns f_offset_<n>, a multiple of 3 is needed", columns.offset.size()));
+    if (columns.feature.empty())
+        throwMissing(name, "no columns f_anchor_feat_<n>");
+    if (columns.scale.size() != 6)
+        throwMissing(name, formatString("%zu columns scale_<n>, 6 are needed", columns.scale.size()));
+    if (columns.rotation.size() != 4)
+        throwMissing(name, formatString("%zu columns rot_<n>, 4 are needed (the SIBR viewer's crop tool loses them)",
+                                        columns.rotation.size()));
+    return columns;
+}
+
+void sizeBatch(AnchorBatch& batch, const AnchorColumns& columns, uint32_t fields, size_t count)
+{
+    const auto size = [&](uint32_t field, size_t width) { return (fields & field) ? count * width : 0; };
+    batch.count = count;
+    batch.position.resize(size(kAnchorPlacement, 3));
+    batch.level.resize(size(kAnchorPlacement, 1));
+    batch.extra_level.resize(size(kAnchorPlacement, 1));
+    batch.offset.resize(size(kAnchorOffset, columns.offset.size()));
+    batch.feature.resize(size(kAnchorFeature, columns.feature.size()));
+    batch.scale.resize(size(kAnchorScale, 6));
+    batch.rotation.resize(size(kAnchorRotation, 4));
+    batch.opacity.resize(size(kAnchorOpacity, 1));
+    batch.normal.resize(size(kAnchorNormal, 3));
+}
+
+void decodeAnchorRows(std::span<const std::byte> bytes, uint32_t row_bytes, const AnchorColumns& columns,
+                      uint32_t fields, uint64_t first_row, AnchorBatch& batch, size_t at, const std::string& name)
+{
+    const Rows rows{bytes.data(), row_bytes, bytes.size() / row_bytes};
+    if (fields & kAnchorPlacement) {
+        copyColumns(rows, {columns.position.begin(), columns.position.end()}, batch.position.data() + 3 * at);
+        if (!columns.level.empty()) {
+            copyLevels(rows, columns, first_row, batch.level.data() + at, batch.extra_level.data() + at, name);
+        } else {
+            std::fill_n(batch.level.begin() + std::ptrdiff_t(at), rows.count, 0);
+            std::fill_n(batch.extra_level.begin() + std::ptrdiff_t(at), rows.count, 0.0f);
+        }
+    }
+    if (fields & kAnchorOffset)
+        copyOffsets(rows, columns.offset, batch.offset.data() + columns.offset.size() * at);
+    if (fields & kAnchorFeature)
+        copyColumns(rows, columns.feature, batch.feature.data() + columns.feature.size() * at);
+    if (fields & kAnchorScale)
+        copyColumns(rows, columns.scale, batch.scale.data() + 6 * at);
+    if (fields & kAnchorRotation)
+        copyColumns(rows, columns.rotation, batch.rotation.data() + 4 * at);
+    if (fields & kAnchorOpacity) {
+        if (!columns.opacity.empty())
+            copyColumns(rows, columns.opacity, batch.opacity.data() + at);
+        else
+            std::fill_n(batch.opacity.begin() + std::ptrdiff_t(at), rows.count, kDefaultOpacity);
+    }
+    if (fields & kAnchorNormal) {
+        if (!columns.normal.empty())
+            copyColumns(rows, columns.normal, batch.normal.data() + 3 * at);
+        else
+            std::fill_n(batch.normal.begin() + std::ptrdiff_t(3 * at), 3 * rows.count, 0.0f);
+    }
+}
+
+} // namespace gsc

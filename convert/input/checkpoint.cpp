@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/input/checkpoint.h"
+
+#include "convert/input/checkpoint_cameras.h"
+#include "convert/input/checkpoint_files.h"
+#include "convert/input/checkpoint_model.h"
+#include "convert/input/checkpoint_weights.h"
+#include "convert/input/input_file.h"
+#include "format/error.h"
+
+#include <utility>
+
+namespace gsc {
+
+namespace {
+
+constexpr uint64_t kMaxConfig = 1u << 20;
+
+// config.yaml belongs to Octree-AnyGS only and is then the better source: its cfg_args lacks the optimisation part.
+ConfigFile readConfig(const CheckpointFiles& files, bool any_gs, Checkpoint& checkpoint)
+{
+    ConfigFile config;
+    const std::string yaml = any_gs ? files.findBeside("config.yaml") : std::string();
+    config.path = yaml.empty() ? files.findBeside("cfg_args") : yaml;
+    if (!config.found()) {
+        if (!any_gs)
+            checkpoint.warnings.push_back("cfg_args: not found beside the model; pass the folder that holds it with "
+                                          "--scene-dir");
+        return config;
+    }
+    checkpoint.cfg_args = readTextFile(config.path, kMaxConfig, "the trainer's settings");
+    if (yaml.empty()) {
+        config.values = parsePythonNamespace(checkpoint.cfg_args, config.path);
+        return config;
+    }
+    const ConfigValue tree = parseYaml(checkpoint.cfg_args, config.path);
+    if (const ConfigValue* model = tree.find("model_params"))
+        config.values = *model;
+    if (const ConfigValue* optim = tree.find("optim_params"))
+        config.optim = *optim;
+    return config;
+}
+
+ModelFamily familyOf(PlyFamily family, const std::string& container)
+{
+    switch (family) {
+    case PlyFamily::Octree:
+        return ModelFamily::OctreeGs;
+    case PlyFamily::AnyBase:
+    case PlyFamily::AnyLod:
+        return ModelFamily::OctreeAnyGs;
+    case PlyFamily::Scaffold:
+        break;
+    }
+    return container == "v1" ? ModelFamily::ScaffoldGsV1 : ModelFamily::ScaffoldGs;
+}
+
+void append(std::vector<std::string>& to, const std::vector<std::string>& from)
+{
+    to.insert(to.end(), from.begin(), from.end());
+}
+
+} // namespace
+
+std::string ConfigFile::modelKey(const char* key) const
+{
+    const std::string nested = std::string("model_config.kwargs.") + key;
+    return values.find(nested) ? nested : key;
+}
+
+PlyFamily detectFamily(const PlyHeader& header, const std::string& path)
+{
+    if (header.find("f_dc_0"))
+        throw Error(ErrorCode::Unsupported,
+                    path + ": has columns f_dc_<n>, so this is " +
+                        (header.find("f_offset_0") ? "an Octree-AnyGS model of explicit 3DGS or 2DGS Gaussians"
+                                                   : "a plain 3DGS or 2DGS model") +
+                        ", expected anchors with MLPs; train with Scaffold-GS or Octree-GS");
+    if (header.find("f_mask_0"))
+        throw Error(ErrorCode::Unsupported,
+                    path + ": has columns f_mask_<n>, so this is a HAC model, whose features must first be quantised "
+                           "by its context model, expected Scaffold-GS or Octree-GS; train with one of these");
+    if (header.find("info"))
+        return PlyFamily::Octree;
+    if (header.find("level"))
+        return PlyFamily::AnyLod;
+    return header.find("nx") ? PlyFamily::Scaffold : PlyFamily::AnyBase;
+}
+
+Checkpoint readCheckpoint(const std::string& path, const CheckpointOptions& options)
+{
+    const CheckpointFiles files = findCheckpointFiles(path, options);
+    Checkpoint checkpoint;
+    checkpoint.model_path = path;
+    checkpoint.ply_path = files.ply;
+    checkpoint.iteration = files.iteration;
+    append(checkpoint.warnings, files.warnings);
+
+    const PlyFile ply(files.ply);
+    const PlyFamily family = detectFamily(ply.header(), files.ply);
+    const AnchorColumns columns = findAnchorColumns(ply.header(), files.ply);
+    if (ply.header().row_count == 0)
+        throw Error(ErrorCode::InvalidFile,
+                    files.ply + ": has no vertices, expected at least one anchor; train longer");
+    if (columns.feature.size() > 1024 || columns.offset.size() > 3 * 256)
+        throw Error(ErrorCode::Unsupported,
+                    formatString("%s: has %zu feature values and %zu offsets per anchor, expected at most 1024 and 256",
+                                 files.ply.c_str(), columns.feature.size(), columns.offset.size() / 3));
+    checkpoint.anchor_count = ply.header().row_count;
+    checkpoint.feat_dim = uint32_t(columns.feature.size());
+    checkpoint.n_offsets = uint32_t(columns.offset.size() / 3);
+
+    CheckpointWeights weights = readWeights(files);
+    checkpoint.container = weights.container;
+    checkpoint.weight_paths = weights.paths;
+    append(checkpoint.warnings, weights.warnings);
+    checkpoint.family = familyOf(family, weights.container);
+    const bool any_gs = checkpoint.family == ModelFamily::OctreeAnyGs;
+    checkpoint.raster_rules = any_gs ? RasterRules::Gsplat : RasterRules::DiffGaussian;
+
+    const ConfigFile config = readConfig(files, any_gs, checkpoint);
+    if (any_gs && !config.found())
+        checkpoint.warnings.push_back(files.ply +
+                                      ": taken for an Octree-AnyGS model because it has neither normals nor "
+                                      "'info'; no config.yaml confirms it");
+    if (config.values.getBool("white_background", false, config.path))
+        checkpoint.flags |= kModelWhiteBackground;
+    const uint32_t embedding_rows = weights.embedding_rows;
+    assignInputs(checkpoint, weights, config, options);
+    readLevels(checkpoint, family, ply, columns, config, options);
+    checkpoint.cameras =
+        readCameras(files, config.found() ? &config.values : nullptr, config.path, embedding_rows, checkpoint.warnings);
+    return checkpoint;
+}
+
+} // namespace gsc

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/input/checkpoint_cameras.h"
+
+#include "convert/input/input_file.h"
+#include "format/error.h"
+#include "player/camera_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <unordered_set>
+#include <utility>
+
+namespace gsc {
+
+namespace {
+
+constexpr uint64_t kMaxCameraFile = 1ull << 30;
+
+SourceCamera fromUpstream(const UpstreamCamera& camera)
+{
+    SourceCamera result;
+    result.name = camera.name;
+    result.id = camera.id;
+    result.width = camera.width;
+    result.height = camera.height;
+    std::copy(std::begin(camera.position), std::end(camera.position), result.position);
+    std::copy(std::begin(camera.rotation), std::end(camera.rotation), result.rotation);
+    result.fx = camera.fx;
+    result.fy = camera.fy;
+    return result;
+}
+
+SourceCamera fromCamera(const Camera& camera, int id)
+{
+    SourceCamera result;
+    result.name = camera.name;
+    result.id = id;
+    result.width = camera.width;
+    result.height = camera.height;
+    std::copy(std::begin(camera.rotation), std::end(camera.rotation), result.rotation);
+    // view = R^T world + t, so the centre is -R t
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 3; ++column)
+            result.position[row] -= camera.rotation[3 * row + column] * camera.translation[column];
+    result.fx = camera.width / (2.0 * std::tan(camera.fov_x / 2));
+    result.fy = camera.height / (2.0 * std::tan(camera.fov_y / 2));
+    return result;
+}
+
+// A file without image sizes, or with matrices that also scale (MatrixCity), does not fit SourceCamera.
+bool representable(const Camera& camera)
+{
+    const double* m = camera.rotation;
+    const double det =
+        m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * m[7] - m[4] * m[6]);
+    return camera.width != 0 && camera.height != 0 && std::abs(det - 1) < 1e-4;
+}
+
+// Blender's and the city data sets' own camera files, in upstream's order: test first. They are a convenience: one
+// that cannot be used is reported and costs nothing else.
+std::vector<SourceCamera> readTransforms(const CheckpointFiles& files, uint32_t embedding_rows,
+                                         std::vector<std::string>& warnings)
+{
+    std::vector<std::pair<std::string, bool>> paths = {{files.findBeside("transforms_test.json"), true},
+                                                       {files.findBeside("transforms_train.json"), false}};
+    if (paths[1].first.empty())
+        paths = {{files.findBeside("transforms.json"), false}};
+    std::vector<SourceCamera> cameras;
+    for (const auto& [path, is_test] : paths) {
+        if (path.empty())
+            continue;
+        uint32_t row = 0;
+        try {
+            for (const Camera& camera : readCameraFile(path)) {
+                if (!representable(camera))
+                    throw Error(ErrorCode::InvalidFile,
+                                path + ": camera '" + camera.name + "' has no image size or a matrix that scales");
+                cameras.push_back(fromCamera(camera, int(cameras.size())));
+                cameras.back().is_test = is_test;
+                cameras.back().appearance = row < embedding_rows ? int(row) : -1;
+                ++row;
+            }
+        } catch (const Error& error) {
+            warnings.push_back(std::string(error.what()) + "; its cameras are left out");
+            return {};
+        }
+    }
+    return cameras;
+}
+
+bool idsArePositions(const std::vector<SourceCamera>& cameras)
+{
+    for (size_t i = 0; i < cameras.size(); ++i)
+        if (cameras[i].id != int(i))
+            return false;
+    return true;
+}
+
+// How many cameras were held out if upstream's split of a COLMAP set explains the order of the list; 0 if not.
+size_t countHeldOut(const std::vector<SourceCamera>& cameras, int lod)
+{
+    std::vector<std::string> names;
+    for (const SourceCamera& camera : cameras)
+        names.push_back(camera.name);
+    std::sort(names.begin(), names.end());
+    std::vector<std::string> test, train;
+    for (size_t i = 0; i < names.size(); ++i) {
+        const bool is_test = lod <= 0 ? i % 8 == 0 : lod < 50 ? int(i) <= lod : int(i) > lod;
+        (is_test ? test : train).push_back(names[i]);
+    }
+    // note: as sets, because trainers that shuffle keep the halves apart but not their order
+    const std::unordered_set<std::string> held_out(test.begin(), test.end());
+    for (size_t i = 0; i < cameras.size(); ++i)
+        if ((held_out.count(cameras[i].name) != 0) != (i < test.size()))
+            return 0;
+    return test.size();
+}
+
+} // namespace
+
+void assignSplit(std::vector<SourceCamera>& cameras, uint32_t embedding_rows, int eval, int lod,
+                 std::vector<std::string>& warnings)
+{
+    if (cameras.empty())
+        return;
+    size_t held_out = 0;
+    if (!idsArePositions(cameras)) {
+        warnings.push_back("cameras.json: ids are not 0, 1, 2 and so on, so which images were held out and which "
+                           "embedding row belongs to a camera is unknown");
+        return;
+    }
+    if (embedding_rows != 0) {
+        if (embedding_rows > cameras.size()) {
+            warnings.push_back(formatString("cameras.json: lists %zu cameras, the appearance embedding has %u rows, so "
+                                            "which row belongs to a camera is unknown",
+                                            cameras.size(), embedding_rows));
+            return;
+        }
+        held_out = cameras.size() - embedding_rows;
+    } else if (eval != 0) {
+        held_out = countHeldOut(cameras, lod);
+        if (eval < 0 && held_out != 0) {
+            held_out = 0;
+            warnings.push_back("cfg_args: not found, so which cameras were held out is unknown");
+        }
+    }
+    for (size_t i = 0; i < cameras.size(); ++i) {
+        cameras[i].is_test = i < held_out;
+        // a test camera gets the row of the training camera with the same ordinal, as upstream does it (trap 24)
+        const size_t row = i < held_out ? i : i - held_out;
+        cameras[i].appearance = row < embedding_rows ? int(row) : -1;
+    }
+}
+
+std::vector<SourceCamera> readCameras(const CheckpointFiles& files, const ConfigValue* config,
+                                      const std::string& config_path, uint32_t embedding_rows,
+                                      std::vector<std::string>& warnings)
+{
+    const std::string path = files.findBeside("cameras.json");
+    if (path.empty()) {
+        std::vector<SourceCamera> cameras = readTransforms(files, embedding_rows, warnings);
+        if (cameras.empty())
+            warnings.push_back("cameras.json: not found beside the model, so the file will hold no cameras; pass the "
+                               "folder that holds it with --scene-dir");
+        return cameras;
+    }
+    std::vector<SourceCamera> cameras;
+    for (const UpstreamCamera& camera :
+         parseUpstreamCameras(readTextFile(path, kMaxCameraFile, "a list of cameras"), path))
+        cameras.push_back(fromUpstream(camera));
+    const ConfigValue* found = config ? config->find("eval") : nullptr;
+    const int eval = !found ? -1 : config->getBool("eval", false, config_path) ? 1 : 0;
+    const double lod = config ? config->getNumber("lod", 0, config_path) : 0;
+    assignSplit(cameras, embedding_rows, eval, lod > 0 && lod < 1e9 ? int(lod) : 0, warnings);
+    return cameras;
+}
+
+} // namespace gsc

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/input/checkpoint_files.h"
+
+#include "format/error.h"
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <optional>
+#include <system_error>
+
+namespace gsc {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> listNames(const fs::path& folder)
+{
+    std::vector<std::string> names;
+    std::error_code error;
+    for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
+        names.push_back(it->path().filename().string());
+    if (error)
+        throw Error(ErrorCode::Io, folder.string() + ": cannot be listed (" + error.message() +
+                                       "), expected a readable folder; check the path and its permissions");
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+// The n of "iteration_<n>".
+std::optional<int> iterationOf(const std::string& name)
+{
+    constexpr std::string_view prefix = "iteration_";
+    if (!name.starts_with(prefix))
+        return std::nullopt;
+    int number = 0;
+    const char* end = name.data() + name.size();
+    const auto parsed = std::from_chars(name.data() + prefix.size(), end, number);
+    if (parsed.ec != std::errc() || parsed.ptr != end || number < 0)
+        return std::nullopt;
+    return number;
+}
+
+std::string join(const std::vector<std::string>& names, size_t most = 8)
+{
+    std::string text;
+    for (size_t i = 0; i < names.size() && i < most; ++i)
+        text += (i ? ", " : "") + names[i];
+    if (names.size() > most)
+        text += formatString(" and %zu more", names.size() - most);
+    return text.empty() ? "nothing" : text;
+}
+
+// Files that show which other method wrote the folder.
+void refuseOtherMethods(const fs::path& folder, const std::vector<std::string>& names)
+{
+    const auto refuse = [&](const std::string& found, const char* what) {
+        throw Error(ErrorCode::Unsupported, (folder / found).string() + ": " + what);
+    };
+    for (const std::string& name : names) {
+        const std::string_view view = name;
+        if (view == "sogs_config.json" || view.starts_with("second_order_mlp"))
+            refuse(name, "belongs to a SOGS model, whose MLPs take second-order features, expected a Scaffold-GS or "
+                         "Octree-GS model; train without second-order anchors");
+        if (view == "point_cloud_quantized.npz")
+            refuse(name, "is a quantised model that its trainer reads instead of the PLY, expected an unquantised "
+                         "one; move the npz away to convert the PLY beside it");
+        if (view.starts_with("point_cloud_rk") || (view.starts_with("_rk") && view.ends_with(".pt")))
+            refuse(name, "is one rank's part of a distributed CityGS-X model, expected one point_cloud.ply; merge the "
+                         "ranks and save again on one GPU");
+        if (view.ends_with(".ckpt") || view == "nerfstudio_models")
+            refuse(name, "is a nerfstudio checkpoint, expected a point_cloud.ply with MLP files; export the model in "
+                         "the layout of Scaffold-GS");
+    }
+}
+
+void refuseTrainingState(const fs::path& folder, const std::vector<std::string>& names)
+{
+    for (const std::string& name : names)
+        if (name.starts_with("chkpnt") && name.ends_with(".pth"))
+            throw Error(ErrorCode::Unsupported, (folder / name).string() +
+                                                    ": is the state of a training run and holds no anchor features, "
+                                                    "expected point_cloud/iteration_<n>; save the model with "
+                                                    "--save_iterations");
+}
+
+bool contains(const std::vector<std::string>& names, std::string_view name)
+{
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+// point_cloud/ -> the iteration folder in it, or itself where it holds the files directly.
+fs::path chooseIteration(const fs::path& point_cloud, const std::vector<std::string>& names, int wanted,
+                         std::vector<std::string>& warnings)
+{
+    std::vector<int> iterations;
+    std::vector<std::string> foreign;
+    for (const std::string& name : names) {
+        if (const auto number = iterationOf(name))
+            iterations.push_back(*number);
+        else
+            foreign.push_back(name);
+    }
+    if (iterations.empty() && wanted < 0)
+        return point_cloud;
+    std::sort(iterations.begin(), iterations.end());
+    if (wanted >= 0 && std::find(iterations.begin(), iterations.end(), wanted) == iterations.end()) {
+        std::vector<std::string> found;
+        for (const int iteration : iterations)
+            found.push_back(std::to_string(iteration));
+        throw Error(ErrorCode::Usage,
+                    formatString("%s: has no iteration_%d, found %s; pass one of these to --iteration",
+                                 point_cloud.c_str(), wanted, join(found).c_str()));
+    }
+    if (!foreign.empty() && !contains(names, "point_cloud.ply"))
+        warnings.push_back(point_cloud.string() + ": ignored " + join(foreign) + ", which is no iteration_<n>");
+    // "iteration_007" and "iteration_7" are both the number 7, so the folder is found by number
+    const int chosen = wanted >= 0 ? wanted : iterations.back();
+    const auto name =
+        std::find_if(names.begin(), names.end(), [&](const std::string& n) { return iterationOf(n) == chosen; });
+    return point_cloud / *name;
+}
+
+// The folders above `folder` that belong to the model: iteration_<n> in point_cloud in the model folder.
+std::vector<std::string> sideFolders(const fs::path& folder, const std::string& scene_dir)
+{
+    std::vector<std::string> folders = {folder.string()};
+    fs::path at = fs::absolute(folder).lexically_normal();
+    if (!at.has_filename())
+        at = at.parent_path();
+    fs::path shown = folder;
+    for (int i = 0; i < 2; ++i) {
+        const bool climbs = iterationOf(at.filename().string()) || at.filename() == "point_cloud";
+        if (!climbs)
+            break;
+        at = at.parent_path();
+        shown = shown.has_parent_path() && shown.filename() != "." && shown.filename() != ".." && shown.has_filename()
+                    ? shown.parent_path()
+                    : at;
+        folders.push_back(shown.string());
+    }
+    if (!scene_dir.empty())
+        folders.push_back(scene_dir);
+    return folders;
+}
+
+void requirePly(CheckpointFiles& files)
+{
+    const fs::path folder = files.folder;
+    refuseOtherMethods(folder, files.file_names);
+    if (files.has("point_cloud.ply")) {
+        files.ply = (folder / "point_cloud.ply").string();
+        return;
+    }
+    refuseTrainingState(folder, files.file_names);
+    throw Error(ErrorCode::InvalidFile,
+                files.folder +
+                    ": no anchors; looked for point_cloud.ply, point_cloud/iteration_<n>/point_cloud.ply and "
+                    "iteration_<n>/point_cloud.ply, found " +
+                    join(files.file_names) + "; pass the folder the trainer wrote, or the PLY itself");
+}
+
+void findInFile(const fs::path& path, CheckpointFiles& files)
+{
+    const std::string name = path.filename().string();
+    const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+    refuseOtherMethods(folder, {name});
+    refuseTrainingState(folder, {name});
+    if (path.extension() != ".ply")
+        throw Error(ErrorCode::InvalidFile, path.string() +
+                                                ": is neither a folder nor a PLY, expected a trained model; "
+                                                "pass its folder or its point_cloud.ply");
+    files.folder = folder.string();
+    files.ply = path.string();
+    files.file_names = listNames(folder);
+    refuseOtherMethods(folder, files.file_names);
+}
+
+void findInFolder(const fs::path& path, int iteration, CheckpointFiles& files)
+{
+    fs::path folder = path;
+    std::vector<std::string> names = listNames(folder);
+    if (contains(names, "point_cloud") && fs::is_directory(folder / "point_cloud")) {
+        folder /= "point_cloud";
+        names = listNames(folder);
+    }
+    const bool point_cloud =
+        std::any_of(names.begin(), names.end(), [](const std::string& name) { return iterationOf(name).has_value(); });
+    if (point_cloud || (iteration >= 0 && folder != path)) {
+        folder = chooseIteration(folder, names, iteration, files.warnings);
+        names = listNames(folder);
+    }
+    files.folder = folder.string();
+    files.file_names = names;
+    requirePly(files);
+}
+
+} // namespace
+
+bool CheckpointFiles::has(std::string_view file_name) const
+{
+    return contains(file_names, file_name);
+}
+
+std::string CheckpointFiles::findBeside(const std::string& file_name) const
+{
+    for (const std::string& side : side_dirs) {
+        std::error_code error;
+        const fs::path candidate = fs::path(side) / file_name;
+        if (fs::is_regular_file(candidate, error))
+            return candidate.string();
+    }
+    return {};
+}
+
+CheckpointFiles findCheckpointFiles(const std::string& path, const CheckpointOptions& options)
+{
+    CheckpointFiles files;
+    std::error_code error;
+    const fs::file_status status = fs::status(path, error);
+    if (error || !fs::exists(status))
+        throw Error(ErrorCode::Io, path + ": does not exist, expected a trained model; check the path");
+    if (fs::is_directory(status))
+        findInFolder(path, options.iteration, files);
+    else
+        findInFile(path, files);
+    const fs::path folder = fs::absolute(files.folder).lexically_normal();
+    const fs::path named = folder.has_filename() ? folder : folder.parent_path();
+    files.iteration = iterationOf(named.filename().string()).value_or(-1);
+    if (options.iteration >= 0 && files.iteration != options.iteration)
+        throw Error(ErrorCode::Usage,
+                    formatString("%s: is not iteration %d; pass the model folder, or leave --iteration out",
+                                 files.folder.c_str(), options.iteration));
+    files.side_dirs = sideFolders(files.folder, options.scene_dir);
+    return files;
+}
+
+} // namespace gsc

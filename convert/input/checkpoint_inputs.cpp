@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which values each MLP takes. The widths of the weights decide, never cfg_args (trap 2), except where they cannot.
+#include "convert/input/checkpoint_model.h"
+
+#include "format/error.h"
+
+#include <cmath>
+
+namespace gsc {
+
+namespace {
+
+constexpr uint32_t kDirection = 3; // values of the view direction
+
+const char* mlpName(MlpKind kind)
+{
+    constexpr const char* names[] = {"opacity_mlp", "cov_mlp", "color_mlp", "feature_bank_mlp"};
+    return names[uint32_t(kind)];
+}
+
+std::string weightsName(const CheckpointWeights& weights)
+{
+    return weights.paths.front();
+}
+
+void checkShape(const Mlp& mlp, uint32_t hidden, uint32_t out, const std::string& path)
+{
+    if (mlp.layers[0].out != hidden || mlp.layers[1].out != out)
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: %s has %u hidden values and %u results, expected %u and %u for the columns of "
+                                 "the PLY; PLY and weights belong to different models",
+                                 path.c_str(), mlpName(mlp.kind), mlp.layers[0].out, mlp.layers[1].out, hidden, out));
+}
+
+// Values a head takes besides feature, direction and appearance.
+uint32_t extraInputs(const Mlp& mlp, uint32_t feat_dim, uint32_t appearance, uint32_t most, const std::string& path)
+{
+    const uint32_t base = feat_dim + kDirection + (mlp.kind == MlpKind::Color ? appearance : 0);
+    const uint32_t width = mlp.layers[0].in;
+    if (width >= base && width - base <= most)
+        return width - base;
+    if (mlp.kind == MlpKind::Color && appearance == 0 && width > base)
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: color_mlp takes %u values, expected %u; the other %u are an appearance embedding "
+                                 "that is missing, copy embedding_appearance.pt too",
+                                 path.c_str(), width, base, width - base));
+    throw Error(ErrorCode::Unsupported,
+                formatString("%s: %s takes %u values, expected %u to %u (feature %u, direction 3, distance, level%s); "
+                             "only the MLPs of Scaffold-GS and Octree-GS can be converted",
+                             path.c_str(), mlpName(mlp.kind), width, base, base + most, feat_dim,
+                             mlp.kind == MlpKind::Color ? ", appearance" : ""));
+}
+
+// An embedding that colour's width has no room for was saved but is not used.
+uint32_t usedAppearance(const CheckpointWeights& weights, uint32_t feat_dim, uint32_t most)
+{
+    const uint32_t columns = weights.embedding_columns;
+    const uint32_t base = feat_dim + kDirection, width = weights.mlps[2].layers[0].in;
+    const bool with = width >= base + columns && width - base - columns <= most;
+    const bool without = width >= base && width - base <= most;
+    return columns != 0 && !with && without ? 0 : columns;
+}
+
+// Octree-GS: whether MLPs take the level. -1 = the widths leave it open.
+int levelFromWidths(const uint32_t (&extra)[3], const Mlp* bank)
+{
+    if (bank)
+        return bank->layers[0].in == kDirection + 1;
+    for (const uint32_t count : extra)
+        if (count == 0 || count == 2)
+            return count == 2;
+    return -1;
+}
+
+int resolveLevel(const uint32_t (&extra)[3], const Mlp* bank, const ConfigFile& config,
+                 const CheckpointOptions& options, const std::string& path)
+{
+    const int from_widths = levelFromWidths(extra, bank);
+    if (from_widths >= 0) {
+        if (options.add_level >= 0 && options.add_level != from_widths)
+            throw Error(ErrorCode::Usage,
+                        formatString("%s: the widths of the MLPs show that they %s the level, --add-level "
+                                     "%d was given; leave the option out",
+                                     path.c_str(), from_widths ? "take" : "do not take", options.add_level));
+        return from_widths;
+    }
+    if (options.add_level >= 0)
+        return options.add_level;
+    const std::string key = config.modelKey("add_level");
+    if (config.values.find(key))
+        return config.values.getBool(key, false, config.path);
+    throw Error(ErrorCode::InvalidFile,
+                path + ": every MLP takes one value besides feature and direction, which is the distance or the level, "
+                       "and no cfg_args says which; pass --add-level 0 (distance) or --add-level 1 (level), or the "
+                       "folder of cfg_args with --scene-dir");
+}
+
+void assignBank(Checkpoint& checkpoint, Mlp& bank, int add_level, const std::string& path)
+{
+    checkShape(bank, checkpoint.feat_dim, 3, path);
+    const bool octree = checkpoint.family == ModelFamily::OctreeGs;
+    const bool scaffold =
+        checkpoint.family == ModelFamily::ScaffoldGs || checkpoint.family == ModelFamily::ScaffoldGsV1;
+    const uint32_t extra = bank.layers[0].in - kDirection;
+    const uint32_t expected = scaffold ? 1 : octree ? uint32_t(add_level) : 0;
+    if (bank.layers[0].in < kDirection || extra != expected)
+        throw Error(ErrorCode::Unsupported,
+                    formatString("%s: feature_bank_mlp takes %u values, expected %u; only the MLPs of Scaffold-GS and "
+                                 "Octree-GS can be converted",
+                                 path.c_str(), bank.layers[0].in, kDirection + expected));
+    if (checkpoint.feat_dim % 4 != 0)
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: a feature bank needs a feature length divisible by 4, found %u; PLY and weights "
+                                 "belong to different models",
+                                 path.c_str(), checkpoint.feat_dim));
+    checkpoint.flags |= kModelFeatureBank;
+    if (extra == 1) {
+        checkpoint.flags |= scaffold ? kModelBankDistance : kModelBankLevel;
+        bank.inputs = scaffold ? kMlpTakesDistance : kMlpTakesLevel;
+    }
+}
+
+// Says so where cfg_args and weights disagree: the weights win, but one of the two belongs to another model.
+void compareConfig(const Checkpoint& checkpoint, const ConfigFile& config, std::vector<std::string>& warnings)
+{
+    constexpr const char* keys[3] = {"add_opacity_dist", "add_cov_dist", "add_color_dist"};
+    for (size_t i = 0; config.found() && i < 3; ++i) {
+        const std::string key = config.modelKey(keys[i]);
+        const bool taken = checkpoint.mlps[i].inputs & kMlpTakesDistance;
+        if (config.values.find(key) && config.values.getBool(key, false, config.path) != taken)
+            warnings.push_back(config.path + ": " + keys[i] + " is " + (taken ? "False" : "True") + ", but " +
+                               mlpName(checkpoint.mlps[i].kind) + (taken ? " takes" : " does not take") +
+                               " the distance; the weights are followed");
+    }
+}
+
+} // namespace
+
+void assignInputs(Checkpoint& checkpoint, CheckpointWeights& weights, const ConfigFile& config,
+                  const CheckpointOptions& options)
+{
+    const std::string path = weightsName(weights);
+    const uint32_t feat_dim = checkpoint.feat_dim, n_offsets = checkpoint.n_offsets;
+    const bool octree = checkpoint.family == ModelFamily::OctreeGs;
+    const uint32_t most = octree ? 2 : checkpoint.family == ModelFamily::OctreeAnyGs ? 0 : 1;
+    const uint32_t results[3] = {n_offsets, 7 * n_offsets, 3 * n_offsets};
+    const uint32_t appearance = usedAppearance(weights, feat_dim, most);
+    if (appearance == 0 && weights.embedding_columns != 0)
+        checkpoint.warnings.push_back(path +
+                                      ": an appearance embedding is saved, but color_mlp does not take it; it is "
+                                      "left out");
+    uint32_t extra[3];
+    for (size_t i = 0; i < 3; ++i) {
+        checkShape(weights.mlps[i], feat_dim, results[i], path);
+        extra[i] = extraInputs(weights.mlps[i], feat_dim, appearance, most, path);
+    }
+    Mlp* bank = weights.mlps.size() > 3 ? &weights.mlps[3] : nullptr;
+    const int add_level = octree ? resolveLevel(extra, bank, config, options, path) : 0;
+    for (size_t i = 0; i < 3; ++i) {
+        if (extra[i] < uint32_t(add_level))
+            throw Error(ErrorCode::InvalidFile,
+                        formatString("%s: %s has no room for the level that the other MLPs take, expected all or none; "
+                                     "the files belong to different models",
+                                     path.c_str(), mlpName(weights.mlps[i].kind)));
+        const bool distance = extra[i] - uint32_t(add_level) == 1;
+        if (extra[i] - uint32_t(add_level) > 1)
+            throw Error(ErrorCode::InvalidFile,
+                        formatString("%s: %s takes two values besides feature and direction, expected one; the files "
+                                     "belong to different models",
+                                     path.c_str(), mlpName(weights.mlps[i].kind)));
+        uint32_t& inputs = weights.mlps[i].inputs;
+        inputs = kMlpTakesFeature;
+        if (distance)
+            inputs |= kMlpTakesDistance;
+        if (add_level)
+            inputs |= kMlpTakesLevel;
+        if (i == 2 && appearance != 0)
+            inputs |= kMlpTakesAppearance;
+    }
+    if (bank)
+        assignBank(checkpoint, *bank, add_level, path);
+    checkpoint.appearance_dim = appearance;
+    checkpoint.mlps = std::move(weights.mlps);
+    if (appearance != 0)
+        checkpoint.embedding = std::move(weights.embedding);
+    compareConfig(checkpoint, config, checkpoint.warnings);
+}
+
+} // namespace gsc

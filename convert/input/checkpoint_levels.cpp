@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+// Levels of detail: the rule, its range and its unit of length.
+#include "convert/input/checkpoint_model.h"
+
+#include "format/error.h"
+#include "format/interrupt.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+
+namespace gsc {
+
+namespace {
+
+struct LevelRange {
+    int32_t least = kMaxAnchorLevel, greatest = 0;
+};
+
+// A pass over the whole file: the clamp of the level rule comes from the levels that are in it (trap 10).
+LevelRange scanLevels(const PlyFile& ply, const AnchorColumns& columns)
+{
+    constexpr size_t block_bytes = 8u << 20;
+    const uint32_t row_bytes = ply.header().row_bytes;
+    const uint64_t total = ply.header().row_count;
+    const uint64_t block_rows = std::max<uint64_t>(1, block_bytes / row_bytes);
+    std::vector<std::byte> block(size_t(std::min(block_rows, total)) * row_bytes);
+    float least = float(kMaxAnchorLevel + 1), greatest = -1.0f;
+    for (uint64_t first = 0; first < total; first += block_rows) {
+        throwIfInterrupted();
+        const size_t count = size_t(std::min(block_rows, total - first));
+        ply.readRows(first, std::span(block).first(count * row_bytes));
+        ply.prefetchRows(first + count, std::min(block_rows, total - first - count));
+        for (size_t i = 0; i < count; ++i) {
+            float level;
+            std::memcpy(&level, block.data() + i * row_bytes + columns.level[0], sizeof(level));
+            if (!(level > -1.0f && level < float(kMaxAnchorLevel + 1)))
+                throw Error(ErrorCode::InvalidFile,
+                            formatString("%s: level of vertex %llu is %g, expected 0 to %d; the file is damaged, copy "
+                                         "it again",
+                                         ply.path().c_str(), static_cast<unsigned long long>(first + i), double(level),
+                                         kMaxAnchorLevel));
+            least = std::min(least, level);
+            greatest = std::max(greatest, level);
+        }
+    }
+    return {int32_t(least), int32_t(greatest)};
+}
+
+LevelRule parseRule(const std::string& name, const std::string& path)
+{
+    constexpr std::pair<const char*, LevelRule> rules[] = {{"floor", LevelRule::Floor},
+                                                           {"round", LevelRule::Round},
+                                                           {"ceil", LevelRule::Ceil},
+                                                           {"progressive", LevelRule::Progressive}};
+    for (const auto& [text, rule] : rules)
+        if (name == text)
+            return rule;
+    throw Error(ErrorCode::InvalidFile, path + ": dist2level is '" + name.substr(0, 32) +
+                                            "', expected floor, round, ceil or progressive; restore the file that the "
+                                            "trainer wrote, or pass --dist2level");
+}
+
+void readRule(Checkpoint& checkpoint, const ConfigFile& config, const CheckpointOptions& options)
+{
+    const std::string rule_key = config.modelKey("dist2level"), fork_key = config.modelKey("fork");
+    if (options.level_rule >= 0) {
+        checkpoint.level_rule = LevelRule(options.level_rule);
+    } else {
+        checkpoint.level_rule = parseRule(config.values.getString(rule_key, "round", config.path), config.path);
+        if (!config.values.find(rule_key))
+            checkpoint.warnings.push_back(checkpoint.model_path + ": no cfg_args states dist2level, upstream's default "
+                                                                  "'round' is taken; pass --dist2level if the model "
+                                                                  "was trained with another");
+    }
+    double fork = options.fork;
+    if (fork == 0) {
+        fork = config.values.getNumber(fork_key, 2, config.path);
+        if (!config.values.find(fork_key))
+            checkpoint.warnings.push_back(checkpoint.model_path + ": no cfg_args states fork, upstream's default 2 is "
+                                                                  "taken; pass --fork if the model was trained with "
+                                                                  "another");
+    }
+    if (!(fork >= 2 && fork <= 64) || fork != std::floor(fork))
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: fork is %g, expected a whole number from 2 to 64; restore "
+                                 "the file that the trainer wrote, or pass --fork",
+                                 config.found() ? config.path.c_str() : "--fork", fork));
+    checkpoint.fork = uint32_t(fork);
+}
+
+// `info` holds voxel_size in row 0 and standard_dist in row 1, zero elsewhere (trap 9).
+void readInfo(Checkpoint& checkpoint, const PlyFile& ply, const AnchorColumns& columns)
+{
+    const uint32_t row_bytes = ply.header().row_bytes;
+    if (ply.header().row_count < 2)
+        throw Error(ErrorCode::InvalidFile, ply.path() + ": has one vertex, expected at least two, because the first "
+                                                         "two carry voxel_size and standard_dist; the model cannot be "
+                                                         "used");
+    std::vector<std::byte> rows(2 * size_t(row_bytes));
+    ply.readRows(0, rows);
+    float info[2];
+    for (size_t i = 0; i < 2; ++i)
+        std::memcpy(&info[i], rows.data() + i * row_bytes + columns.info[0], sizeof(float));
+    for (const float value : info)
+        if (!(value > 0) || !std::isfinite(value))
+            throw Error(
+                ErrorCode::InvalidFile,
+                formatString("%s: column 'info' starts with %g, %g, expected voxel_size and standard_dist, both "
+                             "positive; the vertices were sorted, filtered or merged, pass the PLY as the "
+                             "trainer wrote it",
+                             ply.path().c_str(), double(info[0]), double(info[1])));
+    checkpoint.voxel_size = info[0];
+    checkpoint.standard_dist = info[1];
+}
+
+// The number after `key` in the obj_info lines; upstream uses what is printed there, six decimals.
+double headerNumber(const PlyFile& ply, const std::string& key)
+{
+    for (const std::string& line : ply.header().obj_info)
+        if (line.starts_with(key + " ")) {
+            char* end = nullptr;
+            const double value = std::strtod(line.c_str() + key.size() + 1, &end);
+            if (end != line.c_str() + key.size() + 1 && std::isfinite(value) && value > 0)
+                return value;
+        }
+    throw Error(ErrorCode::InvalidFile, ply.path() + ": header has no 'obj_info " + key +
+                                            " <positive number>', expected it beside the column 'level'; pass the PLY "
+                                            "as the trainer wrote it");
+}
+
+// Octree-AnyGS keeps its coarse-to-fine limit when it renders: the index of the level that `iteration` had reached.
+int32_t coarseLimit(const Checkpoint& checkpoint, int32_t levels, const ConfigFile& config,
+                    std::vector<std::string>& warnings)
+{
+    if (!config.values.getBool(config.modelKey("progressive"), false, config.path))
+        return levels - 1;
+    if (checkpoint.iteration < 0 || !config.optim.find("coarse_iter")) {
+        warnings.push_back(checkpoint.model_path + ": trained coarse to fine, but the iteration or config.yaml is "
+                                                   "unknown; taken as trained to the end");
+        return levels - 1;
+    }
+    const double stated = config.values.getNumber(config.modelKey("init_level"), -1, config.path);
+    const int32_t init_level = stated >= 0 && stated < 64 ? int32_t(stated) : levels / 2;
+    const double first_iteration = config.optim.getNumber("coarse_iter", 10000, config.path);
+    const double q = 1.0 / config.optim.getNumber("coarse_factor", 1.5, config.path);
+    const int32_t steps = levels - 1 - init_level;
+    // ends of the intervals: a geometric series that reaches coarse_iter after the last step
+    int32_t reached = 0;
+    double end = 0;
+    for (int32_t i = 0; i < steps; ++i) {
+        end += first_iteration * (1 - q) / (1 - std::pow(q, steps)) * std::pow(q, i);
+        reached += end < checkpoint.iteration;
+    }
+    return reached + init_level;
+}
+
+} // namespace
+
+void readLevels(Checkpoint& checkpoint, PlyFamily family, const PlyFile& ply, const AnchorColumns& columns,
+                const ConfigFile& config, const CheckpointOptions& options)
+{
+    if (family == PlyFamily::Scaffold || family == PlyFamily::AnyBase) {
+        const double voxel = config.values.getNumber(config.modelKey("voxel_size"), 0, config.path);
+        // 0 and below mean "derived while training", and that value is stored nowhere (trap 32)
+        checkpoint.voxel_size = voxel > 0 && std::isfinite(voxel) ? float(voxel) : 0.0f;
+        return;
+    }
+    checkpoint.flags |= kModelHasLevels;
+    readRule(checkpoint, config, options);
+    const LevelRange range = scanLevels(ply, columns);
+    checkpoint.level_min = range.least;
+    if (family == PlyFamily::Octree) {
+        checkpoint.flags |= kModelLodHalfCell;
+        readInfo(checkpoint, ply, columns);
+        checkpoint.level_clamp = range.greatest - range.least;
+    } else {
+        checkpoint.standard_dist = float(headerNumber(ply, "standard_dist"));
+        const double levels = headerNumber(ply, "levels");
+        if (levels > kMaxAnchorLevel + 1 || levels < 0.5)
+            throw Error(ErrorCode::InvalidFile,
+                        formatString("%s: header states %g levels, expected 1 to %d; the file is "
+                                     "damaged, copy it again",
+                                     ply.path().c_str(), levels, kMaxAnchorLevel + 1));
+        checkpoint.level_clamp = coarseLimit(checkpoint, int32_t(std::lrint(levels)), config, checkpoint.warnings);
+    }
+    if (range.greatest > checkpoint.level_clamp)
+        checkpoint.warnings.push_back(formatString("%s: levels above %d are in the file but can never be selected, as "
+                                                   "in the trainer's own renderer",
+                                                   ply.path().c_str(), checkpoint.level_clamp));
+}
+
+} // namespace gsc

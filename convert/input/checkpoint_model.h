@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// The rules that tell one trainer from another and fill in what its loader would fill in.
+#pragma once
+
+#include "convert/input/checkpoint.h"
+#include "convert/input/checkpoint_weights.h"
+#include "convert/input/config_value.h"
+#include "convert/input/ply_reader.h"
+
+#include <string>
+
+namespace gsc {
+
+struct ConfigFile {
+    ConfigValue values; // of the model parameters, None if no file was found
+    ConfigValue optim;  // Octree-AnyGS only: optimisation parameters
+    std::string path;   // empty if no file was found
+
+    [[nodiscard]] bool found() const { return !path.empty(); }
+    // `key` of the model: Octree-AnyGS nests the model's own arguments in model_config.kwargs.
+    [[nodiscard]] std::string modelKey(const char* key) const;
+};
+
+enum class PlyFamily { Scaffold, Octree, AnyBase, AnyLod };
+
+// From the columns alone (format facts, 1.3). Throws Error(Unsupported) for 3DGS, 2DGS and HAC.
+PlyFamily detectFamily(const PlyHeader& header, const std::string& path);
+
+// Sets Mlp::inputs from the widths of the first layers, and the bank's and appearance's share of `checkpoint`.
+// Throws Error: InvalidFile (widths that fit no input, or fit two where nothing decides), Unsupported.
+void assignInputs(Checkpoint& checkpoint, CheckpointWeights& weights, const ConfigFile& config,
+                  const CheckpointOptions& options);
+
+// Level rule, level range, standard distance and voxel size. Throws Error(InvalidFile).
+void readLevels(Checkpoint& checkpoint, PlyFamily family, const PlyFile& ply, const AnchorColumns& columns,
+                const ConfigFile& config, const CheckpointOptions& options);
+
+} // namespace gsc

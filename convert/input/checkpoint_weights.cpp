@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/input/checkpoint_weights.h"
+
+#include "convert/input/input_file.h"
+#include "convert/input/torch_archive.h"
+#include "format/error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <string_view>
+
+namespace gsc {
+
+namespace {
+
+constexpr uint64_t kMaxArchive = 1ull << 30; // an embedding of 100,000 images is 13 MB
+
+struct Part {
+    MlpKind kind;
+    Activation activation;
+    const char* activation_class; // of child "3" in TorchScript, null if there is none
+    const char* file;             // stem of the .pt, and the key in checkpoints.pth
+};
+
+constexpr Part kParts[] = {
+    {MlpKind::Opacity, Activation::Tanh, "Tanh", "opacity_mlp"},
+    {MlpKind::Covariance, Activation::None, nullptr, "cov_mlp"},
+    {MlpKind::Color, Activation::Sigmoid, "Sigmoid", "color_mlp"},
+    {MlpKind::FeatureBank, Activation::Softmax, "Softmax", "feature_bank_mlp"},
+};
+
+const NamedTensor* findTensor(const TorchArchive& archive, const std::string& name)
+{
+    for (const NamedTensor& tensor : archive.tensors)
+        if (tensor.name == name)
+            return &tensor;
+    return nullptr;
+}
+
+const NamedTensor& requireTensor(const TorchArchive& archive, const std::string& name, size_t dimensions,
+                                 const std::string& path)
+{
+    const NamedTensor* tensor = findTensor(archive, name);
+    if (!tensor || tensor->shape.size() != dimensions)
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: tensor '%s' is missing or has not %zu dimensions, expected Linear, ReLU, Linear; "
+                                 "pass the files the trainer wrote",
+                                 path.c_str(), name.c_str(), dimensions));
+    return *tensor;
+}
+
+LinearLayer readLayer(const TorchArchive& archive, const std::string& prefix, const std::string& path)
+{
+    const NamedTensor& weight = requireTensor(archive, prefix + "weight", 2, path);
+    const NamedTensor& bias = requireTensor(archive, prefix + "bias", 1, path);
+    constexpr uint64_t most = 1u << 20;
+    if (weight.shape[0] == 0 || weight.shape[1] == 0 || weight.shape[0] > most || weight.shape[1] > most ||
+        bias.shape[0] != weight.shape[0])
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: '%sweight' is %llu x %llu and its bias has %llu values, expected one per row; "
+                                 "the file is damaged",
+                                 path.c_str(), prefix.c_str(), static_cast<unsigned long long>(weight.shape[0]),
+                                 static_cast<unsigned long long>(weight.shape[1]),
+                                 static_cast<unsigned long long>(bias.shape[0])));
+    return {uint32_t(weight.shape[1]), uint32_t(weight.shape[0]), weight.values, bias.values};
+}
+
+// Module classes of a TorchScript file; a dictionary of tensors does not name them.
+void checkModules(const TorchArchive& archive, const Part& part, const std::string& path)
+{
+    if (!archive.is_script)
+        return;
+    const auto expect = [&](const std::string& child, const char* type) {
+        const auto found = std::find_if(archive.modules.begin(), archive.modules.end(),
+                                        [&](const auto& module) { return module.first == child; });
+        const std::string actual = found == archive.modules.end() ? "absent" : found->second;
+        if (actual != (type ? type : "absent"))
+            throw Error(ErrorCode::Unsupported, path + ": layer " + child + " is " + actual + ", expected " +
+                                                    (type ? type : "no such layer") +
+                                                    "; only the MLPs of Scaffold-GS and Octree-GS can be converted");
+    };
+    expect("0", "Linear");
+    expect("1", "ReLU");
+    expect("2", "Linear");
+    expect("3", part.activation_class);
+    expect("4", nullptr);
+}
+
+Mlp readMlp(const TorchArchive& archive, const Part& part, const std::string& prefix, const std::string& path,
+            std::vector<std::string>& warnings)
+{
+    // tiny-cuda-nn keeps one flat vector per network, in an order of its own
+    for (const NamedTensor& tensor : archive.tensors)
+        if (tensor.name == prefix + "params" || (tensor.name.starts_with(prefix) && tensor.name.ends_with(".params")))
+            throw Error(ErrorCode::Unsupported, path + ": '" + tensor.name +
+                                                    "' is a tiny-cuda-nn network, expected torch.nn.Linear layers; "
+                                                    "train without use_tcnn");
+    checkModules(archive, part, path);
+    Mlp mlp;
+    mlp.kind = part.kind;
+    mlp.activation = part.activation;
+    mlp.layers[0] = readLayer(archive, prefix + "0.", path);
+    mlp.layers[1] = readLayer(archive, prefix + "2.", path);
+    if (mlp.layers[1].in != mlp.layers[0].out)
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: second layer of '%s' takes %u values, the first gives %u; the file is damaged",
+                                 path.c_str(), part.file, mlp.layers[1].in, mlp.layers[0].out));
+    for (const LinearLayer& layer : mlp.layers)
+        for (const std::vector<float>* values : {&layer.weight, &layer.bias})
+            if (!std::all_of(values->begin(), values->end(), [](float v) { return std::isfinite(v); })) {
+                warnings.push_back(path + ": weights of '" + part.file + "' are not all finite numbers");
+                return mlp;
+            }
+    return mlp;
+}
+
+TorchArchive readArchive(const std::string& path)
+{
+    return readTorchArchive(readWholeFile(path, kMaxArchive, "a PyTorch archive"), path);
+}
+
+void readEmbedding(const NamedTensor& weight, const std::string& path, CheckpointWeights& weights)
+{
+    if (weight.shape.size() != 2 || weight.shape[0] == 0 || weight.shape[1] == 0 || weight.shape[0] > 1u << 24 ||
+        weight.shape[1] > 1024)
+        throw Error(ErrorCode::InvalidFile, path + ": appearance embedding is no table of rows, expected one row per "
+                                                   "training image; pass the file the trainer wrote");
+    weights.embedding_rows = uint32_t(weight.shape[0]);
+    weights.embedding_columns = uint32_t(weight.shape[1]);
+    weights.embedding = weight.values;
+}
+
+// opacity_mlp.pt, cov_mlp.pt, color_mlp.pt, [feature_bank_mlp.pt], [embedding_appearance.pt]
+void readSplit(const CheckpointFiles& files, CheckpointWeights& weights)
+{
+    const std::filesystem::path folder = files.folder;
+    for (const Part& part : kParts) {
+        const std::string name = std::string(part.file) + ".pt";
+        if (!files.has(name)) {
+            if (part.kind == MlpKind::FeatureBank)
+                continue;
+            throw Error(ErrorCode::InvalidFile, files.folder + ": " + name +
+                                                    " is missing beside the other .pt files, "
+                                                    "expected opacity_mlp.pt, cov_mlp.pt and "
+                                                    "color_mlp.pt; copy the whole folder");
+        }
+        const std::string path = (folder / name).string();
+        weights.mlps.push_back(readMlp(readArchive(path), part, "", path, weights.warnings));
+        weights.paths.push_back(path);
+    }
+    if (!files.has("embedding_appearance.pt"))
+        return;
+    const std::string path = (folder / "embedding_appearance.pt").string();
+    const TorchArchive archive = readArchive(path);
+    readEmbedding(requireTensor(archive, "embedding.weight", 2, path), path, weights);
+    weights.paths.push_back(path);
+}
+
+void refuseOtherNetworks(const TorchArchive& archive, const std::string& path)
+{
+    for (const NamedTensor& tensor : archive.tensors) {
+        const std::string_view name = tensor.name;
+        for (const char* key : {"encoding_xyz", "grid_mlp", "deform_mlp"})
+            if (name.starts_with(key))
+                throw Error(ErrorCode::Unsupported,
+                            path + ": holds '" + key +
+                                "', so this is a HAC model, whose features must first be quantised by its context "
+                                "model, expected Scaffold-GS; decode it with HAC's own code and train on from there");
+        if (name.starts_with("anchor_normals_mlp"))
+            throw Error(ErrorCode::Unsupported,
+                        path + ": holds 'anchor_normals_mlp', so this is a GSDF model, expected Scaffold-GS; its MLPs "
+                               "belong to a surface model that cannot be converted");
+    }
+}
+
+// checkpoints.pth (Scaffold-GS and Octree-GS saved with "unite") and checkpoint.pth (Scaffold-GS before 2024-01-22)
+void readUnited(const std::string& path, bool v1, CheckpointWeights& weights)
+{
+    const TorchArchive archive = readArchive(path);
+    refuseOtherNetworks(archive, path);
+    for (const Part& part : kParts) {
+        const bool bank = part.kind == MlpKind::FeatureBank;
+        const std::string key = bank && v1 ? "mlp_feature_bank" : part.file;
+        const bool present = std::any_of(archive.tensors.begin(), archive.tensors.end(),
+                                         [&](const NamedTensor& t) { return t.name.starts_with(key + "."); });
+        if (bank && !present)
+            continue;
+        weights.mlps.push_back(readMlp(archive, part, key + ".", path, weights.warnings));
+    }
+    if (const NamedTensor* embedding = findTensor(archive, "appearance.embedding.weight"))
+        readEmbedding(*embedding, path, weights);
+    weights.paths.push_back(path);
+}
+
+} // namespace
+
+CheckpointWeights readWeights(const CheckpointFiles& files)
+{
+    CheckpointWeights weights;
+    const bool split = files.has("opacity_mlp.pt") || files.has("cov_mlp.pt") || files.has("color_mlp.pt");
+    const bool unite = files.has("checkpoints.pth");
+    const bool v1 = files.has("checkpoint.pth");
+    if (split + unite + v1 > 1)
+        weights.warnings.push_back(files.folder + ": holds the weights more than once; read " +
+                                   (split ? "the .pt files" : "checkpoints.pth"));
+    if (split) {
+        weights.container = "split";
+        readSplit(files, weights);
+    } else if (unite || v1) {
+        weights.container = unite ? "unite" : "v1";
+        readUnited((std::filesystem::path(files.folder) / (unite ? "checkpoints.pth" : "checkpoint.pth")).string(),
+                   !unite, weights);
+    } else {
+        throw Error(ErrorCode::InvalidFile,
+                    files.folder + ": no MLP weights beside the PLY; looked for opacity_mlp.pt, cov_mlp.pt and "
+                                   "color_mlp.pt, for checkpoints.pth and for checkpoint.pth; copy the whole "
+                                   "iteration folder of the trainer");
+    }
+    return weights;
+}
+
+} // namespace gsc

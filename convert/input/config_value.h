@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// The trainers' own settings: cfg_args (a Python repr) and config.yaml (Octree-AnyGS), as one tree of values.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace gsc {
+
+struct ConfigValue {
+    enum class Kind : uint8_t { None, Bool, Int, Float, String, List, Dict, Other };
+
+    Kind kind = Kind::None;
+    int64_t integer = 0;           // Bool, Int
+    double number = 0;             // Int, Float
+    std::string text;              // String; Other: the source text
+    std::vector<ConfigValue> list; // List, Dict: values in the order of the file
+    std::vector<std::string> keys; // Dict: of each value
+
+    void add(std::string key, ConfigValue value); // to a dictionary
+    // Member of a dictionary by dotted path, such as "model_config.kwargs.fork"; null if absent.
+    [[nodiscard]] const ConfigValue* find(std::string_view path) const;
+    // The member, or `fallback` where it is absent or None. Throws Error(InvalidFile) if it has another type;
+    // `file` is used in messages only.
+    [[nodiscard]] bool getBool(std::string_view path, bool fallback, const std::string& file) const;
+    [[nodiscard]] double getNumber(std::string_view path, double fallback, const std::string& file) const;
+    [[nodiscard]] std::string getString(std::string_view path, const std::string& fallback,
+                                        const std::string& file) const;
+};
+
+// "Namespace(key=value, ...)" as Python prints an argparse.Namespace: strings with escapes, numbers, None, True,
+// False, lists, tuples, dictionaries; values of any other type are kept as text. Throws Error(InvalidFile).
+ConfigValue parsePythonNamespace(std::string_view text, const std::string& file);
+
+// YAML with PyYAML's reading of scalars (40_000 is a number). Throws Error(InvalidFile).
+ConfigValue parseYaml(std::string_view text, const std::string& file);
+
+} // namespace gsc

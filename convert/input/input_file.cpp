@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/input/input_file.h"
+
+#include "format/error.h"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace gsc {
+
+InputFile::InputFile(const std::string& path) : m_path(path), m_fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC))
+{
+    if (m_fd < 0)
+        throw Error(ErrorCode::Io, path + ": cannot be opened (" + std::strerror(errno) +
+                                       "), expected a readable file; check the path and its permissions");
+    struct stat info = {};
+    if (::fstat(m_fd, &info) != 0 || !S_ISREG(info.st_mode)) {
+        ::close(m_fd);
+        throw Error(ErrorCode::Io, path + ": is no regular file, expected one; check the path");
+    }
+    m_bytes = uint64_t(info.st_size);
+    (void)::posix_fadvise(m_fd, 0, 0, POSIX_FADV_SEQUENTIAL); // doubles the kernel's read-ahead
+}
+
+InputFile::~InputFile()
+{
+    ::close(m_fd);
+}
+
+void InputFile::read(uint64_t offset, std::span<std::byte> out) const
+{
+    size_t done = 0;
+    while (done < out.size()) {
+        const ssize_t got = ::pread(m_fd, out.data() + done, out.size() - done, off_t(offset + done));
+        if (got > 0) {
+            done += size_t(got);
+        } else if (got == 0) {
+            throw Error(ErrorCode::Io, formatString("%s: ends at byte %llu, expected %llu more; it became shorter "
+                                                    "while it was read",
+                                                    m_path.c_str(), static_cast<unsigned long long>(offset + done),
+                                                    static_cast<unsigned long long>(out.size() - done)));
+        } else if (errno != EINTR) {
+            throw Error(ErrorCode::Io,
+                        formatString("%s: cannot be read at byte %llu (%s), expected a readable file; check the disk",
+                                     m_path.c_str(), static_cast<unsigned long long>(offset + done),
+                                     std::strerror(errno)));
+        }
+    }
+}
+
+void InputFile::prefetch(uint64_t offset, uint64_t bytes) const noexcept
+{
+    (void)::posix_fadvise(m_fd, off_t(offset), off_t(bytes), POSIX_FADV_WILLNEED);
+}
+
+std::vector<std::byte> readWholeFile(const std::string& path, uint64_t max_bytes, const char* what)
+{
+    const InputFile file(path);
+    if (file.bytes() > max_bytes)
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: has %llu bytes, expected %s of at most %llu; pass the file the trainer wrote",
+                                 path.c_str(), static_cast<unsigned long long>(file.bytes()), what,
+                                 static_cast<unsigned long long>(max_bytes)));
+    std::vector<std::byte> bytes(file.bytes());
+    file.read(0, bytes);
+    return bytes;
+}
+
+std::string readTextFile(const std::string& path, uint64_t max_bytes, const char* what)
+{
+    const std::vector<std::byte> bytes = readWholeFile(path, max_bytes, what);
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+} // namespace gsc

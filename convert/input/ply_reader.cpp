@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/input/ply_reader.h"
+
+#include "format/error.h"
+
+#include <algorithm>
+#include <charconv>
+#include <unordered_set>
+
+namespace gsc {
+
+namespace {
+
+constexpr size_t kMaxColumns = 8192;
+
+[[noreturn]] void throwInvalid(const std::string& name, const std::string& text, const char* remedy)
+{
+    throw Error(ErrorCode::InvalidFile, name + ": " + text + "; " + remedy);
+}
+
+constexpr const char* kTakeTrainers = "pass the point_cloud.ply that the trainer wrote";
+
+// The crop tool of the SIBR viewer writes neither `end_header` nor the rotation columns, and scales that are no
+// logarithms any more: nothing in such a file can be trusted.
+[[noreturn]] void throwNoEnd(const std::string& name)
+{
+    throwInvalid(name,
+                 "header has no 'end_header', expected one; a PLY saved by the SIBR viewer's crop tool looks like this "
+                 "and has lost its rotations and scales",
+                 kTakeTrainers);
+}
+
+// Line by line through the header.
+class Lines {
+public:
+    Lines(std::span<const std::byte> bytes, const std::string& name)
+        : m_text(reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), kMaxPlyHeader)), m_name(name)
+    {
+    }
+
+    std::string_view next()
+    {
+        const size_t end = m_text.find('\n', m_cursor);
+        if (end == std::string_view::npos)
+            throwNoEnd(m_name);
+        std::string_view line = m_text.substr(m_cursor, end - m_cursor);
+        m_cursor = end + 1;
+        if (!line.empty() && line.back() == '\r')
+            line.remove_suffix(1);
+        return line;
+    }
+
+    [[nodiscard]] size_t cursor() const { return m_cursor; }
+
+private:
+    std::string_view m_text;
+    size_t m_cursor = 0;
+    const std::string& m_name;
+};
+
+std::vector<std::string_view> words(std::string_view line)
+{
+    std::vector<std::string_view> result;
+    for (size_t i = 0; i < line.size();) {
+        const size_t end = std::min(line.find(' ', i), line.size());
+        if (end > i)
+            result.push_back(line.substr(i, end - i));
+        i = end + 1;
+    }
+    return result;
+}
+
+// Bytes of a scalar type, 0 if it is none.
+uint32_t scalarBytes(std::string_view type)
+{
+    struct Type {
+        std::string_view name;
+        uint32_t bytes;
+    };
+    constexpr Type types[] = {{"char", 1},   {"int8", 1},    {"uchar", 1},  {"uint8", 1},  {"short", 2}, {"int16", 2},
+                              {"ushort", 2}, {"uint16", 2},  {"int", 4},    {"int32", 4},  {"uint", 4},  {"uint32", 4},
+                              {"float", 4},  {"float32", 4}, {"double", 8}, {"float64", 8}};
+    for (const Type& known : types)
+        if (type == known.name)
+            return known.bytes;
+    return 0;
+}
+
+std::string clip(std::string_view text)
+{
+    std::string result;
+    for (const char c : text.substr(0, 60))
+        result += c >= ' ' && c <= '~' ? c : '?';
+    return result;
+}
+
+void checkFormat(const std::vector<std::string_view>& line, const std::string& name)
+{
+    const std::string found = line.size() > 1 ? std::string(line[1]) : "";
+    if (found == "ascii" || found == "binary_big_endian")
+        throw Error(ErrorCode::Unsupported, name + ": format is " + found +
+                                                ", expected binary_little_endian as the trainers write it; convert "
+                                                "the file, for example with plyfile");
+    if (line.size() != 3 || line[0] != "format" || found != "binary_little_endian" || line[2] != "1.0")
+        throwInvalid(name,
+                     "second line is '" + clip(line.empty() ? "" : line[0]) + " " + clip(found) +
+                         "', expected 'format binary_little_endian 1.0'",
+                     kTakeTrainers);
+}
+
+uint64_t elementCount(const std::vector<std::string_view>& line, const std::string& name)
+{
+    if (line.size() != 3 || line[1] != "vertex")
+        throwInvalid(name, "element '" + clip(line.size() > 1 ? line[1] : "") + "' found, expected only 'vertex'",
+                     kTakeTrainers);
+    uint64_t count = 0;
+    const auto [end, error] = std::from_chars(line[2].data(), line[2].data() + line[2].size(), count);
+    if (error != std::errc() || end != line[2].data() + line[2].size())
+        throwInvalid(name, "vertex count is '" + clip(line[2]) + "', expected a number", kTakeTrainers);
+    return count;
+}
+
+void checkBody(const PlyHeader& header, uint64_t file_bytes, const std::string& name)
+{
+    if (header.row_bytes == 0)
+        throwInvalid(name, "vertices have no properties, expected those of anchors", kTakeTrainers);
+    const uint64_t body = file_bytes - header.header_bytes;
+    // note: a division, because the count is hostile and a product could wrap
+    if (header.row_count > body / header.row_bytes)
+        throwInvalid(name,
+                     formatString("header promises %llu rows of %u bytes, the file has %llu bytes left for them, "
+                                  "expected all rows",
+                                  static_cast<unsigned long long>(header.row_count), header.row_bytes,
+                                  static_cast<unsigned long long>(body)),
+                     "the file is cut short, copy it again");
+    const uint64_t extra = body - header.row_count * header.row_bytes;
+    if (extra != 0)
+        throwInvalid(name,
+                     formatString("%llu bytes follow the last of %llu rows, expected none",
+                                  static_cast<unsigned long long>(extra),
+                                  static_cast<unsigned long long>(header.row_count)),
+                     kTakeTrainers);
+}
+
+} // namespace
+
+const PlyColumn* PlyHeader::find(std::string_view name) const
+{
+    const auto found = std::find_if(columns.begin(), columns.end(), [&](const PlyColumn& c) { return c.name == name; });
+    return found == columns.end() ? nullptr : &*found;
+}
+
+PlyHeader parsePlyHeader(std::span<const std::byte> bytes, uint64_t file_bytes, const std::string& name)
+{
+    const bool magic = bytes.size() >= 4 && bytes[0] == std::byte('p') && bytes[1] == std::byte('l') &&
+                       bytes[2] == std::byte('y') && (bytes[3] == std::byte('\n') || bytes[3] == std::byte('\r'));
+    if (!magic)
+        throwInvalid(name, "does not start with 'ply', expected a PLY file", kTakeTrainers);
+    Lines lines(bytes, name);
+    (void)lines.next();
+    checkFormat(words(lines.next()), name);
+
+    PlyHeader header;
+    std::unordered_set<std::string> seen;
+    bool in_element = false;
+    for (;;) {
+        const std::string_view text = lines.next();
+        const std::vector<std::string_view> line = words(text);
+        const std::string_view keyword = line.empty() ? "" : line[0];
+        if (keyword == "end_header" && line.size() == 1)
+            break;
+        if (keyword == "comment")
+            continue;
+        if (keyword == "obj_info") {
+            header.obj_info.emplace_back(text.substr(std::min<size_t>(text.size(), 9)));
+        } else if (keyword == "element") {
+            if (in_element)
+                throwInvalid(name, "more than one element, expected only 'vertex'", kTakeTrainers);
+            header.row_count = elementCount(line, name);
+            in_element = true;
+        } else if (keyword == "property" && in_element) {
+            if (line.size() > 1 && line[1] == "list")
+                throwInvalid(name, "property '" + clip(line.back()) + "' is a list, expected scalars", kTakeTrainers);
+            const uint32_t size = line.size() == 3 ? scalarBytes(line[1]) : 0;
+            if (size == 0)
+                throwInvalid(name, "header line '" + clip(text) + "' is no property, expected 'property float <name>'",
+                             kTakeTrainers);
+            if (!seen.insert(std::string(line[2])).second)
+                throwInvalid(name, "property '" + clip(line[2]) + "' occurs twice, expected unique names",
+                             kTakeTrainers);
+            if (header.columns.size() >= kMaxColumns)
+                throwInvalid(name, formatString("more than %zu properties", kMaxColumns), kTakeTrainers);
+            header.columns.push_back(
+                {std::string(line[2]), header.row_bytes, line[1] == "float" || line[1] == "float32"});
+            header.row_bytes += size;
+        } else {
+            // binary data where the next line should be: the header was never ended
+            if (std::any_of(text.begin(), text.end(), [](char c) { return (c < ' ' && c != '\t') || c > '~'; }))
+                throwNoEnd(name);
+            throwInvalid(name, "header line '" + clip(text) + "' is unknown, expected a PLY header", kTakeTrainers);
+        }
+    }
+    if (!in_element)
+        throwInvalid(name, "header has no element, expected 'vertex'", kTakeTrainers);
+    header.header_bytes = lines.cursor();
+    checkBody(header, file_bytes, name);
+    return header;
+}
+
+PlyFile::PlyFile(const std::string& path) : m_file(path)
+{
+    std::vector<std::byte> first(std::min<uint64_t>(m_file.bytes(), kMaxPlyHeader));
+    m_file.read(0, first);
+    m_header = parsePlyHeader(first, m_file.bytes(), path);
+}
+
+void PlyFile::readRows(uint64_t first, std::span<std::byte> out) const
+{
+    m_file.read(m_header.header_bytes + first * m_header.row_bytes, out);
+}
+
+void PlyFile::prefetchRows(uint64_t first, uint64_t count) const noexcept
+{
+    m_file.prefetch(m_header.header_bytes + first * m_header.row_bytes, count * m_header.row_bytes);
+}
+
+} // namespace gsc

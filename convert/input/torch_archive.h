@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tensors in PyTorch's zip archives: TorchScript (.pt) and torch.save (.pth). A pickle-subset machine with
+// whitelisted opcodes and globals; nothing in a file is ever executed.
+#pragma once
+
+#include "convert/input/checkpoint.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace gsc {
+
+struct NamedTensor {
+    std::string name;            // dotted path of attribute names or keys, such as "0.weight" or "opacity_mlp.0.weight"
+    std::vector<uint64_t> shape; // row-major, contiguous
+    std::vector<float> values;
+};
+
+struct TorchArchive {
+    bool is_script = false;           // TorchScript module, not a torch.save of dictionaries
+    std::string root_class;           // last part of the root object's class name, without mangling; empty for dict
+    std::vector<NamedTensor> tensors; // in the order of the pickle
+    // class of each submodule by dotted path: {"0", "Linear"}, {"3", "Tanh"}; empty for dictionaries
+    std::vector<std::pair<std::string, std::string>> modules;
+};
+
+// `name` is used in messages only. Throws Error: InvalidFile, Unsupported (pre-1.6 archive, big endian, tensors that
+// are not float32, globals outside the whitelist).
+TorchArchive readTorchArchive(std::span<const std::byte> bytes, const std::string& name);
+
+// What `gsc sample` and the tests write: bytes as PyTorch 1.12 lays them out (stored members, data descriptors with
+// zero sizes in the local headers, 64-byte aligned payloads, ZIP64 end records).
+// TorchScript Sequential(Linear, ReLU, Linear[, activation]) under the folder `stem`.
+std::vector<std::byte> writeTorchScriptMlp(const Mlp& mlp, const std::string& stem);
+// TorchScript Embedding module with one child `embedding`.
+std::vector<std::byte> writeTorchScriptEmbedding(std::span<const float> values, uint32_t rows, uint32_t columns,
+                                                 const std::string& stem);
+// torch.save of {key: OrderedDict(state_dict)}, the "unite" and v1 containers.
+std::vector<std::byte> writeStateDictArchive(const std::vector<std::pair<std::string, const Mlp*>>& mlps,
+                                             std::span<const float> embedding, uint32_t rows, uint32_t columns);
+
+} // namespace gsc

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stored members of a zip archive in memory.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+// Names come from the central directory, sizes too: the local headers of PyTorch's archives hold zeros.
+class ZipArchive {
+public:
+    // `bytes` must outlive the archive; `name` is used in messages only. Throws Error(InvalidFile).
+    ZipArchive(std::span<const std::byte> bytes, const std::string& name);
+    ~ZipArchive();
+    ZipArchive(const ZipArchive&) = delete;
+    ZipArchive& operator=(const ZipArchive&) = delete;
+
+    // In the order of the central directory; no name occurs twice.
+    [[nodiscard]] const std::vector<std::string>& members() const { return m_members; }
+    [[nodiscard]] bool contains(const std::string& member) const;
+
+    // Bytes of its content as the central directory states them. Throws Error(InvalidFile) if absent.
+    [[nodiscard]] uint64_t size(const std::string& member) const;
+
+    // The content, its CRC-32 checked. Throws Error: InvalidFile (absent, damaged, larger than the archive),
+    // Unsupported (compressed or encrypted: PyTorch stores what we read).
+    [[nodiscard]] std::vector<std::byte> read(const std::string& member) const;
+
+private:
+    struct State;
+    std::unique_ptr<State> m_state;
+    std::vector<std::string> m_members;
+};
+
+} // namespace gsc

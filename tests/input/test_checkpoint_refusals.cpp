@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+// What cannot be represented exactly is refused, with a message that names what was found and what to do.
+#include "convert/input/torch_archive.h"
+#include "tests/input/model_fixture.h"
+
+#include <doctest/doctest.h>
+
+using namespace gsc;
+using namespace gsc::test;
+
+namespace fs = std::filesystem;
+
+namespace {
+
+void refuses(const fs::path& path, ErrorCode code, const char* found, const char* remedy)
+{
+    const Outcome outcome = outcomeOf([&] { (void)readCheckpoint(path.string(), {}); });
+    CAPTURE(outcome.message);
+    CHECK(outcome.code == code);
+    CHECK(outcome.says(found));
+    CHECK(outcome.says(remedy));
+    CHECK(outcome.says(path.parent_path().string())); // the file or folder is named
+}
+
+// A checkpoint.pth whose opacity MLP is called `key` beside the usual three.
+void writeForeign(const fs::path& folder, const ModelSpec& spec, const std::string& key)
+{
+    const WeightSet weights = makeWeights(spec.n_offsets, spec.feat_dim, {});
+    writeFile(folder / "checkpoint.pth", writeStateDictArchive({{"opacity_mlp", &weights.mlps[0]},
+                                                                {"cov_mlp", &weights.mlps[1]},
+                                                                {"color_mlp", &weights.mlps[2]},
+                                                                {key, &weights.mlps[0]}},
+                                                               {}, 0, 0));
+}
+
+} // namespace
+
+TEST_CASE("refusals, trap 33: HAC, GSDF and quantised models")
+{
+    const TemporaryFolder folder;
+    ModelSpec spec;
+    const fs::path iteration = writeModel(folder.path(), spec);
+    for (const char* name : {"opacity_mlp.pt", "cov_mlp.pt", "color_mlp.pt"})
+        fs::remove(iteration / name);
+    writeForeign(iteration, spec, "grid_mlp");
+    refuses(folder.path(), ErrorCode::Unsupported, "HAC", "train");
+    writeForeign(iteration, spec, "anchor_normals_mlp");
+    refuses(folder.path(), ErrorCode::Unsupported, "GSDF", "cannot be converted");
+
+    PlyText hac = makePly(Columns::Scaffold, 3, spec.n_offsets, spec.feat_dim);
+    hac.columns[3] = "f_mask_0";
+    writeFile(iteration / "point_cloud.ply", hac.text());
+    refuses(folder.path(), ErrorCode::Unsupported, "f_mask_<n>", "train with one of these");
+
+    writeFile(iteration / "point_cloud_quantized.npz", std::string("PK"));
+    refuses(folder.path(), ErrorCode::Unsupported, "point_cloud_quantized.npz", "move the npz away");
+}
+
+TEST_CASE("refusals: explicit Gaussians")
+{
+    const TemporaryFolder folder;
+    PlyText ply;
+    ply.columns = {"x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2", "opacity"};
+    ply.rows.assign(2, std::vector<float>(10));
+    writeFile(folder.path() / "m/point_cloud.ply", ply.text());
+    refuses(folder.path() / "m", ErrorCode::Unsupported, "plain 3DGS or 2DGS", "train with Scaffold-GS");
+    ply.columns[3] = "f_offset_0";
+    writeFile(folder.path() / "m/point_cloud.ply", ply.text());
+    refuses(folder.path() / "m", ErrorCode::Unsupported, "Octree-AnyGS model of explicit", "train with Scaffold-GS");
+}
+
+TEST_CASE("refusals: folders of other methods")
+{
+    const std::pair<const char*, const char*> markers[] = {{"sogs_config.json", "SOGS"},
+                                                           {"second_order_mlp_0.pt", "SOGS"},
+                                                           {"point_cloud_rk0_ws4.ply", "CityGS-X"},
+                                                           {"_rk0opacity_mlp.pt", "CityGS-X"},
+                                                           {"step-000029999.ckpt", "nerfstudio"}};
+    for (const auto& [file, method] : markers) {
+        const TemporaryFolder folder;
+        const fs::path iteration = writeModel(folder.path(), {});
+        writeFile(iteration / file, std::string("x"));
+        refuses(folder.path(), ErrorCode::Unsupported, method, file);
+        refuses(iteration / "point_cloud.ply", ErrorCode::Unsupported, method, file);
+    }
+    const TemporaryFolder folder;
+    writeFile(folder.path() / "run/chkpnt30000.pth", std::string("x"));
+    refuses(folder.path() / "run", ErrorCode::Unsupported, "state of a training run", "--save_iterations");
+    refuses(folder.path() / "run/chkpnt30000.pth", ErrorCode::Unsupported, "state of a training run", "iteration_<n>");
+    writeFile(folder.path() / "nerf/nerfstudio_models/step-1.ckpt", std::string("x"));
+    refuses(folder.path() / "nerf", ErrorCode::Unsupported, "nerfstudio", "export");
+}
+
+TEST_CASE("refusals: missing and mixed-up files")
+{
+    const TemporaryFolder folder;
+    const ModelSpec spec;
+    const fs::path model = folder.path() / "m", iteration = writeModel(model, spec);
+    refuses(folder.path() / "absent", ErrorCode::Io, "does not exist", "check the path");
+    refuses(folder.path() / "m/cfg_args", ErrorCode::InvalidFile, "neither a folder nor a PLY", "point_cloud.ply");
+
+    fs::rename(iteration / "point_cloud.ply", folder.path() / "kept.ply"); // .pt without PLY
+    refuses(model, ErrorCode::InvalidFile, "opacity_mlp.pt", "looked for point_cloud.ply");
+    fs::rename(folder.path() / "kept.ply", iteration / "point_cloud.ply");
+
+    fs::rename(iteration / "cov_mlp.pt", folder.path() / "kept.pt"); // two of three
+    refuses(model, ErrorCode::InvalidFile, "cov_mlp.pt is missing", "copy the whole folder");
+    fs::rename(folder.path() / "kept.pt", iteration / "cov_mlp.pt");
+}
+
+TEST_CASE("refusals: a PLY without weights, and weights of another model")
+{
+    const TemporaryFolder folder;
+    const ModelSpec spec;
+    const fs::path iteration = writeModel(folder.path() / "m", spec);
+    fs::create_directories(folder.path() / "alone");
+    fs::copy(iteration / "point_cloud.ply", folder.path() / "alone/point_cloud.ply");
+    refuses(folder.path() / "alone", ErrorCode::InvalidFile, "checkpoints.pth", "opacity_mlp.pt");
+
+    writeSplit(iteration, makeWeights(spec.n_offsets + 1, spec.feat_dim, {}));
+    refuses(folder.path() / "m", ErrorCode::InvalidFile, "3 results", "different models");
+    writeSplit(iteration, makeWeights(spec.n_offsets, spec.feat_dim + 4, {}));
+    refuses(folder.path() / "m", ErrorCode::InvalidFile, "8 hidden values", "different models");
+    writeSplit(iteration, makeWeights(spec.n_offsets, spec.feat_dim, {2, 2, 2}));
+    refuses(folder.path() / "m", ErrorCode::Unsupported, "takes 9 values", "only the MLPs of Scaffold-GS");
+
+    WeightSet swapped = makeWeights(spec.n_offsets, spec.feat_dim, {});
+    swapped.mlps[0].activation = Activation::Sigmoid; // an opacity MLP that ends in another activation
+    writeSplit(iteration, swapped);
+    refuses(folder.path() / "m", ErrorCode::Unsupported, "layer 3 is Sigmoid", "only the MLPs");
+
+    writeFile(iteration / "opacity_mlp.pt", std::string("\x80\x02\x8a\x0al\xfc\x9c"));
+    refuses(folder.path() / "m", ErrorCode::Unsupported, "before 1.6", "save it again");
+    writeFile(iteration / "opacity_mlp.pt", std::string(100, 'x'));
+    refuses(folder.path() / "m", ErrorCode::InvalidFile, "opacity_mlp.pt", "save it again");
+
+    PlyText none = makePly(Columns::Scaffold, 0, spec.n_offsets, spec.feat_dim);
+    writeFile(iteration / "point_cloud.ply", none.text());
+    refuses(folder.path() / "m", ErrorCode::InvalidFile, "has no vertices", "at least one");
+}
