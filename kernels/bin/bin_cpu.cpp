@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kernels/bin/bin_cpu.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "kernels/bin/bin.h"
+#include "kernels/common/ellipse-inl.h"
+#include "kernels/common/parallel.h"
+
+#include <algorithm>
+#include <cstring>
+
+HWY_BEFORE_NAMESPACE();
+namespace gsc {
+namespace HWY_NAMESPACE {
+
+constexpr size_t kPrefetch = 8; // splats ahead: they lie in the order of the anchors, not of depth
+
+// Gathers splats [begin, end) in depth order, notes the windows of 4 x 4 tiles that each touches, and counts them.
+void countTiles(const BinArgs& args, size_t begin, size_t end, Splat* splats, uint32_t* counts,
+                std::vector<TileWindow>& windows)
+{
+    HWY_ALIGN float cell_x[kCells], cell_y[kCells];
+    for (uint32_t i = 0; i < kCells; ++i) {
+        cell_x[i] = float(i % kCellsPerSide * kTileSize);
+        cell_y[i] = float(i / kCellsPerSide * kTileSize);
+    }
+    windows.clear();
+    for (size_t i = begin; i < end; ++i) {
+        if (i + kPrefetch < end)
+            __builtin_prefetch(args.splats + args.sorted[i + kPrefetch].slot);
+        const Splat& splat = splats[i] = args.splats[args.sorted[i].slot];
+        const uint32_t x0 = splat.x0 / kTileSize, x1 = splat.x1 / kTileSize;
+        const uint32_t y0 = splat.y0 / kTileSize, y1 = splat.y1 / kTileSize;
+        for (uint32_t y = y0; y <= y1; y += kCellsPerSide)
+            for (uint32_t x = x0; x <= x1; x += kCellsPerSide) {
+                const uint32_t columns = std::min(x1 - x + 1, kCellsPerSide);
+                const uint32_t rows = std::min(y1 - y + 1, kCellsPerSide);
+                uint32_t tiles = ((1u << columns) - 1) * 0x1111u & ((1u << rows * kCellsPerSide) - 1);
+                tiles &= touchedCells(splat, cell_x, cell_y, float(x * kTileSize), float(y * kTileSize),
+                                      float(kTileSize - 1));
+                windows.push_back(
+                    {y * args.grid_x + x, uint16_t(tiles), uint16_t(x + kCellsPerSide > x1 && y + kCellsPerSide > y1)});
+                for (; tiles != 0; tiles &= tiles - 1) {
+                    const uint32_t bit = uint32_t(__builtin_ctz(tiles));
+                    ++counts[(y + bit / kCellsPerSide) * args.grid_x + x + bit % kCellsPerSide];
+                }
+            }
+    }
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace gsc
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace gsc {
+
+HWY_EXPORT(countTiles);
+
+namespace {
+
+constexpr size_t kMinChunk = 4096; // splats; the split depends on the count alone, never on the threads
+constexpr size_t kMaxChunks = 32;  // bounds the counters: one per chunk and tile
+
+void listTiles(const std::vector<TileWindow>& windows, uint32_t grid_x, uint32_t splat, uint32_t* next,
+               uint32_t* entries)
+{
+    for (const TileWindow& window : windows) {
+        for (uint32_t tiles = window.tiles; tiles != 0; tiles &= tiles - 1) {
+            const uint32_t bit = uint32_t(__builtin_ctz(tiles));
+            entries[next[window.tile + bit / 4 * grid_x + bit % 4]++] = splat;
+        }
+        splat += window.last;
+    }
+}
+
+} // namespace
+
+uint64_t binCpu(const BinArgs& args, const Workers& workers, BinScratch& scratch)
+{
+    const size_t tiles = size_t(args.grid_x) * args.grid_y;
+    const size_t chunks = std::clamp<size_t>(args.count / kMinChunk, 1, kMaxChunks);
+    const auto chunkFirst = [&](size_t c) { return args.count * c / chunks; };
+    scratch.splats.reserve(args.count);
+    scratch.tile_first.reserve(tiles + 1);
+    scratch.chunk_counts.reserve(chunks * tiles);
+    scratch.chunk_windows.resize(std::max(scratch.chunk_windows.size(), chunks));
+
+    const auto count = HWY_DYNAMIC_DISPATCH(countTiles);
+    workers.run(chunks, 1, [&](size_t begin, size_t end, int) {
+        for (size_t c = begin; c < end; ++c) {
+            uint32_t* counts = scratch.chunk_counts.data() + c * tiles;
+            std::memset(counts, 0, tiles * sizeof(uint32_t));
+            count(args, chunkFirst(c), chunkFirst(c + 1), scratch.splats.data(), counts, scratch.chunk_windows[c]);
+        }
+    });
+    uint64_t sum = 0;
+    for (size_t tile = 0; tile < tiles; ++tile) {
+        scratch.tile_first[tile] = uint32_t(sum);
+        for (size_t c = 0; c < chunks; ++c) {
+            uint32_t& first = scratch.chunk_counts[c * tiles + tile];
+            const uint32_t n = first;
+            first = uint32_t(sum);
+            sum += n;
+        }
+    }
+    if (sum > UINT32_MAX)
+        throw Error(ErrorCode::OutOfMemory,
+                    formatString("frame: %llu (tile, splat) pairs, expected fewer than 2^32; render a smaller image",
+                                 static_cast<unsigned long long>(sum)));
+    scratch.tile_first[tiles] = uint32_t(sum);
+    scratch.entries.reserve(sum);
+    workers.run(chunks, 1, [&](size_t begin, size_t end, int) {
+        for (size_t c = begin; c < end; ++c)
+            listTiles(scratch.chunk_windows[c], args.grid_x, uint32_t(chunkFirst(c)),
+                      scratch.chunk_counts.data() + c * tiles, scratch.entries.data());
+    });
+    return sum;
+}
+
+} // namespace gsc
+#endif

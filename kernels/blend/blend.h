@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Splats to pixels, front to back (format facts 7.5).
+#pragma once
+
+#include "kernels/bin/bin.h"
+#include "kernels/math/blend.h"
+
+#include <vector>
+
+namespace gsc {
+
+class Workers;
+
+struct BlendArgs {
+    const Splat* splats;        // front to back
+    const uint32_t* tile_first; // grid_x * grid_y + 1
+    const uint32_t* entries;
+    uint32_t grid_x, grid_y;
+    uint32_t width, height;
+    RasterConstants rules;
+    float background[3];
+    float* image; // height x width x 3, row 0 on top
+};
+
+// Returns the number of (pixel, splat) pairs evaluated.
+uint64_t blendCpu(const BlendArgs& args, const Workers& workers);
+
+// Scalar: every pixel of a tile walks the tile's list until it is done.
+template <typename Real>
+uint64_t blendReference(const std::vector<SplatOf<Real>>& splats, const TileLists& lists, uint32_t width,
+                        uint32_t height, const RasterConstants& rules, const float* background, Real* image);
+
+} // namespace gsc

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernels/blend/blend.h"
+
+namespace gsc {
+
+template <typename Real>
+uint64_t blendReference(const std::vector<SplatOf<Real>>& splats, const TileLists& lists, uint32_t width,
+                        uint32_t height, const RasterConstants& rules, const float* background, Real* image)
+{
+    const uint32_t grid_x = tileCount(width);
+    uint64_t evaluations = 0;
+    for (uint32_t y = 0; y < height; ++y)
+        for (uint32_t x = 0; x < width; ++x) {
+            const uint32_t tile = y / kTileSize * grid_x + x / kTileSize;
+            PixelState<Real> pixel{{0, 0, 0}, Real(1), false};
+            uint32_t i = lists.first[tile];
+            for (; i < lists.first[tile + 1] && !pixel.done; ++i) {
+                const SplatOf<Real>& s = splats[lists.entries[i]];
+                blendStep(rules, s.conic, s.x - Real(x), s.y - Real(y), s.opacity, s.color, pixel);
+            }
+            evaluations += i - lists.first[tile];
+            for (int c = 0; c < 3; ++c)
+                image[(size_t(y) * width + x) * 3 + c] = pixel.color[c] + pixel.transmittance * Real(background[c]);
+        }
+    return evaluations;
+}
+
+template uint64_t blendReference<float>(const std::vector<SplatOf<float>>&, const TileLists&, uint32_t, uint32_t,
+                                        const RasterConstants&, const float*, float*);
+template uint64_t blendReference<double>(const std::vector<SplatOf<double>>&, const TileLists&, uint32_t, uint32_t,
+                                         const RasterConstants&, const float*, double*);
+
+} // namespace gsc

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// Frame memory: grows, never shrinks, keeps no content when it grows.
+#pragma once
+
+#include "format/error.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <type_traits>
+
+namespace gsc {
+
+template <typename T>
+class Buffer {
+    static_assert(std::is_trivially_copyable_v<T>);
+
+public:
+    // Afterwards data() holds at least `count` values, undefined where the buffer grew. Throws Error(OutOfMemory).
+    void reserve(size_t count)
+    {
+        if (count <= m_capacity)
+            return;
+        const size_t wanted = count + count / 4;
+        if (wanted > SIZE_MAX / 2 / sizeof(T))
+            throwOutOfMemory(count);
+        m_data.reset();
+        m_capacity = 0;
+        m_data.reset(static_cast<T*>(std::aligned_alloc(kAlignment, roundUp(wanted * sizeof(T)))));
+        if (m_data == nullptr)
+            throwOutOfMemory(count);
+        m_capacity = wanted;
+    }
+
+    [[nodiscard]] T* data() { return m_data.get(); }
+    [[nodiscard]] const T* data() const { return m_data.get(); }
+    [[nodiscard]] T& operator[](size_t i) { return m_data.get()[i]; }
+    [[nodiscard]] const T& operator[](size_t i) const { return m_data.get()[i]; }
+    [[nodiscard]] size_t capacity() const { return m_capacity; }
+    [[nodiscard]] uint64_t bytes() const { return m_capacity * sizeof(T); }
+
+private:
+    static constexpr size_t kAlignment = 64; // one cache line, one AVX-512 vector
+
+    struct Free {
+        void operator()(T* p) const { std::free(p); }
+    };
+
+    static size_t roundUp(size_t bytes) { return (bytes + kAlignment - 1) / kAlignment * kAlignment; }
+
+    [[noreturn]] static void throwOutOfMemory(size_t count)
+    {
+        throw Error(ErrorCode::OutOfMemory,
+                    formatString("frame buffer: no memory for %zu values of %zu bytes, expected enough for this view; "
+                                 "render smaller images or a smaller model",
+                                 count, sizeof(T)));
+    }
+
+    std::unique_ptr<T, Free> m_data;
+    size_t m_capacity = 0;
+};
+
+} // namespace gsc

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// Plain data that the stages of a frame pass on. Included by C++ and CUDA alike.
+#pragma once
+
+#include "format/gsc_layout.h"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace gsc {
+
+constexpr uint32_t kMaxEyes = 2;
+constexpr uint32_t kTileSize = 16; // part of the image: every Gaussian reaches the whole of each tile it touches
+
+// One eye in COLMAP axes (x right, y down, z forward), exactly the fp32 values upstream hands to its rasteriser.
+struct EyeParams {
+    float world_to_view[12];    // row-major 3 x 4: view = R * world + t
+    float full_projection[16];  // row-major 4 x 4, column vectors: clip = P * W2C * world
+    float center[3];            // camera centre, world units
+    float tan_fov_x, tan_fov_y; // tangents of half the field of view
+    float focal_x, focal_y;     // pixels: size / (2 tan)
+    uint32_t width, height;     // pixels
+};
+
+// The same in double precision, for the reference that measures the others.
+struct EyeParams64 {
+    double world_to_view[12];
+    double full_projection[16];
+    double center[3];
+    double tan_fov_x, tan_fov_y;
+    double focal_x, focal_y;
+    uint32_t width, height;
+};
+
+// Pointers into one resident chunk payload (chunkArrayLayout()). Null where the array is absent.
+struct ChunkArrays {
+    const GridPosition* grid_position; // n, or null if positions are floats
+    const float* float_position;       // n x 3, or null
+    const uint32_t* source_index;      // n
+    const float* extra_level;          // n or null
+    const float* scale;                // n x 6
+    const float* offset;               // n x K x 3
+    const float* feature;              // n x F
+    const float* rotation;             // n x 4 or null
+};
+
+// The model as the stages read it: everything lies in the mapped file (CPU) or in the device's copy of it.
+struct ModelView {
+    const ModelParams* params;
+    const LevelRecord* levels; // params->level_count
+    const ChunkRecord* chunks; // params->chunk_count
+    const GroupRecord* groups; // params->group_count
+    const ChunkArrays* arrays; // params->chunk_count
+    const std::byte* weights;  // MLPW section
+    const std::byte* packed;   // MLPP section
+    const float* embedding;    // appearance_rows x appearance_dim, or null
+};
+
+enum class Tier : uint32_t { Exact = 0, Fast = 1, Turbo = 2 };
+
+struct FrameOptions {
+    Tier tier = Tier::Fast;
+    float background[3] = {0, 0, 0};
+    int32_t appearance = -1;    // row of EMBD, -1 only if the model has none
+    float near_z = 0;           // 0 = the model's (ModelParams::near_z)
+    bool empty_is_black = true; // upstream's quirk: no Gaussian at all gives zeros, not the background
+    float lod_bias = 0;         // added to the predicted level; 0 = upstream
+};
+
+// The numbers that carry the cost of a frame (design section 4), per eye.
+struct EyeCounts {
+    uint64_t groups_tested = 0;
+    uint64_t anchors_tested = 0;  // anchors whose own test ran
+    uint64_t anchors_visible = 0; // upstream's visible set
+    uint64_t anchors_decoded = 0;
+    uint64_t anchors_reused = 0;
+    uint64_t gaussians_alive = 0;   // opacity >= 1/255 after decode
+    uint64_t gaussians_visible = 0; // on screen after project
+    uint64_t gaussians_dropped = 0; // not finite: upstream's behaviour is undefined, ours drops and counts
+    uint64_t pairs = 0;             // (tile, splat) pairs
+    uint64_t blend_evaluations = 0; // (pixel, splat) pairs evaluated
+};
+
+struct StageTimes { // milliseconds of wall clock, all eyes together
+    double select = 0, decode = 0, project = 0, bin = 0, sort = 0, blend = 0, total = 0;
+};
+
+struct FrameResult {
+    EyeCounts eyes[kMaxEyes];
+    StageTimes times;
+    uint64_t bytes_resident = 0; // model and buffers
+};
+
+} // namespace gsc

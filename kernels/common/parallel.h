@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one seam to the thread library (TBB). Nothing a stage writes may depend on how work is spread over the workers.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <type_traits>
+
+namespace gsc {
+
+class Workers {
+public:
+    explicit Workers(int threads); // 0 = all cores
+    ~Workers();
+    Workers(const Workers&) = delete;
+    Workers& operator=(const Workers&) = delete;
+
+    [[nodiscard]] int count() const { return m_count; }
+
+    // Calls body(begin, end, worker) for disjoint ranges that cover [0, count), each at most `grain` long but for a
+    // single worker, which may get everything at once. 0 <= worker < count(); a worker runs one range at a time.
+    // Exceptions of a body reach the caller.
+    template <typename Body>
+    void run(size_t count, size_t grain, Body&& body) const
+    {
+        using Plain = std::remove_reference_t<Body>;
+        runErased(count, grain, const_cast<void*>(static_cast<const void*>(&body)),
+                  [](void* context, size_t begin, size_t end, int worker) {
+                      (*static_cast<Plain*>(context))(begin, end, worker);
+                  });
+    }
+
+private:
+    using Erased = void (*)(void* context, size_t begin, size_t end, int worker);
+    void runErased(size_t count, size_t grain, void* context, Erased body) const;
+
+    struct Impl;
+    std::unique_ptr<Impl> m_impl;
+    int m_count;
+};
+
+} // namespace gsc

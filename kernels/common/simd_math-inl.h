@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+// exp, tanh, sigmoid and a rough logarithm on vectors. Included once per target, inside Highway's foreach_target.
+
+#if defined(GSC_KERNELS_SIMD_MATH_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef GSC_KERNELS_SIMD_MATH_INL_H
+#undef GSC_KERNELS_SIMD_MATH_INL_H
+#else
+#define GSC_KERNELS_SIMD_MATH_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace gsc {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Lanes of a stage: what the machine has, at most 16 (a tile's row, and what AVX-512 holds).
+using LaneTag = hn::CappedTag<float, 16>;
+
+// exp(r) - 1 for |r| <= ln(2) / 2: r + r^2 P(r), P interpolating at Chebyshev nodes, 1e-8 relative.
+template <class D, class V>
+HWY_INLINE V expm1Reduced(D d, V r)
+{
+    // note: Estrin's order; the blend waits for this chain more than for anything else
+    const V r2 = hn::Mul(r, r);
+    const V low = hn::MulAdd(hn::Set(d, 0.16666576583158002f), r, hn::Set(d, 0.5f));
+    const V high = hn::MulAdd(hn::Set(d, 0.008363246669753733f), r, hn::Set(d, 0.04166655410934578f));
+    const V p = hn::MulAdd(hn::MulAdd(hn::Set(d, 0.0013926268052670758f), r2, high), r2, low);
+    return hn::MulAdd(p, r2, r);
+}
+
+// x = n ln(2) + r; `shifted` keeps n in its low bits. |x| <= 88.
+template <class D, class V>
+HWY_INLINE V reduceExp(D d, V x, V& shifted)
+{
+    const V magic = hn::Set(d, 12582912.0f); // 1.5 * 2^23: adding it rounds to an integer
+    shifted = hn::MulAdd(x, hn::Set(d, 1.44269504f), magic);
+    const V n = hn::Sub(shifted, magic);
+    // note: ln(2) in two parts, so that large n lose nothing
+    const V r = hn::NegMulAdd(n, hn::Set(d, 0.693359375f), x);
+    return hn::NegMulAdd(n, hn::Set(d, -2.12194440e-4f), r);
+}
+
+// v * 2^n for |n| small enough to stay normal, n in the low bits of `shifted`.
+template <class D, class V>
+HWY_INLINE V scaleByPower(D d, V v, V shifted)
+{
+    const hn::RebindToSigned<D> di;
+    return hn::BitCast(d, hn::Add(hn::BitCast(di, v), hn::ShiftLeft<23>(hn::BitCast(di, shifted))));
+}
+
+// exp for arguments in [-87, 88]; 1 ulp. Outside the result is garbage, for callers that mask.
+template <class D, class V>
+HWY_INLINE V expInRange(D d, V x)
+{
+    V shifted;
+    const V r = reduceExp(d, x, shifted);
+    return scaleByPower(d, hn::Add(hn::Set(d, 1.0f), expm1Reduced(d, r)), shifted);
+}
+
+// out[i] = factor * exp(x[i]) for x in [-16, 0], 2 ulp; outside the result is garbage, for callers that mask. One
+// reduction step is enough there, and the factor takes the place of the constant 1.
+template <size_t kCount, class D, class V>
+HWY_INLINE void expTimes(D d, const V* x, V factor, V* out)
+{
+    const V magic = hn::Set(d, 12582912.0f), log2e = hn::Set(d, 1.44269504f), ln2 = hn::Set(d, 0.693147182f);
+    V shifted[kCount], r[kCount];
+    for (size_t i = 0; i < kCount; ++i)
+        shifted[i] = hn::MulAdd(x[i], log2e, magic);
+    for (size_t i = 0; i < kCount; ++i)
+        r[i] = hn::NegMulAdd(hn::Sub(shifted[i], magic), ln2, x[i]);
+    for (size_t i = 0; i < kCount; ++i)
+        out[i] = expm1Reduced(d, r[i]);
+    for (size_t i = 0; i < kCount; ++i) {
+        const V scale = scaleByPower(d, factor, shifted[i]);
+        out[i] = hn::MulAdd(scale, out[i], scale);
+    }
+}
+
+// note: the order of the operands matters; min and max give the second one where either is NaN
+template <class D, class V>
+HWY_INLINE V clampKeepNan(D d, V x, float low, float high)
+{
+    return hn::Max(hn::Set(d, low), hn::Min(hn::Set(d, high), x));
+}
+
+// exp for every argument: 0 below -87 (also for -inf, trap 15), inf above 88.7, NaN for NaN.
+template <class D, class V>
+HWY_INLINE V expAny(D d, V x)
+{
+    const auto low = hn::Lt(x, hn::Set(d, -87.0f));
+    const auto high = hn::Gt(x, hn::Set(d, 88.0f));
+    V result = expInRange(d, clampKeepNan(d, x, -87, 88));
+    // the last 0.7 below overflow: exp(88) exp(x - 88), which overflows to infinity by itself
+    if (HWY_UNLIKELY(!hn::AllFalse(d, high))) {
+        const V rest = hn::Min(hn::Sub(x, hn::Set(d, 88.0f)), hn::Set(d, 80.0f));
+        result = hn::IfThenElse(high, hn::Mul(result, expInRange(d, rest)), result);
+    }
+    return hn::IfThenZeroElse(low, result);
+}
+
+// 1 / v, 2 ulp, for normal v: a quarter of a division's time with AVX-512.
+template <class D, class V>
+HWY_INLINE V reciprocal(D d, V v)
+{
+#if HWY_TARGET <= HWY_AVX3
+    const V r = hn::ApproximateReciprocal(v); // 14 bits
+    return hn::MulAdd(hn::NegMulAdd(v, r, hn::Set(d, 1.0f)), r, r);
+#else
+    return hn::Div(hn::Set(d, 1.0f), v);
+#endif
+}
+
+// 1 / (1 + exp(-x)); 3 ulp, NaN for NaN.
+template <class D, class V>
+HWY_INLINE V sigmoidAny(D d, V x)
+{
+    const V t = clampKeepNan(d, hn::Neg(x), -80, 80);
+    return reciprocal(d, hn::Add(hn::Set(d, 1.0f), expInRange(d, t)));
+}
+
+// tanh by expm1(2 |x|), so that small arguments keep their relative accuracy; 3 ulp, NaN for NaN.
+template <class D, class V>
+HWY_INLINE V tanhAny(D d, V x)
+{
+    const V one = hn::Set(d, 1.0f), two = hn::Set(d, 2.0f);
+    const V a = clampKeepNan(d, hn::Abs(x), 0, 10); // tanh(10) rounds to 1
+    V shifted;
+    const V r = reduceExp(d, hn::Mul(two, a), shifted);
+    const V power = scaleByPower(d, one, shifted);
+    const V em1 = hn::MulAdd(power, expm1Reduced(d, r), hn::Sub(power, one));
+    return hn::CopySign(hn::Div(em1, hn::Add(em1, two)), x);
+}
+
+// Natural logarithm of positive normal numbers within 6e-4 absolute: for bounds that carry a margin.
+template <class D, class V>
+HWY_INLINE V roughLog(D d, V x)
+{
+    const hn::RebindToSigned<D> di;
+    const auto bits = hn::BitCast(di, x);
+    const V exponent = hn::ConvertTo(d, hn::Sub(hn::ShiftRight<23>(bits), hn::Set(di, 127)));
+    const V m = hn::BitCast(d, hn::Or(hn::And(bits, hn::Set(di, 0x7fffff)), hn::Set(di, 0x3f800000)));
+    // log(m) on [1, 2): cubic through Chebyshev nodes
+    V p = hn::Set(d, 0.10584377f);
+    p = hn::MulAdd(p, m, hn::Set(d, -0.71172693f));
+    p = hn::MulAdd(p, m, hn::Set(d, 2.08717856f));
+    p = hn::MulAdd(p, m, hn::Set(d, -1.48072323f));
+    return hn::MulAdd(exponent, hn::Set(d, 0.69314718f), p);
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace gsc
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// Gaussians of one anchor seen by one eye (format facts 4), scalar.
+#pragma once
+
+#include "kernels/math/anchor.h"
+#include "kernels/math/mlp.h"
+#include "kernels/math/projection.h"
+
+namespace gsc {
+
+template <typename Real>
+struct GaussianOf {
+    Real position[3]; // world
+    Real scale[3];    // standard deviations, world units
+    Real rotation[4]; // w x y z, normalised
+    Real opacity;
+    Real color[3];
+    uint64_t order; // emissionOrder()
+};
+
+// Networks of a model, found once.
+struct Networks {
+    const MlpRecord* opacity;
+    const MlpRecord* covariance;
+    const MlpRecord* color;
+    const MlpRecord* bank; // or null
+};
+
+GSC_HD Networks findNetworks(const ModelView& model)
+{
+    return {mlpRecord(model, MlpKind::Opacity), mlpRecord(model, MlpKind::Covariance), mlpRecord(model, MlpKind::Color),
+            mlpRecord(model, MlpKind::FeatureBank)};
+}
+
+// Values of scratch decodeAnchor() needs: feature, banked feature, input, hidden, outputs of the three heads.
+GSC_HD size_t decodeScratch(const ModelParams& params)
+{
+    return size_t(4) * params.feat_dim + 5 + params.appearance_dim + size_t(11) * params.n_offsets;
+}
+
+template <typename Real>
+GSC_HD ViewInput<Real> viewInput(const ModelView& model, const Real* center, const Vec3<Real>& p, uint32_t chunk,
+                                 int32_t appearance)
+{
+    ViewInput<Real> view{};
+    const Real v[3] = {p.x - center[0], p.y - center[1], p.z - center[2]};
+    view.distance = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    for (int i = 0; i < 3; ++i)
+        view.direction[i] = v[i] / view.distance; // note: NaN on the anchor itself, which drops it (trap 17)
+    view.level = Real(anchorLevel(model, chunk));
+    if (model.embedding != nullptr && appearance >= 0)
+        view.appearance = model.embedding + size_t(appearance) * model.params->appearance_dim;
+    return view;
+}
+
+// Calls emit(GaussianOf<Real>) for every offset with opacity >= kOpacityFloor, k ascending. Returns whether any
+// opacity was positive, which decides between black and background when nothing is left (trap 25).
+template <typename Real, typename Emit>
+GSC_HD bool decodeAnchor(const ModelView& model, const Networks& nets, const Real* center, uint32_t chunk,
+                         uint32_t local, Real fraction, int32_t appearance, Real* scratch, Emit&& emit)
+{
+    const ModelParams& params = *model.params;
+    const uint32_t F = params.feat_dim, K = params.n_offsets;
+    Real* feature = scratch;
+    Real* banked = feature + F;
+    Real* input = banked + F;
+    Real* hidden = input + F + 5 + params.appearance_dim;
+    Real* opacity = hidden + F;
+    Real* covariance = opacity + K;
+    Real* color = covariance + size_t(7) * K;
+
+    const Vec3<float> stored = anchorPosition(model, chunk, local);
+    const Vec3<Real> p{Real(stored.x), Real(stored.y), Real(stored.z)};
+    const ViewInput<Real> view = viewInput<Real>(model, center, p, chunk, appearance);
+    const float* raw = model.arrays[chunk].feature + size_t(F) * local;
+    for (uint32_t j = 0; j < F; ++j)
+        feature[j] = Real(raw[j]);
+    if (nets.bank != nullptr) {
+        Real weights[3];
+        assembleInput<Real>(params, nets.bank->inputs, nullptr, view, input);
+        evaluateMlp(model, *nets.bank, input, hidden, weights);
+        softmax3(weights);
+        for (uint32_t j = 0; j < F; ++j)
+            banked[j] = bankFeature(feature, F, j, weights);
+        feature = banked;
+    }
+
+    assembleInput(params, nets.opacity->inputs, feature, view, input);
+    evaluateMlp(model, *nets.opacity, input, hidden, opacity);
+    bool any_positive = false, any_drawn = false;
+    for (uint32_t k = 0; k < K; ++k) {
+        opacity[k] = activate(Activation(nets.opacity->activation), opacity[k]) * fraction;
+        any_positive |= opacity[k] > Real(0);
+        any_drawn |= opacity[k] >= Real(kOpacityFloor);
+    }
+    if (!any_drawn)
+        return any_positive;
+    assembleInput(params, nets.covariance->inputs, feature, view, input);
+    evaluateMlp(model, *nets.covariance, input, hidden, covariance);
+    assembleInput(params, nets.color->inputs, feature, view, input);
+    evaluateMlp(model, *nets.color, input, hidden, color);
+
+    const float* log_scale = model.arrays[chunk].scale + size_t(6) * local;
+    const float* offset = model.arrays[chunk].offset + size_t(3) * K * local;
+    for (uint32_t k = 0; k < K; ++k) {
+        if (!(opacity[k] >= Real(kOpacityFloor)))
+            continue;
+        GaussianOf<Real> g{};
+        const Real anchor[3] = {p.x, p.y, p.z};
+        for (int i = 0; i < 3; ++i) {
+            g.position[i] = anchor[i] + Real(offset[3 * k + i]) * std::exp(Real(log_scale[i]));
+            g.scale[i] = std::exp(Real(log_scale[3 + i])) * sigmoid(covariance[7 * k + i]);
+            g.color[i] = activate(Activation(nets.color->activation), color[3 * k + i]);
+        }
+        for (int i = 0; i < 4; ++i)
+            g.rotation[i] = covariance[7 * k + 3 + i];
+        normalizeQuaternion(g.rotation);
+        g.opacity = opacity[k];
+        g.order = emissionOrder(model, chunk, local, k);
+        emit(g);
+    }
+    return any_positive;
+}
+
+} // namespace gsc

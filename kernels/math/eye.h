@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// EyeParams of the precision a template asks for, and the rules an eye is rendered with.
+#pragma once
+
+#include "kernels/common/frame_types.h"
+
+#include <type_traits>
+
+namespace gsc {
+
+template <typename Real>
+using EyeOf = std::conditional_t<std::is_same_v<Real, double>, EyeParams64, EyeParams>;
+
+constexpr float kOpacityFloor = 1.0f / 255.0f; // a Gaussian or pixel contribution below it is skipped upstream
+
+// What differs between the two rasterisers that trainers install (format facts 7.7).
+struct RasterConstants {
+    bool gsplat;
+    float near_z;
+    float far_z;
+    float eigen_floor; // of the square root's argument in the extent
+    float alpha_cap;
+    float stop;          // transmittance at which a pixel is finished
+    bool stop_inclusive; // T' <= stop instead of T' < stop
+};
+
+GSC_HD RasterConstants rasterConstants(const ModelParams& params, float near_z)
+{
+    const bool gsplat = params.raster_rules == uint32_t(RasterRules::Gsplat);
+    RasterConstants rules{};
+    rules.gsplat = gsplat;
+    rules.near_z = near_z > 0 ? near_z : params.near_z;
+    rules.far_z = gsplat ? 1e10f : 3.402823466e38f;
+    rules.eigen_floor = gsplat ? 0.01f : 0.1f;
+    rules.alpha_cap = gsplat ? 0.999f : 0.99f;
+    rules.stop = 1e-4f;
+    rules.stop_inclusive = gsplat;
+    return rules;
+}
+
+GSC_HD uint32_t tileCount(uint32_t pixels)
+{
+    return (pixels + kTileSize - 1) / kTileSize;
+}
+
+} // namespace gsc

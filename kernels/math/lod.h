@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// Level-of-detail mask of Octree-GS (format facts 5.2).
+#pragma once
+
+#include "kernels/common/frame_types.h"
+#include "kernels/math/real.h"
+
+namespace gsc {
+
+// fork^level in the precision upstream has it.
+template <typename Real>
+GSC_HD Real forkPower(uint32_t fork, int32_t level)
+{
+    return std::pow(Real(fork), Real(level));
+}
+
+// Added to every coordinate before the distance is taken (trap 11): half a cell of the level.
+template <typename Real>
+GSC_HD Real lodShift(const ModelParams& params, int32_t level)
+{
+    if (!(params.flags & kModelLodHalfCell))
+        return Real(0);
+    return Real(params.voxel_size) / Real(2) / forkPower<Real>(params.fork, level);
+}
+
+// note: division by log2(fork) is a multiplication by its reciprocal on CUDA; nothing for fork 2
+template <typename Real>
+GSC_HD Real predictedLevel(const ModelParams& params, const Vec3<Real>& p, Real shift, const Real* center, Real extra,
+                           Real bias)
+{
+    const Real dx = p.x + shift - center[0], dy = p.y + shift - center[1], dz = p.z + shift - center[2];
+    const Real distance = std::sqrt(dx * dx + dy * dy + dz * dz) * Real(params.lod_scale);
+    Real level = std::log2(Real(params.standard_dist) / distance);
+    if (params.fork != 2)
+        level *= Real(1) / std::log2(Real(params.fork));
+    return level + extra + bias;
+}
+
+template <typename Real>
+struct LevelChoice {
+    int32_t level; // anchors up to this level are shown
+    Real fraction; // opacity factor of anchors of exactly this level; 1 but for LevelRule::Progressive
+};
+
+// note: clamped as a float, because CUDA saturates where x86 would turn "finest" into "coarsest" (trap 29)
+template <typename Real>
+GSC_HD LevelChoice<Real> chooseLevel(LevelRule rule, Real predicted, int32_t level_clamp)
+{
+    const Real top = Real(level_clamp);
+    if (rule == LevelRule::Progressive) {
+        const Real low = Real(0.9999f), high = top + Real(0.9999f);
+        Real t = predicted + Real(1);
+        t = t < low ? low : (t > high ? high : t);
+        const Real whole = std::floor(t);
+        return {saturatingInt(whole), t - whole};
+    }
+    Real r = predicted;
+    if (rule == LevelRule::Floor)
+        r = std::floor(predicted);
+    else if (rule == LevelRule::Ceil)
+        r = std::ceil(predicted);
+    else
+        r = std::nearbyint(predicted); // half to even
+    r = r < Real(0) ? Real(0) : (r > top ? top : r);
+    return {saturatingInt(r), Real(1)};
+}
+
+} // namespace gsc

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// The small networks, one anchor at a time, from the canonical weights of MLPW.
+#pragma once
+
+#include "kernels/common/frame_types.h"
+#include "kernels/math/real.h"
+
+namespace gsc {
+
+// y = W x + b, W row-major [out][in].
+template <typename Real>
+GSC_HD void linear(const float* weight, const float* bias, uint32_t in, uint32_t out, const Real* x, Real* y)
+{
+    for (uint32_t o = 0; o < out; ++o) {
+        Real sum = 0;
+        for (uint32_t i = 0; i < in; ++i)
+            sum += Real(weight[size_t(o) * in + i]) * x[i];
+        y[o] = sum + Real(bias[o]);
+    }
+}
+
+template <typename Real>
+GSC_HD Real activate(Activation activation, Real v)
+{
+    if (activation == Activation::Tanh)
+        return std::tanh(v);
+    if (activation == Activation::Sigmoid)
+        return sigmoid(v);
+    return v;
+}
+
+GSC_HD const MlpRecord* mlpRecord(const ModelView& model, MlpKind kind)
+{
+    const MlpRecord* records = reinterpret_cast<const MlpRecord*>(model.weights);
+    for (uint32_t i = 0; i < model.params->mlp_count; ++i)
+        if (records[i].kind == uint32_t(kind))
+            return records + i;
+    return nullptr;
+}
+
+GSC_HD const float* mlpWeights(const ModelView& model, uint64_t offset)
+{
+    return reinterpret_cast<const float*>(model.weights + offset);
+}
+
+// Linear, ReLU, Linear; the activation is left to the caller. `hidden` is scratch of mlp.hidden values.
+template <typename Real>
+GSC_HD void evaluateMlp(const ModelView& model, const MlpRecord& mlp, const Real* x, Real* hidden, Real* y)
+{
+    linear(mlpWeights(model, mlp.weight0), mlpWeights(model, mlp.bias0), mlp.in, mlp.hidden, x, hidden);
+    for (uint32_t i = 0; i < mlp.hidden; ++i)
+        hidden[i] = hidden[i] < Real(0) ? Real(0) : hidden[i]; // NaN stays
+    linear(mlpWeights(model, mlp.weight1), mlpWeights(model, mlp.bias1), mlp.hidden, mlp.out, hidden, y);
+}
+
+// What every head's input is assembled from (format facts 4.1 and 4.3).
+template <typename Real>
+struct ViewInput {
+    Real direction[3];
+    Real distance;
+    Real level;
+    const float* appearance; // A values or null
+};
+
+// Input of one network; returns the number of values written. `feature` may be null (the feature bank takes none).
+template <typename Real>
+GSC_HD uint32_t assembleInput(const ModelParams& params, uint32_t inputs, const Real* feature,
+                              const ViewInput<Real>& view, Real* x)
+{
+    uint32_t n = 0;
+    if (inputs & kMlpTakesFeature)
+        for (uint32_t i = 0; i < params.feat_dim; ++i)
+            x[n++] = feature[i];
+    for (int i = 0; i < 3; ++i)
+        x[n++] = view.direction[i];
+    if (inputs & kMlpTakesDistance)
+        x[n++] = view.distance;
+    if (inputs & kMlpTakesLevel)
+        x[n++] = view.level;
+    if (inputs & kMlpTakesAppearance)
+        for (uint32_t i = 0; i < params.appearance_dim; ++i)
+            x[n++] = Real(view.appearance[i]);
+    return n;
+}
+
+// Softmax over the three outputs of the feature bank.
+template <typename Real>
+GSC_HD void softmax3(Real* v)
+{
+    const Real top = maxNumber(v[0], maxNumber(v[1], v[2]));
+    Real sum = 0;
+    for (int i = 0; i < 3; ++i) {
+        v[i] = std::exp(v[i] - top);
+        sum += v[i];
+    }
+    for (int i = 0; i < 3; ++i)
+        v[i] /= sum;
+}
+
+// Feature after the bank: strided copies of the feature, tiled, weighted by `w` (format facts 4.2).
+template <typename Real>
+GSC_HD Real bankFeature(const Real* feature, uint32_t feat_dim, uint32_t j, const Real* w)
+{
+    return feature[4 * (j % (feat_dim / 4))] * w[0] + feature[2 * (j % (feat_dim / 2))] * w[1] + feature[j] * w[2];
+}
+
+} // namespace gsc

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// Gaussians to splats: what one eye's image needs of each (format facts 7.2, 7.3).
+#pragma once
+
+#include "kernels/decode/decode.h"
+#include "kernels/math/eye.h"
+
+#include <vector>
+
+namespace gsc {
+
+// What blending reads of a Gaussian, 48 bytes. The pixel box is inclusive: upstream's 3-sigma tiles intersected with a
+// box that holds every pixel on which alpha can reach 1/255, so it cuts nothing that upstream draws.
+struct Splat {
+    float x, y;              // 0   pixels, centres at integers
+    float conic[3];          // 8
+    float opacity;           // 20
+    float color[3];          // 24
+    float cutoff;            // 36  alpha can reach 1/255 only where power >= -cutoff; rounding is allowed for
+    uint16_t x0, y0, x1, y1; // 40 pixel box
+};
+static_assert(sizeof(Splat) == 48);
+
+// Cutoff of splats whose ellipse is not trusted, because they are too thin or their determinant is negative: larger
+// than any other, yet within the range of the blend's exponential. They fill upstream's tiles.
+constexpr float kLooseCutoff = 16;
+
+struct ProjectArgs {
+    const EyeParams* eye;
+    RasterConstants rules;
+};
+
+struct ProjectCounts {
+    uint32_t splats;
+    uint32_t dropped; // not finite (traps 18, 19)
+};
+
+// Writes the splats of a block, densely, in the block's order: at most gaussians.count of each array.
+// `depth_bits` are the bits of view z, which order like the depths because those are positive.
+ProjectCounts projectBlockCpu(const ProjectArgs& args, const GaussianBlock& gaussians, Splat* splats,
+                              uint32_t* depth_bits, uint16_t* origins);
+
+template <typename Real>
+struct SplatOf {
+    Real x, y, conic[3], opacity, color[3], depth;
+    TileRect tiles; // upstream's
+    uint64_t order;
+};
+
+// Scalar. Keeps every Gaussian upstream would draw, in the order given; counts those that are not finite.
+template <typename Real>
+std::vector<SplatOf<Real>> projectReference(const EyeOf<Real>& eye, const RasterConstants& rules,
+                                            const std::vector<GaussianOf<Real>>& gaussians, uint64_t& dropped);
+
+} // namespace gsc

@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lanes are Gaussians. The order of operations is that of kernels/math/projection.h.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kernels/project/project_cpu.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "kernels/common/simd_math-inl.h"
+#include "kernels/math/projection.h"
+#include "kernels/project/project.h"
+
+#include <algorithm>
+#include <cfloat>
+#include <cstring>
+
+HWY_BEFORE_NAMESPACE();
+namespace gsc {
+namespace HWY_NAMESPACE {
+
+using D = LaneTag;
+using V = hn::Vec<D>;
+using M = hn::Mask<D>;
+
+// What a vector of Gaussians becomes, before the lanes that stay are picked.
+struct ProjectLanes {
+    HWY_ALIGN float x[16], y[16], depth[16], conic[3][16], cutoff[16];
+    HWY_ALIGN float left[16], top[16], right[16], bottom[16]; // pixel box, inclusive, not yet integer
+};
+
+HWY_INLINE V transformLane(D d, const float* m, V x, V y, V z)
+{
+    const V sum = hn::MulAdd(hn::Set(d, m[2]), z, hn::MulAdd(hn::Set(d, m[1]), y, hn::Mul(hn::Set(d, m[0]), x)));
+    return hn::Add(sum, hn::Set(d, m[3]));
+}
+
+HWY_INLINE V dot3(V ax, V ay, V az, V bx, V by, V bz)
+{
+    return hn::Add(hn::Add(hn::Mul(ax, bx), hn::Mul(ay, by)), hn::Mul(az, bz));
+}
+
+// ((n + 1) size - 1) / 2 in double (trap 22).
+HWY_INLINE V pixelLane(D d, V n, uint32_t size)
+{
+#if HWY_HAVE_FLOAT64 && HWY_TARGET != HWY_SCALAR
+    const hn::Repartition<double, D> dd;
+    const hn::Half<D> dh;
+    const auto half = [&](hn::Vec<decltype(dh)> v) {
+        const auto one = hn::Set(dd, 1.0);
+        const auto wide = hn::Sub(hn::Mul(hn::Add(hn::PromoteTo(dd, v), one), hn::Set(dd, double(size))), one);
+        return hn::DemoteTo(dh, hn::Mul(wide, hn::Set(dd, 0.5)));
+    };
+    return hn::Combine(d, half(hn::UpperHalf(dh, n)), half(hn::LowerHalf(dh, n)));
+#else
+    HWY_ALIGN float lanes[16];
+    hn::Store(n, d, lanes);
+    for (size_t i = 0; i < hn::Lanes(d); ++i)
+        lanes[i] = float(((double(lanes[i]) + 1.0) * double(size) - 1.0) * 0.5);
+    return hn::Load(d, lanes);
+#endif
+}
+
+HWY_INLINE M finite(D d, V v)
+{
+    return hn::Eq(hn::Sub(v, v), hn::Zero(d));
+}
+
+struct Covariance {
+    V a, b, c;
+};
+
+HWY_INLINE Covariance screenCovariance(D d, const EyeParams& eye, V tx, V ty, V tz, const V* scale, const V* q)
+{
+    const V one = hn::Set(d, 1.0f), two = hn::Set(d, 2.0f);
+    const V w = q[0], x = q[1], y = q[2], z = q[3];
+    const auto twice = [two](V v) { return hn::Mul(two, v); };
+    const auto diagonal = [&](V u, V v) { return hn::Sub(one, twice(hn::Add(hn::Mul(u, u), hn::Mul(v, v)))); };
+    const auto plus = [&](V s, V t, V u, V v) { return twice(hn::Add(hn::Mul(s, t), hn::Mul(u, v))); };
+    const auto minus = [&](V s, V t, V u, V v) { return twice(hn::Sub(hn::Mul(s, t), hn::Mul(u, v))); };
+    V m[9] = {diagonal(y, z),    minus(x, y, w, z), plus(x, z, w, y), plus(x, y, w, z), diagonal(x, z),
+              minus(y, z, w, x), minus(x, z, w, y), plus(y, z, w, x), diagonal(x, y)};
+    for (int i = 0; i < 9; ++i)
+        m[i] = hn::Mul(scale[i % 3], m[i]);
+    const auto row = [&m](int i, int j) {
+        return dot3(m[3 * i], m[3 * i + 1], m[3 * i + 2], m[3 * j], m[3 * j + 1], m[3 * j + 2]);
+    };
+    const V xx = row(0, 0), xy = row(0, 1), xz = row(0, 2), yy = row(1, 1), yz = row(1, 2), zz = row(2, 2);
+
+    const auto limited = [&](V t, float tan_fov) {
+        const V limit = hn::Set(d, 1.3f * tan_fov);
+        return hn::Mul(hn::Min(limit, hn::Max(hn::Neg(limit), hn::Div(t, tz))), tz);
+    };
+    const V z2 = hn::Mul(tz, tz);
+    const V fx = hn::Set(d, eye.focal_x), fy = hn::Set(d, eye.focal_y);
+    const V jxx = hn::Div(fx, tz), jxz = hn::Neg(hn::Div(hn::Mul(fx, limited(tx, eye.tan_fov_x)), z2));
+    const V jyy = hn::Div(fy, tz), jyz = hn::Neg(hn::Div(hn::Mul(fy, limited(ty, eye.tan_fov_y)), z2));
+    V u[3], v[3];
+    for (int i = 0; i < 3; ++i) {
+        const V z_row = hn::Set(d, eye.world_to_view[8 + i]);
+        u[i] = hn::Add(hn::Mul(jxx, hn::Set(d, eye.world_to_view[i])), hn::Mul(jxz, z_row));
+        v[i] = hn::Add(hn::Mul(jyy, hn::Set(d, eye.world_to_view[4 + i])), hn::Mul(jyz, z_row));
+    }
+    const V su[3] = {dot3(xx, xy, xz, u[0], u[1], u[2]), dot3(xy, yy, yz, u[0], u[1], u[2]),
+                     dot3(xz, yz, zz, u[0], u[1], u[2])};
+    const V sv[3] = {dot3(xx, xy, xz, v[0], v[1], v[2]), dot3(xy, yy, yz, v[0], v[1], v[2]),
+                     dot3(xz, yz, zz, v[0], v[1], v[2])};
+    const V low_pass = hn::Set(d, 0.3f);
+    return {hn::Add(dot3(u[0], u[1], u[2], su[0], su[1], su[2]), low_pass), dot3(u[0], u[1], u[2], sv[0], sv[1], sv[2]),
+            hn::Add(dot3(v[0], v[1], v[2], sv[0], sv[1], sv[2]), low_pass)};
+}
+
+// First and last pixel of upstream's tiles along one axis, as floats; first > last where there are none.
+HWY_INLINE void tileSpan(D d, bool gsplat, V center, V radius, uint32_t size, V& first, V& last)
+{
+    const V tile = hn::Set(d, float(kTileSize)), grid = hn::Set(d, float(tileCount(size))), zero = hn::Zero(d);
+    V begin, end;
+    if (gsplat) {
+        const V inverse = hn::Set(d, 1.0f / float(kTileSize)); // a power of two: as exact as dividing
+        const V c = hn::Mul(hn::Add(center, hn::Set(d, 0.5f)), inverse), r = hn::Mul(radius, inverse);
+        begin = hn::Floor(hn::Sub(c, r));
+        end = hn::Ceil(hn::Add(c, r));
+    } else {
+        const V inverse = hn::Set(d, 1.0f / float(kTileSize));
+        begin = hn::Trunc(hn::Mul(hn::Sub(center, radius), inverse));
+        end = hn::Trunc(hn::Mul(hn::Sub(hn::Add(hn::Add(center, radius), tile), hn::Set(d, 1.0f)), inverse));
+    }
+    begin = hn::Min(hn::Max(begin, zero), grid);
+    end = hn::Min(hn::Max(end, zero), grid);
+    first = hn::Mul(begin, tile);
+    last = hn::Sub(hn::Min(hn::Mul(end, tile), hn::Set(d, float(size))), hn::Set(d, 1.0f));
+}
+
+// Splat::cutoff, and the half sizes of the box round every pixel where alpha can reach 1/255: q <= 2 ln(255 o).
+// The conic is rounded and so is the power it gives, by about 8 epsilon times the condition number of the covariance;
+// the margin is four times that.
+HWY_INLINE V reachLane(D d, const Covariance& cov, V ac, V det, V opacity, V& width, V& height)
+{
+    const V slack = hn::MulAdd(hn::Div(ac, det), hn::Set(d, 4e-6f), hn::Set(d, 1e-4f));
+    const M loose = hn::Not(hn::And(hn::Gt(det, hn::Zero(d)), hn::Lt(slack, hn::Set(d, 0.1f))));
+    // 2e-3 is thrice the error of the logarithm
+    const V ln = hn::Max(hn::Add(roughLog(d, hn::Mul(opacity, hn::Set(d, 255.0f))), hn::Set(d, 2e-3f)), hn::Zero(d));
+    const V cutoff = hn::IfThenElse(loose, hn::Set(d, kLooseCutoff), hn::MulAdd(ln, slack, ln));
+    const V reach = hn::Add(cutoff, cutoff), margin = hn::Set(d, 0.01f), all = hn::Set(d, 1e9f);
+    width = hn::IfThenElse(loose, all, hn::Add(hn::Sqrt(hn::Mul(reach, cov.a)), margin));
+    height = hn::IfThenElse(loose, all, hn::Add(hn::Sqrt(hn::Mul(reach, cov.c)), margin));
+    return cutoff;
+}
+
+// Projects one vector. Returns the lanes to keep; `dropped` receives those that are not finite.
+HWY_INLINE M projectVector(D d, const ProjectArgs& args, const GaussianBlock& g, size_t at, M in_range,
+                           ProjectLanes& out, M& dropped)
+{
+    const EyeParams& eye = *args.eye;
+    const bool gsplat = args.rules.gsplat;
+    const auto load = [&](const float* p) { return hn::LoadU(d, p + at); };
+    const V px = load(g.position[0]), py = load(g.position[1]), pz = load(g.position[2]);
+    const V scale[3] = {load(g.scale[0]), load(g.scale[1]), load(g.scale[2])};
+    const V q[4] = {load(g.rotation[0]), load(g.rotation[1]), load(g.rotation[2]), load(g.rotation[3])};
+    const float* w = eye.world_to_view;
+    const V tx = transformLane(d, w, px, py, pz), ty = transformLane(d, w + 4, px, py, pz),
+            tz = transformLane(d, w + 8, px, py, pz);
+    const V near_z = hn::Set(d, args.rules.near_z);
+    const M outside =
+        gsplat ? hn::Or(hn::Lt(tz, near_z), hn::Gt(tz, hn::Set(d, args.rules.far_z))) : hn::Le(tz, near_z);
+    M keep = hn::AndNot(outside, in_range); // NaN passes and is counted below
+    dropped = hn::AndNot(in_range, in_range);
+    if (hn::AllFalse(d, keep))
+        return keep;
+    V x, y;
+    if (gsplat) {
+        const V half = hn::Set(d, 0.5f);
+        const auto pixel = [&](float focal, V t, uint32_t size) {
+            return hn::Sub(hn::Add(hn::Div(hn::Mul(hn::Set(d, focal), t), tz), hn::Set(d, 0.5f * float(size))), half);
+        };
+        x = pixel(eye.focal_x, tx, eye.width);
+        y = pixel(eye.focal_y, ty, eye.height);
+        const V zero = hn::Zero(d);
+        const V norm = hn::Add(hn::Add(hn::Abs(q[0]), hn::Abs(q[1])), hn::Add(hn::Abs(q[2]), hn::Abs(q[3])));
+        keep = hn::AndNot(hn::Eq(norm, zero), keep);
+    } else {
+        const float* f = eye.full_projection;
+        const V inv_w =
+            hn::Div(hn::Set(d, 1.0f), hn::Add(transformLane(d, f + 12, px, py, pz), hn::Set(d, 0.0000001f)));
+        x = pixelLane(d, hn::Mul(transformLane(d, f, px, py, pz), inv_w), eye.width);
+        y = pixelLane(d, hn::Mul(transformLane(d, f + 4, px, py, pz), inv_w), eye.height);
+    }
+
+    const Covariance cov = screenCovariance(d, eye, tx, ty, tz, scale, q);
+    const V zero = hn::Zero(d), ac = hn::Mul(cov.a, cov.c);
+    const V det = hn::Sub(ac, hn::Mul(cov.b, cov.b));
+    keep = hn::AndNot(gsplat ? hn::Not(hn::Gt(det, zero)) : hn::Eq(det, zero), keep);
+    const V inv_det = hn::Div(hn::Set(d, 1.0f), det);
+    const V conic[3] = {hn::Mul(cov.c, inv_det), hn::Neg(hn::Mul(cov.b, inv_det)), hn::Mul(cov.a, inv_det)};
+    M ok = hn::And(hn::And(finite(d, x), finite(d, y)), finite(d, tz));
+    for (int i = 0; i < 3; ++i)
+        ok = hn::And(ok, hn::And(finite(d, conic[i]), finite(d, load(g.color[i]))));
+    dropped = hn::AndNot(ok, keep);
+    keep = hn::And(keep, ok);
+
+    const V mid = hn::Mul(hn::Set(d, 0.5f), hn::Add(cov.a, cov.c));
+    V argument = hn::Sub(hn::Mul(mid, mid), det);
+    const V floor = hn::Set(d, args.rules.eigen_floor);
+    argument = hn::IfThenElse(hn::Gt(argument, floor), argument, floor);
+    const V root = hn::Sqrt(argument);
+    const V radius = hn::Min(hn::Ceil(hn::Mul(hn::Set(d, 3.0f), hn::Sqrt(hn::Add(mid, root)))),
+                             hn::Set(d, 2147483648.0f)); // CUDA's conversion saturates
+    keep = hn::And(keep, hn::Gt(radius, zero));
+    if (gsplat) {
+        const auto misses = [&](V center, uint32_t size) {
+            const V c = hn::Add(center, hn::Set(d, 0.5f));
+            return hn::Or(hn::Le(hn::Add(c, radius), zero), hn::Ge(hn::Sub(c, radius), hn::Set(d, float(size))));
+        };
+        keep = hn::AndNot(hn::Or(misses(x, eye.width), misses(y, eye.height)), keep);
+    }
+    V left, right, top, bottom;
+    tileSpan(d, gsplat, x, radius, eye.width, left, right);
+    tileSpan(d, gsplat, y, radius, eye.height, top, bottom);
+
+    V width, height;
+    const V cutoff = reachLane(d, cov, ac, det, load(g.opacity), width, height);
+    left = hn::Max(left, hn::Ceil(hn::Sub(x, width)));
+    right = hn::Min(right, hn::Floor(hn::Add(x, width)));
+    top = hn::Max(top, hn::Ceil(hn::Sub(y, height)));
+    bottom = hn::Min(bottom, hn::Floor(hn::Add(y, height)));
+    keep = hn::And(keep, hn::And(hn::Le(left, right), hn::Le(top, bottom)));
+
+    hn::Store(x, d, out.x);
+    hn::Store(y, d, out.y);
+    hn::Store(tz, d, out.depth);
+    for (int i = 0; i < 3; ++i)
+        hn::Store(conic[i], d, out.conic[i]);
+    hn::Store(cutoff, d, out.cutoff);
+    hn::Store(left, d, out.left);
+    hn::Store(right, d, out.right);
+    hn::Store(top, d, out.top);
+    hn::Store(bottom, d, out.bottom);
+    return keep;
+}
+
+ProjectCounts projectBlock(const ProjectArgs& args, const GaussianBlock& g, Splat* splats, uint32_t* depth_bits,
+                           uint16_t* origins)
+{
+    const D d;
+    const size_t lanes = hn::Lanes(d);
+    ProjectLanes out;
+    ProjectCounts counts{};
+    for (size_t at = 0; at < g.count; at += lanes) {
+        M dropped;
+        const M keep = projectVector(d, args, g, at, hn::FirstN(d, g.count - at), out, dropped);
+        counts.dropped += uint32_t(hn::CountTrue(d, dropped));
+        HWY_ALIGN uint8_t bits[8] = {};
+        hn::StoreMaskBits(d, keep, bits);
+        uint32_t left_lanes = uint32_t(bits[0]) | uint32_t(bits[1]) << 8;
+        while (left_lanes != 0) {
+            const uint32_t i = uint32_t(__builtin_ctz(left_lanes));
+            left_lanes &= left_lanes - 1;
+            const size_t from = at + i;
+            const uint32_t to = counts.splats++;
+            splats[to] = {out.x[i],
+                          out.y[i],
+                          {out.conic[0][i], out.conic[1][i], out.conic[2][i]},
+                          g.opacity[from],
+                          {g.color[0][from], g.color[1][from], g.color[2][from]},
+                          out.cutoff[i],
+                          uint16_t(out.left[i]),
+                          uint16_t(out.top[i]),
+                          uint16_t(out.right[i]),
+                          uint16_t(out.bottom[i])};
+            std::memcpy(depth_bits + to, out.depth + i, sizeof(uint32_t));
+            origins[to] = g.origin[from];
+        }
+    }
+    return counts;
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace gsc
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace gsc {
+
+HWY_EXPORT(projectBlock);
+
+ProjectCounts projectBlockCpu(const ProjectArgs& args, const GaussianBlock& gaussians, Splat* splats,
+                              uint32_t* depth_bits, uint16_t* origins)
+{
+    return HWY_DYNAMIC_DISPATCH(projectBlock)(args, gaussians, splats, depth_bits, origins);
+}
+
+} // namespace gsc
+#endif

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kernels/select/classify.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "kernels/common/simd_math-inl.h"
+#include "kernels/select/classify.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace gsc {
+namespace HWY_NAMESPACE {
+
+template <class D, class M>
+HWY_INLINE uint64_t classBits(D d, M mask)
+{
+    uint8_t bytes[8] = {};
+    hn::StoreMaskBits(d, mask, bytes);
+    return uint64_t(bytes[0]) | uint64_t(bytes[1]) << 8;
+}
+
+// Value and magnitude of a plane at points.
+template <class D, class V>
+HWY_INLINE V planeValue(D d, const BoundPlane& plane, V x, V y, V z, V sigma, V& magnitude)
+{
+    const V px = hn::Mul(hn::Set(d, plane.n[0]), x), py = hn::Mul(hn::Set(d, plane.n[1]), y);
+    const V pz = hn::Mul(hn::Set(d, plane.n[2]), z), reach = hn::Mul(hn::Set(d, plane.sigma_factor), sigma);
+    const V offset = hn::Set(d, plane.offset);
+    magnitude = hn::Add(hn::Add(hn::Abs(px), hn::Abs(py)), hn::Add(hn::Abs(pz), hn::Add(hn::Abs(offset), reach)));
+    return hn::Add(hn::Add(hn::Add(px, py), hn::Add(pz, offset)), reach);
+}
+
+// note: every comparison is false for NaN, which leaves the anchor to the exact test
+void classify(const EyeClassifier& eye, const LodClassifier& lod, const GroupLanes& lanes, Classes& classes)
+{
+    const LaneTag d;
+    using V = hn::Vec<LaneTag>;
+    const V zero = hn::Zero(d), slack = hn::Set(d, kPlaneSlack);
+    const auto never = hn::Lt(zero, zero);
+    for (uint32_t w = 0; w < kGroupSize / 64; ++w)
+        classes.hidden[w] = classes.visible[w] = 0;
+    for (uint32_t i = 0; i < lanes.count; i += uint32_t(hn::Lanes(d))) {
+        const V x = hn::Load(d, lanes.x + i), y = hn::Load(d, lanes.y + i), z = hn::Load(d, lanes.z + i);
+        const V sigma = expAny(d, hn::Load(d, lanes.log_sigma + i));
+        auto hidden = never;
+        V magnitude;
+        for (const BoundPlane& plane : eye.bounds.planes) {
+            const V value = planeValue(d, plane, x, y, z, sigma, magnitude);
+            hidden = hn::Or(hidden, hn::Lt(hn::MulAdd(slack, magnitude, value), zero));
+        }
+        const V depth = hn::MulAdd(
+            hn::Set(d, eye.depth[0]), x,
+            hn::MulAdd(hn::Set(d, eye.depth[1]), y, hn::MulAdd(hn::Set(d, eye.depth[2]), z, hn::Set(d, eye.depth[3]))));
+        auto visible = hn::And(hn::Gt(depth, hn::Set(d, eye.depth_min)), hn::Lt(depth, hn::Set(d, eye.depth_max)));
+        visible = hn::And(visible, hn::Lt(sigma, hn::Mul(hn::Set(d, eye.sigma_slope), depth)));
+        for (const BoundPlane& plane : eye.inside) {
+            const V value = planeValue(d, plane, x, y, z, zero, magnitude);
+            visible = hn::And(visible, hn::Gt(hn::NegMulAdd(slack, magnitude, value), zero));
+        }
+        if (lod.test == LodTest::Distance) {
+            const auto shifted = [&](V v, float center) {
+                const V delta = hn::Sub(hn::Add(v, hn::Set(d, lod.shift)), hn::Set(d, center));
+                return hn::Mul(delta, delta);
+            };
+            const V squared = hn::Add(hn::Add(shifted(x, eye.bounds.center[0]), shifted(y, eye.bounds.center[1])),
+                                      shifted(z, eye.bounds.center[2]));
+            const V margin =
+                hn::Sub(hn::MulAdd(hn::Set(d, lod.slope), hn::Load(d, lanes.extra_level + i), hn::Set(d, lod.limit)),
+                        hn::Mul(hn::Set(d, 0.5f), roughLog(d, squared)));
+            hidden = hn::Or(hidden, hn::Lt(margin, hn::Set(d, -kLodSlack)));
+            visible = hn::And(visible, hn::Gt(margin, hn::Set(d, kLodSlack)));
+        }
+        classes.hidden[i / 64] |= classBits(d, hidden) << i % 64;
+        classes.visible[i / 64] |= classBits(d, hn::AndNot(hidden, visible)) << i % 64;
+    }
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace gsc
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace gsc {
+
+HWY_EXPORT(classify);
+
+EyeClassifier eyeClassifier(const ModelParams& params, const EyeParams& eye, const RasterConstants& rules,
+                            float lod_bias)
+{
+    EyeClassifier classifier{};
+    classifier.bounds = eyeBounds(eye, rules, lod_bias);
+    const float* w = eye.world_to_view;
+    const float focal[2] = {eye.focal_x, eye.focal_y};
+    const uint32_t size[2] = {eye.width, eye.height};
+    for (int axis = 0; axis < 2; ++axis)
+        for (int side = 0; side < 2; ++side) {
+            // pixel 0 <= X <= size - 1, times z: the square round such a pixel touches its tile
+            BoundPlane& plane = classifier.inside[2 * axis + side];
+            const float sign = side == 0 ? focal[axis] : -focal[axis], middle = 0.5f * (float(size[axis]) - 1);
+            for (int i = 0; i < 3; ++i)
+                plane.n[i] = sign * w[4 * axis + i] + middle * w[8 + i];
+            plane.offset = sign * w[4 * axis + 3] + middle * w[11];
+        }
+    for (int i = 0; i < 4; ++i)
+        classifier.depth[i] = w[8 + i];
+    classifier.depth_min = rules.near_z * 1.0001f + 1e-6f;
+    classifier.depth_max = 1e9f;
+    // Variances of at most M square pixels: the exact determinant is at least 0.3 (a + c) and its rounding about
+    // 20 epsilon a c, so it cannot vanish below M = 2.5e5; 100 pixels of sigma stay far from that.
+    classifier.sigma_slope = 100.0f * 3.0f / classifier.bounds.planes[1].sigma_factor;
+    const float* q = params.constant_rotation;
+    const float norm = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+    classifier.usable = norm > 1e-6f && norm < 1e6f && (params.flags & kModelHasRotation) == 0;
+    return classifier;
+}
+
+LodClassifier lodClassifier(const ModelParams& params, int32_t level, float lod_bias)
+{
+    LodClassifier lod{};
+    lod.shift = lodShift<float>(params, level);
+    const LevelRule rule = LevelRule(params.level_rule);
+    if (!(params.flags & kModelHasLevels) || rule == LevelRule::None || level <= 0) {
+        lod.test = LodTest::Always;
+        return lod;
+    }
+    if (level > params.level_clamp) {
+        lod.test = LodTest::Never;
+        return lod;
+    }
+    lod.test = LodTest::Distance;
+    // smallest prediction that chooses the level
+    const float lowest = rule == LevelRule::Floor   ? float(level)
+                         : rule == LevelRule::Round ? float(level) - 0.5f
+                                                    : float(level) - 1;
+    lod.slope = std::log(float(params.fork));
+    lod.limit = std::log(params.standard_dist / params.lod_scale) - (lowest - lod_bias) * lod.slope;
+    return lod;
+}
+
+void classifyGroup(const EyeClassifier& eye, const LodClassifier& lod, const GroupLanes& lanes, Classes& classes)
+{
+    if (lod.test == LodTest::Never) {
+        for (uint32_t w = 0; w < kGroupSize / 64; ++w) {
+            classes.hidden[w] = ~uint64_t(0);
+            classes.visible[w] = 0;
+        }
+        return;
+    }
+    HWY_DYNAMIC_DISPATCH(classify)(eye, lod, lanes, classes);
+}
+
+} // namespace gsc
+#endif

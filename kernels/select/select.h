@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which anchors an eye sees: LOD mask, then the rasteriser's own visibility test (format facts 5).
+#pragma once
+
+#include "kernels/common/buffer.h"
+#include "kernels/common/frame_types.h"
+#include "kernels/math/eye.h"
+
+#include <vector>
+
+namespace gsc {
+
+class Workers;
+
+struct VisibleAnchor {
+    uint32_t chunk;
+    uint32_t local;           // in its chunk
+    uint32_t eyes;            // bit e: visible to eye e
+    float fraction[kMaxEyes]; // opacity factor per eye, 1 but for LevelRule::Progressive
+};
+
+struct SelectArgs {
+    const ModelView* model;
+    const EyeParams* eyes;
+    uint32_t eye_count;
+    RasterConstants rules;
+    float lod_bias;
+};
+
+struct SelectCounts {
+    uint64_t groups_tested[kMaxEyes];
+    uint64_t anchors_tested[kMaxEyes];
+    uint64_t anchors_visible[kMaxEyes];
+};
+
+// Groups that may hold a visible anchor, and which of their anchors do. Scratch of selectCpu().
+struct GroupMask {
+    uint32_t group;
+    uint32_t first; // visible anchors of the groups before
+    uint64_t visible[kMaxEyes][kGroupSize / 64];
+};
+
+struct SelectScratch {
+    Buffer<uint32_t> chunk_eyes;
+    Buffer<GroupMask> groups;
+    std::vector<SelectCounts> worker_counts;
+};
+
+// Visible anchors in file order, all eyes in one list. Returns how many; `visible` grows to hold them. Chunks and
+// groups are rejected by bounds; the test of a single anchor is upstream's, so the set equals that of the flat pass.
+size_t selectCpu(const SelectArgs& args, const Workers& workers, SelectScratch& scratch, Buffer<VisibleAnchor>& visible,
+                 SelectCounts& counts);
+
+template <typename Real>
+struct SelectedAnchor {
+    uint32_t chunk, local;
+    Real fraction;
+};
+
+// The flat pass over every anchor for one eye, scalar. Real is float or double.
+template <typename Real>
+std::vector<SelectedAnchor<Real>> selectReference(const ModelView& model, const EyeOf<Real>& eye,
+                                                  const RasterConstants& rules, Real lod_bias);
+
+} // namespace gsc

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// The test of one anchor by one eye.
+#pragma once
+
+#include "kernels/math/anchor.h"
+#include "kernels/math/lod.h"
+#include "kernels/math/projection.h"
+
+namespace gsc {
+
+template <typename Real>
+struct AnchorDecision {
+    bool visible;
+    Real fraction; // opacity factor
+};
+
+// LOD mask first, then the visibility pass (format facts 5.1). `lod_shift` is lodShift() of the anchor's level.
+template <typename Real>
+GSC_HD AnchorDecision<Real> testAnchor(const ModelView& model, const EyeOf<Real>& eye, const RasterConstants& rules,
+                                       Real lod_bias, uint32_t chunk, uint32_t local, Real lod_shift)
+{
+    const ModelParams& params = *model.params;
+    const Vec3<float> stored = anchorPosition(model, chunk, local);
+    const Vec3<Real> p{Real(stored.x), Real(stored.y), Real(stored.z)};
+    AnchorDecision<Real> decision{false, Real(1)};
+    if ((params.flags & kModelHasLevels) && params.level_rule != uint32_t(LevelRule::None)) {
+        const int32_t level = anchorLevel(model, chunk);
+        const Real predicted = predictedLevel<Real>(params, p, lod_shift, eye.center,
+                                                    Real(anchorExtraLevel(model, chunk, local)), lod_bias);
+        const LevelChoice<Real> choice = chooseLevel(LevelRule(params.level_rule), predicted, params.level_clamp);
+        if (level > choice.level)
+            return decision;
+        if (level == choice.level)
+            decision.fraction = choice.fraction;
+    }
+    const float* log_scale = model.arrays[chunk].scale + size_t(6) * local;
+    const float* rotation = anchorRotation(model, chunk, local);
+    const Real scale[3] = {std::exp(Real(log_scale[0])), std::exp(Real(log_scale[1])), std::exp(Real(log_scale[2]))};
+    Real q[4] = {Real(rotation[0]), Real(rotation[1]), Real(rotation[2]), Real(rotation[3])};
+    normalizeQuaternion(q);
+    decision.visible = footprint<Real>(eye, rules, p, scale, q).visible;
+    return decision;
+}
+
+} // namespace gsc

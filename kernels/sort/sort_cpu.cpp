@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernels/sort/sort.h"
+
+#include "kernels/common/parallel.h"
+#include "kernels/math/anchor.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace gsc {
+
+namespace {
+
+constexpr uint32_t kDigitBits = 11; // three passes over 32 bits; 2048 counters stay in the first cache
+constexpr uint32_t kDigits = 1u << kDigitBits;
+constexpr size_t kMinChunkKeys = 32768; // the split depends on the count alone, never on the threads
+constexpr size_t kMaxChunks = 64;       // enough for as many workers; each costs a histogram
+
+size_t chunkKeys(size_t count)
+{
+    return std::max(kMinChunkKeys, (count + kMaxChunks - 1) / kMaxChunks);
+}
+
+uint64_t orderOfSlot(const SortArgs& args, uint32_t slot)
+{
+    const uint32_t offsets = args.model->params->n_offsets;
+    const uint32_t origin = args.origins[slot];
+    const VisibleAnchor& anchor = args.visible[size_t(slot / args.block_capacity) * kDecodeBlock + origin / offsets];
+    return emissionOrder(*args.model, anchor.chunk, anchor.local, origin % offsets);
+}
+
+// Gathers the keys of all blocks densely into keys[0].
+size_t gatherKeys(const SortArgs& args, const Workers& workers, SortScratch& scratch)
+{
+    scratch.block_first.reserve(args.block_count + 1);
+    uint32_t total = 0;
+    for (uint32_t b = 0; b < args.block_count; ++b) {
+        scratch.block_first[b] = total;
+        total += args.counts[b];
+    }
+    scratch.keys[0].reserve(total);
+    scratch.keys[1].reserve(total);
+    workers.run(args.block_count, 64, [&](size_t begin, size_t end, int) {
+        for (size_t b = begin; b < end; ++b) {
+            SortKey* keys = scratch.keys[0].data() + scratch.block_first[b];
+            const uint32_t slot = uint32_t(b) * args.block_capacity;
+            for (uint32_t i = 0; i < args.counts[b]; ++i)
+                keys[i] = {args.depth_bits[slot + i], slot + i};
+        }
+    });
+    return total;
+}
+
+// One stable counting pass from `from` to `to`.
+void radixPass(const Workers& workers, const SortKey* from, SortKey* to, size_t count, uint32_t shift,
+               uint32_t* histograms, size_t chunks)
+{
+    const size_t step = chunkKeys(count);
+    workers.run(chunks, 1, [&](size_t begin, size_t end, int) {
+        for (size_t c = begin; c < end; ++c) {
+            uint32_t* histogram = histograms + c * kDigits;
+            std::memset(histogram, 0, kDigits * sizeof(uint32_t));
+            const size_t last = std::min(count, (c + 1) * step);
+            for (size_t i = c * step; i < last; ++i)
+                ++histogram[from[i].depth_bits >> shift & (kDigits - 1)];
+        }
+    });
+    uint32_t sum = 0;
+    for (uint32_t digit = 0; digit < kDigits; ++digit)
+        for (size_t c = 0; c < chunks; ++c) {
+            const uint32_t n = histograms[c * kDigits + digit];
+            histograms[c * kDigits + digit] = sum;
+            sum += n;
+        }
+    workers.run(chunks, 1, [&](size_t begin, size_t end, int) {
+        for (size_t c = begin; c < end; ++c) {
+            uint32_t* next = histograms + c * kDigits;
+            const size_t last = std::min(count, (c + 1) * step);
+            for (size_t i = c * step; i < last; ++i)
+                to[next[from[i].depth_bits >> shift & (kDigits - 1)]++] = from[i];
+        }
+    });
+}
+
+// Runs of equal depth are rare and short: they are put in emission order afterwards. All are found before any is
+// sorted, so that no worker reads what another writes.
+void orderTies(const SortArgs& args, const Workers& workers, SortKey* keys, size_t count, size_t chunks,
+               std::vector<std::vector<SortRun>>& runs)
+{
+    const size_t step = chunkKeys(count);
+    runs.resize(std::max(runs.size(), chunks));
+    const auto same = [keys](size_t i, size_t j) { return keys[i].depth_bits == keys[j].depth_bits; };
+    workers.run(chunks, 1, [&](size_t begin, size_t end, int) {
+        for (size_t c = begin; c < end; ++c) {
+            runs[c].clear();
+            const size_t last = std::min(count, (c + 1) * step);
+            for (size_t i = c * step; i < last; ++i) {
+                if (i + 1 == count || !same(i, i + 1) || (i > 0 && same(i - 1, i)))
+                    continue; // no run starts here
+                size_t run_end = i + 2;
+                while (run_end < count && same(i, run_end))
+                    ++run_end;
+                runs[c].push_back({i, run_end});
+            }
+        }
+    });
+    workers.run(chunks, 1, [&](size_t begin, size_t end, int) {
+        for (size_t c = begin; c < end; ++c)
+            for (const SortRun& run : runs[c])
+                std::sort(keys + run.begin, keys + run.end, [&args](const SortKey& a, const SortKey& b) {
+                    return orderOfSlot(args, a.slot) < orderOfSlot(args, b.slot);
+                });
+    });
+}
+
+} // namespace
+
+size_t sortCpu(const SortArgs& args, const Workers& workers, SortScratch& scratch)
+{
+    const size_t count = gatherKeys(args, workers, scratch);
+    const size_t chunks = (count + chunkKeys(count) - 1) / chunkKeys(count);
+    scratch.histograms.reserve(chunks * kDigits);
+    SortKey* a = scratch.keys[0].data();
+    SortKey* b = scratch.keys[1].data();
+    radixPass(workers, a, b, count, 0, scratch.histograms.data(), chunks);
+    radixPass(workers, b, a, count, kDigitBits, scratch.histograms.data(), chunks);
+    radixPass(workers, a, b, count, 2 * kDigitBits, scratch.histograms.data(), chunks);
+    std::swap(scratch.keys[0], scratch.keys[1]);
+    orderTies(args, workers, scratch.keys[0].data(), count, chunks, scratch.runs);
+    return count;
+}
+
+} // namespace gsc

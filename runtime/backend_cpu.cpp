@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/backend_cpu.h"
+
+#include "runtime/backend.h"
+
+#include "kernels/blend/blend.h"
+#include "kernels/common/parallel.h"
+#include "kernels/common/stopwatch.h"
+#include "kernels/math/anchor.h"
+
+#include <algorithm>
+
+namespace gsc {
+
+namespace {
+
+// One eye's splats, block by block: block b owns slots [b * capacity, (b + 1) * capacity).
+struct SplatStore {
+    Buffer<Splat> splats;
+    Buffer<uint32_t> depth_bits;
+    Buffer<uint16_t> origins;
+    Buffer<uint32_t> counts; // per block
+
+    [[nodiscard]] uint64_t bytes() const
+    {
+        return splats.bytes() + depth_bits.bytes() + origins.bytes() + counts.bytes();
+    }
+};
+
+// What one worker adds up while decoding and projecting.
+struct WorkerState {
+    DecodeScratch scratch;
+    uint64_t alive[kMaxEyes], visible[kMaxEyes], dropped[kMaxEyes];
+    bool any_positive[kMaxEyes];
+    double decode_ms, project_ms;
+};
+
+class CpuBackend final : public Backend {
+public:
+    explicit CpuBackend(int threads) : m_workers(threads), m_states(size_t(m_workers.count())) {}
+
+    [[nodiscard]] const char* name() const override { return "cpu"; }
+
+    void load(const ModelView& model) override
+    {
+        checkModel(model);
+        m_model = model;
+        m_model_bytes = modelBytes(model);
+        for (WorkerState& state : m_states)
+            reserveDecode(m_model, state.scratch);
+    }
+
+    void render(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, float* const* images,
+                FrameResult& result) override
+    {
+        checkOptions(m_model, options, eye_count);
+        for (uint32_t e = 0; e < eye_count; ++e)
+            checkSize(eyes[e].width, eyes[e].height);
+        result = {};
+        Stopwatch total;
+        const RasterConstants rules = rasterConstants(*m_model.params, options.near_z);
+        const size_t visible = select(eyes, eye_count, options, rules, result);
+        decodeAndProject(eyes, eye_count, options, rules, visible, result);
+        for (uint32_t e = 0; e < eye_count; ++e)
+            rasterize(e, eyes[e], options, rules, visible, images[e], result);
+        result.times.total = total.lap();
+        result.bytes_resident = m_model_bytes + frameBytes();
+    }
+
+private:
+    size_t select(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, const RasterConstants& rules,
+                  FrameResult& result)
+    {
+        Stopwatch watch;
+        const SelectArgs args{&m_model, eyes, eye_count, rules, options.lod_bias};
+        SelectCounts counts{};
+        const size_t visible = selectCpu(args, m_workers, m_select, m_visible, counts);
+        for (uint32_t e = 0; e < eye_count; ++e) {
+            EyeCounts& eye = result.eyes[e];
+            eye.groups_tested = counts.groups_tested[e];
+            eye.anchors_tested = counts.anchors_tested[e];
+            eye.anchors_visible = eye.anchors_decoded = counts.anchors_visible[e];
+        }
+        result.times.select = watch.lap();
+        return visible;
+    }
+
+    [[nodiscard]] uint32_t blockCapacity() const { return kDecodeBlock * m_model.params->n_offsets; }
+
+    // Both stages block by block, so that Gaussians never leave the cache. Their share of the wall clock is that of
+    // the time the workers spent in each.
+    void decodeAndProject(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options,
+                          const RasterConstants& rules, size_t visible, FrameResult& result)
+    {
+        Stopwatch watch;
+        const size_t blocks = (visible + kDecodeBlock - 1) / kDecodeBlock;
+        const size_t slots = blocks * blockCapacity();
+        if (slots > UINT32_MAX)
+            throw Error(ErrorCode::OutOfMemory,
+                        formatString("frame: %zu visible anchors of %u Gaussians each, expected fewer than 2^32 "
+                                     "Gaussians; raise the LOD or look at less of the model",
+                                     visible, m_model.params->n_offsets));
+        for (uint32_t e = 0; e < eye_count; ++e) {
+            m_stores[e].splats.reserve(slots);
+            m_stores[e].depth_bits.reserve(slots);
+            m_stores[e].origins.reserve(slots);
+            m_stores[e].counts.reserve(blocks);
+        }
+        for (WorkerState& state : m_states) {
+            for (uint32_t e = 0; e < kMaxEyes; ++e) {
+                state.alive[e] = state.visible[e] = state.dropped[e] = 0;
+                state.any_positive[e] = false;
+            }
+            state.decode_ms = state.project_ms = 0;
+        }
+        const DecodeArgs args =
+            prepareDecode(m_model, eyes, eye_count, m_visible.data(), visible, options.appearance, m_bias);
+        m_workers.run(blocks, 1, [&](size_t begin, size_t end, int worker) {
+            for (size_t block = begin; block < end; ++block)
+                runBlock(args, rules, visible, block, m_states[size_t(worker)]);
+        });
+
+        double decode = 0, project = 0;
+        for (const WorkerState& state : m_states) {
+            decode += state.decode_ms;
+            project += state.project_ms;
+            for (uint32_t e = 0; e < eye_count; ++e) {
+                result.eyes[e].gaussians_alive += state.alive[e];
+                result.eyes[e].gaussians_visible += state.visible[e];
+                result.eyes[e].gaussians_dropped += state.dropped[e];
+            }
+        }
+        const double wall = watch.lap();
+        const double share = decode + project > 0 ? decode / (decode + project) : 1;
+        result.times.decode = wall * share;
+        result.times.project = wall * (1 - share);
+    }
+
+    void runBlock(const DecodeArgs& args, const RasterConstants& rules, size_t visible, size_t block,
+                  WorkerState& state)
+    {
+        Stopwatch watch;
+        const size_t first = block * kDecodeBlock;
+        decodeBlockCpu(args, first, uint32_t(std::min<size_t>(kDecodeBlock, visible - first)), state.scratch);
+        state.decode_ms += watch.lap();
+        for (uint32_t e = 0; e < args.eye_count; ++e) {
+            SplatStore& store = m_stores[e];
+            const GaussianBlock& gaussians = state.scratch.blocks[e];
+            const size_t slot = block * blockCapacity();
+            const ProjectCounts counts = projectBlockCpu({args.eyes + e, rules}, gaussians, store.splats.data() + slot,
+                                                         store.depth_bits.data() + slot, store.origins.data() + slot);
+            store.counts[block] = counts.splats;
+            state.alive[e] += gaussians.count;
+            state.visible[e] += counts.splats;
+            state.dropped[e] += counts.dropped;
+            state.any_positive[e] |= gaussians.any_positive;
+        }
+        state.project_ms += watch.lap();
+    }
+
+    void rasterize(uint32_t e, const EyeParams& eye, const FrameOptions& options, const RasterConstants& rules,
+                   size_t visible, float* image, FrameResult& result)
+    {
+        bool any_positive = false;
+        for (const WorkerState& state : m_states)
+            any_positive |= state.any_positive[e];
+        if (!any_positive) {
+            const float black[3] = {0, 0, 0};
+            const float* color = options.empty_is_black ? black : options.background; // trap 25
+            for (size_t i = 0; i < size_t(eye.width) * eye.height; ++i)
+                std::copy_n(color, 3, image + 3 * i);
+            return;
+        }
+        Stopwatch watch;
+        const SplatStore& store = m_stores[e];
+        const uint32_t blocks = uint32_t((visible + kDecodeBlock - 1) / kDecodeBlock);
+        const size_t count = sortCpu({&m_model, m_visible.data(), store.depth_bits.data(), store.origins.data(),
+                                      store.counts.data(), blocks, blockCapacity()},
+                                     m_workers, m_sort);
+        result.times.sort += watch.lap();
+        const uint32_t grid_x = tileCount(eye.width), grid_y = tileCount(eye.height);
+        result.eyes[e].pairs =
+            binCpu({store.splats.data(), m_sort.keys[0].data(), count, grid_x, grid_y}, m_workers, m_bin);
+        result.times.bin += watch.lap();
+        BlendArgs args{m_bin.splats.data(),
+                       m_bin.tile_first.data(),
+                       m_bin.entries.data(),
+                       grid_x,
+                       grid_y,
+                       eye.width,
+                       eye.height,
+                       rules,
+                       {},
+                       image};
+        std::copy_n(options.background, 3, args.background);
+        result.eyes[e].blend_evaluations = blendCpu(args, m_workers);
+        result.times.blend += watch.lap();
+    }
+
+    [[nodiscard]] uint64_t frameBytes() const
+    {
+        uint64_t bytes = m_visible.bytes() + m_select.chunk_eyes.bytes() + m_select.groups.bytes() +
+                         m_sort.keys[0].bytes() + m_sort.keys[1].bytes() + m_sort.histograms.bytes() +
+                         m_sort.block_first.bytes() + m_bin.splats.bytes() + m_bin.tile_first.bytes() +
+                         m_bin.entries.bytes() + m_bin.chunk_counts.bytes();
+        for (const SplatStore& store : m_stores)
+            bytes += store.bytes();
+        for (const WorkerState& state : m_states)
+            bytes += state.scratch.values.bytes() + state.scratch.origins.bytes();
+        return bytes;
+    }
+
+    Workers m_workers;
+    std::vector<WorkerState> m_states; // per worker
+    ModelView m_model{};
+    uint64_t m_model_bytes = 0;
+    Buffer<VisibleAnchor> m_visible;
+    Buffer<float> m_bias;
+    SelectScratch m_select;
+    SplatStore m_stores[kMaxEyes];
+    SortScratch m_sort;
+    BinScratch m_bin;
+};
+
+class CpuReferenceBackend final : public Backend {
+public:
+    [[nodiscard]] const char* name() const override { return "cpu-reference"; }
+
+    void load(const ModelView& model) override
+    {
+        checkModel(model);
+        m_model = model;
+    }
+
+    void render(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, float* const* images,
+                FrameResult& result) override
+    {
+        renderReference32(m_model, eyes, eye_count, options, images, result);
+    }
+
+private:
+    ModelView m_model{};
+};
+
+} // namespace
+
+std::unique_ptr<Backend> makeCpuBackend(CpuPath path, int threads)
+{
+    if (path == CpuPath::Reference)
+        return std::make_unique<CpuReferenceBackend>();
+    return std::make_unique<CpuBackend>(threads);
+}
+
+} // namespace gsc

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whole frames: fast against scalar against double, one thread against several, two eyes against one.
+#include "format/error.h"
+#include "tests/kernels/render_tools.h"
+#include "tests/kernels/simd_targets.h"
+#include "tests/kernels/synthetic_model.h"
+
+#include <doctest/doctest.h>
+
+#include <cstring>
+
+using namespace gsc;
+using namespace gsc::test;
+
+namespace {
+
+EyeParams eyeAt(float x, float z, uint32_t width, uint32_t height)
+{
+    const float position[3] = {x, 0.3f, z}, target[3] = {0.1f, -0.2f, 0.3f};
+    return lookAt(position, target, 1.1f, width, height);
+}
+
+FrameOptions grey()
+{
+    FrameOptions options;
+    options.background[0] = options.background[1] = options.background[2] = 0.5f;
+    return options;
+}
+
+SyntheticOptions octree(LevelRule rule)
+{
+    SyntheticOptions options;
+    options.anchors = 1500;
+    options.levels = 4;
+    options.level_rule = rule;
+    options.flags = kModelHasLevels | kModelLodHalfCell;
+    options.seed = 40 + uint32_t(rule);
+    return options;
+}
+
+} // namespace
+
+TEST_CASE("fast, scalar and double agree for every level rule and both rasterisers")
+{
+    for (const RasterRules raster : {RasterRules::DiffGaussian, RasterRules::Gsplat})
+        for (const LevelRule rule :
+             {LevelRule::None, LevelRule::Floor, LevelRule::Round, LevelRule::Ceil, LevelRule::Progressive}) {
+            SyntheticOptions options = rule == LevelRule::None ? SyntheticOptions{} : octree(rule);
+            options.anchors = 1500;
+            options.raster_rules = raster;
+            const SyntheticModel model(options);
+            const EyeParams eye = eyeAt(0.4f, -5, 150, 110);
+            const auto scalar = renderWith(CpuPath::Reference, 1, model.view(), eye, grey());
+            const auto wide = render64(model.view(), widen(eye), grey());
+            CHECK(scalar.result.eyes[0].gaussians_visible > 500);
+            CHECK(compare(scalar.pixels, wide.pixels).psnr > 80);
+            forEachTarget([&](const char* target) {
+                CAPTURE(target);
+                const auto fast = renderWith(CpuPath::Fast, 1, model.view(), eye, grey());
+                const Difference d = compare(fast.pixels, scalar.pixels);
+                CHECK(d.psnr > 85);
+                CHECK(d.above <= 5);
+                CHECK(fast.result.eyes[0].anchors_visible == scalar.result.eyes[0].anchors_visible);
+                CHECK(fast.result.eyes[0].gaussians_visible <= scalar.result.eyes[0].gaussians_visible);
+                CHECK(fast.result.eyes[0].pairs < scalar.result.eyes[0].pairs);
+                CHECK(fast.result.eyes[0].blend_evaluations < scalar.result.eyes[0].blend_evaluations);
+            });
+        }
+}
+
+TEST_CASE("images do not depend on the number of threads, byte for byte, nor on the frame before")
+{
+    const SyntheticModel model(octree(LevelRule::Round));
+    const std::vector<EyeParams> eyes = {eyeAt(0.4f, -5, 190, 130), eyeAt(0.7f, -5, 190, 130)};
+    const std::unique_ptr<Backend> one = makeCpuBackend(CpuPath::Fast, 1);
+    one->load(model.view());
+    const auto expected = render(*one, eyes, grey());
+    for (const int threads : {1, 2, 3, 5}) {
+        const std::unique_ptr<Backend> backend = makeCpuBackend(CpuPath::Fast, threads);
+        backend->load(model.view());
+        for (int frame = 0; frame < 3; ++frame) {
+            render(*backend, {eyeAt(-2, -3.0f - float(frame), 64 + 50 * uint32_t(frame), 90)}, grey());
+            const auto images = render(*backend, eyes, grey());
+            for (size_t e = 0; e < 2; ++e)
+                CHECK(std::memcmp(images[e].pixels.data(), expected[e].pixels.data(),
+                                  expected[e].pixels.size() * sizeof(float)) == 0);
+        }
+    }
+}
+
+TEST_CASE("two eyes in one call give what each gives alone")
+{
+    for (const uint32_t flags : {0u, kModelFeatureBank | kModelBankDistance}) {
+        SyntheticOptions options;
+        options.anchors = 1200;
+        options.flags = flags;
+        options.inputs = kMlpTakesDistance;
+        const SyntheticModel model(options);
+        const std::vector<EyeParams> eyes = {eyeAt(0.4f, -5, 150, 110), eyeAt(1.9f, -4, 97, 143)};
+        const std::unique_ptr<Backend> backend = makeCpuBackend(CpuPath::Fast, 2);
+        backend->load(model.view());
+        const auto both = render(*backend, eyes, grey());
+        for (size_t e = 0; e < 2; ++e) {
+            const auto alone = render(*backend, {eyes[e]}, grey())[0];
+            // the features' part of the first layer is shared, and its sums go on in the same order
+            CHECK(compare(both[e].pixels, alone.pixels).worst == 0);
+            CHECK(both[e].result.eyes[e].anchors_visible == alone.result.eyes[0].anchors_visible);
+            CHECK(both[e].result.eyes[e].gaussians_visible > 100);
+        }
+    }
+}
+
+TEST_CASE("appearance rows, level and distance inputs change the picture and match the scalar path")
+{
+    SyntheticOptions options = octree(LevelRule::Floor);
+    options.inputs = kMlpTakesDistance | kMlpTakesLevel | kMlpTakesAppearance;
+    options.flags |= kModelFeatureBank | kModelBankLevel;
+    options.appearance_dim = 8;
+    options.appearance_rows = 2;
+    const SyntheticModel model(options);
+    const EyeParams eye = eyeAt(0.4f, -5, 150, 110);
+    FrameOptions frame = grey();
+    frame.appearance = 0;
+    const auto first = renderWith(CpuPath::Fast, 2, model.view(), eye, frame);
+    CHECK(compare(first.pixels, renderWith(CpuPath::Reference, 1, model.view(), eye, frame).pixels).psnr > 85);
+    frame.appearance = 1;
+    const auto second = renderWith(CpuPath::Fast, 2, model.view(), eye, frame);
+    CHECK(compare(second.pixels, renderWith(CpuPath::Reference, 1, model.view(), eye, frame).pixels).psnr > 85);
+    CHECK(compare(first.pixels, second.pixels).psnr < 60);
+}
+
+TEST_CASE("trap 24: an appearance row that does not exist, or is missing, is refused")
+{
+    SyntheticOptions options;
+    options.anchors = 20;
+    options.appearance_dim = 4;
+    options.appearance_rows = 2;
+    options.inputs = kMlpTakesAppearance;
+    const SyntheticModel model(options);
+    const EyeParams eye = eyeAt(0, -5, 32, 32);
+    for (const int row : {-1, 2}) {
+        FrameOptions frame;
+        frame.appearance = row;
+        CHECK_THROWS_AS(renderWith(CpuPath::Fast, 1, model.view(), eye, frame), Error);
+        CHECK_THROWS_AS(renderWith(CpuPath::Reference, 1, model.view(), eye, frame), Error);
+    }
+    SyntheticOptions plain;
+    plain.anchors = 20;
+    const SyntheticModel without(plain);
+    FrameOptions frame;
+    frame.appearance = 0;
+    CHECK_THROWS_AS(renderWith(CpuPath::Fast, 1, without.view(), eye, frame), Error);
+}
+
+TEST_CASE("trap 25: no Gaussian at all is black even on a white background; one that lands nowhere is background")
+{
+    SyntheticOptions options;
+    options.anchors = 200;
+    const SyntheticModel model(options);
+    FrameOptions white;
+    std::fill_n(white.background, 3, 1.0f);
+    const float position[3] = {0, 0, -20}, away[3] = {0, 0, -40};
+    const EyeParams blind = lookAt(position, away, 1, 40, 30);
+    for (const CpuPath path : {CpuPath::Fast, CpuPath::Reference}) {
+        for (const float value : renderWith(path, 1, model.view(), blind, white).pixels)
+            CHECK(value == 0.0f);
+        white.empty_is_black = false;
+        for (const float value : renderWith(path, 1, model.view(), blind, white).pixels)
+            CHECK(value == 1.0f);
+        white.empty_is_black = true;
+    }
+    // opacities above zero but below 1/255: upstream draws nothing, yet it launches and shows the background
+    std::vector<Mlp> mlps = randomMlps(options);
+    for (float& w : mlps[0].layers[1].weight)
+        w = 0;
+    for (float& b : mlps[0].layers[1].bias)
+        b = 0.002f;
+    const SyntheticModel faint(syntheticParams(options), randomAnchors(options), mlps, {}, 0);
+    for (const CpuPath path : {CpuPath::Fast, CpuPath::Reference})
+        for (const float value : renderWith(path, 1, faint.view(), eyeAt(0, -5, 40, 30), white).pixels)
+            CHECK(value == 1.0f);
+}
+
+TEST_CASE("trap 20: the near plane can be moved, and the model's is the default")
+{
+    SyntheticOptions options;
+    options.anchors = 1500;
+    const SyntheticModel model(options);
+    const EyeParams eye = eyeAt(0.1f, -1, 120, 90);
+    FrameOptions frame = grey();
+    const auto standard = renderWith(CpuPath::Fast, 1, model.view(), eye, frame);
+    frame.near_z = 0.2f;
+    CHECK(compare(standard.pixels, renderWith(CpuPath::Fast, 1, model.view(), eye, frame).pixels).worst == 0);
+    frame.near_z = 2;
+    const auto cut = renderWith(CpuPath::Fast, 1, model.view(), eye, frame);
+    CHECK(cut.result.eyes[0].anchors_visible < standard.result.eyes[0].anchors_visible);
+    CHECK(compare(cut.pixels, renderWith(CpuPath::Reference, 1, model.view(), eye, frame).pixels).psnr > 85);
+}
+
+TEST_CASE("trap 12, trap 28: duplicates of an anchor are all drawn, in source order")
+{
+    SyntheticOptions options;
+    options.anchors = 60;
+    SyntheticAnchors anchors = randomAnchors(options);
+    for (size_t i = 1; i < 60; ++i) // one cell, other features
+        std::copy_n(anchors.position.begin(), 3, anchors.position.begin() + ptrdiff_t(3 * i));
+    for (float& offset : anchors.offset)
+        offset = 0; // and every Gaussian at the same depth
+    const SyntheticModel model(syntheticParams(options), anchors, randomMlps(options), {}, 0);
+    const EyeParams eye = eyeAt(0, -8, 200, 160);
+    const auto scalar = renderWith(CpuPath::Reference, 1, model.view(), eye, grey());
+    CHECK(scalar.result.eyes[0].anchors_visible == 60);
+    for (const int threads : {1, 2})
+        CHECK(compare(renderWith(CpuPath::Fast, threads, model.view(), eye, grey()).pixels, scalar.pixels).psnr > 90);
+}
+
+TEST_CASE("a model of one anchor, and one of none in sight of either eye")
+{
+    SyntheticOptions options;
+    options.anchors = 1;
+    options.log_scale = -1;
+    const SyntheticModel model(options);
+    const EyeParams eye = eyeAt(0, -9, 33, 17);
+    CHECK(compare(renderWith(CpuPath::Fast, 2, model.view(), eye, grey()).pixels,
+                  renderWith(CpuPath::Reference, 1, model.view(), eye, grey()).pixels)
+              .psnr > 90);
+}
+
+TEST_CASE("image sizes that splats cannot address are refused")
+{
+    SyntheticOptions options;
+    options.anchors = 5;
+    const SyntheticModel model(options);
+    for (const auto& [width, height] : {std::pair<uint32_t, uint32_t>{0, 10}, {10, 0}, {65536, 1}, {1, 70000}})
+        for (const char* name : {"cpu", "cpu-reference"}) {
+            const std::unique_ptr<Backend> backend = makeBackend(name, 1);
+            backend->load(model.view());
+            EyeParams eye = eyeAt(0, -5, 16, 16);
+            eye.width = width;
+            eye.height = height;
+            float* nowhere = nullptr;
+            FrameResult result;
+            CHECK_THROWS_AS(backend->render(&eye, 1, FrameOptions{}, &nowhere, result), Error);
+        }
+}
+
+TEST_CASE("backends are listed, made by name, and a wrong name is refused with the list")
+{
+    const auto backends = availableBackends();
+    REQUIRE(backends.size() >= 2);
+    for (const BackendInfo& info : backends)
+        CHECK(std::string(makeBackend(info.name, 1)->name()) == info.name);
+    CHECK(std::string(makeBackend("auto", 1)->name()) == backends[0].name);
+    CHECK_THROWS_WITH_AS(makeBackend("abacus", 1), doctest::Contains("cpu-reference"), Error);
+}
+
+TEST_CASE("a later frame of the same size allocates nothing")
+{
+    const SyntheticModel model(octree(LevelRule::Round));
+    const std::unique_ptr<Backend> backend = makeCpuBackend(CpuPath::Fast, 1);
+    backend->load(model.view());
+    const std::vector<EyeParams> eyes = {eyeAt(0.4f, -5, 190, 130), eyeAt(0.7f, -5, 190, 130)};
+    const uint64_t first = render(*backend, eyes, grey())[0].result.bytes_resident;
+    CHECK(first > 0);
+    for (int i = 0; i < 3; ++i)
+        CHECK(render(*backend, eyes, grey())[0].result.bytes_resident == first);
+}

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+// The hierarchical selection gives the set of the flat pass, exactly, for any camera and rule.
+#include "kernels/common/parallel.h"
+#include "kernels/select/bounds.h"
+#include "kernels/select/select.h"
+#include "tests/kernels/synthetic_model.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+
+using namespace gsc;
+using namespace gsc::test;
+
+namespace {
+
+std::vector<VisibleAnchor> selectFast(const ModelView& model, const std::vector<EyeParams>& eyes, float lod_bias,
+                                      const Workers& workers, SelectCounts& counts)
+{
+    const SelectArgs args{&model, eyes.data(), uint32_t(eyes.size()), rasterConstants(*model.params, 0), lod_bias};
+    SelectScratch scratch;
+    Buffer<VisibleAnchor> visible;
+    const size_t n = selectCpu(args, workers, scratch, visible, counts);
+    return {visible.data(), visible.data() + n};
+}
+
+// Compares eye by eye with the flat pass; returns how many anchors were visible.
+size_t checkSameSet(const ModelView& model, const std::vector<EyeParams>& eyes, float lod_bias)
+{
+    const Workers one(1), two(2);
+    SelectCounts counts{}, counts_two{};
+    const std::vector<VisibleAnchor> fast = selectFast(model, eyes, lod_bias, one, counts);
+    const std::vector<VisibleAnchor> threaded = selectFast(model, eyes, lod_bias, two, counts_two);
+    REQUIRE(fast.size() == threaded.size());
+    size_t total = 0;
+    for (uint32_t e = 0; e < eyes.size(); ++e) {
+        const auto flat = selectReference<float>(model, eyes[e], rasterConstants(*model.params, 0), lod_bias);
+        size_t at = 0;
+        bool same = true;
+        for (size_t i = 0; i < fast.size(); ++i) {
+            same &= fast[i].chunk == threaded[i].chunk && fast[i].local == threaded[i].local &&
+                    fast[i].eyes == threaded[i].eyes;
+            if (!(fast[i].eyes >> e & 1))
+                continue;
+            same &= at < flat.size() && flat[at].chunk == fast[i].chunk && flat[at].local == fast[i].local &&
+                    flat[at].fraction == fast[i].fraction[e];
+            ++at;
+        }
+        CHECK(same);
+        CHECK(at == flat.size());
+        CHECK(counts.anchors_visible[e] == flat.size());
+        CHECK(counts_two.anchors_visible[e] == flat.size());
+        total += flat.size();
+    }
+    return total;
+}
+
+EyeParams randomEye(Random& random, float reach)
+{
+    float position[3], target[3];
+    for (int c = 0; c < 3; ++c) {
+        position[c] = random.uniform(-reach, reach);
+        target[c] = random.uniform(-2, 2);
+    }
+    const uint32_t width = 20 + uint32_t(random.uniform() * 300), height = 20 + uint32_t(random.uniform() * 300);
+    return lookAt(position, target, random.uniform(0.15f, 2.2f), width, height);
+}
+
+EyeParams shifted(EyeParams eye, float right)
+{
+    eye.world_to_view[3] -= right;
+    for (int c = 0; c < 4; ++c)
+        eye.full_projection[c] = eye.world_to_view[c] / eye.tan_fov_x;
+    for (int c = 0; c < 3; ++c)
+        eye.center[c] += right * eye.world_to_view[c];
+    return eye;
+}
+
+} // namespace
+
+TEST_CASE("every LOD rule and rasteriser, cameras inside, outside and far: the flat pass's set")
+{
+    size_t visible = 0;
+    Random random(11);
+    for (const RasterRules raster : {RasterRules::DiffGaussian, RasterRules::Gsplat})
+        for (const LevelRule rule :
+             {LevelRule::None, LevelRule::Floor, LevelRule::Round, LevelRule::Ceil, LevelRule::Progressive}) {
+            SyntheticOptions options;
+            options.anchors = 3000;
+            options.n_offsets = 2;
+            options.feat_dim = 4;
+            options.raster_rules = raster;
+            options.level_rule = rule;
+            options.levels = rule == LevelRule::None ? 1 : 4;
+            options.flags = rule == LevelRule::None ? 0 : kModelHasLevels | kModelLodHalfCell;
+            options.seed = 5 + uint32_t(rule);
+            const SyntheticModel model(options);
+            for (int i = 0; i < 12; ++i) {
+                const EyeParams eye = randomEye(random, i % 3 == 2 ? 80.0f : 6.0f);
+                visible += checkSameSet(model.view(), {eye}, i % 4 == 3 ? 0.7f : 0.0f);
+                visible += checkSameSet(model.view(), {eye, shifted(eye, 0.3f)}, 0);
+            }
+        }
+    CHECK(visible > 10000);
+}
+
+TEST_CASE("float positions, rotated and degenerate anchors: the flat pass's set")
+{
+    SyntheticOptions options;
+    options.anchors = 2000;
+    options.n_offsets = 1;
+    options.feat_dim = 4;
+    options.encoding = PositionEncoding::Float;
+    SyntheticAnchors anchors = randomAnchors(options);
+    Random random(23);
+    for (size_t i = 0; i < anchors.count(); ++i)
+        for (int c = 0; c < 4; ++c)
+            anchors.rotation.push_back(i % 50 == 0 ? 0.0f : random.normal());
+    constexpr float kInf = std::numeric_limits<float>::infinity();
+    for (int c = 0; c < 6; ++c) {
+        anchors.scale[6 * 10 + size_t(c)] = -kInf; // trap 15
+        anchors.scale[6 * 20 + size_t(c)] = 30;    // far larger than the scene
+    }
+    const SyntheticModel model(syntheticParams(options), anchors, randomMlps(options), {}, 0);
+    size_t visible = 0;
+    for (int i = 0; i < 40; ++i)
+        visible += checkSameSet(model.view(), {randomEye(random, i % 2 ? 6.0f : 40.0f)}, 0);
+    CHECK(visible > 1000);
+}
+
+TEST_CASE("trap 18: anchors with NaN in position or scale are never visible")
+{
+    SyntheticOptions options;
+    options.anchors = 64;
+    options.encoding = PositionEncoding::Float;
+    SyntheticAnchors anchors = randomAnchors(options);
+    for (size_t i = 0; i < 64; i += 2)
+        anchors.scale[6 * i + i % 3] = std::nanf("");
+    const SyntheticModel model(syntheticParams(options), anchors, randomMlps(options), {}, 0);
+    const float position[3] = {0, 0, -20}, target[3] = {0, 0, 0};
+    const EyeParams eye = lookAt(position, target, 1, 200, 200);
+    CHECK(checkSameSet(model.view(), {eye}, 0) == 32);
+}
+
+TEST_CASE("trap 10: with the level count of the file the finest level can be out of reach, and stays so")
+{
+    SyntheticOptions options;
+    options.anchors = 600;
+    options.levels = 3;
+    options.level_rule = LevelRule::Round;
+    options.flags = kModelHasLevels;
+    SyntheticModel model(options);
+    const float position[3] = {0, 0, -0.5f}, target[3] = {0, 0, 4};
+    const EyeParams eye = lookAt(position, target, 2, 200, 200);
+    const size_t all = checkSameSet(model.view(), {eye}, 50);
+    model.params().level_clamp = 1; // as if every level-0 anchor had been pruned: levels 1..3 count as 0..2
+    const size_t clamped = checkSameSet(model.view(), {eye}, 50);
+    CHECK(clamped < all);
+    for (const auto& anchor : selectReference<float>(model.view(), eye, rasterConstants(*model.view().params, 0), 50))
+        CHECK(model.view().levels[model.view().chunks[anchor.chunk].level_index].level <= 1);
+}
+
+TEST_CASE("trap 30: float and double disagree only on anchors at a boundary")
+{
+    SyntheticOptions options;
+    options.anchors = 20000;
+    options.n_offsets = 1;
+    options.feat_dim = 4;
+    options.levels = 4;
+    options.level_rule = LevelRule::Round;
+    options.flags = kModelHasLevels | kModelLodHalfCell;
+    const SyntheticModel model(options);
+    Random random(31);
+    const RasterConstants rules = rasterConstants(*model.view().params, 0);
+    size_t selected = 0, differ = 0;
+    for (int i = 0; i < 5; ++i) {
+        const EyeParams eye = randomEye(random, 6);
+        const auto single = selectReference<float>(model.view(), eye, rules, 0);
+        const auto wide = selectReference<double>(model.view(), widen(eye), rules, 0);
+        size_t a = 0, b = 0;
+        while (a < single.size() && b < wide.size()) {
+            const auto key = [](const auto& s) { return uint64_t(s.chunk) << 32 | s.local; };
+            if (key(single[a]) == key(wide[b])) {
+                ++a;
+                ++b;
+            } else {
+                ++differ;
+                key(single[a]) < key(wide[b]) ? ++a : ++b;
+            }
+        }
+        selected += single.size();
+    }
+    CHECK(selected > 5000);
+    CHECK(differ <= 3);
+}
+
+TEST_CASE("bounds reject most groups of a scene that is mostly out of sight")
+{
+    SyntheticOptions options;
+    options.anchors = 20000;
+    options.n_offsets = 1;
+    options.feat_dim = 4;
+    options.log_scale = -5;
+    const SyntheticModel model(options);
+    const float position[3] = {0, 0, 0}, target[3] = {0, 0, 1};
+    SelectCounts counts{};
+    const Workers one(1);
+    selectFast(model.view(), {lookAt(position, target, 0.6f, 200, 200)}, 0, one, counts);
+    CHECK(counts.anchors_visible[0] > 50);
+    CHECK(counts.anchors_tested[0] < 10 * counts.anchors_visible[0] + 2000);
+    CHECK(counts.anchors_tested[0] < options.anchors / 3);
+}
