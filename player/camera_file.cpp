@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/camera_file.h"
+
+#include "player/json_fields.h"
+
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <numbers>
+
+namespace gsc {
+
+namespace {
+
+constexpr double kRotationTolerance = 1e-3; // files with six printed digits pass, scaled or sheared matrices do not
+constexpr uint32_t kUpstreamMaxWidth = 1600;
+constexpr uint64_t kMaxFileBytes = uint64_t(1) << 30;
+
+double determinant(const double m[9])
+{
+    return m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * m[7] - m[4] * m[6]);
+}
+
+// Largest deviation of m^T m from `scale2` times the identity.
+double orthogonalityError(const double m[9], double scale2)
+{
+    double worst = 0;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+            const double dot = m[i] * m[j] + m[3 + i] * m[3 + j] + m[6 + i] * m[6 + j];
+            worst = std::max(worst, std::abs(dot - (i == j ? scale2 : 0)));
+        }
+    return worst;
+}
+
+void readRotation(const JsonObject& object, double out[9])
+{
+    object.matrix("rotation", 3, 3, out);
+    const double error = orthogonalityError(out, 1);
+    if (!(error < kRotationTolerance) || determinant(out) < 0)
+        object.fail(
+            "rotation",
+            formatString("no rotation (determinant %g, columns off orthonormal by %g)", determinant(out), error),
+            "an orthonormal, right-handed camera-to-world matrix");
+}
+
+// t = -R^T p: the world-to-camera translation of a camera at p.
+void translationFromPosition(const double rotation[9], const double position[3], double out[3])
+{
+    for (int i = 0; i < 3; ++i)
+        out[i] = -(rotation[i] * position[0] + rotation[3 + i] * position[1] + rotation[6 + i] * position[2]);
+}
+
+double angleOf(double pixels, double focal)
+{
+    return 2 * std::atan(pixels / (2 * focal));
+}
+
+// A focal length in pixels; outside these bounds the tangents of the view leave fp32.
+double readFocal(const JsonObject& object, const char* key)
+{
+    const double focal = object.positive(key);
+    if (focal < 1e-3 || focal > 1e9)
+        object.fail(key, formatString("%g", focal), "a focal length between 0.001 and 1e9 pixels");
+    return focal;
+}
+
+// File name without folders, cut at the first dot, as upstream names images.
+std::string imageName(std::string path)
+{
+    const size_t slash = path.find_last_of("/\\");
+    if (slash != std::string::npos)
+        path.erase(0, slash + 1);
+    return path.substr(0, path.find('.', 1));
+}
+
+double readAngle(const JsonObject& object, const char* key)
+{
+    const double angle = object.number(key);
+    if (!(angle >= 1e-6 && angle < std::numbers::pi - 1e-6))
+        object.fail(key, formatString("%g", angle), "an angle in radians between 0 and pi");
+    return angle;
+}
+
+std::vector<UpstreamCamera> upstreamCameras(const Json& root, const std::string& file)
+{
+    if (!root.is_array())
+        throw Error(
+            ErrorCode::InvalidFile,
+            formatString("%s: the root is no array, expected the list of cameras that training writes", file.c_str()));
+    std::vector<UpstreamCamera> cameras;
+    cameras.reserve(root.size());
+    for (size_t i = 0; i < root.size(); ++i) {
+        JsonObject entry(root[i], formatString("%s: entry %zu", file.c_str(), i));
+        UpstreamCamera camera;
+        camera.name = entry.text("img_name");
+        entry.setWhere(formatString("%s: entry %zu (%.60s)", file.c_str(), i, camera.name.c_str()));
+        camera.id = int(entry.integer("id", 0, INT32_MAX));
+        camera.width = entry.imageSide("width");
+        camera.height = entry.imageSide("height");
+        entry.vector3("position", camera.position);
+        readRotation(entry, camera.rotation);
+        camera.fx = readFocal(entry, "fx");
+        camera.fy = readFocal(entry, "fy");
+        cameras.push_back(std::move(camera));
+    }
+    return cameras;
+}
+
+// Upstream inverts the 4x4 matrix after turning OpenGL axes into COLMAP's; a uniform scale in it survives, as
+// MatrixCity's files have one.
+void poseFromOpenGl(const JsonObject& frame, Camera& camera)
+{
+    double m[16];
+    frame.matrix("transform_matrix", 4, 4, m);
+    if (m[12] != 0 || m[13] != 0 || m[14] != 0 || m[15] == 0)
+        frame.fail("transform_matrix", formatString("ending in %g %g %g %g", m[12], m[13], m[14], m[15]),
+                   "a last row of 0 0 0 1");
+    double c2w[9], position[3];
+    for (int r = 0; r < 3; ++r) {
+        c2w[3 * r] = m[4 * r];
+        c2w[3 * r + 1] = -m[4 * r + 1];
+        c2w[3 * r + 2] = -m[4 * r + 2];
+        position[r] = m[4 * r + 3] / m[15];
+    }
+    const double det = determinant(c2w);
+    const double scale2 = std::cbrt(det) * std::cbrt(det);
+    if (!(det > 0) || !(1 / det < 1e30) || !(orthogonalityError(c2w, scale2) < kRotationTolerance * scale2))
+        frame.fail("transform_matrix", formatString("no rotation (determinant %g)", det),
+                   "a right-handed rotation, uniformly scaled at most");
+    // the inverse of s R is R^T / s; its transpose is what Camera stores
+    for (int i = 0; i < 9; ++i)
+        camera.rotation[i] = c2w[i] / scale2;
+    translationFromPosition(camera.rotation, position, camera.translation);
+}
+
+// Reads `key` of the frame, else of the whole file; null if neither has it.
+const JsonObject* holderOf(const char* key, const JsonObject& frame, const JsonObject& root)
+{
+    return frame.has(key) ? &frame : root.has(key) ? &root : nullptr;
+}
+
+std::vector<Camera> transformsCameras(const JsonObject& root, const std::string& file)
+{
+    const Json& frames = root.at("frames");
+    std::vector<Camera> cameras;
+    cameras.reserve(frames.size());
+    for (size_t i = 0; i < frames.size(); ++i) {
+        const JsonObject frame(frames[i], formatString("%s: frame %zu", file.c_str(), i));
+        Camera camera;
+        camera.name = imageName(frame.text("file_path"));
+        poseFromOpenGl(frame, camera);
+        const JsonObject* width = holderOf("w", frame, root);
+        const JsonObject* height = holderOf("h", frame, root);
+        if (width && height) {
+            camera.width = width->imageSide("w");
+            camera.height = height->imageSide("h");
+        }
+        if (const JsonObject* angle = holderOf("camera_angle_x", frame, root)) {
+            camera.fov_x = readAngle(*angle, "camera_angle_x");
+        } else if (const JsonObject* fx = holderOf("fl_x", frame, root)) {
+            const JsonObject* fy = holderOf("fl_y", frame, root);
+            camera.focal_x = readFocal(*fx, "fl_x");
+            camera.focal_y = fy ? readFocal(*fy, "fl_y") : camera.focal_x;
+        } else {
+            throw Error(ErrorCode::InvalidFile,
+                        formatString("%s: neither \"camera_angle_x\" nor \"fl_x\" is there, expected one of them in "
+                                     "the frame or in the file",
+                                     frame.where().c_str()));
+        }
+        if (camera.width > 0)
+            finishCamera(camera, 0, 0, 0);
+        cameras.push_back(std::move(camera));
+    }
+    return cameras;
+}
+
+void readLens(const JsonObject& frame, Camera& camera)
+{
+    if (frame.has("width") || frame.has("height")) {
+        camera.width = frame.imageSide("width");
+        camera.height = frame.imageSide("height");
+    }
+    const bool has_focal = frame.has("fx") || frame.has("fy");
+    if (has_focal && (frame.has("fov_x") || frame.has("fov_y")))
+        frame.fail("fx", "given together with a field of view", "either fx, fy or fov_x, fov_y");
+    if (has_focal) {
+        if (camera.width == 0)
+            frame.fail("fx", "given without width and height", "both, because fx and fy are in pixels");
+        camera.fov_x = angleOf(camera.width, readFocal(frame, "fx"));
+        camera.fov_y = angleOf(camera.height, readFocal(frame, "fy"));
+    } else {
+        if (frame.has("fov_x"))
+            camera.fov_x = readAngle(frame, "fov_x");
+        if (frame.has("fov_y"))
+            camera.fov_y = readAngle(frame, "fov_y");
+    }
+}
+
+std::vector<Camera> trajectoryCameras(const JsonObject& root, const std::string& file)
+{
+    const std::string schema = root.text("schema");
+    if (schema != "gsc.trajectory/1")
+        root.fail("schema", "\"" + schema.substr(0, 40) + "\"", "\"gsc.trajectory/1\"; a newer player may read it");
+    const Json& frames = root.at("frames");
+    if (!frames.is_array())
+        root.fail("frames", "no array", "an array of frames");
+    std::vector<Camera> cameras;
+    cameras.reserve(frames.size());
+    for (size_t i = 0; i < frames.size(); ++i) {
+        const JsonObject frame(frames[i], formatString("%s: frame %zu", file.c_str(), i));
+        Camera camera;
+        camera.name = frame.has("name") ? frame.text("name") : formatString("%04zu", i);
+        readRotation(frame, camera.rotation);
+        if (frame.has("position") == frame.has("translation"))
+            throw Error(ErrorCode::InvalidFile,
+                        formatString("%s: %s of \"position\" and \"translation\" is there, expected exactly one",
+                                     frame.where().c_str(), frame.has("position") ? "each" : "none"));
+        if (frame.has("translation")) {
+            frame.vector3("translation", camera.translation);
+        } else {
+            double position[3];
+            frame.vector3("position", position);
+            translationFromPosition(camera.rotation, position, camera.translation);
+        }
+        readLens(frame, camera);
+        if (frame.has("appearance"))
+            camera.appearance = int(frame.integer("appearance", 0, INT32_MAX));
+        if (frame.has("time"))
+            (void)frame.number("time");
+        cameras.push_back(std::move(camera));
+    }
+    return cameras;
+}
+
+} // namespace
+
+std::vector<UpstreamCamera> parseUpstreamCameras(std::string_view json, const std::string& name)
+{
+    return upstreamCameras(parseJson(json, name), name);
+}
+
+Camera cameraFromUpstream(const UpstreamCamera& source)
+{
+    Camera camera;
+    camera.name = source.name;
+    std::memcpy(camera.rotation, source.rotation, sizeof(camera.rotation));
+    translationFromPosition(source.rotation, source.position, camera.translation);
+    camera.fov_x = angleOf(source.width, source.fx);
+    camera.fov_y = angleOf(source.height, source.fy);
+    camera.width = source.width;
+    camera.height = source.height;
+    if (source.width > kUpstreamMaxWidth) {
+        // both truncations as upstream's, in double: the width may come out as 1599
+        const double scale = double(source.width) / kUpstreamMaxWidth;
+        camera.width = uint32_t(source.width / scale);
+        camera.height = std::max(1u, uint32_t(source.height / scale));
+    }
+    return camera;
+}
+
+std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name)
+{
+    const Json root = parseJson(json, name);
+    std::vector<Camera> cameras;
+    if (root.is_array()) {
+        for (const UpstreamCamera& camera : upstreamCameras(root, name))
+            cameras.push_back(cameraFromUpstream(camera));
+    } else {
+        const JsonObject object(root, name);
+        if (object.has("schema"))
+            cameras = trajectoryCameras(object, name);
+        else if (const Json* frames = object.find("frames"); frames && frames->is_array())
+            cameras = transformsCameras(object, name);
+        else
+            throw Error(ErrorCode::InvalidFile,
+                        formatString("%s: no camera file, expected upstream's cameras.json (an array), a "
+                                     "transforms.json (\"frames\") or a trajectory (\"schema\": \"gsc.trajectory/1\")",
+                                     name.c_str()));
+    }
+    if (cameras.empty())
+        throw Error(ErrorCode::InvalidFile, formatString("%s: holds no camera, expected at least one", name.c_str()));
+    return cameras;
+}
+
+std::vector<Camera> readCameraFile(const std::string& path)
+{
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
+    if (!file)
+        throw Error(ErrorCode::Io, formatString("%s: cannot be opened: %s", path.c_str(), std::strerror(errno)));
+    std::string text;
+    char buffer[65536];
+    size_t count;
+    while ((count = std::fread(buffer, 1, sizeof(buffer), file.get())) > 0) {
+        text.append(buffer, count);
+        if (text.size() > kMaxFileBytes)
+            throw Error(ErrorCode::InvalidFile, path + ": larger than 1 GiB, expected a camera file");
+    }
+    if (std::ferror(file.get()))
+        throw Error(ErrorCode::Io, formatString("%s: cannot be read: %s", path.c_str(), std::strerror(errno)));
+    return parseCameraFile(text, path);
+}
+
+} // namespace gsc

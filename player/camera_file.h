@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// The camera files the player and the converter accept.
+#pragma once
+
+#include "runtime/camera.h"
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace gsc {
+
+// One entry of upstream's cameras.json (format facts, 6.3).
+struct UpstreamCamera {
+    std::string name;
+    int id = 0;
+    uint32_t width = 0, height = 0; // source size
+    double position[3] = {};
+    double rotation[9] = {}; // row-major camera-to-world
+    double fx = 0, fy = 0;   // pixels, for width x height
+};
+
+// `name` is used in messages only. Throws Error(InvalidFile).
+std::vector<UpstreamCamera> parseUpstreamCameras(std::string_view json, const std::string& name);
+
+// What upstream renders for it: field of view of the source size, and the size its `-r -1` rule gives (6.2).
+// Precondition: as parseUpstreamCameras() leaves it.
+Camera cameraFromUpstream(const UpstreamCamera& source);
+
+// Upstream's cameras.json, a transforms*.json, or our trajectory (schemas/trajectory.schema.json), told apart by
+// content. Sizes are those of the file, upstream's `-r -1` rule applied to cameras.json (section 6.2). A file that
+// states no size leaves width and height 0: finishCamera() then takes it from the command line.
+// Throws Error(InvalidFile).
+std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name);
+// Throws Error (Io, InvalidFile).
+std::vector<Camera> readCameraFile(const std::string& path);
+
+} // namespace gsc

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// Image files. PNG (8 and 16 bit) and EXR (32-bit float) through OpenImageIO where the build has it, PFM always.
+// EXR and PFM hold the values as rendered: display values as in a PNG, not linear light.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+struct Image {
+    uint32_t width = 0, height = 0;
+    std::vector<float> pixels; // height x width x 3, interleaved RGB, row 0 on top
+};
+
+enum class PixelDepth { Eight, Sixteen }; // of PNG
+
+// By file extension. PNG bytes follow torchvision's rule, trunc(clamp(max x + 0.5, 0, max)). Writes a temporary file
+// and renames it. Throws Error (Io, Unsupported: an extension this build cannot write, naming those it can).
+void writeImage(const std::string& path, const Image& image, PixelDepth depth);
+// Integers become value / max. Throws Error (Io, InvalidFile, Unsupported).
+Image readImage(const std::string& path);
+
+// Extensions writeImage() takes in this build, such as ".pfm, .png, .exr".
+std::string imageExtensions();
+// Whether writeImage() takes the extension of `path`.
+bool isImageExtension(const std::string& path);
+
+} // namespace gsc

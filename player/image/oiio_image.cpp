@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/image/oiio_image.h"
+
+#include "format/error.h"
+
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <memory>
+
+namespace gsc {
+
+namespace {
+
+constexpr int kMaxSide = 32768; // pixels
+
+// torchvision's rule in its own precision: trunc(clamp(max x + 0.5, 0, max)); NaN becomes 0.
+template <typename T>
+std::vector<T> quantised(const Image& image, float max)
+{
+    std::vector<T> out(image.pixels.size());
+    for (size_t i = 0; i < out.size(); ++i) {
+        const float value = max * image.pixels[i] + 0.5f;
+        out[i] = value > 0 ? T(std::min(value, max)) : T(0);
+    }
+    return out;
+}
+
+void writeAs(OIIO::ImageOutput& output, const std::string& path, OIIO::ImageSpec spec, OIIO::TypeDesc type,
+             const void* pixels)
+{
+    spec.set_format(type);
+    if (!output.open(path, spec) || !output.write_image(type, pixels) || !output.close())
+        throw Error(ErrorCode::Io, formatString("%s: cannot be written: %s", path.c_str(), output.geterror().c_str()));
+}
+
+template <typename T>
+Image readAs(OIIO::ImageInput& input, const std::string& path, OIIO::TypeDesc type, float max)
+{
+    const OIIO::ImageSpec& spec = input.spec();
+    Image image;
+    image.width = uint32_t(spec.width);
+    image.height = uint32_t(spec.height);
+    std::vector<T> raw(size_t(image.width) * image.height * 3);
+    if (!input.read_image(0, 0, 0, 3, type, raw.data()))
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: cannot be decoded: %s", path.c_str(), input.geterror().c_str()));
+    image.pixels.resize(raw.size());
+    for (size_t i = 0; i < raw.size(); ++i)
+        image.pixels[i] = float(raw[i]) / max;
+    return image;
+}
+
+} // namespace
+
+std::vector<std::string> oiioExtensions()
+{
+    return {".png", ".exr"};
+}
+
+void writeOiioImage(const std::string& path, const std::string& extension, const Image& image, PixelDepth depth)
+{
+    const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(extension.substr(1));
+    if (!output)
+        throw Error(ErrorCode::Unsupported, formatString("%s: OpenImageIO cannot write %s: %s", path.c_str(),
+                                                         extension.c_str(), OIIO::geterror().c_str()));
+    OIIO::ImageSpec spec(int(image.width), int(image.height), 3, OIIO::TypeDesc::FLOAT);
+    if (extension == ".exr") {
+        spec.attribute("compression", "zip");
+        // OpenImageIO would put the time in, and the same picture would not be the same bytes
+        spec.attribute("DateTime", "1970:01:01 00:00:00");
+        writeAs(*output, path, spec, OIIO::TypeDesc::FLOAT, image.pixels.data());
+    } else if (depth == PixelDepth::Sixteen) {
+        const std::vector<uint16_t> raw = quantised<uint16_t>(image, 65535);
+        writeAs(*output, path, spec, OIIO::TypeDesc::UINT16, raw.data());
+    } else {
+        const std::vector<uint8_t> raw = quantised<uint8_t>(image, 255);
+        writeAs(*output, path, spec, OIIO::TypeDesc::UINT8, raw.data());
+    }
+}
+
+Image readOiioImage(const std::string& path)
+{
+    OIIO::ImageSpec config;
+    config.attribute("oiio:UnassociatedAlpha", 1); // colours as stored
+    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path, &config);
+    if (!input)
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: no image that can be read: %s", path.c_str(), OIIO::geterror().c_str()));
+    const OIIO::ImageSpec& spec = input->spec();
+    if (spec.width < 1 || spec.height < 1 || spec.width > kMaxSide || spec.height > kMaxSide || spec.depth > 1)
+        throw Error(ErrorCode::InvalidFile, formatString("%s: is %d x %d pixels, expected 1 to %d each", path.c_str(),
+                                                         spec.width, spec.height, kMaxSide));
+    if (spec.nchannels < 3)
+        throw Error(ErrorCode::Unsupported,
+                    formatString("%s: has %d channels, expected red, green and blue", path.c_str(), spec.nchannels));
+    // integers are divided here: OpenImageIO multiplies by a rounded reciprocal
+    if (spec.format == OIIO::TypeDesc::UINT8)
+        return readAs<uint8_t>(*input, path, OIIO::TypeDesc::UINT8, 255);
+    if (spec.format == OIIO::TypeDesc::UINT16)
+        return readAs<uint16_t>(*input, path, OIIO::TypeDesc::UINT16, 65535);
+    return readAs<float>(*input, path, OIIO::TypeDesc::FLOAT, 1);
+}
+
+} // namespace gsc

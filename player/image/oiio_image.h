@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// What OpenImageIO adds to image_io.cpp; oiio_image_none.cpp stands in where the build goes without it.
+#pragma once
+
+#include "player/image/image_io.h"
+
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+// Lower-case extensions with their dot; empty without OpenImageIO.
+std::vector<std::string> oiioExtensions();
+
+// `path` is written in place, `extension` (one of the above) decides the format. Throws Error(Io).
+void writeOiioImage(const std::string& path, const std::string& extension, const Image& image, PixelDepth depth);
+// Throws Error (Io, InvalidFile, Unsupported).
+Image readOiioImage(const std::string& path);
+
+} // namespace gsc

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/json_fields.h"
+
+#include <cmath>
+#include <cstring>
+
+namespace gsc {
+
+namespace {
+
+constexpr int kMaxDepth = 64;     // the deepest file we read nests four levels
+constexpr double kMaxSize = 1e15; // of a coordinate: its square still fits a float
+
+// Copy of `text` with bare NaN, Infinity and -Infinity replaced by null.
+std::string withoutNonFinite(std::string_view text, const std::string& file)
+{
+    std::string out;
+    out.reserve(text.size());
+    bool in_string = false;
+    int depth = 0;
+    for (size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (in_string) {
+            out += c;
+            if (c == '\\' && i + 1 < text.size())
+                out += text[++i];
+            else if (c == '"')
+                in_string = false;
+            continue;
+        }
+        size_t skip = 0;
+        for (const std::string_view word : {"NaN", "-NaN", "Infinity", "-Infinity"})
+            if (text.substr(i, word.size()) == word)
+                skip = word.size();
+        if (skip > 0) {
+            out += "null";
+            i += skip - 1;
+            continue;
+        }
+        in_string = c == '"';
+        depth += (c == '[' || c == '{') - (c == ']' || c == '}');
+        if (depth > kMaxDepth)
+            throw Error(ErrorCode::InvalidFile,
+                        formatString("%s: nested deeper than %d levels at byte %zu, expected a list of cameras",
+                                     file.c_str(), kMaxDepth, i));
+        out += c;
+    }
+    return out;
+}
+
+bool isPlainNumber(const Json& value)
+{
+    return value.is_number() && std::abs(value.get<double>()) <= kMaxSize; // false for NaN
+}
+
+std::string shown(const Json& value)
+{
+    if (value.is_object())
+        return "an object";
+    if (value.is_array())
+        return formatString("an array of %zu", value.size());
+    if (value.is_null())
+        return "null or not finite";
+    std::string text = value.dump(-1, ' ', true, Json::error_handler_t::replace);
+    if (text.size() > 40)
+        text = text.substr(0, 40) + "...";
+    return text;
+}
+
+} // namespace
+
+Json parseJson(std::string_view text, const std::string& file)
+{
+    const std::string clean = withoutNonFinite(text, file);
+    try {
+        return Json::parse(clean);
+    } catch (const Json::exception& e) {
+        // note: nlohmann's text starts with its own tag, "[json.exception.parse_error.101] ", and may quote any bytes
+        const char* tag = std::strchr(e.what(), ']');
+        std::string what = std::string(tag ? tag + 2 : e.what()).substr(0, 200);
+        for (char& c : what)
+            if (c < 0x20 || c > 0x7e)
+                c = '?';
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: not valid JSON (%s), expected a camera file", file.c_str(), what.c_str()));
+    }
+}
+
+JsonObject::JsonObject(const Json& value, std::string where) : m_value(value), m_where(std::move(where))
+{
+    if (!value.is_object())
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s is %s, expected an object", m_where.c_str(), shown(value).c_str()));
+}
+
+const Json* JsonObject::find(const char* key) const
+{
+    const auto it = m_value.find(key);
+    return it == m_value.end() ? nullptr : &*it;
+}
+
+const Json& JsonObject::at(const char* key) const
+{
+    const Json* value = find(key);
+    if (!value)
+        throw Error(ErrorCode::InvalidFile, formatString("%s: key \"%s\" is missing", m_where.c_str(), key));
+    return *value;
+}
+
+void JsonObject::fail(const char* key, const std::string& found, const std::string& expected) const
+{
+    throw Error(ErrorCode::InvalidFile, formatString("%s: key \"%s\" is %s, expected %s", m_where.c_str(), key,
+                                                     found.c_str(), expected.c_str()));
+}
+
+std::string JsonObject::text(const char* key) const
+{
+    const Json& value = at(key);
+    if (!value.is_string())
+        fail(key, shown(value), "a string");
+    return value.get<std::string>();
+}
+
+double JsonObject::number(const char* key) const
+{
+    const Json& value = at(key);
+    if (!isPlainNumber(value))
+        fail(key, shown(value), "a finite number, at most 1e15 in size");
+    return value.get<double>();
+}
+
+double JsonObject::positive(const char* key) const
+{
+    const double value = number(key);
+    if (!(value > 0))
+        fail(key, shown(at(key)), "a number above 0");
+    return value;
+}
+
+int64_t JsonObject::integer(const char* key, int64_t smallest, int64_t largest) const
+{
+    // a float with no fraction passes: some exporters write 1920.0
+    const double value = number(key);
+    if (value != std::floor(value) || value < double(smallest) || value > double(largest))
+        fail(key, shown(at(key)),
+             formatString("an integer from %lld to %lld", static_cast<long long>(smallest),
+                          static_cast<long long>(largest)));
+    return int64_t(value);
+}
+
+void JsonObject::vector3(const char* key, double out[3]) const
+{
+    const Json& value = at(key);
+    if (!value.is_array() || value.size() != 3)
+        fail(key, shown(value), "an array of 3 numbers");
+    for (size_t i = 0; i < 3; ++i) {
+        if (!isPlainNumber(value[i]))
+            fail(key, formatString("%s at index %zu", shown(value[i]).c_str(), i), "3 finite numbers");
+        out[i] = value[i].get<double>();
+    }
+}
+
+void JsonObject::matrix(const char* key, int rows, int columns, double* out) const
+{
+    const std::string expected = formatString("%d rows of %d finite numbers", rows, columns);
+    const Json& value = at(key);
+    if (!value.is_array() || value.size() != size_t(rows))
+        fail(key, shown(value), expected);
+    for (int r = 0; r < rows; ++r) {
+        const Json& row = value[size_t(r)];
+        if (!row.is_array() || row.size() != size_t(columns))
+            fail(key, formatString("%s in row %d", shown(row).c_str(), r), expected);
+        for (int c = 0; c < columns; ++c) {
+            const Json& cell = row[size_t(c)];
+            if (!isPlainNumber(cell))
+                fail(key, formatString("%s in row %d, column %d", shown(cell).c_str(), r, c), expected);
+            out[r * columns + c] = cell.get<double>();
+        }
+    }
+}
+
+} // namespace gsc

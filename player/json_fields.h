@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// Hostile JSON to checked values; every message names the file, the place and the key.
+#pragma once
+
+#include "format/error.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace gsc {
+
+using Json = nlohmann::json;
+
+constexpr uint32_t kMaxImageSide = 32768; // pixels
+
+// Parses `text`; NaN and Infinity, which Python's json module writes, become null, so that they only matter where a
+// value is needed. Throws Error(InvalidFile), also for nesting deeper than any file we read has.
+Json parseJson(std::string_view text, const std::string& file);
+
+// One object of a file, with the words that say where it is: "cameras.json: entry 3".
+class JsonObject {
+public:
+    // Throws Error(InvalidFile) if `value` is no object. `value` must outlive this.
+    JsonObject(const Json& value, std::string where);
+
+    [[nodiscard]] const std::string& where() const { return m_where; }
+    void setWhere(std::string where) { m_where = std::move(where); }
+
+    // Null if the key is missing.
+    [[nodiscard]] const Json* find(const char* key) const;
+    [[nodiscard]] bool has(const char* key) const { return find(key) != nullptr; }
+
+    // All throw Error(InvalidFile) if the key is missing or its value is not what the name says.
+    [[nodiscard]] const Json& at(const char* key) const;
+    [[nodiscard]] std::string text(const char* key) const;
+    [[nodiscard]] double number(const char* key) const; // finite
+    [[nodiscard]] double positive(const char* key) const;
+    [[nodiscard]] int64_t integer(const char* key, int64_t smallest, int64_t largest) const;
+    [[nodiscard]] uint32_t imageSide(const char* key) const { return uint32_t(integer(key, 1, kMaxImageSide)); }
+    void vector3(const char* key, double out[3]) const;
+    // `rows` arrays of `columns` numbers, row-major into `out`.
+    void matrix(const char* key, int rows, int columns, double* out) const;
+
+    [[noreturn]] void fail(const char* key, const std::string& found, const std::string& expected) const;
+
+private:
+    const Json& m_value;
+    std::string m_where;
+};
+
+} // namespace gsc

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/out_pattern.h"
+
+#include "format/error.h"
+
+#include <algorithm>
+#include <unordered_map>
+
+namespace gsc {
+
+namespace {
+
+// The N of {frame:0N} or {frame:N}, -1 if it is none.
+int digitsOf(std::string_view format)
+{
+    if (format.empty() || format.size() > 2 ||
+        !std::all_of(format.begin(), format.end(), [](char c) { return c >= '0' && c <= '9'; }))
+        return -1;
+    int digits = 0;
+    for (const char c : format)
+        digits = 10 * digits + (c - '0');
+    return digits <= 20 ? digits : -1;
+}
+
+} // namespace
+
+OutPattern::OutPattern(std::string_view pattern)
+{
+    const std::string shown(pattern);
+    std::string text;
+    const auto flush = [&] {
+        if (!text.empty())
+            m_parts.push_back({Kind::Text, text});
+        text.clear();
+    };
+    for (size_t i = 0; i < pattern.size(); ++i) {
+        const char c = pattern[i];
+        if ((c == '{' || c == '}') && i + 1 < pattern.size() && pattern[i + 1] == c) {
+            text += c;
+            ++i;
+            continue;
+        }
+        if (c == '}')
+            throw Error(ErrorCode::Usage,
+                        formatString("--out %s: } without {, expected }} for a literal brace", shown.c_str()));
+        if (c != '{') {
+            text += c;
+            continue;
+        }
+        const size_t end = pattern.find('}', i);
+        if (end == std::string_view::npos)
+            throw Error(ErrorCode::Usage,
+                        formatString("--out %s: { without }, expected {{ for a literal brace", shown.c_str()));
+        const std::string_view placeholder = pattern.substr(i + 1, end - i - 1);
+        flush();
+        if (placeholder == "name")
+            m_parts.push_back({Kind::Name, ""});
+        else if (placeholder == "eye")
+            m_parts.push_back({Kind::Eye, ""});
+        else if (placeholder == "frame")
+            m_parts.push_back({Kind::Frame, ""});
+        else if (placeholder.substr(0, 6) == "frame:" && digitsOf(placeholder.substr(6)) >= 0)
+            m_parts.push_back({Kind::Frame, "", digitsOf(placeholder.substr(6))});
+        else
+            throw Error(
+                ErrorCode::Usage,
+                formatString("--out %s: unknown placeholder {%s}, expected {name}, {frame}, {frame:04} or {eye}",
+                             shown.c_str(), std::string(placeholder).c_str()));
+        i = end;
+    }
+    flush();
+}
+
+bool OutPattern::has(Kind kind) const
+{
+    return std::any_of(m_parts.begin(), m_parts.end(), [&](const Part& part) { return part.kind == kind; });
+}
+
+std::string OutPattern::expand(std::string_view name, uint64_t frame, Eye eye) const
+{
+    std::string path;
+    for (const Part& part : m_parts) {
+        switch (part.kind) {
+        case Kind::Text:
+            path += part.text;
+            break;
+        case Kind::Name:
+            path += safeFileName(name);
+            break;
+        case Kind::Frame:
+            path += formatString("%0*llu", part.digits, static_cast<unsigned long long>(frame));
+            break;
+        case Kind::Eye:
+            path += eye == Eye::Left ? "left" : eye == Eye::Right ? "right" : "mono";
+            break;
+        }
+    }
+    return path;
+}
+
+std::string safeFileName(std::string_view name)
+{
+    std::string safe(name);
+    for (char& c : safe)
+        if (c == '/' || c == '\\' || c == ':' || static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
+            c = '_';
+    if (safe.empty())
+        return "_";
+    if (safe[0] == '.') // neither hidden nor the folder above
+        safe[0] = '_';
+    return safe;
+}
+
+std::vector<std::string> outputPaths(const OutPattern& pattern, const std::vector<OutputFrame>& frames, int eyes)
+{
+    std::vector<std::string> paths;
+    std::unordered_map<std::string, const OutputFrame*> seen;
+    for (const OutputFrame& frame : frames)
+        for (int eye = 0; eye < eyes; ++eye) {
+            const Eye which = eyes == 1 ? Eye::Mono : eye == 0 ? Eye::Left : Eye::Right;
+            std::string path = pattern.expand(frame.name, frame.frame, which);
+            const auto [other, is_new] = seen.try_emplace(path, &frame);
+            if (!is_new) {
+                const bool same_frame = other->second == &frame;
+                throw Error(ErrorCode::Usage,
+                            formatString("%s: frames %llu (%s) and %llu (%s) would both be written to it, expected one "
+                                         "file each; add %s to --out",
+                                         path.c_str(), static_cast<unsigned long long>(other->second->frame),
+                                         other->second->name.c_str(), static_cast<unsigned long long>(frame.frame),
+                                         frame.name.c_str(), same_frame ? "{eye}" : "{frame}"));
+            }
+            paths.push_back(std::move(path));
+        }
+    return paths;
+}
+
+} // namespace gsc

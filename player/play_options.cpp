@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/play_options.h"
+
+#include "format/error.h"
+#include "format/gsc_layout.h"
+#include "runtime/backend.h"
+
+#include <CLI/CLI.hpp>
+
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <numbers>
+
+namespace gsc {
+
+namespace {
+
+constexpr const char* kExamples = R"(Examples:
+  gsc-play room.gsc --out 'frames/{name}.png'
+      every camera stored in the file, at its own size
+  gsc-play room.gsc --cameras path.json --frames 0:100 --size 1920x1080 --out 'out/{frame:04}.png' --stats out.jsonl
+      the first 100 frames of a trajectory, with what each cost
+  gsc-play room.gsc --tier exact --depth 16 --out 'exact/{name}.png'
+      the trainer's own image, 16 bits per channel
+  gsc-play room.gsc --eyes 2 --ipd 0.065 --out 'vr/{frame:04}_{eye}.exr'
+      both eyes, 32-bit float
+
+Results go to standard output, everything else to standard error.
+Exit codes: 0 ok, 1 usage, 2 I/O, 3 invalid file, 4 internal, 5 unsupported, 6 out of memory, 7 device,
+130 interrupted.)";
+
+std::string versionText()
+{
+    std::string text = formatString("gsc-play %s\nfile format %u.%u\nimages %s\n", GSC_VERSION, kVersionMajor,
+                                    kVersionMinor, imageExtensions().c_str());
+    for (const BackendInfo& backend : availableBackends())
+        text += formatString("backend %s: %s\n", backend.name.c_str(), backend.description.c_str());
+    text.pop_back(); // CLI11 ends the line
+    return text;
+}
+
+// Options whose text becomes something else; kept until parsing is over.
+struct RawText {
+    std::string size, background = "model", frames;
+    double fov_degrees = 0;
+};
+
+// An option that takes one of a few words.
+template <typename Value>
+CLI::Option* addChoice(CLI::App& app, const std::string& name, Value& field, std::map<std::string, Value> choices,
+                       const std::string& help)
+{
+    const auto choose = [name, &field, choices = std::move(choices)](const std::string& word) {
+        const auto found = choices.find(word);
+        if (found == choices.end()) {
+            std::string known;
+            for (const auto& [choice, value] : choices)
+                known += (known.empty() ? "" : ", ") + choice;
+            throw CLI::ValidationError(name, "\"" + word + "\" is none of " + known);
+        }
+        field = found->second;
+    };
+    return app.add_option_function<std::string>(name, choose, help);
+}
+
+void addSceneOptions(CLI::App& app, PlayOptions& options, RawText& raw)
+{
+    app.add_option("FILE", options.input, "Model to play, a .gsc")->required()->option_text("(required)");
+    app.add_option("--cameras", options.cameras,
+                   "cameras.json of a trained model, transforms.json, a trajectory (schemas/trajectory.schema.json), "
+                   "or \"stored\": those in FILE")
+        ->option_text("FILE|stored (default: stored)");
+    app.add_option("--frames", raw.frames, "Cameras A to B-1 only; A alone is one camera")->type_name("A:B");
+    app.add_option("--size", raw.size, "Pixels of the image; default: the camera's")->type_name("WxH");
+    app.add_option("--fov", raw.fov_degrees, "Horizontal angle of view; default: the camera's")->type_name("DEGREES");
+    app.add_option("--eyes", options.eyes, "1, or 2 for stereo")
+        ->check(CLI::Range(1, 2))
+        ->option_text("1|2 (default: 1)");
+    app.add_option("--ipd", options.ipd, "Distance of the two eyes in world units")->type_name("LENGTH");
+    app.add_option("--appearance", options.appearance,
+                   "Row of the appearance embedding for every camera; default: the camera's own")
+        ->check(CLI::Range(0, std::numeric_limits<int>::max()))
+        ->option_text("ROW");
+    app.add_option("--background", raw.background, "Colour behind the model, or what it was trained with")
+        ->option_text("R,G,B|model (default: model)");
+    app.add_option("--near", options.near_z, "Nearest depth drawn, world units; default: the model's")->type_name("Z");
+}
+
+void addRunOptions(CLI::App& app, PlayOptions& options)
+{
+    addChoice<Tier>(app, "--tier", options.tier, {{"exact", Tier::Exact}, {"fast", Tier::Fast}},
+                    "exact: the trainer's image; fast: half-precision storage")
+        ->option_text("exact|fast (default: fast)");
+    app.add_option("--backend", options.backend, "What renders; --version lists what there is")
+        ->option_text("auto|NAME (default: auto)");
+    app.add_option("--threads", options.threads, "CPU threads, 0 = all cores")
+        ->check(CLI::Range(0, 4096))
+        ->option_text("N (default: 0)");
+    app.add_flag("--verify", options.verify, "Check the checksum of every byte before the first frame");
+}
+
+void addOutputOptions(CLI::App& app, PlayOptions& options)
+{
+    app.add_option("--out", options.out,
+                   "Images to write; {name}, {frame}, {frame:04} and {eye} are filled in (" + imageExtensions() + ")")
+        ->type_name("PATTERN");
+    addChoice<PixelDepth>(app, "--depth", options.depth, {{"8", PixelDepth::Eight}, {"16", PixelDepth::Sixteen}},
+                          "Bits per channel of a PNG")
+        ->option_text("8|16 (default: 8)");
+    app.add_option("--stats", options.stats,
+                   "One JSON object per frame and line: time per stage, counts (schemas/frame-stats.schema.json)")
+        ->type_name("FILE");
+    app.add_flag("-w,--overwrite", options.overwrite, "Replace files that exist");
+    addChoice<ReportFormat>(app, "--format", options.format,
+                            {{"text", ReportFormat::Text}, {"json", ReportFormat::Json}},
+                            "Of the summary on standard output")
+        ->option_text("text|json (default: text)");
+    addChoice<ProgressStyle>(app, "--progress", options.progress,
+                             {{"auto", ProgressStyle::Auto},
+                              {"bar", ProgressStyle::Bar},
+                              {"plain", ProgressStyle::Plain},
+                              {"json", ProgressStyle::Json},
+                              {"none", ProgressStyle::None}},
+                             "On standard error")
+        ->option_text("auto|bar|plain|json|none");
+    app.add_flag("-q,--quiet", options.quiet, "No progress and no warnings");
+    app.add_flag("-v,--verbose", options.verbose, "A line per frame");
+}
+
+std::vector<float> parseColor(const std::string& text)
+{
+    float r = 0, g = 0, b = 0;
+    int used = 0;
+    if (std::sscanf(text.c_str(), "%f,%f,%f%n", &r, &g, &b, &used) != 3 || size_t(used) != text.size() ||
+        !std::isfinite(r) || !std::isfinite(g) || !std::isfinite(b))
+        throw Error(ErrorCode::Usage,
+                    formatString("--background %s: no colour, expected three numbers such as 0,0,0 or \"model\"",
+                                 text.c_str()));
+    return {r, g, b};
+}
+
+void finish(PlayOptions& options, const RawText& raw)
+{
+    if (!raw.size.empty())
+        parseSize(raw.size, options.width, options.height);
+    if (!raw.frames.empty())
+        parseFrameRange(raw.frames, options.frame_first, options.frame_end);
+    if (raw.background != "model")
+        options.background = parseColor(raw.background);
+    if (raw.fov_degrees != 0) {
+        if (!(raw.fov_degrees > 0.01 && raw.fov_degrees < 179.9))
+            throw Error(ErrorCode::Usage,
+                        formatString("--fov %g: out of range, expected 0.01 to 179.9 degrees", raw.fov_degrees));
+        options.fov_x = raw.fov_degrees * std::numbers::pi / 180;
+    }
+    if (options.eyes == 2 && !(options.ipd > 0 && options.ipd < 1e15))
+        throw Error(ErrorCode::Usage, formatString("--ipd %g: two eyes need a distance, expected a number above 0 in "
+                                                   "world units of the model; pass --ipd LENGTH",
+                                                   options.ipd));
+    if (!(options.near_z >= 0 && options.near_z < 1e15))
+        throw Error(ErrorCode::Usage, formatString("--near %g: expected a number above 0", options.near_z));
+    if (!options.out.empty() && !isImageExtension(options.out))
+        throw Error(ErrorCode::Unsupported,
+                    formatString("--out %s: this build cannot write such a file, expected one of %s",
+                                 options.out.c_str(), imageExtensions().c_str()));
+}
+
+// A decimal number and nothing else; false otherwise.
+bool parseNumber(const std::string& text, uint64_t largest, uint64_t& value)
+{
+    if (text.empty() || text.size() > 15 || text.find_first_not_of("0123456789") != std::string::npos)
+        return false;
+    value = std::stoull(text);
+    return value <= largest;
+}
+
+} // namespace
+
+void parseSize(const std::string& text, uint32_t& width, uint32_t& height)
+{
+    constexpr uint64_t kMaxSide = 32768;
+    const size_t x = text.find_first_of("xX");
+    uint64_t w = 0, h = 0;
+    if (x == std::string::npos || !parseNumber(text.substr(0, x), kMaxSide, w) ||
+        !parseNumber(text.substr(x + 1), kMaxSide, h) || w == 0 || h == 0)
+        throw Error(ErrorCode::Usage, formatString("--size %s: no size, expected width x height such as 1920x1080, "
+                                                   "each 1 to 32768",
+                                                   text.c_str()));
+    width = uint32_t(w);
+    height = uint32_t(h);
+}
+
+void parseFrameRange(const std::string& text, uint64_t& first, uint64_t& end)
+{
+    constexpr uint64_t kNoEnd = std::numeric_limits<uint64_t>::max();
+    const size_t colon = text.find(':');
+    const std::string head = text.substr(0, colon);
+    const std::string tail = colon == std::string::npos ? "" : text.substr(colon + 1);
+    uint64_t a = 0, b = kNoEnd;
+    bool good = (head.empty() && colon != std::string::npos) || parseNumber(head, kNoEnd, a);
+    if (colon == std::string::npos)
+        b = a + 1;
+    else
+        good = good && (tail.empty() || parseNumber(tail, kNoEnd, b));
+    if (!good || a >= b)
+        throw Error(ErrorCode::Usage,
+                    formatString("--frames %s: no range, expected A:B with A below B, or one number", text.c_str()));
+    first = a;
+    end = b;
+}
+
+std::optional<int> parsePlayOptions(int argc, const char* const* argv, PlayOptions& options)
+{
+    CLI::App app("Plays a .gsc model: renders it from the cameras given, without a window.", "gsc-play");
+    app.footer(kExamples);
+    app.set_version_flag("--version", versionText, "Version, file format and backends");
+    RawText raw;
+    addSceneOptions(app, options, raw);
+    addRunOptions(app, options);
+    addOutputOptions(app, options);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e) == 0 ? 0 : int(ErrorCode::Usage);
+    }
+    finish(options, raw);
+    return std::nullopt;
+}
+
+} // namespace gsc

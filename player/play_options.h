@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// The command line of gsc-play as a plain struct.
+#pragma once
+
+#include "kernels/common/frame_types.h"
+#include "player/image/image_io.h"
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+enum class ReportFormat { Text, Json };
+enum class ProgressStyle { Auto, Bar, Plain, Json, None };
+
+struct PlayOptions {
+    std::string input;
+    std::string cameras = "stored"; // a file, or "stored": those in the .gsc
+    Tier tier = Tier::Fast;
+    int eyes = 1;
+    double ipd = 0;                 // world units
+    uint32_t width = 0, height = 0; // 0 = the camera's
+    double fov_x = 0;               // radians, 0 = the camera's
+    std::string out;                // pattern, empty = write nothing
+    PixelDepth depth = PixelDepth::Eight;
+    std::string stats; // file, empty = none
+    std::string backend = "auto";
+    int threads = 0;                              // 0 = all cores
+    int appearance = -1;                          // the trainer's embedding row, -1 = the camera's
+    std::optional<std::vector<float>> background; // 3 values; none = the model's
+    double near_z = 0;                            // world units, 0 = the model's
+    uint64_t frame_first = 0, frame_end = std::numeric_limits<uint64_t>::max();
+    bool overwrite = false, verify = false, quiet = false;
+    int verbose = 0;
+    ReportFormat format = ReportFormat::Text;
+    ProgressStyle progress = ProgressStyle::Auto;
+};
+
+// Fills `options`, or prints help, version or what is wrong and returns the exit code.
+std::optional<int> parsePlayOptions(int argc, const char* const* argv, PlayOptions& options);
+
+// "1920x1080". Both throw Error(Usage).
+void parseSize(const std::string& text, uint32_t& width, uint32_t& height);
+// "7" is one frame, "2:5" frames 2, 3 and 4; either end may be left out.
+void parseFrameRange(const std::string& text, uint64_t& first, uint64_t& end);
+
+} // namespace gsc

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/play_report.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace gsc {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr struct {
+    const char* name;
+    double StageTimes::*field;
+} kStages[] = {
+    {"select", &StageTimes::select}, {"decode", &StageTimes::decode}, {"project", &StageTimes::project},
+    {"bin", &StageTimes::bin},       {"sort", &StageTimes::sort},     {"blend", &StageTimes::blend},
+};
+
+constexpr struct {
+    const char* name;
+    uint64_t EyeCounts::*field;
+} kCounts[] = {
+    {"anchors_visible", &EyeCounts::anchors_visible},     {"anchors_decoded", &EyeCounts::anchors_decoded},
+    {"gaussians_alive", &EyeCounts::gaussians_alive},     {"gaussians_visible", &EyeCounts::gaussians_visible},
+    {"gaussians_dropped", &EyeCounts::gaussians_dropped}, {"pairs", &EyeCounts::pairs},
+    {"blend_evaluations", &EyeCounts::blend_evaluations},
+};
+
+// Nearest-rank quantile of frame times, milliseconds. Precondition: at least one frame.
+double quantile(const PlaySummary& summary, double q)
+{
+    std::vector<double> times;
+    for (const FrameResult& frame : summary.frames)
+        times.push_back(frame.times.total);
+    std::sort(times.begin(), times.end());
+    const auto rank = size_t(std::ceil(q * double(times.size())));
+    return times[std::clamp<size_t>(rank, 1, times.size()) - 1];
+}
+
+double meanStage(const PlaySummary& summary, double StageTimes::*field)
+{
+    double sum = 0;
+    for (const FrameResult& frame : summary.frames)
+        sum += frame.times.*field;
+    return sum / double(summary.frames.size());
+}
+
+// Per eye and frame.
+double meanCount(const PlaySummary& summary, uint64_t EyeCounts::*field)
+{
+    double sum = 0;
+    for (const FrameResult& frame : summary.frames)
+        for (int eye = 0; eye < summary.eyes; ++eye)
+            sum += double(frame.eyes[eye].*field);
+    return sum / double(summary.frames.size()) / summary.eyes;
+}
+
+uint64_t peakResident(const PlaySummary& summary)
+{
+    uint64_t peak = 0;
+    for (const FrameResult& frame : summary.frames)
+        peak = std::max(peak, frame.bytes_resident);
+    return peak;
+}
+
+const char* errorName(ErrorCode code)
+{
+    switch (code) {
+    case ErrorCode::Ok:
+        return "Ok";
+    case ErrorCode::Usage:
+        return "Usage";
+    case ErrorCode::Io:
+        return "Io";
+    case ErrorCode::InvalidFile:
+        return "InvalidFile";
+    case ErrorCode::Internal:
+        return "Internal";
+    case ErrorCode::Unsupported:
+        return "Unsupported";
+    case ErrorCode::OutOfMemory:
+        return "OutOfMemory";
+    case ErrorCode::Device:
+        return "Device";
+    case ErrorCode::Difference:
+        return "Difference";
+    case ErrorCode::Interrupted:
+        return "Interrupted";
+    }
+    return "Internal";
+}
+
+} // namespace
+
+std::string playReportText(const PlaySummary& summary)
+{
+    const double median = quantile(summary, 0.5);
+    std::string text =
+        formatString("%zu frame%s, %s, %s, %s: median %.1f ms (%.1f frames/s), p95 %.1f ms, worst %.1f ms\n",
+                     summary.frames.size(), summary.frames.size() == 1 ? "" : "s",
+                     summary.eyes == 2 ? "two eyes" : "one eye", tierName(summary.tier), summary.backend.c_str(),
+                     median, median > 0 ? 1000 / median : 0.0, quantile(summary, 0.95), quantile(summary, 1));
+    text += "mean ms:";
+    for (const auto& stage : kStages)
+        text += formatString(" %s %.1f", stage.name, meanStage(summary, stage.field));
+    text += formatString("\nmean per eye: %.0f anchors visible, %.0f Gaussians on screen, %.0f tile pairs\n",
+                         meanCount(summary, &EyeCounts::anchors_visible),
+                         meanCount(summary, &EyeCounts::gaussians_visible), meanCount(summary, &EyeCounts::pairs));
+    if (const double dropped = meanCount(summary, &EyeCounts::gaussians_dropped); dropped > 0)
+        text += formatString("dropped: %.1f Gaussians per eye that are not finite\n", dropped);
+    if (!summary.images.empty())
+        text += formatString("%zu image%s: %s%s\n", summary.images.size(), summary.images.size() == 1 ? "" : "s",
+                             summary.images.front().c_str(),
+                             summary.images.size() > 1 ? (" .. " + summary.images.back()).c_str() : "");
+    return text;
+}
+
+std::string playReportJson(const PlaySummary& summary, const std::vector<std::string>& warnings)
+{
+    Json stages, counts;
+    for (const auto& stage : kStages)
+        stages[stage.name] = meanStage(summary, stage.field);
+    for (const auto& count : kCounts)
+        counts[count.name] = meanCount(summary, count.field);
+    double pixels = 0;
+    for (const double frame : summary.pixels)
+        pixels += frame * summary.eyes;
+    const Json json = {
+        {"schema", "gsc.play/1"},
+        {"tool", {{"name", "gsc-play"}, {"version", GSC_VERSION}}},
+        {"file", {{"path", summary.input}, {"bytes", summary.file_bytes}, {"anchors", summary.anchors}}},
+        {"backend", summary.backend},
+        {"tier", tierName(summary.tier)},
+        {"eyes", summary.eyes},
+        {"frames", summary.frames.size()},
+        {"pixels", pixels},
+        {"ms",
+         {{"open", summary.open_ms},
+          {"load", summary.load_ms},
+          {"frame_mean", meanStage(summary, &StageTimes::total)},
+          {"frame_p50", quantile(summary, 0.5)},
+          {"frame_p95", quantile(summary, 0.95)},
+          {"frame_p99", quantile(summary, 0.99)},
+          {"frame_max", quantile(summary, 1)},
+          {"stages_mean", std::move(stages)}}},
+        {"mean_per_eye", std::move(counts)},
+        {"bytes_resident", peakResident(summary)},
+        {"images", summary.images},
+        {"warnings", warnings},
+    };
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string errorReportJson(ErrorCode code, const std::string& message)
+{
+    const Json json = {
+        {"schema", "gsc.error/1"}, {"code", errorName(code)}, {"exit_code", int(code)}, {"message", message}};
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+} // namespace gsc

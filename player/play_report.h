@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// What gsc-play prints on standard output when it is done.
+#pragma once
+
+#include "format/error.h"
+#include "player/play.h"
+
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+// A few lines for a person.
+std::string playReportText(const PlaySummary& summary);
+// One object, schemas/play-report.schema.json.
+std::string playReportJson(const PlaySummary& summary, const std::vector<std::string>& warnings);
+// One object for a run that failed, schemas/error.schema.json.
+std::string errorReportJson(ErrorCode code, const std::string& message);
+
+} // namespace gsc

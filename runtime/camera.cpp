@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/camera.h"
+
+#include "format/error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace gsc {
+
+namespace {
+
+constexpr double kNear = 0.01, kFar = 100; // upstream's; they move no pixel, only the third row of `full`
+
+double multiplyAdd(double a, double b, double c)
+{
+    return a * b + c;
+}
+float multiplyAdd(float a, float b, float c)
+{
+    return std::fma(a, b, c);
+}
+
+// Inverse of a row-major 4 x 4 matrix by LU with partial pivoting.
+// note: the float version fuses each multiply-add and scales columns by the pivot's reciprocal, because that is what
+// the trainers' library does on their GPU: the camera centre comes out bit for bit on every golden camera.
+template <typename T>
+void invert4(const T in[16], T out[16])
+{
+    T a[4][4], x[4][4];
+    for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j) {
+            a[i][j] = in[4 * i + j];
+            x[i][j] = T(i == j);
+        }
+    for (int k = 0; k < 4; ++k) {
+        int pivot = k;
+        for (int i = k + 1; i < 4; ++i)
+            if (std::abs(a[i][k]) > std::abs(a[pivot][k]))
+                pivot = i;
+        if (pivot != k) {
+            std::swap(a[pivot], a[k]);
+            std::swap(x[pivot], x[k]);
+        }
+        const T reciprocal = T(1) / a[k][k];
+        for (int i = k + 1; i < 4; ++i) {
+            a[i][k] *= reciprocal;
+            for (int j = k + 1; j < 4; ++j)
+                a[i][j] = multiplyAdd(-a[i][k], a[k][j], a[i][j]);
+        }
+    }
+    for (int c = 0; c < 4; ++c) {
+        for (int i = 1; i < 4; ++i)
+            for (int k = 0; k < i; ++k)
+                x[i][c] = multiplyAdd(-a[i][k], x[k][c], x[i][c]);
+        for (int i = 3; i >= 0; --i) {
+            for (int k = 3; k > i; --k)
+                x[i][c] = multiplyAdd(-a[i][k], x[k][c], x[i][c]);
+            x[i][c] /= a[i][i];
+        }
+    }
+    for (int i = 0; i < 16; ++i)
+        out[i] = x[i / 4][i % 4];
+}
+
+// Row-major 4 x 4 [R^T | t].
+void worldToView(const Camera& camera, double out[16])
+{
+    for (int r = 0; r < 3; ++r) {
+        for (int c = 0; c < 3; ++c)
+            out[4 * r + c] = camera.rotation[3 * c + r];
+        out[4 * r + 3] = camera.translation[r];
+        out[12 + r] = 0;
+    }
+    out[15] = 1;
+}
+
+// The four entries of the projection that are neither 0 nor 1: P00, P11, P22, P23.
+void projectionEntries(const Camera& camera, double out[4])
+{
+    // upstream's order of operations: through the half extents of the near plane
+    const double right = std::tan(camera.fov_x / 2) * kNear;
+    const double top = std::tan(camera.fov_y / 2) * kNear;
+    out[0] = 2 * kNear / (right + right);
+    out[1] = 2 * kNear / (top + top);
+    out[2] = kFar / (kFar - kNear);
+    out[3] = -(kFar * kNear) / (kFar - kNear);
+}
+
+template <typename T>
+void fullProjection(const double projection[4], const T world_to_view[12], T out[16])
+{
+    for (int c = 0; c < 4; ++c) {
+        out[c] = T(projection[0]) * world_to_view[c];
+        out[4 + c] = T(projection[1]) * world_to_view[4 + c];
+        out[8 + c] = T(projection[2]) * world_to_view[8 + c];
+        out[12 + c] = world_to_view[8 + c];
+    }
+    out[11] += T(projection[3]);
+}
+
+} // namespace
+
+void finishCamera(Camera& camera, uint32_t width, uint32_t height, double fov_x)
+{
+    // a focal length in pixels belongs to the size of the photograph; where that is unknown, to the one asked for
+    const uint32_t base_width = camera.width > 0 ? camera.width : width;
+    const uint32_t base_height = camera.height > 0 ? camera.height : height;
+    if (base_width == 0 || base_height == 0)
+        throw Error(ErrorCode::Usage,
+                    formatString("camera %s: its file states no image size, expected one; pass --size WxH",
+                                 camera.name.c_str()));
+    if (camera.focal_x > 0 && camera.focal_y > 0) {
+        camera.fov_x = 2 * std::atan(base_width / (2 * camera.focal_x));
+        camera.fov_y = 2 * std::atan(base_height / (2 * camera.focal_y));
+        camera.focal_x = camera.focal_y = 0;
+    }
+    const bool square_pixels = fov_x > 0 || !(camera.fov_y > 0);
+    if (fov_x > 0)
+        camera.fov_x = fov_x;
+    if (!(camera.fov_x > 0)) {
+        if (!(camera.fov_y > 0))
+            throw Error(ErrorCode::Usage,
+                        formatString("camera %s: its file states no field of view, expected one; pass --fov DEGREES",
+                                     camera.name.c_str()));
+        camera.fov_x = 2 * std::atan(std::tan(camera.fov_y / 2) * base_width / base_height);
+    }
+    const double focal_x = base_width / (2 * std::tan(camera.fov_x / 2));
+    if (square_pixels)
+        camera.fov_y = 2 * std::atan(base_height / (2 * focal_x));
+    const uint32_t new_width = width > 0 ? width : base_width;
+    const uint32_t new_height = height > 0 ? height : base_height;
+    if (uint64_t(new_width) * base_height != uint64_t(new_height) * base_width) {
+        // pixels keep their shape: a taller picture shows more, a flatter one less
+        const double aspect_change = (double(new_height) / new_width) / (double(base_height) / base_width);
+        camera.fov_y = 2 * std::atan(std::tan(camera.fov_y / 2) * aspect_change);
+    }
+    camera.width = new_width;
+    camera.height = new_height;
+}
+
+EyeParams eyeParams(const Camera& camera)
+{
+    EyeParams eye{};
+    double rigid[16], camera_to_world[16], again[16];
+    worldToView(camera, rigid);
+    invert4(rigid, camera_to_world);
+    invert4(camera_to_world, again);
+    for (int i = 0; i < 12; ++i)
+        eye.world_to_view[i] = float(again[i]);
+
+    double projection[4];
+    projectionEntries(camera, projection);
+    fullProjection(projection, eye.world_to_view, eye.full_projection);
+
+    // upstream inverts the transposed (row-vector) matrix; the pivots, and so the last bits, depend on that
+    float transposed[16] = {}, inverse[16];
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 4; ++c)
+            transposed[4 * c + r] = eye.world_to_view[4 * r + c];
+    transposed[15] = 1;
+    invert4(transposed, inverse);
+    std::copy_n(inverse + 12, 3, eye.center);
+
+    eye.tan_fov_x = float(std::tan(camera.fov_x * 0.5));
+    eye.tan_fov_y = float(std::tan(camera.fov_y * 0.5));
+    eye.focal_x = float(camera.width) / (2.0f * eye.tan_fov_x);
+    eye.focal_y = float(camera.height) / (2.0f * eye.tan_fov_y);
+    eye.width = camera.width;
+    eye.height = camera.height;
+    return eye;
+}
+
+EyeParams64 eyeParams64(const Camera& camera)
+{
+    EyeParams64 eye{};
+    double rigid[16], camera_to_world[16];
+    worldToView(camera, rigid);
+    invert4(rigid, camera_to_world);
+    std::copy_n(rigid, 12, eye.world_to_view);
+    double projection[4];
+    projectionEntries(camera, projection);
+    fullProjection(projection, eye.world_to_view, eye.full_projection);
+    for (int i = 0; i < 3; ++i)
+        eye.center[i] = camera_to_world[4 * i + 3];
+    eye.tan_fov_x = std::tan(camera.fov_x * 0.5);
+    eye.tan_fov_y = std::tan(camera.fov_y * 0.5);
+    eye.focal_x = camera.width / (2 * eye.tan_fov_x);
+    eye.focal_y = camera.height / (2 * eye.tan_fov_y);
+    eye.width = camera.width;
+    eye.height = camera.height;
+    return eye;
+}
+
+void stereoPair(const Camera& camera, double ipd, Camera& left, Camera& right)
+{
+    left = camera;
+    right = camera;
+    // R^T times the unit right axis: (1, 0, 0), or longer where a transforms file scales the world
+    const double* r = camera.rotation;
+    const double length = std::sqrt(r[0] * r[0] + r[3] * r[3] + r[6] * r[6]);
+    for (int i = 0; i < 3; ++i) {
+        const double along = (r[i] * r[0] + r[3 + i] * r[3] + r[6 + i] * r[6]) / length;
+        left.translation[i] += along * ipd / 2;
+        right.translation[i] -= along * ipd / 2;
+    }
+}
+
+} // namespace gsc

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a frame cost, as one line of JSON (schemas/frame-stats.schema.json).
+#pragma once
+
+#include "kernels/common/frame_types.h"
+
+#include <string>
+
+namespace gsc {
+
+struct FrameStats {
+    uint64_t frame = 0; // index in the camera file
+    std::string camera; // its name
+    std::string backend;
+    Tier tier = Tier::Exact;
+    uint32_t width = 0, height = 0; // pixels of one eye
+    uint32_t eye_count = 1;
+    int appearance = -1; // the trainer's embedding row, -1 = none
+    FrameResult result;
+};
+
+const char* tierName(Tier tier);
+
+// One object without a line break. Text that is not UTF-8 is replaced, numbers that are not finite become null.
+std::string frameStatsJson(const FrameStats& stats);
+
+} // namespace gsc

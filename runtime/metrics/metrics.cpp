@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/metrics/metrics.h"
+
+#include "runtime/metrics/convolve.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace gsc {
+
+namespace {
+
+double psnrOf(double mse)
+{
+    return mse > 0 ? -10 * std::log10(mse) : std::numeric_limits<double>::infinity();
+}
+
+} // namespace
+
+ImageDifference compareImages(const ImageView& a, const ImageView& b)
+{
+    ImageDifference result;
+    const size_t pixels = size_t(a.width) * a.height;
+    double sum = 0;
+    for (size_t i = 0; i < pixels; ++i) {
+        double worst = 0;
+        for (size_t c = 0; c < 3; ++c) {
+            double error = std::abs(double(a.pixels[3 * i + c]) - double(b.pixels[3 * i + c]));
+            // a NaN against anything is as wrong as can be, never invisible
+            if (std::isnan(error))
+                error = std::numeric_limits<double>::infinity();
+            sum += error * error;
+            worst = std::max(worst, error);
+        }
+        result.over_1_255 += worst > 1.0 / 255;
+        if (worst > result.max_error) {
+            result.max_error = worst;
+            result.max_x = uint32_t(i % a.width);
+            result.max_y = uint32_t(i / a.width);
+        }
+    }
+    result.mse = pixels > 0 ? sum / double(3 * pixels) : 0;
+    result.psnr = psnrOf(result.mse);
+    return result;
+}
+
+double ssim(const ImageView& a, const ImageView& b)
+{
+    constexpr int kRadius = 5;
+    constexpr double kSigma = 1.5, kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03;
+    double window[2 * kRadius + 1], total = 0;
+    for (int i = -kRadius; i <= kRadius; ++i)
+        total += window[i + kRadius] = std::exp(-i * i / (2 * kSigma * kSigma));
+    for (double& weight : window)
+        weight /= total;
+
+    const size_t pixels = size_t(a.width) * a.height;
+    std::vector<float> planes[5]; // a, b, a a, b b, a b
+    std::vector<float> blurred[5];
+    for (std::vector<float>& plane : planes)
+        plane.resize(pixels);
+    double sum = 0;
+    for (size_t c = 0; c < 3; ++c) {
+        for (size_t i = 0; i < pixels; ++i) {
+            const float u = a.pixels[3 * i + c], v = b.pixels[3 * i + c];
+            planes[0][i] = u;
+            planes[1][i] = v;
+            planes[2][i] = u * u;
+            planes[3][i] = v * v;
+            planes[4][i] = u * v;
+        }
+        for (int k = 0; k < 5; ++k)
+            filterPlane(planes[k], a.width, a.height, window, window, Border::Zero, blurred[k]);
+        for (size_t i = 0; i < pixels; ++i) {
+            const double mean_a = double(blurred[0][i]), mean_b = double(blurred[1][i]);
+            const double var_a = double(blurred[2][i]) - mean_a * mean_a;
+            const double var_b = double(blurred[3][i]) - mean_b * mean_b;
+            const double cov = double(blurred[4][i]) - mean_a * mean_b;
+            sum += (2 * mean_a * mean_b + kC1) * (2 * cov + kC2) /
+                   ((mean_a * mean_a + mean_b * mean_b + kC1) * (var_a + var_b + kC2));
+        }
+    }
+    return pixels > 0 ? sum / double(3 * pixels) : 1;
+}
+
+void PooledDifference::add(const ImageDifference& difference)
+{
+    if (frames == 0 || difference.psnr < worst_psnr) {
+        worst_psnr = difference.psnr;
+        worst_frame = frames;
+    }
+    mse_sum += difference.mse;
+    max_error = std::max(max_error, difference.max_error);
+    ++frames;
+}
+
+double PooledDifference::psnr() const
+{
+    return psnrOf(frames > 0 ? mse_sum / double(frames) : 0);
+}
+
+} // namespace gsc

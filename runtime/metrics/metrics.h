@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Image differences. Images are height x width x 3 floats, interleaved RGB, nominally in [0, 1].
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace gsc {
+
+struct ImageView {
+    const float* pixels = nullptr;
+    uint32_t width = 0, height = 0;
+};
+
+struct ImageDifference {
+    double mse = 0;       // mean over pixels and channels
+    double psnr = 0;      // 10 log10(1 / mse), +inf if equal
+    double max_error = 0; // largest |a - b| of any channel
+    uint32_t max_x = 0, max_y = 0;
+    uint64_t over_1_255 = 0; // pixels with a channel off by more than 1/255
+};
+
+// Precondition of all: equal sizes.
+ImageDifference compareImages(const ImageView& a, const ImageView& b);
+
+// Structural similarity, 11x11 Gaussian window of sigma 1.5, mean over pixels and channels (Wang et al. 2004). Pixels
+// outside the image count as 0, as in the trainers' own metric, so that the numbers compare with their reports.
+double ssim(const ImageView& a, const ImageView& b);
+
+// LDR-FLIP (Andersson et al. 2020), mean over pixels; `map` (optional) takes the per-pixel error.
+// Pixels per degree 67.02 is the paper's default: 0.7 m from a 0.7 m wide 3840-pixel display.
+double flip(const ImageView& reference, const ImageView& test, double pixels_per_degree = 67.02,
+            std::span<float> map = {});
+
+// Pools over frames: PSNR of the pooled mean square error, worst frame, largest error.
+struct PooledDifference {
+    double mse_sum = 0;
+    uint64_t frames = 0;
+    double worst_psnr = 0; // valid if frames > 0
+    uint64_t worst_frame = 0;
+    double max_error = 0;
+
+    void add(const ImageDifference& difference);
+    [[nodiscard]] double psnr() const;
+};
+
+} // namespace gsc

@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: Apache-2.0
+# The installed CMake package `gsc`: find_package(gsc) gives gsc::runtime.
+include(CMakePackageConfigHelpers)
+
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/gsc)
+
+# our warning flags are nothing that a user of the package needs
+get_target_property(kernels_interface gsc_kernels INTERFACE_LINK_LIBRARIES)
+list(REMOVE_ITEM kernels_interface $<LINK_ONLY:gsc_build_flags>)
+set_target_properties(gsc_kernels PROPERTIES INTERFACE_LINK_LIBRARIES "${kernels_interface}")
+
+foreach(library kernels camera runtime)
+  set_target_properties(gsc_${library} PROPERTIES EXPORT_NAME ${library})
+endforeach()
+install(TARGETS gsc_kernels gsc_camera gsc_runtime EXPORT gscTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(EXPORT gscTargets NAMESPACE gsc:: DESTINATION ${package_dir})
+
+# the headers of the public interface, by hand: what is not listed is no promise
+install(FILES ${PROJECT_SOURCE_DIR}/kernels/common/frame_types.h
+        DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/gsc/kernels/common)
+install(FILES backend.h camera.h frame_stats.h scene.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/gsc/runtime)
+
+configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/cmake/gscConfig.cmake.in
+                              ${CMAKE_CURRENT_BINARY_DIR}/gscConfig.cmake INSTALL_DESTINATION ${package_dir})
+write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/gscConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/gscConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/gscConfigVersion.cmake
+        DESTINATION ${package_dir})

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/scene.h"
+
+#include "format/error.h"
+#include "format/gsc_reader.h"
+#include "format/mapped_file.h"
+
+#include <algorithm>
+#include <cstring>
+#include <optional>
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+namespace gsc {
+
+namespace {
+
+// Issues that say "newer than this reader", not "damaged".
+bool isUnsupported(const IssueInfo& info)
+{
+    constexpr const char* kNames[] = {"VersionUnsupported", "ProfileUnsupported", "SectionUnknown",
+                                      "SectionVersion",     "SectionCodec",       "ParamPayloadVersion"};
+    return std::any_of(std::begin(kNames), std::end(kNames),
+                       [&](const char* name) { return std::strcmp(name, info.name) == 0; });
+}
+
+// Asks for the anchors ahead of the first frame, where they leave room for other programs.
+void prefetch(std::span<const std::byte> anchors)
+{
+    const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
+    if (pages <= 0 || page <= 0 || anchors.size() > uint64_t(pages) * uint64_t(page) / 2)
+        return;
+    // sections are aligned to 4096; a machine with larger pages needs the start of the page
+    const auto address = reinterpret_cast<uintptr_t>(anchors.data());
+    const uintptr_t start = address / uintptr_t(page) * uintptr_t(page);
+    // advice only: a failure costs speed, nothing else
+    (void)posix_madvise(reinterpret_cast<void*>(start), anchors.size() + (address - start), POSIX_MADV_WILLNEED);
+}
+
+template <typename T>
+const T* arrayOf(std::span<const std::byte> payload, const ChunkArrayLayout& layout, ChunkArray array)
+{
+    const auto i = uint32_t(array);
+    return layout.stride[i] > 0 ? reinterpret_cast<const T*>(payload.data() + layout.offset[i]) : nullptr;
+}
+
+class MappedScene : public Scene {
+public:
+    MappedScene(const std::string& path, bool verify_payloads) : m_path(path), m_file(path)
+    {
+        std::optional<Issue> first;
+        const auto sink = [&](const Issue& issue) {
+            if (!first && issue.info->severity != Severity::Warning)
+                first = issue;
+        };
+        if (!openGsc(m_file.bytes(), m_gsc, verify_payloads ? GscCheck::Full : GscCheck::Index, sink))
+            throwIssue(first);
+        prefetch(m_gsc.anchors);
+        m_manifest.assign(m_gsc.manifest);
+        fillArrays();
+        fillCameras();
+        m_view.params = m_gsc.params;
+        m_view.levels = m_gsc.levels.data();
+        m_view.chunks = m_gsc.chunks.data();
+        m_view.groups = m_gsc.groups.data();
+        m_view.arrays = m_arrays.data();
+        m_view.weights = m_gsc.weights.data();
+        m_view.packed = m_gsc.packed.data();
+        m_view.embedding = m_gsc.embedding.empty() ? nullptr : m_gsc.embedding.data();
+    }
+
+    [[nodiscard]] const ModelView& view() const override { return m_view; }
+    [[nodiscard]] const std::string& manifest() const override { return m_manifest; }
+    [[nodiscard]] const std::vector<SceneCamera>& cameras() const override { return m_cameras; }
+    [[nodiscard]] uint64_t anchorCount() const override { return m_gsc.header->anchor_count; }
+    [[nodiscard]] uint64_t bytes() const override { return m_file.bytes().size(); }
+
+    [[nodiscard]] std::vector<uint32_t> appearanceRows() const override
+    {
+        return {m_gsc.embedding_rows.begin(), m_gsc.embedding_rows.end()};
+    }
+
+    [[nodiscard]] int appearanceRow(int source_row) const override
+    {
+        const auto& rows = m_gsc.embedding_rows;
+        for (size_t i = 0; i < rows.size(); ++i)
+            if (source_row >= 0 && rows[i] == uint32_t(source_row))
+                return int(i);
+        std::string expected = "none, it has no appearance embedding";
+        if (rows.size() == 1)
+            expected = formatString("%u", rows[0]);
+        else if (rows.size() > 1)
+            expected = formatString("one of %zu rows from %u to %u", rows.size(), rows.front(), rows.back());
+        throw Error(ErrorCode::Usage, formatString("%s: appearance row %d is not in it, expected %s", m_path.c_str(),
+                                                   source_row, expected.c_str()));
+    }
+
+private:
+    [[noreturn]] void throwIssue(const std::optional<Issue>& issue) const
+    {
+        if (!issue)
+            throw Error(ErrorCode::InvalidFile, m_path + ": the reader refused it without naming an issue");
+        throw Error(isUnsupported(*issue->info) ? ErrorCode::Unsupported : ErrorCode::InvalidFile,
+                    formatString("%s: issue %u %s at byte %llu: %s: %s", m_path.c_str(), issue->info->id,
+                                 issue->info->name, static_cast<unsigned long long>(issue->offset),
+                                 issue->info->summary, issue->detail.c_str()));
+    }
+
+    void fillArrays()
+    {
+        m_arrays.reserve(m_gsc.chunks.size());
+        const bool grid = m_gsc.params->position_encoding == uint32_t(PositionEncoding::Grid);
+        for (const ChunkRecord& chunk : m_gsc.chunks) {
+            const auto payload = chunkPayload(m_gsc, chunk);
+            const ChunkArrayLayout layout = chunkArrayLayout(*m_gsc.params, chunk.anchor_count);
+            ChunkArrays arrays{};
+            if (grid)
+                arrays.grid_position = arrayOf<GridPosition>(payload, layout, ChunkArray::Position);
+            else
+                arrays.float_position = arrayOf<float>(payload, layout, ChunkArray::Position);
+            arrays.source_index = arrayOf<uint32_t>(payload, layout, ChunkArray::SourceIndex);
+            arrays.extra_level = arrayOf<float>(payload, layout, ChunkArray::ExtraLevel);
+            arrays.scale = arrayOf<float>(payload, layout, ChunkArray::Scale);
+            arrays.offset = arrayOf<float>(payload, layout, ChunkArray::Offset);
+            arrays.feature = arrayOf<float>(payload, layout, ChunkArray::Feature);
+            arrays.rotation = arrayOf<float>(payload, layout, ChunkArray::Rotation);
+            m_arrays.push_back(arrays);
+        }
+    }
+
+    void fillCameras()
+    {
+        m_cameras.reserve(m_gsc.cameras.size());
+        for (const CameraRecord& record : m_gsc.cameras) {
+            SceneCamera camera;
+            camera.name = m_gsc.camera_names.substr(record.name_offset, record.name_bytes);
+            camera.id = record.id;
+            camera.appearance = record.appearance;
+            camera.is_test = record.is_test != 0;
+            std::copy_n(record.position, 3, camera.position);
+            std::copy_n(record.rotation, 9, camera.rotation);
+            camera.fx = record.fx;
+            camera.fy = record.fy;
+            camera.width = record.width;
+            camera.height = record.height;
+            m_cameras.push_back(std::move(camera));
+        }
+    }
+
+    std::string m_path;
+    MappedFile m_file;
+    GscView m_gsc;
+    ModelView m_view{};
+    std::string m_manifest;
+    std::vector<ChunkArrays> m_arrays; // chunk order
+    std::vector<SceneCamera> m_cameras;
+};
+
+} // namespace
+
+std::unique_ptr<Scene> Scene::open(const std::string& path, bool verify_payloads)
+{
+    return std::make_unique<MappedScene>(path, verify_payloads);
+}
+
+} // namespace gsc

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// An opened .gsc file, mapped, ready for a backend.
+#pragma once
+
+#include "kernels/common/frame_types.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+struct SceneCamera {
+    std::string name;
+    int id = 0, appearance = -1;
+    bool is_test = false;
+    double position[3] = {}, rotation[9] = {}, fx = 0, fy = 0;
+    uint32_t width = 0, height = 0;
+};
+
+class Scene {
+public:
+    // Maps `path` and checks header, table and every record the stages rely on; chunk payloads are checked too if
+    // `verify_payloads`. Throws Error (Io, InvalidFile, Unsupported); the message holds the first issue.
+    static std::unique_ptr<Scene> open(const std::string& path, bool verify_payloads = false);
+    virtual ~Scene() = default;
+
+    [[nodiscard]] virtual const ModelView& view() const = 0;
+    [[nodiscard]] virtual const std::string& manifest() const = 0; // JSON text of META
+    [[nodiscard]] virtual const std::vector<SceneCamera>& cameras() const = 0;
+    // Row of EMBD that holds the trainer's row `source_row`. Throws Error(Usage) naming the rows there are.
+    [[nodiscard]] virtual int appearanceRow(int source_row) const = 0;
+    // The trainer's rows that EMBD holds, ascending; empty if the model has no embedding.
+    [[nodiscard]] virtual std::vector<uint32_t> appearanceRows() const = 0;
+    [[nodiscard]] virtual uint64_t anchorCount() const = 0;
+    [[nodiscard]] virtual uint64_t bytes() const = 0;
+};
+
+} // namespace gsc

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// Acceptance: every golden view of every trained model, converted and rendered with --tier exact, is the trainer's own
+// picture at 75 dB or more; on the fast path all of them, on the scalar reference the first view of each model.
+#include "format/error.h"
+#include "player/image/image_io.h"
+#include "runtime/backend.h"
+#include "runtime/camera.h"
+#include "runtime/metrics/metrics.h"
+#include "runtime/scene.h"
+#include "tests/player/baked_model.h"
+#include "tests/player/golden_cameras.h"
+#include "tests/support/checkpoints.h"
+
+#include <doctest/doctest.h>
+
+#include <cstdio>
+#include <filesystem>
+
+using namespace gsc;
+
+namespace {
+
+constexpr double kBar = 75; // dB, per view
+
+struct View {
+    Image image, golden;
+    FrameResult result;
+};
+
+View renderGolden(Backend& backend, const Scene& scene, const std::string& model, const Camera& camera)
+{
+    View view;
+    view.golden = readImage(model + "/golden/" + camera.name + ".png");
+    view.image.width = camera.width;
+    view.image.height = camera.height;
+    view.image.pixels.resize(size_t(camera.width) * camera.height * 3);
+    const EyeParams eye = eyeParams(camera);
+    FrameOptions options; // black background, as the golden images have
+    options.tier = Tier::Exact;
+    options.appearance = scene.appearanceRows().empty() ? -1 : scene.appearanceRow(camera.appearance);
+    float* pixels = view.image.pixels.data();
+    backend.render(&eye, 1, options, &pixels, view.result);
+    return view;
+}
+
+void checkModel(const std::string& model, const char* path_name, CpuPath path, bool all_views, PooledDifference& pooled)
+{
+    const std::string name = std::filesystem::path(model).filename().string();
+    const test::BakedModel baked(model, "golden");
+    const std::unique_ptr<Scene> scene = Scene::open(baked.path(), true);
+    const std::unique_ptr<Backend> backend = makeCpuBackend(path, 0);
+    backend->load(scene->view());
+    for (const test::GoldenCamera& golden : test::readGoldenCameras(model)) {
+        const View view = renderGolden(*backend, *scene, model, golden.camera);
+        REQUIRE(view.golden.width == view.image.width);
+        REQUIRE(view.golden.height == view.image.height);
+        const ImageView a = {view.golden.pixels.data(), view.golden.width, view.golden.height};
+        const ImageView b = {view.image.pixels.data(), view.image.width, view.image.height};
+        const ImageDifference difference = compareImages(a, b);
+        std::printf("%-9s %-18s %-9s PSNR %6.2f dB, worst pixel %.5f at (%u, %u), above 1/255: %llu, SSIM %.7f, FLIP "
+                    "%.2e, %llu anchors, %.0f ms\n",
+                    path_name, name.c_str(), golden.camera.name.c_str(), difference.psnr, difference.max_error,
+                    difference.max_x, difference.max_y, static_cast<unsigned long long>(difference.over_1_255),
+                    ssim(a, b), flip(a, b), static_cast<unsigned long long>(view.result.eyes[0].anchors_visible),
+                    view.result.times.total);
+        std::fflush(stdout);
+        CAPTURE(name);
+        CAPTURE(golden.camera.name);
+        CHECK(difference.psnr >= kBar);
+        CHECK(difference.max_error < 2.0 / 255);
+        pooled.add(difference);
+        if (!all_views)
+            break;
+    }
+}
+
+void checkAll(const char* path_name, CpuPath path, bool all_views)
+{
+    PooledDifference pooled;
+    for (const std::string& model : test::trainedModels())
+        checkModel(model, path_name, path, all_views, pooled);
+    if (pooled.frames == 0)
+        return;
+    std::printf("%-9s pooled over %llu views: PSNR %.2f dB, worst view %.2f dB, worst pixel %.5f\n", path_name,
+                static_cast<unsigned long long>(pooled.frames), pooled.psnr(), pooled.worst_psnr, pooled.max_error);
+    CHECK(pooled.psnr() >= kBar);
+}
+
+bool canReadPng()
+{
+    if (isImageExtension("a.png"))
+        return true;
+    std::printf("skipped: this build cannot read PNG\n");
+    return false;
+}
+
+} // namespace
+
+TEST_CASE("the fast path renders the trainers' pictures")
+{
+    if (canReadPng())
+        checkAll("fast", CpuPath::Fast, true);
+}
+
+TEST_CASE("the scalar reference renders the trainers' pictures")
+{
+    if (canReadPng())
+        checkAll("reference", CpuPath::Reference, false);
+}

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "format/error.h"
+#include "player/image/image_io.h"
+
+#include <doctest/doctest.h>
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <random>
+
+#include <unistd.h>
+
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define GSC_TEST_ASAN
+#endif
+#elif defined(__SANITIZE_ADDRESS__)
+#define GSC_TEST_ASAN
+#endif
+#ifdef GSC_TEST_ASAN
+#include <sanitizer/lsan_interface.h>
+#endif
+
+using namespace gsc;
+namespace fs = std::filesystem;
+
+namespace {
+
+struct TempFolder {
+    fs::path path = fs::temp_directory_path() / ("gsc_image_" + std::to_string(getpid()));
+    TempFolder() { fs::create_directories(path); }
+    ~TempFolder() { fs::remove_all(path); }
+    [[nodiscard]] std::string operator/(const char* name) const { return (path / name).string(); }
+};
+
+Image someImage(uint32_t width, uint32_t height)
+{
+    std::mt19937 random(5);
+    Image image{width, height, {}};
+    for (size_t i = 0; i < size_t(width) * height * 3; ++i)
+        image.pixels.push_back(float(double(random()) / 4294967296.0 * 1.4 - 0.2)); // beyond [0, 1] on both sides
+    return image;
+}
+
+ErrorCode codeOf(const std::string& path)
+{
+    try {
+        (void)readImage(path);
+    } catch (const Error& e) {
+        return e.code();
+    }
+    return ErrorCode::Ok;
+}
+
+void writeText(const std::string& path, const std::string& text)
+{
+    std::ofstream(path, std::ios::binary) << text;
+}
+
+std::string readText(const std::string& path)
+{
+    std::ifstream stream(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+bool canWrite(const char* name)
+{
+    return isImageExtension(name);
+}
+
+} // namespace
+
+TEST_CASE("PFM keeps every bit, NaN and infinity included")
+{
+    const TempFolder folder;
+    Image image = someImage(7, 5);
+    image.pixels[0] = std::numeric_limits<float>::infinity();
+    image.pixels[1] = std::numeric_limits<float>::quiet_NaN();
+    writeImage(folder / "a.pfm", image, PixelDepth::Eight);
+    const Image back = readImage(folder / "a.pfm");
+    CHECK(back.width == 7);
+    CHECK(back.height == 5);
+    REQUIRE(back.pixels.size() == image.pixels.size());
+    CHECK(std::memcmp(back.pixels.data(), image.pixels.data(), image.pixels.size() * 4) == 0);
+    const std::string text = readText(folder / "a.pfm");
+    CHECK(text.substr(0, 12) == "PF\n7 5\n-1.0\n");
+    // rows are stored bottom up
+    CHECK(std::memcmp(text.data() + 12, image.pixels.data() + size_t(4) * 21, 84) == 0);
+    // and nothing else is left in the folder
+    CHECK(std::distance(fs::directory_iterator(folder.path), {}) == 1);
+}
+
+TEST_CASE("hostile PFM files are refused")
+{
+    const TempFolder folder;
+    const std::string path = folder / "a.pfm";
+    for (const char* text :
+         {"", "PF", "Pf\n1 1\n-1\n1234", "PF\n1 1\n-1\n", "PF\n1 1\n0\n123456789012", "PF\n1 1\nnan\n123456789012",
+          "PF\n99999999999999999999 1\n-1\n", "PF\n-1 1\n-1\n", "PF\n30000 30000\n-1\nshort", "P6\n1 1\n255\nabc"}) {
+        writeText(path, text);
+        CAPTURE(text);
+        CHECK(codeOf(path) == ErrorCode::InvalidFile);
+    }
+    CHECK(codeOf(folder / "none.pfm") == ErrorCode::Io);
+    CHECK(codeOf(folder / "none.png") == ErrorCode::Io);
+    // big-endian
+    writeText(path, std::string("PF\n1 1\n1.0\n") + std::string("\x3f\x80\0\0\x40\0\0\0\0\0\0\0", 12));
+    const Image image = readImage(path);
+    CHECK(image.pixels == std::vector<float>{1, 2, 0});
+}
+
+TEST_CASE("an extension without a writer is refused, naming those there are")
+{
+    try {
+        writeImage("x.jpeg", someImage(1, 1), PixelDepth::Eight);
+        FAIL("it was written");
+    } catch (const Error& e) {
+        CHECK(e.code() == ErrorCode::Unsupported);
+        CHECK(std::string(e.what()).find(".pfm") != std::string::npos);
+    }
+}
+
+TEST_CASE("a folder that is not there is an I/O error and leaves nothing")
+{
+    const TempFolder folder;
+    for (const char* name : {"none/a.pfm", "none/a.png", "none/a.exr"}) {
+        if (!canWrite(name))
+            continue;
+        CAPTURE(name);
+        try {
+            writeImage(folder / name, someImage(3, 3), PixelDepth::Eight);
+            FAIL("it was written");
+        } catch (const Error& e) {
+            CHECK(e.code() == ErrorCode::Io);
+        }
+    }
+    CHECK(fs::is_empty(folder.path));
+}
+
+TEST_CASE("a full disk is an I/O error")
+{
+    // writing through a link to /dev/full fails when the last buffer is flushed; the target itself must stay away
+    if (!fs::exists("/dev/full")) {
+        MESSAGE("skipped: no /dev/full");
+        return;
+    }
+    const TempFolder folder;
+    const std::string temporary = ".a.pfm.tmp" + std::to_string(getpid());
+    fs::create_symlink("/dev/full", folder / temporary.c_str());
+    try {
+        writeImage(folder / "a.pfm", someImage(64, 64), PixelDepth::Eight);
+        FAIL("it was written");
+    } catch (const Error& e) {
+        CHECK(e.code() == ErrorCode::Io);
+    }
+    CHECK(fs::is_empty(folder.path));
+}
+
+TEST_CASE("PNG follows torchvision's rounding in both depths")
+{
+    if (!canWrite("a.png")) {
+        MESSAGE("skipped: built without OpenImageIO");
+        return;
+    }
+    const TempFolder folder;
+    Image image = someImage(33, 17);
+    image.pixels[0] = std::numeric_limits<float>::quiet_NaN();
+    image.pixels[1] = 0.5f / 255; // a half rounds up
+    for (const auto& [depth, max] : {std::pair{PixelDepth::Eight, 255.0f}, std::pair{PixelDepth::Sixteen, 65535.0f}}) {
+        writeImage(folder / "a.png", image, depth);
+        const std::string first = readText(folder / "a.png");
+        writeImage(folder / "a.png", image, depth);
+        CHECK(readText(folder / "a.png") == first); // the same bytes again
+        const Image back = readImage(folder / "a.png");
+        REQUIRE(back.pixels.size() == image.pixels.size());
+        for (size_t i = 1; i < image.pixels.size(); ++i) {
+            const float clamped = std::fmin(std::fmax(max * image.pixels[i] + 0.5f, 0.0f), max);
+            CHECK(back.pixels[i] == std::trunc(clamped) / max);
+        }
+        CHECK(back.pixels[0] == 0);
+    }
+}
+
+TEST_CASE("EXR keeps 32-bit floats")
+{
+    if (!canWrite("a.exr")) {
+        MESSAGE("skipped: built without OpenImageIO");
+        return;
+    }
+    const TempFolder folder;
+    const Image image = someImage(33, 17);
+    writeImage(folder / "a.EXR", image, PixelDepth::Eight);
+    const Image back = readImage(folder / "a.EXR");
+    REQUIRE(back.pixels.size() == image.pixels.size());
+    CHECK(std::memcmp(back.pixels.data(), image.pixels.data(), image.pixels.size() * 4) == 0);
+    CHECK(readText(folder / "a.EXR").find("1970:01:01") != std::string::npos); // no clock in the file
+}
+
+TEST_CASE("damaged PNG files are refused at every length")
+{
+    if (!canWrite("a.png"))
+        return;
+#ifdef GSC_TEST_ASAN
+    // note: OpenImageIO 2.4 loses a string of 31 bytes when libpng jumps out of a damaged file
+    const __lsan::ScopedDisabler not_ours;
+#endif
+    const TempFolder folder;
+    writeImage(folder / "a.png", someImage(16, 16), PixelDepth::Eight);
+    const std::string good = readText(folder / "a.png");
+    for (size_t size = 0; size + 16 < good.size(); size += 37) {
+        writeText(folder / "b.png", good.substr(0, size));
+        CHECK(codeOf(folder / "b.png") == ErrorCode::InvalidFile);
+    }
+}

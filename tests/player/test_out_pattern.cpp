@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "format/error.h"
+#include "player/out_pattern.h"
+
+#include <doctest/doctest.h>
+
+#include <string>
+
+using namespace gsc;
+
+namespace {
+
+std::string refusal(const std::string& pattern)
+{
+    try {
+        (void)OutPattern(pattern);
+    } catch (const Error& e) {
+        CHECK(e.code() == ErrorCode::Usage);
+        return e.what();
+    }
+    return "";
+}
+
+std::string collision(const std::string& pattern, const std::vector<OutputFrame>& frames, int eyes)
+{
+    try {
+        (void)outputPaths(OutPattern(pattern), frames, eyes);
+    } catch (const Error& e) {
+        CHECK(e.code() == ErrorCode::Usage);
+        return e.what();
+    }
+    return "";
+}
+
+} // namespace
+
+TEST_CASE("placeholders are filled in")
+{
+    CHECK(OutPattern("o/{name}.png").expand("IMG_1", 7, Eye::Mono) == "o/IMG_1.png");
+    CHECK(OutPattern("{frame}_{frame:04}_{frame:2}").expand("x", 7, Eye::Mono) == "7_0007_07");
+    CHECK(OutPattern("{frame:04}").expand("x", 123456, Eye::Mono) == "123456");
+    CHECK(OutPattern("{eye}").expand("x", 0, Eye::Left) == "left");
+    CHECK(OutPattern("{eye}").expand("x", 0, Eye::Right) == "right");
+    CHECK(OutPattern("{eye}").expand("x", 0, Eye::Mono) == "mono");
+    CHECK(OutPattern("a{{b}}c%d").expand("x", 0, Eye::Mono) == "a{b}c%d");
+}
+
+TEST_CASE("what is no placeholder is refused")
+{
+    CHECK(refusal("{nam}.png").find("{nam}") != std::string::npos);
+    CHECK(refusal("{frame:xx}").find("{frame:04}") != std::string::npos);
+    CHECK(refusal("{frame:999}") != "");
+    CHECK(refusal("{frame:}") != "");
+    CHECK(refusal("{name") != "");
+    CHECK(refusal("name}") != "");
+    CHECK(refusal("{}") != "");
+    CHECK(refusal("{{name}}") == "");
+}
+
+TEST_CASE("a camera's name cannot leave the folder")
+{
+    CHECK(safeFileName("../../etc/passwd") == "_._.._etc_passwd");
+    CHECK(safeFileName("..") == "_.");
+    CHECK(safeFileName("a\\b:c\nd") == "a_b_c_d");
+    CHECK(safeFileName("") == "_");
+    CHECK(safeFileName(".hidden") == "_hidden");
+    CHECK(safeFileName("K\xc3\xb6ln 1.jpg") == "K\xc3\xb6ln 1.jpg");
+    CHECK(OutPattern("o/{name}.png").expand("../x", 0, Eye::Mono) == "o/_._x.png");
+}
+
+TEST_CASE("two frames never go to the same file")
+{
+    const std::vector<OutputFrame> frames = {{"a", 4}, {"b", 5}, {"a", 6}};
+    CHECK(outputPaths(OutPattern("{frame}_{eye}.png"), frames, 2) ==
+          std::vector<std::string>{"4_left.png", "4_right.png", "5_left.png", "5_right.png", "6_left.png",
+                                   "6_right.png"});
+    CHECK(collision("{name}.png", frames, 1).find("add {frame}") != std::string::npos);
+    CHECK(collision("{name}.png", frames, 1).find("frames 4 (a) and 6 (a)") != std::string::npos);
+    CHECK(collision("{frame}.png", frames, 2).find("add {eye}") != std::string::npos);
+    CHECK(collision("x.png", frames, 1) != "");
+    CHECK(collision("x.png", {{"a", 0}}, 1) == "");
+    // names that only become equal when made safe
+    CHECK(collision("{name}.png", {{"a/b", 0}, {"a:b", 1}}, 1) != "");
+}

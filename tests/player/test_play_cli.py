@@ -1,0 +1,249 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""gsc-play as a user meets it: exit codes, streams, files, schemas, Ctrl-C.
+
+test_play_cli.py SOURCE_FOLDER GSC_PLAY WRITE_TINY_GSC
+"""
+
+import json
+import os
+import pathlib
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+try:
+    import jsonschema
+except ImportError:  # the schema checks are then left out, and the run says so
+    jsonschema = None
+    print("note: no jsonschema, schemas are not checked", file=sys.stderr)
+
+SOURCE, PLAY, WRITE_TINY = (pathlib.Path(a) for a in sys.argv[1:4])
+
+
+def check_schema(name: str, value) -> None:
+    if jsonschema is not None:
+        schema = json.loads((SOURCE / "schemas" / f"{name}.schema.json").read_text())
+        jsonschema.Draft202012Validator(schema).validate(value)
+
+
+def pfm(path: pathlib.Path) -> tuple[int, int, tuple[float, ...]]:
+    magic, size, scale, data = path.read_bytes().split(b"\n", 3)
+    assert magic == b"PF" and scale == b"-1.0"
+    width, height = map(int, size.split())
+    return width, height, struct.unpack(f"<{width * height * 3}f", data)
+
+
+TRAJECTORY = {
+    "schema": "gsc.trajectory/1",
+    "frames": [
+        {"name": f"view {i}", "rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "position": [-2, -2, -16 - i], "fov_x": 1.2}
+        for i in range(4)
+    ],
+}
+
+
+class PlayTest(unittest.TestCase):
+    def setUp(self) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="gsc_play_")
+        self.folder = pathlib.Path(self._folder.name)
+        self.model = self.tiny("model.gsc")
+        self.path = self.folder / "path.json"
+        self.path.write_text(json.dumps(TRAJECTORY))
+
+    def tearDown(self) -> None:
+        self._folder.cleanup()
+
+    def tiny(self, name: str, *arguments: str) -> pathlib.Path:
+        path = self.folder / name
+        subprocess.run([WRITE_TINY, path, *arguments], check=True)
+        return path
+
+    def play(self, *arguments, code: int = 0) -> subprocess.CompletedProcess:
+        run = subprocess.run(
+            [str(a) for a in (PLAY, *arguments)], capture_output=True, text=True, cwd=self.folder, check=False
+        )
+        self.assertEqual(run.returncode, code, f"{arguments}\n{run.stdout}\n{run.stderr}")
+        if code != 0:
+            self.assertNotEqual(run.stderr, "")
+        return run
+
+    def refused(self, *arguments, code: int, says: str) -> None:
+        """Refused before any file appears."""
+        before = sorted(self.folder.rglob("*"))
+        run = self.play(*arguments, code=code)
+        self.assertIn(says, run.stderr)
+        self.assertEqual(run.stdout, "")
+        self.assertEqual(sorted(self.folder.rglob("*")), before)
+
+    def small(self, *arguments, **keywords):
+        return self.play(
+            self.model, "--cameras", self.path, "--size", "48x32", "--progress", "none", *arguments, **keywords
+        )
+
+    def test_stored_cameras_and_summary(self) -> None:
+        run = self.play(self.model, "--size", "40x30", "--out", "o/{frame:03}.pfm", "-q")
+        self.assertIn("3 frames, one eye, fast, cpu", run.stdout)
+        self.assertEqual(run.stderr, "")
+        self.assertEqual([p.name for p in sorted((self.folder / "o").iterdir())], ["000.pfm", "001.pfm", "002.pfm"])
+        self.assertEqual(pfm(self.folder / "o/000.pfm")[:2], (40, 30))
+
+    def test_json_report_and_stats(self) -> None:
+        run = self.small("--out", "{name}_{eye}.pfm", "--eyes", "2", "--ipd", "0.1", "--stats", "s/s.jsonl",
+                         "--format", "json", "--tier", "exact", "--frames", "1:3", "--threads", "1", "--verify")
+        report = json.loads(run.stdout)
+        check_schema("play-report", report)
+        self.assertEqual(report["frames"], 2)
+        self.assertEqual(report["pixels"], 2 * 2 * 48 * 32)
+        self.assertEqual(report["images"], ["view 1_left.pfm", "view 1_right.pfm", "view 2_left.pfm", "view 2_right.pfm"])
+        lines = [json.loads(line) for line in (self.folder / "s/s.jsonl").read_text().splitlines()]
+        self.assertEqual([line["frame"] for line in lines], [1, 2])
+        for line in lines:
+            check_schema("frame-stats", line)
+            self.assertEqual(len(line["eyes"]), 2)
+            self.assertEqual(line["tier"], "exact")
+            parts = sum(line["ms"][stage] for stage in ("select", "decode", "project", "bin", "sort", "blend"))
+            self.assertLessEqual(parts, line["ms"]["total"] * 1.05 + 0.5)
+        for image in report["images"]:
+            self.assertEqual(pfm(self.folder / image)[:2], (48, 32))
+
+    def test_trajectory_fits_its_schema(self) -> None:
+        check_schema("trajectory", TRAJECTORY)
+
+    def test_same_bytes_again_on_any_thread_count_and_eye(self) -> None:
+        self.small("--out", "a/{frame}.pfm", "--tier", "exact", "--threads", "1")
+        self.small("--out", "b/{frame}.pfm", "--tier", "exact", "--threads", "2")
+        for i in range(4):
+            first, second = ((self.folder / f / f"{i}.pfm").read_bytes() for f in "ab")
+            self.assertEqual(first, second)
+
+    def test_reference_backend_agrees(self) -> None:
+        self.small("--out", "a{frame}.pfm", "--tier", "exact", "--background", "0.25,0.5,1")
+        self.small("--out", "b{frame}.pfm", "--tier", "exact", "--background", "0.25,0.5,1", "--backend",
+                   "cpu-reference")
+        different = 0
+        for i in range(4):
+            a, b = (pfm(self.folder / f"{f}{i}.pfm")[2] for f in "ab")
+            worst = max(abs(x - y) for x, y in zip(a, b, strict=True))
+            self.assertLess(worst, 1e-3)
+            different += len(set(a)) > 3
+        self.assertGreater(different, 0, "every picture is flat; the test shows nothing")
+
+    def test_existing_files(self) -> None:
+        self.small("--out", "a{frame}.pfm")
+        keep = (self.folder / "a2.pfm").read_bytes()
+        self.refused(self.model, "--cameras", self.path, "--size", "48x32", "--out", "a{frame}.pfm", code=2, says="-w")
+        self.assertEqual((self.folder / "a2.pfm").read_bytes(), keep)
+        self.small("--out", "a{frame}.pfm", "-w")
+        self.refused(self.model, "--cameras", self.path, "--size", "48x32", "--stats", self.path, code=2, says="-w")
+
+    def test_refusals_before_rendering(self) -> None:
+        base = (self.model, "--cameras", self.path, "--size", "48x32")
+        self.refused(*base, "--out", "same.pfm", code=1, says="{frame}")
+        self.refused(*base, "--out", "{frame}.pfm", "--eyes", "2", "--ipd", "1", code=1, says="{eye}")
+        self.refused(*base, "--out", "{what}.pfm", code=1, says="{what}")
+        self.refused(*base, "--out", "{frame}.jpeg", code=5, says=".pfm")
+        self.refused(*base, "--backend", "quantum", code=1, says="cpu")
+        self.refused(*base, "--frames", "9:", code=1, says="--frames")
+        self.refused(*base, "--appearance", "3", code=1, says="appearance")
+        self.refused(self.model, "--cameras", self.path, code=1, says="--size")
+        self.refused("none.gsc", code=2, says="none.gsc")
+        self.refused(self.model, "--cameras", "none.json", code=2, says="none.json")
+        self.refused(self.path, code=3, says="1001")
+        self.refused(self.model, "--cameras", self.model, "--size", "8x8", code=3, says="JSON")
+
+    def test_error_as_json(self) -> None:
+        run = self.play("none.gsc", "--format", "json", code=2)
+        error = json.loads(run.stdout)
+        check_schema("error", error)
+        self.assertEqual(error["code"], "Io")
+        self.assertEqual(error["exit_code"], 2)
+
+    def test_damaged_payload_needs_verify(self) -> None:
+        data = bytearray(self.model.read_bytes())
+        data[4096 + 200] ^= 1  # inside ANCH, the first section
+        self.model.write_bytes(data)
+        self.refused(self.model, "--size", "8x8", "--verify", code=3, says="8001")
+
+    def test_no_stored_cameras(self) -> None:
+        self.refused(self.tiny("bare.gsc", "0", "0"), code=1, says="--cameras")
+
+    def test_appearance(self) -> None:
+        model = self.tiny("rows.gsc", "3")
+        base = (model, "--cameras", self.path, "--size", "16x16", "--progress", "none", "--format", "json")
+        run = self.play(*base)
+        self.assertIn("--appearance", run.stderr)
+        self.assertIn("--appearance", json.loads(run.stdout)["warnings"][0])
+        run = self.play(*base, "--appearance", "3")
+        self.assertEqual(run.stderr, "")
+        self.play(*base, "--appearance", "77", code=1)
+
+    def test_names_stay_in_the_folder(self) -> None:
+        trajectory = json.loads(self.path.read_text())
+        trajectory["frames"] = trajectory["frames"][:1]
+        trajectory["frames"][0]["name"] = "../../escape/x"
+        self.path.write_text(json.dumps(trajectory))
+        self.small("--out", "o/{name}.pfm")
+        self.assertEqual([p.name for p in (self.folder / "o").iterdir()], ["_._.._escape_x.pfm"])
+
+    def test_unwritable_places(self) -> None:
+        (self.folder / "file").write_text("")
+        self.small("--out", "file/{frame}.pfm", code=2)
+        self.small("--stats", self.folder, "-w", code=2)
+
+    def test_progress_and_verbose(self) -> None:
+        base = (self.model, "--cameras", self.path, "--size", "16x16")
+        lines = self.play(*base, "--progress", "json").stderr.splitlines()
+        self.assertEqual(json.loads(lines[-1])["done"], 4)
+        for line in lines:
+            check_schema("progress-event", json.loads(line))
+        self.assertIn("render 4/4", self.play(*base, "--progress", "plain").stderr)
+        self.assertIn("[####################] 4/4", self.play(*base, "--progress", "bar").stderr)
+        self.assertEqual(self.play(*base, "--progress", "none").stderr, "")
+        self.assertIn("frame 3 view 3:", self.play(*base, "-v").stderr)
+
+    def test_full_disk(self) -> None:
+        if not os.path.exists("/dev/full"):
+            self.skipTest("no /dev/full")
+        with open("/dev/full", "wb") as full:
+            run = subprocess.run([PLAY, self.model, "--size", "8x8", "-q"], stdout=full, stderr=subprocess.PIPE,
+                                 check=False)
+        self.assertEqual(run.returncode, 2)
+
+    def test_interrupt_leaves_whole_files(self) -> None:
+        frames = TRAJECTORY["frames"][:1] * 2000
+        self.path.write_text(json.dumps({"schema": "gsc.trajectory/1", "frames": frames}))
+        run = subprocess.Popen(
+            [PLAY, self.model, "--cameras", self.path, "--size", "320x200", "--out", "o/{frame}.pfm", "--stats",
+             "s.jsonl", "-q"], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        out = self.folder / "o"
+        deadline = time.monotonic() + 60
+        while not (out / "3.pfm").exists() and time.monotonic() < deadline:
+            time.sleep(0.01)
+        run.send_signal(signal.SIGINT)
+        stdout, stderr = run.communicate(timeout=60)
+        self.assertEqual(run.returncode, 130, stderr)
+        self.assertEqual(stdout, b"")
+        self.assertFalse((self.folder / "s.jsonl").exists())
+        self.assertEqual([p.name for p in self.folder.iterdir() if "tmp" in p.name], [])
+        images = list(out.iterdir())
+        self.assertGreater(len(images), 3)
+        for image in images:
+            self.assertEqual(image.suffix, ".pfm")
+            self.assertEqual(pfm(image)[:2], (320, 200))
+
+    def test_help_and_version(self) -> None:
+        text = self.play("--help").stdout
+        for word in ("--cameras", "--tier", "Examples:", "Exit codes:"):
+            self.assertIn(word, text)
+        version = self.play("--version").stdout
+        for word in ("gsc-play ", "file format 1.", "backend cpu:"):
+            self.assertIn(word, version)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "format/error.h"
+#include "player/play_options.h"
+
+#include <doctest/doctest.h>
+
+#include <initializer_list>
+#include <numbers>
+#include <vector>
+
+using namespace gsc;
+
+namespace {
+
+// Exit code, or -1 if the options are to be played.
+int parse(std::initializer_list<const char*> arguments, PlayOptions& options)
+{
+    std::vector<const char*> argv = {"gsc-play"};
+    argv.insert(argv.end(), arguments);
+    try {
+        return parsePlayOptions(int(argv.size()), argv.data(), options).value_or(-1);
+    } catch (const Error& e) {
+        return int(e.code());
+    }
+}
+
+int parse(std::initializer_list<const char*> arguments)
+{
+    PlayOptions options;
+    return parse(arguments, options);
+}
+
+} // namespace
+
+TEST_CASE("every option arrives")
+{
+    PlayOptions o;
+    CHECK(parse({"m.gsc",        "--cameras", "c.json",     "--tier",       "exact",
+                 "--eyes",       "2",         "--ipd",      "0.06",         "--size",
+                 "640x480",      "--fov",     "90",         "--out",        "{frame}_{eye}.pfm",
+                 "--depth",      "16",        "--stats",    "s.jsonl",      "--backend",
+                 "cpu",          "--threads", "3",          "--appearance", "5",
+                 "--background", "1,0.5,0",   "--near",     "0.3",          "--frames",
+                 "2:9",          "-w",        "--progress", "json",         "-q",
+                 "-vv",          "--format",  "json",       "--verify"},
+                o) == -1);
+    CHECK(o.input == "m.gsc");
+    CHECK(o.cameras == "c.json");
+    CHECK(o.tier == Tier::Exact);
+    CHECK(o.eyes == 2);
+    CHECK(o.ipd == 0.06);
+    CHECK(o.width == 640);
+    CHECK(o.height == 480);
+    CHECK(o.fov_x == doctest::Approx(std::numbers::pi / 2));
+    CHECK(o.out == "{frame}_{eye}.pfm");
+    CHECK(o.depth == PixelDepth::Sixteen);
+    CHECK(o.stats == "s.jsonl");
+    CHECK(o.backend == "cpu");
+    CHECK(o.threads == 3);
+    CHECK(o.appearance == 5);
+    REQUIRE(o.background.has_value());
+    CHECK((*o.background)[1] == 0.5f);
+    CHECK(o.near_z == 0.3);
+    CHECK(o.frame_first == 2);
+    CHECK(o.frame_end == 9);
+    CHECK(o.overwrite);
+    CHECK(o.progress == ProgressStyle::Json);
+    CHECK(o.quiet);
+    CHECK(o.verbose == 2);
+    CHECK(o.format == ReportFormat::Json);
+    CHECK(o.verify);
+}
+
+TEST_CASE("defaults")
+{
+    PlayOptions o;
+    CHECK(parse({"m.gsc"}, o) == -1);
+    CHECK(o.cameras == "stored");
+    CHECK(o.tier == Tier::Fast);
+    CHECK(o.eyes == 1);
+    CHECK_FALSE(o.background.has_value());
+    CHECK(o.appearance == -1);
+}
+
+TEST_CASE("wrong command lines exit with 1")
+{
+    CHECK(parse({}) == 1);
+    CHECK(parse({"m.gsc", "--nonsense"}) == 1);
+    CHECK(parse({"m.gsc", "other.gsc"}) == 1);
+    CHECK(parse({"m.gsc", "--tier", "best"}) == 1);
+    CHECK(parse({"m.gsc", "--eyes", "3", "--ipd", "1"}) == 1);
+    CHECK(parse({"m.gsc", "--eyes", "2"}) == 1); // needs --ipd
+    CHECK(parse({"m.gsc", "--eyes", "2", "--ipd", "nan"}) == 1);
+    CHECK(parse({"m.gsc", "--depth", "12"}) == 1);
+    CHECK(parse({"m.gsc", "--fov", "180"}) == 1);
+    CHECK(parse({"m.gsc", "--fov", "-3"}) == 1);
+    CHECK(parse({"m.gsc", "--near", "-1"}) == 1);
+    CHECK(parse({"m.gsc", "--background", "red"}) == 1);
+    CHECK(parse({"m.gsc", "--background", "1,2"}) == 1);
+    CHECK(parse({"m.gsc", "--background", "1,2,3,4"}) == 1);
+    CHECK(parse({"m.gsc", "--background", "nan,0,0"}) == 1);
+    CHECK(parse({"m.gsc", "--appearance", "-1"}) == 1);
+    CHECK(parse({"m.gsc", "--threads", "-1"}) == 1);
+    CHECK(parse({"m.gsc", "--progress", "loud"}) == 1);
+    for (const char* size : {"640", "640x", "x480", "0x480", "640x480x3", "-1x5", "99999x5", "6 4x4", "1e3x10"})
+        CHECK(parse({"m.gsc", "--size", size}) == 1);
+    for (const char* frames : {"5:5", "7:2", "a:b", ":-1", "1:2:3", "1.5"})
+        CHECK(parse({"m.gsc", "--frames", frames}) == 1);
+    CHECK(parse({"m.gsc", "--out", "x.jpeg"}) == 5); // no such writer
+}
+
+TEST_CASE("ranges")
+{
+    uint64_t first = 0, end = 0;
+    parseFrameRange("7", first, end);
+    CHECK(first == 7);
+    CHECK(end == 8);
+    parseFrameRange(":3", first, end);
+    CHECK(first == 0);
+    CHECK(end == 3);
+    parseFrameRange("4:", first, end);
+    CHECK(first == 4);
+    CHECK(end == std::numeric_limits<uint64_t>::max());
+}
+
+TEST_CASE("help and version exit with 0")
+{
+    CHECK(parse({"--help"}) == 0);
+    CHECK(parse({"--version"}) == 0);
+}

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: Apache-2.0
+find_package(nlohmann_json 3.11 REQUIRED)
+
+gsc_add_test(test_camera_file SOURCES player/test_camera_file.cpp LIBS gsc_cameras nlohmann_json::nlohmann_json)
+gsc_add_test(test_image_io SOURCES player/test_image_io.cpp LIBS gsc_image)
+if(TARGET gsc_player)
+  gsc_add_test(test_out_pattern SOURCES player/test_out_pattern.cpp LIBS gsc_player)
+  gsc_add_test(test_play_options SOURCES player/test_play_options.cpp LIBS gsc_player)
+
+  add_executable(write_tiny_gsc player/write_tiny_gsc.cpp)
+  target_link_libraries(write_tiny_gsc PRIVATE gsc_test_tiny gsc_build_flags)
+  # the distribution's Python has jsonschema and numpy, where another one stands before it in PATH
+  find_program(GSC_SYSTEM_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH DOC "a Python with jsonschema and numpy")
+  if(NOT GSC_SYSTEM_PYTHON)
+    set(GSC_SYSTEM_PYTHON ${Python3_EXECUTABLE})
+  endif()
+  add_test(NAME test_play_cli
+           COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/test_play_cli.py ${PROJECT_SOURCE_DIR}
+                   $<TARGET_FILE:gsc-play> $<TARGET_FILE:write_tiny_gsc>)
+  add_test(NAME test_layers COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/package/check_package.py
+                                    ${PROJECT_SOURCE_DIR} ${CMAKE_COMMAND} layers)
+  set_tests_properties(test_play_cli test_layers PROPERTIES LABELS cpu TIMEOUT 120)
+  add_test(NAME test_package
+           COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/package/check_package.py ${PROJECT_SOURCE_DIR}
+                   ${CMAKE_COMMAND} lean $<TARGET_FILE:write_tiny_gsc>)
+  set_tests_properties(test_package PROPERTIES LABELS "cpu;slow" TIMEOUT 600)
+endif()
+
+# against the trainers' own renders and dumps
+if(TARGET gsc_bake AND GSC_BUILD_PLAYER)
+  gsc_add_test(
+    test_golden
+    SOURCES player/test_golden.cpp
+    LIBS gsc_bake gsc_image gsc_metrics gsc_runtime nlohmann_json::nlohmann_json
+    LABELS cpu slow
+    TIMEOUT 600)
+
+  add_executable(dump_intermediates player/dump_intermediates.cpp)
+  target_link_libraries(dump_intermediates PRIVATE gsc_bake gsc_cameras gsc_runtime gsc_kernels
+                                                   nlohmann_json::nlohmann_json gsc_build_flags)
+  execute_process(COMMAND ${GSC_SYSTEM_PYTHON} -c "import numpy" RESULT_VARIABLE gsc_no_numpy OUTPUT_QUIET ERROR_QUIET)
+  if(gsc_no_numpy)
+    message(STATUS "no numpy: test_intermediates is left out")
+  else()
+    add_test(NAME test_intermediates
+             COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/check_intermediates.py
+                     $<TARGET_FILE:dump_intermediates> ${PROJECT_SOURCE_DIR}/../shared/checkpoints)
+    set_tests_properties(test_intermediates PROPERTIES LABELS "cpu;slow" TIMEOUT 300)
+  endif()
+endif()
