@@ -1,0 +1,351 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/bake/bake.h"
+
+#include "convert/bake/anchor_record.h"
+#include "convert/bake/bake_from.h"
+#include "convert/bake/chunk_build.h"
+#include "convert/bake/distribute.h"
+#include "convert/bake/mlp_pack.h"
+#include "convert/bake/model_sections.h"
+#include "convert/bake/partition.h"
+#include "convert/bake/source_hash.h"
+#include "convert/bake/spatial_index.h"
+#include "format/checksum.h"
+#include "format/error.h"
+#include "format/gsc_writer.h"
+#include "format/interrupt.h"
+
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <future>
+#include <new>
+#include <optional>
+#include <thread>
+
+namespace gsc {
+
+namespace {
+
+template <typename T>
+std::span<const std::byte> bytesOf(const std::vector<T>& records)
+{
+    return std::as_bytes(std::span(records));
+}
+
+// One conversion; the members are its state from stage to stage, in the order they come into being.
+class Baker {
+public:
+    Baker(const Checkpoint& checkpoint, AnchorSource& source, const BakeOptions& options, const BakeProgress& progress)
+        : m_checkpoint(checkpoint), m_source(source), m_options(options), m_progress(progress),
+          m_budget(options.memory_budget ? options.memory_budget : uint64_t(1) << 30)
+    {
+    }
+
+    BakeReport run()
+    {
+        const std::string effective = effectiveOptions(m_options);
+        m_options_hash = checksum64(std::as_bytes(std::span(effective)));
+        const char* name = m_checkpoint.model_path.c_str();
+        checkMlps(m_checkpoint.mlps, m_checkpoint.feat_dim, m_checkpoint.n_offsets, m_checkpoint.appearance_dim, name);
+        m_rows = keptEmbeddingRows(m_checkpoint, m_options.appearance);
+        if (m_checkpoint.anchor_count == 0 || m_checkpoint.anchor_count >= UINT32_MAX)
+            throw Error(ErrorCode::InvalidFile,
+                        formatString("%s: has %llu anchors, expected 1..%u", name,
+                                     (unsigned long long)m_checkpoint.anchor_count, UINT32_MAX - 1));
+        // before any work: the output must be writable
+        GscWriter writer(m_options.output, m_options.overwrite);
+
+        // the second reader of the file keeps close behind the first, so it reads what is still in memory
+        std::future<SourceHash> hash = std::async(m_options.threads == 1 ? std::launch::deferred : std::launch::async,
+                                                  [this] { return hashSources(m_checkpoint); });
+        stage("scan", [&] { scan(); });
+        stage("hash", [&] { m_hash = hash.get(); });
+        stage("grid", [&] { partition(); });
+        planChunks();
+        stage("distribute", [&] { distribute(writer); });
+        stage("chunks", [&] { buildChunks(writer); });
+        stage("index", [&] { buildIndex(); });
+        stage("write", [&] { writeSections(writer); });
+        m_report.input_bytes = m_hash.bytes;
+        return std::move(m_report);
+    }
+
+private:
+    template <typename Work>
+    void stage(const char* name, Work&& work)
+    {
+        throwIfInterrupted();
+        m_stage = name;
+        const auto start = std::chrono::steady_clock::now();
+        work();
+        m_report.stages.push_back(
+            {name, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()});
+    }
+
+    // note: stages run on several threads, callers of bake() are promised calls from one
+    void tell(uint64_t done, uint64_t total) const
+    {
+        if (m_progress && std::this_thread::get_id() == m_thread)
+            m_progress(m_stage, done, total);
+    }
+
+    void scan()
+    {
+        ScanOptions options;
+        options.feat_dim = m_checkpoint.feat_dim;
+        options.n_offsets = m_checkpoint.n_offsets;
+        options.expected_rows = m_checkpoint.anchor_count;
+        options.drop_invalid = m_options.drop_invalid;
+        options.placement_bytes = m_budget / 2;
+        options.name = m_checkpoint.ply_path;
+        m_scan = scanAnchors(m_source, options, [&](uint64_t done) { tell(done, m_checkpoint.anchor_count); });
+        m_report.warnings = m_scan.warnings;
+    }
+
+    void partition()
+    {
+        PartitionOptions options;
+        options.hints.voxel_size = m_checkpoint.voxel_size;
+        options.hints.fork = m_checkpoint.fork;
+        options.hints.may_have_origin = m_checkpoint.flags & kModelHasLevels;
+        options.chunk_anchors = std::max<uint64_t>(1, m_options.chunk_anchors);
+        options.name = m_checkpoint.ply_path;
+        m_partition = planPartition(m_source, m_scan, options, [&](uint64_t done) { tell(done, m_scan.kept); });
+        m_scan.placements = {};
+        m_report.warnings.insert(m_report.warnings.end(), m_partition.warnings.begin(), m_partition.warnings.end());
+        m_report.exact_grid = m_partition.encoding == PositionEncoding::Grid;
+    }
+
+    void planChunks()
+    {
+        m_params = modelParams(m_checkpoint);
+        m_params.flags |= m_scan.varying;
+        std::copy_n(m_scan.rotation, 4, m_params.constant_rotation);
+        if (m_scan.varying & kModelHasRotation) {
+            const float identity[4] = {1, 0, 0, 0};
+            std::copy_n(identity, 4, m_params.constant_rotation);
+        }
+        m_params.constant_opacity = m_scan.varying & kModelHasOpacity ? 0 : m_scan.opacity;
+        m_params.position_encoding = uint32_t(m_partition.encoding);
+        m_params.voxel_size = m_partition.grid.voxel_size;
+        m_params.grid_origin = m_partition.grid.origin;
+        m_params.level_count = uint32_t(m_partition.levels.size());
+        m_params.level_min = m_partition.levels.front().level;
+        m_params.appearance_rows = uint32_t(m_rows.size());
+
+        uint64_t offset = 0, anchors = 0, groups = 0;
+        for (const ChunkPlan& plan : m_partition.chunks) {
+            ChunkRecord chunk{};
+            chunk.payload_offset = offset;
+            chunk.payload_bytes = chunkArrayLayout(m_params, plan.anchor_count).bytes;
+            chunk.level_index = plan.level_index;
+            chunk.anchor_count = plan.anchor_count;
+            chunk.anchor_first = uint32_t(anchors);
+            chunk.group_first = uint32_t(groups);
+            chunk.group_count = (plan.anchor_count + kGroupSize - 1) / kGroupSize;
+            std::copy_n(plan.origin, 3, chunk.origin);
+            m_chunks.push_back(chunk);
+            offset = alignUp(offset + chunk.payload_bytes, kPayloadAlign);
+            anchors += chunk.anchor_count;
+            groups += chunk.group_count;
+            m_params.max_chunk_anchors = std::max(m_params.max_chunk_anchors, chunk.anchor_count);
+            m_params.max_chunk_bytes = std::max(m_params.max_chunk_bytes, chunk.payload_bytes);
+        }
+        m_anchors_bytes = m_chunks.back().payload_offset + m_chunks.back().payload_bytes;
+        m_params.chunk_count = m_chunks.size();
+        m_params.group_count = groups;
+    }
+
+    void distribute(GscWriter& writer)
+    {
+        writer.reserveAnchors(m_anchors_bytes);
+        distributeAnchors(m_source, m_scan, m_partition, m_params, m_chunks, m_budget / 2, writer,
+                          [&](uint64_t done) { tell(done, m_scan.rows); });
+    }
+
+    void buildChunks(GscWriter& writer)
+    {
+        m_groups.resize(m_params.group_count);
+        m_index.resize(m_scan.kept);
+        m_chunk_leaves.resize(m_chunks.size());
+        const uint32_t record_bytes = anchorRecordLayout(m_params).bytes;
+        std::atomic<uint64_t> done{0};
+        tbb::parallel_for(
+            tbb::blocked_range<size_t>(0, m_chunks.size(), 1),
+            [&](const tbb::blocked_range<size_t>& range) {
+                for (size_t c = range.begin(); c != range.end(); ++c) {
+                    throwIfInterrupted();
+                    ChunkRecord& chunk = m_chunks[c];
+                    std::vector<std::byte> records(size_t(chunk.anchor_count) * record_bytes);
+                    std::vector<std::byte> payload(chunk.payload_bytes);
+                    writer.readAnchors(chunk.payload_offset, records);
+                    buildChunk(m_params, m_partition.levels[chunk.level_index], uint32_t(c), records, chunk, payload,
+                               std::span(m_groups).subspan(chunk.group_first, chunk.group_count), m_chunk_leaves[c],
+                               m_index);
+                    writer.writeAnchors(chunk.payload_offset, payload);
+                    tell(done += chunk.anchor_count, m_scan.kept);
+                }
+            },
+            tbb::simple_partitioner());
+    }
+
+    // LEVL, LEAF and NVDB.
+    void buildIndex()
+    {
+        uint64_t leaf_count = 0;
+        for (size_t c = 0; c < m_chunks.size(); ++c) {
+            m_chunks[c].leaf_first = uint32_t(leaf_count);
+            leaf_count += m_chunks[c].leaf_count;
+        }
+        m_params.leaf_count = leaf_count;
+        m_leaves.reserve(leaf_count);
+        uint64_t anchors = 0, groups = 0;
+        for (uint32_t i = 0; i < m_partition.levels.size(); ++i) {
+            throwIfInterrupted();
+            const LevelPlan& plan = m_partition.levels[i];
+            const LevelScan& scan = m_scan.levels.at(plan.level);
+            LevelRecord level{};
+            level.level = plan.level;
+            level.cell_log2 = plan.cell_log2;
+            level.quantum = plan.quantum;
+            level.origin = plan.origin;
+            level.anchor_first = anchors;
+            level.anchor_count = plan.anchor_count;
+            level.chunk_first = plan.chunk_first;
+            level.chunk_count = plan.keys.size();
+            level.group_first = groups;
+            level.leaf_first = m_leaves.size();
+            std::copy_n(scan.bounds_min, 3, level.bounds_min);
+            std::copy_n(scan.bounds_max, 3, level.bounds_max);
+            std::vector<LeafBuild> leaves;
+            for (uint64_t c = level.chunk_first; c < level.chunk_first + level.chunk_count; ++c) {
+                leaves.insert(leaves.end(), m_chunk_leaves[c].begin(), m_chunk_leaves[c].end());
+                m_chunk_leaves[c] = {};
+                level.group_count += m_chunks[c].group_count;
+            }
+            level.leaf_count = leaves.size();
+            level.nanovdb_offset = m_nanovdb.size();
+            const std::vector<std::byte> grid = buildNanoVdb(plan, m_partition.encoding, leaves);
+            level.nanovdb_bytes = grid.size();
+            m_nanovdb.insert(m_nanovdb.end(), grid.begin(), grid.end());
+            for (const LeafBuild& leaf : leaves)
+                m_leaves.push_back(leaf.record);
+            anchors += level.anchor_count;
+            groups += level.group_count;
+            m_levels.push_back(level);
+            for (int axis = 0; axis < 3; ++axis) {
+                float &low = m_params.bounds_min[axis], &high = m_params.bounds_max[axis];
+                low = i == 0 ? level.bounds_min[axis] : std::min(low, level.bounds_min[axis]);
+                high = i == 0 ? level.bounds_max[axis] : std::max(high, level.bounds_max[axis]);
+            }
+            tell(i + 1, m_partition.levels.size());
+        }
+    }
+
+    void writeSections(GscWriter& writer)
+    {
+        ManifestFacts facts{};
+        facts.checkpoint = &m_checkpoint;
+        facts.options = &m_options;
+        facts.params = &m_params;
+        facts.source_rows = m_scan.rows;
+        facts.dropped = m_scan.dropped.size();
+        facts.source_hash = m_hash.hash;
+        facts.config_hash = m_options_hash;
+        facts.embedding_rows = m_rows;
+        facts.cameras = m_checkpoint.cameras.size();
+        const std::string manifest = manifestText(facts);
+
+        writer.addSection(kSectionMeta, std::as_bytes(std::span(manifest)), 0);
+        writer.addSection(kSectionParams, std::as_bytes(std::span(&m_params, 1)), 1);
+        writer.addSection(kSectionLevels, bytesOf(m_levels), m_levels.size());
+        writer.addSection(kSectionChunks, bytesOf(m_chunks), m_chunks.size());
+        writer.addSection(kSectionGroups, bytesOf(m_groups), m_groups.size());
+        writer.addSection(kSectionLeaves, bytesOf(m_leaves), m_leaves.size());
+        writer.addSection(kSectionNanoVdb, m_nanovdb, m_levels.size());
+        writer.addSection(kSectionIndex, bytesOf(m_index), m_index.size());
+        writer.addSection(kSectionWeights, canonicalMlps(m_checkpoint.mlps), m_checkpoint.mlps.size());
+        writer.addSection(kSectionPacked,
+                          packMlps(m_checkpoint.mlps, m_checkpoint.feat_dim, m_checkpoint.appearance_dim), 1);
+        if (!m_rows.empty())
+            writer.addSection(kSectionEmbedding, embeddingSection(m_checkpoint, m_rows), m_rows.size());
+        if (!m_checkpoint.cameras.empty())
+            writer.addSection(kSectionCameras, cameraSection(m_checkpoint), m_checkpoint.cameras.size());
+
+        FileHeader header{};
+        header.anchor_count = m_scan.kept;
+        header.source_hash = m_hash.hash;
+        header.config_hash = m_options_hash;
+        header.profile = uint8_t(Profile::Runtime);
+        std::vector<uint64_t> checksums;
+        for (const ChunkRecord& chunk : m_chunks)
+            checksums.push_back(chunk.checksum);
+        throwIfInterrupted(); // the last chance: finish() gives the file its name
+        m_report.output_bytes = writer.finish(header, checksum64(bytesOf(checksums)));
+        m_report.anchors = m_scan.kept;
+        m_report.dropped = m_scan.dropped.size();
+        m_report.levels = m_levels.size();
+        m_report.chunks = m_chunks.size();
+        m_report.groups = m_groups.size();
+        m_report.leaves = m_leaves.size();
+    }
+
+    const Checkpoint& m_checkpoint;
+    AnchorSource& m_source;
+    const BakeOptions& m_options;
+    const BakeProgress& m_progress;
+    const uint64_t m_budget;
+    const std::thread::id m_thread = std::this_thread::get_id();
+    const char* m_stage = "";
+    BakeReport m_report;
+
+    uint64_t m_options_hash = 0;
+    std::vector<uint32_t> m_rows; // of the embedding
+    ScanResult m_scan;
+    SourceHash m_hash;
+    Partition m_partition;
+    ModelParams m_params{};
+    uint64_t m_anchors_bytes = 0;
+    std::vector<ChunkRecord> m_chunks;
+    std::vector<std::vector<LeafBuild>> m_chunk_leaves;
+    std::vector<GroupRecord> m_groups;
+    std::vector<uint32_t> m_index;
+    std::vector<LevelRecord> m_levels;
+    std::vector<LeafRecord> m_leaves;
+    std::vector<std::byte> m_nanovdb;
+};
+
+} // namespace
+
+BakeReport bakeFrom(const Checkpoint& checkpoint, AnchorSource& source, const BakeOptions& options,
+                    const BakeProgress& progress)
+{
+    try {
+        BakeReport report;
+        // the arena gives the caller a place among the threads; OpenVDB's own loops run inside it too
+        std::optional<tbb::global_control> limit;
+        if (options.threads > 0)
+            limit.emplace(tbb::global_control::max_allowed_parallelism, size_t(options.threads));
+        tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+        arena.execute([&] { report = Baker(checkpoint, source, options, progress).run(); });
+        return report;
+    } catch (const std::bad_alloc&) {
+        throw Error(ErrorCode::OutOfMemory,
+                    formatString("%s: not enough memory to convert it; try a smaller --memory-budget or "
+                                 "--chunk-anchors",
+                                 checkpoint.model_path.c_str()));
+    }
+}
+
+BakeReport bake(const Checkpoint& checkpoint, const BakeOptions& options, const BakeProgress& progress)
+{
+    const std::unique_ptr<AnchorSource> source = openAnchors(checkpoint);
+    return bakeFrom(checkpoint, *source, options, progress);
+}
+
+} // namespace gsc

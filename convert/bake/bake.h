@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Checkpoint -> .gsc: spatial index, order, chunks, packed weights, manifest. Streaming: the source is read three
+// times in order, memory grows with the number of cells and not with the bytes of the file.
+#pragma once
+
+#include "convert/input/checkpoint.h"
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+struct BakeOptions {
+    std::string output;
+    bool overwrite = false;
+    int threads = 0;                // 0 = all cores; the bytes written do not depend on it
+    int appearance = -1;            // row of the embedding to keep, -1 = all
+    uint64_t chunk_anchors = 16384; // the smallest cell whose chunks hold this many anchors on average is taken
+    bool drop_invalid = false;      // leave out anchors upstream never shows (NaN) or that would paint the image (inf)
+    uint64_t memory_budget = 0;     // bytes for buffers, 0 = 1 GiB
+};
+
+struct BakeStage {
+    std::string name;
+    double seconds;
+};
+
+struct BakeReport {
+    uint64_t anchors = 0, dropped = 0, input_bytes = 0, output_bytes = 0;
+    uint64_t levels = 0, chunks = 0, groups = 0, leaves = 0;
+    bool exact_grid = false; // positions stored as integers, every one bit-exact
+    std::vector<BakeStage> stages;
+    std::vector<std::string> warnings;
+};
+
+// Called from one thread, often; `done` of `total` in units of the stage.
+using BakeProgress = std::function<void(const char* stage, uint64_t done, uint64_t total)>;
+
+// Throws Error (Io, InvalidFile, OutOfMemory, Interrupted); then no output file and no temporary file is left.
+BakeReport bake(const Checkpoint& checkpoint, const BakeOptions& options, const BakeProgress& progress);
+
+} // namespace gsc

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads an AnchorSource from its start to its end, the next batch being read while the last one is worked on.
+#pragma once
+
+#include "convert/input/checkpoint.h"
+
+#include <cstdint>
+#include <functional>
+#include <span>
+
+namespace gsc {
+
+// Calls `work` with every batch, in order, one at a time (not always from the calling thread). `rows` = anchors per
+// batch. What either side throws is rethrown here. Asks throwIfInterrupted() per batch.
+void forEachBatch(AnchorSource& source, uint32_t fields, size_t rows,
+                  const std::function<void(const AnchorBatch&)>& work);
+
+// Walks the rows that were dropped in the scan: isDropped() must be called with ascending rows.
+class DroppedRows {
+public:
+    explicit DroppedRows(std::span<const uint64_t> rows) : m_rows(rows) {}
+
+    bool isDropped(uint64_t row)
+    {
+        if (m_next == m_rows.size() || m_rows[m_next] != row)
+            return false;
+        ++m_next;
+        return true;
+    }
+    [[nodiscard]] uint64_t before() const { return m_next; } // dropped rows met so far
+
+private:
+    std::span<const uint64_t> m_rows;
+    size_t m_next = 0;
+};
+
+} // namespace gsc

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/bake/model_sections.h"
+
+#include "convert/bake/mlp_pack.h"
+#include "format/error.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cstring>
+#include <numeric>
+#include <string_view>
+
+namespace gsc {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const char* const kFamilies[] = {"scaffold-gs", "scaffold-gs-v1", "octree-gs", "octree-anygs"};
+const char* const kLevelRules[] = {"none", "floor", "round", "ceil", "progressive"};
+const char* const kRasterRules[] = {"diff-gaussian", "gsplat"};
+const char* const kMlpNames[] = {"opacity", "covariance", "color", "feature_bank"};
+const char* const kActivations[] = {"none", "tanh", "sigmoid", "softmax"};
+
+std::string fileName(const std::string& path)
+{
+    return path.substr(path.find_last_of('/') + 1);
+}
+
+std::string hex(uint64_t value)
+{
+    return formatString("%016llx", (unsigned long long)value);
+}
+
+Json optionsJson(const BakeOptions& options)
+{
+    return {{"appearance", options.appearance < 0 ? Json("all") : Json(options.appearance)},
+            {"chunk_anchors", options.chunk_anchors},
+            {"drop_invalid", options.drop_invalid}};
+}
+
+Json mlpJson(const Mlp& mlp)
+{
+    Json inputs = Json::array();
+    if (mlp.inputs & kMlpTakesFeature)
+        inputs.push_back("feature");
+    inputs.push_back("direction");
+    if (mlp.inputs & kMlpTakesDistance)
+        inputs.push_back("distance");
+    if (mlp.inputs & kMlpTakesLevel)
+        inputs.push_back("level");
+    if (mlp.inputs & kMlpTakesAppearance)
+        inputs.push_back("appearance");
+    return {{"kind", kMlpNames[uint32_t(mlp.kind)]},
+            {"inputs", inputs},
+            {"in", mlp.layers[0].in},
+            {"hidden", mlp.layers[0].out},
+            {"out", mlp.layers[1].out},
+            {"activation", kActivations[uint32_t(mlp.activation)]}};
+}
+
+Json modelJson(const ManifestFacts& facts)
+{
+    const ModelParams& p = *facts.params;
+    Json mlps = Json::array();
+    for (const Mlp& mlp : facts.checkpoint->mlps)
+        mlps.push_back(mlpJson(mlp));
+    return {{"anchors", facts.source_rows - facts.dropped},
+            {"feat_dim", p.feat_dim},
+            {"n_offsets", p.n_offsets},
+            {"appearance_dim", p.appearance_dim},
+            {"appearance_rows", facts.embedding_rows.size()},
+            {"has_levels", bool(p.flags & kModelHasLevels)},
+            {"level_rule", kLevelRules[p.level_rule]},
+            {"levels", p.level_count},
+            {"level_min", p.level_min},
+            {"level_clamp", p.level_clamp},
+            {"fork", p.fork},
+            {"standard_dist", p.standard_dist},
+            {"voxel_size", p.voxel_size},
+            {"grid_origin", p.grid_origin},
+            {"feature_bank", bool(p.flags & kModelFeatureBank)},
+            {"white_background", bool(p.flags & kModelWhiteBackground)},
+            {"raster_rules", kRasterRules[p.raster_rules]},
+            {"near_z", p.near_z},
+            {"cameras", facts.cameras},
+            {"mlps", mlps}};
+}
+
+Json encodingJson(const ModelParams& p)
+{
+    const auto optional = [&](uint32_t flag) { return p.flags & flag ? "float32" : "constant"; };
+    return {{"position", p.position_encoding == uint32_t(PositionEncoding::Grid) ? "grid16" : "float32"},
+            {"extra_level", p.flags & kModelHasLevels ? "float32" : "absent"},
+            {"scale", "float32"},
+            {"offset", "float32"},
+            {"feature", "float32"},
+            {"rotation", optional(kModelHasRotation)},
+            {"opacity", optional(kModelHasOpacity)},
+            {"normal", p.flags & kModelHasNormal ? "float32" : "zero"},
+            {"order", "level, leaf morton, cell morton, source index"},
+            {"index", "nanovdb 32 mask grid per level"},
+            {"mlp", "float32 canonical, float32 and float16 packed"}};
+}
+
+} // namespace
+
+std::vector<uint32_t> keptEmbeddingRows(const Checkpoint& checkpoint, int appearance)
+{
+    const uint32_t rows =
+        checkpoint.appearance_dim ? uint32_t(checkpoint.embedding.size() / checkpoint.appearance_dim) : 0;
+    if (appearance >= 0 && uint32_t(appearance) >= rows)
+        throw Error(ErrorCode::Usage,
+                    rows ? formatString("%s: appearance %d is out of range, expected 0..%u",
+                                        checkpoint.model_path.c_str(), appearance, rows - 1)
+                         : formatString("%s: appearance %d asked for, but the model has no appearance embedding; leave "
+                                        "the option out",
+                                        checkpoint.model_path.c_str(), appearance));
+    if (appearance >= 0)
+        return {uint32_t(appearance)};
+    std::vector<uint32_t> all(rows);
+    std::iota(all.begin(), all.end(), 0u);
+    return all;
+}
+
+std::vector<std::byte> embeddingSection(const Checkpoint& checkpoint, const std::vector<uint32_t>& rows)
+{
+    const size_t row_bytes = checkpoint.appearance_dim * sizeof(float);
+    const size_t start = alignUp(rows.size() * sizeof(uint32_t), kArrayAlign);
+    std::vector<std::byte> bytes(start + rows.size() * row_bytes);
+    for (size_t i = 0; i < rows.size(); ++i) {
+        std::memcpy(bytes.data() + i * sizeof(uint32_t), &rows[i], sizeof(uint32_t));
+        std::memcpy(bytes.data() + start + i * row_bytes, &checkpoint.embedding[rows[i] * checkpoint.appearance_dim],
+                    row_bytes);
+    }
+    return bytes;
+}
+
+std::vector<std::byte> cameraSection(const Checkpoint& checkpoint)
+{
+    std::vector<std::byte> bytes(checkpoint.cameras.size() * sizeof(CameraRecord));
+    std::string names;
+    for (size_t i = 0; i < checkpoint.cameras.size(); ++i) {
+        const SourceCamera& camera = checkpoint.cameras[i];
+        CameraRecord record{};
+        std::memcpy(record.position, camera.position, sizeof(record.position));
+        std::memcpy(record.rotation, camera.rotation, sizeof(record.rotation));
+        record.fx = camera.fx;
+        record.fy = camera.fy;
+        record.width = camera.width;
+        record.height = camera.height;
+        record.id = camera.id;
+        record.appearance = camera.appearance;
+        record.name_offset = uint32_t(names.size());
+        record.name_bytes = uint32_t(camera.name.size());
+        record.is_test = camera.is_test ? 1 : 0;
+        names += camera.name;
+        std::memcpy(bytes.data() + i * sizeof(CameraRecord), &record, sizeof(record));
+    }
+    const auto* text = reinterpret_cast<const std::byte*>(names.data());
+    bytes.insert(bytes.end(), text, text + names.size());
+    return bytes;
+}
+
+ModelParams modelParams(const Checkpoint& checkpoint)
+{
+    ModelParams p{};
+    p.family = uint32_t(checkpoint.family);
+    p.flags = checkpoint.flags;
+    p.feat_dim = checkpoint.feat_dim;
+    p.n_offsets = checkpoint.n_offsets;
+    p.appearance_dim = checkpoint.appearance_dim;
+    p.level_rule = uint32_t(checkpoint.level_rule);
+    p.fork = checkpoint.fork;
+    p.level_clamp = checkpoint.level_clamp;
+    p.standard_dist = checkpoint.standard_dist;
+    p.raster_rules = uint32_t(checkpoint.raster_rules);
+    p.near_z = checkpoint.raster_rules == RasterRules::Gsplat ? 0.01f : 0.2f;
+    p.mlp_count = uint32_t(checkpoint.mlps.size());
+    p.chunk_payload_version = 1;
+    p.lod_scale = 1;
+    return p;
+}
+
+std::string effectiveOptions(const BakeOptions& options)
+{
+    return optionsJson(options).dump();
+}
+
+std::string manifestText(const ManifestFacts& facts)
+{
+    const Checkpoint& checkpoint = *facts.checkpoint;
+    Json weights = Json::array();
+    for (const std::string& path : checkpoint.weight_paths)
+        weights.push_back(fileName(path));
+    const Json manifest = {
+        {"format", "gsc-manifest"},
+        {"version", 1},
+        {"generator", {{"name", "gsc"}, {"version", GSC_VERSION}}},
+        {"source",
+         {{"family", kFamilies[uint32_t(checkpoint.family)]},
+          {"container", checkpoint.container},
+          {"iteration", checkpoint.iteration < 0 ? Json(nullptr) : Json(checkpoint.iteration)},
+          {"ply", fileName(checkpoint.ply_path)},
+          {"weights", weights},
+          {"anchors", facts.source_rows},
+          {"dropped", facts.dropped},
+          {"hash", hex(facts.source_hash)}}},
+        {"model", modelJson(facts)},
+        {"encoding", encodingJson(*facts.params)},
+        {"options", optionsJson(*facts.options)},
+        {"options_hash", hex(facts.config_hash)},
+        {"loss",
+         {{"max_abs", {{"position", 0}, {"scale", 0}, {"offset", 0}, {"feature", 0}, {"mlp", 0}}},
+          {"verified", "every position was reproduced bit for bit while baking; the other values are copied"}}}};
+    // text from file names may be anything
+    return manifest.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+} // namespace gsc

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// First pass over a checkpoint: which anchors are usable, what is constant, which levels there are.
+#pragma once
+
+#include "convert/bake/grid_fit.h"
+#include "convert/input/checkpoint.h"
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+struct Placement {
+    float position[3];
+    int32_t level;
+};
+
+struct LevelScan {
+    uint64_t count = 0;
+    float bounds_min[3] = {}, bounds_max[3] = {};
+};
+
+struct ScanResult {
+    uint64_t rows = 0; // of the source
+    uint64_t kept = 0;
+    std::vector<uint64_t> dropped;       // rows, ascending
+    std::vector<std::string> warnings;   // what was dropped and why
+    std::map<int32_t, LevelScan> levels; // of the anchors kept
+    std::vector<GridSample> samples;     // coordinates spread over the file, bounded
+    std::vector<Placement> placements;   // of the anchors kept; empty if they would not fit the budget
+    uint32_t varying = 0;                // kModelHasRotation, kModelHasOpacity, kModelHasNormal
+    float rotation[4] = {1, 0, 0, 0};    // of the first anchor kept
+    float opacity = 0;
+};
+
+struct ScanOptions {
+    uint32_t feat_dim = 0, n_offsets = 0;
+    uint64_t expected_rows = 0;
+    bool drop_invalid = false;
+    uint64_t placement_bytes = 0; // memory for ScanResult::placements
+    std::string name;             // for messages
+};
+
+// Throws Error(InvalidFile) for anchors that cannot be shown (unless they are dropped), for none left and for a
+// row count other than the expected one.
+ScanResult scanAnchors(AnchorSource& source, const ScanOptions& options, const std::function<void(uint64_t)>& progress);
+
+// The placements of the anchors kept, in order: from memory, or by reading the source again.
+void forEachPlacement(AnchorSource& source, const ScanResult& scan,
+                      const std::function<void(std::span<const Placement>)>& work);
+
+} // namespace gsc

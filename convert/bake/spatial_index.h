@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// The occupied cells of a level as a NanoVDB mask grid, built with OpenVDB.
+#pragma once
+
+#include "convert/bake/chunk_build.h"
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+// Returns the grid's bytes, a multiple of 32, the same for the same input; fills in LeafRecord::nanovdb_index.
+// `leaves` = all leaves of the level. World space of the grid is the model's: a voxel's centre is that of its quanta.
+std::vector<std::byte> buildNanoVdb(const LevelPlan& level, PositionEncoding encoding, std::span<LeafBuild> leaves);
+
+} // namespace gsc

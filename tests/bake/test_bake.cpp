@@ -1,0 +1,385 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is in a baked file. bakeModel() also requires every file here to pass the full validator and NanoVDB's reader.
+#include "convert/bake/compare_checkpoint.h"
+#include "format/error.h"
+#include "tests/bake/memory_model.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <random>
+#include <tuple>
+
+using namespace gsc;
+using namespace gsc::test;
+
+namespace {
+
+void checkEqual(const MemoryModel& model, const Baked& baked)
+{
+    MemorySource source(model);
+    const CompareReport report = compareCheckpoint(model.checkpoint, source, baked.view, {});
+    INFO(report.summary());
+    CHECK(report.equal);
+    CHECK(report.anchors == baked.view.index.size());
+}
+
+ModelShape octreeShape(uint64_t anchors)
+{
+    ModelShape shape;
+    shape.anchors = anchors;
+    shape.levels = 3;
+    shape.origin = -5.3f;
+    return shape;
+}
+
+// Position in the order of the file, from the positions alone and with another Morton code than the baker's.
+using SortKey = std::tuple<uint32_t, std::array<uint8_t, 96>, std::array<uint8_t, 96>, uint32_t>;
+
+std::array<uint8_t, 96> bitsFromTheTop(const int32_t c[3])
+{
+    std::array<uint8_t, 96> bits{};
+    for (int bit = 0; bit < 32; ++bit)
+        for (int axis = 0; axis < 3; ++axis)
+            bits[size_t(3 * (31 - bit) + 2 - axis)] = uint8_t((uint32_t(c[axis]) ^ 0x80000000u) >> bit & 1);
+    return bits;
+}
+
+} // namespace
+
+TEST_CASE("models of any size bake, validate and compare equal")
+{
+    for (const uint64_t anchors : {1, 2, 3, 127, 128, 129, 1000, 5000})
+        for (const bool octree : {false, true}) {
+            CAPTURE(anchors);
+            CAPTURE(octree);
+            ModelShape shape = octree ? octreeShape(anchors) : ModelShape{};
+            shape.anchors = anchors;
+            const MemoryModel model = makeModel(shape);
+            for (const uint64_t chunk_anchors : {1, 100, 16384}) {
+                BakeOptions options;
+                options.chunk_anchors = chunk_anchors;
+                const Baked baked = bakeModel(model, options);
+                CHECK(baked.report.exact_grid);
+                CHECK(baked.report.warnings.empty());
+                CHECK(baked.report.anchors == anchors);
+                checkEqual(model, baked);
+            }
+        }
+}
+
+TEST_CASE("every input the trainers know is stored")
+{
+    for (const uint32_t levels : {0, 3}) {
+        ModelShape shape;
+        shape.anchors = 300;
+        shape.levels = levels;
+        shape.feat_dim = 12;
+        shape.n_offsets = 5;
+        shape.appearance_dim = 9;
+        shape.appearance_rows = 4;
+        shape.feature_bank = shape.distance = shape.level_input = true;
+        MemoryModel model = makeModel(shape);
+        for (int i = 0; i < 5; ++i) {
+            SourceCamera camera;
+            camera.name = "IMG_" + std::to_string(i);
+            camera.id = i;
+            camera.width = 640;
+            camera.height = 480;
+            camera.rotation[0] = camera.rotation[4] = camera.rotation[8] = 1;
+            camera.fx = camera.fy = 500.25;
+            camera.appearance = i - 1;
+            camera.is_test = i == 0;
+            model.checkpoint.cameras.push_back(camera);
+        }
+        const Baked baked = bakeModel(model);
+        checkEqual(model, baked);
+        CHECK(baked.view.mlps.size() == 4);
+        CHECK(baked.view.cameras.size() == 5);
+        CHECK(baked.view.embedding_rows.size() == 4);
+    }
+}
+
+TEST_CASE("the bytes do not depend on threads, memory or the output's name")
+{
+    ModelShape shape = octreeShape(20000);
+    shape.spread = 3000;
+    const MemoryModel model = makeModel(shape);
+    BakeOptions options;
+    options.chunk_anchors = 300;
+    options.threads = 1;
+    const Baked first = bakeModel(model, options);
+    CHECK(first.view.chunks.size() > 20);
+    for (const int threads : {2, 4, 0})
+        for (const uint64_t budget : {uint64_t(0), uint64_t(1), uint64_t(200'000)}) {
+            options.threads = threads;
+            options.memory_budget = budget; // 1 byte: placements are read again, records are written one by one
+            CHECK(bakeModel(model, options).bytes() == first.bytes());
+        }
+    checkEqual(model, first);
+}
+
+TEST_CASE("anchors are ordered by level, leaf, cell and source index; INDX leads back")
+{
+    ModelShape shape = octreeShape(6000);
+    shape.spread = 500;
+    MemoryModel model = makeModel(shape);
+    BakeOptions options;
+    options.chunk_anchors = 500;
+    const Baked baked = bakeModel(model, options);
+    const GscView& view = baked.view;
+    std::vector<SortKey> keys;
+    for (const ChunkRecord& chunk : view.chunks)
+        for (uint32_t i = 0; i < chunk.anchor_count; ++i) {
+            GridPosition position;
+            std::memcpy(&position, storedValue(view, chunk, ChunkArray::Position, i), sizeof(position));
+            uint32_t source;
+            std::memcpy(&source, storedValue(view, chunk, ChunkArray::SourceIndex, i), sizeof(source));
+            REQUIRE(view.index[source] == chunk.anchor_first + i);
+            int32_t cell[3], leaf[3];
+            for (int axis = 0; axis < 3; ++axis) {
+                cell[axis] = (chunk.origin[axis] + position.local[axis]) >> view.levels[chunk.level_index].cell_log2;
+                leaf[axis] = cell[axis] >> 3;
+            }
+            keys.emplace_back(chunk.level_index, bitsFromTheTop(leaf), bitsFromTheTop(cell), source);
+        }
+    CHECK(keys.size() == 6000);
+    CHECK(std::is_sorted(keys.begin(), keys.end()));
+}
+
+TEST_CASE("trap 12, trap 28: anchors that share a cell are all kept, in source order")
+{
+    for (const uint32_t levels : {0, 2}) {
+        ModelShape shape;
+        shape.anchors = 2000;
+        shape.levels = levels;
+        shape.spread = 1; // 27 cells
+        const MemoryModel model = makeModel(shape);
+        const Baked baked = bakeModel(model);
+        checkEqual(model, baked);
+        CHECK(baked.report.anchors == 2000);
+    }
+    ModelShape shape;
+    shape.anchors = 1000;
+    shape.spread = 0; // one cell, one leaf, one chunk
+    const MemoryModel model = makeModel(shape);
+    const Baked baked = bakeModel(model);
+    REQUIRE(baked.view.chunks.size() == 1);
+    CHECK(baked.view.leaves.size() == 1);
+    CHECK(baked.view.groups.size() == 8);
+    for (uint32_t i = 0; i < 1000; ++i)
+        REQUIRE(baked.view.index[i] == i);
+    checkEqual(model, baked);
+}
+
+TEST_CASE("bounds contain every gaussian an anchor can emit, and are tight")
+{
+    ModelShape shape = octreeShape(4000);
+    shape.spread = 2000;
+    const MemoryModel model = makeModel(shape);
+    BakeOptions options;
+    options.chunk_anchors = 400;
+    const Baked baked = bakeModel(model, options);
+    const GscView& view = baked.view;
+    for (const GroupRecord& group : view.groups) {
+        const ChunkRecord& chunk = view.chunks[group.chunk];
+        float low[3] = {1e30f, 1e30f, 1e30f}, high[3] = {-1e30f, -1e30f, -1e30f}, sigma = 0;
+        for (uint32_t a = group.anchor_first; a < group.anchor_first + group.anchor_count; ++a) {
+            const uint32_t i = a - chunk.anchor_first;
+            float position[3], scale[6];
+            storedPosition(view, chunk, i, position);
+            std::memcpy(scale, storedValue(view, chunk, ChunkArray::Scale, i), sizeof(scale));
+            for (int s = 3; s < 6; ++s)
+                sigma = std::max(sigma, std::exp(scale[s]));
+            for (uint32_t k = 0; k < view.params->n_offsets; ++k)
+                for (int axis = 0; axis < 3; ++axis) {
+                    float offset;
+                    std::memcpy(&offset, storedValue(view, chunk, ChunkArray::Offset, i) + 4 * (3 * k + uint32_t(axis)),
+                                sizeof(offset));
+                    // an exp that is off by 4 ulps either way must not escape
+                    for (const float factor : {1.0f, 1.0f + 0x1p-21f, 1.0f - 0x1p-21f}) {
+                        const float center = position[axis] + offset * (std::exp(scale[axis]) * factor);
+                        REQUIRE(center >= group.gaussian_min[axis]);
+                        REQUIRE(center <= group.gaussian_max[axis]);
+                        REQUIRE(center >= chunk.gaussian_min[axis]);
+                        REQUIRE(center <= chunk.gaussian_max[axis]);
+                    }
+                    const float center = position[axis] + offset * std::exp(scale[axis]);
+                    low[axis] = std::min(low[axis], center);
+                    high[axis] = std::max(high[axis], center);
+                }
+        }
+        REQUIRE(sigma <= group.gaussian_sigma_max);
+        REQUIRE(sigma >= group.gaussian_sigma_max * 0.99999f);
+        for (int axis = 0; axis < 3; ++axis) {
+            REQUIRE(low[axis] - group.gaussian_min[axis] < 1e-4f);
+            REQUIRE(group.gaussian_max[axis] - high[axis] < 1e-4f);
+        }
+    }
+}
+
+TEST_CASE("trap 15: scales of -inf and anchors at zeros of both signs are stored as they are")
+{
+    ModelShape shape;
+    shape.anchors = 400;
+    MemoryModel model = makeModel(shape);
+    for (size_t i = 0; i < 50; ++i) {
+        for (int axis = 0; axis < 3; ++axis)
+            model.anchors.position[3 * i + size_t(axis)] = (i >> axis & 1) ? -0.0f : 0.0f;
+        for (size_t s = 0; s < 6; ++s)
+            if (i & (1u << (s % 3)))
+                model.anchors.scale[6 * i + s] = -INFINITY;
+    }
+    const Baked baked = bakeModel(model);
+    CHECK(baked.report.exact_grid);
+    checkEqual(model, baked);
+}
+
+TEST_CASE("trap 29: level biases keep their bits")
+{
+    MemoryModel model = makeModel(octreeShape(500));
+    for (size_t i = 0; i < 500; ++i) {
+        float sum = 0; // the trainer's running sum of 0.01, which is not a multiple of 0.01
+        for (size_t k = 0; k < i; ++k)
+            sum += 0.01f;
+        model.anchors.extra_level[i] = sum;
+    }
+    checkEqual(model, bakeModel(model));
+}
+
+TEST_CASE("rotation, opacity and normal are constants where they are constant, else arrays")
+{
+    ModelShape shape;
+    shape.anchors = 300;
+    const Baked constant = bakeModel(makeModel(shape));
+    CHECK((constant.view.params->flags & (kModelHasRotation | kModelHasOpacity | kModelHasNormal)) == 0);
+    CHECK(constant.view.params->constant_rotation[0] == 1);
+    CHECK(constant.view.params->constant_opacity == -2.1972246f);
+
+    MemoryModel model = makeModel(shape);
+    model.anchors.rotation[4 * 299 + 2] = -0.0f; // bits, not values
+    CHECK((bakeModel(model).view.params->flags & kModelHasRotation) != 0);
+    model.anchors.opacity[0] = 0.5f;
+    model.anchors.normal[7] = 1;
+    const Baked varying = bakeModel(model);
+    const uint32_t all = kModelHasRotation | kModelHasOpacity | kModelHasNormal;
+    CHECK((varying.view.params->flags & all) == all);
+    checkEqual(model, varying);
+}
+
+TEST_CASE("positions off the grid are stored as floats, with a warning that counts them")
+{
+    for (const uint32_t levels : {0, 2}) {
+        ModelShape shape;
+        shape.anchors = 3000;
+        shape.levels = levels;
+        shape.origin = levels ? -3.21f : 0.0f;
+        MemoryModel model = makeModel(shape);
+        model.anchors.position[3 * 1234] += 0.004f;
+        model.anchors.position[3 * 77 + 2] = -0.0f;
+        const Baked baked = bakeModel(model);
+        CHECK_FALSE(baked.report.exact_grid);
+        REQUIRE(baked.report.warnings.size() == 1);
+        INFO(baked.report.warnings[0]);
+        CHECK(baked.report.warnings[0].find("1 of 3000 anchors do not lie on the grid of the others") == 0);
+        CHECK(baked.view.params->position_encoding == uint32_t(PositionEncoding::Float));
+        checkEqual(model, baked);
+    }
+    ModelShape shape;
+    shape.anchors = 2000;
+    MemoryModel model = makeModel(shape);
+    std::mt19937 random(4);
+    for (float& p : model.anchors.position)
+        p = std::ldexp(float(int32_t(random())), int(random() % 60) - 60);
+    const Baked baked = bakeModel(model);
+    REQUIRE(baked.report.warnings.size() == 1);
+    CHECK(baked.report.warnings[0].find("the 2000 anchors do not lie on one voxel grid") == 0);
+    checkEqual(model, baked);
+}
+
+TEST_CASE("positions far out and grids finer than chunks can span are stored exactly")
+{
+    ModelShape shape;
+    shape.anchors = 500;
+    MemoryModel model = makeModel(shape);
+    for (const float far : {1e6f, 1e20f, -1e29f}) {
+        model.anchors.position[0] = far;
+        checkEqual(model, bakeModel(model));
+    }
+    shape.spread = 100'000'000; // near the largest quanta: a chunk per anchor, were they stored as quanta
+    shape.voxel_size = 0.5f;
+    const MemoryModel wide = makeModel(shape);
+    const Baked baked = bakeModel(wide);
+    CHECK_FALSE(baked.report.exact_grid);
+    REQUIRE(baked.report.warnings.size() == 1);
+    CHECK(baked.report.warnings[0].find("too fine for the extent of the model") != std::string::npos);
+    CHECK(baked.view.chunks.size() <= 64);
+    checkEqual(wide, baked);
+    BakeOptions options;
+    options.chunk_anchors = 1; // asked for, so given
+    const Baked fine = bakeModel(wide, options);
+    CHECK(fine.report.exact_grid);
+    checkEqual(wide, fine);
+}
+
+TEST_CASE("trap 24: one row of the embedding can be kept, under its number")
+{
+    ModelShape shape;
+    shape.appearance_dim = 5;
+    shape.appearance_rows = 7;
+    shape.anchors = 50;
+    const MemoryModel model = makeModel(shape);
+    BakeOptions options;
+    options.appearance = 4;
+    const Baked baked = bakeModel(model, options);
+    REQUIRE(baked.view.embedding_rows.size() == 1);
+    CHECK(baked.view.embedding_rows[0] == 4);
+    CHECK(std::memcmp(baked.view.embedding.data(), &model.checkpoint.embedding[20], 20) == 0);
+    checkEqual(model, baked);
+    for (const int row : {7, 1000}) {
+        options.appearance = row;
+        options.output = "never-written.gsc";
+        MemorySource source(model);
+        CHECK_THROWS_AS(bakeFrom(model.checkpoint, source, options, {}), Error);
+    }
+}
+
+TEST_CASE("chunks hold what was asked for, on average")
+{
+    ModelShape shape;
+    shape.anchors = 20000;
+    shape.spread = 3000;
+    const MemoryModel model = makeModel(shape);
+    uint64_t last = UINT64_MAX;
+    for (const uint64_t wanted : {50, 500, 5000}) {
+        BakeOptions options;
+        options.chunk_anchors = wanted;
+        const Baked baked = bakeModel(model, options);
+        const uint64_t chunks = baked.view.chunks.size();
+        CAPTURE(chunks);
+        const bool enough = 20000 / chunks >= wanted || chunks == 8; // the middle is a corner of eight nodes
+        CHECK(enough);
+        CHECK(chunks <= last);
+        last = chunks;
+    }
+}
+
+TEST_CASE("the manifest says what the file is and nothing of where or when")
+{
+    MemoryModel model = makeModel(octreeShape(100));
+    model.checkpoint.ply_path = "";
+    model.checkpoint.model_path = "/secret/place/model";
+    const Baked baked = bakeModel(model);
+    const std::string manifest(baked.view.manifest);
+    CHECK(manifest.find("\"family\": \"octree-gs\"") != std::string::npos);
+    CHECK(manifest.find("\"position\": \"grid16\"") != std::string::npos);
+    CHECK(manifest.find("/secret") == std::string::npos);
+    CHECK(baked.view.header->config_hash != 0);
+    BakeOptions options;
+    options.chunk_anchors = 5;
+    CHECK(bakeModel(model, options).view.header->config_hash != baked.view.header->config_hash);
+}

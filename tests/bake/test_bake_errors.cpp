@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: Apache-2.0
+// Hostile numbers and broken surroundings: a clear error, nothing left behind.
+#include "convert/bake/compare_checkpoint.h"
+#include "format/error.h"
+#include "format/interrupt.h"
+#include "tests/bake/memory_model.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+using namespace gsc;
+using namespace gsc::test;
+
+namespace {
+
+// Bakes into an empty folder, expects an error, and that the folder stays empty. Returns the message.
+std::string failToBake(const MemoryModel& model, MemorySource& source, ErrorCode code, BakeOptions options = {})
+{
+    const TemporaryFolder folder;
+    options.output = folder / "model.gsc";
+    std::string message;
+    try {
+        bakeFrom(model.checkpoint, source, options, {});
+        FAIL("no error");
+    } catch (const Error& error) {
+        message = error.what();
+        CHECK(error.code() == code);
+    }
+    CHECK(folder.entries().empty());
+    return message;
+}
+
+std::string failToBake(const MemoryModel& model, ErrorCode code)
+{
+    MemorySource source(model);
+    return failToBake(model, source, code);
+}
+
+// Runs `work` in a child process and returns its exit status.
+int inChild(const std::function<int()>& work)
+{
+    const pid_t child = ::fork();
+    REQUIRE(child >= 0);
+    if (child == 0)
+        ::_exit(work());
+    int status = 0;
+    REQUIRE(::waitpid(child, &status, 0) == child);
+    REQUIRE(WIFEXITED(status));
+    return WEXITSTATUS(status);
+}
+
+int bakeStatus(const MemoryModel& model, MemorySource& source, const std::string& output)
+{
+    try {
+        BakeOptions options;
+        options.output = output;
+        options.threads = 1; // a forked child has no other threads to inherit
+        bakeFrom(model.checkpoint, source, options, {});
+        return 0;
+    } catch (const Error& error) {
+        return int(error.code());
+    }
+}
+
+struct Fault {
+    const char* name;
+    std::function<void(AnchorBatch&)> apply;
+};
+
+} // namespace
+
+TEST_CASE("trap 18, trap 19: anchors that cannot be shown are refused with their number, or dropped on request")
+{
+    const Fault faults[] = {
+        {"NaN position", [](AnchorBatch& b) { b.position[3 * 17 + 1] = NAN; }},
+        {"infinite position", [](AnchorBatch& b) { b.position[3 * 17] = INFINITY; }},
+        {"NaN anchor scale", [](AnchorBatch& b) { b.scale[6 * 17 + 2] = NAN; }},
+        {"NaN gaussian scale", [](AnchorBatch& b) { b.scale[6 * 17 + 5] = NAN; }},
+        {"infinite scale", [](AnchorBatch& b) { b.scale[6 * 17 + 4] = INFINITY; }},
+        {"overflowing scale", [](AnchorBatch& b) { b.scale[6 * 17 + 3] = 89; }},
+        {"overflowing covariance", [](AnchorBatch& b) { b.scale[6 * 17 + 3] = 45; }},
+        {"NaN feature", [](AnchorBatch& b) { b.feature[8 * 17 + 7] = NAN; }},
+        {"infinite offset", [](AnchorBatch& b) { b.offset[9 * 17 + 8] = -INFINITY; }},
+        {"overflowing offset",
+         [](AnchorBatch& b) {
+             b.offset[9 * 17 + 3] = 3e38f;
+             b.scale[6 * 17] = 20;
+         }},
+        {"NaN level bias", [](AnchorBatch& b) { b.extra_level[17] = NAN; }},
+        {"NaN rotation", [](AnchorBatch& b) { b.rotation[4 * 17 + 3] = NAN; }},
+        {"position out of reach", [](AnchorBatch& b) { b.position[3 * 17] = 3e38f; }},
+    };
+    ModelShape shape;
+    shape.anchors = 300;
+    for (const Fault& fault : faults) {
+        CAPTURE(fault.name);
+        MemoryModel model = makeModel(shape);
+        fault.apply(model.anchors);
+        const std::string message = failToBake(model, ErrorCode::InvalidFile);
+        INFO(message);
+        CHECK(message.find("1 of 300 anchors cannot be shown: 1 with ") != std::string::npos);
+        CHECK(message.find("(first: anchor 17)") != std::string::npos);
+        CHECK(message.find("--drop-invalid") != std::string::npos);
+
+        BakeOptions options;
+        options.drop_invalid = true;
+        const Baked baked = bakeModel(model, options);
+        CHECK(baked.report.anchors == 299);
+        CHECK(baked.report.dropped == 1);
+        REQUIRE(baked.report.warnings.size() == 1);
+        CHECK(baked.report.warnings[0].find("1 of 300 anchors were left out") == 0);
+        MemorySource source(model);
+        const CompareReport report = compareCheckpoint(model.checkpoint, source, baked.view, {});
+        INFO(report.summary());
+        CHECK(report.equal);
+        CHECK(report.dropped == 1);
+
+        // exactly the file of a model without that anchor, but for what says where it came from
+        MemoryModel without = model;
+        without.removeAnchor(17);
+        const Baked clean = bakeModel(without, options);
+        REQUIRE(clean.view.anchors.size() == baked.view.anchors.size());
+        CHECK(std::equal(clean.view.anchors.begin(), clean.view.anchors.end(), baked.view.anchors.begin()));
+        CHECK(std::equal(clean.view.index.begin(), clean.view.index.end(), baked.view.index.begin()));
+    }
+}
+
+TEST_CASE("what never renders may hold anything")
+{
+    ModelShape shape;
+    shape.anchors = 40;
+    MemoryModel model = makeModel(shape);
+    model.anchors.scale[3] = 43.9f; // large, finite
+    CHECK(bakeModel(model).report.anchors == 40);
+}
+
+TEST_CASE("a model without an anchor that can be shown is refused, even when dropping")
+{
+    ModelShape shape;
+    shape.anchors = 5;
+    MemoryModel model = makeModel(shape);
+    for (float& p : model.anchors.position)
+        p = NAN;
+    MemorySource source(model);
+    BakeOptions options;
+    options.drop_invalid = true;
+    CHECK(failToBake(model, source, ErrorCode::InvalidFile, options).find("no anchor that can be shown") !=
+          std::string::npos);
+    model.checkpoint.anchor_count = 0;
+    failToBake(model, ErrorCode::InvalidFile);
+}
+
+TEST_CASE("a source that is shorter than it said, fails or changes leaves no file")
+{
+    ModelShape shape;
+    shape.anchors = 3000;
+    const MemoryModel model = makeModel(shape);
+    MemorySource shorter(model);
+    shorter.rows = 2999;
+    CHECK(failToBake(model, shorter, ErrorCode::InvalidFile).find("holds 2999 anchors, expected 3000") !=
+          std::string::npos);
+    for (const int passes : {0, 1})
+        for (const uint64_t row : {0, 1500, 2999}) {
+            MemorySource broken(model);
+            broken.fail_at = row;
+            broken.passes_before_failure = passes;
+            CHECK(failToBake(model, broken, ErrorCode::Io) == "memory: the source broke, expected more rows");
+        }
+}
+
+TEST_CASE("an existing file is kept unless overwriting was asked for")
+{
+    ModelShape shape;
+    shape.anchors = 20;
+    const MemoryModel model = makeModel(shape);
+    const TemporaryFolder folder;
+    BakeOptions options;
+    options.output = folder / "model.gsc";
+    std::ofstream(options.output) << "precious";
+    MemorySource source(model);
+    source.fail_at = 0; // refused before a row is read
+    try {
+        bakeFrom(model.checkpoint, source, options, {});
+        FAIL("no error");
+    } catch (const Error& error) {
+        CHECK(error.code() == ErrorCode::Io);
+        CHECK(std::string(error.what()).find("already exists") != std::string::npos);
+    }
+    CHECK(std::filesystem::file_size(options.output) == 8);
+    CHECK(folder.entries().size() == 1);
+    options.overwrite = true;
+    source.fail_at = UINT64_MAX;
+    bakeFrom(model.checkpoint, source, options, {});
+    openBaked(options.output);
+}
+
+TEST_CASE("ctrl-c while reading leaves no file behind")
+{
+    ModelShape shape;
+    shape.anchors = 3000;
+    const MemoryModel model = makeModel(shape);
+    for (const int passes : {0, 1}) {
+        const TemporaryFolder folder;
+        const int status = inChild([&] {
+            installInterruptHandler();
+            MemorySource source(model);
+            source.interrupt_at = 1000;
+            source.passes_before_failure = passes;
+            return bakeStatus(model, source, folder / "model.gsc");
+        });
+        CHECK(status == int(ErrorCode::Interrupted));
+        CHECK(folder.entries().empty());
+    }
+}
+
+TEST_CASE("a full disk leaves no file behind")
+{
+    ModelShape shape;
+    shape.anchors = 3000;
+    const MemoryModel model = makeModel(shape);
+    // a limit on the size of files stands in for the disk: too small for the anchors, then for what follows them
+    const uint64_t whole = bakeModel(model).report.output_bytes;
+    for (const uint64_t limit : {uint64_t(10'000), whole / 2, whole - 4096}) {
+        const TemporaryFolder folder;
+        const int status = inChild([&] {
+            std::signal(SIGXFSZ, SIG_IGN);
+            const rlimit size{limit, limit};
+            if (::setrlimit(RLIMIT_FSIZE, &size) != 0)
+                return 99;
+            MemorySource source(model);
+            return bakeStatus(model, source, folder / "model.gsc");
+        });
+        CHECK(status == int(ErrorCode::Io));
+        CHECK(folder.entries().empty());
+    }
+}
+
+TEST_CASE("progress ascends, is told from the caller's thread and ends at its total")
+{
+    ModelShape shape;
+    shape.anchors = 9000;
+    const MemoryModel model = makeModel(shape);
+    const TemporaryFolder folder;
+    BakeOptions options;
+    options.output = folder / "model.gsc";
+    options.threads = 1;
+    MemorySource source(model);
+    std::string stages, last_stage;
+    uint64_t last = 0, last_total = 0;
+    bakeFrom(model.checkpoint, source, options, [&](const char* stage, uint64_t done, uint64_t total) {
+        if (last_stage != stage) {
+            CHECK(last == last_total);
+            stages.append(stage).append(" ");
+            last_stage = stage;
+            last = 0;
+        }
+        CHECK(done >= last);
+        CHECK(done <= total);
+        last = done;
+        last_total = total;
+    });
+    CHECK(stages == "scan grid distribute chunks index ");
+}
