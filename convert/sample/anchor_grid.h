@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// The voxel grids a trainer leaves anchors on (format facts, 5.3), and the cells that are taken.
+#pragma once
+
+#include "convert/sample/vec3.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace gsc {
+
+constexpr uint32_t kMaxSampleLevels = 8;
+
+struct AnchorGrid {
+    uint32_t levels = 1;
+    float quantum[kMaxSampleLevels] = {}; // fl32(voxel_size / 2^level)
+    float origin = 0;                     // init_pos of Octree-GS, 0 for Scaffold-GS
+    double voxel_decimal = 0;             // Scaffold-GS: voxel_size as cfg_args prints it
+    int base_layer = 0;                   // Octree-GS
+};
+
+struct GridCell {
+    int32_t k[3];
+};
+
+// Largest of 1, 2, 5 x 10^n that is not above `spacing`, for cfg_args.
+AnchorGrid scaffoldGrid(double spacing);
+// Octree-GS's arithmetic: a box 1.1 times that of the points, halved base_layer times to at most `spacing` (that of
+// level 0).
+AnchorGrid octreeGrid(float low, float high, double spacing, uint32_t levels);
+
+GridCell cellOf(const AnchorGrid& grid, uint32_t level, Vec3 position);
+// Bit for bit what the trainer stores.
+void cellPosition(const AnchorGrid& grid, uint32_t level, const GridCell& cell, float out[3]);
+
+// Cells taken on one tile. Tiles own half-open boxes in x and y, so no cell can be taken twice on two tiles.
+class TakenCells {
+public:
+    void begin(const AnchorGrid& grid, bool bounded, const double min[2], const double max[2]);
+    // The free cell nearest to `wanted`, which is then taken.
+    GridCell take(uint32_t level, GridCell wanted);
+
+private:
+    [[nodiscard]] GridCell clamped(uint32_t level, GridCell cell) const;
+    bool insert(uint32_t level, const GridCell& cell);
+    void grow();
+
+    bool m_bounded = false;
+    int32_t m_min[kMaxSampleLevels][2] = {}, m_max[kMaxSampleLevels][2] = {};
+    struct Slot {
+        int32_t k[3];
+        uint32_t level; // kMaxSampleLevels = empty
+    };
+    std::vector<Slot> m_slots; // open addressing, a power of two
+    size_t m_used = 0;
+};
+
+} // namespace gsc

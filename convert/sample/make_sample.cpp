@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/sample/sample.h"
+
+#include "convert/input/torch_archive.h"
+#include "convert/sample/anchor_rows.h"
+#include "convert/sample/model_folder.h"
+#include "convert/sample/model_text.h"
+#include "convert/sample/sample_plan.h"
+#include "format/error.h"
+#include "format/interrupt.h"
+
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
+
+#include <chrono>
+
+namespace gsc {
+
+namespace {
+
+constexpr uint64_t kSliceAnchors = 65'536; // of a tile without bounds, which may be cut anywhere
+
+const char* sceneName(SampleScene scene)
+{
+    return scene == SampleScene::City ? "city" : scene == SampleScene::Street ? "street" : "room";
+}
+
+// Anchors [first, last) of a tile.
+struct Slice {
+    uint32_t tile;
+    uint64_t first, last;
+    std::vector<float> rows;
+};
+
+std::vector<Slice> sliceTiles(const SamplePlan& plan)
+{
+    std::vector<Slice> slices;
+    for (uint32_t tile = 0; tile < plan.spec.tile_count; ++tile) {
+        const uint64_t end = tileFirst(plan, tile + 1);
+        uint64_t first = tileFirst(plan, tile);
+        const bool whole = tile < plan.spec.main_tiles;
+        while (first < end) {
+            const uint64_t last = whole ? end : std::min(end, first + kSliceAnchors);
+            slices.push_back({tile, first, last, {}});
+            first = last;
+        }
+    }
+    return slices;
+}
+
+void fillSlice(const SamplePlan& plan, const RowFormat& format, Slice& slice)
+{
+    throwIfInterrupted();
+    SceneTile content;
+    buildTile(plan.spec, slice.tile, content);
+    addNeighbourOccluders(plan.spec, slice.tile, content);
+    AnchorRows rows(plan.spec, plan.grid, format, content);
+    rows.rows().reserve((slice.last - slice.first) * kSampleRowFloats);
+    for (const SurfaceShare& share : shareTile(plan, slice.tile, content)) {
+        const uint64_t first = std::max(share.first, slice.first), last = std::min(share.last, slice.last);
+        if (first >= last)
+            continue;
+        throwIfInterrupted();
+        const Surface& surface = content.surfaces[share.surface];
+        const CellLayout layout = layoutCells(surface, share.last - share.first);
+        rows.add(surface, share.level, layout, first - share.first, last - share.first);
+    }
+    slice.rows = std::move(rows.rows());
+}
+
+void writeAnchors(const SamplePlan& plan, const RowFormat& format, FileStream& ply, const SampleProgress& progress)
+{
+    std::vector<Slice> slices = sliceTiles(plan);
+    size_t next = 0;
+    uint64_t written = 0;
+    const auto tokens = size_t(tbb::this_task_arena::max_concurrency()) * 2;
+    tbb::parallel_pipeline(
+        tokens,
+        tbb::make_filter<void, Slice*>(tbb::filter_mode::serial_in_order, [&](tbb::flow_control& control) -> Slice* {
+            if (next < slices.size())
+                return &slices[next++];
+            control.stop();
+            return nullptr;
+        }) & tbb::make_filter<Slice*, Slice*>(tbb::filter_mode::parallel, [&](Slice* slice) {
+            fillSlice(plan, format, *slice);
+            return slice;
+        }) & tbb::make_filter<Slice*, void>(tbb::filter_mode::serial_in_order, [&](Slice* slice) {
+            float* rows = slice->rows.data();
+            for (uint64_t i = slice->first; format.octree && i < std::min<uint64_t>(slice->last, 2); ++i)
+                rows[(i - slice->first) * kSampleRowFloats + 5] = i == 0 ? plan.grid.quantum[0] : plan.standard_dist;
+            ply.write(rows, slice->rows.size() * sizeof(float));
+            std::vector<float>().swap(slice->rows);
+            written = slice->last;
+            if (progress)
+                progress("anchors", written, plan.anchors);
+        }));
+}
+
+std::vector<NamedCamera> namedCameras(const SceneSpec& spec, size_t& test_count)
+{
+    const SceneCameras set = sceneCameras(spec);
+    std::vector<NamedCamera> test, train;
+    for (size_t i = 0; i < set.cameras.size(); ++i) {
+        const SampleCamera& c = set.cameras[i];
+        const std::string name = formatString("DJI_%04zu", i + 1);
+        // upstream holds out every eighth photograph and lists those first
+        (i % 8 == 0 ? test : train)
+            .push_back(lookingAlong(name, c.position, c.forward, {0, 0, 1}, set.width, set.height, set.fov_x));
+    }
+    test_count = test.size();
+    test.insert(test.end(), train.begin(), train.end());
+    return test;
+}
+
+void writeWeights(const ModelFolder& folder, const std::string& iteration, const SampleOptions& options,
+                  const SamplePlan& plan, uint32_t appearance_rows)
+{
+    SampleInputs inputs;
+    const bool octree = options.model == SampleModel::Octree;
+    inputs.feature_bank = inputs.distance = options.everything_on;
+    inputs.bank_distance = options.everything_on && !octree;
+    inputs.bank_level = inputs.level = options.everything_on && octree;
+    inputs.appearance = options.everything_on ? kSampleAppearance : 0;
+    inputs.distance_unit = float(std::max(plan.spec.horizon, 2 * plan.spec.half_extent));
+    // direction of sight in which water mirrors the sun
+    const Vec3 sun = sunDirection(options.scene);
+    const float glint[3] = {float(sun.x), float(sun.y), float(-sun.z)};
+    static constexpr const char* kNames[] = {"opacity_mlp", "cov_mlp", "color_mlp", "feature_bank_mlp"};
+    const std::vector<Mlp> mlps = sampleMlps(inputs, glint);
+    for (size_t i = 0; i < mlps.size(); ++i)
+        writeFile(folder.file(iteration + kNames[i] + ".pt"), writeTorchScriptMlp(mlps[i], kNames[i]));
+    if (inputs.appearance)
+        writeFile(folder.file(iteration + "embedding_appearance.pt"),
+                  writeTorchScriptEmbedding(sampleEmbedding(appearance_rows, options.seed), appearance_rows,
+                                            kSampleAppearance, "embedding_appearance"));
+}
+
+} // namespace
+
+SampleReport makeSample(const SampleOptions& options, const SampleProgress& progress)
+{
+    const auto start = std::chrono::steady_clock::now();
+    const bool octree = options.model == SampleModel::Octree;
+    const uint64_t least = octree ? 2 : 1; // an Octree-GS file keeps two numbers in its first two rows
+    if (options.anchors < least || options.anchors > kMaxAnchors)
+        throw Error(ErrorCode::Usage,
+                    formatString("--anchors: %llu, expected %llu..%llu",
+                                 static_cast<unsigned long long>(options.anchors),
+                                 static_cast<unsigned long long>(least), static_cast<unsigned long long>(kMaxAnchors)));
+    ModelFolder folder(options.output, options.overwrite);
+    const SamplePlan plan = planSample(options);
+    const RowFormat format = rowFormat(options.model);
+
+    TrainingArguments arguments;
+    arguments.scene = sceneName(options.scene);
+    arguments.everything_on = options.everything_on;
+    arguments.appearance_dim = options.everything_on ? kSampleAppearance : 0;
+    arguments.voxel_size = plan.grid.voxel_decimal;
+    arguments.base_layer = plan.grid.base_layer;
+    writeFile(folder.file("cfg_args"), octree ? octreeArguments(arguments) : scaffoldArguments(arguments));
+    size_t test_count = 0;
+    const std::vector<NamedCamera> cameras = namedCameras(plan.spec, test_count);
+    writeFile(folder.file("cameras.json"), camerasJson(cameras));
+
+    const std::string iteration = octree ? "point_cloud/iteration_40000/" : "point_cloud/iteration_30000/";
+    writeWeights(folder, iteration, options, plan, uint32_t(cameras.size() - test_count));
+    FileStream ply(folder.file(iteration + "point_cloud.ply"));
+    const std::string header = plyHeader(options.anchors, octree, kSampleFeatures, kSampleOffsets);
+    ply.write(header.data(), header.size());
+    writeAnchors(plan, format, ply, progress);
+    ply.close();
+    throwIfInterrupted();
+    folder.commit();
+
+    SampleReport report;
+    report.anchors = options.anchors;
+    report.ply_bytes = ply.bytes();
+    report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return report;
+}
+
+} // namespace gsc

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is left behind: a whole model, or nothing.
+#include "format/error.h"
+#include "format/interrupt.h"
+#include "sample/sample_tools.h"
+
+#include <doctest/doctest.h>
+
+#include <csignal>
+#include <fstream>
+
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+using namespace gsc;
+using namespace gsc::test;
+
+namespace {
+
+// Runs `work` in a child, whose signals and limits do not outlive it; returns its exit code.
+template <typename Work>
+int inChild(Work&& work)
+{
+    const pid_t child = ::fork();
+    if (child == 0)
+        ::_exit(work());
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+}
+
+SampleOptions small(const std::string& output)
+{
+    return sampleOptions(SampleScene::City, SampleModel::Scaffold, 3000, output);
+}
+
+} // namespace
+
+// note: the two that fork come first, before this process has started TBB's threads
+TEST_CASE("sample folder: Ctrl-C leaves nothing")
+{
+    const ScratchFolder scratch;
+    const int code = inChild([&] {
+        installInterruptHandler();
+        try {
+            makeSample(small(scratch / "model"), [](const char*, uint64_t, uint64_t) {
+                if (!interrupted()) // a second signal kills
+                    std::raise(SIGINT);
+            });
+        } catch (const Error& error) {
+            return int(error.code());
+        }
+        return 0;
+    });
+    CHECK(code == 130);
+    CHECK(scratch.entries() == 0);
+}
+
+TEST_CASE("sample folder: a full disk leaves nothing")
+{
+    const ScratchFolder scratch;
+    const int code = inChild([&] {
+        // the limit stands in for the disk: write() fails in the middle of the PLY
+        const rlimit limit{300'000, 300'000};
+        ::setrlimit(RLIMIT_FSIZE, &limit);
+        std::signal(SIGXFSZ, SIG_IGN);
+        return tryMake(small(scratch / "model")).code;
+    });
+    CHECK(code == int(ErrorCode::Io));
+    CHECK(scratch.entries() == 0);
+}
+
+TEST_CASE("sample folder: an existing folder is refused before any work, and replaced when asked")
+{
+    const ScratchFolder scratch;
+    const SampleOptions first = small(scratch / "model");
+    makeSample(first, {});
+    const auto before = hashFolder(first.output);
+    SampleOptions again = first;
+    again.seed = 7;
+    bool worked = false;
+    CHECK_THROWS_AS(makeSample(again, [&](const char*, uint64_t, uint64_t) { worked = true; }), Error);
+    CHECK_FALSE(worked);
+    CHECK(hashFolder(first.output) == before);
+    again.overwrite = true;
+    makeSample(again, {});
+    CHECK(hashFolder(first.output) != before);
+    CHECK(scratch.entries() == 1);
+}
+
+TEST_CASE("sample folder: what is not a model is never replaced")
+{
+    const ScratchFolder scratch;
+    std::filesystem::create_directory(scratch / "photos");
+    std::ofstream(scratch / "photos/holiday.jpg") << "x";
+    SampleOptions options = small(scratch / "photos");
+    options.overwrite = true;
+    const Failure failure = tryMake(options);
+    CHECK(failure.code == int(ErrorCode::Usage));
+    CHECK(failure.message.find("not a model folder") != std::string::npos);
+    CHECK(std::filesystem::exists(scratch / "photos/holiday.jpg"));
+    CHECK(tryMake(small("")).code == int(ErrorCode::Usage));
+    CHECK(scratch.entries() == 1);
+}
+
+TEST_CASE("sample folder: a folder that cannot be made is an I/O error")
+{
+    const ScratchFolder scratch;
+    std::ofstream(scratch / "file") << "x";
+    const Failure failure = tryMake(small(scratch / "file/model"));
+    CHECK(failure.code == int(ErrorCode::Io));
+    CHECK(failure.message.find("file") != std::string::npos);
+}
