@@ -1,0 +1,37 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Installs what the build and the tests need and the machine lacks, from the distribution (Debian 12, Ubuntu 24.04).
+# usage: .ci/setup.sh [ci]    ci = also the tools of .ci/run: clang for the fuzz targets, clang-format
+set -euo pipefail
+
+packages=(
+    g++ cmake ninja-build
+    libopenvdb-dev libnanovdb-dev libboost-dev libboost-iostreams-dev libtbb-dev
+    libopenimageio-dev openimageio-tools python3-imath # OpenImageIO's CMake package fails without the last two
+    nlohmann-json3-dev libcli11-dev libhwy-dev libxxhash-dev libzip-dev libyaml-cpp-dev
+    doctest-dev libbenchmark-dev binutils python3 python3-numpy python3-jsonschema
+)
+if [ "${1:-}" = ci ]; then
+    packages+=(clang libclang-rt-dev clang-format-14)
+fi
+
+if ! command -v dpkg-query >/dev/null; then
+    echo "setup: not a Debian or Ubuntu system; install the equivalents of: ${packages[*]}" >&2
+    exit 0
+fi
+
+missing=()
+for package in "${packages[@]}"; do
+    status=$(dpkg-query -W -f='${Status}' "$package" 2>/dev/null || true)
+    [ "$status" = "install ok installed" ] || missing+=("$package")
+done
+[ ${#missing[@]} -eq 0 ] && exit 0
+
+echo "setup: installing ${missing[*]}" >&2
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || { echo "setup: root or sudo is needed to install: ${missing[*]}" >&2; exit 2; }
+    as_root=(sudo)
+fi
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update -q >&2
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${missing[@]}" >&2

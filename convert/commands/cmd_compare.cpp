@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/commands/checkpoint_options.h"
+#include "convert/commands/command.h"
+#include "convert/commands/compare_render.h"
+
+#include "convert/bake/compare_checkpoint.h"
+#include "format/interrupt.h"
+
+#include <CLI/CLI.hpp>
+
+#include <cmath>
+#include <map>
+#include <memory>
+#include <optional>
+
+namespace gsc {
+
+namespace {
+
+struct CompareOptions {
+    std::string checkpoint_path;
+    std::string file;
+    CheckpointOptions checkpoint;
+    bool render = false;
+    RenderOptions rendering;
+};
+
+struct Comparison {
+    CompareReport values;
+    std::optional<RenderComparison> pictures;
+    bool pass = false;
+};
+
+Json viewsJson(const std::vector<RenderedView>& views)
+{
+    Json json = Json::array();
+    for (const RenderedView& view : views)
+        json.push_back({{"name", view.name},
+                        {"width", view.width},
+                        {"height", view.height},
+                        {"picture_bits", view.picture_bits ? Json(view.picture_bits) : Json(nullptr)},
+                        {"psnr", jsonNumber(view.difference.psnr)},
+                        {"max_error", jsonNumber(view.difference.max_error)},
+                        {"max_at", {view.difference.max_x, view.difference.max_y}},
+                        {"pixels_over_1_255", view.difference.over_1_255},
+                        {"ssim", jsonNumber(view.ssim)},
+                        {"flip", jsonNumber(view.flip)}});
+    return json;
+}
+
+Json pictureSetJson(const std::vector<RenderedView>& views, const PooledDifference& pool)
+{
+    if (views.empty())
+        return nullptr;
+    return {{"psnr", jsonNumber(pool.psnr())}, // null = no difference at all
+            {"worst_psnr", jsonNumber(pool.worst_psnr)},
+            {"worst_view", views[size_t(pool.worst_frame)].name},
+            {"max_error", jsonNumber(pool.max_error)},
+            {"views", viewsJson(views)}};
+}
+
+Json compareJson(const CompareOptions& options, const Comparison& comparison, double seconds)
+{
+    Json attributes = Json::array();
+    for (const AttributeDifference& attribute : comparison.values.attributes)
+        attributes.push_back({{"name", attribute.name},
+                              {"compared", attribute.compared},
+                              {"different", attribute.different},
+                              {"max_abs", jsonNumber(attribute.max_abs)},
+                              {"first", attribute.different ? Json(attribute.first) : Json(nullptr)}});
+    Json json = {{"schema", "gsc.compare/1"},
+                 {"checkpoint", options.checkpoint_path},
+                 {"file", options.file},
+                 {"pass", comparison.pass},
+                 {"equal", comparison.values.equal},
+                 {"anchors", comparison.values.anchors},
+                 {"dropped", comparison.values.dropped},
+                 {"attributes", std::move(attributes)},
+                 {"problems", comparison.values.problems}};
+    if (comparison.pictures)
+        json["render"] = {
+            {"tier", options.rendering.tier == Tier::Exact ? "exact" : "fast"},
+            {"min_psnr", options.rendering.min_psnr},
+            {"precision", options.rendering.reference == ReferencePrecision::Float ? "float" : "double"},
+            {"reference", pictureSetJson(comparison.pictures->reference, comparison.pictures->reference_pool)},
+            {"trainer", pictureSetJson(comparison.pictures->trainer, comparison.pictures->trainer_pool)}};
+    else
+        json["render"] = nullptr;
+    json["seconds"] = jsonNumber(seconds);
+    json["peak_memory_bytes"] = peakMemoryBytes();
+    return json;
+}
+
+std::string decibels(double psnr)
+{
+    return std::isfinite(psnr) ? formatString("%.2f dB", psnr) : "equal";
+}
+
+std::string picturesText(const char* title, const std::vector<RenderedView>& views, const PooledDifference& pool)
+{
+    if (views.empty())
+        return formatString("%-24s none\n", title);
+    std::string text =
+        formatString("%-24s pooled %s, worst %s (%s), max error %.3g\n", title, decibels(pool.psnr()).c_str(),
+                     decibels(pool.worst_psnr).c_str(), views[size_t(pool.worst_frame)].name.c_str(), pool.max_error);
+    for (const RenderedView& view : views)
+        text += formatString("  %-22s %s, max error %.3g, SSIM %.6f, FLIP %.6f%s\n", view.name.c_str(),
+                             decibels(view.difference.psnr).c_str(), view.difference.max_error, view.ssim, view.flip,
+                             view.picture_bits == 8 ? ", beyond the rounding of an 8-bit picture" : "");
+    return text;
+}
+
+std::string compareText(const Comparison& comparison)
+{
+    std::string text;
+    for (const AttributeDifference& attribute : comparison.values.attributes) {
+        text += formatString("%-24s %s values, ", attribute.name.c_str(), formatCount(attribute.compared).c_str());
+        text += attribute.different
+                    ? formatString("%s different, max %.9g, first at %s\n", formatCount(attribute.different).c_str(),
+                                   attribute.max_abs, formatCount(attribute.first).c_str())
+                    : "equal\n";
+    }
+    for (const std::string& problem : comparison.values.problems)
+        text += "different: " + problem + "\n";
+    if (comparison.values.dropped)
+        text += formatString("%s anchors were left out on purpose (--drop-invalid)\n",
+                             formatCount(comparison.values.dropped).c_str());
+    text += formatString("%s anchors: %s\n", formatCount(comparison.values.anchors).c_str(),
+                         comparison.values.summary().c_str());
+    if (comparison.pictures) {
+        text +=
+            picturesText("pictures, reference", comparison.pictures->reference, comparison.pictures->reference_pool);
+        text +=
+            picturesText("pictures, trainer's own", comparison.pictures->trainer, comparison.pictures->trainer_pool);
+    }
+    return text;
+}
+
+ErrorCode runCompare(const CompareOptions& options, Reporter& report)
+{
+    installInterruptHandler();
+    const Checkpoint checkpoint = readCheckpoint(options.checkpoint_path, options.checkpoint);
+    for (const std::string& warning : checkpoint.warnings)
+        report.warning(warning);
+    Comparison comparison;
+    comparison.values =
+        compareCheckpoint(checkpoint, options.file, [&](const char* stage, uint64_t done, uint64_t total) {
+            report.progress(stage, done, total);
+        });
+    report.endProgress(false);
+    comparison.pass = comparison.values.equal;
+    if (options.render) {
+        comparison.pictures = compareRenders(checkpoint, options.file, options.rendering, report);
+        comparison.pass = comparison.pass && comparison.pictures->passes(options.rendering.min_psnr);
+    }
+    if (report.json())
+        report.object(compareJson(options, comparison, report.seconds()));
+    else
+        report.text(compareText(comparison));
+    report.done(comparison.pass ? "no difference found" : "difference found");
+    return comparison.pass ? ErrorCode::Ok : ErrorCode::Difference;
+}
+
+void addRenderOptions(CLI::App& command, CompareOptions& options)
+{
+    static const std::map<std::string, Tier> kTiers = {{"exact", Tier::Exact}, {"fast", Tier::Fast}};
+    static const std::map<std::string, ReferencePrecision> kReferences = {{"float", ReferencePrecision::Float},
+                                                                          {"double", ReferencePrecision::Double}};
+    const char* group = "Pictures";
+    CLI::Option* render =
+        command.add_flag("--render", options.render, "compare pictures too: the file's against the checkpoint's");
+    render->group(group);
+    const auto add = [&](CLI::Option* option) { option->needs(render)->group(group); };
+    add(command
+            .add_option("--golden", options.rendering.golden,
+                        "the trainer's own pictures: NAME.png and cameras.json (default: golden or test/ours_N/renders "
+                        "of the model folder, where they are)")
+            ->option_text("DIR"));
+    add(command.add_option("--cameras", options.rendering.cameras, "camera file (default: the cameras stored in FILE)")
+            ->option_text("CAMERAS"));
+    add(addCountOption(command, "--frames", options.rendering.frames,
+                       "views against the reference, evenly spaced; 0 = all (default: 3)"));
+    add(command
+            .add_option("--min-psnr", options.rendering.min_psnr, "a view below it is a difference, dB (default: 75)")
+            ->option_text("DB"));
+    add(command.add_option("--tier", options.rendering.tier, "how FILE is rendered (default: exact)")
+            ->transform(CLI::CheckedTransformer(kTiers))
+            ->option_text("exact|fast"));
+    add(command
+            .add_option("--reference", options.rendering.reference,
+                        "arithmetic of the reference: float rounds as the trainer does (default: float)")
+            ->transform(CLI::CheckedTransformer(kReferences))
+            ->option_text("float|double"));
+    add(command.add_option("-j,--threads", options.rendering.threads, "threads (default: all)")
+            ->check(CLI::Range(0, 4096))
+            ->option_text("N"));
+}
+
+} // namespace
+
+void addCompareCommand(CLI::App& app, Invocation& invocation)
+{
+    auto options = std::make_shared<CompareOptions>();
+    CLI::App* command =
+        app.add_subcommand("compare", "Compare a .gsc file with the checkpoint it was made from, value for value");
+    command->add_option("CHECKPOINT", options->checkpoint_path, "model folder, iteration folder or PLY")
+        ->required()
+        ->option_text(" ");
+    command->add_option("FILE", options->file, "the .gsc file")->required()->option_text(" ");
+    addRenderOptions(*command, *options);
+    addCheckpointOptions(*command, options->checkpoint);
+    addReporterOptions(*command, invocation.reporter, true);
+    command->footer(
+        "Every attribute of every anchor, every weight and every camera is compared bit for bit. Exits with\n"
+        "8 if anything differs or a view is below --min-psnr.\n\n"
+        "examples:\n"
+        "  gsc compare output/city city.gsc\n"
+        "  gsc compare output/city city.gsc --render --frames 5 --format json");
+    command->callback([options, &invocation] {
+        invocation.run = [options](Reporter& report) { return runCompare(*options, report); };
+    });
+}
+
+} // namespace gsc

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/commands/checkpoint_options.h"
+#include "convert/commands/command.h"
+#include "convert/commands/convert_report.h"
+#include "convert/commands/text_file.h"
+
+#include "convert/bake/compare_checkpoint.h"
+#include "format/interrupt.h"
+
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <memory>
+
+namespace gsc {
+
+namespace {
+
+struct ConvertOptions {
+    std::string input;
+    CheckpointOptions checkpoint;
+    BakeOptions bake;
+    std::string appearance = "all";
+    std::string report;
+    bool dry_run = false;
+    bool verify = false;
+};
+
+int parseAppearance(const std::string& text)
+{
+    if (text == "all")
+        return -1;
+    const bool digits = !text.empty() && text.size() < 9 && text.find_first_not_of("0123456789") == std::string::npos;
+    if (!digits)
+        throw Error(ErrorCode::Usage,
+                    "--appearance " + text + ": not a row, expected a row of the embedding (0, 1, ...) or all");
+    return std::stoi(text);
+}
+
+void checkAppearance(const Checkpoint& checkpoint, int row)
+{
+    if (row < 0)
+        return;
+    if (checkpoint.appearance_dim == 0)
+        throw Error(ErrorCode::Usage, formatString("--appearance %d: %s has no appearance embedding, expected a model "
+                                                   "trained with one; leave the option out",
+                                                   row, checkpoint.model_path.c_str()));
+    const size_t rows = checkpoint.embedding.size() / checkpoint.appearance_dim;
+    if (size_t(row) >= rows)
+        throw Error(ErrorCode::Usage, formatString("--appearance %d: the embedding has %zu rows, expected 0 to %zu",
+                                                   row, rows, rows - 1));
+}
+
+// -w must never cost the user the checkpoint itself.
+void checkNotAnInput(const std::string& output, const Checkpoint& checkpoint)
+{
+    std::vector<std::string> inputs = checkpoint.weight_paths;
+    inputs.push_back(checkpoint.ply_path);
+    for (const std::string& input : inputs) {
+        std::error_code ignored;
+        if (std::filesystem::equivalent(output, input, ignored))
+            throw Error(ErrorCode::Usage, output + ": is a file of the checkpoint, expected another output; choose a "
+                                                   "name that ends in .gsc");
+    }
+}
+
+// True if the file read back holds every value of the checkpoint bit for bit.
+void verifyOutput(const Checkpoint& checkpoint, const BakeOptions& options, Reporter& report)
+{
+    const auto progress = [&](const char* stage, uint64_t done, uint64_t total) {
+        report.progress(stage, done, total);
+    };
+    const CompareReport comparison = compareCheckpoint(checkpoint, options.output, progress);
+    if (!comparison.equal)
+        throw Error(ErrorCode::Internal, options.output + ": differs from the checkpoint it was made from (" +
+                                             comparison.summary() +
+                                             "), expected no difference; this is a bug of gsc, "
+                                             "please report it; gsc compare lists the differences");
+}
+
+ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
+{
+    installInterruptHandler();
+    BakeOptions bake_options = options.bake;
+    bake_options.appearance = parseAppearance(options.appearance);
+    checkOutputPath(bake_options.output, bake_options.overwrite);
+    if (!options.report.empty())
+        checkOutputPath(options.report, bake_options.overwrite);
+
+    const Checkpoint checkpoint = readCheckpoint(options.input, options.checkpoint);
+    checkAppearance(checkpoint, bake_options.appearance);
+    checkNotAnInput(bake_options.output, checkpoint);
+
+    ConvertFacts facts{checkpoint, bake_options, nullptr, false, checkpoint.warnings, 0};
+    for (const std::string& warning : facts.warnings)
+        report.warning(warning);
+    BakeReport bake_report;
+    if (!options.dry_run) {
+        bake_report = bake(checkpoint, bake_options, [&](const char* stage, uint64_t done, uint64_t total) {
+            report.progress(stage, done, total);
+        });
+        facts.bake = &bake_report;
+        for (const std::string& warning : bake_report.warnings) {
+            report.warning(warning);
+            facts.warnings.push_back(warning);
+        }
+        if (options.verify) {
+            verifyOutput(checkpoint, bake_options, report);
+            facts.verified = true;
+        }
+        report.endProgress(false);
+    }
+    facts.seconds = report.seconds();
+    if (!options.report.empty())
+        writeTextFile(options.report, jsonText(convertJson(facts)) + "\n");
+    if (report.json())
+        report.object(convertJson(facts));
+    else
+        report.text(convertText(facts));
+    report.done(options.dry_run ? "dry run of " + options.input : "converted " + options.input);
+    return ErrorCode::Ok;
+}
+
+void addBakeOptions(CLI::App& command, ConvertOptions& options)
+{
+    const char* group = "Making the file";
+    command.add_option("-o,--output", options.bake.output, "file to write")->required()->option_text("OUT.gsc");
+    command.add_flag("-w,--overwrite", options.bake.overwrite, "replace files that exist");
+    command.add_option("--appearance", options.appearance, "row of the appearance embedding to keep (default: all)")
+        ->option_text("INDEX|all")
+        ->group(group);
+    command
+        .add_flag("--drop-invalid", options.bake.drop_invalid,
+                  "leave out anchors with values that are not finite instead of refusing the model")
+        ->group(group);
+    addCountOption(command, "--chunk-anchors", options.bake.chunk_anchors,
+                   "anchors per chunk to aim for (default: 16384)")
+        ->group(group);
+    addByteSizeOption(command, "--memory-budget", options.bake.memory_budget,
+                      "memory for buffers, such as 4G (default: 1G)")
+        ->group(group);
+    command.add_option("-j,--threads", options.bake.threads, "threads; the bytes do not depend on it (default: all)")
+        ->check(CLI::Range(0, 4096))
+        ->option_text("N")
+        ->group(group);
+    command.add_flag("--verify", options.verify, "read the file back and compare every value with the checkpoint")
+        ->group(group);
+    command.add_flag("--dry-run", options.dry_run, "read the checkpoint, say what it is, write nothing")->group(group);
+    command.add_option("--report", options.report, "write the report there too, as JSON")->option_text("FILE");
+}
+
+} // namespace
+
+void addConvertCommand(CLI::App& app, Invocation& invocation)
+{
+    auto options = std::make_shared<ConvertOptions>();
+    CLI::App* command = app.add_subcommand("convert", "Turn a trained model into one .gsc file");
+    command->add_option("INPUT,-i,--input", options->input, "model folder, point_cloud/iteration_N folder or PLY")
+        ->required()
+        ->option_text(" ");
+    addBakeOptions(*command, *options);
+    addCheckpointOptions(*command, options->checkpoint);
+    addReporterOptions(*command, invocation.reporter, true);
+    command->footer(
+        "Reads Scaffold-GS, Octree-GS and Octree-AnyGS scaffold models, told apart by content. A model that\n"
+        "cannot be kept exactly is refused with exit code 5 or 3.\n\n"
+        "examples:\n"
+        "  gsc convert output/city -o city.gsc\n"
+        "  gsc convert output/room -o room.gsc -w --appearance 10 --report room.json --progress plain");
+    command->callback([options, &invocation] {
+        invocation.run = [options](Reporter& report) { return runConvert(*options, report); };
+    });
+}
+
+} // namespace gsc

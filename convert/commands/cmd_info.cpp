@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/commands/command.h"
+#include "convert/commands/model_facts.h"
+
+#include "format/gsc_issues.h"
+#include "format/gsc_reader.h"
+#include "format/mapped_file.h"
+
+#include <CLI/CLI.hpp>
+
+#include <memory>
+
+namespace gsc {
+
+namespace {
+
+std::string sectionName(uint32_t type)
+{
+    std::string name;
+    for (int i = 0; i < 4; ++i) {
+        const char c = char(type >> (8 * i) & 0xff);
+        name += c >= 0x20 && c < 0x7f ? c : '?';
+    }
+    return name;
+}
+
+const SectionEntry* findSection(const GscView& view, uint32_t type)
+{
+    for (const SectionEntry& entry : view.sections)
+        if (entry.type == type)
+            return &entry;
+    return nullptr;
+}
+
+// What the manifest says of the MLPs, as the converter wrote it; empty if it does not.
+Json mlpsOf(const Json& manifest)
+{
+    static const Json::json_pointer kPlace("/model/mlps");
+    return manifest.is_object() && manifest.contains(kPlace) ? manifest[kPlace] : Json::array();
+}
+
+// "key value, key value" of an object, whatever it holds.
+std::string oneLine(const Json& object)
+{
+    std::string text;
+    for (const auto& [key, value] : object.items())
+        text +=
+            (text.empty() ? "" : ", ") + key + " " +
+            (value.is_string() ? value.get<std::string>() : value.dump(-1, ' ', false, Json::error_handler_t::replace));
+    return text;
+}
+
+Json point(const float (&values)[3])
+{
+    Json json = Json::array();
+    for (const float value : values)
+        json.push_back(jsonNumber(double(value)));
+    return json;
+}
+
+// Everything `info` tells, from the header, the section table, META, PARM and LEVL alone.
+Json infoJson(const std::string& path, const GscView& view, const Json& manifest)
+{
+    const ModelParams& params = *view.params;
+    Json levels = Json::array();
+    for (const LevelRecord& level : view.levels)
+        levels.push_back({{"level", level.level},
+                          {"anchors", level.anchor_count},
+                          {"chunks", level.chunk_count},
+                          {"groups", level.group_count},
+                          {"leaves", level.leaf_count},
+                          {"quantum", jsonNumber(double(level.quantum))},
+                          {"cell_log2", level.cell_log2}});
+    Json bytes = Json::object();
+    for (const SectionEntry& entry : view.sections)
+        bytes[sectionName(entry.type)] = entry.bytes;
+    const SectionEntry* cameras = findSection(view, kSectionCameras);
+    return {
+        {"schema", "gsc.info/1"},
+        {"path", path},
+        {"format", "gsc"},
+        {"version", formatString("%u.%u", unsigned(view.header->version_major), unsigned(view.header->version_minor))},
+        {"profile", view.header->profile == uint8_t(Profile::Runtime) ? "runtime" : "unknown"},
+        {"file_bytes", view.header->file_bytes},
+        {"source_hash", formatString("%016llx", static_cast<unsigned long long>(view.header->source_hash))},
+        {"config_hash", formatString("%016llx", static_cast<unsigned long long>(view.header->config_hash))},
+        {"model", modelJson(params, view.header->anchor_count)},
+        {"positions", params.position_encoding == uint32_t(PositionEncoding::Grid) ? "grid" : "float"},
+        {"bounds", {{"min", point(params.bounds_min)}, {"max", point(params.bounds_max)}}},
+        {"levels", std::move(levels)},
+        {"chunks",
+         {{"count", params.chunk_count},
+          {"max_anchors", params.max_chunk_anchors},
+          {"max_bytes", params.max_chunk_bytes}}},
+        {"groups", params.group_count},
+        {"leaves", params.leaf_count},
+        {"mlps", mlpsOf(manifest)},
+        {"cameras", cameras ? cameras->count : 0},
+        {"bytes", std::move(bytes)},
+        {"manifest", manifest},
+    };
+}
+
+std::string infoText(const std::string& path, const GscView& view, const Json& manifest)
+{
+    const ModelParams& params = *view.params;
+    std::string text =
+        formatString("file        %s, %s, .gsc %u.%u\n", path.c_str(), formatBytes(view.header->file_bytes).c_str(),
+                     unsigned(view.header->version_major), unsigned(view.header->version_minor));
+    text += modelText(params, view.header->anchor_count) + "\n";
+    text += formatString("positions   %s\n", params.position_encoding == uint32_t(PositionEncoding::Grid)
+                                                 ? "integers on the voxel grid, bit-exact"
+                                                 : "floats (the checkpoint is on no grid)");
+    text += formatString("bounds      (%g, %g, %g) to (%g, %g, %g)\n", double(params.bounds_min[0]),
+                         double(params.bounds_min[1]), double(params.bounds_min[2]), double(params.bounds_max[0]),
+                         double(params.bounds_max[1]), double(params.bounds_max[2]));
+    for (const LevelRecord& level : view.levels)
+        text += formatString("level %-5d %s anchors, %s chunks, %s groups, %s leaves; quantum %g, cell %u quanta\n",
+                             level.level, formatCount(level.anchor_count).c_str(),
+                             formatCount(level.chunk_count).c_str(), formatCount(level.group_count).c_str(),
+                             formatCount(level.leaf_count).c_str(), double(level.quantum), 1u << level.cell_log2);
+    text += formatString("chunks      %s, at most %s anchors and %s\n", formatCount(params.chunk_count).c_str(),
+                         formatCount(params.max_chunk_anchors).c_str(), formatBytes(params.max_chunk_bytes).c_str());
+    for (const Json& mlp : mlpsOf(manifest))
+        text += "mlp         " + oneLine(mlp) + "\n";
+    if (const SectionEntry* cameras = findSection(view, kSectionCameras))
+        text += formatString("cameras     %s\n", formatCount(cameras->count).c_str());
+    for (const SectionEntry& entry : view.sections)
+        text += formatString("%-11s %s\n", sectionName(entry.type).c_str(), formatBytes(entry.bytes).c_str());
+    if (manifest.is_object() && manifest.contains("source"))
+        text += "source      " + oneLine(manifest["source"]) + "\n";
+    return text;
+}
+
+bool isUnsupported(uint16_t id)
+{
+    return id == issue::VersionUnsupported || id == issue::ProfileUnsupported || id == issue::SectionVersion ||
+           id == issue::SectionCodec || id == issue::ParamPayloadVersion;
+}
+
+ErrorCode runInfo(const std::string& path, Reporter& report)
+{
+    const MappedFile file(path);
+    std::string first;
+    uint16_t first_id = 0;
+    const IssueSink sink = [&](const Issue& issue) {
+        if (issue.info->severity == Severity::Warning || first_id)
+            return;
+        first_id = issue.info->id;
+        first = formatString("issue %u, %s: %s", unsigned(first_id), issue.info->summary, issue.detail.c_str());
+    };
+    GscView view;
+    if (!openGscSummary(file.bytes(), view, sink))
+        throw Error(isUnsupported(first_id) ? ErrorCode::Unsupported : ErrorCode::InvalidFile,
+                    path + ": " + first + "; gsc validate lists everything wrong with the file");
+    Json manifest = Json::parse(view.manifest, nullptr, false);
+    if (manifest.is_discarded())
+        throw Error(ErrorCode::InvalidFile,
+                    path + ": META is not JSON, expected the manifest; gsc validate lists everything wrong with it");
+    if (report.json())
+        report.object(infoJson(path, view, manifest));
+    else
+        report.text(infoText(path, view, manifest));
+    return ErrorCode::Ok;
+}
+
+} // namespace
+
+void addInfoCommand(CLI::App& app, Invocation& invocation)
+{
+    auto path = std::make_shared<std::string>();
+    CLI::App* command = app.add_subcommand("info", "Tell what a .gsc file holds, from its header and index alone");
+    command->add_option("FILE", *path, "file to look at")->required()->option_text(" ");
+    addReporterOptions(*command, invocation.reporter, false);
+    command->footer("examples:\n"
+                    "  gsc info city.gsc\n"
+                    "  gsc info --format json city.gsc | jq .levels");
+    command->callback(
+        [path, &invocation] { invocation.run = [path](Reporter& report) { return runInfo(*path, report); }; });
+}
+
+} // namespace gsc

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/commands/command.h"
+#include "convert/commands/text_file.h"
+
+#include "convert/sample/sample.h"
+#include "format/interrupt.h"
+
+#include <CLI/CLI.hpp>
+
+#include <map>
+#include <memory>
+
+namespace gsc {
+
+namespace {
+
+ErrorCode reportSample(const std::string& kind, const std::string& output, uint64_t seed, const SampleReport& sample,
+                       Reporter& report)
+{
+    report.endProgress(false);
+    if (report.json())
+        report.object({{"schema", "gsc.sample/1"},
+                       {"generator", {{"name", "gsc"}, {"version", GSC_VERSION}}},
+                       {"kind", kind},
+                       {"output", output},
+                       {"seed", seed},
+                       {"anchors", sample.anchors},
+                       {"tiles", sample.tiles},
+                       {"ply_bytes", sample.ply_bytes},
+                       {"path_file", sample.path_file},
+                       {"seconds", jsonNumber(sample.seconds)},
+                       {"peak_memory_bytes", peakMemoryBytes()}});
+    else {
+        std::string text = formatString("wrote       %s, %s anchors, PLY of %s\n", output.c_str(),
+                                        formatCount(sample.anchors).c_str(), formatBytes(sample.ply_bytes).c_str());
+        if (sample.tiles)
+            text += formatString("tiles       %s\n", formatCount(sample.tiles).c_str());
+        if (!sample.path_file.empty())
+            text += "camera path " + sample.path_file + "\n";
+        report.text(text);
+    }
+    report.done("made " + output);
+    return ErrorCode::Ok;
+}
+
+SampleProgress progressOf(Reporter& report)
+{
+    return [&report](const char* stage, uint64_t done, uint64_t total) { report.progress(stage, done, total); };
+}
+
+ErrorCode runSample(const std::string& kind, const SampleOptions& options, Reporter& report)
+{
+    installInterruptHandler();
+    checkOutputFolder(options.output, options.overwrite);
+    return reportSample(kind, options.output, options.seed, makeSample(options, progressOf(report)), report);
+}
+
+ErrorCode runReplicate(const ReplicateOptions& options, Reporter& report)
+{
+    installInterruptHandler();
+    checkOutputFolder(options.output, options.overwrite);
+    return reportSample("replicate", options.output, options.seed, replicateCheckpoint(options, progressOf(report)),
+                        report);
+}
+
+void addSceneCommand(CLI::App& parent, Invocation& invocation, const char* name, const char* help, SampleScene scene)
+{
+    static const std::map<std::string, SampleModel> kModels = {{"scaffold", SampleModel::Scaffold},
+                                                               {"octree", SampleModel::Octree}};
+    auto options = std::make_shared<SampleOptions>();
+    options->scene = scene;
+    CLI::App* command = parent.add_subcommand(name, help);
+    command->add_option("-o,--output", options->output, "model folder to create")->required()->option_text("DIR");
+    command->add_flag("-w,--overwrite", options->overwrite, "replace a model that exists");
+    addCountOption(*command, "--anchors", options->anchors, "anchors, such as 20M (default: 100000)");
+    command->add_option("--model", options->model, "trainer whose layout is written (default: scaffold)")
+        ->transform(CLI::CheckedTransformer(kModels))
+        ->option_text("scaffold|octree");
+    command->add_option("--seed", options->seed, "same seed, same bytes (default: 1)")->option_text("N");
+    command->add_flag("--everything-on", options->everything_on,
+                      "feature bank, appearance, distances and level: every input upstream knows");
+    addReporterOptions(*command, invocation.reporter, true);
+    command->footer(formatString("example:\n  gsc sample %s --anchors 300k --model octree -o %s", name, name));
+    command->callback([options, name, &invocation] {
+        invocation.run = [options, name](Reporter& report) { return runSample(name, *options, report); };
+    });
+}
+
+void addReplicateCommand(CLI::App& parent, Invocation& invocation)
+{
+    auto options = std::make_shared<ReplicateOptions>();
+    CLI::App* command = parent.add_subcommand("replicate", "Tile a real aerial model into a city, with camera paths");
+    command->add_option("CHECKPOINT", options->input, "the model to tile")->required()->option_text(" ");
+    command->add_option("-o,--output", options->output, "model folder to create")->required()->option_text("DIR");
+    command->add_flag("-w,--overwrite", options->overwrite, "replace a model that exists");
+    addCountOption(*command, "--anchors", options->anchors, "anchors, such as 18.5M (default: 1.3M)");
+    command->add_option("--seed", options->seed, "same seed, same bytes (default: 1)")->option_text("N");
+    addReporterOptions(*command, invocation.reporter, true);
+    command->footer("example:\n  gsc sample replicate output/village --anchors 18.5M -o big");
+    command->callback([options, &invocation] {
+        invocation.run = [options](Reporter& report) { return runReplicate(*options, report); };
+    });
+}
+
+} // namespace
+
+void addSampleCommand(CLI::App& app, Invocation& invocation)
+{
+    CLI::App* command = app.add_subcommand("sample", "Make a checkpoint in the trainers' own layout");
+    command->require_subcommand(0, 1);
+    command->callback([command] {
+        if (command->get_subcommands().empty())
+            throw CLI::RequiredError("what to make (city, street, room or replicate)");
+    });
+    addSceneCommand(*command, invocation, "city", "Blocks, streets, facades and trees", SampleScene::City);
+    addSceneCommand(*command, invocation, "street", "One street, seen from the ground", SampleScene::Street);
+    addSceneCommand(*command, invocation, "room", "A furnished room", SampleScene::Room);
+    addReplicateCommand(*command, invocation);
+}
+
+} // namespace gsc

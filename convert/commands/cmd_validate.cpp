@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/commands/command.h"
+
+#include "convert/bake/nanovdb_check.h"
+#include "format/gsc_reader.h"
+#include "format/mapped_file.h"
+
+#include <CLI/CLI.hpp>
+
+#include <map>
+#include <memory>
+
+namespace gsc {
+
+namespace {
+
+constexpr uint64_t kMaxMessages = 1000; // a damaged file can have one problem per record; the rest is only counted
+
+struct ValidateOptions {
+    std::string input;
+    GscCheck check = GscCheck::Full;
+    bool warnings_as_errors = false;
+    bool list_issues = false;
+};
+
+const char* severityName(Severity severity)
+{
+    switch (severity) {
+    case Severity::Warning:
+        return "warning";
+    case Severity::Error:
+        return "error";
+    case Severity::Fatal:
+        return "fatal";
+    }
+    return "fatal";
+}
+
+struct IssueCounts {
+    uint64_t by_severity[3] = {};
+    uint64_t reported = 0;
+
+    [[nodiscard]] uint64_t of(Severity severity) const { return by_severity[size_t(severity)]; }
+    [[nodiscard]] uint64_t total() const { return by_severity[0] + by_severity[1] + by_severity[2]; }
+};
+
+ErrorCode listIssues(Reporter& report)
+{
+    Json list = Json::array();
+    for (const IssueInfo& info : allIssues()) {
+        if (report.json())
+            list.push_back({{"id", info.id},
+                            {"severity", severityName(info.severity)},
+                            {"code", info.name},
+                            {"summary", info.summary}});
+        else
+            report.text(
+                formatString("%s-%u %s: %s", severityName(info.severity), unsigned(info.id), info.name, info.summary));
+    }
+    if (report.json())
+        report.object({{"schema", "gsc.issues/1"}, {"issues", std::move(list)}});
+    return ErrorCode::Ok;
+}
+
+ErrorCode runValidate(const ValidateOptions& options, Reporter& report)
+{
+    if (options.list_issues)
+        return listIssues(report);
+    if (options.input.empty())
+        throw Error(ErrorCode::Usage, "validate: no file given, expected one .gsc file; see gsc validate --help");
+
+    const MappedFile file(options.input);
+    IssueCounts counts;
+    Json messages = Json::array();
+    const IssueSink sink = [&](const Issue& issue) {
+        ++counts.by_severity[size_t(issue.info->severity)];
+        if (counts.reported == kMaxMessages)
+            return;
+        ++counts.reported;
+        if (report.json())
+            messages.push_back({{"id", issue.info->id},
+                                {"code", issue.info->name},
+                                {"severity", severityName(issue.info->severity)},
+                                {"pointer", issue.pointer},
+                                {"offset", issue.offset},
+                                {"message", issue.info->summary},
+                                {"details", issue.detail}});
+        else
+            report.text(formatString("%s-%u %s\n    %s (%s%sbyte %llu)", severityName(issue.info->severity),
+                                     unsigned(issue.info->id), issue.info->summary, issue.detail.c_str(),
+                                     issue.pointer.c_str(), issue.pointer.empty() ? "" : ", ",
+                                     static_cast<unsigned long long>(issue.offset)));
+    };
+    GscView view;
+    if (openGsc(file.bytes(), view, options.check, sink))
+        checkNanoVdb(view, sink);
+
+    const bool valid = counts.of(Severity::Error) + counts.of(Severity::Fatal) == 0 &&
+                       !(options.warnings_as_errors && counts.of(Severity::Warning));
+    const uint64_t truncated = counts.total() - counts.reported;
+    if (report.json())
+        report.object({{"schema", "gsc.validate/1"},
+                       {"tool", {{"name", "gsc"}, {"version", GSC_VERSION}}},
+                       {"uri", options.input},
+                       {"check", options.check == GscCheck::Full ? "full" : "index"},
+                       {"valid", valid},
+                       {"summary",
+                        {{"fatals", counts.of(Severity::Fatal)},
+                         {"errors", counts.of(Severity::Error)},
+                         {"warnings", counts.of(Severity::Warning)},
+                         {"truncated", truncated}}},
+                       {"messages", std::move(messages)}});
+    else if (truncated)
+        report.text(formatString("... and %s more", formatCount(truncated).c_str()));
+    return valid ? ErrorCode::Ok : ErrorCode::InvalidFile;
+}
+
+} // namespace
+
+void addValidateCommand(CLI::App& app, Invocation& invocation)
+{
+    static const std::map<std::string, GscCheck> kChecks = {{"index", GscCheck::Index}, {"full", GscCheck::Full}};
+    auto options = std::make_shared<ValidateOptions>();
+    CLI::App* command = app.add_subcommand("validate", "Check a .gsc file and list every problem found");
+    command->add_option("FILE", options->input, "file to check")->option_text(" ");
+    command
+        ->add_option("--check", options->check,
+                     "index: everything but the anchors' data; full: that too (default: full)")
+        ->transform(CLI::CheckedTransformer(kChecks))
+        ->option_text("index|full");
+    command->add_flag("-e,--warnings-as-errors", options->warnings_as_errors, "warnings fail the check too");
+    command->add_flag("--list-issues", options->list_issues, "print every problem there is a number for, and stop");
+    addReporterOptions(*command, invocation.reporter, false);
+    command->footer("Prints nothing and exits with 0 if the file is good, 3 if it is not.\n\n"
+                    "examples:\n"
+                    "  gsc validate city.gsc\n"
+                    "  gsc validate --format json --check index city.gsc");
+    command->callback([options, &invocation] {
+        invocation.run = [options](Reporter& report) { return runValidate(*options, report); };
+    });
+}
+
+} // namespace gsc

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/commands/compare_render.h"
+
+#include "convert/bake/bake.h"
+#include "convert/commands/trainer_pictures.h"
+#include "format/interrupt.h"
+#include "player/camera_file.h"
+#include "player/image/image_io.h"
+#include "runtime/backend.h"
+#include "runtime/backend_cpu.h"
+#include "runtime/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <unistd.h>
+
+namespace gsc {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// A fresh bake of the checkpoint, gone when this is.
+class FreshBake {
+public:
+    FreshBake(const Checkpoint& checkpoint, int threads, Reporter& report)
+        : m_path((fs::temp_directory_path() / formatString("gsc-compare-%ld.gsc", long(::getpid()))).string())
+    {
+        BakeOptions options;
+        options.output = m_path;
+        options.overwrite = true;
+        options.threads = threads;
+        options.drop_invalid = true;
+        bake(checkpoint, options,
+             [&](const char* stage, uint64_t done, uint64_t total) { report.progress(stage, done, total); });
+    }
+    ~FreshBake()
+    {
+        std::error_code ignored;
+        fs::remove(m_path, ignored);
+    }
+    FreshBake(const FreshBake&) = delete;
+    FreshBake& operator=(const FreshBake&) = delete;
+
+    [[nodiscard]] const std::string& path() const { return m_path; }
+
+private:
+    std::string m_path;
+};
+
+// What a frame of `scene` is rendered with, whatever renders it.
+FrameOptions frameOptions(const Scene& scene, Tier tier, int appearance)
+{
+    FrameOptions options;
+    options.tier = tier;
+    const ModelParams& params = *scene.view().params;
+    if (params.flags & kModelWhiteBackground)
+        std::fill(std::begin(options.background), std::end(options.background), 1.0f);
+    if (params.appearance_dim)
+        options.appearance = scene.appearanceRow(appearance);
+    return options;
+}
+
+// The file as a player shows it.
+class Renderer {
+public:
+    Renderer(const std::string& path, CpuPath cpu_path, Tier tier, int threads)
+        : m_scene(Scene::open(path)), m_backend(makeCpuBackend(cpu_path, threads)), m_tier(tier)
+    {
+        m_backend->load(m_scene->view());
+    }
+
+    [[nodiscard]] const Scene& scene() const { return *m_scene; }
+
+    // `appearance` is the trainer's row, ignored by a model without embedding.
+    Image render(const Camera& camera, int appearance)
+    {
+        Image image{camera.width, camera.height, {}};
+        image.pixels.resize(3 * size_t(camera.width) * camera.height);
+        const EyeParams eye = eyeParams(camera);
+        float* const pixels = image.pixels.data();
+        FrameResult result;
+        m_backend->render(&eye, 1, frameOptions(*m_scene, m_tier, appearance), &pixels, result);
+        return image;
+    }
+
+private:
+    std::unique_ptr<Scene> m_scene;
+    std::unique_ptr<Backend> m_backend;
+    Tier m_tier;
+};
+
+// The flat scalar reference over a fresh bake of the checkpoint.
+class ReferenceRenderer {
+public:
+    ReferenceRenderer(const std::string& path, const RenderOptions& options)
+        : m_float(path, CpuPath::Reference, Tier::Exact, options.threads), m_precision(options.reference)
+    {
+    }
+
+    Image render(const Camera& camera, int appearance)
+    {
+        if (m_precision == ReferencePrecision::Float)
+            return m_float.render(camera, appearance);
+        std::vector<double> pixels(3 * size_t(camera.width) * camera.height);
+        double* const image = pixels.data();
+        const EyeParams64 eye = eyeParams64(camera);
+        FrameResult result;
+        renderReference64(m_float.scene().view(), &eye, 1, frameOptions(m_float.scene(), Tier::Exact, appearance),
+                          &image, result);
+        return {camera.width, camera.height, {pixels.begin(), pixels.end()}};
+    }
+
+private:
+    Renderer m_float;
+    ReferencePrecision m_precision;
+};
+
+// The row the camera asks for if the file kept it, else the first it has; -1 without embedding.
+int appearanceFor(const Scene& scene, const Camera& camera)
+{
+    const std::vector<uint32_t> rows = scene.appearanceRows();
+    if (rows.empty())
+        return -1;
+    const bool kept =
+        camera.appearance >= 0 && std::find(rows.begin(), rows.end(), uint32_t(camera.appearance)) != rows.end();
+    return kept ? camera.appearance : int(rows.front());
+}
+
+std::vector<Camera> camerasToCompare(const Scene& scene, const RenderOptions& options)
+{
+    std::vector<Camera> all;
+    if (!options.cameras.empty()) {
+        all = readCameraFile(options.cameras);
+        for (Camera& camera : all)
+            finishCamera(camera, 0, 0, 0);
+    } else
+        for (const SceneCamera& stored : scene.cameras())
+            all.push_back(cameraOf(stored));
+    if (options.frames == 0 || all.size() <= options.frames)
+        return all;
+    std::vector<Camera> taken;
+    for (uint64_t i = 0; i < options.frames; ++i)
+        taken.push_back(all[size_t(i * all.size() / options.frames)]);
+    return taken;
+}
+
+RenderedView compareView(const std::string& name, const Image& expected, const Image& actual)
+{
+    const ImageView a{expected.pixels.data(), expected.width, expected.height};
+    const ImageView b{actual.pixels.data(), actual.width, actual.height};
+    RenderedView view;
+    view.name = name;
+    view.width = actual.width;
+    view.height = actual.height;
+    view.difference = compareImages(a, b);
+    view.ssim = ssim(a, b);
+    view.flip = flip(a, b);
+    return view;
+}
+
+bool isEightBit(const Image& image)
+{
+    return std::all_of(image.pixels.begin(), image.pixels.end(), [](float value) {
+        const float scaled = 255 * value;
+        return std::abs(scaled - std::round(scaled)) < 1e-3f;
+    });
+}
+
+// A picture of 8 bits says only in which interval of 1/255 a value lay. Puts each value of `picture` as close to
+// `actual` as its interval allows, so that only what rounding cannot explain counts.
+void undoRounding(Image& picture, Image& actual)
+{
+    constexpr float kHalf = 0.5f / 255;
+    for (size_t i = 0; i < picture.pixels.size(); ++i) {
+        actual.pixels[i] = std::clamp(actual.pixels[i], 0.0f, 1.0f); // as the trainer does before it writes
+        picture.pixels[i] = std::clamp(actual.pixels[i], picture.pixels[i] - kHalf, picture.pixels[i] + kHalf);
+    }
+}
+
+void compareWithTrainer(const Checkpoint& checkpoint, const RenderOptions& options, Renderer& renderer,
+                        Reporter& report, RenderComparison& result)
+{
+    result.trainer_folder = options.golden.empty() ? findTrainerPictures(checkpoint) : options.golden;
+    if (result.trainer_folder.empty())
+        return;
+    const auto pictures = fs::is_regular_file(result.trainer_folder + "/cameras.json")
+                              ? picturesOfGolden(result.trainer_folder)
+                              : picturesOfTest(result.trainer_folder, renderer.scene().cameras());
+    if (pictures.empty())
+        throw Error(ErrorCode::InvalidFile, result.trainer_folder +
+                                                ": holds no picture with a known camera, expected NAME.png and "
+                                                "cameras.json, or NNNNN.png of the test cameras stored in the file");
+    for (const TrainerPicture& source : pictures) {
+        throwIfInterrupted();
+        report.progress("trainer's pictures", result.trainer.size(), pictures.size());
+        Image picture = readImage(source.path);
+        Camera camera = source.camera;
+        camera.width = picture.width;
+        camera.height = picture.height;
+        Image actual = renderer.render(camera, appearanceFor(renderer.scene(), camera));
+        const bool eight_bit = isEightBit(picture);
+        if (eight_bit)
+            undoRounding(picture, actual);
+        RenderedView view = compareView(camera.name, picture, actual);
+        view.picture_bits = eight_bit ? 8 : 16;
+        result.trainer_pool.add(view.difference);
+        result.trainer.push_back(std::move(view));
+    }
+}
+
+} // namespace
+
+bool RenderComparison::passes(double min_psnr) const
+{
+    // written so that a NaN fails
+    const auto good = [min_psnr](const RenderedView& view) { return view.difference.psnr >= min_psnr; };
+    return std::all_of(reference.begin(), reference.end(), good) && std::all_of(trainer.begin(), trainer.end(), good);
+}
+
+RenderComparison compareRenders(const Checkpoint& checkpoint, const std::string& file, const RenderOptions& options,
+                                Reporter& report)
+{
+    RenderComparison result;
+    Renderer fast(file, CpuPath::Fast, options.tier, options.threads);
+    const std::vector<Camera> cameras = camerasToCompare(fast.scene(), options);
+    if (!cameras.empty()) {
+        const FreshBake fresh(checkpoint, options.threads, report);
+        ReferenceRenderer reference(fresh.path(), options);
+        for (const Camera& camera : cameras) {
+            throwIfInterrupted();
+            report.progress("reference pictures", result.reference.size(), cameras.size());
+            const int appearance = appearanceFor(fast.scene(), camera);
+            const Image expected = reference.render(camera, appearance);
+            result.reference.push_back(compareView(camera.name, expected, fast.render(camera, appearance)));
+            result.reference_pool.add(result.reference.back().difference);
+        }
+    }
+    compareWithTrainer(checkpoint, options, fast, report, result);
+    if (result.reference.empty() && result.trainer.empty())
+        throw Error(ErrorCode::Usage, file + ": stores no camera, expected views to render; pass --cameras FILE or "
+                                             "--golden DIR");
+    report.endProgress(false);
+    return result;
+}
+
+} // namespace gsc

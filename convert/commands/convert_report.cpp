@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/commands/convert_report.h"
+
+#include "convert/commands/model_facts.h"
+
+namespace gsc {
+
+namespace {
+
+// What could differ from the checkpoint, in one place for both forms of the report.
+bool isLossless(const ConvertFacts& facts)
+{
+    const bool rows_left_out = facts.options.appearance >= 0 && !facts.checkpoint.embedding.empty() &&
+                               facts.checkpoint.embedding.size() > facts.checkpoint.appearance_dim;
+    return facts.bake->dropped == 0 && !rows_left_out;
+}
+
+std::string howVerified(const ConvertFacts& facts)
+{
+    if (facts.verified)
+        return "read back: every attribute of every anchor compared bit for bit with the checkpoint";
+    return facts.bake->exact_grid ? "while baking: every position recomputed from its integers bit for bit; other "
+                                    "values are copied as fp32"
+                                  : "by construction: every value is copied as fp32, positions too";
+}
+
+Json inputJson(const ConvertFacts& facts)
+{
+    const Checkpoint& checkpoint = facts.checkpoint;
+    Json json = {{"path", checkpoint.model_path},
+                 {"ply", checkpoint.ply_path},
+                 {"weights", checkpoint.weight_paths},
+                 {"container", checkpoint.container},
+                 {"iteration", checkpoint.iteration >= 0 ? Json(checkpoint.iteration) : Json(nullptr)},
+                 {"cameras", checkpoint.cameras.size()}};
+    json["bytes"] = facts.bake ? Json(facts.bake->input_bytes) : Json(nullptr);
+    return json;
+}
+
+Json optionsJson(const BakeOptions& options)
+{
+    return {{"appearance", options.appearance >= 0 ? Json(options.appearance) : Json("all")},
+            {"chunk_anchors", options.chunk_anchors},
+            {"drop_invalid", options.drop_invalid}};
+}
+
+double ratio(const BakeReport& bake)
+{
+    return bake.input_bytes ? double(bake.output_bytes) / double(bake.input_bytes) : 0;
+}
+
+} // namespace
+
+Json convertJson(const ConvertFacts& facts)
+{
+    Json json = {
+        {"schema", "gsc.convert/1"},
+        {"generator", {{"name", "gsc"}, {"version", GSC_VERSION}}},
+        {"dry_run", facts.bake == nullptr},
+        {"input", inputJson(facts)},
+        {"model", modelJson(paramsOf(facts.checkpoint), facts.checkpoint.anchor_count)},
+        {"options", optionsJson(facts.options)},
+    };
+    Json stages = Json::array();
+    if (const BakeReport* bake = facts.bake) {
+        json["output"] = {{"path", facts.options.output}, {"bytes", bake->output_bytes},
+                          {"ratio", ratio(*bake)},        {"anchors", bake->anchors},
+                          {"dropped", bake->dropped},     {"levels", bake->levels},
+                          {"chunks", bake->chunks},       {"groups", bake->groups},
+                          {"leaves", bake->leaves},       {"positions", bake->exact_grid ? "grid" : "float"}};
+        json["quality"] = {{"lossless", isLossless(facts)},
+                           {"verified", facts.verified ? "read-back" : "bake"},
+                           {"how", howVerified(facts)}};
+        for (const BakeStage& stage : bake->stages)
+            stages.push_back({{"name", stage.name}, {"seconds", jsonNumber(stage.seconds)}});
+    } else {
+        json["output"] = nullptr;
+        json["quality"] = nullptr;
+    }
+    json["stages"] = std::move(stages);
+    json["seconds"] = jsonNumber(facts.seconds);
+    json["peak_memory_bytes"] = peakMemoryBytes();
+    json["warnings"] = facts.warnings;
+    return json;
+}
+
+std::string convertText(const ConvertFacts& facts)
+{
+    const Checkpoint& checkpoint = facts.checkpoint;
+    std::string text = modelText(paramsOf(checkpoint), checkpoint.anchor_count);
+    text += formatString("\nread        %s and %zu weight files, %zu cameras", checkpoint.ply_path.c_str(),
+                         checkpoint.weight_paths.size(), checkpoint.cameras.size());
+    if (!facts.bake)
+        return text + formatString("\ndry run     nothing written; it would be %s\n", facts.options.output.c_str());
+    const BakeReport& bake = *facts.bake;
+    text += formatString("\nwrote       %s, %s (%.3f of the checkpoint)", facts.options.output.c_str(),
+                         formatBytes(bake.output_bytes).c_str(), ratio(bake));
+    text += formatString("\nindex       %s levels, %s chunks, %s groups, %s leaves", formatCount(bake.levels).c_str(),
+                         formatCount(bake.chunks).c_str(), formatCount(bake.groups).c_str(),
+                         formatCount(bake.leaves).c_str());
+    if (bake.dropped)
+        text +=
+            formatString("\ndropped     %s anchors with values that are not finite", formatCount(bake.dropped).c_str());
+    text += formatString("\nlossless    %s (%s)\n", isLossless(facts) ? "yes" : "no", howVerified(facts).c_str());
+    return text;
+}
+
+} // namespace gsc

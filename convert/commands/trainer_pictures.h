@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// The pictures a trainer rendered itself, with the cameras they were rendered from.
+#pragma once
+
+#include "convert/input/checkpoint.h"
+#include "runtime/camera.h"
+#include "runtime/scene.h"
+
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+struct TrainerPicture {
+    std::string path; // of the PNG
+    Camera camera;    // its size is the picture's, once that is read
+};
+
+// Of a folder with NAME.png and a cameras.json that lists exact cameras (R_camera_to_world, T_world_to_camera, FoVx,
+// FoVy, width, height, uid). Throws Error (Io, InvalidFile).
+std::vector<TrainerPicture> picturesOfGolden(const std::string& folder);
+
+// Of the folder test/ours_<iteration>/renders that the trainers' render.py leaves: NNNNN.png is the NNNNN-th test
+// camera. Empty if there is none.
+std::vector<TrainerPicture> picturesOfTest(const std::string& folder, const std::vector<SceneCamera>& cameras);
+
+// <model>/golden, else <model>/test/ours_<iteration>/renders; empty if there is neither.
+std::string findTrainerPictures(const Checkpoint& checkpoint);
+
+// A camera stored in a file, as the trainer renders it.
+Camera cameraOf(const SceneCamera& stored);
+
+} // namespace gsc

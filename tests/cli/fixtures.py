@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the command line cases work on: good models made by gsc itself, and tiny folders as other trainers leave them."""
+import io
+import os
+import pickle
+import struct
+import subprocess
+import sys
+import types
+import zipfile
+from collections import OrderedDict
+from pathlib import Path
+
+FEATURES, OFFSETS = 32, 10
+
+
+def _gsc(gsc, *arguments):
+    subprocess.run([str(gsc), *map(str, arguments), "-q"], check=True, stdout=subprocess.DEVNULL)
+
+
+def models(gsc, data):
+    """scaffold/ and octree/ (everything on) with their .gsc files."""
+    _gsc(gsc, "sample", "room", "--anchors", 3000, "--model", "scaffold", "--seed", 1, "-o", data / "scaffold")
+    _gsc(gsc, "sample", "street", "--anchors", 4000, "--model", "octree", "--seed", 2, "--everything-on", "-o",
+         data / "octree")
+    for name in ("scaffold", "octree"):
+        _gsc(gsc, "convert", data / name, "-o", data / f"{name}.gsc")
+
+
+def models_and_row(gsc, data):
+    """models() and a file with one row of the embedding."""
+    models(gsc, data)
+    _gsc(gsc, "convert", data / "octree", "-o", data / "octree_row2.gsc", "--appearance", 2)
+
+
+def compared_models(gsc, data):
+    """models() and where there are trained models fox.gsc and fox8: the same model without golden/, with 8-bit pictures
+    where the trainer's render.py would leave them."""
+    models(gsc, data)
+    named = os.environ.get("GSC_CHECKPOINTS")
+    fox = (Path(named) if named else Path(__file__).parents[2] / "../shared/checkpoints").resolve() / "fox_octree"
+    if not fox.is_dir():
+        return
+    _gsc(gsc, "convert", fox, "-o", data / "fox.gsc")
+    renders = data / "fox8/test/ours_10000/renders"
+    renders.mkdir(parents=True)
+    for name in ("cameras.json", "cfg_args", "point_cloud"):
+        (data / "fox8" / name).symlink_to(fox / name)
+    for index, name in enumerate(("0001", "0012")):  # the first two test cameras of its cameras.json
+        subprocess.run(["oiiotool", fox / "golden" / f"{name}.png", "-d", "uint8", "-o", renders / f"{index:05}.png"],
+                       check=True)
+
+
+def large_model(gsc, data):
+    """city/: takes about a second to convert, enough to be interrupted."""
+    _gsc(gsc, "sample", "city", "--anchors", 400_000, "--model", "octree", "--seed", 3, "-o", data / "city")
+
+
+# ---- PLY
+
+
+def _columns(*groups):
+    names = []
+    for group in groups:
+        if isinstance(group, tuple):
+            names += [f"{group[0]}_{i}" for i in range(group[1])]
+        else:
+            names.append(group)
+    return names
+
+
+SCAFFOLD = _columns("x", "y", "z", "nx", "ny", "nz", ("f_offset", 3 * OFFSETS), ("f_anchor_feat", FEATURES), "opacity",
+                    ("scale", 6), ("rot", 4))
+
+
+def _ply(path, names, rows=4, header_end="end_header\n", missing_bytes=0):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    header = "ply\nformat binary_little_endian 1.0\nelement vertex %d\n" % rows
+    header += "".join(f"property float {name}\n" for name in names) + header_end
+    values = []
+    for row in range(rows):
+        for name in names:
+            values.append(float(row) if name in "xyz" else 1.0 if name == "rot_0" else 0.0)
+    body = struct.pack(f"<{len(values)}f", *values)
+    path.write_bytes(header.encode() + body[: len(body) - missing_bytes])
+
+
+# ---- torch.save archives, without torch
+
+
+class _FloatStorage:
+    def __init__(self, values):
+        self.values = values
+
+
+class _Tensor:
+    def __init__(self, shape, values=None):
+        self.shape = shape
+        count = 1
+        for side in shape:
+            count *= side
+        self.storage = _FloatStorage(values or [0.01 * (i % 7) for i in range(count)])
+
+    def __reduce__(self):
+        stride, step = [], 1
+        for side in reversed(self.shape):
+            stride.insert(0, step)
+            step *= side
+        return _rebuild_tensor_v2, (self.storage, 0, tuple(self.shape), tuple(stride), False, {})
+
+
+def _rebuild_tensor_v2(*arguments):
+    raise NotImplementedError("only its name goes into the archive")
+
+
+def _pretend_torch():
+    """Modules under torch's names, so that pickle writes these classes under them."""
+    storage = type("FloatStorage", (), {"__module__": "torch"})
+    torch, utils = types.ModuleType("torch"), types.ModuleType("torch._utils")
+    torch.FloatStorage, torch._utils, utils._rebuild_tensor_v2 = storage, utils, _rebuild_tensor_v2
+    _rebuild_tensor_v2.__module__ = "torch._utils"
+    sys.modules.update({"torch": torch, "torch._utils": utils})
+    return storage
+
+
+def _save_archive(path, value):
+    storage_class = _pretend_torch()
+    storages = []
+
+    class Pickler(pickle.Pickler):
+        def persistent_id(self, item):
+            if not isinstance(item, _FloatStorage):
+                return None
+            storages.append(item)
+            return ("storage", storage_class, str(len(storages) - 1), "cuda:0", len(item.values))
+
+    buffer = io.BytesIO()
+    Pickler(buffer, protocol=2).dump(value)
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
+        archive.writestr("archive/data.pkl", buffer.getvalue())
+        for key, storage in enumerate(storages):
+            archive.writestr(f"archive/data/{key}", struct.pack(f"<{len(storage.values)}f", *storage.values))
+        archive.writestr("archive/version", "3\n")
+
+
+def _state_dict(width, out):
+    return OrderedDict([("0.weight", _Tensor([FEATURES, width])), ("0.bias", _Tensor([FEATURES])),
+                        ("2.weight", _Tensor([out, FEATURES])), ("2.bias", _Tensor([out]))])
+
+
+def _v1_weights(width):
+    return {"opacity_mlp": _state_dict(width, OFFSETS), "cov_mlp": _state_dict(width, 7 * OFFSETS),
+            "color_mlp": _state_dict(width, 3 * OFFSETS)}
+
+
+class _System:
+    """Would run a command if a reader executed what the pickle asks for."""
+
+    def __reduce__(self):
+        return os.system, ("touch executed",)
+
+
+# ---- folders as other trainers leave them
+
+
+def foreign_models(gsc, data):
+    del gsc
+
+    def folder(name):
+        path = data / name / "point_cloud" / "iteration_30000"
+        path.mkdir(parents=True)
+        return path
+
+    _ply(folder("plain_3dgs") / "point_cloud.ply",
+         _columns("x", "y", "z", "nx", "ny", "nz", ("f_dc", 3), ("f_rest", 45), "opacity", ("scale", 3), ("rot", 4)))
+    _ply(folder("anygs_explicit") / "point_cloud.ply",
+         _columns("x", "y", "z", ("f_offset", 3), ("f_dc", 3), ("f_rest", 45), "opacity", ("scale", 6), ("rot", 4)))
+    hac = folder("hac")
+    _ply(hac / "point_cloud.ply", SCAFFOLD[:36] + [f"f_mask_{i}" for i in range(OFFSETS)] + SCAFFOLD[36:])
+    _save_archive(hac / "checkpoint.pth", _v1_weights(FEATURES + 4) | {"grid_mlp": _state_dict(8, 8)})
+
+    gsdf = folder("gsdf_tcnn")
+    _ply(gsdf / "point_cloud.ply", SCAFFOLD)
+    _save_archive(gsdf / "checkpoint.pth", {"opacity_mlp": _state_dict(FEATURES + 3, OFFSETS),
+                                            "cov_mlp": {"params": _Tensor([5120])},
+                                            "color_mlp": {"params": _Tensor([4096])},
+                                            "anchor_normals_mlp": _state_dict(FEATURES + 3, 3)})
+    sogs = folder("sogs")
+    _ply(sogs / "point_cloud.ply", SCAFFOLD)
+    (sogs / "sogs_config.json").write_text('{"format_version": 2}')
+    _save_archive(sogs / "checkpoint.pth", _v1_weights(2 * FEATURES + 3))
+
+    _ply(folder("sibr_crop") / "point_cloud.ply", SCAFFOLD[:-4], header_end="")
+    _ply(folder("no_weights") / "point_cloud.ply", SCAFFOLD)
+    v1 = folder("truncated_ply")
+    _ply(v1 / "point_cloud.ply", SCAFFOLD, missing_bytes=5)
+    _save_archive(v1 / "checkpoint.pth", _v1_weights(FEATURES + 4))
+    legacy = folder("legacy_pth")
+    _ply(legacy / "point_cloud.ply", SCAFFOLD)
+    (legacy / "checkpoint.pth").write_bytes(pickle.dumps(0x1950A86A20F9469CFC6C, protocol=2) + b"\x00" * 64)
+    evil = folder("evil_pickle")
+    _ply(evil / "point_cloud.ply", SCAFFOLD)
+    _save_archive(evil / "checkpoint.pth", _v1_weights(FEATURES + 4) | {"extra": _System()})
+    wrong = folder("wrong_width")
+    _ply(wrong / "point_cloud.ply", SCAFFOLD)
+    _save_archive(wrong / "checkpoint.pth", _v1_weights(FEATURES + 17))
+    split = folder("rank_split")
+    _ply(split / "point_cloud_rk0_ws2.ply", SCAFFOLD)
+    _ply(split / "point_cloud_rk1_ws2.ply", SCAFFOLD)
+    good = folder("scaffold_v1")
+    _ply(good / "point_cloud.ply", SCAFFOLD)
+    _save_archive(good / "checkpoint.pth", _v1_weights(FEATURES + 4))
+    (data / "empty").mkdir()
+    (data / "text.ply").write_text("this is no PLY\n")
+
+
+if __name__ == "__main__":
+    # fixtures.py NAME GSC DIR: makes a fixture by hand
+    globals()[sys.argv[1]](Path(sys.argv[2]), Path(sys.argv[3]))

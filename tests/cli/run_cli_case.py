@@ -1,0 +1,263 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Runs gsc as a user would and checks exit code, streams, reports and files.
+
+usage: run_cli_case.py --gsc BINARY --source DIR --work DIR CASES.json...
+
+A case file holds {"fixture": NAME or null, "cases": [...]}. A fixture (fixtures.py) fills the folder {data} once; every
+case runs in an empty folder {out}. Keys of a case:
+  name       what is shown
+  args       command line; {data}, {out} and {checkpoints} are replaced
+  needs      "checkpoints": skipped, and said so, where there are no trained models
+  exit       expected code
+  stdout     list of regular expressions that must be found; [] = must be empty; left out = anything
+  stderr     the same for stderr
+  schema     name of schemas/NAME.schema.json that stdout must satisfy; also says that stdout is one JSON value
+  json       {dotted path: expected value} within that
+  json_min   {dotted path: smallest value allowed} within that
+  progress   true = every line of stderr that starts with { satisfies progress-event.schema.json, at least one does
+  report     {file: schema}: files that must exist and satisfy the schema
+  files      exact list of what {out} holds afterwards (relative, folders end with /); left out = anything
+  before     list of ["copy", from, to] | ["write", path, text] | ["patch", path, offset, hex] | ["append", path, hex]
+             | ["truncate", path, size], done before the run; a negative offset or size counts from the end
+  stdout_to  stdout goes to this file
+  file_limit largest file the process may write, bytes: a stand-in for a full disk
+  disk       size of a small file system mounted at {out}/disk (bytes); without the right to mount, file_limit = disk
+  interrupt  regular expression of a stderr line after which SIGINT is sent
+  timeout    seconds, default 60
+"""
+import argparse
+import json
+import os
+import re
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import jsonschema
+
+sys.path.insert(0, str(Path(__file__).parent))
+import fixtures  # noqa: E402
+
+
+class Failure(Exception):
+    pass
+
+
+def validate_schema(source, name, value):
+    path = source / "schemas" / f"{name}.schema.json"
+    schema = json.loads(path.read_text())
+    # the schemas refer to each other by file name
+    resolver = jsonschema.RefResolver(path.resolve().as_uri(), schema)
+    validator = jsonschema.Draft202012Validator(schema, resolver=resolver)
+    errors = sorted(validator.iter_errors(value), key=lambda error: list(error.path))
+    if errors:
+        lines = [f"{'/'.join(map(str, error.path)) or '.'}: {error.message}" for error in errors[:5]]
+        raise Failure(f"does not satisfy {path.name}: " + "; ".join(lines))
+
+
+def parse_json(text, what):
+    def refuse(constant):
+        raise Failure(f"{what} holds {constant}, which is not JSON")
+
+    try:
+        return json.loads(text, parse_constant=refuse)
+    except json.JSONDecodeError as error:
+        raise Failure(f"{what} is not one JSON value ({error}): {text[:200]!r}") from error
+
+
+def look_up(value, path):
+    for part in path.split("."):
+        value = value[int(part)] if isinstance(value, list) else value[part]
+    return value
+
+
+def prepare(step, expand):
+    kind, path, *rest = step[0], Path(expand(step[1])), *step[2:]
+    if kind == "copy":
+        shutil.copytree(path, expand(rest[0])) if path.is_dir() else shutil.copy(path, expand(rest[0]))
+    elif kind == "write":
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(rest[0])
+    elif kind == "patch":
+        data = bytearray(path.read_bytes())
+        offset = rest[0] if rest[0] >= 0 else len(data) + rest[0]
+        new = bytes.fromhex(rest[1])
+        if bytes(data[offset : offset + len(new)]) == new:
+            raise Failure(f"patch at {offset} changes nothing")
+        data[offset : offset + len(new)] = new
+        path.write_bytes(data)
+    elif kind == "append":
+        with path.open("ab") as file:
+            file.write(bytes.fromhex(rest[0]))
+    elif kind == "truncate":
+        size = rest[0] if rest[0] >= 0 else path.stat().st_size + rest[0]
+        os.truncate(path, size)
+    else:
+        raise Failure(f"unknown step {kind}")
+
+
+class SmallDisk:
+    """A file system of a given size, where this process may mount one."""
+
+    def __init__(self, folder, size):
+        folder.mkdir(parents=True)
+        self.folder = folder
+        mount = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(folder)]
+        self.mounted = shutil.which("mount") and subprocess.run(mount, capture_output=True).returncode == 0
+        if not self.mounted:
+            print("  note: no right to mount, a file size limit stands in for the full disk")
+
+    def files(self):
+        return sorted(str(path) for path in self.folder.rglob("*"))
+
+    def remove(self):
+        if self.mounted:
+            subprocess.run(["umount", str(self.folder)], check=True)
+
+
+def run(command, case, limit):
+    def before_exec():
+        if limit is not None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+    sink = open(case["stdout_to"], "wb") if "stdout_to" in case else subprocess.PIPE
+    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=sink, stderr=subprocess.PIPE,
+                               preexec_fn=before_exec)
+    lines = []
+    interrupted = threading.Event()
+
+    def read_stderr():
+        for raw in process.stderr:
+            line = raw.decode(errors="replace")
+            lines.append(line)
+            if "interrupt" in case and not interrupted.is_set() and re.search(case["interrupt"], line):
+                interrupted.set()
+                process.send_signal(signal.SIGINT)
+
+    reader = threading.Thread(target=read_stderr)
+    reader.start()
+    killer = threading.Timer(case.get("timeout", 60), process.kill)
+    killer.start()
+    stdout = process.stdout.read().decode(errors="replace") if process.stdout else ""
+    process.wait()
+    reader.join()
+    killer.cancel()
+    if "interrupt" in case and not interrupted.is_set():
+        raise Failure(f"stderr never matched {case['interrupt']!r}, so nothing was interrupted")
+    return process.returncode, stdout, "".join(lines)
+
+
+def check_stream(name, patterns, text):
+    if patterns is None:
+        return
+    if not patterns and text:
+        raise Failure(f"{name} should be empty but is {text[:400]!r}")
+    for pattern in patterns:
+        if not re.search(pattern, text, re.MULTILINE):
+            raise Failure(f"{name} has no match of {pattern!r}: {text[:1500]!r}")
+
+
+def check_progress(source, stderr):
+    events = [parse_json(line, "progress") for line in stderr.splitlines() if line.startswith("{")]
+    if not events:
+        raise Failure("no progress event on stderr")
+    for event in events:
+        validate_schema(source, "progress-event", event)
+
+
+def list_files(folder):
+    return sorted(str(path.relative_to(folder)) + ("/" if path.is_dir() else "") for path in folder.rglob("*"))
+
+
+def run_case(case, binary, source, data, out, checkpoints):
+    def expand(text):
+        return text.replace("{data}", str(data)).replace("{out}", str(out)).replace("{checkpoints}", checkpoints or "")
+
+    shutil.rmtree(out, ignore_errors=True)
+    out.mkdir(parents=True)
+    for step in case.get("before", []):
+        prepare(step, expand)
+    limit = case.get("file_limit")
+    disk = SmallDisk(out / "disk", case["disk"]) if "disk" in case else None
+    try:
+        if disk and not disk.mounted:
+            limit = case["disk"]
+        command = [str(binary)] + [expand(argument) for argument in case["args"]]
+        code, stdout, stderr = run(command, case, limit)
+        if code != case["exit"]:
+            raise Failure(f"exit code {code}, expected {case['exit']}\nstdout: {stdout[:800]}\nstderr: {stderr[:1500]}")
+        check_stream("stdout", case.get("stdout"), stdout)
+        check_stream("stderr", case.get("stderr"), stderr)
+        if "schema" in case:
+            value = parse_json(stdout, "stdout")
+            validate_schema(source, case["schema"], value)
+            for path, expected in case.get("json", {}).items():
+                if look_up(value, path) != expected:
+                    raise Failure(f"{path} is {look_up(value, path)!r}, expected {expected!r}")
+            for path, smallest in case.get("json_min", {}).items():
+                if not look_up(value, path) >= smallest:
+                    raise Failure(f"{path} is {look_up(value, path)!r}, expected at least {smallest!r}")
+        if case.get("progress"):
+            check_progress(source, stderr)
+        for path, schema in case.get("report", {}).items():
+            validate_schema(source, schema, parse_json(Path(expand(path)).read_text(), path))
+        if disk and disk.files():
+            raise Failure(f"left behind: {disk.files()}")
+        if "files" in case and list_files(out) != sorted(case["files"]):
+            raise Failure(f"{{out}} holds {list_files(out)}, expected {sorted(case['files'])}")
+    finally:
+        if disk:
+            disk.remove()
+
+
+def checkpoints_root(source):
+    named = os.environ.get("GSC_CHECKPOINTS")
+    root = Path(named) if named else source / "../shared/checkpoints"
+    return str(root.resolve()) if root.is_dir() else None
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--gsc", type=Path, required=True)
+    parser.add_argument("--source", type=Path, required=True)
+    parser.add_argument("--work", type=Path, required=True)
+    parser.add_argument("--only", help="run the cases whose name contains this")
+    parser.add_argument("cases", type=Path, nargs="+")
+    arguments = parser.parse_args()
+    checkpoints = checkpoints_root(arguments.source)
+    failed = skipped = passed = 0
+    for path in arguments.cases:
+        suite = json.loads(path.read_text())
+        work = arguments.work / path.stem
+        data = work / "data"
+        shutil.rmtree(work, ignore_errors=True)
+        data.mkdir(parents=True)
+        if suite.get("fixture"):
+            getattr(fixtures, suite["fixture"])(arguments.gsc, data)
+        for case in suite["cases"]:
+            label = f"{path.stem}: {case['name']}"
+            if arguments.only and arguments.only not in label:
+                continue
+            if case.get("needs") == "checkpoints" and not checkpoints:
+                print(f"skipped: {label} (no trained models; set GSC_CHECKPOINTS to their folder)")
+                skipped += 1
+                continue
+            try:
+                run_case(case, arguments.gsc, arguments.source, data, work / "out", checkpoints)
+                passed += 1
+                print(f"ok: {label}")
+            except Failure as failure:
+                failed += 1
+                print(f"FAILED: {label}: {failure}")
+        shutil.rmtree(work, ignore_errors=True)
+    print(f"{passed} passed, {failed} failed, {skipped} skipped")
+    return 1 if failed or passed + skipped == 0 else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

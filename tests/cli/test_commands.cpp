@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/commands/command.h"
+#include "convert/commands/compare_render.h"
+#include "convert/commands/model_facts.h"
+#include "convert/commands/parse_size.h"
+#include "convert/commands/text_file.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <new>
+#include <stdexcept>
+#include <unistd.h>
+
+using namespace gsc;
+
+TEST_CASE("parseByteSize: binary units, rounded down")
+{
+    CHECK(parseByteSize("4096") == 4096u);
+    CHECK(parseByteSize("8G") == uint64_t(8) << 30);
+    CHECK(parseByteSize("8g") == uint64_t(8) << 30);
+    CHECK(parseByteSize("1.5 GiB") == uint64_t(3) << 29);
+    CHECK(parseByteSize("512MB") == uint64_t(512) << 20);
+    CHECK(parseByteSize("2T") == uint64_t(2) << 40);
+    CHECK(parseByteSize("0") == 0u);
+    CHECK(parseByteSize("1.0001K") == 1024u);
+    CHECK(parseByteSize("16777215T") == uint64_t(16777215) << 40);
+    for (const char* bad : {"", "G", ".", "-1", "8Q", "8GG", "1e9", "0x10", "16777216T", "99999999999999999999", " 8G"})
+        CHECK_MESSAGE(!parseByteSize(bad), bad);
+}
+
+TEST_CASE("parseCount: decimal units, whole numbers only")
+{
+    CHECK(parseCount("1300000") == 1'300'000u);
+    CHECK(parseCount("18.5M") == 18'500'000u);
+    CHECK(parseCount("20k") == 20'000u);
+    CHECK(parseCount("1.234567M") == 1'234'567u);
+    for (const char* bad : {"", "1.5", "1.2345k", "20Ki", "20kB", "M", "-3"})
+        CHECK_MESSAGE(!parseCount(bad), bad);
+}
+
+TEST_CASE("formatBytes and formatCount")
+{
+    CHECK(formatBytes(0) == "0 B");
+    CHECK(formatBytes(1023) == "1023 B");
+    CHECK(formatBytes(1536) == "1.50 KiB");
+    CHECK(formatBytes(uint64_t(59) << 20) == "59.0 MiB");
+    CHECK(formatBytes(UINT64_MAX) == "16.0 EiB");
+    CHECK(formatCount(0) == "0");
+    CHECK(formatCount(999) == "999");
+    CHECK(formatCount(1000) == "1,000");
+    CHECK(formatCount(18'500'000) == "18,500,000");
+}
+
+TEST_CASE("jsonNumber and jsonText: what JSON cannot hold never gets out")
+{
+    CHECK(jsonNumber(1.5).dump() == "1.5");
+    CHECK(jsonNumber(std::numeric_limits<double>::infinity()).is_null());
+    CHECK(jsonNumber(std::nan("")).is_null());
+    const Json latin1 = {{"path", "caf\xe9"}}; // a file name need not be UTF-8
+    CHECK(Json::parse(jsonText(latin1))["path"] == "caf\xef\xbf\xbd");
+}
+
+TEST_CASE("runInvocation turns every exception into its exit code")
+{
+    Invocation invocation;
+    invocation.reporter.progress = ProgressMode::None;
+    for (const ErrorCode code :
+         {ErrorCode::Usage, ErrorCode::Io, ErrorCode::InvalidFile, ErrorCode::Internal, ErrorCode::Unsupported,
+          ErrorCode::OutOfMemory, ErrorCode::Device, ErrorCode::Difference, ErrorCode::Interrupted}) {
+        invocation.run = [code](Reporter&) -> ErrorCode { throw Error(code, "x: thrown by a test"); };
+        CHECK(runInvocation(invocation) == code);
+        invocation.run = [code](Reporter&) { return code; };
+        CHECK(runInvocation(invocation) == code);
+    }
+    invocation.run = [](Reporter&) -> ErrorCode { throw std::bad_alloc(); };
+    CHECK(runInvocation(invocation) == ErrorCode::OutOfMemory);
+    invocation.run = [](Reporter&) -> ErrorCode { throw std::length_error("thrown by a test"); };
+    CHECK(runInvocation(invocation) == ErrorCode::Internal);
+    invocation.run = [](Reporter&) -> ErrorCode { throw 7; };
+    CHECK(runInvocation(invocation) == ErrorCode::Internal);
+}
+
+TEST_CASE("writeTextFile replaces a file as a whole, checkOutputPath refuses first")
+{
+    namespace fs = std::filesystem;
+    const fs::path folder = fs::temp_directory_path() / ("gsc-commands-test-" + std::to_string(::getpid()));
+    fs::create_directories(folder);
+    const std::string path = (folder / "report.json").string();
+    CHECK_NOTHROW(checkOutputPath(path, false));
+    writeTextFile(path, "one\n");
+    CHECK(readTextFile(path) == "one\n");
+    CHECK_THROWS_AS(checkOutputPath(path, false), Error);
+    CHECK_NOTHROW(checkOutputPath(path, true));
+    writeTextFile(path, "two");
+    CHECK(readTextFile(path) == "two");
+    CHECK_THROWS_AS(checkOutputPath(folder.string(), true), Error);
+    CHECK_THROWS_AS(checkOutputPath((folder / "no/report.json").string(), true), Error);
+    CHECK_THROWS_AS(writeTextFile((folder / "no/report.json").string(), "x"), Error);
+    CHECK_THROWS_AS(readTextFile((folder / "absent").string()), Error);
+    CHECK(std::distance(fs::directory_iterator(folder), fs::directory_iterator()) == 1);
+    fs::remove_all(folder);
+}
+
+TEST_CASE("a view that is NaN or below the threshold is a difference")
+{
+    RenderComparison comparison;
+    CHECK(comparison.passes(75));
+    RenderedView view;
+    view.difference.psnr = std::numeric_limits<double>::infinity();
+    comparison.reference.push_back(view);
+    CHECK(comparison.passes(75));
+    view.difference.psnr = 74.9;
+    comparison.trainer.push_back(view);
+    CHECK_FALSE(comparison.passes(75));
+    CHECK(comparison.passes(74));
+    comparison.trainer[0].difference.psnr = std::nan("");
+    CHECK_FALSE(comparison.passes(-1000));
+}
+
+TEST_CASE("every name of a model fact is one the schemas know")
+{
+    for (uint32_t family = 0; family < 4; ++family)
+        CHECK(std::string(familyName(family)) != "unknown");
+    CHECK(std::string(familyName(4)) == "unknown");
+    for (uint32_t rule = 0; rule < 5; ++rule)
+        CHECK(std::string(levelRuleName(rule)) != "unknown");
+    CHECK(std::string(rasterRulesName(1)) == "gsplat");
+}

@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: Apache-2.0
+if(TARGET gsc_commands)
+  gsc_add_test(commands_test SOURCES cli/test_commands.cpp LIBS gsc_commands)
+
+  # the distribution's Python has jsonschema, where another one stands before it in PATH
+  find_program(GSC_SYSTEM_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH DOC "a Python with jsonschema and numpy")
+  if(NOT GSC_SYSTEM_PYTHON)
+    set(GSC_SYSTEM_PYTHON ${Python3_EXECUTABLE})
+  endif()
+  set(cli_dir ${CMAKE_CURRENT_SOURCE_DIR}/cli)
+  foreach(suite general validate info convert refused compare compare_render sample interrupt)
+    add_test(NAME cli_${suite}
+             COMMAND ${GSC_SYSTEM_PYTHON} ${cli_dir}/run_cli_case.py --gsc $<TARGET_FILE:gsc> --source ${PROJECT_SOURCE_DIR}
+                     --work ${CMAKE_CURRENT_BINARY_DIR}/cli_${suite} ${cli_dir}/cases/${suite}.json)
+    set_tests_properties(cli_${suite} PROPERTIES LABELS cpu TIMEOUT 300)
+  endforeach()
+  # minutes under a sanitizer, and what they add is not about memory
+  set_tests_properties(cli_compare_render cli_interrupt PROPERTIES LABELS "cpu;slow")
+endif()
+
+add_test(NAME check_traps COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/check_traps.py)
+set_tests_properties(check_traps PROPERTIES LABELS cpu TIMEOUT 60)
+
+if(GSC_CI_TESTS)
+  include(${PROJECT_SOURCE_DIR}/.ci/tests.cmake)
+endif()
