@@ -28,8 +28,8 @@ inline std::vector<std::string> trainedModels()
         std::printf("skipped: no trained models; set GSC_CHECKPOINTS to their folder\n");
         return models;
     }
-    for (const char* name : {"boruszyn_octree", "boruszyn_scaffold", "fox_octree", "fox_octree_all", "fox_scaffold",
-                             "fox_scaffold_all"})
+    for (const char* name :
+         {"boruszyn_octree", "boruszyn_scaffold", "fox_octree", "fox_octree_all", "fox_scaffold", "fox_scaffold_all"})
         if (std::filesystem::is_directory(root + "/" + name))
             models.push_back(root + "/" + name);
     return models;
