@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/gsc_status.h"
 
+#include "format/gsc_issues.h"
+
 #include <algorithm>
 #include <cassert>
 #include <cinttypes>
@@ -38,6 +40,21 @@ const IssueInfo& issueInfo(uint16_t id)
                                                [](const IssueInfo& info, uint16_t value) { return info.id < value; });
     assert(found != std::end(kIssues) && found->id == id);
     return *found;
+}
+
+bool isUnsupported(const IssueInfo& info)
+{
+    switch (info.id) {
+    case issue::VersionUnsupported:
+    case issue::ProfileUnsupported:
+    case issue::SectionUnknown:
+    case issue::SectionVersion:
+    case issue::SectionCodec:
+    case issue::ParamPayloadVersion:
+        return true;
+    default:
+        return false;
+    }
 }
 
 } // namespace gsc

@@ -34,4 +34,7 @@ std::span<const IssueInfo> allIssues();
 // One line of it. Precondition: `id` is in the table (constants: gsc_issues.h).
 const IssueInfo& issueInfo(uint16_t id);
 
+// Does the issue say that the file is newer than this reader, rather than damaged? Its exit code is then Unsupported.
+bool isUnsupported(const IssueInfo& info);
+
 } // namespace gsc

@@ -261,18 +261,20 @@ Camera cameraFromUpstream(const UpstreamCamera& source)
     return camera;
 }
 
-std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name)
+std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, double* ipd)
 {
     const Json root = parseJson(json, name);
     std::vector<Camera> cameras;
+    double stated_ipd = 0;
     if (root.is_array()) {
         for (const UpstreamCamera& camera : upstreamCameras(root, name))
             cameras.push_back(cameraFromUpstream(camera));
     } else {
         const JsonObject object(root, name);
-        if (object.has("schema"))
+        if (object.has("schema")) {
             cameras = trajectoryCameras(object, name);
-        else if (const Json* frames = object.find("frames"); frames && frames->is_array())
+            stated_ipd = object.has("ipd") ? object.positive("ipd") : 0;
+        } else if (const Json* frames = object.find("frames"); frames && frames->is_array())
             cameras = transformsCameras(object, name);
         else
             throw Error(ErrorCode::InvalidFile,
@@ -282,10 +284,12 @@ std::vector<Camera> parseCameraFile(std::string_view json, const std::string& na
     }
     if (cameras.empty())
         throw Error(ErrorCode::InvalidFile, formatString("%s: holds no camera, expected at least one", name.c_str()));
+    if (ipd)
+        *ipd = stated_ipd;
     return cameras;
 }
 
-std::vector<Camera> readCameraFile(const std::string& path)
+std::vector<Camera> readCameraFile(const std::string& path, double* ipd)
 {
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
     if (!file)
@@ -300,7 +304,7 @@ std::vector<Camera> readCameraFile(const std::string& path)
     }
     if (std::ferror(file.get()))
         throw Error(ErrorCode::Io, formatString("%s: cannot be read: %s", path.c_str(), std::strerror(errno)));
-    return parseCameraFile(text, path);
+    return parseCameraFile(text, path, ipd);
 }
 
 } // namespace gsc

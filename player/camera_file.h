@@ -30,9 +30,10 @@ Camera cameraFromUpstream(const UpstreamCamera& source);
 // Upstream's cameras.json, a transforms*.json, or our trajectory (schemas/trajectory.schema.json), told apart by
 // content. Sizes are those of the file, upstream's `-r -1` rule applied to cameras.json (section 6.2). A file that
 // states no size leaves width and height 0: finishCamera() then takes it from the command line.
+// `ipd`, if given, takes the distance of the eyes that a trajectory states, world units; 0 = none stated.
 // Throws Error(InvalidFile).
-std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name);
+std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, double* ipd = nullptr);
 // Throws Error (Io, InvalidFile).
-std::vector<Camera> readCameraFile(const std::string& path);
+std::vector<Camera> readCameraFile(const std::string& path, double* ipd = nullptr);
 
 } // namespace gsc

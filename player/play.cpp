@@ -169,8 +169,17 @@ PlaySummary play(const PlayOptions& options, PlayLog& log)
     summary.anchors = scene->anchorCount();
     summary.file_bytes = scene->bytes();
 
+    double ipd = 0;
     const std::vector<PlayFrame> frames = chooseFrames(
-        options.cameras == "stored" ? storedCameras(*scene, options.input) : readCameraFile(options.cameras), options);
+        options.cameras == "stored" ? storedCameras(*scene, options.input) : readCameraFile(options.cameras, &ipd),
+        options);
+    if (options.ipd > 0)
+        ipd = options.ipd;
+    if (options.eyes == 2 && ipd == 0)
+        throw Error(
+            ErrorCode::Usage,
+            formatString("%s: states no distance of the eyes, expected \"ipd\" in a trajectory; pass --ipd LENGTH",
+                         options.cameras.c_str()));
     const std::vector<int> rows = chooseAppearance(*scene, frames, options, log);
     const std::vector<std::string> paths = prepareOutputs(frames, options);
     StatsFile stats_file(options.stats);
@@ -189,7 +198,7 @@ PlaySummary play(const PlayOptions& options, PlayLog& log)
         const Camera& camera = frames[i].camera;
         Camera eye_cameras[kMaxEyes] = {camera, camera};
         if (eye_count == 2)
-            stereoPair(camera, options.ipd, eye_cameras[0], eye_cameras[1]);
+            stereoPair(camera, ipd, eye_cameras[0], eye_cameras[1]);
         EyeParams eyes[kMaxEyes];
         float* pixels[kMaxEyes] = {};
         for (uint32_t eye = 0; eye < eye_count; ++eye) {

@@ -77,7 +77,8 @@ void addSceneOptions(CLI::App& app, PlayOptions& options, RawText& raw)
     app.add_option("--eyes", options.eyes, "1, or 2 for stereo")
         ->check(CLI::Range(1, 2))
         ->option_text("1|2 (default: 1)");
-    app.add_option("--ipd", options.ipd, "Distance of the two eyes in world units")->type_name("LENGTH");
+    app.add_option("--ipd", options.ipd, "Distance of the two eyes in world units; default: what the trajectory states")
+        ->type_name("LENGTH");
     app.add_option("--appearance", options.appearance,
                    "Row of the appearance embedding for every camera; default: the camera's own")
         ->check(CLI::Range(0, std::numeric_limits<int>::max()))
@@ -154,7 +155,9 @@ void finish(PlayOptions& options, const RawText& raw)
                         formatString("--fov %g: out of range, expected 0.01 to 179.9 degrees", raw.fov_degrees));
         options.fov_x = raw.fov_degrees * std::numbers::pi / 180;
     }
-    if (options.eyes == 2 && !(options.ipd > 0 && options.ipd < 1e15))
+    // a trajectory may state the distance itself; play() asks again when it has read it
+    const bool may_be_stated = options.ipd == 0 && options.cameras != "stored";
+    if (options.eyes == 2 && !may_be_stated && !(options.ipd > 0 && options.ipd < 1e15))
         throw Error(ErrorCode::Usage, formatString("--ipd %g: two eyes need a distance, expected a number above 0 in "
                                                    "world units of the model; pass --ipd LENGTH",
                                                    options.ipd));

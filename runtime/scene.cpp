@@ -16,15 +16,6 @@ namespace gsc {
 
 namespace {
 
-// Issues that say "newer than this reader", not "damaged".
-bool isUnsupported(const IssueInfo& info)
-{
-    constexpr const char* kNames[] = {"VersionUnsupported", "ProfileUnsupported", "SectionUnknown",
-                                      "SectionVersion",     "SectionCodec",       "ParamPayloadVersion"};
-    return std::any_of(std::begin(kNames), std::end(kNames),
-                       [&](const char* name) { return std::strcmp(name, info.name) == 0; });
-}
-
 // Asks for the anchors ahead of the first frame, where they leave room for other programs.
 void prefetch(std::span<const std::byte> anchors)
 {

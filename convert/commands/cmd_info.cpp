@@ -2,7 +2,6 @@
 #include "convert/commands/command.h"
 #include "convert/commands/model_facts.h"
 
-#include "format/gsc_issues.h"
 #include "format/gsc_reader.h"
 #include "format/mapped_file.h"
 
@@ -132,12 +131,6 @@ std::string infoText(const std::string& path, const GscView& view, const Json& m
     return text;
 }
 
-bool isUnsupported(uint16_t id)
-{
-    return id == issue::VersionUnsupported || id == issue::ProfileUnsupported || id == issue::SectionVersion ||
-           id == issue::SectionCodec || id == issue::ParamPayloadVersion;
-}
-
 ErrorCode runInfo(const std::string& path, Reporter& report)
 {
     const MappedFile file(path);
@@ -151,7 +144,7 @@ ErrorCode runInfo(const std::string& path, Reporter& report)
     };
     GscView view;
     if (!openGscSummary(file.bytes(), view, sink))
-        throw Error(isUnsupported(first_id) ? ErrorCode::Unsupported : ErrorCode::InvalidFile,
+        throw Error(isUnsupported(issueInfo(first_id)) ? ErrorCode::Unsupported : ErrorCode::InvalidFile,
                     path + ": " + first + "; gsc validate lists everything wrong with the file");
     Json manifest = Json::parse(view.manifest, nullptr, false);
     if (manifest.is_discarded())

@@ -2,6 +2,7 @@
 #include "convert/commands/command.h"
 
 #include "convert/bake/nanovdb_check.h"
+#include "convert/commands/manifest_check.h"
 #include "format/gsc_reader.h"
 #include "format/mapped_file.h"
 
@@ -92,8 +93,10 @@ ErrorCode runValidate(const ValidateOptions& options, Reporter& report)
                                      static_cast<unsigned long long>(issue.offset)));
     };
     GscView view;
-    if (openGsc(file.bytes(), view, options.check, sink))
+    if (openGsc(file.bytes(), view, options.check, sink)) {
+        checkManifest(view, sink);
         checkNanoVdb(view, sink);
+    }
 
     const bool valid = counts.of(Severity::Error) + counts.of(Severity::Fatal) == 0 &&
                        !(options.warnings_as_errors && counts.of(Severity::Warning));

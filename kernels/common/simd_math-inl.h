@@ -79,11 +79,31 @@ HWY_INLINE void expTimes(D d, const V* x, V factor, V* out)
     }
 }
 
-// note: the order of the operands matters; min and max give the second one where either is NaN
+// max(low, v) and min(high, v) that give NaN for NaN.
+template <class D, class V>
+HWY_INLINE V maxKeepNan(D d, float low, V v)
+{
+#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR
+    return hn::Max(hn::Set(d, low), v); // note: x86 gives the second operand where either is NaN
+#else
+    return hn::IfThenElse(hn::Lt(v, hn::Set(d, low)), hn::Set(d, low), v);
+#endif
+}
+
+template <class D, class V>
+HWY_INLINE V minKeepNan(D d, float high, V v)
+{
+#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR
+    return hn::Min(hn::Set(d, high), v);
+#else
+    return hn::IfThenElse(hn::Gt(v, hn::Set(d, high)), hn::Set(d, high), v);
+#endif
+}
+
 template <class D, class V>
 HWY_INLINE V clampKeepNan(D d, V x, float low, float high)
 {
-    return hn::Max(hn::Set(d, low), hn::Min(hn::Set(d, high), x));
+    return maxKeepNan(d, low, minKeepNan(d, high, x));
 }
 
 // exp for every argument: 0 below -87 (also for -inf, trap 15), inf above 88.7, NaN for NaN.

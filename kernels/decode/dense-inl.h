@@ -28,7 +28,7 @@ constexpr size_t kColumns = HWY_TARGET <= HWY_AVX3 ? 24 : 12;
 template <class D, class V>
 HWY_INLINE V rectify(D d, V v)
 {
-    return hn::Max(hn::Zero(d), v); // note: the second operand is what comes out for NaN
+    return maxKeepNan(d, 0, v);
 }
 
 template <class D, size_t... I>

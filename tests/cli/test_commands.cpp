@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/command.h"
 #include "convert/commands/compare_render.h"
+#include "convert/commands/manifest_check.h"
 #include "convert/commands/model_facts.h"
 #include "convert/commands/parse_size.h"
 #include "convert/commands/text_file.h"
@@ -13,6 +14,7 @@
 #include <new>
 #include <stdexcept>
 #include <unistd.h>
+#include <vector>
 
 using namespace gsc;
 
@@ -29,6 +31,23 @@ TEST_CASE("parseByteSize: binary units, rounded down")
     CHECK(parseByteSize("16777215T") == uint64_t(16777215) << 40);
     for (const char* bad : {"", "G", ".", "-1", "8Q", "8GG", "1e9", "0x10", "16777216T", "99999999999999999999", " 8G"})
         CHECK_MESSAGE(!parseByteSize(bad), bad);
+}
+
+TEST_CASE("checkManifest: META that is no JSON is issue 3002, and only then")
+{
+    GscView view;
+    std::vector<uint16_t> ids;
+    const IssueSink sink = [&](const Issue& issue) { ids.push_back(issue.info->id); };
+    view.manifest = R"({"model": [1, 2, {"a": null}]})";
+    checkManifest(view, sink);
+    CHECK(ids.empty());
+    for (const char* bad : {"{", R"({"a": 1,})", "{\"a\": NaN}", "{} {}"}) {
+        CAPTURE(bad);
+        ids.clear();
+        view.manifest = bad;
+        checkManifest(view, sink);
+        CHECK(ids == std::vector<uint16_t>{3002});
+    }
 }
 
 TEST_CASE("parseCount: decimal units, whole numbers only")

@@ -11,8 +11,9 @@ namespace gsc::test {
 template <typename Body>
 void forEachTarget(Body&& body)
 {
-    // note: code is compiled down to the baseline, which SupportedTargets() need not name
-    for (int64_t targets = hwy::SupportedTargets() & (HWY_AVX3 | HWY_AVX2 | HWY_SSE4 | HWY_NEON); targets != 0;
+    // note: SupportedTargets() need not name the baseline, which is what an old machine runs
+    const int64_t wanted = HWY_AVX3 | HWY_AVX2 | HWY_SSE4 | HWY_NEON;
+    for (int64_t targets = (hwy::SupportedTargets() & wanted) | HWY_STATIC_TARGET; targets != 0;
          targets &= targets - 1) {
         const int64_t target = targets & -targets;
         hwy::SetSupportedTargetsForTest(target);

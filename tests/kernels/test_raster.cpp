@@ -131,10 +131,10 @@ std::vector<float> blendScalar(const Scene& scene, const RasterConstants& rules,
 TEST_CASE("image sizes round the edges of tiles, sparse and saturated, both rasterisers: blend matches the scalar")
 {
     const float background[3] = {0.25f, 0.5f, 1};
-    for (const auto& [width, height] :
-         {std::pair<uint32_t, uint32_t>{1, 1}, {15, 17}, {16, 16}, {33, 31}, {100, 64}, {131, 77}})
+    for (const auto& size : {std::pair<uint32_t, uint32_t>{1, 1}, {15, 17}, {16, 16}, {33, 31}, {100, 64}, {131, 77}})
         for (const uint32_t count : {1u, 60u, 1500u})
             for (const RasterRules raster : {RasterRules::DiffGaussian, RasterRules::Gsplat}) {
+                const uint32_t width = size.first, height = size.second;
                 const Scene scene = randomScene(width, height, count, width + count, count > 1000 ? 0.5f : 0.005f);
                 uint64_t pairs_scalar, pairs;
                 const std::vector<float> expected = blendScalar(scene, rulesOf(raster), background, pairs_scalar);

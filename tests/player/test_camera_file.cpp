@@ -88,6 +88,13 @@ TEST_CASE("T22, T23: upstream's cameras.json: camera-to-world rotation, source s
 
 TEST_CASE("our trajectory: positions, translations, lenses, defaults")
 {
+    double ipd = -1;
+    (void)parseCameraFile(kTrajectory, "f.json", &ipd);
+    CHECK(ipd == 0); // none stated
+    std::string stated = kTrajectory;
+    stated.replace(stated.find("\"fps\": 30"), 9, "\"ipd\": 0.25");
+    (void)parseCameraFile(stated, "f.json", &ipd);
+    CHECK(ipd == 0.25);
     const std::vector<Camera> cameras = parseCameraFile(kTrajectory, "f.json");
     REQUIRE(cameras.size() == 2);
     CHECK(cameras[0].translation[0] == -2);

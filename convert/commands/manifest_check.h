@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+// Is META really JSON? format/ has no parser, so this part of the validation lives here.
+#pragma once
+
+#include "format/gsc_reader.h"
+
+namespace gsc {
+
+// Reports issue ManifestJson (3002). Precondition: `view` came from openGsc() without errors.
+void checkManifest(const GscView& view, const IssueSink& sink);
+
+} // namespace gsc
