@@ -141,7 +141,7 @@ struct ModelParams {
     int32_t level_min;              // 32  smallest level present
     int32_t level_clamp;            // 36  M: the selected level is clamped to [0, M]
     float standard_dist;            // 40  world units
-    float voxel_size;               // 44  quantum of level 0, world units; 0 = unknown (float positions)
+    float voxel_size;               // 44  cell of level 0, world units: LOD rule, grid positions; 0 = unknown
     float grid_origin;              // 48  init_pos, the same on all axes; 0 for Scaffold-GS
     uint32_t position_encoding;     // 52  PositionEncoding
     uint32_t raster_rules;          // 56  RasterRules

@@ -27,7 +27,7 @@ bool openGsc(std::span<const std::byte> file, GscView& view, GscCheck check, con
     if (!openFront(context))
         return false;
     checkPadding(context);
-    checkSectionChecksums(context);
+    checkSectionChecksums(context, SummaryOnly::No);
     if (!bindSections(context))
         return false;
     checkNanoVdb(context);
@@ -51,6 +51,8 @@ bool openGscSummary(std::span<const std::byte> file, GscView& view, const IssueS
     IssueLog log(sink);
     Context context{ByteView(file), view, log};
     const bool complete = openFront(context);
+    if (complete)
+        checkSectionChecksums(context, SummaryOnly::Yes);
     return complete && log.errors() == 0;
 }
 

@@ -56,7 +56,8 @@ struct Context {
 bool checkHeader(Context& context);
 bool checkTable(Context& context);
 void checkPadding(Context& context);
-void checkSectionChecksums(Context& context); // all but ANCH, whose entry covers the chunks' checksums
+enum class SummaryOnly { No, Yes }; // No: all but ANCH, whose entry covers the chunks' checksums; Yes: META, PARM, LEVL
+void checkSectionChecksums(Context& context, SummaryOnly summary);
 void checkManifest(Context& context);
 bool checkParams(Context& context);
 bool checkLevels(Context& context);

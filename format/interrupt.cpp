@@ -18,9 +18,10 @@ static_assert(std::atomic<bool>::is_always_lock_free); // the only kind a signal
 extern "C" void onInterrupt(int)
 {
     g_interrupted.store(true, std::memory_order_relaxed);
-    // the next signal, of either kind, gets the default action
+    // the next signal, of any kind, gets the default action
     std::signal(SIGINT, SIG_DFL);
     std::signal(SIGTERM, SIG_DFL);
+    std::signal(SIGHUP, SIG_DFL);
 }
 
 } // namespace
@@ -33,6 +34,12 @@ void installInterruptHandler()
     action.sa_flags = SA_RESTART; // reads and writes in flight go on; the loops ask
     ::sigaction(SIGINT, &action, nullptr);
     ::sigaction(SIGTERM, &action, nullptr);
+    struct sigaction hangup {};
+    if (::sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler != SIG_IGN) // nohup stays in force
+        ::sigaction(SIGHUP, &action, nullptr);
+    // a closed pipe and the file size limit become errors of the write, which clean up
+    std::signal(SIGPIPE, SIG_IGN);
+    std::signal(SIGXFSZ, SIG_IGN);
 }
 
 bool interrupted() noexcept

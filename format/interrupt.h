@@ -4,7 +4,8 @@
 
 namespace gsc {
 
-void installInterruptHandler(); // SIGINT and SIGTERM; a second signal kills at once
+// SIGINT, SIGTERM and SIGHUP; a second signal kills at once. SIGPIPE and SIGXFSZ are ignored: writes then fail.
+void installInterruptHandler();
 [[nodiscard]] bool interrupted() noexcept;
 void throwIfInterrupted(); // throws Error(Interrupted)
 

@@ -28,7 +28,8 @@ struct Descriptor {
 
 [[noreturn]] void throwErrno(const std::string& path, const char* what, int code)
 {
-    throw Error(ErrorCode::Io, formatString("%s: %s: %s", path.c_str(), what, std::strerror(code)));
+    throw Error(ErrorCode::Io, formatString("%s: %s (%s), expected a file that can be read; check its path and rights",
+                                            path.c_str(), what, std::strerror(code)));
 }
 
 } // namespace

@@ -9,7 +9,7 @@ namespace gsc::validate {
 
 namespace {
 
-constexpr uint32_t kMaxCameraSize = 1u << 20; // pixels per axis
+constexpr uint32_t kMaxCameraSize = 32768; // pixels per axis, what a player renders
 
 // False if a value is not finite.
 bool checkPose(Context& context, const CameraRecord& camera, uint64_t i, uint64_t at)

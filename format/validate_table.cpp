@@ -247,11 +247,15 @@ void checkPadding(Context& context)
     check(end, context.file.size());
 }
 
-void checkSectionChecksums(Context& context)
+void checkSectionChecksums(Context& context, SummaryOnly summary)
 {
+    const auto wanted = [summary](uint32_t type) {
+        return summary == SummaryOnly::No ? type != kSectionAnchors
+                                          : type == kSectionMeta || type == kSectionParams || type == kSectionLevels;
+    };
     uint32_t index = 0;
     for (const SectionEntry& entry : context.view.sections) {
-        if (entry.type != kSectionAnchors) {
+        if (wanted(entry.type)) {
             const uint64_t sum = checksum64(context.content(entry));
             if (sum != entry.checksum)
                 GSC_REPORT(context.log, SectionChecksum, entry.offset, place("sections", index, "checksum"),

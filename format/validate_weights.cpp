@@ -125,6 +125,9 @@ void checkEmbedding(Context& context)
     for (uint64_t i = 1; i < rows.size(); ++i)
         if (rows[i] <= rows[i - 1])
             GSC_REPORT(log, EmbeddingRows, at + 4 * i, place("embedding", i, "source_row"), rows[i], rows[i - 1]);
+    for (uint64_t i = 0; i < rows.size(); ++i) // CameraRecord::appearance and players number rows with an int32
+        if (rows[i] > uint32_t(INT32_MAX))
+            GSC_REPORT(log, EmbeddingRowRange, at + 4 * i, place("embedding", i, "source_row"), rows[i], INT32_MAX);
     if (values.empty())
         return;
     const uint64_t values_at = alignUp(rows.size_bytes(), 64);

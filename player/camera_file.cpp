@@ -293,7 +293,10 @@ std::vector<Camera> readCameraFile(const std::string& path, double* ipd)
 {
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
     if (!file)
-        throw Error(ErrorCode::Io, formatString("%s: cannot be opened: %s", path.c_str(), std::strerror(errno)));
+        throw Error(ErrorCode::Io,
+                    formatString("%s: cannot be opened (%s), expected a camera file; check the path, or pass "
+                                 "\"stored\" for those in the model",
+                                 path.c_str(), std::strerror(errno)));
     std::string text;
     char buffer[65536];
     size_t count;
@@ -303,7 +306,15 @@ std::vector<Camera> readCameraFile(const std::string& path, double* ipd)
             throw Error(ErrorCode::InvalidFile, path + ": larger than 1 GiB, expected a camera file");
     }
     if (std::ferror(file.get()))
-        throw Error(ErrorCode::Io, formatString("%s: cannot be read: %s", path.c_str(), std::strerror(errno)));
+        throw Error(ErrorCode::Io,
+                    formatString("%s: cannot be read (%s), expected a camera file; check its rights and the disk",
+                                 path.c_str(), std::strerror(errno)));
+    const size_t first = text.find_first_not_of(" \t\r\n\xef\xbb\xbf"); // and a byte order mark
+    if (first == std::string::npos || (text[first] != '[' && text[first] != '{'))
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: is %s and no JSON, expected a camera file that starts with [ or {; pass a "
+                                 "cameras.json, a transforms.json or a trajectory",
+                                 path.c_str(), text.compare(0, 4, "\x89GSC") == 0 ? "a model" : "something else"));
     return parseCameraFile(text, path, ipd);
 }
 

@@ -103,7 +103,11 @@ const Json& JsonObject::at(const char* key) const
 {
     const Json* value = find(key);
     if (!value)
-        throw Error(ErrorCode::InvalidFile, formatString("%s: key \"%s\" is missing", m_where.c_str(), key));
+        throw Error(
+            ErrorCode::InvalidFile,
+            formatString("%s: key \"%s\" is missing, expected it in a camera file of this kind; add it, or export "
+                         "the cameras again",
+                         m_where.c_str(), key));
     return *value;
 }
 

@@ -4,7 +4,6 @@
 #include "player/play.h"
 #include "player/play_report.h"
 
-#include <csignal>
 #include <cstdio>
 #include <new>
 
@@ -17,7 +16,9 @@ gsc::ErrorCode run(const gsc::PlayOptions& options)
     const std::string text = options.format == gsc::ReportFormat::Json ? gsc::playReportJson(summary, log.warnings())
                                                                        : gsc::playReportText(summary);
     if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
-        throw gsc::Error(gsc::ErrorCode::Io, "standard output: cannot be written");
+        throw gsc::Error(gsc::ErrorCode::Io,
+                         "standard output: cannot be written, expected room for the summary; redirect "
+                         "it to another place");
     return gsc::ErrorCode::Ok;
 }
 
@@ -33,8 +34,6 @@ int fail(gsc::ErrorCode code, const gsc::PlayOptions& options, const char* messa
 
 int main(int argc, char** argv)
 {
-    // a closed pipe becomes a write error, so that temporary files are removed
-    (void)std::signal(SIGPIPE, SIG_IGN);
     gsc::installInterruptHandler();
     gsc::PlayOptions options;
     try {

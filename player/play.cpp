@@ -3,7 +3,9 @@
 
 #include "format/error.h"
 #include "format/interrupt.h"
+#include "format/output_paths.h"
 #include "player/camera_file.h"
+#include "player/json_fields.h"
 #include "player/out_pattern.h"
 #include "player/stats_file.h"
 #include "runtime/backend.h"
@@ -60,8 +62,13 @@ std::vector<PlayFrame> chooseFrames(std::vector<Camera> cameras, const PlayOptio
     std::vector<PlayFrame> frames;
     const uint64_t end = std::min<uint64_t>(options.frame_end, cameras.size());
     for (uint64_t i = options.frame_first; i < end; ++i) {
-        finishCamera(cameras[i], options.width, options.height, options.fov_x);
-        frames.push_back({std::move(cameras[i]), i});
+        Camera& camera = cameras[i];
+        finishCamera(camera, options.width, options.height, options.fov_x);
+        if (camera.width < 1 || camera.height < 1 || camera.width > kMaxImageSide || camera.height > kMaxImageSide)
+            throw Error(ErrorCode::Usage,
+                        formatString("camera %s: its image is %u x %u pixels, expected 1 to %u each; pass --size WxH",
+                                     camera.name.c_str(), camera.width, camera.height, kMaxImageSide));
+        frames.push_back({std::move(camera), i});
     }
     return frames;
 }
@@ -80,10 +87,17 @@ std::vector<std::string> prepareOutputs(const std::vector<PlayFrame>& frames, co
     std::vector<std::string> files = paths;
     if (!options.stats.empty())
         files.push_back(options.stats);
+    std::vector<NamedPath> outputs, inputs = {{options.input, "the model"}};
+    for (const std::string& path : paths)
+        outputs.push_back({path, "an image of --out"});
+    if (!options.stats.empty())
+        outputs.push_back({options.stats, "--stats"});
+    if (options.cameras != "stored")
+        inputs.push_back({options.cameras, "the camera file"});
+    checkOutputsDiffer(outputs, inputs);
     for (const std::string& file : files) {
         std::error_code code;
-        if (fs::is_directory(file, code))
-            throw Error(ErrorCode::Io, file + ": is a folder, expected a file name");
+        checkRegularOrAbsent(file);
         if (!options.overwrite && fs::exists(file, code))
             throw Error(ErrorCode::Io, file + ": exists already, expected a new file; pass -w to replace it");
     }
@@ -91,8 +105,11 @@ std::vector<std::string> prepareOutputs(const std::vector<PlayFrame>& frames, co
         const fs::path folder = fs::path(file).parent_path();
         std::error_code code;
         if (!folder.empty() && !fs::is_directory(folder, code) && !fs::create_directories(folder, code) && code)
-            throw Error(ErrorCode::Io,
-                        formatString("%s: cannot be created: %s", folder.string().c_str(), code.message().c_str()));
+            throw Error(
+                ErrorCode::Io,
+                formatString("%s: cannot be created (%s), expected a folder that may be written; choose another "
+                             "place or change its rights",
+                             folder.string().c_str(), code.message().c_str()));
     }
     return paths;
 }
@@ -143,6 +160,17 @@ FrameOptions frameOptions(const Scene& scene, const PlayOptions& options)
     return frame;
 }
 
+// Images are kept, each is whole.
+void stopIfInterrupted(size_t frames, const PlaySummary& summary)
+{
+    if (interrupted())
+        throw Error(ErrorCode::Interrupted,
+                    formatString("interrupted: stopped after %zu of %zu frames; %zu image%s written, all complete, and "
+                                 "no statistics file",
+                                 summary.frames.size(), frames, summary.images.size(),
+                                 summary.images.size() == 1 ? " was" : "s were"));
+}
+
 void noteFrame(PlayLog& log, const FrameStats& stats)
 {
     const StageTimes& t = stats.result.times;
@@ -160,7 +188,6 @@ PlaySummary play(const PlayOptions& options, PlayLog& log)
 {
     PlaySummary summary;
     summary.input = options.input;
-    summary.tier = options.tier;
     summary.eyes = options.eyes;
 
     const Clock::time_point open_start = Clock::now();
@@ -186,6 +213,7 @@ PlaySummary play(const PlayOptions& options, PlayLog& log)
 
     const std::unique_ptr<Backend> backend = makeBackend(options.backend, options.threads);
     summary.backend = backend->name();
+    summary.tier = backend->tierOf(options.tier);
     const Clock::time_point load_start = Clock::now();
     backend->load(scene->view());
     summary.load_ms = millisecondsSince(load_start);
@@ -194,7 +222,7 @@ PlaySummary play(const PlayOptions& options, PlayLog& log)
     Image images[kMaxEyes];
     const auto eye_count = uint32_t(options.eyes);
     for (size_t i = 0; i < frames.size(); ++i) {
-        throwIfInterrupted();
+        stopIfInterrupted(frames.size(), summary);
         const Camera& camera = frames[i].camera;
         Camera eye_cameras[kMaxEyes] = {camera, camera};
         if (eye_count == 2)
@@ -211,10 +239,10 @@ PlaySummary play(const PlayOptions& options, PlayLog& log)
         frame_options.appearance = rows[i] < 0 ? -1 : scene->appearanceRow(rows[i]);
 
         FrameStats stats{frames[i].index, camera.name,  backend->name(),
-                         options.tier,    camera.width, camera.height,
+                         summary.tier,    camera.width, camera.height,
                          eye_count,       rows[i],      {}};
         backend->render(eyes, eye_count, frame_options, pixels, stats.result);
-        throwIfInterrupted();
+        stopIfInterrupted(frames.size(), summary);
 
         for (uint32_t eye = 0; eye < eye_count && !paths.empty(); ++eye) {
             writeImage(paths[i * eye_count + eye], images[eye], options.depth);

@@ -32,7 +32,9 @@ StatsFile::~StatsFile()
 
 void StatsFile::fail() const
 {
-    throw Error(ErrorCode::Io, formatString("%s: cannot be written: %s", m_path.c_str(), std::strerror(errno)));
+    throw Error(ErrorCode::Io, formatString("%s: cannot be written (%s), expected a place with room; check the path of "
+                                            "--stats, its rights and the free space",
+                                            m_path.c_str(), std::strerror(errno)));
 }
 
 void StatsFile::add(const FrameStats& stats)

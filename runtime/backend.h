@@ -17,6 +17,9 @@ public:
 
     [[nodiscard]] virtual const char* name() const = 0;
 
+    // What a frame asked for in tier `asked` is rendered in.
+    [[nodiscard]] virtual Tier tierOf(Tier asked) const = 0;
+
     // `model` and everything it points to must outlive the backend or the next load().
     // Throws Error (OutOfMemory, Unsupported, Device).
     virtual void load(const ModelView& model) = 0;

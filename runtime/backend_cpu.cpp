@@ -40,6 +40,7 @@ public:
     explicit CpuBackend(int threads) : m_workers(threads), m_states(size_t(m_workers.count())) {}
 
     [[nodiscard]] const char* name() const override { return "cpu"; }
+    [[nodiscard]] Tier tierOf(Tier) const override { return Tier::Exact; } // fp32 throughout
 
     void load(const ModelView& model) override
     {
@@ -225,6 +226,7 @@ private:
 class CpuReferenceBackend final : public Backend {
 public:
     [[nodiscard]] const char* name() const override { return "cpu-reference"; }
+    [[nodiscard]] Tier tierOf(Tier) const override { return Tier::Exact; } // fp32 throughout
 
     void load(const ModelView& model) override
     {

@@ -91,11 +91,15 @@ private:
     [[noreturn]] void throwIssue(const std::optional<Issue>& issue) const
     {
         if (!issue)
-            throw Error(ErrorCode::InvalidFile, m_path + ": the reader refused it without naming an issue");
-        throw Error(isUnsupported(*issue->info) ? ErrorCode::Unsupported : ErrorCode::InvalidFile,
-                    formatString("%s: issue %u %s at byte %llu: %s: %s", m_path.c_str(), issue->info->id,
-                                 issue->info->name, static_cast<unsigned long long>(issue->offset),
-                                 issue->info->summary, issue->detail.c_str()));
+            throw Error(ErrorCode::InvalidFile,
+                        m_path +
+                            ": the reader refused it without naming an issue, expected one; run gsc validate on it");
+        throw Error(
+            isUnsupported(*issue->info) ? ErrorCode::Unsupported : ErrorCode::InvalidFile,
+            formatString("%s: issue %u %s at byte %llu: %s: %s; gsc validate lists everything; convert the model "
+                         "again",
+                         m_path.c_str(), issue->info->id, issue->info->name,
+                         static_cast<unsigned long long>(issue->offset), issue->info->summary, issue->detail.c_str()));
     }
 
     void fillArrays()

@@ -25,6 +25,7 @@
 #include <future>
 #include <new>
 #include <optional>
+#include <stop_token>
 #include <thread>
 
 namespace gsc {
@@ -36,6 +37,11 @@ std::span<const std::byte> bytesOf(const std::vector<T>& records)
 {
     return std::as_bytes(std::span(records));
 }
+
+struct StopOnExit {
+    std::stop_source& stop;
+    ~StopOnExit() { stop.request_stop(); }
+};
 
 // One conversion; the members are its state from stage to stage, in the order they come into being.
 class Baker {
@@ -61,8 +67,11 @@ public:
         GscWriter writer(m_options.output, m_options.overwrite);
 
         // the second reader of the file keeps close behind the first, so it reads what is still in memory
-        std::future<SourceHash> hash = std::async(m_options.threads == 1 ? std::launch::deferred : std::launch::async,
-                                                  [this] { return hashSources(m_checkpoint); });
+        std::stop_source stop;
+        std::future<SourceHash> hash =
+            std::async(m_options.threads == 1 ? std::launch::deferred : std::launch::async,
+                       [this, token = stop.get_token()] { return hashSources(m_checkpoint, token); });
+        const StopOnExit guard{stop}; // the future waits for its thread when an error unwinds it
         stage("scan", [&] { scan(); });
         stage("hash", [&] { m_hash = hash.get(); });
         stage("grid", [&] { partition(); });
@@ -113,6 +122,8 @@ private:
         options.hints.voxel_size = m_checkpoint.voxel_size;
         options.hints.fork = m_checkpoint.fork;
         options.hints.may_have_origin = m_checkpoint.flags & kModelHasLevels;
+        // the file has one voxel size for the positions and the LOD rule
+        options.hints.fixed = modelParams(m_checkpoint).voxel_size > 0;
         options.chunk_anchors = std::max<uint64_t>(1, m_options.chunk_anchors);
         options.name = m_checkpoint.ply_path;
         m_partition = planPartition(m_source, m_scan, options, [&](uint64_t done) { tell(done, m_scan.kept); });
@@ -132,7 +143,8 @@ private:
         }
         m_params.constant_opacity = m_scan.varying & kModelHasOpacity ? 0 : m_scan.opacity;
         m_params.position_encoding = uint32_t(m_partition.encoding);
-        m_params.voxel_size = m_partition.grid.voxel_size;
+        if (!(m_params.voxel_size > 0))
+            m_params.voxel_size = m_partition.grid.voxel_size;
         m_params.grid_origin = m_partition.grid.origin;
         m_params.level_count = uint32_t(m_partition.levels.size());
         m_params.level_min = m_partition.levels.front().level;

@@ -149,6 +149,9 @@ private:
         same("fork", expected.fork, file.fork);
         same("level_clamp", expected.level_clamp, file.level_clamp);
         same("standard_dist", expected.standard_dist, file.standard_dist);
+        same("lod_scale", expected.lod_scale, file.lod_scale);
+        if (expected.voxel_size > 0) // else it is the positions' own
+            same("voxel_size", expected.voxel_size, file.voxel_size);
         same("raster_rules", expected.raster_rules, file.raster_rules);
         same("near_z", expected.near_z, file.near_z);
         bool shapes = same("feat_dim", expected.feat_dim, file.feat_dim);

@@ -248,12 +248,13 @@ std::optional<GridPoint> locateOnGrid(float value, float quantum, float origin)
     const double k = std::round((double(value) - double(origin)) / double(quantum));
     if (!(std::fabs(k) < kMaxQuanta))
         return std::nullopt;
-    if (value == 0 && std::signbit(value))
-        return GridPoint{int32_t(k), true};
+    // -0.0 is a zero of the grid with a flag, so the grid must have that zero
+    const bool negative_zero = value == 0 && std::signbit(value);
+    const float stored = negative_zero ? 0.0f : value;
     // neighbours matter where a quantum is about as small as a unit in the last place
     for (const int64_t quanta : {int64_t(k), int64_t(k) - 1, int64_t(k) + 1})
-        if (fits(value, quanta, quantum, origin))
-            return GridPoint{int32_t(quanta), false};
+        if (fits(stored, quanta, quantum, origin))
+            return GridPoint{int32_t(quanta), negative_zero};
     return std::nullopt;
 }
 
@@ -298,6 +299,8 @@ std::optional<Grid> fitGrid(std::vector<GridSample>& samples, const GridHints& h
     if (hints.voxel_size > 0)
         if (const std::optional<Grid> grid = tryVoxelSize(hints.voxel_size, kOriginReach))
             return grid;
+    if (hints.fixed)
+        return std::nullopt;
     for (const bool has_origin : {false, true}) {
         if (has_origin && !hints.may_have_origin)
             break;

@@ -41,6 +41,7 @@ struct GridHints {
     float voxel_size = 0; // as the checkpoint says, 0 = unknown
     uint32_t fork = 2;
     bool may_have_origin = false; // Octree-GS; Scaffold-GS grids start at 0
+    bool fixed = false;           // no other voxel size will do
 };
 
 // A grid that reproduces every sample, or empty. `samples` is sorted and freed of duplicates in place.

@@ -174,6 +174,8 @@ ModelParams modelParams(const Checkpoint& checkpoint)
     p.fork = checkpoint.fork;
     p.level_clamp = checkpoint.level_clamp;
     p.standard_dist = checkpoint.standard_dist;
+    // trap 11: the LOD rule measures with the trainer's value, whatever the positions are stored as
+    p.voxel_size = checkpoint.flags & kModelHasLevels ? checkpoint.voxel_size : 0;
     p.raster_rules = uint32_t(checkpoint.raster_rules);
     p.near_z = checkpoint.raster_rules == RasterRules::Gsplat ? 0.01f : 0.2f;
     p.mlp_count = uint32_t(checkpoint.mlps.size());

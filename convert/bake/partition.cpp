@@ -140,8 +140,11 @@ std::string describeMisfit(AnchorSource& source, const ScanResult& scan, Partiti
                                 (unsigned long long)failed, (unsigned long long)scan.kept, double(grid->voxel_size),
                                 double(grid->origin), kStoredAsFloats);
     }
-    return formatString("the %llu anchors do not lie on one voxel grid; %s", (unsigned long long)scan.kept,
-                        kStoredAsFloats);
+    const std::string size = options.hints.fixed
+                                 ? formatString(" of the model's voxel size %.9g", double(options.hints.voxel_size))
+                                 : std::string();
+    return formatString("the %llu anchors do not lie on one voxel grid%s; %s", (unsigned long long)scan.kept,
+                        size.c_str(), kStoredAsFloats);
 }
 
 // Smallest cell whose nodes hold `wanted` anchors on average; if none does, the smallest that gives the fewest nodes.

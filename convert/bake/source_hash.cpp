@@ -1,50 +1,44 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/bake/source_hash.h"
 
+#include "convert/input/input_file.h"
 #include "format/checksum.h"
 #include "format/error.h"
 #include "format/interrupt.h"
 
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
-#include <memory>
+#include <algorithm>
 #include <vector>
 
 namespace gsc {
 
 namespace {
 
-struct CloseFile {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-};
-
-void hashFile(const std::string& path, Checksum64& checksum, uint64_t& bytes)
+void hashFile(const std::string& path, const std::stop_token& stop, Checksum64& checksum, uint64_t& bytes)
 {
-    const std::unique_ptr<std::FILE, CloseFile> file(std::fopen(path.c_str(), "rb"));
-    if (!file)
-        throw Error(ErrorCode::Io, formatString("%s: cannot open: %s", path.c_str(), std::strerror(errno)));
-    std::setvbuf(file.get(), nullptr, _IONBF, 0);
+    const InputFile file(path);
     std::vector<std::byte> buffer(1 << 20);
-    while (const size_t got = std::fread(buffer.data(), 1, buffer.size(), file.get())) {
+    for (uint64_t at = 0; at < file.bytes();) {
         throwIfInterrupted();
-        checksum.update(std::span(buffer).first(got));
-        bytes += got;
+        if (stop.stop_requested())
+            throw Error(ErrorCode::Interrupted, path + ": its checksum is not wanted any more");
+        const std::span part = std::span(buffer).first(size_t(std::min<uint64_t>(buffer.size(), file.bytes() - at)));
+        file.read(at, part);
+        checksum.update(part);
+        at += part.size();
     }
-    if (std::ferror(file.get()))
-        throw Error(ErrorCode::Io, formatString("%s: cannot read: %s", path.c_str(), std::strerror(errno)));
+    bytes += file.bytes();
 }
 
 } // namespace
 
-SourceHash hashSources(const Checkpoint& checkpoint)
+SourceHash hashSources(const Checkpoint& checkpoint, const std::stop_token& stop)
 {
     SourceHash result;
     Checksum64 checksum;
     if (!checkpoint.ply_path.empty())
-        hashFile(checkpoint.ply_path, checksum, result.bytes);
+        hashFile(checkpoint.ply_path, stop, checksum, result.bytes);
     for (const std::string& path : checkpoint.weight_paths)
-        hashFile(path, checksum, result.bytes);
+        hashFile(path, stop, checksum, result.bytes);
     result.hash = checksum.digest();
     return result;
 }

@@ -4,6 +4,7 @@
 #include "convert/input/checkpoint.h"
 
 #include <cstdint>
+#include <stop_token>
 
 namespace gsc {
 
@@ -12,7 +13,7 @@ struct SourceHash {
     uint64_t bytes = 0; // of all of them
 };
 
-// Reads the files once more, plainly; throws Error(Io).
-SourceHash hashSources(const Checkpoint& checkpoint);
+// Reads the files once more, plainly. Throws Error: Io, Interrupted (Ctrl-C, or `stop`, which may come from any thread).
+SourceHash hashSources(const Checkpoint& checkpoint, const std::stop_token& stop = {});
 
 } // namespace gsc

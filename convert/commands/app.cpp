@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include <csignal>
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -157,9 +156,6 @@ CLI::Option* addCountOption(CLI::App& command, const char* names, uint64_t& valu
 
 int runGsc(int argc, const char* const* argv)
 {
-    // a write beyond the file size limit is then an error of that write, which cleans up, and not a killed process
-    std::signal(SIGXFSZ, SIG_IGN);
-
     CLI::App app("Turns trained Scaffold-GS and Octree-GS models into .gsc files, and checks them.", "gsc");
     app.set_version_flag("--version", versionText());
     app.require_subcommand(0, 1); // checked below: an unknown word is then named before a missing command

@@ -5,6 +5,7 @@
 
 #include "convert/bake/compare_checkpoint.h"
 #include "format/interrupt.h"
+#include "runtime/frame_stats.h"
 
 #include <CLI/CLI.hpp>
 
@@ -79,7 +80,7 @@ Json compareJson(const CompareOptions& options, const Comparison& comparison, do
                  {"problems", comparison.values.problems}};
     if (comparison.pictures)
         json["render"] = {
-            {"tier", options.rendering.tier == Tier::Exact ? "exact" : "fast"},
+            {"tier", tierName(comparison.pictures->tier)},
             {"min_psnr", options.rendering.min_psnr},
             {"precision", options.rendering.reference == ReferencePrecision::Float ? "float" : "double"},
             {"reference", pictureSetJson(comparison.pictures->reference, comparison.pictures->reference_pool)},
@@ -183,7 +184,9 @@ void addRenderOptions(CLI::App& command, CompareOptions& options)
     add(command
             .add_option("--min-psnr", options.rendering.min_psnr, "a view below it is a difference, dB (default: 75)")
             ->option_text("DB"));
-    add(command.add_option("--tier", options.rendering.tier, "how FILE is rendered (default: exact)")
+    add(command
+            .add_option("--tier", options.rendering.tier,
+                        "how FILE is rendered; the CPU renders fast as exact (default: exact)")
             ->transform(CLI::CheckedTransformer(kTiers))
             ->option_text("exact|fast"));
     add(command

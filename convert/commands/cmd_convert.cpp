@@ -6,6 +6,7 @@
 
 #include "convert/bake/compare_checkpoint.h"
 #include "format/interrupt.h"
+#include "format/output_paths.h"
 
 #include <CLI/CLI.hpp>
 
@@ -51,17 +52,34 @@ void checkAppearance(const Checkpoint& checkpoint, int row)
                                                    row, rows, rows - 1));
 }
 
-// -w must never cost the user the checkpoint itself.
-void checkNotAnInput(const std::string& output, const Checkpoint& checkpoint)
+std::vector<NamedPath> outputsOf(const ConvertOptions& options)
 {
-    std::vector<std::string> inputs = checkpoint.weight_paths;
-    inputs.push_back(checkpoint.ply_path);
-    for (const std::string& input : inputs) {
-        std::error_code ignored;
-        if (std::filesystem::equivalent(output, input, ignored))
-            throw Error(ErrorCode::Usage, output + ": is a file of the checkpoint, expected another output; choose a "
-                                                   "name that ends in .gsc");
-    }
+    std::vector<NamedPath> outputs = {{options.bake.output, "--output"}};
+    if (!options.report.empty())
+        outputs.push_back({options.report, "--report"});
+    return outputs;
+}
+
+// -w must never cost the user the checkpoint itself, nor what its trainer wrote beside it.
+std::vector<NamedPath> filesOf(const Checkpoint& checkpoint, const std::string& scene_dir)
+{
+    const char* const what = "a file of the checkpoint";
+    std::vector<NamedPath> files = {{checkpoint.ply_path, what}};
+    for (const std::string& path : checkpoint.weight_paths)
+        files.push_back({path, what});
+    std::vector<std::filesystem::path> folders = {checkpoint.model_path};
+    if (!scene_dir.empty())
+        folders.emplace_back(scene_dir);
+    // the model may be named by its iteration folder or PLY: the settings lie up to three folders above
+    std::error_code ignored;
+    std::filesystem::path above = std::filesystem::weakly_canonical(checkpoint.ply_path, ignored).parent_path();
+    for (int i = 0; i < 4 && above.has_relative_path(); ++i, above = above.parent_path())
+        folders.push_back(above);
+    for (const std::filesystem::path& folder : folders)
+        for (const char* name : {"cfg_args", "config.yaml", "cameras.json", "transforms.json", "transforms_train.json",
+                                 "transforms_test.json", "input.ply"})
+            files.push_back({(folder / name).string(), what});
+    return files;
 }
 
 // True if the file read back holds every value of the checkpoint bit for bit.
@@ -83,13 +101,15 @@ ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
     installInterruptHandler();
     BakeOptions bake_options = options.bake;
     bake_options.appearance = parseAppearance(options.appearance);
+    const std::vector<NamedPath> outputs = outputsOf(options);
+    checkOutputsDiffer(outputs, std::vector<NamedPath>{{options.input, "the input"}});
     checkOutputPath(bake_options.output, bake_options.overwrite);
     if (!options.report.empty())
         checkOutputPath(options.report, bake_options.overwrite);
 
     const Checkpoint checkpoint = readCheckpoint(options.input, options.checkpoint);
     checkAppearance(checkpoint, bake_options.appearance);
-    checkNotAnInput(bake_options.output, checkpoint);
+    checkOutputsDiffer(outputs, filesOf(checkpoint, options.checkpoint.scene_dir));
 
     ConvertFacts facts{checkpoint, bake_options, nullptr, false, checkpoint.warnings, 0};
     for (const std::string& warning : facts.warnings)

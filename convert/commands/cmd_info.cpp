@@ -38,6 +38,22 @@ Json mlpsOf(const Json& manifest)
     return manifest.is_object() && manifest.contains(kPlace) ? manifest[kPlace] : Json::array();
 }
 
+// "opacity: feature, direction -> 35 -> 32 -> 10, tanh"; a manifest may hold anything.
+std::string mlpText(const Json& mlp)
+{
+    const auto text = [&mlp](const char* key) {
+        const Json value = mlp.is_object() && mlp.contains(key) ? mlp[key] : Json("?");
+        return value.is_string() ? value.get<std::string>()
+                                 : value.dump(-1, ' ', false, Json::error_handler_t::replace);
+    };
+    std::string inputs;
+    if (mlp.is_object() && mlp.contains("inputs") && mlp["inputs"].is_array())
+        for (const Json& input : mlp["inputs"])
+            inputs += (inputs.empty() ? "" : ", ") + (input.is_string() ? input.get<std::string>() : "?");
+    return text("kind") + ": " + inputs + " -> " + text("in") + " -> " + text("hidden") + " -> " + text("out") + ", " +
+           text("activation");
+}
+
 // "key value, key value" of an object, whatever it holds.
 std::string oneLine(const Json& object)
 {
@@ -121,7 +137,7 @@ std::string infoText(const std::string& path, const GscView& view, const Json& m
     text += formatString("chunks      %s, at most %s anchors and %s\n", formatCount(params.chunk_count).c_str(),
                          formatCount(params.max_chunk_anchors).c_str(), formatBytes(params.max_chunk_bytes).c_str());
     for (const Json& mlp : mlpsOf(manifest))
-        text += "mlp         " + oneLine(mlp) + "\n";
+        text += "mlp         " + mlpText(mlp) + "\n";
     if (const SectionEntry* cameras = findSection(view, kSectionCameras))
         text += formatString("cameras     %s\n", formatCount(cameras->count).c_str());
     for (const SectionEntry& entry : view.sections)

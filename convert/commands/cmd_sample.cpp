@@ -4,9 +4,11 @@
 
 #include "convert/sample/sample.h"
 #include "format/interrupt.h"
+#include "format/output_paths.h"
 
 #include <CLI/CLI.hpp>
 
+#include <filesystem>
 #include <map>
 #include <memory>
 
@@ -55,9 +57,22 @@ ErrorCode runSample(const std::string& kind, const SampleOptions& options, Repor
     return reportSample(kind, options.output, options.seed, makeSample(options, progressOf(report)), report);
 }
 
+// The checkpoint and, where it was named by its iteration folder or PLY, the model folder it lies in.
+std::vector<NamedPath> foldersOf(const std::string& checkpoint)
+{
+    std::vector<NamedPath> folders = {{checkpoint, "the checkpoint"}};
+    std::error_code ignored;
+    for (auto path = std::filesystem::weakly_canonical(checkpoint, ignored); path.has_relative_path();
+         path = path.parent_path())
+        if (path.filename() == "point_cloud")
+            folders.push_back({path.parent_path().string(), "the checkpoint"});
+    return folders;
+}
+
 ErrorCode runReplicate(const ReplicateOptions& options, Reporter& report)
 {
     installInterruptHandler();
+    checkOutputsDiffer(std::vector<NamedPath>{{options.output, "--output"}}, foldersOf(options.input));
     checkOutputFolder(options.output, options.overwrite);
     return reportSample("replicate", options.output, options.seed, replicateCheckpoint(options, progressOf(report)),
                         report);

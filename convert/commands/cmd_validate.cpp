@@ -40,6 +40,7 @@ const char* severityName(Severity severity)
 struct IssueCounts {
     uint64_t by_severity[3] = {};
     uint64_t reported = 0;
+    uint64_t unsupported = 0; // errors that say the file is newer than this program
 
     [[nodiscard]] uint64_t of(Severity severity) const { return by_severity[size_t(severity)]; }
     [[nodiscard]] uint64_t total() const { return by_severity[0] + by_severity[1] + by_severity[2]; }
@@ -75,6 +76,7 @@ ErrorCode runValidate(const ValidateOptions& options, Reporter& report)
     Json messages = Json::array();
     const IssueSink sink = [&](const Issue& issue) {
         ++counts.by_severity[size_t(issue.info->severity)];
+        counts.unsupported += issue.info->severity != Severity::Warning && isUnsupported(*issue.info);
         if (counts.reported == kMaxMessages)
             return;
         ++counts.reported;
@@ -98,8 +100,8 @@ ErrorCode runValidate(const ValidateOptions& options, Reporter& report)
         checkNanoVdb(view, sink);
     }
 
-    const bool valid = counts.of(Severity::Error) + counts.of(Severity::Fatal) == 0 &&
-                       !(options.warnings_as_errors && counts.of(Severity::Warning));
+    const uint64_t errors = counts.of(Severity::Error) + counts.of(Severity::Fatal);
+    const bool valid = errors == 0 && !(options.warnings_as_errors && counts.of(Severity::Warning));
     const uint64_t truncated = counts.total() - counts.reported;
     if (report.json())
         report.object({{"schema", "gsc.validate/1"},
@@ -115,7 +117,9 @@ ErrorCode runValidate(const ValidateOptions& options, Reporter& report)
                        {"messages", std::move(messages)}});
     else if (truncated)
         report.text(formatString("... and %s more", formatCount(truncated).c_str()));
-    return valid ? ErrorCode::Ok : ErrorCode::InvalidFile;
+    if (valid)
+        return ErrorCode::Ok;
+    return errors > 0 && errors == counts.unsupported ? ErrorCode::Unsupported : ErrorCode::InvalidFile;
 }
 
 } // namespace
@@ -134,7 +138,8 @@ void addValidateCommand(CLI::App& app, Invocation& invocation)
     command->add_flag("-e,--warnings-as-errors", options->warnings_as_errors, "warnings fail the check too");
     command->add_flag("--list-issues", options->list_issues, "print every problem there is a number for, and stop");
     addReporterOptions(*command, invocation.reporter, false);
-    command->footer("Prints nothing and exits with 0 if the file is good, 3 if it is not.\n\n"
+    command->footer("Prints nothing and exits with 0 if the file is good, 3 if it is not, 5 if it is\n"
+                    "only newer than this program.\n\n"
                     "examples:\n"
                     "  gsc validate city.gsc\n"
                     "  gsc validate --format json --check index city.gsc");

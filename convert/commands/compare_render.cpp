@@ -72,6 +72,7 @@ public:
     }
 
     [[nodiscard]] const Scene& scene() const { return *m_scene; }
+    [[nodiscard]] Tier tier() const { return m_backend->tierOf(m_tier); }
 
     // `appearance` is the trainer's row, ignored by a model without embedding.
     Image render(const Camera& camera, int appearance)
@@ -224,6 +225,7 @@ RenderComparison compareRenders(const Checkpoint& checkpoint, const std::string&
 {
     RenderComparison result;
     Renderer fast(file, CpuPath::Fast, options.tier, options.threads);
+    result.tier = fast.tier();
     const std::vector<Camera> cameras = camerasToCompare(fast.scene(), options);
     if (!cameras.empty()) {
         const FreshBake fresh(checkpoint, options.threads, report);

@@ -33,6 +33,7 @@ struct RenderedView {
 };
 
 struct RenderComparison {
+    Tier tier = Tier::Exact; // that the file was rendered in
     // the file through the fast backend, against the scalar reference over a fresh bake of the checkpoint
     std::vector<RenderedView> reference;
     PooledDifference reference_pool;

@@ -2,6 +2,7 @@
 #include "convert/commands/text_file.h"
 
 #include "format/error.h"
+#include "format/output_paths.h"
 
 #include <cerrno>
 #include <cstdio>
@@ -21,7 +22,9 @@ using File = std::unique_ptr<std::FILE, FileCloser>;
 
 [[noreturn]] void throwIo(const std::string& path, const char* what)
 {
-    throw Error(ErrorCode::Io, formatString("%s: %s (%s)", path.c_str(), what, std::strerror(errno)));
+    throw Error(ErrorCode::Io, formatString("%s: %s (%s), expected a file in a folder that is there and may be used; "
+                                            "check the path, its rights and the free space",
+                                            path.c_str(), what, std::strerror(errno)));
 }
 
 } // namespace
@@ -31,8 +34,7 @@ void checkOutputPath(const std::string& path, bool overwrite)
     namespace fs = std::filesystem;
     std::error_code ignored;
     const fs::file_status status = fs::status(path, ignored);
-    if (fs::is_directory(status))
-        throw Error(ErrorCode::Io, path + ": is a folder, expected the name of a file to write");
+    checkRegularOrAbsent(path);
     if (fs::exists(status) && !overwrite)
         throw Error(ErrorCode::Io, path + ": already exists, expected no such file; pass -w to overwrite it");
     const fs::path folder = fs::path(path).parent_path();

@@ -158,6 +158,8 @@ AnchorColumns findAnchorColumns(const PlyHeader& header, const std::string& name
     columns.level = optionalColumns(header, {"level", "extra_level"}, name);
     columns.opacity = optionalColumns(header, {"opacity"}, name);
     columns.info = optionalColumns(header, {"info"}, name);
+    if (!columns.info.empty() && columns.level.empty())
+        throwMissing(name, "column 'info' is there, but column 'level' is missing");
     if (columns.offset.empty() || columns.offset.size() % 3 != 0)
         throwMissing(name, formatString("%zu columns f_offset_<n>, a multiple of 3 is needed", columns.offset.size()));
     if (columns.feature.empty())

@@ -84,11 +84,17 @@ int resolveLevel(const uint32_t (&extra)[3], const Mlp* bank, const ConfigFile& 
                                      path.c_str(), from_widths ? "take" : "do not take", options.add_level));
         return from_widths;
     }
+    const std::string key = config.modelKey("add_level");
+    if (config.values.states(key)) {
+        const bool stated = config.values.getBool(key, false, config.path);
+        if (options.add_level >= 0 && options.add_level != int(stated))
+            throw Error(ErrorCode::Usage,
+                        formatString("%s: add_level is %s, but --add-level %d was given; leave the option out",
+                                     config.path.c_str(), stated ? "True" : "False", options.add_level));
+        return stated;
+    }
     if (options.add_level >= 0)
         return options.add_level;
-    const std::string key = config.modelKey("add_level");
-    if (config.values.find(key))
-        return config.values.getBool(key, false, config.path);
     throw Error(ErrorCode::InvalidFile,
                 path + ": every MLP takes one value besides feature and direction, which is the distance or the level, "
                        "and no cfg_args says which; pass --add-level 0 (distance) or --add-level 1 (level), or the "

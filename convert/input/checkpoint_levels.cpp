@@ -48,46 +48,58 @@ LevelRange scanLevels(const PlyFile& ply, const AnchorColumns& columns)
     return {int32_t(least), int32_t(greatest)};
 }
 
+constexpr const char* kRuleNames[] = {"none", "floor", "round", "ceil", "progressive"}; // of each LevelRule
+constexpr int kLeastFork = 2, kMostFork = 64;
+
 LevelRule parseRule(const std::string& name, const std::string& path)
 {
-    constexpr std::pair<const char*, LevelRule> rules[] = {{"floor", LevelRule::Floor},
-                                                           {"round", LevelRule::Round},
-                                                           {"ceil", LevelRule::Ceil},
-                                                           {"progressive", LevelRule::Progressive}};
-    for (const auto& [text, rule] : rules)
-        if (name == text)
+    for (const LevelRule rule : {LevelRule::Floor, LevelRule::Round, LevelRule::Ceil, LevelRule::Progressive})
+        if (name == kRuleNames[uint32_t(rule)])
             return rule;
     throw Error(ErrorCode::InvalidFile, path + ": dist2level is '" + name.substr(0, 32) +
                                             "', expected floor, round, ceil or progressive; restore the file that the "
-                                            "trainer wrote, or pass --dist2level");
+                                            "trainer wrote");
 }
 
-void readRule(Checkpoint& checkpoint, const ConfigFile& config, const CheckpointOptions& options)
+LevelRule readRule(const ConfigFile& config, int option, Checkpoint& checkpoint)
 {
-    const std::string rule_key = config.modelKey("dist2level"), fork_key = config.modelKey("fork");
-    if (options.level_rule >= 0) {
-        checkpoint.level_rule = LevelRule(options.level_rule);
-    } else {
-        checkpoint.level_rule = parseRule(config.values.getString(rule_key, "round", config.path), config.path);
-        if (!config.values.find(rule_key))
-            checkpoint.warnings.push_back(checkpoint.model_path + ": no cfg_args states dist2level, upstream's default "
-                                                                  "'round' is taken; pass --dist2level if the model "
-                                                                  "was trained with another");
+    const std::string key = config.modelKey("dist2level");
+    if (config.values.states(key)) {
+        const LevelRule stated = parseRule(config.values.getString(key, "", config.path), config.path);
+        if (option >= 0 && LevelRule(option) != stated)
+            throw Error(ErrorCode::Usage, config.path + ": dist2level is '" + kRuleNames[uint32_t(stated)] +
+                                              "', but --dist2level " + kRuleNames[option] +
+                                              " was given; leave the option out");
+        return stated;
     }
-    double fork = options.fork;
-    if (fork == 0) {
-        fork = config.values.getNumber(fork_key, 2, config.path);
-        if (!config.values.find(fork_key))
-            checkpoint.warnings.push_back(checkpoint.model_path + ": no cfg_args states fork, upstream's default 2 is "
-                                                                  "taken; pass --fork if the model was trained with "
-                                                                  "another");
+    if (option >= 0)
+        return LevelRule(option);
+    checkpoint.warnings.push_back(checkpoint.model_path + ": no cfg_args states dist2level, upstream's default 'round' "
+                                                          "is taken; pass --dist2level if the model was trained with "
+                                                          "another");
+    return LevelRule::Round;
+}
+
+uint32_t readFork(const ConfigFile& config, int option, Checkpoint& checkpoint)
+{
+    const std::string key = config.modelKey("fork");
+    if (config.values.states(key)) {
+        const double stated = config.values.getNumber(key, 0, config.path);
+        if (!(stated >= kLeastFork && stated <= kMostFork) || stated != std::floor(stated))
+            throw Error(ErrorCode::InvalidFile,
+                        formatString("%s: fork is %g, expected a whole number from %d to %d; restore the file that the "
+                                     "trainer wrote",
+                                     config.path.c_str(), stated, kLeastFork, kMostFork));
+        if (option != 0 && option != stated)
+            throw Error(ErrorCode::Usage, formatString("%s: fork is %g, but --fork %d was given; leave the option out",
+                                                       config.path.c_str(), stated, option));
+        return uint32_t(stated);
     }
-    if (!(fork >= 2 && fork <= 64) || fork != std::floor(fork))
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: fork is %g, expected a whole number from 2 to 64; restore "
-                                 "the file that the trainer wrote, or pass --fork",
-                                 config.found() ? config.path.c_str() : "--fork", fork));
-    checkpoint.fork = uint32_t(fork);
+    if (option != 0)
+        return uint32_t(option);
+    checkpoint.warnings.push_back(checkpoint.model_path + ": no cfg_args states fork, upstream's default 2 is taken; "
+                                                          "pass --fork if the model was trained with another");
+    return 2;
 }
 
 // `info` holds voxel_size in row 0 and standard_dist in row 1, zero elsewhere (trap 9).
@@ -161,6 +173,9 @@ int32_t coarseLimit(const Checkpoint& checkpoint, int32_t levels, const ConfigFi
 void readLevels(Checkpoint& checkpoint, PlyFamily family, const PlyFile& ply, const AnchorColumns& columns,
                 const ConfigFile& config, const CheckpointOptions& options)
 {
+    if (options.fork != 0 && (options.fork < kLeastFork || options.fork > kMostFork))
+        throw Error(ErrorCode::Usage, formatString("--fork: is %d, expected a whole number from %d to %d", options.fork,
+                                                   kLeastFork, kMostFork));
     if (family == PlyFamily::Scaffold || family == PlyFamily::AnyBase) {
         const double voxel = config.values.getNumber(config.modelKey("voxel_size"), 0, config.path);
         // 0 and below mean "derived while training", and that value is stored nowhere (trap 32)
@@ -168,7 +183,8 @@ void readLevels(Checkpoint& checkpoint, PlyFamily family, const PlyFile& ply, co
         return;
     }
     checkpoint.flags |= kModelHasLevels;
-    readRule(checkpoint, config, options);
+    checkpoint.level_rule = readRule(config, options.level_rule, checkpoint);
+    checkpoint.fork = readFork(config, options.fork, checkpoint);
     const LevelRange range = scanLevels(ply, columns);
     checkpoint.level_min = range.least;
     if (family == PlyFamily::Octree) {

@@ -157,8 +157,10 @@ void readSplit(const CheckpointFiles& files, CheckpointWeights& weights)
     weights.paths.push_back(path);
 }
 
-void refuseOtherNetworks(const TorchArchive& archive, const std::string& path)
+// Networks beside the three of Scaffold-GS: those that its renderer would need are refused.
+void checkOtherNetworks(const TorchArchive& archive, const std::string& path, std::vector<std::string>& warnings)
 {
+    bool normals = false;
     for (const NamedTensor& tensor : archive.tensors) {
         const std::string_view name = tensor.name;
         for (const char* key : {"encoding_xyz", "grid_mlp", "deform_mlp"})
@@ -167,18 +169,18 @@ void refuseOtherNetworks(const TorchArchive& archive, const std::string& path)
                             path + ": holds '" + key +
                                 "', so this is a HAC model, whose features must first be quantised by its context "
                                 "model, expected Scaffold-GS; decode it with HAC's own code and train on from there");
-        if (name.starts_with("anchor_normals_mlp"))
-            throw Error(ErrorCode::Unsupported,
-                        path + ": holds 'anchor_normals_mlp', so this is a GSDF model, expected Scaffold-GS; its MLPs "
-                               "belong to a surface model that cannot be converted");
+        normals = normals || name.starts_with("anchor_normals_mlp");
     }
+    // GSDF draws as Scaffold-GS does; its normals only guided the training of the surface
+    if (normals)
+        warnings.push_back(path + ": 'anchor_normals_mlp' of this GSDF model is left out, no image depends on it");
 }
 
 // checkpoints.pth (Scaffold-GS and Octree-GS saved with "unite") and checkpoint.pth (Scaffold-GS before 2024-01-22)
 void readUnited(const std::string& path, bool v1, CheckpointWeights& weights)
 {
     const TorchArchive archive = readArchive(path);
-    refuseOtherNetworks(archive, path);
+    checkOtherNetworks(archive, path, weights.warnings);
     for (const Part& part : kParts) {
         const bool bank = part.kind == MlpKind::FeatureBank;
         const std::string key = bank && v1 ? "mlp_feature_bank" : part.file;

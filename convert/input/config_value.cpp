@@ -45,6 +45,11 @@ const ConfigValue* ConfigValue::find(std::string_view path) const
     return node;
 }
 
+bool ConfigValue::states(std::string_view path) const
+{
+    return present(*this, path) != nullptr;
+}
+
 bool ConfigValue::getBool(std::string_view path, bool fallback, const std::string& file) const
 {
     const ConfigValue* value = present(*this, path);

@@ -22,6 +22,7 @@ struct ConfigValue {
     void add(std::string key, ConfigValue value); // to a dictionary
     // Member of a dictionary by dotted path, such as "model_config.kwargs.fork"; null if absent.
     [[nodiscard]] const ConfigValue* find(std::string_view path) const;
+    [[nodiscard]] bool states(std::string_view path) const; // present and not None
     // The member, or `fallback` where it is absent or None. Throws Error(InvalidFile) if it has another type;
     // `file` is used in messages only.
     [[nodiscard]] bool getBool(std::string_view path, bool fallback, const std::string& file) const;

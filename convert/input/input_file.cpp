@@ -11,7 +11,9 @@
 
 namespace gsc {
 
-InputFile::InputFile(const std::string& path) : m_path(path), m_fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC))
+// note: O_NONBLOCK means nothing to a regular file; without it opening a pipe waits for a writer that may never come
+InputFile::InputFile(const std::string& path)
+    : m_path(path), m_fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK))
 {
     if (m_fd < 0)
         throw Error(ErrorCode::Io, path + ": cannot be opened (" + std::strerror(errno) +

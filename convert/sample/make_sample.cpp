@@ -3,6 +3,8 @@
 
 #include "convert/input/torch_archive.h"
 #include "convert/sample/anchor_rows.h"
+#include "convert/sample/camera_paths.h"
+#include "convert/sample/lighting.h"
 #include "convert/sample/model_folder.h"
 #include "convert/sample/model_text.h"
 #include "convert/sample/sample_plan.h"
@@ -13,6 +15,7 @@
 #include <tbb/task_arena.h>
 
 #include <chrono>
+#include <filesystem>
 
 namespace gsc {
 
@@ -135,6 +138,35 @@ void writeWeights(const ModelFolder& folder, const std::string& iteration, const
                                             kSampleAppearance, "embedding_appearance"));
 }
 
+PathSite pathSite(const SampleOptions& options, const SamplePlan& plan)
+{
+    PathSite site;
+    site.axis[0] = {1, 0, 0};
+    site.axis[1] = {0, 1, 0};
+    site.up = {0, 0, 1};
+    const double half = plan.spec.half_extent;
+    double high[2] = {half, half};
+    site.view_height = std::clamp(0.6 * half, 40.0, 200.0);
+    if (options.scene == SampleScene::Street) {
+        high[1] = 7.0; // within the facades
+        site.view_height = 14;
+    } else if (options.scene == SampleScene::Room) {
+        high[0] = kRoomHalf.x;
+        high[1] = kRoomHalf.y;
+        site.view_height = 0.85 * kRoomHeight;
+    }
+    for (int i = 0; i < 2; ++i) {
+        site.low[i] = -high[i];
+        site.high[i] = high[i];
+    }
+    if (options.model == SampleModel::Octree) {
+        site.level_rule = options.everything_on ? LevelRule::Floor : LevelRule::Round; // as octreeArguments() states
+        site.standard_dist = double(plan.standard_dist);
+        site.finest_level = int32_t(plan.levels) - 1;
+    }
+    return site;
+}
+
 } // namespace
 
 SampleReport makeSample(const SampleOptions& options, const SampleProgress& progress)
@@ -161,6 +193,7 @@ SampleReport makeSample(const SampleOptions& options, const SampleProgress& prog
     size_t test_count = 0;
     const std::vector<NamedCamera> cameras = namedCameras(plan.spec, test_count);
     writeFile(folder.file("cameras.json"), camerasJson(cameras));
+    const std::string path_file = writeCameraPaths(folder, cameraPaths(pathSite(options, plan)));
 
     const std::string iteration = octree ? "point_cloud/iteration_40000/" : "point_cloud/iteration_30000/";
     writeWeights(folder, iteration, options, plan, uint32_t(cameras.size() - test_count));
@@ -175,6 +208,7 @@ SampleReport makeSample(const SampleOptions& options, const SampleProgress& prog
     SampleReport report;
     report.anchors = options.anchors;
     report.ply_bytes = ply.bytes();
+    report.path_file = (std::filesystem::path(options.output) / path_file).string();
     report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return report;
 }

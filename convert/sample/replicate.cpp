@@ -3,6 +3,7 @@
 // by a small jitter per anchor, so that no two copies tie in depth; both are whole cells of the anchor's own grid.
 #include "convert/sample/sample.h"
 
+#include "convert/sample/camera_paths.h"
 #include "convert/sample/hash_random.h"
 #include "convert/sample/model_folder.h"
 #include "convert/sample/model_text.h"
@@ -21,11 +22,8 @@ namespace gsc {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kJitter = 0.1; // of the anchor's scale
 constexpr size_t kFlushRows = 16'384;
-constexpr uint32_t kPathFrames = 40;
-constexpr uint32_t kPathSize = 2048; // pixels, square
 
 // The city as a grid of equal tiles; the last ones are left out where fewer are needed.
 struct CityGrid {
@@ -116,21 +114,42 @@ private:
     std::vector<float> m_rows;
 };
 
-std::vector<NamedCamera> cameraPath(const ReplicateSource& source, const CityGrid& grid)
+PathSite pathSite(const ReplicateSource& source, const CityGrid& grid, const Checkpoint& checkpoint)
 {
-    const GroundFrame& f = source.frame;
-    const double span[2] = {grid.size[0] * double(grid.columns), grid.size[1] * double(grid.rows)};
-    const Vec3 corner = f.axis[0] * f.low[0] + f.axis[1] * f.low[1] + f.up * (f.ground + 0.5 * f.capture_height);
-    const Vec3 diagonal = f.axis[0] * span[0] + f.axis[1] * span[1];
-    const double down = 25 * kPi / 180;
-    const Vec3 forward = normalized(diagonal) * std::cos(down) - f.up * std::sin(down);
-    std::vector<NamedCamera> cameras;
-    for (uint32_t i = 0; i < kPathFrames; ++i) {
-        const double t = 0.25 + 0.5 * i / (kPathFrames - 1);
-        cameras.push_back(lookingAlong(formatString("path_%04u", i), corner + diagonal * t, forward, f.up, kPathSize,
-                                       kPathSize, 0.5 * kPi));
+    const GroundFrame& frame = source.frame;
+    const uint64_t tiles[2] = {grid.columns, grid.rows};
+    PathSite site;
+    site.up = frame.up;
+    for (int i = 0; i < 2; ++i) {
+        site.axis[i] = frame.axis[i];
+        site.low[i] = frame.low[i];
+        site.high[i] = frame.low[i] + grid.size[i] * double(tiles[i]);
     }
-    return cameras;
+    site.ground = frame.ground;
+    site.view_height = frame.capture_height;
+    // no model states its scale: the viewer is as large as puts his eyes 0.004 of a tile's side apart
+    site.metre = 0.004 * std::sqrt(grid.size[0] * grid.size[1]) / kEyeDistance;
+    if (source.octree) {
+        site.level_rule = checkpoint.level_rule;
+        site.standard_dist = double(checkpoint.standard_dist);
+        site.fork = checkpoint.fork;
+        site.finest_level = checkpoint.level_clamp;
+    }
+    return site;
+}
+
+// `path` is read: it must not lie in the folder that the city replaces.
+void refuseSource(const std::string& output, const std::string& path)
+{
+    std::error_code error;
+    for (std::filesystem::path at = std::filesystem::weakly_canonical(path, error); !error; at = at.parent_path()) {
+        if (std::filesystem::equivalent(at, output, error))
+            throw Error(ErrorCode::Usage, output + ": holds the source " + path +
+                                              ", which the city would replace; choose another folder");
+        error.clear(); // an output that does not exist is nobody's source
+        if (at == at.parent_path())
+            return;
+    }
 }
 
 void copyFile(const std::string& from, const std::string& to)
@@ -151,8 +170,12 @@ SampleReport replicateCheckpoint(const ReplicateOptions& options, const SamplePr
         throw Error(ErrorCode::Usage,
                     formatString("--anchors: %llu, expected 2..%llu", static_cast<unsigned long long>(options.anchors),
                                  static_cast<unsigned long long>(kMaxAnchors)));
+    refuseSource(options.output, options.input);
     ModelFolder folder(options.output, options.overwrite);
     const Checkpoint checkpoint = readCheckpoint(options.input, {});
+    refuseSource(options.output, checkpoint.ply_path); // the input may reach it through a link
+    for (const std::string& path : checkpoint.weight_paths)
+        refuseSource(options.output, path);
     const ReplicateSource source = readReplicateSource(checkpoint);
     const CityGrid grid = cityGrid(source, options.anchors);
 
@@ -161,10 +184,9 @@ SampleReport replicateCheckpoint(const ReplicateOptions& options, const SamplePr
         copyFile(path, folder.file(iteration + std::filesystem::path(path).filename().string()));
     if (!checkpoint.cfg_args.empty())
         writeFile(folder.file("cfg_args"), checkpoint.cfg_args);
-    const std::vector<NamedCamera> cameras = cameraPath(source, grid);
-    writeFile(folder.file("cameras.json"), camerasJson(cameras));
-    const double ipd = 0.004 * std::sqrt(grid.size[0] * grid.size[1]);
-    writeFile(folder.file("path.json"), trajectoryJson("city flight", cameras, 30, ipd));
+    const std::vector<CameraPath> paths = cameraPaths(pathSite(source, grid, checkpoint));
+    writeFile(folder.file("cameras.json"), camerasJson(paths.front().frames));
+    const std::string path_file = writeCameraPaths(folder, paths);
 
     FileStream ply(folder.file(iteration + "point_cloud.ply"));
     const std::string header = plyHeader(options.anchors, source.octree, checkpoint.feat_dim, checkpoint.n_offsets);
@@ -190,7 +212,7 @@ SampleReport replicateCheckpoint(const ReplicateOptions& options, const SamplePr
     report.anchors = options.anchors;
     report.tiles = grid.tiles;
     report.ply_bytes = ply.bytes();
-    report.path_file = (std::filesystem::path(options.output) / "path.json").string();
+    report.path_file = (std::filesystem::path(options.output) / path_file).string();
     report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return report;
 }

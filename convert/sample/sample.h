@@ -34,7 +34,7 @@ struct SampleReport {
     uint64_t tiles = 0; // replicate only
     uint64_t ply_bytes = 0;
     double seconds = 0;
-    std::string path_file; // trajectory written beside the model
+    std::string path_file; // paths/aerial.json in the output folder; the other trajectories lie beside it
 };
 
 using SampleProgress = std::function<void(const char* stage, uint64_t done, uint64_t total)>;

@@ -26,7 +26,10 @@ using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
 [[noreturn]] void throwIo(const std::string& path, const char* what)
 {
-    throw Error(ErrorCode::Io, formatString("%s: %s: %s", path.c_str(), what, std::strerror(errno)));
+    throw Error(ErrorCode::Io,
+                formatString("%s: %s (%s), expected a place with room and the right to use it; check the "
+                             "path, its rights and the free space",
+                             path.c_str(), what, std::strerror(errno)));
 }
 
 std::string extensionOf(const std::string& path)

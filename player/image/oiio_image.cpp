@@ -3,9 +3,13 @@
 
 #include "format/error.h"
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <memory>
 
 namespace gsc {
@@ -26,12 +30,31 @@ std::vector<T> quantised(const Image& image, float max)
     return out;
 }
 
+[[noreturn]] void throwUnwritable(const std::string& path, const std::string& why)
+{
+    throw Error(ErrorCode::Io,
+                formatString("%s: cannot be written (%s), expected a place with room; check the path and "
+                             "the free space",
+                             path.c_str(), why.c_str()));
+}
+
+// Encoded in memory first: OpenImageIO's PNG writer does not notice that its last buffer found no room.
 void writeAs(OIIO::ImageOutput& output, const std::string& path, OIIO::ImageSpec spec, OIIO::TypeDesc type,
              const void* pixels)
 {
     spec.set_format(type);
-    if (!output.open(path, spec) || !output.write_image(type, pixels) || !output.close())
-        throw Error(ErrorCode::Io, formatString("%s: cannot be written: %s", path.c_str(), output.geterror().c_str()));
+    OIIO::Filesystem::IOVecOutput encoded;
+    if (!output.set_ioproxy(&encoded) || !output.open(path, spec) || !output.write_image(type, pixels) ||
+        !output.close())
+        throwUnwritable(path, output.geterror());
+    const std::vector<unsigned char>& bytes = encoded.buffer();
+    std::FILE* const file = std::fopen(path.c_str(), "wb");
+    if (!file)
+        throwUnwritable(path, std::strerror(errno));
+    const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
+    const int reason = errno;
+    if (std::fclose(file) != 0 || !written)
+        throwUnwritable(path, std::strerror(written ? errno : reason));
 }
 
 template <typename T>

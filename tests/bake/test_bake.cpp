@@ -2,6 +2,7 @@
 // What is in a baked file. bakeModel() also requires every file here to pass the full validator and NanoVDB's reader.
 #include "convert/bake/compare_checkpoint.h"
 #include "format/error.h"
+#include "kernels/math/lod.h"
 #include "tests/bake/memory_model.h"
 
 #include <doctest/doctest.h>
@@ -277,7 +278,7 @@ TEST_CASE("positions off the grid are stored as floats, with a warning that coun
         ModelShape shape;
         shape.anchors = 3000;
         shape.levels = levels;
-        shape.origin = levels ? -3.21f : 0.0f;
+        shape.origin = levels ? -3.213f : 0.0f; // zero is not on the grid of the second
         MemoryModel model = makeModel(shape);
         model.anchors.position[3 * 1234] += 0.004f;
         model.anchors.position[3 * 77 + 2] = -0.0f;
@@ -285,7 +286,8 @@ TEST_CASE("positions off the grid are stored as floats, with a warning that coun
         CHECK_FALSE(baked.report.exact_grid);
         REQUIRE(baked.report.warnings.size() == 1);
         INFO(baked.report.warnings[0]);
-        CHECK(baked.report.warnings[0].find("1 of 3000 anchors do not lie on the grid of the others") == 0);
+        const std::string count = levels ? "2" : "1";
+        CHECK(baked.report.warnings[0].find(count + " of 3000 anchors do not lie on the grid of the others") == 0);
         CHECK(baked.view.params->position_encoding == uint32_t(PositionEncoding::Float));
         checkEqual(model, baked);
     }
@@ -299,6 +301,47 @@ TEST_CASE("positions off the grid are stored as floats, with a warning that coun
     REQUIRE(baked.report.warnings.size() == 1);
     CHECK(baked.report.warnings[0].find("the 2000 anchors do not lie on one voxel grid") == 0);
     checkEqual(model, baked);
+}
+
+TEST_CASE("trap 11: the LOD rule keeps the trainer's voxel size where positions are stored as floats")
+{
+    const MemoryModel model = makeModel(octreeShape(3000));
+    const Baked grid = bakeModel(model);
+    REQUIRE(grid.report.exact_grid);
+    MemoryModel off_grid = model;
+    off_grid.anchors.position[3 * 1234] += 0.004f;
+    MemoryModel other_grid = model; // `info` says something else than the positions
+    other_grid.checkpoint.voxel_size *= 1.5f;
+    for (const MemoryModel& changed : {off_grid, other_grid}) {
+        const Baked floats = bakeModel(changed);
+        CHECK_FALSE(floats.report.exact_grid);
+        CHECK(floats.report.warnings.size() == 1);
+        CHECK(floats.view.params->voxel_size == changed.checkpoint.voxel_size);
+        checkEqual(changed, floats);
+    }
+
+    const ModelParams &a = *grid.view.params, b = *bakeModel(off_grid).view.params;
+    CHECK(a.flags == b.flags);
+    CHECK(a.lod_scale == b.lod_scale);
+    CHECK(a.standard_dist == b.standard_dist);
+    CHECK(a.fork == b.fork);
+    CHECK(a.level_clamp == b.level_clamp);
+    CHECK(a.level_rule == b.level_rule);
+    const float center[3] = {3.0f, -4.0f, 5.0f};
+    size_t shown = 0, differ = 0;
+    for (size_t i = 0; i < model.anchors.count; ++i) {
+        const float* p = &model.anchors.position[3 * i];
+        const int32_t level = model.anchors.level[i];
+        const auto predict = [&](const ModelParams& params) {
+            return predictedLevel<float>(params, {p[0], p[1], p[2]}, lodShift<float>(params, level), center,
+                                         model.anchors.extra_level[i], 0.0f);
+        };
+        shown += level <= chooseLevel(LevelRule(a.level_rule), predict(a), a.level_clamp).level ? 1 : 0;
+        differ += predict(a) != predict(b) ? 1 : 0;
+    }
+    CHECK(shown > 0);
+    CHECK(shown < model.anchors.count);
+    CHECK(differ == 0);
 }
 
 TEST_CASE("positions far out and grids finer than chunks can span are stored exactly")

@@ -7,6 +7,7 @@
 
 #include <doctest/doctest.h>
 
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <filesystem>
@@ -14,6 +15,7 @@
 #include <functional>
 
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -132,6 +134,32 @@ TEST_CASE("trap 18, trap 19: anchors that cannot be shown are refused with their
         CHECK(std::equal(clean.view.anchors.begin(), clean.view.anchors.end(), baked.view.anchors.begin()));
         CHECK(std::equal(clean.view.index.begin(), clean.view.index.end(), baked.view.index.begin()));
     }
+}
+
+TEST_CASE("a refused model does not wait for its checksum")
+{
+    const TemporaryFolder folder;
+    ModelShape shape;
+    shape.anchors = 300;
+    MemoryModel model = makeModel(shape);
+    model.anchors.position[5] = NAN;
+    model.checkpoint.ply_path = folder / "point_cloud.ply";
+    std::ofstream(model.checkpoint.ply_path) << "ply";
+    std::filesystem::resize_file(model.checkpoint.ply_path, uint64_t(1) << 36); // all holes; half a minute to read
+    const auto start = std::chrono::steady_clock::now();
+    failToBake(model, ErrorCode::InvalidFile);
+    CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(5));
+}
+
+TEST_CASE("a source that became a pipe is refused, not waited for")
+{
+    const TemporaryFolder folder;
+    ModelShape shape;
+    shape.anchors = 300;
+    MemoryModel model = makeModel(shape);
+    model.checkpoint.ply_path = folder / "point_cloud.ply";
+    REQUIRE(::mkfifo(model.checkpoint.ply_path.c_str(), 0600) == 0);
+    CHECK(failToBake(model, ErrorCode::Io).find("no regular file") != std::string::npos);
 }
 
 TEST_CASE("what never renders may hold anything")

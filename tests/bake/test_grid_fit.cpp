@@ -145,7 +145,7 @@ TEST_CASE("coordinates without a grid are refused")
     CHECK_FALSE(fitGrid(wild, {0.01f, 2, true}));
 }
 
-TEST_CASE("trap 15: zeros of both signs are on every grid")
+TEST_CASE("trap 15: zeros of both signs are on every grid that starts at zero")
 {
     const auto plus = locateOnGrid(0.0f, 0.01f, 0.0f), minus = locateOnGrid(-0.0f, 0.01f, 0.0f);
     REQUIRE(plus);
@@ -155,6 +155,19 @@ TEST_CASE("trap 15: zeros of both signs are on every grid")
     CHECK(std::signbit(gridCoordinate(minus->quanta, 0.01f, 0.0f, minus->negative_zero)));
     std::vector<GridSample> zeros(10, {-0.0f, 0});
     CHECK(fitGrid(zeros, {0.01f, 2, false}));
+    // beside an origin a zero is on the grid only where the grid has one
+    CHECK_FALSE(locateOnGrid(-0.0f, 0.01f, -3.213f));
+    CHECK_FALSE(locateOnGrid(0.0f, 0.01f, -3.213f));
+    CHECK(locateOnGrid(-0.0f, 0.25f, -3.0f));
+    CHECK(locateOnGrid(-0.0f, 0.25f, -3.0f)->quanta == 12);
+}
+
+TEST_CASE("trap 11: a voxel size that the LOD rule uses too is not replaced")
+{
+    std::vector<GridSample> samples = makeSamples({0.0123f, -7.3f, 2, 2, 0, 800}, 3000, 3);
+    std::vector<GridSample> copy = samples;
+    CHECK_FALSE(fitGrid(copy, {0.001f, 2, true, true}));
+    CHECK(fitGrid(samples, {0.0123f, 2, true, true}));
 }
 
 TEST_CASE("hostile quanta are refused, not converted")

@@ -18,12 +18,14 @@ case runs in an empty folder {out}. Keys of a case:
   progress   true = every line of stderr that starts with { satisfies progress-event.schema.json, at least one does
   report     {file: schema}: files that must exist and satisfy the schema
   files      exact list of what {out} holds afterwards (relative, folders end with /); left out = anything
-  before     list of ["copy", from, to] | ["write", path, text] | ["patch", path, offset, hex] | ["append", path, hex]
+  before     list of ["copy", from, to] | ["link", from, to] | ["fifo", path] | ["write", path, text] | ["patch", path, offset, hex] | ["append", path, hex]
              | ["truncate", path, size], done before the run; a negative offset or size counts from the end
   stdout_to  stdout goes to this file
   file_limit largest file the process may write, bytes: a stand-in for a full disk
   disk       size of a small file system mounted at {out}/disk (bytes); without the right to mount, file_limit = disk
-  interrupt  regular expression of a stderr line after which SIGINT is sent
+  interrupt  regular expression of a stderr line after which a signal is sent
+  signal     its name, default SIGINT
+  head       true = both streams go to a pipe that is closed after its first line, as "2>&1 | head -1" does
   timeout    seconds, default 60
 """
 import argparse
@@ -91,6 +93,10 @@ def prepare(step, expand):
             raise Failure(f"patch at {offset} changes nothing")
         data[offset : offset + len(new)] = new
         path.write_bytes(data)
+    elif kind == "link":  # a second name of the same file
+        os.link(path, expand(rest[0]))
+    elif kind == "fifo":
+        os.mkfifo(path)
     elif kind == "append":
         with path.open("ab") as file:
             file.write(bytes.fromhex(rest[0]))
@@ -120,7 +126,17 @@ class SmallDisk:
             subprocess.run(["umount", str(self.folder)], check=True)
 
 
+def run_head(command, case):
+    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    process.stdout.readline()
+    process.stdout.close()
+    return process.wait(timeout=case.get("timeout", 60)), "", ""
+
+
 def run(command, case, limit):
+    if case.get("head"):
+        return run_head(command, case)
+
     def before_exec():
         if limit is not None:
             resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
@@ -137,7 +153,7 @@ def run(command, case, limit):
             lines.append(line)
             if "interrupt" in case and not interrupted.is_set() and re.search(case["interrupt"], line):
                 interrupted.set()
-                process.send_signal(signal.SIGINT)
+                process.send_signal(signal.Signals[case.get("signal", "SIGINT")])
 
     reader = threading.Thread(target=read_stderr)
     reader.start()
@@ -218,6 +234,8 @@ def run_case(case, binary, source, data, out, checkpoints):
 def checkpoints_root(source):
     named = os.environ.get("GSC_CHECKPOINTS")
     root = Path(named) if named else source / "../shared/checkpoints"
+    if named and not root.is_dir():
+        sys.exit(f"GSC_CHECKPOINTS is {named!r}, expected a folder; unset it or correct it")
     return str(root.resolve()) if root.is_dir() else None
 
 

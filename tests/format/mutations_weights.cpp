@@ -128,6 +128,7 @@ std::vector<Mutation> embeddingMutations()
          appearance()},
         {SectionCount, editEntry(kSectionEmbedding, [](SectionEntry& e) { e.count = 1ull << 63; }), {}, appearance()},
         {EmbeddingRows, rows([](uint32_t* r) { r[1] = r[0]; }), {}, appearance()},
+        {EmbeddingRowRange, rows([](uint32_t* r) { r[2] = 0x80000000; }), {}, appearance()},
         {EmbeddingValue, rows([](uint32_t* r) { reinterpret_cast<float*>(r)[16 + 3] = NAN; }), {}, appearance()},
         {EmbeddingPadding, rows([](uint32_t* r) { r[3] = 1; }), {}, appearance()},
     };
@@ -155,6 +156,7 @@ std::vector<Mutation> cameraMutations()
         {CameraFocal, camera([](Camera& c) { c.fx = NAN; })},
         {CameraSize, camera([](Camera& c) { c.width = 0; })},
         {CameraSize, camera([](Camera& c) { c.height = 0xffffffff; })},
+        {CameraSize, camera([](Camera& c) { c.width = 32769; })},
         {CameraNameRange, camera([](Camera& c) { c.name_bytes = 0xffffffff; })},
         {CameraNameRange, camera([](Camera& c) { c.name_offset = 0xffffffff; })},
         {CameraNameText, [](Bytes& f) { section(f, kSectionCameras).back() = std::byte{0xff}; }},

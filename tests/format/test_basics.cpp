@@ -8,10 +8,12 @@
 #include "format/error.h"
 #include "format/gsc_validate.h"
 #include "format/mapped_file.h"
+#include "format/output_paths.h"
 
 #include <doctest/doctest.h>
 
 #include <bit>
+#include <filesystem>
 #include <fstream>
 #include <random>
 
@@ -152,4 +154,39 @@ TEST_CASE("utf8Prefix stops at the first byte that is not UTF-8")
         CHECK(validate::utf8Prefix(bad) == 0);
         CHECK(validate::utf8Prefix("ok" + std::string(bad)) == 2);
     }
+}
+
+TEST_CASE("an output that is an input or another output is refused, under any name")
+{
+    const ScratchDir dir;
+    std::ofstream(dir / "model") << "1";
+    std::filesystem::create_symlink("model", dir / "symbolic");
+    std::filesystem::create_hard_link(dir / "model", dir / "hard");
+    std::filesystem::create_directory(dir / "folder");
+    const std::vector<NamedPath> inputs = {{dir / "model", "the model"}, {dir / "folder", "the folder"}};
+    const auto codeFor = [&](const std::vector<NamedPath>& outputs) {
+        try {
+            checkOutputsDiffer(outputs, inputs);
+        } catch (const Error& error) {
+            return error.code();
+        }
+        return ErrorCode::Ok;
+    };
+    CHECK(codeFor({{dir / "a", "--out"}, {dir / "b", "--stats"}}) == ErrorCode::Ok);
+    CHECK(codeFor({}) == ErrorCode::Ok);
+    for (const char* name : {"model", "./model", "folder/../model", "absent/../model", "symbolic", "hard", "folder/"})
+        CHECK_MESSAGE(codeFor({{dir / name, "--out"}}) == ErrorCode::Usage, name);
+    CHECK(codeFor({{dir / "a", "--out"}, {dir / "folder/../a", "--stats"}}) == ErrorCode::Usage);
+    CHECK(codeFor({{dir / "new/a", "--out"}, {dir / "new/./a", "--stats"}}) == ErrorCode::Usage);
+}
+
+TEST_CASE("only a regular file may be replaced")
+{
+    const ScratchDir dir;
+    std::ofstream(dir / "file") << "1";
+    REQUIRE(::mkfifo((dir / "pipe").c_str(), 0600) == 0);
+    checkRegularOrAbsent(dir / "file");
+    checkRegularOrAbsent(dir / "absent");
+    for (const std::string& path : {dir / "pipe", dir.path().string(), std::string("/dev/null")})
+        CHECK_THROWS_AS(checkRegularOrAbsent(path), Error);
 }

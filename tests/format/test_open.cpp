@@ -4,7 +4,9 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cstddef>
+#include <vector>
 
 using namespace gsc;
 using namespace gsc::test;
@@ -112,6 +114,23 @@ TEST_CASE("the summary does not look beyond header, table, META, PARM and LEVL")
     GscView view;
     CHECK(openGscSummary(file, view, nullptr));
     CHECK(!openGsc(file, view, GscCheck::Index, nullptr));
+}
+
+TEST_CASE("the summary verifies what it shows")
+{
+    for (const uint32_t type : {kSectionMeta, kSectionParams, kSectionLevels}) {
+        CAPTURE(type);
+        Bytes file = tinyGsc();
+        // one bit, and the value is as good as the one before: a letter, near_z, a bound
+        const size_t at = type == kSectionMeta     ? 2
+                          : type == kSectionParams ? offsetof(ModelParams, near_z)
+                                                   : offsetof(LevelRecord, bounds_min);
+        section(file, type)[at] ^= std::byte{1};
+        std::vector<uint16_t> ids;
+        GscView view;
+        CHECK(!openGscSummary(file, view, [&](const Issue& found) { ids.push_back(found.info->id); }));
+        CHECK(std::count(ids.begin(), ids.end(), issue::SectionChecksum) == 1);
+    }
 }
 
 TEST_CASE("every truncation is refused")

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // PLY bytes: whatever the header promises, nothing but an Error may come of it.
+#include "convert/input/checkpoint_model.h"
 #include "convert/input/ply_reader.h"
 #include "format/error.h"
 #include "tests/fuzz/input_seeds.h"
@@ -7,6 +8,10 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
+#include <string>
+
+#include <sys/mman.h>
+#include <unistd.h>
 
 namespace {
 
@@ -31,6 +36,42 @@ std::string seed(const char* second_group, const char* obj_info)
     return header + "end_header\n" + body;
 }
 
+// The bytes as a file, since the scan of the levels reads one.
+class MemoryFile {
+public:
+    MemoryFile(const uint8_t* data, size_t size) : m_fd(::memfd_create("fuzz.ply", MFD_CLOEXEC))
+    {
+        if (m_fd < 0 || ::write(m_fd, data, size) != ssize_t(size))
+            std::abort();
+    }
+    ~MemoryFile() { ::close(m_fd); }
+    MemoryFile(const MemoryFile&) = delete;
+    MemoryFile& operator=(const MemoryFile&) = delete;
+
+    [[nodiscard]] std::string path() const { return "/proc/self/fd/" + std::to_string(m_fd); }
+
+private:
+    int m_fd;
+};
+
+// What readCheckpoint() does with a PLY before it looks at any other file.
+void readModel(const uint8_t* data, size_t size)
+{
+    const MemoryFile file(data, size);
+    const gsc::PlyFile ply(file.path());
+    const gsc::PlyFamily family = gsc::detectFamily(ply.header(), ply.path());
+    const gsc::AnchorColumns columns = gsc::findAnchorColumns(ply.header(), ply.path());
+    if (ply.header().row_count == 0)
+        return; // refused by readCheckpoint()
+    gsc::Checkpoint checkpoint;
+    checkpoint.anchor_count = ply.header().row_count;
+    gsc::readLevels(checkpoint, family, ply, columns, {}, {});
+    const bool has_levels = checkpoint.flags & gsc::kModelHasLevels;
+    if (has_levels != !columns.level.empty() || checkpoint.level_min < 0 ||
+        checkpoint.level_clamp > gsc::kMaxAnchorLevel || (has_levels && !(checkpoint.standard_dist > 0)))
+        std::abort();
+}
+
 } // namespace
 
 extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv)
@@ -38,7 +79,7 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv)
     gsc::test::addSeeds(argc, argv,
                         {seed("nx ny nz ", ""), seed("level extra_level info ", ""),
                          seed("level extra_level ", "obj_info standard_dist 1.5\nobj_info levels 3.0\n"),
-                         seed("", "")});
+                         seed("info ", ""), seed("", "")});
     return 0;
 }
 
@@ -61,6 +102,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size)
                 if (level < 0 || level > gsc::kMaxAnchorLevel)
                     std::abort();
         }
+    } catch (const gsc::Error&) {
+    }
+    try {
+        readModel(data, size);
     } catch (const gsc::Error&) {
     }
     return 0;

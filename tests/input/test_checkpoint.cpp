@@ -175,6 +175,12 @@ TEST_CASE("checkpoint: one extra input of Octree-GS is the distance or the level
         writeFile(folder.path() / "cfg_args",
                   std::string("Namespace(fork=2, dist2level='round', add_level=") + (add_level ? "True)" : "False)"));
         CHECK(read(folder.path()).mlps[0].inputs == expected);
+        CHECK(read(folder.path(), options).mlps[0].inputs == expected);
+        options.add_level = 1 - add_level;
+        const Outcome contradiction = outcomeOf([&] { (void)read(folder.path(), options); });
+        CHECK(contradiction.code == ErrorCode::Usage);
+        CHECK(contradiction.says(add_level ? "add_level is True" : "add_level is False"));
+        CHECK(contradiction.says(add_level ? "--add-level 0" : "--add-level 1"));
         fs::remove(folder.path() / "cfg_args");
     }
     // a model whose widths differ leaves no choice
@@ -241,13 +247,38 @@ TEST_CASE("checkpoint, trap 14: 'progressive' as a flag is not 'progressive' as 
     CHECK(checkpoint.fork == 3);
     CHECK((checkpoint.flags & kModelWhiteBackground) != 0);
     CheckpointOptions options;
+    options.level_rule = int(LevelRule::Floor);
+    options.fork = 3;
+    CHECK(read(folder.path(), options).level_rule == LevelRule::Floor); // says the same twice
+    CHECK(read(folder.path(), options).fork == 3);
     options.level_rule = int(LevelRule::Progressive);
+    const Outcome rule = outcomeOf([&] { (void)read(folder.path(), options); });
+    CHECK(rule.code == ErrorCode::Usage);
+    CHECK(rule.says("dist2level is 'floor'"));
+    CHECK(rule.says("--dist2level progressive"));
+    options = {};
     options.fork = 2;
-    CHECK(read(folder.path(), options).level_rule == LevelRule::Progressive);
-    CHECK(read(folder.path(), options).fork == 2);
+    const Outcome fork = outcomeOf([&] { (void)read(folder.path(), options); });
+    CHECK(fork.code == ErrorCode::Usage);
+    CHECK(fork.says("fork is 3"));
+    CHECK(fork.says("--fork 2"));
+    for (const int typed : {-2, 1, 65}) {
+        options.fork = typed;
+        const Outcome range = outcomeOf([&] { (void)read(folder.path(), options); });
+        CHECK(range.code == ErrorCode::Usage);
+        CHECK(range.says("from 2 to 64"));
+        CHECK_FALSE(range.says("cfg_args"));
+    }
     writeFile(folder.path() / "cfg_args", std::string("Namespace(dist2level='nearest')"));
     CHECK(outcomeOf([&] { (void)read(folder.path()); }).says("dist2level is 'nearest'"));
+    writeFile(folder.path() / "cfg_args", std::string("Namespace(fork=100)"));
+    CHECK(outcomeOf([&] { (void)read(folder.path()); }).code == ErrorCode::InvalidFile);
+    CHECK(outcomeOf([&] { (void)read(folder.path()); }).says("cfg_args: fork is 100"));
     fs::remove(folder.path() / "cfg_args");
+    options.fork = 5;
+    options.level_rule = int(LevelRule::Ceil);
+    CHECK(read(folder.path(), options).fork == 5);
+    CHECK(read(folder.path(), options).level_rule == LevelRule::Ceil);
     const Checkpoint bare = read(folder.path());
     CHECK(bare.level_rule == LevelRule::Round);
     CHECK(warns(bare, "--dist2level"));

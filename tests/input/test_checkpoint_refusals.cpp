@@ -1,9 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // What cannot be represented exactly is refused, with a message that names what was found and what to do.
+#include "convert/input/input_file.h"
 #include "convert/input/torch_archive.h"
+#include "convert/input/zip_archive.h"
+#include "convert/input/zip_writer.h"
 #include "tests/input/model_fixture.h"
 
 #include <doctest/doctest.h>
+
+#include <algorithm>
+
+#include <sys/stat.h>
 
 using namespace gsc;
 using namespace gsc::test;
@@ -33,6 +40,24 @@ void writeForeign(const fs::path& folder, const ModelSpec& spec, const std::stri
                                                                {}, 0, 0));
 }
 
+// Calls the weights of the first layers "params", as tiny-cuda-nn calls its one vector.
+void nameAsTcnn(const fs::path& path)
+{
+    const std::vector<std::byte> bytes = readWholeFile(path.string(), 1u << 30, "an archive");
+    const ZipArchive archive(bytes, path.string());
+    const std::string first = archive.members().front();
+    const size_t slash = first.find('/');
+    ZipWriter writer(first.substr(0, slash));
+    for (const std::string& member : archive.members()) {
+        const std::vector<std::byte> content = archive.read(member);
+        std::string text(reinterpret_cast<const char*>(content.data()), content.size());
+        for (size_t at = 0; member.ends_with("data.pkl") && (at = text.find("0.weight", at)) != std::string::npos;)
+            text.replace(at, 8, "0.params");
+        writer.add(member.substr(slash + 1), text);
+    }
+    writeFile(path, writer.finish());
+}
+
 } // namespace
 
 TEST_CASE("refusals, trap 33: HAC, GSDF and quantised models")
@@ -45,7 +70,8 @@ TEST_CASE("refusals, trap 33: HAC, GSDF and quantised models")
     writeForeign(iteration, spec, "grid_mlp");
     refuses(folder.path(), ErrorCode::Unsupported, "HAC", "train");
     writeForeign(iteration, spec, "anchor_normals_mlp");
-    refuses(folder.path(), ErrorCode::Unsupported, "GSDF", "cannot be converted");
+    nameAsTcnn(iteration / "checkpoint.pth");
+    refuses(folder.path(), ErrorCode::Unsupported, "tiny-cuda-nn", "train without use_tcnn");
 
     PlyText hac = makePly(Columns::Scaffold, 3, spec.n_offsets, spec.feat_dim);
     hac.columns[3] = "f_mask_0";
@@ -54,6 +80,49 @@ TEST_CASE("refusals, trap 33: HAC, GSDF and quantised models")
 
     writeFile(iteration / "point_cloud_quantized.npz", std::string("PK"));
     refuses(folder.path(), ErrorCode::Unsupported, "point_cloud_quantized.npz", "move the npz away");
+}
+
+TEST_CASE("trap 33: GSDF with torch.nn.Linear layers is a Scaffold-GS model and an MLP that no image needs")
+{
+    const TemporaryFolder folder;
+    ModelSpec spec;
+    const fs::path iteration = writeModel(folder.path(), spec);
+    for (const char* name : {"opacity_mlp.pt", "cov_mlp.pt", "color_mlp.pt"})
+        fs::remove(iteration / name);
+    writeForeign(iteration, spec, "anchor_normals_mlp");
+    const Checkpoint checkpoint = readCheckpoint(folder.path().string(), {});
+    CHECK(checkpoint.family == ModelFamily::ScaffoldGsV1);
+    REQUIRE(checkpoint.mlps.size() == 3);
+    for (const Mlp& mlp : checkpoint.mlps)
+        CHECK(mlp.inputs == kMlpTakesFeature); // no distance, unlike other models of this container
+    CHECK(std::count_if(checkpoint.warnings.begin(), checkpoint.warnings.end(),
+                        [](const std::string& warning) { return warning.find("GSDF") != std::string::npos; }) == 1);
+}
+
+TEST_CASE("refusals: 'info' without 'level'")
+{
+    const TemporaryFolder folder;
+    ModelSpec spec;
+    spec.columns = Columns::Octree;
+    const fs::path iteration = writeModel(folder.path(), spec);
+    PlyText ply = makePly(Columns::Octree, 5, spec.n_offsets, spec.feat_dim);
+    ply.columns[3] = "unknown";
+    writeFile(iteration / "point_cloud.ply", ply.text());
+    refuses(folder.path(), ErrorCode::InvalidFile, "column 'level' is missing", "that the trainer wrote");
+}
+
+TEST_CASE("refusals: pipes and devices are not read from")
+{
+    for (const char* name : {"point_cloud.ply", "opacity_mlp.pt", "cov_mlp.pt"}) {
+        const TemporaryFolder folder;
+        const fs::path iteration = writeModel(folder.path(), {});
+        fs::remove(iteration / name);
+        REQUIRE(::mkfifo((iteration / name).c_str(), 0600) == 0);
+        refuses(iteration, ErrorCode::Io, name, "no regular file");
+        fs::remove(iteration / name);
+        fs::create_symlink("/dev/zero", iteration / name);
+        refuses(iteration, ErrorCode::Io, name, "no regular file");
+    }
 }
 
 TEST_CASE("refusals: explicit Gaussians")

@@ -8,6 +8,8 @@ test_play_cli.py SOURCE_FOLDER GSC_PLAY WRITE_TINY_GSC
 import json
 import os
 import pathlib
+import resource
+import shutil
 import signal
 import struct
 import subprocess
@@ -87,17 +89,18 @@ class PlayTest(unittest.TestCase):
 
     def test_stored_cameras_and_summary(self) -> None:
         run = self.play(self.model, "--size", "40x30", "--out", "o/{frame:03}.pfm", "-q")
-        self.assertIn("3 frames, one eye, fast, cpu", run.stdout)
+        self.assertIn("3 frames, one eye, exact, cpu", run.stdout)  # the CPU has no half precision
         self.assertEqual(run.stderr, "")
         self.assertEqual([p.name for p in sorted((self.folder / "o").iterdir())], ["000.pfm", "001.pfm", "002.pfm"])
         self.assertEqual(pfm(self.folder / "o/000.pfm")[:2], (40, 30))
 
     def test_json_report_and_stats(self) -> None:
         run = self.small("--out", "{name}_{eye}.pfm", "--eyes", "2", "--ipd", "0.1", "--stats", "s/s.jsonl",
-                         "--format", "json", "--tier", "exact", "--frames", "1:3", "--threads", "1", "--verify")
+                         "--format", "json", "--tier", "fast", "--frames", "1:3", "--threads", "1", "--verify")
         report = json.loads(run.stdout)
         check_schema("play-report", report)
         self.assertEqual(report["frames"], 2)
+        self.assertEqual(report["tier"], "exact")  # what ran
         self.assertEqual(report["pixels"], 2 * 2 * 48 * 32)
         self.assertEqual(report["images"], ["view 1_left.pfm", "view 1_right.pfm", "view 2_left.pfm", "view 2_right.pfm"])
         lines = [json.loads(line) for line in (self.folder / "s/s.jsonl").read_text().splitlines()]
@@ -139,7 +142,8 @@ class PlayTest(unittest.TestCase):
         self.refused(self.model, "--cameras", self.path, "--size", "48x32", "--out", "a{frame}.pfm", code=2, says="-w")
         self.assertEqual((self.folder / "a2.pfm").read_bytes(), keep)
         self.small("--out", "a{frame}.pfm", "-w")
-        self.refused(self.model, "--cameras", self.path, "--size", "48x32", "--stats", self.path, code=2, says="-w")
+        (self.folder / "old.jsonl").write_text("precious")
+        self.refused(self.model, "--cameras", self.path, "--size", "48x32", "--stats", "old.jsonl", code=2, says="-w")
 
     def test_refusals_before_rendering(self) -> None:
         base = (self.model, "--cameras", self.path, "--size", "48x32")
@@ -154,7 +158,34 @@ class PlayTest(unittest.TestCase):
         self.refused("none.gsc", code=2, says="none.gsc")
         self.refused(self.model, "--cameras", "none.json", code=2, says="none.json")
         self.refused(self.path, code=3, says="1001")
-        self.refused(self.model, "--cameras", self.model, "--size", "8x8", code=3, says="JSON")
+        self.refused(self.model, "--cameras", self.model, "--size", "8x8", code=3, says="is a model and no JSON")
+        self.refused(self.model, "--size", "40000x8", code=1, says="--size")
+
+    def test_outputs_fall_on_nothing(self) -> None:
+        keep = self.model.read_bytes()
+        base = (self.model, "--cameras", self.path, "--size", "16x16", "-w")
+        self.refused(*base, "--stats", "./model.gsc", code=1, says="--stats would overwrite the model")
+        self.refused(*base, "--stats", self.path, code=1, says="--stats would overwrite the camera file")
+        self.refused(*base, "--frames", "0", "--out", "x.pfm", "--stats", "a/../x.pfm", code=1,
+                     says="--stats would overwrite an image of --out")
+        (self.folder / "link.pfm").symlink_to(self.model)
+        self.refused(*base, "--frames", "0", "--out", "link.pfm", code=1, says="overwrite the model")
+        os.link(self.model, self.folder / "hard.pfm")
+        self.refused(*base, "--frames", "0", "--out", "hard.pfm", code=1, says="overwrite the model")
+        os.mkfifo(self.folder / "pipe")
+        self.refused(*base, "--stats", "pipe", code=2, says="no regular file")
+        self.assertEqual(self.model.read_bytes(), keep)
+
+    def test_file_size_limit(self) -> None:
+        def limit() -> None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
+
+        for name in ("a.pfm", "a.png"):
+            run = subprocess.run([PLAY, self.model, "--size", "200x200", "--frames", "0", "--out", name, "-q"],
+                                 cwd=self.folder, capture_output=True, preexec_fn=limit, check=False)
+            if run.returncode != 5:  # a build without PNG
+                self.assertEqual(run.returncode, 2, run.stderr)
+        self.assertEqual([p.name for p in self.folder.iterdir() if "tmp" in p.name], [])
 
     def test_error_as_json(self) -> None:
         run = self.play("none.gsc", "--format", "json", code=2)
@@ -215,6 +246,12 @@ class PlayTest(unittest.TestCase):
         self.assertEqual(run.returncode, 2)
 
     def test_interrupt_leaves_whole_files(self) -> None:
+        for number in (signal.SIGINT, signal.SIGHUP):
+            with self.subTest(number):
+                self.interrupt(number)
+                shutil.rmtree(self.folder / "o")
+
+    def interrupt(self, number: int) -> None:
         frames = TRAJECTORY["frames"][:1] * 2000
         self.path.write_text(json.dumps({"schema": "gsc.trajectory/1", "frames": frames}))
         run = subprocess.Popen(
@@ -224,7 +261,7 @@ class PlayTest(unittest.TestCase):
         deadline = time.monotonic() + 60
         while not (out / "3.pfm").exists() and time.monotonic() < deadline:
             time.sleep(0.01)
-        run.send_signal(signal.SIGINT)
+        run.send_signal(number)
         stdout, stderr = run.communicate(timeout=60)
         self.assertEqual(run.returncode, 130, stderr)
         self.assertEqual(stdout, b"")
@@ -232,6 +269,7 @@ class PlayTest(unittest.TestCase):
         self.assertEqual([p.name for p in self.folder.iterdir() if "tmp" in p.name], [])
         images = list(out.iterdir())
         self.assertGreater(len(images), 3)
+        self.assertIn(f"{len(images)} images were written, all complete".encode(), stderr)
         for image in images:
             self.assertEqual(image.suffix, ".pfm")
             self.assertEqual(pfm(image)[:2], (320, 200))

@@ -149,6 +149,40 @@ TEST_CASE("replicate: a model without cameras is refused")
     CHECK(scratch.entries() == 1);
 }
 
+TEST_CASE("replicate: the source is never replaced")
+{
+    const ScratchFolder scratch;
+    const std::string input = scratch / "model";
+    makeSample(sampleOptions(SampleScene::City, SampleModel::Scaffold, 3000, input), {});
+    const auto before = hashFolder(input);
+    std::filesystem::create_directory_symlink(input, scratch / "link");
+    std::filesystem::create_directory(scratch / "other");
+    std::filesystem::create_directory_symlink(input + "/point_cloud", scratch / "other/point_cloud");
+    std::filesystem::copy_file(input + "/cameras.json", scratch / "other/cameras.json");
+    std::filesystem::copy_file(input + "/cfg_args", scratch / "other/cfg_args");
+    const std::string same[][2] = {{input, input},
+                                   {input, input + "/"},
+                                   {input, input + "/point_cloud/.."},
+                                   {input, scratch / "link"},
+                                   {scratch / "link", input},
+                                   {scratch / "other", input}, // its point_cloud is the model's
+                                   {input, scratch.path().string()}};
+    for (const auto& pair : same)
+        for (const bool overwrite : {false, true}) {
+            const std::string &from = pair[0], &to = pair[1];
+            CAPTURE(from);
+            CAPTURE(to);
+            ReplicateOptions options = replicateOptions(from, 5000, to);
+            options.overwrite = overwrite;
+            const Failure failure = tryReplicate(options);
+            CHECK(failure.code == int(ErrorCode::Usage));
+            if (overwrite && to != scratch.path().string())
+                CHECK(failure.message.find("holds the source") != std::string::npos);
+        }
+    CHECK(hashFolder(input) == before);
+    CHECK(scratch.entries() == 3);
+}
+
 TEST_CASE("sample paths: every trajectory in samples/paths is one the player reads")
 {
     size_t files = 0;

@@ -9,4 +9,6 @@ if(TARGET gsc_sample)
                LIBS gsc_sample_tools gsc_bake gsc_input TBB::tbb)
   gsc_add_test(test_sample_folder SOURCES sample/test_sample_folder.cpp LIBS gsc_sample_tools)
   gsc_add_test(test_replicate SOURCES sample/test_replicate.cpp LIBS gsc_sample_tools gsc_bake gsc_input gsc_cameras)
+  gsc_add_test(test_camera_paths SOURCES sample/test_camera_paths.cpp
+               LIBS gsc_sample_tools gsc_bake gsc_input gsc_cameras)
 endif()

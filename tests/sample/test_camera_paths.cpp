@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+// The nine paths beside every model: what the player reads, and that each moves as it says.
+#include "convert/input/checkpoint.h"
+#include "convert/sample/camera_paths.h"
+#include "player/camera_file.h"
+#include "sample/sample_tools.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <map>
+
+using namespace gsc;
+using namespace gsc::test;
+
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+struct Poses {
+    std::vector<Vec3> position, forward;
+    double ipd = 0;
+
+    [[nodiscard]] size_t size() const { return position.size(); }
+    [[nodiscard]] double step(size_t i) const { return length(position[i] - position[i - 1]); }
+    [[nodiscard]] double turn(size_t i) const // radians
+    {
+        return std::atan2(length(cross(forward[i], forward[i - 1])), dot(forward[i], forward[i - 1]));
+    }
+};
+
+Poses readPoses(const std::string& path)
+{
+    CAPTURE(path);
+    Poses poses;
+    const std::vector<Camera> cameras = readCameraFile(path, &poses.ipd);
+    CHECK(cameras.size() >= 40);
+    CHECK(cameras.size() <= 120);
+    CHECK(poses.ipd > 0);
+    size_t wrong = 0;
+    for (const Camera& c : cameras) {
+        wrong += c.width != 2048 || c.height != 2048 || !(std::abs(c.fov_x - 0.5 * kPi) < 1e-12);
+        const double* r = c.rotation;
+        const Vec3 right{r[0], r[3], r[6]}, down{r[1], r[4], r[7]}, forward{r[2], r[5], r[8]};
+        const Vec3 lack = cross(right, down) - forward; // zero for a rotation; NaN fails every comparison
+        wrong += !(length(lack) < 1e-12) || !(std::abs(length(right) - 1) < 1e-12) ||
+                 !(std::abs(length(down) - 1) < 1e-12) || !(std::abs(dot(right, down)) < 1e-12);
+        const double* t = c.translation;
+        const Vec3 position = Vec3{} - right * t[0] - down * t[1] - forward * t[2];
+        wrong += !std::isfinite(length(position));
+        poses.position.push_back(position);
+        poses.forward.push_back(forward);
+    }
+    CHECK(wrong == 0);
+    return poses;
+}
+
+std::map<std::string, Poses> readPaths(const std::string& model)
+{
+    std::map<std::string, Poses> paths;
+    for (const auto& entry : std::filesystem::directory_iterator(model + "/paths"))
+        paths[entry.path().stem().string()] = readPoses(entry.path().string());
+    return paths;
+}
+
+// Every frame of `orbit` looks at one point from one distance: returns the two.
+Vec3 checkOrbit(const Poses& orbit, double& distance)
+{
+    distance = length(orbit.position[0] - orbit.position[60]) / length(orbit.forward[0] - orbit.forward[60]);
+    const Vec3 target = orbit.position[0] + orbit.forward[0] * distance;
+    size_t wrong = 0;
+    for (size_t i = 0; i < orbit.size(); ++i) {
+        wrong += !(std::abs(length(orbit.position[i] - target) - distance) < 1e-9 * distance);
+        wrong += !(length(orbit.position[i] + orbit.forward[i] * distance - target) < 1e-9 * distance);
+        // a degree round the upright, seen from 35 degrees above
+        wrong += i && !(std::abs(orbit.step(i) - distance * std::cos(35 * kPi / 180) * 2 * std::sin(kPi / 360)) <
+                        1e-9 * distance);
+    }
+    CHECK(wrong == 0);
+    return target;
+}
+
+void checkStill(const Poses& head, const Poses& jumps)
+{
+    double turned = 0;
+    size_t turning = 0;
+    for (size_t i = 1; i < head.size(); ++i) {
+        CHECK(head.step(i) < 1e-9);
+        CHECK(head.turn(i) < 5.001 * kPi / 180);
+        turned += head.turn(i);
+        turning += head.turn(i) > 1e-9;
+    }
+    CHECK(turned == doctest::Approx(kPi).epsilon(1e-9));
+    CHECK(turning == 36); // half a second at 72 frames per second
+    CHECK(dot(head.forward.front(), head.forward.back()) == doctest::Approx(-1));
+
+    std::vector<size_t> at;
+    for (size_t i = 1; i < jumps.size(); ++i) {
+        if (jumps.step(i) > 10 * jumps.ipd)
+            at.push_back(i);
+        else
+            CHECK(jumps.step(i) + jumps.turn(i) == 0);
+    }
+    CHECK(at == std::vector<size_t>{10, 20, 30, 40, 50, 60, 70});
+}
+
+void checkMoving(std::map<std::string, Poses>& paths)
+{
+    const Poses &flight = paths["aerial"], &walk = paths["walk_through"], &shake = paths["jitter"];
+    CHECK(flight.size() == 40);
+    for (const Poses* straight : {&flight, &walk})
+        for (size_t i = 1; i < straight->size(); ++i) {
+            CHECK(straight->turn(i) < 1e-9);
+            CHECK(straight->step(i) == doctest::Approx(straight->step(1)).epsilon(1e-6));
+        }
+    const Vec3 way = walk.position.back() - walk.position.front();
+    CHECK(dot(normalized(way), walk.forward[0]) == doctest::Approx(1));
+    CHECK(length(way) > 20 * walk.ipd); // 1.3 metres
+    CHECK(length(way) < 500 * walk.ipd);
+
+    double least = 1e300, most = 0, metre = shake.ipd / kEyeDistance;
+    for (size_t i = 1; i < shake.size(); ++i) {
+        least = std::min(least, shake.step(i) / metre);
+        most = std::max(most, shake.step(i) / metre);
+    }
+    CHECK(least > 1e-4);
+    CHECK(least < 2e-3);
+    CHECK(most > 0.01);
+    CHECK(most < 0.08);
+    CHECK(paths["wide_eyes"].ipd == doctest::Approx(20 * walk.ipd).epsilon(1e-12));
+}
+
+void checkDistances(std::map<std::string, Poses>& paths, double standard_dist, bool floor)
+{
+    double distance = 0;
+    const Vec3 target = checkOrbit(paths["orbit"], distance);
+    const Poses &zoom = paths["zoom_out"], &swing = paths["level_swing"], &shake = paths["jitter"];
+    const auto away = [&](const Poses& path, size_t i) { return length(path.position[i] - target); };
+    const double factor = away(zoom, 1) / away(zoom, 0);
+    CHECK(factor > 1.01);
+    CHECK(factor < 1.1);
+    CHECK(away(zoom, 99) >= 3.99 * distance);
+    for (size_t i = 1; i < zoom.size(); ++i)
+        CHECK(away(zoom, i) / away(zoom, i - 1) == doctest::Approx(factor).epsilon(1e-9));
+    for (size_t i = 0; i < shake.size(); ++i)
+        CHECK(away(shake, i) == doctest::Approx(0.7 * shake.ipd / kEyeDistance).epsilon(0.06));
+
+    // level of an anchor at the target, as upstream computes it; a Scaffold model swings about the orbit's distance
+    size_t crossings = 0;
+    double last = 0;
+    for (size_t i = 0; i < swing.size(); ++i) {
+        const double d = away(swing, i), pred = std::log2((standard_dist > 0 ? standard_dist : distance) / d);
+        const double level = standard_dist > 0 && !floor ? std::nearbyint(pred) : std::floor(pred);
+        crossings += i && level != last;
+        last = level;
+        if (i)
+            CHECK(swing.step(i) < 0.03 * d);
+    }
+    CHECK(crossings == 7);
+}
+
+void checkPaths(const std::string& model)
+{
+    CAPTURE(model);
+    std::map<std::string, Poses> paths = readPaths(model);
+    REQUIRE(paths.size() == 9);
+    for (const char* name :
+         {"aerial", "orbit", "head_turn", "teleport", "zoom_out", "walk_through", "level_swing", "jitter", "wide_eyes"})
+        REQUIRE(paths.count(name) == 1);
+    checkStill(paths["head_turn"], paths["teleport"]);
+    checkMoving(paths);
+    const Checkpoint checkpoint = readCheckpoint(model, {});
+    const bool octree = checkpoint.family == ModelFamily::OctreeGs;
+    checkDistances(paths, octree ? double(checkpoint.standard_dist) : 0, checkpoint.level_rule == LevelRule::Floor);
+}
+
+// Anchors within `reach` of the way of `path`.
+size_t anchorsAlong(const std::string& model, const Poses& path, double reach)
+{
+    const PlyRows ply = readPlyRows(plyOf(model));
+    const Vec3 from = path.position.front(), way = path.position.back() - from;
+    size_t count = 0;
+    for (size_t i = 0; i < ply.count(); ++i) {
+        const Vec3 p = Vec3{ply.at(i, 0), ply.at(i, 1), ply.at(i, 2)} - from;
+        const double t = std::clamp(dot(p, way) / dot(way, way), 0.0, 1.0);
+        count += length(p - way * t) < reach;
+    }
+    return count;
+}
+
+} // namespace
+
+TEST_CASE("camera paths: beside every sample, the same bytes twice")
+{
+    const ScratchFolder scratch;
+    for (const SampleScene scene : {SampleScene::City, SampleScene::Street, SampleScene::Room})
+        for (const bool octree : {false, true}) {
+            SampleOptions options =
+                sampleOptions(scene, octree ? SampleModel::Octree : SampleModel::Scaffold, 6000,
+                              scratch / ("m" + std::to_string(int(scene)) + std::to_string(octree)));
+            options.everything_on = octree && scene == SampleScene::Street; // the level rule is floor
+            const SampleReport report = makeSample(options, {});
+            CHECK(report.path_file == options.output + "/paths/aerial.json");
+            checkPaths(options.output);
+            const auto first = hashFolder(options.output + "/paths");
+            options.overwrite = true;
+            makeSample(options, {});
+            CHECK(hashFolder(options.output + "/paths") == first);
+        }
+}
+
+TEST_CASE("camera paths: beside a city of tiles, in its own units")
+{
+    const ScratchFolder scratch;
+    for (const SampleModel model : {SampleModel::Scaffold, SampleModel::Octree}) {
+        const std::string name = std::to_string(int(model));
+        makeSample(sampleOptions(SampleScene::City, model, 30'000, scratch / ("from" + name)), {});
+        ReplicateOptions options;
+        options.input = scratch / ("from" + name);
+        options.output = scratch / ("to" + name);
+        options.anchors = 90'000;
+        CHECK(replicateCheckpoint(options, {}).path_file == options.output + "/paths/aerial.json");
+        checkPaths(options.output);
+        const auto first = hashFolder(options.output);
+        options.overwrite = true;
+        replicateCheckpoint(options, {});
+        CHECK(hashFolder(options.output) == first);
+        // it passes anchors closer than their Gaussians are large
+        const Poses walk = readPoses(options.output + "/paths/walk_through.json");
+        CHECK(anchorsAlong(options.output, walk, 0.5 * walk.ipd / kEyeDistance) >= 5);
+    }
+}
+
+TEST_CASE("camera paths: where a level gives way to the next")
+{
+    PathSite site;
+    site.standard_dist = 100;
+    CHECK(levelBoundary(site, 42) == 42); // no levels
+    site.finest_level = 3;
+    site.level_rule = LevelRule::Round;
+    for (int k = 0; k < 3; ++k)
+        CHECK(levelBoundary(site, 100 * std::exp2(-k - 0.4)) == doctest::Approx(100 * std::exp2(-k - 0.5)));
+    CHECK(levelBoundary(site, 1e6) == doctest::Approx(100 * std::exp2(-0.5)));
+    CHECK(levelBoundary(site, 1e-6) == doctest::Approx(100 * std::exp2(-2.5)));
+    site.level_rule = LevelRule::Floor;
+    CHECK(levelBoundary(site, 1e6) == doctest::Approx(50));
+    CHECK(levelBoundary(site, 1e-6) == doctest::Approx(12.5));
+    for (const LevelRule rule : {LevelRule::Ceil, LevelRule::Progressive}) {
+        site.level_rule = rule;
+        CHECK(levelBoundary(site, 1e6) == doctest::Approx(100));
+        CHECK(levelBoundary(site, 1e-6) == doctest::Approx(25));
+    }
+    site.fork = 4;
+    CHECK(levelBoundary(site, 1e-6) == doctest::Approx(6.25));
+}
