@@ -23,9 +23,9 @@ play=$(find build/release -name gsc-play -type f -perm -u+x | head -n 1)
 
 if [ -z "$model" ]; then
     model=out/demo/model
-    step "gsc sample: a street in the layout a trainer leaves"
-    "$gsc" sample street --anchors 200k --model octree -o "$model" -w
-    file=out/demo/street.gsc
+    step "gsc sample: a city in the layout a trainer leaves"
+    "$gsc" sample city --anchors 300k --model octree -o "$model" -w
+    file=out/demo/city.gsc
     pictures=out/demo/pictures
 else
     name=$(basename "$model")
