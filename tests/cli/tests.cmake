@@ -12,7 +12,7 @@ if(TARGET gsc_commands)
     add_test(NAME cli_${suite}
              COMMAND ${GSC_SYSTEM_PYTHON} ${cli_dir}/run_cli_case.py --gsc $<TARGET_FILE:gsc> --source ${PROJECT_SOURCE_DIR}
                      --work ${CMAKE_CURRENT_BINARY_DIR}/cli_${suite} ${cli_dir}/cases/${suite}.json)
-    set_tests_properties(cli_${suite} PROPERTIES LABELS cpu TIMEOUT 300)
+    set_tests_properties(cli_${suite} PROPERTIES LABELS cpu TIMEOUT 600)
   endforeach()
   # minutes under a sanitizer, and what they add is not about memory
   set_tests_properties(cli_compare_render cli_interrupt PROPERTIES LABELS "cpu;slow")
