@@ -40,6 +40,7 @@ public:
     explicit CpuBackend(int threads) : m_workers(threads), m_states(size_t(m_workers.count())) {}
 
     [[nodiscard]] const char* name() const override { return "cpu"; }
+    [[nodiscard]] DeviceFacts device() const override { return cpuFacts(uint32_t(m_workers.count())); }
     [[nodiscard]] Tier tierOf(Tier) const override { return Tier::Exact; } // fp32 throughout
 
     void load(const ModelView& model) override
@@ -63,12 +64,21 @@ public:
         const size_t visible = select(eyes, eye_count, options, rules, result);
         decodeAndProject(eyes, eye_count, options, rules, visible, result);
         for (uint32_t e = 0; e < eye_count; ++e)
-            rasterize(e, eyes[e], options, rules, visible, images[e], result);
+            rasterize(e, eyes[e], options, rules, visible, imageOf(e, eyes[e], images), result);
         result.times.total = total.lap();
         result.bytes_resident = m_model_bytes + frameBytes();
     }
 
 private:
+    // The caller's image, or one of our own where it wants none.
+    float* imageOf(uint32_t e, const EyeParams& eye, float* const* images)
+    {
+        if (images != nullptr && images[e] != nullptr)
+            return images[e];
+        m_image.reserve(size_t(eye.width) * eye.height * 3);
+        return m_image.data();
+    }
+
     size_t select(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, const RasterConstants& rules,
                   FrameResult& result)
     {
@@ -203,7 +213,7 @@ private:
         uint64_t bytes = m_visible.bytes() + m_select.chunk_eyes.bytes() + m_select.groups.bytes() +
                          m_sort.keys[0].bytes() + m_sort.keys[1].bytes() + m_sort.histograms.bytes() +
                          m_sort.block_first.bytes() + m_bin.splats.bytes() + m_bin.tile_first.bytes() +
-                         m_bin.entries.bytes() + m_bin.chunk_counts.bytes();
+                         m_bin.entries.bytes() + m_bin.chunk_counts.bytes() + m_image.bytes();
         for (const SplatStore& store : m_stores)
             bytes += store.bytes();
         for (const WorkerState& state : m_states)
@@ -221,11 +231,13 @@ private:
     SplatStore m_stores[kMaxEyes];
     SortScratch m_sort;
     BinScratch m_bin;
+    Buffer<float> m_image; // of an eye whose image nobody wants
 };
 
 class CpuReferenceBackend final : public Backend {
 public:
     [[nodiscard]] const char* name() const override { return "cpu-reference"; }
+    [[nodiscard]] DeviceFacts device() const override { return cpuFacts(1); }
     [[nodiscard]] Tier tierOf(Tier) const override { return Tier::Exact; } // fp32 throughout
 
     void load(const ModelView& model) override

@@ -14,6 +14,9 @@ void renderReference64(const ModelView& model, const EyeParams64* eyes, uint32_t
 void renderReference32(const ModelView& model, const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options,
                        float* const* images, FrameResult& result);
 
+// This machine, used by `threads` threads.
+struct DeviceFacts cpuFacts(uint32_t threads);
+
 // Bytes of a model's arrays as the stages read them.
 uint64_t modelBytes(const ModelView& model);
 

@@ -66,8 +66,15 @@ void renderReference(const ModelView& model, const EyeOf<Real>* eyes, uint32_t e
         checkSize(eyes[e].width, eyes[e].height);
     result = {};
     Stopwatch watch;
-    for (uint32_t e = 0; e < eye_count; ++e)
-        renderEye<Real>(model, eyes[e], options, images[e], result.eyes[e], result.times);
+    std::vector<Real> unwanted; // of an eye whose image nobody wants
+    for (uint32_t e = 0; e < eye_count; ++e) {
+        Real* image = images != nullptr ? images[e] : nullptr;
+        if (image == nullptr) {
+            unwanted.resize(size_t(eyes[e].width) * eyes[e].height * 3);
+            image = unwanted.data();
+        }
+        renderEye<Real>(model, eyes[e], options, image, result.eyes[e], result.times);
+    }
     result.times.total = watch.lap();
     result.bytes_resident = modelBytes(model);
 }

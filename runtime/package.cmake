@@ -4,15 +4,25 @@ include(CMakePackageConfigHelpers)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/gsc)
 
-# our warning flags are nothing that a user of the package needs
-get_target_property(kernels_interface gsc_kernels INTERFACE_LINK_LIBRARIES)
-list(REMOVE_ITEM kernels_interface $<LINK_ONLY:gsc_build_flags>)
-set_target_properties(gsc_kernels PROPERTIES INTERFACE_LINK_LIBRARIES "${kernels_interface}")
+set(package_libraries kernels camera runtime)
+if(GSC_HAVE_CUDA)
+  list(APPEND package_libraries kernels_cuda)
+endif()
 
-foreach(library kernels camera runtime)
+# our warning flags are nothing that a user of the package needs
+foreach(library kernels kernels_cuda)
+  if(TARGET gsc_${library})
+    get_target_property(kernels_interface gsc_${library} INTERFACE_LINK_LIBRARIES)
+    list(REMOVE_ITEM kernels_interface $<LINK_ONLY:gsc_build_flags>)
+    set_target_properties(gsc_${library} PROPERTIES INTERFACE_LINK_LIBRARIES "${kernels_interface}")
+  endif()
+endforeach()
+
+foreach(library ${package_libraries})
   set_target_properties(gsc_${library} PROPERTIES EXPORT_NAME ${library})
 endforeach()
-install(TARGETS gsc_kernels gsc_camera gsc_runtime EXPORT gscTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+list(TRANSFORM package_libraries PREPEND gsc_ OUTPUT_VARIABLE package_targets)
+install(TARGETS ${package_targets} EXPORT gscTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT gscTargets NAMESPACE gsc:: DESTINATION ${package_dir})
 
 # the headers of the public interface, by hand: what is not listed is no promise

@@ -81,7 +81,7 @@ struct EyeCounts {
     uint64_t blend_evaluations = 0; // (pixel, splat) pairs evaluated
 };
 
-struct StageTimes { // milliseconds of wall clock, all eyes together
+struct StageTimes { // milliseconds by the device's own clock (a CPU's: wall clock), all eyes together
     double select = 0, decode = 0, project = 0, bin = 0, sort = 0, blend = 0, total = 0;
 };
 
@@ -89,6 +89,8 @@ struct FrameResult {
     EyeCounts eyes[kMaxEyes];
     StageTimes times;
     uint64_t bytes_resident = 0; // model and buffers
+    uint32_t repeats = 0; // how often it was drawn again because a buffer was too small; only the last try is timed
+    uint32_t passes = 1;  // from near to far; more than one where a device's memory is short
 };
 
 } // namespace gsc

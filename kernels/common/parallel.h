@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one seam to the thread library (TBB). Nothing a stage writes may depend on how work is spread over the workers.
+// The one seam to the threads: TBB's (parallel_tbb.cpp), or plain ones where GSC_WITH_TBB is off
+// (parallel_threads.cpp). Nothing a stage writes may depend on how work is spread over the workers.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +20,7 @@ public:
 
     // Calls body(begin, end, worker) for disjoint ranges that cover [0, count), each at most `grain` long but for a
     // single worker, which may get everything at once. 0 <= worker < count(); a worker runs one range at a time.
-    // Exceptions of a body reach the caller.
+    // Exceptions of a body reach the caller, and no range is begun after one. A body may call run() itself.
     template <typename Body>
     void run(size_t count, size_t grain, Body&& body) const
     {

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernels/bin/bin_cuda.h"
+
+#include "kernels/common/depth_cells.cuh"
+#include "kernels/common/launch.cuh"
+
+#include <cub/block/block_scan.cuh>
+#include <cub/device/device_scan.cuh>
+
+namespace gsc {
+
+namespace {
+
+constexpr uint32_t kOneBlock = 1024;
+constexpr uint32_t kThreads = 256;
+constexpr uint32_t kBlocksPerProcessor = 8; // all that a multiprocessor holds
+constexpr uint32_t kTeamsPerProcessor = 8;  // that blend a bin each
+
+// One block. A bucket goes to the slab its middle falls into.
+__global__ void __launch_bounds__(kOneBlock) slabKernel(const uint32_t* histogram, uint16_t* slab_of, uint32_t slabs)
+{
+    constexpr uint32_t kWords = kDepthBuckets / kOneBlock / 4; // of four buckets each
+    using Scan = cub::BlockScan<uint32_t, kOneBlock>;
+    __shared__ typename Scan::TempStorage scratch;
+    const uint4* counts = reinterpret_cast<const uint4*>(histogram) + threadIdx.x * kWords;
+    uint32_t sum = 0, before, total;
+    for (uint32_t i = 0; i < kWords; ++i)
+        sum += counts[i].x + counts[i].y + counts[i].z + counts[i].w;
+    Scan(scratch).ExclusiveSum(sum, before, total);
+    const float scale = total != 0 ? float(slabs) / float(total) : 0.0f;
+    const auto slab = [&](uint32_t count) { // never falls from bucket to bucket
+        const float middle = float(before) + 0.5f * float(count);
+        before += count;
+        return min(uint32_t(middle * scale), slabs - 1);
+    };
+    for (uint32_t i = 0; i < kWords; ++i) {
+        const uint4 c = counts[i];
+        const uint32_t s0 = slab(c.x), s1 = slab(c.y), s2 = slab(c.z), s3 = slab(c.w);
+        reinterpret_cast<uint2*>(slab_of)[threadIdx.x * kWords + i] = {s0 | s1 << 16, s2 | s3 << 16};
+    }
+}
+
+__global__ void __launch_bounds__(kThreads) scatterKernel(const __grid_constant__ BinCudaArgs args)
+{
+    const uint32_t e = blockIdx.y, count = min(args.counters->pass.slots[e], args.slot_capacity);
+    const uint32_t base = e * args.slot_capacity;
+    uint32_t* cells = args.cells + size_t(e) * args.grid.cells();
+    // whole warps stay in the loop: they work together
+    for (uint32_t first = blockIdx.x * kThreads + (threadIdx.x & ~31u); first < count; first += gridDim.x * kThreads) {
+        const uint32_t i = first + (threadIdx.x & 31u);
+        const SplatPlace place = i < count ? args.places[base + i] : SplatPlace{0, kNoBins};
+        forCellsOfWarp(args.grid, args.pass.slab_of, place, base + i,
+                       [&](uint32_t cell, const SplatPlace& p, uint32_t slot) {
+                           const uint32_t at = atomicAdd(cells + cell, 1u);
+                           if (at < args.pair_capacity)
+                               args.keys[at] = {p.depth_bits, slot};
+                       });
+    }
+}
+
+// counters[kind]++ of every active lane, one atomic per value of `kind` in the warp.
+__device__ uint32_t takeTurn(uint32_t* counters, uint32_t kind)
+{
+    const uint32_t peers = __match_any_sync(__activemask(), kind), lane = threadIdx.x & 31u;
+    const int leader = __ffs(int(peers)) - 1;
+    uint32_t first = 0;
+    if (int(lane) == leader)
+        first = atomicAdd(counters + kind, uint32_t(__popc(peers)));
+    return __shfl_sync(peers, first, leader) + __popc(peers & ((1u << lane) - 1u));
+}
+
+__device__ uint32_t pieceClass(uint32_t count)
+{
+    return count <= 256 ? 0u : count <= 1024 ? 1u : count <= 2048 ? 2u : count <= 4096 ? 3u : 4u;
+}
+
+constexpr uint32_t kCellsPerThread = 4;
+
+// A piece is the run of a bin's cells whose starts, counted from the bin's, fall into one multiple of kPieceAim. The
+// thread of a run's first cell writes it.
+__global__ void __launch_bounds__(kThreads) pieceKernel(const __grid_constant__ BinCudaArgs args)
+{
+    const uint32_t slabs = args.grid.slabs(), cell_count = args.eye_count * args.grid.cells();
+    const uint32_t* ends = args.cells;
+    const auto endBefore = [&](uint32_t cell) { return cell == 0 ? 0u : ends[cell - 1]; };
+    for (uint32_t four = (blockIdx.x * kThreads + threadIdx.x) * kCellsPerThread; four < cell_count;
+         four += gridDim.x * kThreads * kCellsPerThread) {
+        const uint32_t first = four & ~(slabs - 1), origin = endBefore(first);
+        const uint4 e = *reinterpret_cast<const uint4*>(ends + four);
+        const uint32_t starts[kCellsPerThread] = {endBefore(four), e.x, e.y, e.z};
+        uint32_t previous = four == first ? ~0u : (endBefore(four - 1) - origin) / kPieceAim;
+        if (four == first) {
+            const uint32_t kind = uint32_t(__clz(int(ends[first + slabs - 1] - origin)));
+            args.bin_class[four >> args.grid.slab_bits] = kind;
+            takeTurn(args.counters->pass.bin_classes, kind);
+        }
+        if (starts[0] == e.w && previous != ~0u) // nothing here, and no number changes within
+            if ((starts[0] - origin) / kPieceAim == previous)
+                continue;
+#pragma unroll
+        for (uint32_t i = 0; i < kCellsPerThread; ++i) {
+            const uint32_t start = starts[i], number = (start - origin) / kPieceAim;
+            if (number == previous)
+                continue;
+            previous = number;
+            uint32_t low = four + i, high = first + slabs; // the last cell of the run, and one past
+            while (high - low > 1) {
+                const uint32_t mid = (low + high) / 2;
+                if ((endBefore(mid) - origin) / kPieceAim == number)
+                    low = mid;
+                else
+                    high = mid;
+            }
+            const uint32_t end = min(ends[low], args.pair_capacity);
+            if (end < start + 2)
+                continue;
+            const uint32_t kind = pieceClass(end - start);
+            const uint32_t at = takeTurn(args.counters->pass.pieces, kind);
+            args.pieces[size_t(kind) * args.piece_capacity + at] = {start, end - start};
+        }
+    }
+}
+
+// The bins by falling size, so that the longest lists are started first, and what the pass needed of the buffers.
+__global__ void __launch_bounds__(kThreads) queueKernel(const __grid_constant__ BinCudaArgs args, uint32_t teams)
+{
+    __shared__ uint32_t before[kBinClasses];
+    FrameCounters& counters = *args.counters;
+    if (threadIdx.x == 0)
+        for (uint32_t i = 0, sum = 0; i < kBinClasses; ++i) {
+            before[i] = sum;
+            sum += counters.pass.bin_classes[i];
+        }
+    __syncthreads();
+    if (blockIdx.x == 0 && threadIdx.x == 0) {
+        unsigned long long pairs = 0;
+        for (uint32_t e = 0; e < args.eye_count; ++e) {
+            counters.pairs[e] += counters.pass.pairs[e];
+            counters.most_slots = max(counters.most_slots, counters.pass.slots[e]);
+            pairs += counters.pass.pairs[e];
+        }
+        if (pairs > counters.most_pairs)
+            counters.most_pairs = pairs;
+        if (pairs > args.pair_capacity)
+            counters.overflow |= kPairOverflow;
+        // a bin with more than half of what a team would get on average would be the last to finish
+        const uint32_t hot = uint32_t(__clz(int(max(uint32_t(pairs / (2 * teams)), 1024u))));
+        counters.pass.hot_bins = before[hot] + counters.pass.bin_classes[hot];
+    }
+    const uint32_t bin = blockIdx.x * kThreads + threadIdx.x;
+    if (bin >= args.eye_count * args.grid.bins())
+        return;
+    const uint32_t kind = args.bin_class[bin];
+    args.bin_queue[before[kind] + takeTurn(counters.pass.queued, kind)] = bin;
+}
+
+} // namespace
+
+void slabCuda(const uint32_t* histogram, uint16_t* slab_of, uint32_t slabs, CUstream_st* stream)
+{
+    launchCuda(slabKernel, 1, kOneBlock, 0, stream, histogram, slab_of, slabs);
+}
+
+size_t binScratchBytes(uint32_t cells)
+{
+    size_t bytes = 0;
+    uint32_t* none = nullptr;
+    GSC_CUDA_CHECK(cub::DeviceScan::ExclusiveSum(nullptr, bytes, none, cells));
+    return bytes;
+}
+
+uint32_t pieceCapacity(uint32_t bins, uint32_t pairs)
+{
+    return bins + pairs / kPieceAim + 1;
+}
+
+void binCuda(const BinCudaArgs& args, uint32_t processors, CUstream_st* stream)
+{
+    const uint32_t cells = args.eye_count * args.grid.cells();
+    size_t bytes = args.scratch_bytes;
+    GSC_CUDA_CHECK(cub::DeviceScan::ExclusiveSum(args.scratch, bytes, args.cells, cells, stream));
+    launchCuda(scatterKernel, dim3(processors * kBlocksPerProcessor / args.eye_count, args.eye_count), kThreads, 0,
+               stream, args);
+    launchCuda(pieceKernel, processors * kBlocksPerProcessor, kThreads, 0, stream, args);
+    launchCuda(queueKernel, (args.eye_count * args.grid.bins() + kThreads - 1) / kThreads, kThreads, 0, stream, args,
+               processors * kTeamsPerProcessor);
+}
+
+} // namespace gsc

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// Splats of all eyes to the lists of their bins, on the device: a counting sort over cells (bins cut in depth), so that
+// a bin's list comes out cut into short pieces from near to far however many splats share the bin.
+#pragma once
+
+#include "kernels/common/device_model.h"
+
+#include <cstddef>
+
+struct CUstream_st;
+
+namespace gsc {
+
+struct BinKey {
+    uint32_t depth_bits;
+    uint32_t slot; // of the splat, counted over all eyes
+};
+
+struct BinCudaArgs {
+    BinGrid grid;
+    uint32_t eye_count;
+    const SplatPlace* places; // eye_count x slot_capacity
+    uint32_t slot_capacity;
+    DepthPass pass;
+    uint32_t* cells; // eye_count x grid.cells(): counts; afterwards the end of each cell in `keys`
+    BinKey* keys;    // pair_capacity; unordered within a cell
+    uint32_t pair_capacity;
+    uint32_t* bin_class; // eye_count x grid.bins(): leading zeros of the count
+    uint32_t* bin_queue; // eye_count x grid.bins(): eye x bins + bin, fullest first
+    Piece* pieces;       // kPieceClasses x piece_capacity
+    uint32_t piece_capacity;
+    void* scratch; // binScratchBytes()
+    size_t scratch_bytes;
+    FrameCounters* counters;
+};
+
+// Slabs of about equal load from the histogram of the visible anchors' depths: slab_of[bucket]. slabs: of all passes
+// together. Asynchronous.
+void slabCuda(const uint32_t* histogram, uint16_t* slab_of, uint32_t slabs, CUstream_st* stream);
+
+size_t binScratchBytes(uint32_t cells);
+// Pieces that a frame can have at most, of every class.
+uint32_t pieceCapacity(uint32_t bins, uint32_t pairs);
+
+void binCuda(const BinCudaArgs& args, uint32_t processors, CUstream_st* stream); // asynchronous
+
+} // namespace gsc

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Blending of all eyes on the device, one block per bin.
+#pragma once
+
+#include "kernels/bin/bin_cuda.h"
+#include "kernels/decode/decode_cuda.h"
+
+namespace gsc {
+
+struct BlendCudaArgs {
+    BinGrid grid;
+    uint32_t eye_count;
+    DepthPass pass; // the first starts the image, the others go on with it, the last adds the background
+    uint32_t width[kMaxEyes], height[kMaxEyes];
+    RasterConstants rules;
+    float background[3];
+    bool empty_is_black;
+    const void* splats;    // PackedSplat or ExactSplat, all eyes
+    const uint32_t* cells; // ends, from bin
+    const uint32_t* bin_queue;
+    const BinKey* keys; // sorted
+    uint32_t pair_capacity;
+    FrameCounters* counters;
+    float* image[kMaxEyes];         // height x width x 3
+    float* transmittance[kMaxEyes]; // height x width, negative where finished; of no use to a single pass
+};
+
+// Raises the shared-memory limits of the kernels; once per device. Throws Error (Unsupported if the build has no code for
+// the device).
+void prepareBlendCuda();
+
+// Asynchronous.
+void blendFastCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
+void blendExactCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
+
+} // namespace gsc

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// The model as the CUDA stages read it: flat arrays over all anchors, in file order. Plain data, no CUDA header.
+#pragma once
+
+#include "kernels/common/frame_types.h"
+#include "kernels/math/eye.h"
+
+namespace gsc {
+
+constexpr uint32_t kAnchorBits = 30;      // a visible entry is anchor | eyes << kAnchorBits
+constexpr uint32_t kBinWidth = 32;        // pixels; a bin is blended by one block
+constexpr uint32_t kMaxBins = 255;        // per axis: bin coordinates are bytes
+constexpr uint32_t kNoBins = 0x0000ffffu; // bin box of a slot that holds no splat: x0 = y0 = 255, x1 = y1 = 0
+constexpr int16_t kNoOffset = -32768;     // an offset that is not finite: its Gaussian is dropped and counted
+constexpr uint32_t kDepthBuckets = 32768; // of the depth histogram: 1024 per octave of view z
+constexpr uint32_t kMaxSlabs = 1024;      // of a pass
+constexpr uint32_t kMaxPasses = 31;       // kMaxPasses x kMaxSlabs fits 16 bits
+
+// How an eye's image is cut: bins of kBinWidth x height pixels, each cut in depth into slabs. A cell is a slab of a bin;
+// cells lie eye-major, then bin, then slab from near to far.
+struct BinGrid {
+    uint32_t columns, rows, height; // height: 16 or 32 pixels
+    uint32_t slab_bits;             // 2^slab_bits slabs, at least 4
+
+    [[nodiscard]] GSC_HD uint32_t slabs() const { return 1u << slab_bits; }
+    [[nodiscard]] GSC_HD uint32_t bins() const { return columns * rows; }
+    [[nodiscard]] GSC_HD uint32_t cells() const { return columns * rows << slab_bits; }
+};
+
+// A frame is drawn in one or more passes from near to far, each of which decodes, sorts and blends the Gaussians of its
+// depths, so that the memory a frame needs is bounded whatever it shows. The image does not depend on their number.
+struct DepthPass {
+    const uint16_t* slab_of; // kDepthBuckets, counted over all passes
+    uint32_t index, count;
+};
+
+// Where a splat lies: written by decode, read when pairs are made.
+struct alignas(8) SplatPlace {
+    uint32_t depth_bits; // view z, whose bits order like it because it is positive
+    uint32_t box;        // bins x0 | y0 << 8 | x1 << 16 | y1 << 24, inclusive, or kNoBins
+};
+
+// Pieces of a bin's list by length: what a warp sorts, what a block sorts with 4, 8 and 16 keys a thread, and longer.
+constexpr uint32_t kPieceClasses = 5;
+constexpr uint32_t kPieceAim = 1024; // keys; a piece is shorter than this plus its last cell
+
+constexpr uint32_t kBinClasses = 33; // of bins by the position of their count's highest bit
+
+struct Piece {
+    uint32_t first, count; // of the keys
+};
+
+// Device pointers. n = anchors of the model.
+struct DeviceModel {
+    ModelParams params;
+    const LevelRecord* levels;
+    const GroupRecord* groups;
+    const float* lod_shift;      // per level record
+    const uint32_t* level_first; // per level record: its first anchor
+    const float* placement;      // n x 4: x, y, z, extra_level
+    const float* size;           // n x 3: the anchor's own scale, which selection tests it with
+    const float* shape;          // n x 6: world units per step of `offset`, scale of its Gaussians
+    const float* rotation;       // n x 4 or null: params.constant_rotation
+    const uint16_t* feature;     // n x F halves
+    const int16_t* offset;       // n x 3K: per anchor and axis the largest is 32767 steps
+    const uint32_t* source;      // n: source index
+    uint32_t anchor_count;
+};
+
+// Bits of FrameCounters::overflow: which buffer was too small.
+constexpr uint32_t kVisibleOverflow = 1u, kSlotOverflow = 2u, kPairOverflow = 4u;
+
+// Cleared before every pass.
+struct PassCounters {
+    unsigned long long
+        pairs[kMaxEyes];      // (bin, splat); more than 2^32 of them overflow the cells, so they are counted apart
+    uint32_t slots[kMaxEyes]; // splat slots reserved, with gaps
+    uint32_t pieces[kPieceClasses], next_piece[kPieceClasses];
+    uint32_t bin_classes[kBinClasses], queued[kBinClasses]; // fullest first
+    uint32_t hot_bins;                                      // blended by a whole block each
+    uint32_t next_hot, next_bin;                            // work queues of the blend
+};
+
+// Written and read on the device only. One per frame; the host reads it after the frame to grow buffers and for counts.
+struct FrameCounters {
+    PassCounters pass;
+    uint32_t groups_visible;
+    uint32_t anchors_listed;           // entries of the visible list
+    uint32_t anchors_tested[kMaxEyes]; // of visible groups
+    uint32_t anchors_visible[kMaxEyes];
+    uint32_t any_positive[kMaxEyes]; // an opacity above zero existed (trap 25)
+    uint32_t splats[kMaxEyes];       // on screen
+    uint32_t gaussians[kMaxEyes];    // opacity >= 1/255
+    uint32_t dropped[kMaxEyes];      // not finite
+    uint32_t most_slots;             // of a pass and an eye
+    unsigned long long most_pairs;   // of a pass
+    unsigned long long pairs[kMaxEyes];
+    unsigned long long evaluations[kMaxEyes];
+    uint32_t overflow;
+};
+
+} // namespace gsc

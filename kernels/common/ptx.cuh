@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// Instructions that CUDA C++ has no name for. The emulation has functions of the same names.
+#pragma once
+
+#ifdef GSC_CUDA_EMULATION
+#include "tests/cuda_emulation/ptx_emulation.h"
+#else
+
+#include <cstdint>
+
+namespace gsc {
+
+// d += a b: 16 x 16 halves times 16 x 8, accumulated in fp32, over the fragments of a warp (mma.m16n8k16).
+__device__ __forceinline__ void mmaM16N8K16(float* d, const uint32_t* a, uint2 b)
+{
+    asm volatile("mma.sync.aligned.m16n8k16.row.col.f32.f16.f16.f32 {%0,%1,%2,%3}, {%4,%5,%6,%7}, {%8,%9}, "
+                 "{%0,%1,%2,%3};"
+                 : "+f"(d[0]), "+f"(d[1]), "+f"(d[2]), "+f"(d[3])
+                 : "r"(a[0]), "r"(a[1]), "r"(a[2]), "r"(a[3]), "r"(b.x), "r"(b.y));
+}
+
+// max(v, 0) of both as halves, `low` in the low bits. Saturates, because an infinity would make every product it meets
+// infinite or NaN; NaN stays.
+__device__ __forceinline__ uint32_t halvesRelu(float low, float high)
+{
+    constexpr uint32_t kLargest = 0x7bff7bffu;
+    uint32_t packed;
+    asm("{\n\t.reg .b32 h;\n\tcvt.rn.relu.f16x2.f32 h, %1, %2;\n\tmin.NaN.f16x2 %0, h, %3;\n\t}"
+        : "=r"(packed)
+        : "f"(high), "f"(low), "r"(kLargest));
+    return packed;
+}
+
+// 2^v to 2 ulp; subnormal results are zero.
+__device__ __forceinline__ float exp2Approx(float v)
+{
+    float e;
+    asm("ex2.approx.ftz.f32 %0, %1;" : "=f"(e) : "f"(v));
+    return e;
+}
+
+// Waits for `threads` threads of the block at barrier `id`; shared memory written before is seen after.
+__device__ __forceinline__ void barrierSync(uint32_t id, uint32_t threads)
+{
+    asm volatile("bar.sync %0, %1;" : : "r"(id), "r"(threads) : "memory");
+}
+
+// The same; true if any of them says so.
+__device__ __forceinline__ bool barrierAny(uint32_t id, uint32_t threads, bool value)
+{
+    uint32_t result;
+    asm volatile("{\n\t.reg .pred p, q;\n\tsetp.ne.u32 q, %1, 0;\n\tbar.red.or.pred p, %2, %3, q;\n\t"
+                 "selp.u32 %0, 1, 0, p;\n\t}"
+                 : "=r"(result)
+                 : "r"(uint32_t(value)), "r"(id), "r"(threads)
+                 : "memory");
+    return result != 0;
+}
+
+} // namespace gsc
+
+#endif

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// Visible anchors to splats on the device: gather, three networks, projection and packing in one kernel.
+#pragma once
+
+#include "kernels/common/device_model.h"
+
+#include <vector>
+
+struct CUstream_st;
+
+namespace gsc {
+
+// What blending reads of a Gaussian in the tier `fast`, 32 bytes, two 16-byte loads.
+struct alignas(16) PackedSplat {
+    float x, y;        // 0   pixels, centres at integers
+    float power[3];    // 8   log2 of the falloff is -(power[0] dx^2 + power[1] dx dy + power[2] dy^2)
+    uint16_t color[3]; // 20  halves
+    uint16_t opacity;  // 26  half
+    uint32_t order;    // 28  emission order, breaks depth ties
+};
+static_assert(sizeof(PackedSplat) == 32);
+
+// The same in the tier `exact`, 64 bytes.
+struct alignas(16) ExactSplat {
+    float x, y;                  // 0
+    float conic[3];              // 8
+    float opacity;               // 20
+    float color[3];              // 24
+    uint32_t order_low;          // 36
+    uint32_t order_high;         // 40
+    uint16_t tx0, ty0, tx1, ty1; // 44 upstream's tiles [x0, x1) x [y0, y1)
+    uint32_t reserved[3];        // 52
+};
+static_assert(sizeof(ExactSplat) == 64);
+
+// What both decoders read and write. Device pointers; rows of an eye lie slot_capacity or grid.cells() apart.
+struct DecodeFrame {
+    DeviceModel model;
+    EyeParams eyes[kMaxEyes];
+    uint32_t eye_count;
+    RasterConstants rules;
+    BinGrid grid;
+    DepthPass pass;
+    const uint32_t* visible; // from select
+    const float* fraction;   // from select, or null
+    uint32_t visible_capacity;
+    SplatPlace* places; // eye_count x slot_capacity
+    uint32_t* cells;    // eye_count x grid.cells(): splats of each, zero before
+    uint32_t slot_capacity;
+    FrameCounters* counters;
+};
+
+struct DecodeCudaArgs : DecodeFrame {
+    const void* fragments; // packFragments()
+    const float* biases;
+    const float* bank; // or null: the model has no feature bank
+    bool takes_distance, takes_level;
+    PackedSplat* splats; // eye_count x slot_capacity
+};
+
+// Weights of a model in the order the kernel loads them (decode_fragments.h); appearance folded into the first bias.
+struct DecodeWeights {
+    std::vector<uint16_t> fragments; // halves
+    std::vector<float> biases;
+    std::vector<float> bank; // empty: no feature bank
+};
+
+// Can the matrix-unit kernel decode the model? (32 features and hidden units, at most 12 Gaussians per anchor, upstream's
+// activations)
+bool canDecodeFast(const ModelView& model);
+// Preconditions: canDecodeFast(); `model` lies in host memory; `appearance` is a row it has, or -1.
+DecodeWeights packFragments(const ModelView& model, int32_t appearance);
+
+// Raises the shared-memory limit of the kernel; once per device. Throws Error (Unsupported if the build has no code for
+// the device).
+void prepareDecodeCuda();
+// Slots that may stay unused beside those of the splats, for one eye.
+uint32_t decodeFastGaps(uint32_t processors);
+void decodeFastCuda(const DecodeCudaArgs& args, uint32_t processors, CUstream_st* stream); // asynchronous
+
+} // namespace gsc

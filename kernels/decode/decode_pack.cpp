@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+// Host side of the matrix-unit decode: weights in the order of its fragments.
+#include "kernels/decode/decode_cuda.h"
+
+#include "kernels/decode/decode_fragments.h"
+#include "kernels/math/mlp.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gsc {
+
+namespace {
+
+constexpr uint32_t kHidden = 32; // units per head
+
+// Round to nearest even, saturating. Scalar and slow: it runs once per load over some ten thousand weights.
+uint16_t halfBits(float value)
+{
+    const float magnitude = std::min(std::fabs(value), 65504.0f);
+    const auto sign = uint16_t(std::signbit(value) ? 0x8000 : 0);
+    if (!(magnitude >= 0x1p-14f)) // subnormal: units of 2^-24; NaN becomes zero
+        return uint16_t(sign | uint16_t(magnitude == magnitude ? std::nearbyint(magnitude * 0x1p24f) : 0.0f));
+    int exponent;
+    const float mantissa = std::frexp(magnitude, &exponent); // [0.5, 1)
+    // a mantissa that rounds up to 2048 carries into the exponent, as it must
+    return uint16_t(sign | (((exponent + 13) << 10) + int(std::nearbyint(mantissa * 2048.0f))));
+}
+
+// Weight of fused hidden unit `column` for input `row` of the packed rows; zero beyond the rows.
+struct FirstLayer {
+    const float* rows;
+    uint32_t stride, hidden_pad;
+
+    [[nodiscard]] float at(uint32_t row, uint32_t head, uint32_t unit) const
+    {
+        return rows[size_t(row) * stride + head * hidden_pad + unit];
+    }
+};
+
+// Input row and factor behind slot s of lane t in the view tile; row < 0: zero.
+int viewRow(uint32_t t, uint32_t s, uint32_t F, float& factor)
+{
+    factor = 1.0f;
+    if (t < 2)
+        return s < 3 ? int(F + s) : -1; // direction: high parts in lane 0, low parts in lane 1
+    if (t == 2) {
+        if (s < 2) {
+            factor = kDistanceScale;
+            return int(F + 3); // distance: high and low part
+        }
+        return s == 2 ? int(F + 4) : -1;
+    }
+    return -1;
+}
+
+std::vector<float> packBank(const ModelView& model, const MlpRecord& bank)
+{
+    const float *weight0 = mlpWeights(model, bank.weight0), *bias0 = mlpWeights(model, bank.bias0);
+    const float *weight1 = mlpWeights(model, bank.weight1), *bias1 = mlpWeights(model, bank.bias1);
+    std::vector<float> values(kBankValues, 0.0f);
+    for (uint32_t u = 0; u < kBankUnits; ++u) {
+        float* unit = values.data() + size_t(u) * kBankStride;
+        const float* row = weight0 + size_t(u) * bank.in;
+        std::copy_n(row, 3, unit);
+        uint32_t next = 3;
+        if (bank.inputs & kMlpTakesDistance)
+            unit[3] = row[next++];
+        if (bank.inputs & kMlpTakesLevel)
+            unit[4] = row[next];
+        unit[5] = bias0[u];
+        for (uint32_t o = 0; o < 3; ++o)
+            unit[6 + o] = weight1[size_t(o) * kBankUnits + u];
+    }
+    std::copy_n(bias1, 3, values.data() + kBankUnits * kBankStride);
+    return values;
+}
+
+} // namespace
+
+bool canDecodeFast(const ModelView& model)
+{
+    const ModelParams& params = *model.params;
+    if (params.feat_dim != kFastFeatures || params.n_offsets > 4 * kItemsPerLane)
+        return false;
+    const MlpRecord* opacity = mlpRecord(model, MlpKind::Opacity);
+    const MlpRecord* covariance = mlpRecord(model, MlpKind::Covariance);
+    const MlpRecord* color = mlpRecord(model, MlpKind::Color);
+    const MlpRecord* bank = mlpRecord(model, MlpKind::FeatureBank);
+    for (const MlpRecord* head : {opacity, covariance, color})
+        if (head->hidden != kHidden)
+            return false;
+    return opacity->activation == uint32_t(Activation::Tanh) && color->activation == uint32_t(Activation::Sigmoid) &&
+           (bank == nullptr || bank->hidden == kBankUnits);
+}
+
+DecodeWeights packFragments(const ModelView& model, int32_t appearance)
+{
+    const ModelParams& params = *model.params;
+    const uint32_t F = params.feat_dim, K = params.n_offsets;
+    const PackedMlpHeader& header = *reinterpret_cast<const PackedMlpHeader*>(model.packed);
+    const auto floats = [&](uint64_t offset) { return reinterpret_cast<const float*>(model.packed + offset); };
+    const FirstLayer first{floats(header.first_f32), 3 * header.hidden_pad, header.hidden_pad};
+
+    DecodeWeights out;
+    out.fragments.assign(size_t(kFragmentTiles) * kTileHalves, 0);
+    out.biases.assign(kBiasCount, 0.0f);
+
+    // B fragment of mma.m16n8k16: lane = 4 * column + t holds rows {2t, 2t+1, 2t+8, 2t+9}; the rows are ours to name
+    for (uint32_t kt = 0; kt < 3; ++kt)
+        for (uint32_t nt = 0; nt < kFirstTiles; ++nt)
+            for (uint32_t lane = 0; lane < 32; ++lane)
+                for (uint32_t s = 0; s < 4; ++s) {
+                    const uint32_t t = lane & 3u, column = nt * 8 + (lane >> 2);
+                    float factor = 1.0f;
+                    const int row = kt < 2 ? int(8 * t + 4 * kt + s) : viewRow(t, s, F, factor);
+                    const float value = row < 0 ? 0.0f : first.at(uint32_t(row), column / 32, column % 32) * factor;
+                    out.fragments[(size_t(kt * kFirstTiles + nt) * 32 + lane) * 4 + s] = halfBits(value);
+                }
+    for (uint32_t column = 0; column < 8 * kFirstTiles; ++column) {
+        float bias = floats(header.first_bias_f32)[column / 32 * header.hidden_pad + column % 32];
+        if (params.appearance_dim != 0 && appearance >= 0)
+            for (uint32_t a = 0; a < params.appearance_dim; ++a)
+                bias += first.at(F + 5 + a, column / 32, column % 32) *
+                        model.embedding[size_t(appearance) * params.appearance_dim + a];
+        out.biases[column] = bias;
+    }
+
+    // second layers: column pairs are dealt to lanes so that a lane ends up with whole Gaussians
+    const uint32_t tiles[3] = {kOpacityTiles, kCovarianceTiles, kColorTiles};
+    const uint32_t width[3] = {1, 7, 3};
+    uint32_t tile = 3 * kFirstTiles, bias_base = 8 * kFirstTiles;
+    for (uint32_t head = 0; head < 3; ++head) {
+        const float* weight = floats(header.second_f32[head]);
+        const float* bias = floats(header.second_bias_f32[head]);
+        for (uint32_t nt = 0; nt < tiles[head]; ++nt)
+            for (uint32_t column = 0; column < 8; ++column) {
+                const uint32_t value = 2 * nt + (column & 1u), item = value / width[head], part = value % width[head];
+                const uint32_t k = (column >> 1) + 4 * item;
+                const bool used = item < kItemsPerLane && k < K;
+                const uint32_t output = k * width[head] + part;
+                if (used)
+                    out.biases[bias_base + nt * 8 + column] = bias[output];
+                for (uint32_t kt = 0; kt < 2; ++kt)
+                    for (uint32_t t = 0; t < 4; ++t)
+                        for (uint32_t s = 0; s < 4; ++s) {
+                            const uint32_t row = 16 * kt + 2 * t + (s & 1u) + 8 * (s >> 1);
+                            const float w = used ? weight[size_t(row) * header.out_pad[head] + output] : 0.0f;
+                            out.fragments[(size_t(tile + 2 * nt + kt) * 32 + 4 * column + t) * 4 + s] = halfBits(w);
+                        }
+            }
+        tile += 2 * tiles[head];
+        bias_base += 8 * tiles[head];
+    }
+    if (const MlpRecord* bank = mlpRecord(model, MlpKind::FeatureBank))
+        out.bank = packBank(model, *bank);
+    return out;
+}
+
+} // namespace gsc

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// Projection in the tier `fast`: a decoded Gaussian to what blending reads of it.
+#pragma once
+
+#include "kernels/common/halves.cuh"
+#include "kernels/decode/decode_cuda.h"
+#include "kernels/math/projection.h"
+
+namespace gsc {
+
+struct Candidate {
+    uint4 words[2]; // PackedSplat; kept as words, so that it stays in registers
+    SplatPlace place;
+};
+
+// Projects one Gaussian. False if it cannot change a pixel.
+__device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, const EyeParams& eye, const float* position,
+                                            const float* sigma, const float* quaternion, float opacity,
+                                            const float* color, uint32_t order, Candidate& out, bool& finite)
+{
+    finite = true;
+    const Vec3<float> p{position[0], position[1], position[2]};
+    const Vec3<float> t = viewPoint<float>(eye, p);
+    if (t.z <= args.rules.near_z || t.z > args.rules.far_z)
+        return false;
+    const float inv_z = __fdividef(1.0f, t.z);
+    const float x = fmaf(eye.focal_x * t.x, inv_z, 0.5f * float(eye.width) - 0.5f);
+    const float y = fmaf(eye.focal_y * t.y, inv_z, 0.5f * float(eye.height) - 0.5f);
+
+    const float limit_x = 1.3f * eye.tan_fov_x, limit_y = 1.3f * eye.tan_fov_y;
+    const float tx = fminf(limit_x, fmaxf(-limit_x, t.x * inv_z)), ty = fminf(limit_y, fmaxf(-limit_y, t.y * inv_z));
+    const float fx = eye.focal_x * inv_z, fy = eye.focal_y * inv_z;
+    const float* w = eye.world_to_view;
+    float ju[3], jv[3]; // rows of J R
+#pragma unroll
+    for (int i = 0; i < 3; ++i) {
+        ju[i] = fx * (w[i] - tx * w[8 + i]);
+        jv[i] = fy * (w[4 + i] - ty * w[8 + i]);
+    }
+    const float qw = quaternion[0], qx = quaternion[1], qy = quaternion[2], qz = quaternion[3];
+    const float r[9] = {1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy - qw * qz),     2 * (qx * qz + qw * qy),
+                        2 * (qx * qy + qw * qz),     1 - 2 * (qx * qx + qz * qz), 2 * (qy * qz - qw * qx),
+                        2 * (qx * qz - qw * qy),     2 * (qy * qz + qw * qx),     1 - 2 * (qx * qx + qy * qy)};
+    float a = 0.3f, b = 0.0f, c = 0.3f;
+#pragma unroll
+    for (int j = 0; j < 3; ++j) {
+        const float pu = sigma[j] * (ju[0] * r[j] + ju[1] * r[3 + j] + ju[2] * r[6 + j]);
+        const float pv = sigma[j] * (jv[0] * r[j] + jv[1] * r[3 + j] + jv[2] * r[6 + j]);
+        a = fmaf(pu, pu, a);
+        b = fmaf(pu, pv, b);
+        c = fmaf(pv, pv, c);
+    }
+    const float det = a * c - b * b;
+    if (!(det > 0.0f)) {
+        finite = det == det;
+        return false;
+    }
+    const float inv_det = __fdividef(1.0f, det);
+
+    // pixels that upstream's 3-sigma tiles cover, cut by the box of the ellipse on which alpha reaches 1/255
+    const float reach = 2.0f * __logf(255.0f * opacity) + 1e-3f; // of the squared Mahalanobis distance
+    const float ex = sqrtf(reach * a) + 0.01f, ey = sqrtf(reach * c) + 0.01f;
+    const float mid = 0.5f * (a + c);
+    const float radius = ceilf(3.0f * sqrtf(mid + sqrtf(fmaxf(args.rules.eigen_floor, mid * mid - det))));
+    const float x0 = fmaxf(x - ex, floorf((x - radius) * (1.0f / kTileSize)) * kTileSize);
+    const float y0 = fmaxf(y - ey, floorf((y - radius) * (1.0f / kTileSize)) * kTileSize);
+    const float x1 = fminf(x + ex, ceilf((x + radius) * (1.0f / kTileSize)) * kTileSize + kTileSize - 1.0f);
+    const float y1 = fminf(y + ey, ceilf((y + radius) * (1.0f / kTileSize)) * kTileSize + kTileSize - 1.0f);
+    if (!(x1 >= 0.0f && y1 >= 0.0f && x0 <= float(eye.width) - 1.0f && y0 <= float(eye.height) - 1.0f &&
+          ceilf(x0) <= x1 && ceilf(y0) <= y1)) {
+        finite = x == x && y == y && a == a && c == c;
+        return false;
+    }
+    const uint32_t row_bits = args.grid.height == 16 ? 4u : 5u;
+    const uint32_t bx0 = uint32_t(fmaxf(x0, 0.0f)) / kBinWidth, by0 = uint32_t(ceilf(fmaxf(y0, 0.0f))) >> row_bits;
+    const uint32_t bx1 = uint32_t(fminf(x1, float(eye.width) - 1.0f)) / kBinWidth;
+    const uint32_t by1 = uint32_t(fminf(y1, float(eye.height) - 1.0f)) >> row_bits;
+    constexpr float kLog2E = 1.44269504088896341f;
+    const float scale = kLog2E * inv_det; // power of two instead of e, and its halves, folded in here
+    out.words[0] = {__float_as_uint(x), __float_as_uint(y), __float_as_uint(0.5f * c * scale),
+                    __float_as_uint(-b * scale)};
+    out.words[1] = {__float_as_uint(0.5f * a * scale), packHalves(color[0], color[1]), packHalves(color[2], opacity),
+                    order};
+    out.place = {__float_as_uint(t.z), bx0 | by0 << 8 | bx1 << 16 | by1 << 24};
+    return true;
+}
+
+} // namespace gsc

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// Selection on the device: groups by bounds, then anchors by upstream's own test, both eyes in one pass.
+#pragma once
+
+#include "kernels/common/device_model.h"
+
+struct CUstream_st;
+
+namespace gsc {
+
+struct SelectCudaArgs {
+    DeviceModel model;
+    EyeParams eyes[kMaxEyes];
+    uint32_t eye_count;
+    RasterConstants rules;
+    float lod_bias;
+    uint32_t group_count;
+    uint32_t* visible_groups; // group_count: group | eyes << kAnchorBits
+    uint32_t* visible;        // capacity: anchor | eyes << kAnchorBits
+    float* fraction;          // capacity x 2 or null: opacity factor per eye, LevelRule::Progressive only
+    uint32_t capacity;
+    uint32_t* histogram; // kDepthBuckets, zero before: view z of the visible anchors of all eyes, one sample per warp
+    FrameCounters* counters;
+};
+
+// Asynchronous. `processors`: multiprocessors of the device, which size the grids; so in every stage.
+void selectGroupsCuda(const SelectCudaArgs& args, uint32_t processors, CUstream_st* stream);
+void selectAnchorsCuda(const SelectCudaArgs& args, uint32_t processors, CUstream_st* stream); // of the visible groups
+
+} // namespace gsc

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernels/upload/upload_cuda.h"
+
+#include "kernels/common/launch.cuh"
+
+#include <cuda_fp16.h>
+
+namespace gsc {
+
+namespace {
+
+constexpr uint32_t kThreads = 128;
+
+template <typename T>
+__device__ const T* array(const UploadArgs& args, ChunkArray which, uint32_t i)
+{
+    const uint32_t a = uint32_t(which);
+    return reinterpret_cast<const T*>(args.payload + args.layout.offset[a] + args.layout.stride[a] * i);
+}
+
+// note: saturates, because an infinity would make every product it meets infinite or NaN; NaN stays
+__device__ __forceinline__ uint16_t halfBits(float v)
+{
+    constexpr float kLargest = 65504.0f;
+    if (v > kLargest)
+        v = kLargest;
+    else if (v < -kLargest)
+        v = -kLargest;
+    return __half_as_ushort(__float2half_rn(v));
+}
+
+// One block per 128 anchors; its threads then stride over the anchors' values.
+__global__ void __launch_bounds__(kThreads) uploadKernel(const __grid_constant__ UploadArgs args)
+{
+    const uint32_t first = blockIdx.x * kThreads, n = min(kThreads, args.chunk.anchor_count - first);
+    const size_t base = size_t(args.chunk.anchor_first) + first;
+    const uint32_t width = 3 * args.n_offsets;
+    // an anchor's offsets are about alike: steps of their largest are eight times as fine as halves, in the same 16 bits
+    __shared__ float steps[kThreads][3];
+    if (threadIdx.x < n)
+        for (int a = 0; a < 3; ++a) {
+            float largest = 0.0f;
+            const float* offsets = array<float>(args, ChunkArray::Offset, first + threadIdx.x);
+            for (uint32_t k = 0; k < args.n_offsets; ++k)
+                if (isfinite(offsets[3 * k + a]))
+                    largest = fmaxf(largest, fabsf(offsets[3 * k + a]));
+            steps[threadIdx.x][a] = largest / 32767.0f;
+        }
+    __syncthreads();
+    if (threadIdx.x < n) {
+        const uint32_t i = first + threadIdx.x;
+        const size_t at = base + threadIdx.x;
+        float4 p{};
+        if (args.grid_positions) {
+            const GridPosition g = *array<GridPosition>(args, ChunkArray::Position, i);
+            float c[3];
+            for (int a = 0; a < 3; ++a)
+                c[a] = gridCoordinate(args.chunk.origin[a] + int32_t(g.local[a]), args.level.quantum, args.level.origin,
+                                      (g.flags >> a & 1) != 0);
+            p = {c[0], c[1], c[2], 0.0f};
+        } else {
+            const float* c = array<float>(args, ChunkArray::Position, i);
+            p = {c[0], c[1], c[2], 0.0f};
+        }
+        if (args.layout.stride[uint32_t(ChunkArray::ExtraLevel)] != 0)
+            p.w = *array<float>(args, ChunkArray::ExtraLevel, i);
+        reinterpret_cast<float4*>(args.placement)[at] = p;
+        const float* log_scale = array<float>(args, ChunkArray::Scale, i);
+        float scale[6];
+        for (int a = 0; a < 6; ++a)
+            scale[a] = expf(log_scale[a]);
+        for (int a = 0; a < 3; ++a) {
+            args.size[at * 3 + a] = scale[a];
+            args.shape[at * 6 + a] = scale[a] * steps[threadIdx.x][a];
+            args.shape[at * 6 + 3 + a] = scale[3 + a];
+        }
+        args.source[at] = *array<uint32_t>(args, ChunkArray::SourceIndex, i);
+        if (args.rotation != nullptr)
+            for (int a = 0; a < 4; ++a)
+                args.rotation[at * 4 + a] = array<float>(args, ChunkArray::Rotation, i)[a];
+    }
+    if (args.feature != nullptr)
+        for (uint32_t i = threadIdx.x; i < n * args.feat_dim; i += kThreads)
+            args.feature[base * args.feat_dim + i] = halfBits(array<float>(args, ChunkArray::Feature, first)[i]);
+    if (args.offset != nullptr)
+        for (uint32_t i = threadIdx.x; i < n * width; i += kThreads) {
+            const float step = steps[i / width][i % 3];
+            const float value = array<float>(args, ChunkArray::Offset, first)[i];
+            args.offset[base * width + i] =
+                isfinite(value) ? int16_t(step > 0.0f ? __float2int_rn(value / step) : 0) : kNoOffset;
+        }
+}
+
+} // namespace
+
+void uploadCuda(const UploadArgs& args, CUstream_st* stream)
+{
+    if (args.chunk.anchor_count == 0)
+        return;
+    launchCuda(uploadKernel, (args.chunk.anchor_count + kThreads - 1) / kThreads, kThreads, 0, stream, args);
+}
+
+int probeCuda()
+{
+    cudaFuncAttributes attributes{};
+    return cudaFuncGetAttributes(&attributes, uploadKernel);
+}
+
+} // namespace gsc

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/frame_graph.h"
+
+#include "kernels/decode/decode_exact_cuda.h"
+#include "kernels/select/select_cuda.h"
+
+#include <algorithm>
+
+namespace gsc {
+
+namespace {
+
+void mark(const CudaEvent& event, const CudaStream& stream)
+{
+    // external: a node that records it in every launch, not a dependency of the capture
+    GSC_CUDA_CHECK(cudaEventRecordWithFlags(event.handle, stream.handle, cudaEventRecordExternal));
+}
+
+template <typename Args>
+void setEyes(cudaGraphExec_t exec, cudaGraphNode_t node, const EyeParams* eyes)
+{
+    cudaKernelNodeParams params{};
+    GSC_CUDA_CHECK(cudaGraphKernelNodeGetParams(node, &params));
+    Args args = *static_cast<const Args*>(params.kernelParams[0]);
+    std::copy_n(eyes, args.eye_count, args.eyes);
+    void* list[] = {&args};
+    params.kernelParams = list;
+    params.extra = nullptr;
+    GSC_CUDA_CHECK(cudaGraphExecKernelNodeSetParams(exec, node, &params));
+}
+
+bool sameRules(const RasterConstants& a, const RasterConstants& b)
+{
+    return a.gsplat == b.gsplat && a.near_z == b.near_z;
+}
+
+} // namespace
+
+FrameGraph::FrameGraph(const FrameJob& job, FrameCounters* counters, const CudaStream& stream)
+    : m_shape(job.shape), m_options(job.options), m_capacity(job.capacity)
+{
+    for (uint32_t p = 0; p < m_shape.passes; ++p)
+        m_passes.push_back(std::make_unique<PassEvents>());
+    GSC_CUDA_CHECK(cudaStreamBeginCapture(stream.handle, cudaStreamCaptureModeThreadLocal));
+    try {
+        capture(job, counters, stream);
+    } catch (...) {
+        (void)cudaStreamEndCapture(stream.handle, &m_graph);
+        (void)cudaGetLastError(); // that the capture is broken is known, and must not show up at the next launch
+        if (m_graph != nullptr)
+            cudaGraphDestroy(m_graph);
+        throw;
+    }
+    GSC_CUDA_CHECK(cudaStreamEndCapture(stream.handle, &m_graph));
+    const cudaError_t code = cudaGraphInstantiate(&m_exec, m_graph, 0);
+    if (code != cudaSuccess) {
+        cudaGraphDestroy(m_graph);
+        throwCuda(code, "cudaGraphInstantiate(");
+    }
+}
+
+FrameGraph::~FrameGraph()
+{
+    cudaGraphExecDestroy(m_exec);
+    cudaGraphDestroy(m_graph);
+}
+
+// The node captured last is one whose arguments hold the eyes.
+void FrameGraph::noteEyes(const CudaStream& stream, Takes takes)
+{
+    cudaStreamCaptureStatus status{};
+    const cudaGraphNode_t* nodes = nullptr;
+    size_t count = 0;
+#if CUDART_VERSION >= 13000
+    GSC_CUDA_CHECK(cudaStreamGetCaptureInfo(stream.handle, &status, nullptr, nullptr, &nodes, nullptr, &count));
+#else
+    GSC_CUDA_CHECK(cudaStreamGetCaptureInfo(stream.handle, &status, nullptr, nullptr, &nodes, &count));
+#endif
+    m_eye_nodes.push_back({nodes[count - 1], takes});
+}
+
+void FrameGraph::capture(const FrameJob& job, FrameCounters* counters, const CudaStream& stream)
+{
+    const auto clear = [&](void* data, size_t bytes) {
+        GSC_CUDA_CHECK(cudaMemsetAsync(data, 0, bytes, stream.handle));
+    };
+    mark(m_start, stream);
+    clear(job.buffers.counters, sizeof(FrameCounters));
+    clear(job.buffers.histogram, kDepthBuckets * sizeof(uint32_t));
+    const SelectCudaArgs select = selectArgs(job);
+    selectGroupsCuda(select, job.limits.processors, stream.handle);
+    noteEyes(stream, Takes::Select);
+    selectAnchorsCuda(select, job.limits.processors, stream.handle);
+    noteEyes(stream, Takes::Select);
+    slabCuda(job.buffers.histogram, job.buffers.slab_of, job.shape.passes << job.shape.grid.slab_bits, stream.handle);
+    mark(m_selected, stream);
+    for (uint32_t p = 0; p < job.shape.passes; ++p) {
+        if (p > 0)
+            clear(&job.buffers.counters->pass, sizeof(PassCounters));
+        clear(job.buffers.cells, job.shape.cells() * sizeof(uint32_t));
+        launchDecode(job, p, stream);
+        noteEyes(stream, job.shape.exact ? Takes::DecodeExact : Takes::DecodeFast);
+        mark(m_passes[p]->decoded, stream);
+        launchBin(job, p, stream);
+        mark(m_passes[p]->binned, stream);
+        launchSort(job, stream);
+        mark(m_passes[p]->sorted, stream);
+        launchBlend(job, p, stream);
+        mark(m_passes[p]->blended, stream);
+    }
+    GSC_CUDA_CHECK(
+        cudaMemcpyAsync(counters, job.buffers.counters, sizeof(FrameCounters), cudaMemcpyDeviceToHost, stream.handle));
+}
+
+bool FrameGraph::fits(const FrameJob& job) const
+{
+    const FrameShape &a = m_shape, &b = job.shape;
+    if (a.eye_count != b.eye_count || a.passes != b.passes || a.exact != b.exact ||
+        a.grid.slab_bits != b.grid.slab_bits || !sameRules(a.rules, b.rules) || !(m_capacity == job.capacity))
+        return false;
+    for (uint32_t e = 0; e < a.eye_count; ++e)
+        if (a.eyes[e].width != b.eyes[e].width || a.eyes[e].height != b.eyes[e].height)
+            return false;
+    return std::equal(m_options.background, m_options.background + 3, job.options.background) &&
+           m_options.appearance == job.options.appearance && m_options.empty_is_black == job.options.empty_is_black &&
+           m_options.lod_bias == job.options.lod_bias;
+}
+
+void FrameGraph::launch(const EyeParams* eyes, const CudaStream& stream)
+{
+    for (const EyeNode& n : m_eye_nodes)
+        switch (n.takes) {
+        case Takes::Select:
+            setEyes<SelectCudaArgs>(m_exec, n.node, eyes);
+            break;
+        case Takes::DecodeFast:
+            setEyes<DecodeCudaArgs>(m_exec, n.node, eyes);
+            break;
+        case Takes::DecodeExact:
+            setEyes<DecodeExactArgs>(m_exec, n.node, eyes);
+            break;
+        }
+    GSC_CUDA_CHECK(cudaGraphLaunch(m_exec, stream.handle));
+}
+
+StageTimes FrameGraph::times() const
+{
+    StageTimes times;
+    times.select = m_selected.since(m_start);
+    const CudaEvent* previous = &m_selected;
+    for (const std::unique_ptr<PassEvents>& pass : m_passes) {
+        times.decode += pass->decoded.since(*previous);
+        times.bin += pass->binned.since(pass->decoded);
+        times.sort += pass->sorted.since(pass->binned);
+        times.blend += pass->blended.since(pass->sorted);
+        previous = &pass->blended;
+    }
+    times.total = previous->since(m_start);
+    return times;
+}
+
+} // namespace gsc

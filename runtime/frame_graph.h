@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// A frame as a CUDA graph: captured once, then launched for every frame of the same shape with new eyes.
+#pragma once
+
+#include "runtime/frame_launch.h"
+
+#include <memory>
+#include <vector>
+
+namespace gsc {
+
+class FrameGraph {
+public:
+    // Captures the launches of `job` and the copy of the counters to `counters`. Throws Error (Device, OutOfMemory).
+    FrameGraph(const FrameJob& job, FrameCounters* counters, const CudaStream& stream);
+    ~FrameGraph();
+    FrameGraph(const FrameGraph&) = delete;
+    FrameGraph& operator=(const FrameGraph&) = delete;
+
+    // Can it draw this job, given new eyes? Buffers are not compared: whoever moves them drops the graph.
+    [[nodiscard]] bool fits(const FrameJob& job) const;
+
+    // Asynchronous. Precondition: fits().
+    void launch(const EyeParams* eyes, const CudaStream& stream);
+
+    // Of the last launch, which has ended.
+    [[nodiscard]] StageTimes times() const;
+
+private:
+    enum class Takes { Select, DecodeFast, DecodeExact }; // eyes, as part of which arguments
+
+    struct EyeNode {
+        cudaGraphNode_t node;
+        Takes takes;
+    };
+    struct PassEvents {
+        CudaEvent decoded, binned, sorted, blended;
+    };
+
+    void capture(const FrameJob& job, FrameCounters* counters, const CudaStream& stream);
+    void noteEyes(const CudaStream& stream, Takes takes);
+
+    FrameShape m_shape;
+    FrameOptions m_options;
+    FrameCapacity m_capacity;
+    cudaGraph_t m_graph = nullptr;
+    cudaGraphExec_t m_exec = nullptr;
+    std::vector<EyeNode> m_eye_nodes;
+    CudaEvent m_start, m_selected;
+    std::vector<std::unique_ptr<PassEvents>> m_passes;
+};
+
+} // namespace gsc

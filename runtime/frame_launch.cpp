@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/frame_launch.h"
+
+#include "kernels/blend/blend_cuda.h"
+#include "kernels/decode/decode_body.h"
+#include "kernels/decode/decode_exact_cuda.h"
+#include "kernels/select/select_cuda.h"
+#include "kernels/sort/sort_cuda.h"
+
+#include <algorithm>
+
+namespace gsc {
+
+namespace {
+
+bool isProgressive(const ModelParams& params)
+{
+    return params.level_rule == uint32_t(LevelRule::Progressive);
+}
+
+DepthPass passOf(const FrameJob& job, uint32_t index)
+{
+    return {job.buffers.slab_of, index, job.shape.passes};
+}
+
+} // namespace
+
+FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const FrameShape& shape,
+                         const FrameCapacity& capacity, const CudaLimits& limits)
+{
+    const ModelParams& params = scene.model().params;
+    FrameBuffers b{};
+    b.counters = layout.take<FrameCounters>(1);
+    b.visible_groups = layout.take<uint32_t>(params.group_count);
+    b.visible = layout.take<uint32_t>(capacity.visible);
+    if (isProgressive(params))
+        b.fraction = layout.take<float>(size_t(kMaxEyes) * capacity.visible);
+    const size_t scratch =
+        shape.exact ? exactScratchValues(uint32_t(decodeScratch(params)), limits.processors) : size_t(0);
+    if (scratch != 0)
+        b.scratch = layout.take<float>(scratch);
+    b.histogram = layout.take<uint32_t>(kDepthBuckets);
+    b.slab_of = layout.take<uint16_t>(kDepthBuckets);
+    b.cells = layout.take<uint32_t>(shape.cells());
+    b.scan_bytes = binScratchBytes(shape.cells());
+    b.scan_scratch = layout.take<unsigned char>(b.scan_bytes);
+    b.bin_class = layout.take<uint32_t>(shape.bins());
+    b.bin_queue = layout.take<uint32_t>(shape.bins());
+    b.pieces = layout.take<Piece>(size_t(kPieceClasses) * pieceCapacity(shape.bins(), capacity.pairs));
+    const size_t slots = size_t(shape.eye_count) * capacity.slots;
+    b.splats = layout.take<unsigned char>(slots * shape.splatBytes());
+    b.places = layout.take<SplatPlace>(slots);
+    b.keys = layout.take<BinKey>(capacity.pairs);
+    for (uint32_t e = 0; e < shape.eye_count; ++e) {
+        b.image[e] = layout.take<float>(shape.pixels(e) * 3);
+        if (shape.passes > 1)
+            b.transmittance[e] = layout.take<float>(shape.pixels(e));
+    }
+    return b;
+}
+
+SelectCudaArgs selectArgs(const FrameJob& job)
+{
+    SelectCudaArgs args{};
+    args.model = job.scene.model();
+    std::copy_n(job.shape.eyes, job.shape.eye_count, args.eyes);
+    args.eye_count = job.shape.eye_count;
+    args.rules = job.shape.rules;
+    args.lod_bias = job.options.lod_bias;
+    args.group_count = uint32_t(args.model.params.group_count);
+    args.visible_groups = job.buffers.visible_groups;
+    args.visible = job.buffers.visible;
+    args.fraction = job.buffers.fraction;
+    args.capacity = job.capacity.visible;
+    args.histogram = job.buffers.histogram;
+    args.counters = job.buffers.counters;
+    return args;
+}
+
+void launchDecode(const FrameJob& job, uint32_t pass, const CudaStream& stream)
+{
+    const ModelParams& params = job.scene.model().params;
+    DecodeFrame frame{};
+    frame.model = job.scene.model();
+    std::copy_n(job.shape.eyes, job.shape.eye_count, frame.eyes);
+    frame.eye_count = job.shape.eye_count;
+    frame.rules = job.shape.rules;
+    frame.grid = job.shape.grid;
+    frame.pass = passOf(job, pass);
+    frame.visible = job.buffers.visible;
+    frame.fraction = job.buffers.fraction;
+    frame.visible_capacity = job.capacity.visible;
+    frame.places = job.buffers.places;
+    frame.cells = job.buffers.cells;
+    frame.slot_capacity = job.capacity.slots;
+    frame.counters = job.buffers.counters;
+    if (job.shape.exact) {
+        const DecodeExactArgs args{frame,
+                                   job.scene.exactView(),
+                                   job.options.appearance,
+                                   job.buffers.scratch,
+                                   uint32_t(decodeScratch(params)),
+                                   reinterpret_cast<ExactSplat*>(job.buffers.splats)};
+        decodeExactCuda(args, job.limits.processors, stream.handle);
+    } else {
+        const DecodeCudaArgs args{frame,
+                                  job.scene.fragments(),
+                                  job.scene.biases(),
+                                  job.scene.bank(),
+                                  job.scene.takes(kMlpTakesDistance),
+                                  job.scene.takes(kMlpTakesLevel),
+                                  reinterpret_cast<PackedSplat*>(job.buffers.splats)};
+        decodeFastCuda(args, job.limits.processors, stream.handle);
+    }
+}
+
+void launchBin(const FrameJob& job, uint32_t pass, const CudaStream& stream)
+{
+    BinCudaArgs args{};
+    args.grid = job.shape.grid;
+    args.eye_count = job.shape.eye_count;
+    args.places = job.buffers.places;
+    args.slot_capacity = job.capacity.slots;
+    args.pass = passOf(job, pass);
+    args.cells = job.buffers.cells;
+    args.keys = job.buffers.keys;
+    args.pair_capacity = job.capacity.pairs;
+    args.bin_class = job.buffers.bin_class;
+    args.bin_queue = job.buffers.bin_queue;
+    args.pieces = job.buffers.pieces;
+    args.piece_capacity = pieceCapacity(job.shape.bins(), job.capacity.pairs);
+    args.scratch = job.buffers.scan_scratch;
+    args.scratch_bytes = job.buffers.scan_bytes;
+    args.counters = job.buffers.counters;
+    binCuda(args, job.limits.processors, stream.handle);
+}
+
+void launchSort(const FrameJob& job, const CudaStream& stream)
+{
+    const SortCudaArgs args{job.buffers.keys, job.buffers.splats, job.buffers.pieces,
+                            pieceCapacity(job.shape.bins(), job.capacity.pairs), job.buffers.counters};
+    if (job.shape.exact)
+        sortExactCuda(args, job.limits.processors, stream.handle);
+    else
+        sortFastCuda(args, job.limits.processors, stream.handle);
+}
+
+void launchBlend(const FrameJob& job, uint32_t pass, const CudaStream& stream)
+{
+    BlendCudaArgs args{};
+    args.grid = job.shape.grid;
+    args.eye_count = job.shape.eye_count;
+    args.pass = passOf(job, pass);
+    for (uint32_t e = 0; e < job.shape.eye_count; ++e) {
+        args.width[e] = job.shape.eyes[e].width;
+        args.height[e] = job.shape.eyes[e].height;
+        args.image[e] = job.buffers.image[e];
+        args.transmittance[e] = job.buffers.transmittance[e];
+    }
+    args.rules = job.shape.rules;
+    std::copy_n(job.options.background, 3, args.background);
+    args.empty_is_black = job.options.empty_is_black;
+    args.splats = job.buffers.splats;
+    args.cells = job.buffers.cells;
+    args.bin_queue = job.buffers.bin_queue;
+    args.keys = job.buffers.keys;
+    args.pair_capacity = job.capacity.pairs;
+    args.counters = job.buffers.counters;
+    if (job.shape.exact)
+        blendExactCuda(args, job.limits.processors, stream.handle);
+    else
+        blendFastCuda(args, job.limits.processors, stream.handle);
+}
+
+} // namespace gsc

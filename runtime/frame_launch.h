@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// A frame of the CUDA backend: its memory and its launches.
+#pragma once
+
+#include "kernels/bin/bin_cuda.h"
+#include "kernels/decode/decode_cuda.h"
+#include "runtime/cuda_device.h"
+#include "runtime/device_buffer.h"
+#include "runtime/device_scene.h"
+
+namespace gsc {
+
+// Both eyes share one grid of bins, as large as the larger needs.
+struct FrameShape {
+    EyeParams eyes[kMaxEyes];
+    uint32_t eye_count;
+    BinGrid grid;
+    uint32_t passes;
+    RasterConstants rules;
+    bool exact; // the scalar decode and 64-byte splats
+
+    [[nodiscard]] size_t splatBytes() const { return exact ? sizeof(ExactSplat) : sizeof(PackedSplat); }
+    [[nodiscard]] uint32_t cells() const { return eye_count * grid.cells(); }
+    [[nodiscard]] uint32_t bins() const { return eye_count * grid.bins(); }
+    [[nodiscard]] size_t pixels(uint32_t eye) const { return size_t(eyes[eye].width) * eyes[eye].height; }
+};
+
+// Entries of the visible list; of a pass: splats of one eye, (bin, splat) pairs of all eyes.
+struct FrameCapacity {
+    uint32_t visible = 1u << 16, slots = 1u << 18, pairs = 1u << 19;
+
+    bool operator==(const FrameCapacity&) const = default;
+};
+
+struct FrameBuffers { // device memory
+    FrameCounters* counters;
+    uint32_t *visible_groups, *visible, *histogram, *cells, *bin_class, *bin_queue;
+    float *fraction, *scratch; // or null
+    uint16_t* slab_of;
+    unsigned char* splats;
+    SplatPlace* places;
+    BinKey* keys;
+    Piece* pieces;
+    unsigned char* scan_scratch;
+    size_t scan_bytes;
+    float *image[kMaxEyes], *transmittance[kMaxEyes];
+};
+
+// Lays a frame's buffers out.
+FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const FrameShape& shape,
+                         const FrameCapacity& capacity, const CudaLimits& limits);
+
+// Everything the launches need. What a launch is given is copied.
+struct FrameJob {
+    const DeviceScene& scene;
+    const FrameShape& shape;
+    const FrameOptions& options;
+    const FrameCapacity& capacity;
+    const FrameBuffers& buffers;
+    const CudaLimits& limits;
+};
+
+// Asynchronous, in this order; decode to blend once per pass.
+struct SelectCudaArgs selectArgs(const FrameJob& job);
+void launchDecode(const FrameJob& job, uint32_t pass, const CudaStream& stream);
+void launchBin(const FrameJob& job, uint32_t pass, const CudaStream& stream);
+void launchSort(const FrameJob& job, const CudaStream& stream);
+void launchBlend(const FrameJob& job, uint32_t pass, const CudaStream& stream);
+
+} // namespace gsc

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the driver's management library knows and CUDA does not tell: driver version and clocks.
+#pragma once
+
+#include <string>
+
+namespace gsc {
+
+struct NvmlFacts {
+    std::string driver;                         // such as 570.124.06; empty where the library is missing
+    double clock_mhz = 0, memory_clock_mhz = 0; // at this moment; 0 = unknown
+};
+
+// `pci_bus_id` as cudaDeviceGetPCIBusId() writes it. Never throws: without the library nothing is known.
+NvmlFacts nvmlFacts(const char* pci_bus_id);
+
+} // namespace gsc
