@@ -6,6 +6,33 @@
 
 namespace gsc {
 
+const char* errorName(ErrorCode code)
+{
+    switch (code) {
+    case ErrorCode::Ok:
+        return "Ok";
+    case ErrorCode::Usage:
+        return "Usage";
+    case ErrorCode::Io:
+        return "Io";
+    case ErrorCode::InvalidFile:
+        return "InvalidFile";
+    case ErrorCode::Internal:
+        return "Internal";
+    case ErrorCode::Unsupported:
+        return "Unsupported";
+    case ErrorCode::OutOfMemory:
+        return "OutOfMemory";
+    case ErrorCode::Device:
+        return "Device";
+    case ErrorCode::Difference:
+        return "Difference";
+    case ErrorCode::Interrupted:
+        return "Interrupted";
+    }
+    return "Internal";
+}
+
 std::string formatString(const char* format, ...)
 {
     va_list args;

@@ -22,6 +22,9 @@ enum class ErrorCode : int {
     Interrupted = 130,
 };
 
+// As reports name it, such as "InvalidFile".
+const char* errorName(ErrorCode code);
+
 // Message form: `<file or object>: <what is wrong, with values>, expected <what>; <what to do>`,
 // lower case, no full stop.
 class Error : public std::runtime_error {

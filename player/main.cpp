@@ -1,25 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/error.h"
 #include "format/interrupt.h"
+#include "player/bench.h"
 #include "player/play.h"
 #include "player/play_report.h"
 
 #include <cstdio>
+#include <cstring>
 #include <new>
 
 namespace {
 
-gsc::ErrorCode run(const gsc::PlayOptions& options)
+void print(const std::string& text)
 {
-    gsc::PlayLog log(options.progress, options.quiet, options.verbose);
-    const gsc::PlaySummary summary = gsc::play(options, log);
-    const std::string text = options.format == gsc::ReportFormat::Json ? gsc::playReportJson(summary, log.warnings())
-                                                                       : gsc::playReportText(summary);
     if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
         throw gsc::Error(gsc::ErrorCode::Io,
                          "standard output: cannot be written, expected room for the summary; redirect "
                          "it to another place");
-    return gsc::ErrorCode::Ok;
+}
+
+void runPlay(const gsc::PlayOptions& options)
+{
+    gsc::PlayLog log(options.progress, options.quiet, options.verbose);
+    const gsc::PlaySummary summary = gsc::play(options, log);
+    print(options.format == gsc::ReportFormat::Json ? gsc::playReportJson(summary, log.warnings())
+                                                    : gsc::playReportText(summary));
+}
+
+void runBench(const gsc::BenchOptions& options)
+{
+    gsc::PlayLog log(options.play.progress, options.play.quiet, options.play.verbose);
+    const gsc::BenchSummary summary = gsc::bench(options, log);
+    const std::string json = gsc::benchReportJson(options, summary);
+    if (!options.out.empty())
+        gsc::appendLine(options.out, json);
+    print(options.play.format == gsc::ReportFormat::Json ? json + "\n" : gsc::benchReportText(options, summary));
 }
 
 int fail(gsc::ErrorCode code, const gsc::PlayOptions& options, const char* message)
@@ -35,11 +50,16 @@ int fail(gsc::ErrorCode code, const gsc::PlayOptions& options, const char* messa
 int main(int argc, char** argv)
 {
     gsc::installInterruptHandler();
-    gsc::PlayOptions options;
+    gsc::BenchOptions bench;
+    gsc::PlayOptions& options = bench.play;
     try {
-        if (const auto code = gsc::parsePlayOptions(argc, argv, options))
+        // a file of that name can be played as ./bench
+        const bool is_bench = argc > 1 && std::strcmp(argv[1], "bench") == 0;
+        if (const auto code = is_bench ? gsc::parseBenchOptions(argc - 1, argv + 1, bench)
+                                       : gsc::parsePlayOptions(argc, argv, options))
             return *code;
-        return int(run(options));
+        is_bench ? runBench(bench) : runPlay(options);
+        return int(gsc::ErrorCode::Ok);
     } catch (const gsc::Error& e) {
         return fail(e.code(), options, e.what());
     } catch (const std::bad_alloc&) {

@@ -3,6 +3,7 @@
 
 #include "format/error.h"
 #include "format/gsc_layout.h"
+#include "player/bench.h"
 #include "runtime/backend.h"
 
 #include <CLI/CLI.hpp>
@@ -25,15 +26,28 @@ constexpr const char* kExamples = R"(Examples:
       the trainer's own image, 16 bits per channel
   gsc-play room.gsc --eyes 2 --ipd 0.065 --out 'vr/{frame:04}_{eye}.exr'
       both eyes, 32-bit float
+  gsc-play bench room.gsc --eyes 2 --ipd 0.065 --size 2048x2048 --fov 90
+      what a frame costs, stage by stage; gsc-play bench --help
 
 Results go to standard output, everything else to standard error.
 Exit codes: 0 ok, 1 usage, 2 I/O, 3 invalid file, 4 internal, 5 unsupported, 6 out of memory, 7 device,
 130 interrupted.)";
 
+constexpr const char* kBenchExamples = R"(Examples:
+  gsc-play bench room.gsc --size 1920x1080
+      300 frames round the stored cameras after 50 of warm-up, as a table
+  gsc-play bench city.gsc --cameras flight.json --eyes 2 --ipd 0.065 --size 2048x2048 --fov 90 --quality 16 --out b.jsonl
+      two eyes on a path, 16 frames scored against the tier `exact`, a line added to b.jsonl
+
+Images stay on the device. Times of stages are the device's own, `wall` is what the caller waits.
+Exit codes: 0 ok, 1 usage, 2 I/O, 3 invalid file, 4 internal, 5 unsupported, 6 out of memory, 7 device,
+130 interrupted.)";
+
 std::string versionText()
 {
-    std::string text = formatString("gsc-play %s\nfile format %u.%u\nimages %s\n", GSC_VERSION, kVersionMajor,
-                                    kVersionMinor, imageExtensions().c_str());
+    std::string text = formatString("gsc-play %s%s%s\nfile format %u.%u\nimages %s\n", GSC_VERSION,
+                                    *GSC_COMMIT != 0 ? ", commit " : "", GSC_COMMIT, kVersionMajor, kVersionMinor,
+                                    imageExtensions().c_str());
     for (const BackendInfo& backend : availableBackends())
         text += formatString("backend %s: %s\n", backend.name.c_str(), backend.description.c_str());
     text.pop_back(); // CLI11 ends the line
@@ -64,14 +78,15 @@ CLI::Option* addChoice(CLI::App& app, const std::string& name, Value& field, std
     return app.add_option_function<std::string>(name, choose, help);
 }
 
-void addSceneOptions(CLI::App& app, PlayOptions& options, RawText& raw)
+// `range`: the option that picks some of the cameras.
+void addSceneOptions(CLI::App& app, PlayOptions& options, RawText& raw, const char* range)
 {
     app.add_option("FILE", options.input, "Model to play, a .gsc")->required()->option_text("(required)");
     app.add_option("--cameras", options.cameras,
                    "cameras.json of a trained model, transforms.json, a trajectory (schemas/trajectory.schema.json), "
                    "or \"stored\": those in FILE")
         ->option_text("FILE|stored (default: stored)");
-    app.add_option("--frames", raw.frames, "Cameras A to B-1 only; A alone is one camera")->type_name("A:B");
+    app.add_option(range, raw.frames, "Cameras A to B-1 only; A alone is one camera")->type_name("A:B");
     app.add_option("--size", raw.size, "Pixels of the image; default: the camera's")->type_name("WxH");
     app.add_option("--fov", raw.fov_degrees, "Horizontal angle of view; default: the camera's")->type_name("DEGREES");
     app.add_option("--eyes", options.eyes, "1, or 2 for stereo")
@@ -98,7 +113,47 @@ void addRunOptions(CLI::App& app, PlayOptions& options)
     app.add_option("--threads", options.threads, "CPU threads, 0 = all cores")
         ->check(CLI::Range(0, 4096))
         ->option_text("N (default: 0)");
+    app.add_option("--vram-budget", options.vram_budget,
+                   "Most device memory for model and frame, such as 4G; frames that need more are drawn in more passes")
+        ->transform(CLI::AsSizeValue(false))
+        ->option_text("SIZE (default: all there is)");
     app.add_flag("--verify", options.verify, "Check the checksum of every byte before the first frame");
+}
+
+void addMessageOptions(CLI::App& app, PlayOptions& options)
+{
+    addChoice<ReportFormat>(app, "--format", options.format,
+                            {{"text", ReportFormat::Text}, {"json", ReportFormat::Json}},
+                            "Of the summary on standard output")
+        ->option_text("text|json (default: text)");
+    addChoice<ProgressStyle>(app, "--progress", options.progress,
+                             {{"auto", ProgressStyle::Auto},
+                              {"bar", ProgressStyle::Bar},
+                              {"plain", ProgressStyle::Plain},
+                              {"json", ProgressStyle::Json},
+                              {"none", ProgressStyle::None}},
+                             "On standard error")
+        ->option_text("auto|bar|plain|json|none");
+    app.add_flag("-q,--quiet", options.quiet, "No progress and no warnings");
+}
+
+void addBenchOptions(CLI::App& app, BenchOptions& options)
+{
+    constexpr uint32_t kMany = 1000000;
+    app.add_option("--warmup", options.warmup, "Frames before the measured ones")
+        ->check(CLI::Range(0u, kMany))
+        ->option_text("N (default: 50)");
+    app.add_option("--frames", options.frames, "Frames to measure, going round the cameras")
+        ->check(CLI::Range(1u, kMany))
+        ->option_text("N (default: 300)");
+    app.add_option("--quality", options.quality, "Cameras to score against the tier exact")
+        ->check(CLI::Range(0u, kMany))
+        ->option_text("N (default: 0)");
+    app.add_option("--reference", options.reference, "Backend that renders exact for --quality")
+        ->option_text("NAME (default: the measured one)");
+    app.add_option("--label", options.label, "Text for the report, such as what changed")->type_name("TEXT");
+    app.add_option("--out", options.out, "File that takes one more line (schemas/bench-report.schema.json)")
+        ->type_name("FILE");
 }
 
 void addOutputOptions(CLI::App& app, PlayOptions& options)
@@ -113,19 +168,7 @@ void addOutputOptions(CLI::App& app, PlayOptions& options)
                    "One JSON object per frame and line: time per stage, counts (schemas/frame-stats.schema.json)")
         ->type_name("FILE");
     app.add_flag("-w,--overwrite", options.overwrite, "Replace files that exist");
-    addChoice<ReportFormat>(app, "--format", options.format,
-                            {{"text", ReportFormat::Text}, {"json", ReportFormat::Json}},
-                            "Of the summary on standard output")
-        ->option_text("text|json (default: text)");
-    addChoice<ProgressStyle>(app, "--progress", options.progress,
-                             {{"auto", ProgressStyle::Auto},
-                              {"bar", ProgressStyle::Bar},
-                              {"plain", ProgressStyle::Plain},
-                              {"json", ProgressStyle::Json},
-                              {"none", ProgressStyle::None}},
-                             "On standard error")
-        ->option_text("auto|bar|plain|json|none");
-    app.add_flag("-q,--quiet", options.quiet, "No progress and no warnings");
+    addMessageOptions(app, options);
     app.add_flag("-v,--verbose", options.verbose, "A line per frame");
 }
 
@@ -219,7 +262,7 @@ std::optional<int> parsePlayOptions(int argc, const char* const* argv, PlayOptio
     app.footer(kExamples);
     app.set_version_flag("--version", versionText, "Version, file format and backends");
     RawText raw;
-    addSceneOptions(app, options, raw);
+    addSceneOptions(app, options, raw, "--frames");
     addRunOptions(app, options);
     addOutputOptions(app, options);
     try {
@@ -228,6 +271,24 @@ std::optional<int> parsePlayOptions(int argc, const char* const* argv, PlayOptio
         return app.exit(e) == 0 ? 0 : int(ErrorCode::Usage);
     }
     finish(options, raw);
+    return std::nullopt;
+}
+
+std::optional<int> parseBenchOptions(int argc, const char* const* argv, BenchOptions& options)
+{
+    CLI::App app("Measures what the frames of a .gsc model cost.", "gsc-play bench");
+    app.footer(kBenchExamples);
+    RawText raw;
+    addSceneOptions(app, options.play, raw, "--shots");
+    addRunOptions(app, options.play);
+    addBenchOptions(app, options);
+    addMessageOptions(app, options.play);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e) == 0 ? 0 : int(ErrorCode::Usage);
+    }
+    finish(options.play, raw);
     return std::nullopt;
 }
 

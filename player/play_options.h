@@ -29,6 +29,7 @@ struct PlayOptions {
     std::string stats; // file, empty = none
     std::string backend = "auto";
     int threads = 0;                              // 0 = all cores
+    uint64_t vram_budget = 0;                     // bytes, 0 = all there is
     int appearance = -1;                          // the trainer's embedding row, -1 = the camera's
     std::optional<std::vector<float>> background; // 3 values; none = the model's
     double near_z = 0;                            // world units, 0 = the model's
@@ -41,6 +42,9 @@ struct PlayOptions {
 
 // Fills `options`, or prints help, version or what is wrong and returns the exit code.
 std::optional<int> parsePlayOptions(int argc, const char* const* argv, PlayOptions& options);
+
+// `argv` from "bench" on. Throws Error(Usage) too.
+std::optional<int> parseBenchOptions(int argc, const char* const* argv, struct BenchOptions& options);
 
 // "1920x1080". Both throw Error(Usage).
 void parseSize(const std::string& text, uint32_t& width, uint32_t& height);

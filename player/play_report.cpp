@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/play_report.h"
 
+#include "player/stage_names.h"
+
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -11,14 +13,6 @@ namespace gsc {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr struct {
-    const char* name;
-    double StageTimes::*field;
-} kStages[] = {
-    {"select", &StageTimes::select}, {"decode", &StageTimes::decode}, {"project", &StageTimes::project},
-    {"bin", &StageTimes::bin},       {"sort", &StageTimes::sort},     {"blend", &StageTimes::blend},
-};
 
 constexpr struct {
     const char* name;
@@ -65,33 +59,6 @@ uint64_t peakResident(const PlaySummary& summary)
     for (const FrameResult& frame : summary.frames)
         peak = std::max(peak, frame.bytes_resident);
     return peak;
-}
-
-const char* errorName(ErrorCode code)
-{
-    switch (code) {
-    case ErrorCode::Ok:
-        return "Ok";
-    case ErrorCode::Usage:
-        return "Usage";
-    case ErrorCode::Io:
-        return "Io";
-    case ErrorCode::InvalidFile:
-        return "InvalidFile";
-    case ErrorCode::Internal:
-        return "Internal";
-    case ErrorCode::Unsupported:
-        return "Unsupported";
-    case ErrorCode::OutOfMemory:
-        return "OutOfMemory";
-    case ErrorCode::Device:
-        return "Device";
-    case ErrorCode::Difference:
-        return "Difference";
-    case ErrorCode::Interrupted:
-        return "Interrupted";
-    }
-    return "Internal";
 }
 
 } // namespace

@@ -20,33 +20,6 @@ const char* const kFooter = R"(exit codes:
 
 Results go to stdout, everything else to stderr. `gsc help COMMAND` tells more about one command.)";
 
-const char* errorName(ErrorCode code)
-{
-    switch (code) {
-    case ErrorCode::Ok:
-        return "Ok";
-    case ErrorCode::Usage:
-        return "Usage";
-    case ErrorCode::Io:
-        return "Io";
-    case ErrorCode::InvalidFile:
-        return "InvalidFile";
-    case ErrorCode::Internal:
-        return "Internal";
-    case ErrorCode::Unsupported:
-        return "Unsupported";
-    case ErrorCode::OutOfMemory:
-        return "OutOfMemory";
-    case ErrorCode::Device:
-        return "Device";
-    case ErrorCode::Difference:
-        return "Difference";
-    case ErrorCode::Interrupted:
-        return "Interrupted";
-    }
-    return "Internal";
-}
-
 // A command that could not do its work. With --format json a program still finds one object on stdout.
 ErrorCode fail(Reporter& report, ErrorCode code, const std::string& message)
 {

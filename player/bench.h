@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// gsc-play bench: what frames cost, measured so that two runs can be compared.
+#pragma once
+
+#include "player/play_options.h"
+#include "player/progress.h"
+#include "player/roofline.h"
+#include "runtime/backend.h"
+#include "runtime/metrics/metrics.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+struct BenchOptions {
+    PlayOptions play; // what and how to render; its outputs are not used
+    uint32_t warmup = 50, frames = 300;
+    uint32_t quality = 0;  // cameras scored against `exact`
+    std::string reference; // backend that renders `exact` for it; empty = the measured one
+    std::string label;     // free text for the report, such as what changed
+    std::string out;       // file that takes a line, empty = none
+};
+
+struct BenchFrame {
+    double wall_ms = 0; // of Backend::render(), images left on the device
+    FrameResult result; // times are the device's own
+    double pixels = 0;  // of one eye
+};
+
+struct BenchSummary {
+    std::string backend;
+    Tier tier = Tier::Exact; // that ran (Backend::tierOf)
+    double ipd = 0;          // of two eyes
+    DeviceFacts device;      // asked for after the last frame, so that clocks are those of the run
+    DeviceCeilings ceilings; // measured after the last frame; may be unknown
+    AnchorCost anchor_cost;
+    uint64_t anchors = 0, file_bytes = 0;
+    double open_ms = 0, load_ms = 0;
+    uint64_t shots = 0; // cameras the frames cycle through
+    std::vector<BenchFrame> frames;
+    uint32_t grown = 0;       // frames that had to enlarge a buffer or were drawn again; 0 after enough warm-up
+    std::string reference;    // backend that rendered `exact`
+    PooledDifference quality; // over frames and eyes, each eye a frame of it
+    std::vector<std::string> warnings;
+};
+
+// Throws Error.
+BenchSummary bench(const BenchOptions& options, PlayLog& log);
+
+// A table for a person.
+std::string benchReportText(const BenchOptions& options, const BenchSummary& summary);
+// One object on one line, schemas/bench-report.schema.json.
+std::string benchReportJson(const BenchOptions& options, const BenchSummary& summary);
+
+// Adds a line to a file of such lines. Throws Error(Io).
+void appendLine(const std::string& path, const std::string& line);
+
+} // namespace gsc

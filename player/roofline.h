@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// The least that the stages of a frame must move and compute, and the time that a device's ceilings allow for it.
+//
+// Counted is what crosses device memory between stages that are kernels of their own, each byte once. Both eyes share
+// one pass over groups and anchors; their union is taken for the larger of the two, which is a little less. With
+// G, T, V: groups and anchors tested and anchors visible, of the larger eye; S, P, E: Gaussians visible, (tile, splat)
+// pairs and blend evaluations, sums over the eyes; F, K, H: features, Gaussians per anchor, hidden units:
+//
+//   select   reads 80 G + (16 + 12) T  group records; position with level, and the three sizes the test needs
+//            writes 4 V                 list of visible anchors
+//   decode   reads V (4 + 2 (F + 3 K) + 16 + 24)  list; features and offsets as halves; position; sizes
+//            writes S (32 + 8)          splat; depth and tile box
+//            matrix units 2 (V F 3 H + sum over eyes of V_e (v H + H 11 K))  FLOP: the features' part of the first
+//            layer is the same for both eyes; v = inputs that depend on the eye (direction, distance, level), of the
+//            three heads together. An appearance is part of the bias.
+//   bin      reads 8 S, writes 8 P      depth and tile box; key of a pair
+//   sort     reads 8 P, writes 8 P
+//   blend    reads (32 + 4) P           splat and its index; 40 P if it sorts too, on chip, and sort takes no time
+//            writes 12 per pixel
+//            lanes 14 E, exponentials E
+//
+// The tier exact reads floats (4 (F + 3 K)), writes splats of 64 bytes and computes on fp32 lanes, two operations per
+// multiply-add because it keeps the trainer's two roundings; a feature bank makes all of the first layer depend on the
+// eye. Not counted: weights and cameras, which stay on chip.
+//
+// It is a floor for a given set of counts: tighter culling lowers them and so the floor. Blending stops early where a
+// pixel is full and finds splats of neighbouring tiles in the cache, so it may fall below its bytes.
+#pragma once
+
+#include "runtime/backend.h"
+
+#include <cstdint>
+
+namespace gsc {
+
+// What decoding costs, from the hyper-parameters.
+struct AnchorCost {
+    double bytes = 0;       // read per visible anchor, for both eyes
+    double shared_macs = 0; // multiply-adds per visible anchor, for both eyes
+    double eye_macs = 0;    // per visible anchor and eye
+    double splat_bytes = 0; // written by decode and read by blend, per splat
+    bool exact = false;     // on fp32 lanes instead of the matrix units
+};
+
+AnchorCost anchorCost(const ModelView& model, Tier tier);
+
+struct StageWork {
+    double bytes_read = 0, bytes_written = 0;
+    double lane_operations = 0; // fp32
+    double exponentials = 0;
+    double matrix_flop = 0;
+};
+
+struct FrameWork {
+    StageWork select, decode, bin, sort, blend;
+};
+
+// Of one frame. `pixels`: of one eye. `sorts_apart`: sort is a stage of its own, not a part of blend.
+FrameWork leastWork(const AnchorCost& anchor, const EyeCounts* eyes, uint32_t eye_count, double pixels,
+                    bool sorts_apart);
+
+enum class Bound { None, Memory, Lanes, Exponentials, Matrix };
+
+const char* boundName(Bound bound); // as in schemas/bench-report.schema.json
+
+struct StageFloor {
+    double ms = 0;
+    Bound bound = Bound::None; // the ceiling that takes longest: the others can all be busy at the same time
+};
+
+// Reading alone goes at the read ceiling, reading and writing equal amounts at the copy ceiling, anything else in
+// between. Precondition: ceilings.known().
+StageFloor floorOf(const StageWork& work, const DeviceCeilings& ceilings);
+
+} // namespace gsc

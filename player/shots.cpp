@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/shots.h"
+
+#include "format/error.h"
+#include "player/camera_file.h"
+#include "player/json_fields.h"
+
+#include <algorithm>
+
+namespace gsc {
+
+namespace {
+
+std::vector<Camera> storedCameras(const Scene& scene, const std::string& file)
+{
+    std::vector<Camera> cameras;
+    for (const SceneCamera& stored : scene.cameras()) {
+        UpstreamCamera source;
+        source.name = stored.name;
+        source.width = stored.width;
+        source.height = stored.height;
+        std::copy_n(stored.position, 3, source.position);
+        std::copy_n(stored.rotation, 9, source.rotation);
+        source.fx = stored.fx;
+        source.fy = stored.fy;
+        cameras.push_back(cameraFromUpstream(source));
+        cameras.back().appearance = stored.appearance;
+    }
+    if (cameras.empty())
+        throw Error(ErrorCode::Usage,
+                    formatString("%s: holds no cameras, expected some to play; pass --cameras FILE", file.c_str()));
+    return cameras;
+}
+
+std::vector<Shot> cutShots(std::vector<Camera> cameras, double ipd, const PlayOptions& options)
+{
+    if (options.frame_first >= cameras.size())
+        throw Error(ErrorCode::Usage,
+                    formatString("--frames: frame %llu is not there, expected at most %zu",
+                                 static_cast<unsigned long long>(options.frame_first), cameras.size() - 1));
+    std::vector<Shot> shots;
+    const uint64_t end = std::min<uint64_t>(options.frame_end, cameras.size());
+    for (uint64_t i = options.frame_first; i < end; ++i) {
+        Camera& camera = cameras[i];
+        finishCamera(camera, options.width, options.height, options.fov_x);
+        if (camera.width < 1 || camera.height < 1 || camera.width > kMaxImageSide || camera.height > kMaxImageSide)
+            throw Error(ErrorCode::Usage,
+                        formatString("camera %s: its image is %u x %u pixels, expected 1 to %u each; pass --size WxH",
+                                     camera.name.c_str(), camera.width, camera.height, kMaxImageSide));
+        shots.push_back({std::move(camera), i, -1, ipd});
+    }
+    return shots;
+}
+
+void chooseAppearance(const Scene& scene, const PlayOptions& options, std::vector<Shot>& shots, PlayLog& log)
+{
+    if (options.appearance >= 0) {
+        (void)scene.appearanceRow(options.appearance); // throws where the model has no such row
+        for (Shot& shot : shots)
+            shot.appearance = options.appearance;
+        return;
+    }
+    const std::vector<uint32_t> known = scene.appearanceRows();
+    if (known.empty())
+        return;
+    const int fallback = int(known.front());
+    uint64_t without = 0, missing = 0;
+    for (Shot& shot : shots) {
+        const int wanted = shot.camera.appearance;
+        const bool there = wanted >= 0 && std::binary_search(known.begin(), known.end(), uint32_t(wanted));
+        without += wanted < 0;
+        missing += wanted >= 0 && !there;
+        shot.appearance = there ? wanted : fallback;
+    }
+    if (without > 0)
+        log.warning(formatString("%s: the model has an appearance embedding and %llu of %zu cameras name no row of it; "
+                                 "row %d is used, pass --appearance ROW to choose",
+                                 options.input.c_str(), static_cast<unsigned long long>(without), shots.size(),
+                                 fallback));
+    if (missing > 0)
+        log.warning(formatString("%s: %llu of %zu cameras name an appearance row that is not in the file; row %d is "
+                                 "used, pass --appearance ROW to choose",
+                                 options.input.c_str(), static_cast<unsigned long long>(missing), shots.size(),
+                                 fallback));
+}
+
+} // namespace
+
+std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, PlayLog& log)
+{
+    double ipd = 0;
+    std::vector<Camera> cameras =
+        options.cameras == "stored" ? storedCameras(scene, options.input) : readCameraFile(options.cameras, &ipd);
+    if (options.ipd > 0)
+        ipd = options.ipd;
+    if (options.eyes == 2 && ipd == 0)
+        throw Error(
+            ErrorCode::Usage,
+            formatString("%s: states no distance of the eyes, expected \"ipd\" in a trajectory; pass --ipd LENGTH",
+                         options.cameras.c_str()));
+    std::vector<Shot> shots = cutShots(std::move(cameras), ipd, options);
+    chooseAppearance(scene, options, shots, log);
+    return shots;
+}
+
+FrameOptions frameOptions(const Scene& scene, const PlayOptions& options)
+{
+    FrameOptions frame;
+    frame.tier = options.tier;
+    frame.near_z = float(options.near_z);
+    const bool white = (scene.view().params->flags & kModelWhiteBackground) != 0;
+    for (size_t c = 0; c < 3; ++c)
+        frame.background[c] = options.background ? (*options.background)[c] : white ? 1.0f : 0.0f;
+    return frame;
+}
+
+void shotEyes(const Shot& shot, uint32_t eye_count, EyeParams* eyes)
+{
+    if (eye_count == 1) {
+        eyes[0] = eyeParams(shot.camera);
+        return;
+    }
+    Camera left, right;
+    stereoPair(shot.camera, shot.ipd, left, right);
+    eyes[0] = eyeParams(left);
+    eyes[1] = eyeParams(right);
+}
+
+int32_t shotAppearance(const Scene& scene, const Shot& shot)
+{
+    return shot.appearance < 0 ? -1 : scene.appearanceRow(shot.appearance);
+}
+
+} // namespace gsc

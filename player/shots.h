@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a run renders: cameras, embedding rows and frame options, chosen by the command line and the file.
+#pragma once
+
+#include "player/play_options.h"
+#include "player/progress.h"
+#include "runtime/camera.h"
+#include "runtime/scene.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace gsc {
+
+struct Shot {
+    Camera camera;
+    uint64_t index = 0;  // in the camera file
+    int appearance = -1; // the trainer's embedding row; -1 if the model has none
+    double ipd = 0;      // of two eyes, world units: what --ipd or the trajectory states
+};
+
+// At least one. Warns where an embedding row had to be chosen for a camera. Throws Error (Usage, Io, InvalidFile).
+std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, PlayLog& log);
+
+// Background, near plane and tier; the appearance is the shot's.
+FrameOptions frameOptions(const Scene& scene, const PlayOptions& options);
+
+// The eyes of a shot, one or two.
+void shotEyes(const Shot& shot, uint32_t eye_count, EyeParams* eyes);
+
+// Row of EMBD, as FrameOptions wants it.
+int32_t shotAppearance(const Scene& scene, const Shot& shot);
+
+} // namespace gsc
