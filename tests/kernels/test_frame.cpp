@@ -238,10 +238,36 @@ TEST_CASE("image sizes that splats cannot address are refused")
             EyeParams eye = eyeAt(0, -5, 16, 16);
             eye.width = width;
             eye.height = height;
-            float* nowhere = nullptr;
             FrameResult result;
-            CHECK_THROWS_AS(backend->render(&eye, 1, FrameOptions{}, &nowhere, result), Error);
+            CHECK_THROWS_AS(backend->render(&eye, 1, FrameOptions{}, nullptr, result), Error);
         }
+}
+
+TEST_CASE("images nobody wants may be null, all or one")
+{
+    const SyntheticModel model(octree(LevelRule::Round));
+    const std::vector<EyeParams> eyes = {eyeAt(0.4f, -5, 90, 60), eyeAt(0.7f, -5, 120, 40)};
+    for (const CpuPath path : {CpuPath::Fast, CpuPath::Reference}) {
+        const std::unique_ptr<Backend> backend = makeCpuBackend(path, 2);
+        backend->load(model.view());
+        const auto expected = render(*backend, eyes, grey());
+        FrameResult result;
+        backend->render(eyes.data(), 2, grey(), nullptr, result);
+        for (int e = 0; e < 2; ++e)
+            CHECK(result.eyes[e].pairs == expected[0].result.eyes[e].pairs);
+        std::vector<float> right(expected[1].pixels.size(), -7.0f);
+        float* images[2] = {nullptr, right.data()};
+        backend->render(eyes.data(), 2, grey(), images, result);
+        CHECK(compare(right, expected[1].pixels).worst == 0);
+    }
+}
+
+TEST_CASE("a backend says what it runs on")
+{
+    const std::unique_ptr<Backend> backend = makeCpuBackend(CpuPath::Fast, 3);
+    CHECK(backend->device().processors == 3);
+    CHECK(backend->device().memory_bytes > 0);
+    CHECK(makeCpuBackend(CpuPath::Reference, 0)->device().processors == 1);
 }
 
 TEST_CASE("backends are listed, made by name, and a wrong name is refused with the list")
@@ -252,6 +278,13 @@ TEST_CASE("backends are listed, made by name, and a wrong name is refused with t
         CHECK(std::string(makeBackend(info.name, 1)->name()) == info.name);
     CHECK(std::string(makeBackend("auto", 1)->name()) == backends[0].name);
     CHECK_THROWS_WITH_AS(makeBackend("abacus", 1), doctest::Contains("cpu-reference"), Error);
+    // a backend that this machine cannot run is passed over with a warning, or refused by name
+    std::string warning;
+    makeBackend("auto", 1, &warning);
+    const bool has_cuda = backends[0].name == "cuda";
+    CHECK((warning.empty() || !has_cuda));
+    if (!has_cuda)
+        CHECK_THROWS_WITH_AS(makeBackend("cuda", 1), doctest::Contains("cuda"), Error);
 }
 
 TEST_CASE("a later frame of the same size allocates nothing")

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 find_package(hwy REQUIRED)
+find_package(TBB REQUIRED)
 
 # Models in memory, packed as the bake packs them. Other areas may link it.
 add_library(gsc_test_synthetic STATIC kernels/synthetic_model.cpp kernels/synthetic_random.cpp
@@ -7,13 +8,36 @@ add_library(gsc_test_synthetic STATIC kernels/synthetic_model.cpp kernels/synthe
 target_link_libraries(gsc_test_synthetic PUBLIC gsc_format PRIVATE gsc_build_flags)
 target_include_directories(gsc_test_synthetic PUBLIC ${PROJECT_SOURCE_DIR})
 
-set(kernel_libs gsc_test_synthetic gsc_runtime gsc_kernels hwy::hwy)
+set(kernel_libs gsc_test_synthetic gsc_runtime gsc_kernels gsc_simd)
 gsc_add_test(test_kernel_math SOURCES kernels/test_math.cpp LIBS ${kernel_libs})
 gsc_add_test(test_kernel_simd_math SOURCES kernels/test_simd_math.cpp LIBS ${kernel_libs})
+gsc_add_test(test_kernel_simd_support SOURCES kernels/test_simd_support.cpp LIBS ${kernel_libs} hwy::hwy)
+foreach(threads tbb threads)
+  gsc_add_test(test_parallel_${threads}
+    SOURCES kernels/test_parallel.cpp ${PROJECT_SOURCE_DIR}/kernels/common/parallel_${threads}.cpp
+    LIBS Threads::Threads $<$<STREQUAL:${threads},tbb>:TBB::tbb>
+    TIMEOUT 120)
+endforeach()
 gsc_add_test(test_kernel_select SOURCES kernels/test_select.cpp kernels/test_classify.cpp LIBS ${kernel_libs})
 gsc_add_test(test_kernel_decode SOURCES kernels/test_decode.cpp LIBS ${kernel_libs})
 gsc_add_test(test_kernel_raster SOURCES kernels/test_project.cpp kernels/test_raster.cpp LIBS ${kernel_libs})
 gsc_add_test(test_kernel_frame SOURCES kernels/test_frame.cpp LIBS ${kernel_libs})
+
+set(gsc_test_cuda_sources
+    kernels/test_cuda_main.cpp kernels/test_cuda_frame.cpp kernels/test_cuda_graph.cpp kernels/test_cuda_passes.cpp
+    kernels/test_cuda_select.cpp kernels/gpu_decode.cpp kernels/test_cuda_decode.cpp kernels/test_cuda_bin.cpp
+    kernels/test_cuda_sort.cpp kernels/blend_scene.cpp kernels/test_cuda_blend.cpp)
+if(GSC_HAVE_CUDA)
+  # to be carried to a machine that has a GPU and no toolkit: preset lean with GSC_BUILD_TESTS on makes it one file,
+  # other builds need libtbb and libhwy beside it
+  add_executable(test_cuda ${gsc_test_cuda_sources})
+  target_link_libraries(test_cuda PRIVATE gsc_build_flags ${kernel_libs} gsc_kernels_cuda doctest::doctest)
+  target_include_directories(test_cuda SYSTEM PRIVATE ${CUDAToolkit_INCLUDE_DIRS}) # its runtime's functions alone
+  target_link_options(test_cuda PRIVATE -static-libstdc++ -static-libgcc)
+  set_target_properties(test_cuda PROPERTIES BUILD_RPATH "$ORIGIN")
+  add_test(NAME test_cuda COMMAND test_cuda)
+  set_tests_properties(test_cuda PROPERTIES LABELS gpu TIMEOUT 600 SKIP_RETURN_CODE 77)
+endif()
 
 if(GSC_BUILD_BENCH)
   find_package(benchmark REQUIRED)

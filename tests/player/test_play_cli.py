@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """gsc-play as a user meets it: exit codes, streams, files, schemas, Ctrl-C.
 
-test_play_cli.py SOURCE_FOLDER GSC_PLAY WRITE_TINY_GSC
+test_play_cli.py SOURCE_FOLDER GSC_PLAY WRITE_TINY_GSC WRITE_BENCH_REPORT
 """
 
 import json
@@ -24,7 +24,7 @@ except ImportError:  # the schema checks are then left out, and the run says so
     jsonschema = None
     print("note: no jsonschema, schemas are not checked", file=sys.stderr)
 
-SOURCE, PLAY, WRITE_TINY = (pathlib.Path(a) for a in sys.argv[1:4])
+SOURCE, PLAY, WRITE_TINY, WRITE_REPORT = (pathlib.Path(a) for a in sys.argv[1:5])
 
 
 def check_schema(name: str, value) -> None:
@@ -66,6 +66,9 @@ class PlayTest(unittest.TestCase):
         return path
 
     def play(self, *arguments, code: int = 0) -> subprocess.CompletedProcess:
+        # the CPU, so that a build for a GPU says the same on any machine
+        if not {"--backend", "--help", "--version"} & set(arguments):
+            arguments += ("--backend", "cpu")
         run = subprocess.run(
             [str(a) for a in (PLAY, *arguments)], capture_output=True, text=True, cwd=self.folder, check=False
         )
@@ -236,6 +239,103 @@ class PlayTest(unittest.TestCase):
         self.assertIn("[####################] 4/4", self.play(*base, "--progress", "bar").stderr)
         self.assertEqual(self.play(*base, "--progress", "none").stderr, "")
         self.assertIn("frame 3 view 3:", self.play(*base, "-v").stderr)
+
+    def test_backends(self) -> None:
+        listed = [line.split()[1].rstrip(":") for line in self.play("--version").stdout.splitlines()
+                  if line.startswith("backend ")]
+        self.assertEqual(listed[-2:], ["cpu", "cpu-reference"])
+        base = (self.model, "--size", "16x16", "--progress", "none", "--format", "json")
+        run = self.play(*base, "--backend", "auto")
+        report = json.loads(run.stdout)
+        self.assertEqual(report["backend"], listed[0])
+        # a better backend that this machine cannot run is named, with the reason
+        self.assertEqual([f"warning: {text}" for text in report["warnings"]], run.stderr.splitlines())
+        if "cuda" in listed:
+            self.play(*base, "--backend", "cuda")
+        elif report["warnings"]:
+            self.assertIn("cuda", report["warnings"][0])
+            cuda = subprocess.run([PLAY, self.model, "--size", "8x8", "--backend", "cuda"], capture_output=True,
+                                  text=True, check=False)
+            self.assertIn(cuda.returncode, (5, 7))
+            self.assertRegex(cuda.stderr, r"^error: backend cuda: .*expected .*--backend cpu")
+            self.assertEqual(cuda.stdout, "")
+        else:
+            self.refused(*base[:3], "--backend", "cuda", code=1, says="not part of this build")
+
+    def bench(self, *arguments, **keywords):
+        return self.play("bench", self.model, "--cameras", self.path, "--size", "48x32", "--progress", "none",
+                         "--warmup", "2", *arguments, **keywords)
+
+    def test_bench_report(self) -> None:
+        for frames in (1, 9):
+            run = self.bench("--eyes", "2", "--ipd", "0.1", "--frames", frames, "--quality", "3", "--label", "a b",
+                             "--out", "b.jsonl", "--format", "json", "--fov", "60")
+            report = json.loads(run.stdout)
+            check_schema("bench-report", report)
+            self.assertEqual(report["config"]["frames"], frames)
+        lines = [json.loads(line) for line in (self.folder / "b.jsonl").read_text().splitlines()]
+        self.assertEqual([line["config"]["frames"] for line in lines], [1, 9])
+        self.assertEqual(lines[1], report)
+        self.assertEqual(report["label"], "a b")
+        self.assertIsNone(report["roofline"])  # a CPU's ceilings are not measured
+        version = self.play("--version").stdout.splitlines()[0]
+        commit = report["tool"]["commit"]
+        self.assertEqual(version, f"gsc-play {report['tool']['version']}" + (f", commit {commit}" if commit else ""))
+        self.assertEqual(report["config"]["shots"], 4)
+        self.assertEqual(report["config"]["size"], [48, 32])
+        self.assertAlmostEqual(report["config"]["fov_degrees"], 60)
+        self.assertEqual(report["pixels_per_frame"], 2 * 48 * 32)
+        self.assertEqual(report["quality"]["images"], 6)
+        self.assertEqual(report["quality"]["reference"], "cpu")
+        self.assertGreater(report["per_eye"]["gaussians_visible"]["max"], 0)
+        for spread in (report["ms"]["wall"], report["ms"]["device"], report["ns_per_gaussian"]):
+            self.assertGreater(spread["median"], 0)
+            self.assertLessEqual(spread["median"], spread["p95"])
+            self.assertLessEqual(spread["p95"], spread["p99"])
+            self.assertLessEqual(spread["p99"], spread["max"])
+        self.assertLessEqual(report["ms"]["device"]["mean"], report["ms"]["wall"]["mean"])
+        stages = sum(stage["mean"] for stage in report["ms"]["stages"].values())
+        self.assertLessEqual(stages, report["ms"]["device"]["mean"] * 1.05 + 0.5)
+
+    def test_bench_defaults(self) -> None:
+        report = json.loads(self.play("bench", self.model, "--size", "8x8", "-q", "--format", "json").stdout)
+        check_schema("bench-report", report)
+        self.assertGreaterEqual(report["config"]["frames"], 300)
+        self.assertGreater(report["config"]["warmup"], 0)
+
+    def test_bench_floors(self) -> None:
+        report = json.loads(subprocess.run([WRITE_REPORT], capture_output=True, text=True, check=True).stdout)
+        check_schema("bench-report", report)
+        stages = report["roofline"]["stages"]
+        blend = stages["blend"]
+        self.assertEqual((blend["bytes_read"], blend["bytes_written"]), (40e6, 12e6))
+        self.assertEqual((blend["lane_operations"], blend["exponentials"]), (1.4e9, 1e8))
+        self.assertEqual((blend["bound"], blend["measured_ms"]), ("lanes", 3))
+        self.assertAlmostEqual(blend["floor_ms"], 1.4 / 30)
+        self.assertAlmostEqual(blend["percent_of_ceiling"], 100 * 1.4 / 30 / 3)
+        self.assertEqual((stages["decode"]["bound"], stages["decode"]["matrix_flop"]), ("memory", 2 * 6880e6))
+        self.assertEqual((stages["sort"]["floor_ms"], stages["sort"]["percent_of_ceiling"]), (0, None))
+        parts = [stages[name]["floor_ms"] for name in ("select", "decode", "bin", "sort", "blend")]
+        self.assertAlmostEqual(stages["frame"]["floor_ms"], sum(parts))
+        self.assertEqual(stages["frame"]["measured_ms"], 12)
+        text = subprocess.run([WRITE_REPORT, "text"], capture_output=True, text=True, check=True).stdout
+        self.assertRegex(text, r"blend +52\.00 +1\.400 +0\.000 +0\.0467 +3\.0000 +1\.6  lanes\n")
+        self.assertNotRegex(text.split("ceilings of the device")[1], r"(?m)^  sort")
+
+    def test_bench_table_and_refusals(self) -> None:
+        text = self.bench("--frames", "5", "--shots", "1:3").stdout
+        self.assertIn("5 frames after 2 of warm-up, round 2 cameras", text)
+        for word in ("frame, wall", "frame, device", "blend", "ns per Gaussian", "pairs", "peak memory"):
+            self.assertIn(word, text)
+        self.assertNotIn("against exact", text)
+        self.assertNotIn("ceilings", text)
+        self.assertIn("against exact of cpu-reference, 4 images: PSNR",
+                      self.bench("--frames", "1", "--quality", "99", "--reference", "cpu-reference").stdout)
+        self.assertIn("--quality", self.play("bench", "--help").stdout)
+        self.refused("bench", "none.gsc", code=2, says="none.gsc")
+        self.refused("bench", self.model, "--frames", "0", code=1, says="--frames")
+        self.refused("bench", self.model, "--tier", "best", code=1, says="--tier")
+        self.bench("--frames", "1", "--out", self.folder, code=2)
 
     def test_full_disk(self) -> None:
         if not os.path.exists("/dev/full"):

@@ -6,7 +6,10 @@ gsc_add_test(test_image_io SOURCES player/test_image_io.cpp LIBS gsc_image)
 if(TARGET gsc_player)
   gsc_add_test(test_out_pattern SOURCES player/test_out_pattern.cpp LIBS gsc_player)
   gsc_add_test(test_play_options SOURCES player/test_play_options.cpp LIBS gsc_player)
+  gsc_add_test(test_roofline SOURCES player/test_roofline.cpp LIBS gsc_player)
 
+  add_executable(write_bench_report player/write_bench_report.cpp)
+  target_link_libraries(write_bench_report PRIVATE gsc_player gsc_build_flags)
   add_executable(write_tiny_gsc player/write_tiny_gsc.cpp)
   target_link_libraries(write_tiny_gsc PRIVATE gsc_test_tiny gsc_build_flags)
   # the distribution's Python has jsonschema and numpy, where another one stands before it in PATH
@@ -16,7 +19,7 @@ if(TARGET gsc_player)
   endif()
   add_test(NAME test_play_cli
            COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/test_play_cli.py ${PROJECT_SOURCE_DIR}
-                   $<TARGET_FILE:gsc-play> $<TARGET_FILE:write_tiny_gsc>)
+                   $<TARGET_FILE:gsc-play> $<TARGET_FILE:write_tiny_gsc> $<TARGET_FILE:write_bench_report>)
   add_test(NAME test_layers COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/package/check_package.py
                                     ${PROJECT_SOURCE_DIR} ${CMAKE_COMMAND} layers)
   set_tests_properties(test_play_cli test_layers PROPERTIES LABELS cpu TIMEOUT 120)

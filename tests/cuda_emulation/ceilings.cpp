@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/ceilings_cuda.h"
+
+namespace gsc {
+
+DeviceCeilings measureCudaCeilings(uint64_t)
+{
+    return {}; // unknown: what the emulation reaches says nothing about a device
+}
+
+} // namespace gsc

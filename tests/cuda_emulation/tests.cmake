@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: Apache-2.0
+# The CUDA backend without a GPU: kernels and runtime are compiled by the C++ compiler against the headers of
+# cuda_emulation/include/, which stand for the toolkit's. Has the libraries and the test beside those of the toolkit.
+if(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|aarch64|arm64)$")
+  return()
+endif()
+
+add_library(gsc_cuda_emulation STATIC cuda_emulation/block.cpp cuda_emulation/fiber.cpp cuda_emulation/graph.cpp
+                                      cuda_emulation/runtime.cpp)
+target_link_libraries(gsc_cuda_emulation PRIVATE gsc_build_flags Threads::Threads)
+# before all others: a machine may have the toolkit
+target_include_directories(gsc_cuda_emulation BEFORE PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/cuda_emulation/include)
+target_include_directories(gsc_cuda_emulation PUBLIC ${PROJECT_SOURCE_DIR})
+target_compile_definitions(gsc_cuda_emulation PUBLIC GSC_CUDA_EMULATION)
+
+set(emulated_kernels upload/upload.cu select/select.cu decode/decode.cu decode/decode_exact.cu bin/bin.cu sort/sort.cu
+                     blend/blend.cu)
+list(TRANSFORM emulated_kernels PREPEND ${PROJECT_SOURCE_DIR}/kernels/)
+# note: a property of this directory alone; where there is a toolkit, kernels/ still gives the same files to nvcc.
+# The kernels read values as other types, as CUDA allows
+set_source_files_properties(
+  ${emulated_kernels} PROPERTIES LANGUAGE CXX COMPILE_OPTIONS "-fno-strict-aliasing;-Wno-unknown-pragmas")
+add_library(gsc_kernels_cuda_emulated STATIC ${emulated_kernels} ${PROJECT_SOURCE_DIR}/kernels/decode/decode_pack.cpp)
+target_link_libraries(gsc_kernels_cuda_emulated PUBLIC gsc_cuda_emulation gsc_format PRIVATE gsc_build_flags)
+
+# the whole runtime once more, so that there is one list of backends in the program
+set(emulated_runtime
+    backend_cpu.cpp backend_cpu_common.cpp backend_cpu_reference.cpp backend_list.cpp frame_stats.cpp scene.cpp
+    backend_cuda.cpp cuda_device.cpp device_scene.cpp frame_graph.cpp frame_launch.cpp nvml.cpp)
+list(TRANSFORM emulated_runtime PREPEND ${PROJECT_SOURCE_DIR}/runtime/)
+add_library(gsc_runtime_cuda_emulated STATIC ${emulated_runtime} cuda_emulation/ceilings.cpp)
+target_link_libraries(gsc_runtime_cuda_emulated PUBLIC gsc_camera gsc_format
+                      PRIVATE gsc_kernels gsc_kernels_cuda_emulated gsc_build_flags ${CMAKE_DL_LIBS})
+target_compile_definitions(gsc_runtime_cuda_emulated PRIVATE GSC_HAVE_CUDA)
+
+add_executable(test_cuda_emulated ${gsc_test_cuda_sources} cuda_emulation/test_emulation.cpp)
+target_link_libraries(test_cuda_emulated PRIVATE gsc_test_synthetic gsc_runtime_cuda_emulated
+                                                 gsc_kernels_cuda_emulated gsc_kernels gsc_build_flags doctest::doctest)
+add_test(NAME test_cuda_emulated COMMAND test_cuda_emulated)
+set_tests_properties(test_cuda_emulated PROPERTIES LABELS "cpu;emulation" TIMEOUT 1800)

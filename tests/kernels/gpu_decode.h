@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// Both decoders of the device on a list of anchors, and what the scalar reference makes of the same list.
+#pragma once
+
+#include "kernels/decode/decode_body.h"
+#include "kernels/decode/decode_exact_cuda.h"
+#include "tests/kernels/gpu_stage.h"
+
+#include <map>
+
+namespace gsc::test {
+
+struct DecodeJob {
+    const ModelView* view;
+    StageModel* model;
+    std::vector<EyeParams> eyes;
+    std::vector<uint32_t> visible; // anchor | eyes << kAnchorBits
+    std::vector<float> fraction;   // two per entry, or none
+    int32_t appearance = -1;
+    BinGrid grid{};
+    std::vector<uint16_t> slab_of;
+    uint32_t pass = 0, passes = 1;
+    uint32_t slot_capacity = 16384;
+};
+
+// `count` anchors in an order of their own, each seen by one eye or both.
+DecodeJob decodeJob(const ModelView& view, StageModel& model, const std::vector<EyeParams>& eyes, uint32_t count);
+void cutIntoPasses(DecodeJob& job, uint32_t passes);
+
+template <typename Splat>
+struct Emitted {
+    Splat splat;
+    SplatPlace place;
+};
+
+// By eye and emission order.
+template <typename Splat>
+struct Decoded {
+    std::map<uint64_t, Emitted<Splat>> eyes[kMaxEyes];
+    FrameCounters counters;
+};
+
+// Launches and checks what holds for any input: guards, counts, the gaps marked, the cells the sums of the places.
+// PackedSplat: the matrix units; ExactSplat: the scalar kernel.
+template <typename Splat>
+Decoded<Splat> decodeOnDevice(const DecodeJob& job);
+
+struct Reference {
+    GaussianOf<float> gaussian;
+    Footprint<float> footprint;
+};
+
+struct ReferenceEye {
+    std::map<uint64_t, Reference> gaussians; // of opacity >= 1/255, by emission order
+    uint32_t dropped = 0;
+    bool any_positive = false;
+};
+
+ReferenceEye decodeOnHost(const DecodeJob& job, uint32_t eye);
+
+struct DecodeTolerance {
+    double pixel;      // of the centre
+    double covariance; // of any entry, relative to the trace
+    double color, opacity;
+    double depth; // relative
+};
+
+// One splat for every Gaussian that safely is one, none but for those that may be, and each close to the reference.
+template <typename Splat>
+void checkSplats(const DecodeJob& job, const Decoded<Splat>& decoded, const DecodeTolerance& tolerance);
+
+} // namespace gsc::test

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the tests of a GPU's backend share.
+#pragma once
+
+#include "tests/kernels/render_tools.h"
+#include "tests/kernels/synthetic_model.h"
+
+#include <memory>
+#include <vector>
+
+namespace gsc::test {
+
+// The CUDA backend, made once; throws where there is none (the executable has left by then).
+Backend& cudaBackend();
+
+EyeParams eyeAt(float x, float z, uint32_t width, uint32_t height);
+FrameOptions onGrey(Tier tier);
+
+// Everything a frame must hold on the GPU: exact against the scalar reference, fast against exact, the same bytes from
+// two runs. One check per property, so that a failure says which. `exact_db`: the least that exact must reach.
+void checkFrame(const ModelView& model, const std::vector<EyeParams>& eyes, FrameOptions options, double exact_db = 90);
+
+} // namespace gsc::test

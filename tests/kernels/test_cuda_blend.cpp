@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sorted splats to pixels on the device, against a loop over every splat of a bin for every pixel.
+#include "kernels/blend/blend_cuda.h"
+#include "tests/kernels/blend_scene.h"
+
+#include <doctest/doctest.h>
+
+using namespace gsc;
+using namespace gsc::test;
+
+namespace {
+
+struct Drawn {
+    std::vector<float> images[kMaxEyes];
+    FrameCounters counters;
+
+    bool operator==(const Drawn& other) const // bytes, not values
+    {
+        for (uint32_t e = 0; e < kMaxEyes; ++e) {
+            if (images[e].size() != other.images[e].size())
+                return false;
+            for (size_t i = 0; i < images[e].size(); ++i)
+                if (floatBits(images[e][i]) != floatBits(other.images[e][i]))
+                    return false;
+        }
+        return true;
+    }
+};
+
+void launch(const BlendCudaArgs& args, const PackedSplat*)
+{
+    blendFastCuda(args, kTestProcessors, testStream().handle);
+}
+void launch(const BlendCudaArgs& args, const ExactSplat*)
+{
+    blendExactCuda(args, kTestProcessors, testStream().handle);
+}
+
+// Draws the scene in `passes`, each of which takes its part of the splats; the `hot` fullest bins by whole blocks.
+template <typename Splat>
+Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_t hot = 0)
+{
+    const auto eye_count = uint32_t(scene.eyes.size());
+    const uint32_t bins = eye_count * scene.grid.bins();
+    const auto pixels = [&](uint32_t e) {
+        return e < eye_count ? size_t(scene.eyes[e].width) * scene.eyes[e].height : size_t(0);
+    };
+    const GuardedBuffer<Splat> splats(scene.splats);
+    const GuardedBuffer<float> image[kMaxEyes] = {GuardedBuffer<float>(3 * pixels(0)),
+                                                  GuardedBuffer<float>(3 * pixels(1))};
+    const GuardedBuffer<float> left[kMaxEyes] = {GuardedBuffer<float>(passes > 1 ? pixels(0) : 0),
+                                                 GuardedBuffer<float>(passes > 1 ? pixels(1) : 0)};
+    FrameCounters before{};
+    before.any_positive[0] = before.any_positive[1] = scene.any_positive;
+    Drawn drawn{};
+    drawn.counters = before;
+    prepareBlendCuda();
+    for (uint32_t pass = 0; pass < passes; ++pass) {
+        const auto first = uint32_t(scene.splats.size() * pass / passes);
+        const auto last = uint32_t(scene.splats.size() * (pass + 1) / passes);
+        std::vector<BinKey> keys;
+        std::vector<uint32_t> ends, queue(bins), counts(bins);
+        for (uint32_t bin = 0; bin < bins; ++bin) {
+            const size_t begin = keys.size();
+            for (const uint32_t i : scene.lists[bin])
+                if (i >= first && i < last)
+                    keys.push_back({~0u, i});
+            for (uint32_t slab = 1; slab <= scene.grid.slabs(); ++slab)
+                ends.push_back(uint32_t(begin + (keys.size() - begin) * slab / scene.grid.slabs()));
+            counts[bin] = uint32_t(keys.size() - begin);
+            queue[bin] = bin;
+        }
+        std::stable_sort(queue.begin(), queue.end(), [&](uint32_t a, uint32_t b) { return counts[a] > counts[b]; });
+        FrameCounters counters = drawn.counters;
+        counters.pass = {};
+        counters.pass.hot_bins = std::min(hot, bins);
+        const GuardedBuffer<BinKey> device_keys(keys);
+        const GuardedBuffer<uint32_t> cells(ends), bin_queue(queue);
+        const GuardedBuffer<FrameCounters> device_counters(std::vector<FrameCounters>{counters});
+        BlendCudaArgs args{};
+        args.grid = scene.grid;
+        args.eye_count = eye_count;
+        args.pass = {nullptr, pass, passes};
+        for (uint32_t e = 0; e < eye_count; ++e) {
+            args.width[e] = scene.eyes[e].width;
+            args.height[e] = scene.eyes[e].height;
+            args.image[e] = image[e].get();
+            args.transmittance[e] = passes > 1 ? left[e].get() : nullptr;
+        }
+        args.rules = scene.rules;
+        std::copy_n(scene.background, 3, args.background);
+        args.empty_is_black = scene.empty_is_black;
+        args.splats = splats.get();
+        args.cells = cells.get();
+        args.bin_queue = bin_queue.get();
+        args.keys = device_keys.get();
+        args.pair_capacity = uint32_t(keys.size());
+        args.counters = device_counters.get();
+        launch(args, static_cast<const Splat*>(nullptr));
+        for (const bool whole :
+             {splats.intact(), image[0].intact(), image[1].intact(), left[0].intact(), left[1].intact(),
+              device_keys.intact(), cells.intact(), bin_queue.intact(), device_counters.intact()})
+            CHECK(whole);
+        drawn.counters = device_counters.read()[0];
+    }
+    for (uint32_t e = 0; e < eye_count; ++e)
+        drawn.images[e] = image[e].read();
+    return drawn;
+}
+
+// Every pixel within what rounding explains, and for almost all of them that is little.
+template <typename Splat>
+void checkPixels(const BlendScene<Splat>& scene, const Drawn& drawn, double usual_bound)
+{
+    size_t total = 0, wrong = 0, doubtful = 0;
+    double worst = 0;
+    for (uint32_t e = 0; e < scene.eyes.size(); ++e)
+        for (uint32_t y = 0; y < scene.eyes[e].height; ++y)
+            for (uint32_t x = 0; x < scene.eyes[e].width; ++x) {
+                const uint32_t bin = y / scene.grid.height * scene.grid.columns + x / kBinWidth;
+                const Pixel pixel = referencePixel(scene, scene.lists[e * scene.grid.bins() + bin], x, y);
+                const float* found = drawn.images[e].data() + (size_t(y) * scene.eyes[e].width + x) * 3;
+                double error = 0;
+                for (int c = 0; c < 3; ++c)
+                    error =
+                        found[c] == found[c] ? std::max(error, std::abs(double(found[c]) - pixel.color[c])) : INFINITY;
+                wrong += !(error <= pixel.bound);
+                doubtful += pixel.bound > usual_bound;
+                if (pixel.bound <= usual_bound)
+                    worst = std::max(worst, error);
+                ++total;
+            }
+    if (std::getenv("GSC_TEST_VERBOSE") != nullptr)
+        MESSAGE(total, " pixels, ", doubtful, " of them in doubt, worst of the others ", worst);
+    CHECK(wrong == 0);
+    CHECK(doubtful <= 1 + total / 20);
+}
+
+template <typename Splat>
+constexpr double kUsualBound = 3e-5;
+
+const std::vector<Size> kSizes = {{1, 1}, {31, 15}, {32, 16}, {33, 17}, {100, 70}};
+
+template <typename Splat>
+void checkSizes()
+{
+    for (const uint32_t bin_height : {16u, 32u})
+        for (const RasterRules raster : {RasterRules::DiffGaussian, RasterRules::Gsplat})
+            for (const Size& size : kSizes)
+                for (const uint32_t count : {1u, 127u, 129u, 600u}) {
+                    CAPTURE(bin_height);
+                    CAPTURE(uint32_t(raster));
+                    CAPTURE(size.width);
+                    CAPTURE(count);
+                    Shapes shapes;
+                    shapes.hollow = std::is_same_v<Splat, ExactSplat>;
+                    const auto scene =
+                        randomScene<Splat>({size}, bin_height, raster, count, count + size.width, shapes);
+                    const Drawn drawn = blendOnDevice(scene);
+                    checkPixels(scene, drawn, kUsualBound<Splat>);
+                }
+}
+
+// One way to blend gives the bytes of every other.
+template <typename Splat>
+void checkSameBytes()
+{
+    for (const uint32_t bin_height : {16u, 32u}) {
+        CAPTURE(bin_height);
+        const std::vector<Size> eyes = {{70, 33}, {45, 60}};
+        for (const float opacity_max : {0.1f, 1.0f}) { // open to the end, and finished in the middle
+            Shapes shapes;
+            shapes.opacity_max = opacity_max;
+            const auto scene = randomScene<Splat>(eyes, bin_height, RasterRules::DiffGaussian, 1200, 9, shapes);
+            const Drawn whole = blendOnDevice(scene);
+            checkPixels(scene, whole, kUsualBound<Splat>);
+            for (const uint32_t hot : {1u, 3u, 1000u}) {
+                CAPTURE(hot);
+                CHECK(blendOnDevice(scene, 1, hot) == whole);
+            }
+            for (const uint32_t passes : {2u, 3u}) {
+                CAPTURE(passes);
+                CHECK(blendOnDevice(scene, passes) == whole);
+                CHECK(blendOnDevice(scene, passes, 2) == whole);
+            }
+        }
+        // more than 4096 in one bin: many batches of a group and of a whole block
+        Shapes faint;
+        faint.opacity_max = 0.03f;
+        faint.sigma_max = 4;
+        const auto crowded = randomScene<Splat>({{33, 17}}, bin_height, RasterRules::DiffGaussian, 8000, 4, faint);
+        REQUIRE(crowded.lists[0].size() > 4096);
+        const Drawn ordinary = blendOnDevice(crowded);
+        checkPixels(crowded, ordinary, 1e-4);
+        CHECK(blendOnDevice(crowded, 1, 1) == ordinary);
+        CHECK(blendOnDevice(crowded, 2, 1) == ordinary);
+    }
+}
+
+template <typename Splat>
+void checkEmpty()
+{
+    for (const uint32_t passes : {1u, 2u})
+        for (const bool empty_is_black : {true, false})
+            for (const uint32_t any_positive : {0u, 1u}) {
+                auto scene = emptyScene<Splat>({{33, 17}, {5, 40}}, 16, RasterRules::DiffGaussian);
+                scene.splats.emplace_back(); // in no list
+                scene.empty_is_black = empty_is_black;
+                scene.any_positive = any_positive;
+                const Drawn drawn = blendOnDevice(scene, passes, 1);
+                const bool black = empty_is_black && any_positive == 0;
+                for (uint32_t e = 0; e < 2; ++e)
+                    for (size_t i = 0; i < drawn.images[e].size(); ++i)
+                        if (drawn.images[e][i] != (black ? 0.0f : scene.background[i % 3])) {
+                            CHECK(drawn.images[e][i] == (black ? 0.0f : scene.background[i % 3]));
+                            break;
+                        }
+                CHECK(drawn.counters.evaluations[0] == 0);
+            }
+}
+
+// Opaque splats over the whole image, then one of another colour that must not show.
+template <typename Splat>
+void checkSaturation()
+{
+    for (const RasterRules raster : {RasterRules::DiffGaussian, RasterRules::Gsplat})
+        for (const uint32_t passes : {1u, 4u})
+            for (const uint32_t hot : {0u, 9u}) {
+                auto scene = emptyScene<Splat>({{50, 30}}, 16, raster);
+                Ellipse e{25, 15, 1e6f, 0, 1e6f, 1, {1, 0, 0}, {0, 0, 4, 2}};
+                for (int i = 0; i < 8; ++i) // the second would leave too little and is not drawn
+                    addSplat(scene, 0, e);
+                e.color[0] = 0;
+                e.color[1] = 1;
+                for (int i = 0; i < 3000; ++i)
+                    addSplat(scene, 0, e);
+                const Drawn drawn = blendOnDevice(scene, passes, hot);
+                bool red = true, green = false;
+                const std::vector<float>& image = drawn.images[0];
+                const float at_least = raster == RasterRules::Gsplat ? 0.9989f : 0.9899f;
+                for (size_t i = 0; i < image.size(); i += 3) {
+                    red &= image[i] >= at_least && image[i] <= 1;
+                    green |= image[i + 1] > 0.02f; // of the background, what the last red one would have covered
+                }
+                CHECK(red);
+                CHECK_FALSE(green);
+                // a list ends with the batch in which the last pixel is finished
+                CHECK(drawn.counters.evaluations[0] <= 64u * 32 * 1024);
+            }
+}
+
+} // namespace
+
+TEST_CASE("blend fast: image sizes around a bin, few splats and many, both rasterisers and bin heights")
+{
+    checkSizes<PackedSplat>();
+}
+
+TEST_CASE("blend exact: image sizes around a bin, few splats and many, both rasterisers and bin heights")
+{
+    checkSizes<ExactSplat>();
+}
+
+TEST_CASE("blend fast: hot bins and passes give the bytes of the ordinary way; two eyes of their own sizes")
+{
+    checkSameBytes<PackedSplat>();
+}
+
+TEST_CASE("blend exact: hot bins and passes give the bytes of the ordinary way; two eyes of their own sizes")
+{
+    checkSameBytes<ExactSplat>();
+}
+
+TEST_CASE("trap 25: blend of nothing is the background, or black")
+{
+    checkEmpty<PackedSplat>();
+    checkEmpty<ExactSplat>();
+}
+
+TEST_CASE("blend: finished pixels take no more, and a finished bin ends its list")
+{
+    checkSaturation<PackedSplat>();
+    checkSaturation<ExactSplat>();
+}
+
+TEST_CASE("blend: an image of as many bins as there can be")
+{
+    for (const Size& size : {Size{3, kMaxBins * 32 - 5}, Size{kMaxBins * kBinWidth - 3, 2}}) {
+        const auto scene = randomScene<PackedSplat>({size}, 32, RasterRules::DiffGaussian, 500, 8);
+        checkPixels(scene, blendOnDevice(scene), kUsualBound<PackedSplat>);
+    }
+}

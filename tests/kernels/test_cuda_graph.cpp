@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// A frame's launches are captured once and used again with other eyes: every frame must come out as from a new backend.
+#include "tests/kernels/gpu_tools.h"
+
+#include <doctest/doctest.h>
+
+#include <cstring>
+
+using namespace gsc;
+using namespace gsc::test;
+
+namespace {
+
+struct Job {
+    std::vector<EyeParams> eyes;
+    FrameOptions options;
+};
+
+bool sameBytes(const std::vector<Image<float>>& a, const std::vector<Image<float>>& b)
+{
+    for (size_t e = 0; e < a.size(); ++e)
+        if (a[e].pixels.size() != b[e].pixels.size() ||
+            std::memcmp(a[e].pixels.data(), b[e].pixels.data(), a[e].pixels.size() * sizeof(float)) != 0)
+            return false;
+    return true;
+}
+
+std::vector<Job> variousJobs()
+{
+    std::vector<Job> jobs;
+    for (const Tier tier : {Tier::Fast, Tier::Exact}) {
+        for (const float x : {-0.6f, 0.1f, 0.8f}) // one graph
+            jobs.push_back({{eyeAt(x, -5, 150, 110), eyeAt(x + 0.1f, -5, 150, 110)}, onGrey(tier)});
+        jobs.push_back({{eyeAt(0.3f, -5, 150, 110)}, onGrey(tier)});
+        jobs.push_back({{eyeAt(0.3f, -5, 310, 60), eyeAt(0.5f, -4, 70, 150)}, onGrey(tier)});
+        jobs.push_back({{eyeAt(0.3f, -5, 70, 150), eyeAt(0.5f, -4, 310, 60)}, onGrey(tier)});
+        Job other = jobs.back();
+        other.options.near_z = 2;
+        jobs.push_back(other);
+        other.options.lod_bias = -1.2f;
+        jobs.push_back(other);
+        other.options.background[1] = 0.25f;
+        jobs.push_back(other);
+        other.options.appearance = 1;
+        jobs.push_back(other);
+    }
+    for (size_t i = 0; i < jobs.size(); ++i)
+        if (jobs[i].options.appearance < 0)
+            jobs[i].options.appearance = 0;
+    return jobs;
+}
+
+} // namespace
+
+TEST_CASE("frames of many shapes in any order, more of them than graphs are kept")
+{
+    SyntheticOptions options;
+    options.anchors = 1500;
+    options.levels = 4;
+    options.level_rule = LevelRule::Progressive;
+    options.flags = kModelHasLevels | kModelLodHalfCell;
+    options.inputs = kMlpTakesAppearance | kMlpTakesLevel;
+    options.appearance_dim = 8;
+    options.appearance_rows = 2;
+    const SyntheticModel model(options);
+    options.seed = 2;
+    const SyntheticModel second(options);
+    const std::vector<Job> jobs = variousJobs();
+    std::vector<std::vector<Image<float>>> wanted;
+    for (const Job& job : jobs) {
+        const std::unique_ptr<Backend> fresh = makeBackend("cuda", 0);
+        fresh->load(model.view());
+        wanted.push_back(render(*fresh, job.eyes, job.options));
+    }
+    CHECK(!sameBytes(wanted[0], wanted[1]));
+    const std::unique_ptr<Backend> gpu = makeBackend("cuda", 0);
+    gpu->load(model.view());
+    Random random(3);
+    for (uint32_t turn = 0; turn < 40; ++turn) {
+        const auto j = size_t(random.uniform() * float(jobs.size()));
+        CAPTURE(turn);
+        CAPTURE(j);
+        CHECK(sameBytes(render(*gpu, jobs[j].eyes, jobs[j].options), wanted[j]));
+        if (turn % 20 == 10) { // another model in between
+            gpu->load(second.view());
+            CHECK(!sameBytes(render(*gpu, jobs[j].eyes, jobs[j].options), wanted[j]));
+            gpu->load(model.view());
+        }
+    }
+}

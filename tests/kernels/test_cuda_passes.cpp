@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+// Frames that are drawn in several passes from near to far because memory is short.
+#include "format/error.h"
+#include "tests/kernels/gpu_tools.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+
+using namespace gsc;
+using namespace gsc::test;
+
+namespace {
+
+const std::vector<EyeParams> kTwoEyes = {eyeAt(0.4f, -5, 150, 110), eyeAt(0.7f, -5, 97, 120)};
+
+void checkSameFrame(const std::vector<Image<float>>& got, const std::vector<Image<float>>& want)
+{
+    for (size_t e = 0; e < want.size(); ++e) {
+        CAPTURE(e);
+        CHECK(std::memcmp(got[e].pixels.data(), want[e].pixels.data(), want[e].pixels.size() * sizeof(float)) == 0);
+        const EyeCounts &a = got[e].result.eyes[e], &b = want[e].result.eyes[e];
+        CHECK(a.anchors_visible == b.anchors_visible);
+        CHECK(a.gaussians_alive == b.gaussians_alive);
+        CHECK(a.gaussians_visible == b.gaussians_visible);
+        CHECK(a.gaussians_dropped == b.gaussians_dropped);
+        CHECK(a.pairs == b.pairs);
+    }
+}
+
+// Draws within less and less memory until that is refused. Returns the most passes of a frame.
+uint32_t checkBudgets(const ModelView& model, Tier tier, const std::vector<Image<float>>& want,
+                      const std::vector<EyeParams>& eyes = kTwoEyes)
+{
+    uint32_t most = 0;
+    for (uint64_t budget = want[0].result.bytes_resident / 6; budget > 0; budget = budget * 3 / 4) {
+        CAPTURE(budget);
+        const std::unique_ptr<Backend> gpu = makeBackend("cuda", 0);
+        gpu->setMemoryBudget(budget);
+        bool refused = false;
+        try {
+            gpu->load(model);
+            const auto first = render(*gpu, eyes, onGrey(tier)), second = render(*gpu, eyes, onGrey(tier));
+            checkSameFrame(first, want);
+            checkSameFrame(second, want);
+            CHECK(first[0].result.bytes_resident <= budget);
+            if (std::getenv("GSC_TEST_VERBOSE") != nullptr)
+                MESSAGE(budget, " bytes: ", first[0].result.passes, " passes, then ", second[0].result.passes);
+            most = std::max({most, first[0].result.passes, second[0].result.passes});
+        } catch (const Error& error) {
+            CHECK(error.code() == ErrorCode::OutOfMemory);
+            refused = true;
+        }
+        if (!refused)
+            continue;
+        gpu->setMemoryBudget(0); // nothing is left broken
+        gpu->load(model);
+        checkSameFrame(render(*gpu, eyes, onGrey(tier)), want);
+        return most;
+    }
+    FAIL("no budget is too small");
+    return 0;
+}
+
+} // namespace
+
+TEST_CASE("several passes give the bytes of one, and a budget too small for the model is refused")
+{
+    SyntheticOptions options;
+    options.anchors = 6000;
+    options.log_scale = -3.5f;
+    const SyntheticModel model(options);
+    for (const Tier tier : {Tier::Fast, Tier::Exact}) {
+        CAPTURE(uint32_t(tier));
+        const std::unique_ptr<Backend> gpu = makeBackend("cuda", 0);
+        gpu->load(model.view());
+        const auto want = render(*gpu, kTwoEyes, onGrey(tier));
+        CHECK(want[0].result.passes == 1);
+        CHECK(checkBudgets(model.view(), tier, want) >= 3);
+    }
+}
+
+TEST_CASE("several passes over what is not finite, and over one depth, which no pass divides")
+{
+    SyntheticOptions options;
+    options.anchors = 4000;
+    options.log_scale = -3.5f;
+    SyntheticAnchors broken = randomAnchors(options), flat = broken;
+    for (uint32_t i = 0; i < options.anchors; i += 7)
+        broken.feature[size_t(i) * options.feat_dim + i % options.feat_dim] = NAN;
+    for (uint32_t i = 3; i < options.anchors; i += 7)
+        broken.offset[size_t(i) * 3 * options.n_offsets + i % 30] = i % 2 == 0 ? NAN : INFINITY;
+    for (size_t i = 1; i < options.anchors; ++i)
+        std::copy_n(flat.position.begin(), 3, flat.position.begin() + ptrdiff_t(3 * i));
+    for (float& offset : flat.offset)
+        offset = 0;
+    for (const SyntheticAnchors* anchors : {&broken, &flat}) {
+        CAPTURE(anchors == &flat);
+        const SyntheticModel model(syntheticParams(options), *anchors, randomMlps(options), {}, 0);
+        for (const Tier tier : {Tier::Fast, Tier::Exact}) {
+            CAPTURE(uint32_t(tier));
+            const std::unique_ptr<Backend> gpu = makeBackend("cuda", 0);
+            gpu->load(model.view());
+            const uint32_t most = checkBudgets(model.view(), tier, render(*gpu, kTwoEyes, onGrey(tier)));
+            CHECK((most >= 2 || anchors == &flat));
+        }
+    }
+}
+
+TEST_CASE("several passes far from the origin, where coordinates round by more than Gaussians lie from their anchors")
+{
+    constexpr float kAway = 2000;
+    SyntheticOptions options;
+    options.anchors = 5000;
+    options.log_scale = -6; // offsets of some thousandths
+    options.extent = 0.02f; // so close together that many lie where one pass ends
+    options.encoding = PositionEncoding::Float;
+    SyntheticAnchors anchors = randomAnchors(options);
+    for (float& coordinate : anchors.position)
+        coordinate += kAway;
+    for (size_t i = 0; i < anchors.offset.size(); ++i) // along the view, where the reach has no room to spare
+        anchors.offset[i] = i % 3 == 2 ? std::copysign(1.0f, anchors.offset[i]) : 0.0f;
+    const SyntheticModel model(syntheticParams(options), anchors, randomMlps(options), {}, 0);
+    std::vector<EyeParams> eyes;
+    for (const float x : {0.0f, 0.01f}) {
+        const float position[3] = {kAway + x, kAway, kAway - 0.3f}, target[3] = {kAway + x, kAway, kAway};
+        eyes.push_back(lookAt(position, target, 1.1f, 150, 110));
+    }
+    for (const Tier tier : {Tier::Fast, Tier::Exact}) {
+        CAPTURE(uint32_t(tier));
+        const std::unique_ptr<Backend> gpu = makeBackend("cuda", 0);
+        gpu->load(model.view());
+        const auto want = render(*gpu, eyes, onGrey(tier));
+        CHECK(want[0].result.eyes[0].gaussians_visible > 5000);
+        CHECK(checkBudgets(model.view(), tier, want, eyes) >= 2);
+    }
+}

@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: Apache-2.0
+// Selection on the device against the flat scalar pass: the same set, whatever the model, the rule and the eyes.
+#include "kernels/select/select.h"
+#include "kernels/select/select_cuda.h"
+#include "tests/kernels/gpu_stage.h"
+
+#include "kernels/math/anchor.h"
+#include "kernels/math/projection.h"
+
+#include <doctest/doctest.h>
+
+#include <map>
+#include <set>
+
+using namespace gsc;
+using namespace gsc::test;
+
+namespace {
+
+struct Seen {
+    uint32_t eyes = 0;
+    float fraction[kMaxEyes] = {1, 1};
+};
+
+using SeenAnchors = std::map<uint32_t, Seen>; // by index in the file
+
+struct DeviceSelection {
+    SeenAnchors seen;
+    uint32_t written = 0; // entries of the list
+    FrameCounters counters{};
+    std::vector<uint32_t> histogram;
+};
+
+DeviceSelection selectOnDevice(const StageModel& model, const std::vector<EyeParams>& eyes, float lod_bias,
+                               uint32_t capacity)
+{
+    const ModelParams& params = model.scene.model().params;
+    const auto group_count = uint32_t(params.group_count);
+    const bool progressive = params.level_rule == uint32_t(LevelRule::Progressive);
+    const GuardedBuffer<uint32_t> groups(group_count), visible(capacity);
+    const GuardedBuffer<float> fraction(progressive ? size_t(2) * capacity : 0);
+    const GuardedBuffer<uint32_t> histogram(std::vector<uint32_t>(kDepthBuckets, 0));
+    const GuardedBuffer<FrameCounters> counters(std::vector<FrameCounters>{FrameCounters{}});
+
+    SelectCudaArgs args{};
+    args.model = model.scene.model();
+    std::copy(eyes.begin(), eyes.end(), args.eyes);
+    args.eye_count = uint32_t(eyes.size());
+    args.rules = rasterConstants(params, 0);
+    args.lod_bias = lod_bias;
+    args.group_count = group_count;
+    args.visible_groups = groups.get();
+    args.visible = visible.get();
+    args.fraction = progressive ? fraction.get() : nullptr;
+    args.capacity = capacity;
+    args.histogram = histogram.get();
+    args.counters = counters.get();
+    selectGroupsCuda(args, kTestProcessors, testStream().handle);
+    selectAnchorsCuda(args, kTestProcessors, testStream().handle);
+
+    CHECK(groups.intact());
+    CHECK(visible.intact());
+    CHECK(fraction.intact());
+    CHECK(histogram.intact());
+    CHECK(counters.intact());
+    DeviceSelection result;
+    result.counters = counters.read()[0];
+    result.histogram = histogram.read();
+
+    const std::vector<uint32_t> listed_groups = groups.read();
+    REQUIRE(result.counters.groups_visible <= group_count);
+    std::set<uint32_t> distinct;
+    for (uint32_t i = 0; i < group_count; ++i)
+        if (i < result.counters.groups_visible)
+            distinct.insert(listed_groups[i] & ((1u << kAnchorBits) - 1));
+        else
+            CHECK(listed_groups[i] == ~0u);
+    CHECK(distinct.size() == result.counters.groups_visible);
+    CHECK((distinct.empty() || *distinct.rbegin() < group_count));
+
+    const std::vector<uint32_t> entries = visible.read();
+    const std::vector<float> fractions = fraction.read();
+    result.written = std::min(result.counters.anchors_listed, capacity);
+    for (uint32_t i = 0; i < capacity; ++i) {
+        if (i >= result.written) {
+            CHECK(entries[i] == ~0u);
+            continue;
+        }
+        Seen seen{entries[i] >> kAnchorBits, {1, 1}};
+        if (progressive)
+            std::copy_n(fractions.begin() + 2 * i, 2, seen.fraction);
+        result.seen.emplace(entries[i] & ((1u << kAnchorBits) - 1), seen);
+    }
+    CHECK(result.seen.size() == result.written); // no anchor twice
+    return result;
+}
+
+struct Wanted {
+    SeenAnchors seen;
+    uint32_t visible[kMaxEyes] = {};
+    std::set<uint32_t> buckets; // of the depths of all visible anchors
+};
+
+Wanted selectOnHost(const ModelView& model, const std::vector<EyeParams>& eyes, float lod_bias)
+{
+    Wanted wanted;
+    for (uint32_t e = 0; e < eyes.size(); ++e)
+        for (const auto& anchor : selectReference<float>(model, eyes[e], rasterConstants(*model.params, 0), lod_bias)) {
+            Seen& seen = wanted.seen[model.chunks[anchor.chunk].anchor_first + anchor.local];
+            seen.eyes |= 1u << e;
+            seen.fraction[e] = anchor.fraction;
+            ++wanted.visible[e];
+            const float z = viewPoint<float>(eyes[e], anchorPosition(model, anchor.chunk, anchor.local)).z;
+            wanted.buckets.insert(bucketOf(floatBits(std::max(z, 0.0f))));
+        }
+    return wanted;
+}
+
+// Returns how many entries the list needs.
+uint32_t checkSelection(const ModelView& view, const StageModel& model, const std::vector<EyeParams>& eyes,
+                        float lod_bias)
+{
+    const Wanted wanted = selectOnHost(view, eyes, lod_bias);
+    const DeviceSelection found = selectOnDevice(model, eyes, lod_bias, model.scene.model().anchor_count);
+    const FrameCounters& counters = found.counters;
+    CHECK(counters.overflow == 0);
+    CHECK(counters.anchors_listed == wanted.seen.size());
+    CHECK(found.seen.size() == wanted.seen.size());
+    uint32_t missing = 0, other_eyes = 0;
+    float worst = 0;
+    for (const auto& [anchor, seen] : wanted.seen) {
+        const auto at = found.seen.find(anchor);
+        if (at == found.seen.end()) {
+            ++missing;
+            continue;
+        }
+        other_eyes += at->second.eyes != seen.eyes;
+        for (uint32_t e = 0; e < eyes.size(); ++e)
+            if (seen.eyes >> e & 1)
+                worst = std::max(worst, std::abs(at->second.fraction[e] - seen.fraction[e]));
+    }
+    CHECK(missing == 0);
+    CHECK(other_eyes == 0);
+    // the fraction of a level of about 4: two ulp of it, which is what log2f is off by on a device
+    CHECK(worst <= 1e-6f);
+
+    uint64_t sum = 0;
+    bool known = true;
+    for (uint32_t b = 0; b < kDepthBuckets; ++b) {
+        sum += found.histogram[b];
+        known &= found.histogram[b] == 0 || wanted.buckets.count(b) != 0;
+    }
+    CHECK(sum == uint64_t(wanted.visible[0]) + wanted.visible[1]);
+    CHECK(known);
+    for (uint32_t e = 0; e < eyes.size(); ++e) {
+        CHECK(counters.anchors_visible[e] == wanted.visible[e]);
+        CHECK(counters.anchors_tested[e] >= wanted.visible[e]);
+        CHECK(counters.anchors_tested[e] <= view.params->group_count * kGroupSize);
+    }
+    return uint32_t(wanted.seen.size());
+}
+
+const std::vector<std::vector<EyeParams>> kCameras = {
+    {eyeAt(0.4f, -5, 150, 110)},
+    {eyeAt(0.4f, -5, 150, 110), eyeAt(0.7f, -5, 150, 110)},
+    {eyeAt(0.2f, -1, 90, 140), eyeAt(2.4f, -3, 61, 40)}, // from within, and eyes that share little
+};
+
+} // namespace
+
+TEST_CASE("select: anchors around a group of 128, one and two eyes")
+{
+    for (const uint32_t anchors : {1u, 127u, 128u, 129u, 257u}) {
+        CAPTURE(anchors);
+        SyntheticOptions options;
+        options.anchors = anchors;
+        options.feat_dim = 4;
+        options.n_offsets = 1;
+        options.extent = 1; // in one chunk, whose last group is the only short one
+        options.seed = anchors;
+        const SyntheticModel synthetic(options);
+        const StageModel model(synthetic.view());
+        uint32_t listed = 0;
+        for (const auto& eyes : kCameras)
+            listed += checkSelection(synthetic.view(), model, eyes, 0);
+        CHECK(listed > 0);
+    }
+}
+
+TEST_CASE("select: every level rule, both rasterisers, biased levels")
+{
+    for (const RasterRules raster : {RasterRules::DiffGaussian, RasterRules::Gsplat})
+        for (const LevelRule rule :
+             {LevelRule::None, LevelRule::Floor, LevelRule::Round, LevelRule::Ceil, LevelRule::Progressive}) {
+            CAPTURE(uint32_t(raster));
+            CAPTURE(uint32_t(rule));
+            SyntheticOptions options;
+            options.anchors = 3000;
+            options.feat_dim = 4;
+            options.n_offsets = 2;
+            options.raster_rules = raster;
+            options.level_rule = rule;
+            options.levels = 4;
+            options.flags = rule == LevelRule::Ceil ? uint32_t(kModelHasLevels) : kModelHasLevels | kModelLodHalfCell;
+            options.seed = 70 + uint32_t(rule);
+            const SyntheticModel synthetic(options);
+            const StageModel model(synthetic.view());
+            uint32_t listed = 0;
+            for (const auto& eyes : kCameras)
+                listed += checkSelection(synthetic.view(), model, eyes, eyes.size() == 1 ? 0.7f : 0.0f);
+            CHECK(listed > 300);
+        }
+}
+
+TEST_CASE("select: rotations, float positions, degenerate anchors, a scene out of sight")
+{
+    SyntheticOptions options;
+    options.anchors = 700;
+    options.feat_dim = 4;
+    options.n_offsets = 1;
+    options.encoding = PositionEncoding::Float;
+    SyntheticAnchors anchors = randomAnchors(options);
+    Random random(23);
+    for (size_t i = 0; i < 4 * anchors.count(); ++i)
+        anchors.rotation.push_back(i / 4 % 50 == 0 ? 0.0f : random.normal());
+    for (size_t i = 0; i < 6; ++i) {
+        anchors.scale[6 * 10 + i] = -INFINITY; // trap 15
+        anchors.scale[6 * 20 + i] = 30;        // far larger than the scene
+    }
+    for (size_t i = 0; i < 700; i += 9)
+        anchors.scale[6 * i + i % 3] = NAN; // trap 18: never visible
+    const SyntheticModel synthetic(syntheticParams(options), anchors, randomMlps(options), {}, 0);
+    const StageModel model(synthetic.view());
+    for (const auto& eyes : kCameras)
+        CHECK(checkSelection(synthetic.view(), model, eyes, 0) > 50);
+    options.encoding = PositionEncoding::Grid;
+    const SyntheticModel plain(options);
+    const StageModel plain_model(plain.view());
+    const float position[3] = {0, 0, -60}, away[3] = {0, 0, -90};
+    CHECK(checkSelection(plain.view(), plain_model, {lookAt(position, away, 1, 50, 40)}, 0) == 0);
+}
+
+TEST_CASE("select: a list that is too short is filled, not overrun, and says so")
+{
+    SyntheticOptions options;
+    options.anchors = 900;
+    options.feat_dim = 4;
+    options.n_offsets = 1;
+    options.levels = 3;
+    options.flags = kModelHasLevels;
+    options.level_rule = LevelRule::Progressive; // its fractions are a second list
+    const SyntheticModel synthetic(options);
+    const StageModel model(synthetic.view());
+    const std::vector<EyeParams>& eyes = kCameras[1];
+    const Wanted wanted = selectOnHost(synthetic.view(), eyes, 0);
+    const auto needed = uint32_t(wanted.seen.size());
+    REQUIRE(needed > 200);
+    for (const uint32_t capacity : {needed, needed - 1, needed / 2, 129u, 1u, 0u}) {
+        CAPTURE(capacity);
+        const DeviceSelection found = selectOnDevice(model, eyes, 0, capacity);
+        CHECK(found.counters.overflow == (capacity < needed ? kVisibleOverflow : 0u));
+        CHECK(found.counters.anchors_listed == needed); // what the list is grown to
+        CHECK(found.counters.anchors_visible[0] == wanted.visible[0]);
+        CHECK(found.counters.anchors_visible[1] == wanted.visible[1]);
+        CHECK(found.written == capacity);
+        for (const auto& [anchor, seen] : found.seen) {
+            const auto at = wanted.seen.find(anchor);
+            CHECK((at != wanted.seen.end() && at->second.eyes == seen.eyes));
+        }
+    }
+}

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pieces of every class sorted on the device: by depth, then by emission order, and nothing beside them touched.
+#include "kernels/sort/sort_cuda.h"
+#include "tests/kernels/gpu_stage.h"
+
+#include <doctest/doctest.h>
+
+#include <functional>
+
+using namespace gsc;
+using namespace gsc::test;
+
+namespace {
+
+using DepthOf = std::function<uint32_t(uint32_t i, Random& random)>;
+
+struct Pattern {
+    const char* name;
+    DepthOf depth;
+};
+
+uint32_t bits(Random& random, uint32_t count)
+{
+    return uint32_t(random.uniform() * float(1u << count));
+}
+
+const Pattern kPatterns[] = {
+    {"random", [](uint32_t, Random& random) { return floatBits(std::exp(random.uniform(-1, 9))); }},
+    {"ties", [](uint32_t, Random& random) { return floatBits(1.0f + float(bits(random, 6))); }},
+    {"last bits", [](uint32_t, Random& random) { return 0x40490f00u + bits(random, 8); }},
+    {"whole range",
+     [](uint32_t i, Random& random) {
+         const uint32_t edges[4] = {0u, 1u, 0x7f7fffffu, 0x00800000u};
+         return i % 16 < 4 ? edges[i % 4] : bits(random, 15) << 16 | bits(random, 16);
+     }},
+    {"descending", [](uint32_t i, Random&) { return 0x7f000000u - 3 * i; }},
+    {"sorted", [](uint32_t i, Random&) { return 0x40000000u + i / 2; }},
+};
+const Pattern kEqual = {"equal", [](uint32_t, Random&) { return 0x41200000u; }};
+
+void setOrder(PackedSplat& splat, uint32_t rank)
+{
+    splat.order = rank * 3;
+}
+void setOrder(ExactSplat& splat, uint32_t rank)
+{
+    // the high word decides, against the low one
+    splat.order_high = rank / 2;
+    splat.order_low = rank % 2 * 0x80000000u + (0x7fffffffu - rank);
+}
+uint64_t orderOf(const PackedSplat& splat)
+{
+    return splat.order;
+}
+uint64_t orderOf(const ExactSplat& splat)
+{
+    return uint64_t(splat.order_high) << 32 | splat.order_low;
+}
+
+void launch(const SortCudaArgs& args, const PackedSplat*)
+{
+    sortFastCuda(args, kTestProcessors, testStream().handle);
+}
+void launch(const SortCudaArgs& args, const ExactSplat*)
+{
+    sortExactCuda(args, kTestProcessors, testStream().handle);
+}
+
+uint32_t classOf(uint32_t keys)
+{
+    return keys <= 256 ? 0 : keys <= 1024 ? 1 : keys <= 2048 ? 2 : keys <= 4096 ? 3 : 4;
+}
+
+template <typename Splat>
+void checkSort(const std::vector<uint32_t>& counts, const Pattern& pattern, uint32_t seed)
+{
+    CAPTURE(pattern.name);
+    CAPTURE(sizeof(Splat));
+    constexpr uint32_t kGap = 3;    // keys between two pieces
+    constexpr BinKey kGapKey{0, 1}; // nearer than any, should it be compared
+    Random random(seed);
+    uint32_t total = kGap;
+    for (const uint32_t count : counts)
+        total += count + kGap;
+
+    // slots and emission orders are two permutations: neither follows the keys
+    std::vector<uint32_t> slots(total), ranks(total);
+    for (uint32_t i = 0; i < total; ++i)
+        slots[i] = ranks[i] = i;
+    const auto shuffle = [&random](std::vector<uint32_t>& values) {
+        for (size_t i = values.size(); i > 1; --i)
+            std::swap(values[i - 1], values[size_t(random.uniform() * float(i))]);
+    };
+    shuffle(slots);
+    shuffle(ranks);
+    std::vector<Splat> splats(total);
+    std::memset(static_cast<void*>(splats.data()), 0xff, total * sizeof(Splat));
+    for (uint32_t i = 0; i < total; ++i)
+        setOrder(splats[i], ranks[i]);
+
+    const auto piece_capacity = uint32_t(counts.size());
+    std::vector<BinKey> keys(total, kGapKey);
+    std::vector<Piece> pieces(size_t(kPieceClasses) * piece_capacity, Piece{~0u, ~0u});
+    FrameCounters before{};
+    std::vector<Piece> listed;
+    uint32_t at = kGap;
+    for (const uint32_t count : counts) {
+        const uint32_t kind = classOf(count);
+        listed.push_back({at, count});
+        pieces[size_t(kind) * piece_capacity + before.pass.pieces[kind]++] = listed.back();
+        for (uint32_t i = 0; i < count; ++i)
+            keys[at + i] = {pattern.depth(i, random), slots[at + i]};
+        at += count + kGap;
+    }
+
+    const GuardedBuffer<BinKey> device_keys(keys);
+    const GuardedBuffer<Splat> device_splats(splats);
+    const GuardedBuffer<Piece> device_pieces(pieces);
+    const GuardedBuffer<FrameCounters> counters(std::vector<FrameCounters>{before});
+    prepareSortCuda();
+    launch({device_keys.get(), device_splats.get(), device_pieces.get(), piece_capacity, counters.get()},
+           static_cast<const Splat*>(nullptr));
+    CHECK(device_keys.intact());
+    CHECK(device_splats.intact());
+    CHECK(device_pieces.intact());
+    CHECK(counters.intact());
+
+    const std::vector<BinKey> sorted = device_keys.read();
+    std::vector<BinKey> expected = keys;
+    std::vector<bool> inside(total, false);
+    for (const Piece& piece : listed) {
+        std::sort(expected.begin() + piece.first, expected.begin() + piece.first + piece.count,
+                  [&splats](const BinKey& a, const BinKey& b) {
+                      return a.depth_bits != b.depth_bits ? a.depth_bits < b.depth_bits
+                                                          : orderOf(splats[a.slot]) < orderOf(splats[b.slot]);
+                  });
+        uint32_t wrong = 0;
+        for (uint32_t i = piece.first; i < piece.first + piece.count; ++i) {
+            wrong += sorted[i].slot != expected[i].slot; // the depth means nothing afterwards
+            inside[i] = true;
+        }
+        CAPTURE(piece.count);
+        CHECK(wrong == 0);
+    }
+    bool untouched = true;
+    for (uint32_t i = 0; i < total; ++i)
+        untouched &= inside[i] || (sorted[i].slot == kGapKey.slot && sorted[i].depth_bits == kGapKey.depth_bits);
+    CHECK(untouched);
+}
+
+} // namespace
+
+TEST_CASE("sort: pieces around the edges of every class, several of each, any depths")
+{
+    uint32_t seed = 1;
+    for (const Pattern& pattern : kPatterns) {
+        const std::vector<uint32_t> warps = {2, 3, 31, 32, 33, 64, 255, 256};
+        const std::vector<uint32_t> blocks = {257, 258, 1023, 1024, 1025, 2047, 2048, 2049, 4096};
+        checkSort<PackedSplat>(warps, pattern, seed++);
+        checkSort<ExactSplat>(warps, pattern, seed++);
+        checkSort<PackedSplat>(blocks, pattern, seed++);
+        checkSort<ExactSplat>(blocks, pattern, seed++);
+    }
+}
+
+TEST_CASE("sort: more keys than a block holds")
+{
+    for (const Pattern& pattern : kPatterns) {
+        checkSort<PackedSplat>({4097, 9000}, pattern, 5);
+        checkSort<ExactSplat>({4097, 8192}, pattern, 6);
+    }
+    checkSort<PackedSplat>({4097, 9000}, kEqual, 7);
+    checkSort<ExactSplat>({8193}, kEqual, 8);
+}
+
+TEST_CASE("trap 28: sort of equal depths is the emission order, whatever the length")
+{
+    checkSort<PackedSplat>({2, 31, 255, 256, 257, 1023, 1024, 1025, 2048}, kEqual, 11);
+    checkSort<ExactSplat>({2, 31, 255, 256, 257, 1024, 1025, 2049}, kEqual, 12);
+}
+
+TEST_CASE("sort: more pieces of a class than blocks and warps of the launch, and none at all")
+{
+    Random random(3);
+    std::vector<uint32_t> many;
+    for (uint32_t i = 0; i < 150; ++i)
+        many.push_back(2 + uint32_t(random.uniform() * 40));
+    for (uint32_t i = 0; i < 24; ++i)
+        many.push_back(257 + uint32_t(random.uniform() * 200));
+    for (uint32_t i = 0; i < 6; ++i)
+        many.push_back(1025 + uint32_t(random.uniform() * 300));
+    for (uint32_t i = 0; i < 4; ++i)
+        many.push_back(2049);
+    checkSort<PackedSplat>(many, kPatterns[0], 21);
+    checkSort<ExactSplat>(many, kPatterns[1], 22);
+    checkSort<PackedSplat>({}, kPatterns[0], 23);
+}
