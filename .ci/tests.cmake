@@ -9,3 +9,9 @@ endfunction()
 gsc_add_ci_test(check_format 120)
 gsc_add_ci_test(check_sanitizers 1800)
 gsc_add_ci_test(check_fuzz 1200)
+
+# the converter once more, without optimisation and CUDA: a minute and a half on two cores
+add_test(NAME test_bundle
+         COMMAND ${Python3_EXECUTABLE} ${PROJECT_SOURCE_DIR}/tests/package/check_package.py ${PROJECT_SOURCE_DIR}
+                 ${CMAKE_COMMAND} bundle)
+set_tests_properties(test_bundle PROPERTIES LABELS ci TIMEOUT 1200 RUN_SERIAL TRUE SKIP_RETURN_CODE 77)
