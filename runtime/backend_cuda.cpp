@@ -205,6 +205,11 @@ bool CudaBackend::growAfterOverflow(FrameShape& shape)
     grow(m_capacity.pairs, c.most_pairs, limit * kPairsPerSlot, 0);
     if (passes > kMaxPasses) {
         if (shape.passes == kMaxPasses) { // all Gaussians at one depth, or a budget far too small
+            if (withSlack(c.most_pairs) > UINT32_MAX)
+                throw Error(ErrorCode::OutOfMemory,
+                            formatString("cuda: %llu pairs of splat and bin in one pass, expected fewer than 2^32; "
+                                         "choose a smaller --size or --backend cpu",
+                                         c.most_pairs));
             m_capacity.slots = uint32_t(std::max<uint64_t>(m_capacity.slots, withSlack(c.most_slots)));
             m_capacity.pairs = uint32_t(std::max<uint64_t>(m_capacity.pairs, withSlack(c.most_pairs)));
         }

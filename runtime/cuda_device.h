@@ -53,7 +53,6 @@ struct PinnedCounters {
 // What the launches are sized by.
 struct CudaLimits {
     uint32_t processors = 0;
-    size_t shared_bytes = 0; // of a block, at most
 };
 
 // Of this thread's device.
