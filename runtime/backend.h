@@ -53,6 +53,9 @@ public:
     // Throws Error (OutOfMemory, Unsupported, Device).
     virtual void load(const ModelView& model) = 0;
 
+    // Forgets what was kept from earlier frames, as if the next frame were the first. Memory stays.
+    virtual void dropCaches() {}
+
     // Renders `eye_count` (1 or 2) eyes into `images`: per eye height x width x 3 floats, interleaved RGB, row 0 on
     // top, unclamped. `images` or an entry of it may be null: that image is rendered and stays on the device.
     // Buffers grow as needed; a second frame of the same load allocates nothing.

@@ -58,6 +58,27 @@ struct ModelView {
 
 enum class Tier : uint32_t { Exact = 0, Fast = 1, Turbo = 2 };
 
+// When an anchor decoded in an earlier frame may be drawn again as it was (design section 5).
+enum class ReusePolicy : uint32_t {
+    None = 0,  // every visible anchor is decoded for every frame and eye
+    Depth = 1, // at most so many frames, fewer the more of the view is new: the GS-Cache paper's Algorithm 1
+    Error = 2, // as long as its predicted change stays within a bound
+};
+
+// How ReusePolicy::Depth turns the share of visible anchors that are new into a depth.
+enum class DepthGuidance : uint32_t { Linear = 0, Exponential = 1, Staged = 2 };
+
+struct ReuseOptions {
+    ReusePolicy policy = ReusePolicy::None;
+    uint32_t max_depth = 10; // Depth: frames an entry may be drawn after the one that decoded it
+    DepthGuidance guidance = DepthGuidance::Linear;
+    float bound = 1;            // Error: predicted change of what an anchor draws, in 1/255
+    uint64_t decode_budget = 0; // anchors decoded per frame and eye, 0 = as many as the policy wants
+    uint64_t cache_bytes = 0;   // most memory of decoded Gaussians, 0 = no limit
+    bool cut = false;           // keep which groups are visible while the camera's motion cannot change it
+    bool order = false;         // sort from the last frame's depth order
+};
+
 struct FrameOptions {
     Tier tier = Tier::Fast;
     float background[3] = {0, 0, 0};
@@ -65,6 +86,7 @@ struct FrameOptions {
     float near_z = 0;           // 0 = the model's (ModelParams::near_z)
     bool empty_is_black = true; // upstream's quirk: no Gaussian at all gives zeros, not the background
     float lod_bias = 0;         // added to the predicted level; 0 = upstream
+    ReuseOptions reuse;
 };
 
 // The numbers that carry the cost of a frame (design section 4), per eye.
@@ -72,8 +94,10 @@ struct EyeCounts {
     uint64_t groups_tested = 0;
     uint64_t anchors_tested = 0;  // anchors whose own test ran
     uint64_t anchors_visible = 0; // upstream's visible set
-    uint64_t anchors_decoded = 0;
+    uint64_t anchors_decoded = 0; // for this eye; with reuse also neighbours that are not visible
     uint64_t anchors_reused = 0;
+    uint64_t anchors_overdue = 0;   // of the reused: the policy wanted them decoded, the budget did not allow it
+    uint64_t anchors_missing = 0;   // visible, but neither decoded before nor within the budget: not drawn
     uint64_t gaussians_alive = 0;   // opacity >= 1/255 after decode
     uint64_t gaussians_visible = 0; // on screen after project
     uint64_t gaussians_dropped = 0; // not finite: upstream's behaviour is undefined, ours drops and counts
@@ -89,8 +113,12 @@ struct FrameResult {
     EyeCounts eyes[kMaxEyes];
     StageTimes times;
     uint64_t bytes_resident = 0; // model and buffers
-    uint32_t repeats = 0; // how often it was drawn again because a buffer was too small; only the last try is timed
-    uint32_t passes = 1;  // from near to far; more than one where a device's memory is short
+    uint32_t repeats = 0;     // how often it was drawn again because a buffer was too small; only the last try is timed
+    uint64_t cache_bytes = 0; // of decoded Gaussians, part of bytes_resident
+    uint64_t cache_evictions = 0; // entries given up in this frame for others
+    uint64_t groups_kept = 0;     // group tests that the cut cache saved, all eyes
+    uint64_t order_moves = 0;     // splats that had to move from the place the order cache gave them, all eyes
+    uint32_t passes = 1;          // from near to far; more than one where a device's memory is short
 };
 
 } // namespace gsc
