@@ -62,7 +62,8 @@ void viewSensitivityCpu(const ModelView& model, uint32_t chunk, uint32_t first, 
 // The change itself between two views, by the same measure and in double: the largest E over the anchor's Gaussians.
 // Scalar; for tests and measurements.
 double drawnChangeReference(const ModelView& model, uint32_t chunk, uint32_t local, int32_t appearance,
-                            const double* direction0, double distance0, const double* direction1, double distance1);
+                            const double* direction0, double distance0, const double* direction1, double distance1,
+                            const SensitivityWeights& weights = kSensitivityWeights);
 
 // viewSensitivityCpu() for one anchor in double, by differences and with matrices instead of derivatives.
 void viewSensitivityReference(const ModelView& model, uint32_t chunk, uint32_t local, int32_t appearance,

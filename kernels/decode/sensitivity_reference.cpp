@@ -89,7 +89,7 @@ std::vector<Drawn> drawnAt(const ModelView& model, uint32_t chunk, uint32_t loca
     return drawn;
 }
 
-double squaredChange(const Drawn& a, const Drawn& b)
+double squaredChange(const Drawn& a, const Drawn& b, const SensitivityWeights& weights = kSensitivityWeights)
 {
     if (a.opacity == 0 && b.opacity == 0)
         return 0;
@@ -108,21 +108,21 @@ double squaredChange(const Drawn& a, const Drawn& b)
     for (const auto& row : both)
         for (const double v : row)
             shape += v * v / 4;
-    const double opacity = kSensitivityWeights.opacity * (b.opacity - a.opacity);
-    return color + opacity * opacity +
-           kSensitivityWeights.scale * kSensitivityWeights.scale * a.opacity * a.opacity * shape;
+    const double opacity = weights.opacity * (b.opacity - a.opacity);
+    return color + opacity * opacity + weights.scale * weights.scale * a.opacity * a.opacity * shape;
 }
 
 } // namespace
 
 double drawnChangeReference(const ModelView& model, uint32_t chunk, uint32_t local, int32_t appearance,
-                            const double* direction0, double distance0, const double* direction1, double distance1)
+                            const double* direction0, double distance0, const double* direction1, double distance1,
+                            const SensitivityWeights& weights)
 {
     const std::vector<Drawn> before = drawnAt(model, chunk, local, appearance, direction0, distance0);
     const std::vector<Drawn> after = drawnAt(model, chunk, local, appearance, direction1, distance1);
     double largest = 0;
     for (size_t k = 0; k < before.size(); ++k)
-        largest = std::max(largest, squaredChange(before[k], after[k]));
+        largest = std::max(largest, squaredChange(before[k], after[k], weights));
     return std::sqrt(largest);
 }
 

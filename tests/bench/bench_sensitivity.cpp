@@ -140,7 +140,7 @@ try {
     printPercentiles("distance of a camera / representative one", view_distance, 1);
     for (int t = 0; t < 2; ++t) {
         const double chord = 2 * std::sin(kDegrees[t] * M_PI / 360);
-        std::vector<double> changes, predicted, ratios;
+        std::vector<double> changes, colors, predicted, ratios;
         size_t held = 0, within2 = 0;
         for (const Anchor& a : samples) {
             const double change = drawnChangeReference(model, a.chunk, a.local, appearance, a.direction, a.distance,
@@ -149,6 +149,8 @@ try {
             held += change <= bound;
             within2 += change <= 2 * bound;
             changes.push_back(change);
+            colors.push_back(drawnChangeReference(model, a.chunk, a.local, appearance, a.direction, a.distance,
+                                                  a.turned[t], a.distance, {0, 0}));
             predicted.push_back(bound);
             ratios.push_back(bound > 0 ? change / bound : (change > 0 ? 1e9 : 0));
         }
@@ -158,6 +160,7 @@ try {
                     100.0 * double(within2) / double(samples.size()), correlation(changes, predicted),
                     correlation(ranks(changes), ranks(predicted)));
         printPercentiles("change, 1/255", changes, 255);
+        printPercentiles("  of the premultiplied colour alone", colors, 255);
         printPercentiles("change / predicted", ratios, 1);
     }
     return 0;
