@@ -3,6 +3,7 @@
 #include "player/bench.h"
 
 #include "format/error.h"
+#include "player/report_parts.h"
 #include "player/stage_names.h"
 #include "runtime/frame_stats.h"
 
@@ -17,29 +18,14 @@ namespace gsc {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-// Order statistics by nearest rank.
-struct Spread {
-    double mean = 0, median = 0, p95 = 0, p99 = 0, max = 0;
-};
+using Json = OrderedJson;
 
 Spread spreadOf(const BenchSummary& summary, const std::function<double(const BenchFrame&)>& value)
 {
     std::vector<double> values;
     for (const BenchFrame& frame : summary.frames)
         values.push_back(value(frame));
-    std::sort(values.begin(), values.end());
-    if (values.empty())
-        return {};
-    const auto at = [&](double q) {
-        const auto rank = size_t(std::ceil(q * double(values.size())));
-        return values[std::clamp<size_t>(rank, 1, values.size()) - 1];
-    };
-    double sum = 0;
-    for (const double v : values)
-        sum += v;
-    return {sum / double(values.size()), at(0.5), at(0.95), at(0.99), values.back()};
+    return gsc::spreadOf(std::move(values));
 }
 
 constexpr struct {
@@ -51,11 +37,23 @@ constexpr struct {
     {"anchors_visible", &EyeCounts::anchors_visible},
     {"anchors_decoded", &EyeCounts::anchors_decoded},
     {"anchors_reused", &EyeCounts::anchors_reused},
+    {"anchors_overdue", &EyeCounts::anchors_overdue},
+    {"anchors_missing", &EyeCounts::anchors_missing},
     {"gaussians_alive", &EyeCounts::gaussians_alive},
     {"gaussians_visible", &EyeCounts::gaussians_visible},
     {"gaussians_dropped", &EyeCounts::gaussians_dropped},
     {"pairs", &EyeCounts::pairs},
     {"blend_evaluations", &EyeCounts::blend_evaluations},
+};
+
+constexpr struct {
+    const char* name;
+    uint64_t FrameResult::*field;
+} kCacheCounts[] = {
+    {"cache_bytes", &FrameResult::cache_bytes},
+    {"cache_evictions", &FrameResult::cache_evictions},
+    {"groups_kept", &FrameResult::groups_kept},
+    {"order_moves", &FrameResult::order_moves},
 };
 
 double gaussiansOf(const BenchFrame& frame, int eyes)
@@ -152,14 +150,16 @@ std::vector<RooflineRow> rooflineRows(const BenchOptions& options, const BenchSu
     return rows;
 }
 
-Json spreadJson(const Spread& s)
+// Of the three caches, all eyes together.
+Json cacheJson(const BenchSummary& summary)
 {
-    return {{"mean", s.mean}, {"median", s.median}, {"p95", s.p95}, {"p99", s.p99}, {"max", s.max}};
-}
-
-Json unknownIfZero(double value)
-{
-    return value > 0 ? Json(value) : Json();
+    Json json;
+    for (const auto& count : kCacheCounts) {
+        const Spread s =
+            spreadOf(summary, [&](const BenchFrame& frame) { return double(frame.result.*(count.field)); });
+        json[count.name] = {{"mean", s.mean}, {"max", s.max}};
+    }
+    return json;
 }
 
 Json configJson(const BenchOptions& options, const BenchSummary& summary)
@@ -176,6 +176,8 @@ Json configJson(const BenchOptions& options, const BenchSummary& summary)
             {"appearance", play.appearance >= 0 ? Json(play.appearance) : Json()},
             {"threads", play.threads},
             {"vram_budget", play.vram_budget > 0 ? Json(play.vram_budget) : Json()},
+            {"reuse", reuseJson(play.reuse)},
+            {"lod_bias", play.lod_bias},
             {"warmup", options.warmup},
             {"frames", options.frames}};
 }
@@ -267,21 +269,13 @@ std::string benchReportJson(const BenchOptions& options, const BenchSummary& sum
     double pixels = 0;
     for (const BenchFrame& frame : summary.frames)
         pixels += frame.pixels * options.play.eyes;
-    const DeviceFacts& device = summary.device;
     const Json json = {
         {"schema", "gsc.bench/1"},
-        {"tool",
-         {{"name", "gsc-play"}, {"version", GSC_VERSION}, {"commit", *GSC_COMMIT != 0 ? Json(GSC_COMMIT) : Json()}}},
+        {"tool", toolJson()},
         {"label", options.label},
-        {"file", {{"path", options.play.input}, {"bytes", summary.file_bytes}, {"anchors", summary.anchors}}},
+        {"file", fileJson(options.play.input, summary.file_bytes, summary.anchors)},
         {"backend", summary.backend},
-        {"device",
-         {{"name", device.name},
-          {"driver", device.driver.empty() ? Json() : Json(device.driver)},
-          {"memory_bytes", device.memory_bytes},
-          {"processors", device.processors},
-          {"clock_mhz", unknownIfZero(device.clock_mhz)},
-          {"memory_clock_mhz", unknownIfZero(device.memory_clock_mhz)}}},
+        {"device", deviceJson(summary.device)},
         {"config", configJson(options, summary)},
         {"ms",
          {{"open", summary.open_ms},
@@ -291,6 +285,7 @@ std::string benchReportJson(const BenchOptions& options, const BenchSummary& sum
           {"stages", std::move(stages)}}},
         {"ns_per_gaussian", spreadJson(perGaussian(options, summary))},
         {"per_eye", std::move(counts)},
+        {"cache", cacheJson(summary)},
         {"roofline", rooflineJson(options, summary)},
         {"pixels_per_frame", pixels / double(std::max<size_t>(summary.frames.size(), 1))},
         {"peak_bytes", peakBytes(summary)},
@@ -299,7 +294,7 @@ std::string benchReportJson(const BenchOptions& options, const BenchSummary& sum
         {"quality", qualityJson(summary)},
         {"warnings", summary.warnings},
     };
-    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+    return dumpJson(json);
 }
 
 std::string benchReportText(const BenchOptions& options, const BenchSummary& summary)
@@ -328,6 +323,13 @@ std::string benchReportText(const BenchOptions& options, const BenchSummary& sum
                          even.median > 0 ? even.p99 / even.median : 0.0);
     for (const auto& count : kCounts)
         text += tableRow(count.name, countOf(options, summary, count.field), 0);
+    const ReuseOptions& reuse = play.reuse;
+    if (reuse.policy != ReusePolicy::None || reuse.cut || reuse.order)
+        text += "caches, all eyes\n";
+    for (const auto& count : kCacheCounts)
+        if (reuse.policy != ReusePolicy::None || reuse.cut || reuse.order)
+            text += tableRow(
+                count.name, spreadOf(summary, [&](const BenchFrame& f) { return double(f.result.*(count.field)); }), 0);
     text += rooflineText(options, summary);
     text += formatString("peak memory %.3f GiB", double(peakBytes(summary)) / double(1 << 30));
     const Spread passes = spreadOf(summary, [](const BenchFrame& f) { return double(f.result.passes); });

@@ -96,6 +96,8 @@ PlaySummary play(const PlayOptions& options, PlayLog& log)
     PlaySummary summary;
     summary.input = options.input;
     summary.eyes = options.eyes;
+    summary.reuse = options.reuse;
+    summary.lod_bias = options.lod_bias;
 
     const Clock::time_point open_start = Clock::now();
     const std::unique_ptr<Scene> scene = Scene::open(options.input, options.verify);

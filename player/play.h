@@ -16,6 +16,8 @@ struct PlaySummary {
     std::string input, backend;
     Tier tier = Tier::Exact; // that ran, not that was asked for
     int eyes = 1;
+    ReuseOptions reuse;
+    double lod_bias = 0;
     uint64_t anchors = 0, file_bytes = 0;
     double open_ms = 0, load_ms = 0; // mapping and checking the file, preparing the backend
     std::vector<FrameResult> frames; // in the order played

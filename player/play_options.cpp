@@ -4,13 +4,14 @@
 #include "format/error.h"
 #include "format/gsc_layout.h"
 #include "player/bench.h"
+#include "player/cli_choice.h"
+#include "player/reuse_options.h"
 #include "runtime/backend.h"
 
 #include <CLI/CLI.hpp>
 
 #include <cmath>
 #include <cstdio>
-#include <map>
 #include <numbers>
 
 namespace gsc {
@@ -26,6 +27,8 @@ constexpr const char* kExamples = R"(Examples:
       the trainer's own image, 16 bits per channel
   gsc-play room.gsc --eyes 2 --ipd 0.065 --out 'vr/{frame:04}_{eye}.exr'
       both eyes, 32-bit float
+  gsc-play room.gsc --cameras path.json --reuse error --reuse-bound 1 --stats out.jsonl
+      decoded Gaussians are drawn again while they change by less than 1/255
   gsc-play bench room.gsc --eyes 2 --ipd 0.065 --size 2048x2048 --fov 90
       what a frame costs, stage by stage; gsc-play bench --help
 
@@ -59,24 +62,6 @@ struct RawText {
     std::string size, background = "model", frames;
     double fov_degrees = 0;
 };
-
-// An option that takes one of a few words.
-template <typename Value>
-CLI::Option* addChoice(CLI::App& app, const std::string& name, Value& field, std::map<std::string, Value> choices,
-                       const std::string& help)
-{
-    const auto choose = [name, &field, choices = std::move(choices)](const std::string& word) {
-        const auto found = choices.find(word);
-        if (found == choices.end()) {
-            std::string known;
-            for (const auto& [choice, value] : choices)
-                known += (known.empty() ? "" : ", ") + choice;
-            throw CLI::ValidationError(name, "\"" + word + "\" is none of " + known);
-        }
-        field = found->second;
-    };
-    return app.add_option_function<std::string>(name, choose, help);
-}
 
 // `range`: the option that picks some of the cameras.
 void addSceneOptions(CLI::App& app, PlayOptions& options, RawText& raw, const char* range)
@@ -118,6 +103,7 @@ void addRunOptions(CLI::App& app, PlayOptions& options)
         ->transform(CLI::AsSizeValue(false))
         ->option_text("SIZE (default: all there is)");
     app.add_flag("--verify", options.verify, "Check the checksum of every byte before the first frame");
+    addReuseOptions(app, options);
 }
 
 void addMessageOptions(CLI::App& app, PlayOptions& options)
@@ -184,8 +170,9 @@ std::vector<float> parseColor(const std::string& text)
     return {r, g, b};
 }
 
-void finish(PlayOptions& options, const RawText& raw)
+void finish(const CLI::App& app, PlayOptions& options, const RawText& raw)
 {
+    checkReuseOptions(app, options);
     if (!raw.size.empty())
         parseSize(raw.size, options.width, options.height);
     if (!raw.frames.empty())
@@ -270,7 +257,7 @@ std::optional<int> parsePlayOptions(int argc, const char* const* argv, PlayOptio
     } catch (const CLI::ParseError& e) {
         return app.exit(e) == 0 ? 0 : int(ErrorCode::Usage);
     }
-    finish(options, raw);
+    finish(app, options, raw);
     return std::nullopt;
 }
 
@@ -288,7 +275,10 @@ std::optional<int> parseBenchOptions(int argc, const char* const* argv, BenchOpt
     } catch (const CLI::ParseError& e) {
         return app.exit(e) == 0 ? 0 : int(ErrorCode::Usage);
     }
-    finish(options.play, raw);
+    finish(app, options.play, raw);
+    if (options.quality > 0 && options.play.reuse.policy != ReusePolicy::None)
+        throw Error(ErrorCode::Usage, "--quality: scores single pictures and would not see what --reuse does to a "
+                                      "path, expected --reuse none; pass --sweep CONFIG.json to score whole paths");
     return std::nullopt;
 }
 

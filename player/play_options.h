@@ -33,6 +33,8 @@ struct PlayOptions {
     int appearance = -1;                          // the trainer's embedding row, -1 = the camera's
     std::optional<std::vector<float>> background; // 3 values; none = the model's
     double near_z = 0;                            // world units, 0 = the model's
+    ReuseOptions reuse;                           // what is kept between frames
+    double lod_bias = 0;                          // levels added
     uint64_t frame_first = 0, frame_end = std::numeric_limits<uint64_t>::max();
     bool overwrite = false, verify = false, quiet = false;
     int verbose = 0;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/play_report.h"
 
+#include "player/report_parts.h"
+#include "player/reuse_options.h"
 #include "player/stage_names.h"
 
 #include <nlohmann/json.hpp>
@@ -12,15 +14,21 @@ namespace gsc {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = OrderedJson;
 
 constexpr struct {
     const char* name;
     uint64_t EyeCounts::*field;
 } kCounts[] = {
-    {"anchors_visible", &EyeCounts::anchors_visible},     {"anchors_decoded", &EyeCounts::anchors_decoded},
-    {"gaussians_alive", &EyeCounts::gaussians_alive},     {"gaussians_visible", &EyeCounts::gaussians_visible},
-    {"gaussians_dropped", &EyeCounts::gaussians_dropped}, {"pairs", &EyeCounts::pairs},
+    {"anchors_visible", &EyeCounts::anchors_visible},
+    {"anchors_decoded", &EyeCounts::anchors_decoded},
+    {"anchors_reused", &EyeCounts::anchors_reused},
+    {"anchors_overdue", &EyeCounts::anchors_overdue},
+    {"anchors_missing", &EyeCounts::anchors_missing},
+    {"gaussians_alive", &EyeCounts::gaussians_alive},
+    {"gaussians_visible", &EyeCounts::gaussians_visible},
+    {"gaussians_dropped", &EyeCounts::gaussians_dropped},
+    {"pairs", &EyeCounts::pairs},
     {"blend_evaluations", &EyeCounts::blend_evaluations},
 };
 
@@ -31,8 +39,7 @@ double quantile(const PlaySummary& summary, double q)
     for (const FrameResult& frame : summary.frames)
         times.push_back(frame.times.total);
     std::sort(times.begin(), times.end());
-    const auto rank = size_t(std::ceil(q * double(times.size())));
-    return times[std::clamp<size_t>(rank, 1, times.size()) - 1];
+    return nearestRank(times, q);
 }
 
 double meanStage(const PlaySummary& summary, double StageTimes::*field)
@@ -53,12 +60,40 @@ double meanCount(const PlaySummary& summary, uint64_t EyeCounts::*field)
     return sum / double(summary.frames.size()) / summary.eyes;
 }
 
-uint64_t peakResident(const PlaySummary& summary)
+// Of all frames.
+uint64_t most(const PlaySummary& summary, uint64_t FrameResult::*field)
 {
     uint64_t peak = 0;
     for (const FrameResult& frame : summary.frames)
-        peak = std::max(peak, frame.bytes_resident);
+        peak = std::max(peak, frame.*field);
     return peak;
+}
+
+uint64_t evictions(const PlaySummary& summary)
+{
+    uint64_t sum = 0;
+    for (const FrameResult& frame : summary.frames)
+        sum += frame.cache_evictions;
+    return sum;
+}
+
+// One line; empty without reuse.
+std::string reuseText(const PlaySummary& summary)
+{
+    if (summary.reuse.policy == ReusePolicy::None)
+        return {};
+    const double decoded = meanCount(summary, &EyeCounts::anchors_decoded);
+    const double reused = meanCount(summary, &EyeCounts::anchors_reused);
+    std::string text =
+        formatString("reuse %s: %.1f %% of anchors drawn again, cache %.1f MiB, %llu evictions",
+                     policyName(summary.reuse.policy), reused > 0 ? 100 * reused / (reused + decoded) : 0.0,
+                     double(most(summary, &FrameResult::cache_bytes)) / double(1 << 20),
+                     static_cast<unsigned long long>(evictions(summary)));
+    const double overdue = meanCount(summary, &EyeCounts::anchors_overdue);
+    const double missing = meanCount(summary, &EyeCounts::anchors_missing);
+    if (overdue > 0 || missing > 0)
+        text += formatString("; for want of budget %.1f overdue, %.1f missing per eye", overdue, missing);
+    return text + "\n";
 }
 
 } // namespace
@@ -79,6 +114,7 @@ std::string playReportText(const PlaySummary& summary)
                          meanCount(summary, &EyeCounts::gaussians_visible), meanCount(summary, &EyeCounts::pairs));
     if (const double dropped = meanCount(summary, &EyeCounts::gaussians_dropped); dropped > 0)
         text += formatString("dropped: %.1f Gaussians per eye that are not finite\n", dropped);
+    text += reuseText(summary);
     if (!summary.images.empty())
         text += formatString("%zu image%s: %s%s\n", summary.images.size(), summary.images.size() == 1 ? "" : "s",
                              summary.images.front().c_str(),
@@ -99,7 +135,7 @@ std::string playReportJson(const PlaySummary& summary, const std::vector<std::st
     const Json json = {
         {"schema", "gsc.play/1"},
         {"tool", {{"name", "gsc-play"}, {"version", GSC_VERSION}}},
-        {"file", {{"path", summary.input}, {"bytes", summary.file_bytes}, {"anchors", summary.anchors}}},
+        {"file", fileJson(summary.input, summary.file_bytes, summary.anchors)},
         {"backend", summary.backend},
         {"tier", tierName(summary.tier)},
         {"eyes", summary.eyes},
@@ -114,19 +150,23 @@ std::string playReportJson(const PlaySummary& summary, const std::vector<std::st
           {"frame_p99", quantile(summary, 0.99)},
           {"frame_max", quantile(summary, 1)},
           {"stages_mean", std::move(stages)}}},
+        {"reuse", reuseJson(summary.reuse)},
+        {"lod_bias", summary.lod_bias},
         {"mean_per_eye", std::move(counts)},
-        {"bytes_resident", peakResident(summary)},
+        {"bytes_resident", most(summary, &FrameResult::bytes_resident)},
+        {"cache_bytes", most(summary, &FrameResult::cache_bytes)},
+        {"cache_evictions", evictions(summary)},
         {"images", summary.images},
         {"warnings", warnings},
     };
-    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+    return dumpJson(json, 2) + "\n";
 }
 
 std::string errorReportJson(ErrorCode code, const std::string& message)
 {
     const Json json = {
         {"schema", "gsc.error/1"}, {"code", errorName(code)}, {"exit_code", int(code)}, {"message", message}};
-    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+    return dumpJson(json, 2) + "\n";
 }
 
 } // namespace gsc

@@ -108,6 +108,8 @@ FrameOptions frameOptions(const Scene& scene, const PlayOptions& options)
     FrameOptions frame;
     frame.tier = options.tier;
     frame.near_z = float(options.near_z);
+    frame.lod_bias = float(options.lod_bias);
+    frame.reuse = options.reuse;
     const bool white = (scene.view().params->flags & kModelWhiteBackground) != 0;
     for (size_t c = 0; c < 3; ++c)
         frame.background[c] = options.background ? (*options.background)[c] : white ? 1.0f : 0.0f;

@@ -22,7 +22,7 @@ struct Shot {
 // At least one. Warns where an embedding row had to be chosen for a camera. Throws Error (Usage, Io, InvalidFile).
 std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, PlayLog& log);
 
-// Background, near plane and tier; the appearance is the shot's.
+// Background, near plane, tier, level bias and reuse; the appearance is the shot's.
 FrameOptions frameOptions(const Scene& scene, const PlayOptions& options);
 
 // The eyes of a shot, one or two.

@@ -17,6 +17,8 @@ Json countsJson(const EyeCounts& counts, uint64_t pixels)
         {"anchors_visible", counts.anchors_visible},
         {"anchors_decoded", counts.anchors_decoded},
         {"anchors_reused", counts.anchors_reused},
+        {"anchors_overdue", counts.anchors_overdue},
+        {"anchors_missing", counts.anchors_missing},
         {"gaussians_alive", counts.gaussians_alive},
         {"gaussians_visible", counts.gaussians_visible},
         {"gaussians_dropped", counts.gaussians_dropped},
@@ -65,6 +67,10 @@ std::string frameStatsJson(const FrameStats& stats)
           {"blend", result.times.blend},
           {"total", result.times.total}}},
         {"bytes_resident", result.bytes_resident},
+        {"cache_bytes", result.cache_bytes},
+        {"cache_evictions", result.cache_evictions},
+        {"groups_kept", result.groups_kept},
+        {"order_moves", result.order_moves},
         {"eyes", std::move(eyes)},
     };
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);

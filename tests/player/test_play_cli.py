@@ -297,6 +297,24 @@ class PlayTest(unittest.TestCase):
         stages = sum(stage["mean"] for stage in report["ms"]["stages"].values())
         self.assertLessEqual(stages, report["ms"]["device"]["mean"] * 1.05 + 0.5)
 
+    def test_reuse_options(self) -> None:
+        options = ("--reuse", "error", "--reuse-bound", "0.5", "--decode-budget", "100", "--cut-cache", "--lod-bias", "-1")
+        said = {"policy": "error", "max_depth": None, "guidance": None, "bound": 0.5, "decode_budget": 100,
+                "cache_budget": None, "cut": True, "order": False}
+        report = json.loads(self.small(*options, "--stats", "s.jsonl", "--format", "json").stdout)
+        check_schema("play-report", report)
+        self.assertEqual((report["reuse"], report["lod_bias"]), (said, -1))
+        for line in (self.folder / "s.jsonl").read_text().splitlines():
+            check_schema("frame-stats", json.loads(line))
+        report = json.loads(self.bench("--frames", "3", *options, "--format", "json").stdout)
+        check_schema("bench-report", report)
+        self.assertEqual((report["config"]["reuse"], report["config"]["lod_bias"]), (said, -1))
+        self.assertIn("reuse error: ", self.small(*options).stdout)
+        self.assertIn("cache_evictions", self.bench("--frames", "3", *options).stdout)
+        self.assertNotIn("cache_evictions", self.bench("--frames", "3").stdout)
+        self.refused("bench", self.model, "--quality", "1", "--reuse", "depth", code=1, says="--sweep")
+        self.refused(self.model, "--reuse-bound", "1", code=1, says="no effect with --reuse none")
+
     def test_bench_defaults(self) -> None:
         report = json.loads(self.play("bench", self.model, "--size", "8x8", "-q", "--format", "json").stdout)
         check_schema("bench-report", report)

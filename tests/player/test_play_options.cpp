@@ -109,6 +109,53 @@ TEST_CASE("wrong command lines exit with 1")
     CHECK(parse({"m.gsc", "--out", "x.jpeg"}) == 5); // no such writer
 }
 
+TEST_CASE("what is kept between frames")
+{
+    PlayOptions o;
+    CHECK(parse({"m.gsc", "--reuse", "depth", "--reuse-depth", "7", "--reuse-guidance", "staged", "--decode-budget",
+                 "1000", "--cache-budget", "64M", "--cut-cache", "--order-cache", "--lod-bias", "-1.5"},
+                o) == -1);
+    CHECK(o.reuse.policy == ReusePolicy::Depth);
+    CHECK(o.reuse.max_depth == 7);
+    CHECK(o.reuse.guidance == DepthGuidance::Staged);
+    CHECK(o.reuse.decode_budget == 1000);
+    CHECK(o.reuse.cache_bytes == 64u << 20);
+    CHECK(o.reuse.cut);
+    CHECK(o.reuse.order);
+    CHECK(o.lod_bias == -1.5);
+    PlayOptions e;
+    CHECK(parse({"m.gsc", "--reuse", "error", "--reuse-bound", "0.5"}, e) == -1);
+    CHECK(e.reuse.policy == ReusePolicy::Error);
+    CHECK(e.reuse.bound == 0.5f);
+    PlayOptions none;
+    CHECK(parse({"m.gsc"}, none) == -1);
+    CHECK(none.reuse.policy == ReusePolicy::None);
+    CHECK(none.reuse.max_depth == 10);
+    CHECK(none.reuse.bound == 1);
+    CHECK_FALSE(none.reuse.cut);
+    CHECK(none.lod_bias == 0);
+}
+
+TEST_CASE("reuse options out of range, or without their policy, exit with 1")
+{
+    for (const char* bound : {"-1", "nan", "inf", "256", "x"})
+        CHECK(parse({"m.gsc", "--reuse", "error", "--reuse-bound", bound}) == 1);
+    for (const char* bias : {"nan", "17", "-16.5", "inf"})
+        CHECK(parse({"m.gsc", "--lod-bias", bias}) == 1);
+    CHECK(parse({"m.gsc", "--reuse", "often"}) == 1);
+    CHECK(parse({"m.gsc", "--reuse", "depth", "--reuse-depth", "-1"}) == 1);
+    CHECK(parse({"m.gsc", "--reuse", "depth", "--reuse-depth", "1000001"}) == 1);
+    CHECK(parse({"m.gsc", "--reuse", "depth", "--reuse-guidance", "cubic"}) == 1);
+    CHECK(parse({"m.gsc", "--reuse", "error", "--decode-budget", "-5"}) == 1);
+    CHECK(parse({"m.gsc", "--reuse", "error", "--cache-budget", "much"}) == 1);
+    CHECK(parse({"m.gsc", "--reuse-depth", "4"}) == 1);
+    CHECK(parse({"m.gsc", "--reuse", "error", "--reuse-depth", "4"}) == 1);
+    CHECK(parse({"m.gsc", "--reuse", "error", "--reuse-guidance", "staged"}) == 1);
+    CHECK(parse({"m.gsc", "--reuse", "depth", "--reuse-bound", "1"}) == 1);
+    CHECK(parse({"m.gsc", "--decode-budget", "4"}) == 1);
+    CHECK(parse({"m.gsc", "--cache-budget", "4M"}) == 1);
+}
+
 TEST_CASE("ranges")
 {
     uint64_t first = 0, end = 0;

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// What several reports of the player say in the same words.
+#pragma once
+
+#include "player/play_options.h"
+#include "runtime/backend.h"
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+using OrderedJson = nlohmann::ordered_json;
+
+// Order statistics by nearest rank.
+struct Spread {
+    double mean = 0, median = 0, p95 = 0, p99 = 0, max = 0;
+};
+
+// Zeros for no values.
+Spread spreadOf(std::vector<double> values);
+
+// The q-quantile by nearest rank, q in (0, 1]. Precondition: at least one value, ascending.
+double nearestRank(const std::vector<double>& sorted, double q);
+
+OrderedJson spreadJson(const Spread& spread);
+OrderedJson unknownIfZero(double value); // null for 0
+OrderedJson finiteOrNull(double value);
+OrderedJson toolJson(); // name, version, commit
+OrderedJson deviceJson(const DeviceFacts& device);
+OrderedJson fileJson(const std::string& path, uint64_t bytes, uint64_t anchors);
+OrderedJson reuseJson(const ReuseOptions& reuse); // null where the policy takes no such number
+
+// Without a line break unless `indent` is 0 or more. Text that is not UTF-8 is replaced.
+std::string dumpJson(const OrderedJson& json, int indent = -1);
+
+} // namespace gsc
