@@ -5,8 +5,10 @@
 // Per Gaussian of the anchor, E^2 = max over channels |d(o c)|^2 + opacity^2 |d o|^2 + scale^2 o^2 S^2 per unit of
 // change, with o its opacity (0 below kOpacityFloor), c its colour and S = |M^-1/2 dM M^-1/2| / 2 the relative change of
 // its covariance M; axes thinner than a tenth of the longest count as that long in M^-1/2. Directions: the root of the
-// sum over two orthogonal tangents. Anchor: the largest over its Gaussians and over six probe directions, of networks
-// that are piecewise smooth; a sample, not a bound.
+// sum over two orthogonal tangents. Anchor: the root of the mean square over its living Gaussians, since a pixel sees
+// many, and the largest over six probe directions, of networks that are piecewise smooth; a sample, not a bound.
+// Measured on four trained models: with these weights and a bound of 1/255, 0.01 to 0.04 % of the pixels of a moving
+// view are off by more than 1/255; the largest over the Gaussians instead asks for twice the decodes at equal error.
 #pragma once
 
 #include "kernels/common/buffer.h"
@@ -20,8 +22,8 @@ namespace gsc {
 // What a change of opacity or of shape is worth beside one of premultiplied colour: the contrast, 0..1, between a
 // Gaussian and what lies behind it.
 struct SensitivityWeights {
-    double opacity = 0.25;
-    double scale = 0.25;
+    double opacity = 0.1;
+    double scale = 0.1;
 };
 constexpr SensitivityWeights kSensitivityWeights;
 constexpr double kThinAxis = 0.1; // of the longest axis

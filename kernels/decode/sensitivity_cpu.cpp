@@ -168,9 +168,9 @@ HWY_INLINE V shapeChange(const Shape& shape, const V* head, const V* slope)
     return sum;
 }
 
-// Adds offset k of a probe to the largest squares so far.
+// Adds offset k of a probe to the sums of squares, and its lanes that live to `living`.
 HWY_INLINE void probeOffset(const SensitivityTable& table, const PackedMlpHeader& packed, const Rows& rows, uint32_t k,
-                            V& best_direction, V& best_distance)
+                            V& living, V& direction_sum, V& distance_sum)
 {
     constexpr size_t kHeads = kCovariancePerOffset + kColorPerOffset;
     const D d;
@@ -211,12 +211,13 @@ HWY_INLINE void probeOffset(const SensitivityTable& table, const PackedMlpHeader
             distance = change;
     }
     const V infinity = hn::Inf(d);
-    const auto keep = [&](V& best, V value) {
+    const auto add = [&](V& sum, V value) {
         value = hn::IfThenElse(hn::Eq(value, value), value, infinity);
-        best = hn::Max(best, hn::IfThenZeroElse(dead, value));
+        sum = hn::Add(sum, hn::IfThenZeroElse(dead, value));
     };
-    keep(best_direction, direction);
-    keep(best_distance, distance);
+    add(direction_sum, direction);
+    add(distance_sum, distance);
+    living = hn::Add(living, hn::IfThenZeroElse(dead, hn::Set(d, 1.0f)));
 }
 
 // rows.banked: features through the feature bank with the weights w, which are the same for every anchor.
@@ -290,8 +291,12 @@ void sensitivityBlock(const SensitivityTable& table, uint32_t chunk, uint32_t fi
                 dense(d, rows.hidden[t], packed.hidden_pad, packedWeights(model, packed.second_f32[0]),
                       packed.out_pad[0], t == 0 ? packedWeights(model, packed.second_bias_f32[0]) : table.zero, nullptr,
                       K, false, rows.opacity[t]);
+            V living = hn::Zero(d), direction_sum = hn::Zero(d), distance_sum = hn::Zero(d);
             for (uint32_t k = 0; k < K; ++k)
-                probeOffset(table, packed, rows, k, best_direction, best_distance);
+                probeOffset(table, packed, rows, k, living, direction_sum, distance_sum);
+            const V share = hn::Div(hn::Set(d, 1.0f), hn::Max(living, hn::Set(d, 1.0f)));
+            best_direction = hn::Max(best_direction, hn::Mul(direction_sum, share));
+            best_distance = hn::Max(best_distance, hn::Mul(distance_sum, share));
         }
         HWY_ALIGN float result[2][kMaxLanes];
         hn::Store(hn::Sqrt(best_direction), d, result[0]);

@@ -120,10 +120,13 @@ double drawnChangeReference(const ModelView& model, uint32_t chunk, uint32_t loc
 {
     const std::vector<Drawn> before = drawnAt(model, chunk, local, appearance, direction0, distance0);
     const std::vector<Drawn> after = drawnAt(model, chunk, local, appearance, direction1, distance1);
-    double largest = 0;
-    for (size_t k = 0; k < before.size(); ++k)
-        largest = std::max(largest, squaredChange(before[k], after[k], weights));
-    return std::sqrt(largest);
+    double sum = 0;
+    size_t living = 0;
+    for (size_t k = 0; k < before.size(); ++k) {
+        sum += squaredChange(before[k], after[k], weights);
+        living += before[k].opacity > 0 || after[k].opacity > 0;
+    }
+    return living > 0 ? std::sqrt(sum / double(living)) : 0;
 }
 
 void viewSensitivityReference(const ModelView& model, uint32_t chunk, uint32_t local, int32_t appearance,
@@ -134,22 +137,25 @@ void viewSensitivityReference(const ModelView& model, uint32_t chunk, uint32_t l
     for (uint32_t p = 0; p < kProbes; ++p) {
         const SensitivityProbe probe = sensitivityProbe(p, sensitivityDistance(model, chunk));
         const std::vector<Drawn> before = drawnAt(model, chunk, local, appearance, probe.direction, probe.distance);
-        std::vector<double> squares(before.size());
+        const auto living = double(std::max<ptrdiff_t>(
+            1, std::count_if(before.begin(), before.end(), [](const Drawn& g) { return g.opacity != 0; }))); // or NaN
+        double squares = 0;
         for (const auto& tangent : probe.tangent) {
             double turned[3];
             for (int i = 0; i < 3; ++i)
                 turned[i] = probe.direction[i] + kStep * tangent[i];
             const std::vector<Drawn> after = drawnAt(model, chunk, local, appearance, turned, probe.distance);
             for (size_t k = 0; k < before.size(); ++k)
-                squares[k] += squaredChange(before[k], after[k]);
+                squares += squaredChange(before[k], after[k]);
         }
-        for (const double square : squares)
-            direction = std::max(direction, std::sqrt(square) / kStep);
+        direction = std::max(direction, std::sqrt(squares / living) / kStep);
         if (takesDistance(model)) {
             const std::vector<Drawn> after =
                 drawnAt(model, chunk, local, appearance, probe.direction, probe.distance * (1 + kStep));
+            double moved = 0;
             for (size_t k = 0; k < before.size(); ++k)
-                distance = std::max(distance, std::sqrt(squaredChange(before[k], after[k])) / kStep);
+                moved += squaredChange(before[k], after[k]);
+            distance = std::max(distance, std::sqrt(moved / living) / kStep);
         }
     }
 }
