@@ -220,8 +220,8 @@ private:
         for (const SplatStore& store : m_stores)
             bytes += store.bytes();
         for (const WorkerState& state : m_states)
-            bytes += state.scratch.values.bytes() + state.scratch.origins.bytes() + state.filtered.values.bytes() +
-                     state.filtered.origins.bytes();
+            bytes += state.scratch.values.bytes() + state.scratch.origins.bytes() + state.gathered.values.bytes() +
+                     state.gathered.origins.bytes();
         return bytes + m_reuse.bytes();
     }
 

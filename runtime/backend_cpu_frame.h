@@ -32,7 +32,10 @@ struct SplatStore {
 // What one worker adds up while decoding and projecting.
 struct WorkerState {
     DecodeScratch scratch;
-    DecodeScratch filtered; // of reuse: what is visible of a strip that is visible in part
+    // of reuse: what a block draws, and a strip that no entry holds
+    DecodeScratch gathered;
+    Buffer<uint16_t> strip_keys;
+    Buffer<float> strip_fixed;
     uint64_t alive[kMaxEyes], visible[kMaxEyes], dropped[kMaxEyes];
     uint64_t decoded[kMaxEyes], reused[kMaxEyes], overdue[kMaxEyes];
     bool any_positive[kMaxEyes];

@@ -5,18 +5,11 @@
 
 namespace gsc {
 
-namespace {
-
-constexpr size_t kFloatArrays = 14; // of a GaussianBlock
-
-} // namespace
-
 void DecodedCache::load(const ModelParams& params)
 {
-    // every array starts on a vector; a compressed store may write a whole vector past the last value
-    m_capacity = size_t(kStripAnchors) * params.n_offsets + kMaxLanes;
-    const size_t origin_bytes = (m_capacity * sizeof(uint16_t) + 63) / 64 * 64;
-    m_slot_bytes = kFloatArrays * m_capacity * sizeof(float) + origin_bytes;
+    m_fixed_bytes = stripFixedValues(params.n_offsets) * sizeof(float);
+    m_key_bytes = stripKeyValues(params.n_offsets) * sizeof(uint16_t);
+    m_slot_bytes = (m_fixed_bytes + 2 * m_key_bytes + 63) / 64 * 64; // slots start on a cache line
     m_slabs.clear();
     m_entries.clear();
     m_free.clear();
@@ -36,28 +29,14 @@ void DecodedCache::clear()
         entry.valid = false;
 }
 
-GaussianBlock DecodedCache::block(uint32_t slot) const
+float* DecodedCache::fixed(uint32_t slot) const
 {
-    std::byte* memory = m_slabs[slot / kSlabSlots]->data() + slot % kSlabSlots * m_slot_bytes;
-    float* values = reinterpret_cast<float*>(memory);
-    const auto take = [&values, this] {
-        float* p = values;
-        values += m_capacity;
-        return p;
-    };
-    GaussianBlock block{};
-    for (int i = 0; i < 3; ++i) {
-        block.position[i] = take();
-        block.scale[i] = take();
-        block.color[i] = take();
-    }
-    for (float*& p : block.rotation)
-        p = take();
-    block.opacity = take();
-    block.origin = reinterpret_cast<uint16_t*>(values);
-    block.count = m_entries[slot].count;
-    block.any_positive = m_entries[slot].any_positive;
-    return block;
+    return reinterpret_cast<float*>(m_slabs[slot / kSlabSlots]->data() + slot % kSlabSlots * m_slot_bytes);
+}
+
+uint16_t* DecodedCache::key(uint32_t slot, uint32_t key) const
+{
+    return reinterpret_cast<uint16_t*>(reinterpret_cast<std::byte*>(fixed(slot)) + m_fixed_bytes + key * m_key_bytes);
 }
 
 void DecodedCache::grow(size_t slots)

@@ -3,8 +3,7 @@
 #pragma once
 
 #include "kernels/common/buffer.h"
-#include "kernels/decode/decode.h"
-#include "kernels/schedule/schedule.h"
+#include "kernels/decode/strip.h"
 
 #include <memory>
 #include <vector>
@@ -13,14 +12,15 @@ namespace gsc {
 
 constexpr uint32_t kNoSlot = ~0u;
 
-// A strip as one camera centre saw it. Its Gaussians keep the opacity before the factor of the level, so that an anchor
-// that fades is not decoded again; those below 1/255 are left out, since no factor is above one.
+// A strip as one or two camera centres saw it. Drawn on the line between the two, and on along it (strip.h).
 struct CacheEntry {
-    float center[3] = {}; // decoded from here
+    float center[2][3] = {}; // decoded from here; the way of the camera goes from the first to the second
+    float span = 0;          // predicted change from the first to the second, 1 = full scale
     uint32_t strip = 0, eye = 0;
-    uint64_t decoded = 0, used = 0; // frames
-    uint32_t count = 0;             // Gaussians
-    bool any_positive = false;
+    uint64_t decoded = 0, used = 0; // frames; decoded: the last key
+    uint8_t keys = 0;               // 1 or 2
+    uint8_t first = 0;              // which key of the slot is the first
+    bool any_positive[2] = {};      // of the keys as they lie in the slot
     bool valid = false;
 };
 
@@ -36,8 +36,9 @@ public:
     [[nodiscard]] CacheEntry& entry(uint32_t slot) { return m_entries[slot]; }
     [[nodiscard]] const CacheEntry& entry(uint32_t slot) const { return m_entries[slot]; }
 
-    // Where the Gaussians of a slot lie; origins are those of the group (anchor in group * K + k).
-    [[nodiscard]] GaussianBlock block(uint32_t slot) const;
+    // Where the values of a slot lie (strip.h); `key` 0 or 1.
+    [[nodiscard]] uint16_t* key(uint32_t slot, uint32_t key) const;
+    [[nodiscard]] float* fixed(uint32_t slot) const;
 
     // Makes room for `wanted` more entries without passing `limit` bytes in all (0 = none): grows, then gives up the
     // entries that were used least recently, never one used in `frame`. Returns how many add() calls will succeed.
@@ -51,8 +52,7 @@ private:
     void grow(size_t slots);
     void release(uint32_t slot);
 
-    size_t m_capacity = 0;   // Gaussians of a slot's arrays, with the vector that a compressed store may add
-    size_t m_slot_bytes = 0; // arrays of a slot
+    size_t m_fixed_bytes = 0, m_key_bytes = 0, m_slot_bytes = 0;
     std::vector<uint32_t> m_slot_of[kMaxEyes]; // per strip
     std::vector<CacheEntry> m_entries;         // per slot
     std::vector<uint32_t> m_free;

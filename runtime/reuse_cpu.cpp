@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace gsc {
 
@@ -37,6 +38,13 @@ uint64_t CpuReuse::bytes() const
     for (const auto& seen : m_seen)
         bytes += seen.capacity() * sizeof(Seen);
     return bytes;
+}
+
+void CpuReuse::reserveStrip(WorkerState& state) const
+{
+    reserveDecode(m_model, state.gathered);
+    state.strip_keys.reserve(kMaxEyes * stripKeyValues(m_model.params->n_offsets));
+    state.strip_fixed.reserve(stripFixedValues(m_model.params->n_offsets));
 }
 
 uint32_t CpuReuse::stripAnchors(size_t block, uint32_t strip) const
@@ -76,7 +84,7 @@ void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
             m_step[e][i] = step;
             m_center[e][i] = frame.eyes[e].center[i];
         }
-        m_steady[e] = m_history > 1 && length > 0 && change <= 0.5f * length;
+        m_steady[e] = m_history > 0 && length > 0 && (m_history == 1 || change <= 0.5f * length);
     }
     ++m_history;
 
@@ -90,7 +98,7 @@ void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
         ensureSensitivity(frame);
     }
     for (WorkerState& state : frame.states)
-        reserveDecode(m_model, state.filtered);
+        reserveStrip(state);
     m_work.resize(blocks * kStripsPerGroup);
     m_workers.run(blocks, 8, [&](size_t begin, size_t end, int) {
         for (size_t block = begin; block < end; ++block)
@@ -176,20 +184,35 @@ void CpuReuse::giveSlots(const ReuseFrame& frame)
         }
 }
 
-// Decodes what was granted of a strip; drawn[e] is what eye e gets then.
+// Decodes what was granted of a strip, into its entries or, without one, into the worker's memory.
 void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size_t block, uint32_t strip,
-                           const StripWork& work, WorkerState& state, GaussianBlock* drawn)
+                           StripWork& work, WorkerState& state)
 {
     const GroupRecord& group = m_model.groups[m_groups[block]];
     const uint32_t first = group.anchor_first - m_model.chunks[group.chunk].anchor_first + strip * kStripAnchors;
     const uint32_t count = stripAnchors(block, strip);
     EyeParams centers[kMaxEyes];
+    uint16_t* keys[kMaxEyes];
     uint32_t eyes[kMaxEyes], eye_count = 0;
-    for (uint32_t e = 0; e < frame.eye_count; ++e)
-        if (work.eye[e].decode) {
-            std::copy_n(work.eye[e].center, 3, centers[eye_count].center);
-            eyes[eye_count++] = e;
+    for (uint32_t e = 0; e < frame.eye_count; ++e) {
+        const EyeWork& eye = work.eye[e];
+        if (!eye.decode)
+            continue;
+        keys[eye_count] = state.strip_keys.data() + e * stripKeyValues(m_model.params->n_offsets);
+        if (eye.slot != kNoSlot) {
+            CacheEntry& entry = m_cache.entry(eye.slot);
+            // the last key becomes the first, and the new one takes the other's place
+            entry.first = eye.plan.count == 2 ? uint8_t(entry.keys == 2 ? 1 - entry.first : entry.first) : uint8_t(0);
+            entry.keys = uint8_t(eye.plan.count);
+            std::memcpy(entry.center, eye.plan.center, sizeof(entry.center));
+            entry.span = eye.plan.span;
+            entry.decoded = m_frame;
+            keys[eye_count] = m_cache.key(eye.slot, eye.plan.count == 2 ? 1u - entry.first : 0u);
         }
+        std::copy_n(eye.plan.center[eye.plan.count - 1], 3, centers[eye_count].center);
+        eyes[eye_count++] = e;
+        state.decoded[e] += count;
+    }
     VisibleAnchor anchors[kStripAnchors];
     for (uint32_t i = 0; i < count; ++i)
         anchors[i] = {group.chunk, first + i, 3, {1, 1}};
@@ -198,124 +221,91 @@ void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size
     strip_args.eye_count = eye_count;
     strip_args.visible = anchors;
     strip_args.visible_count = count;
-
-    GaussianBlock own[kMaxEyes];
-    std::copy_n(state.scratch.blocks, kMaxEyes, own);
-    for (uint32_t i = 0; i < eye_count; ++i)
-        if (const uint32_t slot = work.eye[eyes[i]].slot; slot != kNoSlot)
-            state.scratch.blocks[i] = m_cache.block(slot);
-    decodeBlockCpu(strip_args, 0, count, state.scratch);
-    const auto base = uint16_t(strip * kStripAnchors * m_model.params->n_offsets);
+    bool any_positive[kMaxEyes];
+    decodeStripCpu(strip_args, count, keys, any_positive, state.strip_fixed.data(), state.scratch);
     for (uint32_t i = 0; i < eye_count; ++i) {
-        GaussianBlock& decoded = state.scratch.blocks[i];
-        for (uint32_t g = 0; g < decoded.count; ++g)
-            decoded.origin[g] = uint16_t(decoded.origin[g] + base);
-        drawn[eyes[i]] = decoded;
-        state.decoded[eyes[i]] += count;
-        if (const uint32_t slot = work.eye[eyes[i]].slot; slot != kNoSlot) {
-            CacheEntry& entry = m_cache.entry(slot);
-            std::copy_n(centers[i].center, 3, entry.center);
-            entry.decoded = entry.used = m_frame;
-            entry.count = decoded.count;
-            entry.any_positive = decoded.any_positive;
-        }
-    }
-    std::copy_n(own, kMaxEyes, state.scratch.blocks);
-}
-
-// Appends the Gaussians of the anchors in `lanes`, their opacities times their anchor's factor, if there are factors.
-void CpuReuse::appendVisible(const GaussianBlock& block, uint32_t lanes, uint32_t strip, const float* fraction,
-                             GaussianBlock& out) const
-{
-    const uint32_t offsets = m_model.params->n_offsets;
-    for (uint32_t g = 0; g < block.count; ++g) {
-        const uint32_t anchor = block.origin[g] / offsets;
-        const float opacity = fraction != nullptr ? block.opacity[g] * fraction[anchor] : block.opacity[g];
-        if (!(lanes >> (anchor - strip * kStripAnchors) & 1) || !(opacity >= kOpacityFloor))
+        const uint32_t slot = work.eye[eyes[i]].slot;
+        state.any_positive[eyes[i]] |= any_positive[i];
+        if (slot == kNoSlot)
             continue;
-        const uint32_t to = out.count++;
-        for (int i = 0; i < 3; ++i) {
-            out.position[i][to] = block.position[i][g];
-            out.scale[i][to] = block.scale[i][g];
-            out.color[i][to] = block.color[i][g];
-        }
-        for (int i = 0; i < 4; ++i)
-            out.rotation[i][to] = block.rotation[i][g];
-        out.opacity[to] = opacity;
-        out.origin[to] = block.origin[g];
+        CacheEntry& entry = m_cache.entry(slot);
+        entry.any_positive[entry.keys == 2 ? 1 - entry.first : 0] = any_positive[i];
+        std::memcpy(m_cache.fixed(slot), state.strip_fixed.data(),
+                    stripFixedValues(m_model.params->n_offsets) * sizeof(float));
     }
 }
 
-// Decodes what was granted of a block and gathers what each eye draws: entries as they lie in the cache where all of a
-// strip is visible, the rest in state.filtered.
-void CpuReuse::gatherBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t block, WorkerState& state,
-                           DrawList* draws)
+// Appends what eye `e` sees of a strip to the worker's block.
+void CpuReuse::drawStrip(const ReuseFrame& frame, uint32_t strip, uint32_t e, const StripWork& work,
+                         const float* fraction, WorkerState& state) const
 {
-    const GroupMask& mask = frame.selected.groups[m_candidates[block]];
-    const bool fades = m_model.params->level_rule == uint32_t(LevelRule::Progressive);
-    float fraction[kMaxEyes][kGroupSize];
-    if (fades)
-        groupFractions(frame, mask, fraction);
-    for (uint32_t s = 0; s < kStripsPerGroup; ++s) {
-        const StripWork& work = m_work[block * kStripsPerGroup + s];
-        GaussianBlock drawn[kMaxEyes];
-        bool kept[kMaxEyes] = {}, decoded = false;
-        for (uint32_t e = 0; e < frame.eye_count; ++e) {
-            const EyeWork& eye = work.eye[e];
-            decoded |= eye.decode;
-            kept[e] = eye.slot != kNoSlot;
-            if (eye.lanes != 0 && !eye.decode && kept[e])
-                drawn[e] = m_cache.block(eye.slot);
-        }
-        if (decoded)
-            decodeStrip(frame, args, block, s, work, state, drawn);
-        for (uint32_t e = 0; e < frame.eye_count; ++e) {
-            const EyeWork& eye = work.eye[e];
-            if (eye.lanes == 0)
-                continue;
-            const auto seen = uint32_t(__builtin_popcount(eye.lanes));
-            const bool shared = eye.shares && work.eye[0].decode;
-            if (shared) {
-                drawn[e] = drawn[0];
-                kept[e] = kept[0];
-            }
-            if (!eye.decode) {
-                state.reused[e] += seen;
-                state.overdue[e] += eye.due || (eye.shares && !shared) ? seen : 0;
-            }
-            state.any_positive[e] |= drawn[e].any_positive;
-            if (!kept[e] || fades || seen < stripAnchors(block, s))
-                appendVisible(drawn[e], eye.lanes, s, fades ? fraction[e] : nullptr, state.filtered.blocks[e]);
-            else
-                draws[e].blocks[draws[e].count++] = drawn[e];
-        }
+    const EyeWork& eye = work.eye[e];
+    const auto seen = uint32_t(__builtin_popcount(eye.lanes));
+    const bool shared = eye.shares && work.eye[0].decode;
+    if (!eye.decode) {
+        state.reused[e] += seen;
+        state.overdue[e] += eye.due || (eye.shares && !shared) ? seen : 0;
     }
+    const uint32_t drawn = shared ? 0 : e; // whose decode, where there was one
+    const uint32_t slot = shared ? work.eye[0].slot : eye.slot;
+    const Place place = shared ? eye.shared : eye.decode ? eye.planned : eye.place;
+    StripMix mix{};
+    mix.t = frame.options.reuse.policy == ReusePolicy::Error ? place.t : 0.0f;
+    if (slot == kNoSlot) {
+        mix.keys[0] = state.strip_keys.data() + drawn * stripKeyValues(m_model.params->n_offsets);
+        mix.t = 0;
+        mix.fixed = state.strip_fixed.data();
+    } else {
+        const CacheEntry& entry = m_cache.entry(slot);
+        mix.keys[0] = m_cache.key(slot, entry.first);
+        mix.keys[1] = m_cache.key(slot, 1u - entry.first);
+        if (entry.keys == 1)
+            mix.t = 0;
+        state.any_positive[e] |= entry.any_positive[entry.first] || (mix.t != 0 && entry.any_positive[1 - entry.first]);
+        if (mix.t == 1) { // the second alone
+            mix.keys[0] = mix.keys[1];
+            mix.t = 0;
+        }
+        mix.fixed = m_cache.fixed(slot);
+    }
+    mix.fraction = fraction != nullptr ? fraction + strip * kStripAnchors : nullptr;
+    mix.lanes = eye.lanes;
+    mix.n_offsets = m_model.params->n_offsets;
+    mix.first_origin = strip * kStripAnchors * mix.n_offsets;
+    GaussianBlock& out = state.gathered.blocks[e];
+    mixStripCpu(mix, out);
 }
 
 void CpuReuse::drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t block, WorkerState& state)
 {
     Stopwatch watch;
-    DrawList draws[kMaxEyes];
-    for (GaussianBlock& filtered : state.filtered.blocks)
-        filtered.count = 0;
-    gatherBlock(frame, args, block, state, draws);
+    const GroupMask& mask = frame.selected.groups[m_candidates[block]];
+    const bool fades = m_model.params->level_rule == uint32_t(LevelRule::Progressive);
+    float fraction[kMaxEyes][kGroupSize];
+    if (fades)
+        groupFractions(frame, mask, fraction);
+    for (GaussianBlock& drawn : state.gathered.blocks)
+        drawn.count = 0;
+    for (uint32_t s = 0; s < kStripsPerGroup; ++s) {
+        StripWork& work = m_work[block * kStripsPerGroup + s];
+        if (work.eye[0].decode || work.eye[1].decode)
+            decodeStrip(frame, args, block, s, work, state);
+        for (uint32_t e = 0; e < frame.eye_count; ++e)
+            if (work.eye[e].lanes != 0)
+                drawStrip(frame, s, e, work, fades ? fraction[e] : nullptr, state);
+    }
     state.decode_ms += watch.lap();
     const size_t first = block * kGroupSize * m_model.params->n_offsets;
     for (uint32_t e = 0; e < frame.eye_count; ++e) {
         SplatStore& store = frame.stores[e];
-        if (state.filtered.blocks[e].count > 0)
-            draws[e].blocks[draws[e].count++] = state.filtered.blocks[e];
-        uint32_t splats = 0;
-        for (uint32_t i = 0; i < draws[e].count; ++i) {
-            const ProjectCounts counts =
-                projectBlockCpu({frame.eyes + e, frame.rules}, draws[e].blocks[i], store.splats.data() + first + splats,
-                                store.depth_bits.data() + first + splats, store.origins.data() + first + splats);
-            splats += counts.splats;
-            state.alive[e] += draws[e].blocks[i].count;
-            state.dropped[e] += counts.dropped;
-        }
-        store.counts[block] = splats;
-        state.visible[e] += splats;
+        const GaussianBlock& gaussians = state.gathered.blocks[e];
+        const ProjectCounts counts =
+            projectBlockCpu({frame.eyes + e, frame.rules}, gaussians, store.splats.data() + first,
+                            store.depth_bits.data() + first, store.origins.data() + first);
+        store.counts[block] = counts.splats;
+        state.alive[e] += gaussians.count;
+        state.dropped[e] += counts.dropped;
+        state.visible[e] += counts.splats;
     }
     state.project_ms += watch.lap();
 }

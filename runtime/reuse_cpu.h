@@ -40,15 +40,28 @@ public:
     [[nodiscard]] uint64_t bytes() const;
 
 private:
+    // Where a strip is or will be decoded from, as CacheEntry has it.
+    struct Keys {
+        float center[2][3] = {};
+        float span = 0;
+        uint32_t count = 0;
+    };
+    // An entry drawn for a camera: at `t` between its keys, with the change predicted for that.
+    struct Place {
+        float t, error;
+    };
     // What one eye does about one strip.
     struct EyeWork {
-        uint32_t slot = kNoSlot; // the best entry there is
-        float error = 0;         // predicted, of drawing it
-        float rate = 0;          // what the next step of the camera would add to it
-        float center[3] = {};    // to decode from
+        uint32_t slot = kNoSlot; // the best entry there is; of what is decoded, the entry that takes it
+        Place place = {};        // of drawing it
+        float urgency = 0;       // predicted change in the next frame, if the camera goes on as it does
+        float rate = 0;          // what a step of the camera changes
+        Keys plan;               // if it is decoded; the last key is the new one
+        Place planned = {};      // of drawing that
         uint16_t lanes = 0;      // anchors of the strip it sees
         bool due = false;        // the policy wants it decoded
         bool shares = false;     // the other eye's decode of this frame will do
+        Place shared = {};       // of drawing that
         bool decode = false;     // granted
     };
     struct StripWork {
@@ -59,13 +72,8 @@ private:
         uint64_t frame = 0;
     };
     struct Candidate { // for the budget
-        float error;
+        float urgency;
         uint32_t work;
-    };
-
-    struct DrawList { // of a block and an eye: a strip each, and what was filtered
-        GaussianBlock blocks[kStripsPerGroup + 1];
-        uint32_t count = 0;
     };
 
     void listGroups(const ReuseFrame& frame);
@@ -75,16 +83,19 @@ private:
     void scheduleBlock(const ReuseFrame& frame, size_t block);
     void scheduleStrip(const ReuseFrame& frame, const GroupAnchors& anchors, uint32_t strip, uint64_t strip_id,
                        StripWork& work);
-    void chooseCenter(const ReuseFrame& frame, const GroupAnchors& anchors, uint32_t strip, uint32_t eye,
-                      EyeWork& work) const;
+    void scheduleEye(const ReuseFrame& frame, const GroupAnchors& anchors, uint32_t strip, uint64_t strip_id,
+                     uint32_t e, StripWork& work);
+    void plan(const ReuseFrame& frame, const GroupAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
+              EyeWork& work) const;
+    [[nodiscard]] static Place place(const Keys& keys, const GroupAnchors& anchors, uint32_t strip, uint32_t lanes,
+                                     const float* now);
+    [[nodiscard]] Keys keysOf(uint32_t slot) const;
     void grant(const ReuseFrame& frame);
     void drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t block, WorkerState& state);
-    void decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size_t block, uint32_t strip,
-                     const StripWork& work, WorkerState& state, GaussianBlock* drawn);
-    void appendVisible(const GaussianBlock& block, uint32_t lanes, uint32_t strip, const float* fraction,
-                       GaussianBlock& out) const;
-    void gatherBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t block, WorkerState& state,
-                     DrawList* draws);
+    void decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size_t block, uint32_t strip, StripWork& work,
+                     WorkerState& state);
+    void drawStrip(const ReuseFrame& frame, uint32_t strip, uint32_t e, const StripWork& work, const float* fraction,
+                   WorkerState& state) const;
     void groupFractions(const ReuseFrame& frame, const GroupMask& mask, float (*fraction)[kGroupSize]) const;
     void giveSlots(const ReuseFrame& frame);
     [[nodiscard]] const uint16_t* sensitivity() const
@@ -95,6 +106,7 @@ private:
     {
         return uint64_t(m_groups[work / kStripsPerGroup]) * kStripsPerGroup + work % kStripsPerGroup;
     }
+    void reserveStrip(WorkerState& state) const;
     [[nodiscard]] uint32_t stripAnchors(size_t block, uint32_t strip) const;
 
     const Workers& m_workers;

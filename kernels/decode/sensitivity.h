@@ -22,8 +22,8 @@ namespace gsc {
 // What a change of opacity or of shape is worth beside one of premultiplied colour: the contrast, 0..1, between a
 // Gaussian and what lies behind it.
 struct SensitivityWeights {
-    double opacity = 0.1;
-    double scale = 0.1;
+    double opacity = 0.15;
+    double scale = 0.15;
 };
 constexpr SensitivityWeights kSensitivityWeights;
 constexpr double kThinAxis = 0.1; // of the longest axis

@@ -58,8 +58,8 @@ std::unique_ptr<Backend> open(const ModelView& model, int threads = 2)
     return backend;
 }
 
-// That `options` draws the same bytes as no reuse does over a walk.
-void checkEqualsNone(const ModelView& model, const FrameOptions& options, size_t eye_count)
+// That `options` draws over a walk what no reuse does, but for the half precision of the entries.
+void checkLikeNone(const ModelView& model, const FrameOptions& options, size_t eye_count)
 {
     const auto plain = open(model), reusing = open(model);
     FrameOptions none = options;
@@ -69,23 +69,24 @@ void checkEqualsNone(const ModelView& model, const FrameOptions& options, size_t
         const auto expected = render(*plain, walk(i, eye_count), none);
         const auto actual = render(*reusing, walk(i, eye_count), options);
         for (size_t e = 0; e < eye_count; ++e) {
-            CHECK(actual[e].pixels == expected[e].pixels);
-            CHECK(actual[e].result.eyes[e].gaussians_visible == expected[e].result.eyes[e].gaussians_visible);
+            CHECK(compare(actual[e].pixels, expected[e].pixels).psnr > 70);
+            CHECK(double(actual[e].result.eyes[e].gaussians_visible) ==
+                  doctest::Approx(double(expected[e].result.eyes[e].gaussians_visible)).epsilon(0.005));
         }
     }
 }
 
 } // namespace
 
-TEST_CASE("a bound of 0 and a depth of 0 draw what no reuse draws, byte for byte")
+TEST_CASE("a bound of 0 and a depth of 0 draw what no reuse draws")
 {
     for (const LevelRule rule : {LevelRule::None, LevelRule::Round, LevelRule::Progressive})
         for (const size_t eyes : {1, 2}) {
             CAPTURE(int(rule));
             CAPTURE(eyes);
             const SyntheticModel model(modelOptions(rule));
-            checkEqualsNone(model.view(), with(ReusePolicy::Error), eyes);
-            checkEqualsNone(model.view(), with(ReusePolicy::Depth, 0, 0), eyes);
+            checkLikeNone(model.view(), with(ReusePolicy::Error), eyes);
+            checkLikeNone(model.view(), with(ReusePolicy::Depth, 0, 0), eyes);
         }
 }
 
@@ -101,7 +102,7 @@ TEST_CASE("networks with every input, and float positions, draw the same from th
     const SyntheticModel model(options);
     FrameOptions frame = with(ReusePolicy::Error);
     frame.appearance = 1;
-    checkEqualsNone(model.view(), frame, 2);
+    checkLikeNone(model.view(), frame, 2);
 
     // another row is another look: nothing of the first is drawn
     const auto plain = open(model.view()), reusing = open(model.view());
@@ -111,7 +112,7 @@ TEST_CASE("networks with every input, and float positions, draw the same from th
     const auto actual = render(*reusing, walk(0, 1), frame);
     CHECK(actual[0].result.eyes[0].anchors_reused == 0);
     frame.reuse = {};
-    CHECK(actual[0].pixels == render(*plain, walk(0, 1), frame)[0].pixels);
+    CHECK(compare(actual[0].pixels, render(*plain, walk(0, 1), frame)[0].pixels).psnr > 70);
 }
 
 TEST_CASE("a camera that stands still decodes once")
@@ -215,7 +216,7 @@ TEST_CASE("a small cache holds its limit and draws the same")
     const SyntheticModel model(many);
     FrameOptions options = with(ReusePolicy::Error);
     options.reuse.cache_bytes = 1u << 20;
-    checkEqualsNone(model.view(), options, 2);
+    checkLikeNone(model.view(), options, 2);
     const auto backend = open(model.view());
     uint64_t evicted = 0;
     for (int i = 0; i < 4; ++i) {
@@ -228,7 +229,7 @@ TEST_CASE("a small cache holds its limit and draws the same")
     }
     CHECK(evicted > 0);
     options.reuse.cache_bytes = 1; // room for nothing
-    checkEqualsNone(model.view(), options, 2);
+    checkLikeNone(model.view(), options, 2);
 }
 
 TEST_CASE("images do not depend on the number of threads, whatever is kept")
@@ -257,6 +258,42 @@ TEST_CASE("an eye draws what the other had decoded if the bound allows it")
     backend->dropCaches();
     const auto apart = render(*backend, walk(0, 2, 2.0f), with(ReusePolicy::Error, 0.01f));
     CHECK(apart[1].result.eyes[1].anchors_reused == 0);
+}
+
+TEST_CASE("on a straight way entries are drawn between two keys: fewer decodes and less error than the paper's depth")
+{
+    const SyntheticModel model(modelOptions(LevelRule::None));
+    const auto measure = [&](const FrameOptions& options, uint64_t& decoded) {
+        const auto plain = open(model.view()), reusing = open(model.view());
+        double worst = 1000;
+        decoded = 0;
+        for (int i = 0; i < 24; ++i) {
+            const auto actual = render(*reusing, walk(i, 1), options);
+            const auto expected = render(*plain, walk(i, 1), with(ReusePolicy::None));
+            decoded += i > 0 ? actual[0].result.eyes[0].anchors_decoded : 0;
+            worst = std::min(worst, compare(actual[0].pixels, expected[0].pixels).psnr);
+        }
+        return worst;
+    };
+    uint64_t by_depth = 0, by_error = 0;
+    const double depth = measure(with(ReusePolicy::Depth, 0, 5), by_depth);
+    const double error = measure(with(ReusePolicy::Error, 1), by_error);
+    CHECK(by_error < by_depth);
+    CHECK(error > depth + 10);
+}
+
+TEST_CASE("a camera that turns back is drawn within the bound too")
+{
+    const SyntheticModel model(modelOptions(LevelRule::None));
+    const auto plain = open(model.view()), reusing = open(model.view());
+    for (int i = 0; i < 24; ++i) {
+        CAPTURE(i);
+        const int at = i % 8 < 4 ? i % 8 : 8 - i % 8; // to and fro, with a jump now and then
+        const std::vector<EyeParams> eye = walk(at + (i > 16 ? 40 : 0), 1);
+        const auto actual = render(*reusing, eye, with(ReusePolicy::Error, 4));
+        const auto expected = render(*plain, eye, with(ReusePolicy::None));
+        CHECK(compare(actual[0].pixels, expected[0].pixels).psnr > 45);
+    }
 }
 
 TEST_CASE("predicted changes of a strip are the scalar rule's, the largest of the lanes asked for")
