@@ -139,6 +139,7 @@ int runGsc(int argc, const char* const* argv)
     addValidateCommand(app, invocation);
     addInfoCommand(app, invocation);
     addCompareCommand(app, invocation);
+    addChartCommand(app, invocation);
     addSampleCommand(app, invocation);
     addHelpCommand(app);
     try {

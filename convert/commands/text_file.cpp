@@ -52,7 +52,7 @@ void checkOutputFolder(const std::string& path, bool overwrite)
         throw Error(ErrorCode::Io, path + ": is a file, expected the name of a folder to create");
     if (fs::exists(status) && !fs::is_empty(path, ignored) && !overwrite)
         throw Error(ErrorCode::Io,
-                    path + ": already exists, expected no such folder; pass -w to replace the model in it");
+                    path + ": already exists, expected no such folder; pass -w to replace what is in it");
 }
 
 void writeTextFile(const std::string& path, const std::string& text)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the command line cases work on: good models made by gsc itself, and tiny folders as other trainers leave them."""
 import io
+import json
 import os
 import pickle
 import struct
@@ -10,6 +11,8 @@ import types
 import zipfile
 from collections import OrderedDict
 from pathlib import Path
+
+import jsonschema
 
 FEATURES, OFFSETS = 32, 10
 
@@ -54,6 +57,28 @@ def compared_models(gsc, data):
 def large_model(gsc, data):
     """city/: takes about a second to convert, enough to be interrupted."""
     _gsc(gsc, "sample", "city", "--anchors", 400_000, "--model", "octree", "--seed", 3, "-o", data / "city")
+
+
+def runs(gsc, data):
+    """runs.jsonl: 24 runs on two trajectories; one.jsonl: one of a single frame; broken.jsonl: its second line is cut;
+    mixed.jsonl: a run, a line of gsc.bench/1 and the run again."""
+    sys.path.insert(0, str(Path(__file__).parents[1] / "chart"))
+    import make_runs
+
+    def write(name, lines):
+        (data / name).write_text("".join(json.dumps(line) + "\n" for line in lines))
+
+    write("runs.jsonl", make_runs.rows(trajectories=2, runs=12, frames=30, eyes=2))
+    schema = Path(__file__).parents[2] / "schemas/run.schema.json"
+    if schema.exists():  # what we draw is what a sweep writes
+        for line in (data / "runs.jsonl").read_text().splitlines():
+            jsonschema.validate(json.loads(line), json.loads(schema.read_text()))
+    one = make_runs.rows(trajectories=1, runs=1, frames=1)
+    write("one.jsonl", one)
+    write("mixed.jsonl", [*one, {"schema": "gsc.bench/1"}, *one])
+    (data / "broken.jsonl").write_text(json.dumps(one[0]) + "\n" + json.dumps(one[0])[:500] + "\n")
+    (data / "other.jsonl").write_text('{"schema": "gsc.bench/1"}\n')
+    (data / "empty.jsonl").write_text("")
 
 
 # ---- PLY

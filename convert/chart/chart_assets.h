@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// The files of page/ and ECharts, which lie in the program.
+#pragma once
+
+#include <string_view>
+
+namespace gsc {
+
+std::string_view pageTemplate(); // page/page.html, with the marks of chart_page.cpp
+std::string_view pageStyle();
+std::string_view figuresScript();
+std::string_view reportScript();
+std::string_view stillScript();
+std::string_view echartsScript();
+
+} // namespace gsc

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page's figures as files, drawn by the same scripts.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+struct FigureFile {
+    std::string name; // "walk-accuracy.svg"
+    std::string bytes;
+};
+
+// What this build lacks to draw figures, such as "Duktape, librsvg"; empty if nothing.
+std::string figuresMissing();
+
+// SVG and PNG of every figure of every panel, light. Throws Error: Unsupported (figuresMissing()), Internal (a script
+// failed), OutOfMemory, Interrupted.
+std::vector<FigureFile> drawFigures(const nlohmann::ordered_json& model,
+                                    const std::function<void(size_t done, size_t total)>& progress);
+
+} // namespace gsc

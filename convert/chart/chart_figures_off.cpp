@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// For builds without Duktape or librsvg.
+#include "convert/chart/chart_figures.h"
+
+#include "format/error.h"
+
+namespace gsc {
+
+std::string figuresMissing()
+{
+    return GSC_FIGURES_MISSING;
+}
+
+std::vector<FigureFile> drawFigures(const nlohmann::ordered_json& /*model*/,
+                                    const std::function<void(size_t done, size_t total)>& /*progress*/)
+{
+    throw Error(ErrorCode::Unsupported,
+                "figures: this gsc was built without " + figuresMissing() +
+                    ", expected it for --figures; install it and build with -DGSC_WITH_FIGURES=ON, or leave --figures "
+                    "out: the page has the same figures");
+}
+
+} // namespace gsc

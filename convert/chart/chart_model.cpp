@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/chart/chart_model.h"
+
+#include "convert/chart/pareto.h"
+#include "convert/chart/run_words.h"
+#include "format/error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <numeric>
+#include <set>
+
+namespace gsc {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Five digits are more than a measurement has, and half the page's size.
+Json rounded(double value)
+{
+    if (!std::isfinite(value))
+        return nullptr;
+    char text[40];
+    std::snprintf(text, sizeof(text), "%.5g", value);
+    const double short_value = std::strtod(text, nullptr);
+    constexpr double kWhole = 1e15;
+    if (std::abs(short_value) < kWhole && short_value == std::floor(short_value))
+        return int64_t(short_value);
+    return short_value;
+}
+
+Json rounded(const std::optional<double>& value)
+{
+    return value ? rounded(*value) : Json(nullptr);
+}
+
+Json roundedSeries(const std::vector<double>& values)
+{
+    Json list = Json::array();
+    for (const double value : values)
+        list.push_back(rounded(value));
+    return list;
+}
+
+struct Panel {
+    std::vector<std::string> scene;
+    std::vector<const RunRow*> rows;
+};
+
+std::vector<Panel> panelsOf(const std::vector<RunRow>& rows)
+{
+    std::vector<Panel> panels;
+    std::map<std::vector<std::string>, size_t> known;
+    for (const RunRow& row : rows) {
+        std::vector<std::string> scene = sceneWords(row);
+        std::vector<std::string> key = scene;
+        key.push_back(row.file); // the words hold only its last part
+        const auto [found, is_new] = known.emplace(std::move(key), panels.size());
+        if (is_new)
+            panels.push_back({std::move(scene), {}});
+        panels[found->second].rows.push_back(&row);
+    }
+    return panels;
+}
+
+// How alike two runs are in what a speed-up should not be about; most important first.
+unsigned likeness(const RunRow& none, const RunRow& row)
+{
+    const bool alike[] = {none.label == row.label,
+                          none.version == row.version && none.commit == row.commit,
+                          none.config.cold == row.config.cold,
+                          !none.config.cut && !none.config.order,
+                          none.config.stereo == "exact",
+                          none.config.lod_bias == 0};
+    unsigned value = 0;
+    for (const bool bit : alike)
+        value = value * 2 + bit;
+    return value;
+}
+
+const RunRow* baselineOf(const Panel& panel, const RunRow& row)
+{
+    const RunRow* best = nullptr;
+    for (const RunRow* none : panel.rows) {
+        const bool fits = none->config.policy == "none" && none->config.tier == row.config.tier &&
+                          none->config.threads == row.config.threads &&
+                          none->config.vram_budget == row.config.vram_budget;
+        if (fits && (!best || likeness(*none, row) > likeness(*best, row)))
+            best = none;
+    }
+    return best;
+}
+
+Json rowJson(const RunRow& row, const std::string& name, const RunRow* baseline)
+{
+    const bool timed = baseline && row.wall.median > 0;
+    return {{"name", name},
+            {"policy", row.config.policy},
+            {"baseline", false},
+            {"ms",
+             {{"mean", rounded(row.wall.mean)},
+              {"median", rounded(row.wall.median)},
+              {"p95", rounded(row.wall.p95)},
+              {"p99", rounded(row.wall.p99)},
+              {"max", rounded(row.wall.max)}}},
+            {"device_ms", rounded(row.device_ms.median)},
+            {"speedup", timed ? rounded(baseline->wall.median / row.wall.median) : Json(nullptr)},
+            {"pooled", rounded(row.accuracy.psnr_pooled)},
+            {"p1", rounded(row.accuracy.psnr_p1)},
+            {"min", rounded(row.accuracy.psnr_min)},
+            {"max_error", rounded(row.accuracy.max_error)},
+            {"temporal_max", rounded(row.accuracy.temporal_max)},
+            {"ssim", rounded(row.accuracy.ssim_mean)},
+            {"flip", rounded(row.accuracy.flip_mean)},
+            {"decoded", rounded(row.decoded_per_frame)},
+            {"hit_rate", rounded(row.hit_rate)},
+            {"missing", row.missing},
+            {"cache_bytes", row.cache_bytes},
+            {"peak_bytes", row.peak_bytes},
+            {"frames",
+             {{"wall", roundedSeries(row.frames.wall_ms)},
+              {"psnr", roundedSeries(row.frames.psnr)},
+              {"temporal", roundedSeries(row.frames.temporal)},
+              {"decoded", roundedSeries(row.frames.decoded)}}}};
+}
+
+std::vector<size_t> frontOf(const Panel& panel, double RunAccuracy::*psnr, const std::vector<size_t>& members)
+{
+    std::vector<SpeedAccuracy> points;
+    std::vector<size_t> sound; // speed with broken images is no merit
+    for (const size_t i : members) {
+        if (!(panel.rows[i]->accuracy.*psnr > kBrokenPsnr))
+            continue;
+        sound.push_back(i);
+        points.push_back({panel.rows[i]->wall.median, panel.rows[i]->accuracy.*psnr});
+    }
+    std::vector<size_t> front;
+    for (const size_t i : paretoFront(points))
+        front.push_back(sound[i]);
+    return front;
+}
+
+// Baselines, front, and of every policy that has none among those its own best.
+std::vector<size_t> shownOf(const Panel& panel, double RunAccuracy::*psnr, const std::vector<size_t>& front,
+                            const std::set<size_t>& baselines)
+{
+    std::vector<size_t> few = thinned({baselines.begin(), baselines.end()}, kMaxShown / 2);
+    std::set<size_t> shown(few.begin(), few.end());
+    const auto addSpread = [&](const std::vector<size_t>& from, size_t count) {
+        std::vector<size_t> rest;
+        std::copy_if(from.begin(), from.end(), std::back_inserter(rest), [&](size_t i) { return !shown.count(i); });
+        const std::vector<size_t> spread = thinned(rest, std::min(count, kMaxShown - shown.size()));
+        shown.insert(spread.begin(), spread.end());
+    };
+    addSpread(front, kMaxShown);
+    std::map<std::string, std::vector<size_t>> absent;
+    for (size_t i = 0; i < panel.rows.size(); ++i)
+        absent[panel.rows[i]->config.policy].push_back(i);
+    for (const size_t i : shown)
+        absent.erase(panel.rows[i]->config.policy);
+    const size_t share = absent.empty() ? 0 : (kMaxShown - shown.size()) / absent.size();
+    for (const auto& [policy, members] : absent)
+        addSpread(frontOf(panel, psnr, members), std::max<size_t>(share, 1));
+    return {shown.begin(), shown.end()};
+}
+
+Json viewJson(const Panel& panel, double RunAccuracy::*psnr, const std::set<size_t>& baselines)
+{
+    std::vector<size_t> all(panel.rows.size());
+    std::iota(all.begin(), all.end(), size_t(0));
+    const std::vector<size_t> front = frontOf(panel, psnr, all);
+    std::vector<size_t> shown = all.size() <= kMaxShown ? all : shownOf(panel, psnr, front, baselines);
+    std::stable_sort(shown.begin(), shown.end(),
+                     [&](size_t a, size_t b) { return panel.rows[a]->wall.median < panel.rows[b]->wall.median; });
+    return {{"front", front}, {"shown", shown}};
+}
+
+Json panelJson(const Panel& panel, const std::string& title, const std::string& file_name)
+{
+    std::vector<std::vector<std::string>> words;
+    for (const RunRow* row : panel.rows)
+        words.push_back(configWords(*row));
+    const RunNames names = nameRuns(words);
+
+    Json rows = Json::array();
+    std::set<size_t> baselines;
+    for (size_t i = 0; i < panel.rows.size(); ++i) {
+        const RunRow* baseline = baselineOf(panel, *panel.rows[i]);
+        rows.push_back(rowJson(*panel.rows[i], names.own[i], baseline));
+        if (baseline)
+            baselines.insert(size_t(std::find(panel.rows.begin(), panel.rows.end(), baseline) - panel.rows.begin()));
+    }
+    for (const size_t i : baselines)
+        rows[i]["baseline"] = true;
+
+    std::string facts;
+    for (size_t i = 1; i < panel.scene.size(); ++i)
+        if (!panel.scene[i].empty())
+            facts += (facts.empty() ? "" : ", ") + panel.scene[i];
+    if (!names.common.empty())
+        facts += "; every run: " + names.common;
+    return {{"title", title},
+            {"file_name", file_name},
+            {"words", facts},
+            {"rows", std::move(rows)},
+            {"views",
+             {{"min", viewJson(panel, &RunAccuracy::psnr_min, baselines)},
+              {"pooled", viewJson(panel, &RunAccuracy::psnr_pooled, baselines)}}}};
+}
+
+// Panels of one trajectory are told apart by what differs between them.
+std::vector<std::string> titlesOf(const std::vector<Panel>& panels)
+{
+    std::map<std::string, std::vector<size_t>> same;
+    for (size_t i = 0; i < panels.size(); ++i)
+        same[panels[i].scene[0]].push_back(i);
+    std::vector<std::string> titles(panels.size());
+    for (const auto& [trajectory, members] : same) {
+        std::vector<std::vector<std::string>> words;
+        for (const size_t i : members)
+            words.push_back(panels[i].scene);
+        const RunNames names = nameRuns(words);
+        for (size_t k = 0; k < members.size(); ++k)
+            titles[members[k]] = names.own[k];
+    }
+    return titles;
+}
+
+Json factsJson(const std::vector<RunRow>& rows, size_t panels)
+{
+    Json facts = Json::array();
+    const auto add = [&](const char* name, const auto& wordsOf) {
+        std::vector<std::string> different;
+        for (const RunRow& row : rows) {
+            const std::string words = wordsOf(row);
+            if (!words.empty() && std::find(different.begin(), different.end(), words) == different.end())
+                different.push_back(words);
+        }
+        constexpr size_t kMost = 6;
+        std::string text;
+        for (size_t i = 0; i < std::min(different.size(), kMost); ++i)
+            text += (i ? "; " : "") + different[i];
+        if (different.size() > kMost)
+            text += formatString("; %zu more", different.size() - kMost);
+        if (!text.empty())
+            facts.push_back({name, text});
+    };
+    add("Model", [](const RunRow& row) {
+        return row.file + ", " + countWords(row.anchors) + " anchors, " + byteWords(row.file_bytes);
+    });
+    add("Device", [](const RunRow& row) {
+        return (row.device.empty() ? "unknown" : row.device) + (row.driver.empty() ? "" : ", driver " + row.driver) +
+               (row.device_memory ? ", " + byteWords(row.device_memory) : "");
+    });
+    add("Backend", [](const RunRow& row) { return row.backend; });
+    add("Reference", [](const RunRow& row) {
+        return row.reference.empty() ? std::string() : "tier exact without reuse, by backend " + row.reference;
+    });
+    add("Images", [](const RunRow& row) {
+        const std::vector<std::string> words = sceneWords(row);
+        constexpr size_t kSize = 4, kEyes = 5;
+        return words[kSize] + ", " + words[kEyes];
+    });
+    add("Measured with", [](const RunRow& row) { return toolWords(row); });
+    add("Label", [](const RunRow& row) { return row.label; });
+    facts.push_back({"Runs", formatString("%zu in %zu comparison%s", rows.size(), panels, panels == 1 ? "" : "s")});
+    return facts;
+}
+
+} // namespace
+
+Json chartModel(const std::vector<RunRow>& rows)
+{
+    const std::vector<Panel> panels = panelsOf(rows);
+    const std::vector<std::string> titles = titlesOf(panels);
+    Json list = Json::array();
+    std::set<std::string> file_names;
+    for (size_t i = 0; i < panels.size(); ++i) {
+        const std::string plain = fileNameOf(titles[i]);
+        std::string name = plain;
+        for (size_t copy = 2; !file_names.insert(name).second; ++copy)
+            name = plain + "-" + std::to_string(copy);
+        list.push_back(panelJson(panels[i], titles[i], name));
+    }
+    return {{"version", GSC_VERSION}, {"facts", factsJson(rows, panels.size())}, {"panels", std::move(list)}};
+}
+
+} // namespace gsc

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include <string>
+
+namespace gsc {
+
+// JSON that may stand inside <script>: no text in it can end the element or open a comment.
+std::string scriptJson(const nlohmann::ordered_json& json);
+// One HTML file that needs nothing else, from a model as chartModel() makes it. Same model, same bytes.
+std::string chartPage(const nlohmann::ordered_json& model);
+
+} // namespace gsc

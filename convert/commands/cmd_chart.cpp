@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/commands/command.h"
+#include "convert/commands/text_file.h"
+
+#include "convert/chart/chart_figures.h"
+#include "convert/chart/chart_model.h"
+#include "convert/chart/chart_page.h"
+#include "convert/chart/run_set.h"
+#include "format/interrupt.h"
+#include "format/output_paths.h"
+
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <memory>
+
+namespace gsc {
+
+namespace {
+
+struct ChartOptions {
+    std::vector<std::string> inputs;
+    std::string output;
+    std::string figures; // folder, empty = none
+    bool overwrite = false;
+};
+
+// Everything that can be said without reading a line.
+void checkOutputs(const ChartOptions& options)
+{
+    std::vector<NamedPath> inputs, outputs = {{options.output, "--output"}};
+    for (const std::string& input : options.inputs)
+        inputs.push_back({input, "an input"});
+    if (!options.figures.empty())
+        outputs.push_back({options.figures, "--figures"});
+    checkOutputsDiffer(outputs, inputs);
+    checkOutputPath(options.output, options.overwrite);
+    if (options.figures.empty())
+        return;
+    if (const std::string missing = figuresMissing(); !missing.empty())
+        throw Error(ErrorCode::Unsupported,
+                    "--figures: this gsc was built without " + missing +
+                        ", expected Duktape and librsvg; install duktape-dev and librsvg2-dev and build it again, or "
+                        "leave --figures out: the page has the same figures");
+    checkOutputFolder(options.figures, options.overwrite);
+}
+
+RunSet readRuns(const ChartOptions& options, Reporter& report)
+{
+    RunSet runs;
+    for (const std::string& input : options.inputs)
+        addRuns(readTextFile(input), input, runs);
+    dropRepeatedRuns(runs);
+    for (const std::string& note : runs.notes)
+        report.warning(note);
+    if (runs.rows.empty())
+        throw Error(ErrorCode::InvalidFile,
+                    options.inputs.front() + (options.inputs.size() > 1 ? " and the others" : "") +
+                        ": no line of gsc.run/1 in it, expected at least one; gsc-play bench --sweep writes them");
+    return runs;
+}
+
+// Removes what it wrote unless everything was written.
+class OutputFiles {
+public:
+    OutputFiles() = default;
+    OutputFiles(const OutputFiles&) = delete;
+    OutputFiles& operator=(const OutputFiles&) = delete;
+    ~OutputFiles()
+    {
+        std::error_code ignored; // what cannot be removed stays; the error that brought us here is told
+        for (auto path = m_made.rbegin(); path != m_made.rend(); ++path)
+            std::filesystem::remove(*path, ignored);
+    }
+
+    void folder(const std::string& path)
+    {
+        std::error_code error;
+        if (std::filesystem::is_directory(path, error))
+            return;
+        if (!std::filesystem::create_directory(path, error))
+            throw Error(ErrorCode::Io, path + ": the folder cannot be made (" + error.message() +
+                                           "), expected an existing folder above it and the right to write there");
+        m_made.push_back(path);
+    }
+    void file(const std::string& path, const std::string& bytes)
+    {
+        throwIfInterrupted();
+        const bool is_new = !std::filesystem::exists(path);
+        writeTextFile(path, bytes);
+        if (is_new)
+            m_made.push_back(path);
+    }
+    void keep() { m_made.clear(); }
+
+private:
+    std::vector<std::string> m_made;
+};
+
+Json reportJson(const ChartOptions& options, const RunSet& runs, const Json& model,
+                const std::vector<FigureFile>& figures)
+{
+    Json comparisons = Json::array();
+    for (const Json& panel : model["panels"]) {
+        Json front = Json::array();
+        for (const Json& index : panel["views"]["min"]["front"]) {
+            const Json& row = panel["rows"][index.get<size_t>()];
+            front.push_back({{"name", row["name"]},
+                             {"ms", row["ms"]["median"]},
+                             {"speedup", row["speedup"]},
+                             {"psnr_min", row["min"]}});
+        }
+        comparisons.push_back({{"title", panel["title"]}, {"runs", panel["rows"].size()}, {"front", std::move(front)}});
+    }
+    Json names = Json::array();
+    for (const FigureFile& figure : figures)
+        names.push_back(figure.name);
+    return {{"schema", "gsc.chart/1"},
+            {"tool", {{"name", "gsc"}, {"version", GSC_VERSION}}},
+            {"output", options.output},
+            {"runs", runs.rows.size()},
+            {"skipped", runs.skipped},
+            {"replaced", runs.replaced},
+            {"comparisons", std::move(comparisons)},
+            {"figures", std::move(names)}};
+}
+
+ErrorCode runChart(const ChartOptions& options, Reporter& report)
+{
+    installInterruptHandler();
+    checkOutputs(options);
+    const RunSet runs = readRuns(options, report);
+    const Json model = chartModel(runs.rows);
+    const std::string page = chartPage(model);
+    std::vector<FigureFile> figures;
+    if (!options.figures.empty())
+        figures = drawFigures(model, [&](size_t done, size_t total) { report.progress("figures", done, total); });
+
+    OutputFiles written;
+    if (!options.figures.empty())
+        written.folder(options.figures);
+    for (const FigureFile& figure : figures)
+        written.file((std::filesystem::path(options.figures) / figure.name).string(), figure.bytes);
+    written.file(options.output, page);
+    written.keep();
+    report.endProgress(false);
+    if (report.json())
+        report.object(reportJson(options, runs, model, figures));
+    report.done(formatString("charted %zu run%s in %s", runs.rows.size(), runs.rows.size() == 1 ? "" : "s",
+                             options.output.c_str()));
+    return ErrorCode::Ok;
+}
+
+} // namespace
+
+void addChartCommand(CLI::App& app, Invocation& invocation)
+{
+    auto options = std::make_shared<ChartOptions>();
+    CLI::App* command = app.add_subcommand("chart", "Draw speed against accuracy of measured runs, as one HTML page");
+    command->add_option("RUNS", options->inputs, "files of JSON lines from gsc-play bench --sweep")
+        ->required()
+        ->option_text(" ...");
+    command->add_option("-o,--output", options->output, "page to write")->required()->option_text("OUT.html");
+    command->add_flag("-w,--overwrite", options->overwrite, "replace files that exist");
+    command->add_option("--figures", options->figures, "write every figure there too, as SVG and PNG")
+        ->option_text("DIR");
+    addReporterOptions(*command, invocation.reporter, true);
+    command->footer(
+        "The page needs no network. Prints nothing on success. Lines of another form are skipped and told.\n\n"
+        "examples:\n"
+        "  gsc chart runs.jsonl -o report.html\n"
+        "  gsc chart cpu.jsonl cuda.jsonl -o report.html --figures figures");
+    command->callback([options, &invocation] {
+        invocation.run = [options](Reporter& report) { return runChart(*options, report); };
+    });
+}
+
+} // namespace gsc

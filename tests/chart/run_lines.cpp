@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/chart/run_lines.h"
+
+namespace gsc {
+
+nlohmann::json plainRun()
+{
+    return nlohmann::json::parse(R"({
+        "schema": "gsc.run/1",
+        "tool": {"name": "gsc-play", "version": "0.1.0", "commit": "0a1b2c3"},
+        "label": "",
+        "file": {"path": "models/fox.gsc", "bytes": 4096, "anchors": 26056},
+        "backend": "cpu",
+        "device": {"name": "EPYC", "driver": null, "memory_bytes": 1024, "processors": 2, "clock_mhz": null,
+                   "memory_clock_mhz": null},
+        "config": {"id": "00", "trajectory": "walk", "cameras": "walk.json", "frames": 2, "warmup": 0, "cold": true,
+                   "policy": "none", "max_depth": null, "guidance": null, "bound": null, "decode_budget": null,
+                   "cache_budget": null, "cut": false, "order": false, "tier": "fast", "lod_bias": 0,
+                   "stereo": "exact", "eyes": 1, "ipd": null, "size": [640, 480], "fov_degrees": null, "near": null,
+                   "appearance": null, "threads": 0, "vram_budget": null},
+        "ms": {"wall": {"mean": 4, "median": 4, "p95": 5, "p99": 6, "max": 7},
+               "device": {"mean": 3, "median": 3, "p95": 3, "p99": 3, "max": 3}, "stages": {}},
+        "accuracy": {"psnr": {"pooled": null, "p1": null, "min": null, "min_frame": 0}, "max_error": 0,
+                     "over_1_255": 0, "ssim": null, "flip": null,
+                     "temporal": {"rms": 0, "p50": 0, "p99": 0, "max": 0, "max_frame": 1}},
+        "reuse": {"decoded_per_frame": {"mean": 10, "median": 10, "p95": 10, "p99": 10, "max": 10},
+                  "reused_per_frame": {"mean": 0, "median": 0, "p95": 0, "p99": 0, "max": 0},
+                  "hit_rate": 0, "overdue": 0, "missing": 0, "evictions": 0, "cut_hit_rate": null,
+                  "order_moves_per_frame": null, "cache_bytes": 0},
+        "peak_bytes": 1048576,
+        "per_frame": {"wall_ms": [4, 4.25], "psnr": [null, null], "temporal": [null, 0], "decoded": [10, 10],
+                      "missing": [0, 0]}
+    })");
+}
+
+nlohmann::json runOf(const std::string& policy, double ms, const nlohmann::json& psnr)
+{
+    static int count = 0;
+    nlohmann::json line = plainRun();
+    line["config"]["policy"] = policy;
+    line["config"]["id"] = std::to_string(++count);
+    line["ms"]["wall"]["median"] = ms;
+    line["accuracy"]["psnr"] = {{"pooled", psnr}, {"p1", psnr}, {"min", psnr}, {"min_frame", 0}};
+    return line;
+}
+
+RunRow parsed(const nlohmann::json& line)
+{
+    std::string other;
+    return parseRunLine(line.dump(), "runs.jsonl:1", other).value();
+}
+
+} // namespace gsc

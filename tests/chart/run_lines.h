@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lines of gsc.run/1 for tests, as short as they may be. make_runs.py makes long ones.
+#pragma once
+
+#include "convert/chart/run_row.h"
+
+#include <nlohmann/json.hpp>
+
+#include <string>
+
+namespace gsc {
+
+// Policy none, tier fast, two frames of equal images at 4 ms, trajectory walk.
+nlohmann::json plainRun();
+// The same with another policy, median and accuracy in all three forms; null = equal.
+nlohmann::json runOf(const std::string& policy, double ms, const nlohmann::json& psnr);
+RunRow parsed(const nlohmann::json& line); // throws what parseRunLine() throws
+
+} // namespace gsc
