@@ -41,7 +41,7 @@ Gaze always(Vec3 forward)
 CameraPath aerial(const PathSite& site)
 {
     PathMaker path(site, "aerial", 30);
-    flyDiagonal(path, 40, 0.25, 0.75);
+    flyDiagonal(path, 40, 0.25, 0.75, 0.5 * site.view_height);
     return path.take();
 }
 
@@ -125,13 +125,13 @@ CameraPath wideEyes(const PathSite& site)
 
 } // namespace
 
-void flyDiagonal(PathMaker& path, int frames, double from, double to)
+void flyDiagonal(PathMaker& path, int frames, double from, double to, double height)
 {
     const PathSite& site = path.site();
     const Vec3 forward = radialDirection(site, diagonal(site), degrees(25));
     for (int i = 0; i < frames; ++i) {
         const double t = from + (to - from) * i / (frames - 1);
-        path.look(above(site, t, t, 0.5 * site.view_height), forward);
+        path.look(above(site, t, t, height), forward);
     }
 }
 
@@ -141,15 +141,27 @@ Vec3 pathTarget(const PathSite& site)
            site.up * site.ground;
 }
 
-double levelBoundary(const PathSite& site, double near_to)
+std::vector<double> levelBoundaries(const PathSite& site)
 {
+    std::vector<double> boundaries;
     if (site.level_rule == LevelRule::None || !(site.standard_dist > 0) || site.finest_level < 1 || site.fork < 2)
-        return near_to;
+        return boundaries;
     // log(standard_dist / distance) at which level 0 gives way to level 1
     const double first = site.level_rule == LevelRule::Floor ? 1 : site.level_rule == LevelRule::Round ? 0.5 : 0;
-    const double wanted = std::log(site.standard_dist / near_to) / std::log(double(site.fork));
-    const double k = std::clamp(std::round(wanted - first), 0.0, double(site.finest_level - 1));
-    return site.standard_dist * std::pow(double(site.fork), -(first + k));
+    for (int32_t k = 0; k < site.finest_level; ++k)
+        boundaries.push_back(site.standard_dist * std::pow(double(site.fork), -(first + double(k))));
+    return boundaries;
+}
+
+double levelBoundary(const PathSite& site, double near_to)
+{
+    double nearest = near_to, least = 1e300;
+    for (const double boundary : levelBoundaries(site))
+        if (const double ratio = std::abs(std::log(boundary / near_to)); ratio < least) {
+            least = ratio;
+            nearest = boundary;
+        }
+    return nearest;
 }
 
 std::vector<CameraPath> cameraPaths(const PathSite& site)

@@ -10,8 +10,6 @@
 
 namespace gsc {
 
-constexpr double kHighestShare = 0.35; // of the capture height, above ground: kites, masts and stray points stay out
-
 // An anchor of the tile: its row as the PLY holds it, and its place on the grid.
 struct TileAnchor {
     int32_t level = 0;
