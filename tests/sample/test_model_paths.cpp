@@ -45,7 +45,8 @@ Frames readFrames(const std::string& file, double metre)
     Frames frames;
     frames.metre = metre;
     size_t wrong = 0;
-    for (const Camera& c : readCameraFile(file, &frames.ipd)) {
+    TrajectoryEyes eyes;
+    for (const Camera& c : readCameraFile(file, &eyes)) {
         const double* r = c.rotation;
         const double* t = c.translation;
         Pose pose{{}, {r[0], r[3], r[6]}, {r[1], r[4], r[7]}, {r[2], r[5], r[8]}};
@@ -56,6 +57,7 @@ Frames readFrames(const std::string& file, double metre)
         frames.poses.push_back(pose);
         frames.appearance.push_back(c.appearance);
     }
+    frames.ipd = eyes.ipd;
     CHECK(wrong == 0);
     CHECK(frames.size() >= 2);
     CHECK(frames.ipd > 0);
