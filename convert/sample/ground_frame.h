@@ -29,7 +29,7 @@ bool sees(const PinholeView& view, Vec3 p);
 bool wellSeen(std::span<const PinholeView> views, uint32_t least, Vec3 p);
 
 constexpr double kHighestShare = 0.35; // of the capture height, above ground: roofs, masts and kites are higher
-constexpr uint32_t kMinViews = 6; // a well-seen anchor is in at least as many photographs
+constexpr uint32_t kMinViews = 6;      // a well-seen anchor is in at least as many photographs
 
 // Eigenvectors and eigenvalues of a symmetric matrix, the largest first; m is used up. The signs do not depend on the
 // path of the iteration.
