@@ -35,7 +35,7 @@ double orthogonalityError(const double m[9], double scale2)
     return worst;
 }
 
-void readRotation(const JsonObject& object, double out[9])
+void readRotation(const JsonObject& object, double out[9], const char* what = "camera-to-world")
 {
     object.matrix("rotation", 3, 3, out);
     const double error = orthogonalityError(out, 1);
@@ -43,7 +43,7 @@ void readRotation(const JsonObject& object, double out[9])
         object.fail(
             "rotation",
             formatString("no rotation (determinant %g, columns off orthonormal by %g)", determinant(out), error),
-            "an orthonormal, right-handed camera-to-world matrix");
+            formatString("an orthonormal, right-handed %s matrix", what));
 }
 
 // t = -R^T p: the world-to-camera translation of a camera at p.
@@ -235,7 +235,53 @@ std::vector<Camera> trajectoryCameras(const JsonObject& root, const std::string&
     return cameras;
 }
 
+// A signed angle from the eye's forward axis.
+double readSide(const JsonObject& fov, const char* key)
+{
+    const double angle = fov.number(key);
+    if (!(std::abs(angle) < 0.5 * std::numbers::pi - 1e-6))
+        fov.fail(key, formatString("%g", angle), "a signed angle in radians within a right angle, as in XrFovf");
+    return angle;
+}
+
+std::vector<EyeView> trajectoryViews(const JsonObject& root, const std::string& file)
+{
+    std::vector<EyeView> views;
+    if (!root.has("views"))
+        return views;
+    const Json& array = root.at("views");
+    if (!array.is_array() || array.empty() || array.size() > 2)
+        root.fail("views", "no array of one or two", "one eye, or the left and the right one");
+    if (root.has("ipd"))
+        root.fail("ipd", "given together with \"views\"", "one of them; the views say where the eyes are");
+    for (size_t i = 0; i < array.size(); ++i) {
+        const JsonObject eye(array[i], formatString("%s: view %zu", file.c_str(), i));
+        const JsonObject fov(eye.at("fov"), eye.where() + ": fov");
+        const JsonObject pose(eye.at("pose"), eye.where() + ": pose");
+        EyeView view;
+        view.left = readSide(fov, "left");
+        view.right = readSide(fov, "right");
+        view.up = readSide(fov, "up");
+        view.down = readSide(fov, "down");
+        if (!(view.right - view.left >= 1e-6))
+            fov.fail("right", formatString("%g", view.right), formatString("more than left, which is %g", view.left));
+        if (!(view.up - view.down >= 1e-6))
+            fov.fail("up", formatString("%g", view.up), formatString("more than down, which is %g", view.down));
+        pose.vector3("position", view.position);
+        readRotation(pose, view.rotation, "eye-to-head");
+        views.push_back(view);
+    }
+    return views;
+}
+
 } // namespace
+
+void refuseViews(const std::string& name)
+{
+    throw Error(ErrorCode::Unsupported,
+                name + ": \"views\" gives the eyes lenses and places of their own, which this version reads but does "
+                       "not draw; take it out, and state \"ipd\" and \"fov_x\" instead");
+}
 
 std::vector<UpstreamCamera> parseUpstreamCameras(std::string_view json, const std::string& name)
 {
@@ -261,11 +307,11 @@ Camera cameraFromUpstream(const UpstreamCamera& source)
     return camera;
 }
 
-std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, double* ipd)
+std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, TrajectoryEyes* eyes)
 {
     const Json root = parseJson(json, name);
     std::vector<Camera> cameras;
-    double stated_ipd = 0;
+    TrajectoryEyes stated;
     if (root.is_array()) {
         for (const UpstreamCamera& camera : upstreamCameras(root, name))
             cameras.push_back(cameraFromUpstream(camera));
@@ -273,7 +319,8 @@ std::vector<Camera> parseCameraFile(std::string_view json, const std::string& na
         const JsonObject object(root, name);
         if (object.has("schema")) {
             cameras = trajectoryCameras(object, name);
-            stated_ipd = object.has("ipd") ? object.positive("ipd") : 0;
+            stated.ipd = object.has("ipd") ? object.positive("ipd") : 0;
+            stated.views = trajectoryViews(object, name);
         } else if (const Json* frames = object.find("frames"); frames && frames->is_array())
             cameras = transformsCameras(object, name);
         else
@@ -284,12 +331,14 @@ std::vector<Camera> parseCameraFile(std::string_view json, const std::string& na
     }
     if (cameras.empty())
         throw Error(ErrorCode::InvalidFile, formatString("%s: holds no camera, expected at least one", name.c_str()));
-    if (ipd)
-        *ipd = stated_ipd;
+    if (eyes)
+        *eyes = std::move(stated);
+    else if (!stated.views.empty())
+        refuseViews(name);
     return cameras;
 }
 
-std::vector<Camera> readCameraFile(const std::string& path, double* ipd)
+std::vector<Camera> readCameraFile(const std::string& path, TrajectoryEyes* eyes)
 {
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
     if (!file)
@@ -315,7 +364,7 @@ std::vector<Camera> readCameraFile(const std::string& path, double* ipd)
                     formatString("%s: is %s and no JSON, expected a camera file that starts with [ or {; pass a "
                                  "cameras.json, a transforms.json or a trajectory",
                                  path.c_str(), text.compare(0, 4, "\x89GSC") == 0 ? "a model" : "something else"));
-    return parseCameraFile(text, path, ipd);
+    return parseCameraFile(text, path, eyes);
 }
 
 } // namespace gsc

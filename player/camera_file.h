@@ -27,13 +27,29 @@ std::vector<UpstreamCamera> parseUpstreamCameras(std::string_view json, const st
 // Precondition: as parseUpstreamCameras() leaves it.
 Camera cameraFromUpstream(const UpstreamCamera& source);
 
+// An eye as OpenXR describes it. Axes as everywhere: x right, y down, z forward.
+struct EyeView {
+    double left = 0, right = 0, up = 0, down = 0; // XrFovf: radians, left and down below zero for most lenses
+    double position[3] = {};                      // in the head's axes, world units
+    double rotation[9] = {};                      // row-major eye-to-head
+};
+
+// What a trajectory states of the eyes, for all its frames; a frame is then the pose of the head.
+struct TrajectoryEyes {
+    double ipd = 0;             // world units, 0 = not stated
+    std::vector<EyeView> views; // left eye first; empty = not stated
+};
+
 // Upstream's cameras.json, a transforms*.json, or our trajectory (schemas/trajectory.schema.json), told apart by
 // content. Sizes are those of the file, upstream's `-r -1` rule applied to cameras.json (section 6.2). A file that
 // states no size leaves width and height 0: finishCamera() then takes it from the command line.
-// `ipd`, if given, takes the distance of the eyes that a trajectory states, world units; 0 = none stated.
-// Throws Error(InvalidFile).
-std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, double* ipd = nullptr);
-// Throws Error (Io, InvalidFile).
-std::vector<Camera> readCameraFile(const std::string& path, double* ipd = nullptr);
+// `eyes`, if given, takes what a trajectory states of them. Without it, a trajectory that gives the eyes views of their
+// own is refused, because its cameras alone are not what it shows.
+// Throws Error (InvalidFile, Unsupported).
+std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, TrajectoryEyes* eyes = nullptr);
+// The Error(Unsupported) for a trajectory with views; `name` is the file.
+[[noreturn]] void refuseViews(const std::string& name);
+// Throws Error (Io, InvalidFile, Unsupported).
+std::vector<Camera> readCameraFile(const std::string& path, TrajectoryEyes* eyes = nullptr);
 
 } // namespace gsc

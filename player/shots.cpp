@@ -88,11 +88,12 @@ void chooseAppearance(const Scene& scene, const PlayOptions& options, std::vecto
 
 std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, PlayLog& log)
 {
-    double ipd = 0;
+    TrajectoryEyes eyes;
     std::vector<Camera> cameras =
-        options.cameras == "stored" ? storedCameras(scene, options.input) : readCameraFile(options.cameras, &ipd);
-    if (options.ipd > 0)
-        ipd = options.ipd;
+        options.cameras == "stored" ? storedCameras(scene, options.input) : readCameraFile(options.cameras, &eyes);
+    if (!eyes.views.empty())
+        refuseViews(options.cameras);
+    const double ipd = options.ipd > 0 ? options.ipd : eyes.ipd;
     if (options.eyes == 2 && ipd == 0)
         throw Error(
             ErrorCode::Usage,

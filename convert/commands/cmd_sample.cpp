@@ -121,16 +121,17 @@ void addReplicateCommand(CLI::App& parent, Invocation& invocation)
 
 void addSampleCommand(CLI::App& app, Invocation& invocation)
 {
-    CLI::App* command = app.add_subcommand("sample", "Make a checkpoint in the trainers' own layout");
+    CLI::App* command = app.add_subcommand("sample", "Make a checkpoint in the trainers' own layout, or camera paths");
     command->require_subcommand(0, 1);
     command->callback([command] {
         if (command->get_subcommands().empty())
-            throw CLI::RequiredError("what to make (city, street, room or replicate)");
+            throw CLI::RequiredError("what to make (city, street, room, replicate or paths)");
     });
     addSceneCommand(*command, invocation, "city", "Blocks, streets, facades and trees", SampleScene::City);
     addSceneCommand(*command, invocation, "street", "One street, seen from the ground", SampleScene::Street);
     addSceneCommand(*command, invocation, "room", "A furnished room", SampleScene::Room);
     addReplicateCommand(*command, invocation);
+    addSamplePathsCommand(*command, invocation);
 }
 
 } // namespace gsc

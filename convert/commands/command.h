@@ -26,6 +26,7 @@ void addInfoCommand(CLI::App& app, Invocation& invocation);
 void addCompareCommand(CLI::App& app, Invocation& invocation);
 void addChartCommand(CLI::App& app, Invocation& invocation);
 void addSampleCommand(CLI::App& app, Invocation& invocation);
+void addSamplePathsCommand(CLI::App& sample, Invocation& invocation); // below `gsc sample`
 
 // --format, -q, -v, --no-color, and --progress for commands that take long.
 void addReporterOptions(CLI::App& command, ReporterOptions& options, bool takes_long);

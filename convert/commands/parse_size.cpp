@@ -105,4 +105,24 @@ std::optional<uint64_t> parseCount(std::string_view text)
     return whole ? count : std::nullopt;
 }
 
+std::optional<ImageSize> parseImageSize(std::string_view text)
+{
+    const auto side = [](std::string_view digits) -> uint32_t {
+        if (digits.empty() || digits.size() > 5)
+            return 0;
+        uint32_t value = 0;
+        for (const char c : digits) {
+            if (c < '0' || c > '9')
+                return 0;
+            value = 10 * value + uint32_t(c - '0');
+        }
+        return value <= 32768 ? value : 0;
+    };
+    const size_t x = text.find_first_of("xX");
+    if (x == std::string_view::npos)
+        return {};
+    const ImageSize size{side(text.substr(0, x)), side(text.substr(x + 1))};
+    return size.width && size.height ? std::optional(size) : std::nullopt;
+}
+
 } // namespace gsc

@@ -13,4 +13,10 @@ std::optional<uint64_t> parseByteSize(std::string_view text);
 // "18.5M", "20k", "1300000": a count, K = 1000. Nothing if it is not such a number, not whole, or does not fit.
 std::optional<uint64_t> parseCount(std::string_view text);
 
+struct ImageSize {
+    uint32_t width = 0, height = 0; // 1 to 32768 pixels each
+};
+// "1920x1080". Nothing if it is no such size.
+std::optional<ImageSize> parseImageSize(std::string_view text);
+
 } // namespace gsc

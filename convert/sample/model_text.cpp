@@ -127,19 +127,26 @@ std::string camerasJson(const std::vector<NamedCamera>& cameras)
     return text + "]";
 }
 
-std::string trajectoryJson(const std::string& name, const std::vector<NamedCamera>& cameras, double fps, double ipd)
+std::string trajectoryJson(const TrajectoryText& head, const std::vector<NamedCamera>& cameras)
 {
     std::string text = formatString("{\n  \"schema\": \"gsc.trajectory/1\",\n  \"name\": \"%s\",\n  \"fps\": %s",
-                                    name.c_str(), number(fps).c_str());
-    if (ipd > 0)
-        text += ",\n  \"ipd\": " + number(ipd);
+                                    head.name.c_str(), number(head.fps).c_str());
+    if (!head.description.empty())
+        text += ",\n  \"description\": \"" + head.description + "\"";
+    if (head.metre > 0)
+        text += ",\n  \"metre\": " + number(head.metre);
+    if (head.ipd > 0)
+        text += ",\n  \"ipd\": " + number(head.ipd);
     text += ",\n  \"frames\": [";
     for (size_t i = 0; i < cameras.size(); ++i) {
         const NamedCamera& c = cameras[i];
         text += formatString("%s\n    {\"name\": \"%s\", \"width\": %u, \"height\": %u, \"fx\": ", i ? "," : "",
                              c.name.c_str(), c.width, c.height);
         text += number(c.fx) + ", \"fy\": " + number(c.fy) + ",\n     \"position\": ";
-        text += vector(c.position.x, c.position.y, c.position.z) + ",\n     \"rotation\": " + rotationRows(c) + "}";
+        text += vector(c.position.x, c.position.y, c.position.z) + ",\n     \"rotation\": " + rotationRows(c);
+        if (c.appearance >= 0)
+            text += formatString(", \"appearance\": %d", c.appearance);
+        text += "}";
     }
     return text + "\n  ]\n}\n";
 }

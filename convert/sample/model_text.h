@@ -30,6 +30,7 @@ struct NamedCamera {
     Vec3 position;
     double rotation[9] = {}; // row-major camera-to-world; columns are right, down, forward
     double fx = 0, fy = 0;
+    int appearance = -1; // embedding row; -1 = none
 };
 
 // Camera at `position` that looks along `forward` with `up` upwards.
@@ -38,7 +39,14 @@ NamedCamera lookingAlong(const std::string& name, Vec3 position, Vec3 forward, V
 
 // Upstream's order and keys; the ids are the indices.
 std::string camerasJson(const std::vector<NamedCamera>& cameras);
-// schemas/trajectory.schema.json, with the distance between the eyes in world units where it is above zero.
-std::string trajectoryJson(const std::string& name, const std::vector<NamedCamera>& cameras, double fps, double ipd);
+
+// schemas/trajectory.schema.json. What is zero, empty or -1 is left out.
+struct TrajectoryText {
+    std::string name;
+    double fps = 0, ipd = 0; // ipd in world units
+    std::string description;
+    double metre = 0; // world units
+};
+std::string trajectoryJson(const TrajectoryText& text, const std::vector<NamedCamera>& cameras);
 
 } // namespace gsc

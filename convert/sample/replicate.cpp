@@ -128,7 +128,7 @@ PathSite pathSite(const ReplicateSource& source, const CityGrid& grid, const Che
     site.ground = frame.ground;
     site.view_height = frame.capture_height;
     // no model states its scale: the viewer is as large as puts his eyes 0.004 of a tile's side apart
-    site.metre = 0.004 * std::sqrt(grid.size[0] * grid.size[1]) / kEyeDistance;
+    site.metre = metreOfGround(grid.size[0], grid.size[1]);
     if (source.octree) {
         site.level_rule = checkpoint.level_rule;
         site.standard_dist = double(checkpoint.standard_dist);

@@ -15,122 +15,19 @@ namespace gsc {
 namespace {
 
 constexpr size_t kBatch = 65'536;
-constexpr double kNear = 0.2; // upstream's near plane
 
-bool sees(const SourceCamera& c, Vec3 p)
+std::vector<PinholeView> trainingViews(const Checkpoint& checkpoint)
 {
-    const double d[3] = {p.x - c.position[0], p.y - c.position[1], p.z - c.position[2]};
-    double view[3];
-    for (int i = 0; i < 3; ++i)
-        view[i] = c.rotation[i] * d[0] + c.rotation[3 + i] * d[1] + c.rotation[6 + i] * d[2];
-    return view[2] > kNear && std::abs(view[0]) * c.fx <= view[2] * 0.5 * c.width &&
-           std::abs(view[1]) * c.fy <= view[2] * 0.5 * c.height;
-}
-
-std::vector<const SourceCamera*> trainingCameras(const Checkpoint& checkpoint)
-{
-    std::vector<const SourceCamera*> cameras;
+    std::vector<PinholeView> views;
     for (const SourceCamera& c : checkpoint.cameras)
         if (!c.is_test)
-            cameras.push_back(&c);
-    if (cameras.size() < kMinViews)
+            views.push_back(pinholeView(c.position, c.rotation, c.fx, c.fy, c.width, c.height));
+    if (views.size() < kMinViews)
         throw Error(ErrorCode::Usage,
                     formatString("%s: has %zu training cameras, expected at least %u in cameras.json; replicate needs "
                                  "the cameras of an aerial model to find the ground",
-                                 checkpoint.model_path.c_str(), cameras.size(), kMinViews));
-    return cameras;
-}
-
-bool wellSeen(const std::vector<const SourceCamera*>& cameras, Vec3 p)
-{
-    uint32_t views = 0;
-    for (const SourceCamera* c : cameras)
-        if (sees(*c, p) && ++views == kMinViews)
-            return true;
-    return false;
-}
-
-// Eigenvectors of a symmetric matrix by Jacobi rotations, largest eigenvalue first.
-void principalAxes(double m[3][3], Vec3 axes[3])
-{
-    double v[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    for (int sweep = 0; sweep < 32; ++sweep)
-        for (int p = 0; p < 2; ++p)
-            for (int q = p + 1; q < 3; ++q) {
-                if (std::abs(m[p][q]) < 1e-300)
-                    continue;
-                const double theta = (m[q][q] - m[p][p]) / (2 * m[p][q]);
-                const double t = (theta >= 0 ? 1 : -1) / (std::abs(theta) + std::sqrt(theta * theta + 1));
-                const double c = 1 / std::sqrt(t * t + 1), s = t * c;
-                for (int k = 0; k < 3; ++k) {
-                    const double a = m[k][p], b = m[k][q];
-                    m[k][p] = c * a - s * b;
-                    m[k][q] = s * a + c * b;
-                }
-                for (int k = 0; k < 3; ++k) {
-                    const double a = m[p][k], b = m[q][k];
-                    m[p][k] = c * a - s * b;
-                    m[q][k] = s * a + c * b;
-                    const double e = v[k][p], f = v[k][q];
-                    v[k][p] = c * e - s * f;
-                    v[k][q] = s * e + c * f;
-                }
-            }
-    int order[3] = {0, 1, 2};
-    std::sort(order, order + 3, [&](int a, int b) { return m[a][a] > m[b][b]; });
-    for (int i = 0; i < 3; ++i) {
-        const Vec3 axis{v[0][order[i]], v[1][order[i]], v[2][order[i]]};
-        // a sign that does not depend on the path of the iteration
-        const double largest = std::max({axis.x, axis.y, axis.z}), smallest = std::min({axis.x, axis.y, axis.z});
-        axes[i] = axis * (largest >= -smallest ? 1.0 : -1.0);
-    }
-}
-
-double quantile(std::vector<double>& values, double q)
-{
-    const auto at = values.begin() + std::ptrdiff_t(q * double(values.size() - 1) + 0.5);
-    std::nth_element(values.begin(), at, values.end());
-    return *at;
-}
-
-GroundFrame fitGround(const std::vector<Vec3>& points, const std::vector<const SourceCamera*>& cameras)
-{
-    GroundFrame frame;
-    Vec3 mean;
-    for (const Vec3& p : points)
-        mean = mean + p * (1.0 / double(points.size()));
-    double m[3][3] = {};
-    for (const Vec3& p : points) {
-        const double d[3] = {p.x - mean.x, p.y - mean.y, p.z - mean.z};
-        for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j)
-                m[i][j] += d[i] * d[j];
-    }
-    Vec3 axes[3];
-    principalAxes(m, axes);
-    Vec3 eye;
-    for (const SourceCamera* c : cameras)
-        eye = eye + Vec3{c->position[0], c->position[1], c->position[2]} * (1.0 / double(cameras.size()));
-    frame.up = axes[2] * (dot(eye - mean, axes[2]) >= 0 ? 1.0 : -1.0);
-    frame.axis[0] = axes[0];
-    frame.axis[1] = cross(frame.up, axes[0]);
-
-    std::vector<double> values(points.size());
-    const auto along = [&](Vec3 axis, double q) {
-        for (size_t i = 0; i < points.size(); ++i)
-            values[i] = dot(points[i], axis);
-        return quantile(values, q);
-    };
-    for (int i = 0; i < 2; ++i) {
-        frame.low[i] = along(frame.axis[i], 0.1);
-        frame.high[i] = along(frame.axis[i], 0.9);
-    }
-    frame.ground = along(frame.up, 0.5);
-    std::vector<double> heights;
-    for (const SourceCamera* c : cameras)
-        heights.push_back(dot({c->position[0], c->position[1], c->position[2]}, frame.up) - frame.ground);
-    frame.capture_height = quantile(heights, 0.5);
-    return frame;
+                                 checkpoint.model_path.c_str(), views.size(), kMinViews));
+    return views;
 }
 
 bool insideTile(const GroundFrame& frame, Vec3 p)
@@ -196,7 +93,7 @@ ReplicateSource readReplicateSource(const Checkpoint& cp)
     if (cp.family != ModelFamily::ScaffoldGs && cp.family != ModelFamily::OctreeGs)
         throw Error(ErrorCode::Unsupported, cp.model_path + ": is neither a Scaffold-GS nor an Octree-GS model; "
                                                             "replicate writes these two layouts only");
-    const std::vector<const SourceCamera*> cameras = trainingCameras(cp);
+    const std::vector<PinholeView> views = trainingViews(cp);
     const auto anchors = openAnchors(cp);
     AnchorBatch batch;
     std::vector<Vec3> seen;
@@ -209,7 +106,7 @@ ReplicateSource readReplicateSource(const Checkpoint& cp)
         for (size_t i = 0; i < batch.count; ++i) {
             for (int axis = 0; axis < 3; ++axis)
                 samples.push_back({batch.position[3 * i + size_t(axis)], batch.level[i]});
-            if (wellSeen(cameras, point(i)))
+            if (wellSeen(views, kMinViews, point(i)))
                 seen.push_back(point(i));
         }
     }
@@ -220,7 +117,7 @@ ReplicateSource readReplicateSource(const Checkpoint& cp)
     ReplicateSource source;
     source.octree = cp.family == ModelFamily::OctreeGs;
     source.row_floats = 3 + 3 + 3 * cp.n_offsets + cp.feat_dim + 1 + 6 + 4;
-    source.frame = fitGround(seen, cameras);
+    source.frame = fitGround(seen, views);
     if (!(source.frame.capture_height > 0))
         throw Error(ErrorCode::Usage, cp.model_path + ": the cameras are not above the ground; replicate needs a model "
                                                       "photographed from the air");
@@ -229,7 +126,7 @@ ReplicateSource readReplicateSource(const Checkpoint& cp)
         throwIfInterrupted();
         for (size_t i = 0; i < batch.count; ++i) {
             const Vec3 p = point(i);
-            if (!insideTile(source.frame, p) || !wellSeen(cameras, p))
+            if (!insideTile(source.frame, p) || !wellSeen(views, kMinViews, p))
                 continue;
             appendRow(cp, batch, i, source.rows);
             source.anchors.push_back({batch.level[i], {}});

@@ -28,7 +28,12 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size)
 {
     const std::string_view text(reinterpret_cast<const char*>(data), size);
     try {
-        for (gsc::Camera& camera : gsc::parseCameraFile(text, "fuzz.json")) {
+        gsc::TrajectoryEyes eyes;
+        std::vector<gsc::Camera> cameras = gsc::parseCameraFile(text, "fuzz.json", &eyes);
+        for (const gsc::EyeView& eye : eyes.views)
+            if (!(eye.left < eye.right) || !(eye.down < eye.up) || !std::isfinite(eye.position[0]))
+                std::abort();
+        for (gsc::Camera& camera : cameras) {
             requireFinite(camera);
             gsc::finishCamera(camera, 64, 48, camera.fov_x > 0 || camera.focal_x > 0 ? 0 : 1);
             const gsc::EyeParams eye = gsc::eyeParams(camera);

@@ -6,9 +6,11 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <initializer_list>
 #include <iterator>
 #include <numbers>
 #include <string>
@@ -88,13 +90,16 @@ TEST_CASE("T22, T23: upstream's cameras.json: camera-to-world rotation, source s
 
 TEST_CASE("our trajectory: positions, translations, lenses, defaults")
 {
-    double ipd = -1;
-    (void)parseCameraFile(kTrajectory, "f.json", &ipd);
-    CHECK(ipd == 0); // none stated
+    TrajectoryEyes eyes;
+    eyes.ipd = -1;
+    eyes.views.resize(1);
+    (void)parseCameraFile(kTrajectory, "f.json", &eyes);
+    CHECK(eyes.ipd == 0); // none stated
+    CHECK(eyes.views.empty());
     std::string stated = kTrajectory;
     stated.replace(stated.find("\"fps\": 30"), 9, "\"ipd\": 0.25");
-    (void)parseCameraFile(stated, "f.json", &ipd);
-    CHECK(ipd == 0.25);
+    (void)parseCameraFile(stated, "f.json", &eyes);
+    CHECK(eyes.ipd == 0.25);
     const std::vector<Camera> cameras = parseCameraFile(kTrajectory, "f.json");
     REQUIRE(cameras.size() == 2);
     CHECK(cameras[0].translation[0] == -2);
@@ -105,6 +110,54 @@ TEST_CASE("our trajectory: positions, translations, lenses, defaults")
     CHECK(cameras[1].translation[2] == 3);
     CHECK(cameras[1].width == 0); // --size decides
     CHECK(cameras[1].fov_x == 1.5);
+}
+
+TEST_CASE("our trajectory: eyes as OpenXR describes them")
+{
+    const std::string eye = R"({"fov": {"left": -0.9, "right": 0.7, "up": 0.75, "down": -0.85},
+        "pose": {"position": [-0.032, 0.001, 0.002], "rotation": [[0, 0, 1], [1, 0, 0], [0, 1, 0]]}})";
+    const std::string one = with(kTrajectory, "\"fps\": 30", "\"views\": [" + eye + "]");
+    const std::string two = with(kTrajectory, "\"fps\": 30", "\"views\": [" + eye + ", " + eye + "]");
+    TrajectoryEyes eyes;
+    CHECK(parseCameraFile(two, "f.json", &eyes).size() == 2);
+    CHECK(eyes.views.size() == 2);
+    CHECK(parseCameraFile(one, "f.json", &eyes).size() == 2);
+    REQUIRE(eyes.views.size() == 1);
+    const EyeView& view = eyes.views[0];
+    CHECK(view.left == -0.9);
+    CHECK(view.right == 0.7);
+    CHECK(view.up == 0.75);
+    CHECK(view.down == -0.85);
+    CHECK(view.position[0] == -0.032);
+    CHECK(view.position[2] == 0.002);
+    CHECK(view.rotation[2] == 1);
+    CHECK(eyes.ipd == 0);
+
+    // who does not ask for the eyes must not draw the frames as if they were cameras
+    try {
+        (void)parseCameraFile(one, "f.json");
+        FAIL("not refused");
+    } catch (const Error& e) {
+        CHECK(e.code() == ErrorCode::Unsupported);
+        CHECK(contains(e.what(), "f.json: \"views\""));
+    }
+
+    for (const auto& [from, to, part] : std::initializer_list<std::array<const char*, 3>>{
+             {"\"left\": -0.9", "\"left\": 0.7", "more than left, which is 0.7"},
+             {"\"up\": 0.75", "\"up\": -0.9", "more than down, which is -0.85"},
+             {"\"right\": 0.7", "\"right\": 1.6", "within a right angle"},
+             {"\"down\": -0.85", "\"dawn\": -0.85", "\"down\""},
+             {"[[0, 0, 1], [1, 0, 0], [0, 1, 0]]}}", "[[0, 0, 2], [1, 0, 0], [0, 1, 0]]}}", "eye-to-head"},
+             {"[-0.032, 0.001, 0.002]", "[-0.032, 0.001]", "view 0: pose"},
+             {"\"fov\":", "\"fow\":", "f.json: view 0"},
+             {"\"views\": [", "\"views\": [3, ", "f.json: view 0"},
+             {"\"views\":", "\"ipd\": 0.06, \"views\":", "one of them"}}) {
+        CAPTURE(to);
+        CHECK(contains(refusal(with(one, from, to)), part));
+    }
+    CHECK(contains(refusal(with(kTrajectory, "\"fps\": 30", "\"views\": []")), "one or two"));
+    CHECK(contains(refusal(with(two, "\"views\": [", "\"views\": [" + eye + ", ")), "one or two"));
+    CHECK(contains(refusal(with(kTrajectory, "\"fps\": 30", "\"views\": {}")), "one or two"));
 }
 
 TEST_CASE("transforms.json: OpenGL axes turned, angles, sizes, NaN where nobody looks")

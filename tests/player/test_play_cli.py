@@ -120,6 +120,18 @@ class PlayTest(unittest.TestCase):
     def test_trajectory_fits_its_schema(self) -> None:
         check_schema("trajectory", TRAJECTORY)
 
+    def test_eyes_of_a_headset_are_refused_until_drawn(self) -> None:
+        fov = {"left": -0.9, "right": 0.7, "up": 0.8, "down": -0.8}
+        pose = {"position": [-0.03, 0, 0], "rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}
+        trajectory = TRAJECTORY | {"views": [{"fov": fov, "pose": pose}] * 2}
+        check_schema("trajectory", trajectory)
+        if jsonschema is not None:
+            for wrong in (trajectory | {"ipd": 0.06}, trajectory | {"views": [{"fov": fov}]}, trajectory | {"views": []}):
+                with self.assertRaises(jsonschema.ValidationError):
+                    check_schema("trajectory", wrong)
+        self.path.write_text(json.dumps(trajectory))
+        self.refused(self.model, "--cameras", self.path, "--out", "{frame}.pfm", code=5, says='"views"')
+
     def test_same_bytes_again_on_any_thread_count_and_eye(self) -> None:
         self.small("--out", "a/{frame}.pfm", "--tier", "exact", "--threads", "1")
         self.small("--out", "b/{frame}.pfm", "--tier", "exact", "--threads", "2")

@@ -33,7 +33,9 @@ Poses readPoses(const std::string& path)
 {
     CAPTURE(path);
     Poses poses;
-    const std::vector<Camera> cameras = readCameraFile(path, &poses.ipd);
+    TrajectoryEyes eyes;
+    const std::vector<Camera> cameras = readCameraFile(path, &eyes);
+    poses.ipd = eyes.ipd;
     CHECK(cameras.size() >= 40);
     CHECK(cameras.size() <= 120);
     CHECK(poses.ipd > 0);

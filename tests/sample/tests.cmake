@@ -11,4 +11,6 @@ if(TARGET gsc_sample)
   gsc_add_test(test_replicate SOURCES sample/test_replicate.cpp LIBS gsc_sample_tools gsc_bake gsc_input gsc_cameras)
   gsc_add_test(test_camera_paths SOURCES sample/test_camera_paths.cpp
                LIBS gsc_sample_tools gsc_bake gsc_input gsc_cameras)
+  gsc_add_test(test_model_paths SOURCES sample/test_model_paths.cpp TIMEOUT 1200
+               LIBS gsc_sample_tools gsc_bake gsc_input gsc_cameras)
 endif()

@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: Apache-2.0
+// `gsc sample paths`: every path moves as its description says, at the pace of the metre it states, and sees the model.
+#include "convert/bake/bake.h"
+#include "convert/input/checkpoint.h"
+#include "convert/sample/camera_paths.h"
+#include "convert/sample/make_paths.h"
+#include "player/camera_file.h"
+#include "sample/sample_tools.h"
+#include "support/checkpoints.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <set>
+
+using namespace gsc;
+using namespace gsc::test;
+
+namespace {
+
+struct Pose {
+    Vec3 position, right, down, forward;
+};
+
+struct Frames {
+    std::vector<Pose> poses;
+    std::vector<int> appearance;
+    double ipd = 0, metre = 0, fps = 72;
+
+    [[nodiscard]] size_t size() const { return poses.size(); }
+    [[nodiscard]] double speed(size_t i) const // metres per second
+    {
+        return length(poses[i].position - poses[i - 1].position) * fps / metre;
+    }
+    [[nodiscard]] double turn(size_t i) const // degrees per second
+    {
+        const Vec3 a = poses[i].forward, b = poses[i - 1].forward;
+        return std::atan2(length(cross(a, b)), dot(a, b)) * fps / degrees(1);
+    }
+};
+
+Frames readFrames(const std::string& file, double metre)
+{
+    CAPTURE(file);
+    Frames frames;
+    frames.metre = metre;
+    size_t wrong = 0;
+    TrajectoryEyes eyes;
+    for (const Camera& c : readCameraFile(file, &eyes)) {
+        const double* r = c.rotation;
+        const double* t = c.translation;
+        Pose pose{{}, {r[0], r[3], r[6]}, {r[1], r[4], r[7]}, {r[2], r[5], r[8]}};
+        pose.position = Vec3{} - pose.right * t[0] - pose.down * t[1] - pose.forward * t[2];
+        wrong += !(length(cross(pose.right, pose.down) - pose.forward) < 1e-9) ||
+                 !(std::abs(length(pose.right) - 1) < 1e-9) || !(std::abs(length(pose.down) - 1) < 1e-9) ||
+                 !std::isfinite(length(pose.position));
+        frames.poses.push_back(pose);
+        frames.appearance.push_back(c.appearance);
+    }
+    frames.ipd = eyes.ipd;
+    CHECK(wrong == 0);
+    CHECK(frames.size() >= 2);
+    CHECK(frames.ipd > 0);
+    return frames;
+}
+
+std::vector<Vec3> anchorsOf(const Checkpoint& checkpoint)
+{
+    std::vector<Vec3> anchors;
+    AnchorBatch batch;
+    const auto source = openAnchors(checkpoint);
+    while (source->next(batch, kAnchorPlacement, 65'536))
+        for (size_t i = 0; i < batch.count; ++i)
+            anchors.push_back({batch.position[3 * i], batch.position[3 * i + 1], batch.position[3 * i + 2]});
+    return anchors;
+}
+
+// Of the anchors, in a square image with 90 degrees of view; counted apart from the generator.
+double shareInImage(const std::vector<Vec3>& anchors, const Pose& pose)
+{
+    size_t count = 0;
+    for (const Vec3& p : anchors) {
+        const Vec3 d = p - pose.position;
+        const double depth = dot(d, pose.forward);
+        count += depth > 0.2 && std::abs(dot(d, pose.right)) < depth && std::abs(dot(d, pose.down)) < depth;
+    }
+    return double(count) / double(anchors.size());
+}
+
+std::string bakeTo(const Checkpoint& checkpoint, const std::string& file)
+{
+    BakeOptions options;
+    options.output = file;
+    (void)bake(checkpoint, options, [](const char*, uint64_t, uint64_t) {});
+    return file;
+}
+
+struct Made {
+    PathsReport report;
+    std::map<std::string, Frames> paths;
+};
+
+Made make(const std::string& model, const std::string& output, double ipd = 0)
+{
+    PathsOptions options;
+    options.input = model;
+    options.output = output;
+    options.ipd = ipd;
+    Made made{makePaths(options), {}};
+    for (const ModelPath& path : made.report.paths)
+        made.paths[path.path.name] = readFrames(output + "/" + path.path.name + ".json", made.report.metre);
+    CHECK(hashFolder(output).size() == made.report.paths.size());
+    return made;
+}
+
+void checkPace(Made& made)
+{
+    // metres and degrees per second that no two frames exceed
+    static const std::map<std::string, std::pair<double, double>> kLimits = {
+        {"walk", {1.401, 61}},      {"ascent", {4.001, 90}},      {"orbit", {1e9, 25.01}},
+        {"head_turn", {0, 360.01}}, {"jitter", {0.9, 120}},       {"walk_through", {1.401, 0.01}},
+        {"zoom_out", {1e9, 0.01}},  {"level_swing", {2.0, 0.01}}, {"wide_eyes", {1.401, 61}},
+        {"aerial", {10.01, 0.01}}};
+    for (const auto& [name, limit] : kLimits) {
+        const auto found = made.paths.find(name);
+        if (found == made.paths.end())
+            continue;
+        CAPTURE(name);
+        double speed = 0, turn = 0;
+        for (size_t i = 1; i < found->second.size(); ++i) {
+            speed = std::max(speed, found->second.speed(i));
+            turn = std::max(turn, found->second.turn(i));
+        }
+        CHECK(speed <= limit.first + 1e-6);
+        CHECK(turn <= limit.second);
+    }
+    const Frames& walk = made.paths["walk"];
+    for (size_t i = 1; i < walk.size(); ++i)
+        CHECK(walk.speed(i) == doctest::Approx(1.4).epsilon(1e-6));
+    CHECK(walk.ipd == doctest::Approx(0.064 * made.report.metre));
+    CHECK(made.paths["wide_eyes"].ipd == doctest::Approx(20 * walk.ipd));
+    const Frames& jumps = made.paths["teleport"];
+    REQUIRE(jumps.size() == 80);
+    for (size_t i = 1; i < 80; ++i)
+        CHECK((jumps.speed(i) + jumps.turn(i) == 0) == (i % 10 != 0));
+}
+
+void checkShapes(Made& made)
+{
+    const Frames& head = made.paths["head_turn"];
+    REQUIRE(head.size() == 72);
+    CHECK(dot(head.poses.front().forward, head.poses.back().forward) == doctest::Approx(-1));
+    for (size_t i = 37; i < 72; ++i)
+        CHECK(head.turn(i) == 0);
+    const Frames& zoom = made.paths["zoom_out"];
+    CHECK(zoom.speed(72) / zoom.speed(1) > 1.9); // twice as far a second later
+    const Frames& rise = made.paths["ascent"];
+    const Vec3 up = normalized(rise.poses.back().position - rise.poses.front().position);
+    CHECK(dot(rise.poses.back().forward, up) < dot(rise.poses.front().forward, up)); // looks further down
+    const Frames& orbit = made.paths["orbit"];
+    double turned = 0;
+    for (size_t i = 1; i < orbit.size(); ++i)
+        turned += orbit.turn(i);
+    CHECK(turned > 50);
+    const Frames& shake = made.paths["jitter"];
+    double reach = 0;
+    for (size_t i = 1; i < shake.size(); ++i)
+        reach = std::max(reach, length(shake.poses[i].position - shake.poses[0].position) / shake.metre);
+    CHECK(reach > 0.01);
+    CHECK(reach < 0.06);
+}
+
+// Ordinary paths never lose sight of the model; those that go through it or turn away may.
+void checkSight(Made& made, const std::vector<Vec3>& anchors)
+{
+    for (const char* name : {"walk", "ascent", "orbit", "zoom_out", "jitter", "teleport", "level_swing", "wide_eyes"}) {
+        CAPTURE(name);
+        const Frames& frames = made.paths[name];
+        double least = 1;
+        for (size_t i = 0; i < frames.size(); i += 6)
+            least = std::min(least, shareInImage(anchors, frames.poses[i]));
+        CHECK(least > 0.01);
+    }
+    if (made.paths.count("aerial"))
+        CHECK(shareInImage(anchors, made.paths["aerial"].poses.front()) > 0.01);
+}
+
+Made checkModel(const Checkpoint& checkpoint, const ScratchFolder& scratch, const std::string& name)
+{
+    CAPTURE(name);
+    Made made = make(bakeTo(checkpoint, scratch / (name + ".gsc")), scratch / (name + "_paths"));
+    const bool flies = made.report.capture == CaptureKind::Aerial || made.report.capture == CaptureKind::None;
+    CHECK(made.paths.size() == (flies ? 11 : 10));
+    CHECK(made.paths.count("aerial") == size_t(flies));
+    checkPace(made);
+    checkShapes(made);
+    checkSight(made, anchorsOf(checkpoint));
+    return made;
+}
+
+} // namespace
+
+TEST_CASE("model paths: samples, whose metre is known")
+{
+    const ScratchFolder scratch;
+    for (const SampleScene scene : {SampleScene::City, SampleScene::Street, SampleScene::Room})
+        for (const bool octree : {false, true}) {
+            if (octree && scene == SampleScene::Room)
+                continue;
+            const std::string name = "m" + std::to_string(int(scene)) + std::to_string(octree);
+            makeSample(
+                sampleOptions(scene, octree ? SampleModel::Octree : SampleModel::Scaffold, 12'000, scratch / name), {});
+            const Made made = checkModel(readCheckpoint(scratch / name, {}), scratch, name);
+            CAPTURE(name);
+            CAPTURE(made.report.metre);
+            CHECK(made.report.capture == (scene == SampleScene::City ? CaptureKind::Aerial : CaptureKind::Around));
+            // the air tells no scale: 20 m of height stand for whatever it was
+            CHECK(made.report.metre > 0.75);
+            CHECK(made.report.metre < (scene == SampleScene::City ? 4.0 : 1.33));
+            for (const ModelPath& path : made.report.paths)
+                CHECK(path.path.frames[0].appearance == -1);
+        }
+}
+
+TEST_CASE("model paths: trained models")
+{
+    const ScratchFolder scratch;
+    for (const std::string& model : trainedModels()) {
+        const std::string name = std::filesystem::path(model).filename().string();
+        const Made made = checkModel(readCheckpoint(model, {}), scratch, name);
+        const bool aerial = name.find("boruszyn") == 0;
+        CHECK(made.report.capture == (aerial ? CaptureKind::Aerial : CaptureKind::Inward));
+        CHECK(made.report.cameras >= 20);
+    }
+}
+
+TEST_CASE("model paths: an appearance row per path, of a camera nearby")
+{
+    const ScratchFolder scratch;
+    SampleOptions options = sampleOptions(SampleScene::Street, SampleModel::Octree, 6000, scratch / "m");
+    options.everything_on = true;
+    makeSample(options, {});
+    const Checkpoint checkpoint = readCheckpoint(options.output, {});
+    Made made = make(bakeTo(checkpoint, scratch / "m.gsc"), scratch / "paths");
+    std::set<int> rows;
+    for (const auto& [name, frames] : made.paths) {
+        CAPTURE(name);
+        for (size_t i = 0; i < frames.size(); ++i) {
+            const size_t from = name == "teleport" ? i : frames.size() / 2;
+            int nearest = -1;
+            double least = 1e300;
+            for (const SourceCamera& c : checkpoint.cameras) {
+                const Vec3 at{c.position[0], c.position[1], c.position[2]};
+                if (const double d = length(at - frames.poses[from].position); !c.is_test && d < least) {
+                    least = d;
+                    nearest = c.appearance;
+                }
+            }
+            REQUIRE(frames.appearance[i] == nearest);
+            rows.insert(nearest);
+        }
+    }
+    CHECK(rows.size() > 3);
+    CHECK(rows.count(-1) == 0);
+
+    BakeOptions one;
+    one.output = scratch / "one.gsc";
+    one.appearance = 2;
+    (void)bake(checkpoint, one, [](const char*, uint64_t, uint64_t) {});
+    for (const auto& [name, frames] : make(one.output, scratch / "one").paths)
+        for (const int row : frames.appearance)
+            CHECK(row == 2); // the only one the file holds
+}
+
+TEST_CASE("model paths: without cameras, or with cameras that see nothing, the bounds serve")
+{
+    const ScratchFolder scratch;
+    makeSample(sampleOptions(SampleScene::City, SampleModel::Octree, 12'000, scratch / "m"), {});
+    Checkpoint checkpoint = readCheckpoint(scratch / "m", {});
+    for (SourceCamera& camera : checkpoint.cameras)
+        camera.position[2] += 1e6;
+    for (const bool some : {true, false}) {
+        if (!some)
+            checkpoint.cameras.clear();
+        const std::string name = some ? "blind" : "none";
+        Made made = make(bakeTo(checkpoint, scratch / (name + ".gsc")), scratch / (name + "_paths"));
+        CHECK(made.report.capture == CaptureKind::None);
+        CHECK(made.report.cameras == 0);
+        CHECK(made.report.metre_rule.find("no cameras") == 0);
+        CHECK(made.paths.size() == 11);
+        checkPace(made);
+        checkShapes(made);
+    }
+}
+
+TEST_CASE("model paths: the same bytes twice; the eyes' distance sets the pace")
+{
+    const ScratchFolder scratch;
+    makeSample(sampleOptions(SampleScene::Room, SampleModel::Scaffold, 6000, scratch / "m"), {});
+    const std::string model = bakeTo(readCheckpoint(scratch / "m", {}), scratch / "m.gsc");
+    make(model, scratch / "a");
+    make(model, scratch / "b");
+    CHECK(hashFolder(scratch / "a") == hashFolder(scratch / "b"));
+    Made made = make(model, scratch / "c", 0.032);
+    CHECK(made.report.metre == doctest::Approx(0.5));
+    CHECK(made.report.metre_rule.find("given") == 0);
+    checkPace(made);
+}
