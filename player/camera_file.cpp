@@ -261,11 +261,12 @@ Camera cameraFromUpstream(const UpstreamCamera& source)
     return camera;
 }
 
-std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, double* ipd)
+std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, double* ipd, std::string* title)
 {
     const Json root = parseJson(json, name);
     std::vector<Camera> cameras;
     double stated_ipd = 0;
+    std::string stated_title;
     if (root.is_array()) {
         for (const UpstreamCamera& camera : upstreamCameras(root, name))
             cameras.push_back(cameraFromUpstream(camera));
@@ -274,6 +275,7 @@ std::vector<Camera> parseCameraFile(std::string_view json, const std::string& na
         if (object.has("schema")) {
             cameras = trajectoryCameras(object, name);
             stated_ipd = object.has("ipd") ? object.positive("ipd") : 0;
+            stated_title = object.has("name") ? object.text("name") : "";
         } else if (const Json* frames = object.find("frames"); frames && frames->is_array())
             cameras = transformsCameras(object, name);
         else
@@ -286,10 +288,12 @@ std::vector<Camera> parseCameraFile(std::string_view json, const std::string& na
         throw Error(ErrorCode::InvalidFile, formatString("%s: holds no camera, expected at least one", name.c_str()));
     if (ipd)
         *ipd = stated_ipd;
+    if (title)
+        *title = stated_title;
     return cameras;
 }
 
-std::vector<Camera> readCameraFile(const std::string& path, double* ipd)
+std::vector<Camera> readCameraFile(const std::string& path, double* ipd, std::string* title)
 {
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
     if (!file)
@@ -315,7 +319,7 @@ std::vector<Camera> readCameraFile(const std::string& path, double* ipd)
                     formatString("%s: is %s and no JSON, expected a camera file that starts with [ or {; pass a "
                                  "cameras.json, a transforms.json or a trajectory",
                                  path.c_str(), text.compare(0, 4, "\x89GSC") == 0 ? "a model" : "something else"));
-    return parseCameraFile(text, path, ipd);
+    return parseCameraFile(text, path, ipd, title);
 }
 
 } // namespace gsc

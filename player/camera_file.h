@@ -30,10 +30,12 @@ Camera cameraFromUpstream(const UpstreamCamera& source);
 // Upstream's cameras.json, a transforms*.json, or our trajectory (schemas/trajectory.schema.json), told apart by
 // content. Sizes are those of the file, upstream's `-r -1` rule applied to cameras.json (section 6.2). A file that
 // states no size leaves width and height 0: finishCamera() then takes it from the command line.
-// `ipd`, if given, takes the distance of the eyes that a trajectory states, world units; 0 = none stated.
+// `ipd` and `title`, if given, take the distance of the eyes and the name that a trajectory states, world units; 0 and
+// empty = none stated.
 // Throws Error(InvalidFile).
-std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, double* ipd = nullptr);
+std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, double* ipd = nullptr,
+                                    std::string* title = nullptr);
 // Throws Error (Io, InvalidFile).
-std::vector<Camera> readCameraFile(const std::string& path, double* ipd = nullptr);
+std::vector<Camera> readCameraFile(const std::string& path, double* ipd = nullptr, std::string* title = nullptr);
 
 } // namespace gsc

@@ -86,11 +86,11 @@ void chooseAppearance(const Scene& scene, const PlayOptions& options, std::vecto
 
 } // namespace
 
-std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, PlayLog& log)
+std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, PlayLog& log, std::string* title)
 {
     double ipd = 0;
-    std::vector<Camera> cameras =
-        options.cameras == "stored" ? storedCameras(scene, options.input) : readCameraFile(options.cameras, &ipd);
+    std::vector<Camera> cameras = options.cameras == "stored" ? storedCameras(scene, options.input)
+                                                              : readCameraFile(options.cameras, &ipd, title);
     if (options.ipd > 0)
         ipd = options.ipd;
     if (options.eyes == 2 && ipd == 0)
