@@ -38,7 +38,6 @@ constexpr struct {
     {"anchors_decoded", &EyeCounts::anchors_decoded},
     {"anchors_reused", &EyeCounts::anchors_reused},
     {"anchors_overdue", &EyeCounts::anchors_overdue},
-    {"anchors_missing", &EyeCounts::anchors_missing},
     {"gaussians_alive", &EyeCounts::gaussians_alive},
     {"gaussians_visible", &EyeCounts::gaussians_visible},
     {"gaussians_dropped", &EyeCounts::gaussians_dropped},

@@ -24,7 +24,6 @@ constexpr struct {
     {"anchors_decoded", &EyeCounts::anchors_decoded},
     {"anchors_reused", &EyeCounts::anchors_reused},
     {"anchors_overdue", &EyeCounts::anchors_overdue},
-    {"anchors_missing", &EyeCounts::anchors_missing},
     {"gaussians_alive", &EyeCounts::gaussians_alive},
     {"gaussians_visible", &EyeCounts::gaussians_visible},
     {"gaussians_dropped", &EyeCounts::gaussians_dropped},
@@ -90,9 +89,8 @@ std::string reuseText(const PlaySummary& summary)
                      double(most(summary, &FrameResult::cache_bytes)) / double(1 << 20),
                      static_cast<unsigned long long>(evictions(summary)));
     const double overdue = meanCount(summary, &EyeCounts::anchors_overdue);
-    const double missing = meanCount(summary, &EyeCounts::anchors_missing);
-    if (overdue > 0 || missing > 0)
-        text += formatString("; for want of budget %.1f overdue, %.1f missing per eye", overdue, missing);
+    if (overdue > 0)
+        text += formatString("; for want of budget %.1f overdue per eye", overdue);
     return text + "\n";
 }
 

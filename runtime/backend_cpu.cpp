@@ -7,6 +7,7 @@
 #include "kernels/common/parallel.h"
 #include "kernels/common/stopwatch.h"
 #include "kernels/math/anchor.h"
+#include "runtime/reuse_cpu.h"
 
 #include <algorithm>
 
@@ -14,30 +15,9 @@ namespace gsc {
 
 namespace {
 
-// One eye's splats, block by block: block b owns slots [b * capacity, (b + 1) * capacity).
-struct SplatStore {
-    Buffer<Splat> splats;
-    Buffer<uint32_t> depth_bits;
-    Buffer<uint16_t> origins;
-    Buffer<uint32_t> counts; // per block
-
-    [[nodiscard]] uint64_t bytes() const
-    {
-        return splats.bytes() + depth_bits.bytes() + origins.bytes() + counts.bytes();
-    }
-};
-
-// What one worker adds up while decoding and projecting.
-struct WorkerState {
-    DecodeScratch scratch;
-    uint64_t alive[kMaxEyes], visible[kMaxEyes], dropped[kMaxEyes];
-    bool any_positive[kMaxEyes];
-    double decode_ms, project_ms;
-};
-
 class CpuBackend final : public Backend {
 public:
-    explicit CpuBackend(int threads) : m_workers(threads), m_states(size_t(m_workers.count())) {}
+    explicit CpuBackend(int threads) : m_workers(threads), m_states(size_t(m_workers.count())), m_reuse(m_workers) {}
 
     [[nodiscard]] const char* name() const override { return "cpu"; }
     [[nodiscard]] DeviceFacts device() const override { return cpuFacts(uint32_t(m_workers.count())); }
@@ -50,19 +30,33 @@ public:
         m_model_bytes = modelBytes(model);
         for (WorkerState& state : m_states)
             reserveDecode(m_model, state.scratch);
+        m_reuse.load(m_model);
     }
+
+    void dropCaches() override { m_reuse.clear(); }
 
     void render(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, float* const* images,
                 FrameResult& result) override
     {
         checkOptions(m_model, options, eye_count);
+        checkReuse(options.reuse);
         for (uint32_t e = 0; e < eye_count; ++e)
             checkSize(eyes[e].width, eyes[e].height);
         result = {};
         Stopwatch total;
         const RasterConstants rules = rasterConstants(*m_model.params, options.near_z);
         const size_t visible = select(eyes, eye_count, options, rules, result);
-        decodeAndProject(eyes, eye_count, options, rules, visible, result);
+        for (WorkerState& state : m_states)
+            state.clearCounts();
+        if (options.reuse.policy == ReusePolicy::None) {
+            decodeAndProject(eyes, eye_count, options, rules, visible, result);
+        } else {
+            checkSlots(m_select.group_count * kGroupSize);
+            m_reuse.run(
+                {eyes, eye_count, options, rules, m_select, m_visible.data(), visible, m_states, m_stores, m_bias},
+                result);
+        }
+        addCounts(eye_count, result);
         for (uint32_t e = 0; e < eye_count; ++e)
             rasterize(e, eyes[e], options, rules, visible, imageOf(e, eyes[e], images), result);
         result.times.total = total.lap();
@@ -90,13 +84,38 @@ private:
             EyeCounts& eye = result.eyes[e];
             eye.groups_tested = counts.groups_tested[e];
             eye.anchors_tested = counts.anchors_tested[e];
-            eye.anchors_visible = eye.anchors_decoded = counts.anchors_visible[e];
+            eye.anchors_visible = counts.anchors_visible[e];
         }
         result.times.select = watch.lap();
         return visible;
     }
 
     [[nodiscard]] uint32_t blockCapacity() const { return kDecodeBlock * m_model.params->n_offsets; }
+
+    // What the workers counted.
+    void addCounts(uint32_t eye_count, FrameResult& result) const
+    {
+        for (const WorkerState& state : m_states)
+            for (uint32_t e = 0; e < eye_count; ++e) {
+                EyeCounts& eye = result.eyes[e];
+                eye.gaussians_alive += state.alive[e];
+                eye.gaussians_visible += state.visible[e];
+                eye.gaussians_dropped += state.dropped[e];
+                eye.anchors_decoded += state.decoded[e];
+                eye.anchors_reused += state.reused[e];
+                eye.anchors_overdue += state.overdue[e];
+            }
+    }
+
+    // Splats are numbered with 32 bits.
+    void checkSlots(size_t anchors) const
+    {
+        if (anchors * m_model.params->n_offsets > UINT32_MAX)
+            throw Error(ErrorCode::OutOfMemory,
+                        formatString("frame: %zu visible anchors of %u Gaussians each, expected fewer than 2^32 "
+                                     "Gaussians; raise the LOD or look at less of the model",
+                                     anchors, m_model.params->n_offsets));
+    }
 
     // Both stages block by block, so that Gaussians never leave the cache. Their share of the wall clock is that of
     // the time the workers spent in each.
@@ -106,23 +125,10 @@ private:
         Stopwatch watch;
         const size_t blocks = (visible + kDecodeBlock - 1) / kDecodeBlock;
         const size_t slots = blocks * blockCapacity();
-        if (slots > UINT32_MAX)
-            throw Error(ErrorCode::OutOfMemory,
-                        formatString("frame: %zu visible anchors of %u Gaussians each, expected fewer than 2^32 "
-                                     "Gaussians; raise the LOD or look at less of the model",
-                                     visible, m_model.params->n_offsets));
+        checkSlots(blocks * kDecodeBlock);
         for (uint32_t e = 0; e < eye_count; ++e) {
-            m_stores[e].splats.reserve(slots);
-            m_stores[e].depth_bits.reserve(slots);
-            m_stores[e].origins.reserve(slots);
-            m_stores[e].counts.reserve(blocks);
-        }
-        for (WorkerState& state : m_states) {
-            for (uint32_t e = 0; e < kMaxEyes; ++e) {
-                state.alive[e] = state.visible[e] = state.dropped[e] = 0;
-                state.any_positive[e] = false;
-            }
-            state.decode_ms = state.project_ms = 0;
+            m_stores[e].reserve(blocks, slots);
+            result.eyes[e].anchors_decoded = result.eyes[e].anchors_visible;
         }
         const DecodeArgs args =
             prepareDecode(m_model, eyes, eye_count, m_visible.data(), visible, options.appearance, m_bias);
@@ -135,11 +141,6 @@ private:
         for (const WorkerState& state : m_states) {
             decode += state.decode_ms;
             project += state.project_ms;
-            for (uint32_t e = 0; e < eye_count; ++e) {
-                result.eyes[e].gaussians_alive += state.alive[e];
-                result.eyes[e].gaussians_visible += state.visible[e];
-                result.eyes[e].gaussians_dropped += state.dropped[e];
-            }
         }
         const double wall = watch.lap();
         const double share = decode + project > 0 ? decode / (decode + project) : 1;
@@ -184,10 +185,12 @@ private:
         }
         Stopwatch watch;
         const SplatStore& store = m_stores[e];
-        const uint32_t blocks = uint32_t((visible + kDecodeBlock - 1) / kDecodeBlock);
-        const size_t count = sortCpu({&m_model, m_visible.data(), store.depth_bits.data(), store.origins.data(),
-                                      store.counts.data(), blocks, blockCapacity()},
-                                     m_workers, m_sort);
+        const bool by_group = options.reuse.policy != ReusePolicy::None;
+        const size_t blocks = by_group ? m_reuse.groups().size() : (visible + kDecodeBlock - 1) / kDecodeBlock;
+        const size_t count =
+            sortCpu({&m_model, m_visible.data(), store.depth_bits.data(), store.origins.data(), store.counts.data(),
+                     uint32_t(blocks), blockCapacity(), by_group ? m_reuse.groups().data() : nullptr},
+                    m_workers, m_sort);
         result.times.sort += watch.lap();
         const uint32_t grid_x = tileCount(eye.width), grid_y = tileCount(eye.height);
         result.eyes[e].pairs =
@@ -217,8 +220,9 @@ private:
         for (const SplatStore& store : m_stores)
             bytes += store.bytes();
         for (const WorkerState& state : m_states)
-            bytes += state.scratch.values.bytes() + state.scratch.origins.bytes();
-        return bytes;
+            bytes += state.scratch.values.bytes() + state.scratch.origins.bytes() + state.filtered.values.bytes() +
+                     state.filtered.origins.bytes();
+        return bytes + m_reuse.bytes();
     }
 
     Workers m_workers;
@@ -229,6 +233,7 @@ private:
     Buffer<float> m_bias;
     SelectScratch m_select;
     SplatStore m_stores[kMaxEyes];
+    CpuReuse m_reuse;
     SortScratch m_sort;
     BinScratch m_bin;
     Buffer<float> m_image; // of an eye whose image nobody wants
@@ -249,6 +254,7 @@ public:
     void render(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, float* const* images,
                 FrameResult& result) override
     {
+        refuseReuse(options.reuse, name());
         renderReference32(m_model, eyes, eye_count, options, images, result);
     }
 

@@ -23,6 +23,9 @@ uint64_t modelBytes(const ModelView& model);
 // Throws Error(Unsupported or Usage) for a model or options the CPU backend cannot render.
 void checkModel(const ModelView& model);
 void checkOptions(const ModelView& model, const FrameOptions& options, uint32_t eye_count);
+void checkReuse(const ReuseOptions& reuse);
+// Throws Error(Unsupported) if something is to be kept between frames.
+void refuseReuse(const ReuseOptions& reuse, const char* backend);
 void checkSize(uint32_t width, uint32_t height);
 
 } // namespace gsc

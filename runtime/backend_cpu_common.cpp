@@ -70,6 +70,22 @@ void checkOptions(const ModelView& model, const FrameOptions& options, uint32_t 
                                                    options.appearance));
 }
 
+void checkReuse(const ReuseOptions& reuse)
+{
+    if (!(reuse.bound >= 0 && reuse.bound <= 1e6f))
+        throw Error(ErrorCode::Usage,
+                    formatString("frame: reuse bound %g, expected 0 to 1000000 in 1/255", double(reuse.bound)));
+}
+
+void refuseReuse(const ReuseOptions& reuse, const char* backend)
+{
+    if (reuse.policy != ReusePolicy::None || reuse.cut || reuse.order)
+        throw Error(ErrorCode::Unsupported,
+                    formatString("backend %s: keeps nothing from frame to frame, expected reuse "
+                                 "policy none and no cache; use the backend cpu",
+                                 backend));
+}
+
 void checkSize(uint32_t width, uint32_t height)
 {
     constexpr uint32_t kMaxPixels = 65535; // pixel boxes of splats are 16-bit

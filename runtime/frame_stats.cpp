@@ -18,7 +18,6 @@ Json countsJson(const EyeCounts& counts, uint64_t pixels)
         {"anchors_decoded", counts.anchors_decoded},
         {"anchors_reused", counts.anchors_reused},
         {"anchors_overdue", counts.anchors_overdue},
-        {"anchors_missing", counts.anchors_missing},
         {"gaussians_alive", counts.gaussians_alive},
         {"gaussians_visible", counts.gaussians_visible},
         {"gaussians_dropped", counts.gaussians_dropped},

@@ -22,14 +22,21 @@ public:
     {
         if (count <= m_capacity)
             return;
-        const size_t wanted = count + count / 4;
+        reserveExactly(count + count / 4);
+    }
+
+    // The same without room to grow.
+    void reserveExactly(size_t wanted)
+    {
+        if (wanted <= m_capacity)
+            return;
         if (wanted > SIZE_MAX / 2 / sizeof(T))
-            throwOutOfMemory(count);
+            throwOutOfMemory(wanted);
         m_data.reset();
         m_capacity = 0;
         m_data.reset(static_cast<T*>(std::aligned_alloc(kAlignment, roundUp(wanted * sizeof(T)))));
         if (m_data == nullptr)
-            throwOutOfMemory(count);
+            throwOutOfMemory(wanted);
         m_capacity = wanted;
     }
 

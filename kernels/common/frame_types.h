@@ -47,13 +47,14 @@ struct ChunkArrays {
 // The model as the stages read it: everything lies in the mapped file (CPU) or in the device's copy of it.
 struct ModelView {
     const ModelParams* params;
-    const LevelRecord* levels; // params->level_count
-    const ChunkRecord* chunks; // params->chunk_count
-    const GroupRecord* groups; // params->group_count
-    const ChunkArrays* arrays; // params->chunk_count
-    const std::byte* weights;  // MLPW section
-    const std::byte* packed;   // MLPP section
-    const float* embedding;    // appearance_rows x appearance_dim, or null
+    const LevelRecord* levels;   // params->level_count
+    const ChunkRecord* chunks;   // params->chunk_count
+    const GroupRecord* groups;   // params->group_count
+    const ChunkArrays* arrays;   // params->chunk_count
+    const std::byte* weights;    // MLPW section
+    const std::byte* packed;     // MLPP section
+    const float* embedding;      // appearance_rows x appearance_dim, or null
+    const uint16_t* sensitivity = nullptr; // 2 halves per anchor in file order, or null
 };
 
 enum class Tier : uint32_t { Exact = 0, Fast = 1, Turbo = 2 };
@@ -72,11 +73,12 @@ struct ReuseOptions {
     ReusePolicy policy = ReusePolicy::None;
     uint32_t max_depth = 10; // Depth: frames an entry may be drawn after the one that decoded it
     DepthGuidance guidance = DepthGuidance::Linear;
-    float bound = 1;            // Error: predicted change of what an anchor draws, in 1/255
-    uint64_t decode_budget = 0; // anchors decoded per frame and eye, 0 = as many as the policy wants
-    uint64_t cache_bytes = 0;   // most memory of decoded Gaussians, 0 = no limit
-    bool cut = false;           // keep which groups are visible while the camera's motion cannot change it
-    bool order = false;         // sort from the last frame's depth order
+    float bound = 1; // Error: predicted change of what an anchor draws, in 1/255
+    uint64_t decode_budget =
+        0; // anchors decoded per frame and eye, 0 = no limit; what no entry has is decoded all the same
+    uint64_t cache_bytes = 0; // most memory of decoded Gaussians, 0 = no limit
+    bool cut = false;         // keep which groups are visible while the camera's motion cannot change it
+    bool order = false;       // sort from the last frame's depth order
 };
 
 struct FrameOptions {
@@ -97,7 +99,6 @@ struct EyeCounts {
     uint64_t anchors_decoded = 0; // for this eye; with reuse also neighbours that are not visible
     uint64_t anchors_reused = 0;
     uint64_t anchors_overdue = 0;   // of the reused: the policy wanted them decoded, the budget did not allow it
-    uint64_t anchors_missing = 0;   // visible, but neither decoded before nor within the budget: not drawn
     uint64_t gaussians_alive = 0;   // opacity >= 1/255 after decode
     uint64_t gaussians_visible = 0; // on screen after project
     uint64_t gaussians_dropped = 0; // not finite: upstream's behaviour is undefined, ours drops and counts

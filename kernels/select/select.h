@@ -43,6 +43,7 @@ struct GroupMask {
 struct SelectScratch {
     Buffer<uint32_t> chunk_eyes;
     Buffer<GroupMask> groups;
+    size_t group_count = 0; // entries of `groups` in use
     std::vector<SelectCounts> worker_counts;
 };
 

@@ -159,6 +159,7 @@ size_t selectCpu(const SelectArgs& args, const Workers& workers, SelectScratch& 
         for (uint32_t g = 0; scratch.chunk_eyes[c] != 0 && g < model.chunks[c].group_count; ++g)
             scratch.groups[candidates++].group = model.chunks[c].group_first + g;
 
+    scratch.group_count = candidates;
     // `first` holds the number of visible anchors of the group until the running sum replaces it
     workers.run(candidates, kGroupsPerTask, [&](size_t begin, size_t end, int worker) {
         for (size_t i = begin; i < end; ++i) {

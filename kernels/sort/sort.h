@@ -16,12 +16,13 @@ class Workers;
 // Splats lie in blocks: block b holds counts[b] of them from slot b * block_capacity on.
 struct SortArgs {
     const ModelView* model;
-    const VisibleAnchor* visible;
-    const uint32_t* depth_bits; // per slot
-    const uint16_t* origins;    // per slot, GaussianBlock::origin
-    const uint32_t* counts;     // per block
+    const VisibleAnchor* visible; // kDecodeBlock per block
+    const uint32_t* depth_bits;   // per slot
+    const uint16_t* origins;      // per slot, GaussianBlock::origin
+    const uint32_t* counts;       // per block
     uint32_t block_count;
     uint32_t block_capacity;
+    const uint32_t* groups = nullptr; // per block, where blocks are groups; `visible` is not read then
 };
 
 struct SortKey {

@@ -25,6 +25,11 @@ uint64_t orderOfSlot(const SortArgs& args, uint32_t slot)
 {
     const uint32_t offsets = args.model->params->n_offsets;
     const uint32_t origin = args.origins[slot];
+    if (args.groups != nullptr) {
+        const GroupRecord& group = args.model->groups[args.groups[slot / args.block_capacity]];
+        const uint32_t first = group.anchor_first - args.model->chunks[group.chunk].anchor_first;
+        return emissionOrder(*args.model, group.chunk, first + origin / offsets, origin % offsets);
+    }
     const VisibleAnchor& anchor = args.visible[size_t(slot / args.block_capacity) * kDecodeBlock + origin / offsets];
     return emissionOrder(*args.model, anchor.chunk, anchor.local, origin % offsets);
 }

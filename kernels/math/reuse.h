@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// How long an anchor that was decoded once may be drawn (design section 5).
+#pragma once
+
+#include "kernels/common/frame_types.h"
+#include "kernels/math/real.h"
+
+namespace gsc {
+
+// Frames that an entry may be drawn after the one that decoded it, from the share of the visible anchors that were not
+// visible in the frame before: the paper's Algorithm 1, H(update rate). The more of the view is new, the less is reused.
+// The paper names three shapes and no constants; these halve, quarter and end the depth at round shares.
+GSC_HD uint32_t reuseDepth(DepthGuidance guidance, uint32_t max_depth, float update_rate)
+{
+    const float depth = float(max_depth);
+    if (guidance == DepthGuidance::Exponential)
+        return uint32_t(depth * std::exp(-5.0f * update_rate) + 0.5f);
+    if (guidance == DepthGuidance::Staged)
+        return update_rate < 0.05f  ? max_depth
+               : update_rate < 0.2f ? max_depth / 2
+               : update_rate < 0.5f ? max_depth / 4
+                                    : 0;
+    return uint32_t(depth * (1.0f - update_rate) + 0.5f);
+}
+
+// What an anchor sees of a camera that moved from c0 to c1: change of the unit direction and of the distance, relative.
+// The scalar twin of stripErrors(). Not finite where a camera lies on the anchor.
+template <typename Real>
+GSC_HD Real predictedChange(const Vec3<Real>& p, const Real* c0, const Real* c1, Real direction, Real distance)
+{
+    const Real a[3] = {p.x - c0[0], p.y - c0[1], p.z - c0[2]};
+    const Real b[3] = {p.x - c1[0], p.y - c1[1], p.z - c1[2]};
+    const Real la = std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
+    const Real lb = std::sqrt(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);
+    Real square = 0;
+    for (int i = 0; i < 3; ++i) {
+        const Real d = a[i] / la - b[i] / lb;
+        square += d * d;
+    }
+    return direction * std::sqrt(square) + distance * std::abs(lb - la) / la;
+}
+
+} // namespace gsc

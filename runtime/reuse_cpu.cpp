@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/reuse_cpu.h"
+
+#include "kernels/common/stopwatch.h"
+#include "kernels/decode/sensitivity.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gsc {
+
+void CpuReuse::load(const ModelView& model)
+{
+    m_model = model;
+    m_cache.load(*model.params);
+    m_sensitivity.clear();
+    for (auto& seen : m_seen)
+        seen.clear();
+    clear();
+}
+
+void CpuReuse::clear()
+{
+    m_cache.clear();
+    m_frame = 0;
+    m_history = 0;
+    std::fill(std::begin(m_level), std::end(m_level), 0.0f);
+    for (auto& seen : m_seen)
+        std::fill(seen.begin(), seen.end(), Seen{});
+}
+
+uint64_t CpuReuse::bytes() const
+{
+    uint64_t bytes = m_cache.bytes() + m_work.capacity() * sizeof(StripWork) + m_sensitivity.capacity() * 2 +
+                     (m_groups.capacity() + m_candidates.capacity()) * sizeof(uint32_t) +
+                     m_budgeted.capacity() * sizeof(Candidate);
+    for (const auto& seen : m_seen)
+        bytes += seen.capacity() * sizeof(Seen);
+    return bytes;
+}
+
+uint32_t CpuReuse::stripAnchors(size_t block, uint32_t strip) const
+{
+    const uint32_t anchors = m_model.groups[m_groups[block]].anchor_count;
+    return std::min(anchors - strip * kStripAnchors, kStripAnchors);
+}
+
+void CpuReuse::listGroups(const ReuseFrame& frame)
+{
+    m_groups.clear();
+    m_candidates.clear();
+    for (size_t i = 0; i < frame.selected.group_count; ++i) {
+        const GroupMask& mask = frame.selected.groups[i];
+        const size_t end =
+            i + 1 < frame.selected.group_count ? frame.selected.groups[i + 1].first : frame.visible_count;
+        if (end == mask.first)
+            continue;
+        m_groups.push_back(mask.group);
+        m_candidates.push_back(uint32_t(i));
+    }
+}
+
+void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
+{
+    Stopwatch watch;
+    if (frame.options.appearance != m_appearance) // what was decoded belongs to another row
+        clear();
+    m_appearance = frame.options.appearance;
+    ++m_frame;
+    for (uint32_t e = 0; e < frame.eye_count; ++e) {
+        float change = 0, length = 0;
+        for (int i = 0; i < 3; ++i) {
+            const float step = m_history > 0 ? frame.eyes[e].center[i] - m_center[e][i] : 0.0f;
+            change = std::max(change, std::abs(step - m_step[e][i]));
+            length = std::max(length, std::abs(step));
+            m_step[e][i] = step;
+            m_center[e][i] = frame.eyes[e].center[i];
+        }
+        m_steady[e] = m_history > 1 && length > 0 && change <= 0.5f * length;
+    }
+    ++m_history;
+
+    listGroups(frame);
+    const size_t blocks = m_groups.size();
+    if (frame.options.reuse.policy == ReusePolicy::Depth) {
+        for (uint32_t e = 0; e < frame.eye_count; ++e)
+            m_seen[e].resize(m_model.params->group_count);
+        m_depth = reuseDepth(frame.options.reuse.guidance, frame.options.reuse.max_depth, updateRate(frame));
+    } else {
+        ensureSensitivity(frame);
+    }
+    for (WorkerState& state : frame.states)
+        reserveDecode(m_model, state.filtered);
+    m_work.resize(blocks * kStripsPerGroup);
+    m_workers.run(blocks, 8, [&](size_t begin, size_t end, int) {
+        for (size_t block = begin; block < end; ++block)
+            scheduleBlock(frame, block);
+    });
+    grant(frame);
+    const uint64_t evictions = m_cache.evictions();
+    giveSlots(frame);
+    const size_t capacity = size_t(kGroupSize) * m_model.params->n_offsets;
+    for (uint32_t e = 0; e < frame.eye_count; ++e)
+        frame.stores[e].reserve(blocks, blocks * capacity);
+    const DecodeArgs args =
+        prepareDecode(m_model, frame.eyes, frame.eye_count, nullptr, 0, frame.options.appearance, frame.bias);
+    const double scheduled = watch.lap();
+
+    m_workers.run(blocks, 1, [&](size_t begin, size_t end, int worker) {
+        for (size_t block = begin; block < end; ++block)
+            drawBlock(frame, args, block, frame.states[size_t(worker)]);
+    });
+    double decode = 0, project = 0;
+    for (const WorkerState& state : frame.states) {
+        decode += state.decode_ms;
+        project += state.project_ms;
+    }
+    const double wall = watch.lap();
+    const double share = decode + project > 0 ? decode / (decode + project) : 1;
+    result.times.decode = scheduled + wall * share;
+    result.times.project = wall * (1 - share);
+    result.cache_bytes = m_cache.bytes();
+    result.cache_evictions = m_cache.evictions() - evictions;
+}
+
+uint64_t CpuReuse::anchorCount() const
+{
+    const ModelParams& params = *m_model.params;
+    if (params.group_count == 0)
+        return 0;
+    const GroupRecord& last = m_model.groups[params.group_count - 1];
+    return uint64_t(last.anchor_first) + last.anchor_count;
+}
+
+// Without the section the sensitivities are computed here, once.
+void CpuReuse::ensureSensitivity(const ReuseFrame& frame)
+{
+    if (m_model.sensitivity != nullptr || !m_sensitivity.empty())
+        return;
+    std::vector<uint16_t> halves(2 * size_t(anchorCount()));
+    m_workers.run(m_model.params->group_count, 16, [&](size_t begin, size_t end, int) {
+        SensitivityScratch scratch;
+        float direction[kGroupSize], distance[kGroupSize];
+        for (size_t g = begin; g < end; ++g) {
+            const GroupRecord& group = m_model.groups[g];
+            viewSensitivityCpu(m_model, group.chunk, group.anchor_first - m_model.chunks[group.chunk].anchor_first,
+                               group.anchor_count, frame.options.appearance, direction, distance, scratch);
+            for (uint32_t i = 0; i < group.anchor_count; ++i) {
+                uint16_t* to = halves.data() + 2 * (size_t(group.anchor_first) + i);
+                to[0] = halfAbove(direction[i]);
+                to[1] = halfAbove(distance[i]);
+            }
+        }
+    });
+    m_sensitivity = std::move(halves);
+}
+
+// Entries for what is decoded. Where the budget of the cache leaves none, the Gaussians are drawn and forgotten.
+void CpuReuse::giveSlots(const ReuseFrame& frame)
+{
+    size_t wanted = 0;
+    for (size_t w = 0; w < m_work.size(); ++w)
+        for (uint32_t e = 0; e < frame.eye_count; ++e)
+            wanted += m_work[w].eye[e].decode && m_cache.find(stripId(w), e) == kNoSlot;
+    size_t room = m_cache.makeRoom(wanted, frame.options.reuse.cache_bytes, m_frame);
+    for (size_t w = 0; w < m_work.size(); ++w)
+        for (uint32_t e = 0; e < frame.eye_count; ++e) {
+            EyeWork& eye = m_work[w].eye[e];
+            if (!eye.decode)
+                continue;
+            eye.slot = m_cache.find(stripId(w), e);
+            if (eye.slot == kNoSlot && room > 0) {
+                eye.slot = m_cache.add(stripId(w), e);
+                --room;
+            }
+        }
+}
+
+// Decodes what was granted of a strip; drawn[e] is what eye e gets then.
+void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size_t block, uint32_t strip,
+                           const StripWork& work, WorkerState& state, GaussianBlock* drawn)
+{
+    const GroupRecord& group = m_model.groups[m_groups[block]];
+    const uint32_t first = group.anchor_first - m_model.chunks[group.chunk].anchor_first + strip * kStripAnchors;
+    const uint32_t count = stripAnchors(block, strip);
+    EyeParams centers[kMaxEyes];
+    uint32_t eyes[kMaxEyes], eye_count = 0;
+    for (uint32_t e = 0; e < frame.eye_count; ++e)
+        if (work.eye[e].decode) {
+            std::copy_n(work.eye[e].center, 3, centers[eye_count].center);
+            eyes[eye_count++] = e;
+        }
+    VisibleAnchor anchors[kStripAnchors];
+    for (uint32_t i = 0; i < count; ++i)
+        anchors[i] = {group.chunk, first + i, 3, {1, 1}};
+    DecodeArgs strip_args = args;
+    strip_args.eyes = centers;
+    strip_args.eye_count = eye_count;
+    strip_args.visible = anchors;
+    strip_args.visible_count = count;
+
+    GaussianBlock own[kMaxEyes];
+    std::copy_n(state.scratch.blocks, kMaxEyes, own);
+    for (uint32_t i = 0; i < eye_count; ++i)
+        if (const uint32_t slot = work.eye[eyes[i]].slot; slot != kNoSlot)
+            state.scratch.blocks[i] = m_cache.block(slot);
+    decodeBlockCpu(strip_args, 0, count, state.scratch);
+    const auto base = uint16_t(strip * kStripAnchors * m_model.params->n_offsets);
+    for (uint32_t i = 0; i < eye_count; ++i) {
+        GaussianBlock& decoded = state.scratch.blocks[i];
+        for (uint32_t g = 0; g < decoded.count; ++g)
+            decoded.origin[g] = uint16_t(decoded.origin[g] + base);
+        drawn[eyes[i]] = decoded;
+        state.decoded[eyes[i]] += count;
+        if (const uint32_t slot = work.eye[eyes[i]].slot; slot != kNoSlot) {
+            CacheEntry& entry = m_cache.entry(slot);
+            std::copy_n(centers[i].center, 3, entry.center);
+            entry.decoded = entry.used = m_frame;
+            entry.count = decoded.count;
+            entry.any_positive = decoded.any_positive;
+        }
+    }
+    std::copy_n(own, kMaxEyes, state.scratch.blocks);
+}
+
+// Appends the Gaussians of the anchors in `lanes`, their opacities times their anchor's factor, if there are factors.
+void CpuReuse::appendVisible(const GaussianBlock& block, uint32_t lanes, uint32_t strip, const float* fraction,
+                             GaussianBlock& out) const
+{
+    const uint32_t offsets = m_model.params->n_offsets;
+    for (uint32_t g = 0; g < block.count; ++g) {
+        const uint32_t anchor = block.origin[g] / offsets;
+        const float opacity = fraction != nullptr ? block.opacity[g] * fraction[anchor] : block.opacity[g];
+        if (!(lanes >> (anchor - strip * kStripAnchors) & 1) || !(opacity >= kOpacityFloor))
+            continue;
+        const uint32_t to = out.count++;
+        for (int i = 0; i < 3; ++i) {
+            out.position[i][to] = block.position[i][g];
+            out.scale[i][to] = block.scale[i][g];
+            out.color[i][to] = block.color[i][g];
+        }
+        for (int i = 0; i < 4; ++i)
+            out.rotation[i][to] = block.rotation[i][g];
+        out.opacity[to] = opacity;
+        out.origin[to] = block.origin[g];
+    }
+}
+
+// Decodes what was granted of a block and gathers what each eye draws: entries as they lie in the cache where all of a
+// strip is visible, the rest in state.filtered.
+void CpuReuse::gatherBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t block, WorkerState& state,
+                           DrawList* draws)
+{
+    const GroupMask& mask = frame.selected.groups[m_candidates[block]];
+    const bool fades = m_model.params->level_rule == uint32_t(LevelRule::Progressive);
+    float fraction[kMaxEyes][kGroupSize];
+    if (fades)
+        groupFractions(frame, mask, fraction);
+    for (uint32_t s = 0; s < kStripsPerGroup; ++s) {
+        const StripWork& work = m_work[block * kStripsPerGroup + s];
+        GaussianBlock drawn[kMaxEyes];
+        bool kept[kMaxEyes] = {}, decoded = false;
+        for (uint32_t e = 0; e < frame.eye_count; ++e) {
+            const EyeWork& eye = work.eye[e];
+            decoded |= eye.decode;
+            kept[e] = eye.slot != kNoSlot;
+            if (eye.lanes != 0 && !eye.decode && kept[e])
+                drawn[e] = m_cache.block(eye.slot);
+        }
+        if (decoded)
+            decodeStrip(frame, args, block, s, work, state, drawn);
+        for (uint32_t e = 0; e < frame.eye_count; ++e) {
+            const EyeWork& eye = work.eye[e];
+            if (eye.lanes == 0)
+                continue;
+            const auto seen = uint32_t(__builtin_popcount(eye.lanes));
+            const bool shared = eye.shares && work.eye[0].decode;
+            if (shared) {
+                drawn[e] = drawn[0];
+                kept[e] = kept[0];
+            }
+            if (!eye.decode) {
+                state.reused[e] += seen;
+                state.overdue[e] += eye.due || (eye.shares && !shared) ? seen : 0;
+            }
+            state.any_positive[e] |= drawn[e].any_positive;
+            if (!kept[e] || fades || seen < stripAnchors(block, s))
+                appendVisible(drawn[e], eye.lanes, s, fades ? fraction[e] : nullptr, state.filtered.blocks[e]);
+            else
+                draws[e].blocks[draws[e].count++] = drawn[e];
+        }
+    }
+}
+
+void CpuReuse::drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t block, WorkerState& state)
+{
+    Stopwatch watch;
+    DrawList draws[kMaxEyes];
+    for (GaussianBlock& filtered : state.filtered.blocks)
+        filtered.count = 0;
+    gatherBlock(frame, args, block, state, draws);
+    state.decode_ms += watch.lap();
+    const size_t first = block * kGroupSize * m_model.params->n_offsets;
+    for (uint32_t e = 0; e < frame.eye_count; ++e) {
+        SplatStore& store = frame.stores[e];
+        if (state.filtered.blocks[e].count > 0)
+            draws[e].blocks[draws[e].count++] = state.filtered.blocks[e];
+        uint32_t splats = 0;
+        for (uint32_t i = 0; i < draws[e].count; ++i) {
+            const ProjectCounts counts =
+                projectBlockCpu({frame.eyes + e, frame.rules}, draws[e].blocks[i], store.splats.data() + first + splats,
+                                store.depth_bits.data() + first + splats, store.origins.data() + first + splats);
+            splats += counts.splats;
+            state.alive[e] += draws[e].blocks[i].count;
+            state.dropped[e] += counts.dropped;
+        }
+        store.counts[block] = splats;
+        state.visible[e] += splats;
+    }
+    state.project_ms += watch.lap();
+}
+
+// Factors of a group's anchors where levels fade in, from the list of visible anchors.
+void CpuReuse::groupFractions(const ReuseFrame& frame, const GroupMask& mask, float (*fraction)[kGroupSize]) const
+{
+    const VisibleAnchor* visible = frame.visible + mask.first;
+    for (uint32_t w = 0; w < kGroupSize / 64; ++w)
+        for (uint64_t bits = mask.visible[0][w] | mask.visible[1][w]; bits != 0; bits &= bits - 1, ++visible)
+            for (uint32_t e = 0; e < frame.eye_count; ++e)
+                fraction[e][w * 64 + uint32_t(__builtin_ctzll(bits))] = visible->fraction[e];
+}
+
+} // namespace gsc

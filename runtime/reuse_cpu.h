@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+// Decode and project of a frame that may draw what earlier frames decoded (design sections 4 and 5), on a CPU.
+#pragma once
+
+#include "kernels/common/parallel.h"
+#include "kernels/select/select.h"
+#include "runtime/backend_cpu_frame.h"
+#include "runtime/decoded_cache.h"
+
+#include <vector>
+
+namespace gsc {
+
+// A frame on its way through the stages.
+struct ReuseFrame {
+    const EyeParams* eyes;
+    uint32_t eye_count;
+    const FrameOptions& options;
+    RasterConstants rules;
+    const SelectScratch& selected;
+    const VisibleAnchor* visible; // in the order of selected.groups
+    size_t visible_count;
+    std::vector<WorkerState>& states; // counts cleared
+    SplatStore* stores;               // per eye; a block is a group of groups()
+    Buffer<float>& bias;
+};
+
+class CpuReuse {
+public:
+    explicit CpuReuse(const Workers& workers) : m_workers(workers) {}
+
+    // `model` must outlive the next load().
+    void load(const ModelView& model);
+    void clear();
+
+    // Schedules, decodes and projects; fills the stores, the counts of the states and the cache fields of `result`.
+    void run(const ReuseFrame& frame, FrameResult& result);
+
+    [[nodiscard]] const std::vector<uint32_t>& groups() const { return m_groups; } // of the last frame, one per block
+    [[nodiscard]] uint64_t bytes() const;
+
+private:
+    // What one eye does about one strip.
+    struct EyeWork {
+        uint32_t slot = kNoSlot; // the best entry there is
+        float error = 0;         // predicted, of drawing it
+        float rate = 0;          // what the next step of the camera would add to it
+        float center[3] = {};    // to decode from
+        uint16_t lanes = 0;      // anchors of the strip it sees
+        bool due = false;        // the policy wants it decoded
+        bool shares = false;     // the other eye's decode of this frame will do
+        bool decode = false;     // granted
+    };
+    struct StripWork {
+        EyeWork eye[kMaxEyes];
+    };
+    struct Seen { // of a group, by one eye
+        uint64_t lanes[kGroupSize / 64] = {};
+        uint64_t frame = 0;
+    };
+    struct Candidate { // for the budget
+        float error;
+        uint32_t work;
+    };
+
+    struct DrawList { // of a block and an eye: a strip each, and what was filtered
+        GaussianBlock blocks[kStripsPerGroup + 1];
+        uint32_t count = 0;
+    };
+
+    void listGroups(const ReuseFrame& frame);
+    [[nodiscard]] uint64_t anchorCount() const;
+    void ensureSensitivity(const ReuseFrame& frame);
+    [[nodiscard]] float updateRate(const ReuseFrame& frame);
+    void scheduleBlock(const ReuseFrame& frame, size_t block);
+    void scheduleStrip(const ReuseFrame& frame, const GroupAnchors& anchors, uint32_t strip, uint64_t strip_id,
+                       StripWork& work);
+    void chooseCenter(const ReuseFrame& frame, const GroupAnchors& anchors, uint32_t strip, uint32_t eye,
+                      EyeWork& work) const;
+    void grant(const ReuseFrame& frame);
+    void drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t block, WorkerState& state);
+    void decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size_t block, uint32_t strip,
+                     const StripWork& work, WorkerState& state, GaussianBlock* drawn);
+    void appendVisible(const GaussianBlock& block, uint32_t lanes, uint32_t strip, const float* fraction,
+                       GaussianBlock& out) const;
+    void gatherBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t block, WorkerState& state,
+                     DrawList* draws);
+    void groupFractions(const ReuseFrame& frame, const GroupMask& mask, float (*fraction)[kGroupSize]) const;
+    void giveSlots(const ReuseFrame& frame);
+    [[nodiscard]] const uint16_t* sensitivity() const
+    {
+        return m_model.sensitivity != nullptr ? m_model.sensitivity : m_sensitivity.data();
+    }
+    [[nodiscard]] uint64_t stripId(size_t work) const
+    {
+        return uint64_t(m_groups[work / kStripsPerGroup]) * kStripsPerGroup + work % kStripsPerGroup;
+    }
+    [[nodiscard]] uint32_t stripAnchors(size_t block, uint32_t strip) const;
+
+    const Workers& m_workers;
+    ModelView m_model{};
+    DecodedCache m_cache;
+    std::vector<uint32_t> m_groups;     // per block
+    std::vector<uint32_t> m_candidates; // per block: entry of SelectScratch::groups
+    std::vector<StripWork> m_work;      // kStripsPerGroup per block
+    std::vector<Candidate> m_budgeted;
+    std::vector<Seen> m_seen[kMaxEyes];
+    std::vector<uint16_t> m_sensitivity; // where the file has none
+    int32_t m_appearance = -1;
+    uint64_t m_frame = 0;
+    uint32_t m_depth = 0;                                       // of ReusePolicy::Depth, this frame
+    float m_center[kMaxEyes][3] = {}, m_step[kMaxEyes][3] = {}; // last frame's centre, this frame's motion
+    bool m_steady[kMaxEyes] = {};                               // the motion is much like that of the frame before
+    float m_level[kMaxEyes] = {}; // error at which the budget of the last frame refreshed entries, 0 = it met the bound
+    uint32_t m_history = 0;       // frames in a row that m_center is known for
+};
+
+} // namespace gsc

@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: Apache-2.0
+// What may be drawn again, and that nothing else changes: policies, budgets, the bound, both eyes.
+#include "format/error.h"
+#include "kernels/math/reuse.h"
+#include "kernels/schedule/schedule.h"
+#include "tests/kernels/render_tools.h"
+#include "tests/kernels/synthetic_model.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+
+using namespace gsc;
+using namespace gsc::test;
+
+namespace {
+
+SyntheticOptions modelOptions(LevelRule rule)
+{
+    SyntheticOptions options;
+    options.anchors = 1200;
+    options.seed = 7;
+    if (rule != LevelRule::None) {
+        options.levels = 4;
+        options.level_rule = rule;
+        options.flags = kModelHasLevels | kModelLodHalfCell;
+    }
+    return options;
+}
+
+// Frame `i` of a walk round the model, eyes `apart` world units from each other.
+std::vector<EyeParams> walk(int i, size_t eye_count, float apart = 0.1f)
+{
+    std::vector<EyeParams> eyes;
+    for (size_t e = 0; e < eye_count; ++e) {
+        const float position[3] = {0.2f + 0.02f * float(i) + apart * float(e), 0.3f, -5 + 0.01f * float(i)};
+        const float target[3] = {0.1f, -0.2f, 0.3f};
+        eyes.push_back(lookAt(position, target, 0.9f, 120, 90));
+    }
+    return eyes;
+}
+
+FrameOptions with(ReusePolicy policy, float bound = 0, uint32_t depth = 10)
+{
+    FrameOptions options;
+    options.background[0] = 0.5f;
+    options.reuse.policy = policy;
+    options.reuse.bound = bound;
+    options.reuse.max_depth = depth;
+    return options;
+}
+
+std::unique_ptr<Backend> open(const ModelView& model, int threads = 2)
+{
+    std::unique_ptr<Backend> backend = makeCpuBackend(CpuPath::Fast, threads);
+    backend->load(model);
+    return backend;
+}
+
+// That `options` draws the same bytes as no reuse does over a walk.
+void checkEqualsNone(const ModelView& model, const FrameOptions& options, size_t eye_count)
+{
+    const auto plain = open(model), reusing = open(model);
+    FrameOptions none = options;
+    none.reuse = {};
+    for (int i = 0; i < 5; ++i) {
+        CAPTURE(i);
+        const auto expected = render(*plain, walk(i, eye_count), none);
+        const auto actual = render(*reusing, walk(i, eye_count), options);
+        for (size_t e = 0; e < eye_count; ++e) {
+            CHECK(actual[e].pixels == expected[e].pixels);
+            CHECK(actual[e].result.eyes[e].gaussians_visible == expected[e].result.eyes[e].gaussians_visible);
+        }
+    }
+}
+
+} // namespace
+
+TEST_CASE("a bound of 0 and a depth of 0 draw what no reuse draws, byte for byte")
+{
+    for (const LevelRule rule : {LevelRule::None, LevelRule::Round, LevelRule::Progressive})
+        for (const size_t eyes : {1, 2}) {
+            CAPTURE(int(rule));
+            CAPTURE(eyes);
+            const SyntheticModel model(modelOptions(rule));
+            checkEqualsNone(model.view(), with(ReusePolicy::Error), eyes);
+            checkEqualsNone(model.view(), with(ReusePolicy::Depth, 0, 0), eyes);
+        }
+}
+
+TEST_CASE("networks with every input, and float positions, draw the same from the cache")
+{
+    SyntheticOptions options = modelOptions(LevelRule::None);
+    options.appearance_dim = 8;
+    options.appearance_rows = 3;
+    options.flags |= kModelFeatureBank | kModelBankDistance;
+    options.inputs = kMlpTakesDistance | kMlpTakesAppearance;
+    options.encoding = PositionEncoding::Float;
+    options.n_offsets = 5;
+    const SyntheticModel model(options);
+    FrameOptions frame = with(ReusePolicy::Error);
+    frame.appearance = 1;
+    checkEqualsNone(model.view(), frame, 2);
+
+    // another row is another look: nothing of the first is drawn
+    const auto plain = open(model.view()), reusing = open(model.view());
+    frame.reuse.bound = 1000;
+    (void)render(*reusing, walk(0, 1), frame);
+    frame.appearance = 2;
+    const auto actual = render(*reusing, walk(0, 1), frame);
+    CHECK(actual[0].result.eyes[0].anchors_reused == 0);
+    frame.reuse = {};
+    CHECK(actual[0].pixels == render(*plain, walk(0, 1), frame)[0].pixels);
+}
+
+TEST_CASE("a camera that stands still decodes once")
+{
+    const SyntheticModel model(modelOptions(LevelRule::Round));
+    const auto backend = open(model.view());
+    const auto first = render(*backend, walk(3, 2), with(ReusePolicy::Error));
+    for (int i = 0; i < 3; ++i) {
+        const auto again = render(*backend, walk(3, 2), with(ReusePolicy::Error));
+        for (size_t e = 0; e < 2; ++e) {
+            const EyeCounts& counts = again[e].result.eyes[e];
+            CHECK(again[e].pixels == first[e].pixels);
+            CHECK(counts.anchors_decoded == 0);
+            CHECK(counts.anchors_reused == counts.anchors_visible);
+        }
+    }
+    backend->dropCaches();
+    CHECK(render(*backend, walk(3, 2), with(ReusePolicy::Error))[0].result.eyes[0].anchors_reused == 0);
+}
+
+TEST_CASE("depth decodes every entry again when it is older than the depth allows")
+{
+    const SyntheticModel model(modelOptions(LevelRule::None));
+    const auto backend = open(model.view());
+    const FrameOptions options = with(ReusePolicy::Depth, 0, 3);
+    for (int i = 0; i < 9; ++i) {
+        CAPTURE(i);
+        const auto image = render(*backend, walk(0, 1), options);
+        const EyeCounts& counts = image[0].result.eyes[0];
+        // all entries are of one age, so that they are due at once: the flush of the paper
+        CHECK((counts.anchors_decoded > 0) == (i % 4 == 0));
+        CHECK((counts.anchors_reused > 0) == (i % 4 != 0));
+    }
+}
+
+TEST_CASE("the guidance shortens the depth as more of the view is new")
+{
+    for (const DepthGuidance guidance : {DepthGuidance::Linear, DepthGuidance::Exponential, DepthGuidance::Staged}) {
+        CAPTURE(int(guidance));
+        CHECK(reuseDepth(guidance, 10, 0) == 10);
+        uint32_t before = 10;
+        for (float rate = 0; rate <= 1; rate += 0.01f) {
+            const uint32_t depth = reuseDepth(guidance, 10, rate);
+            CHECK(depth <= before);
+            before = depth;
+        }
+        CHECK(before == 0);
+        CHECK(reuseDepth(guidance, 0, 0) == 0);
+    }
+    CHECK(reuseDepth(DepthGuidance::Linear, 10, 0.5f) == 5);
+    CHECK(reuseDepth(DepthGuidance::Exponential, 10, 0.5f) == 1);
+    CHECK(reuseDepth(DepthGuidance::Staged, 10, 0.1f) == 5);
+}
+
+TEST_CASE("the error policy decodes less the larger its bound and stays close to the truth")
+{
+    const SyntheticModel model(modelOptions(LevelRule::None));
+    uint64_t before = std::numeric_limits<uint64_t>::max();
+    for (const float bound : {0.0f, 2.0f, 8.0f, 32.0f}) {
+        CAPTURE(bound);
+        const auto plain = open(model.view()), reusing = open(model.view());
+        uint64_t decoded = 0;
+        double worst = 1000;
+        for (int i = 0; i < 12; ++i) {
+            const auto actual = render(*reusing, walk(i, 1), with(ReusePolicy::Error, bound));
+            const auto expected = render(*plain, walk(i, 1), with(ReusePolicy::None));
+            decoded += actual[0].result.eyes[0].anchors_decoded;
+            worst = std::min(worst, compare(actual[0].pixels, expected[0].pixels).psnr);
+        }
+        CHECK(decoded < before);
+        CHECK(worst > (bound > 8 ? 25 : 40));
+        before = decoded;
+    }
+}
+
+TEST_CASE("a decode budget holds, what is new is decoded all the same, and waiting entries count as overdue")
+{
+    const SyntheticModel model(modelOptions(LevelRule::None));
+    const auto backend = open(model.view());
+    FrameOptions options = with(ReusePolicy::Error);
+    options.reuse.decode_budget = 100;
+    const auto first = render(*backend, walk(0, 1), options);
+    CHECK(first[0].result.eyes[0].anchors_decoded >= first[0].result.eyes[0].anchors_visible);
+    for (int i = 1; i < 6; ++i) {
+        // turned away from nothing: the same anchors stay in view
+        std::vector<EyeParams> eye = walk(0, 1);
+        eye[0].center[0] += 0.001f * float(i);
+        const auto image = render(*backend, eye, options);
+        const EyeCounts& counts = image[0].result.eyes[0];
+        CHECK(counts.anchors_decoded <= 100);
+        CHECK(counts.anchors_decoded > 100 - 16);
+        CHECK(counts.anchors_overdue > 0);
+        CHECK(counts.anchors_overdue <= counts.anchors_reused);
+    }
+}
+
+TEST_CASE("a small cache holds its limit and draws the same")
+{
+    SyntheticOptions many = modelOptions(LevelRule::None);
+    many.anchors = 6000;
+    const SyntheticModel model(many);
+    FrameOptions options = with(ReusePolicy::Error);
+    options.reuse.cache_bytes = 1u << 20;
+    checkEqualsNone(model.view(), options, 2);
+    const auto backend = open(model.view());
+    uint64_t evicted = 0;
+    for (int i = 0; i < 4; ++i) {
+        // two views that share little, in turn
+        const float center[3] = {0, 0, 0}, target[3] = {0.1f, 0.2f, i % 2 == 0 ? 9.0f : -9.0f};
+        const auto image = render(*backend, {lookAt(center, target, 0.8f, 64, 64)}, options);
+        evicted += image[0].result.cache_evictions;
+        // the tables that find an entry are not part of the limit, they are a few bytes per strip
+        CHECK(image[0].result.cache_bytes < options.reuse.cache_bytes + (1u << 18));
+    }
+    CHECK(evicted > 0);
+    options.reuse.cache_bytes = 1; // room for nothing
+    checkEqualsNone(model.view(), options, 2);
+}
+
+TEST_CASE("images do not depend on the number of threads, whatever is kept")
+{
+    const SyntheticModel model(modelOptions(LevelRule::Round));
+    FrameOptions options = with(ReusePolicy::Error, 1);
+    options.reuse.decode_budget = 300;
+    options.reuse.cache_bytes = 4u << 20;
+    const auto one = open(model.view(), 1), many = open(model.view(), 5);
+    for (int i = 0; i < 8; ++i) {
+        const auto a = render(*one, walk(2 * i, 2), options), b = render(*many, walk(2 * i, 2), options);
+        CHECK(a[0].pixels == b[0].pixels);
+        CHECK(a[1].pixels == b[1].pixels);
+        CHECK(a[1].result.eyes[1].anchors_decoded == b[1].result.eyes[1].anchors_decoded);
+    }
+}
+
+TEST_CASE("an eye draws what the other had decoded if the bound allows it")
+{
+    const SyntheticModel model(modelOptions(LevelRule::None));
+    const auto backend = open(model.view());
+    const auto near = render(*backend, walk(0, 2, 0.0001f), with(ReusePolicy::Error, 4));
+    const EyeCounts &left = near[0].result.eyes[0], &right = near[1].result.eyes[1];
+    CHECK(left.anchors_reused == 0);
+    CHECK(right.anchors_reused + 64 > right.anchors_visible); // all but what the left eye does not see
+    backend->dropCaches();
+    const auto apart = render(*backend, walk(0, 2, 2.0f), with(ReusePolicy::Error, 0.01f));
+    CHECK(apart[1].result.eyes[1].anchors_reused == 0);
+}
+
+TEST_CASE("predicted changes of a strip are the scalar rule's, the largest of the lanes asked for")
+{
+    const SyntheticModel synthetic(modelOptions(LevelRule::None));
+    const ModelView& model = synthetic.view();
+    std::vector<uint16_t> halves(2 * 1200);
+    for (size_t i = 0; i < halves.size(); ++i)
+        halves[i] = halfAbove(0.001f * float(i % 97));
+    const float c0[3] = {0.3f, -0.1f, -5}, c1[3] = {0.4f, 0.1f, -4.8f};
+    for (uint64_t g = 0; g < model.params->group_count; ++g) {
+        GroupAnchors anchors;
+        loadGroupAnchors(model, halves.data(), model.groups[g], anchors);
+        for (uint32_t strip = 0; strip * kStripAnchors < anchors.count; ++strip)
+            for (const uint32_t lanes : {0xffffu, 0x0001u, 0x8000u, 0x0f30u}) {
+                double expected = 0;
+                for (uint32_t i = 0; i < kStripAnchors; ++i) {
+                    const uint32_t at = strip * kStripAnchors + i;
+                    if (lanes >> i & 1)
+                        expected = std::max(
+                            expected, double(predictedChange<float>({anchors.x[at], anchors.y[at], anchors.z[at]}, c0,
+                                                                    c1, anchors.direction[at], anchors.distance[at])));
+                }
+                CHECK(double(stripError(anchors, strip, lanes, c0, c1)) == doctest::Approx(expected).epsilon(1e-4));
+            }
+        const float on[3] = {anchors.x[5], anchors.y[5], anchors.z[5]};
+        CHECK(std::isinf(stripError(anchors, 0, 1u << 5, on, c1)));
+        CHECK(std::isinf(stripError(anchors, 0, 1u << 5, c0, on)));
+        CHECK(stripError(anchors, 0, 0xffff, c0, c0) == 0);
+    }
+    for (const float v : {0.0f, 1e-7f, 6.1e-5f, 0.1f, 1.0f, 1.0003f, 2047.5f, 65503.0f}) {
+        CHECK(halfValue(halfAbove(v)) >= v);
+        CHECK(halfValue(halfAbove(v)) <= v * 1.001f + 6e-8f);
+    }
+    CHECK(halfValue(halfAbove(INFINITY)) == 65504);
+    CHECK(halfValue(halfAbove(NAN)) == 65504);
+}
+
+TEST_CASE("what cannot be kept is refused")
+{
+    const SyntheticModel model(modelOptions(LevelRule::None));
+    const auto reference = makeCpuBackend(CpuPath::Reference, 1);
+    reference->load(model.view());
+    const std::vector<EyeParams> eyes = walk(0, 1);
+    FrameResult result;
+    CHECK_THROWS_AS(reference->render(eyes.data(), 1, with(ReusePolicy::Error), nullptr, result), Error);
+    const auto fast = open(model.view());
+    for (const float bound : {-1.0f, 2e6f, std::numeric_limits<float>::quiet_NaN()})
+        CHECK_THROWS_AS(fast->render(eyes.data(), 1, with(ReusePolicy::Error, bound), nullptr, result), Error);
+}
