@@ -24,8 +24,10 @@ void addReuseOptions(CLI::App& app, PlayOptions& options)
     app.add_option("--reuse-bound", reuse.bound,
                    "Predicted change of what an anchor draws, in 1/255, with --reuse error")
         ->option_text("B (default: 1)");
-    app.add_option("--decode-budget", reuse.decode_budget,
-                   "Most anchors decoded per frame and eye, the rest waits; 0 = as many as --reuse wants")
+    app.add_option(
+           "--decode-budget", reuse.decode_budget,
+           "Most anchors decoded per frame and eye, the worst first; what was never decoded is decoded all the same. "
+           "0 = as many as --reuse wants")
         ->check(CLI::Range(uint64_t(0), uint64_t(1) << 40))
         ->option_text("N (default: 0)");
     app.add_option("--cache-budget", reuse.cache_bytes, "Most memory of decoded Gaussians, such as 256M")

@@ -66,8 +66,9 @@ struct RunResult {
 };
 
 // Frames in order, after dropCaches(). Scoring is no part of the times. A backend that renders on the host is timed and
-// scored in one pass, because its images are on the host anyway; any other is timed with its images left on the device
-// and renders the path again for the scores. Throws Error (Interrupted, OutOfMemory, Device).
+// scored in one pass, because its images are on the host anyway, a block of frames at a time; any other is timed with
+// its images left on the device and renders the path again for the scores. Throws Error (Interrupted, OutOfMemory,
+// Device).
 RunResult measureRun(const Scene& scene, const Path& path, const FrameOptions& frame, Backend& backend,
                      ExactImages& exact, const ScoreOptions& score, const FrameDone& done);
 

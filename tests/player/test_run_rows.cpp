@@ -70,7 +70,7 @@ RunResult someResult()
         frame.result.eyes[0].anchors_decoded = 100 - 40 * i; // 100, 60, 20
         frame.result.eyes[0].anchors_reused = 40 * i;        // 0, 40, 80
         frame.result.eyes[0].groups_tested = 5;
-        frame.result.eyes[0].anchors_missing = i;
+        frame.result.eyes[0].anchors_overdue = i;
         frame.result.groups_kept = 15;
         frame.result.order_moves = 3 * i;
         frame.result.cache_bytes = 1000 * i;
@@ -137,7 +137,7 @@ TEST_CASE("the numbers of a row")
     CHECK(row["per_frame"]["wall_ms"] == OrderedJson{1.0, 2.0, 3.0});
     CHECK(row["reuse"]["decoded_per_frame"]["mean"] == 60); // with it
     CHECK(row["reuse"]["hit_rate"] == 0.4);                 // 120 / (120 + 180)
-    CHECK(row["reuse"]["missing"] == 3);
+    CHECK(row["reuse"]["overdue"] == 3);
     CHECK(row["reuse"]["evictions"] == 3);
     CHECK(row["reuse"]["cache_bytes"] == 2000);
     CHECK(row["reuse"]["cut_hit_rate"] == 0.75); // 45 / (45 + 15)

@@ -163,6 +163,23 @@ TEST_CASE("exact images that are not kept come from a backend of their own")
     CHECK(other.drops == 0);
 }
 
+TEST_CASE("a long path is scored in blocks, each frame against its own pose")
+{
+    const NoScene scene;
+    Path path = greyPath(5);
+    for (Shot& shot : path.shots) // two frames to a block of 128 MiB
+        shot.camera.width = shot.camera.height = 2000;
+    path.shots.back().camera.width = 1000;
+    GreyBackend backend("cpu"), other("cpu");
+    ExactImages exact(scene, path, {}, other);
+    const RunResult run = measureRun(scene, path, {}, backend, exact, {}, [](uint64_t) {});
+    CHECK(run.accuracy.images == 5);
+    CHECK(run.accuracy.max_error == 0);
+    CHECK(run.accuracy.temporal.images == 3); // the last has another size
+    CHECK(backend.calls.size() == 5);
+    CHECK(other.calls.size() == 5);
+}
+
 TEST_CASE("what fits")
 {
     Path path = greyPath(3);
