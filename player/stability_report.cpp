@@ -43,7 +43,7 @@ std::string valueText(const Verdict& verdict)
 {
     if (verdict.bound == std::string("psnr"))
         return std::isinf(verdict.value) && verdict.value > 0 ? "equal" : formatString("%.2f dB", verdict.value);
-    return formatString("%.2f times", verdict.value);
+    return formatString("%.4g times", verdict.value);
 }
 
 } // namespace
