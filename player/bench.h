@@ -21,6 +21,7 @@ struct BenchOptions {
     std::string reference; // backend that renders `exact` for it; empty = the measured one
     std::string label;     // free text for the report, such as what changed
     std::string out;       // file that takes a line, empty = none
+    std::string sweep;     // file that says what to run instead (player/sweep.h), empty = none
 };
 
 struct BenchFrame {

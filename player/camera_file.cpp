@@ -307,11 +307,11 @@ Camera cameraFromUpstream(const UpstreamCamera& source)
     return camera;
 }
 
-std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, TrajectoryEyes* eyes)
+std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, TrajectoryFacts* eyes)
 {
     const Json root = parseJson(json, name);
     std::vector<Camera> cameras;
-    TrajectoryEyes stated;
+    TrajectoryFacts stated;
     if (root.is_array()) {
         for (const UpstreamCamera& camera : upstreamCameras(root, name))
             cameras.push_back(cameraFromUpstream(camera));
@@ -320,6 +320,7 @@ std::vector<Camera> parseCameraFile(std::string_view json, const std::string& na
         if (object.has("schema")) {
             cameras = trajectoryCameras(object, name);
             stated.ipd = object.has("ipd") ? object.positive("ipd") : 0;
+            stated.name = object.has("name") ? object.text("name") : "";
             stated.views = trajectoryViews(object, name);
         } else if (const Json* frames = object.find("frames"); frames && frames->is_array())
             cameras = transformsCameras(object, name);
@@ -338,7 +339,7 @@ std::vector<Camera> parseCameraFile(std::string_view json, const std::string& na
     return cameras;
 }
 
-std::vector<Camera> readCameraFile(const std::string& path, TrajectoryEyes* eyes)
+std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eyes)
 {
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
     if (!file)

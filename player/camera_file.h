@@ -34,8 +34,9 @@ struct EyeView {
     double rotation[9] = {};                      // row-major eye-to-head
 };
 
-// What a trajectory states of the eyes, for all its frames; a frame is then the pose of the head.
-struct TrajectoryEyes {
+// What a trajectory states beside its frames. With views, a frame is the pose of the head.
+struct TrajectoryFacts {
+    std::string name;           // empty = not stated
     double ipd = 0;             // world units, 0 = not stated
     std::vector<EyeView> views; // left eye first; empty = not stated
 };
@@ -43,13 +44,13 @@ struct TrajectoryEyes {
 // Upstream's cameras.json, a transforms*.json, or our trajectory (schemas/trajectory.schema.json), told apart by
 // content. Sizes are those of the file, upstream's `-r -1` rule applied to cameras.json (section 6.2). A file that
 // states no size leaves width and height 0: finishCamera() then takes it from the command line.
-// `eyes`, if given, takes what a trajectory states of them. Without it, a trajectory that gives the eyes views of their
+// `eyes`, if given, takes what a trajectory states beside its frames. Without it, a trajectory that gives the eyes views of their
 // own is refused, because its cameras alone are not what it shows.
 // Throws Error (InvalidFile, Unsupported).
-std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, TrajectoryEyes* eyes = nullptr);
+std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, TrajectoryFacts* eyes = nullptr);
 // The Error(Unsupported) for a trajectory with views; `name` is the file.
 [[noreturn]] void refuseViews(const std::string& name);
 // Throws Error (Io, InvalidFile, Unsupported).
-std::vector<Camera> readCameraFile(const std::string& path, TrajectoryEyes* eyes = nullptr);
+std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eyes = nullptr);
 
 } // namespace gsc

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/json_fields.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -12,7 +13,7 @@ constexpr int kMaxDepth = 64;     // the deepest file we read nests four levels
 constexpr double kMaxSize = 1e15; // of a coordinate: its square still fits a float
 
 // Copy of `text` with bare NaN, Infinity and -Infinity replaced by null.
-std::string withoutNonFinite(std::string_view text, const std::string& file)
+std::string withoutNonFinite(std::string_view text, const std::string& file, const char* expected)
 {
     std::string out;
     out.reserve(text.size());
@@ -41,8 +42,8 @@ std::string withoutNonFinite(std::string_view text, const std::string& file)
         depth += (c == '[' || c == '{') - (c == ']' || c == '}');
         if (depth > kMaxDepth)
             throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: nested deeper than %d levels at byte %zu, expected a list of cameras",
-                                     file.c_str(), kMaxDepth, i));
+                        formatString("%s: nested deeper than %d levels at byte %zu, expected %s", file.c_str(),
+                                     kMaxDepth, i, expected));
         out += c;
     }
     return out;
@@ -53,7 +54,9 @@ bool isPlainNumber(const Json& value)
     return value.is_number() && std::abs(value.get<double>()) <= kMaxSize; // false for NaN
 }
 
-std::string shown(const Json& value)
+} // namespace
+
+std::string shownJson(const Json& value)
 {
     if (value.is_object())
         return "an object";
@@ -67,11 +70,9 @@ std::string shown(const Json& value)
     return text;
 }
 
-} // namespace
-
-Json parseJson(std::string_view text, const std::string& file)
+Json parseJson(std::string_view text, const std::string& file, const char* expected)
 {
-    const std::string clean = withoutNonFinite(text, file);
+    const std::string clean = withoutNonFinite(text, file, expected);
     try {
         return Json::parse(clean);
     } catch (const Json::exception& e) {
@@ -82,7 +83,7 @@ Json parseJson(std::string_view text, const std::string& file)
             if (c < 0x20 || c > 0x7e)
                 c = '?';
         throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: not valid JSON (%s), expected a camera file", file.c_str(), what.c_str()));
+                    formatString("%s: not valid JSON (%s), expected %s", file.c_str(), what.c_str(), expected));
     }
 }
 
@@ -90,7 +91,7 @@ JsonObject::JsonObject(const Json& value, std::string where) : m_value(value), m
 {
     if (!value.is_object())
         throw Error(ErrorCode::InvalidFile,
-                    formatString("%s is %s, expected an object", m_where.c_str(), shown(value).c_str()));
+                    formatString("%s is %s, expected an object", m_where.c_str(), shownJson(value).c_str()));
 }
 
 const Json* JsonObject::find(const char* key) const
@@ -105,8 +106,7 @@ const Json& JsonObject::at(const char* key) const
     if (!value)
         throw Error(
             ErrorCode::InvalidFile,
-            formatString("%s: key \"%s\" is missing, expected it in a camera file of this kind; add it, or export "
-                         "the cameras again",
+            formatString("%s: key \"%s\" is missing, expected it in a file of this kind; add it, or export it again",
                          m_where.c_str(), key));
     return *value;
 }
@@ -121,7 +121,7 @@ std::string JsonObject::text(const char* key) const
 {
     const Json& value = at(key);
     if (!value.is_string())
-        fail(key, shown(value), "a string");
+        fail(key, shownJson(value), "a string");
     return value.get<std::string>();
 }
 
@@ -129,7 +129,7 @@ double JsonObject::number(const char* key) const
 {
     const Json& value = at(key);
     if (!isPlainNumber(value))
-        fail(key, shown(value), "a finite number, at most 1e15 in size");
+        fail(key, shownJson(value), "a finite number, at most 1e15 in size");
     return value.get<double>();
 }
 
@@ -137,7 +137,7 @@ double JsonObject::positive(const char* key) const
 {
     const double value = number(key);
     if (!(value > 0))
-        fail(key, shown(at(key)), "a number above 0");
+        fail(key, shownJson(at(key)), "a number above 0");
     return value;
 }
 
@@ -146,20 +146,33 @@ int64_t JsonObject::integer(const char* key, int64_t smallest, int64_t largest) 
     // a float with no fraction passes: some exporters write 1920.0
     const double value = number(key);
     if (value != std::floor(value) || value < double(smallest) || value > double(largest))
-        fail(key, shown(at(key)),
+        fail(key, shownJson(at(key)),
              formatString("an integer from %lld to %lld", static_cast<long long>(smallest),
                           static_cast<long long>(largest)));
     return int64_t(value);
+}
+
+void JsonObject::checkKeys(std::initializer_list<const char*> known) const
+{
+    for (const auto& [key, value] : m_value.items()) {
+        if (std::find(known.begin(), known.end(), key) != known.end())
+            continue;
+        std::string names;
+        for (const char* name : known)
+            names += (names.empty() ? "" : ", ") + std::string(name);
+        throw Error(ErrorCode::InvalidFile, formatString("%s: key \"%s\" is not known, expected one of %s",
+                                                         m_where.c_str(), key.substr(0, 40).c_str(), names.c_str()));
+    }
 }
 
 void JsonObject::vector3(const char* key, double out[3]) const
 {
     const Json& value = at(key);
     if (!value.is_array() || value.size() != 3)
-        fail(key, shown(value), "an array of 3 numbers");
+        fail(key, shownJson(value), "an array of 3 numbers");
     for (size_t i = 0; i < 3; ++i) {
         if (!isPlainNumber(value[i]))
-            fail(key, formatString("%s at index %zu", shown(value[i]).c_str(), i), "3 finite numbers");
+            fail(key, formatString("%s at index %zu", shownJson(value[i]).c_str(), i), "3 finite numbers");
         out[i] = value[i].get<double>();
     }
 }
@@ -169,15 +182,15 @@ void JsonObject::matrix(const char* key, int rows, int columns, double* out) con
     const std::string expected = formatString("%d rows of %d finite numbers", rows, columns);
     const Json& value = at(key);
     if (!value.is_array() || value.size() != size_t(rows))
-        fail(key, shown(value), expected);
+        fail(key, shownJson(value), expected);
     for (int r = 0; r < rows; ++r) {
         const Json& row = value[size_t(r)];
         if (!row.is_array() || row.size() != size_t(columns))
-            fail(key, formatString("%s in row %d", shown(row).c_str(), r), expected);
+            fail(key, formatString("%s in row %d", shownJson(row).c_str(), r), expected);
         for (int c = 0; c < columns; ++c) {
             const Json& cell = row[size_t(c)];
             if (!isPlainNumber(cell))
-                fail(key, formatString("%s in row %d, column %d", shown(cell).c_str(), r, c), expected);
+                fail(key, formatString("%s in row %d, column %d", shownJson(cell).c_str(), r, c), expected);
             out[r * columns + c] = cell.get<double>();
         }
     }

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <cstdint>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 
@@ -17,8 +18,12 @@ using Json = nlohmann::json;
 constexpr uint32_t kMaxImageSide = 32768; // pixels
 
 // Parses `text`; NaN and Infinity, which Python's json module writes, become null, so that they only matter where a
-// value is needed. Throws Error(InvalidFile), also for nesting deeper than any file we read has.
-Json parseJson(std::string_view text, const std::string& file);
+// value is needed. `expected` is what the file should have been, for the message. Throws Error(InvalidFile), also for
+// nesting deeper than any file we read has.
+Json parseJson(std::string_view text, const std::string& file, const char* expected = "a camera file");
+
+// A value as a message quotes it, cut to a few words.
+std::string shownJson(const Json& value);
 
 // One object of a file, with the words that say where it is: "cameras.json: entry 3".
 class JsonObject {
@@ -40,6 +45,8 @@ public:
     [[nodiscard]] double positive(const char* key) const;
     [[nodiscard]] int64_t integer(const char* key, int64_t smallest, int64_t largest) const;
     [[nodiscard]] uint32_t imageSide(const char* key) const { return uint32_t(integer(key, 1, kMaxImageSide)); }
+    // Every key must be one of `known`.
+    void checkKeys(std::initializer_list<const char*> known) const;
     void vector3(const char* key, double out[3]) const;
     // `rows` arrays of `columns` numbers, row-major into `out`.
     void matrix(const char* key, int rows, int columns, double* out) const;

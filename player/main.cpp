@@ -4,10 +4,16 @@
 #include "player/bench.h"
 #include "player/play.h"
 #include "player/play_report.h"
+#include "player/report_parts.h"
+#include "player/run_row.h"
+#include "player/stability.h"
+#include "player/sweep.h"
+
+#include <nlohmann/json.hpp>
 
 #include <cstdio>
-#include <cstring>
 #include <new>
+#include <string>
 
 namespace {
 
@@ -25,6 +31,31 @@ void runPlay(const gsc::PlayOptions& options)
     const gsc::PlaySummary summary = gsc::play(options, log);
     print(options.format == gsc::ReportFormat::Json ? gsc::playReportJson(summary, log.warnings())
                                                     : gsc::playReportText(summary));
+}
+
+void runSweep(const gsc::BenchOptions& options)
+{
+    gsc::PlayLog log(options.play.progress, options.play.quiet, options.play.verbose);
+    const bool text = options.play.format == gsc::ReportFormat::Text;
+    bool first = true;
+    gsc::sweep(options, log, [&](const gsc::OrderedJson& row) {
+        log.endBar();
+        if (text)
+            print((first ? gsc::runTableHeader() : "") + gsc::runTableLine(row));
+        else
+            print(gsc::dumpJson(row) + "\n");
+        first = false;
+    });
+}
+
+// The exit code.
+int runStability(const gsc::StabilityOptions& options)
+{
+    gsc::PlayLog log(options.play.progress, options.play.quiet, options.play.verbose);
+    const gsc::StabilitySummary summary = gsc::stability(options, log);
+    print(options.play.format == gsc::ReportFormat::Json ? gsc::stabilityReportJson(options, summary)
+                                                         : gsc::stabilityReportText(options, summary));
+    return int(summary.passed() ? gsc::ErrorCode::Ok : gsc::ErrorCode::Difference);
 }
 
 void runBench(const gsc::BenchOptions& options)
@@ -45,26 +76,49 @@ int fail(gsc::ErrorCode code, const gsc::PlayOptions& options, const char* messa
     return int(code);
 }
 
+struct Options {
+    gsc::PlayOptions play;
+    gsc::BenchOptions bench;
+    gsc::StabilityOptions stability;
+    const gsc::PlayOptions* chosen = &play; // those of the command
+};
+
+int run(int argc, char** argv, Options& options)
+{
+    // a file of such a name can be played as ./bench
+    const std::string command = argc > 1 ? argv[1] : "";
+    if (command == "bench") {
+        options.chosen = &options.bench.play;
+        if (const auto code = gsc::parseBenchOptions(argc - 1, argv + 1, options.bench))
+            return *code;
+        options.bench.sweep.empty() ? runBench(options.bench) : runSweep(options.bench);
+    } else if (command == "stability") {
+        options.chosen = &options.stability.play;
+        if (const auto code = gsc::parseStabilityOptions(argc - 1, argv + 1, options.stability))
+            return *code;
+        return runStability(options.stability);
+    } else {
+        if (const auto code = gsc::parsePlayOptions(argc, argv, options.play))
+            return *code;
+        runPlay(options.play);
+    }
+    return int(gsc::ErrorCode::Ok);
+}
+
 } // namespace
 
 int main(int argc, char** argv)
 {
     gsc::installInterruptHandler();
-    gsc::BenchOptions bench;
-    gsc::PlayOptions& options = bench.play;
+    Options options;
     try {
-        // a file of that name can be played as ./bench
-        const bool is_bench = argc > 1 && std::strcmp(argv[1], "bench") == 0;
-        if (const auto code = is_bench ? gsc::parseBenchOptions(argc - 1, argv + 1, bench)
-                                       : gsc::parsePlayOptions(argc, argv, options))
-            return *code;
-        is_bench ? runBench(bench) : runPlay(options);
-        return int(gsc::ErrorCode::Ok);
+        return run(argc, argv, options);
     } catch (const gsc::Error& e) {
-        return fail(e.code(), options, e.what());
+        return fail(e.code(), *options.chosen, e.what());
     } catch (const std::bad_alloc&) {
-        return fail(gsc::ErrorCode::OutOfMemory, options, "out of memory; try a smaller --size or fewer --threads");
+        return fail(gsc::ErrorCode::OutOfMemory, *options.chosen,
+                    "out of memory; try a smaller --size or fewer --threads");
     } catch (const std::exception& e) {
-        return fail(gsc::ErrorCode::Internal, options, e.what());
+        return fail(gsc::ErrorCode::Internal, *options.chosen, e.what());
     }
 }

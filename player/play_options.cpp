@@ -6,6 +6,7 @@
 #include "player/bench.h"
 #include "player/cli_choice.h"
 #include "player/reuse_options.h"
+#include "player/stability.h"
 #include "runtime/backend.h"
 
 #include <CLI/CLI.hpp>
@@ -42,9 +43,21 @@ constexpr const char* kBenchExamples = R"(Examples:
   gsc-play bench city.gsc --cameras flight.json --eyes 2 --ipd 0.065 --size 2048x2048 --fov 90 --quality 16 --out b.jsonl
       two eyes on a path, 16 frames scored against the tier `exact`, a line added to b.jsonl
 
-Images stay on the device. Times of stages are the device's own, `wall` is what the caller waits.
+  gsc-play bench room.gsc --sweep sweep.json --out runs.jsonl
+      every combination of reuse, bounds and budgets that sweep.json asks for; gsc chart draws runs.jsonl
+
+Images stay on the device. Times of stages are the device's own, `wall` is what the caller waits. A
+sweep scores every frame: a backend on the host is timed and scored in one pass, scoring outside the times; any other
+is timed first and renders again for the scores.
 Exit codes: 0 ok, 1 usage, 2 I/O, 3 invalid file, 4 internal, 5 unsupported, 6 out of memory, 7 device,
 130 interrupted.)";
+
+constexpr const char* kStabilityExamples = R"(Examples:
+  gsc sample paths room.gsc -o paths && gsc-play stability room.gsc --trajectories paths --size 640x480 --reuse error
+      every breaking path, each frame against the tier exact; exit code 8 if one passes a bound
+
+Exit codes: 0 ok, 1 usage, 2 I/O, 3 invalid file, 4 internal, 5 unsupported, 6 out of memory, 7 device, 8 a bound was
+passed, 130 interrupted.)";
 
 std::string versionText()
 {
@@ -63,15 +76,23 @@ struct RawText {
     double fov_degrees = 0;
 };
 
-// `range`: the option that picks some of the cameras.
-void addSceneOptions(CLI::App& app, PlayOptions& options, RawText& raw, const char* range)
+void addFile(CLI::App& app, PlayOptions& options)
 {
     app.add_option("FILE", options.input, "Model to play, a .gsc")->required()->option_text("(required)");
+}
+
+// `range`: the option that picks some of the cameras.
+void addCameraOptions(CLI::App& app, PlayOptions& options, RawText& raw, const char* range)
+{
     app.add_option("--cameras", options.cameras,
                    "cameras.json of a trained model, transforms.json, a trajectory (schemas/trajectory.schema.json), "
                    "or \"stored\": those in FILE")
         ->option_text("FILE|stored (default: stored)");
     app.add_option(range, raw.frames, "Cameras A to B-1 only; A alone is one camera")->type_name("A:B");
+}
+
+void addViewOptions(CLI::App& app, PlayOptions& options, RawText& raw)
+{
     app.add_option("--size", raw.size, "Pixels of the image; default: the camera's")->type_name("WxH");
     app.add_option("--fov", raw.fov_degrees, "Horizontal angle of view; default: the camera's")->type_name("DEGREES");
     app.add_option("--eyes", options.eyes, "1, or 2 for stereo")
@@ -140,6 +161,38 @@ void addBenchOptions(CLI::App& app, BenchOptions& options)
     app.add_option("--label", options.label, "Text for the report, such as what changed")->type_name("TEXT");
     app.add_option("--out", options.out, "File that takes one more line (schemas/bench-report.schema.json)")
         ->type_name("FILE");
+    CLI::Option* sweep = app.add_option("--sweep", options.sweep,
+                                        "Runs every combination that CONFIG asks for (schemas/sweep.schema.json), each "
+                                        "from a cold start, scored against exact; --out takes a row for each "
+                                        "(schemas/run.schema.json) and is gone on with where a sweep was stopped");
+    sweep->type_name("CONFIG");
+    for (const char* fixed : {"--cameras", "--shots", "--warmup", "--frames", "--quality"})
+        sweep->excludes(app.get_option(fixed)); // CONFIG says these
+}
+
+// What `stability` takes beside what is played and how.
+void addStabilityOptions(CLI::App& app, StabilityOptions& options)
+{
+    app.add_option("--trajectories", options.trajectories, "Camera files, or folders of them")
+        ->option_text("FILE|DIR...");
+    app.add_option("--frames", options.frames, "First N frames of each")
+        ->check(CLI::Range(1u, 1000000u))
+        ->option_text("N (default: all)");
+    app.add_option("--warmup", options.warmup, "Frames at the start of each that the times leave out")
+        ->check(CLI::Range(0u, 1000000u))
+        ->option_text("N (default: 5)");
+    app.add_option("--reference", options.reference, "Backend that renders exact")
+        ->option_text("NAME (default: the measured one)");
+    app.add_option("--bound-psnr", options.bound_psnr, "Least of any frame against exact, dB; 0 = no bound")
+        ->check(CLI::Range(0.0, 1000.0))
+        ->option_text("DB (default: 50)");
+    app.add_option("--bound-temporal", options.bound_temporal,
+                   "Most that the error image changes in one frame, in medians of the trajectory; 0 = no bound")
+        ->check(CLI::Range(0.0, 1e9))
+        ->option_text("X (default: 2)");
+    app.add_option("--bound-p99", options.bound_p99, "Most of the time of a frame at p99, in medians; 0 = no bound")
+        ->check(CLI::Range(0.0, 1e9))
+        ->option_text("X (default: 0)");
 }
 
 void addOutputOptions(CLI::App& app, PlayOptions& options)
@@ -170,7 +223,8 @@ std::vector<float> parseColor(const std::string& text)
     return {r, g, b};
 }
 
-void finish(const CLI::App& app, PlayOptions& options, const RawText& raw)
+// `paths_follow`: cameras are read from files that are not known yet.
+void finish(const CLI::App& app, PlayOptions& options, const RawText& raw, bool paths_follow = false)
 {
     checkReuseOptions(app, options);
     if (!raw.size.empty())
@@ -186,7 +240,7 @@ void finish(const CLI::App& app, PlayOptions& options, const RawText& raw)
         options.fov_x = raw.fov_degrees * std::numbers::pi / 180;
     }
     // a trajectory may state the distance itself; play() asks again when it has read it
-    const bool may_be_stated = options.ipd == 0 && options.cameras != "stored";
+    const bool may_be_stated = options.ipd == 0 && (paths_follow || options.cameras != "stored");
     if (options.eyes == 2 && !may_be_stated && !(options.ipd > 0 && options.ipd < 1e15))
         throw Error(ErrorCode::Usage, formatString("--ipd %g: two eyes need a distance, expected a number above 0 in "
                                                    "world units of the model; pass --ipd LENGTH",
@@ -249,7 +303,9 @@ std::optional<int> parsePlayOptions(int argc, const char* const* argv, PlayOptio
     app.footer(kExamples);
     app.set_version_flag("--version", versionText, "Version, file format and backends");
     RawText raw;
-    addSceneOptions(app, options, raw, "--frames");
+    addFile(app, options);
+    addCameraOptions(app, options, raw, "--frames");
+    addViewOptions(app, options, raw);
     addRunOptions(app, options);
     addOutputOptions(app, options);
     try {
@@ -266,7 +322,9 @@ std::optional<int> parseBenchOptions(int argc, const char* const* argv, BenchOpt
     CLI::App app("Measures what the frames of a .gsc model cost.", "gsc-play bench");
     app.footer(kBenchExamples);
     RawText raw;
-    addSceneOptions(app, options.play, raw, "--shots");
+    addFile(app, options.play);
+    addCameraOptions(app, options.play, raw, "--shots");
+    addViewOptions(app, options.play, raw);
     addRunOptions(app, options.play);
     addBenchOptions(app, options);
     addMessageOptions(app, options.play);
@@ -275,10 +333,35 @@ std::optional<int> parseBenchOptions(int argc, const char* const* argv, BenchOpt
     } catch (const CLI::ParseError& e) {
         return app.exit(e) == 0 ? 0 : int(ErrorCode::Usage);
     }
-    finish(app, options.play, raw);
+    finish(app, options.play, raw, !options.sweep.empty());
     if (options.quality > 0 && options.play.reuse.policy != ReusePolicy::None)
         throw Error(ErrorCode::Usage, "--quality: scores single pictures and would not see what --reuse does to a "
                                       "path, expected --reuse none; pass --sweep CONFIG.json to score whole paths");
+    return std::nullopt;
+}
+
+std::optional<int> parseStabilityOptions(int argc, const char* const* argv, StabilityOptions& options)
+{
+    CLI::App app(
+        "Plays trajectories that were made to break what is kept between frames, and says whether the pictures "
+        "hold still.",
+        "gsc-play stability");
+    app.footer(kStabilityExamples);
+    RawText raw;
+    addFile(app, options.play);
+    addStabilityOptions(app, options);
+    addViewOptions(app, options.play, raw);
+    addRunOptions(app, options.play);
+    addMessageOptions(app, options.play);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e) == 0 ? 0 : int(ErrorCode::Usage);
+    }
+    finish(app, options.play, raw, true);
+    for (const double bound : {options.bound_psnr, options.bound_temporal, options.bound_p99})
+        if (!(bound >= 0))
+            throw Error(ErrorCode::Usage, "--bound-psnr, --bound-temporal, --bound-p99: expected numbers from 0");
     return std::nullopt;
 }
 

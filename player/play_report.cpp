@@ -2,7 +2,7 @@
 #include "player/play_report.h"
 
 #include "player/report_parts.h"
-#include "player/reuse_options.h"
+#include "player/reuse_names.h"
 #include "player/stage_names.h"
 
 #include <nlohmann/json.hpp>

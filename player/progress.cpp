@@ -37,7 +37,13 @@ void PlayLog::warning(const std::string& text)
 
 void PlayLog::note(const std::string& text)
 {
-    if (m_quiet || m_verbose < 1)
+    if (m_verbose >= 1)
+        tell(text);
+}
+
+void PlayLog::tell(const std::string& text)
+{
+    if (m_quiet)
         return;
     endBar();
     std::fprintf(stderr, "%s\n", text.c_str());
@@ -59,8 +65,8 @@ void PlayLog::progress(uint64_t done, uint64_t total)
         std::string bar(kCells, '.');
         std::fill_n(bar.begin(), kCells * done / total, '#');
         const double left = done > 0 ? seconds * double(total - done) / double(done) : 0;
-        std::fprintf(stderr, "\r[%s] %llu/%llu frames  %.1f s  ETA %.0f s \033[K", bar.c_str(), shown_done, shown_total,
-                     seconds, left);
+        std::fprintf(stderr, "\r[%s] %llu/%llu frames%s%s  %.1f s  ETA %.0f s \033[K", bar.c_str(), shown_done,
+                     shown_total, m_part.empty() ? "" : ", ", m_part.c_str(), seconds, left);
         std::fflush(stderr);
         m_bar_open = done < total;
         if (done == total)
@@ -78,7 +84,8 @@ void PlayLog::progress(uint64_t done, uint64_t total)
                      "\"elapsedMs\":%.0f}\n",
                      shown_done, shown_total, seconds * 1000);
     else
-        std::fprintf(stderr, "render %llu/%llu frames, %.1f s\n", shown_done, shown_total, seconds);
+        std::fprintf(stderr, "render %llu/%llu frames%s%s, %.1f s\n", shown_done, shown_total,
+                     m_part.empty() ? "" : ", ", m_part.c_str(), seconds);
 }
 
 } // namespace gsc

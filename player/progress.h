@@ -22,18 +22,24 @@ public:
 
     void warning(const std::string& text);
     void note(const std::string& text); // shown with -v
+    void tell(const std::string& text); // shown unless quiet
     void progress(uint64_t done, uint64_t total);
+    void setPart(const std::string& text)
+    {
+        m_part = text;
+    } // what a person reads beside the frames, such as "run 3/12"
 
     // Every warning so far, for the report; also those that `quiet` did not show.
     [[nodiscard]] const std::vector<std::string>& warnings() const { return m_warnings; }
 
-private:
-    void endBar();
+    void endBar(); // before something else is printed on the terminal
 
+private:
     ProgressStyle m_style;
     bool m_quiet, m_bar_open = false;
     int m_verbose;
     uint64_t m_last_tenth = 0;
+    std::string m_part;
     std::chrono::steady_clock::time_point m_start = std::chrono::steady_clock::now();
     std::chrono::steady_clock::time_point m_last_draw{};
     std::vector<std::string> m_warnings;

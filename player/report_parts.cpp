@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/report_parts.h"
 
-#include "player/reuse_options.h"
+#include "player/reuse_names.h"
 
 #include <nlohmann/json.hpp>
 

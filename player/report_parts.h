@@ -2,7 +2,6 @@
 // What several reports of the player say in the same words.
 #pragma once
 
-#include "player/play_options.h"
 #include "runtime/backend.h"
 
 #include <nlohmann/json_fwd.hpp>

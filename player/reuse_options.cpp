@@ -3,46 +3,9 @@
 
 #include "format/error.h"
 #include "player/cli_choice.h"
+#include "player/reuse_names.h"
 
 namespace gsc {
-
-namespace {
-
-template <typename Value>
-const char* nameIn(const std::map<std::string, Value>& names, Value value)
-{
-    for (const auto& [name, entry] : names)
-        if (entry == value)
-            return name.c_str();
-    return "unknown";
-}
-
-} // namespace
-
-const std::map<std::string, ReusePolicy>& reusePolicies()
-{
-    static const std::map<std::string, ReusePolicy> names = {
-        {"none", ReusePolicy::None}, {"depth", ReusePolicy::Depth}, {"error", ReusePolicy::Error}};
-    return names;
-}
-
-const std::map<std::string, DepthGuidance>& depthGuidances()
-{
-    static const std::map<std::string, DepthGuidance> names = {{"linear", DepthGuidance::Linear},
-                                                               {"exponential", DepthGuidance::Exponential},
-                                                               {"staged", DepthGuidance::Staged}};
-    return names;
-}
-
-const char* policyName(ReusePolicy policy)
-{
-    return nameIn(reusePolicies(), policy);
-}
-
-const char* guidanceName(DepthGuidance guidance)
-{
-    return nameIn(depthGuidances(), guidance);
-}
 
 void addReuseOptions(CLI::App& app, PlayOptions& options)
 {
@@ -61,8 +24,10 @@ void addReuseOptions(CLI::App& app, PlayOptions& options)
     app.add_option("--reuse-bound", reuse.bound,
                    "Predicted change of what an anchor draws, in 1/255, with --reuse error")
         ->option_text("B (default: 1)");
-    app.add_option("--decode-budget", reuse.decode_budget,
-                   "Most anchors decoded per frame and eye, the rest waits; 0 = as many as --reuse wants")
+    app.add_option(
+           "--decode-budget", reuse.decode_budget,
+           "Most anchors decoded per frame and eye, the worst first; what was never decoded is decoded all the same. "
+           "0 = as many as --reuse wants")
         ->check(CLI::Range(uint64_t(0), uint64_t(1) << 40))
         ->option_text("N (default: 0)");
     app.add_option("--cache-budget", reuse.cache_bytes, "Most memory of decoded Gaussians, such as 256M")

@@ -86,13 +86,15 @@ void chooseAppearance(const Scene& scene, const PlayOptions& options, std::vecto
 
 } // namespace
 
-std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, PlayLog& log)
+std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, PlayLog& log, std::string* title)
 {
-    TrajectoryEyes eyes;
+    TrajectoryFacts eyes;
     std::vector<Camera> cameras =
         options.cameras == "stored" ? storedCameras(scene, options.input) : readCameraFile(options.cameras, &eyes);
     if (!eyes.views.empty())
         refuseViews(options.cameras);
+    if (title != nullptr)
+        *title = eyes.name;
     const double ipd = options.ipd > 0 ? options.ipd : eyes.ipd;
     if (options.eyes == 2 && ipd == 0)
         throw Error(

@@ -19,8 +19,9 @@ struct Shot {
     double ipd = 0;      // of two eyes, world units: what --ipd or the trajectory states
 };
 
-// At least one. Warns where an embedding row had to be chosen for a camera. Throws Error (Usage, Io, InvalidFile).
-std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, PlayLog& log);
+// At least one. `title`, if given, takes the name that a trajectory states, empty if none. Warns where an embedding row had to be chosen for a camera. Throws Error (Usage, Io, InvalidFile).
+std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, PlayLog& log,
+                              std::string* title = nullptr);
 
 // Background, near plane, tier, level bias and reuse; the appearance is the shot's.
 FrameOptions frameOptions(const Scene& scene, const PlayOptions& options);

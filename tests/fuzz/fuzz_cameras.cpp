@@ -28,7 +28,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size)
 {
     const std::string_view text(reinterpret_cast<const char*>(data), size);
     try {
-        gsc::TrajectoryEyes eyes;
+        gsc::TrajectoryFacts eyes;
         std::vector<gsc::Camera> cameras = gsc::parseCameraFile(text, "fuzz.json", &eyes);
         for (const gsc::EyeView& eye : eyes.views)
             if (!(eye.left < eye.right) || !(eye.down < eye.up) || !std::isfinite(eye.position[0]))

@@ -90,7 +90,7 @@ TEST_CASE("T22, T23: upstream's cameras.json: camera-to-world rotation, source s
 
 TEST_CASE("our trajectory: positions, translations, lenses, defaults")
 {
-    TrajectoryEyes eyes;
+    TrajectoryFacts eyes;
     eyes.ipd = -1;
     eyes.views.resize(1);
     (void)parseCameraFile(kTrajectory, "f.json", &eyes);
@@ -118,7 +118,7 @@ TEST_CASE("our trajectory: eyes as OpenXR describes them")
         "pose": {"position": [-0.032, 0.001, 0.002], "rotation": [[0, 0, 1], [1, 0, 0], [0, 1, 0]]}})";
     const std::string one = with(kTrajectory, "\"fps\": 30", "\"views\": [" + eye + "]");
     const std::string two = with(kTrajectory, "\"fps\": 30", "\"views\": [" + eye + ", " + eye + "]");
-    TrajectoryEyes eyes;
+    TrajectoryFacts eyes;
     CHECK(parseCameraFile(two, "f.json", &eyes).size() == 2);
     CHECK(eyes.views.size() == 2);
     CHECK(parseCameraFile(one, "f.json", &eyes).size() == 2);

@@ -7,6 +7,10 @@ if(TARGET gsc_player)
   gsc_add_test(test_out_pattern SOURCES player/test_out_pattern.cpp LIBS gsc_player)
   gsc_add_test(test_play_options SOURCES player/test_play_options.cpp LIBS gsc_player)
   gsc_add_test(test_roofline SOURCES player/test_roofline.cpp LIBS gsc_player)
+  gsc_add_test(test_accuracy SOURCES player/test_accuracy.cpp LIBS gsc_player nlohmann_json::nlohmann_json)
+  gsc_add_test(test_sweep_config SOURCES player/test_sweep_config.cpp LIBS gsc_player nlohmann_json::nlohmann_json)
+  gsc_add_test(test_runner SOURCES player/test_runner.cpp LIBS gsc_player)
+  gsc_add_test(test_run_rows SOURCES player/test_run_rows.cpp LIBS gsc_player nlohmann_json::nlohmann_json)
 
   add_executable(write_bench_report player/write_bench_report.cpp)
   target_link_libraries(write_bench_report PRIVATE gsc_player gsc_build_flags)
@@ -20,9 +24,11 @@ if(TARGET gsc_player)
   add_test(NAME test_play_cli
            COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/test_play_cli.py ${PROJECT_SOURCE_DIR}
                    $<TARGET_FILE:gsc-play> $<TARGET_FILE:write_tiny_gsc> $<TARGET_FILE:write_bench_report>)
+  add_test(NAME test_sweep_cli COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/test_sweep_cli.py
+                                       ${PROJECT_SOURCE_DIR} $<TARGET_FILE:gsc-play> $<TARGET_FILE:write_tiny_gsc>)
   add_test(NAME test_layers COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/package/check_package.py
                                     ${PROJECT_SOURCE_DIR} ${CMAKE_COMMAND} layers)
-  set_tests_properties(test_play_cli test_layers PROPERTIES LABELS cpu TIMEOUT 120)
+  set_tests_properties(test_play_cli test_sweep_cli test_layers PROPERTIES LABELS cpu TIMEOUT 120)
   add_test(NAME test_package
            COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/package/check_package.py ${PROJECT_SOURCE_DIR}
                    ${CMAKE_COMMAND} lean $<TARGET_FILE:write_tiny_gsc>)

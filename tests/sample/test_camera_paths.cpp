@@ -33,7 +33,7 @@ Poses readPoses(const std::string& path)
 {
     CAPTURE(path);
     Poses poses;
-    TrajectoryEyes eyes;
+    TrajectoryFacts eyes;
     const std::vector<Camera> cameras = readCameraFile(path, &eyes);
     poses.ipd = eyes.ipd;
     CHECK(cameras.size() >= 40);

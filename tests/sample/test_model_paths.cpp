@@ -45,7 +45,7 @@ Frames readFrames(const std::string& file, double metre)
     Frames frames;
     frames.metre = metre;
     size_t wrong = 0;
-    TrajectoryEyes eyes;
+    TrajectoryFacts eyes;
     for (const Camera& c : readCameraFile(file, &eyes)) {
         const double* r = c.rotation;
         const double* t = c.translation;

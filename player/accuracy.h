@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// A run's images against the exact ones of the same poses: by themselves and from frame to frame.
+#pragma once
+
+#include "runtime/metrics/metrics.h"
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <cstdint>
+#include <vector>
+
+namespace gsc {
+
+struct ScoreOptions {
+    uint32_t ssim_every = 0, flip_every = 0; // frames: 1 = each, 0 = none; both cost more than a frame
+};
+
+// Every eye of every frame is an image. PSNR is +inf for equal images.
+struct Accuracy {
+    uint64_t images = 0;
+    double psnr_pooled = 0, psnr_p1 = 0, psnr_min = 0; // p1: first percentile by nearest rank
+    uint64_t psnr_min_frame = 0;
+    double max_error = 0;
+    uint64_t over_1_255 = 0; // pixels, of all images
+
+    struct Sampled {
+        double mean = 0, worst = 0; // worst: least SSIM, most FLIP
+        uint64_t frames = 0;        // scored; 0 = the others mean nothing
+    } ssim, flip;
+
+    // rms over pixels and channels of the change of the error image since the frame before: what flickers or pops in
+    // the run and does not in the exact path.
+    struct Temporal {
+        uint64_t images = 0; // that have a frame before them of their size; 0 = the others mean nothing
+        double rms = 0, p50 = 0, p99 = 0, max = 0;
+        uint64_t max_frame = 0;
+    } temporal;
+
+    // Of the worse eye, per frame; temporal is NaN where there is none.
+    std::vector<double> frame_psnr, frame_temporal;
+};
+
+class Scorer {
+public:
+    explicit Scorer(const ScoreOptions& options) : m_options(options) {}
+
+    // Precondition: frames come in order from 0, each with the same eyes, `image` and `exact` of one size.
+    void add(uint64_t frame, uint32_t eye, const ImageView& image, const ImageView& exact);
+
+    [[nodiscard]] Accuracy result() const;
+
+private:
+    struct ErrorImage {
+        uint32_t width = 0, height = 0;
+        std::vector<float> values;
+    };
+
+    // rms of the change since the last call for this eye, NaN if there was none of this size.
+    double change(uint32_t eye, const ImageView& image, const ImageView& exact);
+
+    ScoreOptions m_options;
+    Accuracy m_sums; // what grows image by image
+    double m_mse = 0, m_ssim = 0, m_flip = 0, m_change2 = 0;
+    uint64_t m_ssim_images = 0, m_flip_images = 0;
+    std::vector<double> m_psnr, m_changes; // per image
+    std::vector<ErrorImage> m_last;        // per eye
+};
+
+// null for equal images, -999 where a pixel is not finite.
+nlohmann::ordered_json psnrJson(double psnr);
+
+// "accuracy" of schemas/run.schema.json.
+nlohmann::ordered_json accuracyJson(const Accuracy& accuracy);
+
+} // namespace gsc

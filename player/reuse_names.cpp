@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/reuse_names.h"
+
+namespace gsc {
+
+namespace {
+
+template <typename Value>
+const char* nameIn(const std::map<std::string, Value>& names, Value value)
+{
+    for (const auto& [name, entry] : names)
+        if (entry == value)
+            return name.c_str();
+    return "unknown";
+}
+
+} // namespace
+
+const std::map<std::string, ReusePolicy>& reusePolicies()
+{
+    static const std::map<std::string, ReusePolicy> names = {
+        {"none", ReusePolicy::None}, {"depth", ReusePolicy::Depth}, {"error", ReusePolicy::Error}};
+    return names;
+}
+
+const std::map<std::string, DepthGuidance>& depthGuidances()
+{
+    static const std::map<std::string, DepthGuidance> names = {{"linear", DepthGuidance::Linear},
+                                                               {"exponential", DepthGuidance::Exponential},
+                                                               {"staged", DepthGuidance::Staged}};
+    return names;
+}
+
+const char* policyName(ReusePolicy policy)
+{
+    return nameIn(reusePolicies(), policy);
+}
+
+const char* guidanceName(DepthGuidance guidance)
+{
+    return nameIn(depthGuidances(), guidance);
+}
+
+} // namespace gsc

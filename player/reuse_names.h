@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// What may be kept between frames, as command lines, sweeps and reports name it.
+#pragma once
+
+#include "kernels/common/frame_types.h"
+
+#include <map>
+#include <string>
+
+namespace gsc {
+
+constexpr uint32_t kMaxReuseDepth = 1000000; // frames
+constexpr double kMaxReuseBound = 255;       // 1/255: the whole range
+constexpr double kMaxLodBias = 16;           // levels, either way
+
+const std::map<std::string, ReusePolicy>& reusePolicies();
+const std::map<std::string, DepthGuidance>& depthGuidances();
+const char* policyName(ReusePolicy policy);
+const char* guidanceName(DepthGuidance guidance);
+
+} // namespace gsc

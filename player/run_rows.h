@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// The file that a sweep writes: rows of schemas/run.schema.json, one per line, and what a killed run left of it.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+namespace gsc {
+
+// Rows that a file already has, by config.id.
+class RunRows {
+public:
+    // A last line without an end is what a killed run left behind; `cut_off` then says so and is empty otherwise. The
+    // file is not changed. A missing file has no rows. Throws Error: InvalidFile
+    // for a line that is no row, so that no other file is added to; Io.
+    explicit RunRows(const std::string& path, std::string& cut_off);
+
+    [[nodiscard]] const nlohmann::ordered_json* find(const std::string& id) const;
+    void insert(nlohmann::ordered_json row);
+
+    // Adds a line behind the last whole one; where that fails the file has what it had. Throws Error(Io).
+    void append(const nlohmann::ordered_json& row);
+
+private:
+    std::string m_path;
+    uint64_t m_bytes = 0; // of whole lines
+    std::map<std::string, nlohmann::ordered_json> m_rows;
+};
+
+} // namespace gsc

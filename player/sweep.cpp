@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/sweep.h"
+
+#include "format/error.h"
+#include "format/output_paths.h"
+#include "player/measurer.h"
+#include "player/report_parts.h"
+#include "player/run_row.h"
+#include "player/run_rows.h"
+#include "player/sweep_config.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <numbers>
+
+#include <unistd.h>
+
+namespace gsc {
+
+namespace {
+
+RunConfig baseRun(const PlayOptions& options)
+{
+    RunConfig run;
+    run.backend = options.backend;
+    run.tier = options.tier;
+    run.lod_bias = options.lod_bias;
+    run.reuse = options.reuse;
+    return run;
+}
+
+std::vector<std::string> backendNames()
+{
+    std::vector<std::string> names;
+    for (const BackendInfo& backend : availableBackends())
+        names.push_back(backend.name);
+    return names;
+}
+
+PlayOptions withFrames(PlayOptions options, const SweepConfig& config)
+{
+    if (config.width > 0) {
+        options.width = config.width;
+        options.height = config.height;
+    }
+    if (config.fov_degrees > 0)
+        options.fov_x = config.fov_degrees * std::numbers::pi / 180;
+    if (config.eyes > 0)
+        options.eyes = config.eyes;
+    if (config.frames > 0)
+        options.frame_end = config.frames;
+    return options;
+}
+
+std::string resolved(const std::string& config_file, const std::string& trajectory)
+{
+    return trajectory == "stored" ? trajectory
+                                  : (std::filesystem::path(config_file).parent_path() / trajectory).string();
+}
+
+void checkOut(const BenchOptions& options, const SweepConfig& config)
+{
+    if (options.out.empty())
+        return;
+    std::vector<NamedPath> inputs = {{options.play.input, "the model"}, {options.sweep, "the file of --sweep"}};
+    for (const std::string& trajectory : config.trajectories)
+        if (trajectory != "stored")
+            inputs.push_back({resolved(options.sweep, trajectory), "a camera file"});
+    const NamedPath out{options.out, "--out"};
+    checkOutputsDiffer(std::span(&out, 1), inputs);
+    checkRegularOrAbsent(options.out);
+    // found out now, not after the first run
+    const std::filesystem::path folder = std::filesystem::path(options.out).parent_path();
+    std::error_code code;
+    const bool exists = std::filesystem::exists(options.out, code);
+    const std::string place = exists ? options.out : folder.empty() ? "." : folder.string();
+    if (access(place.c_str(), W_OK) != 0)
+        throw Error(ErrorCode::Io, formatString("%s: cannot be written (%s), expected a place for rows; check the path "
+                                                "of --out and its rights",
+                                                options.out.c_str(), std::strerror(errno)));
+}
+
+// Anchors that a run decoded per frame and eye, rounded, at least one.
+uint64_t meanDecodes(const OrderedJson& row)
+{
+    double sum = 0;
+    const OrderedJson& decoded = row.at("per_frame").at("decoded");
+    for (const OrderedJson& count : decoded)
+        sum += count.get<double>();
+    const double mean = sum / double(decoded.size()) / row.at("config").at("eyes").get<double>();
+    return uint64_t(std::clamp(std::round(mean), 1.0, 1e15));
+}
+
+class Sweep {
+public:
+    Sweep(const BenchOptions& options, const SweepConfig& config, PlayLog& log)
+        : m_config(config), m_log(log), m_scene(Scene::open(options.play.input, options.play.verify)),
+          m_rows(options.out, m_cut_off)
+    {
+        m_context.options = withFrames(options.play, config);
+        for (const std::string& trajectory : config.trajectories) {
+            PlayOptions reading = m_context.options;
+            reading.cameras = resolved(options.sweep, trajectory);
+            m_paths.push_back(openPath(*m_scene, reading, trajectory, log));
+        }
+        m_context.label = options.label;
+        m_context.file_bytes = m_scene->bytes();
+        m_context.anchors = m_scene->anchorCount();
+        m_context.file_hash = fileHash(options.play.input);
+        m_context.warmup = config.warmup;
+        m_context.score = config.score;
+        m_measurer = std::make_unique<Measurer>(*m_scene, m_context.options, options.reference, log);
+        if (!m_cut_off.empty())
+            log.warning(m_cut_off);
+        m_runs = expandRuns(config);
+        for (RunConfig& run : m_runs)
+            run.backend = m_measurer->nameOf(run.backend);
+        for (const Path& path : m_paths)
+            m_total += path.shots.size() * m_runs.size();
+    }
+
+    void runAll(const std::function<void(const OrderedJson&)>& show)
+    {
+        for (const Path& path : m_paths)
+            for (const RunConfig& run : m_runs) {
+                m_log.setPart(
+                    formatString("run %zu/%zu %s", m_runs_done + 1, m_paths.size() * m_runs.size(), path.name.c_str()));
+                show(rowOf(path, run));
+                ++m_runs_done;
+            }
+        if (m_found > 0)
+            m_log.tell(formatString("%zu of %zu runs were in the file already", m_found, m_runs_done));
+    }
+
+    // What Ctrl-C left.
+    [[nodiscard]] std::string state(const std::string& out) const
+    {
+        return formatString(
+            "interrupted: %zu of %zu runs are done%s", m_runs_done, m_paths.size() * m_runs.size(),
+            out.empty() ? "" : (" and in " + out + ", all complete; the same command goes on there").c_str());
+    }
+
+private:
+    OrderedJson rowOf(const Path& path, RunConfig run)
+    {
+        m_context.reference = m_measurer->referenceOf(run.backend);
+        if (run.match_budget) {
+            const RunConfig depth = depthRunOf(m_config, run);
+            const OrderedJson* row = m_rows.find(configOf(path, depth).at("id").get<std::string>());
+            if (!row) // expandRuns() put it first
+                throw Error(ErrorCode::Internal, "sweep: no run to take the decode budget \"match\" from");
+            run.reuse.decode_budget = meanDecodes(*row);
+            run.match_budget = false;
+        }
+        OrderedJson config = configOf(path, run);
+        const uint64_t frames = path.shots.size();
+        if (const OrderedJson* row = m_rows.find(config.at("id").get<std::string>())) {
+            ++m_found;
+            m_frames_done += frames;
+            return *row;
+        }
+        FrameOptions frame = frameOptions(*m_scene, m_context.options);
+        frame.tier = run.tier;
+        frame.lod_bias = float(run.lod_bias);
+        frame.reuse = run.reuse;
+        const RunResult result = m_measurer->run(path, run.backend, frame, m_config.score,
+                                                 [&](uint64_t done) { m_log.progress(m_frames_done + done, m_total); });
+        m_frames_done += frames;
+        OrderedJson row = runRowJson(m_context, std::move(config), run, result);
+        m_rows.append(row);
+        return row;
+    }
+
+    [[nodiscard]] OrderedJson configOf(const Path& path, const RunConfig& run) const
+    {
+        return runConfigJson(m_context, path, run);
+    }
+
+    const SweepConfig& m_config;
+    PlayLog& m_log;
+    std::unique_ptr<Scene> m_scene;
+    std::string m_cut_off;
+    RunRows m_rows;
+    RunContext m_context;
+    std::vector<Path> m_paths;
+    std::unique_ptr<Measurer> m_measurer;
+    std::vector<RunConfig> m_runs;
+    uint64_t m_total = 0, m_frames_done = 0; // frames
+    size_t m_runs_done = 0, m_found = 0;
+};
+
+} // namespace
+
+void sweep(const BenchOptions& options, PlayLog& log, const std::function<void(const OrderedJson&)>& show)
+{
+    const SweepConfig config = readSweepConfig(options.sweep, baseRun(options.play), backendNames());
+    checkOut(options, config);
+    Sweep run(options, config, log);
+    try {
+        run.runAll(show);
+    } catch (const Error& e) {
+        if (e.code() != ErrorCode::Interrupted)
+            throw;
+        throw Error(ErrorCode::Interrupted, run.state(options.out));
+    }
+}
+
+} // namespace gsc

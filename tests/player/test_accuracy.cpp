@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scores of a run against values worked out by hand.
+#include "player/accuracy.h"
+
+#include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+using namespace gsc;
+
+namespace {
+
+// 2 x 1 pixels, all six values the same.
+struct Flat {
+    explicit Flat(float value, uint32_t image_width = 2) : pixels(3 * size_t(image_width), value), width(image_width) {}
+    [[nodiscard]] ImageView view() const { return {pixels.data(), width, 1}; }
+    std::vector<float> pixels;
+    uint32_t width;
+};
+
+// One eye; frame i of the run is `run[i]` everywhere, of the exact path `exact[i]`.
+Accuracy scoreFlat(const std::vector<float>& run, const std::vector<float>& exact, ScoreOptions options = {})
+{
+    Scorer scorer(options);
+    for (size_t i = 0; i < run.size(); ++i)
+        scorer.add(i, 0, Flat(run[i]).view(), Flat(exact[i]).view());
+    return scorer.result();
+}
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+} // namespace
+
+TEST_CASE("pooled, worst and first percentile")
+{
+    const Accuracy a = scoreFlat({0.5f, 0.6f, 0.51f}, {0.5f, 0.5f, 0.5f}); // errors 0, 0.1, 0.01
+    CHECK(a.images == 3);
+    CHECK(a.psnr_pooled == doctest::Approx(-10 * std::log10((0.01 + 0.0001) / 3)).epsilon(1e-5));
+    CHECK(a.psnr_min == doctest::Approx(20).epsilon(1e-5));
+    CHECK(a.psnr_min_frame == 1);
+    CHECK(a.psnr_p1 == a.psnr_min); // nearest rank of three values
+    CHECK(a.max_error == doctest::Approx(0.1).epsilon(1e-5));
+    CHECK(a.over_1_255 == 4); // both pixels of two images
+    REQUIRE(a.frame_psnr.size() == 3);
+    CHECK(a.frame_psnr[0] == kInfinity);
+    CHECK(a.frame_psnr[2] == doctest::Approx(40).epsilon(1e-5));
+    CHECK(a.ssim.frames == 0);
+    CHECK(a.flip.frames == 0);
+}
+
+TEST_CASE("the first percentile of 200 images is the second worst")
+{
+    std::vector<float> run(200, 0.501f);
+    run[7] = 0.6f;
+    run[130] = 0.55f;
+    run[131] = 0.52f;
+    const Accuracy a = scoreFlat(run, std::vector<float>(200, 0.5f));
+    CHECK(a.psnr_min == doctest::Approx(20).epsilon(1e-5));
+    CHECK(a.psnr_p1 == doctest::Approx(-20 * std::log10(0.05)).epsilon(1e-5));
+}
+
+TEST_CASE("temporal error is the change of the error, not of the picture")
+{
+    // errors 0.1, 0.1, 0.3, 0: changes 0, 0.2, 0.3 while the exact path moves by much more
+    const Accuracy a = scoreFlat({0.1f, 0.6f, 1.2f, 0.2f}, {0.0f, 0.5f, 0.9f, 0.2f});
+    REQUIRE(a.temporal.images == 3);
+    CHECK(a.temporal.rms == doctest::Approx(std::sqrt((0.04 + 0.09) / 3)).epsilon(1e-5));
+    CHECK(a.temporal.p50 == doctest::Approx(0.2).epsilon(1e-5));
+    CHECK(a.temporal.p99 == doctest::Approx(0.3).epsilon(1e-5));
+    CHECK(a.temporal.max == doctest::Approx(0.3).epsilon(1e-5));
+    CHECK(a.temporal.max_frame == 3);
+    REQUIRE(a.frame_temporal.size() == 4);
+    CHECK(std::isnan(a.frame_temporal[0]));
+    CHECK(a.frame_temporal[1] == doctest::Approx(0).epsilon(1e-6));
+}
+
+TEST_CASE("a change in one of six values")
+{
+    Scorer scorer({});
+    const Flat exact(0.5f);
+    Flat run(0.5f);
+    scorer.add(0, 0, run.view(), exact.view());
+    run.pixels[4] = 0.9f;
+    scorer.add(1, 0, run.view(), exact.view());
+    CHECK(scorer.result().temporal.max == doctest::Approx(0.4 / std::sqrt(6)).epsilon(1e-5));
+}
+
+TEST_CASE("two eyes: each is an image, a frame is its worse one")
+{
+    Scorer scorer({1, 1});
+    const Flat exact(0.5f);
+    const float left[] = {0.6f, 0.5f}, right[] = {0.51f, 0.7f};
+    for (uint64_t frame = 0; frame < 2; ++frame) {
+        scorer.add(frame, 0, Flat(left[frame]).view(), exact.view());
+        scorer.add(frame, 1, Flat(right[frame]).view(), exact.view());
+    }
+    const Accuracy a = scorer.result();
+    CHECK(a.images == 4);
+    CHECK(a.frame_psnr.size() == 2);
+    CHECK(a.frame_psnr[0] == doctest::Approx(20).epsilon(1e-5));
+    CHECK(a.frame_psnr[1] == doctest::Approx(-20 * std::log10(0.2)).epsilon(1e-5));
+    CHECK(a.temporal.images == 2);
+    CHECK(a.frame_temporal[1] == doctest::Approx(0.19).epsilon(1e-5));
+    CHECK(a.ssim.frames == 2);
+    CHECK(a.flip.frames == 2);
+    CHECK(a.flip.worst >= a.flip.mean);
+    CHECK(a.ssim.worst <= a.ssim.mean);
+    CHECK(a.ssim.mean < 1);
+    CHECK(a.flip.mean > 0);
+}
+
+TEST_CASE("every nth frame, frames of another size, nothing at all")
+{
+    const std::vector<float> flat(7, 0.5f);
+    const Accuracy sampled = scoreFlat(flat, flat, {3, 5});
+    CHECK(sampled.ssim.frames == 3); // 0, 3, 6
+    CHECK(sampled.flip.frames == 2); // 0, 5
+    CHECK(sampled.ssim.mean == doctest::Approx(1));
+    CHECK(sampled.flip.mean == 0);
+
+    Scorer scorer({});
+    for (uint64_t frame = 0; frame < 3; ++frame)
+        scorer.add(frame, 0, Flat(0.5f, uint32_t(2 + frame)).view(), Flat(0.4f, uint32_t(2 + frame)).view());
+    CHECK(scorer.result().temporal.images == 0);
+    CHECK(accuracyJson(scorer.result())["temporal"].is_null());
+    CHECK(Scorer({}).result().images == 0);
+}
+
+TEST_CASE("equal is null, not finite is as bad as can be")
+{
+    const nlohmann::ordered_json equal = accuracyJson(scoreFlat({0.5f, 0.5f}, {0.5f, 0.5f}));
+    CHECK(equal["psnr"]["pooled"].is_null());
+    CHECK(equal["psnr"]["min"].is_null());
+    CHECK(equal["temporal"]["max"] == 0);
+    CHECK(equal["ssim"].is_null());
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    const nlohmann::ordered_json broken = accuracyJson(scoreFlat({0.5f, nan, 0.5f}, {0.5f, 0.5f, 0.5f}, {1, 1}));
+    CHECK(broken["psnr"]["pooled"] == -999);
+    CHECK(broken["psnr"]["min_frame"] == 1);
+    CHECK(broken["max_error"] == 1e30);
+    CHECK(broken["temporal"]["max"] == 1e30);
+    CHECK(broken["ssim"]["mean"] == 0);
+    CHECK(broken["flip"]["max"] > 0.1);
+    CHECK(broken["over_1_255"] == 2);
+}

@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+// The file of a sweep that was stopped, the id of a run, and bounds of stability.
+#include "player/run_rows.h"
+
+#include "format/error.h"
+#include "player/report_parts.h"
+#include "player/run_row.h"
+#include "player/stability.h"
+
+#include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <sstream>
+#include <string>
+
+#include <unistd.h>
+
+using namespace gsc;
+
+namespace {
+
+// A file that goes away with the object.
+class TempFile {
+public:
+    explicit TempFile(const std::string& content)
+        : m_path((std::filesystem::temp_directory_path() / ("gsc_rows_" + std::to_string(getpid()))).string())
+    {
+        std::ofstream(m_path, std::ios::binary) << content;
+    }
+    ~TempFile() { (void)std::remove(m_path.c_str()); }
+    TempFile(const TempFile&) = delete;
+    TempFile& operator=(const TempFile&) = delete;
+
+    [[nodiscard]] const std::string& path() const { return m_path; }
+    [[nodiscard]] std::string content() const
+    {
+        std::ifstream stream(m_path, std::ios::binary);
+        std::ostringstream text;
+        text << stream.rdbuf();
+        return text.str();
+    }
+
+private:
+    std::string m_path;
+};
+
+Path onePath()
+{
+    Path path;
+    path.name = "walk";
+    path.cameras = "paths/walk.json";
+    Shot shot;
+    shot.camera.rotation[0] = shot.camera.rotation[4] = shot.camera.rotation[8] = 1;
+    shot.camera.fov_x = shot.camera.fov_y = 1;
+    shot.camera.width = shot.camera.height = 8;
+    path.shots = {shot, shot, shot};
+    return path;
+}
+
+RunResult someResult()
+{
+    RunResult result;
+    result.frames.resize(3);
+    for (size_t i = 0; i < 3; ++i) {
+        RunFrame& frame = result.frames[i];
+        frame.wall_ms = double(i + 1);
+        frame.result.eyes[0].anchors_decoded = 100 - 40 * i; // 100, 60, 20
+        frame.result.eyes[0].anchors_reused = 40 * i;        // 0, 40, 80
+        frame.result.eyes[0].groups_tested = 5;
+        frame.result.eyes[0].anchors_overdue = i;
+        frame.result.groups_kept = 15;
+        frame.result.order_moves = 3 * i;
+        frame.result.cache_bytes = 1000 * i;
+        frame.result.cache_evictions = i;
+    }
+    result.accuracy.images = 3;
+    result.accuracy.psnr_min = 55;
+    result.accuracy.frame_psnr = {std::numeric_limits<double>::infinity(), 55, 60};
+    result.accuracy.frame_temporal = {std::numeric_limits<double>::quiet_NaN(), 0.5, 0.25};
+    result.accuracy.temporal = {2, 0.4, 0.25, 0.5, 0.5, 1};
+    return result;
+}
+
+RunContext someContext()
+{
+    RunContext context;
+    context.options.input = "m.gsc";
+    context.file_bytes = context.anchors = 1;
+    context.file_hash = 77;
+    context.warmup = 1;
+    context.reference = "cpu";
+    return context;
+}
+
+OrderedJson someRow(const RunConfig& run)
+{
+    const RunContext context = someContext();
+    return runRowJson(context, runConfigJson(context, onePath(), run), run, someResult());
+}
+
+RunConfig errorRun(float bound)
+{
+    RunConfig run;
+    run.backend = "cpu";
+    run.reuse.policy = ReusePolicy::Error;
+    run.reuse.bound = bound;
+    return run;
+}
+
+std::string idOf(const RunContext& context, const Path& path, const RunConfig& run)
+{
+    return runConfigJson(context, path, run).at("id").get<std::string>();
+}
+
+ErrorCode openError(const std::string& path)
+{
+    try {
+        std::string cut_off;
+        const RunRows rows(path, cut_off);
+    } catch (const Error& e) {
+        return e.code();
+    }
+    return ErrorCode::Ok;
+}
+
+} // namespace
+
+TEST_CASE("the numbers of a row")
+{
+    RunConfig run = errorRun(1);
+    run.reuse.cut = true;
+    const OrderedJson row = someRow(run);
+    CHECK(row["ms"]["wall"]["mean"] == 2.5); // without the first frame
+    CHECK(row["per_frame"]["wall_ms"] == OrderedJson{1.0, 2.0, 3.0});
+    CHECK(row["reuse"]["decoded_per_frame"]["mean"] == 60); // with it
+    CHECK(row["reuse"]["hit_rate"] == 0.4);                 // 120 / (120 + 180)
+    CHECK(row["reuse"]["overdue"] == 3);
+    CHECK(row["reuse"]["evictions"] == 3);
+    CHECK(row["reuse"]["cache_bytes"] == 2000);
+    CHECK(row["reuse"]["cut_hit_rate"] == 0.75); // 45 / (45 + 15)
+    CHECK(row["reuse"]["order_moves_per_frame"].is_null());
+    CHECK(row["per_frame"]["psnr"] == OrderedJson{nullptr, 55.0, 60.0});
+    CHECK(row["per_frame"]["temporal"] == OrderedJson{nullptr, 0.5, 0.25});
+    CHECK(row["per_frame"]["decoded"] == OrderedJson{100, 60, 20});
+    const std::string line = runTableLine(row);
+    for (const char* word : {"walk", "cpu", "error 1 cut", "55.00", "40.0"})
+        CHECK(line.find(word) != std::string::npos);
+    // more warm-up than frames leaves the last
+    CHECK(timesJson(someResult().frames, 9)["wall"]["mean"] == 3);
+}
+
+TEST_CASE("an id is of everything that changes a result and of nothing else")
+{
+    const RunContext context = someContext();
+    const Path path = onePath();
+    const std::string id = idOf(context, path, errorRun(1));
+    CHECK(id.size() == 16);
+    CHECK(idOf(context, path, errorRun(1)) == id);
+    CHECK(idOf(context, path, errorRun(2)) != id);
+    Path moved = path;
+    moved.shots[2].camera.translation[1] = 1e-3;
+    CHECK(idOf(context, moved, errorRun(1)) != id);
+    Path renamed = path;
+    renamed.cameras = "elsewhere/walk.json";
+    CHECK(idOf(context, renamed, errorRun(1)) == id);
+    RunContext labelled = context;
+    labelled.label = "again";
+    labelled.options.input = "other/m.gsc";
+    CHECK(idOf(labelled, path, errorRun(1)) == id);
+    RunContext other = context;
+    other.file_hash = 78;
+    CHECK(idOf(other, path, errorRun(1)) != id);
+    other = context;
+    other.options.near_z = 0.5;
+    CHECK(idOf(other, path, errorRun(1)) != id);
+    other = context;
+    other.reference = "cpu-reference";
+    CHECK(idOf(other, path, errorRun(1)) != id);
+}
+
+TEST_CASE("rows are found again, a half-written one is cut off when the next comes")
+{
+    const OrderedJson first = someRow(errorRun(1)), second = someRow(errorRun(2));
+    const std::string whole = dumpJson(first) + "\n";
+    for (const size_t left : {size_t(1), size_t(10), size_t(300), dumpJson(second).size()}) {
+        const TempFile file(whole + dumpJson(second).substr(0, left));
+        std::string cut_off;
+        RunRows rows(file.path(), cut_off);
+        CHECK(cut_off.find("line 2 is half-written") != std::string::npos);
+        REQUIRE(rows.find(first["config"]["id"].get<std::string>()) != nullptr);
+        CHECK(*rows.find(first["config"]["id"].get<std::string>()) == first);
+        CHECK(rows.find(second["config"]["id"].get<std::string>()) == nullptr);
+        CHECK(file.content().size() == whole.size() + left); // nothing is lost before there is more
+        rows.append(second);
+        CHECK(file.content() == whole + dumpJson(second) + "\n");
+        CHECK(rows.find(second["config"]["id"].get<std::string>()) != nullptr);
+    }
+}
+
+TEST_CASE("whole, empty and missing files say nothing")
+{
+    std::string cut_off = "x";
+    const TempFile whole(dumpJson(someRow(errorRun(1))) + "\n");
+    CHECK(RunRows(whole.path(), cut_off).find("0") == nullptr);
+    CHECK(cut_off.empty());
+    CHECK(openError(whole.path() + "none") == ErrorCode::Ok);
+    CHECK(openError("") == ErrorCode::Ok);
+    const TempFile empty("");
+    CHECK(openError(empty.path()) == ErrorCode::Ok);
+}
+
+TEST_CASE("a file of something else is left alone")
+{
+    OrderedJson bare = someRow(errorRun(1));
+    bare["per_frame"].erase("decoded");
+    OrderedJson no_time = someRow(errorRun(1));
+    no_time.erase("ms");
+    for (const std::string& content :
+         {std::string("precious notes"), std::string("precious\n"), std::string(R"({"schema":"gsc.bench/1"})") + "\n",
+          std::string(R"({"schema":"gsc.bench)"), std::string("\n"), dumpJson(bare) + "\n", dumpJson(no_time) + "\n",
+          std::string(R"({"schema":"gsc.run/1"})") + "\n"}) {
+        CAPTURE(content);
+        const TempFile file(content);
+        CHECK(openError(file.path()) == ErrorCode::InvalidFile);
+        CHECK(file.content() == content);
+    }
+}
+
+TEST_CASE("bounds of stability")
+{
+    StabilityOptions options;
+    options.warmup = 0;
+    options.bound_p99 = 1.5;
+    const RunResult run = someResult(); // 55 dB, temporal 0.5 against a median of 0.25, 3 ms against 2
+    std::vector<Verdict> verdicts = judge(options, run);
+    REQUIRE(verdicts.size() == 3);
+    CHECK(verdicts[0].value == 55);
+    CHECK(verdicts[1].value == 2);
+    CHECK(verdicts[1].frame == 1);
+    CHECK(verdicts[2].value == 1.5);
+    CHECK(verdicts[2].frame == 2);
+    for (const Verdict& verdict : verdicts)
+        CHECK(verdict.passed); // each on its bound
+    options.bound_psnr = 55.1;
+    options.bound_temporal = 1.9;
+    options.bound_p99 = 1.4;
+    for (const Verdict& verdict : judge(options, run))
+        CHECK_FALSE(verdict.passed);
+    options.bound_psnr = options.bound_temporal = options.bound_p99 = 0;
+    CHECK(judge(options, run).empty());
+}
+
+TEST_CASE("rounding is no flicker, and a run that is not finite passes nothing")
+{
+    StabilityOptions options;
+    RunResult run = someResult();
+    run.accuracy.temporal = {2, 1e-7, 0, 1e-6, 1e-6, 1};
+    CHECK(judge(options, run)[1].passed);
+    run.accuracy.temporal.max = 1e-4;
+    CHECK_FALSE(judge(options, run)[1].passed);
+    run.accuracy.psnr_min = std::numeric_limits<double>::infinity();
+    CHECK(judge(options, run)[0].passed);
+    run.accuracy.psnr_min = -std::numeric_limits<double>::infinity();
+    CHECK_FALSE(judge(options, run)[0].passed);
+    run.accuracy.psnr_min = std::numeric_limits<double>::quiet_NaN();
+    CHECK_FALSE(judge(options, run)[0].passed);
+}

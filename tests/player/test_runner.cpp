@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+// How a run is rendered and scored, with a renderer that tells what it was asked for.
+#include "player/runner.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <vector>
+
+using namespace gsc;
+
+namespace {
+
+class NoScene final : public Scene {
+public:
+    [[nodiscard]] const ModelView& view() const override { return m_view; }
+    [[nodiscard]] const std::string& manifest() const override { return m_manifest; }
+    [[nodiscard]] const std::vector<SceneCamera>& cameras() const override { return m_cameras; }
+    [[nodiscard]] int appearanceRow(int row) const override { return row; }
+    [[nodiscard]] std::vector<uint32_t> appearanceRows() const override { return {}; }
+    [[nodiscard]] uint64_t anchorCount() const override { return 1; }
+    [[nodiscard]] uint64_t bytes() const override { return 1; }
+
+private:
+    ModelView m_view{};
+    std::string m_manifest;
+    std::vector<SceneCamera> m_cameras;
+};
+
+// A frame is grey: its camera's x, and with reuse 0.01 more for each frame since the caches were dropped.
+class GreyBackend final : public Backend {
+public:
+    struct Call {
+        FrameOptions options;
+        bool has_images;
+        float x;
+    };
+
+    explicit GreyBackend(const char* name) : m_name(name) {}
+    [[nodiscard]] const char* name() const override { return m_name; }
+    [[nodiscard]] DeviceFacts device() const override { return {}; }
+    [[nodiscard]] Tier tierOf(Tier asked) const override { return asked; }
+    void load(const ModelView&) override {}
+    void dropCaches() override
+    {
+        m_age = 0;
+        ++drops;
+    }
+    void render(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, float* const* images,
+                FrameResult& result) override
+    {
+        calls.push_back({options, images != nullptr, eyes[0].center[0]});
+        const float off = options.reuse.policy == ReusePolicy::None ? 0 : 0.01f * float(m_age++);
+        for (uint32_t e = 0; images && e < eye_count; ++e)
+            std::fill_n(images[e], size_t(eyes[e].width) * eyes[e].height * 3, eyes[e].center[0] + off);
+        result.eyes[0].anchors_decoded = calls.size();
+    }
+
+    std::vector<Call> calls;
+    int drops = 0;
+
+private:
+    const char* m_name;
+    int m_age = 0;
+};
+
+// Frame i looks from x = 0.1 i.
+Path greyPath(size_t frames)
+{
+    Path path;
+    for (size_t i = 0; i < frames; ++i) {
+        Shot shot;
+        shot.camera.rotation[0] = shot.camera.rotation[4] = shot.camera.rotation[8] = 1;
+        shot.camera.translation[0] = -0.1 * double(i);
+        shot.camera.fov_x = shot.camera.fov_y = 1;
+        shot.camera.width = shot.camera.height = 12;
+        path.shots.push_back(shot);
+    }
+    return path;
+}
+
+FrameOptions reusing()
+{
+    FrameOptions options;
+    options.reuse.policy = ReusePolicy::Error;
+    options.reuse.cut = true;
+    options.lod_bias = -1;
+    options.near_z = 0.5f;
+    return options;
+}
+
+// Errors 0, 0.01, 0.02 whatever came before the run.
+void checkGreyRun(const RunResult& run)
+{
+    REQUIRE(run.accuracy.frame_psnr.size() == 3);
+    CHECK(std::isinf(run.accuracy.frame_psnr[0]));
+    CHECK(run.accuracy.frame_psnr[1] == doctest::Approx(40).epsilon(1e-4));
+    CHECK(run.accuracy.max_error == doctest::Approx(0.02).epsilon(1e-4));
+    CHECK(run.accuracy.temporal.max == doctest::Approx(0.01).epsilon(1e-3));
+    CHECK(run.frames.size() == 3);
+    CHECK(run.tier == Tier::Fast);
+}
+
+} // namespace
+
+TEST_CASE("a renderer on the host: one pass, cold, exact images kept from before")
+{
+    const NoScene scene;
+    const Path path = greyPath(3);
+    GreyBackend backend("cpu");
+    ExactImages exact(scene, path, reusing(), backend);
+    exact.keepAll();
+    REQUIRE(backend.calls.size() == 3);
+    for (const GreyBackend::Call& call : backend.calls) {
+        CHECK(call.options.tier == Tier::Exact);
+        CHECK(call.options.reuse.policy == ReusePolicy::None);
+        CHECK_FALSE(call.options.reuse.cut);
+        CHECK(call.options.lod_bias == 0);
+        CHECK(call.options.near_z == 0.5f); // what is asked for is compared, not another picture
+    }
+    std::vector<uint64_t> done;
+    for (int again = 0; again < 2; ++again) {
+        backend.calls.clear();
+        done.clear();
+        checkGreyRun(
+            measureRun(scene, path, reusing(), backend, exact, {}, [&](uint64_t frames) { done.push_back(frames); }));
+        CHECK(backend.drops == again + 1);
+        REQUIRE(backend.calls.size() == 3);
+        CHECK(backend.calls[2].has_images);
+        CHECK(backend.calls[2].options.reuse.cut);
+        CHECK(backend.calls[2].options.lod_bias == -1);
+        CHECK(backend.calls[2].x == doctest::Approx(0.2));
+        CHECK(done == std::vector<uint64_t>{1, 2, 3});
+    }
+}
+
+TEST_CASE("a device: timed with images left there, then rendered again for the scores")
+{
+    const NoScene scene;
+    const Path path = greyPath(3);
+    GreyBackend backend("cuda");
+    ExactImages exact(scene, path, reusing(), backend);
+    exact.keepAll();
+    backend.calls.clear();
+    const RunResult run = measureRun(scene, path, reusing(), backend, exact, {}, [](uint64_t) {});
+    checkGreyRun(run);
+    REQUIRE(backend.calls.size() == 6);
+    CHECK(backend.drops == 2);
+    CHECK_FALSE(backend.calls[0].has_images);
+    CHECK(backend.calls[3].has_images);
+    CHECK(run.frames[2].result.eyes[0].anchors_decoded == 3); // counts are of the timed pass
+}
+
+TEST_CASE("exact images that are not kept come from a backend of their own")
+{
+    const NoScene scene;
+    const Path path = greyPath(3);
+    GreyBackend measured("cpu"), other("cpu");
+    ExactImages exact(scene, path, reusing(), other);
+    checkGreyRun(measureRun(scene, path, reusing(), measured, exact, {}, [](uint64_t) {}));
+    CHECK(measured.calls.size() == 3);
+    CHECK(other.calls.size() == 3);
+    CHECK(other.drops == 0);
+}
+
+TEST_CASE("a long path is scored in blocks, each frame against its own pose")
+{
+    const NoScene scene;
+    Path path = greyPath(5);
+    for (Shot& shot : path.shots) // two frames to a block of 128 MiB
+        shot.camera.width = shot.camera.height = 2000;
+    path.shots.back().camera.width = 1000;
+    GreyBackend backend("cpu"), other("cpu");
+    ExactImages exact(scene, path, {}, other);
+    const RunResult run = measureRun(scene, path, {}, backend, exact, {}, [](uint64_t) {});
+    CHECK(run.accuracy.images == 5);
+    CHECK(run.accuracy.max_error == 0);
+    CHECK(run.accuracy.temporal.images == 3); // the last has another size
+    CHECK(backend.calls.size() == 5);
+    CHECK(other.calls.size() == 5);
+}
+
+TEST_CASE("what fits")
+{
+    Path path = greyPath(3);
+    const uint64_t bytes = 3 * 12 * 12 * 3 * sizeof(float);
+    CHECK(ExactImages::fit(path, bytes));
+    CHECK_FALSE(ExactImages::fit(path, bytes - 1));
+    path.eye_count = 2;
+    CHECK_FALSE(ExactImages::fit(path, bytes));
+}

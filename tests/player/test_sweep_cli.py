@@ -1,0 +1,284 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""gsc-play bench --sweep and gsc-play stability as a user meets them: rows, resuming, refusals, Ctrl-C, exit codes.
+
+test_sweep_cli.py SOURCE_FOLDER GSC_PLAY WRITE_TINY_GSC
+"""
+
+import json
+import math
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+try:
+    import jsonschema
+except ImportError:  # the schema checks are then left out, and the run says so
+    jsonschema = None
+    print("note: no jsonschema, schemas are not checked", file=sys.stderr)
+
+SOURCE, PLAY, WRITE_TINY = (pathlib.Path(a) for a in sys.argv[1:4])
+
+
+def check_schema(name: str, value) -> None:
+    if jsonschema is not None:
+        schema = json.loads((SOURCE / "schemas" / f"{name}.schema.json").read_text())
+        jsonschema.Draft202012Validator(schema).validate(value)
+
+
+def trajectory(frames: int, **more) -> str:
+    return json.dumps({
+        "schema": "gsc.trajectory/1", **more,
+        "frames": [{"rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "position": [-2, -2, -16 - 0.1 * i], "fov_x": 1.2}
+                   for i in range(frames)]})
+
+
+class SweepTest(unittest.TestCase):
+    def setUp(self) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="gsc_sweep_")
+        self.folder = pathlib.Path(self._folder.name)
+        self.model = self.folder / "model.gsc"
+        subprocess.run([WRITE_TINY, self.model], check=True)
+        (self.folder / "c/paths").mkdir(parents=True)
+        (self.folder / "c/paths/first.json").write_text(trajectory(6, name="walk", ipd=0.1))
+        (self.folder / "c/paths/second.json").write_text(trajectory(8))
+        self.config = self.folder / "c/sweep.json"
+        self.out = self.folder / "runs.jsonl"
+
+    def tearDown(self) -> None:
+        self._folder.cleanup()
+
+    def play(self, *arguments, code: int = 0) -> subprocess.CompletedProcess:
+        run = subprocess.run([str(a) for a in (PLAY, *arguments)], capture_output=True, text=True, cwd=self.folder,
+                             check=False)
+        self.assertEqual(run.returncode, code, f"{arguments}\n{run.stdout}\n{run.stderr}")
+        return run
+
+    def write(self, **config) -> None:
+        config = {"schema": "gsc.sweep/1", "trajectories": ["paths/first.json", "paths/second.json"], "size": [48, 32],
+                  "warmup": 2, **config}
+        self.config.write_text(json.dumps(config))
+
+    def sweep(self, *arguments, **keywords) -> subprocess.CompletedProcess:
+        base = ("bench", self.model, "--sweep", self.config, "--out", self.out, "--progress", "none")
+        return self.play(*base, *(() if "--backend" in arguments else ("--backend", "cpu")), *arguments, **keywords)
+
+    def rows(self) -> list:
+        text = self.out.read_text()
+        self.assertTrue(text.endswith("\n"))
+        return [json.loads(line) for line in text.splitlines()]
+
+    def refused(self, *arguments, code: int, says: str) -> None:
+        before = sorted(self.folder.rglob("*"))
+        run = self.sweep(*arguments, code=code)
+        self.assertIn(says, run.stderr)
+        self.assertEqual(run.stdout, "")
+        self.assertEqual(sorted(self.folder.rglob("*")), before)
+
+    def test_rows(self) -> None:
+        self.write(trajectories=["paths/first.json", "paths/second.json", "stored"], eyes=2, frames=7,
+                   quality={"ssim": 3, "flip": 4},
+                   axes={"policy": ["none", "error"], "bound": [0.5, 2], "cut": [True, False]})
+        check_schema("sweep", json.loads(self.config.read_text()))
+        run = self.sweep("--ipd", "0.2", "--label", "a b", "--format", "json")
+        rows = self.rows()
+        self.assertEqual([json.loads(line) for line in run.stdout.splitlines()], rows)
+        self.assertEqual(len(rows), 3 * 3 * 2)
+        self.assertEqual(len({row["config"]["id"] for row in rows}), len(rows))
+        for row in rows:
+            check_schema("run", row)
+            config, frames = row["config"], row["config"]["frames"]
+            self.assertEqual((row["label"], config["eyes"], config["ipd"], config["size"]), ("a b", 2, 0.2, [48, 32]))
+            for values in row["per_frame"].values():
+                self.assertEqual(len(values), frames)
+            self.assertEqual(row["accuracy"]["ssim"]["frames"], (frames + 2) // 3)
+            self.assertEqual(row["accuracy"]["flip"]["frames"], (frames + 3) // 4)
+            self.assertEqual((config["bound"] is None), config["policy"] == "none")
+            self.assertEqual(row["reuse"]["cut_hit_rate"] is None, not config["cut"])
+            times = sorted(row["per_frame"]["wall_ms"][min(2, frames - 1):])
+            self.assertAlmostEqual(row["ms"]["wall"]["max"], times[-1])
+            self.assertAlmostEqual(row["ms"]["wall"]["median"], times[math.ceil(len(times) / 2) - 1])
+        self.assertEqual([(r["config"]["trajectory"], r["config"]["cameras"], r["config"]["frames"]) for r in rows[::6]],
+                         [("walk", "paths/first.json", 6), ("second", "paths/second.json", 7), ("stored", "stored", 3)])
+
+    def test_accuracy_is_measured(self) -> None:
+        """The scalar reference differs from the fast renderer by rounding: little, but not by nothing."""
+        self.write(axes={"policy": ["none"]})
+        self.sweep("--reference", "cpu-reference")
+        for row in self.rows():
+            self.assertEqual(row["reference"], "cpu-reference")
+            psnr = row["accuracy"]["psnr"]
+            self.assertLess(80, psnr["min"])
+            self.assertLessEqual(psnr["min"], psnr["p1"])
+            self.assertLessEqual(psnr["p1"], psnr["pooled"] + 10)
+            self.assertEqual(psnr["min"], row["per_frame"]["psnr"][psnr["min_frame"]])
+            temporal = [v for v in row["per_frame"]["temporal"] if v is not None]
+            self.assertEqual(len(temporal), row["config"]["frames"] - 1)
+            self.assertEqual(row["accuracy"]["temporal"]["max"], max(temporal))
+            self.assertGreater(row["accuracy"]["temporal"]["rms"], 0)
+            self.assertGreater(row["accuracy"]["max_error"], 0)
+        self.out.unlink()
+        self.sweep()
+        self.assertIsNone(self.rows()[0]["accuracy"]["psnr"]["pooled"])  # equal
+
+    def test_resume(self) -> None:
+        self.write(axes={"policy": ["none", "error"], "bound": [0.5, 1]})
+        first = self.sweep().stdout
+        whole = self.out.read_bytes()
+        lines = whole.splitlines(keepends=True)
+        self.assertEqual(len(lines), 6)
+        again = self.sweep()
+        self.assertEqual(self.out.read_bytes(), whole)
+        self.assertEqual(again.stdout, first)
+        self.assertIn("6 of 6 runs were in the file already", again.stderr)
+        # killed in the middle of the fifth line
+        self.out.write_bytes(b"".join(lines[:4]) + lines[4][:200])
+        run = self.sweep()
+        self.assertIn("line 5 is half-written", run.stderr)
+        self.assertIn("4 of 6 runs were in the file already", run.stderr)
+        rows = self.rows()
+        self.assertEqual(self.out.read_bytes().splitlines(keepends=True)[:4], lines[:4])
+        self.assertEqual([r["config"]["id"] for r in rows], [json.loads(line)["config"]["id"] for line in lines])
+        # a longer sweep adds what is new, other poses and another model are other runs
+        self.write(axes={"policy": ["none", "error"], "bound": [0.5, 1, 2]})
+        self.sweep()
+        self.assertEqual(len(self.rows()), 8)
+        self.write(axes={"policy": ["none"]}, size=[40, 32])
+        self.sweep()
+        self.assertEqual(len(self.rows()), 10)
+        subprocess.run([WRITE_TINY, self.model, "0", "4"], check=True)
+        self.sweep()
+        self.assertEqual(len(self.rows()), 12)
+
+    def test_match(self) -> None:
+        self.write(trajectories=["paths/first.json"], eyes=2,
+                   axes={"policy": ["error"], "max_depth": [6, 9], "decode_budget": ["match"]})
+        self.sweep()
+        depth, error = self.rows()
+        self.assertEqual((depth["config"]["policy"], depth["config"]["max_depth"]), ("depth", 6))
+        self.assertIsNone(depth["config"]["decode_budget"])
+        mean = sum(depth["per_frame"]["decoded"]) / 6 / 2
+        self.assertEqual(error["config"]["decode_budget"], max(1, round(mean)))
+        # the number comes from the file where the run is there
+        doctored = dict(depth)
+        doctored["per_frame"] = {**depth["per_frame"], "decoded": [14] * 6}
+        self.out.write_text(json.dumps(doctored, separators=(",", ":")) + "\n")
+        self.sweep()
+        self.assertEqual(self.rows()[1]["config"]["decode_budget"], 7)
+
+    def test_table(self) -> None:
+        self.write(trajectories=["paths/first.json"], axes={"policy": ["none", "depth"], "max_depth": [4]})
+        run = self.play("bench", self.model, "--sweep", self.config, "--backend", "cpu", "--progress", "plain")
+        header, none, depth = run.stdout.splitlines()
+        for word in ("trajectory", "PSNR", "p99", "flicker"):
+            self.assertIn(word, header)
+        self.assertRegex(none, r"^walk +cpu +none .* equal +equal +equal")
+        self.assertIn("depth 4 lin", depth)
+        self.assertIn("render 12/12 frames, run 2/2 walk", run.stderr)
+        self.assertFalse(self.out.exists())
+
+    def test_refusals(self) -> None:
+        self.write(axes={"policy": ["none", "some"]})
+        self.refused(code=3, says='sweep.json: axes: key "policy[1]" is "some", expected one of')
+        self.write(axes={"bound": []})
+        self.refused(code=3, says='key "bound" is an array of 0, expected an array of at least one value')
+        self.write(trajectories=["paths/none.json"], axes={})
+        self.refused(code=2, says="c/paths/none.json: cannot be opened")
+        self.write(axes={}, eyes=2, trajectories=["paths/second.json"])
+        self.refused(code=1, says="--ipd")
+        self.write(axes={}, size=None)
+        self.refused(code=1, says="--size")
+        self.write(axes={}, size=[40000, 10])
+        self.refused(code=3, says="1 to 32768")
+        self.config.write_text("no JSON")
+        self.refused(code=3, says="expected a sweep")
+        self.config.unlink()
+        self.refused(code=2, says="sweep.json: cannot be read")
+        self.write(axes={})
+        (self.folder / "c/paths/first.json").write_text('{"schema":"gsc.trajectory/1","frames":[]}')
+        self.refused(code=3, says="holds no camera")
+        for option in ("--frames", "--warmup", "--quality", "--shots", "--cameras"):
+            self.refused(option, "3", code=1, says="--sweep")
+
+    def test_outputs_fall_on_nothing(self) -> None:
+        self.write(axes={})
+        for target, code, says in ((self.model, 1, "overwrite the model"), (self.config, 1, "the file of --sweep"),
+                                   (self.folder / "c/paths/second.json", 1, "overwrite a camera file"),
+                                   (self.folder, 2, "is a folder")):
+            self.out = target
+            self.refused(code=code, says=says)
+        self.out = self.folder / "notes.txt"
+        for text in ("precious", "precious\n", '{"schema":"gsc.bench/1"}\n'):
+            self.out.write_text(text)
+            self.refused(code=3, says="line 1 is no row of a sweep")
+            self.assertEqual(self.out.read_text(), text)
+        self.out = self.folder / "none/runs.jsonl"
+        self.refused(code=2, says="none/runs.jsonl: cannot be written")
+
+    def test_interrupt_leaves_whole_rows(self) -> None:
+        (self.folder / "c/paths/second.json").write_text(trajectory(20))
+        self.write(trajectories=["paths/second.json"], size=[320, 200],
+                   axes={"policy": ["error"], "bound": [i / 100 for i in range(500)]})
+        run = subprocess.Popen([PLAY, "bench", self.model, "--sweep", self.config, "--out", self.out, "--backend", "cpu",
+                                "-q"], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        deadline = time.monotonic() + 60
+        while not (self.out.exists() and self.out.stat().st_size > 8000) and time.monotonic() < deadline:
+            time.sleep(0.01)
+        run.send_signal(signal.SIGINT)
+        _, stderr = run.communicate(timeout=60)
+        self.assertEqual(run.returncode, 130, stderr)
+        rows = self.rows()
+        self.assertGreater(len(rows), 1)
+        for row in rows:
+            check_schema("run", row)
+        self.assertIn(f"{len(rows)} of 500 runs are done", stderr)
+        self.assertEqual([p.name for p in self.folder.iterdir() if "tmp" in p.name], [])
+
+    def stability(self, *arguments, **keywords) -> subprocess.CompletedProcess:
+        return self.play("stability", self.model, "--backend", "cpu", "--size", "48x32", "--progress", "none", *arguments,
+                         **keywords)
+
+    def test_stability(self) -> None:
+        run = self.stability("--trajectories", "c/paths", "--eyes", "2", "--ipd", "0.1", "--reuse", "error", "--frames",
+                             "7", "--warmup", "3", "--bound-p99", "1e9", "--format", "json")
+        report = json.loads(run.stdout)
+        check_schema("stability-report", report)
+        self.assertTrue(report["passed"])
+        self.assertEqual([(p["trajectory"], p["frames"]) for p in report["trajectories"]], [("walk", 6), ("second", 7)])
+        self.assertEqual(report["reuse"]["policy"], "error")
+        self.assertEqual(set(report["trajectories"][0]["verdicts"]), {"psnr", "temporal", "p99"})
+        # the two CPU renderers agree to rounding and no further
+        base = ("--trajectories", "c/paths/first.json", "c/paths/second.json", "--reference", "cpu-reference")
+        self.assertIn("ok", self.stability(*base, "--bound-psnr", "60", "--bound-temporal", "0").stdout)
+        run = self.stability(*base, "--bound-psnr", "400", code=8)
+        self.assertEqual(run.stdout.count("EXCEEDED"), 2)
+        self.assertRegex(run.stdout, r"psnr: \d+\.\d\d dB in frame \d, bound 400")
+        report = json.loads(self.stability(*base, "--bound-psnr", "400", "--format", "json", code=8).stdout)
+        check_schema("stability-report", report)
+        self.assertFalse(report["passed"])
+        self.assertFalse(report["trajectories"][1]["verdicts"]["psnr"]["passed"])
+        self.assertIsNone(report["bounds"]["p99"])
+
+    def test_stability_refusals(self) -> None:
+        (self.folder / "empty").mkdir()
+        for arguments, code, says in (((), 1, "gsc sample paths"), (("--trajectories", "empty"), 2, "*.json"),
+                                      (("--trajectories", "none.json"), 2, "none.json"),
+                                      (("--trajectories", "c/sweep"), 2, "c/sweep"),
+                                      (("--trajectories", "c/paths", "--bound-psnr", "-1"), 1, "--bound-psnr"),
+                                      (("--trajectories", "c/paths", "--bound-temporal", "nan"), 1, "--bound-temporal"),
+                                      (("--trajectories", "c/paths/second.json", "--eyes", "2"), 1, "--ipd"),
+                                      (("--trajectories", "c/paths", "--frames", "0"), 1, "--frames")):
+            run = self.stability(*arguments, code=code)
+            self.assertIn(says, run.stderr)
+            self.assertEqual(run.stdout, "")
+        error = json.loads(self.stability("--format", "json", code=1).stdout)
+        check_schema("error", error)
+        self.assertIn("--bound-p99", self.play("stability", "--help").stdout)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

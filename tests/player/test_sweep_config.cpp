@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/sweep_config.h"
+
+#include "format/error.h"
+
+#include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+using namespace gsc;
+
+namespace {
+
+SweepConfig parse(const std::string& json)
+{
+    return parseSweepConfig(json, "s.json", {}, {"cuda", "cpu"});
+}
+
+// With the keys that every sweep has.
+SweepConfig withAxes(const std::string& axes, const std::string& more = "")
+{
+    return parse(R"({"schema":"gsc.sweep/1","trajectories":["stored"],"axes":{)" + axes + "}" + more + "}");
+}
+
+// "depth 5 linear match cut": what matters of a run, in a word each.
+std::string word(const RunConfig& run)
+{
+    const nlohmann::ordered_json key = runKeyJson(run);
+    std::string text;
+    for (const auto& [name, value] : key.items())
+        if (!value.is_null() && name != "tier" && name != "lod_bias" && name != "backend")
+            text += (value.is_boolean() ? (value.get<bool>() ? " " + name : "")
+                                        : " " + (value.is_string() ? value.get<std::string>() : value.dump()));
+    return text.substr(1);
+}
+
+std::vector<std::string> words(const SweepConfig& config)
+{
+    std::vector<std::string> all;
+    for (const RunConfig& run : expandRuns(config))
+        all.push_back(word(run));
+    return all;
+}
+
+// What the message says, and that it is of an invalid file; empty if nothing was wrong.
+std::string refusal(const std::string& json)
+{
+    try {
+        (void)expandRuns(parse(json));
+    } catch (const Error& e) {
+        CHECK(e.code() == ErrorCode::InvalidFile);
+        return e.what();
+    }
+    return {};
+}
+
+} // namespace
+
+using Words = std::vector<std::string>;
+
+TEST_CASE("axes that the policy takes no notice of fall together")
+{
+    CHECK(words(withAxes(R"("policy":["none","depth","error"],"max_depth":[5,10],"guidance":["linear","staged"],
+                            "bound":[0.5,2])")) == Words{"none", "depth 5 linear", "depth 5 staged", "depth 10 linear",
+                                                         "depth 10 staged", "error 0.5", "error 2.0"});
+    // nothing is kept, so there is no budget
+    CHECK(words(withAxes(R"("policy":["none"],"decode_budget":[null,100],"cache_budget":[null,1000])")) ==
+          Words{"none"});
+    CHECK(words(withAxes(R"("policy":["error"],"decode_budget":[null,100],"cache_budget":[null,1000])")).size() == 4);
+    // the other two caches are the policy's business in nothing
+    CHECK(words(withAxes(R"("cut":[false,true],"order":[true,false])")) ==
+          Words{"none order", "none", "none cut order", "none cut"});
+}
+
+TEST_CASE("equal runs are there once, listed ones too")
+{
+    CHECK(words(withAxes(R"("policy":["none","none"],"bound":[1,1.0])",
+                         R"(,"runs":[{"policy":"none","bound":9},{"policy":"error","bound":3},{"policy":"none"}])")) ==
+          Words{"none", "error 3.0"});
+    const SweepConfig listed =
+        parse(R"({"schema":"gsc.sweep/1","trajectories":["a"],"runs":[{"policy":"depth","max_depth":3}]})");
+    CHECK(words(listed) == Words{"depth 3 linear"});
+}
+
+TEST_CASE("tiers, level biases and backends multiply, backends stay together")
+{
+    const SweepConfig config = withAxes(R"("tier":["exact","fast"],"lod_bias":[0,-1],"backend":["cpu","cuda"])",
+                                        R"(,"runs":[{"policy":"error","backend":"cpu"}])");
+    const std::vector<RunConfig> runs = expandRuns(config);
+    REQUIRE(runs.size() == 9);
+    CHECK(std::count_if(runs.begin(), runs.end(), [](const RunConfig& r) { return r.backend == "cpu"; }) == 5);
+    CHECK(std::is_sorted(runs.begin(), runs.end(),
+                         [](const RunConfig& a, const RunConfig& b) { return a.backend < b.backend; }));
+    CHECK(runs[1].lod_bias == -1);
+    CHECK(runs[2].tier == Tier::Fast);
+}
+
+TEST_CASE("a matched budget comes after the run it is taken from")
+{
+    const std::string axes = R"("policy":["error","depth"],"max_depth":[7,10],"guidance":["staged"])";
+    const SweepConfig both = withAxes(axes + R"(,"decode_budget":["match",null])");
+    CHECK(words(both) == Words{"error 1.0", "depth 7 staged", "depth 10 staged", "error 1.0 match",
+                               "depth 7 staged match", "depth 10 staged match"});
+    // without anybody asking for that run it is there, cut and order as in the run that needs it
+    const SweepConfig alone =
+        withAxes(R"("policy":["error"],"max_depth":[7],"guidance":["staged"],"decode_budget":["match"],"cut":[true])");
+    CHECK(words(alone) == Words{"depth 7 staged cut", "error 1.0 match cut"});
+    const RunConfig depth = depthRunOf(alone, expandRuns(alone)[1]);
+    CHECK(sameRun(depth, expandRuns(alone)[0]));
+    CHECK_FALSE(depth.match_budget);
+}
+
+TEST_CASE("what is left out is the command line's")
+{
+    RunConfig base;
+    base.backend = "cpu";
+    base.reuse.policy = ReusePolicy::Error;
+    base.reuse.bound = 4;
+    base.lod_bias = -2;
+    const SweepConfig config =
+        parseSweepConfig(R"({"schema":"gsc.sweep/1","trajectories":["a"],"axes":{"cut":[true]},"runs":[{"bound":2}]})",
+                         "s", base, {"cpu"});
+    CHECK(words(config) == Words{"error 4.0 cut", "error 2.0"});
+    CHECK(expandRuns(config)[0].lod_bias == -2);
+    CHECK(expandRuns(config)[0].backend == "cpu");
+    CHECK(config.warmup == 5);
+    CHECK(config.width == 0);
+}
+
+TEST_CASE("frames and quality")
+{
+    const SweepConfig config = parse(R"({"schema":"gsc.sweep/1","trajectories":["a.json","stored"],"size":[64,48],
+        "fov_degrees":90,"eyes":2,"frames":7,"warmup":0,"quality":{"ssim":4,"flip":null},"axes":{}})");
+    CHECK(config.trajectories == Words{"a.json", "stored"});
+    CHECK(config.width == 64);
+    CHECK(config.height == 48);
+    CHECK(config.fov_degrees == 90);
+    CHECK(config.eyes == 2);
+    CHECK(config.frames == 7);
+    CHECK(config.warmup == 0);
+    CHECK(config.score.ssim_every == 4);
+    CHECK(config.score.flip_every == 0);
+    CHECK(words(config) == Words{"none"});
+    CHECK(parse(R"({"schema":"gsc.sweep/1","trajectories":["a"],"size":null,"frames":null,"axes":{}})").frames == 0);
+}
+
+TEST_CASE("wrong files are refused with the place and what was expected")
+{
+    const std::string head = R"({"schema":"gsc.sweep/1","trajectories":["stored"])";
+    const struct {
+        std::string json;
+        const char *place, *expected;
+    } cases[] = {
+        {"[]", "s.json", "an object"},
+        {"{", "s.json", "a sweep"},
+        {"{}", "\"schema\"", "missing"},
+        {R"({"schema":"gsc.sweep/2"})", "\"schema\"", "gsc.sweep/1"},
+        {R"({"schema":"gsc.sweep/1","axes":{}})", "\"trajectories\"", "missing"},
+        {R"({"schema":"gsc.sweep/1","trajectories":[],"axes":{}})", "\"trajectories\"", "at least one"},
+        {R"({"schema":"gsc.sweep/1","trajectories":["a",3],"axes":{}})", "\"trajectories[1]\"", "path"},
+        {head + "}", "s.json", "\"axes\""},
+        {head + R"(,"axis":{}})", "\"axis\"", "not known"},
+        {head + R"(,"axes":[]})", "s.json: axes", "an object"},
+        {head + R"(,"axes":{"policy":[]}})", "axes: key \"policy\"", "at least one value"},
+        {head + R"(,"axes":{"policy":"none"}})", "axes: key \"policy\"", "an array"},
+        {head + R"(,"axes":{"policy":["none","always"]}})", "axes: key \"policy[1]\"", "\"depth\", \"error\""},
+        {head + R"(,"axes":{"colour":[1]}})", "axes: key \"colour\"", "not known"},
+        {head + R"(,"axes":{"max_depth":[1.5]}})", "\"max_depth[0]\"", "an integer"},
+        {head + R"(,"axes":{"max_depth":[-1]}})", "\"max_depth[0]\"", "an integer from 0"},
+        {head + R"(,"axes":{"guidance":["cubic"]}})", "\"guidance[0]\"", "\"staged\""},
+        {head + R"(,"axes":{"bound":[1,NaN]}})", "\"bound[1]\"", "a number from 0 to 255"},
+        {head + R"(,"axes":{"bound":["1"]}})", "\"bound[0]\"", "a number"},
+        {head + R"(,"axes":{"decode_budget":["all"]}})", "\"decode_budget[0]\"", "\"match\""},
+        {head + R"(,"axes":{"decode_budget":[0]}})", "\"decode_budget[0]\"", "null for no limit"},
+        {head + R"(,"axes":{"cache_budget":["1M"]}})", "\"cache_budget[0]\"", "bytes"},
+        {head + R"(,"axes":{"cut":[1]}})", "\"cut[0]\"", "true or false"},
+        {head + R"(,"axes":{"tier":["turbo"]}})", "\"tier[0]\"", "\"exact\""},
+        {head + R"(,"axes":{"lod_bias":[17]}})", "\"lod_bias[0]\"", "-16 to 16"},
+        {head + R"(,"axes":{"stereo":["merged"]}})", "\"stereo[0]\"", "\"exact\""},
+        {head + R"(,"axes":{"backend":["tpu"]}})", "\"backend[0]\"", "\"cpu\", \"cuda\""},
+        {head + R"(,"runs":[]})", "\"runs\"", "at least one run"},
+        {head + R"(,"runs":[{},{"policy":4}]})", "runs[1]: key \"policy\"", "\"none\""},
+        {head + R"(,"runs":[{"depth":4}]})", "runs[0]: key \"depth\"", "max_depth"},
+        {head + R"(,"runs":[7]})", "runs[0]", "an object"},
+        {head + R"(,"axes":{},"size":[0,5]})", "\"size[0]\"", "1 to 32768"},
+        {head + R"(,"axes":{},"size":[40000,5]})", "\"size[0]\"", "1 to 32768"},
+        {head + R"(,"axes":{},"size":[5]})", "\"size\"", "[width, height]"},
+        {head + R"(,"axes":{},"frames":0})", "\"frames\"", "an integer from 1"},
+        {head + R"(,"axes":{},"eyes":3})", "\"eyes\"", "from 1 to 2"},
+        {head + R"(,"axes":{},"fov_degrees":180})", "\"fov_degrees\"", "0.01 to 179.9"},
+        {head + R"(,"axes":{},"quality":{"lpips":1}})", "quality: key \"lpips\"", "not known"},
+        {head + R"(,"axes":{},"quality":{"ssim":-1}})", "quality: key \"ssim\"", "0 = none"},
+    };
+    for (const auto& c : cases) {
+        CAPTURE(c.json);
+        const std::string message = refusal(c.json);
+        CAPTURE(message);
+        CHECK(message.find(c.place) != std::string::npos);
+        CHECK(message.find(c.expected) != std::string::npos);
+        CHECK(message.find("s.json") == 0);
+    }
+}
+
+TEST_CASE("a product that never ends is refused")
+{
+    std::string values;
+    for (int i = 0; i < 400; ++i)
+        values += (i ? "," : "") + std::to_string(i);
+    const std::string json = R"({"schema":"gsc.sweep/1","trajectories":["a"],"axes":{"max_depth":[)" + values +
+                             R"(],"cache_budget":[null],"bound":[)" + "0.5" + R"(],"lod_bias":[0]}})";
+    CHECK(refusal(json).empty());
+    std::string bounds;
+    for (int i = 0; i < 251; ++i)
+        bounds += (i ? "," : "") + std::to_string(i);
+    try {
+        (void)expandRuns(withAxes(R"("max_depth":[)" + values + R"(],"bound":[)" + bounds + "]"));
+        FAIL("accepted");
+    } catch (const Error& e) {
+        CHECK(e.code() == ErrorCode::InvalidFile);
+        CHECK(std::string(e.what()).find("100000") != std::string::npos);
+    }
+}
