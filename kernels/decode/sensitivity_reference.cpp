@@ -134,22 +134,17 @@ void viewSensitivityReference(const ModelView& model, uint32_t chunk, uint32_t l
     for (uint32_t p = 0; p < kProbes; ++p) {
         const SensitivityProbe probe = sensitivityProbe(p, sensitivityDistance(model, chunk));
         const std::vector<Drawn> before = drawnAt(model, chunk, local, appearance, probe.direction, probe.distance);
-        std::vector<double> squares(before.size());
-        for (const auto& tangent : probe.tangent) {
-            double turned[3];
-            for (int i = 0; i < 3; ++i)
-                turned[i] = probe.direction[i] + kStep * tangent[i];
-            const std::vector<Drawn> after = drawnAt(model, chunk, local, appearance, turned, probe.distance);
-            for (size_t k = 0; k < before.size(); ++k)
-                squares[k] += squaredChange(before[k], after[k]);
-        }
-        for (const double square : squares)
-            direction = std::max(direction, std::sqrt(square) / kStep);
+        double turned[3];
+        for (int i = 0; i < 3; ++i)
+            turned[i] = probe.direction[i] + kStep * probe.tangent[i];
+        const std::vector<Drawn> after = drawnAt(model, chunk, local, appearance, turned, probe.distance);
+        for (size_t k = p % kOffsetStep; k < before.size(); k += kOffsetStep)
+            direction = std::max(direction, std::sqrt(2 * squaredChange(before[k], after[k])) / kStep);
         if (takesDistance(model)) {
-            const std::vector<Drawn> after =
+            const std::vector<Drawn> moved =
                 drawnAt(model, chunk, local, appearance, probe.direction, probe.distance * (1 + kStep));
-            for (size_t k = 0; k < before.size(); ++k)
-                distance = std::max(distance, std::sqrt(squaredChange(before[k], after[k])) / kStep);
+            for (size_t k = p % kOffsetStep; k < before.size(); k += kOffsetStep)
+                distance = std::max(distance, std::sqrt(squaredChange(before[k], moved[k])) / kStep);
         }
     }
 }
