@@ -54,6 +54,8 @@ struct ModelView {
     const std::byte* weights;  // MLPW section
     const std::byte* packed;   // MLPP section
     const float* embedding;    // appearance_rows x appearance_dim, or null
+    // AnchorSensitivity x anchor_count, so two halves per anchor in file order, or null
+    const uint16_t* sensitivity;
 };
 
 enum class Tier : uint32_t { Exact = 0, Fast = 1, Turbo = 2 };
