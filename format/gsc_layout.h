@@ -25,7 +25,7 @@ namespace gsc {
 // Like PNG's: the high bit, CR LF, ^Z and LF show a transfer that mangled bytes.
 constexpr unsigned char kMagic[8] = {0x89, 'G', 'S', 'C', 0x0d, 0x0a, 0x1a, 0x0a};
 constexpr uint16_t kVersionMajor = 1;    // bumped when an old reader must refuse the file
-constexpr uint16_t kVersionMinor = 0;    // bumped when an old reader may skip what it does not know
+constexpr uint16_t kVersionMinor = 1;    // bumped when an old reader may skip what it does not know
 constexpr uint64_t kSectionAlign = 4096; // a section can be mapped or pinned by itself
 constexpr uint64_t kPayloadAlign = 256;  // of a chunk payload in ANCH
 constexpr uint64_t kArrayAlign = 64;     // of an array in a chunk payload
@@ -48,7 +48,7 @@ constexpr uint32_t fourCc(const char (&text)[5])
            uint32_t(uint8_t(text[3])) << 24;
 }
 
-// Sections of version 1. EMBD and CAMS may be absent, no other may; none may occur twice.
+// Sections of version 1. EMBD, CAMS and SENS may be absent, no other may; none may occur twice. SENS came with 1.1.
 constexpr uint32_t kSectionMeta = fourCc("META");      // UTF-8 JSON manifest, schemas/manifest.schema.json
 constexpr uint32_t kSectionParams = fourCc("PARM");    // ModelParams x 1
 constexpr uint32_t kSectionLevels = fourCc("LEVL");    // LevelRecord x level_count
@@ -62,6 +62,8 @@ constexpr uint32_t kSectionPacked = fourCc("MLPP");    // PackedMlpHeader, then 
 constexpr uint32_t kSectionEmbedding = fourCc("EMBD"); // uint32_t source_row x rows (padded to 64 B), float[A] x rows
 constexpr uint32_t kSectionCameras = fourCc("CAMS");   // CameraRecord x n, then their names (UTF-8, no terminator)
 constexpr uint32_t kSectionAnchors = fourCc("ANCH");   // chunk payloads
+// AnchorSensitivity x anchor_count, marked optional
+constexpr uint32_t kSectionSensitivity = fourCc("SENS");
 
 enum SectionFlags : uint32_t {
     kSectionOptional = 1u << 0, // a reader that does not know the section may skip it
@@ -212,7 +214,7 @@ struct ChunkRecord {
     float gaussian_sigma_max; // 116 largest exp(scale_3..5): no Gaussian of the chunk has a larger sigma
     float extra_level_min;    // 120
     float extra_level_max;    // 124
-    float view_sensitivity;   // 128 0 = not baked
+    float view_sensitivity;   // 128 largest AnchorSensitivity::direction of its anchors, 0 without SENS
     uint32_t reserved[7];     // 132 zero
 };
 static_assert(sizeof(ChunkRecord) == 160 && alignof(ChunkRecord) == 8);
@@ -233,7 +235,7 @@ struct GroupRecord {
     uint32_t chunk;           // 68
     uint16_t anchor_count;    // 72  1..kGroupSize
     uint16_t level_index;     // 74
-    float view_sensitivity;   // 76  0 = not baked
+    float view_sensitivity;   // 76  largest AnchorSensitivity::direction of its anchors, 0 without SENS
 };
 static_assert(sizeof(GroupRecord) == 80 && alignof(GroupRecord) == 4);
 static_assert(offsetof(GroupRecord, anchor_first) == 64 && offsetof(GroupRecord, view_sensitivity) == 76);
@@ -248,6 +250,14 @@ struct LeafRecord {
 };
 static_assert(sizeof(LeafRecord) == 24 && alignof(LeafRecord) == 4);
 static_assert(std::is_trivially_copyable_v<LeafRecord> && std::is_standard_layout_v<LeafRecord>);
+
+// How fast what an anchor draws changes with the view, in units of full scale; halves of zero or more, rounded up,
+// 65504 = that or more. kernels/decode/sensitivity.h says what is measured. 4 bytes.
+struct AnchorSensitivity {
+    uint16_t direction; // 0 per unit of change of the unit view direction
+    uint16_t distance;  // 2 per relative change of the distance, 0 where no network takes the distance
+};
+static_assert(sizeof(AnchorSensitivity) == 4 && std::is_trivially_copyable_v<AnchorSensitivity>);
 
 enum GridPositionFlags : uint16_t {
     kNegativeZeroX = 1u << 0, // the coordinate is -0.0f; comparison with the source is bit for bit

@@ -34,6 +34,7 @@ bool openGsc(std::span<const std::byte> file, GscView& view, GscCheck check, con
     // each of the three needs the ranges of the one before
     const bool sound = checkChunks(context) && checkGroups(context) && checkLeaves(context);
     checkIndex(context);
+    checkSensitivity(context, sound);
     const bool mlps_sound = checkMlps(context);
     const bool packed_sound = checkPacked(context);
     checkEmbedding(context);

@@ -22,7 +22,8 @@ struct GscView {
     std::span<const GroupRecord> groups;
     std::span<const LeafRecord> leaves;
     std::span<const std::byte> nanovdb;
-    std::span<const uint32_t> index; // source index -> anchor
+    std::span<const uint32_t> index;                // source index -> anchor
+    std::span<const AnchorSensitivity> sensitivity; // per anchor, empty if the file has none
     std::span<const MlpRecord> mlps;
     std::span<const std::byte> weights; // whole MLPW section
     std::span<const std::byte> packed;  // whole MLPP section

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // MLPP: shapes that follow from the parameters, arrays that lie in the section, and values that are MLPW's.
+#include "format/half.h"
 #include "format/validate_regions.h"
 
 #include <bit>
@@ -77,14 +78,6 @@ uint32_t fusedRow(const MlpRecord& mlp, uint32_t feat_dim, uint32_t i)
         --i;
     }
     return feat_dim + 5 + i;
-}
-
-float halfToFloat(uint16_t half)
-{
-    const uint32_t exponent = half >> 10 & 0x1fu, mantissa = half & 0x3ffu;
-    const float magnitude =
-        exponent == 0 ? std::ldexp(float(mantissa), -24) : std::ldexp(float(mantissa | 0x400u), int(exponent) - 25);
-    return half & 0x8000u ? -magnitude : magnitude;
 }
 
 // Nearest half, or the largest finite one where the weight is beyond it.

@@ -95,6 +95,8 @@ bool bindSections(Context& context)
     bindRecords(context, kSectionWeights, "MLPW", p.mlp_count, Size::AtLeast, view.mlps);
     std::span<const PackedMlpHeader> packed;
     bindRecords(context, kSectionPacked, "MLPP", 1, Size::AtLeast, packed);
+    if (context.entry(kSectionSensitivity))
+        bindRecords(context, kSectionSensitivity, "SENS", view.header->anchor_count, Size::Exact, view.sensitivity);
     bindEmbedding(context);
     bindCameras(context);
     view.anchors = context.content(*context.entry(kSectionAnchors));

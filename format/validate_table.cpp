@@ -16,10 +16,10 @@ struct KnownSection {
 };
 
 constexpr KnownSection kKnownSections[] = {
-    {kSectionAnchors, true},  {kSectionMeta, true},    {kSectionParams, true}, {kSectionLevels, true},
-    {kSectionChunks, true},   {kSectionGroups, true},  {kSectionLeaves, true}, {kSectionNanoVdb, true},
-    {kSectionIndex, true},    {kSectionWeights, true}, {kSectionPacked, true}, {kSectionEmbedding, false},
-    {kSectionCameras, false},
+    {kSectionAnchors, true},  {kSectionMeta, true},         {kSectionParams, true}, {kSectionLevels, true},
+    {kSectionChunks, true},   {kSectionGroups, true},       {kSectionLeaves, true}, {kSectionNanoVdb, true},
+    {kSectionIndex, true},    {kSectionWeights, true},      {kSectionPacked, true}, {kSectionEmbedding, false},
+    {kSectionCameras, false}, {kSectionSensitivity, false},
 };
 
 bool isKnown(uint32_t type)

@@ -236,7 +236,8 @@ void DeviceScene::loadExact(const CudaStream& stream)
     m_exact_view = {device.params, m_model.levels,
                     device.chunks, m_model.groups,
                     device.arrays, reinterpret_cast<const std::byte*>(device.mlps),
-                    nullptr,       m_host.embedding != nullptr ? device.embedding : nullptr};
+                    nullptr,       m_host.embedding != nullptr ? device.embedding : nullptr,
+                    nullptr};
     GSC_CUDA_CHECK(cudaStreamSynchronize(stream.handle)); // the copies' sources go out of scope
     m_exact_loaded = true;
 }

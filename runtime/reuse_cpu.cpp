@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/reuse_cpu.h"
 
+#include "format/half.h"
 #include "kernels/common/stopwatch.h"
 #include "kernels/decode/sensitivity.h"
 
@@ -155,8 +156,8 @@ void CpuReuse::ensureSensitivity(const ReuseFrame& frame)
                                group.anchor_count, frame.options.appearance, direction, distance, scratch);
             for (uint32_t i = 0; i < group.anchor_count; ++i) {
                 uint16_t* to = halves.data() + 2 * (size_t(group.anchor_first) + i);
-                to[0] = halfAbove(direction[i]);
-                to[1] = halfAbove(distance[i]);
+                to[0] = floatToHalfUp(direction[i]);
+                to[1] = floatToHalfUp(distance[i]);
             }
         }
     });

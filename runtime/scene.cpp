@@ -59,6 +59,7 @@ public:
         m_view.weights = m_gsc.weights.data();
         m_view.packed = m_gsc.packed.data();
         m_view.embedding = m_gsc.embedding.empty() ? nullptr : m_gsc.embedding.data();
+        m_view.sensitivity = m_gsc.sensitivity.empty() ? nullptr : &m_gsc.sensitivity.data()->direction;
     }
 
     [[nodiscard]] const ModelView& view() const override { return m_view; }

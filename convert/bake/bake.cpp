@@ -8,6 +8,7 @@
 #include "convert/bake/mlp_pack.h"
 #include "convert/bake/model_sections.h"
 #include "convert/bake/partition.h"
+#include "convert/bake/sensitivity_bake.h"
 #include "convert/bake/source_hash.h"
 #include "convert/bake/spatial_index.h"
 #include "format/checksum.h"
@@ -149,6 +150,15 @@ private:
         m_params.level_count = uint32_t(m_partition.levels.size());
         m_params.level_min = m_partition.levels.front().level;
         m_params.appearance_rows = uint32_t(m_rows.size());
+        for (const LevelPlan& plan : m_partition.levels) {
+            const LevelScan& scan = m_scan.levels.at(plan.level);
+            const bool first = &plan == &m_partition.levels.front();
+            for (int axis = 0; axis < 3; ++axis) {
+                float &low = m_params.bounds_min[axis], &high = m_params.bounds_max[axis];
+                low = first ? scan.bounds_min[axis] : std::min(low, scan.bounds_min[axis]);
+                high = first ? scan.bounds_max[axis] : std::max(high, scan.bounds_max[axis]);
+            }
+        }
 
         uint64_t offset = 0, anchors = 0, groups = 0;
         for (const ChunkPlan& plan : m_partition.chunks) {
@@ -187,6 +197,9 @@ private:
         m_chunk_leaves.resize(m_chunks.size());
         const uint32_t record_bytes = anchorRecordLayout(m_params).bytes;
         std::atomic<uint64_t> done{0};
+        std::atomic<double> sensitivity_seconds{0};
+        if (m_options.sensitivity != SensitivityMode::None)
+            m_sensitivity.emplace(m_checkpoint, m_params, m_rows, m_scan.kept);
         tbb::parallel_for(
             tbb::blocked_range<size_t>(0, m_chunks.size(), 1),
             [&](const tbb::blocked_range<size_t>& range) {
@@ -200,10 +213,15 @@ private:
                                std::span(m_groups).subspan(chunk.group_first, chunk.group_count), m_chunk_leaves[c],
                                m_index);
                     writer.writeAnchors(chunk.payload_offset, payload);
+                    if (m_sensitivity)
+                        sensitivity_seconds +=
+                            m_sensitivity->addChunk(m_partition.levels[chunk.level_index].level, payload, chunk,
+                                                    std::span(m_groups).subspan(chunk.group_first, chunk.group_count));
                     tell(done += chunk.anchor_count, m_scan.kept);
                 }
             },
             tbb::simple_partitioner());
+        m_report.sensitivity_seconds = sensitivity_seconds;
     }
 
     // LEVL, LEAF and NVDB.
@@ -250,11 +268,6 @@ private:
             anchors += level.anchor_count;
             groups += level.group_count;
             m_levels.push_back(level);
-            for (int axis = 0; axis < 3; ++axis) {
-                float &low = m_params.bounds_min[axis], &high = m_params.bounds_max[axis];
-                low = i == 0 ? level.bounds_min[axis] : std::min(low, level.bounds_min[axis]);
-                high = i == 0 ? level.bounds_max[axis] : std::max(high, level.bounds_max[axis]);
-            }
             tell(i + 1, m_partition.levels.size());
         }
     }
@@ -271,6 +284,8 @@ private:
         facts.config_hash = m_options_hash;
         facts.embedding_rows = m_rows;
         facts.cameras = m_checkpoint.cameras.size();
+        if (m_sensitivity)
+            facts.sensitivity = m_sensitivity->records();
         const std::string manifest = manifestText(facts);
 
         writer.addSection(kSectionMeta, std::as_bytes(std::span(manifest)), 0);
@@ -281,6 +296,9 @@ private:
         writer.addSection(kSectionLeaves, bytesOf(m_leaves), m_leaves.size());
         writer.addSection(kSectionNanoVdb, m_nanovdb, m_levels.size());
         writer.addSection(kSectionIndex, bytesOf(m_index), m_index.size());
+        if (m_sensitivity)
+            writer.addSection(kSectionSensitivity, std::as_bytes(m_sensitivity->records()), m_scan.kept,
+                              kSectionOptional);
         writer.addSection(kSectionWeights, canonicalMlps(m_checkpoint.mlps), m_checkpoint.mlps.size());
         writer.addSection(kSectionPacked,
                           packMlps(m_checkpoint.mlps, m_checkpoint.feat_dim, m_checkpoint.appearance_dim), 1);
@@ -327,6 +345,7 @@ private:
     std::vector<std::vector<LeafBuild>> m_chunk_leaves;
     std::vector<GroupRecord> m_groups;
     std::vector<uint32_t> m_index;
+    std::optional<SensitivityBake> m_sensitivity;
     std::vector<LevelRecord> m_levels;
     std::vector<LeafRecord> m_leaves;
     std::vector<std::byte> m_nanovdb;

@@ -12,6 +12,8 @@
 
 namespace gsc {
 
+enum class SensitivityMode { None, Sampled }; // section SENS: left out, or the largest of six directions
+
 struct BakeOptions {
     std::string output;
     bool overwrite = false;
@@ -19,7 +21,8 @@ struct BakeOptions {
     int appearance = -1;            // row of the embedding to keep, -1 = all
     uint64_t chunk_anchors = 16384; // the smallest cell whose chunks hold this many anchors on average is taken
     bool drop_invalid = false;      // leave out anchors upstream never shows (NaN) or that would paint the image (inf)
-    uint64_t memory_budget = 0;     // bytes for buffers, 0 = 1 GiB
+    SensitivityMode sensitivity = SensitivityMode::Sampled;
+    uint64_t memory_budget = 0; // bytes for buffers, 0 = 1 GiB
 };
 
 struct BakeStage {
@@ -30,7 +33,8 @@ struct BakeStage {
 struct BakeReport {
     uint64_t anchors = 0, dropped = 0, input_bytes = 0, output_bytes = 0;
     uint64_t levels = 0, chunks = 0, groups = 0, leaves = 0;
-    bool exact_grid = false; // positions stored as integers, every one bit-exact
+    bool exact_grid = false;        // positions stored as integers, every one bit-exact
+    double sensitivity_seconds = 0; // of all threads together, part of the stage "chunks"
     std::vector<BakeStage> stages;
     std::vector<std::string> warnings;
 };

@@ -3,9 +3,12 @@
 
 #include "convert/bake/mlp_pack.h"
 #include "format/error.h"
+#include "format/half.h"
+#include "kernels/decode/sensitivity.h"
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cstring>
 #include <numeric>
 #include <string_view>
@@ -36,7 +39,25 @@ Json optionsJson(const BakeOptions& options)
 {
     return {{"appearance", options.appearance < 0 ? Json("all") : Json(options.appearance)},
             {"chunk_anchors", options.chunk_anchors},
-            {"drop_invalid", options.drop_invalid}};
+            {"drop_invalid", options.drop_invalid},
+            {"sensitivity", sensitivityName(options.sensitivity)}};
+}
+
+// What SENS holds.
+Json sensitivityJson(const ManifestFacts& facts)
+{
+    if (facts.sensitivity.empty())
+        return nullptr;
+    uint16_t direction = 0, distance = 0;
+    for (const AnchorSensitivity& s : facts.sensitivity) {
+        direction = std::max(direction, s.direction);
+        distance = std::max(distance, s.distance);
+    }
+    return {{"method", sensitivityName(facts.options->sensitivity)},
+            {"directions", kProbes},
+            {"appearance", facts.embedding_rows.empty() ? Json(nullptr) : Json(facts.embedding_rows[0])},
+            {"direction_max", halfToFloat(direction)},
+            {"distance_max", halfToFloat(distance)}};
 }
 
 Json mlpJson(const Mlp& mlp)
@@ -184,6 +205,11 @@ ModelParams modelParams(const Checkpoint& checkpoint)
     return p;
 }
 
+const char* sensitivityName(SensitivityMode mode)
+{
+    return mode == SensitivityMode::None ? "none" : "sampled";
+}
+
 std::string effectiveOptions(const BakeOptions& options)
 {
     return optionsJson(options).dump();
@@ -210,6 +236,7 @@ std::string manifestText(const ManifestFacts& facts)
           {"hash", hex(facts.source_hash)}}},
         {"model", modelJson(facts)},
         {"encoding", encodingJson(*facts.params)},
+        {"sensitivity", sensitivityJson(facts)},
         {"options", optionsJson(*facts.options)},
         {"options_hash", hex(facts.config_hash)},
         {"loss",

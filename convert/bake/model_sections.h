@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,9 @@ std::vector<std::byte> cameraSection(const Checkpoint& checkpoint);
 // Everything the checkpoint alone decides; counts, bounds and grid are the caller's.
 ModelParams modelParams(const Checkpoint& checkpoint);
 
+// Name of a --sensitivity value.
+const char* sensitivityName(SensitivityMode mode);
+
 // The options that decide the bytes of the file, as compact JSON: what FileHeader::config_hash is taken of.
 std::string effectiveOptions(const BakeOptions& options);
 
@@ -31,6 +35,7 @@ struct ManifestFacts {
     uint64_t source_hash, config_hash;
     std::vector<uint32_t> embedding_rows;
     uint64_t cameras;
+    std::span<const AnchorSensitivity> sensitivity; // empty if there are none
 };
 // UTF-8 JSON without times, absolute paths or anything else that is not of the model and the options.
 std::string manifestText(const ManifestFacts& facts);

@@ -11,6 +11,7 @@
 #include <CLI/CLI.hpp>
 
 #include <filesystem>
+#include <map>
 #include <memory>
 
 namespace gsc {
@@ -143,6 +144,8 @@ ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
 
 void addBakeOptions(CLI::App& command, ConvertOptions& options)
 {
+    static const std::map<std::string, SensitivityMode> kSensitivities = {{"none", SensitivityMode::None},
+                                                                          {"sampled", SensitivityMode::Sampled}};
     const char* group = "Making the file";
     command.add_option("-o,--output", options.bake.output, "file to write")->required()->option_text("OUT.gsc");
     command.add_flag("-w,--overwrite", options.bake.overwrite, "replace files that exist");
@@ -152,6 +155,13 @@ void addBakeOptions(CLI::App& command, ConvertOptions& options)
     command
         .add_flag("--drop-invalid", options.bake.drop_invalid,
                   "leave out anchors with values that are not finite instead of refusing the model")
+        ->group(group);
+    command
+        .add_option("--sensitivity", options.bake.sensitivity,
+                    "how fast each anchor changes with the view, which a player keeps decoded anchors by: sampled from "
+                    "six directions, or left out (default: sampled)")
+        ->transform(CLI::CheckedTransformer(kSensitivities))
+        ->option_text("none|sampled")
         ->group(group);
     addCountOption(command, "--chunk-anchors", options.bake.chunk_anchors,
                    "anchors per chunk to aim for (default: 16384)")

@@ -111,6 +111,7 @@ Json infoJson(const std::string& path, const GscView& view, const Json& manifest
         {"leaves", params.leaf_count},
         {"mlps", mlpsOf(manifest)},
         {"cameras", cameras ? cameras->count : 0},
+        {"sensitivity", findSection(view, kSectionSensitivity) != nullptr},
         {"bytes", std::move(bytes)},
         {"manifest", manifest},
     };
@@ -140,6 +141,9 @@ std::string infoText(const std::string& path, const GscView& view, const Json& m
         text += "mlp         " + mlpText(mlp) + "\n";
     if (const SectionEntry* cameras = findSection(view, kSectionCameras))
         text += formatString("cameras     %s\n", formatCount(cameras->count).c_str());
+    text += formatString("sensitivity %s\n", findSection(view, kSectionSensitivity) != nullptr
+                                                 ? "baked, of every anchor"
+                                                 : "not baked; a player computes it where it needs it");
     for (const SectionEntry& entry : view.sections)
         text += formatString("%-11s %s\n", sectionName(entry.type).c_str(), formatBytes(entry.bytes).c_str());
     if (manifest.is_object() && manifest.contains("source"))

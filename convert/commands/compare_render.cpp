@@ -32,6 +32,7 @@ public:
         options.overwrite = true;
         options.threads = threads;
         options.drop_invalid = true;
+        options.sensitivity = SensitivityMode::None; // nothing that is rendered here reads it
         bake(checkpoint, options,
              [&](const char* stage, uint64_t done, uint64_t total) { report.progress(stage, done, total); });
     }

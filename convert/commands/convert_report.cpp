@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/convert_report.h"
 
+#include "convert/bake/model_sections.h"
 #include "convert/commands/model_facts.h"
+#include "kernels/decode/sensitivity.h"
 
 namespace gsc {
 
@@ -41,7 +43,8 @@ Json optionsJson(const BakeOptions& options)
 {
     return {{"appearance", options.appearance >= 0 ? Json(options.appearance) : Json("all")},
             {"chunk_anchors", options.chunk_anchors},
-            {"drop_invalid", options.drop_invalid}};
+            {"drop_invalid", options.drop_invalid},
+            {"sensitivity", sensitivityName(options.sensitivity)}};
 }
 
 double ratio(const BakeReport& bake)
@@ -68,6 +71,8 @@ Json convertJson(const ConvertFacts& facts)
                           {"dropped", bake->dropped},     {"levels", bake->levels},
                           {"chunks", bake->chunks},       {"groups", bake->groups},
                           {"leaves", bake->leaves},       {"positions", bake->exact_grid ? "grid" : "float"}};
+        json["output"]["sensitivity_thread_seconds"] =
+            facts.options.sensitivity == SensitivityMode::None ? Json(nullptr) : jsonNumber(bake->sensitivity_seconds);
         json["quality"] = {{"lossless", isLossless(facts)},
                            {"verified", facts.verified ? "read-back" : "bake"},
                            {"how", howVerified(facts)}};
@@ -98,6 +103,9 @@ std::string convertText(const ConvertFacts& facts)
     text += formatString("\nindex       %s levels, %s chunks, %s groups, %s leaves", formatCount(bake.levels).c_str(),
                          formatCount(bake.chunks).c_str(), formatCount(bake.groups).c_str(),
                          formatCount(bake.leaves).c_str());
+    if (facts.options.sensitivity != SensitivityMode::None)
+        text += formatString("\nsensitivity sampled from %u directions, %.2f s of all threads together", kProbes,
+                             bake.sensitivity_seconds);
     if (bake.dropped)
         text +=
             formatString("\ndropped     %s anchors with values that are not finite", formatCount(bake.dropped).c_str());

@@ -47,14 +47,15 @@ struct ChunkArrays {
 // The model as the stages read it: everything lies in the mapped file (CPU) or in the device's copy of it.
 struct ModelView {
     const ModelParams* params;
-    const LevelRecord* levels;   // params->level_count
-    const ChunkRecord* chunks;   // params->chunk_count
-    const GroupRecord* groups;   // params->group_count
-    const ChunkArrays* arrays;   // params->chunk_count
-    const std::byte* weights;    // MLPW section
-    const std::byte* packed;     // MLPP section
-    const float* embedding;      // appearance_rows x appearance_dim, or null
-    const uint16_t* sensitivity = nullptr; // 2 halves per anchor in file order, or null
+    const LevelRecord* levels; // params->level_count
+    const ChunkRecord* chunks; // params->chunk_count
+    const GroupRecord* groups; // params->group_count
+    const ChunkArrays* arrays; // params->chunk_count
+    const std::byte* weights;  // MLPW section
+    const std::byte* packed;   // MLPP section
+    const float* embedding;    // appearance_rows x appearance_dim, or null
+    // AnchorSensitivity x anchor_count, so two halves per anchor in file order, or null
+    const uint16_t* sensitivity = nullptr;
 };
 
 enum class Tier : uint32_t { Exact = 0, Fast = 1, Turbo = 2 };

@@ -73,21 +73,19 @@ HWY_INLINE void dense(D d, const float* x, uint32_t rows, const float* w, size_t
     }
 }
 
-// Second layers of the covariance and colour heads for offset k: 7 and 3 sums. Without biases they are a linear map,
-// which is what a derivative takes.
+// Second layers of the covariance and colour heads for offset k: 7 and 3 sums.
 template <class D, class V>
 HWY_INLINE void offsetHeads(D d, const ModelView& model, const PackedMlpHeader& packed, const float* covariance_hidden,
-                            const float* color_hidden, uint32_t k, V* out, bool biases = true)
+                            const float* color_hidden, uint32_t k, V* out)
 {
     const size_t covariance_column = kCovariancePerOffset * k, color_column = kColorPerOffset * k;
     const float* w = packedWeights(model, packed.second_f32[1]) + covariance_column;
     const float* u = packedWeights(model, packed.second_f32[2]) + color_column;
     const float* b = packedWeights(model, packed.second_bias_f32[1]) + covariance_column;
     const float* c = packedWeights(model, packed.second_bias_f32[2]) + color_column;
-    const auto start = [&](float bias) { return biases ? hn::Set(d, bias) : hn::Zero(d); };
-    V s0 = start(b[0]), s1 = start(b[1]), s2 = start(b[2]), s3 = start(b[3]);
-    V s4 = start(b[4]), s5 = start(b[5]), s6 = start(b[6]);
-    V t0 = start(c[0]), t1 = start(c[1]), t2 = start(c[2]);
+    V s0 = hn::Set(d, b[0]), s1 = hn::Set(d, b[1]), s2 = hn::Set(d, b[2]), s3 = hn::Set(d, b[3]);
+    V s4 = hn::Set(d, b[4]), s5 = hn::Set(d, b[5]), s6 = hn::Set(d, b[6]);
+    V t0 = hn::Set(d, c[0]), t1 = hn::Set(d, c[1]), t2 = hn::Set(d, c[2]);
     for (uint32_t h = 0; h < packed.hidden_pad; ++h) {
         const V x = hn::Load(d, covariance_hidden + size_t(h) * kMaxLanes);
         const V y = hn::Load(d, color_hidden + size_t(h) * kMaxLanes);

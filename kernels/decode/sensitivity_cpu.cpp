@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #ifndef GSC_KERNELS_SENSITIVITY_CPU_ONCE
 #define GSC_KERNELS_SENSITIVITY_CPU_ONCE
@@ -23,7 +24,7 @@ namespace gsc {
 struct SensitivityTable {
     const ModelView* model;
     Networks networks;
-    uint32_t tangents;                            // 2, or 3 with the distance
+    uint32_t tangents;                            // 1, or 2 with the distance
     const float* zero;                            // 3 hidden_pad zeros
     const float* base[kProbes];                   // 3 hidden_pad: bias and the probe's share
     const float* slope[kProbes][kProbeTangents];  // 3 hidden_pad: derivative of base
@@ -46,11 +47,13 @@ using M = hn::Mask<D>;
 // Scratch of one vector of anchors; every row holds kMaxLanes floats. Index 0 are values, then one per tangent.
 struct Rows {
     float* feature;                     // F
-    float* scale;                       // 3: exp() of the logs
+    float* scale;                       // 3: of the Gaussians, relative to the anchor's longest axis
     float* banked;                      // F, when there is a feature bank
     float* first[1 + kProbeTangents];   // 3 hidden_pad, before the ReLU; tangents with a feature bank only
     float* hidden[1 + kProbeTangents];  // 3 hidden_pad, behind it
     float* opacity[1 + kProbeTangents]; // out_pad
+    uint16_t* active[3];                // hidden_pad per head: hidden units that are on for some anchor
+    uint32_t active_count[3];
 };
 
 Rows carveRows(const ModelParams& params, const PackedMlpHeader& packed, float* values)
@@ -69,10 +72,87 @@ Rows carveRows(const ModelParams& params, const PackedMlpHeader& packed, float* 
         rows.hidden[t] = take(size_t(3) * packed.hidden_pad);
         rows.opacity[t] = take(packed.out_pad[0]);
     }
+    for (uint16_t*& active : rows.active) {
+        active = reinterpret_cast<uint16_t*>(values);
+        values += packed.hidden_pad;
+    }
     return rows;
 }
 
-// Value and slope of an activation. Divisions, no estimates: those differ between CPUs, and this ends in a file.
+// sum[source][out] += w[unit][out] x[source][unit], over the hidden units that are on for some anchor.
+template <size_t kOut, size_t... I>
+HWY_INLINE void sumUnits(std::index_sequence<I...>, const Rows& rows, uint32_t head, const float* const* x,
+                         const float* w, size_t stride, V* sum)
+{
+    constexpr size_t kSources = sizeof...(I) / kOut;
+    const D d;
+    V s[] = {sum[I]...};
+    const uint16_t* active = rows.active[head];
+    for (uint32_t i = 0; i < rows.active_count[head]; ++i) {
+        const size_t unit = active[i];
+        const float* weight = w + unit * stride;
+        V v[kSources];
+        for (size_t k = 0; k < kSources; ++k)
+            v[k] = hn::Load(d, x[k] + unit * kMaxLanes);
+        ((s[I] = hn::MulAdd(hn::Set(d, weight[I % kOut]), v[I / kOut], s[I])), ...);
+    }
+    ((sum[I] = s[I]), ...);
+}
+
+// Second layer of a head, kOut columns from `column` on, for the values (with the bias) and every tangent (without):
+// out[source * kOut + i].
+template <size_t kOut>
+HWY_INLINE void secondLayer(const SensitivityTable& table, const PackedMlpHeader& packed, const Rows& rows,
+                            uint32_t head, size_t column, V* out)
+{
+    const D d;
+    const float* w = packedWeights(*table.model, packed.second_f32[head]) + column;
+    const float* bias = packedWeights(*table.model, packed.second_bias_f32[head]) + column;
+    const uint32_t sources = 1 + table.tangents;
+    const float* x[1 + kProbeTangents];
+    for (uint32_t s = 0; s < sources; ++s) {
+        x[s] = rows.hidden[s] + size_t(head) * packed.hidden_pad * kMaxLanes;
+        for (size_t i = 0; i < kOut; ++i)
+            out[s * kOut + i] = s == 0 ? hn::Set(d, bias[i]) : hn::Zero(d);
+    }
+    const size_t stride = packed.out_pad[head];
+    // with 32 registers all sums fit at once, and weights are broadcast once
+    if (HWY_TARGET <= HWY_AVX3 && sources == 2)
+        sumUnits<kOut>(std::make_index_sequence<2 * kOut>(), rows, head, x, w, stride, out);
+    else if (HWY_TARGET <= HWY_AVX3)
+        sumUnits<kOut>(std::make_index_sequence<3 * kOut>(), rows, head, x, w, stride, out);
+    else
+        for (uint32_t s = 0; s < sources; ++s)
+            sumUnits<kOut>(std::make_index_sequence<kOut>(), rows, head, x + s, w, stride, out + s * kOut);
+}
+
+// 1 / v[i] for three values with one division. The product of the three must be normal. Divisions, no estimates, here
+// and below: those differ between CPUs, and this ends in a file.
+HWY_INLINE void reciprocals(const V* v, V* out)
+{
+    const D d;
+    const V v01 = hn::Mul(v[0], v[1]);
+    const V all = hn::Div(hn::Set(d, 1.0f), hn::Mul(v01, v[2]));
+    out[0] = hn::Mul(all, hn::Mul(v[1], v[2]));
+    out[1] = hn::Mul(all, hn::Mul(v[0], v[2]));
+    out[2] = hn::Mul(all, v01);
+}
+
+// Sigmoids of three values and 1 - sigmoid. Beyond 28 they are 0 or 1 to fp32, and three of them have a product.
+HWY_INLINE void sigmoids(const V* x, V* value, V* rest)
+{
+    const D d;
+    V e[3], sum[3];
+    for (int i = 0; i < 3; ++i) {
+        e[i] = expInRange(d, clampKeepNan(d, hn::Neg(x[i]), -28, 28));
+        sum[i] = hn::Add(hn::Set(d, 1.0f), e[i]);
+    }
+    reciprocals(sum, value);
+    for (int i = 0; i < 3; ++i)
+        rest[i] = hn::Mul(e[i], value[i]);
+}
+
+// Value and slope of an activation.
 HWY_INLINE void activateWithSlope(Activation activation, V x, V& value, V& slope)
 {
     const D d;
@@ -89,17 +169,6 @@ HWY_INLINE void activateWithSlope(Activation activation, V x, V& value, V& slope
     }
 }
 
-// 1 / v[i] for three values with one division. The product of the three must be normal.
-HWY_INLINE void reciprocals(const V* v, V* out)
-{
-    const D d;
-    const V v01 = hn::Mul(v[0], v[1]);
-    const V all = hn::Div(hn::Set(d, 1.0f), hn::Mul(v01, v[2]));
-    out[0] = hn::Mul(all, hn::Mul(v[1], v[2]));
-    out[1] = hn::Mul(all, hn::Mul(v[0], v[2]));
-    out[2] = hn::Mul(all, v01);
-}
-
 // What the relative change of a covariance needs of the Gaussian itself.
 struct Shape {
     V log_slope[3]; // d ln(s_i^2) / 2 per change of the network's output, times s_i^2 / r_i
@@ -112,18 +181,12 @@ HWY_INLINE Shape shapeOf(const Rows& rows, const V* head)
 {
     const D d;
     const V one = hn::Set(d, 1.0f);
-    V e[3], a[3], sigmoid[3], s[3];
-    for (int i = 0; i < 3; ++i) {
-        // note: beyond 28 a sigmoid is 0 or 1 to fp32, and three of them still have a product
-        e[i] = expInRange(d, clampKeepNan(d, hn::Neg(head[i]), -28, 28));
-        a[i] = hn::Add(one, e[i]);
-    }
-    reciprocals(a, sigmoid);
+    V sigmoid[3], rest[3], s[3], n[3], r[3], inverse[3];
+    sigmoids(head, sigmoid, rest);
     for (int i = 0; i < 3; ++i)
         s[i] = hn::Mul(hn::Load(d, rows.scale + i * kMaxLanes), sigmoid[i]);
     const V longest = hn::Max(hn::Max(s[0], s[1]), hn::Max(s[2], hn::Set(d, 1e-30f)));
     const V scale = hn::Div(one, longest);
-    V n[3], r[3], inverse[3];
     for (int i = 0; i < 3; ++i) {
         const V u = hn::Mul(s[i], scale);
         n[i] = hn::Mul(u, u);
@@ -140,7 +203,7 @@ HWY_INLINE Shape shapeOf(const Rows& rows, const V* head)
     Shape shape;
     for (int i = 0; i < 3; ++i) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
-        shape.log_slope[i] = hn::Mul(hn::Mul(n[i], inverse[i]), hn::Mul(e[i], sigmoid[i]));
+        shape.log_slope[i] = hn::Mul(hn::Mul(n[i], inverse[i]), rest[i]);
         const V gap = hn::Sub(n[j], n[k]);
         shape.turn[i] = hn::Mul(hn::Mul(hn::Mul(gap, gap), hn::Mul(inverse[j], inverse[k])), turned);
     }
@@ -172,41 +235,46 @@ HWY_INLINE V shapeChange(const Shape& shape, const V* head, const V* slope)
 HWY_INLINE void probeOffset(const SensitivityTable& table, const PackedMlpHeader& packed, const Rows& rows, uint32_t k,
                             V& living, V& direction_sum, V& distance_sum)
 {
-    constexpr size_t kHeads = kCovariancePerOffset + kColorPerOffset;
     const D d;
-    const size_t H = size_t(packed.hidden_pad) * kMaxLanes;
     V opacity, opacity_slope;
     activateWithSlope(Activation(table.networks.opacity->activation),
                       hn::Load(d, rows.opacity[0] + size_t(k) * kMaxLanes), opacity, opacity_slope);
     const M dead = hn::Lt(opacity, hn::Set(d, kOpacityFloor)); // note: NaN is not
     if (hn::AllTrue(d, dead))
         return;
-    V head[kHeads], color[3], color_slope[3];
-    offsetHeads(d, *table.model, packed, rows.hidden[0] + H, rows.hidden[0] + 2 * H, k, head);
-    const Shape shape = shapeOf(rows, head);
-    for (int c = 0; c < 3; ++c)
-        activateWithSlope(Activation(table.networks.color->activation), head[kCovariancePerOffset + size_t(c)],
-                          color[c], color_slope[c]);
+    V covariance[kCovariancePerOffset * (1 + kProbeTangents)], raw_color[kColorPerOffset * (1 + kProbeTangents)];
+    secondLayer<kCovariancePerOffset>(table, packed, rows, 1, kCovariancePerOffset * k, covariance);
+    secondLayer<kColorPerOffset>(table, packed, rows, 2, kColorPerOffset * k, raw_color);
+    V color[3], color_slope[3];
+    const Shape shape = shapeOf(rows, covariance);
+    if (Activation(table.networks.color->activation) == Activation::Sigmoid) {
+        sigmoids(raw_color, color, color_slope);
+        for (int c = 0; c < 3; ++c)
+            color_slope[c] = hn::Mul(color_slope[c], color[c]);
+    } else {
+        for (int c = 0; c < 3; ++c)
+            activateWithSlope(Activation(table.networks.color->activation), raw_color[c], color[c], color_slope[c]);
+    }
     const V opacity_weight = hn::Set(d, float(kSensitivityWeights.opacity * kSensitivityWeights.opacity));
     const V scale_weight =
         hn::Mul(hn::Mul(opacity, opacity), hn::Set(d, float(kSensitivityWeights.scale * kSensitivityWeights.scale)));
     V direction = hn::Zero(d), distance = hn::Zero(d);
     for (uint32_t t = 0; t < table.tangents; ++t) {
-        V slope[kHeads];
-        offsetHeads(d, *table.model, packed, rows.hidden[1 + t] + H, rows.hidden[1 + t] + 2 * H, k, slope, false);
+        const V* color_step = raw_color + kColorPerOffset * (1 + t);
         const V d_opacity = hn::Mul(opacity_slope, hn::Load(d, rows.opacity[1 + t] + size_t(k) * kMaxLanes));
         V change = hn::Zero(d);
         for (int c = 0; c < 3; ++c) {
-            const V d_color = hn::Mul(color_slope[c], slope[kCovariancePerOffset + size_t(c)]);
+            const V d_color = hn::Mul(color_slope[c], color_step[c]);
             const V drawn = hn::MulAdd(d_opacity, color[c], hn::Mul(opacity, d_color));
             change = hn::Max(change, hn::Mul(drawn, drawn));
         }
         // note: a colour that is NaN may get lost in Max, its Gaussian may not
         change = hn::Add(change, hn::Mul(hn::Zero(d), hn::Add(color[0], hn::Add(color[1], color[2]))));
         change = hn::MulAdd(hn::Mul(d_opacity, d_opacity), opacity_weight, change);
-        change = hn::MulAdd(shapeChange(shape, head, slope), scale_weight, change);
-        if (t < 2)
-            direction = hn::Add(direction, change);
+        change = hn::MulAdd(shapeChange(shape, covariance, covariance + kCovariancePerOffset * (1 + t)), scale_weight,
+                            change);
+        if (t == 0)
+            direction = hn::Add(change, change);
         else
             distance = change;
     }
@@ -233,7 +301,7 @@ HWY_INLINE void bankRows(const Rows& rows, uint32_t F, const float* w)
 }
 
 // First layer of a probe, values and tangents, behind the ReLU: into rows.hidden.
-void probeHidden(const SensitivityTable& table, const PackedMlpHeader& packed, const Rows& rows, uint32_t probe)
+void probeHidden(const SensitivityTable& table, const PackedMlpHeader& packed, uint32_t probe, Rows& rows)
 {
     const D d;
     const uint32_t F = table.model->params->feat_dim, columns = 3 * packed.hidden_pad;
@@ -247,17 +315,37 @@ void probeHidden(const SensitivityTable& table, const PackedMlpHeader& packed, c
             dense(d, rows.banked, F, weights, columns, table.zero, nullptr, columns, false, rows.first[1 + t]);
         }
     }
+    std::fill_n(rows.active_count, 3, 0u);
     for (uint32_t c = 0; c < columns; ++c) {
         const size_t at = size_t(c) * kMaxLanes;
         const V sum = hn::Add(hn::Load(d, rows.first[0] + at), hn::Set(d, table.base[probe][c]));
         const M on = hn::Gt(sum, hn::Zero(d));
-        hn::Store(rectify(d, sum), d, rows.hidden[0] + at);
+        const V value = rectify(d, sum);
+        if (hn::AllTrue(d, hn::Eq(value, hn::Zero(d))))
+            continue;
+        const uint32_t head = c / packed.hidden_pad;
+        rows.active[head][rows.active_count[head]++] = uint16_t(c % packed.hidden_pad);
+        hn::Store(value, d, rows.hidden[0] + at);
         for (uint32_t t = 0; t < table.tangents; ++t) {
             V slope = hn::Set(d, table.slope[probe][t][c]);
             if (bank)
                 slope = hn::Add(slope, hn::Load(d, rows.first[1 + t] + at));
             hn::Store(hn::IfThenElseZero(on, slope), d, rows.hidden[1 + t] + at);
         }
+    }
+}
+
+// Second layer of the opacity head, values and tangents: into rows.opacity.
+void probeOpacity(const SensitivityTable& table, const PackedMlpHeader& packed, const Rows& rows)
+{
+    constexpr uint32_t kAtOnce = 4; // the weights are padded to 16
+    const D d;
+    for (uint32_t k = 0; k < table.model->params->n_offsets; k += kAtOnce) {
+        V out[kAtOnce * (1 + kProbeTangents)];
+        secondLayer<kAtOnce>(table, packed, rows, 0, k, out);
+        for (uint32_t s = 0; s <= table.tangents; ++s)
+            for (uint32_t i = 0; i < kAtOnce; ++i)
+                hn::Store(out[s * kAtOnce + i], d, rows.opacity[s] + size_t(k + i) * kMaxLanes);
     }
 }
 
@@ -270,7 +358,7 @@ void sensitivityBlock(const SensitivityTable& table, uint32_t chunk, uint32_t fi
     const ChunkArrays& arrays = model.arrays[chunk];
     const uint32_t lanes = uint32_t(hn::Lanes(d)), F = model.params->feat_dim, K = model.params->n_offsets;
     const uint32_t columns = 3 * packed.hidden_pad;
-    const Rows rows = carveRows(*model.params, packed, table.rows);
+    Rows rows = carveRows(*model.params, packed, table.rows);
     for (uint32_t done = 0; done < count; done += lanes) {
         for (uint32_t lane = 0; lane < lanes; ++lane) {
             const size_t anchor = first + std::min(done + lane, count - 1); // lanes without one repeat the last
@@ -279,20 +367,20 @@ void sensitivityBlock(const SensitivityTable& table, uint32_t chunk, uint32_t fi
             for (uint32_t i = 0; i < 3; ++i)
                 rows.scale[i * kMaxLanes + lane] = arrays.scale[anchor * 6 + 3 + i];
         }
+        // only ratios count: the longest axis becomes 1, and axes of no extent stay 0
+        const auto log_scale = [&](uint32_t i) { return hn::Load(d, rows.scale + i * kMaxLanes); };
+        const V longest = hn::Max(hn::Max(log_scale(0), log_scale(1)), hn::Max(log_scale(2), hn::Set(d, -1e30f)));
         for (uint32_t i = 0; i < 3; ++i)
-            hn::Store(expAny(d, hn::Load(d, rows.scale + i * kMaxLanes)), d, rows.scale + i * kMaxLanes);
+            hn::Store(expAny(d, hn::Sub(log_scale(i), longest)), d, rows.scale + i * kMaxLanes);
         if (table.networks.bank == nullptr)
             dense(d, rows.feature, F, packedWeights(model, packed.first_f32), columns, table.zero, nullptr, columns,
                   false, rows.first[0]);
         V best_direction = hn::Zero(d), best_distance = hn::Zero(d);
         for (uint32_t probe = 0; probe < kProbes; ++probe) {
-            probeHidden(table, packed, rows, probe);
-            for (uint32_t t = 0; t <= table.tangents; ++t)
-                dense(d, rows.hidden[t], packed.hidden_pad, packedWeights(model, packed.second_f32[0]),
-                      packed.out_pad[0], t == 0 ? packedWeights(model, packed.second_bias_f32[0]) : table.zero, nullptr,
-                      K, false, rows.opacity[t]);
+            probeHidden(table, packed, probe, rows);
+            probeOpacity(table, packed, rows);
             V living = hn::Zero(d), direction_sum = hn::Zero(d), distance_sum = hn::Zero(d);
-            for (uint32_t k = 0; k < K; ++k)
+            for (uint32_t k = probe % kOffsetStep; k < K; k += kOffsetStep)
                 probeOffset(table, packed, rows, k, living, direction_sum, distance_sum);
             const V share = hn::Div(hn::Set(d, 1.0f), hn::Max(living, hn::Set(d, 1.0f)));
             best_direction = hn::Max(best_direction, hn::Mul(direction_sum, share));
@@ -326,12 +414,11 @@ void bankAtProbe(const ModelView& model, const MlpRecord& bank, const Sensitivit
     uint32_t n = 0;
     for (; n < 3; ++n) {
         input[n] = probe.direction[n];
-        step[0][n] = probe.tangent[0][n];
-        step[1][n] = probe.tangent[1][n];
+        step[0][n] = probe.tangent[n];
     }
     if (bank.inputs & kMlpTakesDistance) {
         input[n] = probe.distance;
-        step[2][n++] = probe.distance; // d distance / d ln distance
+        step[1][n++] = probe.distance; // d distance / d ln distance
     }
     if (bank.inputs & kMlpTakesLevel)
         input[n++] = level;
@@ -369,21 +456,21 @@ SensitivityTable prepare(const ModelView& model, uint32_t chunk, int32_t appeara
     const PackedMlpHeader& packed = *reinterpret_cast<const PackedMlpHeader*>(model.packed);
     const size_t F = params.feat_dim, columns = size_t(3) * packed.hidden_pad;
     const size_t rows = 2 * F + 3 + (1 + kProbeTangents) * (2 * columns + packed.out_pad[0]);
-    const size_t zeros = std::max<size_t>(columns, packed.out_pad[0]);
-    scratch.values.reserve(rows * kMaxLanes + zeros + columns * kProbes * (1 + kProbeTangents));
+    const size_t lists = columns; // of 16-bit numbers, more than they need
+    scratch.values.reserve(rows * kMaxLanes + lists + columns + columns * kProbes * (1 + kProbeTangents));
     SensitivityTable table{};
     table.model = &model;
     table.networks = findNetworks(model);
-    table.tangents = takesDistance(model) ? 3 : 2;
+    table.tangents = takesDistance(model) ? 2 : 1;
     table.rows = scratch.values.data(); // first, so that rows are aligned
-    float* values = table.rows + rows * kMaxLanes;
+    float* values = table.rows + rows * kMaxLanes + lists;
     const auto take = [&values](size_t count) {
         float* p = values;
         values += count;
         return p;
     };
-    float* zero = take(zeros);
-    std::fill_n(zero, zeros, 0.0f);
+    float* zero = take(columns);
+    std::fill_n(zero, columns, 0.0f);
     table.zero = zero;
     const float* weights = packedWeights(model, packed.first_f32);
     const float* bias = packedWeights(model, packed.first_bias_f32);
@@ -392,23 +479,21 @@ SensitivityTable prepare(const ModelView& model, uint32_t chunk, int32_t appeara
     for (uint32_t p = 0; p < kProbes; ++p) {
         const SensitivityProbe probe = sensitivityProbe(p, distance);
         float* base = take(columns);
-        float* slope[kProbeTangents] = {take(columns), take(columns), take(columns)};
+        float* slope[kProbeTangents] = {take(columns), take(columns)};
         for (size_t c = 0; c < columns; ++c) {
             double sum = bias[c] + weight(3, c) * probe.distance + weight(4, c) * level;
             if (model.embedding != nullptr && appearance >= 0)
                 for (size_t a = 0; a < params.appearance_dim; ++a)
                     sum += double(model.embedding[size_t(appearance) * params.appearance_dim + a]) *
                            weight(kViewRows + a, c);
-            double along[2] = {};
+            double along = 0;
             for (size_t i = 0; i < 3; ++i) {
                 sum += weight(i, c) * probe.direction[i];
-                for (uint32_t t = 0; t < 2; ++t)
-                    along[t] += weight(i, c) * probe.tangent[t][i];
+                along += weight(i, c) * probe.tangent[i];
             }
             base[c] = float(sum);
-            slope[0][c] = float(along[0]);
-            slope[1][c] = float(along[1]);
-            slope[2][c] = float(weight(3, c) * probe.distance);
+            slope[0][c] = float(along);
+            slope[1][c] = float(weight(3, c) * probe.distance);
         }
         table.base[p] = base;
         std::copy_n(slope, kProbeTangents, table.slope[p]);
@@ -434,8 +519,7 @@ SensitivityProbe sensitivityProbe(uint32_t probe, double distance)
     const uint32_t axis = probe / 2;
     for (uint32_t i = 0; i < 3; ++i) {
         result.direction[i] = probe % 2 == 0 ? axes[axis][i] : -axes[axis][i];
-        result.tangent[0][i] = axes[(axis + 1) % 3][i];
-        result.tangent[1][i] = axes[(axis + 2) % 3][i];
+        result.tangent[i] = axes[(axis + 1 + probe % 2) % 3][i];
     }
     result.distance = distance * spread[probe % 3]; // each twice, on different axes
     return result;

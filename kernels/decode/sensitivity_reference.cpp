@@ -137,25 +137,25 @@ void viewSensitivityReference(const ModelView& model, uint32_t chunk, uint32_t l
     for (uint32_t p = 0; p < kProbes; ++p) {
         const SensitivityProbe probe = sensitivityProbe(p, sensitivityDistance(model, chunk));
         const std::vector<Drawn> before = drawnAt(model, chunk, local, appearance, probe.direction, probe.distance);
-        const auto living = double(std::max<ptrdiff_t>(
-            1, std::count_if(before.begin(), before.end(), [](const Drawn& g) { return g.opacity != 0; }))); // or NaN
+        double living = 0;
+        for (size_t k = p % kOffsetStep; k < before.size(); k += kOffsetStep)
+            living += before[k].opacity != 0; // or NaN
+        living = std::max(living, 1.0);
+        double turned[3];
+        for (int i = 0; i < 3; ++i)
+            turned[i] = probe.direction[i] + kStep * probe.tangent[i];
+        const std::vector<Drawn> after = drawnAt(model, chunk, local, appearance, turned, probe.distance);
         double squares = 0;
-        for (const auto& tangent : probe.tangent) {
-            double turned[3];
-            for (int i = 0; i < 3; ++i)
-                turned[i] = probe.direction[i] + kStep * tangent[i];
-            const std::vector<Drawn> after = drawnAt(model, chunk, local, appearance, turned, probe.distance);
-            for (size_t k = 0; k < before.size(); ++k)
-                squares += squaredChange(before[k], after[k]);
-        }
+        for (size_t k = p % kOffsetStep; k < before.size(); k += kOffsetStep)
+            squares += 2 * squaredChange(before[k], after[k]);
         direction = std::max(direction, std::sqrt(squares / living) / kStep);
         if (takesDistance(model)) {
-            const std::vector<Drawn> after =
+            const std::vector<Drawn> moved =
                 drawnAt(model, chunk, local, appearance, probe.direction, probe.distance * (1 + kStep));
-            double moved = 0;
-            for (size_t k = 0; k < before.size(); ++k)
-                moved += squaredChange(before[k], after[k]);
-            distance = std::max(distance, std::sqrt(moved / living) / kStep);
+            squares = 0;
+            for (size_t k = p % kOffsetStep; k < before.size(); k += kOffsetStep)
+                squares += squaredChange(before[k], moved[k]);
+            distance = std::max(distance, std::sqrt(squares / living) / kStep);
         }
     }
 }

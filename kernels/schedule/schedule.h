@@ -22,15 +22,7 @@ struct alignas(64) GroupAnchors {
     uint32_t count;
 };
 
-// Least half that is not below `v`, which is not negative; the largest finite one for what is larger or not a number.
-inline uint16_t halfAbove(float v)
-{
-    if (!(v < 65504.0f))
-        return 0x7bff;
-    return uint16_t((std::bit_cast<uint32_t>(v * 0x1p-112f) + 0x1fff) >> 13);
-}
-
-// Of a half that is not negative; infinity becomes 65536.
+// Of a half that is not negative and finite: halfToFloat() without its cases.
 inline float halfValue(uint16_t half)
 {
     return std::bit_cast<float>(uint32_t(half) << 13) * 0x1p112f;

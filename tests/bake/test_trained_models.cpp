@@ -1,10 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/bake/compare_checkpoint.h"
 #include "convert/bake/grid_fit.h"
+#include "format/half.h"
+#include "kernels/decode/sensitivity.h"
 #include "tests/bake/memory_model.h"
+#include "tests/bake/model_view.h"
 #include "tests/support/checkpoints.h"
 
 #include <doctest/doctest.h>
+
+#include <cmath>
+#include <random>
 
 using namespace gsc;
 using namespace gsc::test;
@@ -59,5 +65,55 @@ TEST_CASE("trained models bake exactly, the same with one thread and two")
         options.memory_budget = 1 << 20;
         bake(checkpoint, options, {});
         CHECK(openBaked(options.output).bytes() == one);
+    }
+}
+
+// bench_sensitivity measures how often: 93 to 98 % for views of real cameras.
+TEST_CASE("anchors of trained models change by what their sensitivity predicts, mostly")
+{
+    for (const std::string& path : trainedModels()) {
+        CAPTURE(path);
+        const TemporaryFolder folder;
+        BakeOptions options;
+        options.output = folder / "model.gsc";
+        bake(readCheckpoint(path, {}), options, {});
+        const Baked baked = openBaked(options.output);
+        std::vector<ChunkArrays> arrays;
+        const ModelView model = modelView(baked.view, arrays);
+        std::mt19937 random(1);
+        std::normal_distribution<double> normal;
+        constexpr int kSamples = 500;
+        constexpr double kAngle = M_PI / 180;
+        int held = 0, useful = 0;
+        for (int sample = 0; sample < kSamples; ++sample) {
+            const uint32_t chunk = uint32_t(random() % baked.view.chunks.size());
+            const uint32_t local = uint32_t(random() % baked.view.chunks[chunk].anchor_count);
+            double direction[3], turned[3], norm = 0, along = 0;
+            for (double& v : direction) {
+                v = normal(random);
+                norm += v * v;
+            }
+            for (int i = 0; i < 3; ++i) {
+                direction[i] /= std::sqrt(norm);
+                turned[i] = normal(random);
+                along += turned[i] * direction[i];
+            }
+            norm = 0;
+            for (int i = 0; i < 3; ++i) {
+                turned[i] -= along * direction[i];
+                norm += turned[i] * turned[i];
+            }
+            for (int i = 0; i < 3; ++i)
+                turned[i] = std::cos(kAngle) * direction[i] + std::sin(kAngle) * turned[i] / std::sqrt(norm);
+            const double distance = sensitivityDistance(model, chunk);
+            const double change = drawnChangeReference(model, chunk, local, model.embedding != nullptr ? 0 : -1,
+                                                       direction, distance, turned, distance);
+            const uint32_t anchor = baked.view.chunks[chunk].anchor_first + local;
+            const double predicted = double(halfToFloat(baked.view.sensitivity[anchor].direction)) * kAngle;
+            held += change <= predicted;
+            useful += change >= predicted / 10;
+        }
+        CHECK(held >= kSamples * 85 / 100);   // of directions from everywhere; where cameras are it holds more often
+        CHECK(useful >= kSamples * 75 / 100); // it is no bound that holds because it is too large
     }
 }

@@ -30,6 +30,7 @@ std::vector<Mutation> tableMutations();
 std::vector<Mutation> modelMutations();
 std::vector<Mutation> chunkMutations();
 std::vector<Mutation> weightMutations();
+std::vector<Mutation> sensitivityMutations();
 std::vector<Mutation> cameraMutations();
 std::vector<Mutation> payloadMutations();
 

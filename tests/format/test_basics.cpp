@@ -7,14 +7,17 @@
 #include "format/checksum.h"
 #include "format/error.h"
 #include "format/gsc_validate.h"
+#include "format/half.h"
 #include "format/mapped_file.h"
 #include "format/output_paths.h"
 
 #include <doctest/doctest.h>
 
 #include <bit>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <random>
 
 #include <sys/stat.h>
@@ -118,6 +121,32 @@ TEST_CASE("gridCoordinate rounds twice, as the trainer does")
     CHECK(differs > 4000); // a fused multiply-add, which rounds once, would be noticed
     CHECK(std::bit_cast<uint32_t>(gridCoordinate(0, 1.0f, 0.0f, true)) == 0x80000000u);
     CHECK(std::bit_cast<uint32_t>(gridCoordinate(0, 1.0f, 0.0f, false)) == 0u);
+}
+
+TEST_CASE("floatToHalfUp gives the smallest half that is not below")
+{
+    for (uint32_t bits = 0; bits <= kMaxHalfBits; ++bits) {
+        const float value = halfToFloat(uint16_t(bits));
+        bool good = floatToHalfUp(value) == bits;
+        if (bits < kMaxHalfBits) {
+            const float next = halfToFloat(uint16_t(bits + 1));
+            good = good && value < next && floatToHalfUp(std::nextafter(value, next)) == bits + 1 &&
+                   floatToHalfUp((value + next) / 2) == bits + 1 &&
+                   floatToHalfUp(std::nextafter(next, value)) == bits + 1;
+        }
+        if (!good)
+            CHECK_MESSAGE(false, "half ", bits);
+    }
+    CHECK(halfToFloat(0x3c00) == 1);
+    CHECK(halfToFloat(0xc400) == -4);
+    CHECK(halfToFloat(0x0001) == std::ldexp(1.0f, -24));
+    CHECK(halfToFloat(kMaxHalfBits) == 65504);
+    CHECK(floatToHalfUp(65504.01f) == kMaxHalfBits);
+    CHECK(floatToHalfUp(INFINITY) == kMaxHalfBits);
+    CHECK(floatToHalfUp(NAN) == kMaxHalfBits);
+    CHECK(floatToHalfUp(-0.0f) == 0);
+    CHECK(floatToHalfUp(-3) == 0);
+    CHECK(floatToHalfUp(std::numeric_limits<float>::denorm_min()) == 1);
 }
 
 TEST_CASE("mortonLess is the order of interleaved bits, x lowest")

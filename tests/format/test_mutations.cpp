@@ -20,8 +20,8 @@ const std::set<uint16_t> kReportedElsewhere = {issue::ManifestJson, issue::GridT
 std::vector<Mutation> allMutations()
 {
     std::vector<Mutation> all;
-    for (auto* part :
-         {tableMutations, modelMutations, chunkMutations, weightMutations, cameraMutations, payloadMutations})
+    for (auto* part : {tableMutations, modelMutations, chunkMutations, weightMutations, sensitivityMutations,
+                       cameraMutations, payloadMutations})
         for (Mutation& m : part())
             all.push_back(std::move(m));
     return all;

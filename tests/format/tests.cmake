@@ -12,6 +12,7 @@ gsc_add_test(
   format/mutations_chunks.cpp
   format/mutations_model.cpp
   format/mutations_payload.cpp
+  format/mutations_sensitivity.cpp
   format/mutations_table.cpp
   format/mutations_weights.cpp
   LIBS

@@ -79,12 +79,16 @@ public:
         finishParams();
         const TinyMlps mlps = tinyMlps(m_options, m_random);
 
+        const std::vector<AnchorSensitivity> sensitivity =
+            m_options.sensitivity ? sensitivities() : std::vector<AnchorSensitivity>{};
+
         std::vector<TinySection> sections;
         const auto add = [&](uint32_t type, uint64_t count, std::vector<std::byte> content) {
             SectionEntry entry{};
             entry.type = type;
             entry.version = 1;
             entry.count = count;
+            entry.flags = type == kSectionSensitivity ? uint32_t(kSectionOptional) : 0;
             sections.push_back({entry, std::move(content)});
         };
         const auto text = std::as_bytes(std::span(m_options.manifest));
@@ -97,6 +101,8 @@ public:
         add(kSectionLeaves, m_leaves.size(), bytesOf(m_leaves));
         add(kSectionNanoVdb, m_levels.size(), std::move(m_grids));
         add(kSectionIndex, m_index.size(), bytesOf(m_index));
+        if (m_options.sensitivity)
+            add(kSectionSensitivity, sensitivity.size(), bytesOf(sensitivity));
         add(kSectionWeights, m_params.mlp_count, mlps.canonical);
         add(kSectionPacked, 1, mlps.packed);
         if (m_options.appearance_dim > 0)
@@ -390,6 +396,22 @@ private:
             m_params.max_chunk_anchors = std::max(m_params.max_chunk_anchors, chunk.anchor_count);
             m_params.max_chunk_bytes = std::max(m_params.max_chunk_bytes, chunk.payload_bytes);
         }
+    }
+
+    // Halves of 1 + i mod 1024 / 1024 and their largest in the records.
+    std::vector<AnchorSensitivity> sensitivities()
+    {
+        std::vector<AnchorSensitivity> values(m_anchors.size());
+        for (uint32_t i = 0; i < values.size(); ++i)
+            values[i] = {uint16_t(0x3c00 | i * 37 % 1024), uint16_t(0x3c00 | i * 11 % 1024)};
+        for (GroupRecord& group : m_groups) {
+            for (uint32_t i = group.anchor_first; i < group.anchor_first + group.anchor_count; ++i)
+                group.view_sensitivity =
+                    std::max(group.view_sensitivity, 1 + float(values[i].direction & 0x3ff) / 1024);
+            float& all = m_chunks[group.chunk].view_sensitivity;
+            all = std::max(all, group.view_sensitivity);
+        }
+        return values;
     }
 
     std::vector<std::byte> embedding()

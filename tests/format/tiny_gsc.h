@@ -29,6 +29,7 @@ struct TinyGscOptions {
     bool distance_inputs = true; // of the three heads
     bool level_inputs = false;   // of the three heads; needs levels >= 2
     bool rotation = false, opacity = false, normal = false;
+    bool sensitivity = false;
     uint64_t seed = 1;
     std::string manifest = R"({"schema":"gsc.manifest/1","generator":"tiny_gsc"})";
 

@@ -254,7 +254,8 @@ SyntheticModel::SyntheticModel(const ModelParams& params, const SyntheticAnchors
     s.params.group_count = s.groups.size();
     s.params.mlp_count = uint32_t(mlps.size());
     s.view = {&s.params,       s.levels.data(),  s.chunks.data(), s.groups.data(),
-              s.arrays.data(), s.weights.data(), s.packed.data(), s.embedding.empty() ? nullptr : s.embedding.data()};
+              s.arrays.data(), s.weights.data(), s.packed.data(), s.embedding.empty() ? nullptr : s.embedding.data(),
+              nullptr};
 }
 
 SyntheticModel::~SyntheticModel() = default;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What may be drawn again, and that nothing else changes: policies, budgets, the bound, both eyes.
 #include "format/error.h"
+#include "format/half.h"
 #include "kernels/math/reuse.h"
 #include "kernels/schedule/schedule.h"
 #include "tests/kernels/render_tools.h"
@@ -302,7 +303,7 @@ TEST_CASE("predicted changes of a strip are the scalar rule's, the largest of th
     const ModelView& model = synthetic.view();
     std::vector<uint16_t> halves(2 * 1200);
     for (size_t i = 0; i < halves.size(); ++i)
-        halves[i] = halfAbove(0.001f * float(i % 97));
+        halves[i] = floatToHalfUp(0.001f * float(i % 97));
     const float c0[3] = {0.3f, -0.1f, -5}, c1[3] = {0.4f, 0.1f, -4.8f};
     for (uint64_t g = 0; g < model.params->group_count; ++g) {
         GroupAnchors anchors;
@@ -325,11 +326,11 @@ TEST_CASE("predicted changes of a strip are the scalar rule's, the largest of th
         CHECK(stripError(anchors, 0, 0xffff, c0, c0) == 0);
     }
     for (const float v : {0.0f, 1e-7f, 6.1e-5f, 0.1f, 1.0f, 1.0003f, 2047.5f, 65503.0f}) {
-        CHECK(halfValue(halfAbove(v)) >= v);
-        CHECK(halfValue(halfAbove(v)) <= v * 1.001f + 6e-8f);
+        CHECK(halfValue(floatToHalfUp(v)) >= v);
+        CHECK(halfValue(floatToHalfUp(v)) <= v * 1.001f + 6e-8f);
     }
-    CHECK(halfValue(halfAbove(INFINITY)) == 65504);
-    CHECK(halfValue(halfAbove(NAN)) == 65504);
+    CHECK(halfValue(floatToHalfUp(INFINITY)) == 65504);
+    CHECK(halfValue(floatToHalfUp(NAN)) == 65504);
 }
 
 TEST_CASE("what cannot be kept is refused")

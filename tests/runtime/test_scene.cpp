@@ -79,6 +79,7 @@ TEST_CASE("a file opens, and every pointer leads to what the file holds")
     options.appearance_dim = 4;
     options.appearance_rows = 3;
     options.cameras = 5;
+    options.sensitivity = true;
     std::vector<std::byte> bytes = test::tinyGsc(options);
     const TempFile file(bytes);
     const std::unique_ptr<Scene> scene = Scene::open(file.path.string(), true);
@@ -110,6 +111,11 @@ TEST_CASE("a file opens, and every pointer leads to what the file holds")
     const size_t values = size_t(options.appearance_dim) * options.appearance_rows * sizeof(float);
     CHECK(std::memcmp(view.embedding, embedding.data() + embedding.size() - values, values) == 0);
 
+    REQUIRE(view.sensitivity != nullptr);
+    const auto sensitivity = test::section(bytes, kSectionSensitivity);
+    CHECK(sensitivity.size() == sizeof(AnchorSensitivity) * options.anchors);
+    CHECK(std::memcmp(view.sensitivity, sensitivity.data(), sensitivity.size()) == 0);
+
     REQUIRE(scene->cameras().size() == 5);
     const auto* camera = test::records<CameraRecord>(bytes, kSectionCameras) + 3;
     CHECK(scene->cameras()[3].fx == camera->fx);
@@ -127,6 +133,7 @@ TEST_CASE("float positions, one level, no embedding, no cameras")
     const std::unique_ptr<Scene> scene = Scene::open(file.path.string());
     checkArrays(scene->view());
     CHECK(scene->view().embedding == nullptr);
+    CHECK(scene->view().sensitivity == nullptr);
     CHECK(scene->cameras().empty());
     CHECK(scene->appearanceRows().empty());
     CHECK_THROWS_AS((void)scene->appearanceRow(0), Error);
