@@ -177,6 +177,11 @@ void CpuReuse::scheduleEye(const ReuseFrame& frame, const GroupAnchors& anchors,
         if (replaced) {
             eye.shared = place(work.eye[0].plan, anchors, strip, eye.lanes, now);
             eye.shares = eye.shared.error <= most;
+            // without the budget for it the left eye's entry stays as it is, for both
+            if (eye.shares && eye.slot == kNoSlot && other != kNoSlot) {
+                eye.slot = other;
+                eye.place = place(keysOf(other), anchors, strip, eye.lanes, now);
+            }
         }
     }
     eye.due = !(eye.place.error <= most) && !eye.shares;
@@ -196,9 +201,12 @@ void CpuReuse::scheduleStrip(const ReuseFrame& frame, const GroupAnchors& anchor
         left.due = true;
         plan(frame, anchors, strip, strip_id, 0, left);
     }
-    for (const EyeWork& eye : work.eye)
-        if (eye.slot != kNoSlot)
-            m_cache.entry(eye.slot).used = m_frame;
+    for (uint32_t e = 0; e < frame.eye_count; ++e) {
+        if (work.eye[e].slot != kNoSlot)
+            m_cache.entry(work.eye[e].slot).used = m_frame;
+        if (const uint32_t own = m_cache.find(strip_id, e); work.eye[e].due && own != kNoSlot)
+            m_cache.entry(own).used = m_frame; // the plan may need its last key
+    }
 }
 
 void CpuReuse::scheduleBlock(const ReuseFrame& frame, size_t block)
