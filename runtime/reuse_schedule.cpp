@@ -23,6 +23,7 @@ constexpr float kLeadShare = 0.7f;
 constexpr float kCurve = 0.08f;
 constexpr float kMostT = 1.5f; // how far an entry is drawn beyond its second key
 constexpr float kMaxLeadFrames = 64;
+constexpr float kGross = 0.1f; // a change that shows as much as a hole does, such as that of a view long left
 
 uint32_t lanesOf(const GroupMask& mask, uint32_t eye, uint32_t strip)
 {
@@ -162,8 +163,8 @@ void CpuReuse::scheduleEye(const ReuseFrame& frame, const GroupAnchors& anchors,
         eye.place = by_error ? place(keysOf(eye.slot), anchors, strip, eye.lanes, now)
                              : Place{0, float(m_frame - m_cache.entry(eye.slot).decoded)};
     // what a first frame decoded would be due all at once, and the picture would jump
-    if (by_error && eye.slot != kNoSlot && m_cache.entry(eye.slot).keys == 1 && m_steady[e])
-        most *= stagger(strip_id);
+    if (by_error && eye.slot != kNoSlot && m_steady[e])
+        most *= m_cache.entry(eye.slot).keys == 1 ? stagger(strip_id) : 0.7f + 0.3f * stagger(strip_id);
     if (by_error && frame.eye_count > 1 && !(eye.place.error <= most)) {
         const bool replaced = e == 1 && work.eye[0].due; // then the left eye's entry is not what it was
         const uint32_t other = m_cache.find(strip_id, 1 - e);
@@ -229,7 +230,7 @@ void CpuReuse::scheduleBlock(const ReuseFrame& frame, size_t block)
     }
 }
 
-// Of what is due, what the budget lets be decoded. What was never decoded always is: a hole shows more than any age.
+// Of what is due, what the budget lets be decoded. What was never decoded always is, and what is grossly wrong.
 // What is left of the budget goes to the largest changes.
 void CpuReuse::grant(const ReuseFrame& frame)
 {
@@ -240,7 +241,7 @@ void CpuReuse::grant(const ReuseFrame& frame)
         double rates = 0;
         for (uint32_t w = 0; w < m_work.size(); ++w) {
             EyeWork& eye = m_work[w].eye[e];
-            eye.decode = eye.due && (budget == 0 || eye.slot == kNoSlot);
+            eye.decode = eye.due && (budget == 0 || eye.slot == kNoSlot || eye.place.error > kGross);
             if (!eye.due)
                 continue;
             const uint32_t anchors = stripAnchors(w / kStripsPerGroup, w % kStripsPerGroup);
