@@ -54,6 +54,7 @@ public:
         for (WorkerState& state : m_states)
             state.clearCounts();
         if (options.reuse.policy == ReusePolicy::None) {
+            m_reuse.skipFrame();
             decodeAndProject(eyes, eye_count, options, rules, visible, result);
         } else {
             checkSlots(m_select.group_count * kGroupSize);
@@ -226,7 +227,7 @@ private:
             bytes += store.bytes();
         for (const WorkerState& state : m_states)
             bytes += state.scratch.values.bytes() + state.scratch.origins.bytes() + state.gathered.values.bytes() +
-                     state.gathered.origins.bytes();
+                     state.gathered.origins.bytes() + state.strip_keys.bytes() + state.strip_fixed.bytes();
         return bytes + m_reuse.bytes();
     }
 

@@ -104,7 +104,7 @@ void CpuReuse::plan(const ReuseFrame& frame, const GroupAnchors& anchors, uint32
     std::copy_n(now, 3, work.plan.center[0]);
     work.planned = {0, 0};
     work.urgency = work.place.error;
-    if (frame.options.reuse.policy != ReusePolicy::Error || m_history < 2)
+    if (frame.options.reuse.policy != ReusePolicy::Error || m_history[e] < 2)
         return;
     float next[3];
     for (int i = 0; i < 3; ++i)
@@ -115,10 +115,13 @@ void CpuReuse::plan(const ReuseFrame& frame, const GroupAnchors& anchors, uint32
     if (!m_steady[e])
         return;
     const float bound = tolerance(frame.options.reuse);
-    const float half = std::max(kLeadShare * bound, 0.5f * m_level[e]);
-    if (const uint32_t own = m_cache.find(strip_id, e); own != kNoSlot) {
+    const uint32_t own = m_cache.find(strip_id, e);
+    // what is new is decoded whatever the budget, and no better for being far off
+    const float level = own != kNoSlot && frame.options.reuse.decode_budget > 0 ? m_level[e] : 0.0f;
+    const float half = std::max(kLeadShare * bound, 0.5f * level);
+    if (own != kNoSlot) {
         const Keys old = keysOf(own);
-        const float life = std::min(std::max(kLeadShare * bound / kCurve, m_level[e]) / work.rate, kMaxLeadFrames);
+        const float life = std::min(std::max(kLeadShare * bound / kCurve, level) / work.rate, kMaxLeadFrames);
         const float frames = life * (0.5f + 0.5f * stagger(strip_id));
         Keys keys;
         keys.count = 2;

@@ -60,7 +60,7 @@ struct ModelView {
 
 enum class Tier : uint32_t { Exact = 0, Fast = 1, Turbo = 2 };
 
-// When an anchor decoded in an earlier frame may be drawn again as it was (design section 5).
+// When what an earlier frame decoded of an anchor may be drawn again (design section 5).
 enum class ReusePolicy : uint32_t {
     None = 0,  // every visible anchor is decoded for every frame and eye
     Depth = 1, // at most so many frames, fewer the more of the view is new: the GS-Cache paper's Algorithm 1
