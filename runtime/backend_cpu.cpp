@@ -7,6 +7,7 @@
 #include "kernels/common/parallel.h"
 #include "kernels/common/stopwatch.h"
 #include "kernels/math/anchor.h"
+#include "kernels/select/cut.h"
 #include "runtime/reuse_cpu.h"
 
 #include <algorithm>
@@ -31,9 +32,14 @@ public:
         for (WorkerState& state : m_states)
             reserveDecode(m_model, state.scratch);
         m_reuse.load(m_model);
+        m_cut.clear();
     }
 
-    void dropCaches() override { m_reuse.clear(); }
+    void dropCaches() override
+    {
+        m_reuse.clear();
+        m_cut.clear();
+    }
 
     void render(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, float* const* images,
                 FrameResult& result) override
@@ -77,12 +83,13 @@ private:
                   FrameResult& result)
     {
         Stopwatch watch;
-        const SelectArgs args{&m_model, eyes, eye_count, rules, options.lod_bias};
+        const SelectArgs args{&m_model, eyes, eye_count, rules, options.lod_bias, options.reuse.cut ? &m_cut : nullptr};
         SelectCounts counts{};
         const size_t visible = selectCpu(args, m_workers, m_select, m_visible, counts);
         for (uint32_t e = 0; e < eye_count; ++e) {
             EyeCounts& eye = result.eyes[e];
             eye.groups_tested = counts.groups_tested[e];
+            result.groups_kept += counts.groups_kept[e];
             eye.anchors_tested = counts.anchors_tested[e];
             eye.anchors_visible = counts.anchors_visible[e];
         }
@@ -222,7 +229,7 @@ private:
         for (const WorkerState& state : m_states)
             bytes += state.scratch.values.bytes() + state.scratch.origins.bytes() + state.gathered.values.bytes() +
                      state.gathered.origins.bytes();
-        return bytes + m_reuse.bytes();
+        return bytes + m_reuse.bytes() + m_cut.bytes();
     }
 
     Workers m_workers;
@@ -232,6 +239,7 @@ private:
     Buffer<VisibleAnchor> m_visible;
     Buffer<float> m_bias;
     SelectScratch m_select;
+    CutCache m_cut;
     SplatStore m_stores[kMaxEyes];
     CpuReuse m_reuse;
     SortScratch m_sort;
