@@ -11,7 +11,11 @@ namespace gsc {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr CutEntry kNothing{{0, 0}, -1, 0, 0, 0};
+constexpr float kNoBound = std::numeric_limits<float>::max();
+// The exact test of an anchor against the quick look at a group, in CPU time.
+constexpr float kExactTestCost = 0.05f;
+constexpr int kDoublings = 5; // 32 frames are long enough
+constexpr CutEntry kNothing{{0, 0}, {0, 0}, -1, 0, 0, 0};
 
 float scaleOf(const float* n)
 {
@@ -120,7 +124,7 @@ float boxSlack(const EyeClassifier& eye, const CutScales& scales, const LodClass
                const float* box_max, float sigma, float extra_max)
 {
     if (lod.test == LodTest::Never)
-        return std::numeric_limits<float>::max();
+        return kNoBound;
     float slack = 0;
     for (int p = 0; p < 5; ++p) {
         const BoundPlane& plane = eye.bounds.planes[p];
@@ -200,11 +204,52 @@ void CutCache::keepChunk(uint32_t e, size_t chunk, float slack)
     keep(m_eyes[e], m_eyes[e].chunks[chunk], m_model->chunks[chunk], slack);
 }
 
-void CutCache::keepGroup(uint32_t e, size_t group, float slack, const uint64_t* visible)
+void CutCache::keepGroup(uint32_t e, size_t group, float slack, const uint64_t* visible, const uint64_t* open)
 {
     CutEntry& entry = m_eyes[e].groups[group];
     std::copy_n(visible, kGroupSize / 64, entry.visible);
+    std::copy_n(open, kGroupSize / 64, entry.open);
     keep(m_eyes[e], entry, m_model->groups[group], slack);
+}
+
+float CutCache::settle(uint32_t e, size_t group, const float* slacks, uint64_t* open) const
+{
+    const Eye& eye = m_eyes[e];
+    const GroupRecord& record = m_model->groups[group];
+    const CutMotion& last = eye.motion[(eye.now + kPoses - 1) % kPoses];
+    float step = 0; // motion per frame
+    if (eye.now > 1)
+        step = last.shift + last.turn * farthest(record.anchor_min, record.anchor_max,
+                                                 eye.pose[eye.now % kPoses].classifier.bounds.center);
+    if (!(step < kNoBound)) // a jump says nothing about the next frame
+        step = 0;
+    // lanes left to others than the exact test, by the frames that they last: fewer than 1, 2, 4, ...
+    alignas(64) float settled[kGroupSize];
+    for (uint32_t i = 0; i < kGroupSize; ++i)
+        settled[i] = i < record.anchor_count && !(open[i / 64] >> i % 64 & 1) ? slacks[i] : kNoBound;
+    float limit = 0, least = kInfinity;
+    for (int doubling = 0; doubling <= kDoublings; ++doubling) {
+        const float below = step * float(1 << doubling);
+        uint32_t count = 0;
+        for (const float slack : settled)
+            count += slack < below;
+        const float cost = kExactTestCost * float(count) + 1 / float(1 << doubling);
+        if (cost < least) {
+            least = cost;
+            limit = below;
+        }
+    }
+    float slack = *std::min_element(settled, settled + kGroupSize);
+    if ((slack > step ? step / slack : 1.0f) <= least)
+        return slack;
+    slack = kNoBound;
+    for (uint32_t i = 0; i < kGroupSize; ++i) {
+        if (settled[i] < limit)
+            open[i / 64] |= uint64_t(1) << i % 64;
+        else
+            slack = std::min(slack, settled[i]);
+    }
+    return slack;
 }
 
 uint64_t CutCache::bytes() const

@@ -31,9 +31,10 @@ struct CutScales {
 
 CutScales cutScales(const EyeClassifier& eye);
 
-// Largest motion (turn * reach + shift) for which every anchor of a group that none is left to the exact test of
-// keeps the class it has; 0 if there is none.
-float groupSlack(const EyeClassifier& eye, const CutScales& scales, const LodClassifier& lod, const GroupLanes& lanes);
+// Largest motion (turn * reach + shift) for which each anchor of a group keeps the class that classifyGroup() gave it;
+// 0 for those it left open. `slacks` has room for lanes.count, rounded up to 16.
+void laneSlacks(const EyeClassifier& eye, const CutScales& scales, const LodClassifier& lod, const GroupLanes& lanes,
+                float* slacks);
 
 // The same for a box that rejectsBox() or rejectsLevel() rejects.
 float boxSlack(const EyeClassifier& eye, const CutScales& scales, const LodClassifier& lod, const float* box_min,
@@ -48,10 +49,11 @@ struct CutMotion {
 CutMotion cutMotion(const EyeParams& from_eye, const EyeClassifier& from, const CutScales& scales,
                     const EyeParams& to_eye, const EyeClassifier& to);
 
-// Outcome of a test. 32 bytes: the cache is read once per frame from end to end.
+// Outcome of a test. The cache is read once per frame from end to end.
 struct CutEntry {
     uint64_t visible[kGroupSize / 64];
-    float slack; // negative: there is none
+    uint64_t open[kGroupSize / 64]; // anchors that take the exact test in every frame, unless the camera stands still
+    float slack;                    // of the others; negative: there is no outcome
     float reach;
     uint32_t pose; // number of the pose that it was found at
     uint32_t reserved;
@@ -77,7 +79,18 @@ public:
 
     // Keeps an outcome of the current pose. May be called for different records at once.
     void keepChunk(uint32_t eye, size_t chunk, float slack);
-    void keepGroup(uint32_t eye, size_t group, float slack, const uint64_t* visible);
+    void keepGroup(uint32_t eye, size_t group, float slack, const uint64_t* visible, const uint64_t* open);
+
+    // Slack of a group whose anchors have `slacks`, apart from those in `open`. Those that would soon have the whole
+    // group tested again join them, where that is cheaper at the camera's present speed.
+    float settle(uint32_t eye, size_t group, const float* slacks, uint64_t* open) const;
+
+    // Whether the eye is not exactly where the outcome was found.
+    [[nodiscard]] bool moved(uint32_t eye, const CutEntry& entry) const
+    {
+        const CutMotion& motion = m_eyes[eye].motion[entry.pose % kPoses];
+        return motion.turn > 0 || motion.shift > 0;
+    }
 
     [[nodiscard]] const CutScales& scales(uint32_t eye) const
     {

@@ -7,6 +7,7 @@
 #include "kernels/common/simd_math-inl.h"
 #include "kernels/select/cut.h"
 
+#include <algorithm>
 #include <limits>
 
 HWY_BEFORE_NAMESPACE();
@@ -26,12 +27,12 @@ HWY_INLINE V cutValue(D d, const float* n, float offset, V x, V y, V z, V reach,
 
 // note: a lane is hidden or visible for good reason, or neither; both margins are above zero for no lane. Comparisons
 // are false for NaN, which proves nothing.
-float slackOf(const EyeClassifier& eye, const CutScales& scales, const LodClassifier& lod, const GroupLanes& lanes)
+void slacksOf(const EyeClassifier& eye, const CutScales& scales, const LodClassifier& lod, const GroupLanes& lanes,
+              float* slacks)
 {
     const LaneTag d;
     using V = hn::Vec<LaneTag>;
     const V zero = hn::Zero(d);
-    V slack = hn::Set(d, std::numeric_limits<float>::max());
     for (uint32_t i = 0; i < lanes.count; i += uint32_t(hn::Lanes(d))) {
         const V x = hn::Load(d, lanes.x + i), y = hn::Load(d, lanes.y + i), z = hn::Load(d, lanes.z + i);
         const V sigma = expAny(d, hn::Load(d, lanes.log_sigma + i));
@@ -78,10 +79,8 @@ float slackOf(const EyeClassifier& eye, const CutScales& scales, const LodClassi
             raise(motion(hn::Sub(hn::Neg(margin), spare_level)));
             lower(motion(hn::Sub(margin, spare_level)));
         }
-        const V lane = hn::IfThenElse(proven, visible, hidden);
-        slack = hn::IfThenElse(hn::FirstN(d, lanes.count - i), hn::Min(slack, lane), slack);
+        hn::StoreU(hn::IfThenElse(proven, visible, hidden), d, slacks + i);
     }
-    return hn::GetLane(hn::MinOfLanes(d, slack));
 }
 
 } // namespace HWY_NAMESPACE
@@ -91,13 +90,15 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace gsc {
 
-HWY_EXPORT(slackOf);
+HWY_EXPORT(slacksOf);
 
-float groupSlack(const EyeClassifier& eye, const CutScales& scales, const LodClassifier& lod, const GroupLanes& lanes)
+void laneSlacks(const EyeClassifier& eye, const CutScales& scales, const LodClassifier& lod, const GroupLanes& lanes,
+                float* slacks)
 {
     if (lod.test == LodTest::Never)
-        return std::numeric_limits<float>::max();
-    return HWY_DYNAMIC_DISPATCH(slackOf)(eye, scales, lod, lanes);
+        std::fill_n(slacks, lanes.count, std::numeric_limits<float>::max());
+    else
+        HWY_DYNAMIC_DISPATCH(slacksOf)(eye, scales, lod, lanes, slacks);
 }
 
 } // namespace gsc

@@ -102,6 +102,25 @@ uint32_t chunkEyes(const Frame& frame, size_t chunk)
     return eyes;
 }
 
+// The exact test of the anchors of word `w` of a group that are in `open`.
+void testOpen(const Frame& frame, uint32_t e, GroupMask& mask, uint32_t w, uint64_t open, SelectCounts& counts)
+{
+    if (open == 0)
+        return;
+    const SelectArgs& args = frame.args;
+    const ModelView& model = *args.model;
+    const GroupRecord& group = model.groups[mask.group];
+    const uint32_t first = group.anchor_first - model.chunks[group.chunk].anchor_first + 64 * w;
+    const float shift = lodShift<float>(*model.params, model.levels[group.level_index].level);
+    counts.anchors_tested[e] += uint64_t(__builtin_popcountll(open));
+    mask.visible[e][w] &= ~open;
+    for (; open != 0; open &= open - 1) {
+        const auto bit = uint32_t(__builtin_ctzll(open));
+        if (testAnchor<float>(model, args.eyes[e], args.rules, args.lod_bias, group.chunk, first + bit, shift).visible)
+            mask.visible[e][w] |= uint64_t(1) << bit;
+    }
+}
+
 // Fills in what the cut cache still knows of a group. Returns the candidates that it does not.
 uint32_t takeKept(const Frame& frame, uint32_t candidates, GroupMask& mask, SelectCounts& counts)
 {
@@ -112,9 +131,12 @@ uint32_t takeKept(const Frame& frame, uint32_t candidates, GroupMask& mask, Sele
             continue;
         open &= ~(1u << e);
         ++counts.groups_kept[e];
+        const bool moved = frame.args.cut->moved(e, *entry);
         for (uint32_t w = 0; w < kGroupSize / 64; ++w) {
             mask.visible[e][w] = entry->visible[w];
-            counts.anchors_visible[e] += uint64_t(__builtin_popcountll(entry->visible[w]));
+            if (moved)
+                testOpen(frame, e, mask, w, entry->open[w], counts);
+            counts.anchors_visible[e] += uint64_t(__builtin_popcountll(mask.visible[e][w]));
         }
     }
     return open;
@@ -136,7 +158,8 @@ uint32_t testGroup(const Frame& frame, uint32_t candidates, GroupMask& mask, Sel
     const uint32_t eyes = eyesOf(frame, group, group.level_index, candidates);
     for (uint32_t e = 0; args.cut != nullptr && e < args.eye_count; ++e)
         if ((candidates & ~eyes) >> e & 1)
-            args.cut->keepGroup(e, mask.group, rejectedSlack(frame, e, group, group.level_index), mask.visible[e]);
+            args.cut->keepGroup(e, mask.group, rejectedSlack(frame, e, group, group.level_index), mask.visible[e],
+                                mask.visible[e]);
     if (eyes == 0)
         return visibleToAny(mask);
     const uint32_t first = group.anchor_first - model.chunks[group.chunk].anchor_first;
@@ -150,13 +173,13 @@ uint32_t testGroup(const Frame& frame, uint32_t candidates, GroupMask& mask, Sel
         Classes classes{};
         if (frame.eyes[e].usable)
             classifyGroup(frame.eyes[e], lod, lanes, classes);
-        bool settled = true;
+        uint64_t left[kGroupSize / 64] = {};
         for (uint32_t w = 0; w < kGroupSize / 64 && w * 64 < group.anchor_count; ++w) {
             const uint64_t all =
                 group.anchor_count - w * 64 >= 64 ? ~uint64_t(0) : (uint64_t(1) << (group.anchor_count - w * 64)) - 1;
             uint64_t visible = classes.visible[w] & all;
             uint64_t open = all & ~classes.visible[w] & ~classes.hidden[w];
-            settled &= open == 0;
+            left[w] = open;
             for (; open != 0; open &= open - 1) {
                 const uint32_t bit = uint32_t(__builtin_ctzll(open));
                 if (testAnchor<float>(model, args.eyes[e], args.rules, args.lod_bias, group.chunk, first + w * 64 + bit,
@@ -168,8 +191,10 @@ uint32_t testGroup(const Frame& frame, uint32_t candidates, GroupMask& mask, Sel
             counts.anchors_visible[e] += uint64_t(__builtin_popcountll(visible));
         }
         if (args.cut != nullptr) {
-            const float slack = settled ? groupSlack(frame.eyes[e], args.cut->scales(e), lod, lanes) : 0.0f;
-            args.cut->keepGroup(e, mask.group, slack, mask.visible[e]);
+            alignas(64) float slacks[kGroupSize];
+            laneSlacks(frame.eyes[e], args.cut->scales(e), lod, lanes, slacks);
+            const float slack = args.cut->settle(e, mask.group, slacks, left);
+            args.cut->keepGroup(e, mask.group, slack, mask.visible[e], left);
         }
     }
     return visibleToAny(mask);
