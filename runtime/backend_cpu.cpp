@@ -8,6 +8,7 @@
 #include "kernels/common/stopwatch.h"
 #include "kernels/math/anchor.h"
 #include "kernels/select/cut.h"
+#include "kernels/sort/order.h"
 #include "runtime/reuse_cpu.h"
 
 #include <algorithm>
@@ -32,13 +33,15 @@ public:
         for (WorkerState& state : m_states)
             reserveDecode(m_model, state.scratch);
         m_reuse.load(m_model);
-        m_cut.clear();
+        dropCaches();
     }
 
     void dropCaches() override
     {
         m_reuse.clear();
         m_cut.clear();
+        for (OrderCache& order : m_order)
+            order.clear();
     }
 
     void render(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, float* const* images,
@@ -194,10 +197,18 @@ private:
         const SplatStore& store = m_stores[e];
         const bool by_group = options.reuse.policy != ReusePolicy::None;
         const size_t blocks = by_group ? m_reuse.groups().size() : (visible + kDecodeBlock - 1) / kDecodeBlock;
-        const size_t count =
-            sortCpu({&m_model, m_visible.data(), store.depth_bits.data(), store.origins.data(), store.counts.data(),
-                     uint32_t(blocks), blockCapacity(), by_group ? m_reuse.groups().data() : nullptr},
-                    m_workers, m_sort);
+        const SortArgs sort{&m_model,
+                            m_visible.data(),
+                            store.depth_bits.data(),
+                            store.origins.data(),
+                            store.counts.data(),
+                            uint32_t(blocks),
+                            blockCapacity(),
+                            by_group ? m_reuse.groups().data() : nullptr};
+        uint64_t moves = 0;
+        const size_t count = options.reuse.order ? sortFromOrder(sort, m_workers, m_sort, m_order[e], moves)
+                                                 : sortCpu(sort, m_workers, m_sort);
+        result.order_moves += moves;
         result.times.sort += watch.lap();
         const uint32_t grid_x = tileCount(eye.width), grid_y = tileCount(eye.height);
         result.eyes[e].pairs =
@@ -222,10 +233,13 @@ private:
     {
         uint64_t bytes = m_visible.bytes() + m_select.chunk_eyes.bytes() + m_select.groups.bytes() +
                          m_sort.keys[0].bytes() + m_sort.keys[1].bytes() + m_sort.histograms.bytes() +
-                         m_sort.block_first.bytes() + m_bin.splats.bytes() + m_bin.tile_first.bytes() +
-                         m_bin.entries.bytes() + m_bin.chunk_counts.bytes() + m_image.bytes();
+                         m_sort.block_first.bytes() + m_sort.buckets.bytes() + m_sort.bucket_first.bytes() +
+                         m_bin.splats.bytes() + m_bin.tile_first.bytes() + m_bin.entries.bytes() +
+                         m_bin.chunk_counts.bytes() + m_image.bytes();
         for (const SplatStore& store : m_stores)
             bytes += store.bytes();
+        for (const OrderCache& order : m_order)
+            bytes += order.bytes();
         for (const WorkerState& state : m_states)
             bytes += state.scratch.values.bytes() + state.scratch.origins.bytes() + state.gathered.values.bytes() +
                      state.gathered.origins.bytes();
@@ -243,6 +257,7 @@ private:
     SplatStore m_stores[kMaxEyes];
     CpuReuse m_reuse;
     SortScratch m_sort;
+    OrderCache m_order[kMaxEyes];
     BinScratch m_bin;
     Buffer<float> m_image; // of an eye whose image nobody wants
 };

@@ -254,9 +254,10 @@ float CutCache::settle(uint32_t e, size_t group, const float* slacks, uint64_t* 
 
 uint64_t CutCache::bytes() const
 {
-    uint64_t bytes = sizeof(*this);
+    uint64_t bytes = 0;
     for (const Eye& eye : m_eyes)
-        bytes += (eye.chunks.capacity() + eye.groups.capacity()) * sizeof(CutEntry);
+        if (eye.groups.capacity() > 0)
+            bytes += sizeof(Eye) + (eye.chunks.capacity() + eye.groups.capacity()) * sizeof(CutEntry);
     return bytes;
 }
 

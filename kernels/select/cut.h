@@ -96,7 +96,7 @@ public:
     {
         return m_eyes[eye].pose[m_eyes[eye].now % kPoses].scales;
     }
-    [[nodiscard]] uint64_t bytes() const;
+    [[nodiscard]] uint64_t bytes() const; // none before begin()
 
 private:
     // Outcomes are given up when their pose is this old, so that a motion is computed for few poses only.
