@@ -121,7 +121,8 @@ std::string shortName(const OrderedJson& config)
     if (!config.at("bound").is_null())
         text += formatString(" %g", config.at("bound").get<double>());
     if (!config.at("decode_budget").is_null())
-        text += formatString(" budget %llu", static_cast<unsigned long long>(config.at("decode_budget").get<uint64_t>()));
+        text +=
+            formatString(" budget %llu", static_cast<unsigned long long>(config.at("decode_budget").get<uint64_t>()));
     if (!config.at("cache_budget").is_null())
         text += formatString(" cache %.0fM", config.at("cache_budget").get<double>() / double(1 << 20));
     text += config.at("cut").get<bool>() ? " cut" : "";
@@ -183,7 +184,6 @@ OrderedJson reuseCountsJson(const ReuseOptions& reuse, const std::vector<RunFram
             {"reused_per_frame", spreadJson(spreadOf(reused))},
             {"hit_rate", share(double(sumOf(reused)), double(sumOf(decoded)))},
             {"overdue", sumOf(countPerFrame(frames, &EyeCounts::anchors_overdue))},
-            {"missing", 0}, // what no entry has is decoded, whatever the budget
             {"evictions", evictions},
             {"cut_hit_rate", reuse.cut ? OrderedJson(share(double(kept), tested)) : OrderedJson()},
             {"order_moves_per_frame", reuse.order ? OrderedJson(moves.mean) : OrderedJson()},

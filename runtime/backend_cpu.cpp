@@ -19,7 +19,12 @@ namespace {
 
 class CpuBackend final : public Backend {
 public:
-    explicit CpuBackend(int threads) : m_workers(threads), m_states(size_t(m_workers.count())), m_reuse(m_workers) {}
+    // Entries may take a quarter of the machine unless a frame's options say otherwise: more than a visible set needs, and
+    // room for the model, the frame and other programs.
+    explicit CpuBackend(int threads)
+        : m_workers(threads), m_states(size_t(m_workers.count())), m_reuse(m_workers, cpuFacts(1).memory_bytes / 4)
+    {
+    }
 
     [[nodiscard]] const char* name() const override { return "cpu"; }
     [[nodiscard]] DeviceFacts device() const override { return cpuFacts(uint32_t(m_workers.count())); }

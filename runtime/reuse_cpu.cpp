@@ -171,7 +171,8 @@ void CpuReuse::giveSlots(const ReuseFrame& frame)
     for (size_t w = 0; w < m_work.size(); ++w)
         for (uint32_t e = 0; e < frame.eye_count; ++e)
             wanted += m_work[w].eye[e].decode && m_cache.find(stripId(w), e) == kNoSlot;
-    size_t room = m_cache.makeRoom(wanted, frame.options.reuse.cache_bytes, m_frame);
+    const uint64_t limit = frame.options.reuse.cache_bytes > 0 ? frame.options.reuse.cache_bytes : m_memory;
+    size_t room = m_cache.makeRoom(wanted, limit, m_frame);
     for (size_t w = 0; w < m_work.size(); ++w)
         for (uint32_t e = 0; e < frame.eye_count; ++e) {
             EyeWork& eye = m_work[w].eye[e];

@@ -27,7 +27,8 @@ struct ReuseFrame {
 
 class CpuReuse {
 public:
-    explicit CpuReuse(const Workers& workers) : m_workers(workers) {}
+    // `memory`: most bytes of entries where the options set no limit.
+    CpuReuse(const Workers& workers, uint64_t memory) : m_workers(workers), m_memory(memory) {}
 
     // `model` must outlive the next load().
     void load(const ModelView& model);
@@ -110,6 +111,7 @@ private:
     [[nodiscard]] uint32_t stripAnchors(size_t block, uint32_t strip) const;
 
     const Workers& m_workers;
+    uint64_t m_memory;
     ModelView m_model{};
     DecodedCache m_cache;
     std::vector<uint32_t> m_groups;     // per block

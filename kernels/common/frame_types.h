@@ -77,7 +77,7 @@ struct ReuseOptions {
     float bound = 1; // Error: predicted change of what an anchor draws, in 1/255
     uint64_t decode_budget =
         0; // anchors decoded per frame and eye, 0 = no limit; what no entry has is decoded all the same
-    uint64_t cache_bytes = 0; // most memory of decoded Gaussians, 0 = no limit
+    uint64_t cache_bytes = 0; // most memory of decoded Gaussians, 0 = a quarter of the machine's
     bool cut = false;         // keep which groups are visible while the camera's motion cannot change it
     bool order = false;       // sort from the last frame's depth order
 };
