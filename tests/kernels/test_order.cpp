@@ -218,11 +218,15 @@ TEST_CASE("moves: all of a first or an unlike frame, few of one that is alike, n
     frames.fill(depths(5, 0, 0)); // most of it behind all there was
     sorter.run(frames.args(), one);
     CHECK(sorter.moves == 30000);
+    const auto evenly = [](uint32_t g) { return 1 + float(g * 7919u % 30000u) * 0x1p-15f; };
     for (int i = 0; i < 2; ++i) {
-        frames.fill([](uint32_t g) { return 1 + float(g * 7919u % 30000u) * 0x1p-15f; });
+        frames.fill(evenly);
         sorter.run(frames.args(), one);
     }
     CHECK(sorter.moves == 0);
+    frames.fill([&](uint32_t g) { return g == 100 ? evenly(5000) + 0x1p-22f : evenly(g); });
+    sorter.run(frames.args(), one);
+    CHECK(sorter.moves == 1); // the 5000th lies before the 100th
     sorter.cache.clear();
     sorter.run(frames.args(), one);
     CHECK(sorter.moves == 30000);
