@@ -224,6 +224,38 @@ TEST_CASE("anchors that nothing is proven about: the uncached set")
     }
 }
 
+TEST_CASE("far from the origin, where coordinates are coarse: the uncached set")
+{
+    const Workers one(1);
+    for (const LevelRule rule : {LevelRule::None, LevelRule::Round}) {
+        SyntheticOptions options = smallModel(rule, RasterRules::DiffGaussian);
+        options.encoding = PositionEncoding::Float;
+        SyntheticAnchors anchors = randomAnchors(options);
+        constexpr float kFar[3] = {3000, -700, 9000};
+        for (size_t i = 0; i < anchors.position.size(); ++i)
+            anchors.position[i] += kFar[i % 3];
+        const SyntheticModel model(syntheticParams(options), anchors, randomMlps(options), {}, 0);
+        Random random(4);
+        CutCache cut;
+        Selected plain, cached;
+        Head head, home;
+        size_t wrong = 0, visible = 0;
+        for (int frame = 0; frame < 600; ++frame) {
+            nextHead(random, frame, head, home);
+            Head there = head;
+            for (int i = 0; i < 3; ++i)
+                there.position[i] += kFar[i];
+            const std::vector<EyeParams> eyes{there.eye(1.0f, 300, 200)};
+            plain.run(model.view(), eyes, 0, 0, one, nullptr);
+            cached.run(model.view(), eyes, 0, 0, one, &cut);
+            wrong += !cached.sameAs(plain);
+            visible += plain.size;
+        }
+        CHECK(wrong == 0);
+        CHECK(visible > 10000);
+    }
+}
+
 TEST_CASE("size, field of view, near plane, LOD bias and view matrices that stretch: outcomes do not outlive them")
 {
     const SyntheticModel model(smallModel(LevelRule::Round, RasterRules::DiffGaussian));
