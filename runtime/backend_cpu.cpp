@@ -7,6 +7,8 @@
 #include "kernels/common/parallel.h"
 #include "kernels/common/stopwatch.h"
 #include "kernels/math/anchor.h"
+#include "kernels/select/cut.h"
+#include "kernels/sort/order.h"
 #include "runtime/reuse_cpu.h"
 
 #include <algorithm>
@@ -36,9 +38,16 @@ public:
         for (WorkerState& state : m_states)
             reserveDecode(m_model, state.scratch);
         m_reuse.load(m_model);
+        dropCaches();
     }
 
-    void dropCaches() override { m_reuse.clear(); }
+    void dropCaches() override
+    {
+        m_reuse.clear();
+        m_cut.clear();
+        for (OrderCache& order : m_order)
+            order.clear();
+    }
 
     void render(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, float* const* images,
                 FrameResult& result) override
@@ -83,12 +92,13 @@ private:
                   FrameResult& result)
     {
         Stopwatch watch;
-        const SelectArgs args{&m_model, eyes, eye_count, rules, options.lod_bias};
+        const SelectArgs args{&m_model, eyes, eye_count, rules, options.lod_bias, options.reuse.cut ? &m_cut : nullptr};
         SelectCounts counts{};
         const size_t visible = selectCpu(args, m_workers, m_select, m_visible, counts);
         for (uint32_t e = 0; e < eye_count; ++e) {
             EyeCounts& eye = result.eyes[e];
             eye.groups_tested = counts.groups_tested[e];
+            result.groups_kept += counts.groups_kept[e];
             eye.anchors_tested = counts.anchors_tested[e];
             eye.anchors_visible = counts.anchors_visible[e];
         }
@@ -193,10 +203,18 @@ private:
         const SplatStore& store = m_stores[e];
         const bool by_group = options.reuse.policy != ReusePolicy::None;
         const size_t blocks = by_group ? m_reuse.groups().size() : (visible + kDecodeBlock - 1) / kDecodeBlock;
-        const size_t count =
-            sortCpu({&m_model, m_visible.data(), store.depth_bits.data(), store.origins.data(), store.counts.data(),
-                     uint32_t(blocks), blockCapacity(), by_group ? m_reuse.groups().data() : nullptr},
-                    m_workers, m_sort);
+        const SortArgs sort{&m_model,
+                            m_visible.data(),
+                            store.depth_bits.data(),
+                            store.origins.data(),
+                            store.counts.data(),
+                            uint32_t(blocks),
+                            blockCapacity(),
+                            by_group ? m_reuse.groups().data() : nullptr};
+        uint64_t moves = 0;
+        const size_t count = options.reuse.order ? sortFromOrder(sort, m_workers, m_sort, m_order[e], moves)
+                                                 : sortCpu(sort, m_workers, m_sort);
+        result.order_moves += moves;
         result.times.sort += watch.lap();
         const uint32_t grid_x = tileCount(eye.width), grid_y = tileCount(eye.height);
         result.eyes[e].pairs =
@@ -221,14 +239,17 @@ private:
     {
         uint64_t bytes = m_visible.bytes() + m_select.chunk_eyes.bytes() + m_select.groups.bytes() +
                          m_sort.keys[0].bytes() + m_sort.keys[1].bytes() + m_sort.histograms.bytes() +
-                         m_sort.block_first.bytes() + m_bin.splats.bytes() + m_bin.tile_first.bytes() +
-                         m_bin.entries.bytes() + m_bin.chunk_counts.bytes() + m_image.bytes();
+                         m_sort.block_first.bytes() + m_sort.buckets.bytes() + m_sort.bucket_first.bytes() +
+                         m_bin.splats.bytes() + m_bin.tile_first.bytes() + m_bin.entries.bytes() +
+                         m_bin.chunk_counts.bytes() + m_image.bytes();
         for (const SplatStore& store : m_stores)
             bytes += store.bytes();
+        for (const OrderCache& order : m_order)
+            bytes += order.bytes();
         for (const WorkerState& state : m_states)
             bytes += state.scratch.values.bytes() + state.scratch.origins.bytes() + state.gathered.values.bytes() +
                      state.gathered.origins.bytes() + state.strip_keys.bytes() + state.strip_fixed.bytes();
-        return bytes + m_reuse.bytes();
+        return bytes + m_reuse.bytes() + m_cut.bytes();
     }
 
     Workers m_workers;
@@ -238,9 +259,11 @@ private:
     Buffer<VisibleAnchor> m_visible;
     Buffer<float> m_bias;
     SelectScratch m_select;
+    CutCache m_cut;
     SplatStore m_stores[kMaxEyes];
     CpuReuse m_reuse;
     SortScratch m_sort;
+    OrderCache m_order[kMaxEyes];
     BinScratch m_bin;
     Buffer<float> m_image; // of an eye whose image nobody wants
 };

@@ -10,6 +10,7 @@
 
 namespace gsc {
 
+class CutCache;
 class Workers;
 
 struct VisibleAnchor {
@@ -25,10 +26,12 @@ struct SelectArgs {
     uint32_t eye_count;
     RasterConstants rules;
     float lod_bias;
+    CutCache* cut = nullptr; // what earlier frames found is used and kept there
 };
 
 struct SelectCounts {
     uint64_t groups_tested[kMaxEyes];
+    uint64_t groups_kept[kMaxEyes]; // not tested, because the cut cache knew the outcome
     uint64_t anchors_tested[kMaxEyes];
     uint64_t anchors_visible[kMaxEyes];
 };

@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: Apache-2.0
+// With the cut cache a frame selects what it selects without, whatever the camera did before.
+#include "kernels/common/parallel.h"
+#include "kernels/select/cut.h"
+#include "tests/kernels/synthetic_model.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+
+using namespace gsc;
+using namespace gsc::test;
+
+namespace {
+
+struct Selected {
+    SelectScratch scratch;
+    Buffer<VisibleAnchor> visible;
+    SelectCounts counts{};
+    size_t size = 0;
+
+    void run(const ModelView& model, const std::vector<EyeParams>& eyes, float lod_bias, float near_z,
+             const Workers& workers, CutCache* cut)
+    {
+        const SelectArgs args{&model,   eyes.data(), uint32_t(eyes.size()), rasterConstants(*model.params, near_z),
+                              lod_bias, cut};
+        size = selectCpu(args, workers, scratch, visible, counts);
+    }
+
+    [[nodiscard]] bool sameAs(const Selected& other) const
+    {
+        bool same = size == other.size;
+        for (size_t i = 0; i < size && same; ++i) {
+            const VisibleAnchor &a = visible[i], &b = other.visible[i];
+            same = a.chunk == b.chunk && a.local == b.local && a.eyes == b.eyes && a.fraction[0] == b.fraction[0] &&
+                   a.fraction[1] == b.fraction[1];
+        }
+        for (uint32_t e = 0; e < kMaxEyes; ++e)
+            same &= counts.anchors_visible[e] == other.counts.anchors_visible[e];
+        return same;
+    }
+
+    [[nodiscard]] uint64_t kept() const { return counts.groups_kept[0] + counts.groups_kept[1]; }
+    [[nodiscard]] uint64_t tested() const { return counts.groups_tested[0] + counts.groups_tested[1]; }
+};
+
+// A head: where it is and where it looks.
+struct Head {
+    float position[3] = {0, 0, 0};
+    float yaw = 0, pitch = 0;
+
+    void move(Random& random, float step, float turn)
+    {
+        for (float& p : position)
+            p += step * random.uniform(-1, 1);
+        yaw += turn * random.uniform(-1, 1);
+        pitch = std::fmin(1.4f, std::fmax(-1.4f, pitch + turn * random.uniform(-1, 1)));
+    }
+
+    [[nodiscard]] EyeParams eye(float fov, uint32_t width, uint32_t height) const
+    {
+        const float target[3] = {position[0] + std::sin(yaw) * std::cos(pitch), position[1] + std::sin(pitch),
+                                 position[2] + std::cos(yaw) * std::cos(pitch)};
+        return lookAt(position, target, fov, width, height);
+    }
+};
+
+EyeParams shifted(EyeParams eye, float right)
+{
+    eye.world_to_view[3] -= right;
+    for (int c = 0; c < 4; ++c)
+        eye.full_projection[c] = eye.world_to_view[c] / eye.tan_fov_x;
+    for (int c = 0; c < 3; ++c)
+        eye.center[c] += right * eye.world_to_view[c];
+    return eye;
+}
+
+// Moves like a walk, a turn, a tremble, a stand and a jump, some frames of each.
+void nextHead(Random& random, int frame, Head& head, Head& home)
+{
+    switch (frame / 12 % 6) {
+    case 0: // walk straight on
+        for (int i = 0; i < 3; ++i)
+            head.position[i] += 0.03f * float(i + 1) * (frame / 72 % 2 ? 1.0f : -1.0f);
+        break;
+    case 1: // turn on the spot
+        head.yaw += 0.02f;
+        break;
+    case 2: // tremble round a pose
+        if (frame % 12 == 0)
+            home = head;
+        head = home;
+        head.move(random, 0.01f, 0.004f);
+        break;
+    case 3: // stand still
+        break;
+    case 4:
+        head.move(random, 0.05f, 0.05f);
+        break;
+    default:
+        if (frame % 6 == 0)
+            for (int i = 0; i < 3; ++i)
+                head.position[i] = random.uniform(-6, 6);
+        head.move(random, 0.002f, 0.1f);
+    }
+}
+
+SyntheticOptions smallModel(LevelRule rule, RasterRules raster)
+{
+    SyntheticOptions options;
+    options.anchors = 4000;
+    options.n_offsets = 1;
+    options.feat_dim = 4;
+    options.log_scale = -5;
+    options.raster_rules = raster;
+    options.level_rule = rule;
+    options.levels = rule == LevelRule::None ? 1 : 4;
+    options.flags = rule == LevelRule::None ? 0 : kModelHasLevels | kModelLodHalfCell;
+    options.seed = 31 + uint32_t(rule);
+    return options;
+}
+
+} // namespace
+
+TEST_CASE("walks, turns, trembling, jumps, every LOD rule and rasteriser, narrow and wide: the uncached set")
+{
+    Random random(3);
+    const Workers one(1), three(3);
+    for (const RasterRules raster : {RasterRules::DiffGaussian, RasterRules::Gsplat})
+        for (const LevelRule rule :
+             {LevelRule::None, LevelRule::Floor, LevelRule::Round, LevelRule::Ceil, LevelRule::Progressive}) {
+            const SyntheticModel model(smallModel(rule, raster));
+            for (const float fov : {0.2f, 1.0f, 2.2f}) {
+                CAPTURE(uint32_t(rule));
+                CAPTURE(fov);
+                CutCache cut, cut_three;
+                Selected plain, cached, threaded;
+                Head head, home;
+                uint64_t kept = 0, tested = 0;
+                size_t wrong = 0;
+                for (int frame = 0; frame < 288; ++frame) {
+                    nextHead(random, frame, head, home);
+                    const EyeParams eye = head.eye(fov, 300, 200);
+                    std::vector<EyeParams> eyes{eye};
+                    if (frame % 48 >= 24)
+                        eyes.push_back(shifted(eye, 0.1f));
+                    plain.run(model.view(), eyes, 0, 0, one, nullptr);
+                    cached.run(model.view(), eyes, 0, 0, one, &cut);
+                    threaded.run(model.view(), eyes, 0, 0, three, &cut_three);
+                    wrong += !cached.sameAs(plain) || !threaded.sameAs(plain) || threaded.kept() != cached.kept();
+                    kept += cached.kept();
+                    tested += cached.tested();
+                    REQUIRE(plain.kept() == 0);
+                }
+                CHECK(wrong == 0);
+                CHECK(kept * 2 > tested); // of a model that is mostly within arm's reach
+            }
+        }
+}
+
+TEST_CASE("one kind of motion at a time, far and near: the uncached set")
+{
+    Random random(9);
+    const Workers one(1);
+    for (const LevelRule rule : {LevelRule::None, LevelRule::Floor}) {
+        const SyntheticModel model(smallModel(rule, RasterRules::DiffGaussian));
+        for (int walk = 0; walk < 60; ++walk) {
+            CutCache cut;
+            Selected plain, cached;
+            Head head;
+            for (float& p : head.position)
+                p = random.uniform(-1, 1) * (walk % 2 ? 12.0f : 4.0f);
+            head.yaw = random.uniform(0, 6.28f);
+            const float step[3] = {random.uniform(-0.2f, 0.2f), random.uniform(-0.2f, 0.2f),
+                                   random.uniform(-0.2f, 0.2f)};
+            const float turn = random.uniform(-0.03f, 0.03f);
+            size_t wrong = 0;
+            for (int frame = 0; frame < 40; ++frame) {
+                for (int i = 0; i < 3 && walk % 3 != 0; ++i)
+                    head.position[i] += step[i];
+                head.yaw += walk % 3 != 1 ? turn : 0;
+                const std::vector<EyeParams> eyes{head.eye(1.2f, 640, 480)};
+                plain.run(model.view(), eyes, 0, 0, one, nullptr);
+                cached.run(model.view(), eyes, 0, 0, one, &cut);
+                wrong += !cached.sameAs(plain);
+            }
+            CHECK(wrong == 0);
+        }
+    }
+}
+
+TEST_CASE("anchors that nothing is proven about: the uncached set")
+{
+    SyntheticOptions options = smallModel(LevelRule::None, RasterRules::DiffGaussian);
+    options.anchors = 1000;
+    options.encoding = PositionEncoding::Float;
+    SyntheticAnchors anchors = randomAnchors(options);
+    Random random(23);
+    constexpr float kInf = std::numeric_limits<float>::infinity();
+    for (size_t i = 0; i < anchors.count(); i += 97) {
+        anchors.scale[6 * i] = i % 2 ? kInf : -kInf;
+        anchors.scale[6 * (i + 1)] = std::numeric_limits<float>::quiet_NaN();
+        anchors.scale[6 * (i + 2)] = 3; // far larger than the scene
+        anchors.position[3 * (i + 3)] = std::numeric_limits<float>::quiet_NaN();
+    }
+    const Workers one(1);
+    for (const bool rotated : {false, true}) {
+        for (size_t i = 0; rotated && i < 4 * anchors.count(); ++i)
+            anchors.rotation.push_back(random.normal());
+        const SyntheticModel model(syntheticParams(options), anchors, randomMlps(options), {}, 0);
+        CutCache cut;
+        Selected plain, cached;
+        Head head, home;
+        size_t wrong = 0;
+        for (int frame = 0; frame < 300; ++frame) {
+            nextHead(random, frame, head, home);
+            const std::vector<EyeParams> eyes{head.eye(1.0f, 300, 200)};
+            plain.run(model.view(), eyes, 0, 0, one, nullptr);
+            cached.run(model.view(), eyes, 0, 0, one, &cut);
+            wrong += !cached.sameAs(plain);
+        }
+        CHECK(wrong == 0);
+    }
+}
+
+TEST_CASE("far from the origin, where coordinates are coarse: the uncached set")
+{
+    const Workers one(1);
+    for (const LevelRule rule : {LevelRule::None, LevelRule::Round}) {
+        SyntheticOptions options = smallModel(rule, RasterRules::DiffGaussian);
+        options.encoding = PositionEncoding::Float;
+        SyntheticAnchors anchors = randomAnchors(options);
+        constexpr float kFar[3] = {3000, -700, 9000};
+        for (size_t i = 0; i < anchors.position.size(); ++i)
+            anchors.position[i] += kFar[i % 3];
+        const SyntheticModel model(syntheticParams(options), anchors, randomMlps(options), {}, 0);
+        Random random(4);
+        CutCache cut;
+        Selected plain, cached;
+        Head head, home;
+        size_t wrong = 0, visible = 0;
+        for (int frame = 0; frame < 600; ++frame) {
+            nextHead(random, frame, head, home);
+            Head there = head;
+            for (int i = 0; i < 3; ++i)
+                there.position[i] += kFar[i];
+            const std::vector<EyeParams> eyes{there.eye(1.0f, 300, 200)};
+            plain.run(model.view(), eyes, 0, 0, one, nullptr);
+            cached.run(model.view(), eyes, 0, 0, one, &cut);
+            wrong += !cached.sameAs(plain);
+            visible += plain.size;
+        }
+        CHECK(wrong == 0);
+        CHECK(visible > 10000);
+    }
+}
+
+TEST_CASE("size, field of view, near plane, LOD bias and view matrices that stretch: outcomes do not outlive them")
+{
+    const SyntheticModel model(smallModel(LevelRule::Round, RasterRules::DiffGaussian));
+    const Workers one(1);
+    CutCache cut;
+    Selected plain, cached;
+    Head head;
+    Random random(77);
+    size_t wrong = 0, changed = 0;
+    uint64_t kept = 0;
+    float fov = 1, bias = 0, near_z = 0, stretch = 1;
+    uint32_t width = 300;
+    for (int frame = 0; frame < 600; ++frame) {
+        if (frame % 4 == 0) {
+            fov = random.uniform() < 0.3f ? random.uniform(0.3f, 2.0f) : fov;
+            bias = random.uniform() < 0.3f ? random.uniform(-1, 1) : bias;
+            near_z = random.uniform() < 0.3f ? random.uniform(0.1f, 4) : near_z;
+            stretch = random.uniform() < 0.3f ? random.uniform(0.5f, 2) : 1;
+            width = random.uniform() < 0.3f ? 100 + uint32_t(300 * random.uniform()) : width;
+            ++changed;
+        }
+        if (frame % 4 > 1) // the rules change for a camera that stands still
+            head.move(random, 0.002f, 0.001f);
+        EyeParams eye = head.eye(fov, width, 200);
+        for (int i = 0; i < 4; ++i) {
+            eye.world_to_view[i] *= stretch;
+            eye.full_projection[i] *= stretch;
+        }
+        plain.run(model.view(), {eye}, bias, near_z, one, nullptr);
+        cached.run(model.view(), {eye}, bias, near_z, one, &cut);
+        wrong += !cached.sameAs(plain);
+        kept += cached.kept();
+    }
+    CHECK(wrong == 0);
+    CHECK(kept > 1000);
+}
+
+TEST_CASE("a camera that stands still tests nothing; a cleared cache tests everything")
+{
+    const SyntheticModel model(smallModel(LevelRule::Floor, RasterRules::DiffGaussian));
+    const Workers one(1);
+    CutCache cut;
+    Selected first, second, third;
+    const std::vector<EyeParams> eyes{Head{}.eye(1, 300, 200), shifted(Head{}.eye(1, 300, 200), 0.1f)};
+    first.run(model.view(), eyes, 0, 0, one, &cut);
+    CHECK(first.tested() > 0);
+    CHECK(first.kept() == 0);
+    for (int frame = 0; frame < 200; ++frame)
+        second.run(model.view(), eyes, 0, 0, one, &cut);
+    CHECK(second.tested() == 0);
+    CHECK(second.kept() > 0);
+    CHECK(second.sameAs(first));
+    cut.clear();
+    third.run(model.view(), eyes, 0, 0, one, &cut);
+    CHECK(third.tested() == first.tested());
+    CHECK(cut.bytes() >= 2 * sizeof(CutEntry) * (model.view().params->group_count + model.view().params->chunk_count));
+}
+
+TEST_CASE("what is far from every border is kept for long")
+{
+    const SyntheticModel model(smallModel(LevelRule::None, RasterRules::DiffGaussian));
+    const Workers one(1);
+    CutCache cut;
+    Selected cached;
+    Head head;
+    head.position[2] = -40;
+    uint64_t kept = 0, tested = 0;
+    for (int frame = 0; frame < 200; ++frame) {
+        head.position[0] += 0.01f;
+        cached.run(model.view(), {head.eye(1.2f, 300, 200)}, 0, 0, one, &cut);
+        kept += cached.kept();
+        tested += cached.tested();
+    }
+    CHECK(double(kept) > 0.95 * double(kept + tested)); // the rest are lives that ended
+}
