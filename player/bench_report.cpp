@@ -168,7 +168,7 @@ Json configJson(const BenchOptions& options, const BenchSummary& summary)
             {"shots", summary.shots},
             {"tier", tierName(summary.tier)},
             {"eyes", play.eyes},
-            {"ipd", play.eyes == 2 ? Json(summary.ipd) : Json()},
+            {"ipd", play.eyes == 2 ? unknownIfZero(summary.ipd) : Json()},
             {"size", play.width > 0 ? Json{play.width, play.height} : Json()},
             {"fov_degrees", unknownIfZero(play.fov_x * 180 / std::numbers::pi)},
             {"near", unknownIfZero(play.near_z)},

@@ -157,7 +157,7 @@ OrderedJson runConfigJson(const RunContext& context, const Path& path, const Run
                     {"lod_bias", run.lod_bias},
                     {"stereo", "exact"},
                     {"eyes", path.eye_count},
-                    {"ipd", path.eye_count == 2 ? OrderedJson(path.shots.front().ipd) : OrderedJson()},
+                    {"ipd", path.eye_count == 2 ? unknownIfZero(path.shots.front().ipd) : OrderedJson()},
                     {"size", options.width > 0 ? OrderedJson{options.width, options.height} : OrderedJson()},
                     {"fov_degrees", unknownIfZero(options.fov_x * 180 / std::numbers::pi)},
                     {"near", unknownIfZero(options.near_z)},

@@ -31,7 +31,7 @@ OrderedJson pathJson(const StabilityOptions& options, const StabilityPath& entry
     return {{"trajectory", entry.path.name},
             {"cameras", entry.path.cameras},
             {"frames", entry.path.shots.size()},
-            {"ipd", entry.path.eye_count == 2 ? OrderedJson(entry.path.shots.front().ipd) : OrderedJson()},
+            {"ipd", entry.path.eye_count == 2 ? unknownIfZero(entry.path.shots.front().ipd) : OrderedJson()},
             {"ms", timesJson(entry.run.frames, options.warmup)},
             {"accuracy", accuracyJson(entry.run.accuracy)},
             {"reuse", reuseCountsJson(options.play.reuse, entry.run.frames)},

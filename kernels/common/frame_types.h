@@ -17,9 +17,11 @@ struct EyeParams {
     float world_to_view[12];    // row-major 3 x 4: view = R * world + t
     float full_projection[16];  // row-major 4 x 4, column vectors: clip = P * W2C * world
     float center[3];            // camera centre, world units
-    float tan_fov_x, tan_fov_y; // tangents of half the field of view
-    float focal_x, focal_y;     // pixels: size / (2 tan)
-    uint32_t width, height;     // pixels
+    float tan_fov_x, tan_fov_y; // half of what the image spans at depth 1: tangents of half a centred field of view
+    float tan_mid_x,
+        tan_mid_y;          // right and down of the axis at depth 1 to the image's middle; 0 in the trainers' cameras
+    float focal_x, focal_y; // pixels: size / (2 tan_fov)
+    uint32_t width, height; // pixels
 };
 
 // The same in double precision, for the reference that measures the others.
@@ -28,6 +30,7 @@ struct EyeParams64 {
     double full_projection[16];
     double center[3];
     double tan_fov_x, tan_fov_y;
+    double tan_mid_x, tan_mid_y;
     double focal_x, focal_y;
     uint32_t width, height;
 };
