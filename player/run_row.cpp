@@ -6,6 +6,7 @@
 #include "format/gsc_layout.h"
 #include "format/mapped_file.h"
 #include "player/report_parts.h"
+#include "player/reuse_names.h"
 #include "player/stage_names.h"
 #include "runtime/frame_stats.h"
 
@@ -155,7 +156,7 @@ OrderedJson runConfigJson(const RunContext& context, const Path& path, const Run
     json.update(
         OrderedJson{{"tier", tierName(run.tier)},
                     {"lod_bias", run.lod_bias},
-                    {"stereo", "exact"},
+                    {"stereo", stereoName(run.stereo)},
                     {"eyes", path.eye_count},
                     {"ipd", path.eye_count == 2 ? unknownIfZero(path.shots.front().ipd) : OrderedJson()},
                     {"size", options.width > 0 ? OrderedJson{options.width, options.height} : OrderedJson()},

@@ -150,6 +150,7 @@ FrameOptions frameOptions(const Scene& scene, const PlayOptions& options)
 {
     FrameOptions frame;
     frame.tier = options.tier;
+    frame.stereo = options.stereo;
     frame.near_z = float(options.near_z);
     frame.lod_bias = float(options.lod_bias);
     frame.reuse = options.reuse;

@@ -27,6 +27,104 @@ std::vector<float> cut(const std::vector<float>& pixels, uint32_t width, const R
 
 } // namespace
 
+namespace {
+
+SyntheticOptions withRule(LevelRule rule)
+{
+    SyntheticOptions options;
+    options.anchors = 1500;
+    options.level_rule = rule;
+    options.levels = rule == LevelRule::None ? 1 : 4;
+    options.flags = rule == LevelRule::None ? 0 : kModelHasLevels | kModelLodHalfCell;
+    options.inputs = kMlpTakesDistance;
+    return options;
+}
+
+// Two eyes at z = -5 whose images share a part; the second one's lens leans by `lean`.
+std::vector<EyeParams> eyesApart(float apart, float lean)
+{
+    std::vector<EyeParams> eyes;
+    for (const float side : {-0.5f, 0.5f}) {
+        const float position[3] = {side * apart, 0.3f, -5}, target[3] = {side * apart, -0.2f, 0.3f};
+        eyes.push_back(offCentre(lookAt(position, target, 0.5f, 130, 100), side * lean, 0));
+    }
+    return eyes;
+}
+
+FrameOptions merged()
+{
+    FrameOptions options;
+    options.stereo = StereoMode::Merged;
+    options.background[1] = 0.5f;
+    return options;
+}
+
+std::unique_ptr<Backend> open(CpuPath path, int threads, const ModelView& model)
+{
+    std::unique_ptr<Backend> backend = makeCpuBackend(path, threads);
+    backend->load(model);
+    return backend;
+}
+
+} // namespace
+
+TEST_CASE("one decode for both eyes: fast draws what scalar draws, and decodes each anchor once")
+{
+    for (const LevelRule rule : {LevelRule::None, LevelRule::Round, LevelRule::Progressive}) {
+        CAPTURE(int(rule));
+        const SyntheticModel model(withRule(rule));
+        const std::vector<EyeParams> eyes = eyesApart(0.8f, 0.1f);
+        const auto fast = open(CpuPath::Fast, 2, model.view()), scalar = open(CpuPath::Reference, 1, model.view());
+        const auto expected = render(*scalar, eyes, merged());
+        const auto actual = render(*fast, eyes, merged());
+        FrameOptions exact = merged();
+        exact.stereo = StereoMode::Exact;
+        const auto apart = render(*fast, eyes, exact);
+        const EyeCounts* counts = actual[0].result.eyes;
+        for (size_t e = 0; e < 2; ++e) {
+            CAPTURE(e);
+            CHECK(compare(actual[e].pixels, expected[e].pixels).psnr > 80);
+            CHECK(compare(actual[e].pixels, apart[e].pixels).psnr < 60); // the networks looked from elsewhere
+            CHECK(counts[e].anchors_visible == apart[0].result.eyes[e].anchors_visible);
+            CHECK(counts[e].gaussians_alive == expected[0].result.eyes[e].gaussians_alive);
+            CHECK(counts[e].anchors_visible < counts[0].anchors_decoded); // each sees some alone
+        }
+        CHECK(counts[0].anchors_decoded < counts[0].anchors_visible + counts[1].anchors_visible);
+        CHECK(counts[1].anchors_decoded == 0);
+        const auto one_thread = open(CpuPath::Fast, 1, model.view());
+        const auto again = render(*one_thread, eyes, merged());
+        for (size_t e = 0; e < 2; ++e)
+            CHECK(again[e].pixels == actual[e].pixels);
+    }
+}
+
+TEST_CASE("one decode for two lenses at one place is the exact one, and so is that of a single eye")
+{
+    const SyntheticModel model(withRule(LevelRule::Progressive));
+    const auto backend = open(CpuPath::Fast, 2, model.view());
+    FrameOptions exact = merged();
+    exact.stereo = StereoMode::Exact;
+    for (const std::vector<EyeParams>& eyes : {eyesApart(0, 0.2f), {eyesApart(0, 0.2f)[1]}}) {
+        const auto together = render(*backend, eyes, merged()), apart = render(*backend, eyes, exact);
+        for (size_t e = 0; e < eyes.size(); ++e)
+            CHECK(together[e].pixels == apart[e].pixels);
+    }
+}
+
+TEST_CASE("one decode for both eyes is refused beside reuse")
+{
+    const SyntheticModel model(withRule(LevelRule::None));
+    const auto backend = open(CpuPath::Fast, 1, model.view());
+    FrameOptions options = merged();
+    options.reuse.policy = ReusePolicy::Error;
+    try {
+        (void)render(*backend, eyesApart(0.1f, 0), options);
+        FAIL("not refused");
+    } catch (const Error& e) {
+        CHECK(e.code() == ErrorCode::Unsupported);
+    }
+}
+
 // An image whose axis is off its middle is part of a wider one that is centred. Cut on multiples of 16 pixels, both
 // give every Gaussian the same tiles. What remains is fp32, and near the borders: anchors that the narrower eye does not
 // select, and the clamp of the Jacobian, which begins 0.15 widths outside each image.
