@@ -122,11 +122,14 @@ std::string shortName(const OrderedJson& config)
     if (!config.at("bound").is_null())
         text += formatString(" %g", config.at("bound").get<double>());
     if (!config.at("decode_budget").is_null())
-        text += formatString(" budget %llu", static_cast<unsigned long long>(config.at("decode_budget").get<uint64_t>()));
+        text +=
+            formatString(" budget %llu", static_cast<unsigned long long>(config.at("decode_budget").get<uint64_t>()));
     if (!config.at("cache_budget").is_null())
         text += formatString(" cache %.0fM", config.at("cache_budget").get<double>() / double(1 << 20));
     text += config.at("cut").get<bool>() ? " cut" : "";
     text += config.at("order").get<bool>() ? " order" : "";
+    if (const std::string stereo = config.at("stereo").get<std::string>(); stereo != stereoName(StereoMode::Exact))
+        text += " " + stereo;
     if (const double bias = config.at("lod_bias").get<double>(); bias != 0)
         text += formatString(" lod%+g", bias);
     return text;

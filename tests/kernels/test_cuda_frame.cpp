@@ -350,5 +350,9 @@ TEST_CASE("what the backend cannot render is refused, and it renders afterwards"
     FrameResult result;
     const EyeParams eye = eyeAt(0, -5, 16, 16);
     CHECK_THROWS_AS(gpu.render(&eye, 1, rows, nullptr, result), Error);
+    FrameOptions merged;
+    merged.stereo = StereoMode::Merged;
+    CHECK_THROWS_AS(gpu.render(kTwoEyes.data(), 2, merged, nullptr, result), Error);
+    gpu.render(&eye, 1, merged, nullptr, result); // one eye is the same in both
     checkFrame(model.view(), kTwoEyes, onGrey(Tier::Exact));
 }

@@ -181,6 +181,21 @@ class PlayTest(unittest.TestCase):
         check_schema("bench-report", report)
         self.assertIsNone(report["config"]["ipd"])
 
+    def test_one_decode_for_both_eyes(self) -> None:
+        both = ("--eyes", "2", "--ipd", "0.5")
+        run = self.small("--out", "a{frame}_{eye}.pfm", "--stereo", "merged", "--format", "json", *both)
+        report = json.loads(run.stdout)
+        check_schema("play-report", report)
+        self.assertEqual(report["stereo"], "merged")
+        self.small("--out", "b{frame}_{eye}.pfm", "--stereo", "merged", "--backend", "cpu-reference", *both)
+        for i in range(4):
+            for side in ("left", "right"):
+                a, b = (pfm(self.folder / f"{f}{i}_{side}.pfm")[2] for f in "ab")
+                self.assertLess(max(abs(x - y) for x, y in zip(a, b, strict=True)), 1e-3)
+        self.refused(self.model, "--cameras", self.path, "--size", "48x32", "--stereo", "merged", code=1, says="--eyes 2")
+        self.refused(self.model, "--cameras", self.path, "--size", "48x32", "--stereo", "merged", *both, "--reuse",
+                     "error", code=1, says="--stereo exact")
+
     def test_same_bytes_again_on_any_thread_count_and_eye(self) -> None:
         self.small("--out", "a/{frame}.pfm", "--tier", "exact", "--threads", "1")
         self.small("--out", "b/{frame}.pfm", "--tier", "exact", "--threads", "2")
