@@ -13,6 +13,12 @@ namespace gsc {
 
 namespace {
 
+// A pixel that is no number makes an image as bad as can be.
+double numberOr(double value, double worst)
+{
+    return value == value ? value : worst;
+}
+
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 constexpr double kWorstError = 1e30; // of a pixel that is not finite; JSON has no word for that
@@ -97,14 +103,14 @@ void Scorer::add(uint64_t frame, uint32_t eye, const ImageView& image, const Ima
     }
     if (m_options.ssim_every > 0 && frame % m_options.ssim_every == 0) {
         const double value = ssim(image, exact);
-        m_sums.ssim.worst = m_ssim_images == 0 ? value : std::min(m_sums.ssim.worst, value);
+        m_sums.ssim.worst = std::min(m_ssim_images == 0 ? 1.0 : m_sums.ssim.worst, numberOr(value, 0));
         m_ssim += value;
         ++m_ssim_images;
         m_sums.ssim.frames += eye == 0;
     }
     if (m_options.flip_every > 0 && frame % m_options.flip_every == 0) {
         const double value = flip(exact, image);
-        m_sums.flip.worst = std::max(m_sums.flip.worst, value);
+        m_sums.flip.worst = std::max(m_sums.flip.worst, numberOr(value, 1));
         m_flip += value;
         ++m_flip_images;
         m_sums.flip.frames += eye == 0;

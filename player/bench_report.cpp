@@ -33,16 +33,11 @@ constexpr struct {
     const char* name;
     uint64_t EyeCounts::*field;
 } kCounts[] = {
-    {"groups_tested", &EyeCounts::groups_tested},
-    {"anchors_tested", &EyeCounts::anchors_tested},
-    {"anchors_visible", &EyeCounts::anchors_visible},
-    {"anchors_decoded", &EyeCounts::anchors_decoded},
-    {"anchors_reused", &EyeCounts::anchors_reused},
-    {"anchors_overdue", &EyeCounts::anchors_overdue},
-    {"gaussians_alive", &EyeCounts::gaussians_alive},
-    {"gaussians_visible", &EyeCounts::gaussians_visible},
-    {"gaussians_dropped", &EyeCounts::gaussians_dropped},
-    {"pairs", &EyeCounts::pairs},
+    {"groups_tested", &EyeCounts::groups_tested},         {"anchors_tested", &EyeCounts::anchors_tested},
+    {"anchors_visible", &EyeCounts::anchors_visible},     {"anchors_decoded", &EyeCounts::anchors_decoded},
+    {"anchors_reused", &EyeCounts::anchors_reused},       {"anchors_overdue", &EyeCounts::anchors_overdue},
+    {"gaussians_alive", &EyeCounts::gaussians_alive},     {"gaussians_visible", &EyeCounts::gaussians_visible},
+    {"gaussians_dropped", &EyeCounts::gaussians_dropped}, {"pairs", &EyeCounts::pairs},
     {"blend_evaluations", &EyeCounts::blend_evaluations},
 };
 

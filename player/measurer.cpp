@@ -41,6 +41,11 @@ std::string Measurer::nameOf(const std::string& name)
     return own;
 }
 
+std::string Measurer::deviceOf(const std::string& name)
+{
+    return backend(name).device().name;
+}
+
 std::string Measurer::referenceOf(const std::string& name) const
 {
     return m_reference.empty() ? name : m_reference;

@@ -17,6 +17,7 @@ public:
 
     // The backend's own name for one of --backend. Throws Error, as all do.
     std::string nameOf(const std::string& backend);
+    std::string deviceOf(const std::string& backend); // its device's
     [[nodiscard]] std::string referenceOf(const std::string& backend) const;
 
     // measureRun() with what it needs. `path` must stay until a run with another one.

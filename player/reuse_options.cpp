@@ -32,7 +32,7 @@ void addReuseOptions(CLI::App& app, PlayOptions& options)
         ->option_text("N (default: 0)");
     app.add_option("--cache-budget", reuse.cache_bytes, "Most memory of decoded Gaussians, such as 256M")
         ->transform(CLI::AsSizeValue(false))
-        ->option_text("SIZE (default: no limit)");
+        ->option_text("SIZE (default: a quarter of the machine's)");
     app.add_flag("--cut-cache", reuse.cut, "Keep which groups are visible while the camera cannot have changed it");
     app.add_flag("--order-cache", reuse.order, "Sort from the last frame's depth order");
     app.add_option("--lod-bias", options.lod_bias,

@@ -175,6 +175,7 @@ OrderedJson reuseCountsJson(const ReuseOptions& reuse, const std::vector<RunFram
 {
     const std::vector<double> decoded = countPerFrame(frames, &EyeCounts::anchors_decoded);
     const std::vector<double> reused = countPerFrame(frames, &EyeCounts::anchors_reused);
+    const auto visible = double(sumOf(countPerFrame(frames, &EyeCounts::anchors_visible)));
     uint64_t evictions = 0, kept = 0, cache_bytes = 0;
     for (const RunFrame& frame : frames) {
         evictions += frame.result.cache_evictions;
@@ -185,9 +186,8 @@ OrderedJson reuseCountsJson(const ReuseOptions& reuse, const std::vector<RunFram
     const Spread moves = spreadOf(perFrame(frames, [](const RunFrame& f) { return double(f.result.order_moves); }));
     return {{"decoded_per_frame", spreadJson(spreadOf(decoded))},
             {"reused_per_frame", spreadJson(spreadOf(reused))},
-            {"hit_rate", share(double(sumOf(reused)), double(sumOf(decoded)))},
+            {"hit_rate", visible > 0 ? double(sumOf(reused)) / visible : 0.0},
             {"overdue", sumOf(countPerFrame(frames, &EyeCounts::anchors_overdue))},
-            {"missing", 0}, // what no entry has is decoded, whatever the budget
             {"evictions", evictions},
             {"cut_hit_rate", reuse.cut ? OrderedJson(share(double(kept), tested)) : OrderedJson()},
             {"order_moves_per_frame", reuse.order ? OrderedJson(moves.mean) : OrderedJson()},

@@ -73,6 +73,7 @@ RunRows::RunRows(const std::string& path, std::string& cut_off) : m_path(path)
     if (path.empty())
         return;
     const std::string text = readAll(path);
+    m_size = text.size();
     size_t line = 1;
     for (size_t end = 0; (end = text.find('\n', m_bytes)) != std::string::npos; ++line, m_bytes = end + 1) {
         const std::string_view content(text.data() + m_bytes, end - m_bytes);
@@ -109,9 +110,20 @@ void RunRows::append(const OrderedJson& row)
 {
     if (!m_path.empty()) {
         const std::string line = dumpJson(row);
-        std::error_code ignored;
-        if (std::filesystem::exists(m_path, ignored) && std::filesystem::file_size(m_path, ignored) > m_bytes)
-            std::filesystem::resize_file(m_path, m_bytes, ignored);
+        std::error_code code, ignored;
+        const uint64_t size = std::filesystem::exists(m_path, ignored) ? std::filesystem::file_size(m_path, code) : 0;
+        if (!code && size != m_size)
+            throw Error(ErrorCode::Io,
+                        formatString("%s: has %llu bytes, expected the %llu that were there before: another program "
+                                     "writes to it; give every sweep an --out of its own",
+                                     m_path.c_str(), static_cast<unsigned long long>(size),
+                                     static_cast<unsigned long long>(m_size)));
+        if (!code && m_size > m_bytes)
+            std::filesystem::resize_file(m_path, m_bytes, code);
+        if (code)
+            throw Error(ErrorCode::Io, formatString("%s: cannot be cut to its whole lines: %s", m_path.c_str(),
+                                                    code.message().c_str()));
+        m_size = m_bytes;
         try {
             appendLine(m_path, line);
         } catch (const Error&) {
@@ -119,6 +131,7 @@ void RunRows::append(const OrderedJson& row)
             throw;
         }
         m_bytes += line.size() + 1;
+        m_size = m_bytes;
     }
     insert(row);
 }

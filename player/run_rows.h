@@ -21,12 +21,14 @@ public:
     [[nodiscard]] const nlohmann::ordered_json* find(const std::string& id) const;
     void insert(nlohmann::ordered_json row);
 
-    // Adds a line behind the last whole one; where that fails the file has what it had. Throws Error(Io).
+    // Adds a line behind the last whole one; where that fails the file has what it had. Throws Error(Io), also where the
+    // file is not as it was left: two sweeps cannot share one.
     void append(const nlohmann::ordered_json& row);
 
 private:
     std::string m_path;
     uint64_t m_bytes = 0; // of whole lines
+    uint64_t m_size = 0;  // of the file, with what a killed run left
     std::map<std::string, nlohmann::ordered_json> m_rows;
 };
 

@@ -90,11 +90,13 @@ void checkOut(const BenchOptions& options, const SweepConfig& config)
 // Anchors that a run decoded per frame and eye, rounded, at least one.
 uint64_t meanDecodes(const OrderedJson& row)
 {
+    // without the first frame, in which every policy decodes everything, whatever its budget
     double sum = 0;
     const OrderedJson& decoded = row.at("per_frame").at("decoded");
-    for (const OrderedJson& count : decoded)
-        sum += count.get<double>();
-    const double mean = sum / double(decoded.size()) / row.at("config").at("eyes").get<double>();
+    const size_t first = decoded.size() > 1 ? 1 : 0;
+    for (size_t i = first; i < decoded.size(); ++i)
+        sum += decoded[i].get<double>();
+    const double mean = sum / double(decoded.size() - first) / row.at("config").at("eyes").get<double>();
     return uint64_t(std::clamp(std::round(mean), 1.0, 1e15));
 }
 
@@ -138,7 +140,14 @@ public:
             for (const RunConfig& run : m_runs) {
                 m_log.setPart(
                     formatString("run %zu/%zu %s", m_runs_done + 1, m_paths.size() * m_runs.size(), path.name.c_str()));
-                show(rowOf(path, run));
+                try {
+                    show(rowOf(path, run));
+                } catch (const Error& e) {
+                    if (e.code() != ErrorCode::Unsupported)
+                        throw;
+                    m_log.warning(formatString("left out: %s", e.what()));
+                    m_frames_done += path.shots.size();
+                }
                 ++m_runs_done;
             }
         if (m_found > 0)
@@ -159,7 +168,7 @@ private:
         m_context.reference = m_measurer->referenceOf(run.backend);
         if (run.match_budget) {
             const RunConfig depth = depthRunOf(m_config, run);
-            const OrderedJson* row = m_rows.find(configOf(path, depth).at("id").get<std::string>());
+            const OrderedJson* row = known(configOf(path, depth), depth.backend);
             if (!row) // expandRuns() put it first
                 throw Error(ErrorCode::Internal, "sweep: no run to take the decode budget \"match\" from");
             run.reuse.decode_budget = meanDecodes(*row);
@@ -167,7 +176,7 @@ private:
         }
         OrderedJson config = configOf(path, run);
         const uint64_t frames = path.shots.size();
-        if (const OrderedJson* row = m_rows.find(config.at("id").get<std::string>())) {
+        if (const OrderedJson* row = known(config, run.backend)) {
             ++m_found;
             m_frames_done += frames;
             return *row;
@@ -183,6 +192,15 @@ private:
         OrderedJson row = runRowJson(m_context, std::move(config), run, result);
         m_rows.append(row);
         return row;
+    }
+
+    // The row of a run that this program made on this device.
+    const OrderedJson* known(const OrderedJson& config, const std::string& backend)
+    {
+        const OrderedJson* row = m_rows.find(config.at("id").get<std::string>());
+        const bool same = row != nullptr && row->at("tool") == toolJson() &&
+                          row->at("device").at("name") == m_measurer->deviceOf(backend);
+        return same ? row : nullptr;
     }
 
     [[nodiscard]] OrderedJson configOf(const Path& path, const RunConfig& run) const

@@ -99,7 +99,7 @@ public:
     }
     static uint64_t cacheBudget(const Value& v)
     {
-        return v.isNull() ? 0 : v.count(1, kMaxCount, " bytes, or null for no limit");
+        return v.isNull() ? 0 : v.count(1, kMaxCount, " bytes, or null for a quarter of the machine's");
     }
     static bool flag(const Value& v) { return v.flag(); }
     static Tier tier(const Value& v) { return v.word(tiers()); }

@@ -53,7 +53,7 @@ public:
     // Throws Error (OutOfMemory, Unsupported, Device).
     virtual void load(const ModelView& model) = 0;
 
-    // Forgets what was kept from earlier frames, as if the next frame were the first. Memory stays.
+    // Forgets what was kept from earlier frames, as if the next frame were the first.
     virtual void dropCaches() {}
 
     // Renders `eye_count` (1 or 2) eyes into `images`: per eye height x width x 3 floats, interleaved RGB, row 0 on

@@ -18,7 +18,12 @@ namespace {
 
 class CpuBackend final : public Backend {
 public:
-    explicit CpuBackend(int threads) : m_workers(threads), m_states(size_t(m_workers.count())), m_reuse(m_workers) {}
+    // Entries may take a quarter of the machine unless a frame's options say otherwise: more than a visible set needs, and
+    // room for the model, the frame and other programs.
+    explicit CpuBackend(int threads)
+        : m_workers(threads), m_states(size_t(m_workers.count())), m_reuse(m_workers, cpuFacts(1).memory_bytes / 4)
+    {
+    }
 
     [[nodiscard]] const char* name() const override { return "cpu"; }
     [[nodiscard]] DeviceFacts device() const override { return cpuFacts(uint32_t(m_workers.count())); }
@@ -51,6 +56,7 @@ public:
         for (WorkerState& state : m_states)
             state.clearCounts();
         if (options.reuse.policy == ReusePolicy::None) {
+            m_reuse.skipFrame();
             decodeAndProject(eyes, eye_count, options, rules, visible, result);
         } else {
             checkSlots(m_select.group_count * kGroupSize);
@@ -241,7 +247,7 @@ private:
             bytes += store.bytes();
         for (const WorkerState& state : m_states)
             bytes += state.scratch.values.bytes() + state.scratch.origins.bytes() + state.gathered.values.bytes() +
-                     state.gathered.origins.bytes();
+                     state.gathered.origins.bytes() + state.strip_keys.bytes() + state.strip_fixed.bytes();
         return bytes + m_reuse.bytes();
     }
 

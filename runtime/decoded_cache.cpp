@@ -23,10 +23,29 @@ void DecodedCache::clear()
     for (auto& slots : m_slot_of)
         std::fill(slots.begin(), slots.end(), kNoSlot);
     m_free.clear();
-    for (size_t slot = m_entries.size(); slot-- > 0;)
-        m_free.push_back(uint32_t(slot));
-    for (CacheEntry& entry : m_entries)
-        entry.valid = false;
+    m_entries.clear();
+    m_slabs.clear();
+}
+
+size_t DecodedCache::mostSlabs(uint64_t limit) const
+{
+    return limit == 0 ? UINT32_MAX / kSlabSlots : size_t(limit / (kSlabSlots * m_slot_bytes));
+}
+
+void DecodedCache::shrink(uint64_t limit)
+{
+    const size_t most = mostSlabs(limit);
+    if (m_slabs.size() <= most)
+        return;
+    const auto first = uint32_t(most * kSlabSlots);
+    for (uint32_t slot = first; slot < m_entries.size(); ++slot)
+        if (m_entries[slot].valid) {
+            release(slot);
+            ++m_evictions;
+        }
+    std::erase_if(m_free, [first](uint32_t slot) { return slot >= first; });
+    m_entries.resize(first);
+    m_slabs.resize(most);
 }
 
 float* DecodedCache::fixed(uint32_t slot) const
@@ -62,9 +81,8 @@ void DecodedCache::release(uint32_t slot)
 
 size_t DecodedCache::makeRoom(size_t wanted, uint64_t limit, uint64_t frame)
 {
-    const uint64_t slab_bytes = kSlabSlots * m_slot_bytes;
-    const uint64_t most_slabs = limit == 0 ? UINT32_MAX / kSlabSlots : limit / slab_bytes;
-    const size_t room = m_slabs.size() < most_slabs ? size_t(most_slabs - m_slabs.size()) * kSlabSlots : 0;
+    const size_t most_slabs = mostSlabs(limit);
+    const size_t room = m_slabs.size() < most_slabs ? (most_slabs - m_slabs.size()) * kSlabSlots : 0;
     const size_t missing = wanted > m_free.size() ? wanted - m_free.size() : 0;
     grow(m_free.size() + std::min(missing, room));
     if (m_free.size() >= wanted)

@@ -20,7 +20,6 @@ struct CacheEntry {
     uint64_t decoded = 0, used = 0; // frames; decoded: the last key
     uint8_t keys = 0;               // 1 or 2
     uint8_t first = 0;              // which key of the slot is the first
-    bool any_positive[2] = {};      // of the keys as they lie in the slot
     bool valid = false;
 };
 
@@ -29,7 +28,9 @@ struct CacheEntry {
 class DecodedCache {
 public:
     void load(const ModelParams& params); // forgets everything and fits the slots to the model
-    void clear();
+    void clear();                         // gives its memory back
+    // Gives up entries until what is left takes at most `limit` bytes (0 = none). Before any entry is looked up.
+    void shrink(uint64_t limit);
 
     // Of strip `strip` decoded for `eye`, or kNoSlot.
     [[nodiscard]] uint32_t find(uint64_t strip, uint32_t eye) const { return m_slot_of[eye][strip]; }
@@ -49,6 +50,7 @@ public:
 
 private:
     static constexpr uint32_t kSlabSlots = 64;
+    [[nodiscard]] size_t mostSlabs(uint64_t limit) const;
     void grow(size_t slots);
     void release(uint32_t slot);
 

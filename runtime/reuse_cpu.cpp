@@ -25,7 +25,8 @@ void CpuReuse::clear()
 {
     m_cache.clear();
     m_frame = 0;
-    m_history = 0;
+    m_policy = ReusePolicy::None;
+    std::fill(std::begin(m_history), std::end(m_history), 0u);
     std::fill(std::begin(m_level), std::end(m_level), 0.0f);
     for (auto& seen : m_seen)
         std::fill(seen.begin(), seen.end(), Seen{});
@@ -69,34 +70,74 @@ void CpuReuse::listGroups(const ReuseFrame& frame)
     }
 }
 
+// Where every camera is and how it moves. A step that is no number starts anew.
+void CpuReuse::followCameras(const ReuseFrame& frame)
+{
+    for (uint32_t e = 0; e < kMaxEyes; ++e) {
+        if (e >= frame.eye_count) {
+            m_history[e] = 0;
+            continue;
+        }
+        float change = 0, length = 0;
+        for (int i = 0; i < 3; ++i) {
+            const float step = m_history[e] > 0 ? frame.eyes[e].center[i] - m_center[e][i] : 0.0f;
+            if (!(std::abs(step) < 1e30f))
+                m_history[e] = 0;
+            change = std::max(change, std::abs(step - m_step[e][i]));
+            length = std::max(length, std::abs(step));
+            m_step[e][i] = m_history[e] > 0 ? step : 0.0f;
+            m_center[e][i] = frame.eyes[e].center[i];
+        }
+        m_steady[e] = m_history[e] > 0 && length > 0 && (m_history[e] == 1 || change <= 0.5f * length);
+        ++m_history[e];
+    }
+}
+
+// A frame that keeps nothing: what is kept grows older by it, and nobody knows how the cameras got here.
+void CpuReuse::skipFrame()
+{
+    ++m_frame;
+    std::fill(std::begin(m_history), std::end(m_history), 0u);
+}
+
+// An eye that draws the other's entry, which this frame replaces for the other eye: it draws the new one.
+void CpuReuse::adoptPlans(const ReuseFrame& frame)
+{
+    for (size_t w = 0; w < m_work.size() && frame.eye_count > 1; ++w)
+        for (uint32_t e = 0; e < frame.eye_count; ++e) {
+            EyeWork& eye = m_work[w].eye[e];
+            const EyeWork& other = m_work[w].eye[1 - e];
+            if (eye.decode || eye.lanes == 0 || !other.decode || eye.slot == kNoSlot || eye.slot != other.slot)
+                continue;
+            GroupAnchors anchors;
+            loadGroupAnchors(m_model, sensitivity(), m_model.groups[m_groups[w / kStripsPerGroup]], anchors);
+            eye.place = place(other.plan, anchors, uint32_t(w % kStripsPerGroup), eye.lanes, frame.eyes[e].center);
+        }
+}
+
 void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
 {
     Stopwatch watch;
-    if (frame.options.appearance != m_appearance) // what was decoded belongs to another row
+    const ReuseOptions& reuse = frame.options.reuse;
+    // what was decoded for another row, or scheduled by another rule, is not what this frame would keep
+    if (frame.options.appearance != m_appearance || reuse.policy != m_policy)
         clear();
     m_appearance = frame.options.appearance;
+    m_policy = reuse.policy;
     ++m_frame;
-    for (uint32_t e = 0; e < frame.eye_count; ++e) {
-        float change = 0, length = 0;
-        for (int i = 0; i < 3; ++i) {
-            const float step = m_history > 0 ? frame.eyes[e].center[i] - m_center[e][i] : 0.0f;
-            change = std::max(change, std::abs(step - m_step[e][i]));
-            length = std::max(length, std::abs(step));
-            m_step[e][i] = step;
-            m_center[e][i] = frame.eyes[e].center[i];
-        }
-        m_steady[e] = m_history > 0 && length > 0 && (m_history == 1 || change <= 0.5f * length);
-    }
-    ++m_history;
+    followCameras(frame);
+    const uint64_t limit = reuse.cache_bytes > 0 ? reuse.cache_bytes : m_memory;
+    const uint64_t evictions = m_cache.evictions();
+    m_cache.shrink(limit);
 
     listGroups(frame);
     const size_t blocks = m_groups.size();
-    if (frame.options.reuse.policy == ReusePolicy::Depth) {
+    if (reuse.policy == ReusePolicy::Depth) {
         for (uint32_t e = 0; e < frame.eye_count; ++e)
             m_seen[e].resize(m_model.params->group_count);
-        m_depth = reuseDepth(frame.options.reuse.guidance, frame.options.reuse.max_depth, updateRate(frame));
+        m_depth = reuseDepth(reuse.guidance, reuse.max_depth, updateRate(frame));
     } else {
-        ensureSensitivity(frame);
+        ensureSensitivity();
     }
     for (WorkerState& state : frame.states)
         reserveStrip(state);
@@ -106,13 +147,14 @@ void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
             scheduleBlock(frame, block);
     });
     grant(frame);
-    const uint64_t evictions = m_cache.evictions();
-    giveSlots(frame);
+    // note: all that may run out of memory comes before entries are given out, which hold nothing yet
     const size_t capacity = size_t(kGroupSize) * m_model.params->n_offsets;
     for (uint32_t e = 0; e < frame.eye_count; ++e)
         frame.stores[e].reserve(blocks, blocks * capacity);
     const DecodeArgs args =
         prepareDecode(m_model, frame.eyes, frame.eye_count, nullptr, 0, frame.options.appearance, frame.bias);
+    giveSlots(frame, limit);
+    adoptPlans(frame);
     const double scheduled = watch.lap();
 
     m_workers.run(blocks, 1, [&](size_t begin, size_t end, int worker) {
@@ -141,8 +183,8 @@ uint64_t CpuReuse::anchorCount() const
     return uint64_t(last.anchor_first) + last.anchor_count;
 }
 
-// Without the section the sensitivities are computed here, once.
-void CpuReuse::ensureSensitivity(const ReuseFrame& frame)
+// Without the section the sensitivities are computed here, once, as the converter does: for the first row.
+void CpuReuse::ensureSensitivity()
 {
     if (m_model.sensitivity != nullptr || !m_sensitivity.empty())
         return;
@@ -153,7 +195,7 @@ void CpuReuse::ensureSensitivity(const ReuseFrame& frame)
         for (size_t g = begin; g < end; ++g) {
             const GroupRecord& group = m_model.groups[g];
             viewSensitivityCpu(m_model, group.chunk, group.anchor_first - m_model.chunks[group.chunk].anchor_first,
-                               group.anchor_count, frame.options.appearance, direction, distance, scratch);
+                               group.anchor_count, m_model.embedding != nullptr ? 0 : -1, direction, distance, scratch);
             for (uint32_t i = 0; i < group.anchor_count; ++i) {
                 uint16_t* to = halves.data() + 2 * (size_t(group.anchor_first) + i);
                 to[0] = floatToHalfUp(direction[i]);
@@ -165,13 +207,13 @@ void CpuReuse::ensureSensitivity(const ReuseFrame& frame)
 }
 
 // Entries for what is decoded. Where the budget of the cache leaves none, the Gaussians are drawn and forgotten.
-void CpuReuse::giveSlots(const ReuseFrame& frame)
+void CpuReuse::giveSlots(const ReuseFrame& frame, uint64_t limit)
 {
     size_t wanted = 0;
     for (size_t w = 0; w < m_work.size(); ++w)
         for (uint32_t e = 0; e < frame.eye_count; ++e)
             wanted += m_work[w].eye[e].decode && m_cache.find(stripId(w), e) == kNoSlot;
-    size_t room = m_cache.makeRoom(wanted, frame.options.reuse.cache_bytes, m_frame);
+    size_t room = m_cache.makeRoom(wanted, limit, m_frame);
     for (size_t w = 0; w < m_work.size(); ++w)
         for (uint32_t e = 0; e < frame.eye_count; ++e) {
             EyeWork& eye = m_work[w].eye[e];
@@ -222,15 +264,11 @@ void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size
     strip_args.eye_count = eye_count;
     strip_args.visible = anchors;
     strip_args.visible_count = count;
-    bool any_positive[kMaxEyes];
-    decodeStripCpu(strip_args, count, keys, any_positive, state.strip_fixed.data(), state.scratch);
+    decodeStripCpu(strip_args, count, keys, state.strip_fixed.data(), state.scratch);
     for (uint32_t i = 0; i < eye_count; ++i) {
         const uint32_t slot = work.eye[eyes[i]].slot;
-        state.any_positive[eyes[i]] |= any_positive[i];
         if (slot == kNoSlot)
             continue;
-        CacheEntry& entry = m_cache.entry(slot);
-        entry.any_positive[entry.keys == 2 ? 1 - entry.first : 0] = any_positive[i];
         std::memcpy(m_cache.fixed(slot), state.strip_fixed.data(),
                     stripFixedValues(m_model.params->n_offsets) * sizeof(float));
     }
@@ -262,7 +300,6 @@ void CpuReuse::drawStrip(const ReuseFrame& frame, uint32_t strip, uint32_t e, co
         mix.keys[1] = m_cache.key(slot, 1u - entry.first);
         if (entry.keys == 1)
             mix.t = 0;
-        state.any_positive[e] |= entry.any_positive[entry.first] || (mix.t != 0 && entry.any_positive[1 - entry.first]);
         if (mix.t == 1) { // the second alone
             mix.keys[0] = mix.keys[1];
             mix.t = 0;
@@ -285,8 +322,10 @@ void CpuReuse::drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t
     float fraction[kMaxEyes][kGroupSize];
     if (fades)
         groupFractions(frame, mask, fraction);
-    for (GaussianBlock& drawn : state.gathered.blocks)
+    for (GaussianBlock& drawn : state.gathered.blocks) {
         drawn.count = 0;
+        drawn.any_positive = false;
+    }
     for (uint32_t s = 0; s < kStripsPerGroup; ++s) {
         StripWork& work = m_work[block * kStripsPerGroup + s];
         if (work.eye[0].decode || work.eye[1].decode)
@@ -304,6 +343,7 @@ void CpuReuse::drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t
             projectBlockCpu({frame.eyes + e, frame.rules}, gaussians, store.splats.data() + first,
                             store.depth_bits.data() + first, store.origins.data() + first);
         store.counts[block] = counts.splats;
+        state.any_positive[e] |= gaussians.any_positive;
         state.alive[e] += gaussians.count;
         state.dropped[e] += counts.dropped;
         state.visible[e] += counts.splats;

@@ -27,7 +27,8 @@ struct ReuseFrame {
 
 class CpuReuse {
 public:
-    explicit CpuReuse(const Workers& workers) : m_workers(workers) {}
+    // `memory`: most bytes of entries where the options set no limit.
+    CpuReuse(const Workers& workers, uint64_t memory) : m_workers(workers), m_memory(memory) {}
 
     // `model` must outlive the next load().
     void load(const ModelView& model);
@@ -35,6 +36,7 @@ public:
 
     // Schedules, decodes and projects; fills the stores, the counts of the states and the cache fields of `result`.
     void run(const ReuseFrame& frame, FrameResult& result);
+    void skipFrame(); // a frame was drawn without it
 
     [[nodiscard]] const std::vector<uint32_t>& groups() const { return m_groups; } // of the last frame, one per block
     [[nodiscard]] uint64_t bytes() const;
@@ -78,7 +80,9 @@ private:
 
     void listGroups(const ReuseFrame& frame);
     [[nodiscard]] uint64_t anchorCount() const;
-    void ensureSensitivity(const ReuseFrame& frame);
+    void followCameras(const ReuseFrame& frame);
+    void adoptPlans(const ReuseFrame& frame);
+    void ensureSensitivity();
     [[nodiscard]] float updateRate(const ReuseFrame& frame);
     void scheduleBlock(const ReuseFrame& frame, size_t block);
     void scheduleStrip(const ReuseFrame& frame, const GroupAnchors& anchors, uint32_t strip, uint64_t strip_id,
@@ -97,7 +101,7 @@ private:
     void drawStrip(const ReuseFrame& frame, uint32_t strip, uint32_t e, const StripWork& work, const float* fraction,
                    WorkerState& state) const;
     void groupFractions(const ReuseFrame& frame, const GroupMask& mask, float (*fraction)[kGroupSize]) const;
-    void giveSlots(const ReuseFrame& frame);
+    void giveSlots(const ReuseFrame& frame, uint64_t limit);
     [[nodiscard]] const uint16_t* sensitivity() const
     {
         return m_model.sensitivity != nullptr ? m_model.sensitivity : m_sensitivity.data();
@@ -110,6 +114,7 @@ private:
     [[nodiscard]] uint32_t stripAnchors(size_t block, uint32_t strip) const;
 
     const Workers& m_workers;
+    uint64_t m_memory;
     ModelView m_model{};
     DecodedCache m_cache;
     std::vector<uint32_t> m_groups;     // per block
@@ -119,12 +124,13 @@ private:
     std::vector<Seen> m_seen[kMaxEyes];
     std::vector<uint16_t> m_sensitivity; // where the file has none
     int32_t m_appearance = -1;
+    ReusePolicy m_policy = ReusePolicy::None;
     uint64_t m_frame = 0;
     uint32_t m_depth = 0;                                       // of ReusePolicy::Depth, this frame
     float m_center[kMaxEyes][3] = {}, m_step[kMaxEyes][3] = {}; // last frame's centre, this frame's motion
     bool m_steady[kMaxEyes] = {};                               // the motion is much like that of the frame before
     float m_level[kMaxEyes] = {}; // error at which the budget of the last frame refreshed entries, 0 = it met the bound
-    uint32_t m_history = 0;       // frames in a row that m_center is known for
+    uint32_t m_history[kMaxEyes] = {}; // frames in a row that m_center is known for
 };
 
 } // namespace gsc

@@ -23,6 +23,7 @@ constexpr float kLeadShare = 0.7f;
 constexpr float kCurve = 0.08f;
 constexpr float kMostT = 1.5f; // how far an entry is drawn beyond its second key
 constexpr float kMaxLeadFrames = 64;
+constexpr float kGross = 0.1f; // a change that shows as much as a hole does, such as that of a view long left
 
 uint32_t lanesOf(const GroupMask& mask, uint32_t eye, uint32_t strip)
 {
@@ -103,7 +104,7 @@ void CpuReuse::plan(const ReuseFrame& frame, const GroupAnchors& anchors, uint32
     std::copy_n(now, 3, work.plan.center[0]);
     work.planned = {0, 0};
     work.urgency = work.place.error;
-    if (frame.options.reuse.policy != ReusePolicy::Error || m_history < 2)
+    if (frame.options.reuse.policy != ReusePolicy::Error || m_history[e] < 2)
         return;
     float next[3];
     for (int i = 0; i < 3; ++i)
@@ -114,10 +115,13 @@ void CpuReuse::plan(const ReuseFrame& frame, const GroupAnchors& anchors, uint32
     if (!m_steady[e])
         return;
     const float bound = tolerance(frame.options.reuse);
-    const float half = std::max(kLeadShare * bound, 0.5f * m_level[e]);
-    if (const uint32_t own = m_cache.find(strip_id, e); own != kNoSlot) {
+    const uint32_t own = m_cache.find(strip_id, e);
+    // what is new is decoded whatever the budget, and no better for being far off
+    const float level = own != kNoSlot && frame.options.reuse.decode_budget > 0 ? m_level[e] : 0.0f;
+    const float half = std::max(kLeadShare * bound, 0.5f * level);
+    if (own != kNoSlot) {
         const Keys old = keysOf(own);
-        const float life = std::min(std::max(kLeadShare * bound / kCurve, m_level[e]) / work.rate, kMaxLeadFrames);
+        const float life = std::min(std::max(kLeadShare * bound / kCurve, level) / work.rate, kMaxLeadFrames);
         const float frames = life * (0.5f + 0.5f * stagger(strip_id));
         Keys keys;
         keys.count = 2;
@@ -162,8 +166,8 @@ void CpuReuse::scheduleEye(const ReuseFrame& frame, const GroupAnchors& anchors,
         eye.place = by_error ? place(keysOf(eye.slot), anchors, strip, eye.lanes, now)
                              : Place{0, float(m_frame - m_cache.entry(eye.slot).decoded)};
     // what a first frame decoded would be due all at once, and the picture would jump
-    if (by_error && eye.slot != kNoSlot && m_cache.entry(eye.slot).keys == 1 && m_steady[e])
-        most *= stagger(strip_id);
+    if (by_error && eye.slot != kNoSlot && m_steady[e])
+        most *= m_cache.entry(eye.slot).keys == 1 ? stagger(strip_id) : 0.7f + 0.3f * stagger(strip_id);
     if (by_error && frame.eye_count > 1 && !(eye.place.error <= most)) {
         const bool replaced = e == 1 && work.eye[0].due; // then the left eye's entry is not what it was
         const uint32_t other = m_cache.find(strip_id, 1 - e);
@@ -177,6 +181,11 @@ void CpuReuse::scheduleEye(const ReuseFrame& frame, const GroupAnchors& anchors,
         if (replaced) {
             eye.shared = place(work.eye[0].plan, anchors, strip, eye.lanes, now);
             eye.shares = eye.shared.error <= most;
+            // without the budget for it the left eye's entry stays as it is, for both
+            if (eye.shares && eye.slot == kNoSlot && other != kNoSlot) {
+                eye.slot = other;
+                eye.place = place(keysOf(other), anchors, strip, eye.lanes, now);
+            }
         }
     }
     eye.due = !(eye.place.error <= most) && !eye.shares;
@@ -196,9 +205,12 @@ void CpuReuse::scheduleStrip(const ReuseFrame& frame, const GroupAnchors& anchor
         left.due = true;
         plan(frame, anchors, strip, strip_id, 0, left);
     }
-    for (const EyeWork& eye : work.eye)
-        if (eye.slot != kNoSlot)
-            m_cache.entry(eye.slot).used = m_frame;
+    for (uint32_t e = 0; e < frame.eye_count; ++e) {
+        if (work.eye[e].slot != kNoSlot)
+            m_cache.entry(work.eye[e].slot).used = m_frame;
+        if (const uint32_t own = m_cache.find(strip_id, e); work.eye[e].due && own != kNoSlot)
+            m_cache.entry(own).used = m_frame; // the plan may need its last key
+    }
 }
 
 void CpuReuse::scheduleBlock(const ReuseFrame& frame, size_t block)
@@ -221,7 +233,7 @@ void CpuReuse::scheduleBlock(const ReuseFrame& frame, size_t block)
     }
 }
 
-// Of what is due, what the budget lets be decoded. What was never decoded always is: a hole shows more than any age.
+// Of what is due, what the budget lets be decoded. What was never decoded always is, and what is grossly wrong.
 // What is left of the budget goes to the largest changes.
 void CpuReuse::grant(const ReuseFrame& frame)
 {
@@ -232,7 +244,7 @@ void CpuReuse::grant(const ReuseFrame& frame)
         double rates = 0;
         for (uint32_t w = 0; w < m_work.size(); ++w) {
             EyeWork& eye = m_work[w].eye[e];
-            eye.decode = eye.due && (budget == 0 || eye.slot == kNoSlot);
+            eye.decode = eye.due && (budget == 0 || eye.slot == kNoSlot || eye.place.error > kGross);
             if (!eye.due)
                 continue;
             const uint32_t anchors = stripAnchors(w / kStripsPerGroup, w % kStripsPerGroup);

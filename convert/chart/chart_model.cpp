@@ -118,7 +118,6 @@ Json rowJson(const RunRow& row, const std::string& name, const RunRow* baseline)
             {"flip", rounded(row.accuracy.flip_mean)},
             {"decoded", rounded(row.decoded_per_frame)},
             {"hit_rate", rounded(row.hit_rate)},
-            {"missing", row.missing},
             {"cache_bytes", row.cache_bytes},
             {"peak_bytes", row.peak_bytes},
             {"frames",

@@ -14,10 +14,11 @@ namespace gsc {
 //  "facts": [[name, words], ...],                             what was measured, on what, with what
 //  "panels": [{"title", "file_name", "words",                 runs of the same images, in the order they came
 //    "rows": [{"name", "policy", "baseline": bool, "ms": {mean, median, p95, p99, max}, "device_ms", "speedup",
-//              "pooled", "p1", "min", "max_error", "temporal_max", "ssim", "flip", "decoded", "hit_rate", "missing",
+//              "pooled", "p1", "min", "max_error", "temporal_max", "ssim", "flip", "decoded", "hit_rate",
 //              "cache_bytes", "peak_bytes", "frames": {"wall", "psnr", "temporal", "decoded"}}],
 //    "views": {"min" | "pooled": {"front": [row, ...], "shown": [row, ...]}}}]}
-// Decibels are null where images are equal and kBrokenPsnr where one is not finite, which keeps a run off the front; other values are null where there are none. `speedup` is against the row
+// Decibels are null where images are equal and kBrokenPsnr where one is not finite, which keeps a run off the front;
+// other values are null where there are none. `speedup` is against the row
 // with policy none of the same tier, threads and memory bound of the panel ("baseline"), null where there is none.
 // `front` is the Pareto front of median time against that accuracy, fastest first; `shown` are the rows that get a
 // colour and a line, fastest first: all of a few rows, else baselines, front, and the best of policies not among them.

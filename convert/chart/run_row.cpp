@@ -206,7 +206,6 @@ RunRow readRow(const Field& line)
     row.accuracy = readAccuracy(line.at("accuracy"));
     row.decoded_per_frame = reuse.at("decoded_per_frame").at("mean").positive();
     row.hit_rate = reuse.at("hit_rate").positiveOrNull();
-    row.missing = reuse.at("missing").count();
     row.cache_bytes = reuse.at("cache_bytes").count();
     row.peak_bytes = line.at("peak_bytes").count();
     const Field frames = line.at("per_frame");

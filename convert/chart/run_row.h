@@ -65,7 +65,7 @@ struct RunRow {
     RunAccuracy accuracy;
     double decoded_per_frame = 0; // anchors, all eyes, mean
     std::optional<double> hit_rate;
-    uint64_t missing = 0, cache_bytes = 0, peak_bytes = 0;
+    uint64_t cache_bytes = 0, peak_bytes = 0;
     RunFrames frames;
 };
 

@@ -63,7 +63,7 @@ struct ModelView {
 
 enum class Tier : uint32_t { Exact = 0, Fast = 1, Turbo = 2 };
 
-// When an anchor decoded in an earlier frame may be drawn again as it was (design section 5).
+// When what an earlier frame decoded of an anchor may be drawn again (design section 5).
 enum class ReusePolicy : uint32_t {
     None = 0,  // every visible anchor is decoded for every frame and eye
     Depth = 1, // at most so many frames, fewer the more of the view is new: the GS-Cache paper's Algorithm 1
@@ -80,7 +80,7 @@ struct ReuseOptions {
     float bound = 1; // Error: predicted change of what an anchor draws, in 1/255
     uint64_t decode_budget =
         0; // anchors decoded per frame and eye, 0 = no limit; what no entry has is decoded all the same
-    uint64_t cache_bytes = 0; // most memory of decoded Gaussians, 0 = no limit
+    uint64_t cache_bytes = 0; // most memory of decoded Gaussians, 0 = a quarter of the machine's
     bool cut = false;         // keep which groups are visible while the camera's motion cannot change it
     bool order = false;       // sort from the last frame's depth order
 };

@@ -27,9 +27,9 @@ constexpr size_t stripFixedValues(uint32_t n_offsets)
     return size_t(kStripAnchors) * 3 * (n_offsets + 1);
 }
 
-// Decodes the `count` <= kStripAnchors anchors args.visible for args.eye_count eyes: keys[e] and any_positive[e] (trap
-// 25) for eye e, and `fixed`. Lanes without an anchor repeat the last.
-void decodeStripCpu(const DecodeArgs& args, uint32_t count, uint16_t* const* keys, bool* any_positive, float* fixed,
+// Decodes the `count` <= kStripAnchors anchors args.visible for args.eye_count eyes: keys[e] for eye e, and `fixed`.
+// Lanes without an anchor repeat the last.
+void decodeStripCpu(const DecodeArgs& args, uint32_t count, uint16_t* const* keys, float* fixed,
                     DecodeScratch& scratch);
 
 struct StripMix {
@@ -42,7 +42,7 @@ struct StripMix {
     uint32_t first_origin; // GaussianBlock::origin of offset 0 of anchor 0
 };
 
-// Appends the Gaussians whose opacity reaches kOpacityFloor.
+// Appends the Gaussians whose opacity reaches kOpacityFloor; block.any_positive tells of any above zero (trap 25).
 void mixStripCpu(const StripMix& mix, GaussianBlock& block);
 
 } // namespace gsc

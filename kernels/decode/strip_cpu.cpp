@@ -3,7 +3,6 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/decode/strip_cpu.cpp"
 #include <hwy/foreach_target.h>
-#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include "kernels/decode/decode_batch-inl.h"
@@ -67,16 +66,13 @@ HWY_INLINE void storeOffset(const DecodeArgs& args, const PackedMlpHeader& packe
         storeHalf(hn::Mul(head[3 + i], inverse), key + (7 + i) * kStripAnchors);
 }
 
-void decodeStrip(const DecodeArgs& args, uint32_t count, uint16_t* const* keys, bool* any_positive, float* fixed,
-                 DecodeScratch& scratch)
+void decodeStrip(const DecodeArgs& args, uint32_t count, uint16_t* const* keys, float* fixed, DecodeScratch& scratch)
 {
     const D d;
     const ModelView& model = *args.model;
     const PackedMlpHeader& packed = *reinterpret_cast<const PackedMlpHeader*>(model.packed);
     const uint32_t lanes = uint32_t(hn::Lanes(d)), K = model.params->n_offsets;
     Batch batch = carve(*model.params, packed, scratch.values.data());
-    for (uint32_t e = 0; e < args.eye_count; ++e)
-        any_positive[e] = false;
     for (uint32_t first = 0; first < kStripAnchors; first += lanes) {
         const uint32_t entry = std::min(first, count - 1);
         batch.count = std::min(lanes, count - entry);
@@ -85,14 +81,11 @@ void decodeStrip(const DecodeArgs& args, uint32_t count, uint16_t* const* keys, 
         sharedLayer(args, packed, batch);
         for (uint32_t e = 0; e < args.eye_count; ++e) {
             hiddenLayers(args, packed, args.eyes[e].center, batch);
-            M positive = hn::Lt(hn::Zero(d), hn::Zero(d));
             for (uint32_t k = 0; k < K; ++k) {
                 const V opacity = activateVector(Activation(args.networks.opacity->activation),
                                                  hn::Load(d, batch.opacity + size_t(k) * kMaxLanes));
-                positive = hn::Or(positive, hn::Gt(opacity, hn::Zero(d)));
                 storeOffset(args, packed, batch, k, opacity, keys[e] + size_t(kStripRows) * kStripAnchors * k + first);
             }
-            any_positive[e] |= !hn::AllFalse(d, positive);
         }
     }
 }
@@ -155,6 +148,7 @@ void mixStrip(const StripMix& mix, GaussianBlock& block)
             const bool two = mix.t != 0;
             const MixedRows rows{mix.keys[0] + at, two ? mix.keys[1] + at : nullptr, hn::Set(d, mix.t), two};
             const V opacity = hn::Mul(rows(0), factor);
+            block.any_positive |= !hn::AllFalse(d, hn::And(drawn, hn::Gt(opacity, hn::Zero(d))));
             const M alive = hn::And(drawn, hn::Ge(opacity, floor));
             if (!hn::AllFalse(d, alive))
                 appendMixed(mix, rows, k, first, opacity, alive, block);
@@ -172,10 +166,9 @@ namespace gsc {
 HWY_EXPORT(decodeStrip);
 HWY_EXPORT(mixStrip);
 
-void decodeStripCpu(const DecodeArgs& args, uint32_t count, uint16_t* const* keys, bool* any_positive, float* fixed,
-                    DecodeScratch& scratch)
+void decodeStripCpu(const DecodeArgs& args, uint32_t count, uint16_t* const* keys, float* fixed, DecodeScratch& scratch)
 {
-    HWY_DYNAMIC_DISPATCH(decodeStrip)(args, count, keys, any_positive, fixed, scratch);
+    HWY_DYNAMIC_DISPATCH(decodeStrip)(args, count, keys, fixed, scratch);
 }
 
 void mixStripCpu(const StripMix& mix, GaussianBlock& block)

@@ -9,7 +9,7 @@ namespace gsc {
 
 // Frames that an entry may be drawn after the one that decoded it, from the share of the visible anchors that were not
 // visible in the frame before: the paper's Algorithm 1, H(update rate). The more of the view is new, the less is reused.
-// The paper names three shapes and no constants; these halve, quarter and end the depth at round shares.
+// The paper names three shapes and no constants: these are ours.
 GSC_HD uint32_t reuseDepth(DepthGuidance guidance, uint32_t max_depth, float update_rate)
 {
     const float depth = float(max_depth);
@@ -24,7 +24,7 @@ GSC_HD uint32_t reuseDepth(DepthGuidance guidance, uint32_t max_depth, float upd
 }
 
 // What an anchor sees of a camera that moved from c0 to c1: change of the unit direction and of the distance, relative.
-// The scalar twin of stripErrors(). Not finite where a camera lies on the anchor.
+// The scalar twin of stripError(). Not finite where a camera lies on the anchor.
 template <typename Real>
 GSC_HD Real predictedChange(const Vec3<Real>& p, const Real* c0, const Real* c1, Real direction, Real distance)
 {
@@ -37,7 +37,7 @@ GSC_HD Real predictedChange(const Vec3<Real>& p, const Real* c0, const Real* c1,
         const Real d = a[i] / la - b[i] / lb;
         square += d * d;
     }
-    return direction * std::sqrt(square) + distance * std::abs(lb - la) / la;
+    return direction * std::sqrt(square) + distance * std::abs(lb - la) / (la < lb ? la : lb);
 }
 
 } // namespace gsc

@@ -14,6 +14,10 @@ namespace gsc {
 constexpr uint32_t kStripAnchors = 16;
 constexpr uint32_t kStripsPerGroup = kGroupSize / kStripAnchors;
 
+// Some anchors show nothing to any probe and something to a camera: none is taken for blind. Below half of 1/255 for
+// any change of direction.
+constexpr float kLeastSensitivity = 1e-3f;
+
 // Positions of a group's anchors and what schedules them. Lanes past the count repeat the last anchor.
 struct alignas(64) GroupAnchors {
     float x[kGroupSize], y[kGroupSize], z[kGroupSize]; // world units

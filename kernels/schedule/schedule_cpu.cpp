@@ -9,6 +9,7 @@
 #include "kernels/math/anchor.h"
 #include "kernels/schedule/schedule.h"
 
+#include <algorithm>
 #include <limits>
 
 HWY_BEFORE_NAMESPACE();
@@ -43,7 +44,7 @@ float largestChange(const GroupAnchors& anchors, uint32_t strip, uint32_t lanes,
         const Direction a = directionFrom(d, c0, x, y, z), b = directionFrom(d, c1, x, y, z);
         const V dx = hn::Sub(a.x, b.x), dy = hn::Sub(a.y, b.y), dz = hn::Sub(a.z, b.z);
         const V chord = hn::Sqrt(hn::Add(hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)), hn::Mul(dz, dz)));
-        const V stretch = hn::Div(hn::Abs(hn::Sub(b.length, a.length)), a.length);
+        const V stretch = hn::Div(hn::Abs(hn::Sub(b.length, a.length)), hn::Min(a.length, b.length));
         V change = hn::MulAdd(hn::Load(d, anchors.direction + at), chord,
                               hn::Mul(hn::Load(d, anchors.distance + at), stretch));
         change = hn::IfThenElse(hn::Eq(change, change), change, infinity);
@@ -79,7 +80,7 @@ void loadGroupAnchors(const ModelView& model, const uint16_t* sensitivity, const
         anchors.y[i] = p.y;
         anchors.z[i] = p.z;
         const uint16_t* halves = sensitivity + 2 * (size_t(group.anchor_first) + lane);
-        anchors.direction[i] = halfValue(halves[0]);
+        anchors.direction[i] = std::max(halfValue(halves[0]), kLeastSensitivity);
         anchors.distance[i] = halfValue(halves[1]);
     }
 }

@@ -50,7 +50,7 @@ def row(trajectory, config, frames, eyes, label, rng):
     exact = config["tier"] == "exact" and config["policy"] == "none"
     base = {"exact": 9.5, "fast": 6.2, "turbo": 5.6}[config["tier"]] * eyes * 0.6
     noise = 1 / 255 * (0.02 if config["tier"] == "fast" else 0.06 if config["tier"] == "turbo" else 0.002)
-    wall, psnr, temporal, decoded, missing = [], [], [], [], []
+    wall, psnr, temporal, decoded = [], [], [], []
     visible = 9000 * eyes
     for frame in range(frames):
         motion = 0.5 + 0.5 * math.sin(2 * math.pi * frame / 60 * speed) ** 2
@@ -62,7 +62,6 @@ def row(trajectory, config, frames, eyes, label, rng):
         rms = noise + config["reuse"] ** 2 / 255 * 0.9 * (config["bound"] or 0.3 * (config["max_depth"] or 0)) * motion * (1.6 if jump else 1) * rng.uniform(0.7, 1.3) * speed ** 0.5
         psnr.append(None if exact else round(-20 * math.log10(rms), 3))
         temporal.append(None if frame == 0 else 0.0 if exact else round(rms * rng.uniform(0.5, 1.2), 7))
-        missing.append(0)
     pooled = None if exact else -10 * math.log10(sum(10 ** (-value / 10) for value in psnr) / frames)
     known = [value for value in temporal if value is not None] or [0.0]
     reused = [visible - min(value, visible) for value in decoded]
@@ -91,11 +90,11 @@ def row(trajectory, config, frames, eyes, label, rng):
                          "max_frame": temporal.index(max(known)) if frames > 1 else 0}},
         "reuse": {
             "decoded_per_frame": spread(decoded), "reused_per_frame": spread(reused),
-            "hit_rate": sum(reused) / (sum(reused) + sum(decoded)), "overdue": 0, "missing": 0, "evictions": 0,
+            "hit_rate": sum(reused) / (sum(reused) + sum(decoded)), "overdue": 0, "evictions": 0,
             "cut_hit_rate": 0.7 if config["cut"] else None, "order_moves_per_frame": 812.5 if config["order"] else None,
             "cache_bytes": cache},
         "peak_bytes": (40 << 20) * eyes + cache,
-        "per_frame": {"wall_ms": wall, "psnr": psnr, "temporal": temporal, "decoded": decoded, "missing": missing}}
+        "per_frame": {"wall_ms": wall, "psnr": psnr, "temporal": temporal, "decoded": decoded}}
 
 
 def rows(trajectories=3, runs=12, frames=120, eyes=1, label="", seed=1):

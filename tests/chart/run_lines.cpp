@@ -25,11 +25,10 @@ nlohmann::json plainRun()
                      "temporal": {"rms": 0, "p50": 0, "p99": 0, "max": 0, "max_frame": 1}},
         "reuse": {"decoded_per_frame": {"mean": 10, "median": 10, "p95": 10, "p99": 10, "max": 10},
                   "reused_per_frame": {"mean": 0, "median": 0, "p95": 0, "p99": 0, "max": 0},
-                  "hit_rate": 0, "overdue": 0, "missing": 0, "evictions": 0, "cut_hit_rate": null,
+                  "hit_rate": 0, "overdue": 0, "evictions": 0, "cut_hit_rate": null,
                   "order_moves_per_frame": null, "cache_bytes": 0},
         "peak_bytes": 1048576,
-        "per_frame": {"wall_ms": [4, 4.25], "psnr": [null, null], "temporal": [null, 0], "decoded": [10, 10],
-                      "missing": [0, 0]}
+        "per_frame": {"wall_ms": [4, 4.25], "psnr": [null, null], "temporal": [null, 0], "decoded": [10, 10]}
     })");
 }
 

@@ -233,6 +233,104 @@ TEST_CASE("a small cache holds its limit and draws the same")
     checkLikeNone(model.view(), options, 2);
 }
 
+TEST_CASE("a limit that falls is kept at once, and dropping the caches gives their memory back")
+{
+    SyntheticOptions many = modelOptions(LevelRule::None);
+    many.anchors = 6000;
+    const SyntheticModel model(many);
+    const auto backend = open(model.view());
+    FrameOptions options = with(ReusePolicy::Error, 4);
+    const uint64_t much = render(*backend, walk(0, 1), options)[0].result.cache_bytes;
+    options.reuse.cache_bytes = 1u << 20;
+    const auto less = render(*backend, walk(1, 1), options);
+    CHECK(less[0].result.cache_bytes < much);
+    CHECK(less[0].result.cache_bytes < options.reuse.cache_bytes + (1u << 18));
+    CHECK(less[0].result.cache_evictions > 0);
+    backend->dropCaches();
+    options.reuse.cache_bytes = 1;
+    const auto none = render(*backend, walk(2, 1), options);
+    CHECK(none[0].result.cache_bytes < 1u << 18);
+    CHECK(none[0].result.eyes[0].anchors_reused == 0);
+}
+
+TEST_CASE("what is seen for the first time is decoded well whatever the budget")
+{
+    SyntheticOptions many = modelOptions(LevelRule::None);
+    many.anchors = 4000;
+    const SyntheticModel model(many);
+    const auto plain = open(model.view()), reusing = open(model.view());
+    FrameOptions options = with(ReusePolicy::Error, 1);
+    options.reuse.decode_budget = 16;
+    for (int i = 0; i < 10; ++i)
+        (void)render(*reusing, walk(i, 1), options);
+    // looks elsewhere from the next place of the walk
+    std::vector<EyeParams> eyes = walk(10, 1);
+    const float target[3] = {9, 2, -4};
+    eyes = {lookAt(eyes[0].center, target, 0.9f, 120, 90)};
+    const auto actual = render(*reusing, eyes, options);
+    CHECK(actual[0].result.eyes[0].anchors_decoded > 100);
+    CHECK(compare(actual[0].pixels, render(*plain, eyes, with(ReusePolicy::None))[0].pixels).psnr > 50);
+}
+
+TEST_CASE("an eye that draws the other's decode shows it, also where no entry holds it")
+{
+    const SyntheticModel model(modelOptions(LevelRule::None));
+    for (const uint64_t limit : {uint64_t(0), uint64_t(1)}) {
+        CAPTURE(limit);
+        const auto plain = open(model.view()), reusing = open(model.view());
+        FrameOptions options = with(ReusePolicy::Error, 4);
+        options.reuse.cache_bytes = limit;
+        for (int i = 0; i < 4; ++i) {
+            const auto actual = render(*reusing, walk(i, 2, 0.001f), options);
+            const auto expected = render(*plain, walk(i, 2, 0.001f), with(ReusePolicy::None));
+            for (size_t e = 0; e < 2; ++e)
+                CHECK(compare(actual[e].pixels, expected[e].pixels).psnr > 45);
+            CHECK(actual[1].result.eyes[1].anchors_reused > 0);
+        }
+    }
+}
+
+TEST_CASE("black and background are told apart as without reuse")
+{
+    size_t black = 0, grey = 0;
+    for (uint32_t seed = 1; seed <= 60; ++seed) {
+        SyntheticOptions options;
+        options.anchors = 3;
+        options.n_offsets = 1;
+        options.seed = seed;
+        const SyntheticModel model(options);
+        const auto plain = open(model.view(), 1), reusing = open(model.view(), 1);
+        FrameOptions none = with(ReusePolicy::None);
+        const auto expected = render(*plain, walk(0, 1), none);
+        const auto actual = render(*reusing, walk(0, 1), with(ReusePolicy::Error));
+        CAPTURE(seed);
+        CHECK(compare(actual[0].pixels, expected[0].pixels).psnr > 60);
+        black += expected[0].pixels[0] == 0;
+        grey += expected[0].pixels[0] == 0.5f;
+    }
+    CHECK(black > 0);
+    CHECK(grey > 0);
+}
+
+TEST_CASE("eyes come and go, policies change, and both eyes stay within what the options say")
+{
+    const SyntheticModel model(modelOptions(LevelRule::None));
+    const auto plain = open(model.view()), reusing = open(model.view());
+    for (int i = 0; i < 40; ++i) {
+        CAPTURE(i);
+        const size_t eyes = size_t(i / 5) % 2 + 1;
+        const ReusePolicy policy = i % 7 == 3   ? ReusePolicy::None
+                                   : i % 11 > 7 ? ReusePolicy::Depth
+                                                : ReusePolicy::Error;
+        FrameOptions options = with(policy, 2, 1);
+        options.reuse.decode_budget = i % 3 == 0 ? 400 : 0;
+        const auto actual = render(*reusing, walk(i, eyes), options);
+        const auto expected = render(*plain, walk(i, eyes), with(ReusePolicy::None));
+        for (size_t e = 0; e < eyes; ++e)
+            CHECK(compare(actual[e].pixels, expected[e].pixels).psnr > 40);
+    }
+}
+
 TEST_CASE("images do not depend on the number of threads, whatever is kept")
 {
     const SyntheticModel model(modelOptions(LevelRule::Round));

@@ -193,7 +193,6 @@ var gscFigures = (function () {
     if (row.flip !== null) lines.push(['FLIP, mean', String(row.flip)]);
     lines.push(['decoded a frame', row.decoded === null ? '–' : grouped(row.decoded)]);
     lines.push(['hit rate', row.hit_rate === null ? '–' : (100 * row.hit_rate).toFixed(1) + ' %']);
-    if (row.missing) lines.push(['missing', grouped(row.missing)]);
     lines.push(['cache, peak memory', bytes(row.cache_bytes) + ', ' + bytes(row.peak_bytes)]);
     return '<b>' + escaped(row.name) + '</b><table style="font-size:12px;line-height:1.35">' + lines.map(function (line) {
       return '<tr><td style="padding:0 10px 0 0;text-align:left;opacity:.75">' + line[0] +
