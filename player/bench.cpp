@@ -57,8 +57,8 @@ public:
         EyeParams eyes[kMaxEyes];
         shotEyes(shot, eyeCount(), eyes);
         m_frame.appearance = shotAppearance(m_scene, shot);
-        render(m_backend, eyes, shot, m_options.tier, m_options.reuse, m_images);
-        render(reference, eyes, shot, Tier::Exact, {}, m_exact);
+        render(m_backend, eyes, shot, {m_options.tier, m_options.stereo, m_options.reuse}, m_images);
+        render(reference, eyes, shot, {Tier::Exact, StereoMode::Exact, {}}, m_exact);
         for (uint32_t e = 0; e < eyeCount(); ++e) {
             const auto view = [&](const std::vector<float>& pixels) {
                 return ImageView{pixels.data(), shot.camera.width, shot.camera.height};
@@ -70,16 +70,22 @@ public:
 private:
     [[nodiscard]] uint32_t eyeCount() const { return uint32_t(m_options.eyes); }
 
-    void render(Backend& backend, const EyeParams* eyes, const Shot& shot, Tier tier, const ReuseOptions& reuse,
-                std::vector<float>* images)
+    struct Way {
+        Tier tier;
+        StereoMode stereo;
+        ReuseOptions reuse;
+    };
+
+    void render(Backend& backend, const EyeParams* eyes, const Shot& shot, const Way& way, std::vector<float>* images)
     {
         float* pixels[kMaxEyes] = {};
         for (uint32_t e = 0; e < eyeCount(); ++e) {
             images[e].resize(size_t(shot.camera.width) * shot.camera.height * 3);
             pixels[e] = images[e].data();
         }
-        m_frame.tier = tier;
-        m_frame.reuse = reuse;
+        m_frame.tier = way.tier;
+        m_frame.stereo = way.stereo;
+        m_frame.reuse = way.reuse;
         FrameResult result;
         backend.render(eyes, eyeCount(), m_frame, pixels, result);
     }

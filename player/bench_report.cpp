@@ -4,6 +4,7 @@
 
 #include "format/error.h"
 #include "player/report_parts.h"
+#include "player/reuse_names.h"
 #include "player/stage_names.h"
 #include "runtime/frame_stats.h"
 
@@ -163,7 +164,8 @@ Json configJson(const BenchOptions& options, const BenchSummary& summary)
             {"shots", summary.shots},
             {"tier", tierName(summary.tier)},
             {"eyes", play.eyes},
-            {"ipd", play.eyes == 2 ? Json(summary.ipd) : Json()},
+            {"stereo", stereoName(play.stereo)},
+            {"ipd", play.eyes == 2 ? unknownIfZero(summary.ipd) : Json()},
             {"size", play.width > 0 ? Json{play.width, play.height} : Json()},
             {"fov_degrees", unknownIfZero(play.fov_x * 180 / std::numbers::pi)},
             {"near", unknownIfZero(play.near_z)},

@@ -274,14 +274,16 @@ std::vector<EyeView> trajectoryViews(const JsonObject& root, const std::string& 
     return views;
 }
 
-} // namespace
-
-void refuseViews(const std::string& name)
+// What a reader of cameras alone says to a trajectory with views.
+[[noreturn]] void refuseViews(const std::string& name)
 {
     throw Error(ErrorCode::Unsupported,
-                name + ": \"views\" gives the eyes lenses and places of their own, which this version reads but does "
-                       "not draw; take it out, and state \"ipd\" and \"fov_x\" instead");
+                name +
+                    ": \"views\" gives the eyes lenses and places of their own, expected cameras here; gsc-play draws "
+                    "such a trajectory, and without \"views\" its frames are cameras");
 }
+
+} // namespace
 
 std::vector<UpstreamCamera> parseUpstreamCameras(std::string_view json, const std::string& name)
 {

@@ -27,13 +27,6 @@ std::vector<UpstreamCamera> parseUpstreamCameras(std::string_view json, const st
 // Precondition: as parseUpstreamCameras() leaves it.
 Camera cameraFromUpstream(const UpstreamCamera& source);
 
-// An eye as OpenXR describes it. Axes as everywhere: x right, y down, z forward.
-struct EyeView {
-    double left = 0, right = 0, up = 0, down = 0; // XrFovf: radians, left and down below zero for most lenses
-    double position[3] = {};                      // in the head's axes, world units
-    double rotation[9] = {};                      // row-major eye-to-head
-};
-
 // What a trajectory states beside its frames. With views, a frame is the pose of the head.
 struct TrajectoryFacts {
     std::string name;           // empty = not stated
@@ -48,8 +41,6 @@ struct TrajectoryFacts {
 // own is refused, because its cameras alone are not what it shows.
 // Throws Error (InvalidFile, Unsupported).
 std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, TrajectoryFacts* eyes = nullptr);
-// The Error(Unsupported) for a trajectory with views; `name` is the file.
-[[noreturn]] void refuseViews(const std::string& name);
 // Throws Error (Io, InvalidFile, Unsupported).
 std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eyes = nullptr);
 

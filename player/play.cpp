@@ -96,6 +96,7 @@ PlaySummary play(const PlayOptions& options, PlayLog& log)
     PlaySummary summary;
     summary.input = options.input;
     summary.eyes = options.eyes;
+    summary.stereo = options.stereo;
     summary.reuse = options.reuse;
     summary.lod_bias = options.lod_bias;
 

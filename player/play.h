@@ -16,6 +16,7 @@ struct PlaySummary {
     std::string input, backend;
     Tier tier = Tier::Exact; // that ran, not that was asked for
     int eyes = 1;
+    StereoMode stereo = StereoMode::Exact;
     ReuseOptions reuse;
     double lod_bias = 0;
     uint64_t anchors = 0, file_bytes = 0;

@@ -5,6 +5,7 @@
 #include "format/gsc_layout.h"
 #include "player/bench.h"
 #include "player/cli_choice.h"
+#include "player/reuse_names.h"
 #include "player/reuse_options.h"
 #include "player/stability.h"
 #include "runtime/backend.h"
@@ -100,6 +101,10 @@ void addViewOptions(CLI::App& app, PlayOptions& options, RawText& raw)
         ->option_text("1|2 (default: 1)");
     app.add_option("--ipd", options.ipd, "Distance of the two eyes in world units; default: what the trajectory states")
         ->type_name("LENGTH");
+    addChoice<StereoMode>(app, "--stereo", options.stereo, stereoModes(),
+                          "exact: the networks look from each eye; merged: from the middle between the two, once for "
+                          "both")
+        ->option_text("exact|merged (default: exact)");
     app.add_option("--appearance", options.appearance,
                    "Row of the appearance embedding for every camera; default: the camera's own")
         ->check(CLI::Range(0, std::numeric_limits<int>::max()))
@@ -223,6 +228,12 @@ std::vector<float> parseColor(const std::string& text)
     return {r, g, b};
 }
 
+void checkEyes(const PlayOptions& options)
+{
+    if (options.stereo == StereoMode::Merged && options.eyes == 1)
+        throw Error(ErrorCode::Usage, "--stereo merged: has no effect with one eye, expected two; pass --eyes 2");
+}
+
 // `paths_follow`: cameras are read from files that are not known yet.
 void finish(const CLI::App& app, PlayOptions& options, const RawText& raw, bool paths_follow = false)
 {
@@ -245,6 +256,11 @@ void finish(const CLI::App& app, PlayOptions& options, const RawText& raw, bool 
         throw Error(ErrorCode::Usage, formatString("--ipd %g: two eyes need a distance, expected a number above 0 in "
                                                    "world units of the model; pass --ipd LENGTH",
                                                    options.ipd));
+    if (!paths_follow)
+        checkEyes(options);
+    if (options.stereo == StereoMode::Merged && options.reuse.policy != ReusePolicy::None)
+        throw Error(ErrorCode::Usage, "--stereo merged: together with --reuse, which keeps what each eye decoded, "
+                                      "expected one of them; pass --reuse none or --stereo exact");
     if (!(options.near_z >= 0 && options.near_z < 1e15))
         throw Error(ErrorCode::Usage, formatString("--near %g: expected a number above 0", options.near_z));
     if (!options.out.empty() && !isImageExtension(options.out))
@@ -359,6 +375,7 @@ std::optional<int> parseStabilityOptions(int argc, const char* const* argv, Stab
         return app.exit(e) == 0 ? 0 : int(ErrorCode::Usage);
     }
     finish(app, options.play, raw, true);
+    checkEyes(options.play);
     for (const double bound : {options.bound_psnr, options.bound_temporal, options.bound_p99})
         if (!(bound >= 0))
             throw Error(ErrorCode::Usage, "--bound-psnr, --bound-temporal, --bound-p99: expected numbers from 0");

@@ -22,6 +22,7 @@ struct PlayOptions {
     Tier tier = Tier::Fast;
     int eyes = 1;
     double ipd = 0;                 // world units
+    StereoMode stereo = StereoMode::Exact;
     uint32_t width = 0, height = 0; // 0 = the camera's
     double fov_x = 0;               // radians, 0 = the camera's
     std::string out;                // pattern, empty = write nothing

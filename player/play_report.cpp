@@ -3,6 +3,7 @@
 
 #include "player/report_parts.h"
 #include "player/reuse_names.h"
+#include "player/reuse_names.h"
 #include "player/stage_names.h"
 
 #include <nlohmann/json.hpp>
@@ -98,8 +99,11 @@ std::string playReportText(const PlaySummary& summary)
     std::string text =
         formatString("%zu frame%s, %s, %s, %s: median %.1f ms (%.1f frames/s), p95 %.1f ms, worst %.1f ms\n",
                      summary.frames.size(), summary.frames.size() == 1 ? "" : "s",
-                     summary.eyes == 2 ? "two eyes" : "one eye", tierName(summary.tier), summary.backend.c_str(),
-                     median, median > 0 ? 1000 / median : 0.0, quantile(summary, 0.95), quantile(summary, 1));
+                     summary.eyes == 1                      ? "one eye"
+                     : summary.stereo == StereoMode::Merged ? "two eyes decoded at once"
+                                                            : "two eyes",
+                     tierName(summary.tier), summary.backend.c_str(), median, median > 0 ? 1000 / median : 0.0,
+                     quantile(summary, 0.95), quantile(summary, 1));
     text += "mean ms:";
     for (const auto& stage : kStages)
         text += formatString(" %s %.1f", stage.name, meanStage(summary, stage.field));
@@ -133,6 +137,7 @@ std::string playReportJson(const PlaySummary& summary, const std::vector<std::st
         {"backend", summary.backend},
         {"tier", tierName(summary.tier)},
         {"eyes", summary.eyes},
+        {"stereo", stereoName(summary.stereo)},
         {"frames", summary.frames.size()},
         {"pixels", pixels},
         {"ms",

@@ -31,6 +31,13 @@ const std::map<std::string, DepthGuidance>& depthGuidances()
     return names;
 }
 
+const std::map<std::string, StereoMode>& stereoModes()
+{
+    static const std::map<std::string, StereoMode> names = {{"exact", StereoMode::Exact},
+                                                            {"merged", StereoMode::Merged}};
+    return names;
+}
+
 const char* policyName(ReusePolicy policy)
 {
     return nameIn(reusePolicies(), policy);
@@ -39,6 +46,11 @@ const char* policyName(ReusePolicy policy)
 const char* guidanceName(DepthGuidance guidance)
 {
     return nameIn(depthGuidances(), guidance);
+}
+
+const char* stereoName(StereoMode stereo)
+{
+    return nameIn(stereoModes(), stereo);
 }
 
 } // namespace gsc

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What may be kept between frames, as command lines, sweeps and reports name it.
+// What may be kept between frames, and shared by the eyes, as command lines, sweeps and reports name it.
 #pragma once
 
 #include "kernels/common/frame_types.h"
@@ -15,7 +15,9 @@ constexpr double kMaxLodBias = 16;           // levels, either way
 
 const std::map<std::string, ReusePolicy>& reusePolicies();
 const std::map<std::string, DepthGuidance>& depthGuidances();
+const std::map<std::string, StereoMode>& stereoModes();
 const char* policyName(ReusePolicy policy);
 const char* guidanceName(DepthGuidance guidance);
+const char* stereoName(StereoMode stereo);
 
 } // namespace gsc

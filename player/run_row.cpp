@@ -6,6 +6,7 @@
 #include "format/gsc_layout.h"
 #include "format/mapped_file.h"
 #include "player/report_parts.h"
+#include "player/reuse_names.h"
 #include "player/stage_names.h"
 #include "runtime/frame_stats.h"
 
@@ -127,6 +128,8 @@ std::string shortName(const OrderedJson& config)
         text += formatString(" cache %.0fM", config.at("cache_budget").get<double>() / double(1 << 20));
     text += config.at("cut").get<bool>() ? " cut" : "";
     text += config.at("order").get<bool>() ? " order" : "";
+    if (const std::string stereo = config.at("stereo").get<std::string>(); stereo != stereoName(StereoMode::Exact))
+        text += " " + stereo;
     if (const double bias = config.at("lod_bias").get<double>(); bias != 0)
         text += formatString(" lod%+g", bias);
     return text;
@@ -156,9 +159,9 @@ OrderedJson runConfigJson(const RunContext& context, const Path& path, const Run
     json.update(
         OrderedJson{{"tier", tierName(run.tier)},
                     {"lod_bias", run.lod_bias},
-                    {"stereo", "exact"},
+                    {"stereo", stereoName(run.stereo)},
                     {"eyes", path.eye_count},
-                    {"ipd", path.eye_count == 2 ? OrderedJson(path.shots.front().ipd) : OrderedJson()},
+                    {"ipd", path.eye_count == 2 ? unknownIfZero(path.shots.front().ipd) : OrderedJson()},
                     {"size", options.width > 0 ? OrderedJson{options.width, options.height} : OrderedJson()},
                     {"fov_degrees", unknownIfZero(options.fov_x * 180 / std::numbers::pi)},
                     {"near", unknownIfZero(options.near_z)},

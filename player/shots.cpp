@@ -32,7 +32,39 @@ std::vector<Camera> storedCameras(const Scene& scene, const std::string& file)
     return cameras;
 }
 
-std::vector<Shot> cutShots(std::vector<Camera> cameras, double ipd, const PlayOptions& options)
+// A head of a trajectory with views, sized as asked for. The lens is the view's whatever the size is.
+void sizeHead(Camera& head, const PlayOptions& options)
+{
+    if (options.width > 0) {
+        head.width = options.width;
+        head.height = options.height;
+    }
+    if (head.width == 0)
+        throw Error(
+            ErrorCode::Usage,
+            formatString("camera %s: its file states no image size, expected one; pass --size WxH", head.name.c_str()));
+}
+
+// Throws what the views of a trajectory cannot give or take.
+void checkViews(const TrajectoryFacts& facts, const PlayOptions& options)
+{
+    const char* const file = options.cameras.c_str();
+    if (options.ipd > 0)
+        throw Error(ErrorCode::Usage, formatString("--ipd: %s says with \"views\" where the eyes are, expected no "
+                                                   "distance; leave --ipd out",
+                                                   file));
+    if (options.fov_x > 0)
+        throw Error(ErrorCode::Usage, formatString("--fov: %s gives the eyes their lenses with \"views\", expected no "
+                                                   "angle; leave --fov out",
+                                                   file));
+    if (options.eyes == 2 && facts.views.size() < 2)
+        throw Error(ErrorCode::Usage, formatString("%s: \"views\" holds one eye, expected the left and the right one "
+                                                   "for two; pass --eyes 1",
+                                                   file));
+}
+
+std::vector<Shot> cutShots(std::vector<Camera> cameras, const TrajectoryFacts& facts, double ipd,
+                           const PlayOptions& options)
 {
     if (options.frame_first >= cameras.size())
         throw Error(ErrorCode::Usage,
@@ -42,12 +74,20 @@ std::vector<Shot> cutShots(std::vector<Camera> cameras, double ipd, const PlayOp
     const uint64_t end = std::min<uint64_t>(options.frame_end, cameras.size());
     for (uint64_t i = options.frame_first; i < end; ++i) {
         Camera& camera = cameras[i];
-        finishCamera(camera, options.width, options.height, options.fov_x);
+        if (facts.views.empty())
+            finishCamera(camera, options.width, options.height, options.fov_x);
+        else
+            sizeHead(camera, options);
         if (camera.width < 1 || camera.height < 1 || camera.width > kMaxImageSide || camera.height > kMaxImageSide)
             throw Error(ErrorCode::Usage,
                         formatString("camera %s: its image is %u x %u pixels, expected 1 to %u each; pass --size WxH",
                                      camera.name.c_str(), camera.width, camera.height, kMaxImageSide));
-        shots.push_back({std::move(camera), i, -1, ipd});
+        Shot shot{camera, i, -1, ipd, std::nullopt};
+        if (!facts.views.empty())
+            shot.camera = eyeOfHead(camera, facts.views[0]);
+        if (options.eyes == 2 && facts.views.size() == 2)
+            shot.right_eye = eyeOfHead(camera, facts.views[1]);
+        shots.push_back(std::move(shot));
     }
     return shots;
 }
@@ -92,16 +132,16 @@ std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, Pl
     std::vector<Camera> cameras =
         options.cameras == "stored" ? storedCameras(scene, options.input) : readCameraFile(options.cameras, &eyes);
     if (!eyes.views.empty())
-        refuseViews(options.cameras);
+        checkViews(eyes, options);
     if (title != nullptr)
         *title = eyes.name;
     const double ipd = options.ipd > 0 ? options.ipd : eyes.ipd;
-    if (options.eyes == 2 && ipd == 0)
+    if (options.eyes == 2 && ipd == 0 && eyes.views.empty())
         throw Error(
             ErrorCode::Usage,
             formatString("%s: states no distance of the eyes, expected \"ipd\" in a trajectory; pass --ipd LENGTH",
                          options.cameras.c_str()));
-    std::vector<Shot> shots = cutShots(std::move(cameras), ipd, options);
+    std::vector<Shot> shots = cutShots(std::move(cameras), eyes, ipd, options);
     chooseAppearance(scene, options, shots, log);
     return shots;
 }
@@ -110,6 +150,7 @@ FrameOptions frameOptions(const Scene& scene, const PlayOptions& options)
 {
     FrameOptions frame;
     frame.tier = options.tier;
+    frame.stereo = options.stereo;
     frame.near_z = float(options.near_z);
     frame.lod_bias = float(options.lod_bias);
     frame.reuse = options.reuse;
@@ -123,6 +164,11 @@ void shotEyes(const Shot& shot, uint32_t eye_count, EyeParams* eyes)
 {
     if (eye_count == 1) {
         eyes[0] = eyeParams(shot.camera);
+        return;
+    }
+    if (shot.right_eye) {
+        eyes[0] = eyeParams(shot.camera);
+        eyes[1] = eyeParams(*shot.right_eye);
         return;
     }
     Camera left, right;

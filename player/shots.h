@@ -8,22 +8,24 @@
 #include "runtime/scene.h"
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace gsc {
 
 struct Shot {
-    Camera camera;
-    uint64_t index = 0;  // in the camera file
-    int appearance = -1; // the trainer's embedding row; -1 if the model has none
-    double ipd = 0;      // of two eyes, world units: what --ipd or the trajectory states
+    Camera camera;                   // the only eye, or the middle between two that are `ipd` apart
+    uint64_t index = 0;              // in the camera file
+    int appearance = -1;             // the trainer's embedding row; -1 if the model has none
+    double ipd = 0;                  // of two eyes, world units: what --ipd or the trajectory states
+    std::optional<Camera> right_eye; // of a trajectory with views; `camera` is then the left one
 };
 
 // At least one. `title`, if given, takes the name that a trajectory states, empty if none. Warns where an embedding row had to be chosen for a camera. Throws Error (Usage, Io, InvalidFile).
 std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, PlayLog& log,
                               std::string* title = nullptr);
 
-// Background, near plane, tier, level bias and reuse; the appearance is the shot's.
+// Background, near plane, tier, stereo, level bias and reuse; the appearance is the shot's.
 FrameOptions frameOptions(const Scene& scene, const PlayOptions& options);
 
 // The eyes of a shot, one or two.

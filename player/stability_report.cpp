@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/error.h"
 #include "player/report_parts.h"
+#include "player/reuse_names.h"
 #include "player/run_row.h"
 #include "player/stability.h"
 #include "runtime/frame_stats.h"
@@ -31,7 +32,7 @@ OrderedJson pathJson(const StabilityOptions& options, const StabilityPath& entry
     return {{"trajectory", entry.path.name},
             {"cameras", entry.path.cameras},
             {"frames", entry.path.shots.size()},
-            {"ipd", entry.path.eye_count == 2 ? OrderedJson(entry.path.shots.front().ipd) : OrderedJson()},
+            {"ipd", entry.path.eye_count == 2 ? unknownIfZero(entry.path.shots.front().ipd) : OrderedJson()},
             {"ms", timesJson(entry.run.frames, options.warmup)},
             {"accuracy", accuracyJson(entry.run.accuracy)},
             {"reuse", reuseCountsJson(options.play.reuse, entry.run.frames)},
@@ -64,6 +65,7 @@ std::string stabilityReportJson(const StabilityOptions& options, const Stability
         {"device", deviceJson(last.device)},
         {"tier", tierName(last.tier)},
         {"eyes", play.eyes},
+        {"stereo", stereoName(play.stereo)},
         {"size", play.width > 0 ? OrderedJson{play.width, play.height} : OrderedJson()},
         {"fov_degrees", unknownIfZero(play.fov_x * 180 / std::numbers::pi)},
         {"warmup", options.warmup},

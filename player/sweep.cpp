@@ -31,6 +31,7 @@ RunConfig baseRun(const PlayOptions& options)
     run.backend = options.backend;
     run.tier = options.tier;
     run.lod_bias = options.lod_bias;
+    run.stereo = options.stereo;
     run.reuse = options.reuse;
     return run;
 }
@@ -121,6 +122,12 @@ public:
         if (!m_cut_off.empty())
             log.warning(m_cut_off);
         m_runs = expandRuns(config);
+        for (const RunConfig& run : m_runs)
+            if (run.stereo == StereoMode::Merged && m_context.options.eyes == 1)
+                throw Error(ErrorCode::Usage,
+                            formatString("%s: a run has stereo merged, which needs two eyes, and there is one; state "
+                                         "\"eyes\": 2 or pass --eyes 2",
+                                         options.sweep.c_str()));
         for (RunConfig& run : m_runs)
             run.backend = m_measurer->nameOf(run.backend);
         for (const Path& path : m_paths)
@@ -177,6 +184,7 @@ private:
         FrameOptions frame = frameOptions(*m_scene, m_context.options);
         frame.tier = run.tier;
         frame.lod_bias = float(run.lod_bias);
+        frame.stereo = run.stereo;
         frame.reuse = run.reuse;
         const RunResult result = m_measurer->run(path, run.backend, frame, m_config.score,
                                                  [&](uint64_t done) { m_log.progress(m_frames_done + done, m_total); });

@@ -104,7 +104,7 @@ public:
     static bool flag(const Value& v) { return v.flag(); }
     static Tier tier(const Value& v) { return v.word(tiers()); }
     static double lodBias(const Value& v) { return v.number(-kMaxLodBias, kMaxLodBias, "levels"); }
-    static bool stereo(const Value& v) { return v.word(std::map<std::string, bool>{{"exact", true}}); }
+    static StereoMode stereo(const Value& v) { return v.word(stereoModes()); }
     [[nodiscard]] std::string backend(const Value& v) const { return v.word(m_backends); }
 
 private:
@@ -133,7 +133,6 @@ void readAxes(const JsonObject& object, const Reader& reader, const RunConfig& b
 {
     object.checkKeys(kRunKeys);
     const ReuseOptions& reuse = base.reuse;
-    std::vector<bool> stereo;
     readAxis(object, "policy", axes.policies, reuse.policy, Reader::policy);
     readAxis(object, "max_depth", axes.depths, reuse.max_depth, Reader::depth);
     readAxis(object, "guidance", axes.guidances, reuse.guidance, Reader::guidance);
@@ -145,7 +144,7 @@ void readAxes(const JsonObject& object, const Reader& reader, const RunConfig& b
     readAxis(object, "order", axes.orders, reuse.order, Reader::flag);
     readAxis(object, "tier", axes.tiers, base.tier, Reader::tier);
     readAxis(object, "lod_bias", axes.lod_biases, base.lod_bias, Reader::lodBias);
-    readAxis(object, "stereo", stereo, true, Reader::stereo);
+    readAxis(object, "stereo", axes.stereos, base.stereo, Reader::stereo);
     readAxis(object, "backend", axes.backends, base.backend, [&](const Value& v) { return reader.backend(v); });
 }
 
@@ -171,8 +170,11 @@ RunConfig readRun(const JsonObject& object, const Reader& reader, const RunConfi
     read("order", [&](const Value& v) { run.reuse.order = v.flag(); });
     read("tier", [&](const Value& v) { run.tier = Reader::tier(v); });
     read("lod_bias", [&](const Value& v) { run.lod_bias = Reader::lodBias(v); });
-    read("stereo", [&](const Value& v) { (void)Reader::stereo(v); });
+    read("stereo", [&](const Value& v) { run.stereo = Reader::stereo(v); });
     read("backend", [&](const Value& v) { run.backend = reader.backend(v); });
+    if (run.stereo == StereoMode::Merged && run.reuse.policy != ReusePolicy::None)
+        object.fail("stereo", "\"merged\" with a policy that keeps what each eye decoded",
+                    "\"exact\", or the policy \"none\"");
     return run;
 }
 

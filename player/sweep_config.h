@@ -19,6 +19,7 @@ struct RunConfig {
     std::string backend = "auto";
     Tier tier = Tier::Fast;
     double lod_bias = 0;
+    StereoMode stereo = StereoMode::Exact;
     ReuseOptions reuse;
     bool match_budget = false; // the decode budget is what the run of depthRunOf() decodes
 };
@@ -38,6 +39,7 @@ struct SweepAxes {
     std::vector<bool> cuts, orders;
     std::vector<Tier> tiers;
     std::vector<double> lod_biases;
+    std::vector<StereoMode> stereos;
     std::vector<std::string> backends;
 };
 
@@ -64,7 +66,7 @@ SweepConfig readSweepConfig(const std::string& path, const RunConfig& base, cons
 // Sets what the policy does not look at to its default, so that equal runs are equal.
 RunConfig collapsed(RunConfig run);
 
-// The product of the axes and the explicit runs, collapsed, each once, by backend; a run whose budget is that of
+// The product of the axes, less what keeps what each eye decoded while both are decoded at once, and the explicit runs, collapsed, each once, by backend; a run whose budget is that of
 // another one comes after it, and that one is there even if nothing else asks for it.
 std::vector<RunConfig> expandRuns(const SweepConfig& config);
 

@@ -2,6 +2,7 @@
 // From what a sweep asks for to the runs it takes.
 #include "format/error.h"
 #include "player/report_parts.h"
+#include "player/reuse_names.h"
 #include "player/sweep_config.h"
 #include "runtime/frame_stats.h"
 
@@ -44,7 +45,8 @@ void addReuse(const SweepAxes& axes, RunConfig run, RunList& list)
                                 for (const uint64_t cache : axes.cache_budgets) {
                                     run.reuse = {policy, depth, guidance, bound, budget.anchors, cache, cut, order};
                                     run.match_budget = budget.match;
-                                    list.add(run);
+                                    if (run.stereo == StereoMode::Exact || policy == ReusePolicy::None)
+                                        list.add(run);
                                 }
 }
 
@@ -52,9 +54,10 @@ void addReuse(const SweepAxes& axes, RunConfig run, RunList& list)
 void checkProduct(const SweepAxes& axes)
 {
     uint64_t product = 1;
-    for (const size_t size : {axes.policies.size(), axes.depths.size(), axes.guidances.size(), axes.bounds.size(),
-                              axes.decode_budgets.size(), axes.cache_budgets.size(), axes.cuts.size(),
-                              axes.orders.size(), axes.tiers.size(), axes.lod_biases.size(), axes.backends.size()})
+    for (const size_t size :
+         {axes.policies.size(), axes.depths.size(), axes.guidances.size(), axes.bounds.size(),
+          axes.decode_budgets.size(), axes.cache_budgets.size(), axes.cuts.size(), axes.orders.size(),
+          axes.tiers.size(), axes.lod_biases.size(), axes.stereos.size(), axes.backends.size()})
         if (product *= size; product > kMaxRuns) // an axis has at most some millions of values: no overflow
             throw Error(ErrorCode::InvalidFile,
                         formatString("sweep: its axes have more than %llu combinations, expected fewer; shorten an "
@@ -86,7 +89,10 @@ RunConfig collapsed(RunConfig run)
 
 nlohmann::ordered_json runKeyJson(const RunConfig& run)
 {
-    OrderedJson json = {{"backend", run.backend}, {"tier", tierName(run.tier)}, {"lod_bias", run.lod_bias + 0.0}};
+    OrderedJson json = {{"backend", run.backend},
+                        {"tier", tierName(run.tier)},
+                        {"lod_bias", run.lod_bias + 0.0},
+                        {"stereo", stereoName(run.stereo)}};
     json.update(reuseJson(run.reuse));
     if (run.match_budget)
         json["decode_budget"] = "match";
@@ -118,15 +124,20 @@ std::vector<RunConfig> expandRuns(const SweepConfig& config)
         RunConfig run;
         for (const std::string& backend : config.axes.backends)
             for (const Tier tier : config.axes.tiers)
-                for (const double bias : config.axes.lod_biases) {
-                    run.backend = backend;
-                    run.tier = tier;
-                    run.lod_bias = bias;
-                    addReuse(config.axes, run, list);
-                }
+                for (const double bias : config.axes.lod_biases)
+                    for (const StereoMode stereo : config.axes.stereos) {
+                        run.backend = backend;
+                        run.tier = tier;
+                        run.lod_bias = bias;
+                        run.stereo = stereo;
+                        addReuse(config.axes, run, list);
+                    }
     }
     for (const RunConfig& run : config.runs)
         list.add(run);
+    if (list.runs().empty())
+        throw Error(ErrorCode::InvalidFile, "sweep: its axes join stereo merged only with policies that keep what each "
+                                            "eye decoded, expected a run; add \"exact\" or the policy \"none\"");
     const std::vector<RunConfig> asked = list.runs();
     for (const RunConfig& run : asked)
         if (run.match_budget)

@@ -10,6 +10,7 @@
 #include "kernels/select/cut.h"
 #include "kernels/sort/order.h"
 #include "runtime/reuse_cpu.h"
+#include "runtime/stereo_cpu.h"
 
 #include <algorithm>
 
@@ -54,6 +55,7 @@ public:
     {
         checkOptions(m_model, options, eye_count);
         checkReuse(options.reuse);
+        refuseMergedReuse(options, eye_count);
         for (uint32_t e = 0; e < eye_count; ++e)
             checkSize(eyes[e].width, eyes[e].height);
         result = {};
@@ -146,11 +148,20 @@ private:
             m_stores[e].reserve(blocks, slots);
             result.eyes[e].anchors_decoded = result.eyes[e].anchors_visible;
         }
-        const DecodeArgs args =
-            prepareDecode(m_model, eyes, eye_count, m_visible.data(), visible, options.appearance, m_bias);
+        EyeParams middle{};
+        const bool merged = decodesMerged(options, eye_count);
+        if (merged) {
+            mergedCenter(eyes, middle.center);
+            result.eyes[0].anchors_decoded = visible;
+            result.eyes[1].anchors_decoded = 0;
+            for (WorkerState& state : m_states)
+                reserveDecode(m_model, state.gathered);
+        }
+        const DecodeArgs args = prepareDecode(m_model, merged ? &middle : eyes, merged ? 1 : eye_count,
+                                              m_visible.data(), visible, options.appearance, m_bias);
         m_workers.run(blocks, 1, [&](size_t begin, size_t end, int worker) {
             for (size_t block = begin; block < end; ++block)
-                runBlock(args, rules, visible, block, m_states[size_t(worker)]);
+                runBlock(args, eyes, eye_count, rules, block, m_states[size_t(worker)]);
         });
 
         double decode = 0, project = 0;
@@ -164,18 +175,27 @@ private:
         result.times.project = wall * (1 - share);
     }
 
-    void runBlock(const DecodeArgs& args, const RasterConstants& rules, size_t visible, size_t block,
-                  WorkerState& state)
+    // More eyes than `args` decodes for: both draw what it decodes.
+    void runBlock(const DecodeArgs& args, const EyeParams* eyes, uint32_t eye_count, const RasterConstants& rules,
+                  size_t block, WorkerState& state)
     {
         Stopwatch watch;
         const size_t first = block * kDecodeBlock;
-        decodeBlockCpu(args, first, uint32_t(std::min<size_t>(kDecodeBlock, visible - first)), state.scratch);
+        const auto count = uint32_t(std::min<size_t>(kDecodeBlock, args.visible_count - first));
+        const bool merged = args.eye_count < eye_count;
+        if (merged)
+            decodeForBothEyes(args, first, count, state.scratch);
+        else
+            decodeBlockCpu(args, first, count, state.scratch);
         state.decode_ms += watch.lap();
-        for (uint32_t e = 0; e < args.eye_count; ++e) {
+        for (uint32_t e = 0; e < eye_count; ++e) {
             SplatStore& store = m_stores[e];
-            const GaussianBlock& gaussians = state.scratch.blocks[e];
+            const GaussianBlock& gaussians =
+                merged ? gaussiansOfEye(state.scratch.blocks[0], args.visible + first, count, e,
+                                        m_model.params->n_offsets, state.gathered.blocks[e])
+                       : state.scratch.blocks[e];
             const size_t slot = block * blockCapacity();
-            const ProjectCounts counts = projectBlockCpu({args.eyes + e, rules}, gaussians, store.splats.data() + slot,
+            const ProjectCounts counts = projectBlockCpu({eyes + e, rules}, gaussians, store.splats.data() + slot,
                                                          store.depth_bits.data() + slot, store.origins.data() + slot);
             store.counts[block] = counts.splats;
             state.alive[e] += gaussians.count;

@@ -24,6 +24,17 @@ uint64_t modelBytes(const ModelView& model);
 void checkModel(const ModelView& model);
 void checkOptions(const ModelView& model, const FrameOptions& options, uint32_t eye_count);
 void checkReuse(const ReuseOptions& reuse);
+// Whether both eyes are decoded at once, and where from: the middle between their centres.
+bool decodesMerged(const FrameOptions& options, uint32_t eye_count);
+template <typename Eye, typename Real>
+void mergedCenter(const Eye* eyes, Real* center)
+{
+    for (int i = 0; i < 3; ++i)
+        center[i] = eyes[0].center[i] + (eyes[1].center[i] - eyes[0].center[i]) / 2;
+}
+// Throws Error(Unsupported) for one decode for both eyes, and for what is not written for it.
+void refuseMerged(const FrameOptions& options, uint32_t eye_count, const char* backend);
+void refuseMergedReuse(const FrameOptions& options, uint32_t eye_count);
 // Throws Error(Unsupported) if something is to be kept between frames.
 void refuseReuse(const ReuseOptions& reuse, const char* backend);
 void checkSize(uint32_t width, uint32_t height);

@@ -86,6 +86,26 @@ void refuseReuse(const ReuseOptions& reuse, const char* backend)
                                  backend));
 }
 
+bool decodesMerged(const FrameOptions& options, uint32_t eye_count)
+{
+    return options.stereo == StereoMode::Merged && eye_count == 2;
+}
+
+void refuseMerged(const FrameOptions& options, uint32_t eye_count, const char* backend)
+{
+    if (decodesMerged(options, eye_count))
+        throw Error(ErrorCode::Unsupported,
+                    formatString("backend %s: decodes each eye by itself, expected stereo exact; use the backend cpu",
+                                 backend));
+}
+
+void refuseMergedReuse(const FrameOptions& options, uint32_t eye_count)
+{
+    if (decodesMerged(options, eye_count) && options.reuse.policy != ReusePolicy::None)
+        throw Error(ErrorCode::Unsupported, "frame: stereo merged together with reuse, which keeps what each eye "
+                                            "decoded, expected one of them; use stereo exact or reuse policy none");
+}
+
 void checkSize(uint32_t width, uint32_t height)
 {
     constexpr uint32_t kMaxPixels = 65535; // pixel boxes of splats are 16-bit

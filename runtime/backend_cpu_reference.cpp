@@ -20,8 +20,8 @@ void fill(Real* image, size_t pixels, const float* color)
 }
 
 template <typename Real>
-void renderEye(const ModelView& model, const EyeOf<Real>& eye, const FrameOptions& options, Real* image,
-               EyeCounts& counts, StageTimes& times)
+void renderEye(const ModelView& model, const EyeOf<Real>& eye, const Real* decode_center, const FrameOptions& options,
+               Real* image, EyeCounts& counts, StageTimes& times)
 {
     const RasterConstants rules = rasterConstants(*model.params, options.near_z);
     Stopwatch watch;
@@ -33,7 +33,7 @@ void renderEye(const ModelView& model, const EyeOf<Real>& eye, const FrameOption
 
     bool any_positive = false;
     const std::vector<GaussianOf<Real>> gaussians =
-        decodeReference<Real>(model, eye.center, selected, options.appearance, any_positive);
+        decodeReference<Real>(model, decode_center, selected, options.appearance, any_positive);
     counts.gaussians_alive = gaussians.size();
     times.decode += watch.lap();
 
@@ -66,6 +66,10 @@ void renderReference(const ModelView& model, const EyeOf<Real>* eyes, uint32_t e
         checkSize(eyes[e].width, eyes[e].height);
     result = {};
     Stopwatch watch;
+    const bool merged = decodesMerged(options, eye_count);
+    Real middle[3] = {};
+    if (merged)
+        mergedCenter(eyes, middle);
     std::vector<Real> unwanted; // of an eye whose image nobody wants
     for (uint32_t e = 0; e < eye_count; ++e) {
         Real* image = images != nullptr ? images[e] : nullptr;
@@ -73,7 +77,7 @@ void renderReference(const ModelView& model, const EyeOf<Real>* eyes, uint32_t e
             unwanted.resize(size_t(eyes[e].width) * eyes[e].height * 3);
             image = unwanted.data();
         }
-        renderEye<Real>(model, eyes[e], options, image, result.eyes[e], result.times);
+        renderEye<Real>(model, eyes[e], merged ? middle : eyes[e].center, options, image, result.eyes[e], result.times);
     }
     result.times.total = watch.lap();
     result.bytes_resident = modelBytes(model);

@@ -93,6 +93,7 @@ FrameShape CudaBackend::shapeOf(const EyeParams* eyes, uint32_t eye_count, const
         throw Error(ErrorCode::Internal, "cuda: no model is loaded, expected load() before render()");
     checkOptions(m_scene.host(), options, eye_count);
     refuseReuse(options.reuse, name());
+    refuseMerged(options, eye_count, name());
     FrameShape shape{};
     uint32_t width = 0, height = 0;
     for (uint32_t e = 0; e < eye_count; ++e) {

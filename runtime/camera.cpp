@@ -76,8 +76,8 @@ void worldToView(const Camera& camera, double out[16])
     out[15] = 1;
 }
 
-// The four entries of the projection that are neither 0 nor 1: P00, P11, P22, P23.
-void projectionEntries(const Camera& camera, double out[4])
+// The entries of the projection that are neither 0 nor 1: P00, P11, P22, P23, P02, P12.
+void projectionEntries(const Camera& camera, double out[6])
 {
     // upstream's order of operations: through the half extents of the near plane
     const double right = std::tan(camera.fov_x / 2) * kNear;
@@ -86,14 +86,21 @@ void projectionEntries(const Camera& camera, double out[4])
     out[1] = 2 * kNear / (top + top);
     out[2] = kFar / (kFar - kNear);
     out[3] = -(kFar * kNear) / (kFar - kNear);
+    out[4] = -out[0] * camera.tan_mid_x;
+    out[5] = -out[1] * camera.tan_mid_y;
 }
 
 template <typename T>
-void fullProjection(const double projection[4], const T world_to_view[12], T out[16])
+void fullProjection(const double projection[6], const T world_to_view[12], T out[16])
 {
     for (int c = 0; c < 4; ++c) {
         out[c] = T(projection[0]) * world_to_view[c];
         out[4 + c] = T(projection[1]) * world_to_view[4 + c];
+        // note: a product of zero would be added too late to keep the trainers' signed zeros
+        if (projection[4] != 0)
+            out[c] += T(projection[4]) * world_to_view[8 + c];
+        if (projection[5] != 0)
+            out[4 + c] += T(projection[5]) * world_to_view[8 + c];
         out[8 + c] = T(projection[2]) * world_to_view[8 + c];
         out[12 + c] = world_to_view[8 + c];
     }
@@ -150,7 +157,7 @@ EyeParams eyeParams(const Camera& camera)
     for (int i = 0; i < 12; ++i)
         eye.world_to_view[i] = float(again[i]);
 
-    double projection[4];
+    double projection[6];
     projectionEntries(camera, projection);
     fullProjection(projection, eye.world_to_view, eye.full_projection);
 
@@ -165,6 +172,8 @@ EyeParams eyeParams(const Camera& camera)
 
     eye.tan_fov_x = float(std::tan(camera.fov_x * 0.5));
     eye.tan_fov_y = float(std::tan(camera.fov_y * 0.5));
+    eye.tan_mid_x = float(camera.tan_mid_x);
+    eye.tan_mid_y = float(camera.tan_mid_y);
     eye.focal_x = float(camera.width) / (2.0f * eye.tan_fov_x);
     eye.focal_y = float(camera.height) / (2.0f * eye.tan_fov_y);
     eye.width = camera.width;
@@ -179,13 +188,15 @@ EyeParams64 eyeParams64(const Camera& camera)
     worldToView(camera, rigid);
     invert4(rigid, camera_to_world);
     std::copy_n(rigid, 12, eye.world_to_view);
-    double projection[4];
+    double projection[6];
     projectionEntries(camera, projection);
     fullProjection(projection, eye.world_to_view, eye.full_projection);
     for (int i = 0; i < 3; ++i)
         eye.center[i] = camera_to_world[4 * i + 3];
     eye.tan_fov_x = std::tan(camera.fov_x * 0.5);
     eye.tan_fov_y = std::tan(camera.fov_y * 0.5);
+    eye.tan_mid_x = camera.tan_mid_x;
+    eye.tan_mid_y = camera.tan_mid_y;
     eye.focal_x = camera.width / (2 * eye.tan_fov_x);
     eye.focal_y = camera.height / (2 * eye.tan_fov_y);
     eye.width = camera.width;
@@ -205,6 +216,29 @@ void stereoPair(const Camera& camera, double ipd, Camera& left, Camera& right)
         left.translation[i] += along * ipd / 2;
         right.translation[i] -= along * ipd / 2;
     }
+}
+
+Camera eyeOfHead(const Camera& head, const EyeView& view)
+{
+    Camera eye = head;
+    const double* inner = view.rotation;
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c)
+            eye.rotation[3 * r + c] = head.rotation[3 * r] * inner[c] + head.rotation[3 * r + 1] * inner[3 + c] +
+                                      head.rotation[3 * r + 2] * inner[6 + c];
+    double from_eye[3]; // the world's origin, in the head's axes
+    for (int i = 0; i < 3; ++i)
+        from_eye[i] = head.translation[i] - view.position[i];
+    for (int i = 0; i < 3; ++i)
+        eye.translation[i] = inner[i] * from_eye[0] + inner[3 + i] * from_eye[1] + inner[6 + i] * from_eye[2];
+    const double left = std::tan(view.left), right = std::tan(view.right);
+    const double top = -std::tan(view.up), bottom = -std::tan(view.down); // y points down
+    eye.fov_x = 2 * std::atan((right - left) / 2);
+    eye.fov_y = 2 * std::atan((bottom - top) / 2);
+    eye.tan_mid_x = (left + right) / 2;
+    eye.tan_mid_y = (top + bottom) / 2;
+    eye.focal_x = eye.focal_y = 0;
+    return eye;
 }
 
 } // namespace gsc

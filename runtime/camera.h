@@ -9,14 +9,17 @@
 
 namespace gsc {
 
-// A pinhole camera with the principal point in the image centre, double precision.
+// A pinhole camera, double precision.
 struct Camera {
     std::string name;
     double rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}; // row-major camera-to-world; columns are right, down, forward
     double translation[3] = {};                       // world-to-camera: t of view = R^T * world + t
-    double fov_x = 0, fov_y = 0;                      // radians, whole angles
-    uint32_t width = 0, height = 0;                   // pixels to render
-    int appearance = -1;                              // embedding row, -1 = none stated
+    double fov_x = 0, fov_y = 0; // radians, whole angles about the axis; with tan_mid, of a centred view as large
+    // Where the image's middle lies right and down of the axis, at depth 1. Not 0 only in an eye of a headset, whose
+    // image spans tan_mid - tan(fov / 2) to tan_mid + tan(fov / 2).
+    double tan_mid_x = 0, tan_mid_y = 0;
+    uint32_t width = 0, height = 0;  // pixels to render
+    int appearance = -1;             // embedding row, -1 = none stated
     double focal_x = 0, focal_y = 0; // pixels, where the file states no size; finishCamera() turns them into angles
 };
 
@@ -32,5 +35,16 @@ EyeParams64 eyeParams64(const Camera& camera);
 
 // Left and right eye of `camera`, `ipd` world units apart along its right axis, otherwise alike.
 void stereoPair(const Camera& camera, double ipd, Camera& left, Camera& right);
+
+// An eye as OpenXR describes it. Axes as everywhere: x right, y down, z forward.
+struct EyeView {
+    double left = 0, right = 0, up = 0, down = 0; // XrFovf: radians, left and down below zero for most lenses
+    double position[3] = {};                      // in the head's axes, world units
+    double rotation[9] = {};                      // row-major eye-to-head
+};
+
+// The eye of a head at `head`: its place and lens are the view's, everything else is the head's. left < right and
+// down < up, all within a right angle. Pixels come out square only if the size has the lens's aspect.
+Camera eyeOfHead(const Camera& head, const EyeView& view);
 
 } // namespace gsc

@@ -17,9 +17,11 @@ struct EyeParams {
     float world_to_view[12];    // row-major 3 x 4: view = R * world + t
     float full_projection[16];  // row-major 4 x 4, column vectors: clip = P * W2C * world
     float center[3];            // camera centre, world units
-    float tan_fov_x, tan_fov_y; // tangents of half the field of view
-    float focal_x, focal_y;     // pixels: size / (2 tan)
-    uint32_t width, height;     // pixels
+    float tan_fov_x, tan_fov_y; // half of what the image spans at depth 1: tangents of half a centred field of view
+    float tan_mid_x,
+        tan_mid_y;          // right and down of the axis at depth 1 to the image's middle; 0 in the trainers' cameras
+    float focal_x, focal_y; // pixels: size / (2 tan_fov)
+    uint32_t width, height; // pixels
 };
 
 // The same in double precision, for the reference that measures the others.
@@ -28,6 +30,7 @@ struct EyeParams64 {
     double full_projection[16];
     double center[3];
     double tan_fov_x, tan_fov_y;
+    double tan_mid_x, tan_mid_y;
     double focal_x, focal_y;
     uint32_t width, height;
 };
@@ -82,8 +85,16 @@ struct ReuseOptions {
     bool order = false;       // sort from the last frame's depth order
 };
 
+// Where the networks look from when there are two eyes. Which anchors an eye sees, and where their Gaussians lie in its
+// image, is its own in both.
+enum class StereoMode : uint32_t {
+    Exact = 0,  // from each eye
+    Merged = 1, // from the middle between them, once for both: the GS-Cache paper's; no reuse beside it
+};
+
 struct FrameOptions {
     Tier tier = Tier::Fast;
+    StereoMode stereo = StereoMode::Exact; // one eye is the same in both
     float background[3] = {0, 0, 0};
     int32_t appearance = -1;    // row of EMBD, -1 only if the model has none
     float near_z = 0;           // 0 = the model's (ModelParams::near_z)
@@ -97,7 +108,8 @@ struct EyeCounts {
     uint64_t groups_tested = 0;
     uint64_t anchors_tested = 0;  // anchors whose own test ran
     uint64_t anchors_visible = 0; // upstream's visible set
-    uint64_t anchors_decoded = 0; // for this eye; with reuse also neighbours that are not visible
+    // for this eye; with reuse also neighbours that are not visible; decoded for both eyes at once, all under the first
+    uint64_t anchors_decoded = 0;
     uint64_t anchors_reused = 0;
     uint64_t anchors_overdue = 0;   // of the reused: the policy wanted them decoded, the budget did not allow it
     uint64_t gaussians_alive = 0;   // opacity >= 1/255 after decode

@@ -24,11 +24,12 @@ __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, const Ey
     if (t.z <= args.rules.near_z || t.z > args.rules.far_z)
         return false;
     const float inv_z = __fdividef(1.0f, t.z);
-    const float x = fmaf(eye.focal_x * t.x, inv_z, 0.5f * float(eye.width) - 0.5f);
-    const float y = fmaf(eye.focal_y * t.y, inv_z, 0.5f * float(eye.height) - 0.5f);
+    const float x = fmaf(eye.focal_x * t.x, inv_z, axisPixel(eye.width, eye.focal_x, eye.tan_mid_x) - 0.5f);
+    const float y = fmaf(eye.focal_y * t.y, inv_z, axisPixel(eye.height, eye.focal_y, eye.tan_mid_y) - 0.5f);
 
     const float limit_x = 1.3f * eye.tan_fov_x, limit_y = 1.3f * eye.tan_fov_y;
-    const float tx = fminf(limit_x, fmaxf(-limit_x, t.x * inv_z)), ty = fminf(limit_y, fmaxf(-limit_y, t.y * inv_z));
+    const float tx = fminf(eye.tan_mid_x + limit_x, fmaxf(eye.tan_mid_x - limit_x, t.x * inv_z));
+    const float ty = fminf(eye.tan_mid_y + limit_y, fmaxf(eye.tan_mid_y - limit_y, t.y * inv_z));
     const float fx = eye.focal_x * inv_z, fy = eye.focal_y * inv_z;
     const float* w = eye.world_to_view;
     float ju[3], jv[3]; // rows of J R

@@ -87,9 +87,10 @@ GSC_HD Covariance3<Real> covariance3(const Real* scale, const Real* q)
 template <typename Real>
 GSC_HD Covariance2<Real> covariance2(const EyeOf<Real>& eye, const Vec3<Real>& t, const Covariance3<Real>& s)
 {
+    // upstream's limit, about the image's middle
     const Real limit_x = Real(1.3f) * eye.tan_fov_x, limit_y = Real(1.3f) * eye.tan_fov_y;
-    const Real tx = minNumber(limit_x, maxNumber(-limit_x, t.x / t.z)) * t.z;
-    const Real ty = minNumber(limit_y, maxNumber(-limit_y, t.y / t.z)) * t.z;
+    const Real tx = minNumber(eye.tan_mid_x + limit_x, maxNumber(eye.tan_mid_x - limit_x, t.x / t.z)) * t.z;
+    const Real ty = minNumber(eye.tan_mid_y + limit_y, maxNumber(eye.tan_mid_y - limit_y, t.y / t.z)) * t.z;
     const Real jxx = eye.focal_x / t.z, jxz = -(eye.focal_x * tx) / (t.z * t.z);
     const Real jyy = eye.focal_y / t.z, jyz = -(eye.focal_y * ty) / (t.z * t.z);
     const Real* w = eye.world_to_view;
@@ -103,13 +104,20 @@ GSC_HD Covariance2<Real> covariance2(const EyeOf<Real>& eye, const Vec3<Real>& t
             v[0] * sv[0] + v[1] * sv[1] + v[2] * sv[2] + Real(0.3f)};
 }
 
+// Where the eye's axis meets the image along one side, pixels from the border.
+template <typename Real>
+GSC_HD Real axisPixel(uint32_t size, Real focal, Real tan_mid)
+{
+    return Real(0.5f) * Real(size) - focal * tan_mid;
+}
+
 // Pixel of a world point. Upstream computes it in double and stores it in float (trap 22).
 template <typename Real>
 GSC_HD void pixelCenter(const EyeOf<Real>& eye, bool gsplat, const Vec3<Real>& p, const Vec3<Real>& t, Real& x, Real& y)
 {
     if (gsplat) {
-        x = eye.focal_x * t.x / t.z + Real(0.5f) * Real(eye.width) - Real(0.5f);
-        y = eye.focal_y * t.y / t.z + Real(0.5f) * Real(eye.height) - Real(0.5f);
+        x = eye.focal_x * t.x / t.z + axisPixel(eye.width, eye.focal_x, eye.tan_mid_x) - Real(0.5f);
+        y = eye.focal_y * t.y / t.z + axisPixel(eye.height, eye.focal_y, eye.tan_mid_y) - Real(0.5f);
         return;
     }
     const Real* m = eye.full_projection;

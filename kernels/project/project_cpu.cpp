@@ -85,14 +85,15 @@ HWY_INLINE Covariance screenCovariance(D d, const EyeParams& eye, V tx, V ty, V 
     };
     const V xx = row(0, 0), xy = row(0, 1), xz = row(0, 2), yy = row(1, 1), yz = row(1, 2), zz = row(2, 2);
 
-    const auto limited = [&](V t, float tan_fov) {
-        const V limit = hn::Set(d, 1.3f * tan_fov);
-        return hn::Mul(hn::Min(limit, hn::Max(hn::Neg(limit), hn::Div(t, tz))), tz);
+    const auto limited = [&](V t, float tan_mid, float tan_fov) {
+        const float limit = 1.3f * tan_fov;
+        const V low = hn::Set(d, tan_mid - limit), high = hn::Set(d, tan_mid + limit);
+        return hn::Mul(hn::Min(high, hn::Max(low, hn::Div(t, tz))), tz);
     };
     const V z2 = hn::Mul(tz, tz);
     const V fx = hn::Set(d, eye.focal_x), fy = hn::Set(d, eye.focal_y);
-    const V jxx = hn::Div(fx, tz), jxz = hn::Neg(hn::Div(hn::Mul(fx, limited(tx, eye.tan_fov_x)), z2));
-    const V jyy = hn::Div(fy, tz), jyz = hn::Neg(hn::Div(hn::Mul(fy, limited(ty, eye.tan_fov_y)), z2));
+    const V jxx = hn::Div(fx, tz), jxz = hn::Neg(hn::Div(hn::Mul(fx, limited(tx, eye.tan_mid_x, eye.tan_fov_x)), z2));
+    const V jyy = hn::Div(fy, tz), jyz = hn::Neg(hn::Div(hn::Mul(fy, limited(ty, eye.tan_mid_y, eye.tan_fov_y)), z2));
     V u[3], v[3];
     for (int i = 0; i < 3; ++i) {
         const V z_row = hn::Set(d, eye.world_to_view[8 + i]);
@@ -168,11 +169,11 @@ HWY_INLINE M projectVector(D d, const ProjectArgs& args, const GaussianBlock& g,
     V x, y;
     if (gsplat) {
         const V half = hn::Set(d, 0.5f);
-        const auto pixel = [&](float focal, V t, uint32_t size) {
-            return hn::Sub(hn::Add(hn::Div(hn::Mul(hn::Set(d, focal), t), tz), hn::Set(d, 0.5f * float(size))), half);
+        const auto pixel = [&](float focal, V t, float axis) {
+            return hn::Sub(hn::Add(hn::Div(hn::Mul(hn::Set(d, focal), t), tz), hn::Set(d, axis)), half);
         };
-        x = pixel(eye.focal_x, tx, eye.width);
-        y = pixel(eye.focal_y, ty, eye.height);
+        x = pixel(eye.focal_x, tx, axisPixel(eye.width, eye.focal_x, eye.tan_mid_x));
+        y = pixel(eye.focal_y, ty, axisPixel(eye.height, eye.focal_y, eye.tan_mid_y));
         const V zero = hn::Zero(d);
         const V norm = hn::Add(hn::Add(hn::Abs(q[0]), hn::Abs(q[1])), hn::Add(hn::Abs(q[2]), hn::Abs(q[3])));
         keep = hn::AndNot(hn::Eq(norm, zero), keep);

@@ -25,7 +25,7 @@ struct EyeBounds {
 
 // Planes that hold for any anchor whose ellipsoid has no standard deviation above sigma. With t the view-space
 // point, the radius of 7.3 is at most 3 sqrt(sigma^2 G / z^2 + 0.62) + 1 <= 3 sigma sqrt(G) / z + 3.5 (G bounds the
-// squared Jacobian, whose slope is clamped at 1.3 tan), and upstream drops the anchor if X + r < 1 or X - r >= 16 grid.
+// squared Jacobian, whose slope is clamped 1.3 tan from the image's middle), and upstream drops the anchor if X + r < 1 or X - r >= 16 grid.
 // Multiplied by z > 0 both are linear in the point.
 GSC_HD EyeBounds eyeBounds(const EyeParams& eye, const RasterConstants& rules, float lod_bias)
 {
@@ -40,9 +40,13 @@ GSC_HD EyeBounds eyeBounds(const EyeParams& eye, const RasterConstants& rules, f
         bounds.center[i] = eye.center[i];
     }
     const float tan[2] = {eye.tan_fov_x, eye.tan_fov_y}, focal[2] = {eye.focal_x, eye.focal_y};
+    const float tan_mid[2] = {eye.tan_mid_x, eye.tan_mid_y};
     const uint32_t size[2] = {eye.width, eye.height};
-    const float jacobian =
-        focal[0] * focal[0] * (1 + 1.7f * tan[0] * tan[0]) + focal[1] * focal[1] * (1 + 1.7f * tan[1] * tan[1]);
+    float jacobian = 0;
+    for (int axis = 0; axis < 2; ++axis) {
+        const float limit = std::fabs(tan_mid[axis]) + 1.304f * tan[axis];
+        jacobian += focal[axis] * focal[axis] * (1 + limit * limit);
+    }
     const float reach = 3.001f * std::sqrt(jacobian * stretch);
     for (int i = 0; i < 3; ++i)
         bounds.planes[0].n[i] = w[8 + i];
@@ -51,7 +55,8 @@ GSC_HD EyeBounds eyeBounds(const EyeParams& eye, const RasterConstants& rules, f
         const float middle = 0.5f * (float(size[axis]) - 1);
         const float low = rules.gsplat ? -0.5f : 1.0f;
         const float high = rules.gsplat ? float(size[axis]) - 0.5f : float(tileCount(size[axis]) * kTileSize);
-        const float slope[2] = {middle - low + 3.5f, high - middle + 3.5f};
+        const float off = focal[axis] * tan_mid[axis]; // pixels from the eye's axis to the image's middle
+        const float slope[2] = {middle - low + 3.5f - off, high - middle + 3.5f + off};
         for (int side = 0; side < 2; ++side) {
             BoundPlane& plane = bounds.planes[1 + 2 * axis + side];
             const float sign = side == 0 ? focal[axis] : -focal[axis];

@@ -90,16 +90,17 @@ EyeClassifier eyeClassifier(const ModelParams& params, const EyeParams& eye, con
     EyeClassifier classifier{};
     classifier.bounds = eyeBounds(eye, rules, lod_bias);
     const float* w = eye.world_to_view;
-    const float focal[2] = {eye.focal_x, eye.focal_y};
+    const float focal[2] = {eye.focal_x, eye.focal_y}, tan_mid[2] = {eye.tan_mid_x, eye.tan_mid_y};
     const uint32_t size[2] = {eye.width, eye.height};
     for (int axis = 0; axis < 2; ++axis)
         for (int side = 0; side < 2; ++side) {
             // pixel 0 <= X <= size - 1, times z: the square round such a pixel touches its tile
             BoundPlane& plane = classifier.inside[2 * axis + side];
-            const float sign = side == 0 ? focal[axis] : -focal[axis], middle = 0.5f * (float(size[axis]) - 1);
+            const float sign = side == 0 ? focal[axis] : -focal[axis];
+            const float slope = 0.5f * (float(size[axis]) - 1) - sign * tan_mid[axis];
             for (int i = 0; i < 3; ++i)
-                plane.n[i] = sign * w[4 * axis + i] + middle * w[8 + i];
-            plane.offset = sign * w[4 * axis + 3] + middle * w[11];
+                plane.n[i] = sign * w[4 * axis + i] + slope * w[8 + i];
+            plane.offset = sign * w[4 * axis + 3] + slope * w[11];
         }
     for (int i = 0; i < 4; ++i)
         classifier.depth[i] = w[8 + i];

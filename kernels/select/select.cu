@@ -47,7 +47,7 @@ __device__ bool groupMayShow(const SelectCudaArgs& args, const GroupRecord& grou
     if (t.z + radius <= args.rules.near_z)
         return false;
     const float nearest_z = fmaxf(t.z - radius, args.rules.near_z);
-    const float lx = 1.3f * eye.tan_fov_x, ly = 1.3f * eye.tan_fov_y;
+    const float lx = fabsf(eye.tan_mid_x) + 1.3f * eye.tan_fov_x, ly = fabsf(eye.tan_mid_y) + 1.3f * eye.tan_fov_y;
     const float focal = fmaxf(eye.focal_x, eye.focal_y);
     const float sigma = focal * group.anchor_sigma_max / nearest_z;
     // 3 sigma of the larger axis, the eigenvalue floor, rounding up, and a tile
@@ -55,9 +55,13 @@ __device__ bool groupMayShow(const SelectCudaArgs& args, const GroupRecord& grou
     if (!(reach < 1e6f))
         return true;
     const float wx = 0.5f * float(eye.width) + reach, wy = 0.5f * float(eye.height) + reach;
-    const float nx = radius * sqrtf(eye.focal_x * eye.focal_x + wx * wx);
-    const float ny = radius * sqrtf(eye.focal_y * eye.focal_y + wy * wy);
-    return fabsf(t.x) * eye.focal_x - t.z * wx <= nx * 1.001f && fabsf(t.y) * eye.focal_y - t.z * wy <= ny * 1.001f;
+    // the two planes of a side lean by what the image's middle is off the axis; the longer normal serves both
+    const float ox = eye.focal_x * eye.tan_mid_x, oy = eye.focal_y * eye.tan_mid_y;
+    const float sx = wx + fabsf(ox), sy = wy + fabsf(oy);
+    const float nx = radius * sqrtf(eye.focal_x * eye.focal_x + sx * sx);
+    const float ny = radius * sqrtf(eye.focal_y * eye.focal_y + sy * sy);
+    return fabsf(t.x * eye.focal_x - t.z * ox) - t.z * wx <= nx * 1.001f &&
+           fabsf(t.y * eye.focal_y - t.z * oy) - t.z * wy <= ny * 1.001f;
 }
 
 __global__ void __launch_bounds__(kGroupThreads) groupKernel(const __grid_constant__ SelectCudaArgs args)

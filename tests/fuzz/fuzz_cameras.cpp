@@ -39,6 +39,12 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size)
             const gsc::EyeParams eye = gsc::eyeParams(camera);
             if (!(eye.tan_fov_x > 0) || !(eye.tan_fov_y > 0) || eye.width == 0 || eye.height == 0)
                 std::abort();
+            for (const gsc::EyeView& view : eyes.views) {
+                const gsc::EyeParams of_head = gsc::eyeParams(gsc::eyeOfHead(camera, view));
+                if (!(of_head.tan_fov_x > 0) || !(of_head.tan_fov_y > 0) || !std::isfinite(of_head.tan_mid_x) ||
+                    !std::isfinite(of_head.tan_mid_y))
+                    std::abort();
+            }
         }
     } catch (const gsc::Error& e) {
         if (e.code() != gsc::ErrorCode::InvalidFile)

@@ -81,5 +81,7 @@ private:
 // An eye at `position` that looks at `target`, y down the image.
 EyeParams lookAt(const float* position, const float* target, float fov_y, uint32_t width, uint32_t height);
 EyeParams64 widen(const EyeParams& eye);
+// The eye with its image's middle moved right and down of the axis: off-centre, as in a headset.
+EyeParams offCentre(EyeParams eye, float tan_mid_x, float tan_mid_y);
 
 } // namespace gsc::test

@@ -170,6 +170,17 @@ EyeParams lookAt(const float* position, const float* target, float fov_y, uint32
     return eye;
 }
 
+EyeParams offCentre(EyeParams eye, float tan_mid_x, float tan_mid_y)
+{
+    eye.tan_mid_x = tan_mid_x;
+    eye.tan_mid_y = tan_mid_y;
+    for (int c = 0; c < 4; ++c) {
+        eye.full_projection[c] = (eye.world_to_view[c] - tan_mid_x * eye.world_to_view[8 + c]) / eye.tan_fov_x;
+        eye.full_projection[4 + c] = (eye.world_to_view[4 + c] - tan_mid_y * eye.world_to_view[8 + c]) / eye.tan_fov_y;
+    }
+    return eye;
+}
+
 EyeParams64 widen(const EyeParams& eye)
 {
     EyeParams64 wide{};
@@ -178,6 +189,8 @@ EyeParams64 widen(const EyeParams& eye)
     std::copy(std::begin(eye.center), std::end(eye.center), wide.center);
     wide.tan_fov_x = eye.tan_fov_x;
     wide.tan_fov_y = eye.tan_fov_y;
+    wide.tan_mid_x = eye.tan_mid_x;
+    wide.tan_mid_y = eye.tan_mid_y;
     wide.focal_x = eye.focal_x;
     wide.focal_y = eye.focal_y;
     wide.width = eye.width;

@@ -85,6 +85,20 @@ TEST_CASE("every level rule and both rasterisers")
         }
 }
 
+TEST_CASE("eyes whose axis is not in the middle of the image")
+{
+    for (const RasterRules raster : {RasterRules::DiffGaussian, RasterRules::Gsplat}) {
+        CAPTURE(uint32_t(raster));
+        SyntheticOptions options = octree(LevelRule::Round);
+        options.anchors = 1500;
+        options.raster_rules = raster;
+        const SyntheticModel model(options);
+        const EyeParams eye = eyeAt(0.4f, -5, 150, 110);
+        checkFrame(model.view(), {offCentre(eye, -0.15f, 0.1f), offCentre(eye, 0.25f, 0.05f)}, onGrey(Tier::Exact));
+        checkFrame(model.view(), {offCentre(eye, 0.9f, -0.2f)}, onGrey(Tier::Exact)); // the axis is outside the image
+    }
+}
+
 TEST_CASE("anchors around a group of 128, a warp's 16 and none but one")
 {
     for (const uint32_t anchors : {1u, 15u, 16u, 17u, 127u, 128u, 129u, 255u, 257u}) {
@@ -336,5 +350,9 @@ TEST_CASE("what the backend cannot render is refused, and it renders afterwards"
     FrameResult result;
     const EyeParams eye = eyeAt(0, -5, 16, 16);
     CHECK_THROWS_AS(gpu.render(&eye, 1, rows, nullptr, result), Error);
+    FrameOptions merged;
+    merged.stereo = StereoMode::Merged;
+    CHECK_THROWS_AS(gpu.render(kTwoEyes.data(), 2, merged, nullptr, result), Error);
+    gpu.render(&eye, 1, merged, nullptr, result); // one eye is the same in both
     checkFrame(model.view(), kTwoEyes, onGrey(Tier::Exact));
 }

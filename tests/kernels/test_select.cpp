@@ -100,6 +100,11 @@ TEST_CASE("every LOD rule and rasteriser, cameras inside, outside and far: the f
                 const EyeParams eye = randomEye(random, i % 3 == 2 ? 80.0f : 6.0f);
                 visible += checkSameSet(model.view(), {eye}, i % 4 == 3 ? 0.7f : 0.0f);
                 visible += checkSameSet(model.view(), {eye, shifted(eye, 0.3f)}, 0);
+                const float lean = random.uniform(-1.5f, 1.5f), tilt = random.uniform(-1, 1);
+                visible += checkSameSet(model.view(),
+                                        {offCentre(eye, lean * eye.tan_fov_x, tilt * eye.tan_fov_y),
+                                         offCentre(eye, -lean * eye.tan_fov_x, 3 * tilt * eye.tan_fov_y)},
+                                        0);
             }
         }
     CHECK(visible > 10000);

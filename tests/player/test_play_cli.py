@@ -6,6 +6,7 @@ test_play_cli.py SOURCE_FOLDER GSC_PLAY WRITE_TINY_GSC WRITE_BENCH_REPORT
 """
 
 import json
+import math
 import os
 import pathlib
 import resource
@@ -120,17 +121,80 @@ class PlayTest(unittest.TestCase):
     def test_trajectory_fits_its_schema(self) -> None:
         check_schema("trajectory", TRAJECTORY)
 
-    def test_eyes_of_a_headset_are_refused_until_drawn(self) -> None:
-        fov = {"left": -0.9, "right": 0.7, "up": 0.8, "down": -0.8}
-        pose = {"position": [-0.03, 0, 0], "rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}
-        trajectory = TRAJECTORY | {"views": [{"fov": fov, "pose": pose}] * 2}
+    def test_eyes_of_a_headset(self) -> None:
+        tall = math.atan(math.tan(0.6) * 32 / 48)
+        fov = {"left": -0.6, "right": 0.6, "up": tall, "down": -tall}
+        straight = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+
+        def eye(x: float, lens=fov, rotation=straight) -> dict:
+            return {"fov": lens, "pose": {"position": [x, 0, 0], "rotation": rotation}}
+
+        trajectory = TRAJECTORY | {"views": [eye(-0.5), eye(0.5)]}
         check_schema("trajectory", trajectory)
         if jsonschema is not None:
             for wrong in (trajectory | {"ipd": 0.06}, trajectory | {"views": [{"fov": fov}]}, trajectory | {"views": []}):
                 with self.assertRaises(jsonschema.ValidationError):
                     check_schema("trajectory", wrong)
+
+        # views that say what --ipd and the frames' lens say draw the same
+        self.small("--out", "a{frame}_{eye}.pfm", "--eyes", "2", "--ipd", "1")
         self.path.write_text(json.dumps(trajectory))
-        self.refused(self.model, "--cameras", self.path, "--out", "{frame}.pfm", code=5, says='"views"')
+        self.small("--out", "b{frame}_{eye}.pfm", "--eyes", "2")
+        self.small("--out", "c{frame}.pfm")  # the left one
+        for i in range(4):
+            for side in ("left", "right"):
+                a, b = (pfm(self.folder / f"{f}{i}_{side}.pfm")[2] for f in "ab")
+                self.assertLess(max(abs(x - y) for x, y in zip(a, b, strict=True)), 1e-3)
+            left = (self.folder / f"b{i}_left.pfm").read_bytes()
+            self.assertEqual((self.folder / f"c{i}.pfm").read_bytes(), left)
+            self.assertNotEqual((self.folder / f"b{i}_right.pfm").read_bytes(), left)
+
+        # the left third of the same view is the same picture, cut
+        third = fov | {"right": math.atan(math.tan(0.6) / -3)}
+        self.path.write_text(json.dumps(trajectory | {"views": [eye(-0.5, third)]}))
+        self.play(self.model, "--cameras", self.path, "--size", "16x32", "--out", "d{frame}.pfm")
+        for i in range(4):
+            whole, part = pfm(self.folder / f"c{i}.pfm")[2], pfm(self.folder / f"d{i}.pfm")[2]
+            cut = [v for y in range(32) for v in whole[y * 144 : y * 144 + 48]]
+            self.assertLess(max(abs(x - y) for x, y in zip(part, cut, strict=True)), 0.02)
+
+        self.refused(self.model, "--cameras", self.path, "--size", "16x32", "--eyes", "2", code=1, says="one eye")
+        self.refused(self.model, "--cameras", self.path, "--size", "16x32", "--ipd", "1", code=1, says='"views"')
+        self.refused(self.model, "--cameras", self.path, "--size", "16x32", "--fov", "90", code=1, says='"views"')
+        self.refused(self.model, "--cameras", self.path, code=1, says="--size")
+
+        # canted outwards, a quarter turn each: neither eye shows what a straight one does
+        canted = [eye(-0.5, rotation=[[0, 0, -1], [0, 1, 0], [1, 0, 0]]), eye(0.5)]
+        self.path.write_text(json.dumps(trajectory | {"views": canted}))
+        self.small("--out", "e{frame}_{eye}.pfm", "--eyes", "2")
+        for i in range(4):
+            self.assertEqual((self.folder / f"e{i}_right.pfm").read_bytes(), (self.folder / f"b{i}_right.pfm").read_bytes())
+            self.assertNotEqual(
+                (self.folder / f"e{i}_left.pfm").read_bytes(), (self.folder / f"b{i}_left.pfm").read_bytes()
+            )
+
+        # reports state no distance between such eyes
+        report = json.loads(
+            self.play("bench", self.model, "--cameras", self.path, "--size", "48x32", "--eyes", "2", "--frames", "2",
+                      "--warmup", "0", "--format", "json").stdout
+        )
+        check_schema("bench-report", report)
+        self.assertIsNone(report["config"]["ipd"])
+
+    def test_one_decode_for_both_eyes(self) -> None:
+        both = ("--eyes", "2", "--ipd", "0.5")
+        run = self.small("--out", "a{frame}_{eye}.pfm", "--stereo", "merged", "--format", "json", *both)
+        report = json.loads(run.stdout)
+        check_schema("play-report", report)
+        self.assertEqual(report["stereo"], "merged")
+        self.small("--out", "b{frame}_{eye}.pfm", "--stereo", "merged", "--backend", "cpu-reference", *both)
+        for i in range(4):
+            for side in ("left", "right"):
+                a, b = (pfm(self.folder / f"{f}{i}_{side}.pfm")[2] for f in "ab")
+                self.assertLess(max(abs(x - y) for x, y in zip(a, b, strict=True)), 1e-3)
+        self.refused(self.model, "--cameras", self.path, "--size", "48x32", "--stereo", "merged", code=1, says="--eyes 2")
+        self.refused(self.model, "--cameras", self.path, "--size", "48x32", "--stereo", "merged", *both, "--reuse",
+                     "error", code=1, says="--stereo exact")
 
     def test_same_bytes_again_on_any_thread_count_and_eye(self) -> None:
         self.small("--out", "a/{frame}.pfm", "--tier", "exact", "--threads", "1")

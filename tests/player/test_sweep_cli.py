@@ -79,6 +79,22 @@ class SweepTest(unittest.TestCase):
         self.assertEqual(run.stdout, "")
         self.assertEqual(sorted(self.folder.rglob("*")), before)
 
+    def test_one_decode_for_both_eyes(self) -> None:
+        self.write(axes={"policy": ["none", "error"], "stereo": ["exact", "merged"]}, eyes=2)
+        check_schema("sweep", json.loads(self.config.read_text()))
+        run = self.sweep("--ipd", "0.2")
+        self.assertIn("none merged", run.stdout)
+        rows = [json.loads(line) for line in self.out.read_text().splitlines()]
+        for row in rows:
+            check_schema("run", row)
+        self.assertEqual(
+            {(row["config"]["policy"], row["config"]["stereo"]) for row in rows},
+            {("none", "exact"), ("error", "exact"), ("none", "merged")},
+        )
+        self.out.unlink()
+        self.write(axes={"stereo": ["merged"]}, eyes=1)
+        self.refused(code=1, says="two eyes")
+
     def test_rows(self) -> None:
         self.write(trajectories=["paths/first.json", "paths/second.json", "stored"], eyes=2, frames=7,
                    quality={"ssim": 3, "flip": 4},

@@ -31,7 +31,7 @@ std::string word(const RunConfig& run)
     const nlohmann::ordered_json key = runKeyJson(run);
     std::string text;
     for (const auto& [name, value] : key.items())
-        if (!value.is_null() && name != "tier" && name != "lod_bias" && name != "backend")
+        if (!value.is_null() && name != "tier" && name != "lod_bias" && name != "backend" && value != "exact")
             text += (value.is_boolean() ? (value.get<bool>() ? " " + name : "")
                                         : " " + (value.is_string() ? value.get<std::string>() : value.dump()));
     return text.substr(1);
@@ -73,6 +73,15 @@ TEST_CASE("axes that the policy takes no notice of fall together")
     // the other two caches are the policy's business in nothing
     CHECK(words(withAxes(R"("cut":[false,true],"order":[true,false])")) ==
           Words{"none order", "none", "none cut order", "none cut"});
+}
+
+TEST_CASE("one decode for both eyes is swept beside no reuse alone")
+{
+    CHECK(words(withAxes(R"("policy":["none","error"],"stereo":["exact","merged"],"cut":[false,true])")) ==
+          std::vector<std::string>{"none", "error 1.0", "none cut", "error 1.0 cut", "merged none", "merged none cut"});
+    CHECK(refusal(R"({"schema":"gsc.sweep/1","trajectories":["stored"],
+                               "axes":{"policy":["error"],"stereo":["merged"]}})")
+              .find("stereo merged") != std::string::npos);
 }
 
 TEST_CASE("equal runs are there once, listed ones too")
@@ -179,7 +188,8 @@ TEST_CASE("wrong files are refused with the place and what was expected")
         {head + R"(,"axes":{"cut":[1]}})", "\"cut[0]\"", "true or false"},
         {head + R"(,"axes":{"tier":["turbo"]}})", "\"tier[0]\"", "\"exact\""},
         {head + R"(,"axes":{"lod_bias":[17]}})", "\"lod_bias[0]\"", "-16 to 16"},
-        {head + R"(,"axes":{"stereo":["merged"]}})", "\"stereo[0]\"", "\"exact\""},
+        {head + R"(,"axes":{"stereo":["shared"]}})", "\"stereo[0]\"", "\"merged\""},
+        {head + R"(,"runs":[{"stereo":"merged","policy":"depth"}]})", "\"stereo\"", "policy \"none\""},
         {head + R"(,"axes":{"backend":["tpu"]}})", "\"backend[0]\"", "\"cpu\", \"cuda\""},
         {head + R"(,"runs":[]})", "\"runs\"", "at least one run"},
         {head + R"(,"runs":[{},{"policy":4}]})", "runs[1]: key \"policy\"", "\"none\""},

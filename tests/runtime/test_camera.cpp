@@ -105,6 +105,76 @@ TEST_CASE("a point on the axis lands in the image centre, one at the edge of the
     CHECK(project(0, 0, 0.01, 2) == doctest::Approx(0).epsilon(1e-6));
 }
 
+TEST_CASE("the four borders of a lens that leans land on the borders of the image, in both precisions")
+{
+    std::mt19937 random(17);
+    const auto between = [&](double low, double high) { return low + (high - low) * double(random()) / 4294967296.0; };
+    for (int i = 0; i < 200; ++i) {
+        const Camera head = someCamera(random);
+        EyeView view;
+        view.left = between(-1.2, 0.9);
+        view.right = between(view.left + 0.1, 1.2);
+        view.down = between(-1.2, 0.9);
+        view.up = between(view.down + 0.1, 1.2);
+        const Camera canted = someCamera(random);
+        std::copy_n(canted.rotation, 9, view.rotation);
+        for (double& p : view.position)
+            p = between(-0.1, 0.1);
+        const Camera camera = eyeOfHead(head, view);
+        CHECK(camera.width == head.width);
+        const EyeParams eye = eyeParams(camera);
+        const EyeParams64 exact = eyeParams64(camera), middle = eyeParams64(head);
+        // the place is that of the head and the eye's in it
+        for (int k = 0; k < 3; ++k) {
+            double expected = middle.center[k];
+            for (int j = 0; j < 3; ++j)
+                expected += head.rotation[3 * k + j] * view.position[j];
+            CHECK(exact.center[k] == doctest::Approx(expected));
+        }
+        CHECK(exact.focal_x == doctest::Approx(camera.width / (std::tan(view.right) - std::tan(view.left))));
+        CHECK(exact.focal_y == doctest::Approx(camera.height / (std::tan(view.up) - std::tan(view.down))));
+        for (const double right : {view.left, view.right})
+            for (const double up : {view.down, view.up}) {
+                const double ray[3] = {3 * std::tan(right), -3 * std::tan(up), 3}; // in the eye's axes
+                double world[3];
+                for (int k = 0; k < 3; ++k) {
+                    double in_head[3];
+                    for (int j = 0; j < 3; ++j)
+                        in_head[j] = view.position[j] + view.rotation[3 * j] * ray[0] +
+                                     view.rotation[3 * j + 1] * ray[1] + view.rotation[3 * j + 2] * ray[2];
+                    world[k] = middle.center[k] + head.rotation[3 * k] * in_head[0] +
+                               head.rotation[3 * k + 1] * in_head[1] + head.rotation[3 * k + 2] * in_head[2];
+                }
+                const auto clip = [&](const auto* m) {
+                    return double(m[0]) * world[0] + double(m[1]) * world[1] + double(m[2]) * world[2] + double(m[3]);
+                };
+                const double x = right == view.right ? 1 : -1, y = up == view.down ? 1 : -1;
+                CHECK(clip(exact.full_projection) / clip(exact.full_projection + 12) == doctest::Approx(x));
+                CHECK(clip(exact.full_projection + 4) / clip(exact.full_projection + 12) == doctest::Approx(y));
+                CHECK(clip(eye.full_projection) / clip(eye.full_projection + 12) == doctest::Approx(x).epsilon(1e-4));
+                CHECK(clip(eye.full_projection + 4) / clip(eye.full_projection + 12) ==
+                      doctest::Approx(y).epsilon(1e-4));
+            }
+    }
+}
+
+TEST_CASE("an eye in the middle of the head with a centred lens is the head's camera")
+{
+    std::mt19937 random(19);
+    const Camera head = someCamera(random);
+    EyeView view;
+    view.right = head.fov_x / 2;
+    view.left = -view.right;
+    view.up = head.fov_y / 2;
+    view.down = -view.up;
+    view.rotation[0] = view.rotation[4] = view.rotation[8] = 1;
+    const EyeParams a = eyeParams(head), b = eyeParams(eyeOfHead(head, view));
+    CHECK(b.tan_mid_x == 0);
+    CHECK(b.tan_mid_y == 0);
+    CHECK(std::memcmp(a.full_projection, b.full_projection, sizeof(a.full_projection)) == 0);
+    CHECK(a.focal_x == doctest::Approx(b.focal_x));
+}
+
 TEST_CASE("the eyes of a stereo pair lie ipd apart along the right axis, the left one on the left")
 {
     std::mt19937 random(11);
