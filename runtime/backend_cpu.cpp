@@ -7,6 +7,7 @@
 #include "kernels/common/parallel.h"
 #include "kernels/common/stopwatch.h"
 #include "kernels/math/anchor.h"
+#include "runtime/lod_lag.h"
 #include "runtime/reuse_cpu.h"
 
 #include <algorithm>
@@ -31,9 +32,14 @@ public:
         for (WorkerState& state : m_states)
             reserveDecode(m_model, state.scratch);
         m_reuse.load(m_model);
+        m_lag.clear();
     }
 
-    void dropCaches() override { m_reuse.clear(); }
+    void dropCaches() override
+    {
+        m_reuse.clear();
+        m_lag.clear();
+    }
 
     void render(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, float* const* images,
                 FrameResult& result) override
@@ -77,7 +83,9 @@ private:
                   FrameResult& result)
     {
         Stopwatch watch;
-        const SelectArgs args{&m_model, eyes, eye_count, rules, options.lod_bias};
+        EyeParams chosen[kMaxEyes];
+        m_lag.follow(m_model, options, eyes, eye_count, chosen);
+        const SelectArgs args{&m_model, chosen, eye_count, rules, options.lod_bias, options.lod_fade};
         SelectCounts counts{};
         const size_t visible = selectCpu(args, m_workers, m_select, m_visible, counts);
         for (uint32_t e = 0; e < eye_count; ++e) {
@@ -234,6 +242,7 @@ private:
     SelectScratch m_select;
     SplatStore m_stores[kMaxEyes];
     CpuReuse m_reuse;
+    LodLag m_lag;
     SortScratch m_sort;
     BinScratch m_bin;
     Buffer<float> m_image; // of an eye whose image nobody wants
@@ -255,6 +264,10 @@ public:
                 FrameResult& result) override
     {
         refuseReuse(options.reuse, name());
+        if (options.lod_hysteresis > 0)
+            throw Error(ErrorCode::Unsupported, formatString("backend %s: keeps nothing from frame to frame, expected "
+                                                             "a LOD hysteresis of 0; use the backend cpu or cuda",
+                                                             name()));
         renderReference32(m_model, eyes, eye_count, options, images, result);
     }
 

@@ -24,7 +24,7 @@ uint64_t modelBytes(const ModelView& model);
 void checkModel(const ModelView& model);
 void checkOptions(const ModelView& model, const FrameOptions& options, uint32_t eye_count);
 void checkReuse(const ReuseOptions& reuse);
-// Throws Error(Unsupported) if something is to be kept between frames.
+// Throws Error(Unsupported) if Gaussians or an order are to be kept between frames.
 void refuseReuse(const ReuseOptions& reuse, const char* backend);
 void checkSize(uint32_t width, uint32_t height);
 
