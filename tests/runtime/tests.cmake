@@ -5,6 +5,6 @@ gsc_add_test(test_camera SOURCES runtime/test_camera.cpp LIBS gsc_camera nlohman
 gsc_add_test(test_metrics SOURCES runtime/test_metrics.cpp runtime/naive_flip.cpp LIBS gsc_metrics)
 gsc_add_test(test_frame_stats SOURCES runtime/test_frame_stats.cpp LIBS gsc_runtime nlohmann_json::nlohmann_json)
 gsc_add_test(test_scene SOURCES runtime/test_scene.cpp LIBS gsc_runtime gsc_test_tiny)
-gsc_add_test(test_lod SOURCES runtime/test_lod_lag.cpp
+gsc_add_test(test_lod SOURCES runtime/test_lod_lag.cpp runtime/test_lod_control.cpp
                       LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
 gsc_add_test(test_reuse SOURCES runtime/test_reuse.cpp LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
