@@ -4,6 +4,7 @@
 
 #include "player/play_options.h"
 #include "player/progress.h"
+#include "player/report_parts.h"
 #include "runtime/frame_stats.h"
 
 #include <cstdint>
@@ -17,7 +18,7 @@ struct PlaySummary {
     Tier tier = Tier::Exact; // that ran, not that was asked for
     int eyes = 1;
     ReuseOptions reuse;
-    double lod_bias = 0;
+    LodFacts lod;
     uint64_t anchors = 0, file_bytes = 0;
     double open_ms = 0, load_ms = 0; // mapping and checking the file, preparing the backend
     std::vector<FrameResult> frames; // in the order played

@@ -71,7 +71,7 @@ ExactImages::ExactImages(const Scene& scene, const Path& path, const FrameOption
     : m_scene(scene), m_path(path), m_frame(frame), m_backend(backend)
 {
     m_frame.tier = Tier::Exact;
-    m_frame.lod_bias = 0;
+    m_frame.lod_bias = m_frame.lod_fade = m_frame.lod_hysteresis = 0;
     m_frame.reuse = {};
 }
 

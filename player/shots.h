@@ -23,7 +23,7 @@ struct Shot {
 std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, PlayLog& log,
                               std::string* title = nullptr);
 
-// Background, near plane, tier, level bias and reuse; the appearance is the shot's.
+// Background, near plane, tier, what is said of levels, and reuse; the appearance is the shot's.
 FrameOptions frameOptions(const Scene& scene, const PlayOptions& options);
 
 // The eyes of a shot, one or two.

@@ -31,6 +31,8 @@ RunConfig baseRun(const PlayOptions& options)
     run.backend = options.backend;
     run.tier = options.tier;
     run.lod_bias = options.lod_bias;
+    run.lod_fade = options.lod_fade;
+    run.lod_hysteresis = options.lod_hysteresis;
     run.reuse = options.reuse;
     return run;
 }
@@ -170,6 +172,8 @@ private:
         FrameOptions frame = frameOptions(*m_scene, m_context.options);
         frame.tier = run.tier;
         frame.lod_bias = float(run.lod_bias);
+        frame.lod_fade = float(run.lod_fade);
+        frame.lod_hysteresis = float(run.lod_hysteresis);
         frame.reuse = run.reuse;
         const RunResult result = m_measurer->run(path, run.backend, frame, m_config.score,
                                                  [&](uint64_t done) { m_log.progress(m_frames_done + done, m_total); });
