@@ -37,6 +37,40 @@ OrderedJson sampledJson(const Accuracy::Sampled& sampled, const char* worst, dou
     return {{"mean", value(sampled.mean)}, {worst, value(sampled.worst)}, {"frames", sampled.frames}};
 }
 
+// Adds a value of an image; not a number counts as the worst.
+void note(Accuracy::Changes& changes, std::vector<double>& values, uint64_t frame, double value)
+{
+    if (std::isnan(value))
+        value = kWorstError;
+    if (values.empty() || value > changes.max) {
+        changes.max = value;
+        changes.max_frame = frame;
+    }
+    values.push_back(value);
+}
+
+void rank(Accuracy::Changes& changes, std::vector<double> values)
+{
+    if (values.empty())
+        return;
+    std::sort(values.begin(), values.end());
+    changes.images = values.size();
+    changes.p50 = nearestRank(values, 0.5);
+    changes.p90 = nearestRank(values, 0.9);
+    changes.p99 = nearestRank(values, 0.99);
+}
+
+OrderedJson changesJson(const Accuracy::Changes& changes)
+{
+    if (changes.images == 0)
+        return {};
+    return {{"p50", bounded(changes.p50)},
+            {"p90", bounded(changes.p90)},
+            {"p99", bounded(changes.p99)},
+            {"max", bounded(changes.max)},
+            {"max_frame", changes.max_frame}};
+}
+
 OrderedJson temporalJson(const Accuracy::Temporal& temporal)
 {
     if (temporal.images == 0)
@@ -72,10 +106,59 @@ double Scorer::change(uint32_t eye, const ImageView& image, const ImageView& exa
     return std::isnan(sum) ? kWorstError : std::sqrt(sum / double(count));
 }
 
+// Squares that reach over the edge are as much as is there of them.
+void Scorer::move(uint64_t frame, uint32_t eye, const ImageView& image)
+{
+    constexpr uint32_t kSquare = 16;
+    if (m_moves.size() <= eye)
+        m_moves.resize(eye + 1);
+    Movement& eye_moves = m_moves[eye];
+    const size_t count = size_t(image.width) * image.height * 3;
+    if (eye_moves.width != image.width || eye_moves.height != image.height)
+        eye_moves.known = 0;
+    eye_moves.width = image.width;
+    eye_moves.height = image.height;
+    if (eye_moves.known > 0 && count > 0) {
+        const uint32_t columns = (image.width + kSquare - 1) / kSquare, rows = (image.height + kSquare - 1) / kSquare;
+        eye_moves.before.swap(eye_moves.now);
+        eye_moves.now.swap(eye_moves.after);
+        eye_moves.after.assign(size_t(columns) * rows, 0);
+        double sum = 0;
+        for (uint32_t y = 0; y < image.height; ++y)
+            for (uint32_t x = 0; x < image.width; ++x) {
+                const size_t at = (size_t(y) * image.width + x) * 3;
+                double square = 0;
+                for (size_t c = at; c < at + 3; ++c) {
+                    const double step = double(image.pixels[c]) - double(eye_moves.last[c]);
+                    square += step * step;
+                }
+                eye_moves.after[size_t(y / kSquare) * columns + x / kSquare] += square;
+                sum += square;
+            }
+        note(m_sums.motion, m_motion, frame, std::sqrt(sum / double(count)));
+        for (uint32_t row = 0; row < rows; ++row)
+            for (uint32_t column = 0; column < columns; ++column) {
+                const uint32_t w = std::min(kSquare, image.width - column * kSquare);
+                const uint32_t h = std::min(kSquare, image.height - row * kSquare);
+                double& value = eye_moves.after[size_t(row) * columns + column];
+                value = std::sqrt(value / (3.0 * w * h));
+            }
+        if (eye_moves.known > 2) { // three changes, the one in the middle is that of the frame before this one
+            double most = 0;
+            for (size_t i = 0; i < eye_moves.now.size(); ++i)
+                most = std::max(most, eye_moves.now[i] - std::max(eye_moves.before[i], eye_moves.after[i]));
+            note(m_sums.pop, m_pop, frame - 1, most);
+        }
+    }
+    ++eye_moves.known;
+    eye_moves.last.assign(image.pixels, image.pixels + count);
+}
+
 void Scorer::add(uint64_t frame, uint32_t eye, const ImageView& image, const ImageView& exact)
 {
     const ImageDifference difference = compareImages(image, exact);
     const double changed = change(eye, image, exact);
+    move(frame, eye, image);
     if (m_sums.frame_psnr.size() <= frame) {
         m_sums.frame_psnr.push_back(difference.psnr);
         m_sums.frame_temporal.push_back(changed);
@@ -131,6 +214,8 @@ Accuracy Scorer::result() const
         result.ssim.mean = m_ssim / double(m_ssim_images);
     if (m_flip_images > 0)
         result.flip.mean = m_flip / double(m_flip_images);
+    rank(result.motion, m_motion);
+    rank(result.pop, m_pop);
     if (!m_changes.empty()) {
         std::vector<double> changes = m_changes;
         std::sort(changes.begin(), changes.end());
@@ -159,7 +244,9 @@ nlohmann::ordered_json accuracyJson(const Accuracy& accuracy)
             {"over_1_255", accuracy.over_1_255},
             {"ssim", sampledJson(accuracy.ssim, "min", 0)},
             {"flip", sampledJson(accuracy.flip, "max", 1)},
-            {"temporal", temporalJson(accuracy.temporal)}};
+            {"temporal", temporalJson(accuracy.temporal)},
+            {"motion", changesJson(accuracy.motion)},
+            {"pop", changesJson(accuracy.pop)}};
 }
 
 } // namespace gsc

@@ -36,6 +36,15 @@ struct Accuracy {
         uint64_t max_frame = 0;
     } temporal;
 
+    // The same measure of the run alone, without a reference: rms of the change of the picture, and by how much the one
+    // of a square of 16 x 16 pixels is above those of the frame before and after, the largest of the image. A square
+    // that moves evenly has none of the latter; one in which something appears at once has.
+    struct Changes {
+        uint64_t images = 0; // 0 = the others mean nothing
+        double p50 = 0, p90 = 0, p99 = 0, max = 0;
+        uint64_t max_frame = 0;
+    } motion, pop;
+
     // Of the worse eye, per frame; temporal is NaN where there is none.
     std::vector<double> frame_psnr, frame_temporal;
 };
@@ -58,12 +67,23 @@ private:
     // rms of the change since the last call for this eye, NaN if there was none of this size.
     double change(uint32_t eye, const ImageView& image, const ImageView& exact);
 
+    // What an eye's last pictures were like.
+    struct Movement {
+        uint32_t width = 0, height = 0;
+        std::vector<float> last;                // pixels
+        std::vector<double> before, now, after; // rms of the last changes, per square
+        uint32_t known = 0;                     // pictures of this size in a row
+    };
+    void move(uint64_t frame, uint32_t eye, const ImageView& image);
+
     ScoreOptions m_options;
     Accuracy m_sums; // what grows image by image
     double m_mse = 0, m_ssim = 0, m_flip = 0, m_change2 = 0;
     uint64_t m_ssim_images = 0, m_flip_images = 0;
     std::vector<double> m_psnr, m_changes; // per image
     std::vector<ErrorImage> m_last;        // per eye
+    std::vector<Movement> m_moves;         // per eye
+    std::vector<double> m_motion, m_pop;   // per image
 };
 
 // null for equal images, -999 where a pixel is not finite.

@@ -3,6 +3,7 @@
 
 #include "format/error.h"
 #include "format/interrupt.h"
+#include "player/lod_target.h"
 #include "player/open_backend.h"
 #include "player/shots.h"
 #include "runtime/scene.h"
@@ -29,7 +30,7 @@ class Bench {
 public:
     Bench(const BenchOptions& options, const Scene& scene, Backend& backend, const std::vector<Shot>& shots)
         : m_options(options.play), m_scene(scene), m_backend(backend), m_shots(shots),
-          m_frame(frameOptions(scene, options.play))
+          m_frame(frameOptions(scene, options.play)), m_control(lodControl(scene, options.play))
     {
     }
 
@@ -43,10 +44,15 @@ public:
         m_frame.tier = m_options.tier;
         m_frame.appearance = shotAppearance(m_scene, shot);
         BenchFrame frame;
+        if (m_control)
+            m_frame.lod_bias = float(m_control->bias());
+        frame.lod_bias = double(m_frame.lod_bias);
         frame.pixels = double(shot.camera.width) * shot.camera.height;
         const Clock::time_point start = Clock::now();
         m_backend.render(eyes, eyeCount(), m_frame, nullptr, frame.result);
         frame.wall_ms = millisecondsSince(start);
+        if (m_control)
+            m_control->add(frame.result.times.total);
         return frame;
     }
 
@@ -57,7 +63,9 @@ public:
         EyeParams eyes[kMaxEyes];
         shotEyes(shot, eyeCount(), eyes);
         m_frame.appearance = shotAppearance(m_scene, shot);
+        m_frame.lod_fade = float(m_options.lod_fade);
         render(m_backend, eyes, shot, {m_options.tier, m_options.stereo, m_options.reuse}, m_images);
+        m_frame.lod_fade = 0;
         render(reference, eyes, shot, {Tier::Exact, StereoMode::Exact, {}}, m_exact);
         for (uint32_t e = 0; e < eyeCount(); ++e) {
             const auto view = [&](const std::vector<float>& pixels) {
@@ -95,6 +103,7 @@ private:
     Backend& m_backend;
     const std::vector<Shot>& m_shots;
     FrameOptions m_frame;
+    std::optional<LodControl> m_control;
     std::vector<float> m_images[kMaxEyes], m_exact[kMaxEyes];
 };
 

@@ -28,6 +28,7 @@ struct BenchFrame {
     double wall_ms = 0; // of Backend::render(), images left on the device
     FrameResult result; // times are the device's own
     double pixels = 0;  // of one eye
+    double lod_bias = 0;
 };
 
 struct BenchSummary {

@@ -157,25 +157,33 @@ Json cacheJson(const BenchSummary& summary)
     return json;
 }
 
+LodFacts lodFacts(const PlayOptions& play, const BenchSummary& summary)
+{
+    LodFacts lod{play.lod_bias, play.lod_fade, play.lod_hysteresis, play.target_ms, {}};
+    for (const BenchFrame& frame : summary.frames)
+        lod.used.push_back(frame.lod_bias);
+    return lod;
+}
+
 Json configJson(const BenchOptions& options, const BenchSummary& summary)
 {
     const PlayOptions& play = options.play;
-    return {{"cameras", play.cameras},
-            {"shots", summary.shots},
-            {"tier", tierName(summary.tier)},
-            {"eyes", play.eyes},
-            {"stereo", stereoName(play.stereo)},
-            {"ipd", play.eyes == 2 ? unknownIfZero(summary.ipd) : Json()},
-            {"size", play.width > 0 ? Json{play.width, play.height} : Json()},
-            {"fov_degrees", unknownIfZero(play.fov_x * 180 / std::numbers::pi)},
-            {"near", unknownIfZero(play.near_z)},
-            {"appearance", play.appearance >= 0 ? Json(play.appearance) : Json()},
-            {"threads", play.threads},
-            {"vram_budget", play.vram_budget > 0 ? Json(play.vram_budget) : Json()},
-            {"reuse", reuseJson(play.reuse)},
-            {"lod_bias", play.lod_bias},
-            {"warmup", options.warmup},
-            {"frames", options.frames}};
+    Json json = {{"cameras", play.cameras},
+                 {"shots", summary.shots},
+                 {"tier", tierName(summary.tier)},
+                 {"eyes", play.eyes},
+                 {"ipd", play.eyes == 2 ? unknownIfZero(summary.ipd) : Json()},
+                 {"size", play.width > 0 ? Json{play.width, play.height} : Json()},
+                 {"fov_degrees", unknownIfZero(play.fov_x * 180 / std::numbers::pi)},
+                 {"near", unknownIfZero(play.near_z)},
+                 {"appearance", play.appearance >= 0 ? Json(play.appearance) : Json()},
+                 {"threads", play.threads},
+                 {"vram_budget", play.vram_budget > 0 ? Json(play.vram_budget) : Json()},
+                 {"reuse", reuseJson(play.reuse)},
+                 {"warmup", options.warmup},
+                 {"frames", options.frames}};
+    json.update(lodJson(lodFacts(play, summary)));
+    return json;
 }
 
 Json qualityJson(const BenchSummary& summary)
@@ -326,7 +334,7 @@ std::string benchReportText(const BenchOptions& options, const BenchSummary& sum
         if (reuse.policy != ReusePolicy::None || reuse.cut || reuse.order)
             text += tableRow(
                 count.name, spreadOf(summary, [&](const BenchFrame& f) { return double(f.result.*(count.field)); }), 0);
-    text += rooflineText(options, summary);
+    text += targetText(lodFacts(play, summary)) + rooflineText(options, summary);
     text += formatString("peak memory %.3f GiB", double(peakBytes(summary)) / double(1 << 30));
     const Spread passes = spreadOf(summary, [](const BenchFrame& f) { return double(f.result.passes); });
     if (passes.max > 1)

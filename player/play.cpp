@@ -4,6 +4,7 @@
 #include "format/error.h"
 #include "format/interrupt.h"
 #include "format/output_paths.h"
+#include "player/lod_target.h"
 #include "player/open_backend.h"
 #include "player/out_pattern.h"
 #include "player/shots.h"
@@ -98,7 +99,7 @@ PlaySummary play(const PlayOptions& options, PlayLog& log)
     summary.eyes = options.eyes;
     summary.stereo = options.stereo;
     summary.reuse = options.reuse;
-    summary.lod_bias = options.lod_bias;
+    summary.lod = {options.lod_bias, options.lod_fade, options.lod_hysteresis, options.target_ms, {}};
 
     const Clock::time_point open_start = Clock::now();
     const std::unique_ptr<Scene> scene = Scene::open(options.input, options.verify);
@@ -106,6 +107,7 @@ PlaySummary play(const PlayOptions& options, PlayLog& log)
     summary.anchors = scene->anchorCount();
     summary.file_bytes = scene->bytes();
 
+    std::optional<LodControl> control = lodControl(*scene, options);
     const std::vector<Shot> shots = chooseShots(*scene, options, log);
     const std::vector<std::string> paths = prepareOutputs(shots, options);
     StatsFile stats_file(options.stats);
@@ -131,9 +133,11 @@ PlaySummary play(const PlayOptions& options, PlayLog& log)
         }
         frame_options.appearance = shotAppearance(*scene, shots[i]);
 
-        FrameStats stats{shots[i].index, camera.name,         backend->name(),
-                         summary.tier,   camera.width,        camera.height,
-                         eye_count,      shots[i].appearance, {}};
+        if (control)
+            frame_options.lod_bias = float(control->bias());
+        FrameStats stats{
+            shots[i].index, camera.name, backend->name(),     summary.tier, camera.width,
+            camera.height,  eye_count,   shots[i].appearance, {},           double(frame_options.lod_bias)};
         backend->render(eyes, eye_count, frame_options, pixels, stats.result);
         stopIfInterrupted(shots.size(), summary);
 
@@ -144,6 +148,9 @@ PlaySummary play(const PlayOptions& options, PlayLog& log)
         stats_file.add(stats);
         noteFrame(log, stats);
         summary.frames.push_back(stats.result);
+        summary.lod.used.push_back(stats.lod_bias);
+        if (control)
+            control->add(stats.result.times.total);
         summary.pixels.push_back(double(camera.width) * camera.height);
         log.progress(i + 1, shots.size());
     }

@@ -4,6 +4,7 @@
 
 #include "player/play_options.h"
 #include "player/progress.h"
+#include "player/report_parts.h"
 #include "runtime/frame_stats.h"
 
 #include <cstdint>
@@ -18,7 +19,7 @@ struct PlaySummary {
     int eyes = 1;
     StereoMode stereo = StereoMode::Exact;
     ReuseOptions reuse;
-    double lod_bias = 0;
+    LodFacts lod;
     uint64_t anchors = 0, file_bytes = 0;
     double open_ms = 0, load_ms = 0; // mapping and checking the file, preparing the backend
     std::vector<FrameResult> frames; // in the order played

@@ -31,6 +31,8 @@ constexpr const char* kExamples = R"(Examples:
       both eyes, 32-bit float
   gsc-play room.gsc --cameras path.json --reuse error --reuse-bound 1 --stats out.jsonl
       decoded Gaussians are drawn again while they change by less than 1/255
+  gsc-play city.gsc --cameras flight.json --target-ms 11 --lod-fade 0.5 --lod-hysteresis 0.1 --stats out.jsonl
+      detail falls where a frame would take longer than 11 ms, and no level pops
   gsc-play bench room.gsc --eyes 2 --ipd 0.065 --size 2048x2048 --fov 90
       what a frame costs, stage by stage; gsc-play bench --help
 
@@ -171,7 +173,7 @@ void addBenchOptions(CLI::App& app, BenchOptions& options)
                                         "from a cold start, scored against exact; --out takes a row for each "
                                         "(schemas/run.schema.json) and is gone on with where a sweep was stopped");
     sweep->type_name("CONFIG");
-    for (const char* fixed : {"--cameras", "--shots", "--warmup", "--frames", "--quality"})
+    for (const char* fixed : {"--cameras", "--shots", "--warmup", "--frames", "--quality", "--target-ms"})
         sweep->excludes(app.get_option(fixed)); // CONFIG says these
 }
 
@@ -323,6 +325,7 @@ std::optional<int> parsePlayOptions(int argc, const char* const* argv, PlayOptio
     addCameraOptions(app, options, raw, "--frames");
     addViewOptions(app, options, raw);
     addRunOptions(app, options);
+    addTargetOption(app, options);
     addOutputOptions(app, options);
     try {
         app.parse(argc, argv);
@@ -342,6 +345,7 @@ std::optional<int> parseBenchOptions(int argc, const char* const* argv, BenchOpt
     addCameraOptions(app, options.play, raw, "--shots");
     addViewOptions(app, options.play, raw);
     addRunOptions(app, options.play);
+    addTargetOption(app, options.play);
     addBenchOptions(app, options);
     addMessageOptions(app, options.play);
     try {
@@ -353,6 +357,10 @@ std::optional<int> parseBenchOptions(int argc, const char* const* argv, BenchOpt
     if (options.quality > 0 && options.play.reuse.policy != ReusePolicy::None)
         throw Error(ErrorCode::Usage, "--quality: scores single pictures and would not see what --reuse does to a "
                                       "path, expected --reuse none; pass --sweep CONFIG.json to score whole paths");
+    if (options.quality > 0 && (options.play.lod_hysteresis > 0 || options.play.target_ms > 0))
+        throw Error(ErrorCode::Usage,
+                    "--quality: scores single pictures, to which --lod-hysteresis and --target-ms do nothing, expected "
+                    "neither; pass --sweep CONFIG.json to score whole paths");
     return std::nullopt;
 }
 

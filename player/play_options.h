@@ -21,7 +21,7 @@ struct PlayOptions {
     std::string cameras = "stored"; // a file, or "stored": those in the .gsc
     Tier tier = Tier::Fast;
     int eyes = 1;
-    double ipd = 0;                 // world units
+    double ipd = 0; // world units
     StereoMode stereo = StereoMode::Exact;
     uint32_t width = 0, height = 0; // 0 = the camera's
     double fov_x = 0;               // radians, 0 = the camera's
@@ -36,6 +36,8 @@ struct PlayOptions {
     double near_z = 0;                            // world units, 0 = the model's
     ReuseOptions reuse;                           // what is kept between frames
     double lod_bias = 0;                          // levels added
+    double lod_fade = 0, lod_hysteresis = 0;      // levels, as FrameOptions has them
+    double target_ms = 0;                         // of a frame, held by a falling lod_bias; 0 = none
     uint64_t frame_first = 0, frame_end = std::numeric_limits<uint64_t>::max();
     bool overwrite = false, verify = false, quiet = false;
     int verbose = 0;

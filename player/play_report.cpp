@@ -112,7 +112,7 @@ std::string playReportText(const PlaySummary& summary)
                          meanCount(summary, &EyeCounts::gaussians_visible), meanCount(summary, &EyeCounts::pairs));
     if (const double dropped = meanCount(summary, &EyeCounts::gaussians_dropped); dropped > 0)
         text += formatString("dropped: %.1f Gaussians per eye that are not finite\n", dropped);
-    text += reuseText(summary);
+    text += reuseText(summary) + targetText(summary.lod);
     if (!summary.images.empty())
         text += formatString("%zu image%s: %s%s\n", summary.images.size(), summary.images.size() == 1 ? "" : "s",
                              summary.images.front().c_str(),
@@ -130,7 +130,7 @@ std::string playReportJson(const PlaySummary& summary, const std::vector<std::st
     double pixels = 0;
     for (const double frame : summary.pixels)
         pixels += frame * summary.eyes;
-    const Json json = {
+    Json json = {
         {"schema", "gsc.play/1"},
         {"tool", {{"name", "gsc-play"}, {"version", GSC_VERSION}}},
         {"file", fileJson(summary.input, summary.file_bytes, summary.anchors)},
@@ -150,7 +150,6 @@ std::string playReportJson(const PlaySummary& summary, const std::vector<std::st
           {"frame_max", quantile(summary, 1)},
           {"stages_mean", std::move(stages)}}},
         {"reuse", reuseJson(summary.reuse)},
-        {"lod_bias", summary.lod_bias},
         {"mean_per_eye", std::move(counts)},
         {"bytes_resident", most(summary, &FrameResult::bytes_resident)},
         {"cache_bytes", most(summary, &FrameResult::cache_bytes)},
@@ -158,6 +157,7 @@ std::string playReportJson(const PlaySummary& summary, const std::vector<std::st
         {"images", summary.images},
         {"warnings", warnings},
     };
+    json.update(lodJson(summary.lod));
     return dumpJson(json, 2) + "\n";
 }
 

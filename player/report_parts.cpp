@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/report_parts.h"
 
+#include "format/error.h"
 #include "player/reuse_names.h"
 
 #include <nlohmann/json.hpp>
@@ -76,6 +77,29 @@ OrderedJson reuseJson(const ReuseOptions& reuse)
             {"cache_budget", reuse.cache_bytes > 0 ? OrderedJson(reuse.cache_bytes) : OrderedJson()},
             {"cut", reuse.cut},
             {"order", reuse.order}};
+}
+
+OrderedJson lodJson(const LodFacts& lod)
+{
+    OrderedJson used;
+    if (lod.target_ms > 0 && !lod.used.empty()) {
+        const auto [low, high] = std::minmax_element(lod.used.begin(), lod.used.end());
+        used = {{"mean", spreadOf(lod.used).mean}, {"min", *low}, {"max", *high}};
+    }
+    return {{"lod_bias", lod.bias},
+            {"lod_fade", lod.fade},
+            {"lod_hysteresis", lod.hysteresis},
+            {"target_ms", unknownIfZero(lod.target_ms)},
+            {"lod_bias_used", std::move(used)}};
+}
+
+std::string targetText(const LodFacts& lod)
+{
+    if (!(lod.target_ms > 0) || lod.used.empty())
+        return {};
+    const auto [low, high] = std::minmax_element(lod.used.begin(), lod.used.end());
+    return formatString("target %g ms: LOD bias %.2f mean, %.2f to %.2f\n", lod.target_ms, spreadOf(lod.used).mean,
+                        *low, *high);
 }
 
 std::string dumpJson(const OrderedJson& json, int indent)

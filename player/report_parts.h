@@ -32,6 +32,16 @@ OrderedJson deviceJson(const DeviceFacts& device);
 OrderedJson fileJson(const std::string& path, uint64_t bytes, uint64_t anchors);
 OrderedJson reuseJson(const ReuseOptions& reuse); // null where the policy takes no such number
 
+// How levels were chosen.
+struct LodFacts {
+    double bias = 0, fade = 0, hysteresis = 0; // levels
+    double target_ms = 0;                      // 0 = none
+    std::vector<double> used;                  // bias of each frame
+};
+// "lod_bias", "lod_fade", "lod_hysteresis", and "target_ms" and "lod_bias_used", null without a target.
+OrderedJson lodJson(const LodFacts& lod);
+std::string targetText(const LodFacts& lod); // a line; empty without a target
+
 // Without a line break unless `indent` is 0 or more. Text that is not UTF-8 is replaced.
 std::string dumpJson(const OrderedJson& json, int indent = -1);
 

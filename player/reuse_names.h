@@ -12,6 +12,7 @@ namespace gsc {
 constexpr uint32_t kMaxReuseDepth = 1000000; // frames
 constexpr double kMaxReuseBound = 255;       // 1/255: the whole range
 constexpr double kMaxLodBias = 16;           // levels, either way
+constexpr double kMaxLodWidth = 1;           // levels, of a transition or a hysteresis
 
 const std::map<std::string, ReusePolicy>& reusePolicies();
 const std::map<std::string, DepthGuidance>& depthGuidances();

@@ -5,7 +5,15 @@
 #include "player/cli_choice.h"
 #include "player/reuse_names.h"
 
+#include <utility>
+
 namespace gsc {
+
+namespace {
+
+constexpr double kMaxTargetMs = 60000;
+
+} // namespace
 
 void addReuseOptions(CLI::App& app, PlayOptions& options)
 {
@@ -42,6 +50,19 @@ void addReuseOptions(CLI::App& app, PlayOptions& options)
     app.add_option("--lod-bias", options.lod_bias,
                    "Levels added to the one that distance asks for: below 0 draws less, 0 is the trainer's")
         ->option_text("X (default: 0)");
+    app.add_option("--lod-fade", options.lod_fade,
+                   "Levels over which an anchor fades in about the place where the trainer's switches it on, up to 1")
+        ->option_text("X (default: 0)");
+    app.add_option("--lod-hysteresis", options.lod_hysteresis,
+                   "Levels that a switch may lag behind the camera, up to 1: one that trembles at it switches nothing")
+        ->option_text("X (default: 0)");
+}
+
+void addTargetOption(CLI::App& app, PlayOptions& options)
+{
+    app.add_option("--target-ms", options.target_ms,
+                   "Hold this frame time: levels fall while frames take longer, and come back slowly up to --lod-bias")
+        ->option_text("MS (default: none)");
 }
 
 void checkReuseOptions(const CLI::App& app, const PlayOptions& options)
@@ -60,6 +81,16 @@ void checkReuseOptions(const CLI::App& app, const PlayOptions& options)
     if (!(options.lod_bias >= -kMaxLodBias && options.lod_bias <= kMaxLodBias))
         throw Error(ErrorCode::Usage, formatString("--lod-bias %g: out of range, expected %g to %g levels",
                                                    options.lod_bias, -kMaxLodBias, kMaxLodBias));
+    for (const auto& [option, value] :
+         {std::pair<const char*, double>{"--lod-fade", options.lod_fade}, {"--lod-hysteresis", options.lod_hysteresis}})
+        if (!(value >= 0 && value <= kMaxLodWidth))
+            throw Error(ErrorCode::Usage,
+                        formatString("%s %g: out of range, expected 0 to %g levels", option, value, kMaxLodWidth));
+    const bool has_target = app.get_option_no_throw("--target-ms") != nullptr && app.count("--target-ms") > 0;
+    if (has_target && !(options.target_ms > 0 && options.target_ms <= kMaxTargetMs))
+        throw Error(ErrorCode::Usage, formatString("--target-ms %g: out of range, expected a time above 0 and up to "
+                                                   "%g milliseconds",
+                                                   options.target_ms, kMaxTargetMs));
     for (const char* option : {"--reuse-depth", "--reuse-guidance"})
         needs(option, reuse.policy == ReusePolicy::Depth, "--reuse depth");
     needs("--reuse-bound", reuse.policy == ReusePolicy::Error, "--reuse error");

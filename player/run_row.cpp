@@ -132,6 +132,10 @@ std::string shortName(const OrderedJson& config)
         text += " " + stereo;
     if (const double bias = config.at("lod_bias").get<double>(); bias != 0)
         text += formatString(" lod%+g", bias);
+    if (const double fade = config.value("lod_fade", 0.0); fade != 0)
+        text += formatString(" fade %g", fade);
+    if (const double lag = config.value("lod_hysteresis", 0.0); lag != 0)
+        text += formatString(" lag %g", lag);
     return text;
 }
 
@@ -159,6 +163,8 @@ OrderedJson runConfigJson(const RunContext& context, const Path& path, const Run
     json.update(
         OrderedJson{{"tier", tierName(run.tier)},
                     {"lod_bias", run.lod_bias},
+                    {"lod_fade", run.lod_fade},
+                    {"lod_hysteresis", run.lod_hysteresis},
                     {"stereo", stereoName(run.stereo)},
                     {"eyes", path.eye_count},
                     {"ipd", path.eye_count == 2 ? unknownIfZero(path.shots.front().ipd) : OrderedJson()},

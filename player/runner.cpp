@@ -72,7 +72,7 @@ ExactImages::ExactImages(const Scene& scene, const Path& path, const FrameOption
 {
     m_frame.tier = Tier::Exact;
     m_frame.stereo = StereoMode::Exact;
-    m_frame.lod_bias = 0;
+    m_frame.lod_bias = m_frame.lod_fade = m_frame.lod_hysteresis = 0;
     m_frame.reuse = {};
 }
 

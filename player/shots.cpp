@@ -153,6 +153,8 @@ FrameOptions frameOptions(const Scene& scene, const PlayOptions& options)
     frame.stereo = options.stereo;
     frame.near_z = float(options.near_z);
     frame.lod_bias = float(options.lod_bias);
+    frame.lod_fade = float(options.lod_fade);
+    frame.lod_hysteresis = float(options.lod_hysteresis);
     frame.reuse = options.reuse;
     const bool white = (scene.view().params->flags & kModelWhiteBackground) != 0;
     for (size_t c = 0; c < 3; ++c)

@@ -25,7 +25,7 @@ struct Shot {
 std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, PlayLog& log,
                               std::string* title = nullptr);
 
-// Background, near plane, tier, stereo, level bias and reuse; the appearance is the shot's.
+// Background, near plane, tier, stereo, what is said of levels, and reuse; the appearance is the shot's.
 FrameOptions frameOptions(const Scene& scene, const PlayOptions& options);
 
 // The eyes of a shot, one or two.

@@ -71,6 +71,8 @@ std::string stabilityReportJson(const StabilityOptions& options, const Stability
         {"warmup", options.warmup},
         {"reuse", reuseJson(play.reuse)},
         {"lod_bias", play.lod_bias},
+        {"lod_fade", play.lod_fade},
+        {"lod_hysteresis", play.lod_hysteresis},
         {"bounds",
          {{"psnr", unknownIfZero(options.bound_psnr)},
           {"temporal", unknownIfZero(options.bound_temporal)},

@@ -32,6 +32,8 @@ RunConfig baseRun(const PlayOptions& options)
     run.tier = options.tier;
     run.lod_bias = options.lod_bias;
     run.stereo = options.stereo;
+    run.lod_fade = options.lod_fade;
+    run.lod_hysteresis = options.lod_hysteresis;
     run.reuse = options.reuse;
     return run;
 }
@@ -185,6 +187,8 @@ private:
         frame.tier = run.tier;
         frame.lod_bias = float(run.lod_bias);
         frame.stereo = run.stereo;
+        frame.lod_fade = float(run.lod_fade);
+        frame.lod_hysteresis = float(run.lod_hysteresis);
         frame.reuse = run.reuse;
         const RunResult result = m_measurer->run(path, run.backend, frame, m_config.score,
                                                  [&](uint64_t done) { m_log.progress(m_frames_done + done, m_total); });

@@ -104,6 +104,7 @@ public:
     static bool flag(const Value& v) { return v.flag(); }
     static Tier tier(const Value& v) { return v.word(tiers()); }
     static double lodBias(const Value& v) { return v.number(-kMaxLodBias, kMaxLodBias, "levels"); }
+    static double lodWidth(const Value& v) { return v.number(0, kMaxLodWidth, "levels"); }
     static StereoMode stereo(const Value& v) { return v.word(stereoModes()); }
     [[nodiscard]] std::string backend(const Value& v) const { return v.word(m_backends); }
 
@@ -111,9 +112,9 @@ private:
     std::map<std::string, std::string> m_backends;
 };
 
-constexpr std::initializer_list<const char*> kRunKeys = {"policy",        "max_depth",    "guidance", "bound",
-                                                         "decode_budget", "cache_budget", "cut",      "order",
-                                                         "tier",          "lod_bias",     "stereo",   "backend"};
+constexpr std::initializer_list<const char*> kRunKeys = {
+    "policy", "max_depth", "guidance", "bound",    "decode_budget",  "cache_budget", "cut",
+    "order",  "tier",      "lod_bias", "lod_fade", "lod_hysteresis", "stereo",       "backend"};
 
 template <typename T, typename Read>
 void readAxis(const JsonObject& axes, const char* key, std::vector<T>& out, T fallback, const Read& read)
@@ -144,6 +145,8 @@ void readAxes(const JsonObject& object, const Reader& reader, const RunConfig& b
     readAxis(object, "order", axes.orders, reuse.order, Reader::flag);
     readAxis(object, "tier", axes.tiers, base.tier, Reader::tier);
     readAxis(object, "lod_bias", axes.lod_biases, base.lod_bias, Reader::lodBias);
+    readAxis(object, "lod_fade", axes.lod_fades, base.lod_fade, Reader::lodWidth);
+    readAxis(object, "lod_hysteresis", axes.lod_hystereses, base.lod_hysteresis, Reader::lodWidth);
     readAxis(object, "stereo", axes.stereos, base.stereo, Reader::stereo);
     readAxis(object, "backend", axes.backends, base.backend, [&](const Value& v) { return reader.backend(v); });
 }
@@ -170,6 +173,8 @@ RunConfig readRun(const JsonObject& object, const Reader& reader, const RunConfi
     read("order", [&](const Value& v) { run.reuse.order = v.flag(); });
     read("tier", [&](const Value& v) { run.tier = Reader::tier(v); });
     read("lod_bias", [&](const Value& v) { run.lod_bias = Reader::lodBias(v); });
+    read("lod_fade", [&](const Value& v) { run.lod_fade = Reader::lodWidth(v); });
+    read("lod_hysteresis", [&](const Value& v) { run.lod_hysteresis = Reader::lodWidth(v); });
     read("stereo", [&](const Value& v) { run.stereo = Reader::stereo(v); });
     read("backend", [&](const Value& v) { run.backend = reader.backend(v); });
     if (run.stereo == StereoMode::Merged && run.reuse.policy != ReusePolicy::None)

@@ -18,7 +18,7 @@ namespace gsc {
 struct RunConfig {
     std::string backend = "auto";
     Tier tier = Tier::Fast;
-    double lod_bias = 0;
+    double lod_bias = 0, lod_fade = 0, lod_hysteresis = 0;
     StereoMode stereo = StereoMode::Exact;
     ReuseOptions reuse;
     bool match_budget = false; // the decode budget is what the run of depthRunOf() decodes
@@ -38,7 +38,7 @@ struct SweepAxes {
     std::vector<uint64_t> cache_budgets; // bytes, 0 = no limit
     std::vector<bool> cuts, orders;
     std::vector<Tier> tiers;
-    std::vector<double> lod_biases;
+    std::vector<double> lod_biases, lod_fades, lod_hystereses;
     std::vector<StereoMode> stereos;
     std::vector<std::string> backends;
 };

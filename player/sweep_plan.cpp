@@ -54,10 +54,10 @@ void addReuse(const SweepAxes& axes, RunConfig run, RunList& list)
 void checkProduct(const SweepAxes& axes)
 {
     uint64_t product = 1;
-    for (const size_t size :
-         {axes.policies.size(), axes.depths.size(), axes.guidances.size(), axes.bounds.size(),
-          axes.decode_budgets.size(), axes.cache_budgets.size(), axes.cuts.size(), axes.orders.size(),
-          axes.tiers.size(), axes.lod_biases.size(), axes.stereos.size(), axes.backends.size()})
+    for (const size_t size : {axes.policies.size(), axes.depths.size(), axes.guidances.size(), axes.bounds.size(),
+                              axes.decode_budgets.size(), axes.cache_budgets.size(), axes.cuts.size(),
+                              axes.orders.size(), axes.tiers.size(), axes.lod_biases.size(), axes.lod_fades.size(),
+                              axes.lod_hystereses.size(), axes.stereos.size(), axes.backends.size()})
         if (product *= size; product > kMaxRuns) // an axis has at most some millions of values: no overflow
             throw Error(ErrorCode::InvalidFile,
                         formatString("sweep: its axes have more than %llu combinations, expected fewer; shorten an "
@@ -93,6 +93,10 @@ nlohmann::ordered_json runKeyJson(const RunConfig& run)
                         {"tier", tierName(run.tier)},
                         {"lod_bias", run.lod_bias + 0.0},
                         {"stereo", stereoName(run.stereo)}};
+    if (run.lod_fade != 0) // where they are off, runs have the ids they had before there was such a thing
+        json["lod_fade"] = run.lod_fade;
+    if (run.lod_hysteresis != 0)
+        json["lod_hysteresis"] = run.lod_hysteresis;
     json.update(reuseJson(run.reuse));
     if (run.match_budget)
         json["decode_budget"] = "match";
@@ -125,13 +129,17 @@ std::vector<RunConfig> expandRuns(const SweepConfig& config)
         for (const std::string& backend : config.axes.backends)
             for (const Tier tier : config.axes.tiers)
                 for (const double bias : config.axes.lod_biases)
-                    for (const StereoMode stereo : config.axes.stereos) {
-                        run.backend = backend;
-                        run.tier = tier;
-                        run.lod_bias = bias;
-                        run.stereo = stereo;
-                        addReuse(config.axes, run, list);
-                    }
+                    for (const double fade : config.axes.lod_fades)
+                        for (const double hysteresis : config.axes.lod_hystereses)
+                            for (const StereoMode stereo : config.axes.stereos) {
+                                run.backend = backend;
+                                run.tier = tier;
+                                run.lod_bias = bias;
+                                run.lod_fade = fade;
+                                run.lod_hysteresis = hysteresis;
+                                run.stereo = stereo;
+                                addReuse(config.axes, run, list);
+                            }
     }
     for (const RunConfig& run : config.runs)
         list.add(run);

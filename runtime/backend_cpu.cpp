@@ -9,6 +9,7 @@
 #include "kernels/math/anchor.h"
 #include "kernels/select/cut.h"
 #include "kernels/sort/order.h"
+#include "runtime/lod_lag.h"
 #include "runtime/reuse_cpu.h"
 #include "runtime/stereo_cpu.h"
 
@@ -48,6 +49,7 @@ public:
         m_cut.clear();
         for (OrderCache& order : m_order)
             order.clear();
+        m_lag.clear();
     }
 
     void render(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, float* const* images,
@@ -94,7 +96,14 @@ private:
                   FrameResult& result)
     {
         Stopwatch watch;
-        const SelectArgs args{&m_model, eyes, eye_count, rules, options.lod_bias, options.reuse.cut ? &m_cut : nullptr};
+        EyeParams chosen[kMaxEyes];
+        m_lag.follow(m_model, options, eyes, eye_count, chosen);
+        // the slacks of the cut are those of a hard switch at the eye itself
+        const bool cut = options.reuse.cut && options.lod_fade == 0 && options.lod_hysteresis == 0;
+        if (!cut)
+            m_cut.clear();
+        const SelectArgs args{
+            &m_model, chosen, eye_count, rules, options.lod_bias, options.lod_fade, cut ? &m_cut : nullptr};
         SelectCounts counts{};
         const size_t visible = selectCpu(args, m_workers, m_select, m_visible, counts);
         for (uint32_t e = 0; e < eye_count; ++e) {
@@ -282,6 +291,7 @@ private:
     CutCache m_cut;
     SplatStore m_stores[kMaxEyes];
     CpuReuse m_reuse;
+    LodLag m_lag;
     SortScratch m_sort;
     OrderCache m_order[kMaxEyes];
     BinScratch m_bin;
@@ -304,6 +314,10 @@ public:
                 FrameResult& result) override
     {
         refuseReuse(options.reuse, name());
+        if (options.lod_hysteresis > 0)
+            throw Error(ErrorCode::Unsupported, formatString("backend %s: keeps nothing from frame to frame, expected "
+                                                             "a LOD hysteresis of 0; use the backend cpu or cuda",
+                                                             name()));
         renderReference32(m_model, eyes, eye_count, options, images, result);
     }
 

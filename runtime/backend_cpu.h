@@ -35,7 +35,7 @@ void mergedCenter(const Eye* eyes, Real* center)
 // Throws Error(Unsupported) for one decode for both eyes, and for what is not written for it.
 void refuseMerged(const FrameOptions& options, uint32_t eye_count, const char* backend);
 void refuseMergedReuse(const FrameOptions& options, uint32_t eye_count);
-// Throws Error(Unsupported) if something is to be kept between frames.
+// Throws Error(Unsupported) if Gaussians or an order are to be kept between frames.
 void refuseReuse(const ReuseOptions& reuse, const char* backend);
 void checkSize(uint32_t width, uint32_t height);
 

@@ -59,6 +59,11 @@ void checkOptions(const ModelView& model, const FrameOptions& options, uint32_t 
     const ModelParams& params = *model.params;
     if (eye_count < 1 || eye_count > kMaxEyes)
         throw Error(ErrorCode::Usage, formatString("frame: %u eyes, expected 1 or 2", eye_count));
+    // written so that a NaN fails
+    if (!(options.lod_fade >= 0 && options.lod_fade <= 1) ||
+        !(options.lod_hysteresis >= 0 && options.lod_hysteresis <= 1))
+        throw Error(ErrorCode::Usage, formatString("frame: LOD fade %g and hysteresis %g, expected 0 to 1 level each",
+                                                   double(options.lod_fade), double(options.lod_hysteresis)));
     const bool has_rows = params.appearance_dim > 0;
     if (has_rows && (options.appearance < 0 || uint32_t(options.appearance) >= params.appearance_rows))
         throw Error(ErrorCode::Usage,

@@ -25,7 +25,8 @@ void renderEye(const ModelView& model, const EyeOf<Real>& eye, const Real* decod
 {
     const RasterConstants rules = rasterConstants(*model.params, options.near_z);
     Stopwatch watch;
-    std::vector<SelectedAnchor<Real>> selected = selectReference<Real>(model, eye, rules, Real(options.lod_bias));
+    std::vector<SelectedAnchor<Real>> selected =
+        selectReference<Real>(model, eye, rules, Real(options.lod_bias), Real(options.lod_fade));
     for (uint64_t c = 0; c < model.params->chunk_count; ++c)
         counts.anchors_tested += model.chunks[c].anchor_count;
     counts.anchors_visible = counts.anchors_decoded = selected.size();

@@ -2,10 +2,12 @@
 #include "runtime/backend_cuda.h"
 
 #include "kernels/blend/blend_cuda.h"
+#include "kernels/math/lod.h"
 #include "kernels/sort/sort_cuda.h"
 #include "runtime/backend_cpu.h"
 #include "runtime/ceilings_cuda.h"
 #include "runtime/frame_graph.h"
+#include "runtime/lod_lag.h"
 
 #include <algorithm>
 #include <bit>
@@ -57,7 +59,10 @@ public:
         m_arena.release(); // a model that is larger than the last may need it
         m_scene.load(model, m_stream);
         m_splats = m_pairs = 0;
+        m_lag.clear();
     }
+
+    void dropCaches() override { m_lag.clear(); }
 
     void render(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, float* const* images,
                 FrameResult& result) override;
@@ -81,6 +86,7 @@ private:
     PinnedCounters m_counters;
     DeviceScene m_scene;
     DeviceArena m_arena;
+    LodLag m_lag;
     FrameBuffers m_buffers{};
     FrameCapacity m_capacity;
     uint64_t m_splats = 0, m_pairs = 0;               // of the last frame, all passes: of the fuller eye, of all eyes
@@ -115,6 +121,7 @@ FrameShape CudaBackend::shapeOf(const EyeParams* eyes, uint32_t eye_count, const
     shape.passes = 1;
     shape.rules = rasterConstants(*m_scene.host().params, options.near_z);
     shape.exact = tierOf(options.tier) == Tier::Exact;
+    shape.fades = levelsFade(*m_scene.host().params, options.lod_fade);
     return shape;
 }
 
@@ -252,13 +259,15 @@ void CudaBackend::render(const EyeParams* eyes, uint32_t eye_count, const FrameO
     } else if (!shape.exact)
         m_scene.useAppearance(options.appearance, m_stream);
     choosePasses(shape);
+    EyeParams chosen[kMaxEyes];
+    m_lag.follow(m_scene.host(), options, eyes, eye_count, chosen);
     FrameGraph* graph = nullptr;
     uint32_t tries = 0;
     do {
         ++tries;
         shape.grid.slab_bits = slabBits(m_capacity.slots);
         graph = &graphFor(shape, options);
-        graph->launch(shape.eyes, m_stream);
+        graph->launch(shape.eyes, chosen, options, m_stream);
         GSC_CUDA_CHECK(cudaStreamSynchronize(m_stream.handle));
     } while (growAfterOverflow(shape));
     const FrameCounters& c = *m_counters.data;

@@ -16,13 +16,14 @@ void mark(const CudaEvent& event, const CudaStream& stream)
     GSC_CUDA_CHECK(cudaEventRecordWithFlags(event.handle, stream.handle, cudaEventRecordExternal));
 }
 
-template <typename Args>
-void setEyes(cudaGraphExec_t exec, cudaGraphNode_t node, const EyeParams* eyes)
+// `change` takes the arguments of the node's kernel.
+template <typename Args, typename Change>
+void setArgs(cudaGraphExec_t exec, cudaGraphNode_t node, const Change& change)
 {
     cudaKernelNodeParams params{};
     GSC_CUDA_CHECK(cudaGraphKernelNodeGetParams(node, &params));
     Args args = *static_cast<const Args*>(params.kernelParams[0]);
-    std::copy_n(eyes, args.eye_count, args.eyes);
+    change(args);
     void* list[] = {&args};
     params.kernelParams = list;
     params.extra = nullptr;
@@ -115,29 +116,35 @@ void FrameGraph::capture(const FrameJob& job, FrameCounters* counters, const Cud
 bool FrameGraph::fits(const FrameJob& job) const
 {
     const FrameShape &a = m_shape, &b = job.shape;
-    if (a.eye_count != b.eye_count || a.passes != b.passes || a.exact != b.exact ||
+    if (a.eye_count != b.eye_count || a.passes != b.passes || a.exact != b.exact || a.fades != b.fades ||
         a.grid.slab_bits != b.grid.slab_bits || !sameRules(a.rules, b.rules) || !(m_capacity == job.capacity))
         return false;
     for (uint32_t e = 0; e < a.eye_count; ++e)
         if (a.eyes[e].width != b.eyes[e].width || a.eyes[e].height != b.eyes[e].height)
             return false;
     return std::equal(m_options.background, m_options.background + 3, job.options.background) &&
-           m_options.appearance == job.options.appearance && m_options.empty_is_black == job.options.empty_is_black &&
-           m_options.lod_bias == job.options.lod_bias;
+           m_options.appearance == job.options.appearance && m_options.empty_is_black == job.options.empty_is_black;
 }
 
-void FrameGraph::launch(const EyeParams* eyes, const CudaStream& stream)
+void FrameGraph::launch(const EyeParams* eyes, const EyeParams* chosen, const FrameOptions& options,
+                        const CudaStream& stream)
 {
+    const auto select = [&](SelectCudaArgs& args) {
+        std::copy_n(chosen, args.eye_count, args.eyes);
+        args.lod_bias = options.lod_bias; // that of a frame that holds its time changes all the time
+        args.lod_fade = options.lod_fade;
+    };
+    const auto decode = [&](auto& args) { std::copy_n(eyes, args.eye_count, args.eyes); };
     for (const EyeNode& n : m_eye_nodes)
         switch (n.takes) {
         case Takes::Select:
-            setEyes<SelectCudaArgs>(m_exec, n.node, eyes);
+            setArgs<SelectCudaArgs>(m_exec, n.node, select);
             break;
         case Takes::DecodeFast:
-            setEyes<DecodeCudaArgs>(m_exec, n.node, eyes);
+            setArgs<DecodeCudaArgs>(m_exec, n.node, decode);
             break;
         case Takes::DecodeExact:
-            setEyes<DecodeExactArgs>(m_exec, n.node, eyes);
+            setArgs<DecodeExactArgs>(m_exec, n.node, decode);
             break;
         }
     GSC_CUDA_CHECK(cudaGraphLaunch(m_exec, stream.handle));

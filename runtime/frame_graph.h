@@ -20,8 +20,8 @@ public:
     // Can it draw this job, given new eyes? Buffers are not compared: whoever moves them drops the graph.
     [[nodiscard]] bool fits(const FrameJob& job) const;
 
-    // Asynchronous. Precondition: fits().
-    void launch(const EyeParams* eyes, const CudaStream& stream);
+    // Asynchronous. `chosen`: the eyes as select takes them. Precondition: fits() for `options`.
+    void launch(const EyeParams* eyes, const EyeParams* chosen, const FrameOptions& options, const CudaStream& stream);
 
     // Of the last launch, which has ended.
     [[nodiscard]] StageTimes times() const;

@@ -13,11 +13,6 @@ namespace gsc {
 
 namespace {
 
-bool isProgressive(const ModelParams& params)
-{
-    return params.level_rule == uint32_t(LevelRule::Progressive);
-}
-
 DepthPass passOf(const FrameJob& job, uint32_t index)
 {
     return {job.buffers.slab_of, index, job.shape.passes};
@@ -33,7 +28,7 @@ FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const Fr
     b.counters = layout.take<FrameCounters>(1);
     b.visible_groups = layout.take<uint32_t>(params.group_count);
     b.visible = layout.take<uint32_t>(capacity.visible);
-    if (isProgressive(params))
+    if (shape.fades)
         b.fraction = layout.take<float>(size_t(kMaxEyes) * capacity.visible);
     const size_t scratch =
         shape.exact ? exactScratchValues(uint32_t(decodeScratch(params)), limits.processors) : size_t(0);
@@ -67,6 +62,7 @@ SelectCudaArgs selectArgs(const FrameJob& job)
     args.eye_count = job.shape.eye_count;
     args.rules = job.shape.rules;
     args.lod_bias = job.options.lod_bias;
+    args.lod_fade = job.options.lod_fade;
     args.group_count = uint32_t(args.model.params.group_count);
     args.visible_groups = job.buffers.visible_groups;
     args.visible = job.buffers.visible;

@@ -18,6 +18,7 @@ struct FrameShape {
     uint32_t passes;
     RasterConstants rules;
     bool exact; // the scalar decode and 64-byte splats
+    bool fades; // anchors have opacity factors
 
     [[nodiscard]] size_t splatBytes() const { return exact ? sizeof(ExactSplat) : sizeof(PackedSplat); }
     [[nodiscard]] uint32_t cells() const { return eye_count * grid.cells(); }

@@ -65,6 +65,7 @@ std::string frameStatsJson(const FrameStats& stats)
           {"sort", result.times.sort},
           {"blend", result.times.blend},
           {"total", result.times.total}}},
+        {"lod_bias", stats.lod_bias},
         {"bytes_resident", result.bytes_resident},
         {"cache_bytes", result.cache_bytes},
         {"cache_evictions", result.cache_evictions},

@@ -4,6 +4,7 @@
 #include "format/half.h"
 #include "kernels/common/stopwatch.h"
 #include "kernels/decode/sensitivity.h"
+#include "kernels/math/lod.h"
 
 #include <algorithm>
 #include <cmath>
@@ -318,7 +319,7 @@ void CpuReuse::drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t
 {
     Stopwatch watch;
     const GroupMask& mask = frame.selected.groups[m_candidates[block]];
-    const bool fades = m_model.params->level_rule == uint32_t(LevelRule::Progressive);
+    const bool fades = levelsFade(*m_model.params, frame.options.lod_fade);
     float fraction[kMaxEyes][kGroupSize];
     if (fades)
         groupFractions(frame, mask, fraction);

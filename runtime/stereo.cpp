@@ -208,7 +208,7 @@ std::optional<EyeBounds> mergedBounds(const EyeParams& left, const EyeParams& ri
     double setback[2];
     for (int i = 0; i < 2; ++i) {
         const EyeParams& eye = *params[i];
-        const EyeBounds bounds = eyeBounds(eye, rules, 0);
+        const EyeBounds bounds = eyeBounds(eye, rules, 0, 0);
         const auto row = [&](int r) {
             const float* w = eye.world_to_view + 4 * r;
             return Vector{double(w[0]), double(w[1]), double(w[2])};

@@ -75,7 +75,7 @@ unsigned likeness(const RunRow& none, const RunRow& row)
                           none.config.cold == row.config.cold,
                           !none.config.cut && !none.config.order,
                           none.config.stereo == "exact",
-                          none.config.lod_bias == 0};
+                          none.config.lod_bias == 0 && none.config.lod_fade == 0 && none.config.lod_hysteresis == 0};
     unsigned value = 0;
     for (const bool bit : alike)
         value = value * 2 + bit;

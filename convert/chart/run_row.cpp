@@ -148,6 +148,10 @@ RunConfig readConfig(const Field& field)
     config.order = field.at("order").boolean();
     config.tier = field.at("tier").name();
     config.lod_bias = field.at("lod_bias").number();
+    if (field.has("lod_fade")) // older rows have none
+        config.lod_fade = field.at("lod_fade").number();
+    if (field.has("lod_hysteresis"))
+        config.lod_hysteresis = field.at("lod_hysteresis").number();
     config.stereo = field.at("stereo").name();
     config.eyes = field.at("eyes").count(1, 2);
     config.ipd = field.at("ipd").positiveOrNull();

@@ -29,7 +29,7 @@ struct RunConfig {
     std::optional<uint64_t> decode_budget, cache_budget, vram_budget; // anchors per frame, bytes, bytes
     bool cut = false, order = false;
     std::string tier;
-    double lod_bias = 0;
+    double lod_bias = 0, lod_fade = 0, lod_hysteresis = 0; // levels
     std::string stereo;
     uint64_t eyes = 1;
     std::optional<double> ipd, fov_degrees, near_z;

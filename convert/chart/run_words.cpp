@@ -64,6 +64,8 @@ std::vector<std::string> configWords(const RunRow& row)
             config.order ? "keeps order" : "",
             "tier " + config.tier + (row.rendered_tier == config.tier ? "" : " drawn as " + row.rendered_tier),
             config.lod_bias != 0 ? formatString("LOD bias %+g", config.lod_bias) : std::string(),
+            config.lod_fade != 0 ? formatString("LOD fade %g", config.lod_fade) : std::string(),
+            config.lod_hysteresis != 0 ? formatString("LOD hysteresis %g", config.lod_hysteresis) : std::string(),
             config.stereo != "exact" ? "stereo " + config.stereo : std::string(),
             config.cold ? "cold start" : "warm start",
             config.threads ? countWords(config.threads) + (config.threads == 1 ? " thread" : " threads")

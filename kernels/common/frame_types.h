@@ -100,6 +100,8 @@ struct FrameOptions {
     float near_z = 0;           // 0 = the model's (ModelParams::near_z)
     bool empty_is_black = true; // upstream's quirk: no Gaussian at all gives zeros, not the background
     float lod_bias = 0;         // added to the predicted level; 0 = upstream
+    float lod_fade = 0;         // levels over which an anchor fades in, 0 to 1; 0 = upstream: it appears at once
+    float lod_hysteresis = 0;   // levels that a switch back and forth may lag behind, 0 to 1; 0 = upstream: not at all
     ReuseOptions reuse;
 };
 

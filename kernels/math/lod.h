@@ -36,15 +36,44 @@ GSC_HD Real predictedLevel(const ModelParams& params, const Vec3<Real>& p, Real 
     return level + extra + bias;
 }
 
+// An anchor is shown from this far below its own level on.
+GSC_HD float switchOffset(LevelRule rule)
+{
+    return rule == LevelRule::Floor ? 0.0f : rule == LevelRule::Round ? 0.5f : 1.0f;
+}
+
+// Whether anchors have opacity factors: by the model's own rule, or because a smooth transition is asked for.
+GSC_HD bool levelsFade(const ModelParams& params, float lod_fade)
+{
+    const LevelRule rule = LevelRule(params.level_rule);
+    return rule == LevelRule::Progressive ||
+           (lod_fade > 0 && rule != LevelRule::None && (params.flags & kModelHasLevels) != 0);
+}
+
 template <typename Real>
 struct LevelChoice {
     int32_t level; // anchors up to this level are shown
-    Real fraction; // opacity factor of anchors of exactly this level; 1 but for LevelRule::Progressive
+    Real fraction; // opacity factor of anchors of exactly this level; 1 where levels do not fade
 };
+
+// The smooth transition: where upstream switches a level on at prediction t, opacity rises linearly from 0 at
+// t - fade / 2 to 1 at t + fade / 2. At most one level fades at a time, because fade is at most 1. Level 0 is always
+// whole, as upstream shows it at any distance.
+template <typename Real>
+GSC_HD LevelChoice<Real> fadeLevel(LevelRule rule, Real predicted, int32_t level_clamp, Real fade)
+{
+    const Real t = predicted + Real(switchOffset(rule)) + fade / Real(2);
+    if (!(t >= Real(1)) || level_clamp < 1)
+        return {level_clamp < 0 ? level_clamp : 0, Real(1)};
+    if (t >= Real(level_clamp) + Real(1))
+        return {level_clamp, Real(1)};
+    const Real whole = std::floor(t), fraction = (t - whole) / fade;
+    return {int32_t(whole), fraction < Real(1) ? fraction : Real(1)};
+}
 
 // note: clamped as a float, because CUDA saturates where x86 would turn "finest" into "coarsest" (trap 29)
 template <typename Real>
-GSC_HD LevelChoice<Real> chooseLevel(LevelRule rule, Real predicted, int32_t level_clamp)
+GSC_HD LevelChoice<Real> chooseLevel(LevelRule rule, Real predicted, int32_t level_clamp, Real fade = Real(0))
 {
     const Real top = Real(level_clamp);
     if (rule == LevelRule::Progressive) {
@@ -54,6 +83,8 @@ GSC_HD LevelChoice<Real> chooseLevel(LevelRule rule, Real predicted, int32_t lev
         const Real whole = std::floor(t);
         return {saturatingInt(whole), t - whole};
     }
+    if (fade > Real(0))
+        return fadeLevel(rule, predicted, level_clamp, fade);
     Real r = predicted;
     if (rule == LevelRule::Floor)
         r = std::floor(predicted);

@@ -20,14 +20,14 @@ struct EyeBounds {
     BoundPlane planes[5]; // near, left, right, top, bottom
     float center[3];
     // Everything about LOD but the distance, see rejectsLevel().
-    float lod_bias;
+    float lod_bias, lod_fade;
 };
 
 // Planes that hold for any anchor whose ellipsoid has no standard deviation above sigma. With t the view-space
 // point, the radius of 7.3 is at most 3 sqrt(sigma^2 G / z^2 + 0.62) + 1 <= 3 sigma sqrt(G) / z + 3.5 (G bounds the
 // squared Jacobian, whose slope is clamped 1.3 tan from the image's middle), and upstream drops the anchor if X + r < 1 or X - r >= 16 grid.
 // Multiplied by z > 0 both are linear in the point.
-GSC_HD EyeBounds eyeBounds(const EyeParams& eye, const RasterConstants& rules, float lod_bias)
+GSC_HD EyeBounds eyeBounds(const EyeParams& eye, const RasterConstants& rules, float lod_bias, float lod_fade)
 {
     EyeBounds bounds{};
     const float* w = eye.world_to_view;
@@ -67,6 +67,7 @@ GSC_HD EyeBounds eyeBounds(const EyeParams& eye, const RasterConstants& rules, f
         }
     }
     bounds.lod_bias = lod_bias;
+    bounds.lod_fade = lod_fade;
     return bounds;
 }
 
@@ -108,7 +109,7 @@ GSC_HD bool rejectsLevel(const ModelParams& params, const EyeBounds& eye, int32_
     if (params.fork != 2)
         finest /= std::log2(float(params.fork));
     finest += extra_max + eye.lod_bias + 1e-3f;
-    return level > chooseLevel(LevelRule(params.level_rule), finest, params.level_clamp).level;
+    return level > chooseLevel(LevelRule(params.level_rule), finest, params.level_clamp, eye.lod_fade).level;
 }
 
 } // namespace gsc

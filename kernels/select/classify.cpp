@@ -85,10 +85,10 @@ namespace gsc {
 HWY_EXPORT(classify);
 
 EyeClassifier eyeClassifier(const ModelParams& params, const EyeParams& eye, const RasterConstants& rules,
-                            float lod_bias)
+                            float lod_bias, float lod_fade)
 {
     EyeClassifier classifier{};
-    classifier.bounds = eyeBounds(eye, rules, lod_bias);
+    classifier.bounds = eyeBounds(eye, rules, lod_bias, lod_fade);
     const float* w = eye.world_to_view;
     const float focal[2] = {eye.focal_x, eye.focal_y}, tan_mid[2] = {eye.tan_mid_x, eye.tan_mid_y};
     const uint32_t size[2] = {eye.width, eye.height};
@@ -115,7 +115,7 @@ EyeClassifier eyeClassifier(const ModelParams& params, const EyeParams& eye, con
     return classifier;
 }
 
-LodClassifier lodClassifier(const ModelParams& params, int32_t level, float lod_bias)
+LodClassifier lodClassifier(const ModelParams& params, int32_t level, float lod_bias, float lod_fade)
 {
     LodClassifier lod{};
     lod.shift = lodShift<float>(params, level);
@@ -130,9 +130,8 @@ LodClassifier lodClassifier(const ModelParams& params, int32_t level, float lod_
     }
     lod.test = LodTest::Distance;
     // smallest prediction that chooses the level
-    const float lowest = rule == LevelRule::Floor   ? float(level)
-                         : rule == LevelRule::Round ? float(level) - 0.5f
-                                                    : float(level) - 1;
+    const float ramp = rule == LevelRule::Progressive ? 0.0f : lod_fade;
+    const float lowest = float(level) - switchOffset(rule) - 0.5f * ramp;
     lod.slope = std::log(float(params.fork));
     lod.limit = std::log(params.standard_dist / params.lod_scale) - (lowest - lod_bias) * lod.slope;
     return lod;

@@ -38,8 +38,8 @@ struct LodClassifier {
 };
 
 EyeClassifier eyeClassifier(const ModelParams& params, const EyeParams& eye, const RasterConstants& rules,
-                            float lod_bias);
-LodClassifier lodClassifier(const ModelParams& params, int32_t level, float lod_bias);
+                            float lod_bias, float lod_fade = 0);
+LodClassifier lodClassifier(const ModelParams& params, int32_t level, float lod_bias, float lod_fade = 0);
 
 struct Classes {
     uint64_t hidden[kGroupSize / 64];  // testAnchor() is false

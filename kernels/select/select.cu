@@ -39,7 +39,7 @@ __device__ bool groupMayShow(const SelectCudaArgs& args, const GroupRecord& grou
             level *= 1.0f / log2f(float(params.fork));
         const float predicted = level + group.extra_level_max + args.lod_bias + 1e-3f;
         if (args.model.levels[group.level_index].level >
-            chooseLevel(LevelRule(params.level_rule), predicted, params.level_clamp).level)
+            chooseLevel(LevelRule(params.level_rule), predicted, params.level_clamp, args.lod_fade).level)
             return false;
     }
 
@@ -106,7 +106,8 @@ __device__ bool anchorVisible(const SelectCudaArgs& args, const EyeParams& eye, 
     fraction = 1.0f;
     if ((params.flags & kModelHasLevels) && params.level_rule != uint32_t(LevelRule::None)) {
         const float predicted = predictedLevel<float>(params, p, lod_shift, eye.center, placement.w, args.lod_bias);
-        const LevelChoice<float> choice = chooseLevel(LevelRule(params.level_rule), predicted, params.level_clamp);
+        const LevelChoice<float> choice =
+            chooseLevel(LevelRule(params.level_rule), predicted, params.level_clamp, args.lod_fade);
         if (level > choice.level)
             return false;
         if (level == choice.level)

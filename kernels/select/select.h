@@ -17,16 +17,18 @@ struct VisibleAnchor {
     uint32_t chunk;
     uint32_t local;           // in its chunk
     uint32_t eyes;            // bit e: visible to eye e
-    float fraction[kMaxEyes]; // opacity factor per eye, 1 but for LevelRule::Progressive
+    float fraction[kMaxEyes]; // opacity factor per eye, 1 unless levelsFade()
 };
 
 struct SelectArgs {
     const ModelView* model;
-    const EyeParams* eyes;
+    const EyeParams* eyes; // their centres are where levels are chosen from, and serve nothing else
     uint32_t eye_count;
     RasterConstants rules;
     float lod_bias;
-    CutCache* cut = nullptr; // what earlier frames found is used and kept there
+    float lod_fade = 0;
+    CutCache* cut = nullptr; // what earlier frames found is used and kept there; only with lod_fade 0 and eyes that
+                             // choose levels from where they are
 };
 
 struct SelectCounts {
@@ -64,6 +66,6 @@ struct SelectedAnchor {
 // The flat pass over every anchor for one eye, scalar. Real is float or double.
 template <typename Real>
 std::vector<SelectedAnchor<Real>> selectReference(const ModelView& model, const EyeOf<Real>& eye,
-                                                  const RasterConstants& rules, Real lod_bias);
+                                                  const RasterConstants& rules, Real lod_bias, Real lod_fade = Real(0));
 
 } // namespace gsc

@@ -14,25 +14,32 @@ struct AnchorDecision {
     Real fraction; // opacity factor
 };
 
-// LOD mask first, then the visibility pass (format facts 5.1). `lod_shift` is lodShift() of the anchor's level.
+// The LOD mask alone. `lod_shift` is lodShift() of the anchor's level.
 template <typename Real>
-GSC_HD AnchorDecision<Real> testAnchor(const ModelView& model, const EyeOf<Real>& eye, const RasterConstants& rules,
-                                       Real lod_bias, uint32_t chunk, uint32_t local, Real lod_shift)
+GSC_HD AnchorDecision<Real> testLevel(const ModelView& model, const Real* center, Real lod_bias, Real lod_fade,
+                                      uint32_t chunk, uint32_t local, Real lod_shift)
 {
     const ModelParams& params = *model.params;
+    if (!(params.flags & kModelHasLevels) || params.level_rule == uint32_t(LevelRule::None))
+        return {true, Real(1)};
+    const Vec3<float> stored = anchorPosition(model, chunk, local);
+    const int32_t level = anchorLevel(model, chunk);
+    const Real predicted = predictedLevel<Real>(params, {Real(stored.x), Real(stored.y), Real(stored.z)}, lod_shift,
+                                                center, Real(anchorExtraLevel(model, chunk, local)), lod_bias);
+    const LevelChoice<Real> choice = chooseLevel(LevelRule(params.level_rule), predicted, params.level_clamp, lod_fade);
+    return {level <= choice.level, level == choice.level ? choice.fraction : Real(1)};
+}
+
+// LOD mask first, then the visibility pass (format facts 5.1).
+template <typename Real>
+GSC_HD AnchorDecision<Real> testAnchor(const ModelView& model, const EyeOf<Real>& eye, const RasterConstants& rules,
+                                       Real lod_bias, Real lod_fade, uint32_t chunk, uint32_t local, Real lod_shift)
+{
+    AnchorDecision<Real> decision = testLevel<Real>(model, eye.center, lod_bias, lod_fade, chunk, local, lod_shift);
+    if (!decision.visible)
+        return decision;
     const Vec3<float> stored = anchorPosition(model, chunk, local);
     const Vec3<Real> p{Real(stored.x), Real(stored.y), Real(stored.z)};
-    AnchorDecision<Real> decision{false, Real(1)};
-    if ((params.flags & kModelHasLevels) && params.level_rule != uint32_t(LevelRule::None)) {
-        const int32_t level = anchorLevel(model, chunk);
-        const Real predicted = predictedLevel<Real>(params, p, lod_shift, eye.center,
-                                                    Real(anchorExtraLevel(model, chunk, local)), lod_bias);
-        const LevelChoice<Real> choice = chooseLevel(LevelRule(params.level_rule), predicted, params.level_clamp);
-        if (level > choice.level)
-            return decision;
-        if (level == choice.level)
-            decision.fraction = choice.fraction;
-    }
     const float* log_scale = model.arrays[chunk].scale + size_t(6) * local;
     const float* rotation = anchorRotation(model, chunk, local);
     const Real scale[3] = {std::exp(Real(log_scale[0])), std::exp(Real(log_scale[1])), std::exp(Real(log_scale[2]))};

@@ -116,7 +116,9 @@ void testOpen(const Frame& frame, uint32_t e, GroupMask& mask, uint32_t w, uint6
     mask.visible[e][w] &= ~open;
     for (; open != 0; open &= open - 1) {
         const auto bit = uint32_t(__builtin_ctzll(open));
-        if (testAnchor<float>(model, args.eyes[e], args.rules, args.lod_bias, group.chunk, first + bit, shift).visible)
+        if (testAnchor<float>(model, args.eyes[e], args.rules, args.lod_bias, args.lod_fade, group.chunk, first + bit,
+                              shift)
+                .visible)
             mask.visible[e][w] |= uint64_t(1) << bit;
     }
 }
@@ -163,7 +165,8 @@ uint32_t testGroup(const Frame& frame, uint32_t candidates, GroupMask& mask, Sel
     if (eyes == 0)
         return visibleToAny(mask);
     const uint32_t first = group.anchor_first - model.chunks[group.chunk].anchor_first;
-    const LodClassifier lod = lodClassifier(*model.params, model.levels[group.level_index].level, args.lod_bias);
+    const LodClassifier lod =
+        lodClassifier(*model.params, model.levels[group.level_index].level, args.lod_bias, args.lod_fade);
     GroupLanes lanes;
     loadLanes(model, group, first, lanes);
     for (uint32_t e = 0; e < args.eye_count; ++e) {
@@ -182,8 +185,8 @@ uint32_t testGroup(const Frame& frame, uint32_t candidates, GroupMask& mask, Sel
             left[w] = open;
             for (; open != 0; open &= open - 1) {
                 const uint32_t bit = uint32_t(__builtin_ctzll(open));
-                if (testAnchor<float>(model, args.eyes[e], args.rules, args.lod_bias, group.chunk, first + w * 64 + bit,
-                                      lod.shift)
+                if (testAnchor<float>(model, args.eyes[e], args.rules, args.lod_bias, args.lod_fade, group.chunk,
+                                      first + w * 64 + bit, lod.shift)
                         .visible)
                     visible |= uint64_t(1) << bit;
             }
@@ -206,7 +209,7 @@ void listGroup(const Frame& frame, const GroupMask& mask, VisibleAnchor* visible
     const ModelView& model = *args.model;
     const GroupRecord& group = model.groups[mask.group];
     const uint32_t first = group.anchor_first - model.chunks[group.chunk].anchor_first;
-    const bool progressive = model.params->level_rule == uint32_t(LevelRule::Progressive);
+    const bool fades = levelsFade(*model.params, args.lod_fade);
     const float shift = lodShift<float>(*model.params, model.levels[group.level_index].level);
     for (uint32_t w = 0; w < kGroupSize / 64; ++w)
         for (uint64_t bits = mask.visible[0][w] | mask.visible[1][w]; bits != 0; bits &= bits - 1) {
@@ -215,9 +218,9 @@ void listGroup(const Frame& frame, const GroupMask& mask, VisibleAnchor* visible
             for (uint32_t e = 0; e < args.eye_count; ++e)
                 if (mask.visible[e][w] >> bit & 1) {
                     anchor.eyes |= 1u << e;
-                    if (progressive)
-                        anchor.fraction[e] = testAnchor<float>(model, args.eyes[e], args.rules, args.lod_bias,
-                                                               anchor.chunk, anchor.local, shift)
+                    if (fades)
+                        anchor.fraction[e] = testLevel<float>(model, args.eyes[e].center, args.lod_bias, args.lod_fade,
+                                                              anchor.chunk, anchor.local, shift)
                                                  .fraction;
                 }
             *visible++ = anchor;
@@ -232,7 +235,7 @@ size_t selectCpu(const SelectArgs& args, const Workers& workers, SelectScratch& 
     const ModelView& model = *args.model;
     Frame frame{args, {}};
     for (uint32_t e = 0; e < args.eye_count; ++e)
-        frame.eyes[e] = eyeClassifier(*model.params, args.eyes[e], args.rules, args.lod_bias);
+        frame.eyes[e] = eyeClassifier(*model.params, args.eyes[e], args.rules, args.lod_bias, args.lod_fade);
     if (args.cut != nullptr)
         args.cut->begin(args, frame.eyes);
 

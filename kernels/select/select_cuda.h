@@ -10,14 +10,14 @@ namespace gsc {
 
 struct SelectCudaArgs {
     DeviceModel model;
-    EyeParams eyes[kMaxEyes];
+    EyeParams eyes[kMaxEyes]; // their centres are where levels are chosen from, and serve nothing else
     uint32_t eye_count;
     RasterConstants rules;
-    float lod_bias;
+    float lod_bias, lod_fade;
     uint32_t group_count;
     uint32_t* visible_groups; // group_count: group | eyes << kAnchorBits
     uint32_t* visible;        // capacity: anchor | eyes << kAnchorBits
-    float* fraction;          // capacity x 2 or null: opacity factor per eye, LevelRule::Progressive only
+    float* fraction;          // capacity x 2 or null: opacity factor per eye, if levelsFade()
     uint32_t capacity;
     uint32_t* histogram; // kDepthBuckets, zero before: view z of the visible anchors of all eyes, one sample per warp
     FrameCounters* counters;

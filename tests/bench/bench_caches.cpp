@@ -62,7 +62,7 @@ void benchCut(const ModelView& model, const std::vector<EyeParams>& eyes, const 
         CpuClock clock;
         const size_t n = selectCpu({&model, &eye, 1, rules, 0}, workers, scratch, visible, counts);
         plain_ms += clock.lap();
-        const size_t m = selectCpu({&model, &eye, 1, rules, 0, &cut}, workers, scratch_cut, visible_cut, counts);
+        const size_t m = selectCpu({&model, &eye, 1, rules, 0, 0, &cut}, workers, scratch_cut, visible_cut, counts);
         cut_ms += clock.lap();
         if (n != m || std::memcmp(visible.data(), visible_cut.data(), n * sizeof(VisibleAnchor)) != 0)
             throw Error(ErrorCode::Internal, "bench_caches: the cut cache changed the visible set, expected the same");

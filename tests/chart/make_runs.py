@@ -69,7 +69,7 @@ def row(trajectory, config, frames, eyes, label, rng):
     settings = {
         "id": f"{rng.getrandbits(64):016x}", "trajectory": trajectory, "cameras": f"paths/{trajectory}.json", "frames": frames, "warmup": 5,
         "cold": True, **{key: config[key] for key in ("policy", "max_depth", "guidance", "bound", "decode_budget")},
-        "cache_budget": None, "cut": config["cut"], "order": config["order"], "tier": config["tier"], "lod_bias": 0,
+        "cache_budget": None, "cut": config["cut"], "order": config["order"], "tier": config["tier"], "lod_bias": 0, "lod_fade": 0, "lod_hysteresis": 0,
         "stereo": "exact", "eyes": eyes, "ipd": 0.064 if eyes == 2 else None, "size": [640, 480], "fov_degrees": None, "near": None,
         "appearance": None, "threads": 0, "vram_budget": None}
     stages = {name: spread([value * share for value in wall]) for name, share in
@@ -87,7 +87,8 @@ def row(trajectory, config, frames, eyes, label, rng):
             "ssim": {"mean": 1.0 if exact else 0.999, "min": 1.0 if exact else 0.99, "frames": min(frames, 12)},
             "flip": {"mean": 0.0 if exact else 0.001, "max": 0.0 if exact else 0.004, "frames": min(frames, 12)},
             "temporal": {"rms": spread(known)["mean"], "p50": spread(known)["median"], "p99": spread(known)["p99"], "max": max(known),
-                         "max_frame": temporal.index(max(known)) if frames > 1 else 0}},
+                         "max_frame": temporal.index(max(known)) if frames > 1 else 0},
+            "motion": None, "pop": None},
         "reuse": {
             "decoded_per_frame": spread(decoded), "reused_per_frame": spread(reused),
             "hit_rate": sum(reused) / (sum(reused) + sum(decoded)), "overdue": 0, "evictions": 0,

@@ -16,6 +16,7 @@ nlohmann::json plainRun()
         "config": {"id": "00", "trajectory": "walk", "cameras": "walk.json", "frames": 2, "warmup": 0, "cold": true,
                    "policy": "none", "max_depth": null, "guidance": null, "bound": null, "decode_budget": null,
                    "cache_budget": null, "cut": false, "order": false, "tier": "fast", "lod_bias": 0,
+                   "lod_fade": 0, "lod_hysteresis": 0,
                    "stereo": "exact", "eyes": 1, "ipd": null, "size": [640, 480], "fov_degrees": null, "near": null,
                    "appearance": null, "threads": 0, "vram_budget": null},
         "ms": {"wall": {"mean": 4, "median": 4, "p95": 5, "p99": 6, "max": 7},

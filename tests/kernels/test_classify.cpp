@@ -16,15 +16,15 @@ struct Tally {
     size_t wrong = 0, settled = 0, all = 0;
 };
 
-void classifyModel(const ModelView& model, const EyeParams& eye, Tally& tally)
+void classifyModel(const ModelView& model, const EyeParams& eye, float fade, Tally& tally)
 {
     const RasterConstants rules = rasterConstants(*model.params, 0);
-    const EyeClassifier classifier = eyeClassifier(*model.params, eye, rules, 0);
+    const EyeClassifier classifier = eyeClassifier(*model.params, eye, rules, 0, fade);
     REQUIRE(classifier.usable);
     for (uint32_t g = 0; g < model.params->group_count; ++g) {
         const GroupRecord& group = model.groups[g];
         const uint32_t first = group.anchor_first - model.chunks[group.chunk].anchor_first;
-        const LodClassifier lod = lodClassifier(*model.params, model.levels[group.level_index].level, 0);
+        const LodClassifier lod = lodClassifier(*model.params, model.levels[group.level_index].level, 0, fade);
         GroupLanes lanes{};
         lanes.count = group.anchor_count;
         for (uint32_t i = 0; i < lanes.count; ++i) {
@@ -40,7 +40,7 @@ void classifyModel(const ModelView& model, const EyeParams& eye, Tally& tally)
         classifyGroup(classifier, lod, lanes, classes);
         for (uint32_t i = 0; i < lanes.count; ++i) {
             const bool hidden = classes.hidden[i / 64] >> i % 64 & 1, visible = classes.visible[i / 64] >> i % 64 & 1;
-            const bool exact = testAnchor<float>(model, eye, rules, 0, group.chunk, first + i, lod.shift).visible;
+            const bool exact = testAnchor<float>(model, eye, rules, 0, fade, group.chunk, first + i, lod.shift).visible;
             tally.wrong += (hidden && exact) || (visible && !exact) || (hidden && visible);
             tally.settled += hidden || visible;
             ++tally.all;
@@ -71,7 +71,8 @@ TEST_CASE("quick classes agree with the exact test for every rule and instructio
                 for (int i = 0; i < 6; ++i) {
                     const float position[3] = {random.uniform(-6, 6), random.uniform(-6, 6), random.uniform(-6, 6)};
                     const float look_at[3] = {random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(-2, 2)};
-                    classifyModel(model.view(), lookAt(position, look_at, random.uniform(0.3f, 2), 213, 117), tally);
+                    classifyModel(model.view(), lookAt(position, look_at, random.uniform(0.3f, 2), 213, 117),
+                                  i % 3 == 0 ? 0.0f : 0.5f * float(i % 3), tally);
                 }
                 CHECK(tally.wrong == 0);
                 CHECK(tally.settled > tally.all * 8 / 10);

@@ -39,6 +39,12 @@ std::vector<Job> variousJobs()
         jobs.push_back(other);
         other.options.lod_bias = -1.2f;
         jobs.push_back(other);
+        other.options.lod_bias = -0.4f; // the same graph
+        jobs.push_back(other);
+        other.options.lod_fade = 0.5f; // has factors
+        jobs.push_back(other);
+        other.options.lod_fade = 0.25f; // the same graph
+        jobs.push_back(other);
         other.options.background[1] = 0.25f;
         jobs.push_back(other);
         other.options.appearance = 1;
@@ -57,7 +63,7 @@ TEST_CASE("frames of many shapes in any order, more of them than graphs are kept
     SyntheticOptions options;
     options.anchors = 1500;
     options.levels = 4;
-    options.level_rule = LevelRule::Progressive;
+    options.level_rule = LevelRule::Round;
     options.flags = kModelHasLevels | kModelLodHalfCell;
     options.inputs = kMlpTakesAppearance | kMlpTakesLevel;
     options.appearance_dim = 8;
@@ -87,4 +93,40 @@ TEST_CASE("frames of many shapes in any order, more of them than graphs are kept
             gpu->load(model.view());
         }
     }
+}
+
+TEST_CASE("levels that lag behind the camera see what they see on a CPU, and forget it when told to")
+{
+    SyntheticOptions options;
+    options.anchors = 1500;
+    options.levels = 4;
+    options.level_rule = LevelRule::Round;
+    options.flags = kModelHasLevels | kModelLodHalfCell;
+    const SyntheticModel model(options);
+    const std::unique_ptr<Backend> gpu = makeBackend("cuda", 0), cpu = makeBackend("cpu", 1);
+    gpu->load(model.view());
+    cpu->load(model.view());
+    FrameOptions frame = onGrey(Tier::Exact), plain = frame;
+    frame.lod_hysteresis = 0.5f;
+    uint32_t lagged = 0;
+    for (const float x : {0.0f, 0.5f, 1.0f, 0.6f, 0.2f, -0.5f, 0.1f}) {
+        const std::vector<EyeParams> eyes = {eyeAt(x, -5 + x, 90, 70), eyeAt(x + 0.1f, -5 + x, 90, 70)};
+        const auto on_gpu = render(*gpu, eyes, frame), on_cpu = render(*cpu, eyes, frame);
+        const std::unique_ptr<Backend> fresh = makeBackend("cpu", 1);
+        fresh->load(model.view());
+        const auto upstream = render(*fresh, eyes, plain);
+        for (size_t e = 0; e < 2; ++e) {
+            const uint64_t seen = on_gpu[e].result.eyes[e].anchors_visible;
+            CHECK(seen == on_cpu[e].result.eyes[e].anchors_visible);
+            lagged += seen != upstream[e].result.eyes[e].anchors_visible;
+        }
+        if (x == -0.5f) {
+            gpu->dropCaches();
+            CHECK(render(*gpu, eyes, frame)[0].result.eyes[0].anchors_visible ==
+                  upstream[0].result.eyes[0].anchors_visible);
+            cpu->dropCaches();
+            (void)render(*cpu, eyes, frame);
+        }
+    }
+    CHECK(lagged >= 4);
 }

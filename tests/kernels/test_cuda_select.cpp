@@ -5,6 +5,7 @@
 #include "tests/kernels/gpu_stage.h"
 
 #include "kernels/math/anchor.h"
+#include "kernels/math/lod.h"
 #include "kernels/math/projection.h"
 
 #include <doctest/doctest.h>
@@ -32,13 +33,13 @@ struct DeviceSelection {
 };
 
 DeviceSelection selectOnDevice(const StageModel& model, const std::vector<EyeParams>& eyes, float lod_bias,
-                               uint32_t capacity)
+                               uint32_t capacity, float lod_fade = 0)
 {
     const ModelParams& params = model.scene.model().params;
     const auto group_count = uint32_t(params.group_count);
-    const bool progressive = params.level_rule == uint32_t(LevelRule::Progressive);
+    const bool fades = levelsFade(params, lod_fade);
     const GuardedBuffer<uint32_t> groups(group_count), visible(capacity);
-    const GuardedBuffer<float> fraction(progressive ? size_t(2) * capacity : 0);
+    const GuardedBuffer<float> fraction(fades ? size_t(2) * capacity : 0);
     const GuardedBuffer<uint32_t> histogram(std::vector<uint32_t>(kDepthBuckets, 0));
     const GuardedBuffer<FrameCounters> counters(std::vector<FrameCounters>{FrameCounters{}});
 
@@ -48,10 +49,11 @@ DeviceSelection selectOnDevice(const StageModel& model, const std::vector<EyePar
     args.eye_count = uint32_t(eyes.size());
     args.rules = rasterConstants(params, 0);
     args.lod_bias = lod_bias;
+    args.lod_fade = lod_fade;
     args.group_count = group_count;
     args.visible_groups = groups.get();
     args.visible = visible.get();
-    args.fraction = progressive ? fraction.get() : nullptr;
+    args.fraction = fades ? fraction.get() : nullptr;
     args.capacity = capacity;
     args.histogram = histogram.get();
     args.counters = counters.get();
@@ -87,7 +89,7 @@ DeviceSelection selectOnDevice(const StageModel& model, const std::vector<EyePar
             continue;
         }
         Seen seen{entries[i] >> kAnchorBits, {1, 1}};
-        if (progressive)
+        if (fades)
             std::copy_n(fractions.begin() + 2 * i, 2, seen.fraction);
         result.seen.emplace(entries[i] & ((1u << kAnchorBits) - 1), seen);
     }
@@ -101,11 +103,12 @@ struct Wanted {
     std::set<uint32_t> buckets; // of the depths of all visible anchors
 };
 
-Wanted selectOnHost(const ModelView& model, const std::vector<EyeParams>& eyes, float lod_bias)
+Wanted selectOnHost(const ModelView& model, const std::vector<EyeParams>& eyes, float lod_bias, float lod_fade = 0)
 {
     Wanted wanted;
     for (uint32_t e = 0; e < eyes.size(); ++e)
-        for (const auto& anchor : selectReference<float>(model, eyes[e], rasterConstants(*model.params, 0), lod_bias)) {
+        for (const auto& anchor :
+             selectReference<float>(model, eyes[e], rasterConstants(*model.params, 0), lod_bias, lod_fade)) {
             Seen& seen = wanted.seen[model.chunks[anchor.chunk].anchor_first + anchor.local];
             seen.eyes |= 1u << e;
             seen.fraction[e] = anchor.fraction;
@@ -118,10 +121,10 @@ Wanted selectOnHost(const ModelView& model, const std::vector<EyeParams>& eyes, 
 
 // Returns how many entries the list needs.
 uint32_t checkSelection(const ModelView& view, const StageModel& model, const std::vector<EyeParams>& eyes,
-                        float lod_bias)
+                        float lod_bias, float lod_fade = 0)
 {
-    const Wanted wanted = selectOnHost(view, eyes, lod_bias);
-    const DeviceSelection found = selectOnDevice(model, eyes, lod_bias, model.scene.model().anchor_count);
+    const Wanted wanted = selectOnHost(view, eyes, lod_bias, lod_fade);
+    const DeviceSelection found = selectOnDevice(model, eyes, lod_bias, model.scene.model().anchor_count, lod_fade);
     const FrameCounters& counters = found.counters;
     CHECK(counters.overflow == 0);
     CHECK(counters.anchors_listed == wanted.seen.size());
@@ -141,8 +144,8 @@ uint32_t checkSelection(const ModelView& view, const StageModel& model, const st
     }
     CHECK(missing == 0);
     CHECK(other_eyes == 0);
-    // the fraction of a level of about 4: two ulp of it, which is what log2f is off by on a device
-    CHECK(worst <= 1e-6f);
+    // the fraction of a level of about 4, in widths of a transition: two ulp of it, which is what log2f is off by on a device
+    CHECK(worst <= 1e-6f / (lod_fade > 0 ? lod_fade : 1.0f));
 
     uint64_t sum = 0;
     bool known = true;
@@ -187,7 +190,7 @@ TEST_CASE("select: anchors around a group of 128, one and two eyes")
     }
 }
 
-TEST_CASE("select: every level rule, both rasterisers, biased levels")
+TEST_CASE("select: every level rule, both rasterisers, biased levels, smooth transitions")
 {
     for (const RasterRules raster : {RasterRules::DiffGaussian, RasterRules::Gsplat})
         for (const LevelRule rule :
@@ -207,7 +210,8 @@ TEST_CASE("select: every level rule, both rasterisers, biased levels")
             const StageModel model(synthetic.view());
             uint32_t listed = 0;
             for (const auto& eyes : kCameras)
-                listed += checkSelection(synthetic.view(), model, eyes, eyes.size() == 1 ? 0.7f : 0.0f);
+                for (const float fade : {0.0f, 0.25f, 1.0f})
+                    listed += checkSelection(synthetic.view(), model, eyes, eyes.size() == 1 ? 0.7f : 0.0f, fade);
             CHECK(listed > 300);
         }
 }

@@ -23,8 +23,8 @@ struct Selected {
     void run(const ModelView& model, const std::vector<EyeParams>& eyes, float lod_bias, float near_z,
              const Workers& workers, CutCache* cut)
     {
-        const SelectArgs args{&model,   eyes.data(), uint32_t(eyes.size()), rasterConstants(*model.params, near_z),
-                              lod_bias, cut};
+        const SelectArgs args{
+            &model, eyes.data(), uint32_t(eyes.size()), rasterConstants(*model.params, near_z), lod_bias, 0, cut};
         size = selectCpu(args, workers, scratch, visible, counts);
     }
 

@@ -129,6 +129,57 @@ TEST_CASE("two eyes in one call give what each gives alone")
     }
 }
 
+TEST_CASE("levels that fade: fast, scalar and double agree, and no step of the camera changes much")
+{
+    for (const LevelRule rule : {LevelRule::Floor, LevelRule::Round, LevelRule::Ceil}) {
+        CAPTURE(int(rule));
+        const SyntheticModel model(octree(rule));
+        FrameOptions soft = grey();
+        soft.lod_fade = 0.5f;
+        const EyeParams eye = eyeAt(0.4f, -5, 150, 110);
+        const auto fast = renderWith(CpuPath::Fast, 1, model.view(), eye, soft);
+        const auto scalar = renderWith(CpuPath::Reference, 1, model.view(), eye, soft);
+        CHECK(compare(fast.pixels, scalar.pixels).psnr > 85);
+        CHECK(compare(scalar.pixels, render64(model.view(), widen(eye), soft).pixels).psnr > 80);
+        CHECK(fast.result.eyes[0].anchors_visible == scalar.result.eyes[0].anchors_visible);
+        const auto hard = renderWith(CpuPath::Fast, 1, model.view(), eye, grey());
+        CHECK(compare(fast.pixels, hard.pixels).psnr < 70);
+        CHECK(fast.result.eyes[0].anchors_visible > hard.result.eyes[0].anchors_visible);
+
+        // the levels' own share of the change of the picture: the camera stays and the bias moves
+        const std::unique_ptr<Backend> backend = makeCpuBackend(CpuPath::Fast, 2);
+        backend->load(model.view());
+        double most[2] = {};
+        for (const bool fades : {false, true}) {
+            FrameOptions frame = grey();
+            frame.lod_fade = fades ? 1.0f : 0.0f;
+            std::vector<float> before;
+            for (int i = 0; i < 40; ++i) {
+                frame.lod_bias = -1 + 0.05f * float(i);
+                const std::vector<float> now = render(*backend, {eye}, frame)[0].pixels;
+                if (i > 0)
+                    most[fades] = std::max(most[fades], compare(now, before).worst);
+                before = now;
+            }
+        }
+        CHECK(most[1] < 0.5 * most[0]);
+    }
+}
+
+TEST_CASE("a fade or a hysteresis out of range is refused")
+{
+    const SyntheticModel model(octree(LevelRule::Round));
+    const EyeParams eye = eyeAt(0, -5, 32, 32);
+    for (const float wrong : {-0.1f, 1.1f, std::nanf("")})
+        for (const CpuPath path : {CpuPath::Fast, CpuPath::Reference}) {
+            FrameOptions fade, lag;
+            fade.lod_fade = wrong;
+            lag.lod_hysteresis = wrong;
+            CHECK_THROWS_AS(renderWith(path, 1, model.view(), eye, fade), Error);
+            CHECK_THROWS_AS(renderWith(path, 1, model.view(), eye, lag), Error);
+        }
+}
+
 TEST_CASE("appearance rows, level and distance inputs change the picture and match the scalar path")
 {
     SyntheticOptions options = octree(LevelRule::Floor);

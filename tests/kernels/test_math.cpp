@@ -230,6 +230,41 @@ TEST_CASE("trap 14: dist2level progressive fades the level it chooses, from 0.99
     CHECK(choice.fraction == doctest::Approx(0.9999).epsilon(1e-4));
 }
 
+TEST_CASE("a smooth transition rises linearly about the place where upstream switches")
+{
+    for (const LevelRule rule : {LevelRule::Floor, LevelRule::Round, LevelRule::Ceil})
+        for (const float fade : {0.1f, 0.5f, 1.0f}) {
+            CAPTURE(int(rule));
+            CAPTURE(fade);
+            // what is drawn of an anchor of `level`
+            const auto opacity = [&](float v, int32_t level, float width) {
+                const LevelChoice<float> choice = chooseLevel(rule, v, 3, width);
+                return level > choice.level ? 0.0f : level == choice.level ? choice.fraction : 1.0f;
+            };
+            for (int32_t level = 0; level <= 4; ++level) {
+                float before = level > 0 ? 0.0f : 1.0f; // level 0 is always there
+                for (float v = -3; v < 7; v += 0.01f) {
+                    const float now = opacity(v, level, fade), hard = opacity(v, level, 0);
+                    CHECK(now >= before);
+                    CHECK(now - before <= 0.0101f / fade);
+                    const float from = v - (float(level) - switchOffset(rule)); // upstream's switch
+                    if (std::abs(from) > 0.5f * fade + 0.001f)
+                        CHECK(now == hard);
+                    else if (level > 0 && level < 4)
+                        CHECK(now == doctest::Approx(0.5f + from / fade).epsilon(0.02));
+                    before = now;
+                }
+            }
+            CHECK(chooseLevel(rule, kInf, 3, fade).level == 3);
+            CHECK(chooseLevel(rule, kInf, 3, fade).fraction == 1);
+            CHECK(chooseLevel(rule, -kInf, 3, fade).level == 0);
+            CHECK(chooseLevel(rule, kNan, 3, fade).level == 0);
+            CHECK(chooseLevel(rule, kNan, 3, fade).fraction == 1);
+            CHECK(chooseLevel(rule, 5.0f, 0, fade).level == 0);
+        }
+    CHECK(chooseLevel(LevelRule::Progressive, 1.25f, 3, 0.5f).fraction == doctest::Approx(0.25)); // has its own
+}
+
 TEST_CASE("trap 11: LOD distance is taken from the anchor plus half a cell")
 {
     ModelParams params{};

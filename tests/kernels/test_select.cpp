@@ -16,9 +16,10 @@ using namespace gsc::test;
 namespace {
 
 std::vector<VisibleAnchor> selectFast(const ModelView& model, const std::vector<EyeParams>& eyes, float lod_bias,
-                                      const Workers& workers, SelectCounts& counts)
+                                      float lod_fade, const Workers& workers, SelectCounts& counts)
 {
-    const SelectArgs args{&model, eyes.data(), uint32_t(eyes.size()), rasterConstants(*model.params, 0), lod_bias};
+    const SelectArgs args{&model,   eyes.data(), uint32_t(eyes.size()), rasterConstants(*model.params, 0),
+                          lod_bias, lod_fade};
     SelectScratch scratch;
     Buffer<VisibleAnchor> visible;
     const size_t n = selectCpu(args, workers, scratch, visible, counts);
@@ -26,16 +27,17 @@ std::vector<VisibleAnchor> selectFast(const ModelView& model, const std::vector<
 }
 
 // Compares eye by eye with the flat pass; returns how many anchors were visible.
-size_t checkSameSet(const ModelView& model, const std::vector<EyeParams>& eyes, float lod_bias)
+size_t checkSameSet(const ModelView& model, const std::vector<EyeParams>& eyes, float lod_bias, float lod_fade = 0,
+                    size_t* fading = nullptr)
 {
     const Workers one(1), two(2);
     SelectCounts counts{}, counts_two{};
-    const std::vector<VisibleAnchor> fast = selectFast(model, eyes, lod_bias, one, counts);
-    const std::vector<VisibleAnchor> threaded = selectFast(model, eyes, lod_bias, two, counts_two);
+    const std::vector<VisibleAnchor> fast = selectFast(model, eyes, lod_bias, lod_fade, one, counts);
+    const std::vector<VisibleAnchor> threaded = selectFast(model, eyes, lod_bias, lod_fade, two, counts_two);
     REQUIRE(fast.size() == threaded.size());
     size_t total = 0;
     for (uint32_t e = 0; e < eyes.size(); ++e) {
-        const auto flat = selectReference<float>(model, eyes[e], rasterConstants(*model.params, 0), lod_bias);
+        const auto flat = selectReference<float>(model, eyes[e], rasterConstants(*model.params, 0), lod_bias, lod_fade);
         size_t at = 0;
         bool same = true;
         for (size_t i = 0; i < fast.size(); ++i) {
@@ -45,6 +47,8 @@ size_t checkSameSet(const ModelView& model, const std::vector<EyeParams>& eyes, 
                 continue;
             same &= at < flat.size() && flat[at].chunk == fast[i].chunk && flat[at].local == fast[i].local &&
                     flat[at].fraction == fast[i].fraction[e];
+            if (fading != nullptr)
+                *fading += fast[i].fraction[e] < 1;
             ++at;
         }
         CHECK(same);
@@ -108,6 +112,41 @@ TEST_CASE("every LOD rule and rasteriser, cameras inside, outside and far: the f
             }
         }
     CHECK(visible > 10000);
+}
+
+TEST_CASE("a smooth transition: the flat pass's set and factors for every rule and width")
+{
+    Random random(17);
+    for (const LevelRule rule :
+         {LevelRule::None, LevelRule::Floor, LevelRule::Round, LevelRule::Ceil, LevelRule::Progressive}) {
+        SyntheticOptions options;
+        options.anchors = 3000;
+        options.n_offsets = 2;
+        options.feat_dim = 4;
+        options.level_rule = rule;
+        options.levels = rule == LevelRule::None ? 1 : 4;
+        options.flags = rule == LevelRule::None ? 0 : kModelHasLevels | kModelLodHalfCell;
+        options.seed = 5 + uint32_t(rule);
+        const SyntheticModel model(options);
+        for (const float fade : {1e-6f, 0.1f, 0.25f, 0.5f, 1.0f}) {
+            CAPTURE(int(rule));
+            CAPTURE(fade);
+            size_t hard = 0, soft = 0, fading = 0;
+            for (int i = 0; i < 8; ++i) {
+                const EyeParams eye = randomEye(random, i % 3 == 2 ? 80.0f : 6.0f);
+                const float bias = i % 4 == 3 ? 0.7f : 0.0f;
+                hard += checkSameSet(model.view(), {eye}, bias);
+                soft += checkSameSet(model.view(), {eye}, bias, fade, &fading);
+                checkSameSet(model.view(), {eye, shifted(eye, 0.3f)}, 0, fade);
+            }
+            const bool fades = rule != LevelRule::None && rule != LevelRule::Progressive;
+            CHECK((fades ? soft >= hard : soft == hard));
+            if (fades && fade >= 0.25f) { // more is seen, and not at once
+                CHECK(soft > hard);
+                CHECK(fading > 100);
+            }
+        }
+    }
 }
 
 TEST_CASE("float positions, rotated and degenerate anchors: the flat pass's set")
@@ -211,7 +250,7 @@ TEST_CASE("bounds reject most groups of a scene that is mostly out of sight")
     const float position[3] = {0, 0, 0}, target[3] = {0, 0, 1};
     SelectCounts counts{};
     const Workers one(1);
-    selectFast(model.view(), {lookAt(position, target, 0.6f, 200, 200)}, 0, one, counts);
+    selectFast(model.view(), {lookAt(position, target, 0.6f, 200, 200)}, 0, 0, one, counts);
     CHECK(counts.anchors_visible[0] > 50);
     CHECK(counts.anchors_tested[0] < 10 * counts.anchors_visible[0] + 2000);
     CHECK(counts.anchors_tested[0] < options.anchors / 3);

@@ -146,3 +146,44 @@ TEST_CASE("equal is null, not finite is as bad as can be")
     CHECK(broken["flip"]["max"] > 0.1);
     CHECK(broken["over_1_255"] == 2);
 }
+
+TEST_CASE("motion is the change of the picture, a pop what one square changes at once")
+{
+    // 40 x 20 pixels: 3 x 2 squares, those at the edges smaller. All get 0.01 lighter per frame; in frame 4 the square
+    // in the lower right corner, 8 x 4 pixels, jumps by 0.2 and stays.
+    Scorer scorer({});
+    for (uint64_t frame = 0; frame < 8; ++frame) {
+        std::vector<float> pixels(40 * 20 * 3, 0.01f * float(frame));
+        for (size_t y = 16; frame >= 4 && y < 20; ++y)
+            for (size_t x = 32 * 3; x < 40 * 3; ++x)
+                pixels[y * 40 * 3 + x] += 0.2f;
+        const ImageView image{pixels.data(), 40, 20};
+        scorer.add(frame, 0, image, image);
+    }
+    const Accuracy a = scorer.result();
+    CHECK(a.motion.images == 7);
+    CHECK(a.motion.p50 == doctest::Approx(0.01).epsilon(1e-4));
+    const double jump = (768 * 0.01 * 0.01 + 32 * 0.21 * 0.21) / 800;
+    CHECK(a.motion.max == doctest::Approx(std::sqrt(jump)).epsilon(1e-4));
+    CHECK(a.motion.max_frame == 4);
+    CHECK(a.pop.images == 5); // frames 2 to 6
+    CHECK(a.pop.p50 == doctest::Approx(0).epsilon(1e-5));
+    CHECK(a.pop.max == doctest::Approx(0.2).epsilon(1e-4));
+    CHECK(a.pop.max_frame == 4);
+}
+
+TEST_CASE("pops need four pictures of a size in a row, and a pixel that is no number is the worst of them")
+{
+    Scorer scorer({});
+    uint64_t frame = 0;
+    for (const uint32_t width : {2u, 2u, 2u, 3u, 3u, 3u})
+        scorer.add(frame++, 0, Flat(0.5f, width).view(), Flat(0.5f, width).view());
+    CHECK(scorer.result().motion.images == 4);
+    CHECK(scorer.result().pop.images == 0);
+    CHECK(accuracyJson(scorer.result())["pop"].is_null());
+    scorer.add(frame++, 0, Flat(0.5f, 3).view(), Flat(0.5f, 3).view());
+    CHECK(scorer.result().pop.images == 1);
+    scorer.add(frame++, 0, Flat(std::nanf(""), 3).view(), Flat(0.5f, 3).view());
+    CHECK(accuracyJson(scorer.result())["motion"]["max"] == 1e30);
+    CHECK(accuracyJson(scoreFlat({0.5f}, {0.5f}))["motion"].is_null());
+}

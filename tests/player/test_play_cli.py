@@ -391,6 +391,47 @@ class PlayTest(unittest.TestCase):
         self.refused("bench", self.model, "--quality", "1", "--reuse", "depth", code=1, says="--sweep")
         self.refused(self.model, "--reuse-bound", "1", code=1, says="no effect with --reuse none")
 
+    def test_levels(self) -> None:
+        model = self.tiny("levels.gsc", "0", "3", "3")
+        base = (model, "--cameras", self.path, "--size", "48x32", "--progress", "none")
+        plain = self.play(*base, "--out", "plain/{frame}.pfm", "--stats", "plain.jsonl").stdout
+        self.assertNotIn("target", plain)
+        run = self.play(*base, "--out", "soft/{frame}.pfm", "--lod-fade", "1", "--lod-hysteresis", "0.2", "--format", "json")
+        report = json.loads(run.stdout)
+        check_schema("play-report", report)
+        self.assertEqual([report[key] for key in ("lod_bias", "lod_fade", "lod_hysteresis", "target_ms", "lod_bias_used")],
+                         [0, 1, 0.2, None, None])
+        images = [[path.read_bytes() for path in sorted((self.folder / name).iterdir())] for name in ("plain", "soft")]
+        self.assertNotEqual(images[0], images[1])
+
+        # no frame takes so little: the bias falls from frame to frame once three are known
+        target = ("--target-ms", "0.0001", "--lod-bias", "0.5")
+        report = json.loads(self.play(*base, *target, "--stats", "s.jsonl", "--format", "json").stdout)
+        check_schema("play-report", report)
+        lines = [json.loads(line) for line in (self.folder / "s.jsonl").read_text().splitlines()]
+        for line in lines:
+            check_schema("frame-stats", line)
+        used = [line["lod_bias"] for line in lines]
+        self.assertEqual(used[:3], [0.5, 0.5, 0.5])
+        self.assertTrue(all(a > b for a, b in zip(used[2:], used[3:])), used)
+        self.assertLess(used[-1], 0.5)
+        self.assertEqual(report["lod_bias_used"]["max"], 0.5)
+        self.assertAlmostEqual(report["lod_bias_used"]["min"], used[-1])
+        self.assertEqual((report["target_ms"], report["lod_bias"]), (0.0001, 0.5))
+        self.assertIn("target 0.0001 ms: LOD bias", self.play(*base, *target).stdout)
+
+        bench = ("bench", *base, "--warmup", "2", "--frames", "6", *target)
+        report = json.loads(self.play(*bench, "--format", "json").stdout)
+        check_schema("bench-report", report)
+        self.assertLess(report["config"]["lod_bias_used"]["min"], report["config"]["lod_bias_used"]["max"])
+        self.assertIn("target 0.0001 ms: LOD bias", self.play(*bench).stdout)
+        self.refused(*bench, "--quality", "1", code=1, says="--target-ms")
+        self.refused("bench", model, "--lod-hysteresis", "0.1", "--quality", "1", code=1, says="--lod-hysteresis")
+        self.refused("bench", model, "--sweep", "x.json", "--target-ms", "5", code=1, says="--target-ms")
+        self.refused(self.model, "--target-ms", "5", code=5, says="one level of detail")
+        self.refused(*base, "--lod-fade", "2", code=1, says="--lod-fade")
+        self.refused(*base, "--lod-hysteresis", "0.1", "--backend", "cpu-reference", code=5, says="hysteresis")
+
     def test_bench_defaults(self) -> None:
         report = json.loads(self.play("bench", self.model, "--size", "8x8", "-q", "--format", "json").stdout)
         check_schema("bench-report", report)

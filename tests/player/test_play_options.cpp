@@ -136,6 +136,27 @@ TEST_CASE("what is kept between frames")
     CHECK(none.lod_bias == 0);
 }
 
+TEST_CASE("how levels are chosen")
+{
+    PlayOptions o;
+    CHECK(parse({"m.gsc", "--lod-fade", "0.5", "--lod-hysteresis", "0.1", "--target-ms", "11", "--lod-bias", "-1"},
+                o) == -1);
+    CHECK(o.lod_fade == 0.5);
+    CHECK(o.lod_hysteresis == 0.1);
+    CHECK(o.target_ms == 11);
+    CHECK(o.lod_bias == -1); // where the target starts
+    PlayOptions none;
+    CHECK(parse({"m.gsc"}, none) == -1);
+    CHECK(none.lod_fade == 0);
+    CHECK(none.lod_hysteresis == 0);
+    CHECK(none.target_ms == 0);
+    for (const char* option : {"--lod-fade", "--lod-hysteresis"})
+        for (const char* wrong : {"nan", "-0.1", "1.1", "inf", "x"})
+            CHECK(parse({"m.gsc", option, wrong}) == 1);
+    for (const char* wrong : {"0", "nan", "-5", "inf", "60001", "x"})
+        CHECK(parse({"m.gsc", "--target-ms", wrong}) == 1);
+}
+
 TEST_CASE("reuse options out of range, or without their policy, exit with 1")
 {
     for (const char* bound : {"-1", "nan", "inf", "256", "x"})

@@ -85,6 +85,8 @@ FrameOptions reusing()
     options.reuse.policy = ReusePolicy::Error;
     options.reuse.cut = true;
     options.lod_bias = -1;
+    options.lod_fade = 0.5f;
+    options.lod_hysteresis = 0.25f;
     options.near_z = 0.5f;
     return options;
 }
@@ -116,6 +118,8 @@ TEST_CASE("a renderer on the host: one pass, cold, exact images kept from before
         CHECK(call.options.reuse.policy == ReusePolicy::None);
         CHECK_FALSE(call.options.reuse.cut);
         CHECK(call.options.lod_bias == 0);
+        CHECK(call.options.lod_fade == 0);
+        CHECK(call.options.lod_hysteresis == 0);
         CHECK(call.options.near_z == 0.5f); // what is asked for is compared, not another picture
     }
     std::vector<uint64_t> done;
@@ -129,6 +133,8 @@ TEST_CASE("a renderer on the host: one pass, cold, exact images kept from before
         CHECK(backend.calls[2].has_images);
         CHECK(backend.calls[2].options.reuse.cut);
         CHECK(backend.calls[2].options.lod_bias == -1);
+        CHECK(backend.calls[2].options.lod_fade == 0.5f);
+        CHECK(backend.calls[2].options.lod_hysteresis == 0.25f);
         CHECK(backend.calls[2].x == doctest::Approx(0.2));
         CHECK(done == std::vector<uint64_t>{1, 2, 3});
     }

@@ -141,6 +141,20 @@ class SweepTest(unittest.TestCase):
         self.sweep()
         self.assertIsNone(self.rows()[0]["accuracy"]["psnr"]["pooled"])  # equal
 
+    def test_levels_pop(self) -> None:
+        self.write(axes={"lod_fade": [0, 0.5], "lod_hysteresis": [0, 0.25]})
+        check_schema("sweep", json.loads(self.config.read_text()))
+        self.sweep()
+        self.assertEqual([(r["config"]["lod_fade"], r["config"]["lod_hysteresis"]) for r in self.rows()[:4]],
+                         [(0, 0), (0, 0.25), (0.5, 0), (0.5, 0.25)])
+        for row in self.rows():
+            check_schema("run", row)
+            motion, pop = row["accuracy"]["motion"], row["accuracy"]["pop"]
+            self.assertGreater(motion["p50"], 0)
+            self.assertLessEqual(motion["p99"], motion["max"])
+            self.assertLess(motion["max_frame"], row["config"]["frames"])
+            self.assertLessEqual(pop["p50"], pop["max"])
+
     def test_resume(self) -> None:
         self.write(axes={"policy": ["none", "error"], "bound": [0.5, 1]})
         first = self.sweep().stdout

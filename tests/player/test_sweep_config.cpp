@@ -107,6 +107,26 @@ TEST_CASE("tiers, level biases and backends multiply, backends stay together")
     CHECK(runs[2].tier == Tier::Fast);
 }
 
+TEST_CASE("transitions and hystereses multiply; where they are off a run has the key it always had")
+{
+    const SweepConfig config = withAxes(R"("lod_fade":[0,0.25,1],"lod_hysteresis":[0,0.1])",
+                                        R"(,"runs":[{"lod_fade":0.25},{"lod_hysteresis":0.5}])");
+    const std::vector<RunConfig> runs = expandRuns(config);
+    REQUIRE(runs.size() == 7);
+    CHECK_FALSE(runKeyJson(runs[0]).contains("lod_fade"));
+    CHECK_FALSE(runKeyJson(runs[0]).contains("lod_hysteresis"));
+    CHECK(runs[1].lod_hysteresis == 0.1);
+    CHECK(runKeyJson(runs[1])["lod_hysteresis"] == 0.1);
+    CHECK(runs[4].lod_fade == 1);
+    CHECK(runKeyJson(runs[4])["lod_fade"] == 1);
+    CHECK(runs[6].lod_hysteresis == 0.5);
+    RunConfig base;
+    base.lod_fade = 0.75;
+    const SweepConfig rest =
+        parseSweepConfig(R"({"schema":"gsc.sweep/1","trajectories":["a"],"axes":{"cut":[true]}})", "s", base, {"cpu"});
+    CHECK(expandRuns(rest)[0].lod_fade == 0.75);
+}
+
 TEST_CASE("a matched budget comes after the run it is taken from")
 {
     const std::string axes = R"("policy":["error","depth"],"max_depth":[7,10],"guidance":["staged"])";
@@ -187,6 +207,8 @@ TEST_CASE("wrong files are refused with the place and what was expected")
         {head + R"(,"axes":{"cache_budget":["1M"]}})", "\"cache_budget[0]\"", "bytes"},
         {head + R"(,"axes":{"cut":[1]}})", "\"cut[0]\"", "true or false"},
         {head + R"(,"axes":{"tier":["turbo"]}})", "\"tier[0]\"", "\"exact\""},
+        {head + R"(,"axes":{"lod_fade":[1.5]}})", "\"lod_fade[0]\"", "0 to 1"},
+        {head + R"(,"runs":[{"lod_hysteresis":-0.5}]})", "\"lod_hysteresis\"", "0 to 1"},
         {head + R"(,"axes":{"lod_bias":[17]}})", "\"lod_bias[0]\"", "-16 to 16"},
         {head + R"(,"axes":{"stereo":["shared"]}})", "\"stereo[0]\"", "\"merged\""},
         {head + R"(,"runs":[{"stereo":"merged","policy":"depth"}]})", "\"stereo\"", "policy \"none\""},

@@ -73,6 +73,7 @@ FrameStats someStats()
     stats.result.cache_evictions = 9;
     stats.result.groups_kept = 10;
     stats.result.order_moves = 11;
+    stats.lod_bias = -0.5;
     return stats;
 }
 
@@ -95,6 +96,7 @@ TEST_CASE("a line of statistics fits its schema and carries every value")
     CHECK(json["cache_evictions"] == 9);
     CHECK(json["groups_kept"] == 10);
     CHECK(json["order_moves"] == 11);
+    CHECK(json["lod_bias"] == -0.5);
     CHECK(json["appearance"] == 3);
     CHECK(json["tier"] == "exact");
 }

@@ -88,6 +88,10 @@ TEST_CASE("a bound of 0 and a depth of 0 draw what no reuse draws")
             const SyntheticModel model(modelOptions(rule));
             checkLikeNone(model.view(), with(ReusePolicy::Error), eyes);
             checkLikeNone(model.view(), with(ReusePolicy::Depth, 0, 0), eyes);
+            FrameOptions soft = with(ReusePolicy::Error);
+            soft.lod_fade = 0.5f;
+            soft.lod_hysteresis = 0.25f;
+            checkLikeNone(model.view(), soft, eyes);
         }
 }
 
