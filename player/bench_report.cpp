@@ -172,6 +172,7 @@ Json configJson(const BenchOptions& options, const BenchSummary& summary)
                  {"shots", summary.shots},
                  {"tier", tierName(summary.tier)},
                  {"eyes", play.eyes},
+                 {"stereo", stereoName(play.stereo)},
                  {"ipd", play.eyes == 2 ? unknownIfZero(summary.ipd) : Json()},
                  {"size", play.width > 0 ? Json{play.width, play.height} : Json()},
                  {"fov_degrees", unknownIfZero(play.fov_x * 180 / std::numbers::pi)},

@@ -315,6 +315,26 @@ void CpuReuse::drawStrip(const ReuseFrame& frame, uint32_t strip, uint32_t e, co
     mixStripCpu(mix, out);
 }
 
+// Asks for what drawStrip() will read of entries: they lie in no order that hardware could guess.
+void CpuReuse::prefetch(const StripWork& work) const
+{
+    for (uint32_t e = 0; e < kMaxEyes; ++e) {
+        const EyeWork& eye = work.eye[e];
+        if (eye.lanes == 0 || eye.decode || eye.slot == kNoSlot || (e == 1 && eye.slot == work.eye[0].slot))
+            continue;
+        const uint32_t offsets = m_model.params->n_offsets;
+        const auto ask = [](const void* from, size_t bytes) {
+            for (size_t i = 0; i < bytes; i += 64)
+                __builtin_prefetch(static_cast<const std::byte*>(from) + i);
+        };
+        const CacheEntry& entry = m_cache.entry(eye.slot);
+        ask(m_cache.fixed(eye.slot), stripFixedValues(offsets) * sizeof(float));
+        ask(m_cache.key(eye.slot, entry.first), stripKeyValues(offsets) * sizeof(uint16_t));
+        if (eye.place.t != 0 && m_policy == ReusePolicy::Error)
+            ask(m_cache.key(eye.slot, 1u - entry.first), stripKeyValues(offsets) * sizeof(uint16_t));
+    }
+}
+
 void CpuReuse::drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t block, WorkerState& state)
 {
     Stopwatch watch;
@@ -329,6 +349,8 @@ void CpuReuse::drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t
     }
     for (uint32_t s = 0; s < kStripsPerGroup; ++s) {
         StripWork& work = m_work[block * kStripsPerGroup + s];
+        if (s + 1 < kStripsPerGroup)
+            prefetch(m_work[block * kStripsPerGroup + s + 1]);
         if (work.eye[0].decode || work.eye[1].decode)
             decodeStrip(frame, args, block, s, work, state);
         for (uint32_t e = 0; e < frame.eye_count; ++e)

@@ -111,6 +111,7 @@ private:
         return uint64_t(m_groups[work / kStripsPerGroup]) * kStripsPerGroup + work % kStripsPerGroup;
     }
     void reserveStrip(WorkerState& state) const;
+    void prefetch(const StripWork& work) const;
     [[nodiscard]] uint32_t stripAnchors(size_t block, uint32_t strip) const;
 
     const Workers& m_workers;

@@ -91,21 +91,24 @@ void decodeStrip(const DecodeArgs& args, uint32_t count, uint16_t* const* keys, 
 }
 
 // Rows of one offset at the place of the mix.
+template <bool kTwo>
 struct MixedRows {
     const uint16_t* a;
     const uint16_t* b;
     V t;
-    bool two;
 
     HWY_INLINE V operator()(uint32_t row) const
     {
         const V first = loadHalf(a + row * kStripAnchors);
-        return two ? hn::MulAdd(t, hn::Sub(loadHalf(b + row * kStripAnchors), first), first) : first;
+        if constexpr (!kTwo)
+            return first;
+        return hn::MulAdd(t, hn::Sub(loadHalf(b + row * kStripAnchors), first), first);
     }
 };
 
-HWY_INLINE void appendMixed(const StripMix& mix, const MixedRows& rows, uint32_t k, uint32_t first, V opacity, M alive,
-                            GaussianBlock& block)
+template <bool kTwo>
+HWY_INLINE void appendMixed(const StripMix& mix, const MixedRows<kTwo>& rows, uint32_t k, uint32_t first, V opacity,
+                            M alive, GaussianBlock& block)
 {
     const D d;
     const size_t at = block.count;
@@ -132,8 +135,12 @@ HWY_INLINE void appendMixed(const StripMix& mix, const MixedRows& rows, uint32_t
     block.count += uint32_t(hn::CountTrue(d, alive));
 }
 
-void mixStrip(const StripMix& mix, GaussianBlock& block)
+template <bool kTwo>
+HWY_INLINE void mixLanes(const StripMix& given, GaussianBlock& result)
 {
+    // note: copies, so that stores through their pointers cannot be taken to change them
+    const StripMix mix = given;
+    GaussianBlock block = result;
     const D d;
     const uint32_t lanes = uint32_t(hn::Lanes(d));
     const V floor = hn::Set(d, kOpacityFloor);
@@ -145,8 +152,7 @@ void mixStrip(const StripMix& mix, GaussianBlock& block)
         const V factor = mix.fraction != nullptr ? hn::LoadU(d, mix.fraction + first) : hn::Set(d, 1.0f);
         for (uint32_t k = 0; k < mix.n_offsets; ++k) {
             const size_t at = size_t(kStripRows) * kStripAnchors * k + first;
-            const bool two = mix.t != 0;
-            const MixedRows rows{mix.keys[0] + at, two ? mix.keys[1] + at : nullptr, hn::Set(d, mix.t), two};
+            const MixedRows<kTwo> rows{mix.keys[0] + at, kTwo ? mix.keys[1] + at : nullptr, hn::Set(d, mix.t)};
             const V opacity = hn::Mul(rows(0), factor);
             block.any_positive |= !hn::AllFalse(d, hn::And(drawn, hn::Gt(opacity, hn::Zero(d))));
             const M alive = hn::And(drawn, hn::Ge(opacity, floor));
@@ -154,6 +160,16 @@ void mixStrip(const StripMix& mix, GaussianBlock& block)
                 appendMixed(mix, rows, k, first, opacity, alive, block);
         }
     }
+    result.count = block.count;
+    result.any_positive = block.any_positive;
+}
+
+void mixStrip(const StripMix& mix, GaussianBlock& block)
+{
+    if (mix.t != 0)
+        mixLanes<true>(mix, block);
+    else
+        mixLanes<false>(mix, block);
 }
 
 } // namespace HWY_NAMESPACE
