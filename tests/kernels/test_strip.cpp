@@ -77,6 +77,7 @@ Strip mixed(const ModelView& model, const Decoded& a, const Decoded* b, float t,
     reserveDecode(model, scratch);
     GaussianBlock& block = scratch.blocks[0];
     block.count = 0;
+    block.any_positive = false;
     mixStripCpu({{a.key.data(), b != nullptr ? b->key.data() : nullptr},
                  t,
                  a.fixed.data(),
