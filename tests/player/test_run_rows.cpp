@@ -213,6 +213,20 @@ TEST_CASE("whole, empty and missing files say nothing")
     CHECK(openError(empty.path()) == ErrorCode::Ok);
 }
 
+TEST_CASE("two sweeps on one file do not lose each other's rows: the second to write is told")
+{
+    const TempFile file(dumpJson(someRow(errorRun(1))) + "\n");
+    std::string cut_off;
+    RunRows first(file.path(), cut_off), second(file.path(), cut_off);
+    first.append(someRow(errorRun(2)));
+    first.append(someRow(errorRun(3))); // its own lines are no surprise
+    CHECK_THROWS_AS(second.append(someRow(errorRun(4))), Error);
+    const RunRows whole(file.path(), cut_off);
+    CHECK(cut_off.empty());
+    for (const float bound : {1.0f, 2.0f, 3.0f})
+        CHECK(whole.find(idOf(someContext(), onePath(), errorRun(bound))) != nullptr);
+}
+
 TEST_CASE("a file of something else is left alone")
 {
     OrderedJson bare = someRow(errorRun(1));
