@@ -14,7 +14,7 @@ namespace {
 constexpr uint32_t kOneBlock = 1024;
 constexpr uint32_t kThreads = 256;
 constexpr uint32_t kBlocksPerProcessor = 8; // all that a multiprocessor holds
-constexpr uint32_t kTeamsPerProcessor = 8;  // that blend a bin each
+constexpr uint32_t kPartsPerProcessor = 32; // of the work, by which a bin is hot
 
 // One block. A bucket goes to the slab its middle falls into.
 __global__ void __launch_bounds__(kOneBlock) slabKernel(const uint32_t* histogram, uint16_t* slab_of, uint32_t slabs)
@@ -40,38 +40,50 @@ __global__ void __launch_bounds__(kOneBlock) slabKernel(const uint32_t* histogra
     }
 }
 
+// What the lanes of a warp that count in the same place get: one atomic served them all.
+struct Turn {
+    uint32_t first, peers;
+
+    // Of this lane. The peers call it together.
+    __device__ __forceinline__ uint32_t mine() const
+    {
+        const int leader = __ffs(int(peers)) - 1;
+        return __shfl_sync(peers, first, leader) + __popc(peers & ((1u << (threadIdx.x & 31u)) - 1u));
+    }
+};
+
+// counters[kind]++ of every active lane, one atomic per value of `kind` in the warp.
+__device__ __forceinline__ Turn takeTurn(uint32_t* counters, uint32_t kind)
+{
+    const uint32_t peers = __match_any_sync(__activemask(), kind);
+    uint32_t first = 0;
+    if ((threadIdx.x & 31u) == uint32_t(__ffs(int(peers)) - 1))
+        first = atomicAdd(counters + kind, uint32_t(__popc(peers)));
+    return {first, peers};
+}
+
 __global__ void __launch_bounds__(kThreads) scatterKernel(const __grid_constant__ BinCudaArgs args)
 {
     const uint32_t e = blockIdx.y, count = min(args.counters->pass.slots[e], args.slot_capacity);
     const uint32_t base = e * args.slot_capacity;
     uint32_t* cells = args.cells + size_t(e) * args.grid.cells();
     // whole warps stay in the loop: they work together
-    for (uint32_t first = blockIdx.x * kThreads + (threadIdx.x & ~31u); first < count; first += gridDim.x * kThreads) {
-        const uint32_t i = first + (threadIdx.x & 31u);
-        const SplatPlace place = i < count ? args.places[base + i] : SplatPlace{0, kNoBins};
-        forCellsOfWarp(args.grid, args.pass.slab_of, place, base + i,
-                       [&](uint32_t cell, const SplatPlace& p, uint32_t slot) {
-                           const uint32_t at = atomicAdd(cells + cell, 1u);
-                           if (at < args.pair_capacity)
-                               args.keys[at] = {p.depth_bits, slot};
-                       });
+    const uint32_t lane = threadIdx.x & 31u, step = gridDim.x * kThreads;
+    const auto placeAt = [&](uint32_t i) { return i < count ? args.places[base + i] : SplatPlace{0, kNoBins}; };
+    uint32_t first = blockIdx.x * kThreads + (threadIdx.x & ~31u);
+    SplatPlace next = placeAt(first + lane);
+    for (; first < count; first += step) {
+        const SplatPlace place = next;
+        next = placeAt(first + step + lane);
+        forCellsOfWarp(
+            args.grid, args.pass.slab_of, place, base + first + lane,
+            [&](uint32_t cell) { return takeTurn(cells, cell); },
+            [&](const Turn& turn, uint32_t depth_bits, uint32_t slot) {
+                const uint32_t at = turn.mine();
+                if (at < args.pair_capacity)
+                    args.keys[at] = {depth_bits, slot};
+            });
     }
-}
-
-// counters[kind]++ of every active lane, one atomic per value of `kind` in the warp.
-__device__ uint32_t takeTurn(uint32_t* counters, uint32_t kind)
-{
-    const uint32_t peers = __match_any_sync(__activemask(), kind), lane = threadIdx.x & 31u;
-    const int leader = __ffs(int(peers)) - 1;
-    uint32_t first = 0;
-    if (int(lane) == leader)
-        first = atomicAdd(counters + kind, uint32_t(__popc(peers)));
-    return __shfl_sync(peers, first, leader) + __popc(peers & ((1u << lane) - 1u));
-}
-
-__device__ uint32_t pieceClass(uint32_t count)
-{
-    return count <= 256 ? 0u : count <= 1024 ? 1u : count <= 2048 ? 2u : count <= 4096 ? 3u : 4u;
 }
 
 constexpr uint32_t kCellsPerThread = 4;
@@ -115,14 +127,14 @@ __global__ void __launch_bounds__(kThreads) pieceKernel(const __grid_constant__ 
             if (end < start + 2)
                 continue;
             const uint32_t kind = pieceClass(end - start);
-            const uint32_t at = takeTurn(args.counters->pass.pieces, kind);
+            const uint32_t at = takeTurn(args.counters->pass.pieces, kind).mine();
             args.pieces[size_t(kind) * args.piece_capacity + at] = {start, end - start};
         }
     }
 }
 
 // The bins by falling size, so that the longest lists are started first, and what the pass needed of the buffers.
-__global__ void __launch_bounds__(kThreads) queueKernel(const __grid_constant__ BinCudaArgs args, uint32_t teams)
+__global__ void __launch_bounds__(kThreads) queueKernel(const __grid_constant__ BinCudaArgs args, uint32_t parts)
 {
     __shared__ uint32_t before[kBinClasses];
     FrameCounters& counters = *args.counters;
@@ -143,15 +155,15 @@ __global__ void __launch_bounds__(kThreads) queueKernel(const __grid_constant__ 
             counters.most_pairs = pairs;
         if (pairs > args.pair_capacity)
             counters.overflow |= kPairOverflow;
-        // a bin with more than half of what a team would get on average would be the last to finish
-        const uint32_t hot = uint32_t(__clz(int(max(uint32_t(pairs / (2 * teams)), 1024u))));
+        // a bin much longer than others would be the last to finish; measured, whole blocks blend all longer ones faster
+        const uint32_t hot = uint32_t(__clz(int(max(uint32_t(pairs / (2 * parts)), 1024u))));
         counters.pass.hot_bins = before[hot] + counters.pass.bin_classes[hot];
     }
     const uint32_t bin = blockIdx.x * kThreads + threadIdx.x;
     if (bin >= args.eye_count * args.grid.bins())
         return;
     const uint32_t kind = args.bin_class[bin];
-    args.bin_queue[before[kind] + takeTurn(counters.pass.queued, kind)] = bin;
+    args.bin_queue[before[kind] + takeTurn(counters.pass.queued, kind).mine()] = bin;
 }
 
 } // namespace
@@ -183,7 +195,7 @@ void binCuda(const BinCudaArgs& args, uint32_t processors, CUstream_st* stream)
                stream, args);
     launchCuda(pieceKernel, processors * kBlocksPerProcessor, kThreads, 0, stream, args);
     launchCuda(queueKernel, (args.eye_count * args.grid.bins() + kThreads - 1) / kThreads, kThreads, 0, stream, args,
-               processors * kTeamsPerProcessor);
+               processors * kPartsPerProcessor);
 }
 
 } // namespace gsc

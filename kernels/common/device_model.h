@@ -11,7 +11,12 @@ constexpr uint32_t kAnchorBits = 30;      // a visible entry is anchor | eyes <<
 constexpr uint32_t kBinWidth = 32;        // pixels; a bin is blended by one block
 constexpr uint32_t kMaxBins = 255;        // per axis: bin coordinates are bytes
 constexpr uint32_t kNoBins = 0x0000ffffu; // bin box of a slot that holds no splat: x0 = y0 = 255, x1 = y1 = 0
-constexpr int16_t kNoOffset = -32768;     // an offset that is not finite: its Gaussian is dropped and counted
+// An offset of a Gaussian: x, y and z from the low bits on, 21 bits each, in steps of the anchor's largest counted from
+// -2^20. Fine enough that hardly two Gaussians change their depth order, which shows more than anything else that is
+// rounded in the tier `fast`.
+constexpr uint32_t kOffsetBits = 21;
+constexpr int32_t kOffsetSteps = (1 << (kOffsetBits - 1)) - 1; // of the largest
+constexpr uint64_t kNoOffset = 0;                              // not finite: its Gaussian is dropped and counted
 constexpr uint32_t kDepthBuckets = 32768; // of the depth histogram: 1024 per octave of view z
 constexpr uint32_t kMaxSlabs = 1024;      // of a pass
 constexpr uint32_t kMaxPasses = 31;       // kMaxPasses x kMaxSlabs fits 16 bits
@@ -40,9 +45,17 @@ struct alignas(8) SplatPlace {
     uint32_t box;        // bins x0 | y0 << 8 | x1 << 16 | y1 << 24, inclusive, or kNoBins
 };
 
-// Pieces of a bin's list by length: what a warp sorts, what a block sorts with 4, 8 and 16 keys a thread, and longer.
-constexpr uint32_t kPieceClasses = 5;
-constexpr uint32_t kPieceAim = 1024; // keys; a piece is shorter than this plus its last cell
+// Pieces of a bin's list by length: what a warp sorts, what 2, 4, 8 and 16 warps sort, and longer.
+constexpr uint32_t kWarpPiece = 512; // keys
+constexpr uint32_t kPieceClasses = 6;
+GSC_HD constexpr uint32_t pieceClass(uint32_t keys)
+{
+    uint32_t kind = 0;
+    while (kind < kPieceClasses - 1 && keys > kWarpPiece << kind)
+        ++kind;
+    return kind;
+}
+constexpr uint32_t kPieceAim = 384; // keys; a piece is shorter than this plus its last cell
 
 constexpr uint32_t kBinClasses = 33; // of bins by the position of their count's highest bit
 
@@ -62,7 +75,7 @@ struct DeviceModel {
     const float* shape;          // n x 6: world units per step of `offset`, scale of its Gaussians
     const float* rotation;       // n x 4 or null: params.constant_rotation
     const uint16_t* feature;     // n x F halves
-    const int16_t* offset;       // n x 3K: per anchor and axis the largest is 32767 steps
+    const uint64_t* offset;      // n x K
     const uint32_t* source;      // n: source index
     uint32_t anchor_count;
 };

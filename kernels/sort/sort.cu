@@ -2,27 +2,38 @@
 #include "kernels/sort/sort_cuda.h"
 
 #include "kernels/common/launch.cuh"
-
-#include <cub/block/block_radix_sort.cuh>
-#include <cub/warp/warp_merge_sort.cuh>
+#include "kernels/sort/bitonic.cuh"
 
 namespace gsc {
 
 namespace {
 
-constexpr uint32_t kWarpThreads = 128; // of the kernel whose warps sort a piece each
-constexpr uint32_t kWarpItems = 8;     // keys per lane there, and per thread where a block sorts
-constexpr int kDigitBits = 5, kDigits = 4;
+constexpr uint32_t kThreads = 512;
+constexpr uint32_t kWarps = kThreads / 32;
+constexpr uint32_t kBlocksPerProcessor = 2;
+constexpr uint32_t kItems = 16;       // keys per thread at most
+constexpr uint32_t kPiecesAtOnce = 4; // that a warp takes from the queue
+constexpr uint32_t kLongestRun = 32;  // of equal keys that one thread orders
 
-using WarpSort = cub::WarpMergeSort<unsigned long long, kWarpItems, 32>;
+static_assert(kWarpPiece == 32 * kItems && kWarpPiece << (kPieceClasses - 2) == kThreads * kItems);
 
-template <uint32_t kThreads>
-using BlockSort = cub::BlockRadixSort<uint32_t, kThreads, kWarpItems, uint32_t, kDigitBits>;
+// Where item `e` of a sorted piece lies: a hole after every 16, so that neither blocks nor stripes meet in a bank.
+__device__ __forceinline__ constexpr uint32_t padded(uint32_t e)
+{
+    return e + e / 16;
+}
 
-template <uint32_t kThreads>
-union BlockShared {
-    typename BlockSort<kThreads>::TempStorage sort;
-    BinKey sorted[kThreads * kWarpItems];
+struct SortShared {
+    uint32_t sorted[padded(kThreads * kItems)]; // also the room of the network
+    uint32_t slots[kThreads * kItems];
+    uint32_t ties[kThreads * kItems / 32]; // bit e: what is at e and what follows it are equal
+    uint32_t low[kWarps], high[kWarps];
+    uint32_t next[kWarps];
+};
+
+// The part of the shared memory that a team may use.
+struct TeamMemory {
+    uint32_t *sorted, *slots, *ties, *low, *high;
 };
 
 __device__ __forceinline__ unsigned long long emissionOrder(const PackedSplat& splat)
@@ -34,222 +45,274 @@ __device__ __forceinline__ unsigned long long emissionOrder(const ExactSplat& sp
     return (unsigned long long)splat.order_high << 32 | splat.order_low;
 }
 
-// depth << 32 | slot
 template <typename Splat>
 struct Nearer {
     const Splat* splats;
 
-    __device__ __forceinline__ bool operator()(unsigned long long a, unsigned long long b) const
+    __device__ __forceinline__ bool operator()(const BinKey& a, const BinKey& b) const
     {
-        if (uint32_t(a >> 32) != uint32_t(b >> 32))
-            return a < b;
-        // the fill of a short piece has no splat; its depth is above all others
-        return uint32_t(a >> 32) != ~0u && emissionOrder(splats[uint32_t(a)]) < emissionOrder(splats[uint32_t(b)]);
+        if (a.depth_bits != b.depth_bits)
+            return a.depth_bits < b.depth_bits;
+        return emissionOrder(splats[a.slot]) < emissionOrder(splats[b.slot]);
     }
 };
 
-__device__ __forceinline__ unsigned long long joined(const BinKey& key)
-{
-    return (unsigned long long)key.depth_bits << 32 | key.slot;
-}
-
-template <typename Splat>
-__global__ void __launch_bounds__(kWarpThreads) sortByWarpKernel(const __grid_constant__ SortCudaArgs args)
-{
-    __shared__ typename WarpSort::TempStorage scratch[kWarpThreads / 32];
-    const uint32_t lane = threadIdx.x & 31u, warps = gridDim.x * kWarpThreads / 32;
-    const uint32_t count = args.counters->pass.pieces[0];
-    for (uint32_t p = (blockIdx.x * kWarpThreads + threadIdx.x) / 32; p < count; p += warps) {
-        const Piece piece = args.pieces[p];
-        unsigned long long keys[kWarpItems];
-#pragma unroll
-        for (uint32_t i = 0; i < kWarpItems; ++i) {
-            const uint32_t at = i * 32 + lane;
-            keys[i] = at < piece.count ? joined(args.keys[piece.first + at]) : ~0ull;
-        }
-        WarpSort(scratch[threadIdx.x >> 5]).Sort(keys, Nearer<Splat>{static_cast<const Splat*>(args.splats)});
-#pragma unroll
-        for (uint32_t i = 0; i < kWarpItems; ++i) {
-            const uint32_t at = lane * kWarpItems + i;
-            if (at < piece.count)
-                args.keys[piece.first + at].slot = uint32_t(keys[i]);
-        }
-        __syncwarp(); // the scratch is used again
-    }
-}
-
-// Bits in which the depths of a piece differ: those above are all the same.
-template <uint32_t kThreads>
-__device__ uint32_t differingBits(const uint32_t* keys, uint32_t count)
-{
-    __shared__ uint32_t low, high;
-    if (threadIdx.x == 0) {
-        low = ~0u;
-        high = 0;
-    }
-    __syncthreads();
-    uint32_t l = ~0u, h = 0;
-#pragma unroll
-    for (uint32_t i = 0; i < kWarpItems; ++i)
-        if (i * kThreads + threadIdx.x < count) {
-            l = min(l, keys[i]);
-            h = max(h, keys[i]);
-        }
-    l = __reduce_min_sync(~0u, l);
-    h = __reduce_max_sync(~0u, h);
-    if ((threadIdx.x & 31u) == 0) {
-        atomicMin(&low, l);
-        atomicMax(&high, h);
-    }
-    __syncthreads();
-    return 32u - uint32_t(__clz(int(low ^ high)));
-}
-
-// A bitonic network over `count` keys in any memory, whose first step of every merge is a flip, so that keys beyond the
-// end need not exist. For what the radix sort cannot order: many splats at one depth in one bin.
-template <uint32_t kThreads, typename Splat>
-__device__ void sortByNetwork(BinKey* keys, uint32_t count, const Nearer<Splat>& nearer)
+// A bitonic network over `count` keys in any memory, of which every `sorted` are sorted. Its merges begin with the second
+// half mirrored, so that keys beyond the end need not exist. For what registers cannot hold or order.
+template <typename Splat, typename Team>
+GSC_NO_INLINE __device__ void sortInMemory(BinKey* keys, uint32_t count, uint32_t sorted, const Nearer<Splat>& nearer,
+                                           const Team& team)
 {
     const auto exchange = [&](uint32_t i, uint32_t j) {
         if (j >= count)
             return;
         const BinKey a = keys[i], b = keys[j];
-        if (nearer(joined(b), joined(a))) {
+        if (nearer(b, a)) {
             keys[i] = b;
             keys[j] = a;
         }
     };
-    for (uint32_t half_size = 1; half_size < count && half_size != 0; half_size *= 2) {
+    team.sync();
+    for (uint32_t half_size = sorted; half_size < count && half_size != 0; half_size *= 2) {
         const uint32_t pairs = (count - 1) / (2 * half_size) * half_size + half_size;
-        for (uint32_t t = threadIdx.x; t < pairs; t += kThreads) {
+        for (uint32_t t = team.thread; t < pairs; t += team.threads) {
             const uint32_t block = t / half_size * (2 * half_size), in = t % half_size;
             exchange(block + in, block + 2 * half_size - 1 - in);
         }
-        __syncthreads();
+        team.sync();
         for (uint32_t d = half_size / 2; d > 0; d /= 2) {
-            for (uint32_t t = threadIdx.x; t < pairs; t += kThreads) {
+            for (uint32_t t = team.thread; t < pairs; t += team.threads) {
                 const uint32_t i = t / d * (2 * d) + t % d;
                 exchange(i, i + d);
             }
-            __syncthreads();
+            team.sync();
         }
     }
 }
 
-// Sorts by the highest bits that differ, which leaves few neighbours to exchange.
-template <uint32_t kThreads, typename Splat>
-__device__ void sortByBlock(const SortCudaArgs& args, BlockShared<kThreads>& shared, const Piece& piece)
+// The smallest and the largest of a team's values.
+template <typename Team>
+__device__ __forceinline__ void extremes(uint32_t& low, uint32_t& high, const TeamMemory& memory, const Team& team)
 {
-    const Nearer<Splat> nearer{static_cast<const Splat*>(args.splats)};
-    uint32_t depths[kWarpItems], slots[kWarpItems], keys[kWarpItems];
-#pragma unroll
-    for (uint32_t i = 0; i < kWarpItems; ++i) {
-        const uint32_t at = i * kThreads + threadIdx.x;
-        const BinKey key = at < piece.count ? args.keys[piece.first + at] : BinKey{~0u, 0};
-        depths[i] = key.depth_bits;
-        slots[i] = key.slot;
+    low = __reduce_min_sync(~0u, low);
+    high = __reduce_max_sync(~0u, high);
+    if constexpr (!Team::kOneWarp) {
+        const uint32_t lane = team.thread & 31u, warps = team.threads / 32;
+        if (lane == 0) {
+            memory.low[team.thread / 32] = low;
+            memory.high[team.thread / 32] = high;
+        }
+        team.sync();
+        low = __reduce_min_sync(~0u, memory.low[lane & (warps - 1)]);
+        high = __reduce_max_sync(~0u, memory.high[lane & (warps - 1)]);
     }
-    const uint32_t differing = differingBits<kThreads>(depths, piece.count);
-    // one value above all others is left for the fill
-    constexpr uint32_t kBits = kDigitBits * kDigits - 1;
-    const uint32_t shift = differing > kBits ? differing - kBits : 0u, bits = differing - shift + 1;
-    const uint32_t fill = (1u << bits) - 1u;
+}
+
+// Orders keys whose sorted bits are the same by all of their depth and by emission. The thread of a run's first key
+// orders the run. False, with nothing done, if a run is too long for that.
+template <uint32_t kItemCount, typename Splat, typename Team>
+__device__ __forceinline__ bool orderTies(const BinKey* keys, uint32_t count, uint32_t index_bits,
+                                          const Nearer<Splat>& nearer, const TeamMemory& memory, const Team& team)
+{
+    const uint32_t lane = team.thread & 31u;
+    bool some = false;
 #pragma unroll
-    for (uint32_t i = 0; i < kWarpItems; ++i) {
-        const uint32_t at = i * kThreads + threadIdx.x;
-        keys[i] = at < piece.count ? depths[i] >> shift & fill >> 1 : fill;
-        slots[i] = at; // where the key is
+    for (uint32_t i = 0; i < kItemCount; ++i) {
+        const uint32_t e = i * team.threads + team.thread;
+        const bool tied =
+            e + 1 < count && memory.sorted[padded(e)] >> index_bits == memory.sorted[padded(e + 1)] >> index_bits;
+        const uint32_t word = __ballot_sync(~0u, tied);
+        some |= word != 0;
+        if (lane == 0)
+            memory.ties[e / 32] = word;
     }
-    BlockSort<kThreads>(shared.sort).SortBlockedToStriped(keys, slots, 0, int(bits));
-    __syncthreads();
-    BinKey* sorted = shared.sorted;
-#pragma unroll
-    for (uint32_t i = 0; i < kWarpItems; ++i)
-        if (i * kThreads + threadIdx.x < piece.count)
-            sorted[i * kThreads + threadIdx.x] = args.keys[piece.first + slots[i]];
-    __syncthreads();
-    constexpr uint32_t kRounds = 16; // after which the runs of equal keys are longer than neighbours can repair
-    bool moved = true;
-    uint32_t rounds = 0;
-    while (__syncthreads_or(moved) && rounds++ < kRounds) {
-        moved = false;
-        for (uint32_t parity = 0; parity < 2; ++parity) {
-            for (uint32_t i = 2 * threadIdx.x + parity; i + 1 < piece.count; i += 2 * kThreads) {
-                const BinKey a = sorted[i], b = sorted[i + 1];
-                if (b.depth_bits <= a.depth_bits && nearer(joined(b), joined(a))) {
-                    sorted[i] = b;
-                    sorted[i + 1] = a;
-                    moved = true;
-                }
+    if (!team.any(some))
+        return true;
+    const auto tied = [&](uint32_t e) { return (memory.ties[e / 32] >> (e & 31u) & 1u) != 0; };
+    bool too_long = false;
+    for (uint32_t e = team.thread; e < count; e += team.threads) {
+        if (!tied(e) || (e != 0 && tied(e - 1)))
+            continue;
+        uint32_t end = e + 2; // the last key of a piece is tied to nothing
+        while (tied(end - 1) && end - e <= kLongestRun)
+            ++end;
+        too_long |= end - e > kLongestRun;
+    }
+    if (team.any(too_long))
+        return false;
+    const uint32_t index_mask = (1u << index_bits) - 1u;
+    for (uint32_t e = team.thread; e < count; e += team.threads) {
+        if (!tied(e) || (e != 0 && tied(e - 1)))
+            continue;
+        for (uint32_t i = e + 1; tied(i - 1); ++i) {
+            const uint32_t moving = memory.sorted[padded(i)];
+            const BinKey key = keys[moving & index_mask];
+            uint32_t to = i;
+            for (; to > e; --to) {
+                const uint32_t before = memory.sorted[padded(to - 1)];
+                if (!nearer(key, keys[before & index_mask]))
+                    break;
+                memory.sorted[padded(to)] = before;
             }
-            __syncthreads();
+            memory.sorted[padded(to)] = moving;
         }
     }
-    if (rounds > kRounds)
-        sortByNetwork<kThreads>(sorted, piece.count, nearer);
-    for (uint32_t i = threadIdx.x; i < piece.count; i += kThreads)
-        args.keys[piece.first + i] = sorted[i];
-    __syncthreads();
+    team.sync();
+    return true;
 }
 
-// The pieces of one class; kLong: also those that no block can hold.
-template <uint32_t kThreads, uint32_t kClass, bool kLong, typename Splat>
-__global__ void __launch_bounds__(kThreads, 1024 / kThreads)
-    sortByBlockKernel(const __grid_constant__ SortCudaArgs args)
+// Sorts up to kItemCount keys per thread: as many bits of the depth, counted from the nearest, as fit into a word beside
+// the place of the key. kWhole: keys are moved, not their slots alone.
+template <uint32_t kItemCount, bool kWhole, typename Splat, typename Team>
+__device__ void sortPiece(BinKey* keys, uint32_t count, const Nearer<Splat>& nearer, const TeamMemory& memory,
+                          const Team& team)
 {
-    GSC_DYNAMIC_SHARED(memory);
-    BlockShared<kThreads>& shared = *reinterpret_cast<BlockShared<kThreads>*>(memory);
-    __shared__ uint32_t next;
-    for (uint32_t kind = kLong ? kClass + 1 : kClass; kind >= kClass; --kind) {
-        const uint32_t count = args.counters->pass.pieces[kind];
-        const Piece* pieces = args.pieces + size_t(kind) * args.piece_capacity;
-        while (true) {
-            if (threadIdx.x == 0)
-                next = atomicAdd(&args.counters->pass.next_piece[kind], 1u);
-            __syncthreads();
-            const uint32_t i = next;
-            __syncthreads();
-            if (i >= count)
-                break;
-            if (kind == kClass)
-                sortByBlock<kThreads, Splat>(args, shared, pieces[i]);
-            else
-                sortByNetwork<kThreads>(args.keys + pieces[i].first, pieces[i].count,
-                                        Nearer<Splat>{static_cast<const Splat*>(args.splats)});
+    const uint32_t index_bits = uint32_t(31 - __clz(int(team.threads * kItemCount)));
+    uint32_t values[kItemCount], low = ~0u, high = 0;
+    team.sync(); // the memory is free
+#pragma unroll
+    for (uint32_t i = 0; i < kItemCount; ++i) {
+        const uint32_t at = i * team.threads + team.thread;
+        const BinKey key = at < count ? keys[at] : BinKey{~0u, 0};
+        values[i] = key.depth_bits;
+        memory.slots[at] = key.slot;
+        if (at < count) {
+            low = min(low, key.depth_bits);
+            high = max(high, key.depth_bits);
+        }
+    }
+    extremes(low, high, memory, team);
+    const uint32_t used = 32u - uint32_t(__clz(int(high - low)));
+    const uint32_t shift = used > 32 - index_bits ? used - (32 - index_bits) : 0u;
+#pragma unroll
+    for (uint32_t i = 0; i < kItemCount; ++i) {
+        const uint32_t at = i * team.threads + team.thread;
+        values[i] = at < count ? (values[i] - low) >> shift << index_bits | at : ~0u; // the fill comes last
+    }
+    sortInRegisters(values, memory.sorted, team);
+    team.sync();
+#pragma unroll
+    for (uint32_t i = 0; i < kItemCount; ++i)
+        memory.sorted[padded(team.thread * kItemCount + i)] = values[i];
+    team.sync();
+    if (!orderTies<kItemCount>(keys, count, index_bits, nearer, memory, team)) {
+        sortInMemory(keys, count, 1, nearer, team);
+        return;
+    }
+    const uint32_t index_mask = (1u << index_bits) - 1u;
+    if constexpr (kWhole) {
+        BinKey moved[kItemCount];
+#pragma unroll
+        for (uint32_t i = 0; i < kItemCount; ++i) {
+            const uint32_t e = i * team.threads + team.thread;
+            if (e < count)
+                moved[i] = keys[memory.sorted[padded(e)] & index_mask];
+        }
+        team.sync();
+#pragma unroll
+        for (uint32_t i = 0; i < kItemCount; ++i)
+            if (i * team.threads + team.thread < count)
+                keys[i * team.threads + team.thread] = moved[i];
+    } else {
+#pragma unroll
+        for (uint32_t i = 0; i < kItemCount; ++i) {
+            const uint32_t e = i * team.threads + team.thread;
+            if (e < count)
+                keys[e] = {0u, memory.slots[memory.sorted[padded(e)] & index_mask]}; // whole: half a key costs as much
         }
     }
 }
 
-template <uint32_t kThreads, uint32_t kClass, bool kLong, typename Splat>
-void launchClass(const SortCudaArgs& args, uint32_t processors, CUstream_st* stream)
-{
-    launchCuda(sortByBlockKernel<kThreads, kClass, kLong, Splat>, processors * (1024 / kThreads), kThreads,
-               sizeof(BlockShared<kThreads>), stream, args);
-}
-
+// A piece that is too long for a block: part by part, and then the parts together. Rare, and kept apart so that its
+// registers are not the other pieces'.
 template <typename Splat>
-void prepare()
+GSC_NO_INLINE __device__ void sortLong(BinKey* keys, const Piece& piece, const Nearer<Splat>& nearer,
+                                       const TeamMemory& memory, const SortTeam& block)
 {
-    raiseSharedLimit(sortByBlockKernel<128, 1, false, Splat>, sizeof(BlockShared<128>));
-    raiseSharedLimit(sortByBlockKernel<256, 2, false, Splat>, sizeof(BlockShared<256>));
-    raiseSharedLimit(sortByBlockKernel<512, 3, true, Splat>, sizeof(BlockShared<512>));
+    constexpr uint32_t kPart = kThreads * kItems;
+    for (uint32_t first = 0; first < piece.count; first += kPart)
+        sortPiece<kItems, true>(keys + piece.first + first, min(kPart, piece.count - first), nearer, memory, block);
+    sortInMemory(keys + piece.first, piece.count, kPart, nearer, block);
+}
+
+// The piece that a team takes next. All of its threads call it together; the same in all.
+template <typename Team>
+__device__ __forceinline__ uint32_t takePiece(uint32_t* queue, uint32_t* shared, const Team& team)
+{
+    if (team.thread == 0)
+        *shared = atomicAdd(queue, 1u);
+    team.sync();
+    const uint32_t i = *shared;
+    team.sync();
+    return i;
+}
+
+// The longest pieces first, by whole blocks, then those for some warps, then those for one.
+template <typename Splat>
+__global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) sortKernel(const __grid_constant__ SortCudaArgs args)
+{
+    GSC_DYNAMIC_SHARED(bytes);
+    SortShared& shared = *reinterpret_cast<SortShared*>(bytes);
+    const Nearer<Splat> nearer{static_cast<const Splat*>(args.splats)};
+    const uint32_t warp = threadIdx.x / 32, lane = threadIdx.x & 31u;
+    PassCounters& counters = args.counters->pass;
+    const auto pieces = [&](uint32_t kind) { return args.pieces + size_t(kind) * args.piece_capacity; };
+    const auto memoryFrom = [&](uint32_t first_warp) {
+        constexpr uint32_t kKeys = 32 * kItems; // of a warp
+        return TeamMemory{shared.sorted + first_warp * padded(kKeys), shared.slots + first_warp * kKeys,
+                          shared.ties + first_warp * kItems, shared.low + first_warp, shared.high + first_warp};
+    };
+
+    constexpr uint32_t kLongest = kPieceClasses - 1;
+    const uint32_t longest = counters.pieces[kLongest];
+    const SortTeam block{kThreads, threadIdx.x, 0};
+    for (uint32_t i; (i = takePiece(&counters.next_piece[kLongest], shared.next, block)) < longest;)
+        sortLong(args.keys, pieces(kLongest)[i], nearer, memoryFrom(0), block);
+#pragma unroll 1
+    for (uint32_t kind = kLongest - 1; kind > 0; --kind) {
+        const uint32_t warps = 1u << kind, first_warp = warp & ~(warps - 1u);
+        // barriers by the first warp: teams of two sizes never meet at one
+        const SortTeam team{32 * warps, threadIdx.x - 32 * first_warp, first_warp};
+        const TeamMemory part = memoryFrom(first_warp);
+        const uint32_t count = counters.pieces[kind];
+        for (uint32_t i; (i = takePiece(&counters.next_piece[kind], shared.next + first_warp, team)) < count;) {
+            const Piece piece = pieces(kind)[i];
+            sortPiece<kItems, false>(args.keys + piece.first, piece.count, nearer, part, team);
+        }
+    }
+
+    const SortWarp one{lane};
+    const TeamMemory own = memoryFrom(warp);
+    const uint32_t for_one = counters.pieces[0];
+    while (true) {
+        uint32_t first = 0;
+        if (lane == 0)
+            first = atomicAdd(&counters.next_piece[0], kPiecesAtOnce);
+        first = __shfl_sync(~0u, first, 0);
+        if (first >= for_one)
+            break;
+        for (uint32_t i = first; i < min(first + kPiecesAtOnce, for_one); ++i) {
+            const Piece piece = pieces(0)[i];
+            if (piece.count <= 128)
+                sortPiece<4, false>(args.keys + piece.first, piece.count, nearer, own, one);
+            else
+                sortPiece<kItems, false>(args.keys + piece.first, piece.count, nearer, own, one);
+        }
+    }
 }
 
 template <typename Splat>
 void launch(const SortCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
-    launchClass<512, 3, true, Splat>(args, processors, stream);
-    launchClass<256, 2, false, Splat>(args, processors, stream);
-    launchClass<128, 1, false, Splat>(args, processors, stream);
-    launchCuda(sortByWarpKernel<Splat>, processors * 8, kWarpThreads, 0, stream, args);
+    launchCuda(sortKernel<Splat>, processors * kBlocksPerProcessor, kThreads, sizeof(SortShared), stream, args);
 }
 
 } // namespace
 
 void prepareSortCuda()
 {
-    prepare<PackedSplat>();
-    prepare<ExactSplat>();
+    raiseSharedLimit(sortKernel<PackedSplat>, sizeof(SortShared));
+    raiseSharedLimit(sortKernel<ExactSplat>, sizeof(SortShared));
 }
 
 void sortFastCuda(const SortCudaArgs& args, uint32_t processors, CUstream_st* stream)

@@ -92,11 +92,6 @@ struct Expected {
 // Class, first key, number of keys.
 using PieceSet = std::set<std::tuple<uint32_t, uint32_t, uint32_t>>;
 
-uint32_t classOf(uint32_t keys)
-{
-    return keys <= 256 ? 0 : keys <= 1024 ? 1 : keys <= 2048 ? 2 : keys <= 4096 ? 3 : 4;
-}
-
 // Runs of a bin's cells whose starts fall into one multiple of kPieceAim, those of two keys and more.
 PieceSet expectedPieces(const Places& p, const Expected& expected, uint32_t pair_capacity)
 {
@@ -110,7 +105,7 @@ PieceSet expectedPieces(const Places& p, const Expected& expected, uint32_t pair
                 ++cell;
             const uint32_t end = std::min(expected.ends[cell - 1], pair_capacity);
             if (end >= start + 2)
-                pieces.insert({classOf(end - start), start, end - start});
+                pieces.insert({pieceClass(end - start), start, end - start});
         }
     }
     return pieces;
@@ -121,8 +116,8 @@ void checkQueue(const Places& p, const Expected& expected, const FrameCounters& 
 {
     const uint32_t slabs = p.grid.slabs(), bins = p.eye_count * p.grid.bins();
     uint32_t wrong = 0, per_class[kBinClasses] = {}, hot = 0;
-    const uint32_t teams = kTestProcessors * 8, pairs = expected.ends.back();
-    const uint32_t bound = std::max(pairs / (2 * teams), 1024u);
+    const uint32_t parts = kTestProcessors * 32, pairs = expected.ends.back();
+    const uint32_t bound = std::max(pairs / (2 * parts), 1024u);
     for (uint32_t bin = 0; bin < bins; ++bin) {
         const uint32_t count = expected.ends[size_t(bin + 1) * slabs - 1] - expected.startOf(size_t(bin) * slabs);
         wrong += bin_class[bin] != uint32_t(std::countl_zero(count));

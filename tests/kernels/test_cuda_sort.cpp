@@ -66,11 +66,6 @@ void launch(const SortCudaArgs& args, const ExactSplat*)
     sortExactCuda(args, kTestProcessors, testStream().handle);
 }
 
-uint32_t classOf(uint32_t keys)
-{
-    return keys <= 256 ? 0 : keys <= 1024 ? 1 : keys <= 2048 ? 2 : keys <= 4096 ? 3 : 4;
-}
-
 template <typename Splat>
 void checkSort(const std::vector<uint32_t>& counts, const Pattern& pattern, uint32_t seed)
 {
@@ -105,7 +100,7 @@ void checkSort(const std::vector<uint32_t>& counts, const Pattern& pattern, uint
     std::vector<Piece> listed;
     uint32_t at = kGap;
     for (const uint32_t count : counts) {
-        const uint32_t kind = classOf(count);
+        const uint32_t kind = pieceClass(count);
         listed.push_back({at, count});
         pieces[size_t(kind) * piece_capacity + before.pass.pieces[kind]++] = listed.back();
         for (uint32_t i = 0; i < count; ++i)
@@ -154,8 +149,8 @@ TEST_CASE("sort: pieces around the edges of every class, several of each, any de
 {
     uint32_t seed = 1;
     for (const Pattern& pattern : kPatterns) {
-        const std::vector<uint32_t> warps = {2, 3, 31, 32, 33, 64, 255, 256};
-        const std::vector<uint32_t> blocks = {257, 258, 1023, 1024, 1025, 2047, 2048, 2049, 4096};
+        const std::vector<uint32_t> warps = {2, 3, 31, 32, 33, 64, 127, 128, 129, 511, 512};
+        const std::vector<uint32_t> blocks = {513, 514, 1024, 2047, 2048, 2049, 8191, 8192};
         checkSort<PackedSplat>(warps, pattern, seed++);
         checkSort<ExactSplat>(warps, pattern, seed++);
         checkSort<PackedSplat>(blocks, pattern, seed++);
@@ -166,17 +161,17 @@ TEST_CASE("sort: pieces around the edges of every class, several of each, any de
 TEST_CASE("sort: more keys than a block holds")
 {
     for (const Pattern& pattern : kPatterns) {
-        checkSort<PackedSplat>({4097, 9000}, pattern, 5);
-        checkSort<ExactSplat>({4097, 8192}, pattern, 6);
+        checkSort<PackedSplat>({8193, 17000}, pattern, 5);
+        checkSort<ExactSplat>({8194, 16384}, pattern, 6);
     }
-    checkSort<PackedSplat>({4097, 9000}, kEqual, 7);
-    checkSort<ExactSplat>({8193}, kEqual, 8);
+    checkSort<PackedSplat>({8193, 17000}, kEqual, 7);
+    checkSort<ExactSplat>({9001}, kEqual, 8);
 }
 
 TEST_CASE("trap 28: sort of equal depths is the emission order, whatever the length")
 {
-    checkSort<PackedSplat>({2, 31, 255, 256, 257, 1023, 1024, 1025, 2048}, kEqual, 11);
-    checkSort<ExactSplat>({2, 31, 255, 256, 257, 1024, 1025, 2049}, kEqual, 12);
+    checkSort<PackedSplat>({2, 31, 33, 34, 128, 129, 512, 513, 2048, 2049}, kEqual, 11);
+    checkSort<ExactSplat>({2, 31, 33, 128, 129, 513, 2049}, kEqual, 12);
 }
 
 TEST_CASE("sort: more pieces of a class than blocks and warps of the launch, and none at all")
@@ -186,11 +181,11 @@ TEST_CASE("sort: more pieces of a class than blocks and warps of the launch, and
     for (uint32_t i = 0; i < 150; ++i)
         many.push_back(2 + uint32_t(random.uniform() * 40));
     for (uint32_t i = 0; i < 24; ++i)
-        many.push_back(257 + uint32_t(random.uniform() * 200));
+        many.push_back(513 + uint32_t(random.uniform() * 200));
     for (uint32_t i = 0; i < 6; ++i)
-        many.push_back(1025 + uint32_t(random.uniform() * 300));
-    for (uint32_t i = 0; i < 4; ++i)
-        many.push_back(2049);
+        many.push_back(2049 + uint32_t(random.uniform() * 300));
+    for (uint32_t i = 0; i < 3; ++i)
+        many.push_back(8193);
     checkSort<PackedSplat>(many, kPatterns[0], 21);
     checkSort<ExactSplat>(many, kPatterns[1], 22);
     checkSort<PackedSplat>({}, kPatterns[0], 23);
