@@ -23,37 +23,44 @@ struct Team {
     __device__ __forceinline__ bool any(bool value) const { return barrierAny(barrier, threads, value); }
 };
 
+// Where in its bin a splat draws.
+struct alignas(8) Touched {
+    uint32_t sub_tiles;           // bit per sub-tile
+    uint16_t first_row, last_row; // of pixels, counted from the bin's first
+};
+
 // Blends `m` splats of shared memory, front to back, into the tile of this warp; the one after the team's last draws
 // nothing. First the splats of every sub-tile are listed, then each list is blended: a warp that tests and one that
-// blends both keep all lanes busy. `lists`: this warp's, one entry per sub-tile and thread of the team. Returns the
-// sub-tiles still open.
+// blends both keep all lanes busy. (row0, column0): of the tile in its bin, in sub-tiles. lists: this warp's, one entry
+// per sub-tile and thread of the team. Returns the sub-tiles still open.
 template <typename Rules, typename T>
-__device__ __forceinline__ uint32_t blendBatch(const typename Rules::Lit* splats, uint32_t m, uint32_t threads,
-                                               uint16_t* lists, const BlendCudaArgs& args, uint32_t x0, uint32_t y0,
-                                               uint32_t open, T& tile, uint32_t& evaluations)
+__device__ __forceinline__ uint32_t blendBatch(const typename Rules::Lit* splats, const Touched* touched, uint32_t m,
+                                               uint32_t threads, uint32_t row0, uint32_t column0, uint16_t* lists,
+                                               const BlendCudaArgs& args, uint32_t x0, uint32_t y0, uint32_t open,
+                                               T& tile, uint32_t& evaluations)
 {
     using Lit = typename Rules::Lit;
     constexpr bool kOne = T::kRows * T::kColumns == 1;
     if (open == 0)
         return 0;
-    const uint32_t lane = threadIdx.x & 31u;
-    float first = 0.0f, last = float(T::kHeight * T::kRows - 1);
+    const uint32_t lane = threadIdx.x & 31u, shift = row0 * T::kBinColumns + column0;
+    uint32_t first_open = 0, last_open = 0;
     if constexpr (kOne) { // what is finished shrinks the tile
         const uint32_t pixels = __ballot_sync(~0u, tile.transmittance[0][0] > 0.0f);
-        first = float((__ffs(int(pixels)) - 1) / int(T::kWidth));
-        last = float((31 - __clz(int(pixels))) / int(T::kWidth));
+        first_open = row0 * T::kHeight + uint32_t(__ffs(int(pixels)) - 1) / T::kWidth;
+        last_open = row0 * T::kHeight + uint32_t(31 - __clz(int(pixels))) / T::kWidth;
     }
     uint32_t counts[T::kRows * T::kColumns] = {};
     for (uint32_t start = 0; start < m; start += 32) {
-        uint32_t mask = 0;
-        if (start + lane < m) {
-            const Lit& s = splats[start + lane];
-            if (Rules::coversTile(s, x0 / kTileSize, y0 / kTileSize))
-                mask = subTileMask<T>(s.bounds, centerX(s) - float(x0), centerY(s) - float(y0), first, last) & open;
-        }
+        uint32_t mask = start + lane < m ? touched[start + lane].sub_tiles >> shift : 0u;
+        if constexpr (kOne)
+            if (mask != 0 &&
+                (touched[start + lane].first_row > last_open || touched[start + lane].last_row < first_open))
+                mask = 0;
 #pragma unroll
         for (uint32_t t = 0; t < T::kRows * T::kColumns; ++t) {
-            const bool hit = (mask >> t & 1u) != 0;
+            const uint32_t bit = t / T::kColumns * T::kBinColumns + t % T::kColumns;
+            const bool hit = (mask >> bit & open >> t & 1u) != 0;
             const uint32_t hits = __ballot_sync(~0u, hit);
             if (hit)
                 lists[t * threads + counts[t] + __popc(hits & ((1u << lane) - 1u))] =
@@ -94,16 +101,39 @@ __device__ __forceinline__ uint32_t blendBatch(const typename Rules::Lit* splats
     return open;
 }
 
-// Blends one bin; (x0, y0) is this warp's tile. `batch`: room for one splat per thread of the team and one more.
+// What a splat draws in of the bin at pixel (x0, y0).
 template <typename Rules, typename T>
-__device__ __forceinline__ void blendBin(const BlendCudaArgs& args, const Team& team, typename Rules::Lit* batch,
-                                         uint16_t* lists, uint32_t entry, uint32_t x0, uint32_t y0,
-                                         uint32_t& evaluations)
+__device__ __forceinline__ Touched touchedBy(const typename Rules::Splat& splat, const typename Rules::Lit& lit,
+                                             const RasterConstants& rules, uint32_t x0, uint32_t y0)
+{
+    const Bounds bounds = Rules::bounds(splat, lit);
+    const float top = lit.y - float(y0);
+    return {subTileMask<T>(bounds, Rules::box(splat, rules), lit.x, lit.y, float(x0), float(y0)),
+            uint16_t(fmaxf(floorf(top - bounds.extent_y), 0.0f)),
+            uint16_t(fminf(fmaxf(ceilf(top + bounds.extent_y), 0.0f), 65535.0f))};
+}
+
+// A team's room for splats: two batches, so that one is filled while slower warps still blend the other.
+template <typename Lit>
+struct Batches {
+    Lit* splats[2]; // one per thread of the team and one more
+    Touched* touched[2];
+    uint16_t* lists; // this warp's
+};
+
+// Blends one bin; (row, column): of this warp's tile, in sub-tiles.
+template <typename Rules, typename T>
+__device__ __forceinline__ void blendBin(const BlendCudaArgs& args, const Team& team,
+                                         const Batches<typename Rules::Lit>& batches, uint32_t entry, uint32_t row0,
+                                         uint32_t column0, uint32_t& evaluations)
 {
     using Splat = typename Rules::Splat;
     const Splat* all = static_cast<const Splat*>(args.splats);
     const uint32_t lane = threadIdx.x & 31u;
-    const uint32_t e = entry >= args.grid.bins() ? 1u : 0u;
+    const uint32_t e = entry >= args.grid.bins() ? 1u : 0u, bin = entry - e * args.grid.bins();
+    const uint32_t bin_x = bin % args.grid.columns * kBinWidth;
+    const uint32_t bin_y = bin / args.grid.columns * (T::kBinRows * T::kHeight);
+    const uint32_t x0 = bin_x + column0 * T::kWidth, y0 = bin_y + row0 * T::kHeight;
     const uint32_t begin = entry == 0 ? 0u : min(args.cells[(entry << args.grid.slab_bits) - 1], args.pair_capacity);
     uint32_t end = min(args.cells[((entry + 1) << args.grid.slab_bits) - 1], args.pair_capacity);
     const uint32_t width = e == 0 ? args.width[0] : args.width[1], height = e == 0 ? args.height[0] : args.height[1];
@@ -145,18 +175,22 @@ __device__ __forceinline__ void blendBin(const BlendCudaArgs& args, const Team& 
         return s;
     };
     Splat splat = fetch(at, slotAt(at));
-    uint32_t slot = slotAt(at + team.threads);
-    for (uint32_t first = begin; first < end; first += team.threads) {
-        if (at < end)
-            batch[team.thread] = Rules::light(splat);
+    uint32_t slot = slotAt(at + team.threads), which = 0;
+    for (uint32_t first = begin; first < end; first += team.threads, which ^= 1u) {
+        typename Rules::Lit* const batch = which == 0 ? batches.splats[0] : batches.splats[1];
+        Touched* const touched = which == 0 ? batches.touched[0] : batches.touched[1];
+        if (at < end) {
+            const typename Rules::Lit lit = Rules::light(splat);
+            batch[team.thread] = lit;
+            touched[team.thread] = touchedBy<Rules, T>(splat, lit, args.rules, bin_x, bin_y);
+        }
         at += team.threads;
         splat = fetch(at, slot);
         slot = slotAt(at + team.threads);
-        team.sync();
-        open = blendBatch<Rules>(batch, min(team.threads, end - first), team.threads, lists, args, x0, y0, open, tile,
-                                 evaluations);
-        if (!team.any(open != 0))
+        if (!team.any(open != 0)) // also: the batch is complete, and nobody blends the one before the last any more
             break;
+        open = blendBatch<Rules>(batch, touched, min(team.threads, end - first), team.threads, row0, column0,
+                                 batches.lists, args, x0, y0, open, tile, evaluations);
     }
 
     const bool last = args.pass.index + 1 == args.pass.count;
@@ -182,9 +216,10 @@ __device__ __forceinline__ void blendBin(const BlendCudaArgs& args, const Team& 
 
 template <typename Rules, uint32_t kRows>
 struct BlendShared {
-    static_assert(kThreads * sizeof(typename Rules::Lit) < 1u << 16); // an offset of a list
+    static_assert((kThreads + 1) * sizeof(typename Rules::Lit) < 1u << 16); // an offset of a list
 
-    typename Rules::Lit batches[kGroups * (kGroup + 1)]; // one of all threads in a hot bin
+    typename Rules::Lit batches[2][kGroups * (kGroup + 1)]; // one of all threads in a hot bin
+    Touched touched[2][kThreads];
     // per warp: sub-tiles x splats of a batch, of a group or of the whole block
     alignas(8) uint16_t lists[kThreads / 32][kRows * 2 * kGroup];
     uint32_t next[kGroups];
@@ -195,7 +230,9 @@ template <typename Rules, uint32_t kRows>
 __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) blendKernel(const __grid_constant__ BlendCudaArgs args)
 {
     GSC_DYNAMIC_SHARED(memory);
-    BlendShared<Rules, kRows>& shared = *reinterpret_cast<BlendShared<Rules, kRows>*>(memory);
+    using Shared = BlendShared<Rules, kRows>;
+    static_assert(sizeof(Shared) <= 99 * 1024); // what a block can have on compute capability 8.6, 8.9 and 12.0
+    Shared& shared = *reinterpret_cast<Shared*>(memory);
     const uint32_t lane = threadIdx.x & 31u, warp = threadIdx.x >> 5;
     const uint32_t bins = args.grid.bins();
     const uint32_t hot = args.counters->pass.hot_bins;
@@ -206,8 +243,10 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) blendKernel(con
     };
 
     const Team everyone{0, kThreads, threadIdx.x};
-    if (threadIdx.x == 0)
-        shared.batches[kThreads] = Rules::nothing();
+    const Batches<typename Rules::Lit> all{
+        {shared.batches[0], shared.batches[1]}, {shared.touched[0], shared.touched[1]}, shared.lists[warp]};
+    if (threadIdx.x < 2)
+        shared.batches[threadIdx.x][kThreads] = Rules::nothing();
     while (true) {
         if (threadIdx.x == 0)
             shared.next[0] = atomicAdd(&args.counters->pass.next_hot, 1u);
@@ -216,20 +255,20 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) blendKernel(con
         everyone.sync();
         if (i >= hot)
             break;
-        const uint32_t entry = args.bin_queue[i], bin = entry >= bins ? entry - bins : entry;
         uint32_t seen = 0;
         // narrow tiles: far splats crowd in a few rows of pixels, and this spreads a row over many warps
-        blendBin<Rules, Tile<4, kRows / 2, 1>>(args, everyone, shared.batches, shared.lists[warp], entry,
-                                               bin % args.grid.columns * kBinWidth + warp % 8 * 4,
-                                               bin / args.grid.columns * (8 * kRows) + warp / 8 * (4 * kRows), seen);
-        tally(entry, seen);
+        blendBin<Rules, Tile<4, 8 * kRows, kRows / 2, 1>>(args, everyone, all, args.bin_queue[i],
+                                                          warp / 8 * (kRows / 2), warp % 8, seen);
+        tally(args.bin_queue[i], seen);
     }
 
     const uint32_t g = threadIdx.x / kGroup;
     const Team group{1 + g, kGroup, threadIdx.x % kGroup};
-    typename Rules::Lit* batch = shared.batches + g * (kGroup + 1);
-    if (group.thread == 0)
-        batch[kGroup] = Rules::nothing();
+    const Batches<typename Rules::Lit> own{{shared.batches[0] + g * (kGroup + 1), shared.batches[1] + g * (kGroup + 1)},
+                                           {shared.touched[0] + g * kGroup, shared.touched[1] + g * kGroup},
+                                           shared.lists[warp]};
+    if (group.thread < 2)
+        shared.batches[group.thread][g * (kGroup + 1) + kGroup] = Rules::nothing();
     while (true) {
         if (group.thread == 0)
             shared.next[g] = hot + atomicAdd(&args.counters->pass.next_bin, 1u);
@@ -238,12 +277,10 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) blendKernel(con
         group.sync();
         if (i >= args.eye_count * bins)
             break;
-        const uint32_t entry = args.bin_queue[i], bin = entry >= bins ? entry - bins : entry;
         uint32_t seen = 0;
-        blendBin<Rules, Tile<8, kRows, 2>>(args, group, batch, shared.lists[warp], entry,
-                                           bin % args.grid.columns * kBinWidth + warp % 2 * 16,
-                                           bin / args.grid.columns * (8 * kRows) + warp % 4 / 2 * (4 * kRows), seen);
-        tally(entry, seen);
+        blendBin<Rules, Tile<8, 8 * kRows, kRows, 2>>(args, group, own, args.bin_queue[i], warp % 4 / 2 * kRows,
+                                                      warp % 2 * 2, seen);
+        tally(args.bin_queue[i], seen);
     }
     // counted by warp: every lane holds the same
     for (uint32_t e = 0; e < kMaxEyes; ++e)

@@ -29,31 +29,52 @@ __device__ __forceinline__ Bounds boundsOf(float a, float b, float c, float reac
     return {extent_x, extent_y, __fdividef(b, c) * extent_x, __fdividef(1.0f, a), b, det, a * reach};
 }
 
-// What blending reads of a splat, in shared memory: 64 bytes in the tier `fast`.
+// Pixels of the tiles that upstream draws a splat in, those of its 3-sigma square, inclusive. May exceed the image.
+struct PixelBox {
+    float x0, y0, x1, y1;
+};
+
+// What blending reads of a splat, in shared memory. 48 bytes: threads beside each other write them without meeting in a
+// bank, which 64 would not do.
 struct FastRules {
     using Splat = PackedSplat;
 
     struct alignas(16) Lit {
         float x, y, power[3], log_opacity, color[3];
-        Bounds bounds;
     };
-    static_assert(sizeof(Lit) == 64);
+    static_assert(sizeof(Lit) == 48);
 
     static __device__ __forceinline__ Lit light(const Splat& s)
     {
-        const float2 rg = halvesOf(*reinterpret_cast<const uint32_t*>(&s.color[0]));
-        const float2 bo = halvesOf(*reinterpret_cast<const uint32_t*>(&s.color[2]));
-        const float log_opacity = __log2f(bo.y);
-        constexpr float kLog255 = 7.99435343685886f;
-        return {s.x,
-                s.y,
-                {s.power[0], s.power[1], s.power[2]},
-                log_opacity,
-                {rg.x, rg.y, bo.x},
-                boundsOf(s.power[0], 0.5f * s.power[1], s.power[2], log_opacity + kLog255 + 4e-3f, 3e-5f)};
+        const float2 rg = stepsOf(*reinterpret_cast<const uint32_t*>(&s.color[0]));
+        const float2 bo = stepsOf(*reinterpret_cast<const uint32_t*>(&s.color[2]));
+        return {s.x, s.y, {s.power[0], s.power[1], s.power[2]}, __log2f(bo.y), {rg.x, rg.y, bo.x}};
     }
 
-    static __device__ __forceinline__ bool coversTile(const Lit&, uint32_t, uint32_t) { return true; }
+    static __device__ __forceinline__ Bounds bounds(const Splat& s, const Lit& lit)
+    {
+        constexpr float kLog255 = 7.99435343685886f;
+        return boundsOf(s.power[0], 0.5f * s.power[1], s.power[2], lit.log_opacity + kLog255 + 4e-3f, 3e-5f);
+    }
+
+    // The radius is computed anew: from the inverse of the covariance, which for the thinnest ellipses moves it a little.
+    static __device__ __forceinline__ PixelBox box(const Splat& s, const RasterConstants& rules)
+    {
+        constexpr float kTwoLn2 = 1.38629436111989f;
+        const float a = s.power[0], b = 0.5f * s.power[1], c = s.power[2], det = a * c - b * b;
+        if (!(det > 0.0f))
+            return {-INFINITY, -INFINITY, INFINITY, INFINITY};
+        const float inv = __fdividef(1.0f, kTwoLn2 * det), mid = 0.5f * (a + c) * inv;
+        const float lambda = mid + sqrtf(fmaxf(rules.eigen_floor, mid * mid - inv * (1.0f / kTwoLn2)));
+        const float r = ceilf(3.0f * sqrtf(lambda));
+        constexpr float kTile = kTileSize;
+        if (rules.gsplat)
+            return {floorf((s.x + 0.5f - r) / kTile) * kTile, floorf((s.y + 0.5f - r) / kTile) * kTile,
+                    ceilf((s.x + 0.5f + r) / kTile) * kTile - 1.0f, ceilf((s.y + 0.5f + r) / kTile) * kTile - 1.0f};
+        return {floorf((s.x - r) / kTile) * kTile, floorf((s.y - r) / kTile) * kTile,
+                floorf((s.x + r + kTile - 1.0f) / kTile) * kTile - 1.0f,
+                floorf((s.y + r + kTile - 1.0f) / kTile) * kTile - 1.0f};
+    }
 
     static __device__ __forceinline__ float alpha(const Lit& s, const BlendCudaArgs& args, float px, float py)
     {
@@ -88,7 +109,7 @@ struct FastRules {
     // Draws nothing anywhere.
     static __device__ __forceinline__ Lit nothing()
     {
-        return {0, 0, {0, 0, 0}, -INFINITY, {0, 0, 0}, {}};
+        return {0, 0, {0, 0, 0}, -INFINITY, {0, 0, 0}};
     }
 };
 
@@ -96,18 +117,23 @@ struct ExactRules {
     using Splat = ExactSplat;
 
     struct alignas(16) Lit {
-        ExactSplat splat;
-        Bounds bounds;
+        float x, y, conic[3], opacity, color[3];
     };
 
     static __device__ __forceinline__ Lit light(const Splat& s)
     {
-        return {s, boundsOf(s.conic[0], s.conic[1], s.conic[2], 2.0f * __logf(255.0f * s.opacity) + 4e-3f, 1e-3f)};
+        return {s.x, s.y, {s.conic[0], s.conic[1], s.conic[2]}, s.opacity, {s.color[0], s.color[1], s.color[2]}};
     }
 
-    static __device__ __forceinline__ bool coversTile(const Lit& s, uint32_t tx, uint32_t ty)
+    static __device__ __forceinline__ Bounds bounds(const Splat& s, const Lit&)
     {
-        return tx >= s.splat.tx0 && tx < s.splat.tx1 && ty >= s.splat.ty0 && ty < s.splat.ty1;
+        return boundsOf(s.conic[0], s.conic[1], s.conic[2], 2.0f * __logf(255.0f * s.opacity) + 4e-3f, 1e-3f);
+    }
+
+    static __device__ __forceinline__ PixelBox box(const Splat& s, const RasterConstants&)
+    {
+        constexpr float kTile = kTileSize;
+        return {float(s.tx0) * kTile, float(s.ty0) * kTile, float(s.tx1) * kTile - 1.0f, float(s.ty1) * kTile - 1.0f};
     }
 
     static __device__ __forceinline__ void blend(const Lit* const (&splats)[4], const BlendCudaArgs& args, float px,
@@ -117,7 +143,7 @@ struct ExactRules {
         for (uint32_t i = 0; i < 4; ++i) {
             if (T <= 0.0f)
                 return;
-            const ExactSplat& s = splats[i]->splat;
+            const Lit& s = *splats[i];
             PixelState<float> pixel{{color[0], color[1], color[2]}, T, false};
             blendStep<float>(args.rules, s.conic, s.x - px, s.y - py, s.opacity, s.color, pixel);
             T = pixel.done ? -T : pixel.transmittance;
@@ -132,55 +158,41 @@ struct ExactRules {
     } // its opacity is zero
 };
 
-__device__ __forceinline__ float centerX(const FastRules::Lit& s)
-{
-    return s.x;
-}
-__device__ __forceinline__ float centerY(const FastRules::Lit& s)
-{
-    return s.y;
-}
-__device__ __forceinline__ float centerX(const ExactRules::Lit& s)
-{
-    return s.splat.x;
-}
-__device__ __forceinline__ float centerY(const ExactRules::Lit& s)
-{
-    return s.splat.y;
-}
-
-// A warp's tile: kRows x kColumns sub-tiles of 32 pixels, one of each per lane, kWidth pixels wide.
-template <uint32_t kWidthOfSubTile, uint32_t kRowCount, uint32_t kColumnCount>
+// How a bin is cut into sub-tiles of 32 pixels, one of each per lane, and a warp's share of them with its pixels.
+template <uint32_t kWidthOfSubTile, uint32_t kBinHeight, uint32_t kRowCount, uint32_t kColumnCount>
 struct Tile {
     static constexpr uint32_t kWidth = kWidthOfSubTile, kHeight = 32 / kWidth;
+    static constexpr uint32_t kBinRows = kBinHeight / kHeight, kBinColumns = kBinWidth / kWidth;
     static constexpr uint32_t kRows = kRowCount, kColumns = kColumnCount;
+    static_assert(kBinRows * kBinColumns <= 32); // a mask is a word
 
     float transmittance[kRows][kColumns]; // < 0: finished, its absolute value is final
     float color[kRows][kColumns][3];
 };
 
-// Sub-tiles that the ellipse touches; errs towards more. Bit row * kColumns + column. (left, top): its centre relative
-// to the tile; [first, last]: the tile's rows of pixels that are not finished.
+// Sub-tiles of the bin at pixel (x0, y0) that the ellipse round `x`, `y` touches within the box, whose edges are edges of
+// sub-tiles too; errs towards more. Bit row * kBinColumns + column.
 template <typename T>
-__device__ __forceinline__ uint32_t subTileMask(const Bounds& q, float left, float top, float first, float last)
+__device__ __forceinline__ uint32_t subTileMask(const Bounds& q, const PixelBox& box, float x, float y, float x0,
+                                                float y0)
 {
-    if (left + q.extent_x < 0.0f || left - q.extent_x > float(T::kWidth * T::kColumns - 1) ||
-        top + q.extent_y < first || top - q.extent_y > last)
-        return 0u;
+    static_assert(uint32_t(kTileSize) % T::kWidth == 0 && uint32_t(kTileSize) % T::kHeight == 0);
+    const float left = x - x0, top = y - y0;
     uint32_t mask = 0;
 #pragma unroll
-    for (uint32_t row = 0; row < T::kRows; ++row) {
-        const float low = fmaxf(fmaxf(float(T::kHeight * row), first) - top, -q.extent_y);
-        const float high = fminf(fminf(float(T::kHeight * (row + 1) - 1), last) - top, q.extent_y);
-        if (low > high)
-            continue;
+    for (uint32_t row = 0; row < T::kBinRows; ++row) {
+        const float low = fmaxf(fmaxf(float(T::kHeight * row), box.y0 - y0) - top, -q.extent_y);
+        const float high = fminf(fminf(float(T::kHeight * (row + 1) - 1), box.y1 - y0) - top, q.extent_y);
         const float tr = fminf(fmaxf(-q.lean, low), high), tl = fminf(fmaxf(q.lean, low), high);
-        const float right = (sqrtf(fmaxf(q.a_reach - q.det * tr * tr, 0.0f)) - q.half_b * tr) * q.inv_a + 0.02f + left;
-        const float begin = left - 0.02f - (sqrtf(fmaxf(q.a_reach - q.det * tl * tl, 0.0f)) + q.half_b * tl) * q.inv_a;
-#pragma unroll
-        for (uint32_t column = 0; column < T::kColumns; ++column)
-            if (begin <= float(T::kWidth * (column + 1) - 1) && right >= float(T::kWidth * column))
-                mask |= 1u << (row * T::kColumns + column);
+        const float right = fminf(
+            (sqrtf(fmaxf(q.a_reach - q.det * tr * tr, 0.0f)) - q.half_b * tr) * q.inv_a + 0.02f + left, box.x1 - x0);
+        const float begin = fmaxf(
+            left - 0.02f - (sqrtf(fmaxf(q.a_reach - q.det * tl * tl, 0.0f)) + q.half_b * tl) * q.inv_a, box.x0 - x0);
+        // columns whose last pixel is not left of `begin` and whose first is not right of `right`
+        const int first = int(fmaxf(ceilf((begin + 1.0f) * (1.0f / T::kWidth)), 1.0f)) - 1;
+        const int last = int(fminf(floorf(right * (1.0f / T::kWidth)), float(T::kBinColumns - 1)));
+        if (low <= high && right >= 0.0f && first <= last)
+            mask |= ((2u << last) - (1u << first)) << (row * T::kBinColumns);
     }
     return mask;
 }

@@ -44,12 +44,13 @@ __device__ __forceinline__ bool mayBeIn(const DepthPass& pass, const BinGrid& gr
     return passOf(pass, grid, z - r) <= pass.index && passOf(pass, grid, z + r) >= pass.index;
 }
 
-// Calls visit(cell, place, slot) for every cell of one eye that the splats of a warp fall into. All lanes of the warp
-// call it together; a lane without a splat passes a place of kNoBins. Splats of few bins are their lane's own work, the
-// others the whole warp's, so that none of them holds the rest up.
-template <typename Visit>
+// Calls take(cell) and then put(what take gave, depth_bits, slot) for every cell of one eye that the splats of a warp fall
+// into. All lanes of the warp call it together; a lane without a splat passes a place of kNoBins. Splats of few bins are
+// their lane's own work, and all are taken before the first is put, so that their atomics are under way together; the
+// others are the whole warp's, so that none of them holds the rest up.
+template <typename Take, typename Put>
 __device__ __forceinline__ void forCellsOfWarp(const BinGrid& grid, const uint16_t* slab_of, const SplatPlace& place,
-                                               uint32_t slot, Visit visit)
+                                               uint32_t slot, Take take, Put put)
 {
     constexpr uint32_t kFew = 4;
     const uint32_t lane = threadIdx.x & 31u;
@@ -57,18 +58,28 @@ __device__ __forceinline__ void forCellsOfWarp(const BinGrid& grid, const uint16
     const bool some = place.box != kNoBins;
     const uint32_t width = x1 - x0 + 1, count = some ? width * (y1 - y0 + 1) : 0u;
     const uint32_t slab = some ? slab_of[depthBucket(place.depth_bits)] & (grid.slabs() - 1) : 0u;
-    if (count <= kFew)
-        for (uint32_t y = y0; y <= y1; ++y)
-            for (uint32_t x = x0; x <= x1; ++x)
-                visit(((y * grid.columns + x) << grid.slab_bits) + slab, place, slot);
+    const uint32_t few = count <= kFew ? count : 0u;
+    decltype(take(0u)) taken[kFew] = {};
+    uint32_t x = x0, y = y0;
+#pragma unroll
+    for (uint32_t i = 0; i < kFew; ++i) {
+        if (i < few)
+            taken[i] = take(((y * grid.columns + x) << grid.slab_bits) + slab);
+        y += x == x1 ? 1u : 0u;
+        x = x == x1 ? x0 : x + 1;
+    }
+#pragma unroll
+    for (uint32_t i = 0; i < kFew; ++i)
+        if (i < few)
+            put(taken[i], place.depth_bits, slot);
     for (uint32_t large = __ballot_sync(~0u, count > kFew); large != 0; large &= large - 1) {
         const int from = __ffs(int(large)) - 1;
         const SplatPlace p{__shfl_sync(~0u, place.depth_bits, from), __shfl_sync(~0u, place.box, from)};
         const uint32_t s = __shfl_sync(~0u, slot, from), w = __shfl_sync(~0u, width, from);
         const uint32_t n = __shfl_sync(~0u, count, from), d = __shfl_sync(~0u, slab, from);
         for (uint32_t i = lane; i < n; i += 32)
-            visit(((((p.box >> 8 & 255u) + i / w) * grid.columns + (p.box & 255u) + i % w) << grid.slab_bits) + d, p,
-                  s);
+            put(take(((((p.box >> 8 & 255u) + i / w) * grid.columns + (p.box & 255u) + i % w) << grid.slab_bits) + d),
+                p.depth_bits, s);
     }
 }
 

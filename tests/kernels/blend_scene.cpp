@@ -10,8 +10,8 @@ void setSplat(PackedSplat& s, const Ellipse& e, uint32_t order)
     const double det = double(e.a) * e.c - double(e.b) * e.b, scale = 1.4426950408889634 / det;
     s = {e.x, e.y, {float(0.5 * e.c * scale), float(-e.b * scale), float(0.5 * e.a * scale)}, {}, 0, order};
     for (int i = 0; i < 3; ++i)
-        s.color[i] = floatHalf(e.color[i]);
-    s.opacity = floatHalf(e.opacity);
+        s.color[i] = floatSteps(e.color[i]);
+    s.opacity = floatSteps(e.opacity);
 }
 void setSplat(ExactSplat& s, const Ellipse& e, uint32_t order)
 {
@@ -40,20 +40,42 @@ struct Falloff {
 // Terms are rounded a few times each on the way to the exponent, whose function is good to 2 ulp.
 constexpr double kTermRounding = 2.5e-7, kFunctionRounding = 6e-7;
 
-Falloff falloffAt(const PackedSplat& s, uint32_t x, uint32_t y)
+// Is a pixel in the tiles of a splat of this radius?
+bool inTiles(const PackedSplat& s, const RasterConstants& rules, double radius, uint32_t x, uint32_t y)
+{
+    const auto in = [&](double center, uint32_t pixel) {
+        const double tile = std::floor(pixel / double(kTileSize));
+        if (rules.gsplat)
+            return tile >= std::floor((center + 0.5 - radius) / kTileSize) &&
+                   tile < std::ceil((center + 0.5 + radius) / kTileSize);
+        return tile >= std::floor((center - radius) / kTileSize) &&
+               tile < std::floor((center + radius + kTileSize - 1) / kTileSize);
+    };
+    return in(double(s.x), x) && in(double(s.y), y);
+}
+
+Falloff falloffAt(const PackedSplat& s, const RasterConstants& rules, uint32_t x, uint32_t y)
 {
     constexpr double kLn2 = 0.6931471805599453;
     const double dx = double(s.x - float(x)), dy = double(s.y - float(y)),
-                 log_opacity = std::log2(halfFloat(s.opacity));
+                 log_opacity = std::log2(stepsFloat(s.opacity));
     const double terms[3] = {s.power[0] * dx * dx, s.power[1] * dx * dy, s.power[2] * dy * dy};
     const double size = std::abs(terms[0]) + std::abs(terms[1]) + std::abs(terms[2]) + std::abs(log_opacity);
+    // upstream's radius from the inverse of the covariance, rounded up: doubtful where it nearly is a whole number
+    const double a = s.power[0], b = 0.5 * s.power[1], c = s.power[2], det = a * c - b * b;
+    const double mid = 0.5 * (a + c) / (2 * kLn2 * det);
+    const double rest = std::max(double(rules.eigen_floor), mid * mid - 1 / (4 * kLn2 * kLn2 * det));
+    const double radius = 3 * std::sqrt(mid + std::sqrt(rest)), slack = 1e-3 * radius;
+    const bool drawn = !(det > 0) || inTiles(s, rules, std::ceil(radius), x, y);
+    const bool doubtful = det > 0 && inTiles(s, rules, std::ceil(radius - slack), x, y) !=
+                                         inTiles(s, rules, std::ceil(radius + slack), x, y);
     return {kLn2 * (log_opacity - terms[0] - terms[1] - terms[2]),
             kLn2 * kTermRounding * size + kFunctionRounding,
-            {halfFloat(s.color[0]), halfFloat(s.color[1]), halfFloat(s.color[2])},
-            true,
-            false};
+            {stepsFloat(s.color[0]), stepsFloat(s.color[1]), stepsFloat(s.color[2])},
+            drawn,
+            doubtful};
 }
-Falloff falloffAt(const ExactSplat& s, uint32_t x, uint32_t y)
+Falloff falloffAt(const ExactSplat& s, const RasterConstants&, uint32_t x, uint32_t y)
 {
     const double dx = double(s.x - float(x)), dy = double(s.y - float(y));
     const double terms[3] = {0.5 * s.conic[0] * dx * dx, double(s.conic[1]) * dx * dy, 0.5 * s.conic[2] * dy * dy};
@@ -144,7 +166,7 @@ Pixel referencePixel(const BlendScene<Splat>& scene, const std::vector<uint32_t>
     Pixel pixel{};
     double left = 1, left_error = 0;
     for (const uint32_t i : list) {
-        const Falloff f = falloffAt(scene.splats[i], x, y);
+        const Falloff f = falloffAt(scene.splats[i], scene.rules, x, y);
         if (!f.drawn && !f.doubtful)
             continue;
         const double alpha = std::min(double(scene.rules.alpha_cap), std::exp(f.log_alpha));
