@@ -13,6 +13,7 @@ namespace {
 constexpr double kPositionBytes = 16; // x, y, z, level
 constexpr double kSizeBytes = 24, kTestedSizeBytes = 12;
 constexpr double kVisibleBytes = 4;
+constexpr double kPackedOffsetBytes = 8; // of a Gaussian in the tier fast
 constexpr double kSplatBytes = 32, kExactSplatBytes = 64;
 constexpr double kSplatKeyBytes = 8; // depth and tile box, kept apart from the splat
 constexpr double kPairBytes = 8;     // depth and splat index
@@ -46,8 +47,9 @@ AnchorCost anchorCost(const ModelView& model, Tier tier)
     const ModelParams& params = *model.params;
     AnchorCost cost;
     cost.exact = tier == Tier::Exact;
-    cost.bytes = kVisibleBytes + (cost.exact ? 4.0 : 2.0) * (params.feat_dim + 3.0 * params.n_offsets) +
-                 kPositionBytes + kSizeBytes;
+    cost.bytes = kVisibleBytes + kPositionBytes + kSizeBytes +
+                 (cost.exact ? 4.0 * params.feat_dim + 12.0 * params.n_offsets
+                             : 2.0 * params.feat_dim + kPackedOffsetBytes * params.n_offsets);
     cost.splat_bytes = cost.exact ? kExactSplatBytes : kSplatBytes;
     const bool banked = mlpRecord(model, MlpKind::FeatureBank) != nullptr;
     const auto* records = reinterpret_cast<const MlpRecord*>(model.weights);

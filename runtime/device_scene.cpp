@@ -55,7 +55,7 @@ struct DeviceScene::FlatArrays {
     float *lod_shift, *placement, *size, *shape, *rotation, *biases, *bank;
     uint32_t *level_first, *source;
     uint16_t *feature, *fragments;
-    int16_t* offset;
+    uint64_t* offset;
 };
 
 DeviceScene::FlatArrays DeviceScene::layOutFlat(ArenaLayout& layout, uint64_t anchors) const
@@ -74,7 +74,7 @@ DeviceScene::FlatArrays DeviceScene::layOutFlat(ArenaLayout& layout, uint64_t an
         a.rotation = layout.take<float>(anchors * 4);
     if (m_fast_possible) {
         a.feature = layout.take<uint16_t>(anchors * params.feat_dim);
-        a.offset = layout.take<int16_t>(anchors * params.n_offsets * 3);
+        a.offset = layout.take<uint64_t>(anchors * params.n_offsets);
         a.fragments = layout.take<uint16_t>(size_t(kFragmentTiles) * kTileHalves);
         a.biases = layout.take<float>(kBiasCount);
         if (params.flags & kModelFeatureBank)

@@ -8,13 +8,11 @@
 
 namespace gsc {
 
-constexpr uint32_t kSlotPiece = 64; // smaller ones leave smaller gaps, of which every warp has one
-
 struct SlotWriter {
     uint32_t next = 0, left = 0; // the same in every lane
 
-    // Slot of each lane that wants one. All lanes of the warp call it together.
-    __device__ __forceinline__ uint32_t reserve(bool wanted, uint32_t lane, uint32_t* cursor)
+    // Slot of each lane that wants one, from pieces of `size`, at least 32. All lanes of the warp call it together.
+    __device__ __forceinline__ uint32_t reserve(bool wanted, uint32_t lane, uint32_t size, uint32_t* cursor)
     {
         const uint32_t mask = __ballot_sync(~0u, wanted);
         const uint32_t count = __popc(mask), rank = __popc(mask & ((1u << lane) - 1u));
@@ -22,12 +20,12 @@ struct SlotWriter {
         if (count > left) {
             uint32_t piece = 0;
             if (lane == 0)
-                piece = atomicAdd(cursor, kSlotPiece);
+                piece = atomicAdd(cursor, size);
             piece = __shfl_sync(~0u, piece, 0);
             if (rank >= left)
                 slot = piece + rank - left;
             next = piece + count - left;
-            left = kSlotPiece - (count - left);
+            left = size - (count - left);
         } else {
             next += count;
             left -= count;

@@ -33,6 +33,15 @@ struct DecodeShared {
 };
 static_assert(sizeof(DecodeShared) <= 99 * 1024); // what a block can have on compute capability 8.6, 8.9 and 12.0
 
+// Slots that a warp reserves at once. Few leave smaller gaps, of which every warp has one; many are waited for less often,
+// which is worth the gaps of large frames.
+constexpr uint32_t kSmallPiece = 64, kLargePiece = 256, kLargeFrame = 4u << 20;
+
+__host__ __device__ __forceinline__ uint32_t slotPiece(uint32_t slot_capacity)
+{
+    return slot_capacity < kLargeFrame ? kSmallPiece : kLargePiece;
+}
+
 // Slots and counts of one eye, gathered by a warp. Two of them with fixed names, not an array: an index that the
 // compiler does not know would put them into local memory.
 struct EyeTally {
@@ -100,9 +109,13 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
             const float4 center = reinterpret_cast<const float4*>(model.placement)[anchor];
             const float2* shape = reinterpret_cast<const float2*>(model.shape + size_t(6) * anchor);
             const float2 s0 = shape[0], s1 = shape[1], s2 = shape[2];
-            const int16_t* offset = model.offset + (size_t(anchor) * K + k) * 3;
-            const float position[3] = {fmaf(float(offset[0]), s0.x, center.x), fmaf(float(offset[1]), s0.y, center.y),
-                                       fmaf(float(offset[2]), s1.x, center.z)};
+            const uint64_t offset = model.offset[size_t(anchor) * K + k];
+            const auto steps = [offset](uint32_t axis) {
+                return float(int32_t(uint32_t(offset >> (kOffsetBits * axis)) & ((1u << kOffsetBits) - 1u)) -
+                             kOffsetSteps - 1);
+            };
+            const float position[3] = {fmaf(steps(0), s0.x, center.x), fmaf(steps(1), s0.y, center.y),
+                                       fmaf(steps(2), s1.x, center.z)};
             const float sigma[3] = {s1.y * sigmoidFast(staged.scale[0][i]), s2.x * sigmoidFast(staged.scale[1][i]),
                                     s2.y * sigmoidFast(staged.scale[2][i])};
             const float rgb[3] = {sigmoidFast(staged.color[0][i]), sigmoidFast(staged.color[1][i]),
@@ -117,7 +130,7 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
 #pragma unroll
             for (uint32_t c = 0; c < 4; ++c)
                 q[c] *= inverse;
-            bool finite = min(min(offset[0], offset[1]), offset[2]) != kNoOffset;
+            bool finite = offset != kNoOffset;
             const bool here =
                 args.pass.count == 1 ||
                 passOf(args.pass, args.grid, viewPoint<float>(eye, {position[0], position[1], position[2]}).z) ==
@@ -130,7 +143,8 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
                 tally.dropped += finite ? 0u : 1u;
             }
         }
-        const uint32_t slot = tally.writer.reserve(drawn, lane, &args.counters->pass.slots[e]);
+        const uint32_t slot =
+            tally.writer.reserve(drawn, lane, slotPiece(args.slot_capacity), &args.counters->pass.slots[e]);
         if (drawn && slot < args.slot_capacity) {
             ++tally.written;
             tally.pairs += binCount(out.place);
@@ -144,8 +158,9 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
             out.place.box = kNoBins;
         }
         uint32_t* cells = args.cells + size_t(e) * args.grid.cells();
-        forCellsOfWarp(args.grid, args.pass.slab_of, out.place, 0,
-                       [&](uint32_t cell, const SplatPlace&, uint32_t) { atomicAdd(cells + cell, 1u); });
+        forCellsOfWarp(
+            args.grid, args.pass.slab_of, out.place, 0, [&](uint32_t cell) { return atomicAdd(cells + cell, 1u); },
+            [](uint32_t, uint32_t, uint32_t) {});
     }
 }
 
@@ -192,7 +207,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
             positions[r][2] = p.z;
             if (args.pass.count > 1) {
                 const float* steps = model.shape + size_t(6) * anchors[r];
-                const float reach = 32767.0f * norm3df(steps[0], steps[1], steps[2]);
+                const float reach = float(kOffsetSteps) * norm3df(steps[0], steps[1], steps[2]);
                 for (uint32_t e = 0; e < args.eye_count; ++e)
                     if (!mayBeIn(args.pass, args.grid, args.eyes[e], {p.x, p.y, p.z}, reach))
                         seen_by[r] &= ~(1u << e);
@@ -340,9 +355,9 @@ void prepareDecodeCuda()
     raiseSharedLimit(decodeKernel<true>, sizeof(DecodeShared));
 }
 
-uint32_t decodeFastGaps(uint32_t processors)
+uint32_t decodeFastGaps(uint32_t processors, uint32_t slot_capacity)
 {
-    return processors * kBlocksPerProcessor * kWarps * kSlotPiece;
+    return processors * kBlocksPerProcessor * kWarps * slotPiece(slot_capacity);
 }
 
 void decodeFastCuda(const DecodeCudaArgs& args, uint32_t processors, CUstream_st* stream)

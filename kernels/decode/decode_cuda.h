@@ -14,8 +14,8 @@ namespace gsc {
 struct alignas(16) PackedSplat {
     float x, y;        // 0   pixels, centres at integers
     float power[3];    // 8   log2 of the falloff is -(power[0] dx^2 + power[1] dx dy + power[2] dy^2)
-    uint16_t color[3]; // 20  halves
-    uint16_t opacity;  // 26  half
+    uint16_t color[3]; // 20  steps of 1 / 65535
+    uint16_t opacity;  // 26  the same
     uint32_t order;    // 28  emission order, breaks depth ties
 };
 static_assert(sizeof(PackedSplat) == 32);
@@ -75,7 +75,7 @@ DecodeWeights packFragments(const ModelView& model, int32_t appearance);
 // the device).
 void prepareDecodeCuda();
 // Slots that may stay unused beside those of the splats, for one eye.
-uint32_t decodeFastGaps(uint32_t processors);
+uint32_t decodeFastGaps(uint32_t processors, uint32_t slot_capacity);
 void decodeFastCuda(const DecodeCudaArgs& args, uint32_t processors, CUstream_st* stream); // asynchronous
 
 } // namespace gsc

@@ -67,7 +67,7 @@ __global__ void __launch_bounds__(kThreads) decodeExactKernel(const __grid_const
         const float* steps = args.model.shape + size_t(6) * anchor;
         const float z = viewPoint<float>(eye, {placement[0], placement[1], placement[2]}).z;
         if (!mayBeIn(args.pass, args.grid, eye, {placement[0], placement[1], placement[2]},
-                     32767.0f * norm3df(steps[0], steps[1], steps[2])))
+                     float(kOffsetSteps) * norm3df(steps[0], steps[1], steps[2])))
             continue;
         const auto emit = [&](const GaussianOf<float>& g) {
             const Footprint<float> f = projectGaussian<float>(eye, args.rules, g);

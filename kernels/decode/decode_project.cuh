@@ -80,7 +80,7 @@ __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, const Ey
     const float scale = kLog2E * inv_det; // power of two instead of e, and its halves, folded in here
     out.words[0] = {__float_as_uint(x), __float_as_uint(y), __float_as_uint(0.5f * c * scale),
                     __float_as_uint(-b * scale)};
-    out.words[1] = {__float_as_uint(0.5f * a * scale), packHalves(color[0], color[1]), packHalves(color[2], opacity),
+    out.words[1] = {__float_as_uint(0.5f * a * scale), packSteps(color[0], color[1]), packSteps(color[2], opacity),
                     order};
     out.place = {__float_as_uint(t.z), bx0 | by0 << 8 | bx1 << 16 | by1 << 24};
     return true;

@@ -34,8 +34,7 @@ __global__ void __launch_bounds__(kThreads) uploadKernel(const __grid_constant__
 {
     const uint32_t first = blockIdx.x * kThreads, n = min(kThreads, args.chunk.anchor_count - first);
     const size_t base = size_t(args.chunk.anchor_first) + first;
-    const uint32_t width = 3 * args.n_offsets;
-    // an anchor's offsets are about alike: steps of their largest are eight times as fine as halves, in the same 16 bits
+    // an anchor's offsets are about alike, so steps of their largest serve them all
     __shared__ float steps[kThreads][3];
     if (threadIdx.x < n)
         for (int a = 0; a < 3; ++a) {
@@ -44,7 +43,7 @@ __global__ void __launch_bounds__(kThreads) uploadKernel(const __grid_constant__
             for (uint32_t k = 0; k < args.n_offsets; ++k)
                 if (isfinite(offsets[3 * k + a]))
                     largest = fmaxf(largest, fabsf(offsets[3 * k + a]));
-            steps[threadIdx.x][a] = largest / 32767.0f;
+            steps[threadIdx.x][a] = largest / float(kOffsetSteps);
         }
     __syncthreads();
     if (threadIdx.x < n) {
@@ -83,11 +82,18 @@ __global__ void __launch_bounds__(kThreads) uploadKernel(const __grid_constant__
         for (uint32_t i = threadIdx.x; i < n * args.feat_dim; i += kThreads)
             args.feature[base * args.feat_dim + i] = halfBits(array<float>(args, ChunkArray::Feature, first)[i]);
     if (args.offset != nullptr)
-        for (uint32_t i = threadIdx.x; i < n * width; i += kThreads) {
-            const float step = steps[i / width][i % 3];
-            const float value = array<float>(args, ChunkArray::Offset, first)[i];
-            args.offset[base * width + i] =
-                isfinite(value) ? int16_t(step > 0.0f ? __float2int_rn(value / step) : 0) : kNoOffset;
+        for (uint32_t i = threadIdx.x; i < n * args.n_offsets; i += kThreads) {
+            const float* offset = array<float>(args, ChunkArray::Offset, first) + size_t(3) * i;
+            uint64_t packed = 0;
+            bool finite = true;
+            for (uint32_t a = 0; a < 3; ++a) {
+                const float step = steps[i / args.n_offsets][a];
+                finite = finite && isfinite(offset[a]);
+                const int32_t count = finite && step > 0.0f ? __float2int_rn(offset[a] / step) : 0;
+                packed |= uint64_t(min(max(count, -kOffsetSteps), kOffsetSteps) + kOffsetSteps + 1)
+                          << (kOffsetBits * a);
+            }
+            args.offset[base * args.n_offsets + i] = finite ? packed : kNoOffset;
         }
 }
 

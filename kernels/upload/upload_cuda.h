@@ -20,7 +20,7 @@ struct UploadArgs {
     float* shape;
     float* rotation;   // or null
     uint16_t* feature; // or null
-    int16_t* offset;   // or null
+    uint64_t* offset;  // or null
     uint32_t* source;
 };
 

@@ -224,6 +224,14 @@ inline uint32_t __float_as_uint(float v)
     return std::bit_cast<uint32_t>(v);
 }
 
+inline uint32_t __float2uint_rn(float v)
+{
+    if (!(v > 0.0f))
+        return 0;
+    const float r = std::nearbyint(v);
+    return r >= 0x1p32f ? UINT32_MAX : uint32_t(r);
+}
+
 inline int __float2int_rn(float v)
 {
     if (!(v == v))

@@ -30,8 +30,8 @@ Plain plain(const PackedSplat& s)
 {
     constexpr double kLn2 = 0.6931471805599453;
     return {{2 * kLn2 * s.power[0], kLn2 * s.power[1], 2 * kLn2 * s.power[2]},
-            halfFloat(s.opacity),
-            {halfFloat(s.color[0]), halfFloat(s.color[1]), halfFloat(s.color[2])}};
+            stepsFloat(s.opacity),
+            {stepsFloat(s.color[0]), stepsFloat(s.color[1]), stepsFloat(s.color[2])}};
 }
 Plain plain(const ExactSplat& s)
 {

@@ -36,23 +36,14 @@ inline float bitsFloat(uint32_t bits)
     return v;
 }
 
-// Of a half that is a number.
-inline float halfFloat(uint16_t half)
+// A number from 0 to 1 in the steps that colours and opacities are packed in.
+inline uint16_t floatSteps(float v)
 {
-    const int exponent = half >> 10 & 31, mantissa = half & 1023;
-    const float v =
-        exponent == 0 ? std::ldexp(float(mantissa), -24) : std::ldexp(float(mantissa + 1024), exponent - 25);
-    return half >> 15 != 0 ? -v : v;
+    return uint16_t(std::nearbyint(v * 65535.0f));
 }
-
-// Nearest half. Precondition: v is in [0, 65504].
-inline uint16_t floatHalf(float v)
+inline float stepsFloat(uint16_t steps)
 {
-    if (v < 0x1p-14f) // subnormal: units of 2^-24
-        return uint16_t(std::nearbyint(v * 0x1p24f));
-    int exponent;
-    const float mantissa = std::frexp(v, &exponent);
-    return uint16_t(((exponent + 13) << 10) + int(std::nearbyint(mantissa * 2048.0f)));
+    return float(steps) * (1.0f / 65535.0f);
 }
 
 // depthBucket() of the kernels.
