@@ -17,8 +17,8 @@ namespace gsc {
 
 namespace {
 
-// Splats of one eye and pass that a frame's memory is kept to: 1 GB for two eyes. More are drawn in several passes.
-constexpr uint32_t kSlotTarget = 12u << 20;
+// Splats of one eye and pass that a frame's memory is kept to: 3.2 GB for two eyes. More are drawn in several passes.
+constexpr uint32_t kSlotTarget = 38u << 20;
 constexpr uint32_t kLeastSlots = 1u << 12; // beside twice the gaps: with fewer there would be too many passes
 constexpr uint32_t kPairsPerSlot = 4;      // at most, of all eyes, where memory is short
 constexpr size_t kGraphs = 8;              // kept for frames to come
@@ -70,9 +70,9 @@ public:
 private:
     FrameShape shapeOf(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options) const;
     [[nodiscard]] uint64_t frameBytes(FrameShape shape, const FrameCapacity& capacity) const;
-    [[nodiscard]] uint32_t gapsOf(const FrameShape& shape) const
+    [[nodiscard]] uint32_t gapsOf(const FrameShape& shape, uint32_t slots) const
     {
-        return shape.exact ? 0 : decodeFastGaps(m_limits.processors);
+        return shape.exact ? 0 : decodeFastGaps(m_limits.processors, slots);
     }
     [[nodiscard]] uint32_t slotLimit(FrameShape shape);
     void choosePasses(FrameShape& shape);
@@ -142,7 +142,7 @@ uint32_t CudaBackend::slotLimit(FrameShape shape)
     shape.passes = std::max(shape.passes, 2u); // with the memory between passes
     const uint64_t others = m_budget.used - m_arena.bytes();
     const uint64_t room = m_budget.limit > others ? m_budget.limit - others : 0;
-    uint32_t limit = kLeastSlots + 2 * gapsOf(shape), too_many = kSlotTarget + 1;
+    uint32_t limit = kLeastSlots + 2 * gapsOf(shape, kLeastSlots), too_many = kSlotTarget + 1;
     while (too_many - limit > limit / 64) {
         const uint32_t slots = limit + (too_many - limit) / 2;
         if (frameBytes(shape, {m_capacity.visible, slots, slots * kPairsPerSlot}) <= room)
@@ -160,9 +160,10 @@ uint32_t CudaBackend::slotLimit(FrameShape shape)
 // As many passes as the last frame's load needs. The image does not depend on it.
 void CudaBackend::choosePasses(FrameShape& shape)
 {
-    const uint64_t limit = slotLimit(shape);
+    const uint32_t limit = slotLimit(shape);
     const auto passes = [](uint64_t load, uint64_t room) { return (load + load / 8 + room - 1) / room; };
-    const uint64_t most = std::max(passes(m_splats, limit - gapsOf(shape)), passes(m_pairs, limit * kPairsPerSlot));
+    const uint64_t most =
+        std::max(passes(m_splats, limit - gapsOf(shape, limit)), passes(m_pairs, uint64_t(limit) * kPairsPerSlot));
     shape.passes = uint32_t(std::clamp<uint64_t>(most, 1, kMaxPasses));
 }
 
@@ -210,7 +211,7 @@ bool CudaBackend::growAfterOverflow(FrameShape& shape)
     };
     grow(m_capacity.visible, c.anchors_listed, UINT32_MAX, 0);
     const uint64_t limit = slotLimit(shape); // what the visible list has left
-    grow(m_capacity.slots, c.most_slots, limit, gapsOf(shape));
+    grow(m_capacity.slots, c.most_slots, limit, gapsOf(shape, m_capacity.slots));
     grow(m_capacity.pairs, c.most_pairs, limit * kPairsPerSlot, 0);
     if (passes > kMaxPasses) {
         if (shape.passes == kMaxPasses) { // all Gaussians at one depth, or a budget far too small
