@@ -21,7 +21,6 @@ constexpr float kLeadShare = 0.7f;
 // Between two keys the change predicted from one to the other is all there but for this share, in the middle. Measured
 // on four trained models and the paths of gsc sample paths.
 constexpr float kCurve = 0.08f;
-constexpr float kMostT = 1.5f; // how far an entry is drawn beyond its second key
 constexpr float kMaxLeadFrames = 64;
 constexpr float kGross = 0.1f; // a change that shows as much as a hole does, such as that of a view long left
 
@@ -86,7 +85,7 @@ CpuReuse::Place CpuReuse::place(const Keys& keys, const GroupAnchors& anchors, u
         along += (now[i] - from[i]) * way;
         square += way * way;
     }
-    const float t = square > 0 ? std::clamp(along / square, 0.0f, kMostT) : 0.0f;
+    const float t = square > 0 ? std::clamp(along / square, 0.0f, kMostMix) : 0.0f;
     for (int i = 0; i < 3; ++i)
         point[i] = t == 1 ? keys.center[1][i] : from[i] + t * (keys.center[1][i] - from[i]) * float(keys.count == 2);
     return {t, stripError(anchors, strip, lanes, point, now) + 4 * kCurve * std::abs(t * (1 - t)) * keys.span};

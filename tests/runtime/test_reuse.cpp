@@ -250,6 +250,8 @@ TEST_CASE("a limit that falls is kept at once, and dropping the caches gives the
     CHECK(less[0].result.cache_bytes < much);
     CHECK(less[0].result.cache_bytes < options.reuse.cache_bytes + (1u << 18));
     CHECK(less[0].result.cache_evictions > 0);
+    options.reuse.cache_bytes = 64u << 20; // and one that rises is used
+    CHECK(render(*backend, walk(1, 1), options)[0].result.cache_bytes == much);
     backend->dropCaches();
     options.reuse.cache_bytes = 1;
     const auto none = render(*backend, walk(2, 1), options);
