@@ -15,6 +15,7 @@ constexpr uint32_t kNoSlot = ~0u;
 struct CacheEntry {
     float center[2][3] = {}; // decoded from here; the way of the camera goes from the first to the second
     float span = 0;          // predicted change from the first to the second, 1 = full scale
+    StripReach reach;        // about its last key
     uint32_t strip = 0, eye = 0;
     uint64_t decoded = 0, used = 0; // frames; decoded: the last key
     PackedExtent extent = {};       // of the packed strip

@@ -104,21 +104,6 @@ void CpuReuse::skipFrame()
     std::fill(std::begin(m_history), std::end(m_history), 0u);
 }
 
-// An eye that draws the other's entry, which this frame replaces for the other eye: it draws the new one.
-void CpuReuse::adoptPlans(const ReuseFrame& frame)
-{
-    for (size_t w = 0; w < m_work.size() && frame.eye_count > 1; ++w)
-        for (uint32_t e = 0; e < frame.eye_count; ++e) {
-            EyeWork& eye = m_work[w].eye[e];
-            const EyeWork& other = m_work[w].eye[1 - e];
-            if (eye.decode || eye.lanes == 0 || !other.decode || eye.slot == kNoSlot || eye.slot != other.slot)
-                continue;
-            GroupAnchors anchors;
-            loadGroupAnchors(m_model, sensitivity(), m_model.groups[m_groups[w / kStripsPerGroup]], anchors);
-            eye.place = place(other.plan, anchors, uint32_t(w % kStripsPerGroup), eye.lanes, frame.eyes[e].center);
-        }
-}
-
 void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
 {
     Stopwatch watch;
@@ -278,6 +263,7 @@ void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size
         entry.keys = uint8_t(eye.plan.count);
         std::memcpy(entry.center, eye.plan.center, sizeof(entry.center));
         entry.span = eye.plan.span;
+        entry.reach = eye.plan.reach;
         entry.decoded = m_frame;
     }
 }
