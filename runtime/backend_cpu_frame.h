@@ -3,7 +3,7 @@
 #pragma once
 
 #include "kernels/common/buffer.h"
-#include "kernels/decode/decode.h"
+#include "kernels/decode/packed_strip.h"
 #include "kernels/project/project.h"
 
 namespace gsc {
@@ -36,6 +36,8 @@ struct WorkerState {
     DecodeScratch gathered;
     Buffer<uint16_t> strip_keys;
     Buffer<float> strip_fixed;
+    Buffer<std::byte> strip_packed;
+    PackScratch pack;
     uint64_t alive[kMaxEyes], visible[kMaxEyes], dropped[kMaxEyes];
     uint64_t decoded[kMaxEyes], reused[kMaxEyes], overdue[kMaxEyes];
     bool any_positive[kMaxEyes];

@@ -1,15 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/decoded_cache.h"
 
+#include "format/error.h"
+
 #include <algorithm>
+#include <cstdlib>
+
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
 
 namespace gsc {
 
+namespace {
+
+// What is drawn lies all over the cache, so that with pages of 4 KiB a strip costs two or three walks through the page
+// tables, as long as reading it does.
+constexpr size_t kHugePage = size_t(2) << 20;
+
+} // namespace
+
+void DecodedCache::Free::operator()(std::byte* p) const
+{
+    std::free(p);
+}
+
 void DecodedCache::load(const ModelParams& params)
 {
-    m_fixed_bytes = stripFixedValues(params.n_offsets) * sizeof(float);
-    m_key_bytes = stripKeyValues(params.n_offsets) * sizeof(uint16_t);
-    m_slot_bytes = (m_fixed_bytes + 2 * m_key_bytes + 63) / 64 * 64; // slots start on a cache line
+    m_packed_bytes = packedStripBytes(params.n_offsets);
+    m_slot_bytes = m_packed_bytes + stripKeyValues(params.n_offsets) * sizeof(uint16_t);
+    m_slab_slots = uint32_t(std::max<size_t>(1, kHugePage / m_slot_bytes));
     m_slabs.clear();
     m_entries.clear();
     m_free.clear();
@@ -27,46 +47,68 @@ void DecodedCache::clear()
     m_slabs.clear();
 }
 
-size_t DecodedCache::mostSlabs(uint64_t limit) const
+size_t DecodedCache::mostSlots(uint64_t limit) const
 {
-    return limit == 0 ? UINT32_MAX / kSlabSlots : size_t(limit / (kSlabSlots * m_slot_bytes));
+    const uint64_t rest = std::min<uint64_t>(limit % kHugePage / m_slot_bytes, m_slab_slots - 1);
+    const uint64_t slots = limit / kHugePage * m_slab_slots + rest;
+    return limit == 0 ? kNoSlot : size_t(std::min<uint64_t>(slots, kNoSlot));
 }
 
 void DecodedCache::shrink(uint64_t limit)
 {
-    const size_t most = mostSlabs(limit);
-    if (m_slabs.size() <= most)
-        return;
-    const auto first = uint32_t(most * kSlabSlots);
-    for (uint32_t slot = first; slot < m_entries.size(); ++slot)
-        if (m_entries[slot].valid) {
-            release(slot);
-            ++m_evictions;
-        }
-    std::erase_if(m_free, [first](uint32_t slot) { return slot >= first; });
-    m_entries.resize(first);
-    m_slabs.resize(most);
+    const size_t most = mostSlots(limit);
+    const auto cut_short = [this] { return !m_slabs.empty() && m_slabs.back().slots < m_slab_slots; };
+    while (m_entries.size() > most || (m_entries.size() < most && cut_short())) {
+        const size_t first = m_entries.size() - m_slabs.back().slots;
+        for (size_t slot = first; slot < m_entries.size(); ++slot)
+            if (m_entries[slot].valid) {
+                release(uint32_t(slot));
+                ++m_evictions;
+            }
+        std::erase_if(m_free, [first](uint32_t slot) { return slot >= first; });
+        m_entries.resize(first);
+        m_slabs.pop_back();
+    }
 }
 
-float* DecodedCache::fixed(uint32_t slot) const
+// A slab holds what is packed of its slots and then their last keys, which drawing does not read.
+std::byte* DecodedCache::packed(uint32_t slot) const
 {
-    return reinterpret_cast<float*>(m_slabs[slot / kSlabSlots]->data() + slot % kSlabSlots * m_slot_bytes);
+    return m_slabs[slot / m_slab_slots].data.get() + slot % m_slab_slots * m_packed_bytes;
 }
 
-uint16_t* DecodedCache::key(uint32_t slot, uint32_t key) const
+uint16_t* DecodedCache::lastKey(uint32_t slot) const
 {
-    return reinterpret_cast<uint16_t*>(reinterpret_cast<std::byte*>(fixed(slot)) + m_fixed_bytes + key * m_key_bytes);
+    const Slab& slab = m_slabs[slot / m_slab_slots];
+    const size_t at = slab.slots * m_packed_bytes + slot % m_slab_slots * (m_slot_bytes - m_packed_bytes);
+    return reinterpret_cast<uint16_t*>(slab.data.get() + at);
 }
 
-void DecodedCache::grow(size_t slots)
+size_t DecodedCache::slabBytes(uint32_t slots) const
 {
-    while (m_free.size() < slots) {
-        auto slab = std::make_unique<Buffer<std::byte>>();
-        slab->reserveExactly(kSlabSlots * m_slot_bytes);
-        m_slabs.push_back(std::move(slab));
+    return slots == m_slab_slots ? kHugePage : (slots * m_slot_bytes + 63) / 64 * 64;
+}
+
+// Until `slots` are free or there are `most` in all.
+void DecodedCache::grow(size_t slots, size_t most)
+{
+    while (m_free.size() < slots && m_entries.size() < most) {
         const size_t first = m_entries.size();
-        m_entries.resize(first + kSlabSlots);
-        for (size_t slot = first + kSlabSlots; slot-- > first;)
+        Slab slab{nullptr, uint32_t(std::min<size_t>(m_slab_slots, most - first))};
+        const bool huge = slab.slots == m_slab_slots;
+        const size_t bytes = slabBytes(slab.slots);
+        slab.data.reset(static_cast<std::byte*>(std::aligned_alloc(huge ? kHugePage : 64, bytes)));
+        if (slab.data == nullptr)
+            throw Error(ErrorCode::OutOfMemory, formatString("cache of decoded Gaussians: no memory for %zu bytes, "
+                                                             "expected enough; set a smaller --cache-budget",
+                                                             bytes));
+#ifdef __linux__
+        if (huge)
+            (void)madvise(slab.data.get(), bytes, MADV_HUGEPAGE); // advice: without it all is only slower
+#endif
+        m_slabs.push_back(std::move(slab));
+        m_entries.resize(first + m_slabs.back().slots);
+        for (size_t slot = m_entries.size(); slot-- > first;)
             m_free.push_back(uint32_t(slot));
     }
 }
@@ -81,10 +123,7 @@ void DecodedCache::release(uint32_t slot)
 
 size_t DecodedCache::makeRoom(size_t wanted, uint64_t limit, uint64_t frame)
 {
-    const size_t most_slabs = mostSlabs(limit);
-    const size_t room = m_slabs.size() < most_slabs ? (most_slabs - m_slabs.size()) * kSlabSlots : 0;
-    const size_t missing = wanted > m_free.size() ? wanted - m_free.size() : 0;
-    grow(m_free.size() + std::min(missing, room));
+    grow(wanted, mostSlots(limit));
     if (m_free.size() >= wanted)
         return wanted;
     std::vector<uint32_t> old;
@@ -120,7 +159,9 @@ uint64_t DecodedCache::bytes() const
     uint64_t bytes = m_entries.capacity() * sizeof(CacheEntry) + m_free.capacity() * sizeof(uint32_t);
     for (const auto& slots : m_slot_of)
         bytes += slots.capacity() * sizeof(uint32_t);
-    return bytes + m_slabs.size() * kSlabSlots * m_slot_bytes;
+    for (const Slab& slab : m_slabs)
+        bytes += slabBytes(slab.slots);
+    return bytes;
 }
 
 } // namespace gsc

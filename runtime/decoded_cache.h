@@ -2,8 +2,7 @@
 // Decoded Gaussians kept across frames, on a CPU (design section 5, cache "decoded").
 #pragma once
 
-#include "kernels/common/buffer.h"
-#include "kernels/decode/strip.h"
+#include "kernels/decode/packed_strip.h"
 
 #include <memory>
 #include <vector>
@@ -16,10 +15,11 @@ constexpr uint32_t kNoSlot = ~0u;
 struct CacheEntry {
     float center[2][3] = {}; // decoded from here; the way of the camera goes from the first to the second
     float span = 0;          // predicted change from the first to the second, 1 = full scale
+    StripReach reach;        // about its last key
     uint32_t strip = 0, eye = 0;
     uint64_t decoded = 0, used = 0; // frames; decoded: the last key
+    PackedExtent extent = {};       // of the packed strip
     uint8_t keys = 0;               // 1 or 2
-    uint8_t first = 0;              // which key of the slot is the first
     bool valid = false;
 };
 
@@ -29,7 +29,8 @@ class DecodedCache {
 public:
     void load(const ModelParams& params); // forgets everything and fits the slots to the model
     void clear();                         // gives its memory back
-    // Gives up entries until what is left takes at most `limit` bytes (0 = none). Before any entry is looked up.
+    // Gives up entries until what is left takes at most `limit` bytes (0 = none), and those that a lower limit put into
+    // a slab of fewer slots. Before any entry is looked up.
     void shrink(uint64_t limit);
 
     // Of strip `strip` decoded for `eye`, or kNoSlot.
@@ -37,9 +38,9 @@ public:
     [[nodiscard]] CacheEntry& entry(uint32_t slot) { return m_entries[slot]; }
     [[nodiscard]] const CacheEntry& entry(uint32_t slot) const { return m_entries[slot]; }
 
-    // Where the values of a slot lie (strip.h); `key` 0 or 1.
-    [[nodiscard]] uint16_t* key(uint32_t slot, uint32_t key) const;
-    [[nodiscard]] float* fixed(uint32_t slot) const;
+    // What is drawn of a slot (packed_strip.h), and its last key whole (strip.h), which a refresh starts from.
+    [[nodiscard]] std::byte* packed(uint32_t slot) const;
+    [[nodiscard]] uint16_t* lastKey(uint32_t slot) const;
 
     // Makes room for `wanted` more entries without passing `limit` bytes in all (0 = none): grows, then gives up the
     // entries that were used least recently, never one used in `frame`. Returns how many add() calls will succeed.
@@ -49,16 +50,24 @@ public:
     [[nodiscard]] uint64_t bytes() const;
 
 private:
-    static constexpr uint32_t kSlabSlots = 64;
-    [[nodiscard]] size_t mostSlabs(uint64_t limit) const;
-    void grow(size_t slots);
+    struct Free {
+        void operator()(std::byte* p) const;
+    };
+    struct Slab {
+        std::unique_ptr<std::byte, Free> data;
+        uint32_t slots;
+    };
+    [[nodiscard]] size_t mostSlots(uint64_t limit) const;
+    [[nodiscard]] size_t slabBytes(uint32_t slots) const;
+    void grow(size_t slots, size_t most);
     void release(uint32_t slot);
 
-    size_t m_fixed_bytes = 0, m_key_bytes = 0, m_slot_bytes = 0;
+    size_t m_packed_bytes = 0, m_slot_bytes = 0;
+    uint32_t m_slab_slots = 1;                 // of every slab but the last, which a limit may cut short
     std::vector<uint32_t> m_slot_of[kMaxEyes]; // per strip
     std::vector<CacheEntry> m_entries;         // per slot
     std::vector<uint32_t> m_free;
-    std::vector<std::unique_ptr<Buffer<std::byte>>> m_slabs;
+    std::vector<Slab> m_slabs;
     uint64_t m_evictions = 0;
 };
 

@@ -46,8 +46,11 @@ uint64_t CpuReuse::bytes() const
 void CpuReuse::reserveStrip(WorkerState& state) const
 {
     reserveDecode(m_model, state.gathered);
-    state.strip_keys.reserve(kMaxEyes * stripKeyValues(m_model.params->n_offsets));
-    state.strip_fixed.reserve(stripFixedValues(m_model.params->n_offsets));
+    const uint32_t offsets = m_model.params->n_offsets;
+    state.strip_keys.reserve(kMaxEyes * stripKeyValues(offsets));
+    state.strip_fixed.reserve(stripFixedValues(offsets));
+    state.strip_packed.reserve(kMaxEyes * packedStripBytes(offsets));
+    reservePack(offsets, state.pack);
 }
 
 uint32_t CpuReuse::stripAnchors(size_t block, uint32_t strip) const
@@ -99,21 +102,6 @@ void CpuReuse::skipFrame()
 {
     ++m_frame;
     std::fill(std::begin(m_history), std::end(m_history), 0u);
-}
-
-// An eye that draws the other's entry, which this frame replaces for the other eye: it draws the new one.
-void CpuReuse::adoptPlans(const ReuseFrame& frame)
-{
-    for (size_t w = 0; w < m_work.size() && frame.eye_count > 1; ++w)
-        for (uint32_t e = 0; e < frame.eye_count; ++e) {
-            EyeWork& eye = m_work[w].eye[e];
-            const EyeWork& other = m_work[w].eye[1 - e];
-            if (eye.decode || eye.lanes == 0 || !other.decode || eye.slot == kNoSlot || eye.slot != other.slot)
-                continue;
-            GroupAnchors anchors;
-            loadGroupAnchors(m_model, sensitivity(), m_model.groups[m_groups[w / kStripsPerGroup]], anchors);
-            eye.place = place(other.plan, anchors, uint32_t(w % kStripsPerGroup), eye.lanes, frame.eyes[e].center);
-        }
 }
 
 void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
@@ -235,6 +223,7 @@ void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size
     const GroupRecord& group = m_model.groups[m_groups[block]];
     const uint32_t first = group.anchor_first - m_model.chunks[group.chunk].anchor_first + strip * kStripAnchors;
     const uint32_t count = stripAnchors(block, strip);
+    const uint32_t offsets = m_model.params->n_offsets;
     EyeParams centers[kMaxEyes];
     uint16_t* keys[kMaxEyes];
     uint32_t eyes[kMaxEyes], eye_count = 0;
@@ -242,17 +231,7 @@ void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size
         const EyeWork& eye = work.eye[e];
         if (!eye.decode)
             continue;
-        keys[eye_count] = state.strip_keys.data() + e * stripKeyValues(m_model.params->n_offsets);
-        if (eye.slot != kNoSlot) {
-            CacheEntry& entry = m_cache.entry(eye.slot);
-            // the last key becomes the first, and the new one takes the other's place
-            entry.first = eye.plan.count == 2 ? uint8_t(entry.keys == 2 ? 1 - entry.first : entry.first) : uint8_t(0);
-            entry.keys = uint8_t(eye.plan.count);
-            std::memcpy(entry.center, eye.plan.center, sizeof(entry.center));
-            entry.span = eye.plan.span;
-            entry.decoded = m_frame;
-            keys[eye_count] = m_cache.key(eye.slot, eye.plan.count == 2 ? 1u - entry.first : 0u);
-        }
+        keys[eye_count] = state.strip_keys.data() + eye_count * stripKeyValues(offsets);
         std::copy_n(eye.plan.center[eye.plan.count - 1], 3, centers[eye_count].center);
         eyes[eye_count++] = e;
         state.decoded[e] += count;
@@ -267,11 +246,25 @@ void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size
     strip_args.visible_count = count;
     decodeStripCpu(strip_args, count, keys, state.strip_fixed.data(), state.scratch);
     for (uint32_t i = 0; i < eye_count; ++i) {
-        const uint32_t slot = work.eye[eyes[i]].slot;
-        if (slot == kNoSlot)
+        const EyeWork& eye = work.eye[eyes[i]];
+        StripPack pack{{keys[i], nullptr}, state.strip_fixed.data(), count, offsets};
+        if (eye.slot == kNoSlot) {
+            packStripCpu(pack, state.pack, state.strip_packed.data() + eyes[i] * packedStripBytes(offsets));
             continue;
-        std::memcpy(m_cache.fixed(slot), state.strip_fixed.data(),
-                    stripFixedValues(m_model.params->n_offsets) * sizeof(float));
+        }
+        CacheEntry& entry = m_cache.entry(eye.slot);
+        uint16_t* last = m_cache.lastKey(eye.slot);
+        if (eye.plan.count == 2) { // from the last key to the new one
+            pack.keys[0] = last;
+            pack.keys[1] = keys[i];
+        }
+        entry.extent = packStripCpu(pack, state.pack, m_cache.packed(eye.slot));
+        std::memcpy(last, keys[i], stripKeyValues(offsets) * sizeof(uint16_t));
+        entry.keys = uint8_t(eye.plan.count);
+        std::memcpy(entry.center, eye.plan.center, sizeof(entry.center));
+        entry.span = eye.plan.span;
+        entry.reach = eye.plan.reach;
+        entry.decoded = m_frame;
     }
 }
 
@@ -292,20 +285,12 @@ void CpuReuse::drawStrip(const ReuseFrame& frame, uint32_t strip, uint32_t e, co
     StripMix mix{};
     mix.t = frame.options.reuse.policy == ReusePolicy::Error ? place.t : 0.0f;
     if (slot == kNoSlot) {
-        mix.keys[0] = state.strip_keys.data() + drawn * stripKeyValues(m_model.params->n_offsets);
+        mix.packed = state.strip_packed.data() + drawn * packedStripBytes(m_model.params->n_offsets);
         mix.t = 0;
-        mix.fixed = state.strip_fixed.data();
     } else {
-        const CacheEntry& entry = m_cache.entry(slot);
-        mix.keys[0] = m_cache.key(slot, entry.first);
-        mix.keys[1] = m_cache.key(slot, 1u - entry.first);
-        if (entry.keys == 1)
+        mix.packed = m_cache.packed(slot);
+        if (m_cache.entry(slot).keys == 1)
             mix.t = 0;
-        if (mix.t == 1) { // the second alone
-            mix.keys[0] = mix.keys[1];
-            mix.t = 0;
-        }
-        mix.fixed = m_cache.fixed(slot);
     }
     mix.fraction = fraction != nullptr ? fraction + strip * kStripAnchors : nullptr;
     mix.lanes = eye.lanes;
@@ -322,16 +307,10 @@ void CpuReuse::prefetch(const StripWork& work) const
         const EyeWork& eye = work.eye[e];
         if (eye.lanes == 0 || eye.decode || eye.slot == kNoSlot || (e == 1 && eye.slot == work.eye[0].slot))
             continue;
-        const uint32_t offsets = m_model.params->n_offsets;
-        const auto ask = [](const void* from, size_t bytes) {
-            for (size_t i = 0; i < bytes; i += 64)
-                __builtin_prefetch(static_cast<const std::byte*>(from) + i);
-        };
-        const CacheEntry& entry = m_cache.entry(eye.slot);
-        ask(m_cache.fixed(eye.slot), stripFixedValues(offsets) * sizeof(float));
-        ask(m_cache.key(eye.slot, entry.first), stripKeyValues(offsets) * sizeof(uint16_t));
-        if (eye.place.t != 0 && m_policy == ReusePolicy::Error)
-            ask(m_cache.key(eye.slot, 1u - entry.first), stripKeyValues(offsets) * sizeof(uint16_t));
+        const PackedExtent& extent = m_cache.entry(eye.slot).extent;
+        const bool two = eye.place.t != 0 && m_policy == ReusePolicy::Error;
+        for (uint32_t i = 0, bytes = two ? extent.two : extent.one; i < bytes; i += 64)
+            __builtin_prefetch(m_cache.packed(eye.slot) + i);
     }
 }
 

@@ -46,9 +46,11 @@ private:
     struct Keys {
         float center[2][3] = {};
         float span = 0;
+        StripReach reach;
         uint32_t count = 0;
     };
-    // An entry drawn for a camera: at `t` between its keys, with the change predicted for that.
+    struct LazyAnchors;
+    // An entry drawn for a camera: at `t` between its keys, with the change predicted for that, or a bound of it.
     struct Place {
         float t, error;
     };
@@ -85,14 +87,16 @@ private:
     void ensureSensitivity();
     [[nodiscard]] float updateRate(const ReuseFrame& frame);
     void scheduleBlock(const ReuseFrame& frame, size_t block);
-    void scheduleStrip(const ReuseFrame& frame, const GroupAnchors& anchors, uint32_t strip, uint64_t strip_id,
+    void scheduleStrip(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id,
                        StripWork& work);
-    void scheduleEye(const ReuseFrame& frame, const GroupAnchors& anchors, uint32_t strip, uint64_t strip_id,
-                     uint32_t e, StripWork& work);
-    void plan(const ReuseFrame& frame, const GroupAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
+    void scheduleEye(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
+                     StripWork& work);
+    void choosePlan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
+                    EyeWork& work) const;
+    void plan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
               EyeWork& work) const;
-    [[nodiscard]] static Place place(const Keys& keys, const GroupAnchors& anchors, uint32_t strip, uint32_t lanes,
-                                     const float* now);
+    [[nodiscard]] static Place place(const Keys& keys, LazyAnchors& anchors, uint32_t strip, uint32_t lanes,
+                                     const float* now, float enough = -1);
     [[nodiscard]] Keys keysOf(uint32_t slot) const;
     void grant(const ReuseFrame& frame);
     void drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t block, WorkerState& state);

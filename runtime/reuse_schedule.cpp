@@ -21,7 +21,6 @@ constexpr float kLeadShare = 0.7f;
 // Between two keys the change predicted from one to the other is all there but for this share, in the middle. Measured
 // on four trained models and the paths of gsc sample paths.
 constexpr float kCurve = 0.08f;
-constexpr float kMostT = 1.5f; // how far an entry is drawn beyond its second key
 constexpr float kMaxLeadFrames = 64;
 constexpr float kGross = 0.1f; // a change that shows as much as a hole does, such as that of a view long left
 
@@ -43,6 +42,27 @@ float tolerance(const ReuseOptions& reuse)
 }
 
 } // namespace
+
+// Anchors of a group, loaded strip by strip where something must be known of them.
+struct CpuReuse::LazyAnchors {
+    const ModelView& model;
+    const uint16_t* sensitivity;
+    const GroupRecord& group;
+    GroupAnchors anchors;
+    uint32_t loaded = 0;
+
+    LazyAnchors(const ModelView& of, const uint16_t* halves, const GroupRecord& record)
+        : model(of), sensitivity(halves), group(record)
+    {
+    }
+    const GroupAnchors& with(uint32_t strip)
+    {
+        if (!(loaded >> strip & 1))
+            loadStripAnchors(model, sensitivity, group, strip, anchors);
+        loaded |= 1u << strip;
+        return anchors;
+    }
+};
 
 // Share of the visible anchors, of all eyes, that the frame before did not see.
 float CpuReuse::updateRate(const ReuseFrame& frame)
@@ -70,14 +90,15 @@ CpuReuse::Keys CpuReuse::keysOf(uint32_t slot) const
     Keys keys;
     std::memcpy(keys.center, entry.center, sizeof(keys.center));
     keys.span = entry.span;
+    keys.reach = entry.reach;
     keys.count = entry.keys;
     return keys;
 }
 
 // The point of the keys' line next to the camera, and what the camera's distance from it and the curve of the change
-// between the keys add up to.
-CpuReuse::Place CpuReuse::place(const Keys& keys, const GroupAnchors& anchors, uint32_t strip, uint32_t lanes,
-                                const float* now)
+// between the keys add up to; where a bound of that is not above `enough`, the bound.
+CpuReuse::Place CpuReuse::place(const Keys& keys, LazyAnchors& anchors, uint32_t strip, uint32_t lanes,
+                                const float* now, float enough)
 {
     const float* from = keys.center[0];
     float along = 0, square = 0, point[3];
@@ -86,17 +107,21 @@ CpuReuse::Place CpuReuse::place(const Keys& keys, const GroupAnchors& anchors, u
         along += (now[i] - from[i]) * way;
         square += way * way;
     }
-    const float t = square > 0 ? std::clamp(along / square, 0.0f, kMostT) : 0.0f;
+    const float t = square > 0 ? std::clamp(along / square, 0.0f, kMostMix) : 0.0f;
     for (int i = 0; i < 3; ++i)
         point[i] = t == 1 ? keys.center[1][i] : from[i] + t * (keys.center[1][i] - from[i]) * float(keys.count == 2);
-    return {t, stripError(anchors, strip, lanes, point, now) + 4 * kCurve * std::abs(t * (1 - t)) * keys.span};
+    const float curve = 4 * kCurve * std::abs(t * (1 - t)) * keys.span;
+    const float bound = enough > curve ? changeBound(keys.reach, keys.center[keys.count - 1], point, now) + curve : 0;
+    if (enough > curve && bound <= enough)
+        return {t, bound};
+    return {t, stripError(anchors.with(strip), strip, lanes, point, now) + curve};
 }
 
 // What to decode, if `work` is decoded: a key ahead on the camera's way, so that the entry is drawn between it and its
 // last one; without one, or where the camera has left the line, a single key half a life ahead. How far: as the bound
 // allows or, where that is more, as long as the budget makes entries live.
-void CpuReuse::plan(const ReuseFrame& frame, const GroupAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
-                    EyeWork& work) const
+void CpuReuse::choosePlan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
+                          EyeWork& work) const
 {
     const float* now = frame.eyes[e].center;
     work.plan = {};
@@ -109,7 +134,7 @@ void CpuReuse::plan(const ReuseFrame& frame, const GroupAnchors& anchors, uint32
     float next[3];
     for (int i = 0; i < 3; ++i)
         next[i] = now[i] + m_step[e][i];
-    work.rate = stripError(anchors, strip, work.lanes, next, now);
+    work.rate = stripError(anchors.with(strip), strip, work.lanes, next, now);
     if (work.slot != kNoSlot) // an entry whose key lies ahead gets better by itself
         work.urgency = place(keysOf(work.slot), anchors, strip, work.lanes, next).error;
     if (!m_steady[e])
@@ -129,7 +154,7 @@ void CpuReuse::plan(const ReuseFrame& frame, const GroupAnchors& anchors, uint32
             keys.center[0][i] = old.center[old.count - 1][i];
             keys.center[1][i] = now[i] + frames * m_step[e][i];
         }
-        keys.span = stripError(anchors, strip, 0xffff, keys.center[0], keys.center[1]);
+        keys.span = stripError(anchors.with(strip), strip, 0xffff, keys.center[0], keys.center[1]);
         const Place drawn = place(keys, anchors, strip, work.lanes, now);
         if (frames >= 1 && drawn.error <= std::max(bound, 0.5f * half)) {
             work.plan = keys;
@@ -143,7 +168,7 @@ void CpuReuse::plan(const ReuseFrame& frame, const GroupAnchors& anchors, uint32
         float ahead[3];
         for (int i = 0; i < 3; ++i)
             ahead[i] = now[i] + frames * m_step[e][i];
-        const float error = stripError(anchors, strip, work.lanes, ahead, now);
+        const float error = stripError(anchors.with(strip), strip, work.lanes, ahead, now);
         if (error <= half) {
             std::copy_n(ahead, 3, work.plan.center[0]);
             work.planned.error = error;
@@ -153,8 +178,16 @@ void CpuReuse::plan(const ReuseFrame& frame, const GroupAnchors& anchors, uint32
     }
 }
 
-void CpuReuse::scheduleEye(const ReuseFrame& frame, const GroupAnchors& anchors, uint32_t strip, uint64_t strip_id,
-                           uint32_t e, StripWork& work)
+void CpuReuse::plan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
+                    EyeWork& work) const
+{
+    choosePlan(frame, anchors, strip, strip_id, e, work);
+    if (frame.options.reuse.policy == ReusePolicy::Error)
+        work.plan.reach = stripReach(anchors.with(strip), strip, work.plan.center[work.plan.count - 1]);
+}
+
+void CpuReuse::scheduleEye(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
+                           StripWork& work)
 {
     const bool by_error = frame.options.reuse.policy == ReusePolicy::Error;
     float most = by_error ? tolerance(frame.options.reuse) : float(m_depth);
@@ -162,12 +195,12 @@ void CpuReuse::scheduleEye(const ReuseFrame& frame, const GroupAnchors& anchors,
     EyeWork& eye = work.eye[e];
     eye.slot = m_cache.find(strip_id, e);
     eye.place.error = kInfinity;
-    if (eye.slot != kNoSlot)
-        eye.place = by_error ? place(keysOf(eye.slot), anchors, strip, eye.lanes, now)
-                             : Place{0, float(m_frame - m_cache.entry(eye.slot).decoded)};
     // what a first frame decoded would be due all at once, and the picture would jump
     if (by_error && eye.slot != kNoSlot && m_steady[e])
         most *= m_cache.entry(eye.slot).keys == 1 ? stagger(strip_id) : 0.7f + 0.3f * stagger(strip_id);
+    if (eye.slot != kNoSlot)
+        eye.place = by_error ? place(keysOf(eye.slot), anchors, strip, eye.lanes, now, most)
+                             : Place{0, float(m_frame - m_cache.entry(eye.slot).decoded)};
     if (by_error && frame.eye_count > 1 && !(eye.place.error <= most)) {
         const bool replaced = e == 1 && work.eye[0].due; // then the left eye's entry is not what it was
         const uint32_t other = m_cache.find(strip_id, 1 - e);
@@ -193,7 +226,7 @@ void CpuReuse::scheduleEye(const ReuseFrame& frame, const GroupAnchors& anchors,
         plan(frame, anchors, strip, strip_id, e, eye);
 }
 
-void CpuReuse::scheduleStrip(const ReuseFrame& frame, const GroupAnchors& anchors, uint32_t strip, uint64_t strip_id,
+void CpuReuse::scheduleStrip(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id,
                              StripWork& work)
 {
     for (uint32_t e = 0; e < frame.eye_count; ++e)
@@ -203,6 +236,8 @@ void CpuReuse::scheduleStrip(const ReuseFrame& frame, const GroupAnchors& anchor
     EyeWork& left = work.eye[0];
     if (work.eye[1].due && left.lanes != 0 && !left.due && m_cache.entry(left.slot).eye == 1) {
         left.due = true;
+        if (frame.options.reuse.policy == ReusePolicy::Error) // of which no more than a bound may be known
+            left.place = place(keysOf(left.slot), anchors, strip, left.lanes, frame.eyes[0].center);
         plan(frame, anchors, strip, strip_id, 0, left);
     }
     for (uint32_t e = 0; e < frame.eye_count; ++e) {
@@ -217,9 +252,7 @@ void CpuReuse::scheduleBlock(const ReuseFrame& frame, size_t block)
 {
     const GroupRecord& group = m_model.groups[m_groups[block]];
     const GroupMask& mask = frame.selected.groups[m_candidates[block]];
-    GroupAnchors anchors;
-    if (frame.options.reuse.policy == ReusePolicy::Error)
-        loadGroupAnchors(m_model, sensitivity(), group, anchors);
+    LazyAnchors anchors(m_model, sensitivity(), group);
     for (uint32_t s = 0; s < kStripsPerGroup; ++s) {
         StripWork& work = m_work[block * kStripsPerGroup + s];
         work = {};
@@ -268,6 +301,20 @@ void CpuReuse::grant(const ReuseFrame& frame)
             m_work[candidate.work].eye[e].decode = true;
         }
     }
+}
+
+// An eye that draws the other's entry, which this frame replaces for the other eye: it draws the new one.
+void CpuReuse::adoptPlans(const ReuseFrame& frame)
+{
+    for (size_t w = 0; w < m_work.size() && frame.eye_count > 1; ++w)
+        for (uint32_t e = 0; e < frame.eye_count; ++e) {
+            EyeWork& eye = m_work[w].eye[e];
+            const EyeWork& other = m_work[w].eye[1 - e];
+            if (eye.decode || eye.lanes == 0 || !other.decode || eye.slot == kNoSlot || eye.slot != other.slot)
+                continue;
+            LazyAnchors anchors{m_model, sensitivity(), m_model.groups[m_groups[w / kStripsPerGroup]]};
+            eye.place = place(other.plan, anchors, uint32_t(w % kStripsPerGroup), eye.lanes, frame.eyes[e].center);
+        }
 }
 
 } // namespace gsc

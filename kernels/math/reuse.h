@@ -5,6 +5,8 @@
 #include "kernels/common/frame_types.h"
 #include "kernels/math/real.h"
 
+#include <cmath>
+
 namespace gsc {
 
 // Frames that an entry may be drawn after the one that decoded it, from the share of the visible anchors that were not
@@ -38,6 +40,32 @@ GSC_HD Real predictedChange(const Vec3<Real>& p, const Real* c0, const Real* c1,
         square += d * d;
     }
     return direction * std::sqrt(square) + distance * std::abs(lb - la) / (la < lb ? la : lb);
+}
+
+// What bounds predictedChange() of any of a strip's anchors for cameras about one point, the reference, without looking
+// at the anchors again: with d the distance of an anchor from the reference,
+struct StripReach {
+    float rate = 0;    // the largest (direction + distance) / d of its sensitivities, per world unit
+    float nearest = 0; // the least d, world units; 0 where nothing is known
+    float weight = 0;  // the largest direction + distance
+};
+
+// Never below predictedChange() of any anchor, as computed in floats, for a camera that went from c0 to c1; +infinity
+// where the bound says nothing. Chord and stretch are both at most |c1 - c0| / min(la, lb), and neither camera is
+// nearer to an anchor than its distance from the reference less the cameras' own.
+GSC_HD float changeBound(const StripReach& reach, const float* reference, const float* c0, const float* c1)
+{
+    float step = 0, far0 = 0, far1 = 0;
+    for (int i = 0; i < 3; ++i) {
+        step += (c1[i] - c0[i]) * (c1[i] - c0[i]);
+        far0 += (c0[i] - reference[i]) * (c0[i] - reference[i]);
+        far1 += (c1[i] - reference[i]) * (c1[i] - reference[i]);
+    }
+    const float left = 1 - std::sqrt(far0 > far1 ? far0 : far1) / reach.nearest;
+    if (!(left > 0.01f))
+        return INFINITY;
+    // note: with room for the roundings of both, which in the chord are some 1e-7 whatever its length
+    return 1.001f * reach.rate * std::sqrt(step) / left + 1e-6f * reach.weight;
 }
 
 } // namespace gsc

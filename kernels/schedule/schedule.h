@@ -32,12 +32,17 @@ inline float halfValue(uint16_t half)
     return std::bit_cast<float>(uint32_t(half) << 13) * 0x1p112f;
 }
 
-// `sensitivity` as ModelView's: two halves per anchor in file order.
+// `sensitivity` as ModelView's: two halves per anchor in file order. Of one strip with an anchor, or of all.
+void loadStripAnchors(const ModelView& model, const uint16_t* sensitivity, const GroupRecord& group, uint32_t strip,
+                      GroupAnchors& anchors);
 void loadGroupAnchors(const ModelView& model, const uint16_t* sensitivity, const GroupRecord& group,
                       GroupAnchors& anchors);
 
 // Largest predicted change, 1 = full scale, over the anchors of strip `strip` with a bit in `lanes`, when the camera
 // went from `c0` to `c1` (world units). +infinity where it cannot be told. See predictedChange().
 float stripError(const GroupAnchors& anchors, uint32_t strip, uint32_t lanes, const float* c0, const float* c1);
+
+// Of all anchors of a strip, for cameras about `center`.
+StripReach stripReach(const GroupAnchors& anchors, uint32_t strip, const float* center);
 
 } // namespace gsc

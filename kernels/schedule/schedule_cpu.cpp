@@ -54,6 +54,25 @@ float largestChange(const GroupAnchors& anchors, uint32_t strip, uint32_t lanes,
     return hn::GetLane(hn::MaxOfLanes(d, worst));
 }
 
+StripReach reachOf(const GroupAnchors& anchors, uint32_t strip, const float* center)
+{
+    const D d;
+    const size_t width = hn::Lanes(d);
+    V rate = hn::Zero(d), weight = hn::Zero(d), nearest = hn::Set(d, std::numeric_limits<float>::infinity());
+    for (size_t i = 0; i < kStripAnchors; i += width) {
+        const size_t at = strip * kStripAnchors + i;
+        const V length = directionFrom(d, center, hn::Load(d, anchors.x + at), hn::Load(d, anchors.y + at),
+                                       hn::Load(d, anchors.z + at))
+                             .length;
+        const V sum = hn::Add(hn::Load(d, anchors.direction + at), hn::Load(d, anchors.distance + at));
+        rate = hn::Max(rate, hn::Div(sum, length));
+        weight = hn::Max(weight, sum);
+        nearest = hn::Min(nearest, length);
+    }
+    return {hn::GetLane(hn::MaxOfLanes(d, rate)), hn::GetLane(hn::MinOfLanes(d, nearest)),
+            hn::GetLane(hn::MaxOfLanes(d, weight))};
+}
+
 } // namespace HWY_NAMESPACE
 } // namespace gsc
 HWY_AFTER_NAMESPACE();
@@ -62,18 +81,24 @@ HWY_AFTER_NAMESPACE();
 namespace gsc {
 
 HWY_EXPORT(largestChange);
+HWY_EXPORT(reachOf);
 
 float stripError(const GroupAnchors& anchors, uint32_t strip, uint32_t lanes, const float* c0, const float* c1)
 {
     return HWY_DYNAMIC_DISPATCH(largestChange)(anchors, strip, lanes, c0, c1);
 }
 
-void loadGroupAnchors(const ModelView& model, const uint16_t* sensitivity, const GroupRecord& group,
+StripReach stripReach(const GroupAnchors& anchors, uint32_t strip, const float* center)
+{
+    return HWY_DYNAMIC_DISPATCH(reachOf)(anchors, strip, center);
+}
+
+void loadStripAnchors(const ModelView& model, const uint16_t* sensitivity, const GroupRecord& group, uint32_t strip,
                       GroupAnchors& anchors)
 {
     const uint32_t first = group.anchor_first - model.chunks[group.chunk].anchor_first;
     anchors.count = group.anchor_count;
-    for (uint32_t i = 0; i < kGroupSize; ++i) {
+    for (uint32_t i = strip * kStripAnchors; i < (strip + 1) * kStripAnchors; ++i) {
         const uint32_t lane = i < anchors.count ? i : anchors.count - 1;
         const Vec3<float> p = anchorPosition(model, group.chunk, first + lane);
         anchors.x[i] = p.x;
@@ -83,6 +108,13 @@ void loadGroupAnchors(const ModelView& model, const uint16_t* sensitivity, const
         anchors.direction[i] = std::max(halfValue(halves[0]), kLeastSensitivity);
         anchors.distance[i] = halfValue(halves[1]);
     }
+}
+
+void loadGroupAnchors(const ModelView& model, const uint16_t* sensitivity, const GroupRecord& group,
+                      GroupAnchors& anchors)
+{
+    for (uint32_t strip = 0; strip < kStripsPerGroup; ++strip)
+        loadStripAnchors(model, sensitivity, group, strip, anchors);
 }
 
 } // namespace gsc

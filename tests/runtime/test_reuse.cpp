@@ -250,6 +250,8 @@ TEST_CASE("a limit that falls is kept at once, and dropping the caches gives the
     CHECK(less[0].result.cache_bytes < much);
     CHECK(less[0].result.cache_bytes < options.reuse.cache_bytes + (1u << 18));
     CHECK(less[0].result.cache_evictions > 0);
+    options.reuse.cache_bytes = 64u << 20; // and one that rises is used
+    CHECK(render(*backend, walk(1, 1), options)[0].result.cache_bytes == much);
     backend->dropCaches();
     options.reuse.cache_bytes = 1;
     const auto none = render(*backend, walk(2, 1), options);
@@ -433,6 +435,46 @@ TEST_CASE("predicted changes of a strip are the scalar rule's, the largest of th
     }
     CHECK(halfValue(floatToHalfUp(INFINITY)) == 65504);
     CHECK(halfValue(floatToHalfUp(NAN)) == 65504);
+}
+
+TEST_CASE("the bound of a change is never below it, and little above it for small steps")
+{
+    const SyntheticModel synthetic(modelOptions(LevelRule::None));
+    const ModelView& model = synthetic.view();
+    std::vector<uint16_t> halves(2 * 1200);
+    for (size_t i = 0; i < halves.size(); ++i)
+        halves[i] = floatToHalfUp(0.001f * float(i % 97));
+    uint32_t state = 1;
+    const auto random = [&state] {
+        state = state * 1664525u + 1013904223u;
+        return float(state >> 8) * 0x1p-23f - 1;
+    };
+    uint64_t told = 0, near = 0;
+    for (uint64_t g = 0; g < model.params->group_count; ++g) {
+        GroupAnchors anchors;
+        loadGroupAnchors(model, halves.data(), model.groups[g], anchors);
+        for (int i = 0; i < 400; ++i) {
+            const uint32_t strip = uint32_t(i) % ((anchors.count + kStripAnchors - 1) / kStripAnchors);
+            const float size = std::exp2(-10 * std::abs(random()));
+            float reference[3], c0[3], c1[3];
+            for (int axis = 0; axis < 3; ++axis) {
+                reference[axis] = 3 * random();
+                c0[axis] = reference[axis] + size * random();
+                c1[axis] = i % 9 == 0 ? c0[axis] : reference[axis] + size * random();
+            }
+            const StripReach reach = stripReach(anchors, strip, reference);
+            const float bound = changeBound(reach, reference, c0, c1);
+            const float change = stripError(anchors, strip, 0xffff, c0, c1);
+            CHECK(bound >= change);
+            told += bound < 1e30f;
+            near += bound < 4 * change;
+        }
+    }
+    CHECK(told > 400 * model.params->group_count / 2);
+    CHECK(near > 400 * model.params->group_count / 10);
+    const float away[3] = {100, 0, 0}, here[3] = {0, 0, 0};
+    CHECK(std::isinf(changeBound({1, 2, 1}, here, here, away)));
+    CHECK(std::isinf(changeBound({}, here, here, here)));
 }
 
 TEST_CASE("what cannot be kept is refused")
