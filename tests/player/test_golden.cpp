@@ -34,7 +34,7 @@ View renderGolden(Backend& backend, const Scene& scene, const std::string& model
     view.image.width = camera.width;
     view.image.height = camera.height;
     view.image.pixels.resize(size_t(camera.width) * camera.height * 3);
-    const EyeParams eye = eyeParams(camera);
+    const EyeParams eye = eyeParams(camera, scene.view().origin);
     FrameOptions options; // black background, as the golden images have
     options.tier = Tier::Exact;
     options.appearance = scene.appearanceRows().empty() ? -1 : scene.appearanceRow(camera.appearance);
