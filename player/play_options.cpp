@@ -118,8 +118,10 @@ void addViewOptions(CLI::App& app, PlayOptions& options, RawText& raw)
 
 void addRunOptions(CLI::App& app, PlayOptions& options)
 {
-    addChoice<Tier>(app, "--tier", options.tier, {{"exact", Tier::Exact}, {"fast", Tier::Fast}},
-                    "exact: the trainer's image; fast: half precision where the backend has it; the CPU renders exact")
+    addChoice<Tier>(
+        app, "--tier", options.tier, {{"exact", Tier::Exact}, {"fast", Tier::Fast}},
+        "exact: the trainer's image, of a model far from the origin without what rounding does to it there; fast: "
+        "half precision where the backend has it; the CPU renders exact")
         ->option_text("exact|fast (default: fast)");
     app.add_option("--backend", options.backend, "What renders; --version lists what there is")
         ->option_text("auto|NAME (default: auto)");

@@ -142,6 +142,8 @@ std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, Pl
             formatString("%s: states no distance of the eyes, expected \"ipd\" in a trajectory; pass --ipd LENGTH",
                          options.cameras.c_str()));
     std::vector<Shot> shots = cutShots(std::move(cameras), eyes, ipd, options);
+    for (Shot& shot : shots)
+        std::copy_n(scene.view().origin, 3, shot.origin);
     chooseAppearance(scene, options, shots, log);
     return shots;
 }
@@ -165,18 +167,18 @@ FrameOptions frameOptions(const Scene& scene, const PlayOptions& options)
 void shotEyes(const Shot& shot, uint32_t eye_count, EyeParams* eyes)
 {
     if (eye_count == 1) {
-        eyes[0] = eyeParams(shot.camera);
+        eyes[0] = eyeParams(shot.camera, shot.origin);
         return;
     }
     if (shot.right_eye) {
-        eyes[0] = eyeParams(shot.camera);
-        eyes[1] = eyeParams(*shot.right_eye);
+        eyes[0] = eyeParams(shot.camera, shot.origin);
+        eyes[1] = eyeParams(*shot.right_eye, shot.origin);
         return;
     }
     Camera left, right;
     stereoPair(shot.camera, shot.ipd, left, right);
-    eyes[0] = eyeParams(left);
-    eyes[1] = eyeParams(right);
+    eyes[0] = eyeParams(left, shot.origin);
+    eyes[1] = eyeParams(right, shot.origin);
 }
 
 int32_t shotAppearance(const Scene& scene, const Shot& shot)

@@ -19,6 +19,7 @@ struct Shot {
     int appearance = -1;             // the trainer's embedding row; -1 if the model has none
     double ipd = 0;                  // of two eyes, world units: what --ipd or the trajectory states
     std::optional<Camera> right_eye; // of a trajectory with views; `camera` is then the left one
+    double origin[3] = {};           // ModelView::origin of the scene that is rendered
 };
 
 // At least one. `title`, if given, takes the name that a trajectory states, empty if none. Warns where an embedding row had to be chosen for a camera. Throws Error (Usage, Io, InvalidFile).
@@ -28,7 +29,7 @@ std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, Pl
 // Background, near plane, tier, stereo, what is said of levels, and reuse; the appearance is the shot's.
 FrameOptions frameOptions(const Scene& scene, const PlayOptions& options);
 
-// The eyes of a shot, one or two.
+// The eyes of a shot, one or two, as its scene's backend takes them.
 void shotEyes(const Shot& shot, uint32_t eye_count, EyeParams* eyes);
 
 // Row of EMBD, as FrameOptions wants it.

@@ -64,13 +64,16 @@ void invert4(const T in[16], T out[16])
         out[i] = x[i / 4][i % 4];
 }
 
-// Row-major 4 x 4 [R^T | t].
-void worldToView(const Camera& camera, double out[16])
+// Row-major 4 x 4 [R^T | t + R^T origin].
+void worldToView(const Camera& camera, const double origin[3], double out[16])
 {
     for (int r = 0; r < 3; ++r) {
-        for (int c = 0; c < 3; ++c)
-            out[4 * r + c] = camera.rotation[3 * c + r];
         out[4 * r + 3] = camera.translation[r];
+        for (int c = 0; c < 3; ++c) {
+            out[4 * r + c] = camera.rotation[3 * c + r];
+            if (origin[c] != 0) // a sum would turn a zero of the trainers' round
+                out[4 * r + 3] += out[4 * r + c] * origin[c];
+        }
         out[12 + r] = 0;
     }
     out[15] = 1;
@@ -147,11 +150,11 @@ void finishCamera(Camera& camera, uint32_t width, uint32_t height, double fov_x)
     camera.height = new_height;
 }
 
-EyeParams eyeParams(const Camera& camera)
+EyeParams eyeParams(const Camera& camera, const double (&origin)[3])
 {
     EyeParams eye{};
     double rigid[16], camera_to_world[16], again[16];
-    worldToView(camera, rigid);
+    worldToView(camera, origin, rigid);
     invert4(rigid, camera_to_world);
     invert4(camera_to_world, again);
     for (int i = 0; i < 12; ++i)
@@ -181,11 +184,11 @@ EyeParams eyeParams(const Camera& camera)
     return eye;
 }
 
-EyeParams64 eyeParams64(const Camera& camera)
+EyeParams64 eyeParams64(const Camera& camera, const double (&origin)[3])
 {
     EyeParams64 eye{};
     double rigid[16], camera_to_world[16];
-    worldToView(camera, rigid);
+    worldToView(camera, origin, rigid);
     invert4(rigid, camera_to_world);
     std::copy_n(rigid, 12, eye.world_to_view);
     double projection[6];

@@ -29,9 +29,11 @@ struct Camera {
 void finishCamera(Camera& camera, uint32_t width, uint32_t height, double fov_x);
 
 // Upstream's arithmetic: W2C in double, inverted twice, rounded to fp32; P from the tangents in fp32; full = P * W2C
-// in fp32; centre from the fp32 inverse. Precondition: finishCamera() was called or nothing was open.
-EyeParams eyeParams(const Camera& camera);
-EyeParams64 eyeParams64(const Camera& camera);
+// in fp32; centre from the fp32 inverse. `origin` is the ModelView::origin of the model to be seen: the world the eye is
+// in starts there, taken off in double before anything is rounded. Precondition: finishCamera() was called or nothing
+// was open.
+EyeParams eyeParams(const Camera& camera, const double (&origin)[3]);
+EyeParams64 eyeParams64(const Camera& camera, const double (&origin)[3]);
 
 // Left and right eye of `camera`, `ipd` world units apart along its right axis, otherwise alike.
 void stereoPair(const Camera& camera, double ipd, Camera& left, Camera& right);

@@ -4,6 +4,7 @@
 #include "format/error.h"
 #include "format/gsc_reader.h"
 #include "format/mapped_file.h"
+#include "runtime/local_model.h"
 
 #include <algorithm>
 #include <cstring>
@@ -60,6 +61,8 @@ public:
         m_view.packed = m_gsc.packed.data();
         m_view.embedding = m_gsc.embedding.empty() ? nullptr : m_gsc.embedding.data();
         m_view.sensitivity = m_gsc.sensitivity.empty() ? nullptr : &m_gsc.sensitivity.data()->direction;
+        if (const auto origin = localOrigin(m_view))
+            m_view = m_local.emplace(m_view, *origin).view();
     }
 
     [[nodiscard]] const ModelView& view() const override { return m_view; }
@@ -150,6 +153,7 @@ private:
     ModelView m_view{};
     std::string m_manifest;
     std::vector<ChunkArrays> m_arrays; // chunk order
+    std::optional<LocalModel> m_local; // what m_view shows of a far model
     std::vector<SceneCamera> m_cameras;
 };
 

@@ -25,6 +25,7 @@ public:
     static std::unique_ptr<Scene> open(const std::string& path, bool verify_payloads = false);
     virtual ~Scene() = default;
 
+    // Relative to ModelView::origin where the model lies far from the world's (local_model.h).
     [[nodiscard]] virtual const ModelView& view() const = 0;
     [[nodiscard]] virtual const std::string& manifest() const = 0; // JSON text of META
     [[nodiscard]] virtual const std::vector<SceneCamera>& cameras() const = 0;

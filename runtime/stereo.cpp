@@ -165,7 +165,7 @@ std::optional<MergedView> mergedView(const Camera& left, const Camera& right, do
     double nearest[2];
     for (int i = 0; i < 2; ++i) {
         const Camera& camera = *cameras[i];
-        const EyeParams64 eye = eyeParams64(camera);
+        const EyeParams64 eye = eyeParams64(camera, {});
         std::copy_n(eye.center, 3, centers[i].begin());
         const auto row = [&](int r) {
             return Vector{eye.world_to_view[4 * r], eye.world_to_view[4 * r + 1], eye.world_to_view[4 * r + 2]};

@@ -80,7 +80,7 @@ public:
     {
         Image image{camera.width, camera.height, {}};
         image.pixels.resize(3 * size_t(camera.width) * camera.height);
-        const EyeParams eye = eyeParams(camera);
+        const EyeParams eye = eyeParams(camera, m_scene->view().origin);
         float* const pixels = image.pixels.data();
         FrameResult result;
         m_backend->render(&eye, 1, frameOptions(*m_scene, m_tier, appearance), &pixels, result);
@@ -107,7 +107,7 @@ public:
             return m_float.render(camera, appearance);
         std::vector<double> pixels(3 * size_t(camera.width) * camera.height);
         double* const image = pixels.data();
-        const EyeParams64 eye = eyeParams64(camera);
+        const EyeParams64 eye = eyeParams64(camera, m_float.scene().view().origin);
         FrameResult result;
         renderReference64(m_float.scene().view(), &eye, 1, frameOptions(m_float.scene(), Tier::Exact, appearance),
                           &image, result);

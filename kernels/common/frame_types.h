@@ -59,6 +59,8 @@ struct ModelView {
     const float* embedding;    // appearance_rows x appearance_dim, or null
     // AnchorSensitivity x anchor_count, so two halves per anchor in file order, or null
     const uint16_t* sensitivity = nullptr;
+    // Place in the world that positions and bounds are relative to, for eyeParams(). Not 0 only in a LocalModel.
+    double origin[3] = {};
 };
 
 enum class Tier : uint32_t { Exact = 0, Fast = 1, Turbo = 2 };

@@ -171,7 +171,7 @@ int benchmark(int argc, char** argv)
     std::vector<EyeParams> eyes;
     for (Camera camera : readCameraFile(argv[2])) {
         finishCamera(camera, width, 0, 0);
-        eyes.push_back(eyeParams(camera));
+        eyes.push_back(eyeParams(camera, scene->view().origin));
     }
     const Workers one(1);
     benchCut(scene->view(), eyes, one);

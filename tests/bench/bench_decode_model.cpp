@@ -123,8 +123,8 @@ int benchmark(int argc, char** argv)
         throw Error(ErrorCode::Usage, formatString("%s: camera %zu, expected fewer than %zu; choose another", argv[1],
                                                    index, scene->cameras().size()));
     const ModelParams& params = *scene->view().params;
-    Decoder decoder(scene->view(), eyeParams(toCamera(scene->cameras()[index])), params.appearance_dim > 0 ? 0 : -1,
-                    std::atoi(argv[3]));
+    Decoder decoder(scene->view(), eyeParams(toCamera(scene->cameras()[index]), scene->view().origin),
+                    params.appearance_dim > 0 ? 0 : -1, std::atoi(argv[3]));
     decoder.dump(argv[4]);
     std::cout << "ready" << std::endl;
     for (std::string line; std::getline(std::cin, line) && line == "run";)

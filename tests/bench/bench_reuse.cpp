@@ -72,7 +72,7 @@ int benchmark(int argc, char** argv)
         if (eyes.size() == frames)
             break;
         finishCamera(camera, 640, 480, 0);
-        eyes.push_back(eyeParams(camera));
+        eyes.push_back(eyeParams(camera, scene->view().origin));
     }
     if (eyes.size() <= kWarmup || rounds < 1)
         throw Error(ErrorCode::Usage, "bench_reuse: expected more than 5 frames and a round or more");

@@ -15,7 +15,6 @@ namespace gsc::test {
 namespace {
 
 constexpr float kVoxelSize = 0.03125f;
-constexpr float kGridOrigin = -1.75f;
 
 struct Anchor {
     uint32_t level;
@@ -139,7 +138,7 @@ private:
         p.level_clamp = int32_t(o.levels) - 1;
         p.standard_dist = octree ? 8.0f : 0.0f;
         p.voxel_size = kVoxelSize;
-        p.grid_origin = octree ? kGridOrigin : 0.0f;
+        p.grid_origin = octree ? o.grid_origin : 0.0f;
         p.position_encoding = uint32_t(o.float_positions ? PositionEncoding::Float : PositionEncoding::Grid);
         p.level_count = o.levels;
         p.constant_rotation[0] = 1;

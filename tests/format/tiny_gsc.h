@@ -15,8 +15,9 @@
 namespace gsc::test {
 
 struct TinyGscOptions {
-    uint32_t anchors = 300; // of all levels; at least two per level
-    uint32_t levels = 1;    // 1 = Scaffold-GS, 2 or more = Octree-GS
+    uint32_t anchors = 300;     // of all levels; at least two per level
+    uint32_t levels = 1;        // 1 = Scaffold-GS, 2 or more = Octree-GS
+    float grid_origin = -1.75f; // of Octree-GS, along every axis
     uint32_t feat_dim = 8;
     uint32_t n_offsets = 3;
     uint32_t cell_log2 = 1;

@@ -36,11 +36,11 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size)
         for (gsc::Camera& camera : cameras) {
             requireFinite(camera);
             gsc::finishCamera(camera, 64, 48, camera.fov_x > 0 || camera.focal_x > 0 ? 0 : 1);
-            const gsc::EyeParams eye = gsc::eyeParams(camera);
+            const gsc::EyeParams eye = gsc::eyeParams(camera, {});
             if (!(eye.tan_fov_x > 0) || !(eye.tan_fov_y > 0) || eye.width == 0 || eye.height == 0)
                 std::abort();
             for (const gsc::EyeView& view : eyes.views) {
-                const gsc::EyeParams of_head = gsc::eyeParams(gsc::eyeOfHead(camera, view));
+                const gsc::EyeParams of_head = gsc::eyeParams(gsc::eyeOfHead(camera, view), {});
                 if (!(of_head.tan_fov_x > 0) || !(of_head.tan_fov_y > 0) || !std::isfinite(of_head.tan_mid_x) ||
                     !std::isfinite(of_head.tan_mid_y))
                     std::abort();

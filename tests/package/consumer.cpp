@@ -21,7 +21,7 @@ int main(int argc, char** argv)
         gsc::Camera camera;
         camera.translation[2] = 5;
         gsc::finishCamera(camera, 64, 48, 1.0);
-        const gsc::EyeParams eye = gsc::eyeParams(camera);
+        const gsc::EyeParams eye = gsc::eyeParams(camera, scene->view().origin);
         std::vector<float> image(size_t(64) * 48 * 3, NAN);
         float* pixels = image.data();
         gsc::FrameStats stats;

@@ -203,10 +203,10 @@ TEST_CASE("transforms.json: OpenGL axes turned, angles, sizes, NaN where nobody 
                                             "f.json");
         CHECK(scaled[0].rotation[0] == doctest::Approx(100));
         CHECK(scaled[0].translation[0] == doctest::Approx(-400));
-        CHECK(double(eyeParams(scaled[0]).center[1]) == doctest::Approx(5));
+        CHECK(double(eyeParams(scaled[0], {}).center[1]) == doctest::Approx(5));
         Camera left, right;
         stereoPair(scaled[0], 0.5, left, right);
-        CHECK(double(eyeParams(right).center[0] - eyeParams(left).center[0]) == doctest::Approx(0.5));
+        CHECK(double(eyeParams(right, {}).center[0] - eyeParams(left, {}).center[0]) == doctest::Approx(0.5));
     }
 }
 
@@ -322,7 +322,7 @@ TEST_CASE("a trajectory carries the golden cameras exactly, and upstream's own f
             CHECK(read[0].fov_x == c.fov_x);
             CHECK(read[0].fov_y == c.fov_y);
             CHECK(read[0].appearance == c.appearance);
-            const EyeParams eye = eyeParams(read[0]);
+            const EyeParams eye = eyeParams(read[0], {});
             CHECK(std::memcmp(eye.full_projection, golden.full_projection, sizeof(eye.full_projection)) == 0);
         }
         const std::vector<Camera> cameras = readCameraFile(model + "/cameras.json");

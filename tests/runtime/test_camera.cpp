@@ -50,7 +50,7 @@ TEST_CASE("the trainers' fp32 matrices come out bit for bit on every golden came
         for (const test::GoldenCamera& golden : test::readGoldenCameras(model)) {
             CAPTURE(model);
             CAPTURE(golden.camera.name);
-            const EyeParams eye = eyeParams(golden.camera);
+            const EyeParams eye = eyeParams(golden.camera, {});
             CHECK(std::memcmp(eye.world_to_view, golden.world_to_view, sizeof(eye.world_to_view)) == 0);
             CHECK(std::memcmp(eye.full_projection, golden.full_projection, sizeof(eye.full_projection)) == 0);
             CHECK(std::memcmp(eye.center, golden.center, sizeof(eye.center)) == 0);
@@ -65,8 +65,8 @@ TEST_CASE("fp32 eye parameters agree with double precision")
     std::mt19937 random(7);
     for (int i = 0; i < 200; ++i) {
         const Camera camera = someCamera(random);
-        const EyeParams eye = eyeParams(camera);
-        const EyeParams64 exact = eyeParams64(camera);
+        const EyeParams eye = eyeParams(camera, {});
+        const EyeParams64 exact = eyeParams64(camera, {});
         for (int k = 0; k < 12; ++k)
             CHECK(std::abs(double(eye.world_to_view[k]) - exact.world_to_view[k]) <=
                   6e-8 * std::abs(exact.world_to_view[k]) + 1e-15);
@@ -84,6 +84,29 @@ TEST_CASE("fp32 eye parameters agree with double precision")
     }
 }
 
+TEST_CASE("an eye 100 km away is the eye at the origin, if the model's origin is there too")
+{
+    constexpr double kThere[3] = {100e3 + 0.1, -80e3, 1e3};
+    std::mt19937 random(8);
+    for (int i = 0; i < 200; ++i) {
+        const Camera camera = someCamera(random);
+        Camera there = camera;
+        for (int r = 0; r < 3; ++r)
+            for (int c = 0; c < 3; ++c)
+                there.translation[r] -= there.rotation[3 * c + r] * kThere[c];
+        const EyeParams eye = eyeParams(there, kThere), at_origin = eyeParams(camera, {});
+        const EyeParams64 wide = eyeParams64(there, kThere), wide_at_origin = eyeParams64(camera, {});
+        for (int k = 0; k < 12; ++k) {
+            CHECK(std::abs(eye.world_to_view[k] - at_origin.world_to_view[k]) < 1e-6f);
+            CHECK(std::abs(wide.world_to_view[k] - wide_at_origin.world_to_view[k]) < 1e-9);
+        }
+        for (int k = 0; k < 3; ++k) {
+            CHECK(std::abs(eye.center[k] - at_origin.center[k]) < 5e-6f);
+            CHECK(std::abs(wide.center[k] - wide_at_origin.center[k]) < 1e-9);
+        }
+    }
+}
+
 TEST_CASE("a point on the axis lands in the image centre, one at the edge of the view on the border")
 {
     Camera camera;
@@ -91,7 +114,7 @@ TEST_CASE("a point on the axis lands in the image centre, one at the edge of the
     camera.fov_y = std::numbers::pi / 3;
     camera.width = 100;
     camera.height = 50;
-    const EyeParams eye = eyeParams(camera);
+    const EyeParams eye = eyeParams(camera, {});
     const auto project = [&](double x, double y, double z, int row) {
         const float* p = eye.full_projection;
         const double w = double(p[12]) * x + double(p[13]) * y + double(p[14]) * z + double(p[15]);
@@ -122,8 +145,8 @@ TEST_CASE("the four borders of a lens that leans land on the borders of the imag
             p = between(-0.1, 0.1);
         const Camera camera = eyeOfHead(head, view);
         CHECK(camera.width == head.width);
-        const EyeParams eye = eyeParams(camera);
-        const EyeParams64 exact = eyeParams64(camera), middle = eyeParams64(head);
+        const EyeParams eye = eyeParams(camera, {});
+        const EyeParams64 exact = eyeParams64(camera, {}), middle = eyeParams64(head, {});
         // the place is that of the head and the eye's in it
         for (int k = 0; k < 3; ++k) {
             double expected = middle.center[k];
@@ -168,7 +191,7 @@ TEST_CASE("an eye in the middle of the head with a centred lens is the head's ca
     view.up = head.fov_y / 2;
     view.down = -view.up;
     view.rotation[0] = view.rotation[4] = view.rotation[8] = 1;
-    const EyeParams a = eyeParams(head), b = eyeParams(eyeOfHead(head, view));
+    const EyeParams a = eyeParams(head, {}), b = eyeParams(eyeOfHead(head, view), {});
     CHECK(b.tan_mid_x == 0);
     CHECK(b.tan_mid_y == 0);
     CHECK(std::memcmp(a.full_projection, b.full_projection, sizeof(a.full_projection)) == 0);
@@ -182,7 +205,7 @@ TEST_CASE("the eyes of a stereo pair lie ipd apart along the right axis, the lef
         const Camera camera = someCamera(random);
         Camera left, right;
         stereoPair(camera, 0.065, left, right);
-        const EyeParams64 middle = eyeParams64(camera), l = eyeParams64(left), r = eyeParams64(right);
+        const EyeParams64 middle = eyeParams64(camera, {}), l = eyeParams64(left, {}), r = eyeParams64(right, {});
         for (int k = 0; k < 3; ++k) {
             const double right_axis = camera.rotation[3 * k];
             CHECK(r.center[k] - l.center[k] == doctest::Approx(0.065 * right_axis));

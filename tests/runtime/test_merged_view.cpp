@@ -67,7 +67,8 @@ TEST_CASE("every point that either eye of a random pair sees is in the merged fr
         }
         ++merged;
         CHECK(view->near_z > 0);
-        const EyeParams64 eye = eyeParams64(view->camera), eyes[2] = {eyeParams64(left), eyeParams64(right)};
+        const EyeParams64 eye = eyeParams64(view->camera, {}),
+                          eyes[2] = {eyeParams64(left, {}), eyeParams64(right, {})};
         bool lost_when_narrower = false;
         for (int i = 0; i < 250; ++i) {
             const Point p = pointSeen(eyes[i % 2], random);
@@ -91,7 +92,7 @@ TEST_CASE("the merged camera of parallel eyes with one lens is set back by half 
     stereoPair(head, 0.065, left, right);
     const auto view = mergedView(left, right, kNear);
     REQUIRE(view);
-    const EyeParams64 middle = eyeParams64(head), merged = eyeParams64(view->camera);
+    const EyeParams64 middle = eyeParams64(head, {}), merged = eyeParams64(view->camera, {});
     CHECK(view->camera.fov_x == doctest::Approx(1.2));
     CHECK(view->camera.fov_y == doctest::Approx(0.9));
     CHECK(std::abs(view->camera.tan_mid_x) < 1e-8);
@@ -142,7 +143,7 @@ TEST_CASE("every anchor that either eye selects passes the merged bounds")
                 const float cant = pair % 2 ? 0.0f : 0.4f;
                 EyeParams eyes[2];
                 for (EyeParams& eye : eyes)
-                    eye = eyeParams(eyeOfHead(head, randomView(random, 0.8f, 0.2f, cant)));
+                    eye = eyeParams(eyeOfHead(head, randomView(random, 0.8f, 0.2f, cant)), {});
                 const auto bounds = mergedBounds(eyes[0], eyes[1], rules);
                 if (!bounds)
                     continue;

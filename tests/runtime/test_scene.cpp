@@ -5,6 +5,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -122,6 +123,34 @@ TEST_CASE("a file opens, and every pointer leads to what the file holds")
     CHECK(scene->cameras()[3].width == camera->width);
     CHECK(std::memcmp(scene->cameras()[3].rotation, camera->rotation, sizeof(camera->rotation)) == 0);
     CHECK(scene->cameras()[3].name.size() == camera->name_bytes);
+}
+
+TEST_CASE("a model far from the origin is shown relative to a place within it, any other as it lies in the file")
+{
+    for (const float far : {0.0f, 70000.0f}) {
+        CAPTURE(far);
+        test::TinyGscOptions options;
+        options.levels = 2;
+        options.grid_origin += far;
+        std::vector<std::byte> bytes = test::tinyGsc(options);
+        const TempFile file(bytes);
+        const std::unique_ptr<Scene> scene = Scene::open(file.path.string());
+        const ModelView& view = scene->view();
+        CHECK((view.arrays[0].grid_position != nullptr) == (far == 0));
+        const auto* chunks = test::records<ChunkRecord>(bytes, kSectionChunks);
+        const auto* position = test::payloadArray<GridPosition>(bytes, 0, ChunkArray::Position);
+        for (int a = 0; a < 3; ++a) {
+            CHECK((view.origin[a] == 0) == (far == 0));
+            CHECK(std::abs(view.origin[a] - double(far)) < 20);
+            CHECK(std::abs(view.params->bounds_min[a]) < 100);
+            if (far != 0) {
+                const LevelRecord& level = view.levels[0];
+                CHECK(double(view.arrays[0].float_position[a]) + view.origin[a] ==
+                      double(chunks[0].origin[a] + position[0].local[a]) * double(level.quantum) +
+                          double(level.origin));
+            }
+        }
+    }
 }
 
 TEST_CASE("float positions, one level, no embedding, no cameras")

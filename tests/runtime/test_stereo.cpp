@@ -164,8 +164,8 @@ TEST_CASE("off-centre and canted eyes draw what a wider centred image shows ther
             for (const CpuPath path : {CpuPath::Fast, CpuPath::Reference}) {
                 if (path == CpuPath::Reference && part.x != 96)
                     continue; // slow
-                const auto whole = renderWith(path, 1, model.view(), eyeParams(wide), {});
-                const auto eye = renderWith(path, 1, model.view(), eyeParams(off), {});
+                const auto whole = renderWith(path, 1, model.view(), eyeParams(wide, {}), {});
+                const auto eye = renderWith(path, 1, model.view(), eyeParams(off, {}), {});
                 const std::vector<float> shown = cut(eye.pixels, part.width, inner);
                 const std::vector<float> expected =
                     cut(whole.pixels, kWidth, {part.x + kMargin, part.y + kMargin, inner.width, inner.height});

@@ -8,6 +8,7 @@ gsc_add_test(test_scene SOURCES runtime/test_scene.cpp LIBS gsc_runtime gsc_test
 gsc_add_test(test_frame_caches SOURCES runtime/test_frame_caches.cpp LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
 gsc_add_test(test_lod SOURCES runtime/test_lod_lag.cpp runtime/test_lod_control.cpp
                       LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
+gsc_add_test(test_local_model SOURCES runtime/test_local_model.cpp LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
 gsc_add_test(test_reuse SOURCES runtime/test_reuse.cpp LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
 gsc_add_test(test_stereo SOURCES runtime/test_stereo.cpp runtime/test_merged_view.cpp
              LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
