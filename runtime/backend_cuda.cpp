@@ -99,7 +99,6 @@ FrameShape CudaBackend::shapeOf(const EyeParams* eyes, uint32_t eye_count, const
         throw Error(ErrorCode::Internal, "cuda: no model is loaded, expected load() before render()");
     checkOptions(m_scene.host(), options, eye_count);
     refuseReuse(options.reuse, name());
-    refuseMerged(options, eye_count, name());
     FrameShape shape{};
     uint32_t width = 0, height = 0;
     for (uint32_t e = 0; e < eye_count; ++e) {
@@ -122,6 +121,7 @@ FrameShape CudaBackend::shapeOf(const EyeParams* eyes, uint32_t eye_count, const
     shape.rules = rasterConstants(*m_scene.host().params, options.near_z);
     shape.exact = tierOf(options.tier) == Tier::Exact;
     shape.fades = levelsFade(*m_scene.host().params, options.lod_fade);
+    shape.merged = decodesMerged(options, eye_count);
     return shape;
 }
 
@@ -237,7 +237,8 @@ void CudaBackend::report(const FrameShape& shape, const FrameGraph& graph, Frame
         EyeCounts& eye = result.eyes[e];
         eye.groups_tested = m_scene.model().params.group_count;
         eye.anchors_tested = c.anchors_tested[e];
-        eye.anchors_visible = eye.anchors_decoded = c.anchors_visible[e];
+        eye.anchors_visible = c.anchors_visible[e];
+        eye.anchors_decoded = !shape.merged ? c.anchors_visible[e] : e == 0 ? c.anchors_listed : 0;
         eye.gaussians_alive = c.gaussians[e];
         eye.gaussians_visible = c.splats[e];
         eye.gaussians_dropped = c.dropped[e];
