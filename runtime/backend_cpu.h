@@ -32,8 +32,7 @@ void mergedCenter(const Eye* eyes, Real* center)
     for (int i = 0; i < 3; ++i)
         center[i] = eyes[0].center[i] + (eyes[1].center[i] - eyes[0].center[i]) / 2;
 }
-// Throws Error(Unsupported) for one decode for both eyes, and for what is not written for it.
-void refuseMerged(const FrameOptions& options, uint32_t eye_count, const char* backend);
+// Throws Error(Unsupported) for one decode for both eyes beside reuse, which is not written for it.
 void refuseMergedReuse(const FrameOptions& options, uint32_t eye_count);
 // Throws Error(Unsupported) if Gaussians or an order are to be kept between frames.
 void refuseReuse(const ReuseOptions& reuse, const char* backend);

@@ -96,14 +96,6 @@ bool decodesMerged(const FrameOptions& options, uint32_t eye_count)
     return options.stereo == StereoMode::Merged && eye_count == 2;
 }
 
-void refuseMerged(const FrameOptions& options, uint32_t eye_count, const char* backend)
-{
-    if (decodesMerged(options, eye_count))
-        throw Error(ErrorCode::Unsupported,
-                    formatString("backend %s: decodes each eye by itself, expected stereo exact; use the backend cpu",
-                                 backend));
-}
-
 void refuseMergedReuse(const FrameOptions& options, uint32_t eye_count)
 {
     if (decodesMerged(options, eye_count) && options.reuse.policy != ReusePolicy::None)

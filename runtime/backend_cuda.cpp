@@ -17,7 +17,8 @@ namespace gsc {
 
 namespace {
 
-// Splats of one eye and pass that a frame's memory is kept to: 3.2 GB for two eyes. More are drawn in several passes.
+// Splats of one eye and pass that a frame's memory is kept to where there is enough: in `fast` 3.2 GB for two eyes, and
+// up to 1.3 GB of pairs. More are drawn in several passes.
 constexpr uint32_t kSlotTarget = 38u << 20;
 constexpr uint32_t kLeastSlots = 1u << 12; // beside twice the gaps: with fewer there would be too many passes
 constexpr uint32_t kPairsPerSlot = 4;      // at most, of all eyes, where memory is short
@@ -58,6 +59,7 @@ public:
         m_graphs.clear();
         m_arena.release(); // a model that is larger than the last may need it
         m_scene.load(model, m_stream);
+        m_free = freeForFrames();
         m_splats = m_pairs = 0;
         m_lag.clear();
     }
@@ -74,6 +76,7 @@ private:
     {
         return shape.exact ? 0 : decodeFastGaps(m_limits.processors, slots);
     }
+    [[nodiscard]] static uint64_t freeForFrames();
     [[nodiscard]] uint32_t slotLimit(FrameShape shape);
     void choosePasses(FrameShape& shape);
     FrameGraph& graphFor(const FrameShape& shape, const FrameOptions& options);
@@ -89,6 +92,7 @@ private:
     LodLag m_lag;
     FrameBuffers m_buffers{};
     FrameCapacity m_capacity;
+    uint64_t m_free = 0;                              // bytes of the device that frames may take
     uint64_t m_splats = 0, m_pairs = 0;               // of the last frame, all passes: of the fuller eye, of all eyes
     std::deque<std::unique_ptr<FrameGraph>> m_graphs; // the last used first
 };
@@ -99,7 +103,6 @@ FrameShape CudaBackend::shapeOf(const EyeParams* eyes, uint32_t eye_count, const
         throw Error(ErrorCode::Internal, "cuda: no model is loaded, expected load() before render()");
     checkOptions(m_scene.host(), options, eye_count);
     refuseReuse(options.reuse, name());
-    refuseMerged(options, eye_count, name());
     FrameShape shape{};
     uint32_t width = 0, height = 0;
     for (uint32_t e = 0; e < eye_count; ++e) {
@@ -122,6 +125,7 @@ FrameShape CudaBackend::shapeOf(const EyeParams* eyes, uint32_t eye_count, const
     shape.rules = rasterConstants(*m_scene.host().params, options.near_z);
     shape.exact = tierOf(options.tier) == Tier::Exact;
     shape.fades = levelsFade(*m_scene.host().params, options.lod_fade);
+    shape.merged = decodesMerged(options, eye_count);
     return shape;
 }
 
@@ -134,14 +138,22 @@ uint64_t CudaBackend::frameBytes(FrameShape shape, const FrameCapacity& capacity
     return counted.bytes();
 }
 
+// What the model left of the device's memory, but for some that others may want. Precondition: no frame has any yet.
+uint64_t CudaBackend::freeForFrames()
+{
+    size_t left = 0, total = 0;
+    GSC_CUDA_CHECK(cudaMemGetInfo(&left, &total));
+    return left - left / 16;
+}
+
 // Splats of one eye and pass that memory allows. Makes the capacity smaller if there is no memory for it as it is.
 uint32_t CudaBackend::slotLimit(FrameShape shape)
 {
-    if (m_budget.limit == 0)
-        return kSlotTarget;
     shape.passes = std::max(shape.passes, 2u); // with the memory between passes
-    const uint64_t others = m_budget.used - m_arena.bytes();
-    const uint64_t room = m_budget.limit > others ? m_budget.limit - others : 0;
+    const uint64_t others = m_budget.used - m_arena.bytes(), limit_bytes = std::max(m_budget.limit, others);
+    const uint64_t room = m_budget.limit == 0 ? m_free : limit_bytes - others;
+    if (frameBytes(shape, {m_capacity.visible, kSlotTarget, kSlotTarget * kPairsPerSlot}) <= room)
+        return kSlotTarget;
     uint32_t limit = kLeastSlots + 2 * gapsOf(shape, kLeastSlots), too_many = kSlotTarget + 1;
     while (too_many - limit > limit / 64) {
         const uint32_t slots = limit + (too_many - limit) / 2;
@@ -211,7 +223,7 @@ bool CudaBackend::growAfterOverflow(FrameShape& shape)
     };
     grow(m_capacity.visible, c.anchors_listed, UINT32_MAX, 0);
     const uint64_t limit = slotLimit(shape); // what the visible list has left
-    grow(m_capacity.slots, c.most_slots, limit, gapsOf(shape, m_capacity.slots));
+    grow(m_capacity.slots, c.most_slots, limit, gapsOf(shape, uint32_t(limit)));
     grow(m_capacity.pairs, c.most_pairs, limit * kPairsPerSlot, 0);
     if (passes > kMaxPasses) {
         if (shape.passes == kMaxPasses) { // all Gaussians at one depth, or a budget far too small
@@ -237,7 +249,8 @@ void CudaBackend::report(const FrameShape& shape, const FrameGraph& graph, Frame
         EyeCounts& eye = result.eyes[e];
         eye.groups_tested = m_scene.model().params.group_count;
         eye.anchors_tested = c.anchors_tested[e];
-        eye.anchors_visible = eye.anchors_decoded = c.anchors_visible[e];
+        eye.anchors_visible = c.anchors_visible[e];
+        eye.anchors_decoded = !shape.merged ? c.anchors_visible[e] : e == 0 ? c.anchors_listed : 0;
         eye.gaussians_alive = c.gaussians[e];
         eye.gaussians_visible = c.splats[e];
         eye.gaussians_dropped = c.dropped[e];
@@ -257,6 +270,7 @@ void CudaBackend::render(const EyeParams* eyes, uint32_t eye_count, const FrameO
         m_graphs.clear();
         m_arena.release(); // what frames in `fast` took may be what the model in fp32 needs
         m_scene.loadExact(m_stream);
+        m_free = freeForFrames();
     } else if (!shape.exact)
         m_scene.useAppearance(options.appearance, m_stream);
     choosePasses(shape);

@@ -43,7 +43,7 @@ public:
             (void)cudaMemGetInfo(&left, &total);
             throw Error(ErrorCode::OutOfMemory,
                         formatString("cuda: %s takes %zu bytes of device memory, of %zu only %zu are free, expected "
-                                     "enough; choose a smaller --size or --backend cpu",
+                                     "enough; state a smaller --vram-budget, a smaller --size or --backend cpu",
                                      what, bytes, total, left));
         }
         GSC_CUDA_CHECK(code);

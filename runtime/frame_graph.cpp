@@ -3,6 +3,7 @@
 
 #include "kernels/decode/decode_exact_cuda.h"
 #include "kernels/select/select_cuda.h"
+#include "runtime/backend_cpu.h"
 
 #include <algorithm>
 
@@ -117,7 +118,8 @@ bool FrameGraph::fits(const FrameJob& job) const
 {
     const FrameShape &a = m_shape, &b = job.shape;
     if (a.eye_count != b.eye_count || a.passes != b.passes || a.exact != b.exact || a.fades != b.fades ||
-        a.grid.slab_bits != b.grid.slab_bits || !sameRules(a.rules, b.rules) || !(m_capacity == job.capacity))
+        a.merged != b.merged || a.grid.slab_bits != b.grid.slab_bits || !sameRules(a.rules, b.rules) ||
+        !(m_capacity == job.capacity))
         return false;
     for (uint32_t e = 0; e < a.eye_count; ++e)
         if (a.eyes[e].width != b.eyes[e].width || a.eyes[e].height != b.eyes[e].height)
@@ -134,7 +136,11 @@ void FrameGraph::launch(const EyeParams* eyes, const EyeParams* chosen, const Fr
         args.lod_bias = options.lod_bias; // that of a frame that holds its time changes all the time
         args.lod_fade = options.lod_fade;
     };
-    const auto decode = [&](auto& args) { std::copy_n(eyes, args.eye_count, args.eyes); };
+    const auto decode = [&](auto& args) {
+        std::copy_n(eyes, args.eye_count, args.eyes);
+        if (args.merged)
+            mergedCenter(eyes, args.look_from);
+    };
     for (const EyeNode& n : m_eye_nodes)
         switch (n.takes) {
         case Takes::Select:

@@ -6,6 +6,7 @@
 #include "kernels/decode/decode_exact_cuda.h"
 #include "kernels/select/select_cuda.h"
 #include "kernels/sort/sort_cuda.h"
+#include "runtime/backend_cpu.h"
 
 #include <algorithm>
 
@@ -80,6 +81,9 @@ void launchDecode(const FrameJob& job, uint32_t pass, const CudaStream& stream)
     frame.model = job.scene.model();
     std::copy_n(job.shape.eyes, job.shape.eye_count, frame.eyes);
     frame.eye_count = job.shape.eye_count;
+    frame.merged = job.shape.merged;
+    if (frame.merged)
+        mergedCenter(frame.eyes, frame.look_from);
     frame.rules = job.shape.rules;
     frame.grid = job.shape.grid;
     frame.pass = passOf(job, pass);

@@ -17,8 +17,9 @@ struct FrameShape {
     BinGrid grid;
     uint32_t passes;
     RasterConstants rules;
-    bool exact; // the scalar decode and 64-byte splats
-    bool fades; // anchors have opacity factors
+    bool exact;  // the scalar decode and 64-byte splats
+    bool fades;  // anchors have opacity factors
+    bool merged; // one decode for both eyes
 
     [[nodiscard]] size_t splatBytes() const { return exact ? sizeof(ExactSplat) : sizeof(PackedSplat); }
     [[nodiscard]] uint32_t cells() const { return eye_count * grid.cells(); }

@@ -14,7 +14,7 @@ namespace {
 constexpr uint32_t kOneBlock = 1024;
 constexpr uint32_t kThreads = 256;
 constexpr uint32_t kBlocksPerProcessor = 8; // all that a multiprocessor holds
-constexpr uint32_t kPartsPerProcessor = 32; // of the work, by which a bin is hot
+constexpr uint32_t kPartsPerProcessor = 32; // a bin is hot if it has more than half of such a part of all pairs
 
 // One block. A bucket goes to the slab its middle falls into.
 __global__ void __launch_bounds__(kOneBlock) slabKernel(const uint32_t* histogram, uint16_t* slab_of, uint32_t slabs)
@@ -155,7 +155,7 @@ __global__ void __launch_bounds__(kThreads) queueKernel(const __grid_constant__ 
             counters.most_pairs = pairs;
         if (pairs > args.pair_capacity)
             counters.overflow |= kPairOverflow;
-        // a bin much longer than others would be the last to finish; measured, whole blocks blend all longer ones faster
+        // a bin much longer than others would be the last to finish; on an H200 whole blocks are faster from here on
         const uint32_t hot = uint32_t(__clz(int(max(uint32_t(pairs / (2 * parts)), 1024u))));
         counters.pass.hot_bins = before[hot] + counters.pass.bin_classes[hot];
     }

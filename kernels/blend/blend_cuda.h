@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Blending of all eyes on the device, one block per bin.
+// Blending of all eyes on the device: bins by a quarter of a block each, the longest by whole blocks.
 #pragma once
 
 #include "kernels/bin/bin_cuda.h"

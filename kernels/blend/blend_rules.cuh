@@ -38,6 +38,7 @@ struct PixelBox {
 // bank, which 64 would not do.
 struct FastRules {
     using Splat = PackedSplat;
+    static constexpr float kTrustedDeterminant = 3e-5f; // of a c - b b, relative to a c
 
     struct alignas(16) Lit {
         float x, y, power[3], log_opacity, color[3];
@@ -54,19 +55,24 @@ struct FastRules {
     static __device__ __forceinline__ Bounds bounds(const Splat& s, const Lit& lit)
     {
         constexpr float kLog255 = 7.99435343685886f;
-        return boundsOf(s.power[0], 0.5f * s.power[1], s.power[2], lit.log_opacity + kLog255 + 4e-3f, 3e-5f);
+        return boundsOf(s.power[0], 0.5f * s.power[1], s.power[2], lit.log_opacity + kLog255 + 4e-3f,
+                        kTrustedDeterminant);
     }
 
-    // The radius is computed anew: from the inverse of the covariance, which for the thinnest ellipses moves it a little.
+    // The radius is computed anew, from the inverse of the covariance. Long needles leave too little of its determinant;
+    // they are drawn wherever their ellipse reaches. Never contracted: bins are blended by two instances of this.
     static __device__ __forceinline__ PixelBox box(const Splat& s, const RasterConstants& rules)
     {
         constexpr float kTwoLn2 = 1.38629436111989f;
-        const float a = s.power[0], b = 0.5f * s.power[1], c = s.power[2], det = a * c - b * b;
-        if (!(det > 0.0f))
+        const float a = s.power[0], b = 0.5f * s.power[1], c = s.power[2], ac = __fmul_rn(a, c);
+        const float det = __fsub_rn(ac, __fmul_rn(b, b));
+        if (!(det > __fmul_rn(kTrustedDeterminant, ac)))
             return {-INFINITY, -INFINITY, INFINITY, INFINITY};
-        const float inv = __fdividef(1.0f, kTwoLn2 * det), mid = 0.5f * (a + c) * inv;
-        const float lambda = mid + sqrtf(fmaxf(rules.eigen_floor, mid * mid - inv * (1.0f / kTwoLn2)));
-        const float r = ceilf(3.0f * sqrtf(lambda));
+        const float inv = __fdividef(1.0f, __fmul_rn(kTwoLn2, det));
+        const float mid = __fmul_rn(__fmul_rn(0.5f, __fadd_rn(a, c)), inv);
+        const float rest = __fsub_rn(__fmul_rn(mid, mid), __fmul_rn(inv, 1.0f / kTwoLn2));
+        const float lambda = __fadd_rn(mid, sqrtf(fmaxf(rules.eigen_floor, rest)));
+        const float r = ceilf(__fmul_rn(3.0f, sqrtf(lambda)));
         constexpr float kTile = kTileSize;
         if (rules.gsplat)
             return {floorf((s.x + 0.5f - r) / kTile) * kTile, floorf((s.y + 0.5f - r) / kTile) * kTile,

@@ -8,7 +8,7 @@
 namespace gsc {
 
 constexpr uint32_t kAnchorBits = 30;      // a visible entry is anchor | eyes << kAnchorBits
-constexpr uint32_t kBinWidth = 32;        // pixels; a bin is blended by one block
+constexpr uint32_t kBinWidth = 32;        // pixels
 constexpr uint32_t kMaxBins = 255;        // per axis: bin coordinates are bytes
 constexpr uint32_t kNoBins = 0x0000ffffu; // bin box of a slot that holds no splat: x0 = y0 = 255, x1 = y1 = 0
 // An offset of a Gaussian: x, y and z from the low bits on, 21 bits each, in steps of the anchor's largest counted from

@@ -21,7 +21,7 @@ __device__ __forceinline__ float2 halvesOf(uint32_t word)
     return __half22float2(reinterpret_cast<const __half2&>(word));
 }
 
-// Numbers from 0 to 1 in 65535 steps: eight times as fine as halves near 1, where colours and opacities lie.
+// Numbers from 0 to 1 in 65535 steps: 32 times as fine as halves near 1, coarser below 1/64, where less shows.
 __device__ __forceinline__ uint32_t packSteps(float low, float high)
 {
     return __float2uint_rn(low * 65535.0f) | __float2uint_rn(high * 65535.0f) << 16;

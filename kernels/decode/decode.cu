@@ -89,9 +89,11 @@ __device__ __forceinline__ uint32_t stagingIndices(uint32_t keep, uint32_t lane,
     return total;
 }
 
-// Activates, projects and writes the `count` staged Gaussians of one eye.
+// Activates, projects and writes those of the `count` staged Gaussians that one eye sees. seen_by, factors: of this
+// lane's rows, eyes and opacity factor; needed where what is staged is not this eye's alone.
 __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t e, const Staging& staged,
-                                           uint32_t count, const uint32_t (&anchors)[2], uint32_t lane, EyeTally& tally)
+                                           uint32_t count, const uint32_t (&anchors)[2], const uint32_t (&seen_by)[2],
+                                           const float (&factors)[2], uint32_t lane, EyeTally& tally)
 {
     const DeviceModel& model = args.model;
     const EyeParams& eye = args.eyes[e];
@@ -103,9 +105,17 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
         const uint32_t a0 = __shfl_sync(~0u, anchors[0], (row & 7u) * 4),
                        a1 = __shfl_sync(~0u, anchors[1], (row & 7u) * 4);
         const uint32_t anchor = row < 8 ? a0 : a1;
+        float opacity = i < count ? staged.opacity[i] : 0.0f;
+        if (args.merged) {
+            const uint32_t s0 = __shfl_sync(~0u, seen_by[0], (row & 7u) * 4),
+                           s1 = __shfl_sync(~0u, seen_by[1], (row & 7u) * 4);
+            const float f0 = __shfl_sync(~0u, factors[0], (row & 7u) * 4),
+                        f1 = __shfl_sync(~0u, factors[1], (row & 7u) * 4);
+            opacity = ((row < 8 ? s0 : s1) >> e & 1u) != 0 ? opacity * (row < 8 ? f0 : f1) : 0.0f;
+        }
         Candidate out;
         bool drawn = false;
-        if (i < count) {
+        if (opacity >= kOpacityFloor) { // tested already, unless it is both eyes'
             const float4 center = reinterpret_cast<const float4*>(model.placement)[anchor];
             const float2* shape = reinterpret_cast<const float2*>(model.shape + size_t(6) * anchor);
             const float2 s0 = shape[0], s1 = shape[1], s2 = shape[2];
@@ -138,8 +148,8 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
             if (here) {
                 ++tally.alive;
                 finite = finite && isfinite(rgb[0] + rgb[1] + rgb[2]); // geometry is for projectFast to see
-                drawn = finite && projectFast(args, eye, position, sigma, q, staged.opacity[i], rgb,
-                                              model.source[anchor] * K + k, out, finite);
+                drawn = finite && projectFast(args, eye, position, sigma, q, opacity, rgb, model.source[anchor] * K + k,
+                                              out, finite);
                 tally.dropped += finite ? 0u : 1u;
             }
         }
@@ -232,17 +242,18 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
                     if (anchors[r] >= model.level_first[l])
                         levels[r] = float(model.levels[l].level);
 
+        const uint32_t decodes = args.merged ? 1 : args.eye_count;
 #pragma unroll 1
-        for (uint32_t e = 0; e < args.eye_count; ++e) {
-            if ((seen >> e & 1u) == 0)
+        for (uint32_t e = 0; e < decodes; ++e) {
+            if (!args.merged && (seen >> e & 1u) == 0)
                 continue;
-            const EyeParams& eye = args.eyes[e];
+            const float* const center = args.merged ? args.look_from : args.eyes[e].center;
             uint32_t view[4], banked[2][4];
 #pragma unroll
             for (uint32_t r = 0; r < 2; ++r) {
                 float u[3];
                 for (int i = 0; i < 3; ++i)
-                    u[i] = positions[r][i] - eye.center[i];
+                    u[i] = positions[r][i] - center[i];
                 const float distance = sqrtf(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
                 const float inverse = __fdividef(1.0f, distance);
                 for (int i = 0; i < 3; ++i)
@@ -279,11 +290,12 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
 #pragma unroll
                     for (uint32_t item = 0; item < kItemsPerLane; ++item) {
                         float o = tanhFast(value(opacity, item, r));
-                        if (args.fraction != nullptr)
+                        if (args.fraction != nullptr && !args.merged)
                             o *= args.fraction[2 * min(first + g + 8 * r, count - 1) + e];
-                        const bool present = (seen_by[r] >> e & 1u) != 0 && t + 4 * item < K;
+                        const uint32_t eyes = args.merged ? seen_by[r] : seen_by[r] & 1u << e;
+                        const bool present = eyes != 0 && t + 4 * item < K;
                         if (present && o > 0.0f)
-                            positive |= 1u << e;
+                            positive |= eyes;
                         if (present && o >= kOpacityFloor)
                             keep |= 1u << (kItemsPerLane * r + item);
                         opacity[item >> 1][(item & 1u) + 2 * r] = o;
@@ -333,12 +345,19 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
                                 staged.color[c][at[kItemsPerLane * r + item]] = value(color, 3 * item + c, r);
             }
             __syncwarp();
-            EyeTally tally = e == 0 ? left : right;
-            emitStaged(args, e, staged, alive, anchors, lane, tally);
-            if (e == 0)
-                left = tally;
-            else
-                right = tally;
+#pragma unroll 1
+            for (uint32_t v = e; v < (args.merged ? args.eye_count : e + 1); ++v) {
+                float factors[2] = {1.0f, 1.0f};
+                if (args.merged && args.fraction != nullptr)
+                    for (uint32_t r = 0; r < 2; ++r)
+                        factors[r] = args.fraction[2 * min(first + g + 8 * r, count - 1) + v];
+                EyeTally tally = v == 0 ? left : right;
+                emitStaged(args, v, staged, alive, anchors, seen_by, factors, lane, tally);
+                if (v == 0)
+                    left = tally;
+                else
+                    right = tally;
+            }
             __syncwarp();
         }
     }

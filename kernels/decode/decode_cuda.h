@@ -38,6 +38,8 @@ struct DecodeFrame {
     DeviceModel model;
     EyeParams eyes[kMaxEyes];
     uint32_t eye_count;
+    bool merged;        // StereoMode::Merged, and there are two eyes:
+    float look_from[3]; // where the networks look from then
     RasterConstants rules;
     BinGrid grid;
     DepthPass pass;

@@ -114,8 +114,9 @@ __global__ void __launch_bounds__(kThreads) decodeExactKernel(const __grid_const
                 for (uint32_t x = box & 255u; x <= (box >> 16 & 255u); ++x)
                     atomicAdd(cells + ((y * args.grid.columns + x) << args.grid.slab_bits) + slab, 1u);
         };
-        if (decodeAnchor<float>(args.view, nets, eye.center, chunk, anchor - args.view.chunks[chunk].anchor_first,
-                                fraction, args.appearance, scratch, emit))
+        if (decodeAnchor<float>(args.view, nets, args.merged ? args.look_from : eye.center, chunk,
+                                anchor - args.view.chunks[chunk].anchor_first, fraction, args.appearance, scratch,
+                                emit))
             atomicOr(&args.counters->any_positive[e], 1u);
     }
 }

@@ -59,7 +59,8 @@ __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, const Ey
     const float inv_det = __fdividef(1.0f, det);
 
     // pixels that upstream's 3-sigma tiles cover, cut by the box of the ellipse on which alpha reaches 1/255
-    const float reach = 2.0f * __logf(255.0f * opacity) + 1e-3f; // of the squared Mahalanobis distance
+    const float reach = 2.0f * __logf(255.0f * opacity) + 5e-3f; // of the squared Mahalanobis distance; an
+    // opacity near 1/255 is rounded by up to half of one of 257 steps when it is packed
     const float ex = sqrtf(reach * a) + 0.01f, ey = sqrtf(reach * c) + 0.01f;
     const float mid = 0.5f * (a + c);
     const float radius = ceilf(3.0f * sqrtf(mid + sqrtf(fmaxf(args.rules.eigen_floor, mid * mid - det))));

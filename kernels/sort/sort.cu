@@ -31,6 +31,8 @@ struct SortShared {
     uint32_t next[kWarps];
 };
 
+static_assert(sizeof(SortShared) <= 99 * 1024); // what a block can have on compute capability 8.6, 8.9 and 12.0
+
 // The part of the shared memory that a team may use.
 struct TeamMemory {
     uint32_t *sorted, *slots, *ties, *low, *high;

@@ -245,6 +245,10 @@ inline float __fmul_rn(float a, float b)
 {
     return a * b; // contraction is off in every translation unit
 }
+inline float __fadd_rn(float a, float b)
+{
+    return a + b;
+}
 inline float __fsub_rn(float a, float b)
 {
     return a - b;

@@ -65,10 +65,13 @@ Falloff falloffAt(const PackedSplat& s, const RasterConstants& rules, uint32_t x
     const double a = s.power[0], b = 0.5 * s.power[1], c = s.power[2], det = a * c - b * b;
     const double mid = 0.5 * (a + c) / (2 * kLn2 * det);
     const double rest = std::max(double(rules.eigen_floor), mid * mid - 1 / (4 * kLn2 * kLn2 * det));
-    const double radius = 3 * std::sqrt(mid + std::sqrt(rest)), slack = 1e-3 * radius;
-    const bool drawn = !(det > 0) || inTiles(s, rules, std::ceil(radius), x, y);
-    const bool doubtful = det > 0 && inTiles(s, rules, std::ceil(radius - slack), x, y) !=
-                                         inTiles(s, rules, std::ceil(radius + slack), x, y);
+    const double radius = 3 * std::sqrt(mid + std::sqrt(rest));
+    const double trust = det / (3e-5 * a * c); // of a needle too little is left of the determinant
+    const double slack = radius * std::max(1e-3, 0.01 / trust);
+    const bool drawn = !(trust > 1) || inTiles(s, rules, std::ceil(radius), x, y);
+    const bool near_edge =
+        inTiles(s, rules, std::ceil(radius - slack), x, y) != inTiles(s, rules, std::ceil(radius + slack), x, y);
+    const bool doubtful = trust > 0.95 && (near_edge || (trust < 1.05 && !inTiles(s, rules, std::ceil(radius), x, y)));
     return {kLn2 * (log_opacity - terms[0] - terms[1] - terms[2]),
             kLn2 * kTermRounding * size + kFunctionRounding,
             {stepsFloat(s.color[0]), stepsFloat(s.color[1]), stepsFloat(s.color[2])},

@@ -89,6 +89,12 @@ struct Expected {
     [[nodiscard]] uint32_t startOf(size_t cell) const { return cell == 0 ? 0u : ends[cell - 1]; }
 };
 
+// By the keys that 1, 2, 4, 8 and 16 warps hold.
+uint32_t classOf(uint32_t keys)
+{
+    return keys <= 512 ? 0 : keys <= 1024 ? 1 : keys <= 2048 ? 2 : keys <= 4096 ? 3 : keys <= 8192 ? 4 : 5;
+}
+
 // Class, first key, number of keys.
 using PieceSet = std::set<std::tuple<uint32_t, uint32_t, uint32_t>>;
 
@@ -105,7 +111,7 @@ PieceSet expectedPieces(const Places& p, const Expected& expected, uint32_t pair
                 ++cell;
             const uint32_t end = std::min(expected.ends[cell - 1], pair_capacity);
             if (end >= start + 2)
-                pieces.insert({pieceClass(end - start), start, end - start});
+                pieces.insert({classOf(end - start), start, end - start});
         }
     }
     return pieces;
@@ -294,7 +300,7 @@ TEST_CASE("bin: long lists are cut where cells begin, into pieces of every class
 {
     // from spread evenly, over a few full cells, to all in one
     for (const float spread : {60.0f, 3.0f, 0.3f, 0.0f})
-        for (const uint32_t slots : {257u, 1025u, 2050u, 4097u, 7000u}) {
+        for (const uint32_t slots : {257u, 1025u, 2050u, 4097u, 9000u}) {
             CAPTURE(spread);
             CAPTURE(slots);
             Places p = emptyPlaces({2, 2, 16, 5}, 1, slots, slots);
@@ -308,13 +314,27 @@ TEST_CASE("bin: long lists are cut where cells begin, into pieces of every class
 
 TEST_CASE("bin: a cell as long as a class of pieces ends")
 {
-    for (const uint32_t slots : {1u, 2u, 255u, 256u, 257u, 1023u, 1024u, 1025u, 2047u, 2048u, 2049u, 4096u, 4097u}) {
+    for (const uint32_t slots : {1u, 2u, 511u, 512u, 513u, 1024u, 1025u, 2048u, 2049u, 4096u, 4097u, 8192u, 8193u}) {
         CAPTURE(slots);
         Places p = emptyPlaces({2, 2, 16, 3}, 1, slots, slots);
         for (SplatPlace& place : p.places)
             place = {floatBits(7), 1u | 1u << 16};
         checkWithRoom(p);
     }
+}
+
+TEST_CASE("bin: where there are many pairs only bins longer than a part of all are hot")
+{
+    constexpr uint32_t kEverywhere = 45, kLong = 3000,
+                       kShort = 1500; // 6000 bins: a bin of 2048 is hot, one of 1500 not
+    Places p = emptyPlaces({100, 60, 16, 3}, 1, kEverywhere + kLong + kShort, kEverywhere + kLong + kShort);
+    for (uint32_t i = 0; i < p.places.size(); ++i)
+        p.places[i] = {floatBits(1.0f + 0.01f * float(i)), i < kEverywhere           ? 99u << 16 | 59u << 24
+                                                           : i < kEverywhere + kLong ? 0u
+                                                                                     : 7u | 7u << 16};
+    const uint32_t pairs = Expected(p).ends.back();
+    REQUIRE(pairs / (2 * kTestProcessors * 32) > 2048);
+    checkWithRoom(p);
 }
 
 TEST_CASE("bin: too few keys are filled, not overrun, and it is said")

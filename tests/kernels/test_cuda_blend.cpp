@@ -283,6 +283,32 @@ TEST_CASE("blend: finished pixels take no more, and a finished bin ends its list
     checkSaturation<ExactSplat>();
 }
 
+TEST_CASE("blend fast: a needle is drawn to its ends, whose radius its inverse no longer tells")
+{
+    for (const float sigma : {300.0f, 1000.0f, 4000.0f})
+        for (const float angle : {0.0f, 0.3f, 0.8f}) {
+            CAPTURE(sigma);
+            CAPTURE(angle);
+            auto scene = emptyScene<PackedSplat>({{200, 90}}, 16, RasterRules::DiffGaussian);
+            const float ca = std::cos(angle), sa = std::sin(angle), s1 = sigma * sigma, s2 = 0.4f;
+            const Ellipse e{100,
+                            45,
+                            s1 * ca * ca + s2 * sa * sa,
+                            (s1 - s2) * ca * sa,
+                            s1 * sa * sa + s2 * ca * ca,
+                            0.8f,
+                            {1, 0.5f, 0.2f},
+                            {0, 0, 13, 6}};
+            addSplat(scene, 0, e);
+            const Drawn drawn = blendOnDevice(scene);
+            checkPixels(scene, drawn, 1.0);
+            // where it leaves the image, far within its three sigma
+            const auto x = uint32_t(100 + std::min(99.0f, 44 / std::max(std::tan(angle), 1e-3f)));
+            const auto y = uint32_t(std::lround(45 + (float(x) - 100) * std::tan(angle)));
+            CHECK(drawn.images[0][(size_t(y) * 200 + x) * 3] > 0.2f);
+        }
+}
+
 TEST_CASE("blend: an image of as many bins as there can be")
 {
     for (const Size& size : {Size{3, kMaxBins * 32 - 5}, Size{kMaxBins * kBinWidth - 3, 2}}) {

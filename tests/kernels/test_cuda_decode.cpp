@@ -12,11 +12,11 @@ using namespace gsc::test;
 namespace {
 
 // Weights, features and hidden values are halves in the matrix units: 2^-11 of their size each. The covariance suffers
-// most, where the four raw values of a rotation are all small; positions are whole steps of 1/32767 of the largest
-// offset. Twice the worst of all cases below (1.6e-3, 7.7e-3, 8.6e-4, 2.0e-3, 7.4e-6).
-constexpr DecodeTolerance kFast{3.2e-3, 1.6e-2, 1.8e-3, 4e-3, 1.6e-5};
-// Of networks that halves hold exactly only the outputs are rounded: colour and opacity to 2^-12.
-constexpr DecodeTolerance kFastExactNetworks{1e-3, 2e-5, 2.6e-4, 2.6e-4, 1.6e-5};
+// most, where the four raw values of a rotation are all small. Twice the worst of all cases below (7.7e-3, 8.6e-4,
+// 2.0e-3). Positions are whole steps of 2^-20 of the largest offset.
+constexpr DecodeTolerance kFast{3e-4, 1.6e-2, 1.8e-3, 4e-3, 1e-6};
+// Of networks that halves hold exactly only the outputs are rounded: colour and opacity to half a step of 1/65535.
+constexpr DecodeTolerance kFastExactNetworks{3e-4, 2e-5, 1.6e-5, 1.6e-5, 1e-6};
 // The same arithmetic, but that exp and tanh of a device and of a C library differ in their last bits, which move a
 // position by an ulp. Covariances: what their inverse in fp32 leaves of them, 4e-6 where the functions are the same.
 constexpr DecodeTolerance kExact{1e-3, 2e-5, 1e-6, 1e-6, 5e-6};

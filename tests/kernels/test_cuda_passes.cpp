@@ -40,7 +40,7 @@ void checkSameFrame(const std::vector<Image<float>>& got, const std::vector<Imag
 }
 
 // Draws within less and less memory until that is refused. Returns the most passes of a frame.
-uint32_t checkBudgets(const ModelView& model, Tier tier, const std::vector<Image<float>>& want,
+uint32_t checkBudgets(const ModelView& model, const FrameOptions& options, const std::vector<Image<float>>& want,
                       const std::vector<EyeParams>& eyes = kTwoEyes)
 {
     uint32_t most = 0;
@@ -51,7 +51,7 @@ uint32_t checkBudgets(const ModelView& model, Tier tier, const std::vector<Image
         bool refused = false;
         try {
             gpu->load(model);
-            const auto first = render(*gpu, eyes, onGrey(tier)), second = render(*gpu, eyes, onGrey(tier));
+            const auto first = render(*gpu, eyes, options), second = render(*gpu, eyes, options);
             checkSameFrame(first, want);
             checkSameFrame(second, want);
             CHECK(first[0].result.bytes_resident <= budget);
@@ -66,7 +66,7 @@ uint32_t checkBudgets(const ModelView& model, Tier tier, const std::vector<Image
             continue;
         gpu->setMemoryBudget(0); // nothing is left broken
         gpu->load(model);
-        checkSameFrame(render(*gpu, eyes, onGrey(tier)), want);
+        checkSameFrame(render(*gpu, eyes, options), want);
         return most;
     }
     FAIL("no budget is too small");
@@ -81,13 +81,16 @@ TEST_CASE("several passes give the bytes of one, and a budget too small for the 
     options.anchors = 6000 * kManyAnchors;
     options.log_scale = -3.5f;
     const SyntheticModel model(options);
-    for (const Tier tier : {Tier::Fast, Tier::Exact}) {
-        CAPTURE(uint32_t(tier));
+    FrameOptions merged = onGrey(Tier::Fast);
+    merged.stereo = StereoMode::Merged;
+    for (const FrameOptions& how : {onGrey(Tier::Fast), onGrey(Tier::Exact), merged}) {
+        CAPTURE(uint32_t(how.tier));
+        CAPTURE(uint32_t(how.stereo));
         const std::unique_ptr<Backend> gpu = makeBackend("cuda", 0);
         gpu->load(model.view());
-        const auto want = render(*gpu, kTwoEyes, onGrey(tier));
+        const auto want = render(*gpu, kTwoEyes, how);
         CHECK(want[0].result.passes == 1);
-        CHECK(checkBudgets(model.view(), tier, want) >= 3);
+        CHECK(checkBudgets(model.view(), how, want) >= 3);
     }
 }
 
@@ -114,7 +117,7 @@ TEST_CASE("several passes over what is not finite, and over one depth, which no 
             CAPTURE(uint32_t(tier));
             const std::unique_ptr<Backend> gpu = makeBackend("cuda", 0);
             gpu->load(model.view());
-            const uint32_t most = checkBudgets(model.view(), tier, render(*gpu, kTwoEyes, onGrey(tier)));
+            const uint32_t most = checkBudgets(model.view(), onGrey(tier), render(*gpu, kTwoEyes, onGrey(tier)));
             CHECK((most >= 2 || anchors == &flat));
         }
     }
@@ -145,6 +148,6 @@ TEST_CASE("several passes far from the origin, where coordinates round by more t
         gpu->load(model.view());
         const auto want = render(*gpu, eyes, onGrey(tier));
         CHECK(want[0].result.eyes[0].gaussians_visible > 5000);
-        CHECK(checkBudgets(model.view(), tier, want, eyes) >= 2);
+        CHECK(checkBudgets(model.view(), onGrey(tier), want, eyes) >= 2);
     }
 }
