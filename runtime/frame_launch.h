@@ -29,7 +29,7 @@ struct FrameShape {
 
 // Entries of the visible list; of a pass: splats of one eye, (bin, splat) pairs of all eyes.
 struct FrameCapacity {
-    uint32_t visible = 1u << 16, slots = 1u << 18, pairs = 1u << 19;
+    uint32_t visible = 1u << 13, slots = 1u << 15, pairs = 1u << 16; // until a frame needs more
 
     bool operator==(const FrameCapacity&) const = default;
 };

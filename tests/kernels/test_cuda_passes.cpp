@@ -17,7 +17,7 @@ namespace {
 
 #ifdef GSC_CUDA_EMULATION
 constexpr uint32_t kManyAnchors = 1; // times as many as the emulation takes
-constexpr uint64_t kFirstBudget = 6; // parts of what a frame takes that has all it wants
+constexpr uint64_t kFirstBudget = 2; // parts of what a frame takes that has all it wants
 #else                                // the warps of a large device reserve more slots than a small model has Gaussians
 constexpr uint32_t kManyAnchors = 24;
 constexpr uint64_t kFirstBudget = 1;

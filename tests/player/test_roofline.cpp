@@ -73,7 +73,7 @@ void checkWork(const StageWork& work, const StageWork& expected)
 TEST_CASE("an anchor of the trainers' shape")
 {
     const AnchorCost fast = Model().cost(Tier::Fast);
-    CHECK(fast.bytes == 188);        // 4 + 2 x 62 + 16 + 24
+    CHECK(fast.bytes == 188);        // 4 + 16 + 24 + 2 x 32 + 8 x 10
     CHECK(fast.shared_macs == 3072); // 32 x 96
     CHECK(fast.eye_macs == 3808);    // 3 x 96 + 32 x 110
     CHECK(fast.splat_bytes == 32);
