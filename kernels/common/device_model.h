@@ -17,9 +17,9 @@ constexpr uint32_t kNoBins = 0x0000ffffu; // bin box of a slot that holds no spl
 constexpr uint32_t kOffsetBits = 21;
 constexpr int32_t kOffsetSteps = (1 << (kOffsetBits - 1)) - 1; // of the largest
 constexpr uint64_t kNoOffset = 0;                              // not finite: its Gaussian is dropped and counted
-constexpr uint32_t kDepthBuckets = 32768; // of the depth histogram: 1024 per octave of view z
-constexpr uint32_t kMaxSlabs = 1024;      // of a pass
-constexpr uint32_t kMaxPasses = 31;       // kMaxPasses x kMaxSlabs fits 16 bits
+constexpr uint32_t kDepthBuckets = 32768;                      // of the depth histogram: 1024 per octave of view z
+constexpr uint32_t kMaxSlabs = 1024;                           // of a pass
+constexpr uint32_t kMaxPasses = 31;                            // kMaxPasses x kMaxSlabs fits 16 bits
 
 // How an eye's image is cut: bins of kBinWidth x height pixels, each cut in depth into slabs. A cell is a slab of a bin;
 // cells lie eye-major, then bin, then slab from near to far.
