@@ -17,9 +17,9 @@ namespace gsc {
 
 namespace {
 
-// Splats of one eye and pass that a frame's memory is kept to where there is enough: in `fast` 3.2 GB for two eyes, and
-// up to 1.3 GB of pairs. More are drawn in several passes.
-constexpr uint32_t kSlotTarget = 38u << 20;
+// Splats of one eye and pass that a frame's memory is kept to where there is enough: in `fast` 3.3 GB for two eyes, and
+// up to 1.5 GB of pairs. More are drawn in several passes.
+constexpr uint32_t kSlotTarget = 44u << 20;
 constexpr uint32_t kLeastSlots = 1u << 12; // beside twice the gaps: with fewer there would be too many passes
 constexpr uint32_t kPairsPerSlot = 4;      // at most, of all eyes, where memory is short
 constexpr size_t kGraphs = 8;              // kept for frames to come
@@ -126,6 +126,7 @@ FrameShape CudaBackend::shapeOf(const EyeParams* eyes, uint32_t eye_count, const
     shape.exact = tierOf(options.tier) == Tier::Exact;
     shape.fades = levelsFade(*m_scene.host().params, options.lod_fade);
     shape.merged = decodesMerged(options, eye_count);
+    shape.shareBins();
     return shape;
 }
 
@@ -217,7 +218,7 @@ bool CudaBackend::growAfterOverflow(FrameShape& shape)
     const auto grow = [&](uint32_t& capacity, uint64_t needed, uint64_t most, uint64_t fixed) {
         if (needed <= capacity)
             return;
-        capacity = uint32_t(std::min(withSlack(needed), most));
+        capacity = uint32_t(std::min(needed + needed / 2 + 1024, most)); // so that a walk grows it few times
         if (withSlack(needed) > most)
             passes = std::max(passes, shape.passes * withSlack(needed - std::min(needed, fixed)) / (most - fixed) + 1);
     };
@@ -286,7 +287,7 @@ void CudaBackend::render(const EyeParams* eyes, uint32_t eye_count, const FrameO
         GSC_CUDA_CHECK(cudaStreamSynchronize(m_stream.handle));
     } while (growAfterOverflow(shape));
     const FrameCounters& c = *m_counters.data;
-    m_splats = std::max(c.splats[0], c.splats[1]);
+    m_splats = c.all_slots;
     m_pairs = c.pairs[0] + c.pairs[1];
     for (uint32_t e = 0; e < eye_count; ++e)
         if (images != nullptr && images[e] != nullptr)

@@ -118,7 +118,7 @@ bool FrameGraph::fits(const FrameJob& job) const
 {
     const FrameShape &a = m_shape, &b = job.shape;
     if (a.eye_count != b.eye_count || a.passes != b.passes || a.exact != b.exact || a.fades != b.fades ||
-        a.merged != b.merged || a.grid.slab_bits != b.grid.slab_bits || !sameRules(a.rules, b.rules) ||
+        a.merged != b.merged || a.shared_bins != b.shared_bins || !(a.grid == b.grid) || !sameRules(a.rules, b.rules) ||
         !(m_capacity == job.capacity))
         return false;
     for (uint32_t e = 0; e < a.eye_count; ++e)

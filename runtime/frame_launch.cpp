@@ -5,10 +5,13 @@
 #include "kernels/decode/decode_body.h"
 #include "kernels/decode/decode_exact_cuda.h"
 #include "kernels/select/select_cuda.h"
+#include "kernels/math/projection.h"
 #include "kernels/sort/sort_cuda.h"
 #include "runtime/backend_cpu.h"
+#include "runtime/stereo.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace gsc {
 
@@ -20,6 +23,24 @@ DepthPass passOf(const FrameJob& job, uint32_t index)
 }
 
 } // namespace
+
+void FrameShape::shareBins()
+{
+    shared_bins = eye_count == 2 && !exact && sameDepths(eyes[0], eyes[1]);
+    if (!shared_bins)
+        return;
+    const auto axis = [this](uint32_t e) { return axisPixel(eyes[e].width, eyes[e].focal_x, eyes[e].tan_mid_x); };
+    const float columns = std::round((axis(0) - axis(1)) / float(kBinWidth)); // that the second eye's lie further right
+    const float most = float(kMaxBins - grid.columns);
+    if (!(std::abs(columns) <= most)) {
+        shared_bins = false;
+        return;
+    }
+    grid.shift[columns < 0 ? 0 : 1] = uint32_t(std::abs(columns));
+    grid.columns += uint32_t(std::abs(columns));
+    // to the last bit: a Gaussian is in the same cell and pass for both
+    std::copy_n(eyes[0].world_to_view + 8, 4, eyes[1].world_to_view + 8);
+}
 
 FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const FrameShape& shape,
                          const FrameCapacity& capacity, const CudaLimits& limits)
@@ -45,7 +66,7 @@ FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const Fr
     b.pieces = layout.take<Piece>(size_t(kPieceClasses) * pieceCapacity(shape.bins(), capacity.pairs));
     const size_t slots = size_t(shape.eye_count) * capacity.slots;
     b.splats = layout.take<unsigned char>(slots * shape.splatBytes());
-    b.places = layout.take<SplatPlace>(slots);
+    b.places = layout.take<SplatPlace>(size_t(shape.lists()) * capacity.slots);
     b.keys = layout.take<BinKey>(capacity.pairs);
     for (uint32_t e = 0; e < shape.eye_count; ++e) {
         b.image[e] = layout.take<float>(shape.pixels(e) * 3);
@@ -84,6 +105,7 @@ void launchDecode(const FrameJob& job, uint32_t pass, const CudaStream& stream)
     frame.merged = job.shape.merged;
     if (frame.merged)
         mergedCenter(frame.eyes, frame.look_from);
+    frame.shared_bins = job.shape.shared_bins;
     frame.rules = job.shape.rules;
     frame.grid = job.shape.grid;
     frame.pass = passOf(job, pass);
@@ -118,7 +140,8 @@ void launchBin(const FrameJob& job, uint32_t pass, const CudaStream& stream)
 {
     BinCudaArgs args{};
     args.grid = job.shape.grid;
-    args.eye_count = job.shape.eye_count;
+    args.lists = job.shape.lists();
+    args.readers = job.shape.eye_count / args.lists;
     args.places = job.buffers.places;
     args.slot_capacity = job.capacity.slots;
     args.pass = passOf(job, pass);
@@ -150,6 +173,7 @@ void launchBlend(const FrameJob& job, uint32_t pass, const CudaStream& stream)
     BlendCudaArgs args{};
     args.grid = job.shape.grid;
     args.eye_count = job.shape.eye_count;
+    args.shared_bins = job.shape.shared_bins;
     args.pass = passOf(job, pass);
     for (uint32_t e = 0; e < job.shape.eye_count; ++e) {
         args.width[e] = job.shape.eyes[e].width;
@@ -161,6 +185,7 @@ void launchBlend(const FrameJob& job, uint32_t pass, const CudaStream& stream)
     std::copy_n(job.options.background, 3, args.background);
     args.empty_is_black = job.options.empty_is_black;
     args.splats = job.buffers.splats;
+    args.slot_capacity = job.capacity.slots;
     args.cells = job.buffers.cells;
     args.bin_queue = job.buffers.bin_queue;
     args.keys = job.buffers.keys;

@@ -10,24 +10,30 @@
 
 namespace gsc {
 
-// Both eyes share one grid of bins, as large as the larger needs.
+// The grid of bins is as large as the larger eye needs.
 struct FrameShape {
     EyeParams eyes[kMaxEyes];
     uint32_t eye_count;
     BinGrid grid;
     uint32_t passes;
     RasterConstants rules;
-    bool exact;  // the scalar decode and 64-byte splats
-    bool fades;  // anchors have opacity factors
-    bool merged; // one decode for both eyes
+    bool exact;       // the scalar decode and 64-byte splats
+    bool fades;       // anchors have opacity factors
+    bool merged;      // one decode for both eyes
+    bool shared_bins; // one list of splats per bin for both eyes
+
+    // Gives both eyes the same bins where their depth order is the same and the tier allows it. Eyes whose lenses are
+    // off their axes meet in columns shifted by what that makes of a point far away. After `grid` is set for each.
+    void shareBins();
+    [[nodiscard]] uint32_t lists() const { return shared_bins ? 1 : eye_count; } // of splats per bin
 
     [[nodiscard]] size_t splatBytes() const { return exact ? sizeof(ExactSplat) : sizeof(PackedSplat); }
-    [[nodiscard]] uint32_t cells() const { return eye_count * grid.cells(); }
-    [[nodiscard]] uint32_t bins() const { return eye_count * grid.bins(); }
+    [[nodiscard]] uint32_t cells() const { return lists() * grid.cells(); }
+    [[nodiscard]] uint32_t bins() const { return lists() * grid.bins(); }
     [[nodiscard]] size_t pixels(uint32_t eye) const { return size_t(eyes[eye].width) * eyes[eye].height; }
 };
 
-// Entries of the visible list; of a pass: splats of one eye, (bin, splat) pairs of all eyes.
+// Entries of the visible list; of a pass: splats of one eye, (bin, splat) pairs of all lists.
 struct FrameCapacity {
     uint32_t visible = 1u << 13, slots = 1u << 15, pairs = 1u << 16; // until a frame needs more
 

@@ -199,6 +199,18 @@ std::optional<MergedView> mergedView(const Camera& left, const Camera& right, do
     return view;
 }
 
+bool sameDepths(const EyeParams& left, const EyeParams& right)
+{
+    constexpr float kAngle = 1e-6f; // of a unit vector; single precision leaves 1e-7
+    constexpr float kPlace = 1e-6f; // of the eye's distance from the origin
+    const float *l = left.world_to_view + 8, *r = right.world_to_view + 8;
+    float distance = 0;
+    for (int i = 0; i < 3; ++i)
+        distance += std::abs(left.center[i]) + std::abs(right.center[i]);
+    return std::abs(l[0] - r[0]) <= kAngle && std::abs(l[1] - r[1]) <= kAngle && std::abs(l[2] - r[2]) <= kAngle &&
+           std::abs(l[3] - r[3]) <= kPlace * distance;
+}
+
 std::optional<EyeBounds> mergedBounds(const EyeParams& left, const EyeParams& right, const RasterConstants& rules)
 {
     const EyeParams* const params[2] = {&left, &right};

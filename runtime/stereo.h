@@ -19,6 +19,10 @@ struct MergedView {
 // None if no frustum below 180 degrees holds both, as for eyes that look apart; test each eye by itself then.
 std::optional<MergedView> mergedView(const Camera& left, const Camera& right, double near_z);
 
+// Do both eyes see every point at the same view z, but for what rounding makes of it? So do eyes that look the same way,
+// neither ahead of the other, as in a headset without canted displays.
+bool sameDepths(const EyeParams& left, const EyeParams& right);
+
 // Half-spaces for rejectsBox() that hold for every anchor either eye sees, its size and the rasteriser's rounding
 // included. Of the result only the planes are set: levels depend on each eye's own distance. None as above.
 std::optional<EyeBounds> mergedBounds(const EyeParams& left, const EyeParams& right, const RasterConstants& rules);

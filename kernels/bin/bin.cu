@@ -14,7 +14,7 @@ namespace {
 constexpr uint32_t kOneBlock = 1024;
 constexpr uint32_t kThreads = 256;
 constexpr uint32_t kBlocksPerProcessor = 8; // all that a multiprocessor holds
-constexpr uint32_t kPartsPerProcessor = 32; // a bin is hot if it has more than half of such a part of all pairs
+constexpr uint32_t kPartsPerProcessor = 32; // a bin is hot if it has more than half of such a part of all that is read
 
 // One block. A bucket goes to the slab its middle falls into.
 __global__ void __launch_bounds__(kOneBlock) slabKernel(const uint32_t* histogram, uint16_t* slab_of, uint32_t slabs)
@@ -92,7 +92,7 @@ constexpr uint32_t kCellsPerThread = 4;
 // thread of a run's first cell writes it.
 __global__ void __launch_bounds__(kThreads) pieceKernel(const __grid_constant__ BinCudaArgs args)
 {
-    const uint32_t slabs = args.grid.slabs(), cell_count = args.eye_count * args.grid.cells();
+    const uint32_t slabs = args.grid.slabs(), cell_count = args.lists * args.grid.cells();
     const uint32_t* ends = args.cells;
     const auto endBefore = [&](uint32_t cell) { return cell == 0 ? 0u : ends[cell - 1]; };
     for (uint32_t four = (blockIdx.x * kThreads + threadIdx.x) * kCellsPerThread; four < cell_count;
@@ -146,11 +146,14 @@ __global__ void __launch_bounds__(kThreads) queueKernel(const __grid_constant__ 
     __syncthreads();
     if (blockIdx.x == 0 && threadIdx.x == 0) {
         unsigned long long pairs = 0;
-        for (uint32_t e = 0; e < args.eye_count; ++e) {
+        uint32_t slots = 0;
+        for (uint32_t e = 0; e < args.lists; ++e) {
             counters.pairs[e] += counters.pass.pairs[e];
-            counters.most_slots = max(counters.most_slots, counters.pass.slots[e]);
+            slots = max(slots, counters.pass.slots[e]);
             pairs += counters.pass.pairs[e];
         }
+        counters.most_slots = max(counters.most_slots, slots);
+        counters.all_slots += slots;
         if (pairs > counters.most_pairs)
             counters.most_pairs = pairs;
         if (pairs > args.pair_capacity)
@@ -160,7 +163,7 @@ __global__ void __launch_bounds__(kThreads) queueKernel(const __grid_constant__ 
         counters.pass.hot_bins = before[hot] + counters.pass.bin_classes[hot];
     }
     const uint32_t bin = blockIdx.x * kThreads + threadIdx.x;
-    if (bin >= args.eye_count * args.grid.bins())
+    if (bin >= args.lists * args.grid.bins())
         return;
     const uint32_t kind = args.bin_class[bin];
     args.bin_queue[before[kind] + takeTurn(counters.pass.queued, kind).mine()] = bin;
@@ -188,14 +191,14 @@ uint32_t pieceCapacity(uint32_t bins, uint32_t pairs)
 
 void binCuda(const BinCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
-    const uint32_t cells = args.eye_count * args.grid.cells();
+    const uint32_t cells = args.lists * args.grid.cells();
     size_t bytes = args.scratch_bytes;
     GSC_CUDA_CHECK(cub::DeviceScan::ExclusiveSum(args.scratch, bytes, args.cells, cells, stream));
-    launchCuda(scatterKernel, dim3(processors * kBlocksPerProcessor / args.eye_count, args.eye_count), kThreads, 0,
-               stream, args);
+    launchCuda(scatterKernel, dim3(processors * kBlocksPerProcessor / args.lists, args.lists), kThreads, 0, stream,
+               args);
     launchCuda(pieceKernel, processors * kBlocksPerProcessor, kThreads, 0, stream, args);
-    launchCuda(queueKernel, (args.eye_count * args.grid.bins() + kThreads - 1) / kThreads, kThreads, 0, stream, args,
-               processors * kPartsPerProcessor);
+    launchCuda(queueKernel, (args.lists * args.grid.bins() + kThreads - 1) / kThreads, kThreads, 0, stream, args,
+               processors * kPartsPerProcessor / args.readers);
 }
 
 } // namespace gsc

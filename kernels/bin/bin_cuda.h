@@ -13,20 +13,21 @@ namespace gsc {
 
 struct BinKey {
     uint32_t depth_bits;
-    uint32_t slot; // of the splat, counted over all eyes
+    uint32_t slot; // of the splat, counted over all lists
 };
 
 struct BinCudaArgs {
     BinGrid grid;
-    uint32_t eye_count;
-    const SplatPlace* places; // eye_count x slot_capacity
+    uint32_t lists;           // per bin: one for every eye, or one for both
+    uint32_t readers;         // eyes that blend each list
+    const SplatPlace* places; // lists x slot_capacity
     uint32_t slot_capacity;
     DepthPass pass;
-    uint32_t* cells; // eye_count x grid.cells(): counts; afterwards the end of each cell in `keys`
+    uint32_t* cells; // lists x grid.cells(): counts; afterwards the end of each cell in `keys`
     BinKey* keys;    // pair_capacity; unordered within a cell
     uint32_t pair_capacity;
-    uint32_t* bin_class; // eye_count x grid.bins(): leading zeros of the count
-    uint32_t* bin_queue; // eye_count x grid.bins(): eye x bins + bin, fullest first
+    uint32_t* bin_class; // lists x grid.bins(): leading zeros of the count
+    uint32_t* bin_queue; // lists x grid.bins(): list x bins + bin, fullest first
     Piece* pieces;       // kPieceClasses x piece_capacity
     uint32_t piece_capacity;
     void* scratch; // binScratchBytes()

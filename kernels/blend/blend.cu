@@ -121,17 +121,35 @@ struct Batches {
     uint16_t* lists; // this warp's
 };
 
+// A bin as one eye draws it.
+struct BinOfEye {
+    uint32_t entry, eye; // entry: list x bins + bin
+};
+
+// Number `i` of the bins that are blended, fullest first. Eyes that share a list follow each other.
+__device__ __forceinline__ BinOfEye binAt(const BlendCudaArgs& args, uint32_t i)
+{
+    if (args.shared_bins)
+        return {args.bin_queue[i / kMaxEyes], i % kMaxEyes};
+    const uint32_t entry = args.bin_queue[i];
+    return {entry, entry >= args.grid.bins() ? 1u : 0u};
+}
+
 // Blends one bin; (row, column): of this warp's tile, in sub-tiles.
 template <typename Rules, typename T>
 __device__ __forceinline__ void blendBin(const BlendCudaArgs& args, const Team& team,
-                                         const Batches<typename Rules::Lit>& batches, uint32_t entry, uint32_t row0,
-                                         uint32_t column0, uint32_t& evaluations)
+                                         const Batches<typename Rules::Lit>& batches, const BinOfEye& target,
+                                         uint32_t row0, uint32_t column0, uint32_t& evaluations)
 {
     using Splat = typename Rules::Splat;
+    const uint32_t lane = threadIdx.x & 31u, e = target.eye, entry = target.entry;
     const Splat* all = static_cast<const Splat*>(args.splats);
-    const uint32_t lane = threadIdx.x & 31u;
-    const uint32_t e = entry >= args.grid.bins() ? 1u : 0u, bin = entry - e * args.grid.bins();
-    const uint32_t bin_x = bin % args.grid.columns * kBinWidth;
+    const uint32_t first_slot = args.shared_bins ? e * args.slot_capacity : 0u;
+    const uint32_t bin = entry < args.grid.bins() ? entry : entry - args.grid.bins();
+    const uint32_t eye_column = bin % args.grid.columns - (e == 0 ? args.grid.shift[0] : args.grid.shift[1]);
+    if (eye_column >= args.grid.columns)
+        return; // left of the eye's image
+    const uint32_t bin_x = eye_column * kBinWidth;
     const uint32_t bin_y = bin / args.grid.columns * (T::kBinRows * T::kHeight);
     const uint32_t x0 = bin_x + column0 * T::kWidth, y0 = bin_y + row0 * T::kHeight;
     const uint32_t begin = entry == 0 ? 0u : min(args.cells[(entry << args.grid.slab_bits) - 1], args.pair_capacity);
@@ -165,7 +183,7 @@ __device__ __forceinline__ void blendBin(const BlendCudaArgs& args, const Team& 
 
     // the splat of the next batch is on its way while this one is blended, and the slot of the one after it
     uint32_t at = begin + team.thread;
-    const auto slotAt = [&](uint32_t i) { return i < end ? args.keys[i].slot : 0u; };
+    const auto slotAt = [&](uint32_t i) { return i < end ? args.keys[i].slot + first_slot : 0u; };
     const auto fetch = [&](uint32_t i, uint32_t slot) {
         Splat s;
         if (i < end)
@@ -234,12 +252,12 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) blendKernel(con
     static_assert(sizeof(Shared) <= 99 * 1024); // what a block can have on compute capability 8.6, 8.9 and 12.0
     Shared& shared = *reinterpret_cast<Shared*>(memory);
     const uint32_t lane = threadIdx.x & 31u, warp = threadIdx.x >> 5;
-    const uint32_t bins = args.grid.bins();
-    const uint32_t hot = args.counters->pass.hot_bins;
+    const uint32_t readers = args.shared_bins ? kMaxEyes : 1u;
+    const uint32_t all_bins = args.eye_count * args.grid.bins(), hot = readers * args.counters->pass.hot_bins;
     uint32_t evaluations[kMaxEyes] = {};
-    const auto tally = [&](uint32_t entry, uint32_t seen) {
-        evaluations[0] += entry < bins ? seen : 0u;
-        evaluations[1] += entry < bins ? 0u : seen;
+    const auto tally = [&](uint32_t e, uint32_t seen) {
+        evaluations[0] += e == 0 ? seen : 0u;
+        evaluations[1] += e == 0 ? 0u : seen;
     };
 
     const Team everyone{0, kThreads, threadIdx.x};
@@ -257,9 +275,10 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) blendKernel(con
             break;
         uint32_t seen = 0;
         // narrow tiles: far splats crowd in a few rows of pixels, and this spreads a row over many warps
-        blendBin<Rules, Tile<4, 8 * kRows, kRows / 2, 1>>(args, everyone, all, args.bin_queue[i],
-                                                          warp / 8 * (kRows / 2), warp % 8, seen);
-        tally(args.bin_queue[i], seen);
+        const BinOfEye bin = binAt(args, i);
+        blendBin<Rules, Tile<4, 8 * kRows, kRows / 2, 1>>(args, everyone, all, bin, warp / 8 * (kRows / 2), warp % 8,
+                                                          seen);
+        tally(bin.eye, seen);
     }
 
     const uint32_t g = threadIdx.x / kGroup;
@@ -275,12 +294,12 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) blendKernel(con
         group.sync();
         const uint32_t i = shared.next[g];
         group.sync();
-        if (i >= args.eye_count * bins)
+        if (i >= all_bins)
             break;
         uint32_t seen = 0;
-        blendBin<Rules, Tile<8, 8 * kRows, kRows, 2>>(args, group, own, args.bin_queue[i], warp % 4 / 2 * kRows,
-                                                      warp % 2 * 2, seen);
-        tally(args.bin_queue[i], seen);
+        const BinOfEye bin = binAt(args, i);
+        blendBin<Rules, Tile<8, 8 * kRows, kRows, 2>>(args, group, own, bin, warp % 4 / 2 * kRows, warp % 2 * 2, seen);
+        tally(bin.eye, seen);
     }
     // counted by warp: every lane holds the same
     for (uint32_t e = 0; e < kMaxEyes; ++e)

@@ -10,13 +10,15 @@ namespace gsc {
 struct BlendCudaArgs {
     BinGrid grid;
     uint32_t eye_count;
-    DepthPass pass; // the first starts the image, the others go on with it, the last adds the background
+    bool shared_bins; // one list per bin for both eyes
+    DepthPass pass;   // the first starts the image, the others go on with it, the last adds the background
     uint32_t width[kMaxEyes], height[kMaxEyes];
     RasterConstants rules;
     float background[3];
     bool empty_is_black;
-    const void* splats;    // PackedSplat or ExactSplat, all eyes
-    const uint32_t* cells; // ends, from bin
+    const void* splats;     // PackedSplat or ExactSplat, all eyes
+    uint32_t slot_capacity; // from an eye's splats to the next's
+    const uint32_t* cells;  // ends, from bin
     const uint32_t* bin_queue;
     const BinKey* keys; // sorted
     uint32_t pair_capacity;

@@ -16,10 +16,10 @@ __device__ __forceinline__ uint32_t depthBucket(uint32_t depth_bits)
     return uint32_t(min(max(bucket, 0), int(kDepthBuckets) - 1));
 }
 
-// Bins that a splat falls into. Precondition: not kNoBins.
-__device__ __forceinline__ uint32_t binCount(const SplatPlace& place)
+// Bins of a SplatPlace::box. Precondition: not kNoBins.
+__device__ __forceinline__ uint32_t binCount(uint32_t box)
 {
-    return ((place.box >> 16 & 255u) - (place.box & 255u) + 1) * ((place.box >> 24) - (place.box >> 8 & 255u) + 1);
+    return ((box >> 16 & 255u) - (box & 255u) + 1) * ((box >> 24) - (box >> 8 & 255u) + 1);
 }
 
 // Pass in which what lies at view z is drawn; behind the eye and not a number: the first.

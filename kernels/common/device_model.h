@@ -22,11 +22,14 @@ constexpr uint32_t kMaxSlabs = 1024;                           // of a pass
 constexpr uint32_t kMaxPasses = 31;                            // kMaxPasses x kMaxSlabs fits 16 bits
 
 // How an eye's image is cut: bins of kBinWidth x height pixels, each cut in depth into slabs. A cell is a slab of a bin;
-// cells lie eye-major, then bin, then slab from near to far.
+// cells lie eye-major, then bin, then slab from near to far. Two eyes that look the same way may share their bins: then
+// the depth order is the same for both, and there is one list of splats per bin instead of two.
 struct BinGrid {
     uint32_t columns, rows, height; // height: 16 or 32 pixels
     uint32_t slab_bits;             // 2^slab_bits slabs, at least 4
+    uint32_t shift[kMaxEyes] = {};  // column at which an eye's image begins; not 0 only in shared bins
 
+    bool operator==(const BinGrid&) const = default;
     [[nodiscard]] GSC_HD uint32_t slabs() const { return 1u << slab_bits; }
     [[nodiscard]] GSC_HD uint32_t bins() const { return columns * rows; }
     [[nodiscard]] GSC_HD uint32_t cells() const { return columns * rows << slab_bits; }
@@ -39,7 +42,7 @@ struct DepthPass {
     uint32_t index, count;
 };
 
-// Where a splat lies: written by decode, read when pairs are made.
+// Where a splat lies: written by decode, read when pairs are made. In shared bins: where it lies for either eye.
 struct alignas(8) SplatPlace {
     uint32_t depth_bits; // view z, whose bits order like it because it is positive
     uint32_t box;        // bins x0 | y0 << 8 | x1 << 16 | y1 << 24, inclusive, or kNoBins
@@ -83,7 +86,7 @@ struct DeviceModel {
 // Bits of FrameCounters::overflow: which buffer was too small.
 constexpr uint32_t kVisibleOverflow = 1u, kSlotOverflow = 2u, kPairOverflow = 4u;
 
-// Cleared before every pass.
+// Cleared before every pass. What there is per eye counts under the first where the eyes share their bins.
 struct PassCounters {
     unsigned long long
         pairs[kMaxEyes];      // (bin, splat); more than 2^32 of them overflow the cells, so they are counted apart
@@ -101,13 +104,14 @@ struct FrameCounters {
     uint32_t anchors_listed;           // entries of the visible list
     uint32_t anchors_tested[kMaxEyes]; // of visible groups
     uint32_t anchors_visible[kMaxEyes];
-    uint32_t any_positive[kMaxEyes]; // an opacity above zero existed (trap 25)
-    uint32_t splats[kMaxEyes];       // on screen
-    uint32_t gaussians[kMaxEyes];    // opacity >= 1/255
-    uint32_t dropped[kMaxEyes];      // not finite
-    uint32_t most_slots;             // of a pass and an eye
-    unsigned long long most_pairs;   // of a pass
-    unsigned long long pairs[kMaxEyes];
+    uint32_t any_positive[kMaxEyes];    // an opacity above zero existed (trap 25)
+    uint32_t splats[kMaxEyes];          // on screen
+    uint32_t gaussians[kMaxEyes];       // opacity >= 1/255
+    uint32_t dropped[kMaxEyes];         // not finite
+    uint32_t most_slots;                // of a pass and a list
+    uint32_t all_slots;                 // of all passes: the most that one pass would have taken
+    unsigned long long most_pairs;      // of a pass
+    unsigned long long pairs[kMaxEyes]; // under the first in shared bins
     unsigned long long evaluations[kMaxEyes];
     uint32_t overflow;
 };

@@ -119,7 +119,7 @@ struct EyeCounts {
     uint64_t gaussians_alive = 0;   // opacity >= 1/255 after decode
     uint64_t gaussians_visible = 0; // on screen after project
     uint64_t gaussians_dropped = 0; // not finite: upstream's behaviour is undefined, ours drops and counts
-    uint64_t pairs = 0;             // (tile, splat) pairs
+    uint64_t pairs = 0;             // (tile, splat) pairs; of tiles that both eyes share, all under the first
     uint64_t blend_evaluations = 0; // (pixel, splat) pairs evaluated
 };
 

@@ -35,8 +35,24 @@ __device__ __forceinline__ uint32_t stagingIndices(uint32_t keep, uint32_t lane,
     return total;
 }
 
-// kBank: the model has a feature bank, which makes the features depend on the eye.
-template <bool kBank>
+// The slots of what the first eye has written of this lane's Gaussians: kNoSlot but for the bits of the result, which are
+// among `kept`, those it had staged. All lanes of the warp call it together.
+__device__ __forceinline__ uint32_t slotsOfLeft(const Staging& staged, uint32_t kept, uint32_t lane,
+                                                uint32_t (&slots)[2 * kItemsPerLane])
+{
+    uint32_t at[2 * kItemsPerLane], written = 0;
+    stagingIndices(kept, lane, at);
+#pragma unroll
+    for (uint32_t slot = 0; slot < 2 * kItemsPerLane; ++slot) {
+        slots[slot] = (kept >> slot & 1u) != 0 ? staged.slots[at[slot]] : kNoSlot;
+        written |= slots[slot] != kNoSlot ? 1u << slot : 0u;
+    }
+    __syncwarp(); // they are written anew
+    return written;
+}
+
+// kBank: the model has a feature bank, which makes the features depend on the eye. kShared: DecodeFrame::shared_bins.
+template <bool kBank, bool kShared>
 __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
     decodeKernel(const __grid_constant__ DecodeCudaArgs args)
 {
@@ -104,6 +120,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
                         levels[r] = float(model.levels[l].level);
 
         const uint32_t decodes = args.merged ? 1 : args.eye_count;
+        uint32_t keep_left = 0; // in shared bins: what the first eye has staged, like `keep`
 #pragma unroll 1
         for (uint32_t e = 0; e < decodes; ++e) {
             if (!args.merged && (seen >> e & 1u) == 0)
@@ -161,6 +178,13 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
                             keep |= 1u << (kItemsPerLane * r + item);
                         opacity[item >> 1][(item & 1u) + 2 * r] = o;
                     }
+                uint32_t slots[2 * kItemsPerLane] = {}, kept = keep;
+                if constexpr (kShared) {
+                    if (e == 0)
+                        keep_left = keep;
+                    else
+                        keep |= slotsOfLeft(staged, keep_left, lane, slots);
+                }
                 alive = stagingIndices(keep, lane, at);
                 if (alive == 0)
                     continue;
@@ -170,8 +194,11 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
                     for (uint32_t item = 0; item < kItemsPerLane; ++item)
                         if (keep >> (kItemsPerLane * r + item) & 1u) {
                             const uint32_t i = at[kItemsPerLane * r + item];
-                            staged.opacity[i] = value(opacity, item, r);
-                            staged.owner[i] = (g + 8 * r) | (t + 4 * item) << 8;
+                            staged.opacity[i] =
+                                kept >> (kItemsPerLane * r + item) & 1u ? value(opacity, item, r) : 0.0f;
+                            staged.owner[i] = uint16_t((g + 8 * r) | (t + 4 * item) << 8);
+                            if (kShared && e != 0)
+                                staged.slots[i] = slots[kItemsPerLane * r + item];
                         }
             }
             {
@@ -212,8 +239,15 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
                 if (args.merged && args.fraction != nullptr)
                     for (uint32_t r = 0; r < 2; ++r)
                         factors[r] = args.fraction[2 * min(first + g + 8 * r, count - 1) + v];
+                // eyes that share their bins take the slots of both from the first one's
                 EyeTally tally = v == 0 ? left : right;
-                emitStaged(args, v, staged, alive, anchors, seen_by, factors, lane, tally);
+                if (kShared)
+                    tally.writer = left.writer;
+                const Turns turns = {v == 0 || (!args.merged && (seen & 1u) == 0),
+                                     v == 1 || (!args.merged && (seen >> 1 & 1u) == 0)};
+                emitStaged<kShared>(args, v, staged, alive, turns, anchors, seen_by, factors, lane, tally);
+                if (kShared)
+                    left.writer = tally.writer;
                 if (v == 0)
                     left = tally;
                 else
@@ -222,17 +256,19 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
             __syncwarp();
         }
     }
-    finish(args, 0, left, positive, lane);
+    finish<kShared>(args, 0, left, positive, lane);
     if (args.eye_count > 1)
-        finish(args, 1, right, positive, lane);
+        finish<kShared>(args, 1, right, positive, lane);
 }
 
 } // namespace
 
 void prepareDecodeCuda()
 {
-    raiseSharedLimit(decodeKernel<false>, sizeof(DecodeShared));
-    raiseSharedLimit(decodeKernel<true>, sizeof(DecodeShared));
+    raiseSharedLimit(decodeKernel<false, false>, sizeof(DecodeShared));
+    raiseSharedLimit(decodeKernel<false, true>, sizeof(DecodeShared));
+    raiseSharedLimit(decodeKernel<true, false>, sizeof(DecodeShared));
+    raiseSharedLimit(decodeKernel<true, true>, sizeof(DecodeShared));
 }
 
 uint32_t decodeFastGaps(uint32_t processors, uint32_t slot_capacity)
@@ -242,8 +278,10 @@ uint32_t decodeFastGaps(uint32_t processors, uint32_t slot_capacity)
 
 void decodeFastCuda(const DecodeCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
-    launchCuda(args.bank != nullptr ? decodeKernel<true> : decodeKernel<false>, processors * kBlocksPerProcessor,
-               kThreads, sizeof(DecodeShared), stream, args);
+    const auto kernel = args.bank != nullptr
+                            ? (args.shared_bins ? decodeKernel<true, true> : decodeKernel<true, false>)
+                            : (args.shared_bins ? decodeKernel<false, true> : decodeKernel<false, false>);
+    launchCuda(kernel, processors * kBlocksPerProcessor, kThreads, sizeof(DecodeShared), stream, args);
 }
 
 } // namespace gsc

@@ -20,6 +20,8 @@ struct alignas(16) PackedSplat {
 };
 static_assert(sizeof(PackedSplat) == 32);
 
+constexpr float kUnseenPlace = 1e30f; // pixels; far outside every image
+
 // The same in the tier `exact`, 64 bytes.
 struct alignas(16) ExactSplat {
     float x, y;                  // 0
@@ -33,21 +35,24 @@ struct alignas(16) ExactSplat {
 };
 static_assert(sizeof(ExactSplat) == 64);
 
-// What both decoders read and write. Device pointers; rows of an eye lie slot_capacity or grid.cells() apart.
+// What both decoders read and write. Device pointers; rows of an eye lie slot_capacity or grid.cells() apart. In shared
+// bins there is one row of places and cells, and a splat has the same slot in both eyes' rows; where an eye does not see
+// it, it lies at kUnseenPlace there.
 struct DecodeFrame {
     DeviceModel model;
     EyeParams eyes[kMaxEyes];
     uint32_t eye_count;
     bool merged;        // StereoMode::Merged, and there are two eyes:
     float look_from[3]; // where the networks look from then
+    bool shared_bins;   // both eyes' splats share slots, places and cells; tier `fast` only
     RasterConstants rules;
     BinGrid grid;
     DepthPass pass;
     const uint32_t* visible; // from select
     const float* fraction;   // from select, or null
     uint32_t visible_capacity;
-    SplatPlace* places; // eye_count x slot_capacity
-    uint32_t* cells;    // eye_count x grid.cells(): splats of each, zero before
+    SplatPlace* places; // eye_count x slot_capacity, or slot_capacity
+    uint32_t* cells;    // eye_count x grid.cells(), or grid.cells(): splats of each, zero before
     uint32_t slot_capacity;
     FrameCounters* counters;
 };

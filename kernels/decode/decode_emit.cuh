@@ -19,7 +19,16 @@ constexpr uint32_t kStaged = kRows * 4 * kItemsPerLane; // Gaussians per warp an
 struct Staging {
     float scale[3][kStaged], rotation[4][kStaged], color[3][kStaged]; // before their activations
     float opacity[kStaged];
-    uint32_t owner[kStaged]; // row | k << 8
+    uint16_t owner[kStaged]; // row | k << 8
+    uint32_t slots[kStaged]; // in shared bins: what the first eye has written it to, or kNoSlot
+};
+
+constexpr uint32_t kNoSlot = ~0u;
+
+// What is to be done for one eye of a step whose eyes share their bins. Without sharing, every eye is first and last.
+struct Turns {
+    bool first; // no eye has written anything of what is staged
+    bool last;  // no eye is to follow
 };
 
 // Slots that a warp reserves at once. Few leave smaller gaps, of which every warp has one; many are waited for less often,
@@ -32,20 +41,20 @@ __host__ __device__ __forceinline__ uint32_t slotPiece(uint32_t slot_capacity)
 }
 
 // Slots and counts of one eye, gathered by a warp. Two of them with fixed names, not an array: an index that the
-// compiler does not know would put them into local memory.
+// compiler does not know would put them into local memory. Every register of them is one less for the networks.
 struct EyeTally {
     SlotWriter writer;
-    uint32_t alive = 0, dropped = 0, written = 0; // per lane
-    unsigned long long pairs = 0;                 // per lane
+    uint32_t alive = 0, written = 0, pairs = 0; // per lane
 };
 
-// Hands a warp's counts in and marks the slots it did not use.
+// Hands a warp's counts in and marks the slots it did not use. kShared: the first eye's writer is that of both.
+template <bool kShared>
 __device__ __forceinline__ void finish(const DecodeCudaArgs& args, uint32_t e, const EyeTally& tally, uint32_t positive,
                                        uint32_t lane)
 {
-    tally.writer.close(lane, args.places + size_t(e) * args.slot_capacity, args.slot_capacity);
-    const uint32_t alive = __reduce_add_sync(~0u, tally.alive), dropped = __reduce_add_sync(~0u, tally.dropped),
-                   written = __reduce_add_sync(~0u, tally.written);
+    if (!kShared || e == 0)
+        tally.writer.close(lane, args.places + size_t(e) * args.slot_capacity, args.slot_capacity);
+    const uint32_t alive = __reduce_add_sync(~0u, tally.alive), written = __reduce_add_sync(~0u, tally.written);
     const bool any_positive = __any_sync(~0u, (positive >> e & 1u) != 0);
     unsigned long long pairs = tally.pairs;
     for (uint32_t with = 16; with != 0; with /= 2)
@@ -53,22 +62,68 @@ __device__ __forceinline__ void finish(const DecodeCudaArgs& args, uint32_t e, c
     if (lane != 0)
         return;
     if (pairs != 0)
-        atomicAdd(&args.counters->pass.pairs[e], pairs);
+        atomicAdd(&args.counters->pass.pairs[kShared ? 0 : e], pairs);
     if (alive != 0)
         atomicAdd(&args.counters->gaussians[e], alive);
-    if (dropped != 0)
-        atomicAdd(&args.counters->dropped[e], dropped);
     if (written != 0)
         atomicAdd(&args.counters->splats[e], written);
     if (any_positive)
         atomicOr(&args.counters->any_positive[e], 1u);
 }
 
+// Bins of both boxes. Precondition: neither is kNoBins.
+__device__ __forceinline__ uint32_t boxAround(uint32_t a, uint32_t b)
+{
+    return (__vminu4(a, b) & 0xffffu) | (__vmaxu4(a, b) & 0xffff0000u);
+}
+
+// A slot that an eye does not see: a splat of some pixels that no image holds.
+__device__ __forceinline__ void writeUnseen(const DecodeCudaArgs& args, uint32_t e, uint32_t slot, uint32_t order)
+{
+    const uint32_t one = __float_as_uint(1.0f), far_off = __float_as_uint(kUnseenPlace);
+    uint4* const to = reinterpret_cast<uint4*>(args.splats + size_t(e) * args.slot_capacity + slot);
+    to[0] = {far_off, far_off, one, 0};
+    to[1] = {one, 0, 0xffff0000u, order};
+}
+
+// True if there was something to write and room for it.
+__device__ __forceinline__ bool writeSplat(const DecodeCudaArgs& args, uint32_t e, bool drawn, uint32_t slot,
+                                           const Candidate& splat, EyeTally& tally)
+{
+    if (!drawn)
+        return false;
+    if (slot >= args.slot_capacity) {
+        atomicOr(&args.counters->overflow, kSlotOverflow);
+        return false;
+    }
+    ++tally.written;
+    uint4* const to = reinterpret_cast<uint4*>(args.splats + size_t(e) * args.slot_capacity + slot);
+    to[0] = splat.words[0];
+    to[1] = splat.words[1];
+    return true;
+}
+
+// Counts a splat in the cells of its list. All lanes of the warp call it together, with kNoBins for nothing.
+__device__ __forceinline__ void countCells(const DecodeCudaArgs& args, uint32_t list, const SplatPlace& place,
+                                           EyeTally& tally)
+{
+    if (place.box != kNoBins)
+        tally.pairs += binCount(place.box);
+    uint32_t* cells = args.cells + size_t(list) * args.grid.cells();
+    forCellsOfWarp(
+        args.grid, args.pass.slab_of, place, 0, [&](uint32_t cell) { return atomicAdd(cells + cell, 1u); },
+        [](uint32_t, uint32_t, uint32_t) {});
+}
+
 // Activates, projects and writes those of the `count` staged Gaussians that one eye sees. seen_by, factors: of this
-// lane's rows, eyes and opacity factor; needed where what is staged is not this eye's alone.
-__device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t e, const Staging& staged,
-                                           uint32_t count, const uint32_t (&anchors)[2], const uint32_t (&seen_by)[2],
-                                           const float (&factors)[2], uint32_t lane, EyeTally& tally)
+// lane's rows, eyes and opacity factor; needed where what is staged is not this eye's alone. kShared: the eyes share their
+// bins. The first leaves in Staging::slots what it wrote, the last gives each slot its place and counts it. A Gaussian
+// whose two boxes lie so far apart that one round both would be larger than both takes a slot for each eye.
+template <bool kShared>
+__device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t e, Staging& staged, uint32_t count,
+                                           const Turns& turns, const uint32_t (&anchors)[2],
+                                           const uint32_t (&seen_by)[2], const float (&factors)[2], uint32_t lane,
+                                           EyeTally& tally)
 {
     const DeviceModel& model = args.model;
     const EyeParams& eye = args.eyes[e];
@@ -90,6 +145,13 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
         }
         Candidate out;
         bool drawn = false;
+        uint32_t slot = kNoSlot;    // of the first eye, then this one's
+        uint32_t earlier = kNoBins; // the box that the first eye gave it
+        if (kShared && !turns.first && i < count) {
+            slot = staged.slots[i];
+            if (slot < args.slot_capacity)
+                earlier = args.places[slot].box;
+        }
         if (opacity >= kOpacityFloor) { // tested already, unless it is both eyes'
             const float4 center = reinterpret_cast<const float4*>(model.placement)[anchor];
             const float2* shape = reinterpret_cast<const float2*>(model.shape + size_t(6) * anchor);
@@ -125,27 +187,50 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
                 finite = finite && isfinite(rgb[0] + rgb[1] + rgb[2]); // geometry is for projectFast to see
                 drawn = finite && projectFast(args, eye, position, sigma, q, opacity, rgb, model.source[anchor] * K + k,
                                               out, finite);
-                tally.dropped += finite ? 0u : 1u;
+                if (!finite) // rare
+                    atomicAdd(&args.counters->dropped[e], 1u);
             }
         }
-        const uint32_t slot =
-            tally.writer.reserve(drawn, lane, slotPiece(args.slot_capacity), &args.counters->pass.slots[e]);
-        if (drawn && slot < args.slot_capacity) {
-            ++tally.written;
-            tally.pairs += binCount(out.place);
-            const size_t at = size_t(e) * args.slot_capacity + slot;
-            reinterpret_cast<uint4*>(args.splats + at)[0] = out.words[0];
-            reinterpret_cast<uint4*>(args.splats + at)[1] = out.words[1];
-            args.places[at] = out.place;
+        if constexpr (!kShared) {
+            slot = tally.writer.reserve(drawn, lane, slotPiece(args.slot_capacity), &args.counters->pass.slots[e]);
+            if (writeSplat(args, e, drawn, slot, out, tally))
+                args.places[size_t(e) * args.slot_capacity + slot] = out.place;
+            else
+                out.place.box = kNoBins;
+            countCells(args, e, out.place, tally);
         } else {
             if (drawn)
-                atomicOr(&args.counters->overflow, kSlotOverflow);
-            out.place.box = kNoBins;
+                out.place.box += args.grid.shift[e] * 0x00010001u;
+            const bool again = earlier != kNoBins;
+            const uint32_t around = again && drawn ? boxAround(earlier, out.place.box) : 0u;
+            const bool apart = again && drawn && binCount(around) > binCount(earlier) + binCount(out.place.box);
+            const bool fresh = drawn && (slot == kNoSlot || apart);
+            SplatPlace first_alone{0, kNoBins};
+            if (again && (!drawn || apart)) {
+                writeUnseen(args, e, slot, 0); // its order is read from the first eye's row
+                first_alone = args.places[slot];
+            }
+            const uint32_t reserved =
+                tally.writer.reserve(fresh, lane, slotPiece(args.slot_capacity), &args.counters->pass.slots[0]);
+            slot = fresh ? reserved : slot;
+            if (writeSplat(args, e, drawn, slot, out, tally)) {
+                if (fresh && turns.last)
+                    writeUnseen(args, 1 - e, slot, out.words[1].w);
+                if (!fresh)
+                    out.place.box = around;
+                if (fresh || around != earlier)
+                    args.places[slot] = out.place;
+            } else {
+                out.place.box = kNoBins;
+            }
+            if (turns.last) {
+                countCells(args, 0, out.place, tally);
+                if (__any_sync(~0u, first_alone.box != kNoBins))
+                    countCells(args, 0, first_alone, tally);
+            } else if (i < count) {
+                staged.slots[i] = drawn ? slot : kNoSlot;
+            }
         }
-        uint32_t* cells = args.cells + size_t(e) * args.grid.cells();
-        forCellsOfWarp(
-            args.grid, args.pass.slab_of, out.place, 0, [&](uint32_t cell) { return atomicAdd(cells + cell, 1u); },
-            [](uint32_t, uint32_t, uint32_t) {});
     }
 }
 

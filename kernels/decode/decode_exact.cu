@@ -107,7 +107,7 @@ __global__ void __launch_bounds__(kThreads) decodeExactKernel(const __grid_const
             s.ty1 = uint16_t(f.tiles.y1);
             const SplatPlace place{__float_as_uint(f.depth), box};
             args.places[at] = place;
-            atomicAdd(&args.counters->pass.pairs[e], (unsigned long long)binCount(place));
+            atomicAdd(&args.counters->pass.pairs[e], (unsigned long long)binCount(box));
             uint32_t* cells = args.cells + size_t(e) * args.grid.cells();
             const uint32_t slab = args.pass.slab_of[depthBucket(place.depth_bits)] & (args.grid.slabs() - 1);
             for (uint32_t y = box >> 8 & 255u; y <= box >> 24; ++y)

@@ -9,7 +9,7 @@ namespace gsc {
 
 struct SortCudaArgs {
     BinKey* keys;       // sorted in place piece by piece; afterwards only `slot` means something
-    const void* splats; // PackedSplat or ExactSplat of all eyes
+    const void* splats; // PackedSplat or ExactSplat of all eyes; in shared bins the first eye's tell the order
     const Piece* pieces;
     uint32_t piece_capacity;
     FrameCounters* counters;

@@ -4,6 +4,7 @@
 
 #include "tests/cuda_emulation/block.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -152,6 +153,23 @@ inline uint32_t __match_any_sync(uint32_t mask, uint32_t value, GSC_EMULATION_CA
                                             static_cast<Operand*>(operands[l])->out |= 1u << m;
                             });
     return mine.out;
+}
+
+// Per byte, unsigned.
+inline uint32_t __vminu4(uint32_t a, uint32_t b)
+{
+    uint32_t result = 0;
+    for (uint32_t shift = 0; shift < 32; shift += 8)
+        result |= std::min(a >> shift & 255u, b >> shift & 255u) << shift;
+    return result;
+}
+
+inline uint32_t __vmaxu4(uint32_t a, uint32_t b)
+{
+    uint32_t result = 0;
+    for (uint32_t shift = 0; shift < 32; shift += 8)
+        result |= std::max(a >> shift & 255u, b >> shift & 255u) << shift;
+    return result;
 }
 
 inline void __syncthreads(GSC_EMULATION_CALLER)

@@ -13,7 +13,8 @@ namespace gsc::test {
 // The CUDA backend, made once; throws where there is none (the executable has left by then).
 Backend& cudaBackend();
 
-EyeParams eyeAt(float x, float z, uint32_t width, uint32_t height);
+EyeParams eyeAt(float x, float z, uint32_t width, uint32_t height);    // looks at the middle
+EyeParams eyeAhead(float x, float z, uint32_t width, uint32_t height); // looks along z, as do all of these
 FrameOptions onGrey(Tier tier);
 
 // Everything a frame must hold on the GPU: exact against the scalar reference, fast against exact, the same bytes from

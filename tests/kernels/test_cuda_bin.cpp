@@ -166,7 +166,8 @@ void checkBin(const Places& p, uint32_t pair_capacity)
 
     BinCudaArgs args{};
     args.grid = p.grid;
-    args.eye_count = p.eye_count;
+    args.lists = p.eye_count;
+    args.readers = 1;
     args.places = places.get();
     args.slot_capacity = p.slot_capacity;
     args.pass = {slab_of.get(), kOtherPass, kOtherPass + 1};

@@ -24,6 +24,12 @@ EyeParams gsc::test::eyeAt(float x, float z, uint32_t width, uint32_t height)
     return lookAt(position, target, 1.1f, width, height);
 }
 
+EyeParams gsc::test::eyeAhead(float x, float z, uint32_t width, uint32_t height)
+{
+    const float position[3] = {x, 0.3f, z}, target[3] = {x, 0.25f, z + 1};
+    return lookAt(position, target, 1.1f, width, height);
+}
+
 FrameOptions gsc::test::onGrey(Tier tier)
 {
     FrameOptions options;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Eyes with lenses of their own: their images, and one decode for both.
 #include "format/error.h"
+#include "runtime/stereo.h"
 #include "tests/kernels/render_tools.h"
 #include "tests/runtime/eye_pairs.h"
 
@@ -176,5 +177,27 @@ TEST_CASE("off-centre and canted eyes draw what a wider centred image shows ther
                 CHECK(compare(eye.pixels, cut(whole.pixels, kWidth, part)).psnr > 35);
             }
         }
+    }
+}
+
+TEST_CASE(
+    "eyes beside each other see one depth, turned ones and one ahead of the other do not, near and far from the origin")
+{
+    Random random(5);
+    for (int i = 0; i < 300; ++i) {
+        CAPTURE(i);
+        const float reach = i % 3 == 0 ? 1.0f : i % 3 == 1 ? 1e3f : 1e5f;
+        Camera head = randomHead(random, reach, 640, 480), left, right;
+        finishCamera(head, 640, 480, 1.5);
+        stereoPair(head, 0.064, left, right);
+        const double origin[3] = {};
+        const EyeParams l = eyeParams(left, origin);
+        CHECK(sameDepths(l, eyeParams(right, origin)));
+        Camera turned = right, ahead = right;
+        for (int row = 0; row < 3; ++row) // by a thousandth of a radian about the eye's y axis
+            turned.rotation[3 * row + 2] += 1e-3 * right.rotation[3 * row];
+        ahead.translation[2] += 1e-4 * double(reach);
+        CHECK_FALSE(sameDepths(l, eyeParams(turned, origin)));
+        CHECK_FALSE(sameDepths(l, eyeParams(ahead, origin)));
     }
 }
