@@ -69,6 +69,8 @@ FrameWork leastWork(const AnchorCost& anchor, const EyeCounts* eyes, uint32_t ey
     const double visible = largest(eyes, eye_count, &EyeCounts::anchors_visible);
     const double splats = sum(eyes, eye_count, &EyeCounts::gaussians_visible);
     const double pairs = sum(eyes, eye_count, &EyeCounts::pairs);
+    const bool shared = eye_count == 2 && pairs > 0 && eyes[1].pairs == 0; // tiles of both eyes, read by each
+    const double listed = shared ? largest(eyes, eye_count, &EyeCounts::gaussians_visible) : splats;
     const double evaluations = sum(eyes, eye_count, &EyeCounts::blend_evaluations);
     FrameWork work;
 
@@ -77,18 +79,18 @@ FrameWork leastWork(const AnchorCost& anchor, const EyeCounts* eyes, uint32_t ey
     work.select.bytes_written = kVisibleBytes * visible;
 
     work.decode.bytes_read = anchor.bytes * visible;
-    work.decode.bytes_written = (anchor.splat_bytes + kSplatKeyBytes) * splats;
+    work.decode.bytes_written = anchor.splat_bytes * splats + kSplatKeyBytes * listed;
     const double macs =
         anchor.shared_macs * visible + anchor.eye_macs * sum(eyes, eye_count, &EyeCounts::anchors_visible);
     (anchor.exact ? work.decode.lane_operations : work.decode.matrix_flop) = 2 * macs;
 
-    work.bin.bytes_read = kSplatKeyBytes * splats;
+    work.bin.bytes_read = kSplatKeyBytes * listed;
     work.bin.bytes_written = kPairBytes * pairs;
 
     if (sorts_apart)
         work.sort.bytes_read = work.sort.bytes_written = kPairBytes * pairs;
 
-    work.blend.bytes_read = (anchor.splat_bytes + (sorts_apart ? kIndexBytes : kPairBytes)) * pairs;
+    work.blend.bytes_read = (anchor.splat_bytes + (sorts_apart ? kIndexBytes : kPairBytes)) * pairs * (shared ? 2 : 1);
     work.blend.bytes_written = kPixelBytes * pixels * eye_count;
     work.blend.lane_operations = kLanesPerEvaluation * evaluations;
     work.blend.exponentials = evaluations;

@@ -120,6 +120,17 @@ TEST_CASE("two eyes by hand")
     checkWork(work.blend, {36.0 * 90000, 24e6, 14 * 7e6, 7e6, 0});
 }
 
+TEST_CASE("two eyes that share their tiles list a splat once, and each reads the list")
+{
+    const EyeCounts eyes[2] = {eye(1000, 20000, 10000, 30000, 52000, 4000000),
+                               eye(1000, 18000, 9000, 26000, 0, 3000000)};
+    const FrameWork work = leastWork(Model().cost(Tier::Fast), eyes, 2, 1e6, true);
+    CHECK(work.decode.bytes_written == doctest::Approx(32.0 * 56000 + 8.0 * 30000));
+    checkWork(work.bin, {8.0 * 30000, 8.0 * 52000, 0, 0, 0});
+    checkWork(work.sort, {8.0 * 52000, 8.0 * 52000, 0, 0, 0});
+    checkWork(work.blend, {36.0 * 104000, 24e6, 14 * 7e6, 7e6, 0});
+}
+
 TEST_CASE("blending that sorts reads whole pairs; exact decodes on lanes")
 {
     const EyeCounts one = eye(10, 1000, 1000, 2000, 3000, 0);
