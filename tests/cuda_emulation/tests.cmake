@@ -37,5 +37,12 @@ target_compile_definitions(gsc_runtime_cuda_emulated PRIVATE GSC_HAVE_CUDA)
 add_executable(test_cuda_emulated ${gsc_test_cuda_sources} cuda_emulation/test_emulation.cpp)
 target_link_libraries(test_cuda_emulated PRIVATE gsc_test_synthetic gsc_runtime_cuda_emulated
                                                  gsc_kernels_cuda_emulated gsc_kernels gsc_build_flags doctest::doctest)
-add_test(NAME test_cuda_emulated COMMAND test_cuda_emulated)
-set_tests_properties(test_cuda_emulated PROPERTIES LABELS "cpu;emulation" TIMEOUT 1800)
+# in three parts of about equal length, for machines with more than one core
+set(whole_frames "*test_cuda_frame*,*test_cuda_far*,*test_cuda_graph*")
+set(other_frames "*test_cuda_passes*,*test_cuda_shared*")
+add_test(NAME test_cuda_emulated_frames COMMAND test_cuda_emulated "--source-file=${whole_frames}")
+add_test(NAME test_cuda_emulated_passes COMMAND test_cuda_emulated "--source-file=${other_frames}")
+add_test(NAME test_cuda_emulated_stages
+         COMMAND test_cuda_emulated "--source-file-exclude=${whole_frames},${other_frames}")
+set_tests_properties(test_cuda_emulated_frames test_cuda_emulated_passes test_cuda_emulated_stages
+                     PROPERTIES LABELS "cpu;emulation" TIMEOUT 1200)

@@ -17,8 +17,10 @@ namespace {
 
 #ifdef GSC_CUDA_EMULATION
 constexpr uint32_t kManyAnchors = 1; // times as many as the emulation takes
+constexpr uint64_t kBudgetStep = 13; // sixteenths
 #else                                // the warps of a large device reserve more slots than a small model has Gaussians
 constexpr uint32_t kManyAnchors = 24;
+constexpr uint64_t kBudgetStep = 14;
 #endif
 
 const std::vector<EyeParams> kTwoEyes = {eyeAt(0.4f, -5, 150, 110), eyeAt(0.7f, -5, 97, 120)};
@@ -44,7 +46,7 @@ uint32_t checkBudgets(const ModelView& model, const FrameOptions& options, const
                       const std::vector<EyeParams>& eyes = kTwoEyes)
 {
     uint32_t most = 0;
-    for (uint64_t budget = want[0].result.bytes_resident; budget > 0; budget = budget * 7 / 8) {
+    for (uint64_t budget = want[0].result.bytes_resident; budget > 0; budget = budget * kBudgetStep / 16) {
         CAPTURE(budget);
         const std::unique_ptr<Backend> gpu = makeBackend("cuda", 0);
         gpu->setMemoryBudget(budget);
