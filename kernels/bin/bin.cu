@@ -11,33 +11,44 @@ namespace gsc {
 
 namespace {
 
-constexpr uint32_t kOneBlock = 1024;
+constexpr uint32_t kSlabBlock = 512; // threads, a bucket each
 constexpr uint32_t kThreads = 256;
 constexpr uint32_t kBlocksPerProcessor = 8; // all that a multiprocessor holds
 constexpr uint32_t kPartsPerProcessor = 32; // a bin is hot if it has more than half of such a part of all that is read
 
-// One block. A bucket goes to the slab its middle falls into.
-__global__ void __launch_bounds__(kOneBlock) slabKernel(const uint32_t* histogram, uint16_t* slab_of, uint32_t slabs)
+// A block per kSlabBlock buckets, which adds up all of the histogram by itself: it is small, and nothing waits for another
+// block. A bucket goes to the slab its middle falls into.
+__global__ void __launch_bounds__(kSlabBlock) slabKernel(const uint32_t* histogram, uint16_t* slab_of, uint32_t slabs)
 {
-    constexpr uint32_t kWords = kDepthBuckets / kOneBlock / 4; // of four buckets each
-    using Scan = cub::BlockScan<uint32_t, kOneBlock>;
+    using Scan = cub::BlockScan<uint32_t, kSlabBlock>;
     __shared__ typename Scan::TempStorage scratch;
-    const uint4* counts = reinterpret_cast<const uint4*>(histogram) + threadIdx.x * kWords;
-    uint32_t sum = 0, before, total;
-    for (uint32_t i = 0; i < kWords; ++i)
-        sum += counts[i].x + counts[i].y + counts[i].z + counts[i].w;
-    Scan(scratch).ExclusiveSum(sum, before, total);
-    const float scale = total != 0 ? float(slabs) / float(total) : 0.0f;
-    const auto slab = [&](uint32_t count) { // never falls from bucket to bucket
-        const float middle = float(before) + 0.5f * float(count);
-        before += count;
-        return min(uint32_t(middle * scale), slabs - 1);
-    };
-    for (uint32_t i = 0; i < kWords; ++i) {
-        const uint4 c = counts[i];
-        const uint32_t s0 = slab(c.x), s1 = slab(c.y), s2 = slab(c.z), s3 = slab(c.w);
-        reinterpret_cast<uint2*>(slab_of)[threadIdx.x * kWords + i] = {s0 | s1 << 16, s2 | s3 << 16};
+    __shared__ uint32_t first, all; // counts before this block's buckets, and of all
+    if (threadIdx.x == 0)
+        first = all = 0;
+    __syncthreads();
+    const uint4* fours = reinterpret_cast<const uint4*>(histogram);
+    uint32_t sum = 0, sum_before = 0;
+#pragma unroll
+    for (uint32_t i = 0; i < kDepthBuckets / 4 / kSlabBlock; ++i) {
+        const uint32_t four = i * kSlabBlock + threadIdx.x;
+        const uint4 c = fours[four];
+        const uint32_t count = c.x + c.y + c.z + c.w;
+        sum += count;
+        sum_before += four < blockIdx.x * kSlabBlock / 4 ? count : 0u;
     }
+    sum = __reduce_add_sync(~0u, sum);
+    sum_before = __reduce_add_sync(~0u, sum_before);
+    if ((threadIdx.x & 31u) == 0) {
+        atomicAdd(&all, sum);
+        atomicAdd(&first, sum_before);
+    }
+    const uint32_t bucket = blockIdx.x * kSlabBlock + threadIdx.x, count = histogram[bucket];
+    uint32_t before, of_block;
+    Scan(scratch).ExclusiveSum(count, before, of_block);
+    __syncthreads();
+    const float scale = all != 0 ? float(slabs) / float(all) : 0.0f;
+    const float middle = float(first + before) + 0.5f * float(count); // never falls from bucket to bucket
+    slab_of[bucket] = uint16_t(min(uint32_t(middle * scale), slabs - 1));
 }
 
 // What the lanes of a warp that count in the same place get: one atomic served them all.
@@ -173,7 +184,7 @@ __global__ void __launch_bounds__(kThreads) queueKernel(const __grid_constant__ 
 
 void slabCuda(const uint32_t* histogram, uint16_t* slab_of, uint32_t slabs, CUstream_st* stream)
 {
-    launchCuda(slabKernel, 1, kOneBlock, 0, stream, histogram, slab_of, slabs);
+    launchCuda(slabKernel, kDepthBuckets / kSlabBlock, kSlabBlock, 0, stream, histogram, slab_of, slabs);
 }
 
 size_t binScratchBytes(uint32_t cells)
