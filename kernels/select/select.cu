@@ -98,6 +98,30 @@ __global__ void __launch_bounds__(kGroupThreads) groupKernel(const __grid_consta
     }
 }
 
+// Does footprint() surely say that the anchor is visible? For the many whose middle lies in the image and whose ellipse is
+// none that rounding could flatten: then its determinant is above zero, so that its square has a width, and a tile. Every
+// bound is far from where rounding could make it wrong. Upstream's first rasteriser alone.
+__device__ __forceinline__ bool surelyVisible(const RasterConstants& rules, const EyeParams& eye, const Vec3<float>& p,
+                                              const float* scale)
+{
+    const Vec3<float> t = viewPoint<float>(eye, p);
+    if (rules.gsplat || !(t.z > rules.near_z) || !(t.z > 0.0f))
+        return false;
+    const float inv_z = __fdividef(1.0f, t.z), focal = fmaxf(eye.focal_x, eye.focal_y);
+    const float size =
+        fabsf(p.x) + fabsf(p.y) + fabsf(p.z) + fabsf(eye.center[0]) + fabsf(eye.center[1]) + fabsf(eye.center[2]);
+    const float margin = 2.0f + 4e-6f * focal * size * inv_z; // pixels; upstream projects by another matrix
+    const float x = eye.focal_x * t.x * inv_z + axisPixel(eye.width, eye.focal_x, eye.tan_mid_x);
+    const float y = eye.focal_y * t.y * inv_z + axisPixel(eye.height, eye.focal_y, eye.tan_mid_y);
+    if (!(x > margin && y > margin && float(eye.width) - x > margin && float(eye.height) - y > margin))
+        return false;
+    // pixels of its largest axis; the matrix it is projected with is at most (focal / z)^2 (1 + lx^2 + ly^2)
+    const float lx = fabsf(eye.tan_mid_x) + 1.3f * eye.tan_fov_x, ly = fabsf(eye.tan_mid_y) + 1.3f * eye.tan_fov_y;
+    const float sigma = focal * inv_z * fmaxf(fabsf(scale[0]), fmaxf(fabsf(scale[1]), fabsf(scale[2])));
+    const float sum = scale[0] + scale[1] + scale[2]; // not a number if one of them is none
+    return sum == sum && sigma * sigma * (1.0f + lx * lx + ly * ly) < 1e4f;
+}
+
 __device__ bool anchorVisible(const SelectCudaArgs& args, const EyeParams& eye, uint32_t anchor, int32_t level,
                               float lod_shift, const float4& placement, float& fraction)
 {
@@ -116,6 +140,10 @@ __device__ bool anchorVisible(const SelectCudaArgs& args, const EyeParams& eye, 
     const float* size = args.model.size + size_t(3) * anchor;
     const float scale[3] = {size[0], size[1], size[2]};
     const float* rotation = args.model.rotation;
+    const float* turned = params.constant_rotation;
+    if (rotation == nullptr && fabsf(turned[0] + turned[1] + turned[2] + turned[3]) < INFINITY &&
+        surelyVisible(args.rules, eye, p, scale))
+        return true;
     float q[4];
     for (int i = 0; i < 4; ++i)
         q[i] = rotation != nullptr ? rotation[size_t(4) * anchor + i] : params.constant_rotation[i];

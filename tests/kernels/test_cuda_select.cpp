@@ -273,3 +273,28 @@ TEST_CASE("select: a list that is too short is filled, not overrun, and says so"
         }
     }
 }
+
+TEST_CASE("select: needles so long that their determinant rounds to zero in the middle of the image")
+{
+    SyntheticOptions options;
+    options.anchors = 1500;
+    SyntheticAnchors anchors = randomAnchors(options);
+    ModelParams params = syntheticParams(options);
+    for (int i = 0; i < 4; ++i)
+        params.constant_rotation[i] = i == 0 ? 0.9f : i == 3 ? 0.4f : 0.0f; // about the eye's axis
+    const std::vector<EyeParams> eyes = {eyeAt(0.4f, -5, 150, 110)};
+    SeenAnchors seen[2];
+    for (const bool needles : {false, true}) {
+        CAPTURE(needles);
+        for (size_t i = 0; needles && i < anchors.count(); ++i)
+            anchors.scale[6 * i] = 8 + 0.004f * float(i);
+        const SyntheticModel model(params, anchors, randomMlps(options), {}, 0);
+        const StageModel stage(model.view());
+        checkSelection(model.view(), stage, eyes, 0);
+        seen[needles] = selectOnHost(model.view(), eyes, 0).seen;
+    }
+    uint32_t not_drawn = 0; // what upstream gives up although it is in the image
+    for (const auto& [anchor, before] : seen[0])
+        not_drawn += seen[1].count(anchor) == 0 ? 1u : 0u;
+    CHECK(not_drawn >= 3);
+}
