@@ -75,6 +75,8 @@ __device__ __forceinline__ Turn takeTurn(uint32_t* counters, uint32_t kind)
 
 __global__ void __launch_bounds__(kThreads) scatterKernel(const __grid_constant__ BinCudaArgs args)
 {
+    if (willRepeat(*args.counters))
+        return;
     const uint32_t e = blockIdx.y, count = min(args.counters->pass.slots[e], args.slot_capacity);
     const uint32_t base = e * args.slot_capacity;
     uint32_t* cells = args.cells + size_t(e) * args.grid.cells();
@@ -103,6 +105,8 @@ constexpr uint32_t kCellsPerThread = 4;
 // thread of a run's first cell writes it.
 __global__ void __launch_bounds__(kThreads) pieceKernel(const __grid_constant__ BinCudaArgs args)
 {
+    if (willRepeat(*args.counters))
+        return;
     const uint32_t slabs = args.grid.slabs(), cell_count = args.lists * args.grid.cells();
     const uint32_t* ends = args.cells;
     const auto endBefore = [&](uint32_t cell) { return cell == 0 ? 0u : ends[cell - 1]; };
@@ -147,13 +151,16 @@ __global__ void __launch_bounds__(kThreads) pieceKernel(const __grid_constant__ 
 // The bins by falling size, so that the longest lists are started first, and what the pass needed of the buffers.
 __global__ void __launch_bounds__(kThreads) queueKernel(const __grid_constant__ BinCudaArgs args, uint32_t parts)
 {
-    __shared__ uint32_t before[kBinClasses];
+    __shared__ uint32_t before[kBinClasses], classed;
     FrameCounters& counters = *args.counters;
-    if (threadIdx.x == 0)
-        for (uint32_t i = 0, sum = 0; i < kBinClasses; ++i) {
+    if (threadIdx.x == 0) {
+        uint32_t sum = 0;
+        for (uint32_t i = 0; i < kBinClasses; ++i) {
             before[i] = sum;
             sum += counters.pass.bin_classes[i];
         }
+        classed = sum;
+    }
     __syncthreads();
     if (blockIdx.x == 0 && threadIdx.x == 0) {
         unsigned long long pairs = 0;
@@ -174,7 +181,7 @@ __global__ void __launch_bounds__(kThreads) queueKernel(const __grid_constant__ 
         counters.pass.hot_bins = before[hot] + counters.pass.bin_classes[hot];
     }
     const uint32_t bin = blockIdx.x * kThreads + threadIdx.x;
-    if (bin >= args.lists * args.grid.bins())
+    if (bin >= classed) // all bins, or none in a frame that will be drawn again
         return;
     const uint32_t kind = args.bin_class[bin];
     args.bin_queue[before[kind] + takeTurn(counters.pass.queued, kind).mine()] = bin;

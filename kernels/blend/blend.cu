@@ -247,6 +247,8 @@ struct BlendShared {
 template <typename Rules, uint32_t kRows>
 __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) blendKernel(const __grid_constant__ BlendCudaArgs args)
 {
+    if (willRepeat(*args.counters))
+        return;
     GSC_DYNAMIC_SHARED(memory);
     using Shared = BlendShared<Rules, kRows>;
     static_assert(sizeof(Shared) <= 99 * 1024); // what a block can have on compute capability 8.6, 8.9 and 12.0

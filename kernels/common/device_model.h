@@ -116,4 +116,10 @@ struct FrameCounters {
     uint32_t overflow;
 };
 
+// A buffer was too small: what follows would be drawn for nothing.
+GSC_HD bool willRepeat(const FrameCounters& counters)
+{
+    return counters.overflow != 0;
+}
+
 } // namespace gsc

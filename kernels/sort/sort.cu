@@ -253,6 +253,8 @@ __device__ __forceinline__ uint32_t takePiece(uint32_t* queue, uint32_t* shared,
 template <typename Splat>
 __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) sortKernel(const __grid_constant__ SortCudaArgs args)
 {
+    if (willRepeat(*args.counters))
+        return;
     GSC_DYNAMIC_SHARED(bytes);
     SortShared& shared = *reinterpret_cast<SortShared*>(bytes);
     const Nearer<Splat> nearer{static_cast<const Splat*>(args.splats)};
