@@ -87,7 +87,7 @@ void noteFrame(PlayLog& log, const FrameStats& stats)
                           static_cast<unsigned long long>(stats.frame), stats.camera.c_str(), t.total, t.select,
                           t.decode, t.project, t.bin, t.sort, t.blend,
                           static_cast<unsigned long long>(stats.result.eyes[0].anchors_visible),
-                          static_cast<unsigned long long>(stats.result.eyes[0].pairs)));
+                          static_cast<unsigned long long>(stats.result.eyes[0].pairs + stats.result.eyes[1].pairs)));
 }
 
 } // namespace

@@ -69,7 +69,8 @@ FrameWork leastWork(const AnchorCost& anchor, const EyeCounts* eyes, uint32_t ey
     const double visible = largest(eyes, eye_count, &EyeCounts::anchors_visible);
     const double splats = sum(eyes, eye_count, &EyeCounts::gaussians_visible);
     const double pairs = sum(eyes, eye_count, &EyeCounts::pairs);
-    const bool shared = eye_count == 2 && pairs > 0 && eyes[1].pairs == 0; // tiles of both eyes, read by each
+    // tiles of both eyes, which each reads: otherwise what an eye sees is in tiles of its own
+    const bool shared = eye_count == 2 && eyes[1].pairs == 0 && eyes[1].gaussians_visible != 0;
     const double listed = shared ? largest(eyes, eye_count, &EyeCounts::gaussians_visible) : splats;
     const double evaluations = sum(eyes, eye_count, &EyeCounts::blend_evaluations);
     FrameWork work;

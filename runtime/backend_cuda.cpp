@@ -17,7 +17,7 @@ namespace gsc {
 
 namespace {
 
-// Splats of one eye and pass that a frame's memory is kept to where there is enough: in `fast` 3.3 GB for two eyes, and
+// Splats of one eye and pass that a frame's memory is kept to where there is enough: in `fast` 3.3 GB for two eyes that share their bins (3.7 if not), and
 // up to 1.5 GB of pairs. More are drawn in several passes.
 constexpr uint32_t kSlotTarget = 44u << 20;
 constexpr uint32_t kLeastSlots = 1u << 12; // beside twice the gaps: with fewer there would be too many passes
@@ -93,7 +93,7 @@ private:
     FrameBuffers m_buffers{};
     FrameCapacity m_capacity;
     uint64_t m_free = 0;                              // bytes of the device that frames may take
-    uint64_t m_splats = 0, m_pairs = 0;               // of the last frame, all passes: of the fuller eye, of all eyes
+    uint64_t m_splats = 0, m_pairs = 0;               // of the last frame, all passes: of the longer list, of all
     std::deque<std::unique_ptr<FrameGraph>> m_graphs; // the last used first
 };
 
@@ -222,7 +222,7 @@ bool CudaBackend::growAfterOverflow(FrameShape& shape)
         if (withSlack(needed) > most)
             passes = std::max(passes, shape.passes * withSlack(needed - std::min(needed, fixed)) / (most - fixed) + 1);
     };
-    grow(m_capacity.visible, c.anchors_listed, UINT32_MAX, 0);
+    grow(m_capacity.visible, c.anchors_listed, m_scene.model().anchor_count, 0);
     const uint64_t limit = slotLimit(shape); // what the visible list has left
     grow(m_capacity.slots, c.most_slots, limit, gapsOf(shape, uint32_t(limit)));
     grow(m_capacity.pairs, c.most_pairs, limit * kPairsPerSlot, 0);

@@ -31,7 +31,7 @@ void FrameShape::shareBins()
         return;
     const auto axis = [this](uint32_t e) { return axisPixel(eyes[e].width, eyes[e].focal_x, eyes[e].tan_mid_x); };
     const float columns = std::round((axis(0) - axis(1)) / float(kBinWidth)); // that the second eye's lie further right
-    const float most = float(kMaxBins - grid.columns);
+    const auto most = float(std::min(kMaxBins - grid.columns, grid.columns)); // with more, two lists have fewer cells
     if (!(std::abs(columns) <= most)) {
         shared_bins = false;
         return;

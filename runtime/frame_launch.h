@@ -23,7 +23,7 @@ struct FrameShape {
     bool shared_bins; // one list of splats per bin for both eyes
 
     // Gives both eyes the same bins where their depth order is the same and the tier allows it. Eyes whose lenses are
-    // off their axes meet in columns shifted by what that makes of a point far away. After `grid` is set for each.
+    // off their axes meet in columns shifted by what that makes of a point far away. Precondition: everything else is set.
     void shareBins();
     [[nodiscard]] uint32_t lists() const { return shared_bins ? 1 : eye_count; } // of splats per bin
 
@@ -33,7 +33,7 @@ struct FrameShape {
     [[nodiscard]] size_t pixels(uint32_t eye) const { return size_t(eyes[eye].width) * eyes[eye].height; }
 };
 
-// Entries of the visible list; of a pass: splats of one eye, (bin, splat) pairs of all lists.
+// Entries of the visible list; of a pass: splats of one list, (bin, splat) pairs of all lists.
 struct FrameCapacity {
     uint32_t visible = 1u << 13, slots = 1u << 15, pairs = 1u << 16; // until a frame needs more
 

@@ -201,14 +201,17 @@ std::optional<MergedView> mergedView(const Camera& left, const Camera& right, do
 
 bool sameDepths(const EyeParams& left, const EyeParams& right)
 {
-    constexpr float kAngle = 1e-6f; // of a unit vector; single precision leaves 1e-7
-    constexpr float kPlace = 1e-6f; // of the eye's distance from the origin
+    // each was rounded once, from double; a sum that cancels leaves what doubles leave of its parts
+    constexpr float kRounded = 1.3e-7f, kCancelled = 1e-12f;
     const float *l = left.world_to_view + 8, *r = right.world_to_view + 8;
-    float distance = 0;
+    float parts = 0;
     for (int i = 0; i < 3; ++i)
-        distance += std::abs(left.center[i]) + std::abs(right.center[i]);
-    return std::abs(l[0] - r[0]) <= kAngle && std::abs(l[1] - r[1]) <= kAngle && std::abs(l[2] - r[2]) <= kAngle &&
-           std::abs(l[3] - r[3]) <= kPlace * distance;
+        parts += std::abs(left.center[i]) + std::abs(right.center[i]);
+    const auto same = [](float a, float b, float rest) {
+        return std::abs(a - b) <= kRounded * std::max(std::abs(a), std::abs(b)) + rest;
+    };
+    return same(l[0], r[0], kCancelled) && same(l[1], r[1], kCancelled) && same(l[2], r[2], kCancelled) &&
+           same(l[3], r[3], kCancelled * parts);
 }
 
 std::optional<EyeBounds> mergedBounds(const EyeParams& left, const EyeParams& right, const RasterConstants& rules)

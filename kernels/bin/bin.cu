@@ -12,6 +12,7 @@ namespace gsc {
 namespace {
 
 constexpr uint32_t kSlabBlock = 512; // threads, a bucket each
+static_assert(kDepthBuckets % (4 * kSlabBlock) == 0);
 constexpr uint32_t kThreads = 256;
 constexpr uint32_t kBlocksPerProcessor = 8; // all that a multiprocessor holds
 constexpr uint32_t kPartsPerProcessor = 32; // a bin is hot if it has more than half of such a part of all that is read
@@ -164,14 +165,14 @@ __global__ void __launch_bounds__(kThreads) queueKernel(const __grid_constant__ 
     __syncthreads();
     if (blockIdx.x == 0 && threadIdx.x == 0) {
         unsigned long long pairs = 0;
-        uint32_t slots = 0;
+        uint32_t used = 0;
         for (uint32_t e = 0; e < args.lists; ++e) {
             counters.pairs[e] += counters.pass.pairs[e];
-            slots = max(slots, counters.pass.slots[e]);
+            counters.most_slots = max(counters.most_slots, counters.pass.slots[e]);
+            used = max(used, counters.pass.slots[e] - counters.pass.gaps[e]);
             pairs += counters.pass.pairs[e];
         }
-        counters.most_slots = max(counters.most_slots, slots);
-        counters.all_slots += slots;
+        counters.all_slots += used;
         if (pairs > counters.most_pairs)
             counters.most_pairs = pairs;
         if (pairs > args.pair_capacity)

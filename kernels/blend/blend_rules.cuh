@@ -38,8 +38,6 @@ struct PixelBox {
 // bank, which 64 would not do.
 struct FastRules {
     using Splat = PackedSplat;
-    static constexpr float kTrustedDeterminant = 3e-5f; // of a c - b b, relative to a c
-
     struct alignas(16) Lit {
         float x, y, power[3], log_opacity, color[3];
     };

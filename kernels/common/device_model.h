@@ -91,6 +91,7 @@ struct PassCounters {
     unsigned long long
         pairs[kMaxEyes];      // (bin, splat); more than 2^32 of them overflow the cells, so they are counted apart
     uint32_t slots[kMaxEyes]; // splat slots reserved, with gaps
+    uint32_t gaps[kMaxEyes];  // slots of those that stayed unused
     uint32_t pieces[kPieceClasses], next_piece[kPieceClasses];
     uint32_t bin_classes[kBinClasses], queued[kBinClasses]; // fullest first
     uint32_t hot_bins;                                      // blended by a whole block each
@@ -109,7 +110,7 @@ struct FrameCounters {
     uint32_t gaussians[kMaxEyes];       // opacity >= 1/255
     uint32_t dropped[kMaxEyes];         // not finite
     uint32_t most_slots;                // of a pass and a list
-    uint32_t all_slots;                 // of all passes: the most that one pass would have taken
+    uint32_t all_slots;                 // of all passes, without gaps, of the longer list
     unsigned long long most_pairs;      // of a pass
     unsigned long long pairs[kMaxEyes]; // under the first in shared bins
     unsigned long long evaluations[kMaxEyes];

@@ -19,8 +19,8 @@ struct alignas(16) PackedSplat {
     uint32_t order;    // 28  emission order, breaks depth ties
 };
 static_assert(sizeof(PackedSplat) == 32);
-
-constexpr float kUnseenPlace = 1e30f; // pixels; far outside every image
+constexpr float kUnseenPlace = 6e4f;         // x and y, pixels: outside every image, and still a number of 16 bits
+constexpr float kTrustedDeterminant = 3e-5f; // of a power's ellipse, relative to its diagonal; less is rounding
 
 // The same in the tier `exact`, 64 bytes.
 struct alignas(16) ExactSplat {

@@ -14,6 +14,8 @@ namespace gsc {
 constexpr uint32_t kRows = 16;                          // anchors per warp and step
 constexpr uint32_t kStaged = kRows * 4 * kItemsPerLane; // Gaussians per warp and step at most
 
+constexpr uint32_t kNoSlot = ~0u;
+
 // Outputs of the networks for the living Gaussians of a warp's step, packed without gaps so that projecting them keeps
 // every lane busy: a third to a half of all Gaussians is not alive.
 struct Staging {
@@ -23,9 +25,7 @@ struct Staging {
     uint32_t slots[kStaged]; // in shared bins: what the first eye has written it to, or kNoSlot
 };
 
-constexpr uint32_t kNoSlot = ~0u;
-
-// What is to be done for one eye of a step whose eyes share their bins. Without sharing, every eye is first and last.
+// What is to be done for one eye of a step whose eyes share their bins.
 struct Turns {
     bool first; // no eye has written anything of what is staged
     bool last;  // no eye is to follow
@@ -61,6 +61,8 @@ __device__ __forceinline__ void finish(const DecodeCudaArgs& args, uint32_t e, c
         pairs += __shfl_xor_sync(~0u, pairs, with);
     if (lane != 0)
         return;
+    if ((!kShared || e == 0) && tally.writer.left != 0)
+        atomicAdd(&args.counters->pass.gaps[e], tally.writer.left);
     if (pairs != 0)
         atomicAdd(&args.counters->pass.pairs[kShared ? 0 : e], pairs);
     if (alive != 0)
@@ -75,6 +77,14 @@ __device__ __forceinline__ void finish(const DecodeCudaArgs& args, uint32_t e, c
 __device__ __forceinline__ uint32_t boxAround(uint32_t a, uint32_t b)
 {
     return (__vminu4(a, b) & 0xffffu) | (__vmaxu4(a, b) & 0xffff0000u);
+}
+
+// Is so little left of the determinant that FastRules::box() may not bound it? With as much to spare as rounding takes.
+__device__ __forceinline__ bool isNeedle(const Candidate& splat)
+{
+    const float a = __uint_as_float(splat.words[0].z), b = 0.5f * __uint_as_float(splat.words[0].w),
+                c = __uint_as_float(splat.words[1].x);
+    return !(a * c - b * b > 2 * kTrustedDeterminant * a * c);
 }
 
 // A slot that an eye does not see: a splat of some pixels that no image holds.
@@ -118,7 +128,8 @@ __device__ __forceinline__ void countCells(const DecodeCudaArgs& args, uint32_t 
 // Activates, projects and writes those of the `count` staged Gaussians that one eye sees. seen_by, factors: of this
 // lane's rows, eyes and opacity factor; needed where what is staged is not this eye's alone. kShared: the eyes share their
 // bins. The first leaves in Staging::slots what it wrote, the last gives each slot its place and counts it. A Gaussian
-// whose two boxes lie so far apart that one round both would be larger than both takes a slot for each eye.
+// takes a slot for each eye where a box round both would be larger than both together, and where blending could not tell
+// that it ends within an eye's own box (isNeedle()). Two such slots may meet in a bin; no eye sees both.
 template <bool kShared>
 __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t e, Staging& staged, uint32_t count,
                                            const Turns& turns, const uint32_t (&anchors)[2],
@@ -203,7 +214,9 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
                 out.place.box += args.grid.shift[e] * 0x00010001u;
             const bool again = earlier != kNoBins;
             const uint32_t around = again && drawn ? boxAround(earlier, out.place.box) : 0u;
-            const bool apart = again && drawn && binCount(around) > binCount(earlier) + binCount(out.place.box);
+            const bool wider = around != earlier || around != out.place.box;
+            const bool apart = again && drawn && wider &&
+                               (binCount(around) > binCount(earlier) + binCount(out.place.box) || isNeedle(out));
             const bool fresh = drawn && (slot == kNoSlot || apart);
             SplatPlace first_alone{0, kNoBins};
             if (again && (!drawn || apart)) {

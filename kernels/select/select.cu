@@ -105,18 +105,19 @@ __device__ __forceinline__ bool surelyVisible(const RasterConstants& rules, cons
                                               const float* scale)
 {
     const Vec3<float> t = viewPoint<float>(eye, p);
-    if (rules.gsplat || !(t.z > rules.near_z) || !(t.z > 0.0f))
+    if (rules.gsplat || !(t.z > rules.near_z) || !(t.z > 0.0f && t.z < 1e30f))
         return false;
+    const float lx = fabsf(eye.tan_mid_x) + 1.3f * eye.tan_fov_x, ly = fabsf(eye.tan_mid_y) + 1.3f * eye.tan_fov_y;
     const float inv_z = __fdividef(1.0f, t.z), focal = fmaxf(eye.focal_x, eye.focal_y);
     const float size =
         fabsf(p.x) + fabsf(p.y) + fabsf(p.z) + fabsf(eye.center[0]) + fabsf(eye.center[1]) + fabsf(eye.center[2]);
-    const float margin = 2.0f + 4e-6f * focal * size * inv_z; // pixels; upstream projects by another matrix
+    // pixels; upstream projects by another matrix
+    const float margin = 2.0f + 4e-6f * focal * size * inv_z * (1.0f + fmaxf(lx, ly));
     const float x = eye.focal_x * t.x * inv_z + axisPixel(eye.width, eye.focal_x, eye.tan_mid_x);
     const float y = eye.focal_y * t.y * inv_z + axisPixel(eye.height, eye.focal_y, eye.tan_mid_y);
     if (!(x > margin && y > margin && float(eye.width) - x > margin && float(eye.height) - y > margin))
         return false;
     // pixels of its largest axis; the matrix it is projected with is at most (focal / z)^2 (1 + lx^2 + ly^2)
-    const float lx = fabsf(eye.tan_mid_x) + 1.3f * eye.tan_fov_x, ly = fabsf(eye.tan_mid_y) + 1.3f * eye.tan_fov_y;
     const float sigma = focal * inv_z * fmaxf(fabsf(scale[0]), fmaxf(fabsf(scale[1]), fabsf(scale[2])));
     const float sum = scale[0] + scale[1] + scale[2]; // not a number if one of them is none
     return sum == sum && sigma * sigma * (1.0f + lx * lx + ly * ly) < 1e4f;

@@ -237,6 +237,10 @@ inline int __ffs(int v)
 {
     return v == 0 ? 0 : std::countr_zero(uint32_t(v)) + 1;
 }
+inline float __uint_as_float(uint32_t v)
+{
+    return std::bit_cast<float>(v);
+}
 inline uint32_t __float_as_uint(float v)
 {
     return std::bit_cast<uint32_t>(v);

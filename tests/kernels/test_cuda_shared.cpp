@@ -91,6 +91,32 @@ TEST_CASE("lenses off their axes, images of two sizes, a feature bank, levels th
     checkShared(SyntheticModel(options).view(), {left, right}, fading);
 }
 
+TEST_CASE("needles, which end where an eye's own bins end")
+{
+    SyntheticOptions options;
+    options.anchors = 100;
+    SyntheticAnchors anchors = randomAnchors(options);
+    for (size_t i = 0; i < anchors.count(); ++i)
+        for (size_t axis = 0; axis < 3; ++axis)
+            anchors.scale[6 * i + 3 + axis] = axis == 0 ? 0.6f : -9.0f;
+    const SyntheticModel scene(syntheticParams(options), anchors, randomMlps(options), {}, 0);
+    checkShared(scene.view(), {eyeAhead(0.3f, -6, 1600, 1200), eyeAhead(0.9f, -6, 1600, 1200)}, onGrey(Tier::Fast));
+}
+
+TEST_CASE("images so high that bins are of twice the height")
+{
+    const SyntheticModel scene = model(1500, -3, 9);
+    checkShared(scene.view(), {eyeAhead(0.4f, -6, 40, 4100), eyeAhead(0.5f, -6, 40, 4100)}, onGrey(Tier::Fast));
+}
+
+TEST_CASE("one decode for both eyes, from between them")
+{
+    const SyntheticModel scene = model(1500, -3, 10);
+    FrameOptions merged = onGrey(Tier::Exact);
+    merged.stereo = StereoMode::Merged;
+    checkFrame(scene.view(), {eyeAhead(-0.9f, -6, 150, 110), eyeAhead(0.9f, -6, 130, 120)}, merged);
+}
+
 TEST_CASE("eyes that look anywhere, whose depths rounding tells apart")
 {
     const SyntheticModel scene = model(1500, -3, 8);

@@ -129,6 +129,11 @@ TEST_CASE("two eyes that share their tiles list a splat once, and each reads the
     checkWork(work.bin, {8.0 * 30000, 8.0 * 52000, 0, 0, 0});
     checkWork(work.sort, {8.0 * 52000, 8.0 * 52000, 0, 0, 0});
     checkWork(work.blend, {36.0 * 104000, 24e6, 14 * 7e6, 7e6, 0});
+
+    const EyeCounts looks_away[2] = {eyes[0], eye(1000, 0, 0, 0, 0, 0)};
+    const FrameWork alone = leastWork(Model().cost(Tier::Fast), looks_away, 2, 1e6, true);
+    CHECK(alone.blend.bytes_read == doctest::Approx(36.0 * 52000));
+    CHECK(alone.bin.bytes_read == doctest::Approx(8.0 * 30000));
 }
 
 TEST_CASE("blending that sorts reads whole pairs; exact decodes on lanes")

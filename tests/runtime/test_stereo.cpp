@@ -194,9 +194,9 @@ TEST_CASE(
         const EyeParams l = eyeParams(left, origin);
         CHECK(sameDepths(l, eyeParams(right, origin)));
         Camera turned = right, ahead = right;
-        for (int row = 0; row < 3; ++row) // by a thousandth of a radian about the eye's y axis
-            turned.rotation[3 * row + 2] += 1e-3 * right.rotation[3 * row];
-        ahead.translation[2] += 1e-4 * double(reach);
+        for (int row = 0; row < 3; ++row) // by a millionth of a radian about the eye's y axis
+            turned.rotation[3 * row + 2] += 1e-6 * right.rotation[3 * row];
+        ahead.translation[2] += 5e-7 * double(reach);
         CHECK_FALSE(sameDepths(l, eyeParams(turned, origin)));
         CHECK_FALSE(sameDepths(l, eyeParams(ahead, origin)));
     }
