@@ -118,9 +118,10 @@ __device__ __forceinline__ void countCells(const DecodeCudaArgs& args, uint32_t 
 // Activates, projects and writes those of the `count` staged Gaussians that one eye sees. seen_by, factors: of this
 // lane's rows, eyes and opacity factor; needed where what is staged is not this eye's alone. kShared: the eyes share their
 // bins. The first leaves in Staging::slots what it wrote, the last gives each slot its place and counts it. A Gaussian
-// whose two boxes lie so far apart that one round both would be larger than both takes a slot for each eye.
-template <bool kShared>
-__device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t e, Staging& staged, uint32_t count,
+// whose two boxes lie so far apart that one round both would be larger than both takes a slot for each eye. Staged:
+// Staging, or what has its members.
+template <bool kShared, typename Staged>
+__device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t e, Staged& staged, uint32_t count,
                                            const Turns& turns, const uint32_t (&anchors)[2],
                                            const uint32_t (&seen_by)[2], const float (&factors)[2], uint32_t lane,
                                            EyeTally& tally)
