@@ -91,6 +91,16 @@ void refuseReuse(const ReuseOptions& reuse, const char* backend)
                                  backend));
 }
 
+void refuseCpuCaches(const ReuseOptions& reuse, const char* backend)
+{
+    if (reuse.cut || reuse.order)
+        throw Error(
+            ErrorCode::Unsupported,
+            formatString("backend %s: has no cut cache and no order cache, which are the CPU's, expected neither; "
+                         "leave --cut-cache and --order-cache out or use --backend cpu",
+                         backend));
+}
+
 bool decodesMerged(const FrameOptions& options, uint32_t eye_count)
 {
     return options.stereo == StereoMode::Merged && eye_count == 2;

@@ -32,9 +32,10 @@ uint32_t slabBits(uint32_t slots)
 
 class CudaBackend final : public Backend {
 public:
-    CudaBackend() : m_limits(openCudaDevice()), m_scene(m_budget), m_arena(m_budget)
+    CudaBackend() : m_limits(openCudaDevice()), m_scene(m_budget), m_reuse(m_budget), m_arena(m_budget)
     {
         prepareDecodeCuda();
+        prepareDecodeKeepCuda();
         prepareSortCuda();
         prepareBlendCuda();
     }
@@ -58,13 +59,19 @@ public:
         checkModel(model);
         m_graphs.clear();
         m_arena.release(); // a model that is larger than the last may need it
+        m_reuse.release();
         m_scene.load(model, m_stream);
         m_free = freeForFrames();
         m_splats = m_pairs = 0;
         m_lag.clear();
     }
 
-    void dropCaches() override { m_lag.clear(); }
+    void dropCaches() override
+    {
+        m_lag.clear();
+        m_graphs.clear();
+        m_reuse.release();
+    }
 
     void render(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, float* const* images,
                 FrameResult& result) override;
@@ -74,20 +81,25 @@ private:
     [[nodiscard]] uint64_t frameBytes(FrameShape shape, const FrameCapacity& capacity) const;
     [[nodiscard]] uint32_t gapsOf(const FrameShape& shape, uint32_t slots) const
     {
-        return shape.exact ? 0 : decodeFastGaps(m_limits.processors, slots);
+        const uint32_t processors = m_limits.processors;
+        return shape.exact   ? 0
+               : shape.keeps ? decodeKeepGaps(processors, slots) + drawKeptGaps(processors, slots)
+                             : decodeFastGaps(processors, slots);
     }
     [[nodiscard]] static uint64_t freeForFrames();
     [[nodiscard]] uint32_t slotLimit(FrameShape shape);
     void choosePasses(FrameShape& shape);
+    void beginReuse(const FrameShape& shape, const FrameOptions& options);
     FrameGraph& graphFor(const FrameShape& shape, const FrameOptions& options);
     bool growAfterOverflow(FrameShape& shape);
-    void report(const FrameShape& shape, const FrameGraph& graph, FrameResult& result) const;
+    void report(const FrameShape& shape, const FrameGraph& graph, FrameResult& result);
 
     MemoryBudget m_budget; // before everything that gives memory back to it
     CudaLimits m_limits;
     CudaStream m_stream;
     PinnedCounters m_counters;
     DeviceScene m_scene;
+    CudaReuse m_reuse;
     DeviceArena m_arena;
     LodLag m_lag;
     FrameBuffers m_buffers{};
@@ -102,7 +114,12 @@ FrameShape CudaBackend::shapeOf(const EyeParams* eyes, uint32_t eye_count, const
     if (m_scene.host().params == nullptr)
         throw Error(ErrorCode::Internal, "cuda: no model is loaded, expected load() before render()");
     checkOptions(m_scene.host(), options, eye_count);
-    refuseReuse(options.reuse, name());
+    checkReuse(options.reuse);
+    refuseMergedReuse(options, eye_count);
+    refuseCpuCaches(options.reuse, name());
+    if (options.reuse.policy != ReusePolicy::None && tierOf(options.tier) == Tier::Exact)
+        throw Error(ErrorCode::Unsupported, "cuda: reuse in the tier exact, expected reuse policy none there; use the "
+                                            "tier fast, if the model has it, or the backend cpu");
     FrameShape shape{};
     uint32_t width = 0, height = 0;
     for (uint32_t e = 0; e < eye_count; ++e) {
@@ -126,6 +143,8 @@ FrameShape CudaBackend::shapeOf(const EyeParams* eyes, uint32_t eye_count, const
     shape.exact = tierOf(options.tier) == Tier::Exact;
     shape.fades = levelsFade(*m_scene.host().params, options.lod_fade);
     shape.merged = decodesMerged(options, eye_count);
+    shape.keeps = options.reuse.policy != ReusePolicy::None;
+    shape.budgeted = CudaReuse::budgeted(options.reuse);
     shape.shareBins();
     return shape;
 }
@@ -180,6 +199,22 @@ void CudaBackend::choosePasses(FrameShape& shape)
     shape.passes = uint32_t(std::clamp<uint64_t>(most, 1, kMaxPasses));
 }
 
+// Memory of entries comes before that of frames, which take what it leaves.
+void CudaBackend::beginReuse(const FrameShape& shape, const FrameOptions& options)
+{
+    if (!shape.keeps) {
+        m_reuse.skipFrame();
+        return;
+    }
+    if (m_reuse.needsMemory(options.reuse, shape.eye_count)) {
+        m_graphs.clear();
+        m_arena.release();
+        m_reuse.prepare(m_scene, options.reuse, shape.eye_count, m_stream);
+        m_free = freeForFrames();
+    }
+    m_reuse.begin(shape.eyes, shape.eye_count, options, m_stream);
+}
+
 FrameGraph& CudaBackend::graphFor(const FrameShape& shape, const FrameOptions& options)
 {
     ArenaLayout needed(nullptr);
@@ -190,7 +225,7 @@ FrameGraph& CudaBackend::graphFor(const FrameShape& shape, const FrameOptions& o
     // too; each graph has its own addresses, and nothing outlives a frame but the image, read before the next one
     ArenaLayout layout(m_arena.get());
     m_buffers = layOutFrame(layout, m_scene, shape, m_capacity, m_limits);
-    const FrameJob job{m_scene, shape, options, m_capacity, m_buffers, m_limits};
+    const FrameJob job{m_scene, shape, options, m_capacity, m_buffers, m_limits, &m_reuse.job()};
     const auto found =
         std::find_if(m_graphs.begin(), m_graphs.end(), [&](const auto& graph) { return graph->fits(job); });
     if (found != m_graphs.end()) {
@@ -242,7 +277,7 @@ bool CudaBackend::growAfterOverflow(FrameShape& shape)
     return true;
 }
 
-void CudaBackend::report(const FrameShape& shape, const FrameGraph& graph, FrameResult& result) const
+void CudaBackend::report(const FrameShape& shape, const FrameGraph& graph, FrameResult& result)
 {
     const FrameCounters& c = *m_counters.data;
     result = {};
@@ -258,6 +293,9 @@ void CudaBackend::report(const FrameShape& shape, const FrameGraph& graph, Frame
         eye.pairs = c.pairs[e];
         eye.blend_evaluations = c.evaluations[e];
     }
+    if (shape.keeps)
+        m_reuse.addCounts(shape.eye_count, result);
+    result.cache_bytes = m_reuse.bytes();
     result.times = graph.times();
     result.bytes_resident = m_budget.used;
     result.passes = shape.passes;
@@ -274,6 +312,7 @@ void CudaBackend::render(const EyeParams* eyes, uint32_t eye_count, const FrameO
         m_free = freeForFrames();
     } else if (!shape.exact)
         m_scene.useAppearance(options.appearance, m_stream);
+    beginReuse(shape, options);
     choosePasses(shape);
     EyeParams chosen[kMaxEyes];
     m_lag.follow(m_scene.host(), options, eyes, eye_count, chosen);
@@ -281,9 +320,10 @@ void CudaBackend::render(const EyeParams* eyes, uint32_t eye_count, const FrameO
     uint32_t tries = 0;
     do {
         ++tries;
+        shape.keeps = shape.keeps && shape.passes == 1; // of a pass's entries only some would be decoded
         shape.grid.slab_bits = slabBits(m_capacity.slots);
         graph = &graphFor(shape, options);
-        graph->launch(shape.eyes, chosen, options, m_stream);
+        graph->launch(shape.eyes, chosen, options, &m_reuse.job(), m_stream);
         GSC_CUDA_CHECK(cudaStreamSynchronize(m_stream.handle));
     } while (growAfterOverflow(shape));
     const FrameCounters& c = *m_counters.data;

@@ -61,6 +61,13 @@ public:
         m_bytes = 0;
     }
 
+    // Of `left` bytes of the device, how many may be reserved.
+    [[nodiscard]] uint64_t free(uint64_t left) const
+    {
+        const uint64_t allowed = m_budget.limit - std::min(m_budget.used, m_budget.limit);
+        return m_budget.limit == 0 ? left : std::min(left, allowed);
+    }
+
     [[nodiscard]] unsigned char* get() const { return m_data; }
     [[nodiscard]] uint64_t bytes() const { return m_bytes; }
 

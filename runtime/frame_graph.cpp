@@ -6,6 +6,7 @@
 #include "runtime/backend_cpu.h"
 
 #include <algorithm>
+#include <cstddef>
 
 namespace gsc {
 
@@ -92,16 +93,30 @@ void FrameGraph::capture(const FrameJob& job, FrameCounters* counters, const Cud
     const SelectCudaArgs select = selectArgs(job);
     selectGroupsCuda(select, job.limits.processors, stream.handle);
     noteEyes(stream, Takes::Select);
-    selectAnchorsCuda(select, job.limits.processors, stream.handle);
-    noteEyes(stream, Takes::Select);
+    if (job.shape.keeps) {
+        const bool all = !job.reuse->ample; // of what is counted only so that something can be scarce
+        const size_t used = all                  ? sizeof(ReuseScratch)
+                            : job.shape.budgeted ? offsetof(ReuseScratch, ages)
+                                                 : offsetof(ReuseScratch, orders);
+        clear(&job.reuse->tables.scratch->counters, used - offsetof(ReuseScratch, counters));
+        selectStripsCuda(stripSelectArgs(job), job.limits.processors, stream.handle);
+        noteEyes(stream, Takes::Strips);
+    } else {
+        selectAnchorsCuda(select, job.limits.processors, stream.handle);
+        noteEyes(stream, Takes::Select);
+    }
     slabCuda(job.buffers.histogram, job.buffers.slab_of, job.shape.passes << job.shape.grid.slab_bits, stream.handle);
     mark(m_selected, stream);
     for (uint32_t p = 0; p < job.shape.passes; ++p) {
         if (p > 0)
             clear(&job.buffers.counters->pass, sizeof(PassCounters));
         clear(job.buffers.cells, job.shape.cells() * sizeof(uint32_t));
-        launchDecode(job, p, stream);
-        noteEyes(stream, job.shape.exact ? Takes::DecodeExact : Takes::DecodeFast);
+        if (job.shape.keeps) {
+            captureReuse(job, stream);
+        } else {
+            launchDecode(job, p, stream);
+            noteEyes(stream, job.shape.exact ? Takes::DecodeExact : Takes::DecodeFast);
+        }
         mark(m_passes[p]->decoded, stream);
         launchBin(job, p, stream);
         mark(m_passes[p]->binned, stream);
@@ -112,14 +127,45 @@ void FrameGraph::capture(const FrameJob& job, FrameCounters* counters, const Cud
     }
     GSC_CUDA_CHECK(
         cudaMemcpyAsync(counters, job.buffers.counters, sizeof(FrameCounters), cudaMemcpyDeviceToHost, stream.handle));
+    if (job.shape.keeps)
+        GSC_CUDA_CHECK(cudaMemcpyAsync(job.reuse->report, job.reuse->tables.scratch, sizeof(ReuseReport),
+                                       cudaMemcpyDeviceToHost, stream.handle));
+}
+
+// Decode of a frame that may draw what earlier frames decoded.
+void FrameGraph::captureReuse(const FrameJob& job, const CudaStream& stream)
+{
+    const uint32_t processors = job.limits.processors;
+    const ScheduleCudaArgs schedule = scheduleArgs(job);
+    scheduleCuda(schedule, processors, stream.handle);
+    noteEyes(stream, Takes::Schedule);
+    if (!schedule.ample) {
+        countAgesCuda(schedule, processors, stream.handle);
+        noteEyes(stream, Takes::Schedule);
+    }
+    if (!schedule.ample || job.shape.budgeted) {
+        reuseLevelsCuda(schedule, stream.handle);
+        noteEyes(stream, Takes::Schedule);
+    }
+    if (!schedule.ample) {
+        evictCuda(schedule, processors, stream.handle);
+        noteEyes(stream, Takes::Schedule);
+    }
+    grantCuda(schedule, processors, stream.handle);
+    noteEyes(stream, Takes::Schedule);
+    const KeepCudaArgs keep = keepArgs(job);
+    decodeKeepCuda(keep, processors, stream.handle);
+    noteEyes(stream, Takes::Keep);
+    drawKeptCuda(keep, processors, stream.handle);
+    noteEyes(stream, Takes::Keep);
 }
 
 bool FrameGraph::fits(const FrameJob& job) const
 {
     const FrameShape &a = m_shape, &b = job.shape;
     if (a.eye_count != b.eye_count || a.passes != b.passes || a.exact != b.exact || a.fades != b.fades ||
-        a.merged != b.merged || a.shared_bins != b.shared_bins || !(a.grid == b.grid) || !sameRules(a.rules, b.rules) ||
-        !(m_capacity == job.capacity))
+        a.merged != b.merged || a.keeps != b.keeps || a.budgeted != b.budgeted || a.shared_bins != b.shared_bins ||
+        !(a.grid == b.grid) || !sameRules(a.rules, b.rules) || !(m_capacity == job.capacity))
         return false;
     for (uint32_t e = 0; e < a.eye_count; ++e)
         if (a.eyes[e].width != b.eyes[e].width || a.eyes[e].height != b.eyes[e].height)
@@ -129,7 +175,7 @@ bool FrameGraph::fits(const FrameJob& job) const
 }
 
 void FrameGraph::launch(const EyeParams* eyes, const EyeParams* chosen, const FrameOptions& options,
-                        const CudaStream& stream)
+                        const ReuseJob* reuse, const CudaStream& stream)
 {
     const auto select = [&](SelectCudaArgs& args) {
         std::copy_n(chosen, args.eye_count, args.eyes);
@@ -145,6 +191,23 @@ void FrameGraph::launch(const EyeParams* eyes, const EyeParams* chosen, const Fr
         switch (n.takes) {
         case Takes::Select:
             setArgs<SelectCudaArgs>(m_exec, n.node, select);
+            break;
+        case Takes::Strips:
+            setArgs<StripSelectArgs>(m_exec, n.node, [&](StripSelectArgs& args) {
+                select(args);
+                args.frame = reuse->now.frame;
+                args.counts_fresh = reuse->now.policy == ReusePolicy::Depth;
+            });
+            break;
+        case Takes::Schedule:
+            setArgs<ScheduleCudaArgs>(m_exec, n.node, [&](ScheduleCudaArgs& args) {
+                args.sensitivity = reuse->sensitivity;
+                args.now = reuse->now;
+            });
+            break;
+        case Takes::Keep:
+            setArgs<KeepCudaArgs>(m_exec, n.node,
+                                  [&](KeepCudaArgs& args) { std::copy_n(eyes, args.eye_count, args.eyes); });
             break;
         case Takes::DecodeFast:
             setArgs<DecodeCudaArgs>(m_exec, n.node, decode);

@@ -22,6 +22,40 @@ DepthPass passOf(const FrameJob& job, uint32_t index)
     return {job.buffers.slab_of, index, job.shape.passes};
 }
 
+DecodeFrame decodeFrame(const FrameJob& job, uint32_t pass)
+{
+    DecodeFrame frame{};
+    frame.model = job.scene.model();
+    std::copy_n(job.shape.eyes, job.shape.eye_count, frame.eyes);
+    frame.eye_count = job.shape.eye_count;
+    frame.merged = job.shape.merged;
+    if (frame.merged)
+        mergedCenter(frame.eyes, frame.look_from);
+    frame.shared_bins = job.shape.shared_bins;
+    frame.rules = job.shape.rules;
+    frame.grid = job.shape.grid;
+    frame.pass = passOf(job, pass);
+    frame.visible = job.buffers.visible;
+    frame.fraction = job.buffers.fraction;
+    frame.visible_capacity = job.capacity.visible;
+    frame.places = job.buffers.places;
+    frame.cells = job.buffers.cells;
+    frame.slot_capacity = job.capacity.slots;
+    frame.counters = job.buffers.counters;
+    return frame;
+}
+
+DecodeCudaArgs fastArgs(const FrameJob& job, const DecodeFrame& frame)
+{
+    return {frame,
+            job.scene.fragments(),
+            job.scene.biases(),
+            job.scene.bank(),
+            job.scene.takes(kMlpTakesDistance),
+            job.scene.takes(kMlpTakesLevel),
+            reinterpret_cast<PackedSplat*>(job.buffers.splats)};
+}
+
 } // namespace
 
 void FrameShape::shareBins()
@@ -50,7 +84,9 @@ FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const Fr
     b.counters = layout.take<FrameCounters>(1);
     b.visible_groups = layout.take<uint32_t>(params.group_count);
     b.visible = layout.take<uint32_t>(capacity.visible);
-    if (shape.fades)
+    if (shape.fades && shape.keeps) // per strip; there are no more than all
+        b.fraction = layout.take<float>(size_t(kMaxEyes) * params.group_count * kGroupSize);
+    else if (shape.fades)
         b.fraction = layout.take<float>(size_t(kMaxEyes) * capacity.visible);
     const size_t scratch =
         shape.exact ? exactScratchValues(uint32_t(decodeScratch(params)), limits.processors) : size_t(0);
@@ -95,27 +131,31 @@ SelectCudaArgs selectArgs(const FrameJob& job)
     return args;
 }
 
+StripSelectArgs stripSelectArgs(const FrameJob& job)
+{
+    StripSelectArgs args{};
+    static_cast<SelectCudaArgs&>(args) = selectArgs(job);
+    args.tables = job.reuse->tables;
+    return args;
+}
+
+ScheduleCudaArgs scheduleArgs(const FrameJob& job)
+{
+    return {job.scene.model().placement, job.reuse->sensitivity, job.buffers.counters,
+            job.reuse->tables,           job.reuse->ample,       job.reuse->now};
+}
+
+KeepCudaArgs keepArgs(const FrameJob& job)
+{
+    KeepCudaArgs args{fastArgs(job, decodeFrame(job, 0)), job.reuse->tables};
+    args.merged = true;
+    return args;
+}
+
 void launchDecode(const FrameJob& job, uint32_t pass, const CudaStream& stream)
 {
     const ModelParams& params = job.scene.model().params;
-    DecodeFrame frame{};
-    frame.model = job.scene.model();
-    std::copy_n(job.shape.eyes, job.shape.eye_count, frame.eyes);
-    frame.eye_count = job.shape.eye_count;
-    frame.merged = job.shape.merged;
-    if (frame.merged)
-        mergedCenter(frame.eyes, frame.look_from);
-    frame.shared_bins = job.shape.shared_bins;
-    frame.rules = job.shape.rules;
-    frame.grid = job.shape.grid;
-    frame.pass = passOf(job, pass);
-    frame.visible = job.buffers.visible;
-    frame.fraction = job.buffers.fraction;
-    frame.visible_capacity = job.capacity.visible;
-    frame.places = job.buffers.places;
-    frame.cells = job.buffers.cells;
-    frame.slot_capacity = job.capacity.slots;
-    frame.counters = job.buffers.counters;
+    const DecodeFrame frame = decodeFrame(job, pass);
     if (job.shape.exact) {
         const DecodeExactArgs args{frame,
                                    job.scene.exactView(),
@@ -125,14 +165,7 @@ void launchDecode(const FrameJob& job, uint32_t pass, const CudaStream& stream)
                                    reinterpret_cast<ExactSplat*>(job.buffers.splats)};
         decodeExactCuda(args, job.limits.processors, stream.handle);
     } else {
-        const DecodeCudaArgs args{frame,
-                                  job.scene.fragments(),
-                                  job.scene.biases(),
-                                  job.scene.bank(),
-                                  job.scene.takes(kMlpTakesDistance),
-                                  job.scene.takes(kMlpTakesLevel),
-                                  reinterpret_cast<PackedSplat*>(job.buffers.splats)};
-        decodeFastCuda(args, job.limits.processors, stream.handle);
+        decodeFastCuda(fastArgs(job, frame), job.limits.processors, stream.handle);
     }
 }
 

@@ -7,6 +7,7 @@
 #include "runtime/cuda_device.h"
 #include "runtime/device_buffer.h"
 #include "runtime/device_scene.h"
+#include "runtime/reuse_cuda.h"
 
 namespace gsc {
 
@@ -21,6 +22,8 @@ struct FrameShape {
     bool fades;       // anchors have opacity factors
     bool merged;      // one decode for both eyes
     bool shared_bins; // one list of splats per bin for both eyes
+    bool keeps;       // draws what earlier frames decoded: one pass, `fast`, not merged
+    bool budgeted;    // CudaReuse::budgeted()
 
     // Gives both eyes the same bins where their depth order is the same and the tier allows it. Eyes whose lenses are
     // off their axes meet in columns shifted by what that makes of a point far away. Precondition: everything else is set.
@@ -66,10 +69,14 @@ struct FrameJob {
     const FrameCapacity& capacity;
     const FrameBuffers& buffers;
     const CudaLimits& limits;
+    const ReuseJob* reuse; // or null; where the shape keeps
 };
 
 // Asynchronous, in this order; decode to blend once per pass.
 struct SelectCudaArgs selectArgs(const FrameJob& job);
+struct StripSelectArgs stripSelectArgs(const FrameJob& job); // where the shape keeps, as the next two
+ScheduleCudaArgs scheduleArgs(const FrameJob& job);
+KeepCudaArgs keepArgs(const FrameJob& job);
 void launchDecode(const FrameJob& job, uint32_t pass, const CudaStream& stream);
 void launchBin(const FrameJob& job, uint32_t pass, const CudaStream& stream);
 void launchSort(const FrameJob& job, const CudaStream& stream);

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/reuse_cpu.h"
 
-#include "format/half.h"
 #include "kernels/common/stopwatch.h"
-#include "kernels/decode/sensitivity.h"
 #include "kernels/math/lod.h"
+#include "runtime/model_sensitivity.h"
 
 #include <algorithm>
 #include <cmath>
@@ -27,7 +26,7 @@ void CpuReuse::clear()
     m_cache.clear();
     m_frame = 0;
     m_policy = ReusePolicy::None;
-    std::fill(std::begin(m_history), std::end(m_history), 0u);
+    m_motion.forget();
     std::fill(std::begin(m_level), std::end(m_level), 0.0f);
     for (auto& seen : m_seen)
         std::fill(seen.begin(), seen.end(), Seen{});
@@ -74,34 +73,11 @@ void CpuReuse::listGroups(const ReuseFrame& frame)
     }
 }
 
-// Where every camera is and how it moves. A step that is no number starts anew.
-void CpuReuse::followCameras(const ReuseFrame& frame)
-{
-    for (uint32_t e = 0; e < kMaxEyes; ++e) {
-        if (e >= frame.eye_count) {
-            m_history[e] = 0;
-            continue;
-        }
-        float change = 0, length = 0;
-        for (int i = 0; i < 3; ++i) {
-            const float step = m_history[e] > 0 ? frame.eyes[e].center[i] - m_center[e][i] : 0.0f;
-            if (!(std::abs(step) < 1e30f))
-                m_history[e] = 0;
-            change = std::max(change, std::abs(step - m_step[e][i]));
-            length = std::max(length, std::abs(step));
-            m_step[e][i] = m_history[e] > 0 ? step : 0.0f;
-            m_center[e][i] = frame.eyes[e].center[i];
-        }
-        m_steady[e] = m_history[e] > 0 && length > 0 && (m_history[e] == 1 || change <= 0.5f * length);
-        ++m_history[e];
-    }
-}
-
 // A frame that keeps nothing: what is kept grows older by it, and nobody knows how the cameras got here.
 void CpuReuse::skipFrame()
 {
     ++m_frame;
-    std::fill(std::begin(m_history), std::end(m_history), 0u);
+    m_motion.forget();
 }
 
 void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
@@ -114,7 +90,7 @@ void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
     m_appearance = frame.options.appearance;
     m_policy = reuse.policy;
     ++m_frame;
-    followCameras(frame);
+    m_motion.follow(frame.eyes, frame.eye_count);
     const uint64_t limit = reuse.cache_bytes > 0 ? reuse.cache_bytes : m_memory;
     const uint64_t evictions = m_cache.evictions();
     m_cache.shrink(limit);
@@ -163,36 +139,10 @@ void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
     result.cache_evictions = m_cache.evictions() - evictions;
 }
 
-uint64_t CpuReuse::anchorCount() const
-{
-    const ModelParams& params = *m_model.params;
-    if (params.group_count == 0)
-        return 0;
-    const GroupRecord& last = m_model.groups[params.group_count - 1];
-    return uint64_t(last.anchor_first) + last.anchor_count;
-}
-
-// Without the section the sensitivities are computed here, once, as the converter does: for the first row.
 void CpuReuse::ensureSensitivity()
 {
-    if (m_model.sensitivity != nullptr || !m_sensitivity.empty())
-        return;
-    std::vector<uint16_t> halves(2 * size_t(anchorCount()));
-    m_workers.run(m_model.params->group_count, 16, [&](size_t begin, size_t end, int) {
-        SensitivityScratch scratch;
-        float direction[kGroupSize], distance[kGroupSize];
-        for (size_t g = begin; g < end; ++g) {
-            const GroupRecord& group = m_model.groups[g];
-            viewSensitivityCpu(m_model, group.chunk, group.anchor_first - m_model.chunks[group.chunk].anchor_first,
-                               group.anchor_count, m_model.embedding != nullptr ? 0 : -1, direction, distance, scratch);
-            for (uint32_t i = 0; i < group.anchor_count; ++i) {
-                uint16_t* to = halves.data() + 2 * (size_t(group.anchor_first) + i);
-                to[0] = floatToHalfUp(direction[i]);
-                to[1] = floatToHalfUp(distance[i]);
-            }
-        }
-    });
-    m_sensitivity = std::move(halves);
+    if (m_model.sensitivity == nullptr && m_sensitivity.empty())
+        m_sensitivity = modelSensitivity(m_model, m_workers);
 }
 
 // Entries for what is decoded. Where the budget of the cache leaves none, the Gaussians are drawn and forgotten.

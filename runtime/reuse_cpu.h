@@ -5,6 +5,7 @@
 #include "kernels/common/parallel.h"
 #include "kernels/select/select.h"
 #include "runtime/backend_cpu_frame.h"
+#include "runtime/camera_motion.h"
 #include "runtime/decoded_cache.h"
 
 #include <vector>
@@ -81,8 +82,6 @@ private:
     };
 
     void listGroups(const ReuseFrame& frame);
-    [[nodiscard]] uint64_t anchorCount() const;
-    void followCameras(const ReuseFrame& frame);
     void adoptPlans(const ReuseFrame& frame);
     void ensureSensitivity();
     [[nodiscard]] float updateRate(const ReuseFrame& frame);
@@ -131,11 +130,9 @@ private:
     int32_t m_appearance = -1;
     ReusePolicy m_policy = ReusePolicy::None;
     uint64_t m_frame = 0;
-    uint32_t m_depth = 0;                                       // of ReusePolicy::Depth, this frame
-    float m_center[kMaxEyes][3] = {}, m_step[kMaxEyes][3] = {}; // last frame's centre, this frame's motion
-    bool m_steady[kMaxEyes] = {};                               // the motion is much like that of the frame before
+    uint32_t m_depth = 0; // of ReusePolicy::Depth, this frame
+    CameraMotion m_motion;
     float m_level[kMaxEyes] = {}; // error at which the budget of the last frame refreshed entries, 0 = it met the bound
-    uint32_t m_history[kMaxEyes] = {}; // frames in a row that m_center is known for
 };
 
 } // namespace gsc

@@ -15,25 +15,10 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// An entry of one key is decoded for where the camera will be when half its life is over: the error then starts below
-// the bound, falls to zero and rises again. It starts at this share of the bound.
-constexpr float kLeadShare = 0.7f;
-// Between two keys the change predicted from one to the other is all there but for this share, in the middle. Measured
-// on four trained models and the paths of gsc sample paths.
-constexpr float kCurve = 0.08f;
-constexpr float kMaxLeadFrames = 64;
-constexpr float kGross = 0.1f; // a change that shows as much as a hole does, such as that of a view long left
-
 uint32_t lanesOf(const GroupMask& mask, uint32_t eye, uint32_t strip)
 {
     constexpr uint32_t kPerWord = 64 / kStripAnchors;
     return uint32_t(mask.visible[eye][strip / kPerWord] >> (strip % kPerWord * kStripAnchors)) & 0xffffu;
-}
-
-// Fixed per strip, spread over [0.3, 1).
-float stagger(uint64_t strip)
-{
-    return 0.3f + 0.7f * float(uint32_t(strip * 2654435769u) >> 8) * 0x1p-24f;
 }
 
 float tolerance(const ReuseOptions& reuse)
@@ -64,7 +49,7 @@ struct CpuReuse::LazyAnchors {
     }
 };
 
-// Share of the visible anchors, of all eyes, that the frame before did not see.
+// That of this frame, and what it saw for the next.
 float CpuReuse::updateRate(const ReuseFrame& frame)
 {
     uint64_t visible = 0, fresh = 0;
@@ -81,7 +66,7 @@ float CpuReuse::updateRate(const ReuseFrame& frame)
             seen.frame = m_frame;
         }
     }
-    return visible > 0 ? float(double(fresh) / double(visible)) : 0.0f;
+    return gsc::updateRate(fresh, visible);
 }
 
 CpuReuse::Keys CpuReuse::keysOf(uint32_t slot) const
@@ -100,21 +85,12 @@ CpuReuse::Keys CpuReuse::keysOf(uint32_t slot) const
 CpuReuse::Place CpuReuse::place(const Keys& keys, LazyAnchors& anchors, uint32_t strip, uint32_t lanes,
                                 const float* now, float enough)
 {
-    const float* from = keys.center[0];
-    float along = 0, square = 0, point[3];
-    for (int i = 0; i < 3 && keys.count == 2; ++i) {
-        const float way = keys.center[1][i] - from[i];
-        along += (now[i] - from[i]) * way;
-        square += way * way;
-    }
-    const float t = square > 0 ? std::clamp(along / square, 0.0f, kMostMix) : 0.0f;
-    for (int i = 0; i < 3; ++i)
-        point[i] = t == 1 ? keys.center[1][i] : from[i] + t * (keys.center[1][i] - from[i]) * float(keys.count == 2);
-    const float curve = 4 * kCurve * std::abs(t * (1 - t)) * keys.span;
-    const float bound = enough > curve ? changeBound(keys.reach, keys.center[keys.count - 1], point, now) + curve : 0;
-    if (enough > curve && bound <= enough)
-        return {t, bound};
-    return {t, stripError(anchors.with(strip), strip, lanes, point, now) + curve};
+    const KeyPlace at = placeBetween(keys.center, keys.count, keys.span, now);
+    const float bound =
+        enough > at.curve ? changeBound(keys.reach, keys.center[keys.count - 1], at.point, now) + at.curve : 0.0f;
+    if (enough > at.curve && bound <= enough)
+        return {at.t, bound};
+    return {at.t, stripError(anchors.with(strip), strip, lanes, at.point, now) + at.curve};
 }
 
 // What to decode, if `work` is decoded: a key ahead on the camera's way, so that the entry is drawn between it and its
@@ -129,15 +105,15 @@ void CpuReuse::choosePlan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_
     std::copy_n(now, 3, work.plan.center[0]);
     work.planned = {0, 0};
     work.urgency = work.place.error;
-    if (frame.options.reuse.policy != ReusePolicy::Error || m_history[e] < 2)
+    if (frame.options.reuse.policy != ReusePolicy::Error || m_motion.history(e) < 2)
         return;
     float next[3];
     for (int i = 0; i < 3; ++i)
-        next[i] = now[i] + m_step[e][i];
+        next[i] = now[i] + m_motion.step(e)[i];
     work.rate = stripError(anchors.with(strip), strip, work.lanes, next, now);
     if (work.slot != kNoSlot) // an entry whose key lies ahead gets better by itself
         work.urgency = place(keysOf(work.slot), anchors, strip, work.lanes, next).error;
-    if (!m_steady[e])
+    if (!m_motion.steady(e))
         return;
     const float bound = tolerance(frame.options.reuse);
     const uint32_t own = m_cache.find(strip_id, e);
@@ -152,7 +128,7 @@ void CpuReuse::choosePlan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_
         keys.count = 2;
         for (int i = 0; i < 3; ++i) {
             keys.center[0][i] = old.center[old.count - 1][i];
-            keys.center[1][i] = now[i] + frames * m_step[e][i];
+            keys.center[1][i] = now[i] + frames * m_motion.step(e)[i];
         }
         keys.span = stripError(anchors.with(strip), strip, 0xffff, keys.center[0], keys.center[1]);
         const Place drawn = place(keys, anchors, strip, work.lanes, now);
@@ -167,7 +143,7 @@ void CpuReuse::choosePlan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_
     for (int attempt = 0; attempt < 2 && frames > 0.5f; ++attempt) {
         float ahead[3];
         for (int i = 0; i < 3; ++i)
-            ahead[i] = now[i] + frames * m_step[e][i];
+            ahead[i] = now[i] + frames * m_motion.step(e)[i];
         const float error = stripError(anchors.with(strip), strip, work.lanes, ahead, now);
         if (error <= half) {
             std::copy_n(ahead, 3, work.plan.center[0]);
@@ -196,7 +172,7 @@ void CpuReuse::scheduleEye(const ReuseFrame& frame, LazyAnchors& anchors, uint32
     eye.slot = m_cache.find(strip_id, e);
     eye.place.error = kInfinity;
     // what a first frame decoded would be due all at once, and the picture would jump
-    if (by_error && eye.slot != kNoSlot && m_steady[e])
+    if (by_error && eye.slot != kNoSlot && m_motion.steady(e))
         most *= m_cache.entry(eye.slot).keys == 1 ? stagger(strip_id) : 0.7f + 0.3f * stagger(strip_id);
     if (eye.slot != kNoSlot)
         eye.place = by_error ? place(keysOf(eye.slot), anchors, strip, eye.lanes, now, most)

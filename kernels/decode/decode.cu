@@ -2,8 +2,7 @@
 #include "kernels/decode/decode_cuda.h"
 
 #include "kernels/common/launch.cuh"
-#include "kernels/decode/decode_emit.cuh"
-#include "kernels/decode/decode_networks.cuh"
+#include "kernels/decode/decode_steps.cuh"
 
 namespace gsc {
 
@@ -14,26 +13,10 @@ constexpr uint32_t kWarps = kThreads / 32;
 constexpr uint32_t kBlocksPerProcessor = 2;
 
 struct DecodeShared {
-    uint2 fragments[kFragmentTiles * 32];
-    float biases[kBiasCount];
-    alignas(16) float bank[kBankValues];
+    DecodeNetworks networks;
     Staging staging[kWarps];
 };
 static_assert(sizeof(DecodeShared) <= 99 * 1024); // what a block can have on compute capability 8.6, 8.9 and 12.0
-
-// Where the Gaussians that this lane keeps go in the staging: slot-major over the warp, so that neighbours share an
-// anchor. Returns their number over the warp.
-__device__ __forceinline__ uint32_t stagingIndices(uint32_t keep, uint32_t lane, uint32_t (&index)[2 * kItemsPerLane])
-{
-    uint32_t total = 0;
-#pragma unroll
-    for (uint32_t slot = 0; slot < 2 * kItemsPerLane; ++slot) {
-        const uint32_t mask = __ballot_sync(~0u, (keep >> slot & 1u) != 0);
-        index[slot] = total + __popc(mask & ((1u << lane) - 1u));
-        total += __popc(mask);
-    }
-    return total;
-}
 
 // The slots of what the first eye has written of this lane's Gaussians: kNoSlot but for the bits of the result, which are
 // among `kept`, those it had staged. All lanes of the warp call it together.
@@ -58,22 +41,13 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
 {
     GSC_DYNAMIC_SHARED(memory);
     DecodeShared& shared = *reinterpret_cast<DecodeShared*>(memory);
-    for (uint32_t i = threadIdx.x; i < kFragmentTiles * 32; i += kThreads)
-        shared.fragments[i] = static_cast<const uint2*>(args.fragments)[i];
-    for (uint32_t i = threadIdx.x; i < kBiasCount; i += kThreads)
-        shared.biases[i] = args.biases[i];
-    if constexpr (kBank)
-        for (uint32_t i = threadIdx.x; i < kBankValues; i += kThreads)
-            shared.bank[i] = args.bank[i];
-    __syncthreads();
+    loadNetworks<kBank>(args, kThreads, shared.networks);
 
     const DeviceModel& model = args.model;
     const uint32_t K = model.params.n_offsets;
     const uint32_t lane = threadIdx.x & 31u, t = lane & 3u, g = lane >> 2;
     const uint32_t warp = (blockIdx.x * kThreads + threadIdx.x) >> 5, warps = gridDim.x * kThreads / 32;
     const uint32_t count = min(args.counters->anchors_listed, args.visible_capacity);
-    const uint2* fragments = shared.fragments;
-    const float* biases = shared.biases;
     Staging& staged = shared.staging[threadIdx.x >> 5];
     EyeTally left, right;
     uint32_t positive = 0; // bit per eye
@@ -103,21 +77,8 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
         const uint32_t seen = __reduce_or_sync(~0u, seen_by[0] | seen_by[1]);
         if (seen == 0)
             continue; // a group lies close together: often all of its anchors are in other passes
-#pragma unroll
-        for (uint32_t r = 0; r < 2; ++r) {
-            const uint4 f = reinterpret_cast<const uint4*>(model.feature)[size_t(anchors[r]) * 4 + t];
-            feature[0][r] = f.x;
-            feature[0][2 + r] = f.y;
-            feature[1][r] = f.z;
-            feature[1][2 + r] = f.w;
-        }
-        float levels[2] = {0.0f, 0.0f};
-        if (args.takes_level)
-            for (uint32_t l = 0; l < model.params.level_count; ++l)
-#pragma unroll
-                for (uint32_t r = 0; r < 2; ++r)
-                    if (anchors[r] >= model.level_first[l])
-                        levels[r] = float(model.levels[l].level);
+        float levels[2];
+        gatherInputs(args, anchors, t, feature, levels);
 
         const uint32_t decodes = args.merged ? 1 : args.eye_count;
         uint32_t keep_left = 0; // in shared bins: what the first eye has staged, like `keep`
@@ -126,43 +87,14 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
             if (!args.merged && (seen >> e & 1u) == 0)
                 continue;
             const float* const center = args.merged ? args.look_from : args.eyes[e].center;
-            uint32_t view[4], banked[2][4];
-#pragma unroll
-            for (uint32_t r = 0; r < 2; ++r) {
-                float u[3];
-                for (int i = 0; i < 3; ++i)
-                    u[i] = positions[r][i] - center[i];
-                const float distance = sqrtf(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
-                const float inverse = __fdividef(1.0f, distance);
-                for (int i = 0; i < 3; ++i)
-                    u[i] *= inverse;
-                viewOperand(t, u, args.takes_distance ? distance : 0.0f, levels[r], view[r], view[2 + r]);
-                if constexpr (kBank) {
-                    float weights[3];
-                    bankWeights(shared.bank, t, u, distance, levels[r], weights);
-                    bankedFeatures(feature, r, weights, lane, banked);
-                }
-            }
-            const uint32_t(&inputs)[2][4] = kBank ? banked : feature;
-            uint32_t hidden[6][4]; // A operands of the second layers, two k tiles per head
-#pragma unroll
-            for (uint32_t nt = 0; nt < kFirstTiles; ++nt) {
-                const float2 bias = *reinterpret_cast<const float2*>(biases + nt * 8 + 2 * t);
-                float d[4] = {bias.x, bias.y, bias.x, bias.y};
-                mmaM16N8K16(d, inputs[0], fragments[nt * 32 + lane]);
-                mmaM16N8K16(d, inputs[1], fragments[(kFirstTiles + nt) * 32 + lane]);
-                mmaM16N8K16(d, view, fragments[(2 * kFirstTiles + nt) * 32 + lane]);
-                hidden[nt / 2][(nt & 1u) * 2] = halvesRelu(d[0], d[1]);
-                hidden[nt / 2][(nt & 1u) * 2 + 1] = halvesRelu(d[2], d[3]);
-            }
-            const uint2* second = fragments + 3 * kFirstTiles * 32;
-            const float* bias2 = biases + 8 * kFirstTiles;
+            uint32_t hidden[6][4];
+            firstLayer<kBank>(args, shared.networks, lane, positions, center, feature, levels, hidden);
             uint32_t keep = 0; // bit 3 r + item
             uint32_t at[2 * kItemsPerLane];
             uint32_t alive;
             {
                 float opacity[kOpacityTiles][4];
-                secondLayer<kOpacityTiles>(second, bias2, lane, hidden, opacity);
+                opacityLayer(shared.networks, lane, hidden, opacity);
 #pragma unroll
                 for (uint32_t r = 0; r < 2; ++r)
 #pragma unroll
@@ -201,37 +133,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
                                 staged.slots[i] = slots[kItemsPerLane * r + item];
                         }
             }
-            {
-                float covariance[kCovarianceTiles][4];
-                secondLayer<kCovarianceTiles>(second + 2 * kOpacityTiles * 32, bias2 + 8 * kOpacityTiles, lane,
-                                              hidden + 2, covariance);
-#pragma unroll
-                for (uint32_t r = 0; r < 2; ++r)
-#pragma unroll
-                    for (uint32_t item = 0; item < kItemsPerLane; ++item)
-                        if (keep >> (kItemsPerLane * r + item) & 1u) {
-                            const uint32_t i = at[kItemsPerLane * r + item];
-#pragma unroll
-                            for (uint32_t c = 0; c < 3; ++c)
-                                staged.scale[c][i] = value(covariance, 7 * item + c, r);
-#pragma unroll
-                            for (uint32_t c = 0; c < 4; ++c)
-                                staged.rotation[c][i] = value(covariance, 7 * item + 3 + c, r);
-                        }
-            }
-            {
-                float color[kColorTiles][4];
-                secondLayer<kColorTiles>(second + 2 * (kOpacityTiles + kCovarianceTiles) * 32,
-                                         bias2 + 8 * (kOpacityTiles + kCovarianceTiles), lane, hidden + 4, color);
-#pragma unroll
-                for (uint32_t r = 0; r < 2; ++r)
-#pragma unroll
-                    for (uint32_t item = 0; item < kItemsPerLane; ++item)
-                        if (keep >> (kItemsPerLane * r + item) & 1u)
-#pragma unroll
-                            for (uint32_t c = 0; c < 3; ++c)
-                                staged.color[c][at[kItemsPerLane * r + item]] = value(color, 3 * item + c, r);
-            }
+            stageShapes(shared.networks, lane, hidden, keep, at, staged);
             __syncwarp();
 #pragma unroll 1
             for (uint32_t v = e; v < (args.merged ? args.eye_count : e + 1); ++v) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "kernels/common/device_model.h"
+#include "kernels/schedule/reuse_cuda.h"
 
 #include <vector>
 
@@ -65,6 +66,12 @@ struct DecodeCudaArgs : DecodeFrame {
     PackedSplat* splats; // eye_count x slot_capacity
 };
 
+// Decode into entries, and drawing of entries (kernels/schedule/reuse_cuda.h). `merged` is true, since what is staged is
+// any eye's; look_from and the visible list mean nothing, and `fraction` is per listed strip, eye and row.
+struct KeepCudaArgs : DecodeCudaArgs {
+    ReuseTables tables;
+};
+
 // Weights of a model in the order the kernel loads them (decode_fragments.h); appearance folded into the first bias.
 struct DecodeWeights {
     std::vector<uint16_t> fragments; // halves
@@ -84,5 +91,13 @@ void prepareDecodeCuda();
 // Slots that may stay unused beside those of the splats, for one eye.
 uint32_t decodeFastGaps(uint32_t processors, uint32_t slot_capacity);
 void decodeFastCuda(const DecodeCudaArgs& args, uint32_t processors, CUstream_st* stream); // asynchronous
+void prepareDecodeKeepCuda();                                                              // as prepareDecodeCuda()
+// Decodes what is granted, all anchors of each strip, into its entry, or, without one, draws it. One pass.
+void decodeKeepCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream);
+// Draws what is listed to be drawn of entries. After decodeKeepCuda().
+void drawKeptCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream);
+// As decodeFastGaps().
+uint32_t decodeKeepGaps(uint32_t processors, uint32_t slot_capacity);
+uint32_t drawKeptGaps(uint32_t processors, uint32_t slot_capacity);
 
 } // namespace gsc

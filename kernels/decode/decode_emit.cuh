@@ -129,9 +129,10 @@ __device__ __forceinline__ void countCells(const DecodeCudaArgs& args, uint32_t 
 // lane's rows, eyes and opacity factor; needed where what is staged is not this eye's alone. kShared: the eyes share their
 // bins. The first leaves in Staging::slots what it wrote, the last gives each slot its place and counts it. A Gaussian
 // takes a slot for each eye where a box round both would be larger than both together, and where blending could not tell
-// that it ends within an eye's own box (isNeedle()). Two such slots may meet in a bin; no eye sees both.
-template <bool kShared>
-__device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t e, Staging& staged, uint32_t count,
+// that it ends within an eye's own box (isNeedle()). Two such slots may meet in a bin; no eye sees both. Staged: Staging, or
+// what has its members.
+template <bool kShared, typename Staged>
+__device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t e, Staged& staged, uint32_t count,
                                            const Turns& turns, const uint32_t (&anchors)[2],
                                            const uint32_t (&seen_by)[2], const float (&factors)[2], uint32_t lane,
                                            EyeTally& tally)

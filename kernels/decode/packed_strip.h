@@ -11,8 +11,6 @@ namespace gsc {
 // Packed Gaussians come in cells of this many, whole cells of rows, the last one filled up with opacity -1.
 constexpr uint32_t kCellGaussians = 16;
 
-constexpr float kMostMix = 1.5f; // `t` up to which a strip can be drawn: what shows only beyond it is not packed
-
 struct alignas(64) PackedStrip {
     uint32_t cells;
     uint16_t positive[2]; // per key, bit i: anchor i has an opacity above zero, packed or not (trap 25)

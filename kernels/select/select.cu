@@ -7,6 +7,7 @@
 #include "kernels/math/projection.h"
 
 #include <algorithm>
+#include <type_traits>
 
 namespace gsc {
 
@@ -152,13 +153,24 @@ __device__ bool anchorVisible(const SelectCudaArgs& args, const EyeParams& eye, 
     return footprint<float>(eye, args.rules, p, scale, q).visible;
 }
 
-__global__ void __launch_bounds__(kThreads) anchorKernel(const __grid_constant__ SelectCudaArgs args)
+// Notes what is seen of a strip for the next frame. Returns the anchors the frame before did not see, of both eyes.
+__device__ uint32_t freshLanes(const StripSelectArgs& args, const ListedStrip& listed)
 {
+    const SeenStrip before = args.tables.seen[(args.frame - 1) & 1u][listed.strip];
+    args.tables.seen[args.frame & 1u][listed.strip] = {listed.lanes, args.frame};
+    return __popc(listed.lanes & ~(before.frame == args.frame - 1 ? before.lanes : 0u));
+}
+
+// Args: SelectCudaArgs, which lists anchors, or StripSelectArgs, which lists their strips.
+template <typename Args>
+__global__ void __launch_bounds__(kThreads) anchorKernel(const __grid_constant__ Args args)
+{
+    constexpr bool kStrips = std::is_same_v<Args, StripSelectArgs>;
     __shared__ uint32_t warp_count[kThreads / 32];
     __shared__ uint32_t base;
     const uint32_t lane = threadIdx.x & 31u, warp = threadIdx.x >> 5;
     const uint32_t count = args.counters->groups_visible;
-    uint32_t seen[kMaxEyes] = {};
+    uint32_t seen[kMaxEyes] = {}, fresh = 0;
     for (uint32_t i = blockIdx.x; i < count; i += gridDim.x) {
         const uint32_t entry = args.visible_groups[i];
         const GroupRecord& group = args.model.groups[entry & ((1u << kAnchorBits) - 1)];
@@ -177,8 +189,10 @@ __global__ void __launch_bounds__(kThreads) anchorKernel(const __grid_constant__
         }
         const uint32_t any = __ballot_sync(~0u, eyes != 0);
         const uint32_t left = __ballot_sync(~0u, (eyes & 1u) != 0), right = __ballot_sync(~0u, (eyes & 2u) != 0);
+        const bool half = (any >> (lane & 16u) & 0xffffu) != 0; // something of this lane's strip
+        const bool first_half = (any & 0xffffu) != 0;
         if (lane == 0) {
-            warp_count[warp] = __popc(any);
+            warp_count[warp] = kStrips ? uint32_t(first_half) + uint32_t(any >> 16 != 0) : __popc(any);
             seen[0] += __popc(left);
             seen[1] += __popc(right);
         }
@@ -196,13 +210,29 @@ __global__ void __launch_bounds__(kThreads) anchorKernel(const __grid_constant__
             uint32_t total = 0;
             for (uint32_t w = 0; w < kThreads / 32; ++w)
                 total += warp_count[w];
-            base = total != 0 ? atomicAdd(&args.counters->anchors_listed, total) : 0;
+            uint32_t* listed = &args.counters->anchors_listed;
+            if constexpr (kStrips)
+                listed = &args.tables.scratch->counters.strips;
+            base = total != 0 ? atomicAdd(listed, total) : 0;
         }
         __syncthreads();
-        uint32_t slot = base + __popc(any & ((1u << lane) - 1u));
+        uint32_t slot = base + (kStrips ? (lane < 16 ? 0u : uint32_t(first_half)) : __popc(any & ((1u << lane) - 1u)));
         for (uint32_t w = 0; w < warp; ++w)
             slot += warp_count[w];
-        if (eyes != 0) {
+        if constexpr (kStrips) {
+            if (half && (lane & 15u) == 0) {
+                const uint32_t strip = threadIdx.x / kStripAnchors;
+                const ListedStrip listed{(entry & ((1u << kAnchorBits) - 1)) * kStripsPerGroup + strip, anchor,
+                                         (left >> lane & 0xffffu) | (right >> lane) << 16,
+                                         min(group.anchor_count - threadIdx.x, kStripAnchors)};
+                args.tables.listed[slot] = listed;
+                if (args.counts_fresh)
+                    fresh += freshLanes(args, listed);
+            }
+            if (half && args.fraction != nullptr)
+                for (uint32_t e = 0; e < kMaxEyes; ++e)
+                    args.fraction[(size_t(slot) * kMaxEyes + e) * kStripAnchors + (lane & 15u)] = fraction[e];
+        } else if (eyes != 0) {
             if (slot < args.capacity) {
                 args.visible[slot] = anchor | eyes << kAnchorBits;
                 if (args.fraction != nullptr) {
@@ -218,6 +248,15 @@ __global__ void __launch_bounds__(kThreads) anchorKernel(const __grid_constant__
     for (uint32_t e = 0; e < kMaxEyes; ++e)
         if (seen[e] != 0)
             atomicAdd(&args.counters->anchors_visible[e], seen[e]);
+    if constexpr (kStrips)
+        if (fresh != 0)
+            atomicAdd(&args.tables.scratch->counters.fresh, fresh);
+}
+
+// Sized by capacity: the count is still on its way, and blocks without a group leave at once.
+uint32_t anchorBlocks(const SelectCudaArgs& args, uint32_t processors)
+{
+    return std::max(std::min(args.group_count, processors * kBlocksPerProcessor), 1u);
 }
 
 } // namespace
@@ -230,9 +269,12 @@ void selectGroupsCuda(const SelectCudaArgs& args, uint32_t processors, CUstream_
 
 void selectAnchorsCuda(const SelectCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
-    // sized by capacity: the count is still on its way, and blocks without a group leave at once
-    const uint32_t blocks = std::min(args.group_count, processors * kBlocksPerProcessor);
-    launchCuda(anchorKernel, std::max(blocks, 1u), kThreads, 0, stream, args);
+    launchCuda(anchorKernel<SelectCudaArgs>, anchorBlocks(args, processors), kThreads, 0, stream, args);
+}
+
+void selectStripsCuda(const StripSelectArgs& args, uint32_t processors, CUstream_st* stream)
+{
+    launchCuda(anchorKernel<StripSelectArgs>, anchorBlocks(args, processors), kThreads, 0, stream, args);
 }
 
 } // namespace gsc

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "kernels/common/device_model.h"
+#include "kernels/schedule/reuse_cuda.h"
 
 struct CUstream_st;
 
@@ -23,8 +24,17 @@ struct SelectCudaArgs {
     FrameCounters* counters;
 };
 
+// For frames with reuse: strips go to tables.listed in place of the visible list, and `fraction` is per listed strip, eye
+// and anchor of the strip.
+struct StripSelectArgs : SelectCudaArgs {
+    ReuseTables tables;
+    uint32_t frame;    // ReuseNow
+    bool counts_fresh; // ReusePolicy::Depth
+};
+
 // Asynchronous. `processors`: multiprocessors of the device, which size the grids; so in every stage.
 void selectGroupsCuda(const SelectCudaArgs& args, uint32_t processors, CUstream_st* stream);
 void selectAnchorsCuda(const SelectCudaArgs& args, uint32_t processors, CUstream_st* stream); // of the visible groups
+void selectStripsCuda(const StripSelectArgs& args, uint32_t processors, CUstream_st* stream); // the same
 
 } // namespace gsc

@@ -13,7 +13,8 @@ target_include_directories(gsc_cuda_emulation BEFORE PUBLIC ${CMAKE_CURRENT_SOUR
 target_include_directories(gsc_cuda_emulation PUBLIC ${PROJECT_SOURCE_DIR})
 target_compile_definitions(gsc_cuda_emulation PUBLIC GSC_CUDA_EMULATION)
 
-set(emulated_kernels upload/upload.cu select/select.cu decode/decode.cu decode/decode_exact.cu bin/bin.cu sort/sort.cu
+set(emulated_kernels upload/upload.cu select/select.cu schedule/schedule.cu schedule/grant.cu decode/decode.cu
+                     decode/decode_keep.cu decode/draw_kept.cu decode/decode_exact.cu bin/bin.cu sort/sort.cu
                      blend/blend.cu)
 list(TRANSFORM emulated_kernels PREPEND ${PROJECT_SOURCE_DIR}/kernels/)
 # note: a property of this directory alone; where there is a toolkit, kernels/ still gives the same files to nvcc.
@@ -25,9 +26,9 @@ target_link_libraries(gsc_kernels_cuda_emulated PUBLIC gsc_cuda_emulation gsc_fo
 
 # the whole runtime once more, so that there is one list of backends in the program
 set(emulated_runtime
-    backend_cpu.cpp backend_cpu_common.cpp backend_cpu_reference.cpp backend_list.cpp decoded_cache.cpp frame_stats.cpp
-    local_model.cpp lod_lag.cpp reuse_cpu.cpp reuse_schedule.cpp scene.cpp stereo_cpu.cpp
-    backend_cuda.cpp cuda_device.cpp device_scene.cpp frame_graph.cpp frame_launch.cpp nvml.cpp)
+    backend_cpu.cpp backend_cpu_common.cpp backend_cpu_reference.cpp backend_list.cpp camera_motion.cpp decoded_cache.cpp frame_stats.cpp
+    local_model.cpp lod_lag.cpp model_sensitivity.cpp reuse_cpu.cpp reuse_schedule.cpp scene.cpp stereo_cpu.cpp
+    backend_cuda.cpp cuda_device.cpp device_scene.cpp frame_graph.cpp frame_launch.cpp nvml.cpp reuse_cuda.cpp)
 list(TRANSFORM emulated_runtime PREPEND ${PROJECT_SOURCE_DIR}/runtime/)
 add_library(gsc_runtime_cuda_emulated STATIC ${emulated_runtime} cuda_emulation/ceilings.cpp)
 target_link_libraries(gsc_runtime_cuda_emulated PUBLIC gsc_camera gsc_format
@@ -37,12 +38,14 @@ target_compile_definitions(gsc_runtime_cuda_emulated PRIVATE GSC_HAVE_CUDA)
 add_executable(test_cuda_emulated ${gsc_test_cuda_sources} cuda_emulation/test_emulation.cpp)
 target_link_libraries(test_cuda_emulated PRIVATE gsc_test_synthetic gsc_runtime_cuda_emulated
                                                  gsc_kernels_cuda_emulated gsc_kernels gsc_build_flags doctest::doctest)
-# in three parts of about equal length, for machines with more than one core
+# in parts of about equal length, for machines with more than one core
 set(whole_frames "*test_cuda_frame*,*test_cuda_far*,*test_cuda_graph*")
 set(other_frames "*test_cuda_passes*,*test_cuda_shared*")
+set(kept_frames "*test_cuda_reuse*")
+add_test(NAME test_cuda_emulated_reuse COMMAND test_cuda_emulated "--source-file=${kept_frames}")
 add_test(NAME test_cuda_emulated_frames COMMAND test_cuda_emulated "--source-file=${whole_frames}")
 add_test(NAME test_cuda_emulated_passes COMMAND test_cuda_emulated "--source-file=${other_frames}")
 add_test(NAME test_cuda_emulated_stages
-         COMMAND test_cuda_emulated "--source-file-exclude=${whole_frames},${other_frames}")
-set_tests_properties(test_cuda_emulated_frames test_cuda_emulated_passes test_cuda_emulated_stages
-                     PROPERTIES LABELS "cpu;emulation" TIMEOUT 1200)
+         COMMAND test_cuda_emulated "--source-file-exclude=${whole_frames},${other_frames},${kept_frames}")
+set_tests_properties(test_cuda_emulated_reuse test_cuda_emulated_frames test_cuda_emulated_passes
+                     test_cuda_emulated_stages PROPERTIES LABELS "cpu;emulation" TIMEOUT 1200)

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+// Decode into entries: a granted strip at a time, all of its anchors, from one place or two.
+#include "kernels/common/launch.cuh"
+#include "kernels/decode/decode_steps.cuh"
+#include "kernels/decode/kept_entry.cuh"
+
+namespace gsc {
+
+namespace {
+
+constexpr uint32_t kThreads = 256;
+constexpr uint32_t kWarps = kThreads / 32;
+constexpr uint32_t kBlocksPerProcessor = 2;
+constexpr uint32_t kItems = 2 * kItemsPerLane; // of a lane: 3 r + item
+
+struct KeepShared {
+    DecodeNetworks networks;
+    Staging staging[kWarps];
+};
+static_assert(sizeof(KeepShared) <= 99 * 1024); // what a block can have on compute capability 8.6, 8.9 and 12.0
+
+// A strip is looked at as often as it takes: to know which Gaussians live at either key or on along the line, all of
+// which are kept of both, the opacities at the second key come first.
+enum Look : uint32_t { kSecondOpacities = 0, kFirstKey = 1, kSecondKey = 2 };
+
+// kBank: the model has a feature bank, which makes the features depend on the place. kShared: DecodeFrame::shared_bins.
+template <bool kBank, bool kShared>
+__global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) keepKernel(const __grid_constant__ KeepCudaArgs args)
+{
+    GSC_DYNAMIC_SHARED(memory);
+    KeepShared& shared = *reinterpret_cast<KeepShared*>(memory);
+    loadNetworks<kBank>(args, kThreads, shared.networks);
+
+    const ReuseTables& tables = args.tables;
+    const uint32_t K = args.model.params.n_offsets;
+    const uint32_t lane = threadIdx.x & 31u, t = lane & 3u, g = lane >> 2;
+    const uint32_t warp = (blockIdx.x * kThreads + threadIdx.x) >> 5, warps = gridDim.x * kThreads / 32;
+    const uint32_t count = tables.scratch->counters.decodes;
+    Staging& staged = shared.staging[threadIdx.x >> 5];
+    EyeTally left, right;
+    uint32_t positive = 0; // bit per eye
+
+    for (uint32_t i = warp; i < count; i += warps) {
+        const Want& want = tables.wants[tables.decodes[i]];
+        const uint32_t slot = want.slot;
+        uint32_t anchors[2], seen_by[2];
+        float positions[2][3];
+        bool exists[2];
+#pragma unroll
+        for (uint32_t r = 0; r < 2; ++r) {
+            const uint32_t row = g + 8 * r;
+            exists[r] = row < want.strip.count;
+            anchors[r] = want.strip.first + min(row, want.strip.count - 1);
+            seen_by[r] = eyesOfRow(want.strip.lanes, row) & want.eyes;
+            const float4 p = reinterpret_cast<const float4*>(args.model.placement)[anchors[r]];
+            positions[r][0] = p.x;
+            positions[r][1] = p.y;
+            positions[r][2] = p.z;
+        }
+        uint32_t feature[2][4]; // per k tile
+        float levels[2];
+        gatherInputs(args, anchors, t, feature, levels);
+
+        const bool both = want.keys == 2 && slot != kNoEntry;
+        float ahead[kItems]; // opacities at the second key
+        uint32_t keep = 0, at[kItems], alive = 0;
+#pragma unroll 1
+        for (uint32_t look = both ? kSecondOpacities : kFirstKey; look <= (both ? kSecondKey : kFirstKey); ++look) {
+            uint32_t hidden[6][4];
+            firstLayer<kBank>(args, shared.networks, lane, positions, want.center[look == kFirstKey ? 0 : 1], feature,
+                              levels, hidden);
+            float opacity[kOpacityTiles][4];
+            opacityLayer(shared.networks, lane, hidden, opacity);
+            uint32_t positive_rows = 0;
+#pragma unroll
+            for (uint32_t r = 0; r < 2; ++r)
+#pragma unroll
+                for (uint32_t item = 0; item < kItemsPerLane; ++item) {
+                    const float o = tanhFast(value(opacity, item, r));
+                    if (exists[r] && t + 4 * item < K && o > 0.0f)
+                        positive_rows |= 1u << (g + 8 * r);
+                    opacity[item >> 1][(item & 1u) + 2 * r] = o;
+                }
+            if (look == kSecondOpacities) {
+#pragma unroll
+                for (uint32_t r = 0; r < 2; ++r)
+#pragma unroll
+                    for (uint32_t item = 0; item < kItemsPerLane; ++item)
+                        ahead[kItemsPerLane * r + item] = value(opacity, item, r);
+                continue;
+            }
+            positive_rows = __reduce_or_sync(~0u, positive_rows);
+            if (look == kFirstKey) {
+                keep = 0;
+#pragma unroll
+                for (uint32_t r = 0; r < 2; ++r)
+#pragma unroll
+                    for (uint32_t item = 0; item < kItemsPerLane; ++item) {
+                        const float o = value(opacity, item, r);
+                        float most = o;
+                        if (both) {
+                            const float second = ahead[kItemsPerLane * r + item];
+                            most = fmaxf(fmaxf(o, second), fmaf(kMostMix, second - o, o));
+                        }
+                        if (exists[r] && t + 4 * item < K && most >= kOpacityFloor)
+                            keep |= 1u << (kItemsPerLane * r + item);
+                    }
+                alive = stagingIndices(keep, lane, at);
+            }
+            if (slot != kNoEntry && lane == 0) {
+                KeptEntry& entry = tables.entries[slot];
+                entry.alive = uint16_t(alive);
+                entry.positive[look == kFirstKey ? 0 : 1] = uint16_t(positive_rows);
+            }
+            if (slot == kNoEntry)
+                for (uint32_t e = 0; e < args.eye_count; ++e)
+                    if ((want.eyes >> e & 1u) != 0 && (positive_rows & want.strip.lanes >> (16 * e)) != 0)
+                        positive |= 1u << e;
+            if (alive == 0)
+                break;
+#pragma unroll
+            for (uint32_t r = 0; r < 2; ++r)
+#pragma unroll
+                for (uint32_t item = 0; item < kItemsPerLane; ++item)
+                    if (keep >> (kItemsPerLane * r + item) & 1u) {
+                        const uint32_t to = at[kItemsPerLane * r + item];
+                        staged.opacity[to] = value(opacity, item, r);
+                        staged.owner[to] = uint16_t((g + 8 * r) | (t + 4 * item) << 8);
+                    }
+            stageShapes(shared.networks, lane, hidden, keep, at, staged);
+            __syncwarp();
+            if (slot != kNoEntry) {
+                keepGaussians(tables, slot, look == kFirstKey ? 0 : 1, staged, alive, lane);
+            } else {
+#pragma unroll 1
+                for (uint32_t v = 0; v < args.eye_count; ++v) {
+                    if ((want.eyes >> v & 1u) == 0)
+                        continue;
+                    float factors[2];
+                    keptFactors(args.fraction, want.index, v, lane, factors);
+                    // eyes that share their bins take the slots of both from the first one's
+                    EyeTally tally = v == 0 ? left : right;
+                    if (kShared)
+                        tally.writer = left.writer;
+                    const Turns turns = {want.eyes != 3u || v == 0, want.eyes != 3u || v == 1};
+                    emitStaged<kShared>(args, v, staged, alive, turns, anchors, seen_by, factors, lane, tally);
+                    if (kShared)
+                        left.writer = tally.writer;
+                    if (v == 0)
+                        left = tally;
+                    else
+                        right = tally;
+                }
+            }
+            __syncwarp();
+        }
+    }
+    finish<kShared>(args, 0, left, positive, lane);
+    if (args.eye_count > 1)
+        finish<kShared>(args, 1, right, positive, lane);
+}
+
+} // namespace
+
+void prepareDecodeKeepCuda()
+{
+    raiseSharedLimit(keepKernel<false, false>, sizeof(KeepShared));
+    raiseSharedLimit(keepKernel<false, true>, sizeof(KeepShared));
+    raiseSharedLimit(keepKernel<true, false>, sizeof(KeepShared));
+    raiseSharedLimit(keepKernel<true, true>, sizeof(KeepShared));
+}
+
+uint32_t decodeKeepGaps(uint32_t processors, uint32_t slot_capacity)
+{
+    return processors * kBlocksPerProcessor * kWarps * slotPiece(slot_capacity);
+}
+
+void decodeKeepCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream)
+{
+    const auto kernel = args.bank != nullptr ? (args.shared_bins ? keepKernel<true, true> : keepKernel<true, false>)
+                                             : (args.shared_bins ? keepKernel<false, true> : keepKernel<false, false>);
+    launchCuda(kernel, processors * kBlocksPerProcessor, kThreads, sizeof(KeepShared), stream, args);
+}
+
+} // namespace gsc

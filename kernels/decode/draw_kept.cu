@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// Entries to splats: what decode does after its networks.
+#include "kernels/common/launch.cuh"
+#include "kernels/decode/kept_entry.cuh"
+
+namespace gsc {
+
+namespace {
+
+constexpr uint32_t kThreads = 256;
+constexpr uint32_t kBlocksPerProcessor = 3; // 80 registers on sm_90
+
+// Of a warp that draws a strip for one eye after the other in shared bins, per Gaussian of a strip: what the first eye
+// has written it to and the second has not come by yet, or kNoSlot.
+struct Written {
+    uint32_t slot[kStaged];
+
+    __device__ __forceinline__ uint32_t& of(uint32_t owner) { return slot[(owner & 255u) + (owner >> 8) * kRows]; }
+};
+
+// What the first eye has written of a strip and the second does not draw.
+__device__ __forceinline__ void finishFirst(const KeepCudaArgs& args, Written& written, uint32_t first, uint32_t lane,
+                                            EyeTally& tally)
+{
+    const uint32_t none[2] = {0, 0};
+    const float factors[2] = {0, 0};
+    __syncwarp();
+#pragma unroll 1
+    for (uint32_t at = 0; at < args.model.params.n_offsets * kRows; at += 32) {
+        StagedLane staged{};
+        staged.slots.value = at + lane < kStaged ? written.slot[at + lane] : kNoSlot;
+        if (!__any_sync(~0u, staged.slots.value != kNoSlot))
+            continue;
+        const uint32_t anchors[2] = {first, first};
+        emitStaged<true>(args, 1, staged, 32, {false, true}, anchors, none, factors, lane, tally);
+        if (at + lane < kStaged)
+            written.slot[at + lane] = kNoSlot;
+    }
+}
+
+// kShared: DecodeFrame::shared_bins.
+template <bool kShared>
+__global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(const __grid_constant__ KeepCudaArgs args)
+{
+    const uint32_t lane = threadIdx.x & 31u, g = lane >> 2;
+    const uint32_t warp = (blockIdx.x * kThreads + threadIdx.x) >> 5, warps = gridDim.x * kThreads / 32;
+    const uint32_t strips = args.tables.scratch->counters.strips, room = args.tables.room;
+    // not in registers, where two of them would leave no room for a third block
+    __shared__ __align__(8) unsigned char memory[kMaxEyes * kThreads * sizeof(EyeTally)];
+    EyeTally* const tallies = reinterpret_cast<EyeTally*>(memory) + threadIdx.x;
+    tallies[0] = tallies[kThreads] = EyeTally();
+    __shared__ Written writtens[kShared ? kThreads / 32 : 1];
+    Written& written = writtens[kShared ? threadIdx.x >> 5 : 0];
+    if constexpr (kShared)
+        for (uint32_t i = lane; i < kStaged; i += 32)
+            written.slot[i] = kNoSlot;
+    uint32_t positive = 0; // bit per eye
+    for (uint32_t i = warp; i < strips; i += warps) {
+        const ListedStrip strip = args.tables.listed[i];
+        const DrawnSlots slots = args.tables.drawn[i];
+        const uint32_t anchors[2] = {strip.first + g, strip.first + g + 8};
+        const uint32_t seen_by[2] = {eyesOfRow(strip.lanes, g), eyesOfRow(strip.lanes, g + 8)};
+        const bool both = slots.slot[0] != kNoEntry && slots.slot[1] != kNoEntry;
+        if (kShared)
+            __syncwarp(); // `written` is used again
+#pragma unroll 1
+        for (uint32_t v = 0; v < args.eye_count; ++v) {
+            const uint32_t slot = v == 0 ? slots.slot[0] : slots.slot[1];
+            if (slot == kNoEntry)
+                continue;
+            const KeptWord* const words = wordsOf(args.tables, slot);
+            const KeptEntry& entry = args.tables.entries[slot];
+            const uint32_t count = entry.alive;
+            const float t = placeBetween(entry.center, entry.keys, entry.span, args.eyes[v].center).t;
+            const uint32_t rows = entry.positive[0] | (t != 0.0f ? entry.positive[1] : 0u);
+            if ((rows & strip.lanes >> (16 * v)) != 0)
+                positive |= 1u << v;
+            float factors[2];
+            keptFactors(args.fraction, i, v, lane, factors);
+            const Turns turns = {!both || v == 0, !both || v == 1};
+            EyeTally tally = tallies[v * kThreads];
+            if (kShared && v != 0) // eyes that share their bins take the slots of both from the first one's
+                tally.writer = tallies[0].writer;
+#pragma unroll 1
+            for (uint32_t first = 0; first < count; first += 32) {
+                StagedLane staged = loadKept(words, room, first + lane, t); // room is a multiple of 32
+                const bool some = first + lane < count;
+                if (kShared && !turns.first && some) {
+                    staged.slots.value = written.of(staged.owner.value);
+                    written.of(staged.owner.value) = kNoSlot;
+                }
+                emitStaged<kShared>(args, v, staged, min(count - first, 32u), turns, anchors, seen_by, factors, lane,
+                                    tally);
+                if (kShared && !turns.last && some)
+                    written.of(staged.owner.value) = staged.slots.value;
+            }
+            if constexpr (kShared) {
+                if (!turns.last)
+                    __syncwarp();
+                else if (!turns.first && slots.slot[0] != slots.slot[1])
+                    finishFirst(args, written, strip.first, lane, tally);
+                if (v != 0)
+                    tallies[0].writer = tally.writer;
+            }
+            tallies[v * kThreads] = tally;
+        }
+    }
+    for (uint32_t e = 0; e < args.eye_count; ++e)
+        finish<kShared>(args, e, tallies[e * kThreads], positive, lane);
+}
+
+} // namespace
+
+uint32_t drawKeptGaps(uint32_t processors, uint32_t slot_capacity)
+{
+    return processors * kBlocksPerProcessor * (kThreads / 32) * slotPiece(slot_capacity);
+}
+
+void drawKeptCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream)
+{
+    launchCuda(args.shared_bins ? drawKernel<true> : drawKernel<false>, processors * kBlocksPerProcessor, kThreads, 0,
+               stream, args);
+}
+
+} // namespace gsc

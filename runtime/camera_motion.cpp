@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/camera_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace gsc {
+
+void CameraMotion::follow(const EyeParams* eyes, uint32_t eye_count)
+{
+    for (uint32_t e = 0; e < kMaxEyes; ++e) {
+        if (e >= eye_count) {
+            m_history[e] = 0;
+            continue;
+        }
+        float change = 0, length = 0;
+        for (int i = 0; i < 3; ++i) {
+            const float step = m_history[e] > 0 ? eyes[e].center[i] - m_center[e][i] : 0.0f;
+            if (!(std::abs(step) < 1e30f))
+                m_history[e] = 0;
+            change = std::max(change, std::abs(step - m_step[e][i]));
+            length = std::max(length, std::abs(step));
+            m_step[e][i] = m_history[e] > 0 ? step : 0.0f;
+            m_center[e][i] = eyes[e].center[i];
+        }
+        m_steady[e] = m_history[e] > 0 && length > 0 && (m_history[e] == 1 || change <= 0.5f * length);
+        ++m_history[e];
+    }
+}
+
+void CameraMotion::forget()
+{
+    std::fill(std::begin(m_history), std::end(m_history), 0u);
+}
+
+} // namespace gsc

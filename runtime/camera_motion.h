@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the cameras of a frame's eyes are and how they move, from frame to frame.
+#pragma once
+
+#include "kernels/common/frame_types.h"
+
+namespace gsc {
+
+class CameraMotion {
+public:
+    // Once per frame. A step that is no number starts anew, and so does an eye that was not there.
+    void follow(const EyeParams* eyes, uint32_t eye_count);
+    void forget(); // nobody knows how the cameras get to the next frame
+
+    [[nodiscard]] const float* center(uint32_t eye) const { return m_center[eye]; }
+    [[nodiscard]] const float* step(uint32_t eye) const { return m_step[eye]; } // since the last frame, world units
+    // The motion is much like that of the frame before.
+    [[nodiscard]] bool steady(uint32_t eye) const { return m_steady[eye]; }
+    // Frames in a row that the centre is known for, with this one.
+    [[nodiscard]] uint32_t history(uint32_t eye) const { return m_history[eye]; }
+
+private:
+    float m_center[kMaxEyes][3] = {}, m_step[kMaxEyes][3] = {};
+    bool m_steady[kMaxEyes] = {};
+    uint32_t m_history[kMaxEyes] = {};
+};
+
+} // namespace gsc
