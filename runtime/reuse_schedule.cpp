@@ -241,10 +241,15 @@ void CpuReuse::scheduleStrip(const ReuseFrame& frame, LazyAnchors& anchors, uint
         plan(frame, anchors, strip, strip_id, 0, left);
     }
     for (uint32_t e = 0; e < frame.eye_count; ++e) {
-        if (work.eye[e].slot != kNoSlot)
-            m_cache.entry(work.eye[e].slot).used = m_frame;
-        if (const uint32_t own = m_cache.find(strip_id, e); work.eye[e].due && own != kNoSlot)
-            m_cache.entry(own).used = m_frame; // the plan may need its last key
+        EyeWork& eye = work.eye[e];
+        const auto use = [&](uint32_t slot) {
+            m_cache.entry(slot).used = m_frame;
+            eye.extent = m_cache.entry(slot).extent;
+        };
+        if (eye.slot != kNoSlot)
+            use(eye.slot);
+        if (const uint32_t own = m_cache.find(strip_id, e); eye.due && own != kNoSlot)
+            use(own); // the plan may need its last key
     }
 }
 
