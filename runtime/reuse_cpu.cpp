@@ -263,6 +263,7 @@ void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size
         entry.keys = uint8_t(eye.plan.count);
         std::memcpy(entry.center, eye.plan.center, sizeof(entry.center));
         entry.span = eye.plan.span;
+        entry.lanes = eye.plan.lanes;
         entry.reach = eye.plan.reach;
         entry.decoded = m_frame;
     }

@@ -48,6 +48,7 @@ private:
         float span = 0;
         StripReach reach;
         uint32_t count = 0;
+        uint16_t lanes = 0;
     };
     struct LazyAnchors;
     // An entry drawn for a camera: at `t` between its keys, with the change predicted for that, or a bound of it.
@@ -93,12 +94,12 @@ private:
     void scheduleEye(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
                      StripWork& work);
     void choosePlan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
-                    EyeWork& work) const;
+                    StripWork& strip_work);
     void plan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
-              EyeWork& work) const;
+              StripWork& strip_work);
     [[nodiscard]] static Place place(const Keys& keys, LazyAnchors& anchors, uint32_t strip, uint32_t lanes,
                                      const float* now, float enough = -1);
-    [[nodiscard]] Keys keysOf(uint32_t slot) const;
+    Keys keysOf(uint32_t slot, LazyAnchors& anchors, uint32_t strip, uint32_t lanes);
     void grant(const ReuseFrame& frame);
     void drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t block, WorkerState& state);
     void decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size_t block, uint32_t strip,
