@@ -115,7 +115,7 @@ CpuReuse::Place CpuReuse::place(const Keys& keys, LazyAnchors& anchors, uint32_t
         along += (now[i] - from[i]) * way;
         square += way * way;
     }
-    const float t = square > 0 ? std::clamp(along / square, 0.0f, kMostMix) : 0.0f;
+    const float t = square > 0 ? std::clamp(along / square, kLeastMix, kMostMix) : 0.0f;
     for (int i = 0; i < 3; ++i)
         point[i] = t == 1 ? keys.center[1][i] : from[i] + t * (keys.center[1][i] - from[i]) * float(keys.count == 2);
     const float curve = 4 * kCurve * std::abs(t * (1 - t)) * keys.span;

@@ -11,7 +11,8 @@ namespace gsc {
 // Packed Gaussians come in cells of this many, whole cells of rows, the last one filled up with opacity -1.
 constexpr uint32_t kCellGaussians = 16;
 
-constexpr float kMostMix = 1.5f; // `t` up to which a strip can be drawn: what shows only beyond it is not packed
+// Where on its line a strip can be drawn, as `t`: what shows only beyond is not packed.
+constexpr float kLeastMix = -0.5f, kMostMix = 1.5f;
 
 struct alignas(64) PackedStrip {
     uint32_t cells;
@@ -67,7 +68,7 @@ PackedExtent packStripCpu(const StripPack& pack, PackScratch& scratch, std::byte
 
 struct StripMix {
     const std::byte* packed;
-    float t;               // 0 draws the first key, 1 the second; beyond, to kMostMix, on along the line. 0 for one key
+    float t;               // 0 draws the first key, 1 the second; beyond, on along the line. 0 for one key
     const float* fraction; // opacity factor per anchor, or null for 1
     uint32_t lanes;        // bit i: anchor i is drawn
     uint32_t n_offsets;

@@ -89,8 +89,9 @@ HWY_INLINE void gatherLiving(const StripPack& pack, uint32_t k, uint32_t first, 
         const V last = loadHalf(b);
         least = hn::Min(opacity, last);
         head.positive[1] = uint16_t(head.positive[1] | bitsOf(hn::And(valid, hn::Gt(last, zero)), first));
-        const V beyond = hn::MulAdd(hn::Set(d, kMostMix), hn::Sub(last, opacity), opacity);
-        most = hn::Max(opacity, beyond); // the line is highest at an end
+        const V way = hn::Sub(last, opacity);
+        const V before = hn::MulAdd(hn::Set(d, kLeastMix), way, opacity);
+        most = hn::Max(before, hn::MulAdd(hn::Set(d, kMostMix), way, opacity)); // the line is highest at an end
     }
     const M shows = hn::And(hn::Ge(most, hn::Set(d, kOpacityFloor)), hn::Gt(least, hn::Set(d, kNoOpacity)));
     const M alive = hn::And(valid, shows);
