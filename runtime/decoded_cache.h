@@ -14,11 +14,12 @@ constexpr uint32_t kNoSlot = ~0u;
 // A strip as one or two camera centres saw it. Drawn on the line between the two, and on along it (strip.h).
 struct CacheEntry {
     float center[2][3] = {}; // decoded from here; the way of the camera goes from the first to the second
-    float span = 0;          // predicted change from the first to the second, 1 = full scale
+    float span = 0;          // predicted change from the first to the second of the anchors `lanes`, 1 = full scale
     StripReach reach;        // about its last key
     uint32_t strip = 0, eye = 0;
     uint64_t decoded = 0, used = 0; // frames; decoded: the last key
     PackedExtent extent = {};       // of the packed strip
+    uint16_t lanes = 0;             // bit i: anchor i of the strip
     uint8_t keys = 0;               // 1 or 2
     bool valid = false;
 };

@@ -168,7 +168,7 @@ void CpuReuse::giveSlots(const ReuseFrame& frame, uint64_t limit)
 
 // Decodes what was granted of a strip, into its entries or, without one, into the worker's memory.
 void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size_t block, uint32_t strip,
-                           StripWork& work, WorkerState& state)
+                           const StripWork& work, WorkerState& state)
 {
     const GroupRecord& group = m_model.groups[m_groups[block]];
     const uint32_t first = group.anchor_first - m_model.chunks[group.chunk].anchor_first + strip * kStripAnchors;
@@ -213,6 +213,7 @@ void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size
         entry.keys = uint8_t(eye.plan.count);
         std::memcpy(entry.center, eye.plan.center, sizeof(entry.center));
         entry.span = eye.plan.span;
+        entry.lanes = eye.plan.lanes;
         entry.reach = eye.plan.reach;
         entry.decoded = m_frame;
     }
@@ -250,17 +251,31 @@ void CpuReuse::drawStrip(const ReuseFrame& frame, uint32_t strip, uint32_t e, co
     mixStripCpu(mix, out);
 }
 
-// Asks for what drawStrip() will read of entries: they lie in no order that hardware could guess.
-void CpuReuse::prefetch(const StripWork& work) const
+// What drawing or decoding strip `at` of the frame reads, and what it replaces: entries lie in no order that hardware
+// could guess.
+void CpuReuse::lookAhead(size_t at, ReadAhead& ahead) const
 {
+    const StripWork& work = m_work[at];
+    const ModelParams& params = *m_model.params;
+    if (work.eye[0].decode || work.eye[1].decode) {
+        const GroupRecord& group = m_model.groups[m_groups[at / kStripsPerGroup]];
+        const auto strip = uint32_t(at % kStripsPerGroup);
+        const size_t first = group.anchor_first - m_model.chunks[group.chunk].anchor_first + strip * kStripAnchors;
+        const size_t count = stripAnchors(at / kStripsPerGroup, strip);
+        const ChunkArrays& arrays = m_model.arrays[group.chunk];
+        ahead.add(arrays.feature + first * params.feat_dim, count * params.feat_dim * sizeof(float));
+        ahead.add(arrays.offset + first * 3 * params.n_offsets, count * 3 * params.n_offsets * sizeof(float));
+        ahead.add(arrays.scale + first * 6, count * 6 * sizeof(float));
+    }
     for (uint32_t e = 0; e < kMaxEyes; ++e) {
         const EyeWork& eye = work.eye[e];
-        if (eye.lanes == 0 || eye.decode || eye.slot == kNoSlot || (e == 1 && eye.slot == work.eye[0].slot))
+        if (eye.lanes == 0 || eye.slot == kNoSlot || (e == 1 && eye.slot == work.eye[0].slot))
             continue;
-        const PackedExtent& extent = m_cache.entry(eye.slot).extent;
-        const bool two = eye.place.t != 0 && m_policy == ReusePolicy::Error;
-        for (uint32_t i = 0, bytes = two ? extent.two : extent.one; i < bytes; i += 64)
-            __builtin_prefetch(m_cache.packed(eye.slot) + i);
+        // note: not the entry's own extent, which the worker that decodes it may be writing
+        const bool two = eye.decode || (eye.place.t != 0 && m_policy == ReusePolicy::Error);
+        ahead.add(m_cache.packed(eye.slot), two ? eye.extent.two : eye.extent.one);
+        if (eye.decode)
+            ahead.add(m_cache.lastKey(eye.slot), stripKeyValues(params.n_offsets) * sizeof(uint16_t));
     }
 }
 
@@ -277,9 +292,7 @@ void CpuReuse::drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t
         drawn.any_positive = false;
     }
     for (uint32_t s = 0; s < kStripsPerGroup; ++s) {
-        StripWork& work = m_work[block * kStripsPerGroup + s];
-        if (s + 1 < kStripsPerGroup)
-            prefetch(m_work[block * kStripsPerGroup + s + 1]);
+        const StripWork& work = m_work[block * kStripsPerGroup + s];
         if (work.eye[0].decode || work.eye[1].decode)
             decodeStrip(frame, args, block, s, work, state);
         for (uint32_t e = 0; e < frame.eye_count; ++e)
@@ -287,12 +300,16 @@ void CpuReuse::drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t
                 drawStrip(frame, s, e, work, fades ? fraction[e] : nullptr, state);
     }
     state.decode_ms += watch.lap();
+    // note: this worker likely takes the next block next
+    ReadAhead ahead;
+    for (size_t w = (block + 1) * kStripsPerGroup; w < std::min((block + 2) * kStripsPerGroup, m_work.size()); ++w)
+        lookAhead(w, ahead);
     const size_t first = block * kGroupSize * m_model.params->n_offsets;
     for (uint32_t e = 0; e < frame.eye_count; ++e) {
         SplatStore& store = frame.stores[e];
         const GaussianBlock& gaussians = state.gathered.blocks[e];
         const ProjectCounts counts =
-            projectBlockCpu({frame.eyes + e, frame.rules}, gaussians, store.splats.data() + first,
+            projectBlockCpu({frame.eyes + e, frame.rules, &ahead}, gaussians, store.splats.data() + first,
                             store.depth_bits.data() + first, store.origins.data() + first);
         store.counts[block] = counts.splats;
         state.any_positive[e] |= gaussians.any_positive;

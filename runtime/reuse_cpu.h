@@ -49,6 +49,7 @@ private:
         float span = 0;
         StripReach reach;
         uint32_t count = 0;
+        uint16_t lanes = 0;
     };
     struct LazyAnchors;
     // An entry drawn for a camera: at `t` between its keys, with the change predicted for that, or a bound of it.
@@ -57,17 +58,18 @@ private:
     };
     // What one eye does about one strip.
     struct EyeWork {
-        uint32_t slot = kNoSlot; // the best entry there is; of what is decoded, the entry that takes it
-        Place place = {};        // of drawing it
-        float urgency = 0;       // predicted change in the next frame, if the camera goes on as it does
-        float rate = 0;          // what a step of the camera changes
-        Keys plan;               // if it is decoded; the last key is the new one
-        Place planned = {};      // of drawing that
-        uint16_t lanes = 0;      // anchors of the strip it sees
-        bool due = false;        // the policy wants it decoded
-        bool shares = false;     // the other eye's decode of this frame will do
-        Place shared = {};       // of drawing that
-        bool decode = false;     // granted
+        uint32_t slot = kNoSlot;  // the best entry there is; of what is decoded, the entry that takes it
+        Place place = {};         // of drawing it
+        float urgency = 0;        // predicted change in the next frame, if the camera goes on as it does
+        float rate = 0;           // what a step of the camera changes
+        Keys plan;                // if it is decoded; the last key is the new one
+        Place planned = {};       // of drawing that
+        PackedExtent extent = {}; // of the entry that it draws or replaces, as the last frame left it
+        uint16_t lanes = 0;       // anchors of the strip it sees
+        bool due = false;         // the policy wants it decoded
+        bool shares = false;      // the other eye's decode of this frame will do
+        Place shared = {};        // of drawing that
+        bool decode = false;      // granted
     };
     struct StripWork {
         EyeWork eye[kMaxEyes];
@@ -91,16 +93,16 @@ private:
     void scheduleEye(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
                      StripWork& work);
     void choosePlan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
-                    EyeWork& work) const;
+                    StripWork& strip_work);
     void plan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
-              EyeWork& work) const;
+              StripWork& strip_work);
     [[nodiscard]] static Place place(const Keys& keys, LazyAnchors& anchors, uint32_t strip, uint32_t lanes,
                                      const float* now, float enough = -1);
-    [[nodiscard]] Keys keysOf(uint32_t slot) const;
+    Keys keysOf(uint32_t slot, LazyAnchors& anchors, uint32_t strip, uint32_t lanes);
     void grant(const ReuseFrame& frame);
     void drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t block, WorkerState& state);
-    void decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size_t block, uint32_t strip, StripWork& work,
-                     WorkerState& state);
+    void decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size_t block, uint32_t strip,
+                     const StripWork& work, WorkerState& state);
     void drawStrip(const ReuseFrame& frame, uint32_t strip, uint32_t e, const StripWork& work, const float* fraction,
                    WorkerState& state) const;
     void groupFractions(const ReuseFrame& frame, const GroupMask& mask, float (*fraction)[kGroupSize]) const;
@@ -114,7 +116,7 @@ private:
         return uint64_t(m_groups[work / kStripsPerGroup]) * kStripsPerGroup + work % kStripsPerGroup;
     }
     void reserveStrip(WorkerState& state) const;
-    void prefetch(const StripWork& work) const;
+    void lookAhead(size_t work, ReadAhead& ahead) const;
     [[nodiscard]] uint32_t stripAnchors(size_t block, uint32_t strip) const;
 
     const Workers& m_workers;

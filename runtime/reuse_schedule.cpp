@@ -69,14 +69,22 @@ float CpuReuse::updateRate(const ReuseFrame& frame)
     return gsc::updateRate(fresh, visible);
 }
 
-CpuReuse::Keys CpuReuse::keysOf(uint32_t slot) const
+// For drawing the anchors `lanes`. The span is of those that were seen so far: what passes beside the camera, unseen,
+// changes so fast that it would have its whole strip decoded every other frame.
+CpuReuse::Keys CpuReuse::keysOf(uint32_t slot, LazyAnchors& anchors, uint32_t strip, uint32_t lanes)
 {
-    const CacheEntry& entry = m_cache.entry(slot);
+    CacheEntry& entry = m_cache.entry(slot);
+    if (const uint32_t more = lanes & ~uint32_t(entry.lanes); entry.keys == 2 && more != 0) {
+        const float span = stripError(anchors.with(strip), strip, more, entry.center[0], entry.center[1]);
+        entry.span = std::max(entry.span, span);
+        entry.lanes = uint16_t(entry.lanes | more);
+    }
     Keys keys;
     std::memcpy(keys.center, entry.center, sizeof(keys.center));
     keys.span = entry.span;
     keys.reach = entry.reach;
     keys.count = entry.keys;
+    keys.lanes = entry.lanes;
     return keys;
 }
 
@@ -97,8 +105,9 @@ CpuReuse::Place CpuReuse::place(const Keys& keys, LazyAnchors& anchors, uint32_t
 // last one; without one, or where the camera has left the line, a single key half a life ahead. How far: as the bound
 // allows or, where that is more, as long as the budget makes entries live.
 void CpuReuse::choosePlan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
-                          EyeWork& work) const
+                          StripWork& strip_work)
 {
+    EyeWork& work = strip_work.eye[e];
     const float* now = frame.eyes[e].center;
     work.plan = {};
     work.plan.count = 1;
@@ -112,7 +121,7 @@ void CpuReuse::choosePlan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_
         next[i] = now[i] + m_motion.step(e)[i];
     work.rate = stripError(anchors.with(strip), strip, work.lanes, next, now);
     if (work.slot != kNoSlot) // an entry whose key lies ahead gets better by itself
-        work.urgency = place(keysOf(work.slot), anchors, strip, work.lanes, next).error;
+        work.urgency = place(keysOf(work.slot, anchors, strip, work.lanes), anchors, strip, work.lanes, next).error;
     if (!m_motion.steady(e))
         return;
     const float bound = tolerance(frame.options.reuse);
@@ -121,16 +130,17 @@ void CpuReuse::choosePlan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_
     const float level = own != kNoSlot && frame.options.reuse.decode_budget > 0 ? m_level[e] : 0.0f;
     const float half = std::max(kLeadShare * bound, 0.5f * level);
     if (own != kNoSlot) {
-        const Keys old = keysOf(own);
+        const CacheEntry& old = m_cache.entry(own);
         const float life = std::min(std::max(kLeadShare * bound / kCurve, level) / work.rate, kMaxLeadFrames);
         const float frames = life * (0.5f + 0.5f * stagger(strip_id));
         Keys keys;
         keys.count = 2;
         for (int i = 0; i < 3; ++i) {
-            keys.center[0][i] = old.center[old.count - 1][i];
+            keys.center[0][i] = old.center[old.keys - 1][i];
             keys.center[1][i] = now[i] + frames * m_motion.step(e)[i];
         }
-        keys.span = stripError(anchors.with(strip), strip, 0xffff, keys.center[0], keys.center[1]);
+        keys.lanes = strip_work.eye[0].lanes | strip_work.eye[1].lanes; // the other eye may draw it, too
+        keys.span = stripError(anchors.with(strip), strip, keys.lanes, keys.center[0], keys.center[1]);
         const Place drawn = place(keys, anchors, strip, work.lanes, now);
         if (frames >= 1 && drawn.error <= std::max(bound, 0.5f * half)) {
             work.plan = keys;
@@ -155,9 +165,10 @@ void CpuReuse::choosePlan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_
 }
 
 void CpuReuse::plan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
-                    EyeWork& work) const
+                    StripWork& strip_work)
 {
-    choosePlan(frame, anchors, strip, strip_id, e, work);
+    choosePlan(frame, anchors, strip, strip_id, e, strip_work);
+    EyeWork& work = strip_work.eye[e];
     if (frame.options.reuse.policy == ReusePolicy::Error)
         work.plan.reach = stripReach(anchors.with(strip), strip, work.plan.center[work.plan.count - 1]);
 }
@@ -175,13 +186,13 @@ void CpuReuse::scheduleEye(const ReuseFrame& frame, LazyAnchors& anchors, uint32
     if (by_error && eye.slot != kNoSlot && m_motion.steady(e))
         most *= m_cache.entry(eye.slot).keys == 1 ? stagger(strip_id) : 0.7f + 0.3f * stagger(strip_id);
     if (eye.slot != kNoSlot)
-        eye.place = by_error ? place(keysOf(eye.slot), anchors, strip, eye.lanes, now, most)
+        eye.place = by_error ? place(keysOf(eye.slot, anchors, strip, eye.lanes), anchors, strip, eye.lanes, now, most)
                              : Place{0, float(m_frame - m_cache.entry(eye.slot).decoded)};
     if (by_error && frame.eye_count > 1 && !(eye.place.error <= most)) {
         const bool replaced = e == 1 && work.eye[0].due; // then the left eye's entry is not what it was
         const uint32_t other = m_cache.find(strip_id, 1 - e);
         if (other != kNoSlot && !replaced) {
-            const Place there = place(keysOf(other), anchors, strip, eye.lanes, now);
+            const Place there = place(keysOf(other, anchors, strip, eye.lanes), anchors, strip, eye.lanes, now);
             if (there.error < eye.place.error) {
                 eye.place = there;
                 eye.slot = other;
@@ -193,13 +204,13 @@ void CpuReuse::scheduleEye(const ReuseFrame& frame, LazyAnchors& anchors, uint32
             // without the budget for it the left eye's entry stays as it is, for both
             if (eye.shares && eye.slot == kNoSlot && other != kNoSlot) {
                 eye.slot = other;
-                eye.place = place(keysOf(other), anchors, strip, eye.lanes, now);
+                eye.place = place(keysOf(other, anchors, strip, eye.lanes), anchors, strip, eye.lanes, now);
             }
         }
     }
     eye.due = !(eye.place.error <= most) && !eye.shares;
     if (eye.due)
-        plan(frame, anchors, strip, strip_id, e, eye);
+        plan(frame, anchors, strip, strip_id, e, work);
 }
 
 void CpuReuse::scheduleStrip(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id,
@@ -213,14 +224,20 @@ void CpuReuse::scheduleStrip(const ReuseFrame& frame, LazyAnchors& anchors, uint
     if (work.eye[1].due && left.lanes != 0 && !left.due && m_cache.entry(left.slot).eye == 1) {
         left.due = true;
         if (frame.options.reuse.policy == ReusePolicy::Error) // of which no more than a bound may be known
-            left.place = place(keysOf(left.slot), anchors, strip, left.lanes, frame.eyes[0].center);
-        plan(frame, anchors, strip, strip_id, 0, left);
+            left.place =
+                place(keysOf(left.slot, anchors, strip, left.lanes), anchors, strip, left.lanes, frame.eyes[0].center);
+        plan(frame, anchors, strip, strip_id, 0, work);
     }
     for (uint32_t e = 0; e < frame.eye_count; ++e) {
-        if (work.eye[e].slot != kNoSlot)
-            m_cache.entry(work.eye[e].slot).used = m_frame;
-        if (const uint32_t own = m_cache.find(strip_id, e); work.eye[e].due && own != kNoSlot)
-            m_cache.entry(own).used = m_frame; // the plan may need its last key
+        EyeWork& eye = work.eye[e];
+        const auto use = [&](uint32_t slot) {
+            m_cache.entry(slot).used = m_frame;
+            eye.extent = m_cache.entry(slot).extent;
+        };
+        if (eye.slot != kNoSlot)
+            use(eye.slot);
+        if (const uint32_t own = m_cache.find(strip_id, e); eye.due && own != kNoSlot)
+            use(own); // the plan may need its last key
     }
 }
 

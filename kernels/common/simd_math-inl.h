@@ -133,6 +133,19 @@ HWY_INLINE V reciprocal(D d, V v)
 #endif
 }
 
+// 1 / sqrt(v), 2 ulp, for normal v: a fifth of the time of a square root and a division with AVX-512.
+template <class D, class V>
+HWY_INLINE V reciprocalSqrt(D d, V v)
+{
+#if HWY_TARGET <= HWY_AVX3
+    const V r = hn::ApproximateReciprocalSqrt(v); // 14 bits
+    const V half = hn::Mul(hn::Mul(v, r), hn::Set(d, -0.5f));
+    return hn::MulAdd(hn::MulAdd(half, r, hn::Set(d, 0.5f)), r, r);
+#else
+    return hn::Div(hn::Set(d, 1.0f), hn::Sqrt(v));
+#endif
+}
+
 // 1 / (1 + exp(-x)); 3 ulp, NaN for NaN.
 template <class D, class V>
 HWY_INLINE V sigmoidAny(D d, V x)

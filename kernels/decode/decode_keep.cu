@@ -100,7 +100,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) keepKernel(cons
                         float most = o;
                         if (both) {
                             const float second = ahead[kItemsPerLane * r + item];
-                            most = fmaxf(fmaxf(o, second), fmaf(kMostMix, second - o, o));
+                            most = fmaxf(fmaf(kLeastMix, second - o, o), fmaf(kMostMix, second - o, o));
                         }
                         if (exists[r] && t + 4 * item < K && most >= kOpacityFloor)
                             keep |= 1u << (kItemsPerLane * r + item);

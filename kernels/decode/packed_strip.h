@@ -5,6 +5,7 @@
 #pragma once
 
 #include "kernels/decode/strip.h"
+#include "kernels/math/reuse.h"
 
 namespace gsc {
 
@@ -65,7 +66,7 @@ PackedExtent packStripCpu(const StripPack& pack, PackScratch& scratch, std::byte
 
 struct StripMix {
     const std::byte* packed;
-    float t;               // 0 draws the first key, 1 the second; beyond, to kMostMix, on along the line. 0 for one key
+    float t;               // 0 draws the first key, 1 the second; beyond, on along the line. 0 for one key
     const float* fraction; // opacity factor per anchor, or null for 1
     uint32_t lanes;        // bit i: anchor i is drawn
     uint32_t n_offsets;

@@ -89,8 +89,9 @@ HWY_INLINE void gatherLiving(const StripPack& pack, uint32_t k, uint32_t first, 
         const V last = loadHalf(b);
         least = hn::Min(opacity, last);
         head.positive[1] = uint16_t(head.positive[1] | bitsOf(hn::And(valid, hn::Gt(last, zero)), first));
-        const V beyond = hn::MulAdd(hn::Set(d, kMostMix), hn::Sub(last, opacity), opacity);
-        most = hn::Max(opacity, beyond); // the line is highest at an end
+        const V way = hn::Sub(last, opacity);
+        const V before = hn::MulAdd(hn::Set(d, kLeastMix), way, opacity);
+        most = hn::Max(before, hn::MulAdd(hn::Set(d, kMostMix), way, opacity)); // the line is highest at an end
     }
     const M shows = hn::And(hn::Ge(most, hn::Set(d, kOpacityFloor)), hn::Gt(least, hn::Set(d, kNoOpacity)));
     const M alive = hn::And(valid, shows);
@@ -156,7 +157,7 @@ HWY_INLINE void storeSecond(const float* rows, size_t stride, SecondCell& cell)
             if (row == kOpacityRow)
                 storeHalf(b, cell.opacity + i);
             if (row >= kScaleRow && row < kRotationRow)
-                v = hn::Div(v, hn::Max(a, hn::Set(d, 1e-20f)));
+                v = hn::Mul(v, reciprocal(d, hn::Max(a, hn::Set(d, 1e-20f))));
             hn::Store(v, d, difference[row] + i);
         }
     cell.color_step = storeSteps(difference + kColorRow, 3, cell.key + kColorRow - 1);
@@ -276,7 +277,7 @@ HWY_INLINE void appendCell(const Mixing& mixing, const MixedCell<kTwo>& cell, V 
         q[i] = cell(kRotationRow + i, rotation);
     // note: normalised again even where nothing is mixed, because of the halves
     const V norm = hn::MulAdd(q[0], q[0], hn::MulAdd(q[1], q[1], hn::MulAdd(q[2], q[2], hn::Mul(q[3], q[3]))));
-    const V inverse = hn::Div(hn::Set(d, 1.0f), hn::Sqrt(hn::Max(norm, hn::Set(d, 1e-12f))));
+    const V inverse = reciprocalSqrt(d, hn::Max(norm, hn::Set(d, 1e-12f)));
     for (int i = 0; i < 4; ++i)
         put(hn::Mul(q[i], inverse), block.rotation[i]);
     put(opacity, block.opacity);

@@ -16,8 +16,9 @@ constexpr float kLeadShare = 0.7f;
 // on four trained models and the paths of gsc sample paths.
 constexpr float kCurve = 0.08f;
 constexpr float kMaxLeadFrames = 64;
-constexpr float kMostMix = 1.5f; // of the way between two keys, up to which a strip can be drawn
-constexpr float kGross = 0.1f;   // a change that shows as much as a hole does, such as that of a view long left
+// Where on the line between its keys a strip can be drawn, as a share of the way: what shows only beyond is not kept.
+constexpr float kLeastMix = -0.5f, kMostMix = 1.5f;
+constexpr float kGross = 0.1f; // a change that shows as much as a hole does, such as that of a view long left
 
 // Fixed per strip, spread over [0.3, 1).
 GSC_HD float stagger(uint64_t strip)
@@ -92,7 +93,7 @@ GSC_HD float changeBound(const StripReach& reach, const float* reference, const 
 
 // Where on the way between its keys an entry is drawn for a camera.
 struct KeyPlace {
-    float t;        // 0 draws the first key, 1 the second; beyond, to kMostMix, on along the line
+    float t;        // 0 draws the first key, 1 the second; from kLeastMix to kMostMix, on along the line
     float curve;    // what the way between the keys adds to the change from `point` to the camera, 1 = full scale
     float point[3]; // of the keys' line, next to the camera
 };
@@ -108,7 +109,7 @@ GSC_HD KeyPlace placeBetween(const float (*center)[3], uint32_t keys, float span
     }
     KeyPlace place;
     const float t = square > 0 ? along / square : 0.0f;
-    place.t = t < 0 ? 0.0f : kMostMix < t ? kMostMix : t;
+    place.t = t < kLeastMix ? kLeastMix : kMostMix < t ? kMostMix : t;
     for (int i = 0; i < 3; ++i)
         place.point[i] = center[0][i] + (keys == 2 ? place.t * (center[1][i] - center[0][i]) : 0.0f);
     place.curve = 4 * kCurve * std::abs(place.t * (1 - place.t)) * span;

@@ -2,6 +2,7 @@
 // Gaussians to splats: what one eye's image needs of each (format facts 7.2, 7.3).
 #pragma once
 
+#include "kernels/common/read_ahead.h"
 #include "kernels/decode/decode.h"
 #include "kernels/math/eye.h"
 
@@ -28,6 +29,7 @@ constexpr float kLooseCutoff = 16;
 struct ProjectArgs {
     const EyeParams* eye;
     RasterConstants rules;
+    ReadAhead* ahead = nullptr; // asked for meanwhile: projecting computes and reads little
 };
 
 struct ProjectCounts {

@@ -244,8 +244,12 @@ ProjectCounts projectBlock(const ProjectArgs& args, const GaussianBlock& g, Spla
     const size_t lanes = hn::Lanes(d);
     ProjectLanes out;
     ProjectCounts counts{};
+    const size_t vectors = (g.count + lanes - 1) / lanes;
+    const size_t ahead = args.ahead != nullptr && vectors > 0 ? args.ahead->lines() / vectors + 1 : 0;
     for (size_t at = 0; at < g.count; at += lanes) {
         M dropped;
+        if (ahead > 0)
+            args.ahead->ask(ahead);
         const M keep = projectVector(d, args, g, at, hn::FirstN(d, g.count - at), out, dropped);
         counts.dropped += uint32_t(hn::CountTrue(d, dropped));
         HWY_ALIGN uint8_t bits[8] = {};

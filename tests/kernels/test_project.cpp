@@ -127,8 +127,11 @@ void checkProjection(RasterRules raster, const EyeParams& eye, const std::vector
     std::vector<Splat> splats(gaussians.size() + 1);
     std::vector<uint32_t> depths(gaussians.size() + 1);
     std::vector<uint16_t> origins(gaussians.size() + 1, 0xabcd);
+    ReadAhead ahead;
+    ahead.add(gaussians.data(), gaussians.size() * sizeof(gaussians[0]));
     const ProjectCounts counts =
-        projectBlockCpu({&eye, rules}, block.block, splats.data(), depths.data(), origins.data());
+        projectBlockCpu({&eye, rules, &ahead}, block.block, splats.data(), depths.data(), origins.data());
+    CHECK(ahead.lines() == 0);
     CHECK(counts.dropped == dropped);
     CHECK(origins[counts.splats] == 0xabcd);
     size_t at = 0;

@@ -22,7 +22,8 @@ void evaluate(int which, const float* in, float* out, size_t count)
         hn::StoreU(which == 0   ? expAny(d, v)
                    : which == 1 ? sigmoidAny(d, v)
                    : which == 2 ? tanhAny(d, v)
-                                : roughLog(d, v),
+                   : which == 3 ? roughLog(d, v)
+                                : reciprocalSqrt(d, v),
                    d, out + i);
     }
 }
@@ -94,6 +95,8 @@ TEST_CASE("exp, sigmoid and tanh stay within their stated accuracy")
         CHECK(worstUlp(1, range(-79, 80, 200000), [](double v) { return 1 / (1 + std::exp(-v)); }) < 3);
         CHECK(worstUlp(2, range(-10, 10, 200000), [](double v) { return std::tanh(v); }) < 4);
         CHECK(worstUlp(2, range(-1e-3f, 1e-3f, 20001), [](double v) { return std::tanh(v); }) < 4);
+        for (const float scale : {1e-12f, 1.0f, 1e9f})
+            CHECK(worstUlp(4, range(scale, 4 * scale, 200000), [](double v) { return 1 / std::sqrt(v); }) < 2);
     });
 }
 

@@ -367,9 +367,10 @@ Drawn drawn(uint32_t n_offsets, const Packed& packed, float t, uint32_t lanes = 
 TEST_CASE("a Gaussian that cannot show is not packed, one that comes to life on the way is there when it does")
 {
     constexpr uint32_t K = 3;
-    // anchor 1: rises on the way; 2: falls; 3: shows only beyond the second key; 4: never, though above zero; 5, 6: seen from the anchor itself
-    const float a[kStripAnchors] = {0.5f, -0.5f, 0.5f, -0.02f, 0.003f, kNoOpacity, 0.5f},
-                b[kStripAnchors] = {0.5f, 0.5f, -0.5f, 0.001f, 0.003f, 0.5f, kNoOpacity};
+    // anchor 1: rises on the way; 2: falls; 3: shows only beyond the second key; 4: never, though above zero;
+    // 5, 6: seen from the anchor itself; 7: shows only before the first key
+    const float a[kStripAnchors] = {0.5f, -0.5f, 0.5f, -0.02f, 0.003f, kNoOpacity, 0.5f, 0.001f},
+                b[kStripAnchors] = {0.5f, 0.5f, -0.5f, 0.001f, 0.003f, 0.5f, kNoOpacity, -0.02f};
     const auto first = madeKey(K, [&](uint32_t k, uint32_t i) { return k == 1 ? a[i] : -1.0f; });
     const auto last = madeKey(K, [&](uint32_t k, uint32_t i) { return k == 1 ? b[i] : -1.0f; });
     forEachTarget([&](const char* target) {
@@ -389,6 +390,7 @@ TEST_CASE("a Gaussian that cannot show is not packed, one that comes to life on 
             }
             return bits;
         };
+        CHECK(shown(kLeastMix) == 0b10000101);
         CHECK(shown(0) == 0b00101);
         CHECK(shown(0.25f) == 0b00101);
         CHECK(shown(0.75f) == 0b00011);

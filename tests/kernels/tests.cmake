@@ -9,7 +9,7 @@ target_link_libraries(gsc_test_synthetic PUBLIC gsc_format PRIVATE gsc_build_fla
 target_include_directories(gsc_test_synthetic PUBLIC ${PROJECT_SOURCE_DIR})
 
 set(kernel_libs gsc_test_synthetic gsc_runtime gsc_kernels gsc_simd)
-gsc_add_test(test_kernel_math SOURCES kernels/test_math.cpp LIBS ${kernel_libs})
+gsc_add_test(test_kernel_math SOURCES kernels/test_math.cpp kernels/test_read_ahead.cpp LIBS ${kernel_libs})
 gsc_add_test(test_kernel_simd_math SOURCES kernels/test_simd_math.cpp LIBS ${kernel_libs})
 gsc_add_test(test_kernel_simd_support SOURCES kernels/test_simd_support.cpp LIBS ${kernel_libs} hwy::hwy)
 foreach(threads tbb threads)

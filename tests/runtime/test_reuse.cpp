@@ -401,6 +401,34 @@ TEST_CASE("a camera that turns back is drawn within the bound too")
     }
 }
 
+// What passes beside the camera changes fast and is not seen: it has nothing decoded again. Once the camera turns to it,
+// it is held to the bound like all else.
+TEST_CASE("anchors that are not seen make nothing due, and are drawn within the bound when they come into view")
+{
+    SyntheticOptions of = modelOptions(LevelRule::None);
+    of.anchors = 3000;
+    const SyntheticModel model(of);
+    const auto plain = open(model.view()), reusing = open(model.view());
+    uint64_t decoded = 0, visible = 0;
+    for (int i = 0; i < 40; ++i) {
+        CAPTURE(i);
+        const float position[3] = {0.1f, 0.2f, -2 + 0.02f * float(i)};
+        const float turn = i > 32 ? 1.5f : 0.0f;
+        const float target[3] = {0.1f + std::sin(turn), 0.2f, position[2] + std::cos(turn)};
+        const std::vector<EyeParams> eye = {lookAt(position, target, 0.9f, 120, 90)};
+        const auto actual = render(*reusing, eye, with(ReusePolicy::Error, 4));
+        const auto expected = render(*plain, eye, with(ReusePolicy::None));
+        const double psnr = compare(actual[0].pixels, expected[0].pixels).psnr;
+        CHECK(psnr > (i > 32 ? 54 : 45));
+        const EyeCounts& counts = actual[0].result.eyes[0];
+        if (i >= 8 && i <= 32) {
+            decoded += counts.anchors_decoded;
+            visible += counts.anchors_visible;
+        }
+    }
+    CHECK(double(decoded) < 0.07 * double(visible));
+}
+
 TEST_CASE("predicted changes of a strip are the scalar rule's, the largest of the lanes asked for")
 {
     const SyntheticModel synthetic(modelOptions(LevelRule::None));
