@@ -17,8 +17,8 @@ namespace gsc {
 
 namespace {
 
-// Splats of one eye and pass that a frame's memory is kept to where there is enough: in `fast` 3.3 GB for two eyes that share their bins (3.7 if not), and
-// up to 1.5 GB of pairs. More are drawn in several passes.
+// Splats of one eye and pass that a frame's memory is kept to where there is enough: in `fast` 3.3 GB for two eyes that
+// share their bins and 3.7 for others, and up to 1.5 GB of pairs. More are drawn in several passes.
 constexpr uint32_t kSlotTarget = 44u << 20;
 constexpr uint32_t kLeastSlots = 1u << 12; // beside twice the gaps: with fewer there would be too many passes
 constexpr uint32_t kPairsPerSlot = 4;      // at most, of all eyes, where memory is short

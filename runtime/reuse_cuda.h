@@ -2,9 +2,9 @@
 // What the CUDA backend keeps of decoded Gaussians from frame to frame (design sections 4 and 5): its memory and what the
 // kernels must know of a frame. They decide everything else (kernels/schedule/reuse_cuda.h).
 //
-// Unlike the CPU's: a refresh decodes both keys anew, the first from where the camera is, in place of going on from the last
-// key, and counts as two decodes; frames of more than one pass, which only scarce memory brings about, decode everything and keep nothing; a new
-// limit of memory forgets what is kept.
+// Unlike the CPU's: a refresh decodes both keys anew, the first from where the camera is, in place of going on from the
+// last key, and counts as two decodes; frames of more than one pass, which only scarce memory brings about, decode
+// everything and keep nothing; a new limit of memory forgets what is kept.
 #pragma once
 
 #include "kernels/decode/decode_cuda.h"

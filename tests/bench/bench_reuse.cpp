@@ -2,7 +2,8 @@
 // Decode time of a real model along a path, with reuse by error over without, in one process, the path in turns; and
 // that of decode and project together, which drawing what is kept shares the machine's memory with.
 //   bench_reuse FILE.gsc PATH.json FRAMES ROUNDS [BOUND [THREADS]]
-// Draws the first FRAMES frames at 640x480. BOUND is in 1/255 (default 1), THREADS 1 by default. Every round starts from nothing kept; per frame
+// Draws the first FRAMES frames at 640x480. BOUND is in 1/255 (default 1), THREADS 1 by default. Every round starts
+// from nothing kept; per frame
 // the least of the rounds counts, which other work on the machine disturbs least. The first kWarmup frames, where all
 // is new, do not count.
 #include "format/error.h"
