@@ -81,6 +81,9 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) keepKernel(cons
                         positive_rows |= 1u << (g + 8 * r);
                     opacity[item >> 1][(item & 1u) + 2 * r] = o;
                 }
+            positive_rows = __reduce_or_sync(~0u, positive_rows);
+            if (slot != kNoEntry && lane == 0) // whether or not anything shows of it
+                tables.entries[slot].positive[look == kFirstKey ? 0 : 1] = uint16_t(positive_rows);
             if (look == kSecondOpacities) {
 #pragma unroll
                 for (uint32_t r = 0; r < 2; ++r)
@@ -89,7 +92,6 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) keepKernel(cons
                         ahead[kItemsPerLane * r + item] = value(opacity, item, r);
                 continue;
             }
-            positive_rows = __reduce_or_sync(~0u, positive_rows);
             if (look == kFirstKey) {
                 keep = 0;
 #pragma unroll
@@ -107,11 +109,8 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) keepKernel(cons
                     }
                 alive = stagingIndices(keep, lane, at);
             }
-            if (slot != kNoEntry && lane == 0) {
-                KeptEntry& entry = tables.entries[slot];
-                entry.alive = uint16_t(alive);
-                entry.positive[look == kFirstKey ? 0 : 1] = uint16_t(positive_rows);
-            }
+            if (slot != kNoEntry && lane == 0)
+                tables.entries[slot].alive = uint16_t(alive);
             if (slot == kNoEntry)
                 for (uint32_t e = 0; e < args.eye_count; ++e)
                     if ((want.eyes >> e & 1u) != 0 && (positive_rows & want.strip.lanes >> (16 * e)) != 0)
