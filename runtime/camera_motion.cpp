@@ -12,6 +12,7 @@ void CameraMotion::follow(const EyeParams* eyes, uint32_t eye_count)
     for (uint32_t e = 0; e < kMaxEyes; ++e) {
         if (e >= eye_count) {
             m_history[e] = 0;
+            m_steady[e] = m_erratic[e] = false;
             continue;
         }
         float change = 0, length = 0;
@@ -25,6 +26,7 @@ void CameraMotion::follow(const EyeParams* eyes, uint32_t eye_count)
             m_center[e][i] = eyes[e].center[i];
         }
         m_steady[e] = m_history[e] > 0 && length > 0 && (m_history[e] == 1 || change <= 0.5f * length);
+        m_erratic[e] = m_history[e] > 0 && length > 0 && !m_steady[e];
         ++m_history[e];
     }
 }

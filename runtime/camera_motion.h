@@ -16,12 +16,14 @@ public:
     [[nodiscard]] const float* step(uint32_t eye) const { return m_step[eye]; } // since the last frame, world units
     // The motion is much like that of the frame before.
     [[nodiscard]] bool steady(uint32_t eye) const { return m_steady[eye]; }
+    // It moves, and not so.
+    [[nodiscard]] bool erratic(uint32_t eye) const { return m_erratic[eye]; }
     // Frames in a row that the centre is known for, with this one.
     [[nodiscard]] uint32_t history(uint32_t eye) const { return m_history[eye]; }
 
 private:
     float m_center[kMaxEyes][3] = {}, m_step[kMaxEyes][3] = {};
-    bool m_steady[kMaxEyes] = {};
+    bool m_steady[kMaxEyes] = {}, m_erratic[kMaxEyes] = {};
     uint32_t m_history[kMaxEyes] = {};
 };
 

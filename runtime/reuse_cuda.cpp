@@ -138,6 +138,7 @@ void CudaReuse::begin(const EyeParams* eyes, uint32_t eye_count, const FrameOpti
         std::copy_n(m_motion.center(e), 3, now.center[e]);
         std::copy_n(m_motion.step(e), 3, now.step[e]);
         now.steady[e] = m_motion.steady(e) ? 1 : 0;
+        now.erratic[e] = m_motion.erratic(e) ? 1 : 0;
         now.history[e] = m_motion.history(e);
     }
     now.policy = reuse.policy;

@@ -18,6 +18,9 @@ constexpr float kCurve = 0.08f;
 constexpr float kMaxLeadFrames = 64;
 // Where on the line between its keys a strip can be drawn, as a share of the way: what shows only beyond is not kept.
 constexpr float kLeastMix = -0.5f, kMostMix = 1.5f;
+// Share of the bound for a camera that goes another way in every frame: an error may then change its sign from one frame
+// to the next, and flickers by twice itself.
+constexpr float kErraticShare = 0.5f;
 constexpr float kGross = 0.1f; // a change that shows as much as a hole does, such as that of a view long left
 
 // Fixed per strip, spread over [0.3, 1).

@@ -174,6 +174,7 @@ __device__ uint32_t slotFor(const ScheduleCudaArgs& args, const Want& want)
     kept.owner = want.strip.strip * 2 + want.eye;
     kept.keys = uint8_t(want.keys);
     kept.fresh = uint8_t(want.fresh);
+    kept.lanes = lanesOfAnyEye(want.strip.lanes);
     tables.entries[slot] = kept;
     return slot;
 }

@@ -32,6 +32,12 @@ struct alignas(16) ListedStrip {
     uint32_t count; // anchors
 };
 
+// The anchors of `lanes`, ListedStrip::lanes, that some eye sees.
+GSC_HD uint32_t lanesOfAnyEye(uint32_t lanes)
+{
+    return (lanes | lanes >> 16) & 0xffffu;
+}
+
 struct alignas(8) SeenStrip {
     uint32_t lanes, frame; // ListedStrip::lanes in that frame
 };
@@ -44,16 +50,16 @@ struct alignas(8) KeptWord {
 struct alignas(16) KeptEntry {
     float center[2][3];   // decoded from here, world units; the way of the camera goes from the first to the second,
                           // which is the first again where there is one
-    float span;           // predicted change from the first to the second, 1 = full scale
+    float span;           // predicted change from the first to the second of the anchors `lanes`, 1 = full scale
     uint32_t decoded;     // frame
-    StripReach reach;     // about the last key
+    StripReach reach;     // of the anchors `lanes`, about the last key
     uint32_t used;        // frame that drew it last
     uint32_t owner;       // strip x 2 + eye it was decoded for, or kNoEntry: free
     uint16_t alive;       // Gaussians
     uint8_t keys;         // 1 or 2
     uint8_t fresh;        // nothing of the strip and eye was kept before
     uint16_t positive[2]; // per key: anchors with an opacity above zero
-    uint32_t reserved;
+    uint32_t lanes;       // anchors that an eye has seen since it was decoded; all 16 are kept
 };
 static_assert(sizeof(KeptEntry) == 64);
 
@@ -83,8 +89,8 @@ struct alignas(8) DrawnSlots {
 struct ReuseNow {
     uint32_t frame; // counts from 1; a frame drawn again has the same
     uint32_t eye_count;
-    float center[kMaxEyes][3], step[kMaxEyes][3]; // of the cameras, world units
-    uint32_t steady[kMaxEyes], history[kMaxEyes]; // CameraMotion
+    float center[kMaxEyes][3], step[kMaxEyes][3];                    // of the cameras, world units
+    uint32_t steady[kMaxEyes], erratic[kMaxEyes], history[kMaxEyes]; // CameraMotion
     ReusePolicy policy;
     DepthGuidance guidance;
     uint32_t max_depth;

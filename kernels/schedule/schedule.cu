@@ -13,6 +13,8 @@ constexpr uint32_t kBlocksPerProcessor = 4;
 // Entries that replace others are spread by what the first ones of their strips were spread by, and need little more.
 // Those of two keys must not come due half-way, where they are kLeadShare of the bound off.
 constexpr float kLaterSpread = 0.15f, kTwoKeysSpread = 0.3f;
+// What a first frame decoded has one key and changes with every step of the camera as nothing later does.
+constexpr float kFreshShare = 0.5f;
 
 // What a warp knows of one strip: lanes 0 to 15 its anchors for the left eye, the others for the right.
 struct StripLane {
@@ -41,11 +43,11 @@ __device__ float largestChange(const StripLane& s, bool counts, const float* c0,
 __device__ float tolerance(const ReuseNow& now, uint32_t eye, uint32_t strip, uint32_t keys, bool fresh)
 {
     if (now.steady[eye] == 0)
-        return now.bound;
+        return now.erratic[eye] != 0 ? kErraticShare * now.bound : now.bound;
     // what a first frame decoded would be due all at once, and the picture would jump
     const float spread = stagger(strip);
     const float share = keys == 2 ? kTwoKeysSpread : kLaterSpread;
-    return now.bound * (keys == 1 && fresh ? spread : 1 - share + share * spread);
+    return now.bound * (keys == 1 && fresh ? kFreshShare * spread : 1 - share + share * spread);
 }
 
 __device__ float tolerance(const ReuseNow& now, uint32_t eye, uint32_t strip, const KeptEntry& kept)
@@ -59,13 +61,16 @@ __device__ KeyPlace placeOf(const KeptEntry& kept, const float* camera)
 }
 
 // May the eye draw the entry, as far as one look at it tells? No never means no under ReusePolicy::Error.
-__device__ bool surelyGood(const ReuseNow& now, uint32_t depth, uint32_t eye, uint32_t strip, const KeptEntry& kept)
+__device__ bool surelyGood(const ReuseNow& now, uint32_t depth, uint32_t eye, const ListedStrip& listed,
+                           const KeptEntry& kept)
 {
     if (now.policy == ReusePolicy::Depth || kept.decoded == now.frame)
         return now.frame - kept.decoded <= depth;
+    if ((lanesOfAnyEye(listed.lanes) & ~kept.lanes) != 0)
+        return false;
     const KeyPlace place = placeOf(kept, now.center[eye]);
     return changeBound(kept.reach, kept.center[1], place.point, now.center[eye]) + place.curve <=
-           tolerance(now, eye, strip, kept);
+           tolerance(now, eye, listed.strip, kept);
 }
 
 struct Tally {
@@ -114,7 +119,7 @@ struct Plan {
 // near, from half a life ahead, so that the error starts below the bound, falls to zero and rises again. A camera that
 // does not move steadily has the place it is at. As far as the bound allows or, where that is more, as long as the
 // budget makes entries live: `level`.
-__device__ Plan planFor(const StripLane& s, const ReuseNow& now, uint32_t strip, uint32_t count, float rate,
+__device__ Plan planFor(const StripLane& s, const ReuseNow& now, uint32_t strip, uint32_t lanes, float rate,
                         float level, bool fresh)
 {
     const float* const camera = now.center[s.eye];
@@ -123,7 +128,7 @@ __device__ Plan planFor(const StripLane& s, const ReuseNow& now, uint32_t strip,
     float ahead[3] = {camera[0], camera[1], camera[2]};
     const float life = fmaxf(kLeadShare * now.bound / kCurve, level) * (0.5f + 0.5f * stagger(strip));
     const bool two = lookAhead(s, now, rate, life, 1.0f, ahead) && steady;
-    const float span = largestChange(s, s.row < count, camera, ahead);
+    const float span = largestChange(s, (lanes >> s.row & 1u) != 0, camera, ahead);
     const float most = tolerance(now, s.eye, strip, 1, fresh);
     float half_way[3] = {camera[0], camera[1], camera[2]};
     const bool one = lookAhead(s, now, rate, fmaxf(kLeadShare * most, 0.5f * level), 0.5f, half_way) && steady;
@@ -138,11 +143,37 @@ __device__ Plan planFor(const StripLane& s, const ReuseNow& now, uint32_t strip,
     return plan;
 }
 
-__device__ StripReach reachOf(const StripLane& s, const float* center)
+// Of the anchors `lanes`; of none: what adds nothing to another.
+__device__ StripReach reachOf(const StripLane& s, uint32_t lanes, const float* center)
 {
+    const bool counts = (lanes >> s.row & 1u) != 0;
     const float x = s.p.x - center[0], y = s.p.y - center[1], z = s.p.z - center[2];
     const float length = sqrtf(x * x + y * y + z * z), sum = s.direction + s.distance;
-    return {halfMax(sum / length), -halfMax(-length), halfMax(sum)};
+    return {halfMax(counts ? sum / length : 0.0f), -halfMax(counts ? -length : -INFINITY),
+            halfMax(counts ? sum : 0.0f)};
+}
+
+// Span and reach of an eye's own entry are of those anchors that were seen so far: what passes beside the camera,
+// unseen, changes so fast that it would have its whole strip decoded every other frame. `lanes`: seen by now. All lanes
+// of the warp call it together, each half for its own entry.
+__device__ void widen(const StripLane& s, uint32_t lanes, KeptEntry& kept, KeptEntry* entry)
+{
+    const uint32_t more = entry != nullptr ? lanes & ~kept.lanes : 0u;
+    if (!__any_sync(~0u, more != 0))
+        return;
+    const float span = largestChange(s, kept.keys == 2 && (more >> s.row & 1u) != 0, kept.center[0], kept.center[1]);
+    const StripReach reach = reachOf(s, more, kept.center[1]);
+    if (more == 0)
+        return;
+    kept.span = fmaxf(kept.span, span);
+    kept.reach = {fmaxf(kept.reach.rate, reach.rate), fminf(kept.reach.nearest, reach.nearest),
+                  fmaxf(kept.reach.weight, reach.weight)};
+    kept.lanes |= more;
+    if (s.row == 0) {
+        entry->span = kept.span;
+        entry->reach = kept.reach;
+        entry->lanes = kept.lanes;
+    }
 }
 
 // Decides for a strip that takes more than a look. All lanes of the warp work on it.
@@ -169,6 +200,9 @@ __device__ void decide(const ScheduleCudaArgs& args, const ListedStrip& listed, 
     KeptEntry kept{};
     if (own != kNoEntry)
         kept = tables.entries[own];
+    const uint32_t seen = lanesOfAnyEye(listed.lanes);
+    if (by_error)
+        widen(s, seen, kept, own != kNoEntry ? tables.entries + own : nullptr);
     KeyPlace at = placeOf(kept, camera);
     float error = largestChange(s, s.sees(), at.point, camera) + at.curve;
     if (own == kNoEntry)
@@ -185,6 +219,7 @@ __device__ void decide(const ScheduleCudaArgs& args, const ListedStrip& listed, 
         KeptEntry there{};
         if (others != kNoEntry)
             there = tables.entries[others];
+        there.span = __shfl_xor_sync(~0u, kept.span, 16); // as the other half has widened it
         at = placeOf(there, camera);
         float error_there = largestChange(s, s.sees(), at.point, camera) + at.curve;
         if (others == kNoEntry)
@@ -216,9 +251,9 @@ __device__ void decide(const ScheduleCudaArgs& args, const ListedStrip& listed, 
             // what is new is decoded whatever the budget, and no better for being far off
             const uint32_t before = (now.frame - 1) & 1u;
             const bool waits = now.decode_budget > 0 && !fresh && state.level_frame[before] == now.frame - 1;
-            plan = planFor(s, now, listed.strip, listed.count, rate, waits ? state.level[before][s.eye] : 0.0f, fresh);
+            plan = planFor(s, now, listed.strip, seen, rate, waits ? state.level[before][s.eye] : 0.0f, fresh);
         }
-        reach = reachOf(s, plan.center[1]);
+        reach = reachOf(s, seen, plan.center[1]);
         Plan left;
 #pragma unroll
         for (int i = 0; i < 6; ++i)
@@ -320,7 +355,7 @@ __global__ void __launch_bounds__(kThreads) scheduleKernel(const __grid_constant
                     slots[e] = tables.slot_of[e][listed.strip];
                     if (slots[e] != kNoEntry)
                         kept[e] = tables.entries[slots[e]];
-                    open |= slots[e] == kNoEntry || !surelyGood(now, depth, e, listed.strip, kept[e]);
+                    open |= slots[e] == kNoEntry || !surelyGood(now, depth, e, listed, kept[e]);
                 }
         }
         if (i < strips && !open) {

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the tests of reuse on a GPU draw, and hold it against.
+#pragma once
+
+#include "tests/kernels/gpu_tools.h"
+
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <memory>
+#include <vector>
+
+namespace gsc::test {
+
+inline SyntheticOptions modelOptions(LevelRule rule = LevelRule::None)
+{
+    SyntheticOptions options;
+    options.anchors = 1200;
+    options.seed = 7;
+    if (rule != LevelRule::None) {
+        options.levels = 4;
+        options.level_rule = rule;
+        options.flags = kModelHasLevels | kModelLodHalfCell;
+    }
+    return options;
+}
+
+// Frame `i` of a walk round the model, eyes `apart` world units from each other.
+inline std::vector<EyeParams> walk(int i, size_t eye_count, float apart = 0.1f)
+{
+    std::vector<EyeParams> eyes;
+    for (size_t e = 0; e < eye_count; ++e) {
+        const float position[3] = {0.2f + 0.02f * float(i) + apart * float(e), 0.3f, -5 + 0.01f * float(i)};
+        const float target[3] = {0.1f, -0.2f, 0.3f};
+        eyes.push_back(lookAt(position, target, 0.9f, 120, 90));
+    }
+    return eyes;
+}
+
+inline FrameOptions with(ReusePolicy policy, float bound = 0, uint32_t depth = 10)
+{
+    FrameOptions options = onGrey(Tier::Fast);
+    options.reuse.policy = policy;
+    options.reuse.bound = bound;
+    options.reuse.max_depth = depth;
+    return options;
+}
+
+inline std::unique_ptr<Backend> open(const ModelView& model, const char* name = "cuda")
+{
+    std::unique_ptr<Backend> backend = makeBackend(name, 1);
+    backend->load(model);
+    return backend;
+}
+
+inline bool sameBytes(const std::vector<float>& a, const std::vector<float>& b)
+{
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+// That `options` draws over a walk what no reuse does, but for the half precision of the entries.
+inline void checkLikeNone(const ModelView& model, const FrameOptions& options, size_t eye_count, int frames = 4)
+{
+    const auto plain = open(model), reusing = open(model);
+    FrameOptions none = options;
+    none.reuse = {};
+    for (int i = 0; i < frames; ++i) {
+        CAPTURE(i);
+        const auto expected = render(*plain, walk(i, eye_count), none);
+        const auto actual = render(*reusing, walk(i, eye_count), options);
+        for (size_t e = 0; e < eye_count; ++e) {
+            const EyeCounts &got = actual[e].result.eyes[e], &want = expected[e].result.eyes[e];
+            CHECK(compare(actual[e].pixels, expected[e].pixels).psnr >= 75);
+            CHECK(got.anchors_visible == want.anchors_visible);
+            CHECK(double(got.gaussians_visible) == doctest::Approx(double(want.gaussians_visible)).epsilon(0.005));
+        }
+    }
+}
+
+} // namespace gsc::test

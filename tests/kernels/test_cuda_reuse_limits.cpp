@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reuse on a GPU: the budgets hold, and nothing depends on the order of atomics or on how often a frame was drawn.
+#include "format/error.h"
+#include "tests/kernels/reuse_tools.h"
+
+#include <doctest/doctest.h>
+
+using namespace gsc;
+using namespace gsc::test;
+
+TEST_CASE("reuse: a decode budget holds, what is new is decoded all the same, and waiting entries count as overdue")
+{
+    const SyntheticModel model(modelOptions());
+    const auto backend = open(model.view());
+    FrameOptions options = with(ReusePolicy::Error);
+    options.reuse.decode_budget = 100;
+    const auto first = render(*backend, walk(0, 1), options);
+    CHECK(first[0].result.eyes[0].anchors_decoded >= first[0].result.eyes[0].anchors_visible);
+    for (int i = 1; i < 5; ++i) {
+        std::vector<EyeParams> eye = walk(0, 1); // the same anchors stay in view
+        eye[0].center[0] += 0.001f * float(i);
+        const auto image = render(*backend, eye, options);
+        const EyeCounts& counts = image[0].result.eyes[0];
+        CHECK(counts.anchors_decoded <= 100);
+        CHECK(counts.anchors_decoded > 100 - 16);
+        CHECK(counts.anchors_overdue > 0);
+        CHECK(counts.anchors_overdue <= counts.anchors_reused);
+    }
+    // and the most visible error comes first: what waits gets its turn, so that none is left behind for long
+    options.reuse.decode_budget = 700;
+    uint64_t overdue = 0;
+    for (int i = 5; i < 9; ++i) {
+        std::vector<EyeParams> eye = walk(0, 1);
+        eye[0].center[0] += 0.005f; // stands still
+        overdue = render(*backend, eye, options)[0].result.eyes[0].anchors_overdue;
+    }
+    CHECK(overdue == 0);
+}
+
+TEST_CASE("reuse: a small cache holds its limit, gives up what was drawn least recently, and draws the same")
+{
+    const SyntheticModel model(modelOptions());
+    FrameOptions options = with(ReusePolicy::Error, 4);
+    options.reuse.cache_bytes = 60u << 10;
+    const float center[3] = {0, 0, 0};
+    const auto look = [&](float z) {
+        const float target[3] = {0.1f, 0.2f, z};
+        return std::vector<EyeParams>{lookAt(center, target, 0.8f, 64, 64)};
+    };
+    const auto backend = open(model.view());
+    const auto plain = open(model.view());
+    uint64_t evicted = 0;
+    for (int i = 0; i < 6; ++i) {
+        const std::vector<EyeParams> eyes = look(i % 2 == 0 ? 9.0f : -9.0f); // two views that share little
+        const auto image = render(*backend, eyes, options);
+        evicted += image[0].result.cache_evictions;
+        CHECK(compare(image[0].pixels, render(*plain, eyes, with(ReusePolicy::None))[0].pixels).psnr >= 75);
+        // tables that find an entry, and histograms, are not part of the limit
+        CHECK(image[0].result.cache_bytes < options.reuse.cache_bytes + (640u << 10));
+    }
+    CHECK(evicted > 0);
+    // what stays in view stays kept
+    const auto twice = render(*backend, look(-9.0f), options);
+    CHECK(twice[0].result.eyes[0].anchors_reused > twice[0].result.eyes[0].anchors_visible / 2);
+
+    options.reuse.bound = 0;
+    options.reuse.cache_bytes = 1; // room for nothing
+    checkLikeNone(model.view(), options, 2);
+    options.reuse.cache_bytes = 40 << 10; // for some strips
+    checkLikeNone(model.view(), options, 2);
+}
+
+TEST_CASE("reuse: frames that were drawn again for want of room decide as those that were not, and twice the same")
+{
+    SyntheticOptions many = modelOptions();
+    many.anchors = 2500;
+    many.log_scale = -1.6f;
+    const SyntheticModel model(many);
+    const auto eyes = [](int i) { // the last frame is larger, and too large on the way
+        const uint32_t width = i < 2 ? 200 : 400, height = i < 2 ? 100 : 200;
+        return std::vector<EyeParams>{eyeAhead(0.4f + 0.02f * float(i), -5, width, height),
+                                      eyeAhead(0.43f + 0.02f * float(i), -5, width, height)};
+    };
+    for (const uint64_t cache : {uint64_t(0), uint64_t(400) << 10}) {
+        CAPTURE(cache);
+        FrameOptions options = with(ReusePolicy::Error, 1);
+        options.reuse.decode_budget = 600;
+        options.reuse.cache_bytes = cache;
+        const auto fresh = open(model.view()), warm = open(model.view());
+        (void)render(*warm, eyes(2), options);
+        warm->dropCaches();
+        uint64_t repeats = 0;
+        for (int i = 0; i < 3; ++i) {
+            CAPTURE(i);
+            const auto a = render(*fresh, eyes(i), options), b = render(*warm, eyes(i), options);
+            repeats = a[0].result.repeats;
+            CHECK(b[0].result.repeats == 0);
+            CHECK(a[0].result.cache_evictions == b[0].result.cache_evictions);
+            for (size_t e = 0; e < 2; ++e) {
+                CHECK(sameBytes(a[e].pixels, b[e].pixels));
+                CHECK(a[e].result.eyes[e].anchors_decoded == b[e].result.eyes[e].anchors_decoded);
+                CHECK(a[e].result.eyes[e].anchors_overdue == b[e].result.eyes[e].anchors_overdue);
+            }
+        }
+        CHECK(repeats > 0);
+    }
+}
+
+TEST_CASE("reuse: what cannot be kept is refused")
+{
+    const SyntheticModel model(modelOptions());
+    Backend& gpu = cudaBackend();
+    gpu.load(model.view());
+    const std::vector<EyeParams> eyes = walk(0, 2);
+    const auto refused = [&](const FrameOptions& options) {
+        FrameResult result;
+        try {
+            gpu.render(eyes.data(), 2, options, nullptr, result);
+        } catch (const Error& error) {
+            return error.code();
+        }
+        return ErrorCode::Internal;
+    };
+    FrameOptions options = with(ReusePolicy::Error, 1);
+    options.tier = Tier::Exact;
+    CHECK(refused(options) == ErrorCode::Unsupported);
+    options = with(ReusePolicy::Error, 1);
+    options.stereo = StereoMode::Merged;
+    CHECK(refused(options) == ErrorCode::Unsupported);
+    options = with(ReusePolicy::None);
+    options.reuse.cut = true;
+    CHECK(refused(options) == ErrorCode::Unsupported);
+    options.reuse = {};
+    options.reuse.order = true;
+    CHECK(refused(options) == ErrorCode::Unsupported);
+    CHECK(refused(with(ReusePolicy::Error, -1)) == ErrorCode::Usage);
+    checkLikeNone(model.view(), with(ReusePolicy::Error), 1, 1);
+}
