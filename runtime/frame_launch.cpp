@@ -56,6 +56,12 @@ DecodeCudaArgs fastArgs(const FrameJob& job, const DecodeFrame& frame)
             reinterpret_cast<PackedSplat*>(job.buffers.splats)};
 }
 
+// The tier `exact` blends every list from its first splat to its last, as the trainers do.
+uint32_t segmentsOf(const FrameShape& shape, const FrameCapacity& capacity, const CudaLimits& limits)
+{
+    return shape.exact ? 0u : segmentCapacity(shape.eye_count / shape.lists(), capacity.pairs, limits.processors);
+}
+
 } // namespace
 
 void FrameShape::shareBins()
@@ -100,6 +106,9 @@ FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const Fr
     b.bin_class = layout.take<uint32_t>(shape.bins());
     b.bin_queue = layout.take<uint32_t>(shape.bins());
     b.pieces = layout.take<Piece>(size_t(kPieceClasses) * pieceCapacity(shape.bins(), capacity.pairs));
+    const uint32_t segments = segmentsOf(shape, capacity, limits);
+    b.segments = layout.take<ListSegment>(segments);
+    b.partial = layout.take<float>(segments * segmentValues(shape.grid));
     const size_t slots = size_t(shape.eye_count) * capacity.slots;
     b.splats = layout.take<unsigned char>(slots * shape.splatBytes());
     b.places = layout.take<SplatPlace>(size_t(shape.lists()) * capacity.slots);
@@ -183,6 +192,8 @@ void launchBin(const FrameJob& job, uint32_t pass, const CudaStream& stream)
     args.pair_capacity = job.capacity.pairs;
     args.bin_class = job.buffers.bin_class;
     args.bin_queue = job.buffers.bin_queue;
+    args.segments = job.buffers.segments;
+    args.segment_capacity = segmentsOf(job.shape, job.capacity, job.limits);
     args.pieces = job.buffers.pieces;
     args.piece_capacity = pieceCapacity(job.shape.bins(), job.capacity.pairs);
     args.scratch = job.buffers.scan_scratch;
@@ -221,6 +232,9 @@ void launchBlend(const FrameJob& job, uint32_t pass, const CudaStream& stream)
     args.slot_capacity = job.capacity.slots;
     args.cells = job.buffers.cells;
     args.bin_queue = job.buffers.bin_queue;
+    args.segments = job.buffers.segments;
+    args.segment_capacity = segmentsOf(job.shape, job.capacity, job.limits);
+    args.partial = job.buffers.partial;
     args.keys = job.buffers.keys;
     args.pair_capacity = job.capacity.pairs;
     args.counters = job.buffers.counters;

@@ -52,6 +52,8 @@ struct FrameBuffers { // device memory
     SplatPlace* places;
     BinKey* keys;
     Piece* pieces;
+    ListSegment* segments;
+    float* partial;
     unsigned char* scan_scratch;
     size_t scan_bytes;
     float *image[kMaxEyes], *transmittance[kMaxEyes];

@@ -7,6 +7,8 @@
 #include <cub/block/block_scan.cuh>
 #include <cub/device/device_scan.cuh>
 
+#include <algorithm>
+
 namespace gsc {
 
 namespace {
@@ -16,6 +18,10 @@ static_assert(kDepthBuckets % (4 * kSlabBlock) == 0);
 constexpr uint32_t kThreads = 256;
 constexpr uint32_t kBlocksPerProcessor = 8; // all that a multiprocessor holds
 constexpr uint32_t kPartsPerProcessor = 32; // a bin is hot if it has more than half of such a part of all that is read
+// A list is cut into segments of as much as a processor reads, in four parts; shorter ones would not be worth the second
+// look.
+constexpr uint32_t kPartsPerSegment = 8, kLeastSegment = 8192;
+constexpr uint32_t kLeastSegments = 6; // of a list that is cut
 
 // A block per kSlabBlock buckets, which adds up all of the histogram by itself: it is small, and nothing waits for another
 // block. A bucket goes to the slab its middle falls into.
@@ -149,6 +155,31 @@ __global__ void __launch_bounds__(kThreads) pieceKernel(const __grid_constant__ 
     }
 }
 
+// Cuts the list of a bin that is long enough. All that are longer than a segment of `length` have at most twice as many as
+// all keys would make.
+__device__ bool cutList(const BinCudaArgs& args, uint32_t entry, uint32_t length)
+{
+    const uint32_t slabs = args.grid.slabs();
+    const uint32_t begin = entry == 0 ? 0u : args.cells[entry * slabs - 1], end = args.cells[(entry + 1) * slabs - 1];
+    if (end - begin <= kLeastSegments * length || args.segment_capacity == 0)
+        return false;
+    const uint32_t count = (end - begin + length - 1) / length, all = count * args.readers;
+    const uint32_t first = atomicAdd(&args.counters->pass.segments, all);
+    const bool fits = first + all <= args.segment_capacity;
+    for (uint32_t i = 0; i < all && first + i < args.segment_capacity; ++i) {
+        const uint32_t reader = i / count;
+        args.segments[first + i] = {entry,
+                                    args.readers > 1 ? reader : entry / args.grid.bins(),
+                                    i % count,
+                                    fits ? count : 0u,
+                                    first + reader * count,
+                                    length,
+                                    0,
+                                    0};
+    }
+    return fits;
+}
+
 // The bins by falling size, so that the longest lists are started first, and what the pass needed of the buffers.
 __global__ void __launch_bounds__(kThreads) queueKernel(const __grid_constant__ BinCudaArgs args, uint32_t parts)
 {
@@ -185,7 +216,12 @@ __global__ void __launch_bounds__(kThreads) queueKernel(const __grid_constant__ 
     if (bin >= classed) // all bins, or none in a frame that will be drawn again
         return;
     const uint32_t kind = args.bin_class[bin];
-    args.bin_queue[before[kind] + takeTurn(counters.pass.queued, kind).mine()] = bin;
+    unsigned long long pairs = 0;
+    for (uint32_t e = 0; e < args.lists; ++e)
+        pairs += counters.pass.pairs[e];
+    const bool cut = pairs <= args.pair_capacity &&
+                     cutList(args, bin, max(uint32_t(pairs * kPartsPerSegment / parts), kLeastSegment));
+    args.bin_queue[before[kind] + takeTurn(counters.pass.queued, kind).mine()] = bin | (cut ? kSplitBin : 0u);
 }
 
 } // namespace
@@ -206,6 +242,12 @@ size_t binScratchBytes(uint32_t cells)
 uint32_t pieceCapacity(uint32_t bins, uint32_t pairs)
 {
     return bins + pairs / kPieceAim + 1;
+}
+
+uint32_t segmentCapacity(uint32_t readers, uint32_t pairs, uint32_t processors)
+{
+    const uint64_t by_length = uint64_t(2) * readers * pairs / kLeastSegment;
+    return uint32_t(std::min<uint64_t>(by_length, uint64_t(2) * processors * kPartsPerProcessor / kPartsPerSegment));
 }
 
 void binCuda(const BinCudaArgs& args, uint32_t processors, CUstream_st* stream)

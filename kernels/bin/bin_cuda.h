@@ -16,6 +16,17 @@ struct BinKey {
     uint32_t slot; // of the splat, counted over all lists
 };
 
+// Part of a bin's list that is so long that the block that blended it would be the last to finish by far.
+struct ListSegment {
+    uint32_t entry, eye;       // list x bins + bin; who reads it
+    uint32_t number, count;    // of `count` of the list, from near to far; 0: none
+    uint32_t first;            // index of the list's segment 0
+    uint32_t length;           // keys, of all but the last
+    uint32_t blended, settled; // of segment 0: how many of the list are done, once and for good
+};
+
+constexpr uint32_t kSplitBin = 1u << 31; // in the queue: its list is cut into segments
+
 struct BinCudaArgs {
     BinGrid grid;
     uint32_t lists;           // per bin: one for every eye, or one for both
@@ -27,8 +38,10 @@ struct BinCudaArgs {
     BinKey* keys;    // pair_capacity; unordered within a cell
     uint32_t pair_capacity;
     uint32_t* bin_class; // lists x grid.bins(): leading zeros of the count
-    uint32_t* bin_queue; // lists x grid.bins(): list x bins + bin, fullest first
-    Piece* pieces;       // kPieceClasses x piece_capacity
+    uint32_t* bin_queue; // lists x grid.bins(): list x bins + bin, fullest first; kSplitBin
+    ListSegment* segments;
+    uint32_t segment_capacity; // 0: no list is cut
+    Piece* pieces;             // kPieceClasses x piece_capacity
     uint32_t piece_capacity;
     void* scratch; // binScratchBytes()
     size_t scratch_bytes;
@@ -42,6 +55,9 @@ void slabCuda(const uint32_t* histogram, uint16_t* slab_of, uint32_t slabs, CUst
 size_t binScratchBytes(uint32_t cells);
 // Pieces that a frame can have at most, of every class.
 uint32_t pieceCapacity(uint32_t bins, uint32_t pairs);
+
+// Segments that a pass can have at most.
+uint32_t segmentCapacity(uint32_t readers, uint32_t pairs, uint32_t processors);
 
 void binCuda(const BinCudaArgs& args, uint32_t processors, CUstream_st* stream); // asynchronous
 

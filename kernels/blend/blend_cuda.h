@@ -20,12 +20,23 @@ struct BlendCudaArgs {
     uint32_t slot_capacity; // from an eye's splats to the next's
     const uint32_t* cells;  // ends, from bin
     const uint32_t* bin_queue;
+    ListSegment* segments; // from bin
+    uint32_t segment_capacity;
+    float* partial;     // segmentValues() per segment
     const BinKey* keys; // sorted
     uint32_t pair_capacity;
     FrameCounters* counters;
     float* image[kMaxEyes];         // height x width x 3
     float* transmittance[kMaxEyes]; // height x width, negative where finished; of no use to a single pass
 };
+
+constexpr uint32_t kSegmentPlanes = 5;
+
+// Floats that a segment's result takes.
+inline size_t segmentValues(const BinGrid& grid)
+{
+    return size_t(kSegmentPlanes) * kBinWidth * grid.height;
+}
 
 // Raises the shared-memory limits of the kernels; once per device. Throws Error (Unsupported if the build has no code for
 // the device).
@@ -34,5 +45,9 @@ void prepareBlendCuda();
 // Asynchronous.
 void blendFastCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
 void blendExactCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
+
+// Parts of the two above: of a frame with segments.
+void prepareSegmentsCuda();
+void blendSegmentsCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
 
 } // namespace gsc

@@ -95,7 +95,8 @@ struct PassCounters {
     uint32_t pieces[kPieceClasses], next_piece[kPieceClasses];
     uint32_t bin_classes[kBinClasses], queued[kBinClasses]; // fullest first
     uint32_t hot_bins;                                      // blended by a whole block each
-    uint32_t next_hot, next_bin;                            // work queues of the blend
+    uint32_t segments;                                      // of long lists, for all their readers
+    uint32_t next_hot, next_bin, next_segment;              // work queues of the blend
 };
 
 // Written and read on the device only. One per frame; the host reads it after the frame to grow buffers and for counts.

@@ -20,17 +20,31 @@
 
 namespace gsc {
 
-// Asynchronous. Throws Error (Device, Unsupported) if the launch itself fails.
+// Asynchronous. Throws Error (Device, Unsupported) if the launch itself fails. beside: starts as soon as the kernel before
+// it says launchDependents() and leaves it room, and must say waitForEarlier() before it ends or reads what that writes.
 template <typename... Parameters, typename... Arguments>
-void launchCuda(void (*kernel)(Parameters...), dim3 blocks, uint32_t threads, size_t shared_bytes, cudaStream_t stream,
-                const Arguments&... arguments)
+void launchCudaAs(bool beside, void (*kernel)(Parameters...), dim3 blocks, uint32_t threads, size_t shared_bytes,
+                  cudaStream_t stream, const Arguments&... arguments)
 {
+    cudaLaunchAttribute attribute{};
+    attribute.id = cudaLaunchAttributeProgrammaticStreamSerialization;
+    attribute.val.programmaticStreamSerializationAllowed = 1;
     cudaLaunchConfig_t config{};
     config.gridDim = blocks;
     config.blockDim = dim3(threads);
     config.dynamicSmemBytes = shared_bytes;
     config.stream = stream;
+    config.attrs = beside ? &attribute : nullptr;
+    config.numAttrs = beside ? 1 : 0;
     GSC_CUDA_CHECK(cudaLaunchKernelEx(&config, kernel, arguments...));
+}
+
+// The same, after all that was launched before.
+template <typename... Parameters, typename... Arguments>
+void launchCuda(void (*kernel)(Parameters...), dim3 blocks, uint32_t threads, size_t shared_bytes, cudaStream_t stream,
+                const Arguments&... arguments)
+{
+    launchCudaAs(false, kernel, blocks, threads, shared_bytes, stream, arguments...);
 }
 
 // Lets a kernel take more shared memory than the 48 KiB that any may.

@@ -57,6 +57,39 @@ __device__ __forceinline__ bool barrierAny(uint32_t id, uint32_t threads, bool v
     return result != 0;
 }
 
+// What this thread has written is seen by the whole device before what it writes from here on.
+__device__ __forceinline__ void fenceDevice()
+{
+    __threadfence();
+}
+
+// Past the multiprocessor's own cache, which knows nothing of what others write.
+__device__ __forceinline__ float loadFresh(const float* at)
+{
+    return __ldcg(at);
+}
+
+__device__ __forceinline__ uint32_t loadFresh(const uint32_t* at)
+{
+    return *static_cast<const volatile uint32_t*>(at);
+}
+
+// Lets the kernel launched beside this one start (launchCudaAs()), once all blocks have said so or ended.
+__device__ __forceinline__ void launchDependents()
+{
+#if __CUDA_ARCH__ >= 900
+    asm volatile("griddepcontrol.launch_dependents;");
+#endif
+}
+
+// Until the kernel that this one was launched beside has ended, and what it wrote is seen.
+__device__ __forceinline__ void waitForEarlier()
+{
+#if __CUDA_ARCH__ >= 900
+    asm volatile("griddepcontrol.wait;" : : : "memory");
+#endif
+}
+
 } // namespace gsc
 
 #endif

@@ -68,4 +68,15 @@ inline bool barrierAny(uint32_t id, uint32_t threads, bool value, GSC_EMULATION_
     return gsc_emulation::meetBlock({"bar.red.or", caller, line}, id, threads, value);
 }
 
+// note: blocks follow each other here
+inline void fenceDevice() {}
+
+template <typename T>
+T loadFresh(const T* at)
+{
+    return *at;
+}
+inline void launchDependents() {}
+inline void waitForEarlier() {}
+
 } // namespace gsc

@@ -15,7 +15,7 @@ target_compile_definitions(gsc_cuda_emulation PUBLIC GSC_CUDA_EMULATION)
 
 set(emulated_kernels upload/upload.cu select/select.cu schedule/schedule.cu schedule/grant.cu decode/decode.cu
                      decode/decode_keep.cu decode/draw_kept.cu decode/decode_exact.cu bin/bin.cu sort/sort.cu
-                     blend/blend.cu)
+                     blend/blend.cu blend/blend_segments.cu)
 list(TRANSFORM emulated_kernels PREPEND ${PROJECT_SOURCE_DIR}/kernels/)
 # note: a property of this directory alone; where there is a toolkit, kernels/ still gives the same files to nvcc.
 # The kernels read values as other types, as CUDA allows

@@ -5,8 +5,8 @@
 #include "kernels/common/cuda_check.h"
 #include "runtime/cuda_device.h"
 
-#include <algorithm>
 #include <cstddef>
+#include <string>
 #include <type_traits>
 #include <vector>
 
@@ -29,9 +29,9 @@ public:
     explicit GuardedBuffer(size_t count) : m_count(count)
     {
         GSC_CUDA_CHECK(cudaMalloc(reinterpret_cast<void**>(&m_base), bytes() + 2 * kGuard));
-        std::vector<unsigned char> content(kGuard, kCanary);
-        content.resize(kGuard + bytes(), 0xff);
-        content.resize(2 * kGuard + bytes(), kCanary);
+        std::string content(kGuard, char(kCanary));
+        content.append(bytes(), char(0xff));
+        content.append(kGuard, char(kCanary));
         copyIn(m_base, content.data(), content.size());
     }
     explicit GuardedBuffer(const std::vector<T>& values) : GuardedBuffer(values.size()) { write(values); }

@@ -117,12 +117,12 @@ PieceSet expectedPieces(const Places& p, const Expected& expected, uint32_t pair
     return pieces;
 }
 
-void checkQueue(const Places& p, const Expected& expected, const FrameCounters& counters,
+void checkQueue(const Places& p, const Expected& expected, const FrameCounters& counters, uint32_t parts,
                 const std::vector<uint32_t>& bin_class, const std::vector<uint32_t>& queue)
 {
     const uint32_t slabs = p.grid.slabs(), bins = p.eye_count * p.grid.bins();
     uint32_t wrong = 0, per_class[kBinClasses] = {}, hot = 0;
-    const uint32_t parts = kTestProcessors * 32, pairs = expected.ends.back();
+    const uint32_t pairs = expected.ends.back();
     const uint32_t bound = std::max(pairs / (2 * parts), 1024u);
     for (uint32_t bin = 0; bin < bins; ++bin) {
         const uint32_t count = expected.ends[size_t(bin + 1) * slabs - 1] - expected.startOf(size_t(bin) * slabs);
@@ -145,7 +145,45 @@ void checkQueue(const Places& p, const Expected& expected, const FrameCounters& 
     CHECK(fullest_first);
 }
 
-void checkBin(const Places& p, uint32_t pair_capacity)
+// Every list that is long enough, and no other, is cut into segments that follow each other; none is queued as a whole.
+void checkSegments(const Places& p, const Expected& expected, uint32_t pair_capacity, uint32_t readers,
+                   uint32_t processors, const FrameCounters& counters, std::vector<ListSegment> segments,
+                   std::vector<uint32_t>& queue)
+{
+    const uint32_t slabs = p.grid.slabs(), bins = p.eye_count * p.grid.bins(), pairs = expected.ends.back();
+    const uint32_t length = std::max(uint32_t(uint64_t(pairs) * readers / (4 * processors)), 8192u);
+    uint32_t wrong = 0, total = 0;
+    for (uint32_t& entry : queue) {
+        const bool cut = (entry & kSplitBin) != 0;
+        entry &= ~kSplitBin;
+        if (entry >= bins)
+            continue; // nothing is queued
+        const uint32_t count = expected.ends[size_t(entry + 1) * slabs - 1] - expected.startOf(size_t(entry) * slabs);
+        wrong += cut != (pairs <= pair_capacity && count > 6 * length);
+        if (!cut)
+            continue;
+        const uint32_t parts = (count + length - 1) / length;
+        total += parts * readers;
+        for (uint32_t reader = 0; reader < readers; ++reader) {
+            const uint32_t eye = readers > 1 ? reader : entry / p.grid.bins();
+            const auto first = std::find_if(segments.begin(), segments.end(), [&](const ListSegment& s) {
+                return s.entry == entry && s.eye == eye && s.number == 0;
+            });
+            REQUIRE(first + parts <= segments.end());
+            for (uint32_t i = 0; i < parts; ++i) {
+                const ListSegment& s = first[i];
+                wrong += s.entry != entry || s.eye != eye || s.number != i || s.count != parts ||
+                         s.first != uint32_t(first - segments.begin()) || s.length != length || s.blended != 0 ||
+                         s.settled != 0;
+            }
+        }
+    }
+    CHECK(wrong == 0);
+    CHECK(counters.pass.segments == total);
+    CHECK(total <= segments.size());
+}
+
+void checkBin(const Places& p, uint32_t pair_capacity, uint32_t readers = 1, uint32_t processors = kTestProcessors)
 {
     const Expected expected(p);
     const uint32_t bins = p.eye_count * p.grid.bins();
@@ -162,12 +200,15 @@ void checkBin(const Places& p, uint32_t pair_capacity)
     const GuardedBuffer<BinKey> keys(pair_capacity);
     const GuardedBuffer<Piece> pieces(size_t(kPieceClasses) * piece_capacity);
     const GuardedBuffer<unsigned char> scratch(scratch_bytes);
+    const GuardedBuffer<ListSegment> segments(segmentCapacity(readers, pair_capacity, processors));
     const GuardedBuffer<FrameCounters> counters(std::vector<FrameCounters>{before});
 
     BinCudaArgs args{};
     args.grid = p.grid;
     args.lists = p.eye_count;
-    args.readers = 1;
+    args.readers = readers;
+    args.segments = segments.get();
+    args.segment_capacity = segmentCapacity(readers, pair_capacity, processors);
     args.places = places.get();
     args.slot_capacity = p.slot_capacity;
     args.pass = {slab_of.get(), kOtherPass, kOtherPass + 1};
@@ -181,9 +222,9 @@ void checkBin(const Places& p, uint32_t pair_capacity)
     args.scratch = scratch.get();
     args.scratch_bytes = scratch_bytes;
     args.counters = counters.get();
-    binCuda(args, kTestProcessors, testStream().handle);
+    binCuda(args, processors, testStream().handle);
     for (const bool whole : {places.intact(), slab_of.intact(), cells.intact(), bin_class.intact(), bin_queue.intact(),
-                             keys.intact(), pieces.intact(), scratch.intact(), counters.intact()})
+                             keys.intact(), pieces.intact(), scratch.intact(), counters.intact(), segments.intact()})
         CHECK(whole);
 
     const FrameCounters after = counters.read()[0];
@@ -228,7 +269,9 @@ void checkBin(const Places& p, uint32_t pair_capacity)
     }
     CHECK(listed == expectedPieces(p, expected, pair_capacity));
     CHECK(listed.size() == pieces_total);
-    checkQueue(p, expected, after, bin_class.read(), bin_queue.read());
+    std::vector<uint32_t> queue = bin_queue.read();
+    checkSegments(p, expected, pair_capacity, readers, processors, after, segments.read(), queue);
+    checkQueue(p, expected, after, processors * 32 / readers, bin_class.read(), queue);
 }
 
 void checkWithRoom(const Places& p)
@@ -400,5 +443,22 @@ TEST_CASE("slabs: equal loads to within a bucket")
             for (const uint64_t l : load)
                 equal &= std::abs(double(l) - fair) <= slack;
             CHECK(equal);
+        }
+}
+
+TEST_CASE("bin: lists much longer than a processor's part of all are cut into segments, for every eye that reads them")
+{
+    // 49152 keys are six segments of 8192 and stay whole, one more is cut
+    for (const uint32_t readers : {1u, 2u})
+        for (const uint32_t longest : {49152u, 49153u, 70000u}) {
+            CAPTURE(readers);
+            CAPTURE(longest);
+            Places p = emptyPlaces({3, 2, 16, 6}, 1, longest + 49152 + 100, longest + 49152 + 100);
+            Random random(longest);
+            for (uint32_t i = 0; i < p.places.size(); ++i) {
+                const uint32_t x = i < longest ? 1u : i < longest + 49152 ? 2u : 0u;
+                p.places[i] = {floatBits(2 + 60 * random.uniform()), x | x << 16};
+            }
+            checkBin(p, Expected(p).ends.back() + 5, readers, 64);
         }
 }

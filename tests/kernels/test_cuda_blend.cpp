@@ -36,9 +36,10 @@ void launch(const BlendCudaArgs& args, const ExactSplat*)
     blendExactCuda(args, kTestProcessors, testStream().handle);
 }
 
-// Draws the scene in `passes`, each of which takes its part of the splats; the `hot` fullest bins by whole blocks.
+// Draws the scene in `passes`, each of which takes its part of the splats; the `hot` fullest bins by whole blocks; lists
+// longer than `length` in segments of as many.
 template <typename Splat>
-Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_t hot = 0)
+Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_t hot = 0, uint32_t length = ~0u)
 {
     const auto eye_count = uint32_t(scene.eyes.size());
     const uint32_t bins = eye_count * scene.grid.bins();
@@ -71,9 +72,20 @@ Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_
             queue[bin] = bin;
         }
         std::stable_sort(queue.begin(), queue.end(), [&](uint32_t a, uint32_t b) { return counts[a] > counts[b]; });
+        std::vector<ListSegment> cut;
+        for (uint32_t& entry : queue)
+            if (counts[entry] > length) {
+                const uint32_t count = (counts[entry] + length - 1) / length, start = uint32_t(cut.size());
+                for (uint32_t i = 0; i < count; ++i)
+                    cut.push_back({entry, entry / scene.grid.bins(), i, count, start, length, 0, 0});
+                entry |= kSplitBin;
+            }
         FrameCounters counters = drawn.counters;
         counters.pass = {};
         counters.pass.hot_bins = std::min(hot, bins);
+        counters.pass.segments = uint32_t(cut.size());
+        const GuardedBuffer<ListSegment> segments(cut);
+        const GuardedBuffer<float> partial(cut.size() * segmentValues(scene.grid));
         const GuardedBuffer<BinKey> device_keys(keys);
         const GuardedBuffer<uint32_t> cells(ends), bin_queue(queue);
         const GuardedBuffer<FrameCounters> device_counters(std::vector<FrameCounters>{counters});
@@ -93,13 +105,16 @@ Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_
         args.splats = splats.get();
         args.cells = cells.get();
         args.bin_queue = bin_queue.get();
+        args.segments = segments.get();
+        args.segment_capacity = uint32_t(cut.size());
+        args.partial = partial.get();
         args.keys = device_keys.get();
         args.pair_capacity = uint32_t(keys.size());
         args.counters = device_counters.get();
         launch(args, static_cast<const Splat*>(nullptr));
-        for (const bool whole :
-             {splats.intact(), image[0].intact(), image[1].intact(), left[0].intact(), left[1].intact(),
-              device_keys.intact(), cells.intact(), bin_queue.intact(), device_counters.intact()})
+        for (const bool whole : {splats.intact(), image[0].intact(), image[1].intact(), left[0].intact(),
+                                 left[1].intact(), device_keys.intact(), cells.intact(), bin_queue.intact(),
+                                 device_counters.intact(), segments.intact(), partial.intact()})
             CHECK(whole);
         drawn.counters = device_counters.read()[0];
     }
@@ -249,6 +264,38 @@ void checkSaturation()
             }
 }
 
+// Segments are what the whole list is, but for the order of rounding.
+void checkSegments()
+{
+    for (const uint32_t bin_height : {16u, 32u})
+        for (const float opacity_max : {0.1f, 1.0f}) // open to the end, and finished in any segment
+            for (const uint32_t passes : {1u, 2u}) {
+                CAPTURE(bin_height);
+                CAPTURE(opacity_max);
+                CAPTURE(passes);
+                Shapes shapes;
+                shapes.opacity_max = opacity_max;
+                const auto scene = randomScene<PackedSplat>({{70, 33}, {45, 60}}, bin_height, RasterRules::DiffGaussian,
+                                                            1200, 9, shapes);
+                const Drawn whole = blendOnDevice(scene, passes);
+                for (const uint32_t length : {1u, 100u, 513u, 700u}) {
+                    CAPTURE(length);
+                    if (length == 1 && (bin_height == 16 || passes > 1))
+                        continue; // a segment per splat, once
+                    const Drawn cut = blendOnDevice(scene, passes, 3, length);
+                    checkPixels(scene, cut, kUsualBound<PackedSplat>);
+                    float most = 0;
+                    for (uint32_t e = 0; e < 2; ++e)
+                        for (size_t i = 0; i < cut.images[e].size(); ++i)
+                            most = std::max(most, std::abs(cut.images[e][i] - whole.images[e][i]));
+                    CHECK(most < 3e-6f); // 4e-7 measured
+                    if (std::getenv("GSC_TEST_VERBOSE") != nullptr)
+                        MESSAGE(most);
+                    CHECK(blendOnDevice(scene, passes, 3, length).images[0] == cut.images[0]);
+                }
+            }
+}
+
 } // namespace
 
 TEST_CASE("blend fast: image sizes around a bin, few splats and many, both rasterisers and bin heights")
@@ -315,4 +362,9 @@ TEST_CASE("blend: an image of as many bins as there can be")
         const auto scene = randomScene<PackedSplat>({size}, 32, RasterRules::DiffGaussian, 500, 8);
         checkPixels(scene, blendOnDevice(scene), kUsualBound<PackedSplat>);
     }
+}
+
+TEST_CASE("blend fast: long lists in segments")
+{
+    checkSegments();
 }

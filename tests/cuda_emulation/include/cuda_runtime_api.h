@@ -40,10 +40,19 @@ struct cudaDeviceProp {
 struct cudaFuncAttributes {
     int maxThreadsPerBlock;
 };
+enum cudaLaunchAttributeID { cudaLaunchAttributeProgrammaticStreamSerialization = 6 };
+struct cudaLaunchAttribute {
+    cudaLaunchAttributeID id;
+    union {
+        int programmaticStreamSerializationAllowed;
+    } val;
+};
 struct cudaLaunchConfig_t {
     dim3 gridDim, blockDim;
     size_t dynamicSmemBytes;
     cudaStream_t stream;
+    cudaLaunchAttribute* attrs; // without effect: kernels follow each other
+    unsigned numAttrs;
 };
 struct cudaKernelNodeParams {
     void* func;

@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: Apache-2.0
+// How a team of threads blends a bin's list, or a part of it.
+#pragma once
+
+#include "kernels/blend/blend_cuda.h"
+#include "kernels/blend/blend_rules.cuh"
+#include "kernels/common/launch.cuh"
+#include "kernels/common/ptx.cuh"
+
+namespace gsc {
+
+constexpr uint32_t kBlendThreads = 512;
+constexpr uint32_t kGroup = 128; // threads that blend a bin together, unless it is hot: then it takes the whole block
+constexpr uint32_t kGroups = kBlendThreads / kGroup;
+constexpr uint32_t kBlendBlocks = 2; // of a multiprocessor
+static_assert(kBinWidth == 32);
+
+// Some threads of a block that synchronise among themselves.
+struct Team {
+    uint32_t barrier, threads, thread;
+
+    __device__ __forceinline__ void sync() const { barrierSync(barrier, threads); }
+    __device__ __forceinline__ bool any(bool value) const { return barrierAny(barrier, threads, value); }
+};
+
+// Where in its bin a splat draws.
+struct alignas(8) Touched {
+    uint32_t sub_tiles;           // bit per sub-tile
+    uint16_t first_row, last_row; // of pixels, counted from the bin's first
+};
+
+// Blends `m` splats of shared memory, front to back, into the tile of this warp; the one after the team's last draws
+// nothing. First the splats of every sub-tile are listed, then each list is blended: a warp that tests and one that
+// blends both keep all lanes busy. (row0, column0): of the tile in its bin, in sub-tiles. lists: this warp's, one entry
+// per sub-tile and thread of the team. Returns the sub-tiles still open.
+template <typename Rules, typename T>
+__device__ __forceinline__ uint32_t blendBatch(const typename Rules::Lit* splats, const Touched* touched, uint32_t m,
+                                               uint32_t threads, uint32_t row0, uint32_t column0, uint16_t* lists,
+                                               const BlendCudaArgs& args, uint32_t x0, uint32_t y0, uint32_t open,
+                                               T& tile, uint32_t& evaluations)
+{
+    using Lit = typename Rules::Lit;
+    constexpr bool kOne = T::kRows * T::kColumns == 1;
+    if (open == 0)
+        return 0;
+    const uint32_t lane = threadIdx.x & 31u, shift = row0 * T::kBinColumns + column0;
+    uint32_t first_open = 0, last_open = 0;
+    if constexpr (kOne) { // what is finished shrinks the tile
+        const uint32_t pixels = __ballot_sync(~0u, tile.transmittance[0][0] > 0.0f);
+        first_open = row0 * T::kHeight + uint32_t(__ffs(int(pixels)) - 1) / T::kWidth;
+        last_open = row0 * T::kHeight + uint32_t(31 - __clz(int(pixels))) / T::kWidth;
+    }
+    uint32_t counts[T::kRows * T::kColumns] = {};
+    for (uint32_t start = 0; start < m; start += 32) {
+        uint32_t mask = start + lane < m ? touched[start + lane].sub_tiles >> shift : 0u;
+        if constexpr (kOne)
+            if (mask != 0 &&
+                (touched[start + lane].first_row > last_open || touched[start + lane].last_row < first_open))
+                mask = 0;
+#pragma unroll
+        for (uint32_t t = 0; t < T::kRows * T::kColumns; ++t) {
+            const uint32_t bit = t / T::kColumns * T::kBinColumns + t % T::kColumns;
+            const bool hit = (mask >> bit & open >> t & 1u) != 0;
+            const uint32_t hits = __ballot_sync(~0u, hit);
+            if (hit)
+                lists[t * threads + counts[t] + __popc(hits & ((1u << lane) - 1u))] =
+                    uint16_t((start + lane) * sizeof(Lit));
+            counts[t] += __popc(hits);
+        }
+    }
+#pragma unroll
+    for (uint32_t t = 0; t < T::kRows * T::kColumns; ++t)
+        if (lane < ((0u - counts[t]) & 3u)) // whole fours; a list of all the team's splats is one already
+            lists[t * threads + counts[t] + lane] = uint16_t(threads * sizeof(Lit));
+    __syncwarp();
+#pragma unroll
+    for (uint32_t row = 0; row < T::kRows; ++row)
+#pragma unroll
+        for (uint32_t column = 0; column < T::kColumns; ++column) {
+            const uint32_t t = row * T::kColumns + column, count = counts[t];
+            if (count == 0)
+                continue;
+            float& transmittance = tile.transmittance[row][column];
+            const float px = float(x0 + lane % T::kWidth + T::kWidth * column);
+            const float py = float(y0 + lane / T::kWidth + T::kHeight * row);
+            const uint2* four = reinterpret_cast<const uint2*>(lists + t * threads);
+            for (uint32_t i = 0; i < count; i += 4) {
+                const uint2 offsets = four[i / 4];
+                const char* base = reinterpret_cast<const char*>(splats);
+                const Lit* const chosen[4] = {reinterpret_cast<const Lit*>(base + (offsets.x & 0xffffu)),
+                                              reinterpret_cast<const Lit*>(base + (offsets.x >> 16)),
+                                              reinterpret_cast<const Lit*>(base + (offsets.y & 0xffffu)),
+                                              reinterpret_cast<const Lit*>(base + (offsets.y >> 16))};
+                Rules::blend(chosen, args, px, py, transmittance, tile.color[row][column]);
+            }
+            evaluations += count;
+            if (!__any_sync(~0u, transmittance > 0.0f))
+                open &= ~(1u << t);
+        }
+    __syncwarp(); // the lists are written again
+    return open;
+}
+
+// What a splat draws in of the bin at pixel (x0, y0).
+template <typename Rules, typename T>
+__device__ __forceinline__ Touched touchedBy(const typename Rules::Splat& splat, const typename Rules::Lit& lit,
+                                             const RasterConstants& rules, uint32_t x0, uint32_t y0)
+{
+    const Bounds bounds = Rules::bounds(splat, lit);
+    const float top = lit.y - float(y0);
+    return {subTileMask<T>(bounds, Rules::box(splat, rules), lit.x, lit.y, float(x0), float(y0)),
+            uint16_t(fmaxf(floorf(top - bounds.extent_y), 0.0f)),
+            uint16_t(fminf(fmaxf(ceilf(top + bounds.extent_y), 0.0f), 65535.0f))};
+}
+
+// A team's room for splats: two batches, so that one is filled while slower warps still blend the other.
+template <typename Lit>
+struct Batches {
+    Lit* splats[2]; // one per thread of the team and one more
+    Touched* touched[2];
+    uint16_t* lists; // this warp's
+};
+
+// A bin as one eye draws it.
+struct BinOfEye {
+    uint32_t entry, eye; // entry: list x bins + bin
+};
+
+// Number `i` of the bins that are blended, fullest first. Eyes that share a list follow each other. False: its list is
+// cut into segments.
+__device__ __forceinline__ bool binAt(const BlendCudaArgs& args, uint32_t i, BinOfEye& bin)
+{
+    const uint32_t readers = args.shared_bins ? kMaxEyes : 1u;
+    const uint32_t entry = args.bin_queue[i / readers];
+    bin = {entry, args.shared_bins ? i % kMaxEyes : entry >= args.grid.bins() ? 1u : 0u};
+    return (entry & kSplitBin) == 0;
+}
+
+// Where a bin lies in the image of its eye, and its list.
+struct Area {
+    uint32_t eye, bin_x, bin_y; // pixels
+    uint32_t begin, end;        // of the keys
+};
+
+// False: left of the eye's image.
+template <typename T>
+__device__ __forceinline__ bool areaOf(const BlendCudaArgs& args, const BinOfEye& target, Area& area)
+{
+    const uint32_t e = target.eye, entry = target.entry;
+    const uint32_t bin = entry < args.grid.bins() ? entry : entry - args.grid.bins();
+    const uint32_t eye_column = bin % args.grid.columns - (e == 0 ? args.grid.shift[0] : args.grid.shift[1]);
+    area = {e, eye_column * kBinWidth, bin / args.grid.columns * (T::kBinRows * T::kHeight),
+            entry == 0 ? 0u : min(args.cells[(entry << args.grid.slab_bits) - 1], args.pair_capacity),
+            min(args.cells[((entry + 1) << args.grid.slab_bits) - 1], args.pair_capacity)};
+    return eye_column < args.grid.columns;
+}
+
+// What a pixel of an eye starts this pass with. Transmittance: negative where it is finished, or there is none.
+struct Begun {
+    float transmittance, color[3];
+};
+
+__device__ __forceinline__ Begun begunPixel(const BlendCudaArgs& args, uint32_t e, uint32_t x, uint32_t y)
+{
+    const uint32_t width = e == 0 ? args.width[0] : args.width[1], height = e == 0 ? args.height[0] : args.height[1];
+    Begun begun{x < width && y < height ? 1.0f : -1.0f, {0, 0, 0}};
+    if (args.pass.index != 0 && begun.transmittance > 0.0f) {
+        const size_t pixel = size_t(y) * width + x;
+        begun.transmittance = (e == 0 ? args.transmittance[0] : args.transmittance[1])[pixel];
+        for (int i = 0; i < 3; ++i)
+            begun.color[i] = (e == 0 ? args.image[0] : args.image[1])[pixel * 3 + i];
+    }
+    return begun;
+}
+
+__device__ __forceinline__ void endPixel(const BlendCudaArgs& args, uint32_t e, uint32_t x, uint32_t y,
+                                         float transmittance, const float* color)
+{
+    const uint32_t width = e == 0 ? args.width[0] : args.width[1], height = e == 0 ? args.height[0] : args.height[1];
+    if (x >= width || y >= height)
+        return;
+    const bool last = args.pass.index + 1 == args.pass.count;
+    const bool black = last && args.empty_is_black && args.counters->any_positive[e] == 0;
+    const size_t at = size_t(y) * width + x;
+    float* const pixel = (e == 0 ? args.image[0] : args.image[1]) + at * 3;
+    for (int i = 0; i < 3; ++i)
+        pixel[i] = !last ? color[i] : black ? 0.0f : fmaf(fabsf(transmittance), args.background[i], color[i]);
+    if (!last)
+        (e == 0 ? args.transmittance[0] : args.transmittance[1])[at] = transmittance;
+}
+
+// Calls f(row, column, x, y) for the sub-tiles of this warp: (x, y) is the lane's pixel, counted from the bin's first.
+// (row0, column0): of the warp's first sub-tile.
+template <typename T, typename F>
+__device__ __forceinline__ void forPixels(uint32_t row0, uint32_t column0, F&& f)
+{
+    const uint32_t lane = threadIdx.x & 31u;
+#pragma unroll
+    for (uint32_t row = 0; row < T::kRows; ++row)
+#pragma unroll
+        for (uint32_t column = 0; column < T::kColumns; ++column)
+            f(row, column, (column0 + column) * T::kWidth + lane % T::kWidth,
+              (row0 + row) * T::kHeight + lane / T::kWidth);
+}
+
+// Blends the keys from `begin` to `end` of a bin's list into the team's tiles. open: sub-tiles of this warp's that take
+// light.
+template <typename Rules, typename T>
+__device__ __forceinline__ void
+blendKeys(const BlendCudaArgs& args, const Team& team, const Batches<typename Rules::Lit>& batches, const Area& area,
+          uint32_t begin, uint32_t end, uint32_t row0, uint32_t column0, uint32_t open, T& tile, uint32_t& evaluations)
+{
+    using Splat = typename Rules::Splat;
+    const Splat* all = static_cast<const Splat*>(args.splats);
+    const uint32_t first_slot = args.shared_bins ? area.eye * args.slot_capacity : 0u;
+    // the splat of the next batch is on its way while this one is blended, and the slot of the one after it
+    uint32_t at = begin + team.thread;
+    const auto slotAt = [&](uint32_t i) { return i < end ? args.keys[i].slot + first_slot : 0u; };
+    const auto fetch = [&](uint32_t i, uint32_t slot) {
+        Splat s;
+        if (i < end)
+#pragma unroll
+            for (uint32_t part = 0; part < sizeof(Splat) / 16; ++part)
+                reinterpret_cast<uint4*>(&s)[part] = reinterpret_cast<const uint4*>(all + slot)[part];
+        return s;
+    };
+    Splat splat = fetch(at, slotAt(at));
+    uint32_t slot = slotAt(at + team.threads), which = 0;
+    for (uint32_t first = begin; first < end; first += team.threads, which ^= 1u) {
+        typename Rules::Lit* const batch = which == 0 ? batches.splats[0] : batches.splats[1];
+        Touched* const touched = which == 0 ? batches.touched[0] : batches.touched[1];
+        if (at < end) {
+            const typename Rules::Lit lit = Rules::light(splat);
+            batch[team.thread] = lit;
+            touched[team.thread] = touchedBy<Rules, T>(splat, lit, args.rules, area.bin_x, area.bin_y);
+        }
+        at += team.threads;
+        splat = fetch(at, slot);
+        slot = slotAt(at + team.threads);
+        if (!team.any(open != 0)) // also: the batch is complete, and nobody blends the one before the last any more
+            break;
+        open = blendBatch<Rules>(batch, touched, min(team.threads, end - first), team.threads, row0, column0,
+                                 batches.lists, args, area.bin_x + column0 * T::kWidth, area.bin_y + row0 * T::kHeight,
+                                 open, tile, evaluations);
+    }
+}
+
+// Blends one bin; (row0, column0): of this warp's tile, in sub-tiles.
+template <typename Rules, typename T>
+__device__ __forceinline__ void blendBin(const BlendCudaArgs& args, const Team& team,
+                                         const Batches<typename Rules::Lit>& batches, const Area& area, uint32_t row0,
+                                         uint32_t column0, uint32_t& evaluations)
+{
+    T tile;
+    uint32_t open = 0;
+    forPixels<T>(row0, column0, [&](uint32_t row, uint32_t column, uint32_t x, uint32_t y) {
+        const Begun begun = begunPixel(args, area.eye, area.bin_x + x, area.bin_y + y);
+        for (int i = 0; i < 3; ++i)
+            tile.color[row][column][i] = begun.color[i];
+        tile.transmittance[row][column] = begun.transmittance;
+        open |= __any_sync(~0u, begun.transmittance > 0.0f) ? 1u << (row * T::kColumns + column) : 0u;
+    });
+    if (args.pass.index == 0 || team.any(open != 0)) // nearer passes may have finished it
+        blendKeys<Rules>(args, team, batches, area, area.begin, area.end, row0, column0, open, tile, evaluations);
+    forPixels<T>(row0, column0, [&](uint32_t row, uint32_t column, uint32_t x, uint32_t y) {
+        endPixel(args, area.eye, area.bin_x + x, area.bin_y + y, tile.transmittance[row][column],
+                 tile.color[row][column]);
+    });
+}
+
+// Of a block that blends a bin as a whole. Narrow: far splats crowd in a few rows of pixels, and this spreads a row over
+// many warps.
+template <uint32_t kRows>
+using HotTile = Tile<4, 8 * kRows, kRows / 2, 1>;
+
+template <typename Rules, uint32_t kRows>
+struct BlendShared {
+    static_assert((kBlendThreads + 1) * sizeof(typename Rules::Lit) < 1u << 16); // an offset of a list
+
+    typename Rules::Lit batches[2][kGroups * (kGroup + 1)]; // one of all threads in a hot bin
+    Touched touched[2][kBlendThreads];
+    // per warp: sub-tiles x splats of a batch, of a group or of the whole block
+    alignas(8) uint16_t lists[kBlendThreads / 32][kRows * 2 * kGroup];
+    uint32_t next[kGroups];
+};
+
+// Counted by warp: every lane holds the same.
+__device__ __forceinline__ void countEvaluations(const BlendCudaArgs& args, const uint32_t (&evaluations)[kMaxEyes])
+{
+    for (uint32_t e = 0; e < kMaxEyes; ++e)
+        if ((threadIdx.x & 31u) == 0 && evaluations[e] != 0)
+            atomicAdd(&args.counters->evaluations[e], 32ull * evaluations[e]);
+}
+
+} // namespace gsc
