@@ -94,6 +94,7 @@ __device__ __forceinline__ StagedLane loadKept(const KeptWord* words, uint32_t r
     for (uint32_t c = 0; c < 4; ++c)
         mix(kept.rotation[c], second.rotation[c]);
     mix(kept.opacity, second.opacity);
+    kept.opacity.value = fminf(kept.opacity.value, 1.0f); // beyond a key the line leaves what packSteps() takes
     return kept;
 }
 

@@ -37,6 +37,15 @@ inline std::vector<EyeParams> walk(int i, size_t eye_count, float apart = 0.1f)
     return eyes;
 }
 
+// A camera at `x` on a line, with eyes that look the same way and so share their bins.
+inline std::vector<EyeParams> strafe(float x, size_t eye_count, float apart = 0)
+{
+    std::vector<EyeParams> eyes;
+    for (size_t e = 0; e < eye_count; ++e)
+        eyes.push_back(eyeAhead(x + apart * float(e), -5, 120, 90));
+    return eyes;
+}
+
 inline FrameOptions with(ReusePolicy policy, float bound = 0, uint32_t depth = 10)
 {
     FrameOptions options = onGrey(Tier::Fast);

@@ -112,6 +112,30 @@ TEST_CASE("reuse: black and background are told apart as without it")
     CHECK(grey > 0);
 }
 
+// An opacity next to 1 at both keys is above 1 on along their line.
+TEST_CASE("reuse: what is opaque stays so beyond the second key")
+{
+    const SyntheticOptions of = modelOptions();
+    std::vector<Mlp> mlps = randomMlps(of);
+    for (Mlp& mlp : mlps)
+        if (mlp.kind == MlpKind::Opacity)
+            for (float& bias : mlp.layers[1].bias)
+                bias += 5;
+    const SyntheticModel model(syntheticParams(of), randomAnchors(of), mlps, {}, 0);
+    const auto plain = open(model.view()), reusing = open(model.view());
+    double worst = 0;
+    uint64_t reused = 0;
+    for (int i = 0; i < 20; ++i) {
+        const std::vector<EyeParams> eye = strafe(-1 + 0.05f * float(i), 1);
+        const auto actual = render(*reusing, eye, with(ReusePolicy::Error, 1));
+        const auto expected = render(*plain, eye, with(ReusePolicy::None));
+        worst = std::max(worst, compare(actual[0].pixels, expected[0].pixels).worst);
+        reused += actual[0].result.eyes[0].anchors_reused;
+    }
+    CHECK(reused > 0);
+    CHECK(worst * 255 < 5); // 3.7 measured, 18.6 where it wraps to next to 0
+}
+
 TEST_CASE("reuse: eyes come and go, policies change, and both eyes stay within what the options say")
 {
     const SyntheticModel model(modelOptions());
