@@ -20,8 +20,9 @@ struct KeepShared {
 static_assert(sizeof(KeepShared) <= 99 * 1024); // what a block can have on compute capability 8.6, 8.9 and 12.0
 
 // A strip is looked at as often as it takes: to know which Gaussians live at either key or on along the line, all of
-// which are kept of both, the opacities at the second key come first.
-enum Look : uint32_t { kSecondOpacities = 0, kFirstKey = 1, kSecondKey = 2 };
+// which are kept of both, the opacities at the second key come first. Without an entry the eyes that draw the strip
+// stand for its keys: nothing says that one of them may draw what the other sees.
+enum Look : uint32_t { kSecondOpacities = 0, kFirstKey = 1, kSecondKey = 2 }; // the last two: the bit of a key
 
 // kBank: the model has a feature bank, which makes the features depend on the place. kShared: DecodeFrame::shared_bins.
 template <bool kBank, bool kShared>
@@ -61,14 +62,17 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) keepKernel(cons
         float levels[2];
         gatherInputs(args, anchors, t, feature, levels);
 
-        const bool both = want.keys == 2 && slot != kNoEntry;
-        float ahead[kItems]; // opacities at the second key
+        const bool kept = slot != kNoEntry;
+        const uint32_t keys = kept ? (1u << want.keys) - 1u : want.eyes;
+        const bool both = keys == 3u;
+        float ahead[kItems] = {}; // opacities at the second key
         uint32_t keep = 0, at[kItems], alive = 0;
 #pragma unroll 1
-        for (uint32_t look = both ? kSecondOpacities : kFirstKey; look <= (both ? kSecondKey : kFirstKey); ++look) {
+        for (uint32_t look = both ? kSecondOpacities : keys; look <= (both ? kSecondKey : keys); ++look) {
+            const uint32_t key = look == kFirstKey ? 0 : 1;
             uint32_t hidden[6][4];
-            firstLayer<kBank>(args, shared.networks, lane, positions, want.center[look == kFirstKey ? 0 : 1], feature,
-                              levels, hidden);
+            firstLayer<kBank>(args, shared.networks, lane, positions, kept ? want.center[key] : args.eyes[key].center,
+                              feature, levels, hidden);
             float opacity[kOpacityTiles][4];
             opacityLayer(shared.networks, lane, hidden, opacity);
             uint32_t positive_rows = 0;
@@ -82,8 +86,10 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) keepKernel(cons
                     opacity[item >> 1][(item & 1u) + 2 * r] = o;
                 }
             positive_rows = __reduce_or_sync(~0u, positive_rows);
-            if (slot != kNoEntry && lane == 0) // whether or not anything shows of it
-                tables.entries[slot].positive[look == kFirstKey ? 0 : 1] = uint16_t(positive_rows);
+            if (!kept && (positive_rows & want.strip.lanes >> (16 * key)) != 0)
+                positive |= 1u << key;
+            if (kept && lane == 0) // whether or not anything shows of it
+                tables.entries[slot].positive[key] = uint16_t(positive_rows);
             if (look == kSecondOpacities) {
 #pragma unroll
                 for (uint32_t r = 0; r < 2; ++r)
@@ -92,7 +98,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) keepKernel(cons
                         ahead[kItemsPerLane * r + item] = value(opacity, item, r);
                 continue;
             }
-            if (look == kFirstKey) {
+            if (look == kFirstKey || !both) {
                 keep = 0;
 #pragma unroll
                 for (uint32_t r = 0; r < 2; ++r)
@@ -102,19 +108,16 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) keepKernel(cons
                         float most = o;
                         if (both) {
                             const float second = ahead[kItemsPerLane * r + item];
-                            most = fmaxf(fmaf(kLeastMix, second - o, o), fmaf(kMostMix, second - o, o));
+                            most = kept ? fmaxf(fmaf(kLeastMix, second - o, o), fmaf(kMostMix, second - o, o))
+                                        : fmaxf(o, second);
                         }
                         if (exists[r] && t + 4 * item < K && most >= kOpacityFloor)
                             keep |= 1u << (kItemsPerLane * r + item);
                     }
                 alive = stagingIndices(keep, lane, at);
             }
-            if (slot != kNoEntry && lane == 0)
+            if (kept && lane == 0)
                 tables.entries[slot].alive = uint16_t(alive);
-            if (slot == kNoEntry)
-                for (uint32_t e = 0; e < args.eye_count; ++e)
-                    if ((want.eyes >> e & 1u) != 0 && (positive_rows & want.strip.lanes >> (16 * e)) != 0)
-                        positive |= 1u << e;
             if (alive == 0)
                 break;
 #pragma unroll
@@ -128,28 +131,23 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) keepKernel(cons
                     }
             stageShapes(shared.networks, lane, hidden, keep, at, staged);
             __syncwarp();
-            if (slot != kNoEntry) {
-                keepGaussians(tables, slot, look == kFirstKey ? 0 : 1, staged, alive, lane);
+            if (kept) {
+                keepGaussians(tables, slot, key, staged, alive, lane);
             } else {
-#pragma unroll 1
-                for (uint32_t v = 0; v < args.eye_count; ++v) {
-                    if ((want.eyes >> v & 1u) == 0)
-                        continue;
-                    float factors[2];
-                    keptFactors(args.fraction, want.index, v, lane, factors);
-                    // eyes that share their bins take the slots of both from the first one's
-                    EyeTally tally = v == 0 ? left : right;
-                    if (kShared)
-                        tally.writer = left.writer;
-                    const Turns turns = {want.eyes != 3u || v == 0, want.eyes != 3u || v == 1};
-                    emitStaged<kShared>(args, v, staged, alive, turns, anchors, seen_by, factors, lane, tally);
-                    if (kShared)
-                        left.writer = tally.writer;
-                    if (v == 0)
-                        left = tally;
-                    else
-                        right = tally;
-                }
+                float factors[2];
+                keptFactors(args.fraction, want.index, key, lane, factors);
+                // eyes that share their bins take the slots of both from the first one's
+                EyeTally tally = key == 0 ? left : right;
+                if (kShared)
+                    tally.writer = left.writer;
+                const Turns turns = {!both || key == 0, !both || key == 1};
+                emitStaged<kShared>(args, key, staged, alive, turns, anchors, seen_by, factors, lane, tally);
+                if (kShared)
+                    left.writer = tally.writer;
+                if (key == 0)
+                    left = tally;
+                else
+                    right = tally;
             }
             __syncwarp();
         }

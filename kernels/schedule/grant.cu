@@ -197,19 +197,20 @@ __global__ void __launch_bounds__(kThreads) grantKernel(const __grid_constant__ 
             if (granted)
                 tables.wants[i].slot = slot;
 #pragma unroll
-            for (uint32_t e = 0; e < kMaxEyes; ++e)
-                if ((want.eyes >> e & 1u) != 0) // what no slot holds is drawn as it is decoded
-                    tables.drawn[want.index].slot[e] = granted ? slot : want.fallback[e];
-#pragma unroll
             for (uint32_t e = 0; e < kMaxEyes; ++e) {
-                const uint32_t visible =
-                    (want.eyes >> e & 1u) != 0 ? __popc(want.strip.lanes >> (16 * e) & 0xffffu) : 0;
-                if (!granted)
-                    overdue[e] += visible;
-                if (!granted || e != want.eye)
-                    reused[e] += visible;
-                else if (want.bucket != kMust) // the others are counted
-                    decoded[e] += want.strip.count * want.keys;
+                if ((want.eyes >> e & 1u) == 0)
+                    continue;
+                // what no slot holds is decoded once for each eye, and drawn as it is decoded
+                const uint32_t decodes = !granted           ? 0u
+                                         : slot == kNoEntry ? want.strip.count
+                                         : e == want.eye    ? want.strip.count * want.keys
+                                                            : 0u;
+                const uint32_t counted = want.bucket == kMust && e == want.eye ? want.strip.count * want.keys : 0u;
+                const uint32_t visible = __popc(want.strip.lanes >> (16 * e) & 0xffffu);
+                tables.drawn[want.index].slot[e] = granted ? slot : want.fallback[e];
+                decoded[e] += decodes - counted;
+                overdue[e] += granted ? 0u : visible;
+                reused[e] += decodes == 0 ? visible : 0u;
             }
         }
         const uint32_t at = appendPlace(granted, lane, &counters.decodes);
