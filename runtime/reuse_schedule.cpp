@@ -202,9 +202,14 @@ void CpuReuse::scheduleEye(const ReuseFrame& frame, LazyAnchors& anchors, uint32
             eye.shared = place(work.eye[0].plan, anchors, strip, eye.lanes, now);
             eye.shares = eye.shared.error <= most;
             // without the budget for it the left eye's entry stays as it is, for both
-            if (eye.shares && eye.slot == kNoSlot && other != kNoSlot) {
-                eye.slot = other;
-                eye.place = place(keysOf(other, anchors, strip, eye.lanes), anchors, strip, eye.lanes, now);
+            const bool may_stay = frame.options.reuse.decode_budget > 0 || (eye.shares && eye.slot == kNoSlot);
+            if (may_stay && other != kNoSlot) {
+                Place there = place(keysOf(other, anchors, strip, eye.lanes), anchors, strip, eye.lanes, now);
+                there.error = eye.shares ? there.error : std::max(there.error, eye.shared.error);
+                if (there.error < eye.place.error || eye.slot == kNoSlot) {
+                    eye.slot = other;
+                    eye.place = there;
+                }
             }
         }
     }
@@ -270,7 +275,11 @@ void CpuReuse::grant(const ReuseFrame& frame)
         double rates = 0;
         for (uint32_t w = 0; w < m_work.size(); ++w) {
             EyeWork& eye = m_work[w].eye[e];
-            eye.decode = eye.due && (budget == 0 || eye.slot == kNoSlot || eye.place.error > kGross);
+            // what the left eye decodes is for the right one, too, where that shares it
+            const EyeWork& right = m_work[w].eye[1];
+            const float other_error = e == 0 && right.shares ? right.place.error : 0.0f;
+            eye.decode =
+                eye.due && (budget == 0 || eye.slot == kNoSlot || std::max(eye.place.error, other_error) > kGross);
             if (!eye.due)
                 continue;
             const uint32_t anchors = stripAnchors(w / kStripsPerGroup, w % kStripsPerGroup);
@@ -278,7 +287,7 @@ void CpuReuse::grant(const ReuseFrame& frame)
             if (eye.decode)
                 granted += anchors;
             else
-                m_budgeted.push_back({eye.urgency, w});
+                m_budgeted.push_back({std::max(eye.urgency, other_error), w});
             if (eye.rate < kInfinity) // a camera on an anchor changes everything at once
                 rates += double(eye.rate) * anchors;
         }

@@ -296,6 +296,28 @@ TEST_CASE("an eye that draws the other's decode shows it, also where no entry ho
     }
 }
 
+// The right eye's own entry is from long ago, since it has drawn the left one's ever since.
+TEST_CASE("an eye that would share what the budget does not let the other decode draws the better of both entries")
+{
+    const SyntheticModel model(modelOptions(LevelRule::None));
+    const auto plain = open(model.view()), reusing = open(model.view());
+    FrameOptions options = with(ReusePolicy::Error, 4);
+    (void)render(*reusing, {walk(-160, 1)[0], walk(-110, 1)[0]}, options); // so far apart that both decode
+    for (int i = 0; i < 8; ++i)
+        (void)render(*reusing, walk(i % 2, 2, 0.001f), options);
+    options.reuse.bound = 0.3f;
+    options.reuse.decode_budget = 1;
+    const auto actual = render(*reusing, walk(2, 2, 0.001f), options);
+    const auto expected = render(*plain, walk(2, 2, 0.001f), with(ReusePolicy::None));
+    for (size_t e = 0; e < 2; ++e) {
+        CAPTURE(e);
+        CHECK(actual[e].result.eyes[e].anchors_overdue > 100);
+        const Difference d = compare(actual[e].pixels, expected[e].pixels);
+        CHECK(d.psnr > 60);       // 66 measured, 38 for the right eye if it has only its own
+        CHECK(d.worst * 255 < 6); // 3.7, and 54
+    }
+}
+
 TEST_CASE("black and background are told apart as without reuse")
 {
     size_t black = 0, grey = 0;
