@@ -325,6 +325,8 @@ void CudaBackend::render(const EyeParams* eyes, uint32_t eye_count, const FrameO
         graph = &graphFor(shape, options);
         graph->launch(shape.eyes, chosen, options, &m_reuse.job(), m_stream);
         GSC_CUDA_CHECK(cudaStreamSynchronize(m_stream.handle));
+        if (shape.keeps)
+            m_reuse.endTry();
     } while (growAfterOverflow(shape));
     const FrameCounters& c = *m_counters.data;
     m_splats = c.all_slots;

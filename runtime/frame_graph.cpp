@@ -147,6 +147,12 @@ void FrameGraph::captureReuse(const FrameJob& job, const CudaStream& stream)
         reuseLevelsCuda(schedule, stream.handle);
         noteEyes(stream, Takes::Schedule);
     }
+    if (job.shape.budgeted) {
+        countSplitsCuda(schedule, processors, stream.handle);
+        noteEyes(stream, Takes::Schedule);
+        splitLevelsCuda(schedule, stream.handle);
+        noteEyes(stream, Takes::Schedule);
+    }
     if (!schedule.ample) {
         evictCuda(schedule, processors, stream.handle);
         noteEyes(stream, Takes::Schedule);

@@ -73,6 +73,7 @@ void CudaReuse::layOut(ArenaLayout& layout, ReuseTables& tables) const
     }
     tables.wants = layout.take<Want>(size_t(kMaxEyes) * tables.strips);
     tables.drawn = layout.take<DrawnSlots>(tables.strips);
+    tables.decided = layout.take<DrawnSlots>(tables.strips);
     tables.decodes = layout.take<uint32_t>(size_t(kMaxEyes) * tables.strips);
     tables.entries = layout.take<KeptEntry>(tables.slots);
     tables.free_list = layout.take<uint32_t>(tables.slots);
@@ -133,6 +134,7 @@ void CudaReuse::begin(const EyeParams* eyes, uint32_t eye_count, const FrameOpti
     m_policy = reuse.policy;
     m_motion.follow(eyes, eye_count);
     ++now.frame;
+    now.again = 0;
     now.eye_count = eye_count;
     for (uint32_t e = 0; e < kMaxEyes; ++e) {
         std::copy_n(m_motion.center(e), 3, now.center[e]);
@@ -148,6 +150,13 @@ void CudaReuse::begin(const EyeParams* eyes, uint32_t eye_count, const FrameOpti
     now.decode_budget = budgeted(reuse) ? reuse.decode_budget : 0;
 }
 
+void CudaReuse::endTry()
+{
+    if (m_job.now.again == 0)
+        m_report = *m_job.report;
+    m_job.now.again = 1;
+}
+
 void CudaReuse::skipFrame()
 {
     ++m_job.now.frame;
@@ -156,14 +165,13 @@ void CudaReuse::skipFrame()
 
 void CudaReuse::addCounts(uint32_t eye_count, FrameResult& result)
 {
-    const ReuseReport& report = *m_job.report;
     for (uint32_t e = 0; e < eye_count; ++e) {
-        result.eyes[e].anchors_decoded = report.counters.decoded[e];
-        result.eyes[e].anchors_reused = report.counters.reused[e];
-        result.eyes[e].anchors_overdue = report.counters.overdue[e];
+        result.eyes[e].anchors_decoded = m_report.counters.decoded[e];
+        result.eyes[e].anchors_reused = m_report.counters.reused[e];
+        result.eyes[e].anchors_overdue = m_report.counters.overdue[e];
     }
-    result.cache_evictions = report.state.evictions - m_evictions;
-    m_evictions = report.state.evictions;
+    result.cache_evictions = m_report.state.evictions - m_evictions;
+    m_evictions = m_report.state.evictions;
 }
 
 } // namespace gsc

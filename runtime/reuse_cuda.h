@@ -51,6 +51,7 @@ public:
 
     // Begins a frame. After prepare().
     void begin(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, const CudaStream& stream);
+    void endTry();    // it was drawn; if it is drawn again, nothing is decided anew
     void skipFrame(); // a frame was drawn without it
 
     [[nodiscard]] const ReuseJob& job() const { return m_job; }
@@ -65,6 +66,7 @@ private:
 
     DeviceArena m_cache, m_sensitivity;
     ReuseJob m_job{};
+    ReuseReport m_report{}; // of the first time the last frame was drawn
     CameraMotion m_motion;
     uint64_t m_limit = 0;     // bytes of entries that m_cache was made for, as the options say
     uint32_t m_eyes = 0;      // the same

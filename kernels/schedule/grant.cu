@@ -40,6 +40,14 @@ __device__ bool mayGo(const KeptEntry& kept, uint32_t frame)
     return kept.owner != kNoEntry && kept.used != frame;
 }
 
+// Strips of one urgency in an order of the frame's own, so that none waits for ever behind others.
+__device__ uint32_t splitOf(uint32_t strip, uint32_t frame)
+{
+    uint32_t mixed = strip * 2654435769u + frame * 2246822519u;
+    mixed = (mixed ^ mixed >> 15) * 739982445u;
+    return uint32_t(uint64_t(mixed) * kSplits >> 32);
+}
+
 __global__ void __launch_bounds__(kThreads) ageKernel(const __grid_constant__ ScheduleCudaArgs args)
 {
     const ReuseTables& tables = args.tables;
@@ -103,20 +111,20 @@ __global__ void __launch_bounds__(kLevelThreads) levelKernel(const __grid_consta
     ReuseCounters& counters = tables.scratch->counters;
     ReuseState& state = tables.scratch->state;
     const uint32_t wanted = counters.wanted, free_slots = state.free_slots;
-    const bool first_try = state.level_frame[now.frame & 1u] != now.frame;
-    __syncthreads();
+    if (now.again != 0)
+        return;
     if (now.decode_budget > 0) {
         for (uint32_t e = 0; e < now.eye_count; ++e) {
             const uint64_t spent = counters.decoded[e];
-            const Reach reach = reachWithin(tables.scratch->urgencies[e], kUrgencies,
-                                            spent < now.decode_budget ? now.decode_budget - spent : 0);
+            const uint64_t left = spent < now.decode_budget ? now.decode_budget - spent : 0;
+            const Reach reach = reachWithin(tables.scratch->urgencies[e], kUrgencies, left);
             if (threadIdx.x == 0) {
                 counters.granted_before[e] = reach.buckets;
+                counters.split_left[e] = reach.buckets < kUrgencies ? uint32_t(left - reach.sum) : 0u;
                 // entries that all live until they change this much use the budget up exactly
                 const float rates = float(counters.rates[e]) * (1.0f / kRateUnit);
-                if (first_try)
-                    state.level[now.frame & 1u][e] =
-                        counters.due[e] > now.decode_budget ? rates / float(now.decode_budget) : 0.0f;
+                state.level[now.frame & 1u][e] =
+                    counters.due[e] > now.decode_budget ? rates / float(now.decode_budget) : 0.0f;
             }
         }
         if (threadIdx.x == 0)
@@ -133,6 +141,37 @@ __global__ void __launch_bounds__(kLevelThreads) levelKernel(const __grid_consta
     const Reach kept = reachWithin(tables.scratch->orders, kOrders, room); // note: the room is thread 0's to know
     if (threadIdx.x == 0)
         counters.kept_before = kept.buckets;
+}
+
+__global__ void __launch_bounds__(kThreads) splitKernel(const __grid_constant__ ScheduleCudaArgs args)
+{
+    const ReuseTables& tables = args.tables;
+    const ReuseCounters& counters = tables.scratch->counters;
+    for (uint32_t i = blockIdx.x * kThreads + threadIdx.x; i < counters.wants; i += gridDim.x * kThreads) {
+        const Want& want = tables.wants[i];
+        if (want.bucket == counters.granted_before[want.eye])
+            atomicAdd(&tables.scratch->splits[want.eye][splitOf(want.strip.strip, args.now.frame)],
+                      want.strip.count * want.keys);
+    }
+}
+
+__global__ void __launch_bounds__(kLevelThreads) splitLevelKernel(const __grid_constant__ ScheduleCudaArgs args)
+{
+    ReuseCounters& counters = args.tables.scratch->counters;
+    for (uint32_t e = 0; e < args.now.eye_count; ++e) {
+        const Reach reach = reachWithin(args.tables.scratch->splits[e], kSplits, counters.split_left[e]);
+        if (threadIdx.x == 0)
+            counters.split_before[e] = reach.buckets;
+    }
+}
+
+// Does the budget reach as far as the want?
+__device__ bool isGranted(const ScheduleCudaArgs& args, const Want& want)
+{
+    const ReuseCounters& counters = args.tables.scratch->counters;
+    const uint32_t before = counters.granted_before[want.eye];
+    return want.bucket == kMust || want.bucket < before ||
+           (want.bucket == before && splitOf(want.strip.strip, args.now.frame) < counters.split_before[want.eye]);
 }
 
 __global__ void __launch_bounds__(kThreads) evictKernel(const __grid_constant__ ScheduleCudaArgs args)
@@ -156,6 +195,8 @@ __global__ void __launch_bounds__(kThreads) evictKernel(const __grid_constant__ 
 __device__ uint32_t slotFor(const ScheduleCudaArgs& args, const Want& want)
 {
     const ReuseTables& tables = args.tables;
+    if (args.now.again != 0) // wanted because there was none
+        return kNoEntry;
     uint32_t slot = tables.slot_of[want.eye][want.strip.strip];
     if (slot == kNoEntry) {
         if (!args.ample && uint64_t(want.strip.strip) * kOrders / tables.strips >= tables.scratch->counters.kept_before)
@@ -192,7 +233,7 @@ __global__ void __launch_bounds__(kThreads) grantKernel(const __grid_constant__ 
         bool granted = false;
         if (i < wants) {
             want = tables.wants[i];
-            granted = want.bucket == kMust || want.bucket < counters.granted_before[want.eye];
+            granted = isGranted(args, want);
             const uint32_t slot = granted ? slotFor(args, want) : kNoEntry;
             if (granted)
                 tables.wants[i].slot = slot;
@@ -207,7 +248,8 @@ __global__ void __launch_bounds__(kThreads) grantKernel(const __grid_constant__ 
                                                             : 0u;
                 const uint32_t counted = want.bucket == kMust && e == want.eye ? want.strip.count * want.keys : 0u;
                 const uint32_t visible = __popc(want.strip.lanes >> (16 * e) & 0xffffu);
-                tables.drawn[want.index].slot[e] = granted ? slot : want.fallback[e];
+                tables.drawn[want.index].slot[e] = tables.decided[want.strip.strip].slot[e] =
+                    granted ? slot : want.fallback[e];
                 decoded[e] += decodes - counted;
                 overdue[e] += granted ? 0u : visible;
                 reused[e] += decodes == 0 ? visible : 0u;
@@ -246,6 +288,16 @@ void countAgesCuda(const ScheduleCudaArgs& args, uint32_t processors, CUstream_s
 void reuseLevelsCuda(const ScheduleCudaArgs& args, CUstream_st* stream)
 {
     launchCuda(levelKernel, 1, kLevelThreads, 0, stream, args);
+}
+
+void countSplitsCuda(const ScheduleCudaArgs& args, uint32_t processors, CUstream_st* stream)
+{
+    launchCuda(splitKernel, processors * kBlocksPerProcessor, kThreads, 0, stream, args);
+}
+
+void splitLevelsCuda(const ScheduleCudaArgs& args, CUstream_st* stream)
+{
+    launchCuda(splitLevelKernel, 1, kLevelThreads, 0, stream, args);
 }
 
 void evictCuda(const ScheduleCudaArgs& args, uint32_t processors, CUstream_st* stream)

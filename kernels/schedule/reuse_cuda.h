@@ -4,8 +4,8 @@
 //
 // A frame with reuse lists its visible strips (select), schedules them, grants what the budgets allow, decodes that
 // (decode_cuda.h) and draws the rest from its entries. What is decided depends on nothing but the frames so far: not on
-// the order of atomics, and not on how often a frame was drawn again because a buffer was too small, since an entry
-// decoded in this frame is as good as one that was there before.
+// the order of atomics, and not on how often a frame was drawn again because a buffer was too small, since that draws
+// what was decided the first time.
 #pragma once
 
 #include "kernels/common/device_model.h"
@@ -16,11 +16,12 @@ struct CUstream_st;
 
 namespace gsc {
 
-constexpr uint32_t kNoEntry = ~0u;    // slot
-constexpr uint32_t kMust = ~0u;       // bucket of what is decoded whatever the budget
-constexpr uint32_t kKeptWords = 3;    // of 8 bytes, per Gaussian of an entry and key (kept_entry.cuh)
-constexpr uint32_t kUrgencies = 4096; // buckets, per eye, most urgent first: 256 per octave of predicted change
-constexpr uint32_t kAges = 1u << 16;  // buckets, oldest first: frames not drawn, then strips in no order
+constexpr uint32_t kNoEntry = ~0u;     // slot
+constexpr uint32_t kMust = ~0u;        // bucket of what is decoded whatever the budget
+constexpr uint32_t kKeptWords = 3;     // of 8 bytes, per Gaussian of an entry and key (kept_entry.cuh)
+constexpr uint32_t kUrgencies = 4096;  // buckets, per eye, most urgent first: 256 per octave of predicted change
+constexpr uint32_t kSplits = 1u << 14; // per eye: strips of one bucket of urgency, in an order of the frame's own
+constexpr uint32_t kAges = 1u << 16;   // buckets, oldest first: frames not drawn, then strips in no order
 constexpr float kRateUnit = 1048576.0f;
 constexpr uint32_t kOrders = 1024; // buckets of strips in file order
 
@@ -88,6 +89,7 @@ struct alignas(8) DrawnSlots {
 // What changes from frame to frame.
 struct ReuseNow {
     uint32_t frame; // counts from 1; a frame drawn again has the same
+    uint32_t again; // other than 0: it is
     uint32_t eye_count;
     float center[kMaxEyes][3], step[kMaxEyes][3];                    // of the cameras, world units
     uint32_t steady[kMaxEyes], erratic[kMaxEyes], history[kMaxEyes]; // CameraMotion
@@ -108,6 +110,8 @@ struct ReuseCounters {
     uint32_t due[kMaxEyes];                                          // the same, if all was that the policy wants
     unsigned long long rates[kMaxEyes];   // sum over those of what a step of the camera changes, x kRateUnit
     uint32_t granted_before[kMaxEyes];    // buckets of urgency below this are granted
+    uint32_t split_left[kMaxEyes];        // what they leave of the budget, less than that bucket takes
+    uint32_t split_before[kMaxEyes];      // strips of that bucket below this in their order are granted
     uint32_t evicted_before, kept_before; // buckets of age, of order: those that give their slot, that get one
 };
 
@@ -125,6 +129,7 @@ struct ReuseScratch {
     ReuseCounters counters;
     uint32_t orders[kOrders];                 // wanted slots
     uint32_t urgencies[kMaxEyes][kUrgencies]; // anchors, times keys
+    uint32_t splits[kMaxEyes][kSplits];       // the same
     uint32_t ages[kAges];                     // entries
 };
 
@@ -140,6 +145,7 @@ struct ReuseTables {
     uint32_t* free_list;         // slots
     Want* wants;                 // kMaxEyes x strips
     DrawnSlots* drawn;           // strips, as listed
+    DrawnSlots* decided;         // strips in file order: the same, of those listed, for a frame that is drawn again
     uint32_t* decodes;           // kMaxEyes x strips: granted wants
     ReuseScratch* scratch;
 };
@@ -161,6 +167,9 @@ void scheduleCuda(const ScheduleCudaArgs& args, uint32_t processors, CUstream_st
 void countAgesCuda(const ScheduleCudaArgs& args, uint32_t processors, CUstream_st* stream);
 // With a decode budget, or unless slots are ample: how far they reach.
 void reuseLevelsCuda(const ScheduleCudaArgs& args, CUstream_st* stream);
+// With a decode budget, one after the other: how far what whole buckets of urgency leave of it reaches in the next one.
+void countSplitsCuda(const ScheduleCudaArgs& args, uint32_t processors, CUstream_st* stream);
+void splitLevelsCuda(const ScheduleCudaArgs& args, CUstream_st* stream);
 // Unless slots are ample: gives up the entries drawn least recently, as many as are wanted and some more.
 void evictCuda(const ScheduleCudaArgs& args, uint32_t processors, CUstream_st* stream);
 // Lists what is decoded, with its slots; the rest of what is to be decoded is drawn as it is.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kernels/common/halves.cuh"
 #include "kernels/common/launch.cuh"
+#include "kernels/schedule/draw_again.cuh"
 #include "kernels/schedule/reuse_cuda.h"
 #include "kernels/schedule/warp_list.cuh"
 
@@ -64,7 +65,7 @@ __device__ KeyPlace placeOf(const KeptEntry& kept, const float* camera)
 __device__ bool surelyGood(const ReuseNow& now, uint32_t depth, uint32_t eye, const ListedStrip& listed,
                            const KeptEntry& kept)
 {
-    if (now.policy == ReusePolicy::Depth || kept.decoded == now.frame)
+    if (now.policy == ReusePolicy::Depth)
         return now.frame - kept.decoded <= depth;
     if ((lanesOfAnyEye(listed.lanes) & ~kept.lanes) != 0)
         return false;
@@ -75,15 +76,6 @@ __device__ bool surelyGood(const ReuseNow& now, uint32_t depth, uint32_t eye, co
 
 struct Tally {
     uint32_t decoded[kMaxEyes] = {}, reused[kMaxEyes] = {}; // per lane
-
-    // An eye draws an entry.
-    __device__ void draws(const ReuseNow& now, uint32_t eye, uint32_t visible, uint32_t anchors, const KeptEntry& kept)
-    {
-        if (kept.decoded == now.frame && (kept.owner & 1u) == eye) // by an earlier try of this frame
-            decoded[eye] += anchors * kept.keys;
-        else
-            reused[eye] += visible;
-    }
 };
 
 // A place ahead on the camera's way where the change from here is `lead`, or less, if that is as many frames as `least`
@@ -127,7 +119,9 @@ __device__ Plan planFor(const StripLane& s, const ReuseNow& now, uint32_t strip,
     const bool steady = now.steady[s.eye] != 0 && now.history[s.eye] >= 2;
     float ahead[3] = {camera[0], camera[1], camera[2]};
     const float life = fmaxf(kLeadShare * now.bound / kCurve, level) * (0.5f + 0.5f * stagger(strip));
-    const bool two = lookAhead(s, now, rate, life, 1.0f, ahead) && steady;
+    // a budget that takes no strip with two keys would decode nothing on the way
+    const bool affordable = now.decode_budget == 0 || now.decode_budget >= 2 * kStripAnchors;
+    const bool two = lookAhead(s, now, rate, life, 1.0f, ahead) && steady && affordable;
     const float span = largestChange(s, (lanes >> s.row & 1u) != 0, camera, ahead);
     const float most = tolerance(now, s.eye, strip, 1, fresh);
     float half_way[3] = {camera[0], camera[1], camera[2]};
@@ -207,9 +201,8 @@ __device__ void decide(const ScheduleCudaArgs& args, const ListedStrip& listed, 
     float error = largestChange(s, s.sees(), at.point, camera) + at.curve;
     if (own == kNoEntry)
         error = INFINITY;
-    bool good =
-        own != kNoEntry && (by_error ? kept.decoded == now.frame || error <= tolerance(now, s.eye, listed.strip, kept)
-                                     : now.frame - kept.decoded <= depth);
+    bool good = own != kNoEntry &&
+                (by_error ? error <= tolerance(now, s.eye, listed.strip, kept) : now.frame - kept.decoded <= depth);
     uint32_t slot = own; // what the eye draws if nothing is decoded
 
     // by the other eye's, unless that is to be decoded again
@@ -317,10 +310,10 @@ __device__ void decide(const ScheduleCudaArgs& args, const ListedStrip& listed, 
         }
     }
     if (s.row == 0)
-        tables.drawn[index].slot[s.eye] = leads && !due ? slot : kNoEntry;
+        tables.drawn[index].slot[s.eye] = tables.decided[listed.strip].slot[s.eye] = leads && !due ? slot : kNoEntry;
     if (leads) {
         if (!due)
-            tally.draws(now, s.eye, __popc(s.lanes), listed.count, kept);
+            tally.reused[s.eye] += __popc(s.lanes);
         if (slot != kNoEntry)
             tables.entries[slot].used = now.frame;
         if (own != kNoEntry)
@@ -335,6 +328,11 @@ __global__ void __launch_bounds__(kThreads) scheduleKernel(const __grid_constant
     const uint32_t lane = threadIdx.x & 31u;
     const uint32_t warp = (blockIdx.x * kThreads + threadIdx.x) >> 5, warps = gridDim.x * kThreads / 32;
     const uint32_t strips = tables.scratch->counters.strips;
+    if (now.again != 0) {
+        for (uint32_t base = warp * 32; base < strips; base += warps * 32)
+            drawAgain(tables, base + lane, lane);
+        return;
+    }
     const uint64_t visible = uint64_t(args.frame->anchors_visible[0]) + args.frame->anchors_visible[1];
     const uint32_t depth =
         now.policy == ReusePolicy::Depth
@@ -359,12 +357,12 @@ __global__ void __launch_bounds__(kThreads) scheduleKernel(const __grid_constant
                 }
         }
         if (i < strips && !open) {
-            tables.drawn[i] = {{slots[0], slots[1]}};
+            tables.drawn[i] = tables.decided[listed.strip] = {{slots[0], slots[1]}};
 #pragma unroll
             for (uint32_t e = 0; e < kMaxEyes; ++e)
                 if (slots[e] != kNoEntry) {
                     tables.entries[slots[e]].used = now.frame;
-                    tally.draws(now, e, __popc(listed.lanes >> (16 * e) & 0xffffu), listed.count, kept[e]);
+                    tally.reused[e] += __popc(listed.lanes >> (16 * e) & 0xffffu);
                 }
         }
         for (uint32_t rest = __ballot_sync(~0u, open); rest != 0; rest &= rest - 1) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reuse on a GPU: the budgets hold, and nothing depends on the order of atomics or on how often a frame was drawn.
 #include "format/error.h"
+#include "format/half.h"
 #include "tests/kernels/reuse_tools.h"
 
 #include <doctest/doctest.h>
@@ -37,6 +38,34 @@ TEST_CASE("reuse: a decode budget holds, what is new is decoded all the same, an
         overdue = render(*backend, eye, options)[0].result.eyes[0].anchors_overdue;
     }
     CHECK(overdue == 0);
+}
+
+// From afar anchors of one sensitivity change alike: more are equally urgent than the budget takes at once.
+TEST_CASE("reuse: a small decode budget is used up in every frame, however alike what is due is")
+{
+    const SyntheticModel model(modelOptions());
+    const std::vector<uint16_t> ones(size_t(2) * 1200, floatToHalfUp(1.0f));
+    ModelView view = model.view();
+    view.sensitivity = ones.data();
+    for (const uint64_t budget : {16, 48}) {
+        CAPTURE(budget);
+        const auto backend = open(view);
+        FrameOptions options = with(ReusePolicy::Error, 0.5f);
+        options.reuse.decode_budget = budget;
+        (void)render(*backend, {eyeAhead(0, -100, 60, 45)}, options);
+        uint64_t before = UINT64_MAX;
+        for (int i = 0; i < 6; ++i) {
+            CAPTURE(i);
+            const auto image = render(*backend, {eyeAhead(1, -100, 60, 45)}, options);
+            const EyeCounts& counts = image[0].result.eyes[0];
+            CHECK(counts.anchors_decoded <= budget);
+            const uint64_t keys = i == 0 && budget >= 2 * 16 ? 2 : 1; // before it has stood still
+            CHECK(counts.anchors_decoded + 16 * keys > budget);
+            CHECK(counts.anchors_overdue > 0);
+            CHECK(counts.anchors_overdue < before);
+            before = counts.anchors_overdue;
+        }
+    }
 }
 
 TEST_CASE("reuse: a small cache holds its limit, gives up what was drawn least recently, and draws the same")
@@ -107,34 +136,40 @@ TEST_CASE("reuse: frames that were drawn again for want of room decide as those 
     many.anchors = 2500;
     many.log_scale = -1.6f;
     const SyntheticModel model(many);
-    const auto eyes = [](int i) { // the last frame is larger, and too large on the way
-        const uint32_t width = i < 2 ? 200 : 400, height = i < 2 ? 100 : 200;
-        return std::vector<EyeParams>{eyeAhead(0.4f + 0.02f * float(i), -5, width, height),
-                                      eyeAhead(0.43f + 0.02f * float(i), -5, width, height)};
-    };
-    for (const uint64_t cache : {uint64_t(0), uint64_t(400) << 10}) {
-        CAPTURE(cache);
-        FrameOptions options = with(ReusePolicy::Error, 1);
-        options.reuse.decode_budget = 600;
-        options.reuse.cache_bytes = cache;
-        const auto fresh = open(model.view()), warm = open(model.view());
-        (void)render(*warm, eyes(2), options);
-        warm->dropCaches();
-        uint64_t repeats = 0;
-        for (int i = 0; i < 3; ++i) {
-            CAPTURE(i);
-            const auto a = render(*fresh, eyes(i), options), b = render(*warm, eyes(i), options);
-            repeats = a[0].result.repeats;
-            CHECK(b[0].result.repeats == 0);
-            CHECK(a[0].result.cache_evictions == b[0].result.cache_evictions);
-            for (size_t e = 0; e < 2; ++e) {
-                CHECK(sameBytes(a[e].pixels, b[e].pixels));
-                CHECK(a[e].result.eyes[e].anchors_decoded == b[e].result.eyes[e].anchors_decoded);
-                CHECK(a[e].result.eyes[e].anchors_overdue == b[e].result.eyes[e].anchors_overdue);
+    uint64_t repeats = 0;
+    for (const float bound : {0.2f, 1.0f})
+        for (const uint64_t cache : {uint64_t(0), uint64_t(400) << 10}) {
+            const float apart = bound < 1 ? 0.3f : 0.03f;
+            CAPTURE(apart);
+            CAPTURE(cache);
+            CAPTURE(bound);
+            const auto eyes = [&](int i) { // the last frame is larger, and too large on the way
+                const uint32_t width = i < 2 ? 200 : 400, height = i < 2 ? 100 : 200;
+                const float x = 0.4f + 0.05f * float(i);
+                return std::vector<EyeParams>{eyeAhead(x, -5, width, height), eyeAhead(x + apart, -5, width, height)};
+            };
+            FrameOptions options = with(ReusePolicy::Error, bound);
+            options.reuse.decode_budget = 600;
+            options.reuse.cache_bytes = cache;
+            const auto fresh = open(model.view()), warm = open(model.view());
+            (void)render(*warm, eyes(2), options);
+            warm->dropCaches();
+            for (int i = 0; i < 3; ++i) {
+                CAPTURE(i);
+                const auto a = render(*fresh, eyes(i), options), b = render(*warm, eyes(i), options);
+                repeats += a[0].result.repeats;
+                CHECK(b[0].result.repeats == 0);
+                CHECK(a[0].result.cache_evictions == b[0].result.cache_evictions);
+                for (size_t e = 0; e < 2; ++e) {
+                    const EyeCounts &got = a[e].result.eyes[e], &want = b[e].result.eyes[e];
+                    CHECK(sameBytes(a[e].pixels, b[e].pixels));
+                    CHECK(got.anchors_decoded == want.anchors_decoded);
+                    CHECK(got.anchors_reused == want.anchors_reused);
+                    CHECK(got.anchors_overdue == want.anchors_overdue);
+                }
             }
         }
-        CHECK(repeats > 0);
-    }
+    CHECK(repeats > 0);
 }
 
 TEST_CASE("reuse: what cannot be kept is refused")
