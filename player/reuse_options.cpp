@@ -34,8 +34,8 @@ void addReuseOptions(CLI::App& app, PlayOptions& options)
         ->option_text("B (default: 1)");
     app.add_option(
            "--decode-budget", reuse.decode_budget,
-           "Most anchors decoded per frame and eye, the worst first; what was never decoded is decoded all the same. "
-           "0 = as many as --reuse wants")
+           "Most anchors decoded per frame and eye, the worst first, with --reuse error; what was never decoded "
+           "is decoded all the same. 0 = as many as the bound wants")
         ->check(CLI::Range(uint64_t(0), uint64_t(1) << 40))
         ->option_text("N (default: 0)");
     app.add_option("--cache-budget", reuse.cache_bytes, "Most memory of decoded Gaussians, such as 256M")
@@ -93,9 +93,9 @@ void checkReuseOptions(const CLI::App& app, const PlayOptions& options)
                                                    options.target_ms, kMaxTargetMs));
     for (const char* option : {"--reuse-depth", "--reuse-guidance"})
         needs(option, reuse.policy == ReusePolicy::Depth, "--reuse depth");
-    needs("--reuse-bound", reuse.policy == ReusePolicy::Error, "--reuse error");
-    for (const char* option : {"--decode-budget", "--cache-budget"})
-        needs(option, reuse.policy != ReusePolicy::None, "--reuse depth or --reuse error");
+    for (const char* option : {"--reuse-bound", "--decode-budget"})
+        needs(option, reuse.policy == ReusePolicy::Error, "--reuse error");
+    needs("--cache-budget", reuse.policy != ReusePolicy::None, "--reuse depth or --reuse error");
 }
 
 } // namespace gsc

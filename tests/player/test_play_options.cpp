@@ -112,21 +112,21 @@ TEST_CASE("wrong command lines exit with 1")
 TEST_CASE("what is kept between frames")
 {
     PlayOptions o;
-    CHECK(parse({"m.gsc", "--reuse", "depth", "--reuse-depth", "7", "--reuse-guidance", "staged", "--decode-budget",
-                 "1000", "--cache-budget", "64M", "--cut-cache", "--order-cache", "--lod-bias", "-1.5"},
+    CHECK(parse({"m.gsc", "--reuse", "depth", "--reuse-depth", "7", "--reuse-guidance", "staged", "--cache-budget",
+                 "64M", "--cut-cache", "--order-cache", "--lod-bias", "-1.5"},
                 o) == -1);
     CHECK(o.reuse.policy == ReusePolicy::Depth);
     CHECK(o.reuse.max_depth == 7);
     CHECK(o.reuse.guidance == DepthGuidance::Staged);
-    CHECK(o.reuse.decode_budget == 1000);
     CHECK(o.reuse.cache_bytes == 64u << 20);
     CHECK(o.reuse.cut);
     CHECK(o.reuse.order);
     CHECK(o.lod_bias == -1.5);
     PlayOptions e;
-    CHECK(parse({"m.gsc", "--reuse", "error", "--reuse-bound", "0.5"}, e) == -1);
+    CHECK(parse({"m.gsc", "--reuse", "error", "--reuse-bound", "0.5", "--decode-budget", "1000"}, e) == -1);
     CHECK(e.reuse.policy == ReusePolicy::Error);
     CHECK(e.reuse.bound == 0.5f);
+    CHECK(e.reuse.decode_budget == 1000);
     PlayOptions none;
     CHECK(parse({"m.gsc"}, none) == -1);
     CHECK(none.reuse.policy == ReusePolicy::None);
@@ -174,6 +174,7 @@ TEST_CASE("reuse options out of range, or without their policy, exit with 1")
     CHECK(parse({"m.gsc", "--reuse", "error", "--reuse-guidance", "staged"}) == 1);
     CHECK(parse({"m.gsc", "--reuse", "depth", "--reuse-bound", "1"}) == 1);
     CHECK(parse({"m.gsc", "--decode-budget", "4"}) == 1);
+    CHECK(parse({"m.gsc", "--reuse", "depth", "--decode-budget", "4"}) == 1);
     CHECK(parse({"m.gsc", "--cache-budget", "4M"}) == 1);
 }
 
