@@ -18,11 +18,14 @@ public:
     [[nodiscard]] bool steady(uint32_t eye) const { return m_steady[eye]; }
     // It moves, and not so.
     [[nodiscard]] bool erratic(uint32_t eye) const { return m_erratic[eye]; }
+    // How far from where it pointed the last step went aside, as a share of it.
+    [[nodiscard]] float bend(uint32_t eye) const { return m_bend[eye]; }
     // Frames in a row that the centre is known for, with this one.
     [[nodiscard]] uint32_t history(uint32_t eye) const { return m_history[eye]; }
 
 private:
     float m_center[kMaxEyes][3] = {}, m_step[kMaxEyes][3] = {};
+    float m_bend[kMaxEyes] = {};
     bool m_steady[kMaxEyes] = {}, m_erratic[kMaxEyes] = {};
     uint32_t m_history[kMaxEyes] = {};
 };

@@ -19,8 +19,9 @@ struct CacheEntry {
     uint32_t strip = 0, eye = 0;
     uint64_t decoded = 0, used = 0; // frames; decoded: the last key
     PackedExtent extent = {};       // of the packed strip
-    uint16_t lanes = 0;             // bit i: anchor i of the strip
-    uint8_t keys = 0;               // 1 or 2
+    float cover = 0;    // most of the picture that one of its Gaussians took when last drawn, see broadShare()
+    uint16_t lanes = 0; // bit i: anchor i of the strip
+    uint8_t keys = 0;   // 1 or 2
     bool valid = false;
 };
 

@@ -2,6 +2,7 @@
 #include "runtime/reuse_cpu.h"
 
 #include "kernels/common/stopwatch.h"
+#include "kernels/decode/sensitivity.h"
 #include "kernels/math/lod.h"
 #include "runtime/model_sensitivity.h"
 
@@ -225,13 +226,13 @@ void CpuReuse::drawStrip(const ReuseFrame& frame, uint32_t strip, uint32_t e, co
 {
     const EyeWork& eye = work.eye[e];
     const auto seen = uint32_t(__builtin_popcount(eye.lanes));
-    const bool shared = eye.shares && work.eye[0].decode;
+    const bool shared = drawsShared(work, e);
     if (!eye.decode) {
         state.reused[e] += seen;
         state.overdue[e] += eye.due || (eye.shares && !shared) ? seen : 0;
     }
     const uint32_t drawn = shared ? 0 : e; // whose decode, where there was one
-    const uint32_t slot = shared ? work.eye[0].slot : eye.slot;
+    const uint32_t slot = drawnSlot(work, e);
     const Place place = shared ? eye.shared : eye.decode ? eye.planned : eye.place;
     StripMix mix{};
     mix.t = frame.options.reuse.policy == ReusePolicy::Error ? place.t : 0.0f;
@@ -312,12 +313,35 @@ void CpuReuse::drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t
             projectBlockCpu({frame.eyes + e, frame.rules, &ahead}, gaussians, store.splats.data() + first,
                             store.depth_bits.data() + first, store.origins.data() + first);
         store.counts[block] = counts.splats;
+        if (m_policy == ReusePolicy::Error)
+            noteCover(frame, block, e, store.splats.data() + first, store.origins.data() + first, counts.splats);
         state.any_positive[e] |= gaussians.any_positive;
         state.alive[e] += gaussians.count;
         state.dropped[e] += counts.dropped;
         state.visible[e] += counts.splats;
     }
     state.project_ms += watch.lap();
+}
+
+// Which strips of a block hold Gaussians that take much of eye `e`'s picture, for the next frame.
+void CpuReuse::noteCover(const ReuseFrame& frame, size_t block, uint32_t e, const Splat* splats,
+                         const uint16_t* origins, uint32_t count)
+{
+    const uint32_t pixels = frame.eyes[e].width * frame.eyes[e].height;
+    const auto least = uint32_t(kBroad / kThinnest * float(pixels));
+    for (uint32_t i = 0; i < count; ++i) {
+        const Splat& splat = splats[i];
+        const uint32_t area = uint32_t(splat.x1 - splat.x0 + 1) * uint32_t(splat.y1 - splat.y0 + 1);
+        if (area <= least)
+            continue;
+        const float cover = float(area) / float(pixels) * thinness(splat.conic, float(kThinAxis));
+        if (cover <= kBroad)
+            continue;
+        const uint32_t strip = origins[i] / (kStripAnchors * m_model.params->n_offsets);
+        const uint32_t slot = drawnSlot(m_work[block * kStripsPerGroup + strip], e);
+        if (slot != kNoSlot)
+            m_cache.entry(slot).cover = std::max(m_cache.entry(slot).cover, cover);
+    }
 }
 
 // Factors of a group's anchors where levels fade in, from the list of visible anchors.

@@ -74,6 +74,15 @@ private:
     struct StripWork {
         EyeWork eye[kMaxEyes];
     };
+    // What the left eye has decoded in this frame.
+    [[nodiscard]] static bool drawsShared(const StripWork& work, uint32_t e)
+    {
+        return work.eye[e].shares && work.eye[0].decode;
+    }
+    [[nodiscard]] static uint32_t drawnSlot(const StripWork& work, uint32_t e)
+    {
+        return work.eye[drawsShared(work, e) ? 0 : e].slot;
+    }
     struct Seen { // of a group, by one eye
         uint64_t lanes[kGroupSize / 64] = {};
         uint64_t frame = 0;
@@ -92,6 +101,7 @@ private:
                        StripWork& work);
     void scheduleEye(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
                      StripWork& work);
+    float leadKey(LazyAnchors& anchors, uint32_t strip, uint32_t e, float rate, float target, Keys& keys) const;
     void choosePlan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
                     StripWork& strip_work);
     void plan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
@@ -106,6 +116,8 @@ private:
     void drawStrip(const ReuseFrame& frame, uint32_t strip, uint32_t e, const StripWork& work, const float* fraction,
                    WorkerState& state) const;
     void groupFractions(const ReuseFrame& frame, const GroupMask& mask, float (*fraction)[kGroupSize]) const;
+    void noteCover(const ReuseFrame& frame, size_t block, uint32_t e, const Splat* splats, const uint16_t* origins,
+                   uint32_t count);
     void giveSlots(const ReuseFrame& frame, uint64_t limit);
     [[nodiscard]] const uint16_t* sensitivity() const
     {

@@ -101,6 +101,35 @@ CpuReuse::Place CpuReuse::place(const Keys& keys, LazyAnchors& anchors, uint32_t
     return {at.t, stripError(anchors.with(strip), strip, lanes, at.point, now) + at.curve};
 }
 
+// Puts the second of `keys` ahead on the way of eye `e`, so far that `target` is the change from the first to it, where
+// a step changes `rate`. Nearer if the way bends: half way the camera is an eighth of the bend times the square of the
+// frames off the line, which adds to the curve between the keys. Returns how many frames ahead.
+float CpuReuse::leadKey(LazyAnchors& anchors, uint32_t strip, uint32_t e, float rate, float target, Keys& keys) const
+{
+    const float *now = m_motion.center(e), *step = m_motion.step(e);
+    float way = 0, pace = 0;
+    for (int i = 0; i < 3; ++i) {
+        way += (now[i] - keys.center[0][i]) * (now[i] - keys.center[0][i]);
+        pace += step[i] * step[i];
+    }
+    const float behind = std::sqrt(way / pace); // frames
+    // the frames at which rate * (frames + bend * frames^2) is the target
+    const float bend = m_motion.bend(e) / (8 * kCurve);
+    const auto framesFor = [&](float each) {
+        const float all = 2 * target / (each + std::sqrt(each * (each + 4 * target * bend)));
+        return std::min(all - behind, kMaxLeadFrames);
+    };
+    float frames = framesFor(rate);
+    for (int attempt = 0; attempt < 2; ++attempt) {
+        for (int i = 0; i < 3; ++i)
+            keys.center[1][i] = now[i] + frames * step[i];
+        keys.span = stripError(anchors.with(strip), strip, keys.lanes, keys.center[0], keys.center[1]);
+        if (attempt == 0) // the change is not linear in the motion close by
+            frames = framesFor(keys.span / (frames + behind));
+    }
+    return frames;
+}
+
 // What to decode, if `work` is decoded: a key ahead on the camera's way, so that the entry is drawn between it and its
 // last one; without one, or where the camera has left the line, a single key half a life ahead. How far: as the bound
 // allows or, where that is more, as long as the budget makes entries live.
@@ -124,28 +153,25 @@ void CpuReuse::choosePlan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_
         work.urgency = place(keysOf(work.slot, anchors, strip, work.lanes), anchors, strip, work.lanes, next).error;
     if (!m_motion.steady(e))
         return;
-    const float bound = tolerance(frame.options.reuse);
     const uint32_t own = m_cache.find(strip_id, e);
+    const float bound = tolerance(frame.options.reuse) * (own != kNoSlot ? broadShare(m_cache.entry(own).cover) : 1.0f);
     // what is new is decoded whatever the budget, and no better for being far off
     const float level = own != kNoSlot && frame.options.reuse.decode_budget > 0 ? m_level[e] : 0.0f;
     const float half = std::max(kLeadShare * bound, 0.5f * level);
+    const float target = std::max(kCurveFill * refreshShare(strip_id) * bound / kCurve, level);
+    Keys keys;
+    keys.count = 2;
+    keys.lanes = strip_work.eye[0].lanes | strip_work.eye[1].lanes; // the other eye may draw it, too
     if (own != kNoSlot) {
         const CacheEntry& old = m_cache.entry(own);
-        const float life = std::min(std::max(kLeadShare * bound / kCurve, level) / work.rate, kMaxLeadFrames);
-        const float frames = life * (0.5f + 0.5f * stagger(strip_id));
-        Keys keys;
-        keys.count = 2;
-        for (int i = 0; i < 3; ++i) {
-            keys.center[0][i] = old.center[old.keys - 1][i];
-            keys.center[1][i] = now[i] + frames * m_motion.step(e)[i];
-        }
-        keys.lanes = strip_work.eye[0].lanes | strip_work.eye[1].lanes; // the other eye may draw it, too
-        keys.span = stripError(anchors.with(strip), strip, keys.lanes, keys.center[0], keys.center[1]);
-        const Place drawn = place(keys, anchors, strip, work.lanes, now);
-        if (frames >= 1 && drawn.error <= std::max(bound, 0.5f * half)) {
-            work.plan = keys;
-            work.planned = drawn;
-            return;
+        std::copy_n(old.center[old.keys - 1], 3, keys.center[0]);
+        if (leadKey(anchors, strip, e, work.rate, target, keys) >= 1) {
+            const Place drawn = place(keys, anchors, strip, work.lanes, now);
+            if (drawn.error <= std::max(bound, 0.5f * half)) {
+                work.plan = keys;
+                work.planned = drawn;
+                return;
+            }
         }
     }
     float frames = std::min(half / work.rate, kMaxLeadFrames);
@@ -182,9 +208,13 @@ void CpuReuse::scheduleEye(const ReuseFrame& frame, LazyAnchors& anchors, uint32
     EyeWork& eye = work.eye[e];
     eye.slot = m_cache.find(strip_id, e);
     eye.place.error = kInfinity;
-    // what a first frame decoded would be due all at once, and the picture would jump
-    if (by_error && eye.slot != kNoSlot && m_motion.steady(e))
-        most *= m_cache.entry(eye.slot).keys == 1 ? stagger(strip_id) : 0.7f + 0.3f * stagger(strip_id);
+    if (by_error && eye.slot != kNoSlot) {
+        const CacheEntry& own = m_cache.entry(eye.slot);
+        most *= broadShare(own.cover);
+        // what a first frame decoded would be due all at once, and the picture would jump
+        if (m_motion.steady(e))
+            most *= own.keys == 1 ? stagger(strip_id) : refreshShare(strip_id);
+    }
     if (eye.slot != kNoSlot)
         eye.place = by_error ? place(keysOf(eye.slot, anchors, strip, eye.lanes), anchors, strip, eye.lanes, now, most)
                              : Place{0, float(m_frame - m_cache.entry(eye.slot).decoded)};
@@ -237,6 +267,7 @@ void CpuReuse::scheduleStrip(const ReuseFrame& frame, LazyAnchors& anchors, uint
         EyeWork& eye = work.eye[e];
         const auto use = [&](uint32_t slot) {
             m_cache.entry(slot).used = m_frame;
+            m_cache.entry(slot).cover = 0;
             eye.extent = m_cache.entry(slot).extent;
         };
         if (eye.slot != kNoSlot)

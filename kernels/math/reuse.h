@@ -21,12 +21,39 @@ constexpr float kLeastMix = -0.5f, kMostMix = 1.5f;
 // Share of the bound for a camera that goes another way in every frame: an error may then change its sign from one frame
 // to the next, and flickers by twice itself.
 constexpr float kErraticShare = 0.5f;
+// What the curve between two keys may take of what their strip is allowed; the rest is for a camera beside their line.
+constexpr float kCurveFill = 0.9f;
+constexpr float kBroad = 0.02f; // of the picture
+constexpr float kThinnest = 64;
 constexpr float kGross = 0.1f; // a change that shows as much as a hole does, such as that of a view long left
 
 // Fixed per strip, spread over [0.3, 1).
 GSC_HD float stagger(uint64_t strip)
 {
     return 0.3f + 0.7f * float(uint32_t(strip * 2654435769u) >> 8) * 0x1p-24f;
+}
+
+// Share of the bound that a strip is allowed, fixed per strip: those of one age are not all due in one frame.
+GSC_HD float refreshShare(uint64_t strip)
+{
+    return 0.85f + 0.15f * stagger(strip);
+}
+
+// Share of the bound that is left to a strip one of whose Gaussians takes `cover` of the picture, needles counted by their
+// thinness(). The bound is one of pixels: an error of that size in a few of them is nothing, in all of them at once it is
+// a flash. So no Gaussian adds more to the mean square error of the picture than one that takes kBroad of it at the bound.
+GSC_HD float broadShare(float cover)
+{
+    return cover > kBroad ? std::sqrt(kBroad / cover) : 1.0f;
+}
+
+// A sensitivity counts axes thinner than `least` of the longest as that long: by how much more the mean square of a turn
+// shows in a splat that is thinner, from 1 to kThinnest. `conic`: the inverse of its covariance, xx, xy, yy.
+GSC_HD float thinness(const float* conic, float least)
+{
+    const float trace = conic[0] + conic[2], determinant = conic[0] * conic[2] - conic[1] * conic[1];
+    const float more = least * least * trace * trace / determinant; // about the square of long over thin
+    return !(determinant > 0) || more > kThinnest ? kThinnest : more > 1 ? more : 1.0f;
 }
 
 // Share of the visible anchors, of all eyes, that the frame before did not see.

@@ -451,6 +451,75 @@ TEST_CASE("anchors that are not seen make nothing due, and are drawn within the 
     CHECK(double(decoded) < 0.07 * double(visible));
 }
 
+// A pixel of a picture of 8 x 6 is a fiftieth of it, so that there every Gaussian is broad.
+TEST_CASE("Gaussians that take much of the picture are decoded again sooner, and show less error for it")
+{
+    const SyntheticModel model(modelOptions(LevelRule::None));
+    const auto measure = [&](uint32_t width, uint32_t height) {
+        const auto plain = open(model.view()), reusing = open(model.view());
+        uint64_t decoded = 0;
+        double worst = 1000;
+        for (int i = 0; i < 24; ++i) {
+            const float position[3] = {0.2f + 0.02f * float(i), 0.3f, -5};
+            const float target[3] = {0.1f, -0.2f, 0.3f};
+            const std::vector<EyeParams> eye = {lookAt(position, target, 0.9f, width, height)};
+            const auto actual = render(*reusing, eye, with(ReusePolicy::Error, 4));
+            decoded += i > 0 ? actual[0].result.eyes[0].anchors_decoded : 0;
+            const auto expected = render(*plain, eye, with(ReusePolicy::None));
+            worst = std::min(worst, compare(actual[0].pixels, expected[0].pixels).psnr);
+        }
+        return std::pair<uint64_t, double>(decoded, worst);
+    };
+    const auto wide = measure(120, 90), tiny = measure(8, 6);
+    CHECK(wide.first > 0);
+    CHECK(double(tiny.first) > 1.2 * double(wide.first));
+    CHECK(tiny.second > wide.second + 3);
+}
+
+TEST_CASE("what is left of the bound keeps the mean square error of the broadest Gaussian at that of one of kBroad")
+{
+    CHECK(broadShare(0) == 1);
+    CHECK(broadShare(kBroad) == 1);
+    for (const float cover : {0.03f, 0.2f, 1.0f})
+        CHECK(broadShare(cover) * broadShare(cover) * cover == doctest::Approx(kBroad));
+}
+
+TEST_CASE("a needle counts by how much thinner it is than a sensitivity takes it for")
+{
+    const float round[3] = {0.01f, 0, 0.01f};
+    CHECK(thinness(round, 0.1f) == 1);
+    const float tenth[3] = {1, 0, 0.01f}, fiftieth[3] = {1, 0, 0.0004f};
+    CHECK(thinness(tenth, 0.1f) == doctest::Approx(1).epsilon(0.03));
+    CHECK(thinness(fiftieth, 0.1f) == doctest::Approx(25).epsilon(0.01));
+    const float turned[3] = {0.5002f, 0.4998f, 0.5002f}; // the same at 45 degrees
+    CHECK(thinness(turned, 0.1f) == doctest::Approx(25).epsilon(0.01));
+    const float flat[3] = {1, 1, 1}, wrong[3] = {1, 2, 1}, unknown[3] = {NAN, 0, 1};
+    for (const float* conic : {flat, wrong, unknown})
+        CHECK(thinness(conic, 0.1f) == kThinnest);
+}
+
+TEST_CASE("a way that bends is decoded little more often than a straight one")
+{
+    const SyntheticModel model(modelOptions(LevelRule::None));
+    const auto count = [&](float bend) {
+        const auto backend = open(model.view());
+        uint64_t decoded = 0;
+        for (int i = 0; i < 48; ++i) {
+            const float angle = bend * float(i); // round the model, or along the tangent
+            const float position[3] = {bend > 0 ? 5 * std::sin(angle) : 0.02f * float(i), 0.3f,
+                                       bend > 0 ? -5 * std::cos(angle) : -5.0f};
+            const float target[3] = {0.1f, -0.2f, 0.3f};
+            const std::vector<EyeParams> eye = {lookAt(position, target, 0.9f, 120, 90)};
+            const auto image = render(*backend, eye, with(ReusePolicy::Error, 1));
+            decoded += i > 4 ? image[0].result.eyes[0].anchors_decoded : 0;
+        }
+        return decoded;
+    };
+    const uint64_t straight = count(0), round = count(0.004f);
+    CHECK(straight > 0);
+    CHECK(double(round) < 1.5 * double(straight));
+}
+
 TEST_CASE("predicted changes of a strip are the scalar rule's, the largest of the lanes asked for")
 {
     const SyntheticModel synthetic(modelOptions(LevelRule::None));
