@@ -93,7 +93,7 @@ CpuReuse::Keys CpuReuse::keysOf(uint32_t slot, LazyAnchors& anchors, uint32_t st
 CpuReuse::Place CpuReuse::place(const Keys& keys, LazyAnchors& anchors, uint32_t strip, uint32_t lanes,
                                 const float* now, float enough)
 {
-    const KeyPlace at = placeBetween(keys.center, keys.count, keys.span, now);
+    const KeyPlace at = placeBetween(keys.center, keys.count, keys.span, now, kCurveOfRest);
     const float bound =
         enough > at.curve ? changeBound(keys.reach, keys.center[keys.count - 1], at.point, now) + at.curve : 0.0f;
     if (enough > at.curve && bound <= enough)
@@ -114,7 +114,7 @@ float CpuReuse::leadKey(LazyAnchors& anchors, uint32_t strip, uint32_t e, float 
     }
     const float behind = std::sqrt(way / pace); // frames
     // the frames at which rate * (frames + bend * frames^2) is the target
-    const float bend = m_motion.bend(e) / (8 * kCurve);
+    const float bend = m_motion.bend(e) / (8 * kCurveOfRest);
     const auto framesFor = [&](float each) {
         const float all = 2 * target / (each + std::sqrt(each * (each + 4 * target * bend)));
         return std::min(all - behind, kMaxLeadFrames);
@@ -158,7 +158,7 @@ void CpuReuse::choosePlan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_
     // what is new is decoded whatever the budget, and no better for being far off
     const float level = own != kNoSlot && frame.options.reuse.decode_budget > 0 ? m_level[e] : 0.0f;
     const float half = std::max(kLeadShare * bound, 0.5f * level);
-    const float target = std::max(kCurveFill * refreshShare(strip_id) * bound / kCurve, level);
+    const float target = std::max(kCurveFill * refreshShare(strip_id) * bound / kCurveOfRest, level);
     Keys keys;
     keys.count = 2;
     keys.lanes = strip_work.eye[0].lanes | strip_work.eye[1].lanes; // the other eye may draw it, too

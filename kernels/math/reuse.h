@@ -15,6 +15,8 @@ constexpr float kLeadShare = 0.7f;
 // Between two keys the change predicted from one to the other is all there but for this share, in the middle. Measured
 // on four trained models and the paths of gsc sample paths.
 constexpr float kCurve = 0.08f;
+// That where broadShare() holds what is close by to less of the bound, as on a CPU: of the rest it is less.
+constexpr float kCurveOfRest = 0.07f;
 constexpr float kMaxLeadFrames = 64;
 // Where on the line between its keys a strip can be drawn, as a share of the way: what shows only beyond is not kept.
 constexpr float kLeastMix = -0.5f, kMostMix = 1.5f;
@@ -24,7 +26,7 @@ constexpr float kErraticShare = 0.5f;
 // What the curve between two keys may take of what their strip is allowed; the rest is for a camera beside their line.
 constexpr float kCurveFill = 0.9f;
 constexpr float kBroad = 0.02f; // of the picture
-constexpr float kThinnest = 64;
+constexpr float kThinnest = 16;
 constexpr float kGross = 0.1f; // a change that shows as much as a hole does, such as that of a view long left
 
 // Fixed per strip, spread over [0.3, 1).
@@ -39,16 +41,16 @@ GSC_HD float refreshShare(uint64_t strip)
     return 0.85f + 0.15f * stagger(strip);
 }
 
-// Share of the bound that is left to a strip one of whose Gaussians takes `cover` of the picture, needles counted by their
-// thinness(). The bound is one of pixels: an error of that size in a few of them is nothing, in all of them at once it is
-// a flash. So no Gaussian adds more to the mean square error of the picture than one that takes kBroad of it at the bound.
+// Share of the bound that is left to a strip one of whose Gaussians takes `cover` of the picture, needles counted by
+// their thinness(). The bound is one of pixels: an error of that size in a few of them is nothing, in all of them at once
+// it is a flash. So none adds more to the mean square error of the picture than one that takes kBroad of it at the bound.
 GSC_HD float broadShare(float cover)
 {
     return cover > kBroad ? std::sqrt(kBroad / cover) : 1.0f;
 }
 
-// A sensitivity counts axes thinner than `least` of the longest as that long: by how much more the mean square of a turn
-// shows in a splat that is thinner, from 1 to kThinnest. `conic`: the inverse of its covariance, xx, xy, yy.
+// A sensitivity counts axes thinner than `least` of the longest as that long: by how much more the mean square of a
+// turn shows in a splat that is thinner, from 1 to kThinnest. `conic`: the inverse of its covariance, xx, xy, yy.
 GSC_HD float thinness(const float* conic, float least)
 {
     const float trace = conic[0] + conic[2], determinant = conic[0] * conic[2] - conic[1] * conic[1];
@@ -129,7 +131,8 @@ struct KeyPlace {
 };
 
 // `span`: predicted change from the first of two keys to the second.
-GSC_HD KeyPlace placeBetween(const float (*center)[3], uint32_t keys, float span, const float* camera)
+GSC_HD KeyPlace placeBetween(const float (*center)[3], uint32_t keys, float span, const float* camera,
+                             float curve = kCurve)
 {
     float along = 0, square = 0;
     for (int i = 0; i < 3 && keys == 2; ++i) {
@@ -142,7 +145,7 @@ GSC_HD KeyPlace placeBetween(const float (*center)[3], uint32_t keys, float span
     place.t = t < kLeastMix ? kLeastMix : kMostMix < t ? kMostMix : t;
     for (int i = 0; i < 3; ++i)
         place.point[i] = center[0][i] + (keys == 2 ? place.t * (center[1][i] - center[0][i]) : 0.0f);
-    place.curve = 4 * kCurve * std::abs(place.t * (1 - place.t)) * span;
+    place.curve = 4 * curve * std::abs(place.t * (1 - place.t)) * span;
     return place;
 }
 

@@ -488,11 +488,11 @@ TEST_CASE("a needle counts by how much thinner it is than a sensitivity takes it
 {
     const float round[3] = {0.01f, 0, 0.01f};
     CHECK(thinness(round, 0.1f) == 1);
-    const float tenth[3] = {1, 0, 0.01f}, fiftieth[3] = {1, 0, 0.0004f};
+    const float tenth[3] = {1, 0, 0.01f}, thirtieth[3] = {1, 0, 1 / 900.0f};
     CHECK(thinness(tenth, 0.1f) == doctest::Approx(1).epsilon(0.03));
-    CHECK(thinness(fiftieth, 0.1f) == doctest::Approx(25).epsilon(0.01));
-    const float turned[3] = {0.5002f, 0.4998f, 0.5002f}; // the same at 45 degrees
-    CHECK(thinness(turned, 0.1f) == doctest::Approx(25).epsilon(0.01));
+    CHECK(thinness(thirtieth, 0.1f) == doctest::Approx(9).epsilon(0.01));
+    const float mean = 0.5f + 1 / 1800.0f, turned[3] = {mean, 1 - mean, mean}; // the same at 45 degrees
+    CHECK(thinness(turned, 0.1f) == doctest::Approx(9).epsilon(0.01));
     const float flat[3] = {1, 1, 1}, wrong[3] = {1, 2, 1}, unknown[3] = {NAN, 0, 1};
     for (const float* conic : {flat, wrong, unknown})
         CHECK(thinness(conic, 0.1f) == kThinnest);
