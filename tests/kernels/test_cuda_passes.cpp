@@ -28,11 +28,35 @@ const std::vector<EyeParams> kTwoEyes = {eyeAt(0.4f, -5, 150, 110), eyeAt(0.7f, 
 // far enough apart that splats of one eye are none of the other's, or lie far from them
 const std::vector<EyeParams> kParallelEyes = {eyeAhead(-1.5f, -5, 150, 110), eyeAhead(1, -5, 97, 120)};
 
-void checkSameFrame(const std::vector<Image<float>>& got, const std::vector<Image<float>>& want)
+// Passes cut lists in other places than a frame in one does, but only lists that are long enough for segments (bin):
+// then segments round otherwise, and may finish a pixel a splat earlier, with 1e-4 of the light left.
+constexpr uint32_t kLeastToCut = 6 * 8192;
+
+void checkSamePixels(const Image<float>& got, const Image<float>& want, Tier tier)
+{
+    REQUIRE(got.pixels.size() == want.pixels.size());
+    const EyeCounts* const eyes = want.result.eyes;
+    if (tier == Tier::Exact || eyes[0].pairs + eyes[1].pairs <= kLeastToCut) {
+        CHECK(std::memcmp(got.pixels.data(), want.pixels.data(), want.pixels.size() * sizeof(float)) == 0);
+        return;
+    }
+    double most = 0, squares = 0;
+    for (size_t i = 0; i < want.pixels.size(); ++i) {
+        const double off = std::abs(double(got.pixels[i]) - double(want.pixels[i]));
+        most = std::max(most, off);
+        squares += off * off;
+    }
+    CHECK(most < 2e-4);
+    CHECK(std::sqrt(squares / double(want.pixels.size())) < 2e-6);
+    if (std::getenv("GSC_TEST_VERBOSE") != nullptr)
+        MESSAGE("most ", most, ", rms ", std::sqrt(squares / double(want.pixels.size())));
+}
+
+void checkSameFrame(const std::vector<Image<float>>& got, const std::vector<Image<float>>& want, Tier tier)
 {
     for (size_t e = 0; e < want.size(); ++e) {
         CAPTURE(e);
-        CHECK(std::memcmp(got[e].pixels.data(), want[e].pixels.data(), want[e].pixels.size() * sizeof(float)) == 0);
+        checkSamePixels(got[e], want[e], tier);
         const EyeCounts &a = got[e].result.eyes[e], &b = want[e].result.eyes[e];
         CHECK(a.anchors_visible == b.anchors_visible);
         CHECK(a.gaussians_alive == b.gaussians_alive);
@@ -55,8 +79,8 @@ uint32_t checkBudgets(const ModelView& model, const FrameOptions& options, const
         try {
             gpu->load(model);
             const auto first = render(*gpu, eyes, options), second = render(*gpu, eyes, options);
-            checkSameFrame(first, want);
-            checkSameFrame(second, want);
+            checkSameFrame(first, want, options.tier);
+            checkSameFrame(second, want, options.tier);
             CHECK(first[0].result.bytes_resident <= budget);
             if (std::getenv("GSC_TEST_VERBOSE") != nullptr)
                 MESSAGE(budget, " bytes: ", first[0].result.passes, " passes, then ", second[0].result.passes);
@@ -69,7 +93,7 @@ uint32_t checkBudgets(const ModelView& model, const FrameOptions& options, const
             continue;
         gpu->setMemoryBudget(0); // nothing is left broken
         gpu->load(model);
-        checkSameFrame(render(*gpu, eyes, options), want);
+        checkSameFrame(render(*gpu, eyes, options), want, options.tier);
         return most;
     }
     FAIL("no budget is too small");
