@@ -70,7 +70,9 @@ public:
     {
         m_lag.clear();
         m_graphs.clear();
-        m_reuse.release();
+        m_reuse.drop();
+        m_free = freeForFrames();
+        m_splats = m_pairs = 0; // what follows is drawn as after load()
     }
 
     void render(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, float* const* images,
@@ -86,7 +88,7 @@ private:
                : shape.keeps ? decodeKeepGaps(processors, slots) + drawKeptGaps(processors, slots)
                              : decodeFastGaps(processors, slots);
     }
-    [[nodiscard]] static uint64_t freeForFrames();
+    [[nodiscard]] uint64_t freeForFrames() const;
     [[nodiscard]] uint32_t slotLimit(FrameShape shape);
     void choosePasses(FrameShape& shape);
     void beginReuse(const FrameShape& shape, const FrameOptions& options);
@@ -158,11 +160,12 @@ uint64_t CudaBackend::frameBytes(FrameShape shape, const FrameCapacity& capacity
     return counted.bytes();
 }
 
-// What the model left of the device's memory, but for some that others may want. Precondition: no frame has any yet.
-uint64_t CudaBackend::freeForFrames()
+// What the model and what is kept left of the device's memory, but for some that others may want.
+uint64_t CudaBackend::freeForFrames() const
 {
     size_t left = 0, total = 0;
     GSC_CUDA_CHECK(cudaMemGetInfo(&left, &total));
+    left += m_arena.bytes();
     return left - left / 16;
 }
 

@@ -41,10 +41,15 @@ CudaReuse::~CudaReuse()
 
 void CudaReuse::release()
 {
-    m_cache.release();
+    drop();
     m_sensitivity.release();
-    m_job.tables = {};
     m_job.sensitivity = nullptr;
+}
+
+void CudaReuse::drop()
+{
+    m_cache.release();
+    m_job.tables = {};
     m_job.now = {};
     m_motion.forget();
     m_limit = m_eyes = 0;

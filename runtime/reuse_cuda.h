@@ -41,8 +41,10 @@ public:
     CudaReuse(const CudaReuse&) = delete;
     CudaReuse& operator=(const CudaReuse&) = delete;
 
-    // Forgets everything and gives the memory back. Whoever has graphs drops them.
+    // Forget everything, or what frames left but not what is known of the model, and give the memory back. Whoever has
+    // graphs drops them.
     void release();
+    void drop();
     // Must prepare() move memory for such a frame? Then graphs and the memory of frames are to be given back before.
     [[nodiscard]] bool needsMemory(const ReuseOptions& reuse, uint32_t eye_count) const;
     // Room for a frame's entries, as many as the options and a quarter of what is free allow, and what the policy reads.

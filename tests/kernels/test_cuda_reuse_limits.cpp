@@ -137,39 +137,75 @@ TEST_CASE("reuse: frames that were drawn again for want of room decide as those 
     many.log_scale = -1.6f;
     const SyntheticModel model(many);
     uint64_t repeats = 0;
-    for (const float bound : {0.2f, 1.0f})
-        for (const uint64_t cache : {uint64_t(0), uint64_t(400) << 10}) {
-            const float apart = bound < 1 ? 0.3f : 0.03f;
-            CAPTURE(apart);
-            CAPTURE(cache);
-            CAPTURE(bound);
-            const auto eyes = [&](int i) { // the last frame is larger, and too large on the way
-                const uint32_t width = i < 2 ? 200 : 400, height = i < 2 ? 100 : 200;
-                const float x = 0.4f + 0.05f * float(i);
-                return std::vector<EyeParams>{eyeAhead(x, -5, width, height), eyeAhead(x + apart, -5, width, height)};
-            };
-            FrameOptions options = with(ReusePolicy::Error, bound);
-            options.reuse.decode_budget = 600;
-            options.reuse.cache_bytes = cache;
-            const auto fresh = open(model.view()), warm = open(model.view());
-            (void)render(*warm, eyes(2), options);
-            warm->dropCaches();
-            for (int i = 0; i < 3; ++i) {
-                CAPTURE(i);
-                const auto a = render(*fresh, eyes(i), options), b = render(*warm, eyes(i), options);
-                repeats += a[0].result.repeats;
-                CHECK(b[0].result.repeats == 0);
-                CHECK(a[0].result.cache_evictions == b[0].result.cache_evictions);
-                for (size_t e = 0; e < 2; ++e) {
-                    const EyeCounts &got = a[e].result.eyes[e], &want = b[e].result.eyes[e];
-                    CHECK(sameBytes(a[e].pixels, b[e].pixels));
-                    CHECK(got.anchors_decoded == want.anchors_decoded);
-                    CHECK(got.anchors_reused == want.anchors_reused);
-                    CHECK(got.anchors_overdue == want.anchors_overdue);
-                }
+    for (const bool ample : {true, false}) {
+        CAPTURE(ample);
+        const float apart = ample ? 0.3f : 0.03f;
+        const auto eyes = [&](int i) { // the last frame is larger, and too large on the way
+            const uint32_t width = i < 2 ? 200 : 400, height = i < 2 ? 100 : 200;
+            const float x = 0.4f + 0.05f * float(i);
+            return std::vector<EyeParams>{eyeAhead(x, -5, width, height), eyeAhead(x + apart, -5, width, height)};
+        };
+        FrameOptions options = with(ReusePolicy::Error, ample ? 0.2f : 1.0f);
+        options.reuse.decode_budget = 600;
+        options.reuse.cache_bytes = ample ? 0 : 400 << 10;
+        const auto fresh = open(model.view()), warm = open(model.view());
+        (void)render(*warm, eyes(2), options);
+        warm->dropCaches();
+        for (int i = 0; i < 3; ++i) {
+            CAPTURE(i);
+            const auto a = render(*fresh, eyes(i), options), b = render(*warm, eyes(i), options);
+            repeats += a[0].result.repeats;
+            CHECK(b[0].result.repeats == 0);
+            CHECK(a[0].result.cache_evictions == b[0].result.cache_evictions);
+            for (size_t e = 0; e < 2; ++e) {
+                const EyeCounts &got = a[e].result.eyes[e], &want = b[e].result.eyes[e];
+                CHECK(sameBytes(a[e].pixels, b[e].pixels));
+                CHECK(got.anchors_decoded == want.anchors_decoded);
+                CHECK(got.anchors_reused == want.anchors_reused);
+                CHECK(got.anchors_overdue == want.anchors_overdue);
             }
         }
+    }
     CHECK(repeats > 0);
+}
+
+// Each eye looks where the other one looked: it draws the other's entries, which that one has no use for.
+TEST_CASE("reuse: an entry that only the other eye draws is not given up")
+{
+    const SyntheticModel model(modelOptions());
+    FrameOptions options = with(ReusePolicy::Error, 1);
+    options.reuse.cache_bytes = 40 << 10;
+    const auto plain = open(model.view()), reusing = open(model.view());
+    const float center[3] = {0, 0, 0}, targets[2][3] = {{0.1f, 0.2f, 9}, {0.1f, 0.2f, -9}};
+    for (int i = 0; i < 3; ++i) {
+        CAPTURE(i);
+        const std::vector<EyeParams> eyes = {lookAt(center, targets[i % 2], 0.8f, 64, 64),
+                                             lookAt(center, targets[1 - i % 2], 0.8f, 64, 64)};
+        const auto actual = render(*reusing, eyes, options);
+        const auto expected = render(*plain, eyes, with(ReusePolicy::None));
+        for (size_t e = 0; e < 2; ++e) {
+            const EyeCounts& counts = actual[e].result.eyes[e];
+            CHECK(compare(actual[e].pixels, expected[e].pixels).psnr >= 75);
+            if (i > 0) {
+                CHECK(counts.anchors_reused > 0);
+                CHECK(counts.anchors_decoded > 0); // for which there is no slot
+            }
+        }
+    }
+}
+
+TEST_CASE("reuse: dropped caches give their memory back, and what is known of the model stays")
+{
+    const SyntheticModel model(modelOptions());
+    const auto backend = open(model.view());
+    const FrameResult kept = render(*backend, walk(0, 1), with(ReusePolicy::Error, 1))[0].result;
+    backend->dropCaches();
+    const FrameResult none = render(*backend, walk(0, 1), with(ReusePolicy::None))[0].result;
+    CHECK(none.cache_bytes == 0);
+    // sensitivities, which this policy has no use for, are still there
+    const FrameResult again = render(*backend, walk(0, 1), with(ReusePolicy::Depth))[0].result;
+    CHECK(again.cache_bytes == kept.cache_bytes);
+    CHECK(again.bytes_resident >= kept.bytes_resident);
 }
 
 TEST_CASE("reuse: what cannot be kept is refused")
