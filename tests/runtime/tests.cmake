@@ -9,7 +9,8 @@ gsc_add_test(test_frame_caches SOURCES runtime/test_frame_caches.cpp LIBS gsc_te
 gsc_add_test(test_lod SOURCES runtime/test_lod_lag.cpp runtime/test_lod_control.cpp
                       LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
 gsc_add_test(test_local_model SOURCES runtime/test_local_model.cpp LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
-gsc_add_test(test_reuse SOURCES runtime/test_reuse.cpp LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
+gsc_add_test(test_reuse SOURCES runtime/test_reuse.cpp runtime/test_reuse_error.cpp
+                        LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
 gsc_add_test(test_camera_motion SOURCES runtime/test_camera_motion.cpp LIBS gsc_runtime gsc_kernels)
 gsc_add_test(test_stereo SOURCES runtime/test_stereo.cpp runtime/test_merged_view.cpp
              LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
