@@ -192,7 +192,7 @@ uint32_t CudaBackend::slotLimit(FrameShape shape)
     return limit;
 }
 
-// As many passes as the last frame's load needs. The image does not depend on it.
+// As many passes as the last frame's load needs. The image depends on it by rounding alone.
 void CudaBackend::choosePasses(FrameShape& shape)
 {
     const uint32_t limit = slotLimit(shape);

@@ -299,6 +299,9 @@ void CpuReuse::drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t
         for (uint32_t e = 0; e < frame.eye_count; ++e)
             if (work.eye[e].lanes != 0)
                 drawStrip(frame, s, e, work, fades ? fraction[e] : nullptr, state);
+        for (uint32_t e = 0; e < frame.eye_count; ++e) // noted anew once they are projected
+            if (const uint32_t slot = work.eye[e].lanes != 0 ? drawnSlot(work, e) : kNoSlot; slot != kNoSlot)
+                m_cache.entry(slot).cover = 0;
     }
     state.decode_ms += watch.lap();
     // note: this worker likely takes the next block next

@@ -130,6 +130,16 @@ float CpuReuse::leadKey(LazyAnchors& anchors, uint32_t strip, uint32_t e, float 
     return frames;
 }
 
+// Of the bound that is left to either eye, from what was drawn of the strip last.
+float CpuReuse::allowedShare(uint64_t strip_id) const
+{
+    float cover = 0;
+    for (uint32_t e = 0; e < kMaxEyes; ++e)
+        if (const uint32_t slot = m_cache.find(strip_id, e); slot != kNoSlot)
+            cover = std::max(cover, m_cache.entry(slot).cover);
+    return broadShare(cover);
+}
+
 // What to decode, if `work` is decoded: a key ahead on the camera's way, so that the entry is drawn between it and its
 // last one; without one, or where the camera has left the line, a single key half a life ahead. How far: as the bound
 // allows or, where that is more, as long as the budget makes entries live.
@@ -154,7 +164,7 @@ void CpuReuse::choosePlan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_
     if (!m_motion.steady(e))
         return;
     const uint32_t own = m_cache.find(strip_id, e);
-    const float bound = tolerance(frame.options.reuse) * (own != kNoSlot ? broadShare(m_cache.entry(own).cover) : 1.0f);
+    const float bound = tolerance(frame.options.reuse) * allowedShare(strip_id);
     // what is new is decoded whatever the budget, and no better for being far off
     const float level = own != kNoSlot && frame.options.reuse.decode_budget > 0 ? m_level[e] : 0.0f;
     const float half = std::max(kLeadShare * bound, 0.5f * level);
@@ -208,13 +218,11 @@ void CpuReuse::scheduleEye(const ReuseFrame& frame, LazyAnchors& anchors, uint32
     EyeWork& eye = work.eye[e];
     eye.slot = m_cache.find(strip_id, e);
     eye.place.error = kInfinity;
-    if (by_error && eye.slot != kNoSlot) {
-        const CacheEntry& own = m_cache.entry(eye.slot);
-        most *= broadShare(own.cover);
-        // what a first frame decoded would be due all at once, and the picture would jump
-        if (m_motion.steady(e))
-            most *= own.keys == 1 ? stagger(strip_id) : refreshShare(strip_id);
-    }
+    if (by_error)
+        most *= allowedShare(strip_id);
+    // what a first frame decoded would be due all at once, and the picture would jump
+    if (by_error && eye.slot != kNoSlot && m_motion.steady(e))
+        most *= m_cache.entry(eye.slot).keys == 1 ? stagger(strip_id) : refreshShare(strip_id);
     if (eye.slot != kNoSlot)
         eye.place = by_error ? place(keysOf(eye.slot, anchors, strip, eye.lanes), anchors, strip, eye.lanes, now, most)
                              : Place{0, float(m_frame - m_cache.entry(eye.slot).decoded)};
@@ -267,7 +275,6 @@ void CpuReuse::scheduleStrip(const ReuseFrame& frame, LazyAnchors& anchors, uint
         EyeWork& eye = work.eye[e];
         const auto use = [&](uint32_t slot) {
             m_cache.entry(slot).used = m_frame;
-            m_cache.entry(slot).cover = 0;
             eye.extent = m_cache.entry(slot).extent;
         };
         if (eye.slot != kNoSlot)

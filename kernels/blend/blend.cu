@@ -74,22 +74,31 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks) blendKernel(const
     waitForEarlier(); // the frame is not done before its segments are
 }
 
+// A kernel may start beside another if it waits for that one in the end, which code for older devices does not.
+template <typename Kernel>
+bool waitsInTheEnd(Kernel* kernel)
+{
+    cudaFuncAttributes attributes{};
+    GSC_CUDA_CHECK(cudaFuncGetAttributes(&attributes, kernel));
+    return attributes.binaryVersion >= 90;
+}
+
+// beside: the segments of the same frame, which were launched just before.
 template <typename Rules, uint32_t kRows>
-void launchRows(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream)
+void launchRows(const BlendCudaArgs& args, bool beside, uint32_t processors, CUstream_st* stream)
 {
     // blocks take bins from a queue, so more of them than the device holds at once would only wait for nothing
-    const bool beside = args.segment_capacity > 0; // the segments
-    launchCudaAs(beside, blendKernel<Rules, kRows>, processors * kBlendBlocks, kBlendThreads,
-                 sizeof(BlendShared<Rules, kRows>), stream, args);
+    launchCudaAs(beside && waitsInTheEnd(blendKernel<Rules, kRows>), blendKernel<Rules, kRows>,
+                 processors * kBlendBlocks, kBlendThreads, sizeof(BlendShared<Rules, kRows>), stream, args);
 }
 
 template <typename Rules>
-void launch(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream)
+void launch(const BlendCudaArgs& args, bool beside, uint32_t processors, CUstream_st* stream)
 {
     if (args.grid.height == 16)
-        launchRows<Rules, 2>(args, processors, stream);
+        launchRows<Rules, 2>(args, beside, processors, stream);
     else
-        launchRows<Rules, 4>(args, processors, stream);
+        launchRows<Rules, 4>(args, beside, processors, stream);
 }
 
 } // namespace
@@ -105,14 +114,15 @@ void prepareBlendCuda()
 
 void blendFastCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
-    if (args.segment_capacity > 0)
+    const bool cut = args.segment_capacity > 0;
+    if (cut)
         blendSegmentsCuda(args, processors, stream);
-    launch<FastRules>(args, processors, stream);
+    launch<FastRules>(args, cut, processors, stream);
 }
 
 void blendExactCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
-    launch<ExactRules>(args, processors, stream);
+    launch<ExactRules>(args, false, processors, stream);
 }
 
 } // namespace gsc

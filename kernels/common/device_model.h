@@ -36,7 +36,8 @@ struct BinGrid {
 };
 
 // A frame is drawn in one or more passes from near to far, each of which decodes, sorts and blends the Gaussians of its
-// depths, so that the memory a frame needs is bounded whatever it shows. The image does not depend on their number.
+// depths, so that the memory a frame needs is bounded whatever it shows. The image depends on their number only by how the
+// sums of lists cut into segments round (bin_cuda.h).
 struct DepthPass {
     const uint16_t* slab_of; // kDepthBuckets, counted over all passes
     uint32_t index, count;

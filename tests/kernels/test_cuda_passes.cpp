@@ -29,7 +29,8 @@ const std::vector<EyeParams> kTwoEyes = {eyeAt(0.4f, -5, 150, 110), eyeAt(0.7f, 
 const std::vector<EyeParams> kParallelEyes = {eyeAhead(-1.5f, -5, 150, 110), eyeAhead(1, -5, 97, 120)};
 
 // Passes cut lists in other places than a frame in one does, but only lists that are long enough for segments (bin):
-// then segments round otherwise, and may finish a pixel a splat earlier, with 1e-4 of the light left.
+// then segments round otherwise. A pixel whose light comes within rounding of where it ends may end a splat earlier or
+// later, which shows by all of that splat; none does here.
 constexpr uint32_t kLeastToCut = 6 * 8192;
 
 void checkSamePixels(const Image<float>& got, const Image<float>& want, Tier tier)
@@ -46,7 +47,7 @@ void checkSamePixels(const Image<float>& got, const Image<float>& want, Tier tie
         most = std::max(most, off);
         squares += off * off;
     }
-    CHECK(most < 2e-4);
+    CHECK(most < 5e-6);
     CHECK(std::sqrt(squares / double(want.pixels.size())) < 2e-6);
     if (std::getenv("GSC_TEST_VERBOSE") != nullptr)
         MESSAGE("most ", most, ", rms ", std::sqrt(squares / double(want.pixels.size())));

@@ -39,6 +39,7 @@ struct cudaDeviceProp {
 };
 struct cudaFuncAttributes {
     int maxThreadsPerBlock;
+    int binaryVersion; // left as it is: none
 };
 enum cudaLaunchAttributeID { cudaLaunchAttributeProgrammaticStreamSerialization = 6 };
 struct cudaLaunchAttribute {
