@@ -104,7 +104,7 @@ private:
     float leadKey(LazyAnchors& anchors, uint32_t strip, uint32_t e, float rate, float target, Keys& keys) const;
     void choosePlan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
                     StripWork& strip_work);
-    [[nodiscard]] float allowedShare(uint64_t strip_id) const;
+    [[nodiscard]] float allowedShare(uint64_t strip_id, uint32_t eye_count) const;
     void plan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
               StripWork& strip_work);
     [[nodiscard]] static Place place(const Keys& keys, LazyAnchors& anchors, uint32_t strip, uint32_t lanes,

@@ -130,11 +130,11 @@ float CpuReuse::leadKey(LazyAnchors& anchors, uint32_t strip, uint32_t e, float 
     return frames;
 }
 
-// Of the bound that is left to either eye, from what was drawn of the strip last.
-float CpuReuse::allowedShare(uint64_t strip_id) const
+// Of the bound that is left to every eye there is, from what was drawn of the strip last.
+float CpuReuse::allowedShare(uint64_t strip_id, uint32_t eye_count) const
 {
     float cover = 0;
-    for (uint32_t e = 0; e < kMaxEyes; ++e)
+    for (uint32_t e = 0; e < eye_count; ++e)
         if (const uint32_t slot = m_cache.find(strip_id, e); slot != kNoSlot)
             cover = std::max(cover, m_cache.entry(slot).cover);
     return broadShare(cover);
@@ -164,7 +164,7 @@ void CpuReuse::choosePlan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_
     if (!m_motion.steady(e))
         return;
     const uint32_t own = m_cache.find(strip_id, e);
-    const float bound = tolerance(frame.options.reuse) * allowedShare(strip_id);
+    const float bound = tolerance(frame.options.reuse) * allowedShare(strip_id, frame.eye_count);
     // what is new is decoded whatever the budget, and no better for being far off
     const float level = own != kNoSlot && frame.options.reuse.decode_budget > 0 ? m_level[e] : 0.0f;
     const float half = std::max(kLeadShare * bound, 0.5f * level);
@@ -219,7 +219,7 @@ void CpuReuse::scheduleEye(const ReuseFrame& frame, LazyAnchors& anchors, uint32
     eye.slot = m_cache.find(strip_id, e);
     eye.place.error = kInfinity;
     if (by_error)
-        most *= allowedShare(strip_id);
+        most *= allowedShare(strip_id, frame.eye_count);
     // what a first frame decoded would be due all at once, and the picture would jump
     if (by_error && eye.slot != kNoSlot && m_motion.steady(e))
         most *= m_cache.entry(eye.slot).keys == 1 ? stagger(strip_id) : refreshShare(strip_id);
