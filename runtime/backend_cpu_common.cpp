@@ -93,12 +93,11 @@ void refuseReuse(const ReuseOptions& reuse, const char* backend)
 
 void refuseCpuCaches(const ReuseOptions& reuse, const char* backend)
 {
-    if (reuse.cut || reuse.order)
-        throw Error(
-            ErrorCode::Unsupported,
-            formatString("backend %s: has no cut cache and no order cache, which are the CPU's, expected neither; "
-                         "leave --cut-cache and --order-cache out or use --backend cpu",
-                         backend));
+    if (reuse.order)
+        throw Error(ErrorCode::Unsupported,
+                    formatString("backend %s: has no order cache, which is the CPU's, expected none; leave "
+                                 "--order-cache out or use --backend cpu",
+                                 backend));
 }
 
 bool decodesMerged(const FrameOptions& options, uint32_t eye_count)

@@ -6,6 +6,7 @@
 #include "kernels/sort/sort_cuda.h"
 #include "runtime/backend_cpu.h"
 #include "runtime/ceilings_cuda.h"
+#include "runtime/cut_cuda.h"
 #include "runtime/frame_graph.h"
 #include "runtime/lod_lag.h"
 
@@ -32,7 +33,7 @@ uint32_t slabBits(uint32_t slots)
 
 class CudaBackend final : public Backend {
 public:
-    CudaBackend() : m_limits(openCudaDevice()), m_scene(m_budget), m_reuse(m_budget), m_arena(m_budget)
+    CudaBackend() : m_limits(openCudaDevice()), m_scene(m_budget), m_reuse(m_budget), m_cut(m_budget), m_arena(m_budget)
     {
         prepareDecodeCuda();
         prepareDecodeKeepCuda();
@@ -60,6 +61,7 @@ public:
         m_graphs.clear();
         m_arena.release(); // a model that is larger than the last may need it
         m_reuse.release();
+        m_cut.drop();
         m_scene.load(model, m_stream);
         m_free = freeForFrames();
         m_splats = m_pairs = 0;
@@ -71,6 +73,7 @@ public:
         m_lag.clear();
         m_graphs.clear();
         m_reuse.drop();
+        m_cut.drop();
         m_free = freeForFrames();
         m_splats = m_pairs = 0; // what follows is drawn as after load()
     }
@@ -92,9 +95,11 @@ private:
     [[nodiscard]] uint32_t slotLimit(FrameShape shape);
     void choosePasses(FrameShape& shape);
     void beginReuse(const FrameShape& shape, const FrameOptions& options);
+    void beginCut(const FrameShape& shape, const EyeParams* chosen, const FrameOptions& options);
     FrameGraph& graphFor(const FrameShape& shape, const FrameOptions& options);
     bool growAfterOverflow(FrameShape& shape);
-    void report(const FrameShape& shape, const FrameGraph& graph, FrameResult& result);
+    // first: counters of the first time it was drawn, when the cut cache did not yet know what it shows
+    void report(const FrameShape& shape, const FrameGraph& graph, const FrameCounters& first, FrameResult& result);
 
     MemoryBudget m_budget; // before everything that gives memory back to it
     CudaLimits m_limits;
@@ -102,6 +107,7 @@ private:
     PinnedCounters m_counters;
     DeviceScene m_scene;
     CudaReuse m_reuse;
+    CudaCut m_cut;
     DeviceArena m_arena;
     LodLag m_lag;
     FrameBuffers m_buffers{};
@@ -147,6 +153,8 @@ FrameShape CudaBackend::shapeOf(const EyeParams* eyes, uint32_t eye_count, const
     shape.merged = decodesMerged(options, eye_count);
     shape.keeps = options.reuse.policy != ReusePolicy::None;
     shape.budgeted = CudaReuse::budgeted(options.reuse);
+    // the slacks of the cut are those of a hard switch at the eye itself
+    shape.cuts = options.reuse.cut && !shape.fades && options.lod_hysteresis == 0;
     shape.shareBins();
     return shape;
 }
@@ -218,6 +226,22 @@ void CudaBackend::beginReuse(const FrameShape& shape, const FrameOptions& option
     m_reuse.begin(shape.eyes, shape.eye_count, options, m_stream);
 }
 
+void CudaBackend::beginCut(const FrameShape& shape, const EyeParams* chosen, const FrameOptions& options)
+{
+    if (!shape.cuts) {
+        m_cut.forget();
+        return;
+    }
+    const ModelParams& params = m_scene.model().params;
+    if (m_cut.needsMemory(shape.eye_count)) {
+        m_graphs.clear();
+        m_arena.release();
+        m_cut.prepare(uint32_t(params.group_count), shape.eye_count);
+        m_free = freeForFrames();
+    }
+    m_cut.begin(params, chosen, shape.eye_count, shape.rules, options.lod_bias, m_stream);
+}
+
 FrameGraph& CudaBackend::graphFor(const FrameShape& shape, const FrameOptions& options)
 {
     ArenaLayout needed(nullptr);
@@ -228,7 +252,7 @@ FrameGraph& CudaBackend::graphFor(const FrameShape& shape, const FrameOptions& o
     // too; each graph has its own addresses, and nothing outlives a frame but the image, read before the next one
     ArenaLayout layout(m_arena.get());
     m_buffers = layOutFrame(layout, m_scene, shape, m_capacity, m_limits);
-    const FrameJob job{m_scene, shape, options, m_capacity, m_buffers, m_limits, &m_reuse.job()};
+    const FrameJob job{m_scene, shape, options, m_capacity, m_buffers, m_limits, &m_reuse.job(), &m_cut.args()};
     const auto found =
         std::find_if(m_graphs.begin(), m_graphs.end(), [&](const auto& graph) { return graph->fits(job); });
     if (found != m_graphs.end()) {
@@ -280,14 +304,16 @@ bool CudaBackend::growAfterOverflow(FrameShape& shape)
     return true;
 }
 
-void CudaBackend::report(const FrameShape& shape, const FrameGraph& graph, FrameResult& result)
+void CudaBackend::report(const FrameShape& shape, const FrameGraph& graph, const FrameCounters& first,
+                         FrameResult& result)
 {
     const FrameCounters& c = *m_counters.data;
     result = {};
     for (uint32_t e = 0; e < shape.eye_count; ++e) {
         EyeCounts& eye = result.eyes[e];
-        eye.groups_tested = m_scene.model().params.group_count;
-        eye.anchors_tested = c.anchors_tested[e];
+        eye.groups_tested = m_scene.model().params.group_count - first.groups_kept[e];
+        result.groups_kept += first.groups_kept[e];
+        eye.anchors_tested = first.anchors_tested[e];
         eye.anchors_visible = c.anchors_visible[e];
         eye.anchors_decoded = !shape.merged ? c.anchors_visible[e] : e == 0 ? c.anchors_listed : 0;
         eye.gaussians_alive = c.gaussians[e];
@@ -298,7 +324,7 @@ void CudaBackend::report(const FrameShape& shape, const FrameGraph& graph, Frame
     }
     if (shape.keeps)
         m_reuse.addCounts(shape.eye_count, result);
-    result.cache_bytes = m_reuse.bytes();
+    result.cache_bytes = m_reuse.bytes() + m_cut.bytes();
     result.times = graph.times();
     result.bytes_resident = m_budget.used;
     result.passes = shape.passes;
@@ -315,19 +341,23 @@ void CudaBackend::render(const EyeParams* eyes, uint32_t eye_count, const FrameO
         m_free = freeForFrames();
     } else if (!shape.exact)
         m_scene.useAppearance(options.appearance, m_stream);
-    beginReuse(shape, options);
-    choosePasses(shape);
     EyeParams chosen[kMaxEyes];
     m_lag.follow(m_scene.host(), options, eyes, eye_count, chosen);
+    beginReuse(shape, options);
+    beginCut(shape, chosen, options);
+    choosePasses(shape);
     FrameGraph* graph = nullptr;
     uint32_t tries = 0;
+    FrameCounters first{};
     do {
         ++tries;
         shape.keeps = shape.keeps && shape.passes == 1; // of a pass's entries only some would be decoded
         shape.grid.slab_bits = slabBits(m_capacity.slots);
         graph = &graphFor(shape, options);
-        graph->launch(shape.eyes, chosen, options, &m_reuse.job(), m_stream);
+        graph->launch(shape.eyes, chosen, options, &m_reuse.job(), &m_cut.args(), m_stream);
         GSC_CUDA_CHECK(cudaStreamSynchronize(m_stream.handle));
+        if (tries == 1)
+            first = *m_counters.data;
         if (shape.keeps)
             m_reuse.endTry();
     } while (growAfterOverflow(shape));
@@ -338,7 +368,7 @@ void CudaBackend::render(const EyeParams* eyes, uint32_t eye_count, const FrameO
         if (images != nullptr && images[e] != nullptr)
             GSC_CUDA_CHECK(cudaMemcpyAsync(images[e], m_buffers.image[e], shape.pixels(e) * 3 * sizeof(float),
                                            cudaMemcpyDeviceToHost, m_stream.handle));
-    report(shape, *graph, result);
+    report(shape, *graph, first, result);
     result.repeats = tries - 1;
     GSC_CUDA_CHECK(cudaStreamSynchronize(m_stream.handle));
 }

@@ -82,6 +82,49 @@ void FrameGraph::noteEyes(const CudaStream& stream, Takes takes)
     m_eye_nodes.push_back({nodes[count - 1], takes});
 }
 
+void FrameGraph::captureSelect(const FrameJob& job, const CudaStream& stream)
+{
+    const uint32_t processors = job.limits.processors;
+    if (job.shape.keeps) {
+        const bool all = !job.reuse->ample; // of what is counted only so that something can be scarce
+        const size_t used = all                  ? sizeof(ReuseScratch)
+                            : job.shape.budgeted ? offsetof(ReuseScratch, ages)
+                                                 : offsetof(ReuseScratch, orders);
+        GSC_CUDA_CHECK(cudaMemsetAsync(&job.reuse->tables.scratch->counters, 0, used - offsetof(ReuseScratch, counters),
+                                       stream.handle));
+    }
+    if (job.shape.cuts)
+        return captureCut(job, stream);
+    selectGroupsCuda(selectArgs(job), processors, stream.handle);
+    noteEyes(stream, Takes::Select);
+    if (job.shape.keeps)
+        selectStripsCuda(stripSelectArgs(job), processors, stream.handle);
+    else
+        selectAnchorsCuda(selectArgs(job), processors, stream.handle);
+    noteEyes(stream, job.shape.keeps ? Takes::Strips : Takes::Select);
+}
+
+// Selection with the cut cache.
+void FrameGraph::captureCut(const FrameJob& job, const CudaStream& stream)
+{
+    const uint32_t processors = job.limits.processors;
+    const WithCut<SelectCudaArgs> select{selectArgs(job), *job.cut};
+    selectGroupsCuda(select, processors, stream.handle);
+    noteEyes(stream, Takes::CutSelect);
+    if (job.shape.keeps) {
+        const WithCut<StripSelectArgs> strips{stripSelectArgs(job), *job.cut};
+        selectStripsCuda(strips, processors, stream.handle);
+        noteEyes(stream, Takes::CutStrips);
+        selectKnownCuda(strips, processors, stream.handle);
+        noteEyes(stream, Takes::CutStrips);
+    } else {
+        selectAnchorsCuda(select, processors, stream.handle);
+        noteEyes(stream, Takes::CutSelect);
+        selectKnownCuda(select, processors, stream.handle);
+        noteEyes(stream, Takes::CutSelect);
+    }
+}
+
 void FrameGraph::capture(const FrameJob& job, FrameCounters* counters, const CudaStream& stream)
 {
     const auto clear = [&](void* data, size_t bytes) {
@@ -90,21 +133,7 @@ void FrameGraph::capture(const FrameJob& job, FrameCounters* counters, const Cud
     mark(m_start, stream);
     clear(job.buffers.counters, sizeof(FrameCounters));
     clear(job.buffers.histogram, kDepthBuckets * sizeof(uint32_t));
-    const SelectCudaArgs select = selectArgs(job);
-    selectGroupsCuda(select, job.limits.processors, stream.handle);
-    noteEyes(stream, Takes::Select);
-    if (job.shape.keeps) {
-        const bool all = !job.reuse->ample; // of what is counted only so that something can be scarce
-        const size_t used = all                  ? sizeof(ReuseScratch)
-                            : job.shape.budgeted ? offsetof(ReuseScratch, ages)
-                                                 : offsetof(ReuseScratch, orders);
-        clear(&job.reuse->tables.scratch->counters, used - offsetof(ReuseScratch, counters));
-        selectStripsCuda(stripSelectArgs(job), job.limits.processors, stream.handle);
-        noteEyes(stream, Takes::Strips);
-    } else {
-        selectAnchorsCuda(select, job.limits.processors, stream.handle);
-        noteEyes(stream, Takes::Select);
-    }
+    captureSelect(job, stream);
     slabCuda(job.buffers.histogram, job.buffers.slab_of, job.shape.passes << job.shape.grid.slab_bits, stream.handle);
     mark(m_selected, stream);
     for (uint32_t p = 0; p < job.shape.passes; ++p) {
@@ -170,8 +199,9 @@ bool FrameGraph::fits(const FrameJob& job) const
 {
     const FrameShape &a = m_shape, &b = job.shape;
     if (a.eye_count != b.eye_count || a.passes != b.passes || a.exact != b.exact || a.fades != b.fades ||
-        a.merged != b.merged || a.keeps != b.keeps || a.budgeted != b.budgeted || a.shared_bins != b.shared_bins ||
-        !(a.grid == b.grid) || !sameRules(a.rules, b.rules) || !(m_capacity == job.capacity))
+        a.merged != b.merged || a.keeps != b.keeps || a.budgeted != b.budgeted || a.cuts != b.cuts ||
+        a.shared_bins != b.shared_bins || !(a.grid == b.grid) || !sameRules(a.rules, b.rules) ||
+        !(m_capacity == job.capacity))
         return false;
     for (uint32_t e = 0; e < a.eye_count; ++e)
         if (a.eyes[e].width != b.eyes[e].width || a.eyes[e].height != b.eyes[e].height)
@@ -181,12 +211,17 @@ bool FrameGraph::fits(const FrameJob& job) const
 }
 
 void FrameGraph::launch(const EyeParams* eyes, const EyeParams* chosen, const FrameOptions& options,
-                        const ReuseJob* reuse, const CudaStream& stream)
+                        const ReuseJob* reuse, const CutArgs* cut, const CudaStream& stream)
 {
     const auto select = [&](SelectCudaArgs& args) {
         std::copy_n(chosen, args.eye_count, args.eyes);
         args.lod_bias = options.lod_bias; // that of a frame that holds its time changes all the time
         args.lod_fade = options.lod_fade;
+    };
+    const auto strips = [&](StripSelectArgs& args) {
+        select(args);
+        args.frame = reuse->now.frame;
+        args.counts_fresh = reuse->now.policy == ReusePolicy::Depth;
     };
     const auto decode = [&](auto& args) {
         std::copy_n(eyes, args.eye_count, args.eyes);
@@ -199,10 +234,18 @@ void FrameGraph::launch(const EyeParams* eyes, const EyeParams* chosen, const Fr
             setArgs<SelectCudaArgs>(m_exec, n.node, select);
             break;
         case Takes::Strips:
-            setArgs<StripSelectArgs>(m_exec, n.node, [&](StripSelectArgs& args) {
+            setArgs<StripSelectArgs>(m_exec, n.node, strips);
+            break;
+        case Takes::CutSelect:
+            setArgs<WithCut<SelectCudaArgs>>(m_exec, n.node, [&](auto& args) {
                 select(args);
-                args.frame = reuse->now.frame;
-                args.counts_fresh = reuse->now.policy == ReusePolicy::Depth;
+                args.cut = *cut;
+            });
+            break;
+        case Takes::CutStrips:
+            setArgs<WithCut<StripSelectArgs>>(m_exec, n.node, [&](auto& args) {
+                strips(args);
+                args.cut = *cut;
             });
             break;
         case Takes::Schedule:

@@ -20,16 +20,25 @@ public:
     // Can it draw this job, given new eyes? Buffers are not compared: whoever moves them drops the graph.
     [[nodiscard]] bool fits(const FrameJob& job) const;
 
-    // Asynchronous. `chosen`: the eyes as select takes them; `reuse`: as FrameJob has it. Precondition: fits() for
-    // `options`.
+    // Asynchronous. `chosen`: the eyes as select takes them; `reuse`, `cut`: as FrameJob has them. Precondition: fits()
+    // for `options`.
     void launch(const EyeParams* eyes, const EyeParams* chosen, const FrameOptions& options, const ReuseJob* reuse,
-                const CudaStream& stream);
+                const CutArgs* cut, const CudaStream& stream);
 
     // Of the last launch, which has ended.
     [[nodiscard]] StageTimes times() const;
 
 private:
-    enum class Takes { Select, Strips, Schedule, DecodeFast, DecodeExact, Keep }; // as part of which arguments
+    enum class Takes {
+        Select,
+        Strips,
+        CutSelect,
+        CutStrips,
+        Schedule,
+        DecodeFast,
+        DecodeExact,
+        Keep
+    }; // as part of which arguments
 
     struct EyeNode { // takes what every frame has anew
         cudaGraphNode_t node;
@@ -39,6 +48,8 @@ private:
         CudaEvent decoded, binned, sorted, blended;
     };
 
+    void captureSelect(const FrameJob& job, const CudaStream& stream);
+    void captureCut(const FrameJob& job, const CudaStream& stream);
     void capture(const FrameJob& job, FrameCounters* counters, const CudaStream& stream);
     void captureReuse(const FrameJob& job, const CudaStream& stream);
     void noteEyes(const CudaStream& stream, Takes takes);

@@ -4,6 +4,7 @@
 
 #include "kernels/bin/bin_cuda.h"
 #include "kernels/decode/decode_cuda.h"
+#include "kernels/select/select_cuda.h"
 #include "runtime/cuda_device.h"
 #include "runtime/device_buffer.h"
 #include "runtime/device_scene.h"
@@ -24,6 +25,7 @@ struct FrameShape {
     bool shared_bins; // one list of splats per bin for both eyes
     bool keeps;       // draws what earlier frames decoded: one pass, `fast`, not merged
     bool budgeted;    // CudaReuse::budgeted()
+    bool cuts;        // selects with the cut cache
 
     // Gives both eyes the same bins where their depth order is the same and the tier allows it. Eyes whose lenses are
     // off their axes meet in columns shifted by what that makes of a point far away. Precondition: everything else is set.
@@ -72,11 +74,12 @@ struct FrameJob {
     const FrameBuffers& buffers;
     const CudaLimits& limits;
     const ReuseJob* reuse; // or null; where the shape keeps
+    const CutArgs* cut;    // or null; where the shape cuts
 };
 
 // Asynchronous, in this order; decode to blend once per pass.
-struct SelectCudaArgs selectArgs(const FrameJob& job);
-struct StripSelectArgs stripSelectArgs(const FrameJob& job); // where the shape keeps, as the next two
+SelectCudaArgs selectArgs(const FrameJob& job);
+StripSelectArgs stripSelectArgs(const FrameJob& job); // where the shape keeps, as the next two
 ScheduleCudaArgs scheduleArgs(const FrameJob& job);
 KeepCudaArgs keepArgs(const FrameJob& job);
 void launchDecode(const FrameJob& job, uint32_t pass, const CudaStream& stream);

@@ -103,9 +103,11 @@ struct PassCounters {
 // Written and read on the device only. One per frame; the host reads it after the frame to grow buffers and for counts.
 struct FrameCounters {
     PassCounters pass;
-    uint32_t groups_visible;
+    uint32_t groups_visible;           // to be looked at
+    uint32_t groups_known;             // that need no look
+    uint32_t groups_kept[kMaxEyes];    // whose tests the cut cache saved
     uint32_t anchors_listed;           // entries of the visible list
-    uint32_t anchors_tested[kMaxEyes]; // of visible groups
+    uint32_t anchors_tested[kMaxEyes]; // of groups that are looked at
     uint32_t anchors_visible[kMaxEyes];
     uint32_t any_positive[kMaxEyes];    // an opacity above zero existed (trap 25)
     uint32_t splats[kMaxEyes];          // on screen

@@ -1,53 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // The cut cache: what the last test of a chunk or group found, per eye, and the camera motion for which that stays
-// exactly true. Every test of selection is a plane or a distance against an anchor. With c the camera centre at the
-// test, a plane's value at x changes by at most turn * |x - c| + shift afterwards, turn being the change of the plane's
-// normal and shift that of its value at c; a distance changes by at most the motion of the centre. An outcome found
-// with a margin of `slack` thus holds while turn * reach + shift < slack, `reach` being the farthest |x - c|. Turn and
-// shift are computed from the planes themselves, so no kind of motion or projection needs a rule of its own.
+// exactly true (cut_margin.h). The CPU's.
 #pragma once
 
 #include "kernels/common/buffer.h"
-#include "kernels/select/classify.h"
+#include "kernels/select/cut_poses.h"
 #include "kernels/select/select.h"
 
 #include <vector>
 
 namespace gsc {
 
-// Margins are taken with this much of the summands' magnitude to spare: kPlaneSlack for the test of the later frame, the
-// rest for the roundings of the margin itself and of kSigmaDrift.
-constexpr float kCutPlaneSlack = 3 * kPlaneSlack;
-constexpr float kCutLodSlack = 2 * kLodSlack;
-// Relative change of a plane's sigma_factor (a rounding, as long as the projection is the same) that is tolerated.
-constexpr float kSigmaDrift = 1e-6f;
-
-// Factors that turn an eye's plane values into world units: 1 / |n|.
-struct CutScales {
-    float bounds[5];
-    float inside[4];
-    float depth;
-};
-
-CutScales cutScales(const EyeClassifier& eye);
-
 // Largest motion (turn * reach + shift) for which each anchor of a group keeps the class that classifyGroup() gave it;
 // 0 for those it left open. `slacks` has room for lanes.count, rounded up to 16.
 void laneSlacks(const EyeClassifier& eye, const CutScales& scales, const LodClassifier& lod, const GroupLanes& lanes,
                 float* slacks);
-
-// The same for a box that rejectsBox() or rejectsLevel() rejects.
-float boxSlack(const EyeClassifier& eye, const CutScales& scales, const LodClassifier& lod, const float* box_min,
-               const float* box_max, float sigma, float extra_max);
-
-// Motion of an eye since one of its earlier poses.
-struct CutMotion {
-    float turn, shift;
-};
-
-// Rounded up; infinite where the outcomes cannot be compared.
-CutMotion cutMotion(const EyeParams& from_eye, const EyeClassifier& from, const CutScales& scales,
-                    const EyeParams& to_eye, const EyeClassifier& to);
 
 // Outcome of a test. The cache is read once per frame from end to end.
 struct CutEntry {
@@ -88,45 +55,24 @@ public:
     // Whether the eye is not exactly where the outcome was found.
     [[nodiscard]] bool moved(uint32_t eye, const CutEntry& entry) const
     {
-        const CutMotion& motion = m_eyes[eye].motion[entry.pose % kPoses];
+        const CutMotion& motion = m_eyes[eye].poses.motion(entry.pose);
         return motion.turn > 0 || motion.shift > 0;
     }
 
-    [[nodiscard]] const CutScales& scales(uint32_t eye) const
-    {
-        return m_eyes[eye].pose[m_eyes[eye].now % kPoses].scales;
-    }
+    [[nodiscard]] const CutScales& scales(uint32_t eye) const { return m_eyes[eye].poses.scales(); }
     [[nodiscard]] uint64_t bytes() const; // none before begin()
 
 private:
-    // Outcomes are given up when their pose is this old, so that a motion is computed for few poses only.
-    static constexpr uint32_t kPoses = 64;
-
-    struct Pose {
-        EyeParams eye;
-        EyeClassifier classifier;
-        CutScales scales;
-    };
-    struct Rules { // what outcomes depend on beside the pose
-        RasterConstants raster;
-        float lod_bias;
-    };
     struct Eye {
         std::vector<CutEntry> chunks, groups;
-        Pose pose[kPoses] = {};
-        CutMotion motion[kPoses] = {}; // from pose[i] to the current one
-        uint32_t now = 0;              // number of the current pose, 0 = none yet
-        Rules rules = {};
+        CutPoses poses;
     };
 
-    // note: the life of an outcome differs from record to record, or all found in one frame would be tested in one
     [[nodiscard]] static const CutEntry* find(const Eye& eye, const CutEntry& entry, uint32_t record)
     {
-        const uint32_t life = kPoses / 2 + ((record * 2654435769u) >> 27);
-        if (eye.now - entry.pose >= life)
+        if (eye.poses.now() - entry.pose >= cutLife(record))
             return nullptr;
-        const CutMotion& motion = eye.motion[entry.pose % kPoses];
-        return motion.turn * entry.reach + motion.shift <= entry.slack ? &entry : nullptr; // false for NaN
+        return eye.poses.motion(entry.pose).within(entry.slack, entry.reach) ? &entry : nullptr;
     }
     template <typename Record>
     void keep(Eye& eye, CutEntry& entry, const Record& record, float slack) const;

@@ -81,7 +81,9 @@ template <typename Record>
 float rejectedSlack(const Frame& frame, uint32_t eye, const Record& record, uint32_t level_index)
 {
     const ModelView& model = *frame.args.model;
-    const LodClassifier lod = lodClassifier(*model.params, model.levels[level_index].level, frame.args.lod_bias);
+    const int32_t level = model.levels[level_index].level;
+    const LodClassifier lod =
+        lodClassifier(*model.params, level, lodShift<float>(*model.params, level), frame.args.lod_bias);
     return boxSlack(frame.eyes[eye], frame.args.cut->scales(eye), lod, record.anchor_min, record.anchor_max,
                     record.anchor_sigma_max, record.extra_level_max);
 }
@@ -165,8 +167,9 @@ uint32_t testGroup(const Frame& frame, uint32_t candidates, GroupMask& mask, Sel
     if (eyes == 0)
         return visibleToAny(mask);
     const uint32_t first = group.anchor_first - model.chunks[group.chunk].anchor_first;
+    const int32_t level = model.levels[group.level_index].level;
     const LodClassifier lod =
-        lodClassifier(*model.params, model.levels[group.level_index].level, args.lod_bias, args.lod_fade);
+        lodClassifier(*model.params, level, lodShift<float>(*model.params, level), args.lod_bias, args.lod_fade);
     GroupLanes lanes;
     loadLanes(model, group, first, lanes);
     for (uint32_t e = 0; e < args.eye_count; ++e) {

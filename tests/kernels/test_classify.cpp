@@ -24,7 +24,8 @@ void classifyModel(const ModelView& model, const EyeParams& eye, float fade, Tal
     for (uint32_t g = 0; g < model.params->group_count; ++g) {
         const GroupRecord& group = model.groups[g];
         const uint32_t first = group.anchor_first - model.chunks[group.chunk].anchor_first;
-        const LodClassifier lod = lodClassifier(*model.params, model.levels[group.level_index].level, 0, fade);
+        const int32_t level = model.levels[group.level_index].level;
+        const LodClassifier lod = lodClassifier(*model.params, level, lodShift<float>(*model.params, level), 0, fade);
         GroupLanes lanes{};
         lanes.count = group.anchor_count;
         for (uint32_t i = 0; i < lanes.count; ++i) {

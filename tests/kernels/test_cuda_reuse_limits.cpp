@@ -230,9 +230,6 @@ TEST_CASE("reuse: what cannot be kept is refused")
     options.stereo = StereoMode::Merged;
     CHECK(refused(options) == ErrorCode::Unsupported);
     options = with(ReusePolicy::None);
-    options.reuse.cut = true;
-    CHECK(refused(options) == ErrorCode::Unsupported);
-    options.reuse = {};
     options.reuse.order = true;
     CHECK(refused(options) == ErrorCode::Unsupported);
     CHECK(refused(with(ReusePolicy::Error, -1)) == ErrorCode::Usage);

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+// The tests of selection on the device: of a group's bounds, and of one anchor.
+#pragma once
+
+#include "kernels/math/lod.h"
+#include "kernels/math/projection.h"
+#include "kernels/select/select_cuda.h"
+
+#include <cuda_runtime.h>
+
+namespace gsc {
+
+// Can the group hold an anchor upstream would show to this eye? Errs towards yes: every bound is widened by more than
+// fp32 rounding can move it.
+__device__ inline bool groupMayShow(const SelectCudaArgs& args, const GroupRecord& group, const EyeParams& eye)
+{
+    const Vec3<float> c{0.5f * (group.anchor_min[0] + group.anchor_max[0]),
+                        0.5f * (group.anchor_min[1] + group.anchor_max[1]),
+                        0.5f * (group.anchor_min[2] + group.anchor_max[2])};
+    const float hx = group.anchor_max[0] - c.x, hy = group.anchor_max[1] - c.y, hz = group.anchor_max[2] - c.z;
+    const float size =
+        fabsf(c.x) + fabsf(c.y) + fabsf(c.z) + fabsf(eye.center[0]) + fabsf(eye.center[1]) + fabsf(eye.center[2]);
+    const float radius = sqrtf(hx * hx + hy * hy + hz * hz) * 1.001f + size * 4e-6f;
+
+    const ModelParams& params = args.model.params;
+    if ((params.flags & kModelHasLevels) && params.level_rule != uint32_t(LevelRule::None)) {
+        const float shift = args.model.lod_shift[group.level_index];
+        const float dx = c.x + shift - eye.center[0], dy = c.y + shift - eye.center[1],
+                    dz = c.z + shift - eye.center[2];
+        const float nearest = fmaxf(sqrtf(dx * dx + dy * dy + dz * dz) * 0.999f - radius, 0.0f) * params.lod_scale;
+        float level = log2f(params.standard_dist / nearest);
+        if (params.fork != 2)
+            level *= 1.0f / log2f(float(params.fork));
+        const float predicted = level + group.extra_level_max + args.lod_bias + 1e-3f;
+        if (args.model.levels[group.level_index].level >
+            chooseLevel(LevelRule(params.level_rule), predicted, params.level_clamp, args.lod_fade).level)
+            return false;
+    }
+
+    const Vec3<float> t = viewPoint<float>(eye, c);
+    if (t.z + radius <= args.rules.near_z)
+        return false;
+    const float nearest_z = fmaxf(t.z - radius, args.rules.near_z);
+    const float lx = fabsf(eye.tan_mid_x) + 1.3f * eye.tan_fov_x, ly = fabsf(eye.tan_mid_y) + 1.3f * eye.tan_fov_y;
+    const float focal = fmaxf(eye.focal_x, eye.focal_y);
+    const float sigma = focal * group.anchor_sigma_max / nearest_z;
+    // 3 sigma of the larger axis, the eigenvalue floor, rounding up, and a tile
+    const float reach = 3.0f * sqrtf(sigma * sigma * (1.0f + lx * lx + ly * ly) + 1.0f) * 1.01f + 2.0f + kTileSize;
+    if (!(reach < 1e6f))
+        return true;
+    const float wx = 0.5f * float(eye.width) + reach, wy = 0.5f * float(eye.height) + reach;
+    // the two planes of a side lean by what the image's middle is off the axis; the longer normal serves both
+    const float ox = eye.focal_x * eye.tan_mid_x, oy = eye.focal_y * eye.tan_mid_y;
+    const float sx = wx + fabsf(ox), sy = wy + fabsf(oy);
+    const float nx = radius * sqrtf(eye.focal_x * eye.focal_x + sx * sx);
+    const float ny = radius * sqrtf(eye.focal_y * eye.focal_y + sy * sy);
+    return fabsf(t.x * eye.focal_x - t.z * ox) - t.z * wx <= nx * 1.001f &&
+           fabsf(t.y * eye.focal_y - t.z * oy) - t.z * wy <= ny * 1.001f;
+}
+
+// Does footprint() surely say that the anchor is visible? For the many whose middle lies in the image and whose ellipse is
+// none that rounding could flatten: then its determinant is above zero, so that its square has a width, and a tile. Every
+// bound is far from where rounding could make it wrong. Upstream's first rasteriser alone.
+__device__ __forceinline__ bool surelyVisible(const RasterConstants& rules, const EyeParams& eye, const Vec3<float>& p,
+                                              const float* scale)
+{
+    const Vec3<float> t = viewPoint<float>(eye, p);
+    if (rules.gsplat || !(t.z > rules.near_z) || !(t.z > 0.0f && t.z < 1e30f))
+        return false;
+    const float lx = fabsf(eye.tan_mid_x) + 1.3f * eye.tan_fov_x, ly = fabsf(eye.tan_mid_y) + 1.3f * eye.tan_fov_y;
+    const float inv_z = __fdividef(1.0f, t.z), focal = fmaxf(eye.focal_x, eye.focal_y);
+    const float size =
+        fabsf(p.x) + fabsf(p.y) + fabsf(p.z) + fabsf(eye.center[0]) + fabsf(eye.center[1]) + fabsf(eye.center[2]);
+    // pixels; upstream projects by another matrix
+    const float margin = 2.0f + 4e-6f * focal * size * inv_z * (1.0f + fmaxf(lx, ly));
+    const float x = eye.focal_x * t.x * inv_z + axisPixel(eye.width, eye.focal_x, eye.tan_mid_x);
+    const float y = eye.focal_y * t.y * inv_z + axisPixel(eye.height, eye.focal_y, eye.tan_mid_y);
+    if (!(x > margin && y > margin && float(eye.width) - x > margin && float(eye.height) - y > margin))
+        return false;
+    // pixels of its largest axis; the matrix it is projected with is at most (focal / z)^2 (1 + lx^2 + ly^2)
+    const float sigma = focal * inv_z * fmaxf(fabsf(scale[0]), fmaxf(fabsf(scale[1]), fabsf(scale[2])));
+    const float sum = scale[0] + scale[1] + scale[2]; // not a number if one of them is none
+    return sum == sum && sigma * sigma * (1.0f + lx * lx + ly * ly) < 1e4f;
+}
+
+__device__ inline bool anchorVisible(const SelectCudaArgs& args, const EyeParams& eye, uint32_t anchor, int32_t level,
+                                     float lod_shift, const float4& placement, float& fraction)
+{
+    const ModelParams& params = args.model.params;
+    const Vec3<float> p{placement.x, placement.y, placement.z};
+    fraction = 1.0f;
+    if ((params.flags & kModelHasLevels) && params.level_rule != uint32_t(LevelRule::None)) {
+        const float predicted = predictedLevel<float>(params, p, lod_shift, eye.center, placement.w, args.lod_bias);
+        const LevelChoice<float> choice =
+            chooseLevel(LevelRule(params.level_rule), predicted, params.level_clamp, args.lod_fade);
+        if (level > choice.level)
+            return false;
+        if (level == choice.level)
+            fraction = choice.fraction;
+    }
+    const float* size = args.model.size + size_t(3) * anchor;
+    const float scale[3] = {size[0], size[1], size[2]};
+    const float* rotation = args.model.rotation;
+    const float* turned = params.constant_rotation;
+    if (rotation == nullptr && fabsf(turned[0] + turned[1] + turned[2] + turned[3]) < INFINITY &&
+        surelyVisible(args.rules, eye, p, scale))
+        return true;
+    float q[4];
+    for (int i = 0; i < 4; ++i)
+        q[i] = rotation != nullptr ? rotation[size_t(4) * anchor + i] : params.constant_rotation[i];
+    normalizeQuaternion(q);
+    return footprint<float>(eye, args.rules, p, scale, q).visible;
+}
+
+} // namespace gsc
