@@ -36,8 +36,6 @@ void mergedCenter(const Eye* eyes, Real* center)
 void refuseMergedReuse(const FrameOptions& options, uint32_t eye_count);
 // Throws Error(Unsupported) if Gaussians or an order are to be kept between frames.
 void refuseReuse(const ReuseOptions& reuse, const char* backend);
-// Throws Error(Unsupported) for the caches that only the CPU's backend has.
-void refuseCpuCaches(const ReuseOptions& reuse, const char* backend);
 void checkSize(uint32_t width, uint32_t height);
 
 } // namespace gsc

@@ -91,15 +91,6 @@ void refuseReuse(const ReuseOptions& reuse, const char* backend)
                                  backend));
 }
 
-void refuseCpuCaches(const ReuseOptions& reuse, const char* backend)
-{
-    if (reuse.order)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("backend %s: has no order cache, which is the CPU's, expected none; leave "
-                                 "--order-cache out or use --backend cpu",
-                                 backend));
-}
-
 bool decodesMerged(const FrameOptions& options, uint32_t eye_count)
 {
     return options.stereo == StereoMode::Merged && eye_count == 2;

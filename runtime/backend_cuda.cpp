@@ -9,6 +9,7 @@
 #include "runtime/cut_cuda.h"
 #include "runtime/frame_graph.h"
 #include "runtime/lod_lag.h"
+#include "runtime/order_cuda.h"
 
 #include <algorithm>
 #include <bit>
@@ -33,7 +34,9 @@ uint32_t slabBits(uint32_t slots)
 
 class CudaBackend final : public Backend {
 public:
-    CudaBackend() : m_limits(openCudaDevice()), m_scene(m_budget), m_reuse(m_budget), m_cut(m_budget), m_arena(m_budget)
+    CudaBackend()
+        : m_limits(openCudaDevice()), m_scene(m_budget), m_reuse(m_budget), m_cut(m_budget), m_order(m_budget),
+          m_arena(m_budget)
     {
         prepareDecodeCuda();
         prepareDecodeKeepCuda();
@@ -62,6 +65,7 @@ public:
         m_arena.release(); // a model that is larger than the last may need it
         m_reuse.release();
         m_cut.drop();
+        m_order.drop();
         m_scene.load(model, m_stream);
         m_free = freeForFrames();
         m_splats = m_pairs = 0;
@@ -74,6 +78,7 @@ public:
         m_graphs.clear();
         m_reuse.drop();
         m_cut.drop();
+        m_order.drop();
         m_free = freeForFrames();
         m_splats = m_pairs = 0; // what follows is drawn as after load()
     }
@@ -96,10 +101,12 @@ private:
     void choosePasses(FrameShape& shape);
     void beginReuse(const FrameShape& shape, const FrameOptions& options);
     void beginCut(const FrameShape& shape, const EyeParams* chosen, const FrameOptions& options);
+    void beginOrder(const FrameOptions& options);
     FrameGraph& graphFor(const FrameShape& shape, const FrameOptions& options);
     bool growAfterOverflow(FrameShape& shape);
     // first: counters of the first time it was drawn, when the cut cache did not yet know what it shows
-    void report(const FrameShape& shape, const FrameGraph& graph, const FrameCounters& first, FrameResult& result);
+    void report(const FrameShape& shape, const FrameGraph& graph, const FrameOptions& options,
+                const FrameCounters& first, FrameResult& result);
 
     MemoryBudget m_budget; // before everything that gives memory back to it
     CudaLimits m_limits;
@@ -108,6 +115,7 @@ private:
     DeviceScene m_scene;
     CudaReuse m_reuse;
     CudaCut m_cut;
+    CudaOrder m_order;
     DeviceArena m_arena;
     LodLag m_lag;
     FrameBuffers m_buffers{};
@@ -124,7 +132,6 @@ FrameShape CudaBackend::shapeOf(const EyeParams* eyes, uint32_t eye_count, const
     checkOptions(m_scene.host(), options, eye_count);
     checkReuse(options.reuse);
     refuseMergedReuse(options, eye_count);
-    refuseCpuCaches(options.reuse, name());
     if (options.reuse.policy != ReusePolicy::None && tierOf(options.tier) == Tier::Exact)
         throw Error(ErrorCode::Unsupported, "cuda: reuse in the tier exact, expected reuse policy none there; use the "
                                             "tier fast, if the model has it, or the backend cpu");
@@ -242,6 +249,19 @@ void CudaBackend::beginCut(const FrameShape& shape, const EyeParams* chosen, con
     m_cut.begin(params, chosen, shape.eye_count, shape.rules, options.lod_bias, m_stream);
 }
 
+// After the memory of entries, before that of frames, as above.
+void CudaBackend::beginOrder(const FrameOptions& options)
+{
+    if (!options.reuse.order)
+        return;
+    if (m_order.needsMemory()) {
+        m_graphs.clear();
+        m_arena.release();
+        m_order.prepare();
+        m_free = freeForFrames();
+    }
+}
+
 FrameGraph& CudaBackend::graphFor(const FrameShape& shape, const FrameOptions& options)
 {
     ArenaLayout needed(nullptr);
@@ -252,7 +272,8 @@ FrameGraph& CudaBackend::graphFor(const FrameShape& shape, const FrameOptions& o
     // too; each graph has its own addresses, and nothing outlives a frame but the image, read before the next one
     ArenaLayout layout(m_arena.get());
     m_buffers = layOutFrame(layout, m_scene, shape, m_capacity, m_limits);
-    const FrameJob job{m_scene, shape, options, m_capacity, m_buffers, m_limits, &m_reuse.job(), &m_cut.args()};
+    const FrameJob job{m_scene,  shape,          options,       m_capacity,   m_buffers,
+                       m_limits, &m_reuse.job(), &m_cut.args(), m_order.job()};
     const auto found =
         std::find_if(m_graphs.begin(), m_graphs.end(), [&](const auto& graph) { return graph->fits(job); });
     if (found != m_graphs.end()) {
@@ -304,8 +325,8 @@ bool CudaBackend::growAfterOverflow(FrameShape& shape)
     return true;
 }
 
-void CudaBackend::report(const FrameShape& shape, const FrameGraph& graph, const FrameCounters& first,
-                         FrameResult& result)
+void CudaBackend::report(const FrameShape& shape, const FrameGraph& graph, const FrameOptions& options,
+                         const FrameCounters& first, FrameResult& result)
 {
     const FrameCounters& c = *m_counters.data;
     result = {};
@@ -324,7 +345,9 @@ void CudaBackend::report(const FrameShape& shape, const FrameGraph& graph, const
     }
     if (shape.keeps)
         m_reuse.addCounts(shape.eye_count, result);
-    result.cache_bytes = m_reuse.bytes() + m_cut.bytes();
+    if (options.reuse.order)
+        result.order_moves = shape.orders && m_order.known() ? c.long_keys : c.pairs[0] + c.pairs[1];
+    result.cache_bytes = m_reuse.bytes() + m_cut.bytes() + m_order.bytes();
     result.times = graph.times();
     result.bytes_resident = m_budget.used;
     result.passes = shape.passes;
@@ -345,16 +368,18 @@ void CudaBackend::render(const EyeParams* eyes, uint32_t eye_count, const FrameO
     m_lag.follow(m_scene.host(), options, eyes, eye_count, chosen);
     beginReuse(shape, options);
     beginCut(shape, chosen, options);
+    beginOrder(options);
     choosePasses(shape);
     FrameGraph* graph = nullptr;
     uint32_t tries = 0;
     FrameCounters first{};
     do {
         ++tries;
-        shape.keeps = shape.keeps && shape.passes == 1; // of a pass's entries only some would be decoded
+        shape.keeps = shape.keeps && shape.passes == 1;          // of a pass's entries only some would be decoded
+        shape.orders = options.reuse.order && shape.passes == 1; // where passes end would show
         shape.grid.slab_bits = slabBits(m_capacity.slots);
         graph = &graphFor(shape, options);
-        graph->launch(shape.eyes, chosen, options, &m_reuse.job(), &m_cut.args(), m_stream);
+        graph->launch(shape.eyes, chosen, options, &m_reuse.job(), &m_cut.args(), m_order.job(), m_stream);
         GSC_CUDA_CHECK(cudaStreamSynchronize(m_stream.handle));
         if (tries == 1)
             first = *m_counters.data;
@@ -368,7 +393,11 @@ void CudaBackend::render(const EyeParams* eyes, uint32_t eye_count, const FrameO
         if (images != nullptr && images[e] != nullptr)
             GSC_CUDA_CHECK(cudaMemcpyAsync(images[e], m_buffers.image[e], shape.pixels(e) * 3 * sizeof(float),
                                            cudaMemcpyDeviceToHost, m_stream.handle));
-    report(shape, *graph, first, result);
+    report(shape, *graph, options, first, result);
+    if (shape.orders)
+        m_order.end();
+    else
+        m_order.forget();
     result.repeats = tries - 1;
     GSC_CUDA_CHECK(cudaStreamSynchronize(m_stream.handle));
 }

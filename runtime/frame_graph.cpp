@@ -134,7 +134,9 @@ void FrameGraph::capture(const FrameJob& job, FrameCounters* counters, const Cud
     clear(job.buffers.counters, sizeof(FrameCounters));
     clear(job.buffers.histogram, kDepthBuckets * sizeof(uint32_t));
     captureSelect(job, stream);
-    slabCuda(job.buffers.histogram, job.buffers.slab_of, job.shape.passes << job.shape.grid.slab_bits, stream.handle);
+    slabCuda(slabArgs(job), stream.handle);
+    if (job.shape.orders)
+        noteEyes(stream, Takes::Slab);
     mark(m_selected, stream);
     for (uint32_t p = 0; p < job.shape.passes; ++p) {
         if (p > 0)
@@ -150,6 +152,10 @@ void FrameGraph::capture(const FrameJob& job, FrameCounters* counters, const Cud
         launchBin(job, p, stream);
         mark(m_passes[p]->binned, stream);
         launchSort(job, stream);
+        if (job.shape.orders) {
+            noteOrderCuda(orderArgs(job), stream.handle);
+            noteEyes(stream, Takes::Order);
+        }
         mark(m_passes[p]->sorted, stream);
         launchBlend(job, p, stream);
         mark(m_passes[p]->blended, stream);
@@ -200,7 +206,7 @@ bool FrameGraph::fits(const FrameJob& job) const
     const FrameShape &a = m_shape, &b = job.shape;
     if (a.eye_count != b.eye_count || a.passes != b.passes || a.exact != b.exact || a.fades != b.fades ||
         a.merged != b.merged || a.keeps != b.keeps || a.budgeted != b.budgeted || a.cuts != b.cuts ||
-        a.shared_bins != b.shared_bins || !(a.grid == b.grid) || !sameRules(a.rules, b.rules) ||
+        a.orders != b.orders || a.shared_bins != b.shared_bins || !(a.grid == b.grid) || !sameRules(a.rules, b.rules) ||
         !(m_capacity == job.capacity))
         return false;
     for (uint32_t e = 0; e < a.eye_count; ++e)
@@ -211,7 +217,7 @@ bool FrameGraph::fits(const FrameJob& job) const
 }
 
 void FrameGraph::launch(const EyeParams* eyes, const EyeParams* chosen, const FrameOptions& options,
-                        const ReuseJob* reuse, const CutArgs* cut, const CudaStream& stream)
+                        const ReuseJob* reuse, const CutArgs* cut, const OrderJob& order, const CudaStream& stream)
 {
     const auto select = [&](SelectCudaArgs& args) {
         std::copy_n(chosen, args.eye_count, args.eyes);
@@ -247,6 +253,15 @@ void FrameGraph::launch(const EyeParams* eyes, const EyeParams* chosen, const Fr
                 strips(args);
                 args.cut = *cut;
             });
+            break;
+        case Takes::Slab:
+            setArgs<SlabCudaArgs>(m_exec, n.node, [&](SlabCudaArgs& args) {
+                args.known = order.known;
+                args.next = order.next;
+            });
+            break;
+        case Takes::Order:
+            setArgs<OrderCudaArgs>(m_exec, n.node, [&](OrderCudaArgs& args) { args.next = order.next; });
             break;
         case Takes::Schedule:
             setArgs<ScheduleCudaArgs>(m_exec, n.node, [&](ScheduleCudaArgs& args) {

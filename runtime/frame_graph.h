@@ -20,10 +20,10 @@ public:
     // Can it draw this job, given new eyes? Buffers are not compared: whoever moves them drops the graph.
     [[nodiscard]] bool fits(const FrameJob& job) const;
 
-    // Asynchronous. `chosen`: the eyes as select takes them; `reuse`, `cut`: as FrameJob has them. Precondition: fits()
-    // for `options`.
+    // Asynchronous. `chosen`: the eyes as select takes them; `reuse`, `cut`, `order`: as FrameJob has them. Precondition:
+    // fits() for `options`.
     void launch(const EyeParams* eyes, const EyeParams* chosen, const FrameOptions& options, const ReuseJob* reuse,
-                const CutArgs* cut, const CudaStream& stream);
+                const CutArgs* cut, const OrderJob& order, const CudaStream& stream);
 
     // Of the last launch, which has ended.
     [[nodiscard]] StageTimes times() const;
@@ -34,6 +34,8 @@ private:
         Strips,
         CutSelect,
         CutStrips,
+        Slab,
+        Order,
         Schedule,
         DecodeFast,
         DecodeExact,

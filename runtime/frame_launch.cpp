@@ -161,6 +161,18 @@ KeepCudaArgs keepArgs(const FrameJob& job)
     return args;
 }
 
+SlabCudaArgs slabArgs(const FrameJob& job)
+{
+    const OrderJob order = job.shape.orders ? job.order : OrderJob{};
+    return {job.buffers.histogram, order.known, order.next, job.buffers.slab_of,
+            job.shape.passes << job.shape.grid.slab_bits};
+}
+
+OrderCudaArgs orderArgs(const FrameJob& job)
+{
+    return {job.buffers.keys, job.buffers.places, job.shape.lists(), job.order.next, job.buffers.counters};
+}
+
 void launchDecode(const FrameJob& job, uint32_t pass, const CudaStream& stream)
 {
     const ModelParams& params = job.scene.model().params;
@@ -196,6 +208,7 @@ void launchBin(const FrameJob& job, uint32_t pass, const CudaStream& stream)
     args.segment_capacity = segmentsOf(job.shape, job.capacity, job.limits);
     args.pieces = job.buffers.pieces;
     args.piece_capacity = pieceCapacity(job.shape.bins(), job.capacity.pairs);
+    args.counts_long = job.shape.orders;
     args.scratch = job.buffers.scan_scratch;
     args.scratch_bytes = job.buffers.scan_bytes;
     args.counters = job.buffers.counters;

@@ -5,9 +5,11 @@
 #include "kernels/bin/bin_cuda.h"
 #include "kernels/decode/decode_cuda.h"
 #include "kernels/select/select_cuda.h"
+#include "kernels/sort/order_cuda.h"
 #include "runtime/cuda_device.h"
 #include "runtime/device_buffer.h"
 #include "runtime/device_scene.h"
+#include "runtime/order_cuda.h"
 #include "runtime/reuse_cuda.h"
 
 namespace gsc {
@@ -26,6 +28,7 @@ struct FrameShape {
     bool keeps;       // draws what earlier frames decoded: one pass, `fast`, not merged
     bool budgeted;    // CudaReuse::budgeted()
     bool cuts;        // selects with the cut cache
+    bool orders;      // lists are cut by the last frame's order, and this one's is noted: one pass
 
     // Gives both eyes the same bins where their depth order is the same and the tier allows it. Eyes whose lenses are
     // off their axes meet in columns shifted by what that makes of a point far away. Precondition: everything else is set.
@@ -75,6 +78,7 @@ struct FrameJob {
     const CudaLimits& limits;
     const ReuseJob* reuse; // or null; where the shape keeps
     const CutArgs* cut;    // or null; where the shape cuts
+    OrderJob order;        // where the shape orders
 };
 
 // Asynchronous, in this order; decode to blend once per pass.
@@ -82,6 +86,8 @@ SelectCudaArgs selectArgs(const FrameJob& job);
 StripSelectArgs stripSelectArgs(const FrameJob& job); // where the shape keeps, as the next two
 ScheduleCudaArgs scheduleArgs(const FrameJob& job);
 KeepCudaArgs keepArgs(const FrameJob& job);
+SlabCudaArgs slabArgs(const FrameJob& job);
+OrderCudaArgs orderArgs(const FrameJob& job); // where the shape orders; after the sort
 void launchDecode(const FrameJob& job, uint32_t pass, const CudaStream& stream);
 void launchBin(const FrameJob& job, uint32_t pass, const CudaStream& stream);
 void launchSort(const FrameJob& job, const CudaStream& stream);

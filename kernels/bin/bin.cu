@@ -23,13 +23,14 @@ constexpr uint32_t kPartsPerProcessor = 32; // a bin is hot if it has more than 
 constexpr uint32_t kPartsPerSegment = 8, kLeastSegment = 8192;
 constexpr uint32_t kLeastSegments = 6; // of a list that is cut
 
-// A block per kSlabBlock buckets, which adds up all of the histogram by itself: it is small, and nothing waits for another
-// block. A bucket goes to the slab its middle falls into.
-__global__ void __launch_bounds__(kSlabBlock) slabKernel(const uint32_t* histogram, uint16_t* slab_of, uint32_t slabs)
+// The part of all of a histogram's counts that lies before the middle of each bucket; never falls. A bucket per thread, and a
+// block adds up all of the histogram by itself: it is small, and nothing waits for another block.
+__device__ float middleOf(const uint32_t* histogram)
 {
     using Scan = cub::BlockScan<uint32_t, kSlabBlock>;
     __shared__ typename Scan::TempStorage scratch;
     __shared__ uint32_t first, all; // counts before this block's buckets, and of all
+    __syncthreads();                // what is shared is used again
     if (threadIdx.x == 0)
         first = all = 0;
     __syncthreads();
@@ -49,13 +50,24 @@ __global__ void __launch_bounds__(kSlabBlock) slabKernel(const uint32_t* histogr
         atomicAdd(&all, sum);
         atomicAdd(&first, sum_before);
     }
-    const uint32_t bucket = blockIdx.x * kSlabBlock + threadIdx.x, count = histogram[bucket];
+    const uint32_t count = histogram[blockIdx.x * kSlabBlock + threadIdx.x];
     uint32_t before, of_block;
     Scan(scratch).ExclusiveSum(count, before, of_block);
     __syncthreads();
-    const float scale = all != 0 ? float(slabs) / float(all) : 0.0f;
-    const float middle = float(first + before) + 0.5f * float(count); // never falls from bucket to bucket
-    slab_of[bucket] = uint16_t(min(uint32_t(middle * scale), slabs - 1));
+    return all != 0 ? (float(first + before) + 0.5f * float(count)) / float(all) : 0.0f;
+}
+
+// A bucket goes to the slab its middle falls into.
+__global__ void __launch_bounds__(kSlabBlock) slabKernel(const __grid_constant__ SlabCudaArgs args)
+{
+    constexpr float kKnownShare = 0.75f;
+    const uint32_t bucket = blockIdx.x * kSlabBlock + threadIdx.x;
+    float middle = middleOf(args.histogram);
+    if (args.known != nullptr)
+        middle = (1.0f - kKnownShare) * middle + kKnownShare * middleOf(args.known);
+    args.slab_of[bucket] = uint16_t(min(uint32_t(middle * float(args.slabs)), args.slabs - 1));
+    if (args.next != nullptr)
+        args.next[bucket] = 0;
 }
 
 // What the lanes of a warp that count in the same place get: one atomic served them all.
@@ -149,6 +161,8 @@ __global__ void __launch_bounds__(kThreads) pieceKernel(const __grid_constant__ 
             if (end < start + 2)
                 continue;
             const uint32_t kind = pieceClass(end - start);
+            if (kind != 0 && args.counts_long)
+                atomicAdd(&args.counters->long_keys, end - start);
             const uint32_t at = takeTurn(args.counters->pass.pieces, kind).mine();
             args.pieces[size_t(kind) * args.piece_capacity + at] = {start, end - start};
         }
@@ -226,9 +240,9 @@ __global__ void __launch_bounds__(kThreads) queueKernel(const __grid_constant__ 
 
 } // namespace
 
-void slabCuda(const uint32_t* histogram, uint16_t* slab_of, uint32_t slabs, CUstream_st* stream)
+void slabCuda(const SlabCudaArgs& args, CUstream_st* stream)
 {
-    launchCuda(slabKernel, kDepthBuckets / kSlabBlock, kSlabBlock, 0, stream, histogram, slab_of, slabs);
+    launchCuda(slabKernel, kDepthBuckets / kSlabBlock, kSlabBlock, 0, stream, args);
 }
 
 size_t binScratchBytes(uint32_t cells)

@@ -118,6 +118,7 @@ struct FrameCounters {
     unsigned long long most_pairs;      // of a pass
     unsigned long long pairs[kMaxEyes]; // under the first in shared bins
     unsigned long long evaluations[kMaxEyes];
+    uint32_t long_keys; // in pieces longer than kWarpPiece, all passes; where they are counted
     uint32_t overflow;
 };
 

@@ -132,11 +132,12 @@ struct FrameResult {
     StageTimes times;
     uint64_t bytes_resident = 0; // model and buffers
     uint32_t repeats = 0;     // how often it was drawn again because a buffer was too small; only the last try is timed
-    uint64_t cache_bytes = 0; // of decoded Gaussians, part of bytes_resident
+    uint64_t cache_bytes = 0; // of decoded Gaussians and on CUDA of all caches, part of bytes_resident
     uint64_t cache_evictions = 0; // entries given up in this frame for others
     uint64_t groups_kept = 0;     // group tests that the cut cache saved, all eyes
-    uint64_t order_moves = 0;     // splats that had to move from the place the order cache gave them, all eyes
-    uint32_t passes = 1;          // from near to far; more than one where a device's memory is short
+    // out of the place the order cache gave them, all eyes: splats; on CUDA pairs, in pieces too long for one warp to sort
+    uint64_t order_moves = 0;
+    uint32_t passes = 1; // from near to far; more than one where a device's memory is short
 };
 
 } // namespace gsc

@@ -229,9 +229,6 @@ TEST_CASE("reuse: what cannot be kept is refused")
     options = with(ReusePolicy::Error, 1);
     options.stereo = StereoMode::Merged;
     CHECK(refused(options) == ErrorCode::Unsupported);
-    options = with(ReusePolicy::None);
-    options.reuse.order = true;
-    CHECK(refused(options) == ErrorCode::Unsupported);
     CHECK(refused(with(ReusePolicy::Error, -1)) == ErrorCode::Usage);
     checkLikeNone(model.view(), with(ReusePolicy::Error), 1, 1);
 }
