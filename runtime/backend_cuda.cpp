@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <bit>
 #include <deque>
+#include <optional>
 
 namespace gsc {
 
@@ -69,6 +70,7 @@ public:
         m_scene.load(model, m_stream);
         m_free = freeForFrames();
         m_splats = m_pairs = 0;
+        m_lod_bias.reset();
         m_lag.clear();
     }
 
@@ -80,6 +82,7 @@ public:
         m_cut.drop();
         m_order.drop();
         m_free = freeForFrames();
+        m_lod_bias.reset();
         m_splats = m_pairs = 0; // what follows is drawn as after load()
     }
 
@@ -99,6 +102,11 @@ private:
     [[nodiscard]] uint64_t freeForFrames() const;
     [[nodiscard]] uint32_t slotLimit(FrameShape shape);
     void choosePasses(FrameShape& shape);
+    void giveFramesBack() // their memory
+    {
+        m_graphs.clear();
+        m_arena.release();
+    }
     void beginReuse(const FrameShape& shape, const FrameOptions& options);
     void beginCut(const FrameShape& shape, const EyeParams* chosen, const FrameOptions& options);
     void beginOrder(const FrameOptions& options);
@@ -120,6 +128,7 @@ private:
     LodLag m_lag;
     FrameBuffers m_buffers{};
     FrameCapacity m_capacity;
+    std::optional<float> m_lod_bias;                  // of the last frame
     uint64_t m_free = 0;                              // bytes of the device that frames may take
     uint64_t m_splats = 0, m_pairs = 0;               // of the last frame, all passes: of the longer list, of all
     std::deque<std::unique_ptr<FrameGraph>> m_graphs; // the last used first
@@ -161,7 +170,9 @@ FrameShape CudaBackend::shapeOf(const EyeParams* eyes, uint32_t eye_count, const
     shape.keeps = options.reuse.policy != ReusePolicy::None;
     shape.budgeted = CudaReuse::budgeted(options.reuse);
     // the slacks of the cut are those of a hard switch at the eye itself
-    shape.cuts = options.reuse.cut && !shape.fades && options.lod_hysteresis == 0;
+    // and of one bias: with one that changes all the time they would be found in vain
+    shape.cuts = options.reuse.cut && !shape.fades && options.lod_hysteresis == 0 &&
+                 m_lod_bias.value_or(options.lod_bias) == options.lod_bias;
     shape.shareBins();
     return shape;
 }
@@ -225,8 +236,7 @@ void CudaBackend::beginReuse(const FrameShape& shape, const FrameOptions& option
         return;
     }
     if (m_reuse.needsMemory(options.reuse, shape.eye_count)) {
-        m_graphs.clear();
-        m_arena.release();
+        giveFramesBack();
         m_reuse.prepare(m_scene, options.reuse, shape.eye_count, m_stream);
         m_free = freeForFrames();
     }
@@ -241,8 +251,7 @@ void CudaBackend::beginCut(const FrameShape& shape, const EyeParams* chosen, con
     }
     const ModelParams& params = m_scene.model().params;
     if (m_cut.needsMemory(shape.eye_count)) {
-        m_graphs.clear();
-        m_arena.release();
+        giveFramesBack();
         m_cut.prepare(uint32_t(params.group_count), shape.eye_count);
         m_free = freeForFrames();
     }
@@ -255,8 +264,7 @@ void CudaBackend::beginOrder(const FrameOptions& options)
     if (!options.reuse.order)
         return;
     if (m_order.needsMemory()) {
-        m_graphs.clear();
-        m_arena.release();
+        giveFramesBack();
         m_order.prepare();
         m_free = freeForFrames();
     }
@@ -394,6 +402,7 @@ void CudaBackend::render(const EyeParams* eyes, uint32_t eye_count, const FrameO
             GSC_CUDA_CHECK(cudaMemcpyAsync(images[e], m_buffers.image[e], shape.pixels(e) * 3 * sizeof(float),
                                            cudaMemcpyDeviceToHost, m_stream.handle));
     report(shape, *graph, options, first, result);
+    m_lod_bias = options.lod_bias;
     if (shape.orders)
         m_order.end();
     else

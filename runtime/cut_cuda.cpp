@@ -19,29 +19,22 @@ void CudaCut::drop()
     m_groups = m_eyes = 0;
 }
 
-void CudaCut::layOut(ArenaLayout& layout)
-{
-    for (uint32_t e = 0; e < m_eyes; ++e) {
-        m_args.tables.outcomes[e] = layout.take<CutOutcome>(m_groups);
-        m_args.tables.lanes[e] = layout.take<CutLanes>(m_groups);
-    }
-}
-
 void CudaCut::prepare(uint32_t group_count, uint32_t eye_count)
 {
     drop();
-    m_groups = group_count;
-    m_eyes = eye_count;
+    const auto layOut = [&](ArenaLayout& layout) {
+        for (uint32_t e = 0; e < eye_count; ++e) {
+            m_args.tables.outcomes[e] = layout.take<CutOutcome>(group_count);
+            m_args.tables.lanes[e] = layout.take<CutLanes>(group_count);
+        }
+    };
     ArenaLayout counted(nullptr);
     layOut(counted);
-    try {
-        m_cache.reserve(counted.bytes(), "the cut cache");
-    } catch (...) {
-        m_eyes = 0;
-        throw;
-    }
+    m_cache.reserve(counted.bytes(), "the cut cache");
     ArenaLayout layout(m_cache.get());
     layOut(layout);
+    m_groups = group_count;
+    m_eyes = eye_count;
 }
 
 void CudaCut::begin(const ModelParams& params, const EyeParams* eyes, uint32_t eye_count, const RasterConstants& rules,

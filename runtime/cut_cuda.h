@@ -28,8 +28,6 @@ public:
     [[nodiscard]] uint64_t bytes() const { return m_cache.bytes(); }
 
 private:
-    void layOut(ArenaLayout& layout);
-
     DeviceArena m_cache;
     CutPoses m_poses[kMaxEyes];
     CutArgs m_args{};

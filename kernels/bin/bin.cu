@@ -23,7 +23,8 @@ constexpr uint32_t kPartsPerProcessor = 32; // a bin is hot if it has more than 
 constexpr uint32_t kPartsPerSegment = 8, kLeastSegment = 8192;
 constexpr uint32_t kLeastSegments = 6; // of a list that is cut
 
-// The part of all of a histogram's counts that lies before the middle of each bucket; never falls. A bucket per thread, and a
+// The part of all of a histogram's counts that lies before the middle of each bucket; never falls. Below zero if there are
+// none. A bucket per thread, and a
 // block adds up all of the histogram by itself: it is small, and nothing waits for another block.
 __device__ float middleOf(const uint32_t* histogram)
 {
@@ -54,7 +55,7 @@ __device__ float middleOf(const uint32_t* histogram)
     uint32_t before, of_block;
     Scan(scratch).ExclusiveSum(count, before, of_block);
     __syncthreads();
-    return all != 0 ? (float(first + before) + 0.5f * float(count)) / float(all) : 0.0f;
+    return all != 0 ? (float(first + before) + 0.5f * float(count)) / float(all) : -1.0f;
 }
 
 // A bucket goes to the slab its middle falls into.
@@ -63,9 +64,14 @@ __global__ void __launch_bounds__(kSlabBlock) slabKernel(const __grid_constant__
     constexpr float kKnownShare = 0.75f;
     const uint32_t bucket = blockIdx.x * kSlabBlock + threadIdx.x;
     float middle = middleOf(args.histogram);
-    if (args.known != nullptr)
-        middle = (1.0f - kKnownShare) * middle + kKnownShare * middleOf(args.known);
-    args.slab_of[bucket] = uint16_t(min(uint32_t(middle * float(args.slabs)), args.slabs - 1));
+    if (args.known != nullptr) {
+        const float known = middleOf(args.known);
+        if (known >= 0 && middle >= 0)
+            middle = (1.0f - kKnownShare) * middle + kKnownShare * known;
+        else
+            middle = fmaxf(middle, known);
+    }
+    args.slab_of[bucket] = uint16_t(min(uint32_t(fmaxf(middle, 0.0f) * float(args.slabs)), args.slabs - 1));
     if (args.next != nullptr)
         args.next[bucket] = 0;
 }

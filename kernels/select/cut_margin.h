@@ -2,8 +2,8 @@
 // Margins of the tests of selection, for the cut cache. Every test is a plane or a distance against an anchor. With c the
 // camera centre at the test, a plane's value at x changes by at most turn * |x - c| + shift afterwards, turn being the
 // change of the plane's normal and shift that of its value at c; a distance changes by at most the motion of the centre.
-// An outcome found with a margin of `slack` thus holds while turn * reach + shift < slack, `reach` being the farthest
-// |x - c|.
+// An outcome found with a margin of `slack` thus holds while turn * reach + shift <= slack, `reach` being the farthest
+// |x - c|. (Equal is enough: margins are rounded down, and a camera that stands still needs none.)
 #pragma once
 
 #include "kernels/select/classify.h"

@@ -15,7 +15,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 float scaleOf(const float* n)
 {
     const float length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    return length > 0 ? 1 / length : kInfinity; // then 0 or NaN times it is never a margin
+    return length > 0 ? 1 / length : 0; // then nothing is ever a margin
 }
 
 // Adds up the largest motion of the planes it is shown.
@@ -41,8 +41,9 @@ public:
         const double turn = std::sqrt(square) * double(scale);
         const double spare = double(kPlaneSlack) * (turn * m_center_length + std::abs(offset) * double(scale));
         m_turn = std::max(m_turn, turn * (1 + double(kPlaneSlack)));
-        m_shift = std::max(m_shift, std::abs(at_center) * double(scale) + spare);
-        m_valid &= turn >= 0 && m_shift >= 0; // false for NaN
+        const double shift = std::abs(at_center) * double(scale) + spare;
+        m_shift = std::max(m_shift, shift);
+        m_valid &= turn >= 0 && shift >= 0; // false for NaN
     }
 
     // Distances are taken from coordinates in fp32, hence the roundings of the coordinates: 1e-6 of |c| + |x - c|.
