@@ -46,9 +46,8 @@ void addReuseOptions(CLI::App& app, PlayOptions& options)
         "Keep which groups are visible while the camera cannot have changed it: the same picture, less selection. "
         "Pays where the camera moves little from frame to frame");
     app.add_flag("--order-cache", reuse.order,
-                 "Sort by what the last frame's depth order was: the same picture; on a CPU up to a fifth less time in "
-                 "the sort, "
-                 "on CUDA up to a fifth more");
+                 "Sort by what the last frame's depth order was: the same picture; up to a fifth less time in the sort "
+                 "on a CPU, and up to a fifth more on CUDA");
     app.add_option("--lod-bias", options.lod_bias,
                    "Levels added to the one that distance asks for: below 0 draws less, 0 is the trainer's")
         ->option_text("X (default: 0)");

@@ -77,7 +77,7 @@ struct FrameJob {
     const FrameBuffers& buffers;
     const CudaLimits& limits;
     const ReuseJob* reuse; // or null; where the shape keeps
-    const CutArgs* cut;    // or null; where the shape cuts
+    const CutArgs* cut;    // where the shape cuts
     OrderJob order;        // where the shape orders
 };
 

@@ -24,8 +24,8 @@ constexpr uint32_t kPartsPerSegment = 8, kLeastSegment = 8192;
 constexpr uint32_t kLeastSegments = 6; // of a list that is cut
 
 // The part of all of a histogram's counts that lies before the middle of each bucket; never falls. Below zero if there are
-// none. A bucket per thread, and a
-// block adds up all of the histogram by itself: it is small, and nothing waits for another block.
+// none. A bucket per thread; a block adds up all of the histogram by itself: it is small, and nothing waits for another
+// block.
 __device__ float middleOf(const uint32_t* histogram)
 {
     using Scan = cub::BlockScan<uint32_t, kSlabBlock>;
