@@ -22,17 +22,12 @@ void CudaCut::drop()
 void CudaCut::prepare(uint32_t group_count, uint32_t eye_count)
 {
     drop();
-    const auto layOut = [&](ArenaLayout& layout) {
+    layOutIn(m_cache, "the cut cache", [&](ArenaLayout& layout) {
         for (uint32_t e = 0; e < eye_count; ++e) {
             m_args.tables.outcomes[e] = layout.take<CutOutcome>(group_count);
             m_args.tables.lanes[e] = layout.take<CutLanes>(group_count);
         }
-    };
-    ArenaLayout counted(nullptr);
-    layOut(counted);
-    m_cache.reserve(counted.bytes(), "the cut cache");
-    ArenaLayout layout(m_cache.get());
-    layOut(layout);
+    });
     m_groups = group_count;
     m_eyes = eye_count;
 }

@@ -110,4 +110,15 @@ private:
     size_t m_bytes = 0;
 };
 
+// Makes room in `arena` for what layOut(ArenaLayout&) takes, and takes it; returns what that returns. As reserve().
+template <typename LayOut>
+auto layOutIn(DeviceArena& arena, const char* what, const LayOut& layOut)
+{
+    ArenaLayout counted(nullptr);
+    layOut(counted);
+    arena.reserve(counted.bytes(), what);
+    ArenaLayout layout(arena.get());
+    return layOut(layout);
+}
+
 } // namespace gsc

@@ -111,11 +111,8 @@ void DeviceScene::load(const ModelView& model, const CudaStream& stream)
         if (const MlpRecord* mlp = mlpRecord(model, kind))
             m_inputs |= mlp->inputs;
 
-    ArenaLayout counted(nullptr);
-    layOutFlat(counted, anchors);
-    m_flat.reserve(counted.bytes(), "the model");
-    ArenaLayout layout(m_flat.get());
-    const FlatArrays arrays = layOutFlat(layout, anchors);
+    const FlatArrays arrays =
+        layOutIn(m_flat, "the model", [&](ArenaLayout& layout) { return layOutFlat(layout, anchors); });
     std::vector<float> shift(params.level_count);
     for (uint32_t l = 0; l < params.level_count; ++l)
         shift[l] = lodShift<float>(params, model.levels[l].level);
@@ -200,11 +197,7 @@ void DeviceScene::loadExact(const CudaStream& stream)
                       layout.take<ChunkArrays>(params.chunk_count),
                       layout.take<float>(embedding_values)};
     };
-    ArenaLayout counted(nullptr);
-    layOut(counted);
-    m_exact.reserve(counted.bytes(), "the model in fp32");
-    ArenaLayout layout(m_exact.get());
-    const Arrays device = layOut(layout);
+    const Arrays device = layOutIn(m_exact, "the model in fp32", layOut);
 
     std::vector<ChunkArrays> arrays(params.chunk_count);
     unsigned char* to = device.payloads;

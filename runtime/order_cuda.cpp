@@ -11,15 +11,10 @@ void CudaOrder::drop()
 
 void CudaOrder::prepare()
 {
-    const auto layOut = [this](ArenaLayout& layout) {
+    layOutIn(m_memory, "the order cache", [this](ArenaLayout& layout) {
         for (uint32_t*& depths : m_depths)
             depths = layout.take<uint32_t>(kDepthBuckets);
-    };
-    ArenaLayout counted(nullptr);
-    layOut(counted);
-    m_memory.reserve(counted.bytes(), "the order cache");
-    ArenaLayout layout(m_memory.get());
-    layOut(layout);
+    });
     m_known = false;
 }
 

@@ -116,11 +116,7 @@ void CudaReuse::prepare(const DeviceScene& scene, const ReuseOptions& reuse, uin
     const uint64_t limit = m_limit > 0 ? m_limit : m_cache.free(left) / kShareOfMemory;
     tables.slots = uint32_t(std::min<uint64_t>({most, limit / slotBytes(model), kNoEntry - 1}));
     m_job.ample = tables.slots == most;
-    ArenaLayout counted(nullptr);
-    layOut(counted, tables);
-    m_cache.reserve(counted.bytes(), "the cache of decoded Gaussians");
-    ArenaLayout layout(m_cache.get());
-    layOut(layout, tables);
+    layOutIn(m_cache, "the cache of decoded Gaussians", [&](ArenaLayout& layout) { layOut(layout, tables); });
 }
 
 void CudaReuse::begin(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, const CudaStream& stream)

@@ -62,15 +62,8 @@ GSC_HD float boxSlack(const EyeClassifier& eye, const CutScales& scales, const L
         return kEndlessSlack;
     float slack = 0;
     for (int p = 0; p < 5; ++p) {
-        const BoundPlane& plane = eye.bounds.planes[p];
-        float value = plane.offset + plane.sigma_factor * sigma;
-        float magnitude = std::fabs(plane.offset) + plane.sigma_factor * sigma;
-        for (int i = 0; i < 3; ++i) {
-            const float corner = plane.n[i] > 0 ? box_max[i] : box_min[i];
-            value += plane.n[i] * corner;
-            magnitude += std::fabs(plane.n[i] * corner);
-        }
-        const float margin = -(value + kCutPlaneSlack * magnitude) * scales.bounds[p];
+        const PlaneValue at = largestOfBox(eye.bounds.planes[p], box_min, box_max, sigma);
+        const float margin = -(at.value + kCutPlaneSlack * at.magnitude) * scales.bounds[p];
         slack = margin > slack ? margin : slack; // NaN is no margin
     }
     if (lod.test == LodTest::Distance) {

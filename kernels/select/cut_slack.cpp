@@ -96,7 +96,7 @@ void laneSlacks(const EyeClassifier& eye, const CutScales& scales, const LodClas
                 float* slacks)
 {
     if (lod.test == LodTest::Never)
-        std::fill_n(slacks, lanes.count, std::numeric_limits<float>::max());
+        std::fill_n(slacks, lanes.count, kEndlessSlack);
     else
         HWY_DYNAMIC_DISPATCH(slacksOf)(eye, scales, lod, lanes, slacks);
 }

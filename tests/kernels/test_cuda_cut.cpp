@@ -2,7 +2,7 @@
 // With the cut cache a device selects and draws what it does without, whatever the camera did before.
 #include "kernels/select/cut.h"
 #include "runtime/cut_cuda.h"
-#include "tests/kernels/cut_paths.h"
+#include "tests/kernels/select_scene.h"
 #include "tests/kernels/gpu_stage.h"
 #include "tests/kernels/reuse_tools.h"
 
@@ -143,29 +143,14 @@ TEST_CASE("cut on a device: size, field of view, near plane, bias, view matrices
     const SyntheticModel synthetic(cutModel(LevelRule::Round, RasterRules::DiffGaussian));
     const StageModel model(synthetic.view());
     Selection plain(model, false), cached(model, true);
-    Head head;
+    ChangingView view;
     Random random(77);
     size_t wrong = 0;
     uint64_t kept = 0;
-    float fov = 1, bias = 0, near_z = 0, stretch = 1;
-    uint32_t width = 300;
     for (int frame = 0; frame < 240; ++frame) {
-        if (frame % 4 == 0) {
-            fov = random.uniform() < 0.3f ? random.uniform(0.3f, 2.0f) : fov;
-            bias = random.uniform() < 0.3f ? random.uniform(-1, 1) : bias;
-            near_z = random.uniform() < 0.3f ? random.uniform(0.1f, 4) : near_z;
-            stretch = random.uniform() < 0.3f ? random.uniform(0.5f, 2) : 1;
-            width = random.uniform() < 0.3f ? 100 + uint32_t(300 * random.uniform()) : width;
-        }
-        if (frame % 4 > 1) // the rules change for a camera that stands still
-            head.move(random, 0.002f, 0.001f);
-        EyeParams eye = head.eye(fov, width, 200);
-        for (int i = 0; i < 4; ++i) {
-            eye.world_to_view[i] *= stretch;
-            eye.full_projection[i] *= stretch;
-        }
-        plain.run({eye}, bias, near_z);
-        cached.run({eye}, bias, near_z);
+        const EyeParams eye = view.next(random, frame);
+        plain.run({eye}, view.bias, view.near_z);
+        cached.run({eye}, view.bias, view.near_z);
         wrong += !cached.sameAs(plain);
         kept += cached.kept();
     }
@@ -177,18 +162,10 @@ TEST_CASE("cut on a device: anchors that nothing is proven about, rotated ones, 
 {
     constexpr float kInf = std::numeric_limits<float>::infinity(), kFar[3] = {3000, -700, 9000};
     for (const bool rotated : {false, true}) {
-        SyntheticOptions options = smallModel(LevelRule::None, RasterRules::DiffGaussian);
-        options.anchors = 1000;
-        options.encoding = PositionEncoding::Float;
-        SyntheticAnchors anchors = randomAnchors(options);
+        const SyntheticOptions options = unprovenModel();
+        SyntheticAnchors anchors = unprovenAnchors();
         for (size_t i = 0; i < anchors.position.size(); ++i)
             anchors.position[i] += rotated ? 0 : kFar[i % 3];
-        for (size_t i = 0; i < anchors.count(); i += 97) {
-            anchors.scale[6 * i] = i % 2 ? kInf : -kInf;
-            anchors.scale[6 * (i + 1)] = std::numeric_limits<float>::quiet_NaN();
-            anchors.scale[6 * (i + 2)] = 3; // far larger than the scene
-            anchors.position[3 * (i + 3)] = std::numeric_limits<float>::quiet_NaN();
-        }
         Random random(23);
         for (size_t i = 0; rotated && i < 4 * anchors.count(); ++i)
             anchors.rotation.push_back(i / 4 % 50 == 0 ? kInf : random.normal());
@@ -286,21 +263,8 @@ TEST_CASE("cut: the slack of one anchor is the one that the CPU finds for a grou
                 const CutScales scales = cutScales(classifier);
                 for (uint32_t g = 0; g < model.params->group_count; ++g) {
                     const GroupRecord& group = model.groups[g];
-                    const int32_t level = model.levels[group.level_index].level;
-                    const LodClassifier lod =
-                        lodClassifier(*model.params, level, lodShift<float>(*model.params, level), 0);
-                    GroupLanes lanes{};
-                    lanes.count = group.anchor_count;
-                    const uint32_t first = group.anchor_first - model.chunks[group.chunk].anchor_first;
-                    for (uint32_t i = 0; i < lanes.count; ++i) {
-                        const Vec3<float> p = anchorPosition(model, group.chunk, first + i);
-                        const float* scale = model.arrays[group.chunk].scale + size_t(6) * (first + i);
-                        lanes.x[i] = p.x;
-                        lanes.y[i] = p.y;
-                        lanes.z[i] = p.z;
-                        lanes.log_sigma[i] = std::max({scale[0], scale[1], scale[2]});
-                        lanes.extra_level[i] = anchorExtraLevel(model, group.chunk, first + i);
-                    }
+                    const LodClassifier lod = lodOf(model, group);
+                    const GroupLanes lanes = lanesOf(model, group);
                     alignas(64) float slacks[kGroupSize];
                     laneSlacks(classifier, scales, lod, lanes, slacks);
                     for (uint32_t i = 0; i < lanes.count; ++i) {

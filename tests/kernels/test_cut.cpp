@@ -2,7 +2,7 @@
 // With the cut cache a frame selects what it selects without, whatever the camera did before.
 #include "kernels/common/parallel.h"
 #include "kernels/select/cut.h"
-#include "tests/kernels/cut_paths.h"
+#include "tests/kernels/select_scene.h"
 
 #include <doctest/doctest.h>
 
@@ -115,18 +115,9 @@ TEST_CASE("one kind of motion at a time, far and near: the uncached set")
 
 TEST_CASE("anchors that nothing is proven about: the uncached set")
 {
-    SyntheticOptions options = smallModel(LevelRule::None, RasterRules::DiffGaussian);
-    options.anchors = 1000;
-    options.encoding = PositionEncoding::Float;
-    SyntheticAnchors anchors = randomAnchors(options);
+    const SyntheticOptions options = unprovenModel();
+    SyntheticAnchors anchors = unprovenAnchors();
     Random random(23);
-    constexpr float kInf = std::numeric_limits<float>::infinity();
-    for (size_t i = 0; i < anchors.count(); i += 97) {
-        anchors.scale[6 * i] = i % 2 ? kInf : -kInf;
-        anchors.scale[6 * (i + 1)] = std::numeric_limits<float>::quiet_NaN();
-        anchors.scale[6 * (i + 2)] = 3; // far larger than the scene
-        anchors.position[3 * (i + 3)] = std::numeric_limits<float>::quiet_NaN();
-    }
     const Workers one(1);
     for (const bool rotated : {false, true}) {
         for (size_t i = 0; rotated && i < 4 * anchors.count(); ++i)
@@ -185,30 +176,14 @@ TEST_CASE("size, field of view, near plane, LOD bias and view matrices that stre
     const Workers one(1);
     CutCache cut;
     Selected plain, cached;
-    Head head;
+    ChangingView view;
     Random random(77);
-    size_t wrong = 0, changed = 0;
+    size_t wrong = 0;
     uint64_t kept = 0;
-    float fov = 1, bias = 0, near_z = 0, stretch = 1;
-    uint32_t width = 300;
     for (int frame = 0; frame < 600; ++frame) {
-        if (frame % 4 == 0) {
-            fov = random.uniform() < 0.3f ? random.uniform(0.3f, 2.0f) : fov;
-            bias = random.uniform() < 0.3f ? random.uniform(-1, 1) : bias;
-            near_z = random.uniform() < 0.3f ? random.uniform(0.1f, 4) : near_z;
-            stretch = random.uniform() < 0.3f ? random.uniform(0.5f, 2) : 1;
-            width = random.uniform() < 0.3f ? 100 + uint32_t(300 * random.uniform()) : width;
-            ++changed;
-        }
-        if (frame % 4 > 1) // the rules change for a camera that stands still
-            head.move(random, 0.002f, 0.001f);
-        EyeParams eye = head.eye(fov, width, 200);
-        for (int i = 0; i < 4; ++i) {
-            eye.world_to_view[i] *= stretch;
-            eye.full_projection[i] *= stretch;
-        }
-        plain.run(model.view(), {eye}, bias, near_z, one, nullptr);
-        cached.run(model.view(), {eye}, bias, near_z, one, &cut);
+        const EyeParams eye = view.next(random, frame);
+        plain.run(model.view(), {eye}, view.bias, view.near_z, one, nullptr);
+        cached.run(model.view(), {eye}, view.bias, view.near_z, one, &cut);
         wrong += !cached.sameAs(plain);
         kept += cached.kept();
     }
