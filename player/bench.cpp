@@ -162,16 +162,14 @@ BenchSummary bench(const BenchOptions& options, PlayLog& log)
 
     Bench run(options, *scene, *backend, shots);
     const uint64_t total = uint64_t(options.warmup) + options.frames;
-    uint64_t resident = 0;
     for (uint64_t i = 0; i < total; ++i) {
         // the measured frames start at the first shot whatever the warm-up was
         const bool measured = i >= options.warmup;
         const BenchFrame frame = run.time(measured ? i - options.warmup : i);
-        if (measured) {
+        if (measured)
             summary.frames.push_back(frame);
-            summary.grown += frame.result.repeats > 0 || (i > 0 && frame.result.bytes_resident > resident);
-        }
-        resident = std::max(resident, frame.result.bytes_resident);
+        else
+            summary.warm_bytes = std::max(summary.warm_bytes, frame.result.bytes_resident);
         log.progress(i + 1, total);
     }
     summary.device = backend->device();

@@ -26,7 +26,7 @@ struct BenchOptions {
 
 struct BenchFrame {
     double wall_ms = 0; // of Backend::render(), images left on the device
-    FrameResult result; // times are the device's own
+    FrameResult result; // times are the device's own; of every try, as wall_ms is
     double pixels = 0;  // of one eye
     double lod_bias = 0;
 };
@@ -40,9 +40,9 @@ struct BenchSummary {
     AnchorCost anchor_cost;
     uint64_t anchors = 0, file_bytes = 0;
     double open_ms = 0, load_ms = 0;
-    uint64_t shots = 0; // cameras the frames cycle through
+    uint64_t shots = 0;      // cameras the frames cycle through
+    uint64_t warm_bytes = 0; // most that was resident in the warm-up; 0 = there was none
     std::vector<BenchFrame> frames;
-    uint32_t grown = 0;       // frames that had to enlarge a buffer or were drawn again; 0 after enough warm-up
     std::string reference;    // backend that rendered `exact`
     PooledDifference quality; // over frames and eyes, each eye a frame of it
     std::vector<std::string> warnings;

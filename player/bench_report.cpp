@@ -85,6 +85,37 @@ uint64_t peakBytes(const BenchSummary& summary)
     return peak;
 }
 
+// Frames that had to enlarge a buffer; none after enough warm-up.
+uint32_t grownFrames(const BenchSummary& summary)
+{
+    uint32_t grown = 0;
+    uint64_t most = summary.warm_bytes;
+    for (const BenchFrame& frame : summary.frames) {
+        grown += most > 0 && frame.result.bytes_resident > most;
+        most = std::max(most, frame.result.bytes_resident);
+    }
+    return grown;
+}
+
+// What drawing frames again cost. Where frames take several passes some are drawn again whatever the warm-up.
+struct Repeats {
+    uint32_t frames = 0;
+    uint64_t count = 0;
+    double sum_ms = 0, max_ms = 0; // device time; max: of one frame
+};
+
+Repeats repeatsOf(const BenchSummary& summary)
+{
+    Repeats repeats;
+    for (const BenchFrame& frame : summary.frames) {
+        repeats.frames += frame.result.repeats > 0;
+        repeats.count += frame.result.repeats;
+        repeats.sum_ms += frame.result.repeat_ms;
+        repeats.max_ms = std::max(repeats.max_ms, frame.result.repeat_ms);
+    }
+    return repeats;
+}
+
 // A stage against the floor of its work.
 struct RooflineRow {
     const char* name;
@@ -271,6 +302,7 @@ std::string benchReportJson(const BenchOptions& options, const BenchSummary& sum
         counts[count.name] = {{"mean", s.mean}, {"max", s.max}};
     }
     const Spread passes = spreadOf(summary, [](const BenchFrame& f) { return double(f.result.passes); });
+    const Repeats repeats = repeatsOf(summary);
     double pixels = 0;
     for (const BenchFrame& frame : summary.frames)
         pixels += frame.pixels * options.play.eyes;
@@ -295,7 +327,12 @@ std::string benchReportJson(const BenchOptions& options, const BenchSummary& sum
         {"pixels_per_frame", pixels / double(std::max<size_t>(summary.frames.size(), 1))},
         {"peak_bytes", peakBytes(summary)},
         {"passes", {{"mean", passes.mean}, {"max", passes.max}}},
-        {"frames_that_grew", summary.grown},
+        {"frames_that_grew", grownFrames(summary)},
+        {"repeats",
+         {{"frames", repeats.frames},
+          {"count", repeats.count},
+          {"sum_ms", repeats.sum_ms},
+          {"max_ms", repeats.max_ms}}},
         {"quality", qualityJson(summary)},
         {"warnings", summary.warnings},
     };
@@ -340,8 +377,13 @@ std::string benchReportText(const BenchOptions& options, const BenchSummary& sum
     const Spread passes = spreadOf(summary, [](const BenchFrame& f) { return double(f.result.passes); });
     if (passes.max > 1)
         text += formatString("; %.1f depth passes per frame, %.0f at most", passes.mean, passes.max);
-    if (summary.grown > 0)
-        text += formatString("; %u measured frames enlarged a buffer, more --warmup avoids that", summary.grown);
+    if (const uint32_t grown = grownFrames(summary); grown > 0)
+        text += formatString("; %u measured frames enlarged a buffer, more --warmup avoids that", grown);
+    if (const Repeats repeats = repeatsOf(summary); repeats.count > 0)
+        text += formatString(
+            "\ndrawn again because a buffer was too small: %u measured frames, %llu repeats; they took "
+            "%.3f of the device's milliseconds above, %.3f at most in a frame",
+            repeats.frames, static_cast<unsigned long long>(repeats.count), repeats.sum_ms, repeats.max_ms);
     if (summary.quality.frames > 0 && summary.quality.max_error == 0)
         text += formatString("\nagainst exact of %s, %llu images: equal", summary.reference.c_str(),
                              static_cast<unsigned long long>(summary.quality.frames));

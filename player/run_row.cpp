@@ -78,6 +78,12 @@ OrderedJson perFrameJson(const RunResult& result)
             {"decoded", integers(countPerFrame(result.frames, &EyeCounts::anchors_decoded))}};
 }
 
+// Those after the first `warmup`, or the last one where there are no more.
+std::vector<RunFrame> timedFrames(const std::vector<RunFrame>& frames, uint32_t warmup)
+{
+    return {frames.begin() + std::ptrdiff_t(std::min<size_t>(warmup, frames.size() - 1)), frames.end()};
+}
+
 // Every pose as the backend gets it.
 void addPoses(const Path& path, Checksum64& sum)
 {
@@ -202,8 +208,7 @@ OrderedJson reuseCountsJson(const ReuseOptions& reuse, const std::vector<RunFram
 
 OrderedJson timesJson(const std::vector<RunFrame>& frames, uint32_t warmup)
 {
-    const size_t first = std::min<size_t>(warmup, frames.size() - 1);
-    const std::vector<RunFrame> measured(frames.begin() + std::ptrdiff_t(first), frames.end());
+    const std::vector<RunFrame> measured = timedFrames(frames, warmup);
     OrderedJson stages;
     for (const auto& stage : kStages)
         stages[stage.name] =
@@ -216,9 +221,11 @@ OrderedJson timesJson(const std::vector<RunFrame>& frames, uint32_t warmup)
 
 OrderedJson runRowJson(const RunContext& context, OrderedJson config, const RunConfig& run, const RunResult& result)
 {
-    uint64_t peak = 0;
+    uint64_t peak = 0, repeats = 0;
     for (const RunFrame& frame : result.frames)
         peak = std::max(peak, frame.result.bytes_resident);
+    for (const RunFrame& frame : timedFrames(result.frames, context.warmup))
+        repeats += frame.result.repeats;
     return {{"schema", "gsc.run/1"},
             {"tool", toolJson()},
             {"label", context.label},
@@ -232,6 +239,7 @@ OrderedJson runRowJson(const RunContext& context, OrderedJson config, const RunC
             {"accuracy", accuracyJson(result.accuracy)},
             {"reuse", reuseCountsJson(run.reuse, result.frames)},
             {"peak_bytes", peak},
+            {"repeats", repeats},
             {"per_frame", perFrameJson(result)}};
 }
 

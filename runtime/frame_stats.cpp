@@ -65,6 +65,8 @@ std::string frameStatsJson(const FrameStats& stats)
           {"sort", result.times.sort},
           {"blend", result.times.blend},
           {"total", result.times.total}}},
+        {"repeats", result.repeats},
+        {"repeat_ms", result.repeat_ms},
         {"lod_bias", stats.lod_bias},
         {"bytes_resident", result.bytes_resident},
         {"cache_bytes", result.cache_bytes},

@@ -129,10 +129,11 @@ struct StageTimes { // milliseconds by the device's own clock (a CPU's: wall clo
 
 struct FrameResult {
     EyeCounts eyes[kMaxEyes];
-    StageTimes times;
-    uint64_t bytes_resident = 0; // model and buffers
-    uint32_t repeats = 0;     // how often it was drawn again because a buffer was too small; only the last try is timed
-    uint64_t cache_bytes = 0; // of decoded Gaussians and on CUDA of all caches, part of bytes_resident
+    StageTimes times;             // of every try
+    uint64_t bytes_resident = 0;  // model and buffers
+    uint32_t repeats = 0;         // how often it was drawn again because a buffer was too small
+    double repeat_ms = 0;         // of times.total: tries before the last
+    uint64_t cache_bytes = 0;     // of decoded Gaussians and on CUDA of all caches, part of bytes_resident
     uint64_t cache_evictions = 0; // entries given up in this frame for others
     uint64_t groups_kept = 0;     // group tests that the cut cache saved, all eyes
     // out of the place the order cache gave them, all eyes: splats; on CUDA pairs, in pieces too long for one warp to sort

@@ -94,7 +94,7 @@ def row(trajectory, config, frames, eyes, label, rng):
             "hit_rate": sum(reused) / (sum(reused) + sum(decoded)), "overdue": 0, "evictions": 0,
             "cut_hit_rate": 0.7 if config["cut"] else None, "order_moves_per_frame": 812.5 if config["order"] else None,
             "cache_bytes": cache},
-        "peak_bytes": (40 << 20) * eyes + cache,
+        "peak_bytes": (40 << 20) * eyes + cache, "repeats": 0,
         "per_frame": {"wall_ms": wall, "psnr": psnr, "temporal": temporal, "decoded": decoded}}
 
 

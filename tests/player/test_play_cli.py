@@ -457,11 +457,22 @@ class PlayTest(unittest.TestCase):
         self.assertRegex(text, r"blend +52\.00 +1\.400 +0\.000 +0\.0467 +3\.0000 +1\.6  lanes\n")
         self.assertNotRegex(text.split("ceilings of the device")[1], r"(?m)^  sort")
 
+    def test_bench_repeats(self) -> None:
+        report = json.loads(subprocess.run([WRITE_REPORT], capture_output=True, text=True, check=True).stdout)
+        check_schema("bench-report", report)
+        self.assertEqual(report["repeats"], {"frames": 2, "count": 3, "sum_ms": 7.5, "max_ms": 5})
+        self.assertEqual(report["frames_that_grew"], 1)
+        text = subprocess.run([WRITE_REPORT, "text"], capture_output=True, text=True, check=True).stdout
+        self.assertIn("drawn again because a buffer was too small: 2 measured frames, 3 repeats; they took 7.500 of the "
+                      "device's milliseconds above, 5.000 at most in a frame\n", text)
+        self.assertIn("; 1 measured frames enlarged a buffer, more --warmup avoids that\n", text)
+
     def test_bench_table_and_refusals(self) -> None:
         text = self.bench("--frames", "5", "--shots", "1:3").stdout
         self.assertIn("5 frames after 2 of warm-up, round 2 cameras", text)
         for word in ("frame, wall", "frame, device", "blend", "ns per Gaussian", "pairs", "peak memory"):
             self.assertIn(word, text)
+        self.assertNotIn("drawn again", text)  # a CPU never does
         self.assertNotIn("against exact", text)
         self.assertNotIn("ceilings", text)
         self.assertIn("against exact of cpu-reference, 4 images: PSNR",

@@ -76,6 +76,7 @@ RunResult someResult()
         frame.result.order_moves = 3 * i;
         frame.result.cache_bytes = 1000 * i;
         frame.result.cache_evictions = i;
+        frame.result.repeats = 4 >> i; // 4, 2, 1
     }
     result.accuracy.images = 3;
     result.accuracy.psnr_min = 55;
@@ -135,6 +136,7 @@ TEST_CASE("the numbers of a row")
     run.reuse.cut = true;
     const OrderedJson row = someRow(run);
     CHECK(row["ms"]["wall"]["mean"] == 2.5); // without the first frame
+    CHECK(row["repeats"] == 3);              // without it too
     CHECK(row["per_frame"]["wall_ms"] == OrderedJson{1.0, 2.0, 3.0});
     CHECK(row["reuse"]["decoded_per_frame"]["mean"] == 60); // with it
     CHECK(row["reuse"]["hit_rate"] == 0.5);                 // 120 / 240

@@ -23,6 +23,9 @@ int main(int argc, char**)
         eye.blend_evaluations = 100 * eye.pairs;
         frame.result.times.select = frame.result.times.decode = frame.result.times.bin = frame.result.times.blend = i;
         frame.result.times.total = frame.wall_ms = 4.0 * i;
+        frame.result.bytes_resident = i == 4 ? 200 : 100; // grows once, in another frame than those drawn again
+        frame.result.repeats = i == 2 ? 1 : i == 5 ? 2 : 0;
+        frame.result.repeat_ms = 2.5 * frame.result.repeats;
         summary.frames.push_back(frame);
     }
     const std::string report =

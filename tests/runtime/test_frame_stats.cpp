@@ -69,6 +69,8 @@ FrameStats someStats()
     stats.result.eyes[1].pairs = uint64_t(1) << 40;
     stats.result.eyes[1].blend_evaluations = 500;
     stats.result.eyes[1].anchors_overdue = 6;
+    stats.result.repeats = 2;
+    stats.result.repeat_ms = 1.25;
     stats.result.cache_bytes = 8;
     stats.result.cache_evictions = 9;
     stats.result.groups_kept = 10;
@@ -92,6 +94,8 @@ TEST_CASE("a line of statistics fits its schema and carries every value")
     CHECK(json["eyes"][1]["pairs"] == uint64_t(1) << 40);
     CHECK(json["eyes"][1]["blend_evaluations_per_pixel"] == 2.5);
     CHECK(json["eyes"][1]["anchors_overdue"] == 6);
+    CHECK(json["repeats"] == 2);
+    CHECK(json["repeat_ms"] == 1.25);
     CHECK(json["cache_bytes"] == 8);
     CHECK(json["cache_evictions"] == 9);
     CHECK(json["groups_kept"] == 10);
