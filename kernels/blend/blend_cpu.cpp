@@ -14,6 +14,7 @@
 #include "kernels/common/simd_math-inl.h"
 
 #include <algorithm>
+#include <cmath>
 
 #ifndef GSC_KERNELS_BLEND_PATCH
 #define GSC_KERNELS_BLEND_PATCH
@@ -52,7 +53,7 @@ struct SplatLanes {
 // Blends kCount vectors of pixels, which start at offsets at[] of the planes and belong to blocks at[] / 16. Returns a
 // bit per vector: not all of its pixels are done.
 // note: two at once, because one alone waits for its own exponential most of the time
-template <bool kInclusive, uint32_t kCount, class D, class V>
+template <bool kGsplat, uint32_t kCount, class D, class V>
 HWY_INLINE uint32_t blendVectors(D d, const SplatLanes<V>& s, V alpha_cap, V stop, TileState& state, const uint32_t* at)
 {
     using M = hn::Mask<D>;
@@ -63,9 +64,10 @@ HWY_INLINE uint32_t blendVectors(D d, const SplatLanes<V>& s, V alpha_cap, V sto
         const uint32_t block = at[i] / kBlockPixels, part = at[i] % kBlockPixels;
         const V dx = hn::Sub(s.x, hn::Load(d, state.pixel_x[block % kBlock] + part));
         const V dy = hn::Sub(s.y, hn::Load(d, state.pixel_y[block / kBlock] + part));
-        // note: -0.5 (A dx dx + C dy dy) - (B dx) dy in upstream's order; halving is exact
-        const V squares = hn::Add(hn::Mul(hn::Mul(s.half_a, dx), dx), hn::Mul(hn::Mul(s.half_c, dy), dy));
-        power[i] = hn::NegMulAdd(hn::Mul(s.b, dx), dy, squares);
+        // gaussianPower(); halving is exact
+        const V squares = hn::MulAdd(dx, hn::Mul(s.half_a, dx), hn::Mul(dy, hn::Mul(s.half_c, dy)));
+        const V b_dx = hn::Mul(s.b, dx);
+        power[i] = kGsplat ? hn::NegMulAdd(b_dx, dy, squares) : hn::Sub(squares, hn::Mul(dy, b_dx));
     }
     expTimes<kCount>(d, power, s.opacity, alpha);
     for (uint32_t i = 0; i < kCount; ++i) {
@@ -75,17 +77,21 @@ HWY_INLINE uint32_t blendVectors(D d, const SplatLanes<V>& s, V alpha_cap, V sto
         alpha[i] = hn::Min(alpha_cap, alpha[i]);
         drawn[i] = hn::And(near, hn::Ge(alpha[i], floor));
         next[i] = hn::Mul(t[i], hn::Sub(one, alpha[i]));
-        passes[i] = kInclusive ? hn::Gt(next[i], stop) : hn::Ge(next[i], stop);
+        passes[i] = kGsplat ? hn::Gt(next[i], stop) : hn::Ge(next[i], stop);
         adds[i] = hn::And(drawn[i], passes[i]);
         stops[i] = hn::AndNot(passes[i], drawn[i]);
     }
     uint32_t live = 0;
     for (uint32_t i = 0; i < kCount; ++i) {
-        const V weight = hn::IfThenElseZero(adds[i], hn::Mul(alpha[i], t[i]));
-        float *red = state.red + at[i], *green = state.green + at[i], *blue = state.blue + at[i];
-        hn::Store(hn::MulAdd(weight, s.red, hn::Load(d, red)), d, red);
-        hn::Store(hn::MulAdd(weight, s.green, hn::Load(d, green)), d, green);
-        hn::Store(hn::MulAdd(weight, s.blue, hn::Load(d, blue)), d, blue);
+        const V added = hn::IfThenElseZero(adds[i], alpha[i]), weight = hn::Mul(added, t[i]);
+        const auto add = [&](V color, float* plane) {
+            const V before = hn::Load(d, plane + at[i]);
+            hn::Store(kGsplat ? hn::MulAdd(weight, color, before) : hn::MulAdd(t[i], hn::Mul(added, color), before), d,
+                      plane + at[i]);
+        };
+        add(s.red, state.red);
+        add(s.green, state.green);
+        add(s.blue, state.blue);
         V remaining = hn::IfThenElse(adds[i], next[i], t[i]);
         live |= 1u << i;
         if (HWY_UNLIKELY(!hn::AllFalse(d, stops[i]))) {
@@ -98,7 +104,7 @@ HWY_INLINE uint32_t blendVectors(D d, const SplatLanes<V>& s, V alpha_cap, V sto
     return live;
 }
 
-template <bool kInclusive>
+template <bool kGsplat>
 HWY_INLINE void blendSplat(const Splat& splat, const RasterConstants& rules, uint32_t blocks, TileState& state)
 {
     const LaneTag d;
@@ -122,11 +128,11 @@ HWY_INLINE void blendSplat(const Splat& splat, const RasterConstants& rules, uin
             blocks &= blocks - 1;
             const uint32_t at[2] = {block * kBlockPixels, other * kBlockPixels};
             if (other == block) {
-                if (blendVectors<kInclusive, 1>(d, s, alpha_cap, stop, state, at) == 0)
+                if (blendVectors<kGsplat, 1>(d, s, alpha_cap, stop, state, at) == 0)
                     state.live &= ~(1u << block);
                 return;
             }
-            const uint32_t live = blendVectors<kInclusive, 2>(d, s, alpha_cap, stop, state, at);
+            const uint32_t live = blendVectors<kGsplat, 2>(d, s, alpha_cap, stop, state, at);
             if (HWY_UNLIKELY(live != 3))
                 state.live &= ~((~live & 1u) << block | (~live >> 1 & 1u) << other);
             continue;
@@ -134,7 +140,7 @@ HWY_INLINE void blendSplat(const Splat& splat, const RasterConstants& rules, uin
         uint32_t live = 0;
         for (uint32_t part = 0; part < kBlockPixels; part += 2 * lanes) {
             const uint32_t at[2] = {block * kBlockPixels + part, block * kBlockPixels + part + lanes};
-            live |= blendVectors<kInclusive, 2>(d, s, alpha_cap, stop, state, at);
+            live |= blendVectors<kGsplat, 2>(d, s, alpha_cap, stop, state, at);
         }
         if (HWY_UNLIKELY(live == 0))
             state.live &= ~(1u << block);
@@ -172,9 +178,9 @@ void storeTile(const BlendArgs& args, uint32_t tile_x, uint32_t tile_y, const Ti
         for (uint32_t x = 0; x < columns; ++x) {
             const uint32_t at = (y / kBlock * kBlock + x / kBlock) * kBlockPixels + y % kBlock * kBlock + x % kBlock;
             const float t = std::abs(state.transmittance[at]);
-            row[3 * x] = state.red[at] + t * args.background[0];
-            row[3 * x + 1] = state.green[at] + t * args.background[1];
-            row[3 * x + 2] = state.blue[at] + t * args.background[2];
+            row[3 * x] = std::fma(t, args.background[0], state.red[at]);
+            row[3 * x + 1] = std::fma(t, args.background[1], state.green[at]);
+            row[3 * x + 2] = std::fma(t, args.background[2], state.blue[at]);
         }
     }
 }
@@ -185,7 +191,7 @@ HWY_INLINE void prefetchSplat(const Splat* splat)
     hwy::Prefetch(&splat->y1); // may lie in the next cache line
 }
 
-template <bool kInclusive>
+template <bool kGsplat>
 uint64_t blendTile(const BlendArgs& args, uint32_t tile)
 {
     TileState state;
@@ -206,7 +212,7 @@ uint64_t blendTile(const BlendArgs& args, uint32_t tile)
         for (uint32_t i = 0; i < count; ++i) {
             const uint32_t live = touched[i] & state.live;
             blocks += uint32_t(__builtin_popcount(live));
-            blendSplat<kInclusive>(args.splats[entries[first + i]], args.rules, live, state);
+            blendSplat<kGsplat>(args.splats[entries[first + i]], args.rules, live, state);
         }
     }
     storeTile(args, tile_x, tile_y, state);
@@ -223,7 +229,7 @@ uint64_t blendPatches(const BlendArgs& args, size_t first, size_t last)
         for (uint32_t y = y0; y < std::min(y0 + kPatchY, args.grid_y); ++y)
             for (uint32_t x = x0; x < std::min(x0 + kPatchX, args.grid_x); ++x) {
                 const uint32_t tile = y * args.grid_x + x;
-                evaluations += args.rules.stop_inclusive ? blendTile<true>(args, tile) : blendTile<false>(args, tile);
+                evaluations += args.rules.gsplat ? blendTile<true>(args, tile) : blendTile<false>(args, tile);
             }
     }
     return evaluations;

@@ -20,7 +20,8 @@ uint64_t blendReference(const std::vector<SplatOf<Real>>& splats, const TileList
             }
             evaluations += i - lists.first[tile];
             for (int c = 0; c < 3; ++c)
-                image[(size_t(y) * width + x) * 3 + c] = pixel.color[c] + pixel.transmittance * Real(background[c]);
+                image[(size_t(y) * width + x) * 3 + c] =
+                    std::fma(pixel.transmittance, Real(background[c]), pixel.color[c]);
         }
     return evaluations;
 }

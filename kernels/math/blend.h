@@ -14,18 +14,20 @@ struct PixelState {
     bool done;
 };
 
-// Exponent of the Gaussian at offset (dx, dy) = centre - pixel.
+// Exponent of the Gaussian at offset (dx, dy) = centre - pixel. Products and sums here and below are fused where the
+// trainers' compiler fuses them (kernels/math/README.md).
 template <typename Real>
-GSC_HD Real gaussianPower(const Real* conic, Real dx, Real dy)
+GSC_HD Real gaussianPower(const Real* conic, Real dx, Real dy, bool gsplat = false)
 {
-    return Real(-0.5f) * (conic[0] * dx * dx + conic[2] * dy * dy) - conic[1] * dx * dy;
+    const Real squares = Real(-0.5f) * std::fma(dx, conic[0] * dx, dy * (conic[2] * dy));
+    return gsplat ? std::fma(-(conic[1] * dx), dy, squares) : squares - dy * (conic[1] * dx);
 }
 
 template <typename Real>
 GSC_HD void blendStep(const RasterConstants& rules, const Real* conic, Real dx, Real dy, Real opacity,
                       const Real* color, PixelState<Real>& pixel)
 {
-    const Real power = gaussianPower(conic, dx, dy);
+    const Real power = gaussianPower(conic, dx, dy, rules.gsplat);
     if (power > Real(0))
         return;
     const Real alpha = minNumber(Real(rules.alpha_cap), opacity * std::exp(power));
@@ -36,8 +38,10 @@ GSC_HD void blendStep(const RasterConstants& rules, const Real* conic, Real dx, 
         pixel.done = true; // the Gaussian that crosses the bound is not drawn
         return;
     }
+    const Real weight = pixel.transmittance * alpha;
     for (int c = 0; c < 3; ++c)
-        pixel.color[c] += color[c] * alpha * pixel.transmittance;
+        pixel.color[c] = rules.gsplat ? std::fma(weight, color[c], pixel.color[c])
+                                      : std::fma(pixel.transmittance, alpha * color[c], pixel.color[c]);
     pixel.transmittance = next;
 }
 

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cfloat>
+#include <cmath>
 #include <cstring>
 
 HWY_BEFORE_NAMESPACE();
@@ -27,15 +28,14 @@ struct ProjectLanes {
     HWY_ALIGN float left[16], top[16], right[16], bottom[16]; // pixel box, inclusive, not yet integer
 };
 
-HWY_INLINE V transformLane(D d, const float* m, V x, V y, V z)
-{
-    const V sum = hn::MulAdd(hn::Set(d, m[2]), z, hn::MulAdd(hn::Set(d, m[1]), y, hn::Mul(hn::Set(d, m[0]), x)));
-    return hn::Add(sum, hn::Set(d, m[3]));
-}
-
 HWY_INLINE V dot3(V ax, V ay, V az, V bx, V by, V bz)
 {
-    return hn::Add(hn::Add(hn::Mul(ax, bx), hn::Mul(ay, by)), hn::Mul(az, bz));
+    return hn::MulAdd(az, bz, hn::MulAdd(ax, bx, hn::Mul(ay, by)));
+}
+
+HWY_INLINE V transformLane(D d, const float* m, V x, V y, V z)
+{
+    return hn::Add(dot3(hn::Set(d, m[0]), hn::Set(d, m[1]), hn::Set(d, m[2]), x, y, z), hn::Set(d, m[3]));
 }
 
 // ((n + 1) size - 1) / 2 in double (trap 22).
@@ -46,7 +46,7 @@ HWY_INLINE V pixelLane(D d, V n, uint32_t size)
     const hn::Half<D> dh;
     const auto half = [&](hn::Vec<decltype(dh)> v) {
         const auto one = hn::Set(dd, 1.0);
-        const auto wide = hn::Sub(hn::Mul(hn::Add(hn::PromoteTo(dd, v), one), hn::Set(dd, double(size))), one);
+        const auto wide = hn::MulSub(hn::Add(hn::PromoteTo(dd, v), one), hn::Set(dd, double(size)), one);
         return hn::DemoteTo(dh, hn::Mul(wide, hn::Set(dd, 0.5)));
     };
     return hn::Combine(d, half(hn::UpperHalf(dh, n)), half(hn::LowerHalf(dh, n)));
@@ -54,7 +54,7 @@ HWY_INLINE V pixelLane(D d, V n, uint32_t size)
     HWY_ALIGN float lanes[16];
     hn::Store(n, d, lanes);
     for (size_t i = 0; i < hn::Lanes(d); ++i)
-        lanes[i] = float(((double(lanes[i]) + 1.0) * double(size) - 1.0) * 0.5);
+        lanes[i] = float(std::fma(double(lanes[i]) + 1.0, double(size), -1.0) * 0.5);
     return hn::Load(d, lanes);
 #endif
 }
@@ -68,18 +68,25 @@ struct Covariance {
     V a, b, c;
 };
 
-HWY_INLINE Covariance screenCovariance(D d, const EyeParams& eye, V tx, V ty, V tz, const V* scale, const V* q)
+// m = R diag(s), row-major.
+HWY_INLINE void scaledRotation(D d, const V* scale, const V* q, V* m)
 {
     const V one = hn::Set(d, 1.0f), two = hn::Set(d, 2.0f);
     const V w = q[0], x = q[1], y = q[2], z = q[3];
     const auto twice = [two](V v) { return hn::Mul(two, v); };
-    const auto diagonal = [&](V u, V v) { return hn::Sub(one, twice(hn::Add(hn::Mul(u, u), hn::Mul(v, v)))); };
-    const auto plus = [&](V s, V t, V u, V v) { return twice(hn::Add(hn::Mul(s, t), hn::Mul(u, v))); };
-    const auto minus = [&](V s, V t, V u, V v) { return twice(hn::Sub(hn::Mul(s, t), hn::Mul(u, v))); };
-    V m[9] = {diagonal(y, z),    minus(x, y, w, z), plus(x, z, w, y), plus(x, y, w, z), diagonal(x, z),
-              minus(y, z, w, x), minus(x, z, w, y), plus(y, z, w, x), diagonal(x, y)};
+    const auto diagonal = [&](V sum) { return hn::Sub(one, twice(sum)); };
+    const V yy = hn::Mul(y, y), zz = hn::Mul(z, z), xz = hn::Mul(x, z), wz = hn::Mul(w, z), wx = hn::Mul(w, x);
+    const V r[9] = {diagonal(hn::Add(yy, zz)),      twice(hn::MulSub(x, y, wz)),    twice(hn::MulAdd(w, y, xz)),
+                    twice(hn::MulAdd(x, y, wz)),    diagonal(hn::MulAdd(x, x, zz)), twice(hn::MulSub(y, z, wx)),
+                    twice(hn::NegMulAdd(w, y, xz)), twice(hn::MulAdd(y, z, wx)),    diagonal(hn::MulAdd(x, x, yy))};
     for (int i = 0; i < 9; ++i)
-        m[i] = hn::Mul(scale[i % 3], m[i]);
+        m[i] = hn::Mul(scale[i % 3], r[i]);
+}
+
+HWY_INLINE Covariance screenCovariance(D d, const EyeParams& eye, V tx, V ty, V tz, const V* scale, const V* q)
+{
+    V m[9];
+    scaledRotation(d, scale, q, m);
     const auto row = [&m](int i, int j) {
         return dot3(m[3 * i], m[3 * i + 1], m[3 * i + 2], m[3 * j], m[3 * j + 1], m[3 * j + 2]);
     };
@@ -97,8 +104,8 @@ HWY_INLINE Covariance screenCovariance(D d, const EyeParams& eye, V tx, V ty, V 
     V u[3], v[3];
     for (int i = 0; i < 3; ++i) {
         const V z_row = hn::Set(d, eye.world_to_view[8 + i]);
-        u[i] = hn::Add(hn::Mul(jxx, hn::Set(d, eye.world_to_view[i])), hn::Mul(jxz, z_row));
-        v[i] = hn::Add(hn::Mul(jyy, hn::Set(d, eye.world_to_view[4 + i])), hn::Mul(jyz, z_row));
+        u[i] = hn::MulAdd(jxz, z_row, hn::Mul(jxx, hn::Set(d, eye.world_to_view[i])));
+        v[i] = hn::MulAdd(jyz, z_row, hn::Mul(jyy, hn::Set(d, eye.world_to_view[4 + i])));
     }
     const V su[3] = {dot3(xx, xy, xz, u[0], u[1], u[2]), dot3(xy, yy, yz, u[0], u[1], u[2]),
                      dot3(xz, yz, zz, u[0], u[1], u[2])};
@@ -187,7 +194,7 @@ HWY_INLINE M projectVector(D d, const ProjectArgs& args, const GaussianBlock& g,
 
     const Covariance cov = screenCovariance(d, eye, tx, ty, tz, scale, q);
     const V zero = hn::Zero(d), ac = hn::Mul(cov.a, cov.c);
-    const V det = hn::Sub(ac, hn::Mul(cov.b, cov.b));
+    const V det = hn::MulSub(cov.a, cov.c, hn::Mul(cov.b, cov.b));
     keep = hn::AndNot(gsplat ? hn::Not(hn::Gt(det, zero)) : hn::Eq(det, zero), keep);
     const V inv_det = hn::Div(hn::Set(d, 1.0f), det);
     const V conic[3] = {hn::Mul(cov.c, inv_det), hn::Neg(hn::Mul(cov.b, inv_det)), hn::Mul(cov.a, inv_det)};
@@ -198,7 +205,7 @@ HWY_INLINE M projectVector(D d, const ProjectArgs& args, const GaussianBlock& g,
     keep = hn::And(keep, ok);
 
     const V mid = hn::Mul(hn::Set(d, 0.5f), hn::Add(cov.a, cov.c));
-    V argument = hn::Sub(hn::Mul(mid, mid), det);
+    V argument = hn::MulSub(mid, mid, det);
     const V floor = hn::Set(d, args.rules.eigen_floor);
     argument = hn::IfThenElse(hn::Gt(argument, floor), argument, floor);
     const V root = hn::Sqrt(argument);
