@@ -14,7 +14,7 @@ constexpr double kPositionBytes = 16; // x, y, z, level
 constexpr double kSizeBytes = 24, kTestedSizeBytes = 12;
 constexpr double kVisibleBytes = 4;
 constexpr double kPackedOffsetBytes = 8; // of a Gaussian in the tier fast
-constexpr double kSplatBytes = 32, kExactSplatBytes = 64;
+constexpr double kSplatBytes = 32, kExactSplatBytes = 48;
 constexpr double kSplatKeyBytes = 8; // depth and tile box, kept apart from the splat
 constexpr double kPairBytes = 8;     // depth and splat index
 constexpr double kIndexBytes = 4;

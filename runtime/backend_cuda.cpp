@@ -41,6 +41,7 @@ public:
     {
         prepareDecodeCuda();
         prepareDecodeKeepCuda();
+        prepareDecodeExactCuda(m_limits.shared_bytes);
         prepareSortCuda();
         prepareBlendCuda();
     }
@@ -95,7 +96,8 @@ private:
     [[nodiscard]] uint32_t gapsOf(const FrameShape& shape, uint32_t slots) const
     {
         const uint32_t processors = m_limits.processors;
-        return shape.exact   ? 0
+        return shape.exact
+                   ? decodeExactGaps(m_scene.exactWeights() != nullptr, processors, m_limits.shared_bytes, slots)
                : shape.keeps ? decodeKeepGaps(processors, slots) + drawKeptGaps(processors, slots)
                              : decodeFastGaps(processors, slots);
     }
@@ -370,7 +372,8 @@ void CudaBackend::render(const EyeParams* eyes, uint32_t eye_count, const FrameO
         m_arena.release(); // what frames in `fast` took may be what the model in fp32 needs
         m_scene.loadExact(m_stream);
         m_free = freeForFrames();
-    } else if (!shape.exact)
+    }
+    if (m_scene.fastPossible())
         m_scene.useAppearance(options.appearance, m_stream);
     EyeParams chosen[kMaxEyes];
     m_lag.follow(m_scene.host(), options, eyes, eye_count, chosen);

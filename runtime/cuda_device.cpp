@@ -84,7 +84,7 @@ CudaLimits openCudaDevice()
         throw Error(status.code, "cuda: " + status.text);
     cudaDeviceProp properties{};
     GSC_CUDA_CHECK(cudaGetDeviceProperties(&properties, kDevice));
-    return {uint32_t(properties.multiProcessorCount)};
+    return {uint32_t(properties.multiProcessorCount), properties.sharedMemPerBlockOptin};
 }
 
 } // namespace gsc

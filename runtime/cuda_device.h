@@ -53,6 +53,7 @@ struct PinnedCounters {
 // What the launches are sized by.
 struct CudaLimits {
     uint32_t processors = 0;
+    size_t shared_bytes = 0; // that a block may have
 };
 
 // Of this thread's device.

@@ -56,6 +56,7 @@ struct DeviceScene::FlatArrays {
     uint32_t *level_first, *source;
     uint16_t *feature, *fragments;
     uint64_t* offset;
+    ExactWeights* weights;
 };
 
 DeviceScene::FlatArrays DeviceScene::layOutFlat(ArenaLayout& layout, uint64_t anchors) const
@@ -79,6 +80,8 @@ DeviceScene::FlatArrays DeviceScene::layOutFlat(ArenaLayout& layout, uint64_t an
         a.biases = layout.take<float>(kBiasCount);
         if (params.flags & kModelFeatureBank)
             a.bank = layout.take<float>(kBankValues);
+        if (canDecodeTiled(m_host))
+            a.weights = layout.take<ExactWeights>(1);
     }
     return a;
 }
@@ -126,6 +129,7 @@ void DeviceScene::load(const ModelView& model, const CudaStream& stream)
     m_fragments = arrays.fragments;
     m_biases = arrays.biases;
     m_bank = arrays.bank;
+    m_weights = arrays.weights;
     uploadChunks(arrays, stream);
 }
 
@@ -243,6 +247,10 @@ void DeviceScene::useAppearance(int32_t appearance, const CudaStream& stream)
     copyIn(m_fragments, weights.fragments.data(), weights.fragments.size(), stream);
     copyIn(m_biases, weights.biases.data(), weights.biases.size(), stream);
     copyIn(m_bank, weights.bank.data(), weights.bank.size(), stream);
+    ExactWeights exact;
+    if (m_weights != nullptr)
+        exact = packExact(m_host, appearance);
+    copyIn(m_weights, &exact, m_weights != nullptr ? 1 : 0, stream);
     GSC_CUDA_CHECK(cudaStreamSynchronize(stream.handle)); // the copies' sources go out of scope
     m_appearance = appearance;
     m_weights_ready = true;

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "kernels/common/device_model.h"
-#include "kernels/decode/decode_cuda.h"
+#include "kernels/decode/decode_exact_cuda.h"
 #include "runtime/cuda_device.h"
 #include "runtime/device_buffer.h"
 
@@ -18,7 +18,7 @@ public:
     void load(const ModelView& model, const CudaStream& stream);
     // Everything decode_exact reads; does nothing the second time.
     void loadExact(const CudaStream& stream);
-    // Weights of the matrix units with the row of the embedding folded in. Precondition: fastPossible().
+    // Weights of both tiers with the row of the embedding folded in. Precondition: fastPossible().
     void useAppearance(int32_t appearance, const CudaStream& stream);
 
     [[nodiscard]] const DeviceModel& model() const { return m_model; }
@@ -29,7 +29,8 @@ public:
     [[nodiscard]] bool takes(uint32_t input) const { return (m_inputs & input) != 0; } // MlpInputs of any network
     [[nodiscard]] const uint16_t* fragments() const { return m_fragments; }
     [[nodiscard]] const float* biases() const { return m_biases; }
-    [[nodiscard]] const float* bank() const { return m_bank; } // null: the model has none
+    [[nodiscard]] const float* bank() const { return m_bank; }                   // null: the model has none
+    [[nodiscard]] const ExactWeights* exactWeights() const { return m_weights; } // null: not for the tiles
 
 private:
     struct FlatArrays;
@@ -48,6 +49,7 @@ private:
     DeviceArena m_flat, m_staging, m_exact;
     uint16_t* m_fragments = nullptr;
     float *m_biases = nullptr, *m_bank = nullptr;
+    ExactWeights* m_weights = nullptr;
     ModelView m_exact_view{};
 };
 

@@ -94,8 +94,9 @@ FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const Fr
         b.fraction = layout.take<float>(size_t(kMaxEyes) * params.group_count * kGroupSize);
     else if (shape.fades)
         b.fraction = layout.take<float>(size_t(kMaxEyes) * capacity.visible);
-    const size_t scratch =
-        shape.exact ? exactScratchValues(uint32_t(decodeScratch(params)), limits.processors) : size_t(0);
+    const size_t scratch = shape.exact && scene.exactWeights() == nullptr
+                               ? exactScratchValues(uint32_t(decodeScratch(params)), limits.processors)
+                               : size_t(0);
     if (scratch != 0)
         b.scratch = layout.take<float>(scratch);
     b.histogram = layout.take<uint32_t>(kDepthBuckets);
@@ -181,10 +182,14 @@ void launchDecode(const FrameJob& job, uint32_t pass, const CudaStream& stream)
         const DecodeExactArgs args{frame,
                                    job.scene.exactView(),
                                    job.options.appearance,
+                                   job.scene.exactWeights(),
+                                   job.scene.bank(),
+                                   job.scene.takes(kMlpTakesDistance),
+                                   job.scene.takes(kMlpTakesLevel),
                                    job.buffers.scratch,
                                    uint32_t(decodeScratch(params)),
                                    reinterpret_cast<ExactSplat*>(job.buffers.splats)};
-        decodeExactCuda(args, job.limits.processors, stream.handle);
+        decodeExactCuda(args, job.limits.processors, job.limits.shared_bytes, stream.handle);
     } else {
         decodeFastCuda(fastArgs(job, frame), job.limits.processors, stream.handle);
     }

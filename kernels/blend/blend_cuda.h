@@ -46,7 +46,9 @@ void prepareBlendCuda();
 void blendFastCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
 void blendExactCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
 
-// Parts of the two above: of a frame with segments.
+// Parts of the above.
+void prepareBlendExactCuda();
+// Of a frame with segments.
 void prepareSegmentsCuda();
 void blendSegmentsCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
 

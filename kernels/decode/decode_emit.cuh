@@ -49,7 +49,7 @@ struct EyeTally {
 
 // Hands a warp's counts in and marks the slots it did not use. kShared: the first eye's writer is that of both.
 template <bool kShared>
-__device__ __forceinline__ void finish(const DecodeCudaArgs& args, uint32_t e, const EyeTally& tally, uint32_t positive,
+__device__ __forceinline__ void finish(const DecodeFrame& args, uint32_t e, const EyeTally& tally, uint32_t positive,
                                        uint32_t lane)
 {
     if (!kShared || e == 0)
@@ -114,7 +114,7 @@ __device__ __forceinline__ bool writeSplat(const DecodeCudaArgs& args, uint32_t 
 }
 
 // Counts a splat in the cells of its list. All lanes of the warp call it together, with kNoBins for nothing.
-__device__ __forceinline__ void countCells(const DecodeCudaArgs& args, uint32_t list, const SplatPlace& place,
+__device__ __forceinline__ void countCells(const DecodeFrame& args, uint32_t list, const SplatPlace& place,
                                            EyeTally& tally)
 {
     if (place.box != kNoBins)

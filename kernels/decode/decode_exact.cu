@@ -1,136 +1,405 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "kernels/decode/decode_exact_cuda.h"
-
-#include "kernels/common/depth_cells.cuh"
+// A warp takes 16 anchors at a time. Of each layer a lane holds the sums of 4 anchors by 12 or 16 units in registers and
+// reads both factors as rows of four from shared memory. Each sum starts at zero and takes its inputs in the trainers'
+// order, features first, the bias last; so what the features add is the same for both eyes and is summed once.
 #include "kernels/common/launch.cuh"
-#include "kernels/project/project_body.h"
+#include "kernels/decode/decode_emit.cuh"
+#include "kernels/decode/exact_splat.cuh"
+
+#include <algorithm>
 
 namespace gsc {
 
 namespace {
 
-constexpr uint32_t kThreads = 128;
-constexpr uint32_t kBlocksPerProcessor = 8; // more would only add scratch: registers allow no more
-constexpr uint32_t kLocalValues = 320;      // F = 32, K = 10, A = 32 need 275
+constexpr uint32_t kMostWarps = 12;          // of a block, one per multiprocessor: with more, registers spill
+constexpr uint32_t kHeadValues = 33 * kRows; // from a head's units to the next's: two heads meet in a bank, not three
+constexpr uint32_t kOutputs = 11 * kExactOffsets; // rows: opacity, covariance (k-major), colour (k-major)
+constexpr uint32_t kViewRows = 5;                 // direction, distance, level
+constexpr uint32_t kUnitTile = 12, kOutputTile = 16;
+static_assert(kRows == 16 && kUnitTile * 8 == kExactUnits && kOutputTile * 8 == kExactColumns);
 
-__device__ uint32_t chunkOf(const ModelView& view, uint32_t anchor)
+// A warp's room. Rows of 16 anchors.
+struct Room {
+    float4 partial[kUnitTile][32]; // a lane's sums over the features, four anchors together
+    union {                        // of which one at a time
+        float inputs[kFastFeatures][kRows];
+        float hidden[3 * kHeadValues];
+        float outputs[kOutputs][kRows];
+    };
+    float view[kViewRows][kRows];
+    const float* features[kRows]; // in the model
+    const float* offsets[kRows];
+    uint32_t anchors[kRows];
+    uint16_t alive[kOutputs / 11 * kRows]; // row | k << 8
+};
+
+// Shared memory holds the weights, then a room for each warp.
+uint32_t warpsOf(size_t shared_bytes)
 {
-    uint32_t low = 0, high = uint32_t(view.params->chunk_count);
-    while (high - low > 1) {
-        const uint32_t mid = (low + high) / 2;
-        if (view.chunks[mid].anchor_first <= anchor)
-            low = mid;
-        else
-            high = mid;
-    }
-    return low;
+    const size_t rooms = shared_bytes - std::min(shared_bytes, sizeof(ExactWeights));
+    return uint32_t(std::min<size_t>(rooms / sizeof(Room), kMostWarps));
 }
 
-// Bins of the pixels that upstream's tiles cover and alpha >= 1/255 can reach; kNoBins if there are none.
-__device__ uint32_t binBox(const EyeParams& eye, uint32_t bin_height, const Footprint<float>& f, float opacity)
+size_t sharedBytes(uint32_t warps)
 {
-    float x0 = float(f.tiles.x0 * int32_t(kTileSize)), x1 = float(f.tiles.x1 * int32_t(kTileSize) - 1);
-    float y0 = float(f.tiles.y0 * int32_t(kTileSize)), y1 = float(f.tiles.y1 * int32_t(kTileSize) - 1);
-    if (f.cov.a * f.cov.c - f.cov.b * f.cov.b > 0.0f && f.cov.a > 0.0f && f.cov.c > 0.0f) {
-        const float reach = 2.0f * logf(255.0f * opacity) * 1.0001f + 1e-3f;
-        const float ex = sqrtf(reach * f.cov.a) * 1.0001f + 0.01f, ey = sqrtf(reach * f.cov.c) * 1.0001f + 0.01f;
-        x0 = fmaxf(x0, floorf(f.x - ex));
-        x1 = fminf(x1, ceilf(f.x + ex));
-        y0 = fmaxf(y0, floorf(f.y - ey));
-        y1 = fminf(y1, ceilf(f.y + ey));
-    }
-    x1 = fminf(x1, float(eye.width) - 1.0f);
-    y1 = fminf(y1, float(eye.height) - 1.0f);
-    if (x0 > x1 || y0 > y1)
-        return kNoBins;
-    return uint32_t(x0) / kBinWidth | uint32_t(y0) / bin_height << 8 | uint32_t(x1) / kBinWidth << 16 |
-           uint32_t(y1) / bin_height << 24;
+    return sizeof(ExactWeights) + warps * sizeof(Room);
 }
 
-__global__ void __launch_bounds__(kThreads) decodeExactKernel(const __grid_constant__ DecodeExactArgs args)
+__device__ __forceinline__ float4 fourAt(const float* p)
 {
-    float local_scratch[kLocalValues];
-    const uint32_t thread = blockIdx.x * kThreads + threadIdx.x;
-    float* scratch = args.scratch != nullptr ? args.scratch + size_t(thread) * args.scratch_values : local_scratch;
-    const Networks nets = findNetworks(args.view);
-    const uint32_t count = min(args.counters->anchors_listed, args.visible_capacity);
-    for (uint32_t item = thread; item < count * args.eye_count; item += gridDim.x * kThreads) {
-        const uint32_t index = item % count, e = item / count;
-        const uint32_t entry = args.visible[index];
-        if ((entry >> kAnchorBits >> e & 1u) == 0)
-            continue;
-        const uint32_t anchor = entry & ((1u << kAnchorBits) - 1u);
-        const uint32_t chunk = chunkOf(args.view, anchor);
-        const EyeParams& eye = args.eyes[e];
-        const float fraction = args.fraction != nullptr ? args.fraction[2 * index + e] : 1.0f;
-        const float* placement = args.model.placement + size_t(4) * anchor;
-        const float* steps = args.model.shape + size_t(6) * anchor;
-        const float z = viewPoint<float>(eye, {placement[0], placement[1], placement[2]}).z;
-        if (!mayBeIn(args.pass, args.grid, eye, {placement[0], placement[1], placement[2]},
-                     float(kOffsetSteps) * norm3df(steps[0], steps[1], steps[2])))
-            continue;
-        const auto emit = [&](const GaussianOf<float>& g) {
+    return *reinterpret_cast<const float4*>(p);
+}
+
+// sums[i][first + j] += a[i] * w[j] for four anchors and four units.
+template <uint32_t kUnits>
+__device__ __forceinline__ void multiplyAdd(const float4& a, const float4& w, uint32_t first, float (&sums)[4][kUnits])
+{
+    const float as[4] = {a.x, a.y, a.z, a.w}, ws[4] = {w.x, w.y, w.z, w.w};
+#pragma unroll
+    for (uint32_t i = 0; i < 4; ++i)
+#pragma unroll
+        for (uint32_t j = 0; j < 4; ++j)
+            sums[i][first + j] = fmaf(as[i], ws[j], sums[i][first + j]);
+}
+
+// The features of the anchors in `rows`, a bit each, as rows of inputs.
+__device__ __forceinline__ void gatherFeatures(Room& room, uint32_t rows, uint32_t lane)
+{
+    constexpr uint32_t kParts = kFastFeatures / 4; // of an anchor's features
+#pragma unroll
+    for (uint32_t i = 0; i < kRows * kParts / 32; ++i) {
+        const uint32_t row = (i * 32 + lane) / kParts, part = lane % kParts;
+        const float4 f = (rows >> row & 1u) != 0 ? fourAt(room.features[row] + 4 * part) : float4{0, 0, 0, 0};
+        room.inputs[4 * part][row] = f.x;
+        room.inputs[4 * part + 1][row] = f.y;
+        room.inputs[4 * part + 2][row] = f.z;
+        room.inputs[4 * part + 3][row] = f.w;
+    }
+    __syncwarp();
+}
+
+// The features after the bank, as bankFeature() has them: strided copies weighted by what a network makes of the view.
+__device__ __forceinline__ void applyBank(const float* bank, Room& room, uint32_t lane)
+{
+    const uint32_t row = lane % kRows, first = lane / kRows * (kFastFeatures / 2);
+    float w[3] = {0.0f, 0.0f, 0.0f};
+    for (uint32_t u = 0; u < kBankUnits; ++u) {
+        const float* unit = bank + u * kBankStride;
+        float h = 0.0f;
+#pragma unroll
+        for (uint32_t i = 0; i < kViewRows; ++i)
+            h = fmaf(unit[i], room.view[i][row], h);
+        h += unit[kViewRows];
+        h = h < 0.0f ? 0.0f : h; // NaN stays
+#pragma unroll
+        for (uint32_t i = 0; i < 3; ++i)
+            w[i] = fmaf(unit[kViewRows + 1 + i], h, w[i]);
+    }
+#pragma unroll
+    for (uint32_t i = 0; i < 3; ++i)
+        w[i] += bank[kBankUnits * kBankStride + i];
+    softmax3(w);
+    float banked[kFastFeatures / 2];
+#pragma unroll
+    for (uint32_t i = 0; i < kFastFeatures / 2; ++i) {
+        const uint32_t j = first + i;
+        banked[i] = room.inputs[4 * (j % (kFastFeatures / 4))][row] * w[0] +
+                    room.inputs[2 * (j % (kFastFeatures / 2))][row] * w[1] + room.inputs[j][row] * w[2];
+    }
+    __syncwarp();
+#pragma unroll
+    for (uint32_t i = 0; i < kFastFeatures / 2; ++i)
+        room.inputs[first + i][row] = banked[i];
+    __syncwarp();
+}
+
+// What the features add to the hidden units of all heads: units 32 j + 4 column + c of a lane's four anchors.
+__device__ __forceinline__ void sumFeatures(const ExactWeights& weights, Room& room, uint32_t lane)
+{
+    const uint32_t four = 4 * (lane & 3u), column = lane >> 2;
+    float sums[4][kUnitTile] = {};
+#pragma unroll 4
+    for (uint32_t k = 0; k < kFastFeatures; ++k) {
+        const float4 a = fourAt(&room.inputs[k][four]);
+#pragma unroll
+        for (uint32_t j = 0; j < kUnitTile / 4; ++j)
+            multiplyAdd(a, fourAt(&weights.first[k][32 * j + 4 * column]), 4 * j, sums);
+    }
+#pragma unroll
+    for (uint32_t u = 0; u < kUnitTile; ++u)
+        room.partial[u][lane] = {sums[0][u], sums[1][u], sums[2][u], sums[3][u]};
+    __syncwarp(); // the inputs are written over
+}
+
+// The hidden units, with the first `rows` of the view's inputs.
+__device__ __forceinline__ void hiddenUnits(const ExactWeights& weights, uint32_t rows, Room& room, uint32_t lane)
+{
+    const uint32_t four = 4 * (lane & 3u), column = lane >> 2;
+    float sums[4][kUnitTile];
+#pragma unroll
+    for (uint32_t u = 0; u < kUnitTile; ++u) {
+        const float4 p = room.partial[u][lane];
+        sums[0][u] = p.x;
+        sums[1][u] = p.y;
+        sums[2][u] = p.z;
+        sums[3][u] = p.w;
+    }
+    for (uint32_t k = 0; k < rows; ++k) {
+        const float4 a = fourAt(&room.view[k][four]);
+#pragma unroll
+        for (uint32_t j = 0; j < kUnitTile / 4; ++j)
+            multiplyAdd(a, fourAt(&weights.first[kFastFeatures + k][32 * j + 4 * column]), 4 * j, sums);
+    }
+#pragma unroll
+    for (uint32_t u = 0; u < kUnitTile; ++u) {
+        const uint32_t head = u / 4, unit = 4 * column + u % 4;
+        const float bias = weights.first_bias[32 * head + unit];
+        float h[4];
+#pragma unroll
+        for (uint32_t i = 0; i < 4; ++i) {
+            h[i] = sums[i][u] + bias;
+            h[i] = h[i] < 0.0f ? 0.0f : h[i]; // NaN stays
+        }
+        *reinterpret_cast<float4*>(&room.hidden[head * kHeadValues + unit * kRows + four]) = {h[0], h[1], h[2], h[3]};
+    }
+    __syncwarp();
+}
+
+// The second layers, into rows of outputs before their activations. K: Gaussians per anchor.
+__device__ __forceinline__ void secondLayers(const ExactWeights& weights, uint32_t K, Room& room, uint32_t lane)
+{
+    const uint32_t four = 4 * (lane & 3u), column = lane >> 2;
+    const uint32_t head = column == 0 ? 0u : column < 6 ? 1u : 2u;
+    const float* const hidden = room.hidden + head * kHeadValues + four;
+    float sums[4][kOutputTile] = {};
+#pragma unroll 4
+    for (uint32_t k = 0; k < kExactHidden; ++k) {
+        const float4 a = fourAt(hidden + k * kRows);
+#pragma unroll
+        for (uint32_t j = 0; j < kOutputTile / 4; ++j)
+            multiplyAdd(a, fourAt(&weights.second[k][exactColumn(column, 4 * j)]), 4 * j, sums);
+    }
+    __syncwarp(); // the hidden units are written over
+    const uint32_t first = kOutputTile * (column - (head == 0 ? 0u : head == 1 ? 1u : 6u));
+    const uint32_t count = head == 0 ? K : head == 1 ? 7 * K : 3 * K;
+    const uint32_t base = head == 0 ? 0u : head == 1 ? K : 8 * K;
+#pragma unroll
+    for (uint32_t t = 0; t < kOutputTile; ++t) {
+        const float bias = weights.second_bias[exactColumn(column, t)];
+        if (first + t < count)
+            *reinterpret_cast<float4*>(&room.outputs[base + first + t][four]) = {sums[0][t] + bias, sums[1][t] + bias,
+                                                                                 sums[2][t] + bias, sums[3][t] + bias};
+    }
+    __syncwarp();
+}
+
+// Activates the opacities and lists the Gaussians that one eye may see. Returns their number. positive: was any above
+// zero?
+__device__ __forceinline__ uint32_t listAlive(const DecodeExactArgs& args, uint32_t e, uint32_t first, uint32_t rows,
+                                              Room& room, uint32_t lane, bool& positive)
+{
+    const uint32_t K = args.model.params.n_offsets, row = lane % kRows;
+    const bool present = (rows >> row & 1u) != 0;
+    const float fraction = args.fraction != nullptr && present ? args.fraction[2 * (first + row) + e] : 1.0f;
+    uint32_t total = 0;
+    for (uint32_t k = lane / kRows; k < (K + 1) / 2 * 2; k += 2) { // whole warps stay together
+        bool alive = false;
+        if (present && k < K) {
+            const float opacity = tanhf(room.outputs[k][row]) * fraction;
+            positive |= opacity > 0.0f;
+            alive = opacity >= kOpacityFloor;
+            room.outputs[k][row] = opacity;
+        }
+        const uint32_t mask = __ballot_sync(~0u, alive);
+        if (alive)
+            room.alive[total + __popc(mask & ((1u << lane) - 1u))] = uint16_t(row | k << 8);
+        total += __popc(mask);
+    }
+    __syncwarp();
+    return total;
+}
+
+// Gaussian k of an anchor from the outputs.
+__device__ __forceinline__ GaussianOf<float> gaussianAt(const DecodeExactArgs& args, const Room& room, uint32_t row,
+                                                        uint32_t k)
+{
+    const uint32_t K = args.model.params.n_offsets, anchor = room.anchors[row];
+    const float4 center = reinterpret_cast<const float4*>(args.model.placement)[anchor];
+    const float anchor_at[3] = {center.x, center.y, center.z};
+    const float* const offset = room.offsets[row] + 3 * k;
+    const float *const reach = args.model.size + size_t(3) * anchor, *const shape =
+                                                                         args.model.shape + size_t(6) * anchor;
+    GaussianOf<float> g;
+#pragma unroll
+    for (uint32_t i = 0; i < 3; ++i) {
+        g.position[i] = anchor_at[i] + offset[i] * reach[i];
+        g.scale[i] = shape[3 + i] * sigmoid(room.outputs[K + 7 * k + i][row]);
+        g.color[i] = sigmoid(room.outputs[8 * K + 3 * k + i][row]);
+    }
+#pragma unroll
+    for (uint32_t i = 0; i < 4; ++i)
+        g.rotation[i] = room.outputs[K + 7 * k + 3 + i][row];
+    normalizeQuaternion(g.rotation);
+    g.opacity = room.outputs[k][row];
+    g.order = args.model.source[anchor] * K + k;
+    return g;
+}
+
+// Projects the `count` Gaussians listed and writes and counts those that show.
+__device__ __forceinline__ void emitAlive(const DecodeExactArgs& args, uint32_t e, uint32_t count, const Room& room,
+                                          uint32_t lane, EyeTally& tally)
+{
+    const EyeParams& eye = args.eyes[e];
+#pragma unroll 1
+    for (uint32_t first = 0; first < count; first += 32) {
+        SplatPlace place{0, kNoBins};
+        ExactSplat splat;
+        if (first + lane < count) {
+            const uint32_t owner = room.alive[first + lane], row = owner & 255u;
+            const GaussianOf<float> g = gaussianAt(args, room, row, owner >> 8);
             const Footprint<float> f = projectGaussian<float>(eye, args.rules, g);
-            // what has no depth is counted in its anchor's pass
-            if (args.pass.count > 1 && passOf(args.pass, args.grid, isFinite(f.depth) ? f.depth : z) != args.pass.index)
-                return;
-            atomicAdd(&args.counters->gaussians[e], 1u);
-            if (!f.finite) {
-                atomicAdd(&args.counters->dropped[e], 1u);
-                return;
+            bool here = true;
+            if (args.pass.count > 1) { // what has no depth is counted in its anchor's pass
+                const float4 p = reinterpret_cast<const float4*>(args.model.placement)[room.anchors[row]];
+                const float z = isFinite(f.depth) ? f.depth : viewPoint<float>(eye, {p.x, p.y, p.z}).z;
+                here = passOf(args.pass, args.grid, z) == args.pass.index;
             }
-            if (!f.visible)
-                return;
-            const uint32_t box = binBox(eye, args.grid.height, f, g.opacity);
-            if (box == kNoBins)
-                return;
-            const uint32_t slot = atomicAdd(&args.counters->pass.slots[e], 1u);
-            if (slot >= args.slot_capacity) {
-                atomicOr(&args.counters->overflow, kSlotOverflow);
-                return;
+            if (here) {
+                ++tally.alive;
+                if (!f.finite) // rare
+                    atomicAdd(&args.counters->dropped[e], 1u);
+                else if (f.visible)
+                    place = {__float_as_uint(f.depth), binBox(eye, args.grid.height, f, g.opacity)};
+                splat = exactSplat(f, g);
             }
-            atomicAdd(&args.counters->splats[e], 1u);
+        }
+        const bool drawn = place.box != kNoBins;
+        const uint32_t slot =
+            tally.writer.reserve(drawn, lane, slotPiece(args.slot_capacity), &args.counters->pass.slots[e]);
+        if (drawn && slot < args.slot_capacity) {
+            ++tally.written;
             const size_t at = size_t(e) * args.slot_capacity + slot;
-            ExactSplat& s = args.splats[at];
-            s.x = f.x;
-            s.y = f.y;
-            s.opacity = g.opacity;
-            for (int i = 0; i < 3; ++i) {
-                s.conic[i] = f.conic[i];
-                s.color[i] = g.color[i];
-            }
-            s.order_low = uint32_t(g.order);
-            s.order_high = uint32_t(g.order >> 32);
-            s.tx0 = uint16_t(f.tiles.x0);
-            s.ty0 = uint16_t(f.tiles.y0);
-            s.tx1 = uint16_t(f.tiles.x1);
-            s.ty1 = uint16_t(f.tiles.y1);
-            const SplatPlace place{__float_as_uint(f.depth), box};
+            args.splats[at] = splat;
             args.places[at] = place;
-            atomicAdd(&args.counters->pass.pairs[e], (unsigned long long)binCount(box));
-            uint32_t* cells = args.cells + size_t(e) * args.grid.cells();
-            const uint32_t slab = args.pass.slab_of[depthBucket(place.depth_bits)] & (args.grid.slabs() - 1);
-            for (uint32_t y = box >> 8 & 255u; y <= box >> 24; ++y)
-                for (uint32_t x = box & 255u; x <= (box >> 16 & 255u); ++x)
-                    atomicAdd(cells + ((y * args.grid.columns + x) << args.grid.slab_bits) + slab, 1u);
-        };
-        if (decodeAnchor<float>(args.view, nets, args.merged ? args.look_from : eye.center, chunk,
-                                anchor - args.view.chunks[chunk].anchor_first, fraction, args.appearance, scratch,
-                                emit))
-            atomicOr(&args.counters->any_positive[e], 1u);
+        } else if (drawn) {
+            atomicOr(&args.counters->overflow, kSlotOverflow);
+            place.box = kNoBins;
+        }
+        countCells(args, e, place, tally);
     }
+}
+
+// Fills a row of what the networks take of the view.
+__device__ __forceinline__ void lookFrom(const DecodeExactArgs& args, const float* eye_center, Room& room,
+                                         uint32_t lane, float level)
+{
+    if (lane < kRows) {
+        const float4 p = reinterpret_cast<const float4*>(args.model.placement)[room.anchors[lane]];
+        const float v[3] = {p.x - eye_center[0], p.y - eye_center[1], p.z - eye_center[2]};
+        const float distance = sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+        for (uint32_t i = 0; i < 3; ++i)
+            room.view[i][lane] = v[i] / distance; // note: NaN on the anchor itself, which drops it (trap 17)
+        room.view[3][lane] = distance;
+        room.view[4][lane] = level;
+    }
+    __syncwarp();
+}
+
+__global__ void __launch_bounds__(kMostWarps * 32, 1) decodeExactKernel(const __grid_constant__ DecodeExactArgs args)
+{
+    GSC_DYNAMIC_SHARED(memory);
+    const ExactWeights& weights = *reinterpret_cast<const ExactWeights*>(memory);
+    for (uint32_t i = threadIdx.x; i < sizeof(ExactWeights) / sizeof(float4); i += blockDim.x)
+        reinterpret_cast<float4*>(memory)[i] = reinterpret_cast<const float4*>(args.weights)[i];
+    __syncthreads();
+
+    const uint32_t lane = threadIdx.x & 31u, warps = blockDim.x / 32;
+    Room& room = reinterpret_cast<Room*>(memory + sizeof(ExactWeights))[threadIdx.x >> 5];
+    const uint32_t count = min(args.counters->anchors_listed, args.visible_capacity);
+    const uint32_t view_rows = args.takes_level ? 5u : args.takes_distance ? 4u : 3u;
+    EyeTally left, right;
+    bool positive_left = false, positive_right = false;
+
+    for (uint32_t first = (blockIdx.x * warps + (threadIdx.x >> 5)) * kRows; first < count;
+         first += gridDim.x * warps * kRows) {
+        uint32_t seen_by = 0;
+        float level = 0.0f;
+        if (lane < kRows && first + lane < count) {
+            const uint32_t entry = args.visible[first + lane], anchor = entry & ((1u << kAnchorBits) - 1u);
+            seen_by = entry >> kAnchorBits;
+            const float4 p = reinterpret_cast<const float4*>(args.model.placement)[anchor];
+            for (uint32_t e = 0; e < args.eye_count; ++e)
+                if (!anchorMayBeIn(args, args.eyes[e], anchor, {p.x, p.y, p.z}))
+                    seen_by &= ~(1u << e);
+            const uint32_t chunk = chunkOf(args.view, anchor), local = anchor - args.view.chunks[chunk].anchor_first;
+            level = float(anchorLevel(args.view, chunk));
+            room.anchors[lane] = anchor;
+            room.features[lane] = args.view.arrays[chunk].feature + size_t(kFastFeatures) * local;
+            room.offsets[lane] = args.view.arrays[chunk].offset + size_t(3) * args.model.params.n_offsets * local;
+        } else if (lane < kRows) {
+            room.anchors[lane] = 0;
+        }
+        const uint32_t rows[kMaxEyes] = {__ballot_sync(~0u, (seen_by & 1u) != 0),
+                                         __ballot_sync(~0u, (seen_by & 2u) != 0)};
+        const uint32_t any = rows[0] | rows[1];
+        if (any == 0)
+            continue; // a group lies close together: often all of its anchors are in other passes
+        __syncwarp();
+        bool summed = false; // over the features; with a bank they depend on the eye
+#pragma unroll 1
+        for (uint32_t e = 0; e < args.eye_count; ++e) {
+            const uint32_t mine = e == 0 ? rows[0] : rows[1];
+            if (mine == 0)
+                continue;
+            lookFrom(args, args.merged ? args.look_from : args.eyes[e].center, room, lane, level);
+            if (!summed) {
+                gatherFeatures(room, any, lane);
+                if (args.bank != nullptr)
+                    applyBank(args.bank, room, lane);
+                sumFeatures(weights, room, lane);
+                summed = args.bank == nullptr;
+            }
+            hiddenUnits(weights, view_rows, room, lane);
+            secondLayers(weights, args.model.params.n_offsets, room, lane);
+            bool positive = false;
+            const uint32_t alive = listAlive(args, e, first, mine, room, lane, positive);
+            EyeTally tally = e == 0 ? left : right;
+            emitAlive(args, e, alive, room, lane, tally);
+            if (e == 0) {
+                left = tally;
+                positive_left |= positive;
+            } else {
+                right = tally;
+                positive_right |= positive;
+            }
+            __syncwarp(); // what the lanes read is written again
+        }
+    }
+    const uint32_t positive = (positive_left ? 1u : 0u) | (positive_right ? 2u : 0u);
+    finish<false>(args, 0, left, positive, lane);
+    if (args.eye_count > 1)
+        finish<false>(args, 1, right, positive, lane);
 }
 
 } // namespace
 
-size_t exactScratchValues(uint32_t per_thread, uint32_t processors)
+void prepareDecodeExactCuda(size_t shared_bytes)
 {
-    return per_thread > kLocalValues ? size_t(per_thread) * kThreads * kBlocksPerProcessor * processors : 0;
+    raiseSharedLimit(decodeExactKernel, sharedBytes(warpsOf(shared_bytes)));
 }
 
-void decodeExactCuda(const DecodeExactArgs& args, uint32_t processors, CUstream_st* stream)
+uint32_t decodeExactGaps(bool tiled, uint32_t processors, size_t shared_bytes, uint32_t slot_capacity)
 {
-    launchCuda(decodeExactKernel, processors * kBlocksPerProcessor, kThreads, 0, stream, args);
+    return tiled ? processors * warpsOf(shared_bytes) * slotPiece(slot_capacity) : 0u;
+}
+
+void decodeExactCuda(const DecodeExactArgs& args, uint32_t processors, size_t shared_bytes, CUstream_st* stream)
+{
+    if (args.weights == nullptr)
+        return decodeExactAnyCuda(args, processors, stream);
+    const uint32_t warps = warpsOf(shared_bytes);
+    launchCuda(decodeExactKernel, processors, warps * 32, sharedBytes(warps), stream, args);
 }
 
 } // namespace gsc

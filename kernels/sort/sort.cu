@@ -38,15 +38,6 @@ struct TeamMemory {
     uint32_t *sorted, *slots, *ties, *low, *high;
 };
 
-__device__ __forceinline__ unsigned long long emissionOrder(const PackedSplat& splat)
-{
-    return splat.order;
-}
-__device__ __forceinline__ unsigned long long emissionOrder(const ExactSplat& splat)
-{
-    return (unsigned long long)splat.order_high << 32 | splat.order_low;
-}
-
 template <typename Splat>
 struct Nearer {
     const Splat* splats;
@@ -55,7 +46,7 @@ struct Nearer {
     {
         if (a.depth_bits != b.depth_bits)
             return a.depth_bits < b.depth_bits;
-        return emissionOrder(splats[a.slot]) < emissionOrder(splats[b.slot]);
+        return splats[a.slot].order < splats[b.slot].order;
     }
 };
 

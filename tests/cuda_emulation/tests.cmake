@@ -14,14 +14,15 @@ target_include_directories(gsc_cuda_emulation PUBLIC ${PROJECT_SOURCE_DIR})
 target_compile_definitions(gsc_cuda_emulation PUBLIC GSC_CUDA_EMULATION)
 
 set(emulated_kernels upload/upload.cu select/select.cu schedule/schedule.cu schedule/grant.cu decode/decode.cu
-                     decode/decode_keep.cu decode/draw_kept.cu decode/decode_exact.cu bin/bin.cu sort/order.cu sort/sort.cu
-                     blend/blend.cu blend/blend_segments.cu)
+                     decode/decode_keep.cu decode/draw_kept.cu decode/decode_exact.cu decode/decode_exact_any.cu bin/bin.cu sort/order.cu sort/sort.cu
+                     blend/blend.cu blend/blend_exact.cu blend/blend_segments.cu)
 list(TRANSFORM emulated_kernels PREPEND ${PROJECT_SOURCE_DIR}/kernels/)
 # note: a property of this directory alone; where there is a toolkit, kernels/ still gives the same files to nvcc.
 # The kernels read values as other types, as CUDA allows
 set_source_files_properties(
   ${emulated_kernels} PROPERTIES LANGUAGE CXX COMPILE_OPTIONS "-fno-strict-aliasing;-Wno-unknown-pragmas")
-add_library(gsc_kernels_cuda_emulated STATIC ${emulated_kernels} ${PROJECT_SOURCE_DIR}/kernels/decode/decode_pack.cpp)
+add_library(gsc_kernels_cuda_emulated STATIC ${emulated_kernels} ${PROJECT_SOURCE_DIR}/kernels/decode/decode_pack.cpp
+                                               ${PROJECT_SOURCE_DIR}/kernels/decode/decode_exact_pack.cpp)
 target_link_libraries(gsc_kernels_cuda_emulated PUBLIC gsc_cuda_emulation gsc_format PRIVATE gsc_build_flags)
 
 # the whole runtime once more, so that there is one list of backends in the program

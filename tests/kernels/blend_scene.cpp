@@ -24,7 +24,7 @@ void setSplat(ExactSplat& s, const Ellipse& e, uint32_t order)
     s.conic[2] = float(e.a / det);
     s.opacity = e.opacity;
     std::copy_n(e.color, 3, s.color);
-    s.order_low = order;
+    s.order = order;
     s.tx0 = uint16_t(e.tiles.x0);
     s.ty0 = uint16_t(e.tiles.y0);
     s.tx1 = uint16_t(e.tiles.x1);

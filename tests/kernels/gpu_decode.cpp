@@ -13,15 +13,6 @@ namespace gsc::test {
 
 namespace {
 
-uint64_t orderOf(const PackedSplat& s)
-{
-    return s.order;
-}
-uint64_t orderOf(const ExactSplat& s)
-{
-    return uint64_t(s.order_high) << 32 | s.order_low;
-}
-
 // What a splat says, in the reference's units.
 struct Plain {
     double conic[3], opacity, color[3];
@@ -65,11 +56,23 @@ void launch(const DecodeFrame& frame, const DecodeJob& job, ExactSplat* splats)
 {
     DeviceScene& scene = job.model->scene;
     scene.loadExact(testStream());
+    if (scene.fastPossible())
+        scene.useAppearance(job.appearance, testStream());
+    const size_t shared_bytes = openCudaDevice().shared_bytes;
+    prepareDecodeExactCuda(shared_bytes);
     const auto per_thread = uint32_t(decodeScratch(*job.view->params));
     const GuardedBuffer<float> scratch(exactScratchValues(per_thread, kTestProcessors));
-    const DecodeExactArgs args{
-        frame, scene.exactView(), job.appearance, scratch.count() != 0 ? scratch.get() : nullptr, per_thread, splats};
-    decodeExactCuda(args, kTestProcessors, testStream().handle);
+    const DecodeExactArgs args{frame,
+                               scene.exactView(),
+                               job.appearance,
+                               scene.exactWeights(),
+                               scene.bank(),
+                               scene.takes(kMlpTakesDistance),
+                               scene.takes(kMlpTakesLevel),
+                               scratch.count() != 0 ? scratch.get() : nullptr,
+                               per_thread,
+                               splats};
+    decodeExactCuda(args, kTestProcessors, shared_bytes, testStream().handle);
     CHECK(scratch.intact());
 }
 
@@ -196,7 +199,7 @@ Decoded<Splat> decodeOnDevice(const DecodeJob& job)
             forCells(job.grid, job.slab_of, place, [&](uint32_t cell) { ++sums[size_t(e) * cells_per_eye + cell]; });
             bad += job.passes > 1 && job.slab_of[bucketOf(place.depth_bits)] / job.grid.slabs() != job.pass;
             const Splat& splat = all_splats[at];
-            twice += !decoded.eyes[e].emplace(orderOf(splat), Emitted<Splat>{splat, place}).second;
+            twice += !decoded.eyes[e].emplace(splat.order, Emitted<Splat>{splat, place}).second;
         }
         CHECK(bad == 0);
         CHECK(twice == 0);

@@ -47,9 +47,7 @@ uint32_t checkDecode(const DecodeJob& job, const DecodeTolerance& tolerance = kT
 template <typename Splat>
 bool sameSplat(const Emitted<Splat>& a, const Emitted<Splat>& b)
 {
-    // note: not the unused words of an ExactSplat, which nobody writes
-    constexpr size_t kBytes = std::is_same_v<Splat, ExactSplat> ? offsetof(ExactSplat, reserved) : sizeof(Splat);
-    return std::memcmp(&a.splat, &b.splat, kBytes) == 0 && a.place.box == b.place.box &&
+    return std::memcmp(&a.splat, &b.splat, sizeof(Splat)) == 0 && a.place.box == b.place.box &&
            a.place.depth_bits == b.place.depth_bits;
 }
 

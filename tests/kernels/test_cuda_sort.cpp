@@ -38,25 +38,6 @@ const Pattern kPatterns[] = {
 };
 const Pattern kEqual = {"equal", [](uint32_t, Random&) { return 0x41200000u; }};
 
-void setOrder(PackedSplat& splat, uint32_t rank)
-{
-    splat.order = rank * 3;
-}
-void setOrder(ExactSplat& splat, uint32_t rank)
-{
-    // the high word decides, against the low one
-    splat.order_high = rank / 2;
-    splat.order_low = rank % 2 * 0x80000000u + (0x7fffffffu - rank);
-}
-uint64_t orderOf(const PackedSplat& splat)
-{
-    return splat.order;
-}
-uint64_t orderOf(const ExactSplat& splat)
-{
-    return uint64_t(splat.order_high) << 32 | splat.order_low;
-}
-
 void launch(const SortCudaArgs& args, const PackedSplat*)
 {
     sortFastCuda(args, kTestProcessors, testStream().handle);
@@ -91,7 +72,7 @@ void checkSort(const std::vector<uint32_t>& counts, const Pattern& pattern, uint
     std::vector<Splat> splats(total);
     std::memset(static_cast<void*>(splats.data()), 0xff, total * sizeof(Splat));
     for (uint32_t i = 0; i < total; ++i)
-        setOrder(splats[i], ranks[i]);
+        splats[i].order = ranks[i] * 3;
 
     const auto piece_capacity = uint32_t(counts.size());
     std::vector<BinKey> keys(total, kGapKey);
@@ -127,7 +108,7 @@ void checkSort(const std::vector<uint32_t>& counts, const Pattern& pattern, uint
         std::sort(expected.begin() + piece.first, expected.begin() + piece.first + piece.count,
                   [&splats](const BinKey& a, const BinKey& b) {
                       return a.depth_bits != b.depth_bits ? a.depth_bits < b.depth_bits
-                                                          : orderOf(splats[a.slot]) < orderOf(splats[b.slot]);
+                                                          : splats[a.slot].order < splats[b.slot].order;
                   });
         uint32_t wrong = 0;
         for (uint32_t i = piece.first; i < piece.first + piece.count; ++i) {

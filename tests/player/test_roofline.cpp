@@ -82,7 +82,7 @@ TEST_CASE("an anchor of the trainers' shape")
     const AnchorCost exact = Model().cost(Tier::Exact);
     CHECK(exact.bytes == 292); // 4 + 4 x 62 + 16 + 24
     CHECK(exact.shared_macs == 3072);
-    CHECK(exact.splat_bytes == 64);
+    CHECK(exact.splat_bytes == 48);
     CHECK(exact.exact);
 }
 

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compiled with -fmad=false: gaussianPower() fuses what the trainers' kernel fuses.
+#include "kernels/blend/blend_kernel.cuh"
+
+namespace gsc {
+
+void prepareBlendExactCuda()
+{
+    raiseBlendLimits<ExactRules>();
+}
+
+void blendExactCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream)
+{
+    launchBlend<ExactRules>(args, false, processors, stream);
+}
+
+} // namespace gsc

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// What both decoders of the tier `exact` do with a Gaussian and with an anchor.
+#pragma once
+
+#include "kernels/common/depth_cells.cuh"
+#include "kernels/decode/decode_exact_cuda.h"
+#include "kernels/project/project_body.h"
+
+namespace gsc {
+
+// Chunk that holds an anchor.
+__device__ __forceinline__ uint32_t chunkOf(const ModelView& view, uint32_t anchor)
+{
+    uint32_t low = 0, high = uint32_t(view.params->chunk_count);
+    while (high - low > 1) {
+        const uint32_t mid = (low + high) / 2;
+        if (view.chunks[mid].anchor_first <= anchor)
+            low = mid;
+        else
+            high = mid;
+    }
+    return low;
+}
+
+// Can an anchor of the model have Gaussians in this pass, seen by this eye?
+__device__ __forceinline__ bool anchorMayBeIn(const DecodeFrame& frame, const EyeParams& eye, uint32_t anchor,
+                                              const Vec3<float>& p)
+{
+    if (frame.pass.count == 1)
+        return true;
+    const float* steps = frame.model.shape + size_t(6) * anchor;
+    return mayBeIn(frame.pass, frame.grid, eye, p, float(kOffsetSteps) * norm3df(steps[0], steps[1], steps[2]));
+}
+
+// Bins of the pixels that upstream's tiles cover and alpha >= 1/255 can reach; kNoBins if there are none.
+__device__ __forceinline__ uint32_t binBox(const EyeParams& eye, uint32_t bin_height, const Footprint<float>& f,
+                                           float opacity)
+{
+    float x0 = float(f.tiles.x0 * int32_t(kTileSize)), x1 = float(f.tiles.x1 * int32_t(kTileSize) - 1);
+    float y0 = float(f.tiles.y0 * int32_t(kTileSize)), y1 = float(f.tiles.y1 * int32_t(kTileSize) - 1);
+    if (f.cov.a * f.cov.c - f.cov.b * f.cov.b > 0.0f && f.cov.a > 0.0f && f.cov.c > 0.0f) {
+        // note: approximate, which the margins cover many times over; an opacity is at least 1/255
+        const float reach = 2.0f * __logf(255.0f * opacity) * 1.0001f + 1e-3f;
+        const float ex = sqrtf(reach * f.cov.a) * 1.0001f + 0.01f, ey = sqrtf(reach * f.cov.c) * 1.0001f + 0.01f;
+        x0 = fmaxf(x0, floorf(f.x - ex));
+        x1 = fminf(x1, ceilf(f.x + ex));
+        y0 = fmaxf(y0, floorf(f.y - ey));
+        y1 = fminf(y1, ceilf(f.y + ey));
+    }
+    x1 = fminf(x1, float(eye.width) - 1.0f);
+    y1 = fminf(y1, float(eye.height) - 1.0f);
+    if (x0 > x1 || y0 > y1)
+        return kNoBins;
+    return uint32_t(x0) / kBinWidth | uint32_t(y0) / bin_height << 8 | uint32_t(x1) / kBinWidth << 16 |
+           uint32_t(y1) / bin_height << 24;
+}
+
+__device__ __forceinline__ ExactSplat exactSplat(const Footprint<float>& f, const GaussianOf<float>& g)
+{
+    return {f.x,
+            f.y,
+            {f.conic[0], f.conic[1], f.conic[2]},
+            g.opacity,
+            {g.color[0], g.color[1], g.color[2]},
+            uint32_t(g.order),
+            uint16_t(f.tiles.x0),
+            uint16_t(f.tiles.y0),
+            uint16_t(f.tiles.x1),
+            uint16_t(f.tiles.y1)};
+}
+
+} // namespace gsc
