@@ -97,7 +97,7 @@ Json anchorJson(const ModelView& model, const EyeParams& eye, const Place& place
 
 int dump(const std::string& model_path, const std::string& cameras, const std::string& view_name, int row)
 {
-    const test::BakedModel baked(model_path, "dump");
+    const test::BakedModel baked(model_path);
     const std::unique_ptr<Scene> scene = Scene::open(baked.path());
     const ModelView& model = scene->view();
     const std::vector<Camera> all = readCameraFile(cameras);

@@ -44,6 +44,26 @@ if(TARGET gsc_bake AND GSC_BUILD_PLAYER)
     LABELS cpu slow
     TIMEOUT 600)
 
+  add_library(gsc_golden_city STATIC player/golden_city.cpp)
+  target_link_libraries(gsc_golden_city PUBLIC gsc_bake gsc_image gsc_metrics gsc_player gsc_runtime gsc_sample
+                                        PRIVATE gsc_build_flags gsc_test_main)
+  gsc_add_test(
+    test_golden_cities
+    SOURCES player/test_golden_cities.cpp
+    LIBS gsc_golden_city
+    LABELS cpu slow
+    TIMEOUT 1200)
+  if(GSC_HAVE_CUDA)
+    # to be carried like test_cuda, but with the libraries of the bundle beside it: it makes and converts the cities itself
+    add_executable(test_golden_cities_cuda player/test_golden_cities_cuda.cpp support/gpu_main.cpp)
+    target_link_libraries(test_golden_cities_cuda PRIVATE gsc_golden_city gsc_build_flags gsc_test_main)
+    target_link_options(test_golden_cities_cuda PRIVATE -Wl,--disable-new-dtags) # as gsc's in a bundle
+    set_target_properties(test_golden_cities_cuda PROPERTIES BUILD_RPATH "$ORIGIN")
+    add_test(NAME test_golden_cities_cuda COMMAND test_golden_cities_cuda)
+    set_tests_properties(test_golden_cities_cuda PROPERTIES LABELS "gpu;long" TIMEOUT 3600 SKIP_RETURN_CODE 77
+                                                            SKIP_REGULAR_EXPRESSION "skipped: no trained models")
+  endif()
+
   add_executable(dump_intermediates player/dump_intermediates.cpp)
   target_link_libraries(dump_intermediates PRIVATE gsc_bake gsc_cameras gsc_runtime gsc_kernels
                                                    nlohmann_json::nlohmann_json gsc_build_flags)

@@ -2,6 +2,8 @@
 // Where the real trained models are, if they are.
 #pragma once
 
+#include "tests/support/skipped.h"
+
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -10,9 +12,6 @@
 #include <vector>
 
 namespace gsc::test {
-
-// Set by trainedModels() where there are none; doctest_main.cpp says so at the end, which CTest shows as skipped.
-inline bool g_without_models = false;
 
 // Folder of the trained models, or empty: GSC_CHECKPOINTS, else ../shared/checkpoints beside the repository.
 inline std::string checkpointsRoot()
@@ -28,7 +27,8 @@ inline std::string checkpointsRoot()
     return std::filesystem::is_directory(root) ? std::filesystem::canonical(root).string() : "";
 }
 
-// The trained models, sorted by name; prints those that are missing.
+// The trained models, sorted by name; prints those that are missing. Where there are none the test says so at its end,
+// which CTest shows as skipped.
 inline std::vector<std::string> trainedModels()
 {
     std::vector<std::string> models;

@@ -1,13 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Entry of the GPU tests: 77 (skipped, to CTest) where no device is usable, unless GSC_REQUIRE_GPU is set.
-#define DOCTEST_CONFIG_IMPLEMENT
-#include "runtime/backend_cuda.h"
 #include "tests/kernels/gpu_tools.h"
 
-#include <doctest/doctest.h>
-
-#include <cstdio>
-#include <cstdlib>
+#include "runtime/backend_cuda.h"
 
 using namespace gsc;
 using namespace gsc::test;
@@ -36,14 +30,4 @@ FrameOptions gsc::test::onGrey(Tier tier)
     options.tier = tier;
     options.background[0] = options.background[1] = options.background[2] = 0.5f;
     return options;
-}
-
-int main(int argc, char** argv)
-{
-    constexpr int kSkipped = 77;
-    const CudaStatus status = cudaStatus();
-    std::printf("%s: %s\n", status.usable ? "device" : "no device", status.text.c_str());
-    if (!status.usable)
-        return std::getenv("GSC_REQUIRE_GPU") != nullptr ? 1 : kSkipped;
-    return doctest::Context(argc, argv).run();
 }
