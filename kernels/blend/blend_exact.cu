@@ -6,12 +6,16 @@ namespace gsc {
 
 void prepareBlendExactCuda()
 {
-    raiseBlendLimits<ExactRules>();
+    raiseBlendLimits<ExactRules<false>>();
+    raiseBlendLimits<ExactRules<true>>();
 }
 
 void blendExactCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
-    launchBlend<ExactRules>(args, false, processors, stream);
+    if (args.rules.gsplat)
+        launchBlend<ExactRules<true>>(args, false, processors, stream);
+    else
+        launchBlend<ExactRules<false>>(args, false, processors, stream);
 }
 
 } // namespace gsc

@@ -117,16 +117,24 @@ struct FastRules {
     }
 };
 
+// kGsplat: RasterConstants::gsplat.
+template <bool kGsplat>
 struct ExactRules {
     using Splat = ExactSplat;
 
     struct alignas(16) Lit {
-        float x, y, conic[3], opacity, color[3];
+        float x, y, half_a, b, half_c, opacity, color[3]; // halves of the conic's, below zero: halving is exact
     };
 
     static __device__ __forceinline__ Lit light(const Splat& s)
     {
-        return {s.x, s.y, {s.conic[0], s.conic[1], s.conic[2]}, s.opacity, {s.color[0], s.color[1], s.color[2]}};
+        return {s.x,
+                s.y,
+                -0.5f * s.conic[0],
+                s.conic[1],
+                -0.5f * s.conic[2],
+                s.opacity,
+                {s.color[0], s.color[1], s.color[2]}};
     }
 
     static __device__ __forceinline__ Bounds bounds(const Splat& s, const Lit&)
@@ -140,6 +148,15 @@ struct ExactRules {
         return {float(s.tx0) * kTile, float(s.ty0) * kTile, float(s.tx1) * kTile - 1.0f, float(s.ty1) * kTile - 1.0f};
     }
 
+    static __device__ __forceinline__ float alpha(const Lit& s, const BlendCudaArgs& args, float px, float py)
+    {
+        const float dx = s.x - px, dy = s.y - py, b_dx = s.b * dx;
+        const float squares = fmaf(dx, s.half_a * dx, dy * (s.half_c * dy));
+        const float power = kGsplat ? fmaf(-b_dx, dy, squares) : squares - dy * b_dx;
+        const float a = minNumber(args.rules.alpha_cap, s.opacity * expf(power));
+        return power > 0.0f || a < kOpacityFloor ? 0.0f : a;
+    }
+
     // blendStep() for four splats in a row without a branch, to the same bits. A splat that is not drawn has alpha zero,
     // which adds nothing and leaves the transmittance; a finished pixel's is negative and stays below the bound.
     static __device__ __forceinline__ void blend(const Lit* const (&splats)[4], const BlendCudaArgs& args, float px,
@@ -147,20 +164,16 @@ struct ExactRules {
     {
         float alphas[4];
 #pragma unroll
-        for (uint32_t i = 0; i < 4; ++i) {
-            const Lit& s = *splats[i];
-            const float power = gaussianPower(s.conic, s.x - px, s.y - py, args.rules.gsplat);
-            const float a = minNumber(args.rules.alpha_cap, s.opacity * expf(power));
-            alphas[i] = power > 0.0f || a < kOpacityFloor ? 0.0f : a;
-        }
+        for (uint32_t i = 0; i < 4; ++i)
+            alphas[i] = alpha(*splats[i], args, px, py);
 #pragma unroll
         for (uint32_t i = 0; i < 4; ++i) {
             const float next = T * (1.0f - alphas[i]);
-            const bool drawn = args.rules.stop_inclusive ? next > args.rules.stop : next >= args.rules.stop;
+            const bool drawn = kGsplat ? next > args.rules.stop : next >= args.rules.stop;
             const float a = drawn ? alphas[i] : 0.0f;
             for (int c = 0; c < 3; ++c)
-                color[c] = args.rules.gsplat ? fmaf(T * a, splats[i]->color[c], color[c])
-                                             : fmaf(T, a * splats[i]->color[c], color[c]);
+                color[c] =
+                    kGsplat ? fmaf(T * a, splats[i]->color[c], color[c]) : fmaf(T, a * splats[i]->color[c], color[c]);
             T = drawn ? next : -fabsf(T); // the Gaussian that crosses the bound is not drawn
         }
     }

@@ -41,7 +41,8 @@ __device__ __forceinline__ uint32_t binBox(const EyeParams& eye, uint32_t bin_he
     if (f.cov.a * f.cov.c - f.cov.b * f.cov.b > 0.0f && f.cov.a > 0.0f && f.cov.c > 0.0f) {
         // note: approximate, which the margins cover many times over; an opacity is at least 1/255
         const float reach = 2.0f * __logf(255.0f * opacity) * 1.0001f + 1e-3f;
-        const float ex = sqrtf(reach * f.cov.a) * 1.0001f + 0.01f, ey = sqrtf(reach * f.cov.c) * 1.0001f + 0.01f;
+        const float ex = squareRoot(reach * f.cov.a) * 1.0001f + 0.01f,
+                    ey = squareRoot(reach * f.cov.c) * 1.0001f + 0.01f;
         x0 = fmaxf(x0, floorf(f.x - ex));
         x1 = fminf(x1, ceilf(f.x + ex));
         y0 = fmaxf(y0, floorf(f.y - ey));

@@ -67,10 +67,10 @@ GSC_HD Vec3<Real> viewPoint(const EyeOf<Real>& eye, const Vec3<Real>& p)
 template <typename Real>
 GSC_HD void normalizeQuaternion(Real* q)
 {
-    const Real norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    const Real divisor = norm < Real(1e-12) ? Real(1e-12) : norm;
+    const Real norm = squareRoot(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    const Divisor<Real> divisor(norm < Real(1e-12) ? Real(1e-12) : norm);
     for (int i = 0; i < 4; ++i)
-        q[i] /= divisor;
+        q[i] = divisor.under(q[i]);
 }
 
 // R diag(s^2) R^T. The quaternion is used as it is.
@@ -99,10 +99,11 @@ GSC_HD Covariance2<Real> covariance2(const EyeOf<Real>& eye, const Vec3<Real>& t
 {
     // upstream's limit, about the image's middle
     const Real limit_x = Real(1.3f) * eye.tan_fov_x, limit_y = Real(1.3f) * eye.tan_fov_y;
-    const Real tx = minNumber(eye.tan_mid_x + limit_x, maxNumber(eye.tan_mid_x - limit_x, t.x / t.z)) * t.z;
-    const Real ty = minNumber(eye.tan_mid_y + limit_y, maxNumber(eye.tan_mid_y - limit_y, t.y / t.z)) * t.z;
-    const Real jxx = eye.focal_x / t.z, jxz = -(eye.focal_x * tx) / (t.z * t.z);
-    const Real jyy = eye.focal_y / t.z, jyz = -(eye.focal_y * ty) / (t.z * t.z);
+    const Divisor<Real> z(t.z), zz(t.z * t.z);
+    const Real tx = minNumber(eye.tan_mid_x + limit_x, maxNumber(eye.tan_mid_x - limit_x, z.under(t.x))) * t.z;
+    const Real ty = minNumber(eye.tan_mid_y + limit_y, maxNumber(eye.tan_mid_y - limit_y, z.under(t.y))) * t.z;
+    const Real jxx = z.under(eye.focal_x), jxz = zz.under(-(eye.focal_x * tx));
+    const Real jyy = z.under(eye.focal_y), jyz = zz.under(-(eye.focal_y * ty));
     const Real* w = eye.world_to_view;
     Real u[3], v[3];
     for (int i = 0; i < 3; ++i) {
@@ -140,7 +141,7 @@ GSC_HD void pixelCenter(const EyeOf<Real>& eye, bool gsplat, const Vec3<Real>& p
         return;
     }
     const Real* m = eye.full_projection;
-    const Real inv_w = Real(1) / (transformRow(m + 12, p) + Real(0.0000001f));
+    const Real inv_w = reciprocal(transformRow(m + 12, p) + Real(0.0000001f));
     const Real hx = transformRow(m, p), hy = transformRow(m + 4, p);
     x = Real(std::fma(double(hx * inv_w) + 1.0, double(eye.width), -1.0) * 0.5);
     y = Real(std::fma(double(hy * inv_w) + 1.0, double(eye.height), -1.0) * 0.5);
@@ -169,9 +170,9 @@ template <typename Real>
 GSC_HD int32_t splatRadius(const Covariance2<Real>& cov, Real det, Real eigen_floor)
 {
     const Real mid = Real(0.5f) * (cov.a + cov.c);
-    const Real root = std::sqrt(maxNumber(eigen_floor, std::fma(mid, mid, -det)));
+    const Real root = squareRoot(maxNumber(eigen_floor, std::fma(mid, mid, -det)));
     const Real lambda = maxNumber(mid + root, mid - root);
-    return saturatingInt(std::ceil(Real(3) * std::sqrt(lambda)));
+    return saturatingInt(std::ceil(Real(3) * squareRoot(lambda)));
 }
 
 // Everything of 7.2 and 7.3 for one ellipsoid. `scale` are standard deviations in world units, `q` is normalised.
@@ -192,7 +193,7 @@ GSC_HD Footprint<Real> footprint(const EyeOf<Real>& eye, const RasterConstants& 
     const Real det = determinant(f.cov);
     if (rules.gsplat ? !(det > Real(0)) : det == Real(0)) // negative ones survive upstream (trap 21)
         return f;
-    const Real inv_det = Real(1) / det;
+    const Real inv_det = reciprocal(det);
     f.conic[0] = f.cov.c * inv_det;
     f.conic[1] = -f.cov.b * inv_det;
     f.conic[2] = f.cov.a * inv_det;

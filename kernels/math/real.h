@@ -18,12 +18,18 @@ struct Vec3 {
 template <typename Real>
 GSC_HD Real maxNumber(Real a, Real b)
 {
+#ifdef __CUDA_ARCH__
+    return max(a, b);
+#endif
     return (a > b || b != b) ? a : b;
 }
 
 template <typename Real>
 GSC_HD Real minNumber(Real a, Real b)
 {
+#ifdef __CUDA_ARCH__
+    return min(a, b);
+#endif
     return (a < b || b != b) ? a : b;
 }
 
@@ -37,6 +43,9 @@ GSC_HD bool isFinite(Real v)
 template <typename Real>
 GSC_HD int32_t saturatingInt(Real v)
 {
+#ifdef __CUDA_ARCH__
+    return int32_t(v);
+#endif
     if (!(v == v))
         return 0;
     if (v >= Real(2147483648.0))
@@ -51,10 +60,87 @@ GSC_HD int32_t clampInt(int32_t v, int32_t low, int32_t high)
     return v < low ? low : (v > high ? high : v);
 }
 
+// Quotients and roots, rounded correctly like the operators'. A GPU's compiler adds to each operator a branch for
+// arguments near the ends of the exponent's range, and nothing is scheduled across a branch; these have none. Beyond
+// 2^126 a divisor gives zero there, as do roots of less than 2^-126.
+#ifdef __CUDA_ARCH__
+__device__ inline float approximateReciprocal(float v)
+{
+    float r;
+    asm("rcp.approx.ftz.f32 %0, %1;" : "=f"(r) : "f"(v));
+    return r;
+}
+
+// A divisor of several numbers, whose quotients share its reciprocal.
+template <typename Real>
+struct Divisor {
+    Real value, inverse;
+
+    GSC_HD explicit Divisor(Real v) : value(v)
+    {
+        if constexpr (sizeof(Real) == sizeof(float)) {
+            const float r = approximateReciprocal(v);
+            inverse = r == 0.0f ? 0.0f : fmaf(r, fmaf(-v, r, 1.0f), r);
+        }
+    }
+    [[nodiscard]] GSC_HD Real under(Real a) const // a / value
+    {
+        if constexpr (sizeof(Real) == sizeof(float)) {
+            const float q = a * inverse;
+            return inverse == 0.0f ? q : fmaf(inverse, fmaf(-value, q, a), q);
+        } else {
+            return a / value;
+        }
+    }
+};
+
+template <typename Real>
+GSC_HD Real reciprocal(Real v)
+{
+    if constexpr (sizeof(Real) == sizeof(float))
+        return Divisor<Real>(v).inverse;
+    else
+        return Real(1) / v;
+}
+
+template <typename Real>
+GSC_HD Real squareRoot(Real v)
+{
+    if constexpr (sizeof(Real) == sizeof(float)) {
+        float r;
+        asm("rsqrt.approx.ftz.f32 %0, %1;" : "=f"(r) : "f"(v));
+        const float root = v * r;
+        return r == 0.0f || r > 3e38f ? v : fmaf(fmaf(-root, root, v), 0.5f * r, root); // of infinity, of zero
+    } else {
+        return std::sqrt(v);
+    }
+}
+#else
+template <typename Real>
+struct Divisor {
+    Real value;
+
+    explicit Divisor(Real v) : value(v) {}
+    [[nodiscard]] Real under(Real a) const { return a / value; }
+};
+
+template <typename Real>
+GSC_HD Real reciprocal(Real v)
+{
+    return Real(1) / v;
+}
+
+template <typename Real>
+GSC_HD Real squareRoot(Real v)
+{
+    return std::sqrt(v);
+}
+#endif
+
 template <typename Real>
 GSC_HD Real sigmoid(Real v)
 {
-    return Real(1) / (Real(1) + std::exp(-v));
+    return reciprocal(Real(1) + std::exp(-v));
 }
 
 } // namespace gsc
