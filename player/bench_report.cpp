@@ -374,6 +374,8 @@ std::string benchReportText(const BenchOptions& options, const BenchSummary& sum
                 count.name, spreadOf(summary, [&](const BenchFrame& f) { return double(f.result.*(count.field)); }), 0);
     text += targetText(lodFacts(play, summary)) + rooflineText(options, summary);
     text += formatString("peak memory %.3f GiB", double(peakBytes(summary)) / double(1 << 30));
+    if (device.context_bytes > 0)
+        text += formatString(", of which %.3f the driver's context", double(device.context_bytes) / double(1 << 30));
     const Spread passes = spreadOf(summary, [](const BenchFrame& f) { return double(f.result.passes); });
     if (passes.max > 1)
         text += formatString("; %.1f depth passes per frame, %.0f at most", passes.mean, passes.max);

@@ -58,7 +58,8 @@ OrderedJson deviceJson(const DeviceFacts& device)
             {"memory_bytes", device.memory_bytes},
             {"processors", device.processors},
             {"clock_mhz", unknownIfZero(device.clock_mhz)},
-            {"memory_clock_mhz", unknownIfZero(device.memory_clock_mhz)}};
+            {"memory_clock_mhz", unknownIfZero(device.memory_clock_mhz)},
+            {"context_bytes", device.context_bytes > 0 ? OrderedJson(device.context_bytes) : OrderedJson()}};
 }
 
 OrderedJson fileJson(const std::string& path, uint64_t bytes, uint64_t anchors)

@@ -17,6 +17,7 @@ struct DeviceFacts {
     uint64_t memory_bytes = 0;
     uint32_t processors = 0;                    // multiprocessors of a GPU, threads of a CPU
     double clock_mhz = 0, memory_clock_mhz = 0; // at the moment of asking
+    uint64_t context_bytes = 0;                 // of its memory that the driver takes for this process
 };
 
 // The most of each kind of work that a device does, each measured alone. A multiply-add is one lane operation and two
@@ -45,8 +46,8 @@ public:
     // What a frame asked for in tier `asked` is rendered in.
     [[nodiscard]] virtual Tier tierOf(Tier asked) const = 0;
 
-    // Most bytes of device memory that load() and render() may take from now on; 0 = all there is. A renderer on the
-    // host takes no notice. Too few for the model make load() throw OutOfMemory; too few for a frame, render().
+    // Most bytes of device memory that this process may take from now on, DeviceFacts::context_bytes included; 0 = all
+    // there is. A renderer on the host takes no notice. Too few for the model make load() throw OutOfMemory; too few for a frame, render().
     virtual void setMemoryBudget(uint64_t) {}
 
     // `model` and everything it points to must outlive the backend or the next load().

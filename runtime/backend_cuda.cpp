@@ -12,7 +12,6 @@
 #include "runtime/order_cuda.h"
 
 #include <algorithm>
-#include <bit>
 #include <deque>
 #include <optional>
 
@@ -20,18 +19,7 @@ namespace gsc {
 
 namespace {
 
-// Splats of one eye and pass that a frame's memory is kept to where there is enough: in `fast` 3.3 GB for two eyes that
-// share their bins and 3.7 for others, and up to 1.5 GB of pairs. More are drawn in several passes.
-constexpr uint32_t kSlotTarget = 44u << 20;
-constexpr uint32_t kLeastSlots = 1u << 12; // beside twice the gaps: with fewer there would be too many passes
-constexpr uint32_t kPairsPerSlot = 4;      // at most, of all eyes, where memory is short
-constexpr size_t kGraphs = 8;              // kept for frames to come
-
-// Cells of some hundred splats; the order of a bin's list does not depend on how it was cut.
-uint32_t slabBits(uint32_t slots)
-{
-    return uint32_t(std::bit_width(std::clamp<uint32_t>(slots / 16384, 4, kMaxSlabs))) - 1;
-}
+constexpr size_t kGraphs = 8; // kept for frames to come
 
 class CudaBackend final : public Backend {
 public:
@@ -44,6 +32,7 @@ public:
         prepareDecodeExactCuda(m_limits.shared_bytes);
         prepareSortCuda();
         prepareBlendCuda();
+        m_budget.used = cudaContextBytes();
     }
 
     [[nodiscard]] const char* name() const override { return "cuda"; }
@@ -69,8 +58,7 @@ public:
         m_cut.drop();
         m_order.drop();
         m_scene.load(model, m_stream);
-        m_free = freeForFrames();
-        m_splats = m_pairs = 0;
+        forgetLoad();
         m_lod_bias.reset();
         m_lag.clear();
     }
@@ -82,9 +70,8 @@ public:
         m_reuse.drop();
         m_cut.drop();
         m_order.drop();
-        m_free = freeForFrames();
         m_lod_bias.reset();
-        m_splats = m_pairs = 0; // what follows is drawn as after load()
+        forgetLoad(); // what follows is drawn as after load()
     }
 
     void render(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, float* const* images,
@@ -102,7 +89,15 @@ private:
                              : decodeFastGaps(processors, slots);
     }
     [[nodiscard]] uint64_t freeForFrames() const;
-    [[nodiscard]] uint32_t slotLimit(FrameShape shape);
+    [[nodiscard]] FrameRoom roomFor(const FrameShape& shape) const;
+    [[nodiscard]] uint32_t slabBitsNow() const;
+    void planCapacity(const FrameShape& shape);
+    void forgetLoad() // of earlier frames
+    {
+        m_free = freeForFrames();
+        m_splats = m_pairs = m_peak = 0;
+        m_planned.reset();
+    }
     void choosePasses(FrameShape& shape);
     void giveFramesBack() // their memory
     {
@@ -115,8 +110,7 @@ private:
     FrameGraph& graphFor(const FrameShape& shape, const FrameOptions& options);
     bool growAfterOverflow(FrameShape& shape);
     // first: counters of the first time it was drawn, when the cut cache did not yet know what it shows
-    void report(const FrameShape& shape, const FrameGraph& graph, const FrameOptions& options,
-                const FrameCounters& first, FrameResult& result);
+    void report(const FrameShape& shape, const FrameOptions& options, const FrameCounters& first, FrameResult& result);
 
     MemoryBudget m_budget; // before everything that gives memory back to it
     CudaLimits m_limits;
@@ -130,9 +124,18 @@ private:
     LodLag m_lag;
     FrameBuffers m_buffers{};
     FrameCapacity m_capacity;
+    struct Plan { // what the capacity was last planned for
+        bool exact, keeps;
+        uint32_t eye_count, lists, bins;
+        uint64_t bytes;
+
+        bool operator==(const Plan&) const = default;
+    };
+    std::optional<Plan> m_planned;
     std::optional<float> m_lod_bias;                  // of the last frame
     uint64_t m_free = 0;                              // bytes of the device that frames may take
     uint64_t m_splats = 0, m_pairs = 0;               // of the last frame, all passes: of the longer list, of all
+    uint64_t m_peak = 0;                              // most splats of a pass and a list so far
     std::deque<std::unique_ptr<FrameGraph>> m_graphs; // the last used first
 };
 
@@ -179,13 +182,20 @@ FrameShape CudaBackend::shapeOf(const EyeParams* eyes, uint32_t eye_count, const
     return shape;
 }
 
-// Bytes of a frame's buffers.
+// Bytes of a frame's buffers, however their bins are cut.
 uint64_t CudaBackend::frameBytes(FrameShape shape, const FrameCapacity& capacity) const
 {
     shape.grid.slab_bits = slabBits(capacity.slots);
     ArenaLayout counted(nullptr);
     layOutFrame(counted, m_scene, shape, capacity, m_limits);
     return counted.bytes();
+}
+
+// Cells for the load of earlier frames; before the first for a quarter of what there is room for.
+uint32_t CudaBackend::slabBitsNow() const
+{
+    const uint64_t load = m_peak > 0 ? m_peak + m_peak / 2 : m_capacity.slots / 4;
+    return slabBits(uint32_t(std::min<uint64_t>(load, m_capacity.slots)));
 }
 
 // What the model and what is kept left of the device's memory, but for some that others may want.
@@ -197,37 +207,41 @@ uint64_t CudaBackend::freeForFrames() const
     return left - left / 16;
 }
 
-// Splats of one eye and pass that memory allows. Makes the capacity smaller if there is no memory for it as it is.
-uint32_t CudaBackend::slotLimit(FrameShape shape)
+FrameRoom CudaBackend::roomFor(const FrameShape& shape) const
 {
-    shape.passes = std::max(shape.passes, 2u); // with the memory between passes
-    const uint64_t others = m_budget.used - m_arena.bytes(), limit_bytes = std::max(m_budget.limit, others);
-    const uint64_t room = m_budget.limit == 0 ? m_free : limit_bytes - others;
-    if (frameBytes(shape, {m_capacity.visible, kSlotTarget, kSlotTarget * kPairsPerSlot}) <= room)
-        return kSlotTarget;
-    uint32_t limit = kLeastSlots + 2 * gapsOf(shape, kLeastSlots), too_many = kSlotTarget + 1;
-    while (too_many - limit > limit / 64) {
-        const uint32_t slots = limit + (too_many - limit) / 2;
-        if (frameBytes(shape, {m_capacity.visible, slots, slots * kPairsPerSlot}) <= room)
-            limit = slots;
-        else
-            too_many = slots;
-    }
-    if (frameBytes(shape, m_capacity) > room) {
-        m_capacity.slots = std::min(m_capacity.slots, limit);
-        m_capacity.pairs = std::min(m_capacity.pairs, limit * kPairsPerSlot);
-    }
-    return limit;
+    const uint64_t others = m_budget.used - m_arena.bytes();
+    const DeviceModel& model = m_scene.model();
+    FrameRoom room{};
+    room.anchors = model.anchor_count;
+    room.gaussians = uint64_t(model.anchor_count) * model.params.n_offsets;
+    room.lists = shape.lists();
+    room.bins = shape.bins();
+    room.bytes = m_budget.limit == 0 ? m_free : std::max(m_budget.limit, others) - others;
+    room.budgeted = m_budget.limit != 0;
+    room.gaps = [this, &shape](uint32_t slots) { return gapsOf(shape, slots); };
+    room.bytes_of = [this, &shape](const FrameCapacity& capacity, uint32_t passes) {
+        FrameShape cut = shape;
+        cut.passes = passes;
+        return frameBytes(cut, capacity);
+    };
+    return room;
+}
+
+// Once for every kind of frame and what memory is left for it.
+void CudaBackend::planCapacity(const FrameShape& shape)
+{
+    const FrameRoom room = roomFor(shape);
+    const Plan plan{shape.exact, shape.keeps, shape.eye_count, shape.lists(), shape.bins(), room.bytes};
+    if (m_planned == plan)
+        return;
+    m_planned = plan;
+    m_capacity = plannedCapacity(room, m_capacity);
 }
 
 // As many passes as the last frame's load needs. The image depends on it by rounding alone.
 void CudaBackend::choosePasses(FrameShape& shape)
 {
-    const uint32_t limit = slotLimit(shape);
-    const auto passes = [](uint64_t load, uint64_t room) { return (load + load / 8 + room - 1) / room; };
-    const uint64_t most =
-        std::max(passes(m_splats, limit - gapsOf(shape, limit)), passes(m_pairs, uint64_t(limit) * kPairsPerSlot));
-    shape.passes = uint32_t(std::clamp<uint64_t>(most, 1, kMaxPasses));
+    shape.passes = passesFor(roomFor(shape), m_splats, m_pairs, m_capacity);
 }
 
 // Memory of entries comes before that of frames, which take what it leaves.
@@ -274,9 +288,7 @@ void CudaBackend::beginOrder(const FrameOptions& options)
 
 FrameGraph& CudaBackend::graphFor(const FrameShape& shape, const FrameOptions& options)
 {
-    ArenaLayout needed(nullptr);
-    layOutFrame(needed, m_scene, shape, m_capacity, m_limits);
-    if (m_arena.reserve(needed.bytes(), "a frame"))
+    if (m_arena.reserve(frameBytes(shape, m_capacity), "a frame"))
         m_graphs.clear();
     // note: an arena that is large enough is laid out anew for every shape, which moves the buffers of the other graphs
     // too; each graph has its own addresses, and nothing outlives a frame but the image, read before the next one
@@ -296,47 +308,19 @@ FrameGraph& CudaBackend::graphFor(const FrameShape& shape, const FrameOptions& o
     return *m_graphs.front();
 }
 
-// True if a buffer was too small; it is larger then, or there are more passes, and the frame is to be drawn again. A
-// stage after the one that overflowed has seen part of its input only, so this may take several rounds.
+// True if a buffer was too small; it is larger then, or there are more passes, and the frame is to be drawn again.
 bool CudaBackend::growAfterOverflow(FrameShape& shape)
 {
     const FrameCounters& c = *m_counters.data;
     if (c.overflow == 0)
         return false;
-    const auto withSlack = [](uint64_t needed) { // the next frame, and the next try, may need some more
-        return needed + needed / 8 + 1024;
-    };
-    uint64_t passes = shape.passes;
-    // `fixed`: part of what is needed that more passes do not make less
-    const auto grow = [&](uint32_t& capacity, uint64_t needed, uint64_t most, uint64_t fixed) {
-        if (needed <= capacity)
-            return;
-        capacity = uint32_t(std::min(needed + needed / 2 + 1024, most)); // so that a walk grows it few times
-        if (withSlack(needed) > most)
-            passes = std::max(passes, shape.passes * withSlack(needed - std::min(needed, fixed)) / (most - fixed) + 1);
-    };
-    grow(m_capacity.visible, c.anchors_listed, m_scene.model().anchor_count, 0);
-    const uint64_t limit = slotLimit(shape); // what the visible list has left
-    grow(m_capacity.slots, c.most_slots, limit, gapsOf(shape, uint32_t(limit)));
-    grow(m_capacity.pairs, c.most_pairs, limit * kPairsPerSlot, 0);
-    if (passes > kMaxPasses) {
-        if (shape.passes == kMaxPasses) { // all Gaussians at one depth, or a budget far too small
-            if (withSlack(c.most_pairs) > UINT32_MAX)
-                throw Error(ErrorCode::OutOfMemory,
-                            formatString("cuda: %llu pairs of splat and bin in one pass, expected fewer than 2^32; "
-                                         "choose a smaller --size or --backend cpu",
-                                         c.most_pairs));
-            m_capacity.slots = uint32_t(std::max<uint64_t>(m_capacity.slots, withSlack(c.most_slots)));
-            m_capacity.pairs = uint32_t(std::max<uint64_t>(m_capacity.pairs, withSlack(c.most_pairs)));
-        }
-        passes = kMaxPasses;
-    }
-    shape.passes = uint32_t(passes);
+    shape.passes =
+        grownPasses(roomFor(shape), {c.anchors_listed, c.most_slots, c.most_pairs}, shape.passes, m_capacity);
     return true;
 }
 
-void CudaBackend::report(const FrameShape& shape, const FrameGraph& graph, const FrameOptions& options,
-                         const FrameCounters& first, FrameResult& result)
+void CudaBackend::report(const FrameShape& shape, const FrameOptions& options, const FrameCounters& first,
+                         FrameResult& result)
 {
     const FrameCounters& c = *m_counters.data;
     result = {};
@@ -358,7 +342,6 @@ void CudaBackend::report(const FrameShape& shape, const FrameGraph& graph, const
     if (options.reuse.order)
         result.order_moves = shape.orders && m_order.known() ? c.long_keys : c.pairs[0] + c.pairs[1];
     result.cache_bytes = m_reuse.bytes() + m_cut.bytes() + m_order.bytes();
-    result.times = graph.times();
     result.bytes_resident = m_budget.used;
     result.passes = shape.passes;
 }
@@ -380,31 +363,38 @@ void CudaBackend::render(const EyeParams* eyes, uint32_t eye_count, const FrameO
     beginReuse(shape, options);
     beginCut(shape, chosen, options);
     beginOrder(options);
+    planCapacity(shape);
     choosePasses(shape);
     FrameGraph* graph = nullptr;
     uint32_t tries = 0;
+    StageTimes times, last;
     FrameCounters first{};
     do {
         ++tries;
         shape.keeps = shape.keeps && shape.passes == 1;          // of a pass's entries only some would be decoded
         shape.orders = options.reuse.order && shape.passes == 1; // where passes end would show
-        shape.grid.slab_bits = slabBits(m_capacity.slots);
+        shape.grid.slab_bits = slabBitsNow();
         graph = &graphFor(shape, options);
         graph->launch(shape.eyes, chosen, options, &m_reuse.job(), &m_cut.args(), m_order.job(), m_stream);
         GSC_CUDA_CHECK(cudaStreamSynchronize(m_stream.handle));
         if (tries == 1)
             first = *m_counters.data;
+        last = graph->times();
+        times.add(last);
         if (shape.keeps)
             m_reuse.endTry();
     } while (growAfterOverflow(shape));
     const FrameCounters& c = *m_counters.data;
     m_splats = c.all_slots;
     m_pairs = c.pairs[0] + c.pairs[1];
+    m_peak = std::max<uint64_t>(m_peak, c.most_slots);
     for (uint32_t e = 0; e < eye_count; ++e)
         if (images != nullptr && images[e] != nullptr)
             GSC_CUDA_CHECK(cudaMemcpyAsync(images[e], m_buffers.image[e], shape.pixels(e) * 3 * sizeof(float),
                                            cudaMemcpyDeviceToHost, m_stream.handle));
-    report(shape, *graph, options, first, result);
+    report(shape, options, first, result);
+    result.times = times;
+    result.repeat_ms = times.total - last.total;
     m_lod_bias = options.lod_bias;
     if (shape.orders)
         m_order.end();

@@ -16,6 +16,20 @@ std::string versionText(int version)
     return formatString("%d.%d", version / 1000, version % 1000 / 10);
 }
 
+// Memory in use on the device, by all processes; 0 = unknown.
+uint64_t usedBytes()
+{
+    char bus[32] = {};
+    return cudaDeviceGetPCIBusId(bus, sizeof(bus), kDevice) == cudaSuccess ? nvmlFacts(bus).used_bytes : 0;
+}
+
+// The same before this process had a context. The first call must come before one is made.
+uint64_t usedBefore()
+{
+    static const uint64_t bytes = usedBytes();
+    return bytes;
+}
+
 CudaStatus failure(ErrorCode code, std::string text)
 {
     (void)cudaGetLastError();
@@ -43,6 +57,7 @@ CudaStatus cudaStatus()
                        "no NVIDIA GPU is visible, expected one; look at CUDA_VISIBLE_DEVICES or take "
                        "--backend cpu");
     cudaDeviceProp properties{};
+    (void)usedBefore();
     if (code == cudaSuccess)
         code = cudaSetDevice(kDevice);
     if (code == cudaSuccess)
@@ -73,8 +88,19 @@ DeviceFacts cudaFacts()
     GSC_CUDA_CHECK(cudaGetDeviceProperties(&properties, kDevice));
     GSC_CUDA_CHECK(cudaDeviceGetPCIBusId(bus, sizeof(bus), kDevice));
     const NvmlFacts nvml = nvmlFacts(bus);
-    return {properties.name, nvml.driver,          properties.totalGlobalMem, uint32_t(properties.multiProcessorCount),
-            nvml.clock_mhz,  nvml.memory_clock_mhz};
+    return {properties.name, nvml.driver,           properties.totalGlobalMem, uint32_t(properties.multiProcessorCount),
+            nvml.clock_mhz,  nvml.memory_clock_mhz, cudaContextBytes()};
+}
+
+uint64_t cudaContextBytes()
+{
+    constexpr uint64_t kMost = 2ull << 30;  // more is another process's
+    constexpr uint64_t kCode = 32ull << 20; // of kernels, which are loaded as they are launched
+    static const uint64_t bytes = [] {
+        const uint64_t before = usedBefore(), now = usedBytes();
+        return before == 0 || now < before || now - before > kMost ? 0 : now - before + kCode;
+    }();
+    return bytes;
 }
 
 CudaLimits openCudaDevice()

@@ -9,6 +9,7 @@
 #include "runtime/cuda_device.h"
 #include "runtime/device_buffer.h"
 #include "runtime/device_scene.h"
+#include "runtime/frame_plan.h"
 #include "runtime/order_cuda.h"
 #include "runtime/reuse_cuda.h"
 
@@ -39,13 +40,6 @@ struct FrameShape {
     [[nodiscard]] uint32_t cells() const { return lists() * grid.cells(); }
     [[nodiscard]] uint32_t bins() const { return lists() * grid.bins(); }
     [[nodiscard]] size_t pixels(uint32_t eye) const { return size_t(eyes[eye].width) * eyes[eye].height; }
-};
-
-// Entries of the visible list; of a pass: splats of one list, (bin, splat) pairs of all lists.
-struct FrameCapacity {
-    uint32_t visible = 1u << 13, slots = 1u << 15, pairs = 1u << 16; // until a frame needs more
-
-    bool operator==(const FrameCapacity&) const = default;
 };
 
 struct FrameBuffers { // device memory

@@ -15,6 +15,10 @@ using Shutdown = int (*)();
 using GetDriverVersion = int (*)(char* version, unsigned length);
 using GetHandle = int (*)(const char* pci_bus_id, void** device);
 using GetClock = int (*)(void* device, int type, unsigned* mhz);
+struct Memory {
+    unsigned long long total, free, used; // bytes
+};
+using GetMemory = int (*)(void* device, Memory* memory);
 constexpr int kClockSm = 1, kClockMemory = 2;
 constexpr unsigned kVersionLength = 96;
 
@@ -38,7 +42,8 @@ NvmlFacts nvmlFacts(const char* pci_bus_id)
     const auto driver_version = find<GetDriverVersion>(library.get(), "nvmlSystemGetDriverVersion");
     const auto handle = find<GetHandle>(library.get(), "nvmlDeviceGetHandleByPciBusId_v2");
     const auto clock = find<GetClock>(library.get(), "nvmlDeviceGetClockInfo");
-    if (!init || !shutdown || !driver_version || !handle || !clock || init() != 0)
+    const auto memory = find<GetMemory>(library.get(), "nvmlDeviceGetMemoryInfo");
+    if (!init || !shutdown || !driver_version || !handle || !clock || !memory || init() != 0)
         return facts;
     char version[kVersionLength] = {};
     if (driver_version(version, sizeof(version)) == 0)
@@ -50,6 +55,9 @@ NvmlFacts nvmlFacts(const char* pci_bus_id)
             facts.clock_mhz = mhz;
         if (clock(device, kClockMemory, &mhz) == 0)
             facts.memory_clock_mhz = mhz;
+        Memory bytes{};
+        if (memory(device, &bytes) == 0)
+            facts.used_bytes = bytes.used;
     }
     shutdown();
     return facts;

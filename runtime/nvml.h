@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the driver's management library knows and CUDA does not tell: driver version and clocks.
+// What the driver's management library knows and CUDA does not tell: driver version, clocks, memory in use.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 namespace gsc {
@@ -9,6 +10,7 @@ namespace gsc {
 struct NvmlFacts {
     std::string driver;                         // such as 570.124.06; empty where the library is missing
     double clock_mhz = 0, memory_clock_mhz = 0; // at this moment; 0 = unknown
+    uint64_t used_bytes = 0;                    // of the device's memory, by all processes, at this moment; 0 = unknown
 };
 
 // `pci_bus_id` as cudaDeviceGetPCIBusId() writes it. Never throws: without the library nothing is known.

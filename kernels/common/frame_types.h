@@ -125,12 +125,23 @@ struct EyeCounts {
 
 struct StageTimes { // milliseconds by the device's own clock (a CPU's: wall clock), all eyes together
     double select = 0, decode = 0, project = 0, bin = 0, sort = 0, blend = 0, total = 0;
+
+    void add(const StageTimes& other)
+    {
+        select += other.select;
+        decode += other.decode;
+        project += other.project;
+        bin += other.bin;
+        sort += other.sort;
+        blend += other.blend;
+        total += other.total;
+    }
 };
 
 struct FrameResult {
     EyeCounts eyes[kMaxEyes];
     StageTimes times;             // of every try
-    uint64_t bytes_resident = 0;  // model and buffers
+    uint64_t bytes_resident = 0;  // model, buffers, and the driver's context
     uint32_t repeats = 0;         // how often it was drawn again because a buffer was too small
     double repeat_ms = 0;         // of times.total: tries before the last
     uint64_t cache_bytes = 0;     // of decoded Gaussians and on CUDA of all caches, part of bytes_resident

@@ -77,7 +77,7 @@ def row(trajectory, config, frames, eyes, label, rng):
     return {
         "schema": "gsc.run/1", "tool": {"name": "gsc-play", "version": "0.1.0", "commit": "0a1b2c3d4e5f"}, "label": label,
         "file": {"path": "models/fox.gsc", "bytes": 4300800, "anchors": anchors}, "backend": "cpu", "reference": "cpu", "rendered_tier": config["tier"],
-        "device": {"name": "AMD EPYC 9555", "driver": None, "memory_bytes": 16 << 30, "processors": 2, "clock_mhz": None, "memory_clock_mhz": None},
+        "device": {"name": "AMD EPYC 9555", "driver": None, "memory_bytes": 16 << 30, "processors": 2, "clock_mhz": None, "memory_clock_mhz": None, "context_bytes": None},
         "config": settings,
         "ms": {"wall": spread(wall), "device": spread([value * 0.98 for value in wall]), "stages": stages},
         "accuracy": {

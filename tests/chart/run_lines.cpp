@@ -12,7 +12,7 @@ nlohmann::json plainRun()
         "file": {"path": "models/fox.gsc", "bytes": 4096, "anchors": 26056},
         "backend": "cpu",
         "device": {"name": "EPYC", "driver": null, "memory_bytes": 1024, "processors": 2, "clock_mhz": null,
-                   "memory_clock_mhz": null},
+                   "memory_clock_mhz": null, "context_bytes": null},
         "config": {"id": "00", "trajectory": "walk", "cameras": "walk.json", "frames": 2, "warmup": 0, "cold": true,
                    "policy": "none", "max_depth": null, "guidance": null, "bound": null, "decode_budget": null,
                    "cache_budget": null, "cut": false, "order": false, "tier": "fast", "lod_bias": 0,

@@ -27,7 +27,7 @@ target_link_libraries(gsc_kernels_cuda_emulated PUBLIC gsc_cuda_emulation gsc_fo
 
 # the whole runtime once more, so that there is one list of backends in the program
 set(emulated_runtime
-    backend_cpu.cpp backend_cpu_common.cpp backend_cpu_reference.cpp backend_list.cpp camera_motion.cpp decoded_cache.cpp frame_stats.cpp
+    backend_cpu.cpp backend_cpu_common.cpp backend_cpu_reference.cpp backend_list.cpp camera_motion.cpp decoded_cache.cpp frame_plan.cpp frame_stats.cpp
     local_model.cpp lod_lag.cpp model_sensitivity.cpp reuse_cpu.cpp reuse_schedule.cpp scene.cpp stereo_cpu.cpp
     backend_cuda.cpp cuda_device.cpp cut_cuda.cpp device_scene.cpp frame_graph.cpp frame_launch.cpp nvml.cpp order_cuda.cpp reuse_cuda.cpp)
 list(TRANSFORM emulated_runtime PREPEND ${PROJECT_SOURCE_DIR}/runtime/)

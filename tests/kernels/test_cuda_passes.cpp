@@ -67,12 +67,14 @@ void checkSameFrame(const std::vector<Image<float>>& got, const std::vector<Imag
     }
 }
 
-// Draws within less and less memory until that is refused. Returns the most passes of a frame.
+// Draws within less and less memory beside the driver's until that is refused. Returns the most passes of a frame.
 uint32_t checkBudgets(const ModelView& model, const FrameOptions& options, const std::vector<Image<float>>& want,
                       const std::vector<EyeParams>& eyes = kTwoEyes)
 {
     uint32_t most = 0;
-    for (uint64_t budget = want[0].result.bytes_resident; budget > 0; budget = budget * kBudgetStep / 16) {
+    const uint64_t context = cudaBackend().device().context_bytes;
+    for (uint64_t part = want[0].result.bytes_resident - context; part > 0; part = part * kBudgetStep / 16) {
+        const uint64_t budget = context + part;
         CAPTURE(budget);
         const std::unique_ptr<Backend> gpu = makeBackend("cuda", 0);
         gpu->setMemoryBudget(budget);

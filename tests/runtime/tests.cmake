@@ -3,6 +3,7 @@ find_package(nlohmann_json 3.11 REQUIRED)
 
 gsc_add_test(test_camera SOURCES runtime/test_camera.cpp LIBS gsc_camera nlohmann_json::nlohmann_json)
 gsc_add_test(test_metrics SOURCES runtime/test_metrics.cpp runtime/naive_flip.cpp LIBS gsc_metrics)
+gsc_add_test(test_frame_plan SOURCES runtime/test_frame_plan.cpp LIBS gsc_runtime)
 gsc_add_test(test_frame_stats SOURCES runtime/test_frame_stats.cpp LIBS gsc_runtime nlohmann_json::nlohmann_json)
 gsc_add_test(test_scene SOURCES runtime/test_scene.cpp LIBS gsc_runtime gsc_test_tiny)
 gsc_add_test(test_frame_caches SOURCES runtime/test_frame_caches.cpp LIBS gsc_test_synthetic gsc_runtime gsc_kernels)

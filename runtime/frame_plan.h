@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// How large the buffers of a frame are made, and into how many passes it is cut. Pure: knows no device.
+//
+// A frame that finds a buffer too small is drawn again. So the buffers are made for what the model can show before the
+// first frame is drawn, where memory allows it. Where it is short they are made for as many Gaussians as half of what is
+// free holds, or all that a budget leaves; a frame that needs more takes the rest, and then several passes.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+namespace gsc {
+
+// Entries of the visible list; of a pass: splats of one list, (bin, splat) pairs of all lists.
+struct FrameCapacity {
+    uint32_t visible = 1u << 13, slots = 1u << 15, pairs = 1u << 16;
+
+    bool operator==(const FrameCapacity&) const = default;
+};
+
+// What a plan is made from.
+struct FrameRoom {
+    uint32_t anchors;                             // of the model
+    uint64_t gaussians;                           // it has at most
+    uint32_t lists, bins;                         // of splats per bin; of the image, all lists
+    uint64_t bytes;                               // that frames may take
+    bool budgeted;                                // it is a budget: all of it is for frames
+    std::function<uint32_t(uint32_t slots)> gaps; // slots that may stay unused among them
+    std::function<uint64_t(const FrameCapacity&, uint32_t passes)> bytes_of; // of the buffers; never falls with either
+};
+
+// What a frame would have needed, as FrameCapacity counts it.
+struct FrameNeeds {
+    uint32_t visible, slots;
+    uint64_t pairs;
+};
+
+// Bits of the number of slabs that bins are cut into: cells of some hundred splats. The order of a bin's list does not
+// depend on how it was cut.
+uint32_t slabBits(uint64_t slots);
+
+// The capacity to begin with; what `now` has already is kept.
+FrameCapacity plannedCapacity(const FrameRoom& room, const FrameCapacity& now);
+
+// Passes for a frame of as many splats and pairs as the last, all its passes together. Makes `capacity` smaller if there
+// is no memory for it as it is.
+uint32_t passesFor(const FrameRoom& room, uint64_t splats, uint64_t pairs, FrameCapacity& capacity);
+
+// After an overflow: makes `capacity` larger, or the passes more, for what was needed; returns the passes. A stage after
+// the one that overflowed has seen part of its input only, so this may take several rounds. Throws Error(OutOfMemory)
+// where more passes would not help.
+uint32_t grownPasses(const FrameRoom& room, const FrameNeeds& needs, uint32_t passes, FrameCapacity& capacity);
+
+} // namespace gsc
