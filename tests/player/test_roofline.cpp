@@ -141,8 +141,8 @@ TEST_CASE("blending that sorts reads whole pairs; exact decodes on lanes")
     const EyeCounts one = eye(10, 1000, 1000, 2000, 3000, 0);
     const FrameWork work = leastWork(Model().cost(Tier::Exact), &one, 1, 100, false);
     checkWork(work.sort, {});
-    checkWork(work.blend, {72.0 * 3000, 1200, 0, 0, 0});
-    checkWork(work.decode, {292.0 * 1000, 72.0 * 2000, 2 * 6880.0 * 1000, 0, 0});
+    checkWork(work.blend, {56.0 * 3000, 1200, 0, 0, 0});
+    checkWork(work.decode, {292.0 * 1000, 56.0 * 2000, 2 * 6880.0 * 1000, 0, 0});
 }
 
 TEST_CASE("the slowest ceiling makes the floor")
