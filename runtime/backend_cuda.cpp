@@ -218,6 +218,7 @@ FrameRoom CudaBackend::roomFor(const FrameShape& shape) const
     room.bins = shape.bins();
     room.bytes = m_budget.limit == 0 ? m_free : std::max(m_budget.limit, others) - others;
     room.budgeted = m_budget.limit != 0;
+    room.levels = (model.params.flags & kModelHasLevels) && model.params.level_rule != uint32_t(LevelRule::None);
     room.gaps = [this, &shape](uint32_t slots) { return gapsOf(shape, slots); };
     room.bytes_of = [this, &shape](const FrameCapacity& capacity, uint32_t passes) {
         FrameShape cut = shape;

@@ -11,7 +11,9 @@ namespace gsc {
 
 namespace {
 
-constexpr double kAliveShare = 0.8;        // of a model's Gaussians; 0.7 of those of trained ones, seen from anywhere
+// Parts of a model's Gaussians that a frame may show. Of trained models 0.7 are alive, seen from anywhere; of one with
+// levels a city shows an eighth.
+constexpr double kAliveShare = 0.8, kLevelShare = 0.25;
 constexpr uint64_t kFewSlots = 4u << 20;   // so few are no matter: all
 constexpr uint64_t kMostSlots = 1u << 30;  // of all lists
 constexpr uint64_t kExpectedPairs = 2;     // per slot
@@ -27,8 +29,8 @@ uint32_t clamped(uint64_t pairs)
 // Slots of one list that a frame of the model hardly exceeds.
 uint32_t mostSlots(const FrameRoom& room)
 {
-    const uint64_t expected =
-        std::max(std::min(room.gaussians, kFewSlots), uint64_t(double(room.gaussians) * kAliveShare));
+    const double share = room.levels ? kLevelShare : kAliveShare;
+    const uint64_t expected = std::max(std::min(room.gaussians, kFewSlots), uint64_t(double(room.gaussians) * share));
     const auto slots = uint32_t(std::min(expected, kMostSlots / room.lists));
     return slots + room.gaps(slots);
 }

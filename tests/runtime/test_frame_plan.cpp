@@ -153,6 +153,19 @@ TEST_CASE("frame plan: half of what is free is taken, all of a budget, and nothi
             CHECK(plannedCapacity(roomOf(gaussians, bytes, budgeted), {}) == FrameCapacity{});
 }
 
+TEST_CASE("frame plan: a model with levels is planned for a quarter of its Gaussians, a small one for all")
+{
+    FrameRoom room = roomOf(100'000'000, 64 * kGiB, false);
+    const uint32_t without = plannedCapacity(room, {}).slots;
+    room.levels = true;
+    const uint32_t with = plannedCapacity(room, {}).slots;
+    CHECK(with >= 25'000'000);
+    CHECK(with < 26'000'000);
+    CHECK(without >= 80'000'000);
+    room.gaussians = 3'000'000;
+    CHECK(plannedCapacity(room, {}).slots >= 3'000'000);
+}
+
 TEST_CASE("frame plan: what there is already is kept where memory holds it, and planning twice changes nothing")
 {
     Rooms rooms;
