@@ -83,7 +83,10 @@ FrameWork leastWork(const AnchorCost& anchor, const EyeCounts* eyes, uint32_t ey
     work.decode.bytes_written = anchor.splat_bytes * splats + kSplatKeyBytes * listed;
     const double macs =
         anchor.shared_macs * visible + anchor.eye_macs * sum(eyes, eye_count, &EyeCounts::anchors_visible);
-    (anchor.exact ? work.decode.lane_operations : work.decode.matrix_flop) = 2 * macs;
+    if (anchor.exact)
+        work.decode.lane_operations = macs;
+    else
+        work.decode.matrix_flop = 2 * macs;
 
     work.bin.bytes_read = kSplatKeyBytes * listed;
     work.bin.bytes_written = kPairBytes * pairs;

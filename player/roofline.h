@@ -19,9 +19,8 @@
 //            writes 12 per pixel
 //            lanes 14 E, exponentials E
 //
-// The tier exact reads floats (4 (F + 3 K)), writes splats of 64 bytes and computes on fp32 lanes, two operations per
-// multiply-add because it keeps the trainer's two roundings; a feature bank makes all of the first layer depend on the
-// eye. Not counted: weights and cameras, which stay on chip.
+// The tier exact reads floats (4 (F + 3 K)), writes splats of 48 bytes and computes on fp32 lanes; a feature bank
+// makes all of the first layer depend on the eye. Not counted: weights and cameras, which stay on chip.
 //
 // It is a floor for a given set of counts: tighter culling lowers them and so the floor. Blending stops early where a
 // pixel is full and finds splats of neighbouring tiles in the cache, so it may fall below its bytes.

@@ -39,7 +39,8 @@ public:
     [[nodiscard]] DeviceFacts device() const override { return cudaFacts(); }
     [[nodiscard]] DeviceCeilings ceilings() override
     {
-        return measureCudaCeilings(m_budget.limit == 0 ? UINT64_MAX : m_budget.limit - m_budget.used);
+        return measureCudaCeilings(m_budget.limit == 0 ? UINT64_MAX
+                                                       : m_budget.limit - std::min(m_budget.limit, m_budget.used));
     }
     [[nodiscard]] Tier tierOf(Tier asked) const override
     {
@@ -58,6 +59,7 @@ public:
         m_cut.drop();
         m_order.drop();
         m_scene.load(model, m_stream);
+        m_capacity = {};
         forgetLoad();
         m_lod_bias.reset();
         m_lag.clear();
@@ -216,8 +218,9 @@ FrameRoom CudaBackend::roomFor(const FrameShape& shape) const
     room.gaussians = uint64_t(model.anchor_count) * model.params.n_offsets;
     room.lists = shape.lists();
     room.bins = shape.bins();
-    room.bytes = m_budget.limit == 0 ? m_free : std::max(m_budget.limit, others) - others;
-    room.budgeted = m_budget.limit != 0;
+    const uint64_t allowed = std::max(m_budget.limit, others) - others;
+    room.budgeted = m_budget.limit != 0 && allowed <= m_free;
+    room.bytes = room.budgeted ? allowed : m_free;
     room.levels = (model.params.flags & kModelHasLevels) && model.params.level_rule != uint32_t(LevelRule::None);
     room.gaps = [this, &shape](uint32_t slots) { return gapsOf(shape, slots); };
     room.bytes_of = [this, &shape](const FrameCapacity& capacity, uint32_t passes) {

@@ -60,8 +60,8 @@ struct CudaLimits {
 struct DeviceFacts cudaFacts();
 
 // Device memory that the driver took for this process before it asked for any: the context and the kernels' code. 0 where
-// the driver's management library does not tell. Measured once, by what it added to the memory in use, so it is right if
-// no other process takes or gives back memory at that moment. Precondition: the first openCudaDevice() of the process.
+// the driver's management library does not tell. What the first context added to the memory in use, measured once, so it
+// is right if no other process takes or gives back memory at that moment, and 32 MiB for code that is loaded later. Precondition: the first openCudaDevice() of the process.
 uint64_t cudaContextBytes();
 
 // Makes the first device this thread's. Throws Error as cudaStatus() says.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decode and projection of the tier `exact`: everything in fp32, sums in a fixed order, the roundings of
+// Decode and projection of the tier `exact`: in fp32 but for pixel centres, sums in a fixed order, the roundings of
 // kernels/math/projection.h. Models of the usual shape go through tiled networks, a warp to 16 anchors; any other
 // through one thread per anchor and eye.
 #pragma once

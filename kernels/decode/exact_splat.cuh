@@ -38,11 +38,14 @@ __device__ __forceinline__ uint32_t binBox(const EyeParams& eye, uint32_t bin_he
 {
     float x0 = float(f.tiles.x0 * int32_t(kTileSize)), x1 = float(f.tiles.x1 * int32_t(kTileSize) - 1);
     float y0 = float(f.tiles.y0 * int32_t(kTileSize)), y1 = float(f.tiles.y1 * int32_t(kTileSize) - 1);
-    if (f.cov.a * f.cov.c - f.cov.b * f.cov.b > 0.0f && f.cov.a > 0.0f && f.cov.c > 0.0f) {
-        // note: approximate, which the margins cover many times over; an opacity is at least 1/255
+    // A needle's conic is made from a determinant of which rounding left little, and reaches further than its covariance
+    // says: it is drawn wherever upstream's tiles are. Else approximate, which the margins cover; an opacity is at least
+    // 1/255.
+    const float ac = f.cov.a * f.cov.c;
+    if (ac - f.cov.b * f.cov.b > 1e-4f * ac && f.cov.a > 0.0f && f.cov.c > 0.0f) {
         const float reach = 2.0f * __logf(255.0f * opacity) * 1.0001f + 1e-3f;
-        const float ex = squareRoot(reach * f.cov.a) * 1.0001f + 0.01f,
-                    ey = squareRoot(reach * f.cov.c) * 1.0001f + 0.01f;
+        const float ex = squareRoot(reach * f.cov.a) * 1.001f + 0.01f,
+                    ey = squareRoot(reach * f.cov.c) * 1.001f + 0.01f;
         x0 = fmaxf(x0, floorf(f.x - ex));
         x1 = fminf(x1, ceilf(f.x + ex));
         y0 = fmaxf(y0, floorf(f.y - ey));

@@ -34,7 +34,7 @@ GSC_HD void blendStep(const RasterConstants& rules, const Real* conic, Real dx, 
     if (alpha < Real(1) / Real(255))
         return;
     const Real next = pixel.transmittance * (Real(1) - alpha);
-    if (rules.stop_inclusive ? next <= Real(rules.stop) : next < Real(rules.stop)) {
+    if (rules.gsplat ? next <= Real(rules.stop) : next < Real(rules.stop)) {
         pixel.done = true; // the Gaussian that crosses the bound is not drawn
         return;
     }

@@ -20,8 +20,7 @@ struct RasterConstants {
     float far_z;
     float eigen_floor; // of the square root's argument in the extent
     float alpha_cap;
-    float stop;          // transmittance at which a pixel is finished
-    bool stop_inclusive; // T' <= stop instead of T' < stop
+    float stop; // transmittance below which a pixel is finished; gsplat: at which
 };
 
 GSC_HD RasterConstants rasterConstants(const ModelParams& params, float near_z)
@@ -34,7 +33,6 @@ GSC_HD RasterConstants rasterConstants(const ModelParams& params, float near_z)
     rules.eigen_floor = gsplat ? 0.01f : 0.1f;
     rules.alpha_cap = gsplat ? 0.999f : 0.99f;
     rules.stop = 1e-4f;
-    rules.stop_inclusive = gsplat;
     return rules;
 }
 

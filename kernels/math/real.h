@@ -44,7 +44,8 @@ template <typename Real>
 GSC_HD int32_t saturatingInt(Real v)
 {
 #ifdef __CUDA_ARCH__
-    return int32_t(v);
+    if constexpr (sizeof(Real) == sizeof(float))
+        return int32_t(v);
 #endif
     if (!(v == v))
         return 0;
@@ -60,9 +61,10 @@ GSC_HD int32_t clampInt(int32_t v, int32_t low, int32_t high)
     return v < low ? low : (v > high ? high : v);
 }
 
-// Quotients and roots, rounded correctly like the operators'. A GPU's compiler adds to each operator a branch for
-// arguments near the ends of the exponent's range, and nothing is scheduled across a branch; these have none. Beyond
-// 2^126 a divisor gives zero there, as do roots of less than 2^-126.
+// Quotients and roots, rounded correctly like the operators' where arguments and results are normal numbers. A GPU's
+// compiler adds to each operator a branch for all others, and nothing is scheduled across a branch; these have none.
+// There, a divisor above 2^126 gives zero, one of zero or an infinite dividend NaN, and the root of what is not normal is
+// the argument. What is not finite is dropped, so no picture has any of them.
 #ifdef __CUDA_ARCH__
 __device__ inline float approximateReciprocal(float v)
 {

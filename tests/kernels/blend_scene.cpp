@@ -182,7 +182,7 @@ Pixel referencePixel(const BlendScene<Splat>& scene, const std::vector<uint32_t>
             const double next = left * (1 - alpha);
             if (std::abs(next - double(scene.rules.stop)) <= left_error + left * (alpha_error + 1e-6))
                 pixel.bound += left;
-            if (scene.rules.stop_inclusive ? next <= double(scene.rules.stop) : next < double(scene.rules.stop))
+            if (scene.rules.gsplat ? next <= double(scene.rules.stop) : next < double(scene.rules.stop))
                 break;
             for (int c = 0; c < 3; ++c)
                 pixel.color[c] += f.color[c] * alpha * left;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Decode and projection on the device, the matrix units and the scalar kernel, against the scalar reference.
+#include "kernels/math/blend.h"
 #include "tests/kernels/gpu_decode.h"
 
 #include <doctest/doctest.h>
@@ -340,6 +341,33 @@ TEST_CASE("decode fast: what rounding a direction or a distance to a half would 
     const SyntheticModel synthetic(syntheticParams(options), randomAnchors(options), mlps, {}, 0);
     StageModel model(synthetic.view());
     CHECK(checkDecode<PackedSplat>(decodeJob(synthetic.view(), model, kOneEye, 300)) > 500);
+}
+
+TEST_CASE("decode exact: the bins of a needle hold every pixel that it draws")
+{
+    SyntheticOptions options = someModel(40);
+    SyntheticAnchors anchors = randomAnchors(options);
+    for (uint32_t i = 0; i < 40; ++i)
+        for (uint32_t axis = 0; axis < 3; ++axis) // hundreds of pixels by none
+            anchors.scale[6 * i + 3 + axis] = axis == 0 ? 3.0f : -20.0f;
+    const SyntheticModel synthetic = opaqueModel(options, anchors);
+    StageModel model(synthetic.view());
+    const std::vector<EyeParams> eyes = {eyeAt(0.4f, -5, 700, 500)};
+    const Decoded<ExactSplat> decoded = decodeOnDevice<ExactSplat>(decodeJob(synthetic.view(), model, eyes, 40));
+    uint32_t needles = 0, outside = 0;
+    for (const auto& [order, emitted] : decoded.eyes[0]) {
+        const ExactSplat& s = emitted.splat;
+        const BinBox box = unpackBox(emitted.place.box);
+        needles += s.conic[0] * s.conic[2] - s.conic[1] * s.conic[1] < 1e-4f * s.conic[0] * s.conic[2] ? 1u : 0u;
+        for (uint32_t y = s.ty0 * kTileSize; y < std::min<uint32_t>(s.ty1 * kTileSize, 500); ++y)
+            for (uint32_t x = s.tx0 * kTileSize; x < std::min<uint32_t>(s.tx1 * kTileSize, 700); ++x) {
+                const float power = gaussianPower(s.conic, s.x - float(x), s.y - float(y));
+                if (power <= 0 && s.opacity * std::exp(power) >= kOpacityFloor)
+                    outside += x / kBinWidth < box.x0 || x / kBinWidth > box.x1 || y / 16 < box.y0 || y / 16 > box.y1;
+            }
+    }
+    CHECK(needles > 20);
+    CHECK(outside == 0);
 }
 
 TEST_CASE("trap 18: decode drops what is not finite, counts it, and leaves its neighbours as they are")
