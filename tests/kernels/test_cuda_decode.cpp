@@ -343,30 +343,38 @@ TEST_CASE("decode fast: what rounding a direction or a distance to a half would 
     CHECK(checkDecode<PackedSplat>(decodeJob(synthetic.view(), model, kOneEye, 300)) > 500);
 }
 
-TEST_CASE("decode exact: the bins of a needle hold every pixel that it draws")
+TEST_CASE("decode exact: the bins of a needle hold what it draws along its ridge")
 {
-    SyntheticOptions options = someModel(40);
+    SyntheticOptions options = someModel(200);
     SyntheticAnchors anchors = randomAnchors(options);
-    for (uint32_t i = 0; i < 40; ++i)
+    for (uint32_t i = 0; i < 200; ++i)
         for (uint32_t axis = 0; axis < 3; ++axis) // hundreds of pixels by none
-            anchors.scale[6 * i + 3 + axis] = axis == 0 ? 3.0f : -20.0f;
+            anchors.scale[6 * i + 3 + axis] = axis == 0 ? 1.0f : -20.0f;
     const SyntheticModel synthetic = opaqueModel(options, anchors);
     StageModel model(synthetic.view());
-    const std::vector<EyeParams> eyes = {eyeAt(0.4f, -5, 700, 500)};
-    const Decoded<ExactSplat> decoded = decodeOnDevice<ExactSplat>(decodeJob(synthetic.view(), model, eyes, 40));
+    const std::vector<EyeParams> eyes = {eyeAt(0.4f, -5, 4000, 3000)};
+    const Decoded<ExactSplat> decoded = decodeOnDevice<ExactSplat>(decodeJob(synthetic.view(), model, eyes, 200));
     uint32_t needles = 0, outside = 0;
     for (const auto& [order, emitted] : decoded.eyes[0]) {
         const ExactSplat& s = emitted.splat;
         const BinBox box = unpackBox(emitted.place.box);
         needles += s.conic[0] * s.conic[2] - s.conic[1] * s.conic[1] < 1e-4f * s.conic[0] * s.conic[2] ? 1u : 0u;
-        for (uint32_t y = s.ty0 * kTileSize; y < std::min<uint32_t>(s.ty1 * kTileSize, 500); ++y)
-            for (uint32_t x = s.tx0 * kTileSize; x < std::min<uint32_t>(s.tx1 * kTileSize, 700); ++x) {
-                const float power = gaussianPower(s.conic, s.x - float(x), s.y - float(y));
-                if (power <= 0 && s.opacity * std::exp(power) >= kOpacityFloor)
-                    outside += x / kBinWidth < box.x0 || x / kBinWidth > box.x1 || y / 16 < box.y0 || y / 16 > box.y1;
-            }
+        const auto check = [&](float x, float y) {
+            const float power = gaussianPower(s.conic, s.x - x, s.y - y);
+            if (x < 0 || y < 0 || x > 3999 || y > 2999 || x < s.tx0 * 16 || x >= s.tx1 * 16 || y < s.ty0 * 16 ||
+                y >= s.ty1 * 16 || power > 0 || s.opacity * std::exp(power) < kOpacityFloor)
+                return;
+            const uint32_t column = uint32_t(x) / kBinWidth, row = uint32_t(y) / 16;
+            outside += column < box.x0 || column > box.x1 || row < box.y0 || row > box.y1 ? 1u : 0u;
+        };
+        for (float y = 0; y < 3000; ++y) // the nearest pixels to the ridge, row by row, column by column
+            for (const float side : {0.0f, 1.0f})
+                check(std::floor(s.x + s.conic[1] * (s.y - y) / s.conic[0]) + side, y);
+        for (float x = 0; x < 4000; ++x)
+            for (const float side : {0.0f, 1.0f})
+                check(x, std::floor(s.y + s.conic[1] * (s.x - x) / s.conic[2]) + side);
     }
-    CHECK(needles > 20);
+    CHECK(needles > 100);
     CHECK(outside == 0);
 }
 
