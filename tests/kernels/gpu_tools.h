@@ -10,6 +10,13 @@
 
 namespace gsc::test {
 
+// Factor for models that are to fill the slots that a large device's warps reserve; 1 in emulation, which has few.
+#ifdef GSC_CUDA_EMULATION
+constexpr uint32_t kManyAnchors = 1;
+#else
+constexpr uint32_t kManyAnchors = 24;
+#endif
+
 // The CUDA backend, made once; throws where there is none (the executable has left by then).
 Backend& cudaBackend();
 

@@ -19,12 +19,6 @@ using namespace gsc::test;
 
 namespace {
 
-#ifdef GSC_CUDA_EMULATION
-constexpr uint32_t kManyAnchors = 1; // times as many as the emulation takes
-#else                                // the warps of a large device reserve more slots than a small model has Gaussians
-constexpr uint32_t kManyAnchors = 24;
-#endif
-
 // One model's selection, frame after frame, with a cache or without.
 class Selection {
 public:

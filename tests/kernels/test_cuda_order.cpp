@@ -242,11 +242,7 @@ TEST_CASE("order: lists of which the anchors know nothing come cut as finely as 
 TEST_CASE("order: what a frame of several passes shows is not noted, and what was noted before is forgotten")
 {
     SyntheticOptions options = modelOptions();
-#ifdef GSC_CUDA_EMULATION
-    options.anchors = 6000;
-#else // the warps of a large device reserve more slots than a small model has Gaussians
-    options.anchors = 144000;
-#endif
+    options.anchors = 6000 * kManyAnchors;
     options.log_scale = -3.5f;
     const SyntheticModel model(options);
     const FrameOptions on = ordered(onGrey(Tier::Exact)); // whose sums round alike however many passes there are

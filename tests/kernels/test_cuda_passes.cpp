@@ -16,10 +16,8 @@ using namespace gsc::test;
 namespace {
 
 #ifdef GSC_CUDA_EMULATION
-constexpr uint32_t kManyAnchors = 1; // times as many as the emulation takes
 constexpr uint64_t kBudgetStep = 13; // sixteenths
-#else                                // the warps of a large device reserve more slots than a small model has Gaussians
-constexpr uint32_t kManyAnchors = 24;
+#else
 constexpr uint64_t kBudgetStep = 14;
 #endif
 

@@ -12,12 +12,6 @@ using namespace gsc::test;
 
 namespace {
 
-#ifdef GSC_CUDA_EMULATION
-constexpr uint32_t kManyAnchors = 1; // times as many as the emulation takes
-#else                                // the warps of a large device reserve more slots than a small model has Gaussians
-constexpr uint32_t kManyAnchors = 24;
-#endif
-
 // The same with eyes that look the same way, and so share their bins.
 std::vector<EyeParams> walkAhead(int i, float apart)
 {

@@ -11,16 +11,6 @@
 using namespace gsc;
 using namespace gsc::test;
 
-namespace {
-
-#ifdef GSC_CUDA_EMULATION
-constexpr uint32_t kManyAnchors = 1; // times as many as the emulation takes
-#else                                // the warps of a large device reserve more slots than a small model has Gaussians
-constexpr uint32_t kManyAnchors = 24;
-#endif
-
-} // namespace
-
 TEST_CASE("reuse: a decode budget holds, what is new is decoded all the same, and waiting entries count as overdue")
 {
     const SyntheticModel model(modelOptions());
