@@ -41,7 +41,7 @@ struct Decoded {
 };
 
 // Launches and checks what holds for any input: guards, counts, the gaps marked, the cells the sums of the places.
-// PackedSplat: the matrix units; ExactSplat: the scalar kernel.
+// PackedSplat: the matrix units; ExactSplat: fp32, in tiles or one thread per anchor and eye.
 template <typename Splat>
 Decoded<Splat> decodeOnDevice(const DecodeJob& job);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decode and projection on the device, the matrix units and the scalar kernel, against the scalar reference.
+// Decode and projection on the device, the matrix units and both kernels in fp32, against the scalar reference.
 #include "kernels/math/blend.h"
 #include "tests/kernels/gpu_decode.h"
 
