@@ -108,7 +108,7 @@ private:
 };
 
 // A device whose memory the model fills has no room left to measure in; the frames are measured all the same.
-DeviceCeilings ceilingsOf(Backend& backend, PlayLog& log)
+DeviceCeilings ceilingsOf(Backend& backend, Reporter& log)
 {
     try {
         return backend.ceilings();
@@ -122,7 +122,7 @@ DeviceCeilings ceilingsOf(Backend& backend, PlayLog& log)
 
 // Compares some of the shots with the tier exact. The timings are not lost if there is no memory for that.
 void scoreShots(const BenchOptions& options, const Scene& scene, const std::vector<Shot>& shots, Backend& backend,
-                Bench& run, BenchSummary& summary, PlayLog& log)
+                Bench& run, BenchSummary& summary, Reporter& log)
 {
     try {
         std::unique_ptr<Backend> other;
@@ -145,7 +145,7 @@ void scoreShots(const BenchOptions& options, const Scene& scene, const std::vect
 
 } // namespace
 
-BenchSummary bench(const BenchOptions& options, PlayLog& log)
+BenchSummary bench(const BenchOptions& options, Reporter& log)
 {
     BenchSummary summary;
     const Clock::time_point open_start = Clock::now();
@@ -161,7 +161,7 @@ BenchSummary bench(const BenchOptions& options, PlayLog& log)
     summary.ipd = shots.front().ipd;
 
     Bench run(options, *scene, *backend, shots);
-    const uint64_t total = uint64_t(options.warmup) + options.frames;
+    const uint64_t total = uint64_t(options.warmup) + options.measured;
     for (uint64_t i = 0; i < total; ++i) {
         // the measured frames start at the first shot whatever the warm-up was
         const bool measured = i >= options.warmup;
@@ -170,7 +170,7 @@ BenchSummary bench(const BenchOptions& options, PlayLog& log)
             summary.frames.push_back(frame);
         else
             summary.warm_bytes = std::max(summary.warm_bytes, frame.result.bytes_resident);
-        log.progress(i + 1, total);
+        log.progress("render", i + 1, total);
     }
     summary.device = backend->device();
     summary.tier = backend->tierOf(options.play.tier);

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "player/play_options.h"
-#include "player/progress.h"
+#include "player/tool/reporter.h"
 #include "player/roofline.h"
 #include "runtime/backend.h"
 #include "runtime/metrics/metrics.h"
@@ -15,13 +15,13 @@
 namespace gsc {
 
 struct BenchOptions {
-    PlayOptions play; // what and how to render; its outputs are not used
-    uint32_t warmup = 50, frames = 300;
-    uint32_t quality = 0;  // cameras scored against `exact`
-    std::string reference; // backend that renders `exact` for it; empty = the measured one
-    std::string label;     // free text for the report, such as what changed
-    std::string out;       // file that takes a line, empty = none
-    std::string sweep;     // file that says what to run instead (player/sweep.h), empty = none
+    PlayOptions play;                     // what and how to render; its outputs are not used
+    uint32_t warmup = 50, measured = 300; // frames
+    uint32_t quality = 0;                 // cameras scored against `exact`
+    std::string reference;                // backend that renders `exact` for it; empty = the measured one
+    std::string label;                    // free text for the report, such as what changed
+    std::string out;                      // file that takes a line, empty = none
+    std::string sweep;                    // file that says what to run instead (player/sweep.h), empty = none
 };
 
 struct BenchFrame {
@@ -49,7 +49,7 @@ struct BenchSummary {
 };
 
 // Throws Error.
-BenchSummary bench(const BenchOptions& options, PlayLog& log);
+BenchSummary bench(const BenchOptions& options, Reporter& log);
 
 // A table for a person.
 std::string benchReportText(const BenchOptions& options, const BenchSummary& summary);

@@ -213,7 +213,7 @@ Json configJson(const BenchOptions& options, const BenchSummary& summary)
                  {"vram_budget", play.vram_budget > 0 ? Json(play.vram_budget) : Json()},
                  {"reuse", reuseJson(play.reuse)},
                  {"warmup", options.warmup},
-                 {"frames", options.frames}};
+                 {"frames", options.measured}};
     json.update(lodJson(lodFacts(play, summary)));
     return json;
 }

@@ -12,7 +12,7 @@ constexpr uint64_t kKeptBytes = uint64_t(2) << 30; // of exact images; a longer 
 
 } // namespace
 
-Measurer::Measurer(const Scene& scene, const PlayOptions& options, std::string reference, PlayLog& log)
+Measurer::Measurer(const Scene& scene, const PlayOptions& options, std::string reference, Reporter& log)
     : m_scene(scene), m_options(options), m_reference(std::move(reference)), m_log(log)
 {
 }

@@ -13,7 +13,7 @@ namespace gsc {
 class Measurer {
 public:
     // `reference` names the backend of the exact images; empty = the one that is measured. All must outlive this.
-    Measurer(const Scene& scene, const PlayOptions& options, std::string reference, PlayLog& log);
+    Measurer(const Scene& scene, const PlayOptions& options, std::string reference, Reporter& log);
 
     // The backend's own name for one of --backend. Throws Error, as all do.
     std::string nameOf(const std::string& backend);
@@ -31,7 +31,7 @@ private:
     const Scene& m_scene;
     PlayOptions m_options;
     std::string m_reference;
-    PlayLog& m_log;
+    Reporter& m_log;
     // a second one of a name renders exact images between the frames of the first
     std::map<std::pair<std::string, bool>, std::unique_ptr<Backend>> m_backends;
 

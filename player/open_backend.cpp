@@ -27,7 +27,7 @@ bool isOfDevice(ErrorCode code)
 
 } // namespace
 
-std::unique_ptr<Backend> openBackend(const PlayOptions& options, const Scene& scene, PlayLog& log, double& load_ms)
+std::unique_ptr<Backend> openBackend(const PlayOptions& options, const Scene& scene, Reporter& log, double& load_ms)
 {
     std::string name = options.backend;
     try {

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "player/play_options.h"
-#include "player/progress.h"
+#include "player/tool/reporter.h"
 #include "runtime/backend.h"
 #include "runtime/scene.h"
 
@@ -13,6 +13,6 @@ namespace gsc {
 
 // With --backend auto what a better backend cannot load, for want of memory or of support, the CPU loads instead, after a
 // warning. `load_ms`: how long the loading took. Throws Error.
-std::unique_ptr<Backend> openBackend(const PlayOptions& options, const Scene& scene, PlayLog& log, double& load_ms);
+std::unique_ptr<Backend> openBackend(const PlayOptions& options, const Scene& scene, Reporter& log, double& load_ms);
 
 } // namespace gsc

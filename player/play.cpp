@@ -79,20 +79,20 @@ void stopIfInterrupted(size_t frames, const PlaySummary& summary)
                                  summary.images.size() == 1 ? " was" : "s were"));
 }
 
-void noteFrame(PlayLog& log, const FrameStats& stats)
+void noteFrame(Reporter& log, const FrameStats& stats)
 {
     const StageTimes& t = stats.result.times;
-    log.note(formatString("frame %llu %s: %.1f ms (select %.1f, decode %.1f, project %.1f, bin %.1f, sort %.1f, blend "
-                          "%.1f), %llu anchors, %llu pairs",
-                          static_cast<unsigned long long>(stats.frame), stats.camera.c_str(), t.total, t.select,
-                          t.decode, t.project, t.bin, t.sort, t.blend,
-                          static_cast<unsigned long long>(stats.result.eyes[0].anchors_visible),
-                          static_cast<unsigned long long>(stats.result.eyes[0].pairs + stats.result.eyes[1].pairs)));
+    log.detail(formatString(
+        "frame %llu %s: %.1f ms (select %.1f, decode %.1f, project %.1f, bin %.1f, sort %.1f, blend "
+        "%.1f), %llu anchors, %llu pairs",
+        static_cast<unsigned long long>(stats.frame), stats.camera.c_str(), t.total, t.select, t.decode, t.project,
+        t.bin, t.sort, t.blend, static_cast<unsigned long long>(stats.result.eyes[0].anchors_visible),
+        static_cast<unsigned long long>(stats.result.eyes[0].pairs + stats.result.eyes[1].pairs)));
 }
 
 } // namespace
 
-PlaySummary play(const PlayOptions& options, PlayLog& log)
+PlaySummary play(const PlayOptions& options, Reporter& log)
 {
     PlaySummary summary;
     summary.input = options.input;
@@ -152,7 +152,7 @@ PlaySummary play(const PlayOptions& options, PlayLog& log)
         if (control)
             control->add(stats.result.times.total);
         summary.pixels.push_back(double(camera.width) * camera.height);
-        log.progress(i + 1, shots.size());
+        log.progress("render", i + 1, shots.size());
     }
     stats_file.finish();
     return summary;

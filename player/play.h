@@ -3,7 +3,7 @@
 #pragma once
 
 #include "player/play_options.h"
-#include "player/progress.h"
+#include "player/tool/reporter.h"
 #include "player/report_parts.h"
 #include "runtime/frame_stats.h"
 
@@ -28,6 +28,6 @@ struct PlaySummary {
 };
 
 // Throws Error; every image that exists then is complete, and the stats file is there only if play() returned.
-PlaySummary play(const PlayOptions& options, PlayLog& log);
+PlaySummary play(const PlayOptions& options, Reporter& log);
 
 } // namespace gsc

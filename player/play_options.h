@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The command line of gsc-play as a plain struct.
+// What is to be rendered and how, as a plain struct.
 #pragma once
 
 #include "kernels/common/frame_types.h"
@@ -12,9 +12,6 @@
 #include <vector>
 
 namespace gsc {
-
-enum class ReportFormat { Text, Json };
-enum class ProgressStyle { Auto, Bar, Plain, Json, None };
 
 struct PlayOptions {
     std::string input;
@@ -39,21 +36,10 @@ struct PlayOptions {
     double lod_fade = 0, lod_hysteresis = 0;      // levels, as FrameOptions has them
     double target_ms = 0;                         // of a frame, held by a falling lod_bias; 0 = none
     uint64_t frame_first = 0, frame_end = std::numeric_limits<uint64_t>::max();
-    bool overwrite = false, verify = false, quiet = false;
-    int verbose = 0;
-    ReportFormat format = ReportFormat::Text;
-    ProgressStyle progress = ProgressStyle::Auto;
+    bool overwrite = false, verify = false;
 };
 
-// Fills `options`, or prints help, version or what is wrong and returns the exit code.
-std::optional<int> parsePlayOptions(int argc, const char* const* argv, PlayOptions& options);
-
-// `argv` from "bench" on. Throws Error(Usage) too.
-std::optional<int> parseBenchOptions(int argc, const char* const* argv, struct BenchOptions& options);
-
-// "1920x1080". Both throw Error(Usage).
-void parseSize(const std::string& text, uint32_t& width, uint32_t& height);
-// "7" is one frame, "2:5" frames 2, 3 and 4; either end may be left out.
-void parseFrameRange(const std::string& text, uint64_t& first, uint64_t& end);
+// "2:5" is frames 2, 3 and 4; either end may be left out. False for anything else, and where A is not below B.
+bool parseFrameRange(const std::string& text, uint64_t& first, uint64_t& end);
 
 } // namespace gsc

@@ -3,8 +3,8 @@
 
 #include "player/report_parts.h"
 #include "player/reuse_names.h"
-#include "player/reuse_names.h"
 #include "player/stage_names.h"
+#include "player/tool/version.h"
 
 #include <nlohmann/json.hpp>
 
@@ -132,7 +132,7 @@ std::string playReportJson(const PlaySummary& summary, const std::vector<std::st
         pixels += frame * summary.eyes;
     Json json = {
         {"schema", "gsc.play/1"},
-        {"tool", {{"name", "gsc-play"}, {"version", GSC_VERSION}}},
+        {"tool", {{"name", "gsc-play"}, {"version", toolVersion()}}},
         {"file", fileJson(summary.input, summary.file_bytes, summary.anchors)},
         {"backend", summary.backend},
         {"tier", tierName(summary.tier)},
@@ -158,13 +158,6 @@ std::string playReportJson(const PlaySummary& summary, const std::vector<std::st
         {"warnings", warnings},
     };
     json.update(lodJson(summary.lod));
-    return dumpJson(json, 2) + "\n";
-}
-
-std::string errorReportJson(ErrorCode code, const std::string& message)
-{
-    const Json json = {
-        {"schema", "gsc.error/1"}, {"code", errorName(code)}, {"exit_code", int(code)}, {"message", message}};
     return dumpJson(json, 2) + "\n";
 }
 

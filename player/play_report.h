@@ -2,7 +2,6 @@
 // What gsc-play prints on standard output when it is done.
 #pragma once
 
-#include "format/error.h"
 #include "player/play.h"
 
 #include <string>
@@ -14,7 +13,5 @@ namespace gsc {
 std::string playReportText(const PlaySummary& summary);
 // One object, schemas/play-report.schema.json.
 std::string playReportJson(const PlaySummary& summary, const std::vector<std::string>& warnings);
-// One object for a run that failed, schemas/error.schema.json.
-std::string errorReportJson(ErrorCode code, const std::string& message);
 
 } // namespace gsc

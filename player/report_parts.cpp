@@ -3,6 +3,7 @@
 
 #include "format/error.h"
 #include "player/reuse_names.h"
+#include "player/tool/version.h"
 
 #include <nlohmann/json.hpp>
 
@@ -47,8 +48,8 @@ OrderedJson finiteOrNull(double value)
 OrderedJson toolJson()
 {
     return {{"name", "gsc-play"},
-            {"version", GSC_VERSION},
-            {"commit", *GSC_COMMIT != 0 ? OrderedJson(GSC_COMMIT) : OrderedJson()}};
+            {"version", toolVersion()},
+            {"commit", toolCommit().empty() ? OrderedJson() : OrderedJson(toolCommit())}};
 }
 
 OrderedJson deviceJson(const DeviceFacts& device)

@@ -2,16 +2,13 @@
 // What several reports of the player say in the same words.
 #pragma once
 
+#include "player/tool/json.h"
 #include "runtime/backend.h"
-
-#include <nlohmann/json_fwd.hpp>
 
 #include <string>
 #include <vector>
 
 namespace gsc {
-
-using OrderedJson = nlohmann::ordered_json;
 
 // Order statistics by nearest rank.
 struct Spread {

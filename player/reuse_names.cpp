@@ -6,7 +6,7 @@ namespace gsc {
 namespace {
 
 template <typename Value>
-const char* nameIn(const std::map<std::string, Value>& names, Value value)
+const char* nameIn(const std::vector<std::pair<std::string, Value>>& names, Value value)
 {
     for (const auto& [name, entry] : names)
         if (entry == value)
@@ -16,25 +16,26 @@ const char* nameIn(const std::map<std::string, Value>& names, Value value)
 
 } // namespace
 
-const std::map<std::string, ReusePolicy>& reusePolicies()
+const std::vector<std::pair<std::string, ReusePolicy>>& reusePolicies()
 {
-    static const std::map<std::string, ReusePolicy> names = {
+    static const std::vector<std::pair<std::string, ReusePolicy>> names = {
         {"none", ReusePolicy::None}, {"depth", ReusePolicy::Depth}, {"error", ReusePolicy::Error}};
     return names;
 }
 
-const std::map<std::string, DepthGuidance>& depthGuidances()
+const std::vector<std::pair<std::string, DepthGuidance>>& depthGuidances()
 {
-    static const std::map<std::string, DepthGuidance> names = {{"linear", DepthGuidance::Linear},
-                                                               {"exponential", DepthGuidance::Exponential},
-                                                               {"staged", DepthGuidance::Staged}};
+    static const std::vector<std::pair<std::string, DepthGuidance>> names = {
+        {"linear", DepthGuidance::Linear},
+        {"exponential", DepthGuidance::Exponential},
+        {"staged", DepthGuidance::Staged}};
     return names;
 }
 
-const std::map<std::string, StereoMode>& stereoModes()
+const std::vector<std::pair<std::string, StereoMode>>& stereoModes()
 {
-    static const std::map<std::string, StereoMode> names = {{"exact", StereoMode::Exact},
-                                                            {"merged", StereoMode::Merged}};
+    static const std::vector<std::pair<std::string, StereoMode>> names = {{"exact", StereoMode::Exact},
+                                                                          {"merged", StereoMode::Merged}};
     return names;
 }
 

@@ -4,8 +4,9 @@
 
 #include "kernels/common/frame_types.h"
 
-#include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace gsc {
 
@@ -14,9 +15,9 @@ constexpr double kMaxReuseBound = 255;       // 1/255: the whole range
 constexpr double kMaxLodBias = 16;           // levels, either way
 constexpr double kMaxLodWidth = 1;           // levels, of a transition or a hysteresis
 
-const std::map<std::string, ReusePolicy>& reusePolicies();
-const std::map<std::string, DepthGuidance>& depthGuidances();
-const std::map<std::string, StereoMode>& stereoModes();
+const std::vector<std::pair<std::string, ReusePolicy>>& reusePolicies();
+const std::vector<std::pair<std::string, DepthGuidance>>& depthGuidances();
+const std::vector<std::pair<std::string, StereoMode>>& stereoModes();
 const char* policyName(ReusePolicy policy);
 const char* guidanceName(DepthGuidance guidance);
 const char* stereoName(StereoMode stereo);

@@ -56,7 +56,7 @@ size_t blockSize(const Path& path, bool together)
 
 } // namespace
 
-Path openPath(const Scene& scene, const PlayOptions& options, const std::string& listed, PlayLog& log)
+Path openPath(const Scene& scene, const PlayOptions& options, const std::string& listed, Reporter& log)
 {
     Path path;
     path.shots = chooseShots(scene, options, log, &path.name);

@@ -22,7 +22,7 @@ struct Path {
 };
 
 // Reads `options.cameras`. `listed` is what reports call it. Throws Error (Usage, Io, InvalidFile).
-Path openPath(const Scene& scene, const PlayOptions& options, const std::string& listed, PlayLog& log);
+Path openPath(const Scene& scene, const PlayOptions& options, const std::string& listed, Reporter& log);
 
 using FrameDone = std::function<void(uint64_t done)>; // frames, from 1
 

@@ -92,7 +92,7 @@ std::vector<Shot> cutShots(std::vector<Camera> cameras, const TrajectoryFacts& f
     return shots;
 }
 
-void chooseAppearance(const Scene& scene, const PlayOptions& options, std::vector<Shot>& shots, PlayLog& log)
+void chooseAppearance(const Scene& scene, const PlayOptions& options, std::vector<Shot>& shots, Reporter& log)
 {
     if (options.appearance >= 0) {
         (void)scene.appearanceRow(options.appearance); // throws where the model has no such row
@@ -126,7 +126,7 @@ void chooseAppearance(const Scene& scene, const PlayOptions& options, std::vecto
 
 } // namespace
 
-std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, PlayLog& log, std::string* title)
+std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, Reporter& log, std::string* title)
 {
     TrajectoryFacts eyes;
     std::vector<Camera> cameras =

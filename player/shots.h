@@ -3,7 +3,7 @@
 #pragma once
 
 #include "player/play_options.h"
-#include "player/progress.h"
+#include "player/tool/reporter.h"
 #include "runtime/camera.h"
 #include "runtime/scene.h"
 
@@ -23,7 +23,7 @@ struct Shot {
 };
 
 // At least one. `title`, if given, takes the name that a trajectory states, empty if none. Warns where an embedding row had to be chosen for a camera. Throws Error (Usage, Io, InvalidFile).
-std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, PlayLog& log,
+std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, Reporter& log,
                               std::string* title = nullptr);
 
 // Background, near plane, tier, stereo, what is said of levels, and reuse; the appearance is the shot's.

@@ -87,7 +87,7 @@ std::vector<Verdict> judge(const StabilityOptions& options, const RunResult& run
     return verdicts;
 }
 
-StabilitySummary stability(const StabilityOptions& options, PlayLog& log)
+StabilitySummary stability(const StabilityOptions& options, Reporter& log)
 {
     const std::vector<std::string> files = cameraFiles(options);
     const std::unique_ptr<Scene> scene = Scene::open(options.play.input, options.play.verify);
@@ -95,8 +95,6 @@ StabilitySummary stability(const StabilityOptions& options, PlayLog& log)
     summary.file_bytes = scene->bytes();
     summary.anchors = scene->anchorCount();
     PlayOptions reading = options.play;
-    if (options.frames > 0)
-        reading.frame_end = options.frames;
     uint64_t total = 0, before = 0;
     for (const std::string& file : files) {
         reading.cameras = file;
@@ -108,9 +106,9 @@ StabilitySummary stability(const StabilityOptions& options, PlayLog& log)
     summary.reference = measurer.referenceOf(summary.backend);
     const FrameOptions frame = frameOptions(*scene, reading);
     for (StabilityPath& entry : summary.paths) {
-        log.setPart(entry.path.name);
+        log.progressPart(entry.path.name);
         entry.run = measurer.run(entry.path, summary.backend, frame, {},
-                                 [&](uint64_t done) { log.progress(before + done, total); });
+                                 [&](uint64_t done) { log.progress("render", before + done, total); });
         before += entry.path.shots.size();
         entry.verdicts = judge(options, entry.run);
     }

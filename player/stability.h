@@ -4,7 +4,6 @@
 
 #include "player/runner.h"
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,7 +12,6 @@ namespace gsc {
 struct StabilityOptions {
     PlayOptions play;                      // what and how to render; its cameras are not used
     std::vector<std::string> trajectories; // camera files, or folders of them
-    uint32_t frames = 0;                   // first so many of each, 0 = all
     uint32_t warmup = 5;                   // frames that the spreads of time leave out
     std::string reference;                 // backend that renders `exact`; empty = the measured one
     double bound_psnr = 50;                // least of any frame, dB; 0 = no bound
@@ -45,14 +43,11 @@ struct StabilitySummary {
     [[nodiscard]] bool passed() const;
 };
 
-// `argv` from "stability" on; as parsePlayOptions().
-std::optional<int> parseStabilityOptions(int argc, const char* const* argv, StabilityOptions& options);
-
 // The bounds that are set, against a run.
 std::vector<Verdict> judge(const StabilityOptions& options, const RunResult& run);
 
 // Throws Error.
-StabilitySummary stability(const StabilityOptions& options, PlayLog& log);
+StabilitySummary stability(const StabilityOptions& options, Reporter& log);
 
 std::string stabilityReportText(const StabilityOptions& options, const StabilitySummary& summary);
 // One object, schemas/stability-report.schema.json.

@@ -104,7 +104,7 @@ uint64_t meanDecodes(const OrderedJson& row)
 
 class Sweep {
 public:
-    Sweep(const BenchOptions& options, const SweepConfig& config, PlayLog& log)
+    Sweep(const BenchOptions& options, const SweepConfig& config, Reporter& log)
         : m_config(config), m_log(log), m_scene(Scene::open(options.play.input, options.play.verify)),
           m_rows(options.out, m_cut_off)
     {
@@ -140,7 +140,7 @@ public:
     {
         for (const Path& path : m_paths)
             for (const RunConfig& run : m_runs) {
-                m_log.setPart(
+                m_log.progressPart(
                     formatString("run %zu/%zu %s", m_runs_done + 1, m_paths.size() * m_runs.size(), path.name.c_str()));
                 try {
                     show(rowOf(path, run));
@@ -190,8 +190,9 @@ private:
         frame.lod_fade = float(run.lod_fade);
         frame.lod_hysteresis = float(run.lod_hysteresis);
         frame.reuse = run.reuse;
-        const RunResult result = m_measurer->run(path, run.backend, frame, m_config.score,
-                                                 [&](uint64_t done) { m_log.progress(m_frames_done + done, m_total); });
+        const RunResult result = m_measurer->run(path, run.backend, frame, m_config.score, [&](uint64_t done) {
+            m_log.progress("render", m_frames_done + done, m_total);
+        });
         m_frames_done += frames;
         OrderedJson row = runRowJson(m_context, std::move(config), run, result);
         m_rows.append(row);
@@ -213,7 +214,7 @@ private:
     }
 
     const SweepConfig& m_config;
-    PlayLog& m_log;
+    Reporter& m_log;
     std::unique_ptr<Scene> m_scene;
     std::string m_cut_off;
     RunRows m_rows;
@@ -227,7 +228,7 @@ private:
 
 } // namespace
 
-void sweep(const BenchOptions& options, PlayLog& log, const std::function<void(const OrderedJson&)>& show)
+void sweep(const BenchOptions& options, Reporter& log, const std::function<void(const OrderedJson&)>& show)
 {
     const SweepConfig config = readSweepConfig(options.sweep, baseRun(options.play), backendNames());
     checkOut(options, config);

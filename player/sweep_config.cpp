@@ -19,9 +19,9 @@ constexpr size_t kMaxConfigBytes = 16 << 20;
 constexpr double kMaxCount = 1e15; // of anchors and bytes
 constexpr uint32_t kMaxFrames = 1000000;
 
-const std::map<std::string, Tier>& tiers()
+const std::vector<std::pair<std::string, Tier>>& tiers()
 {
-    static const std::map<std::string, Tier> names = {{"exact", Tier::Exact}, {"fast", Tier::Fast}};
+    static const std::vector<std::pair<std::string, Tier>> names = {{"exact", Tier::Exact}, {"fast", Tier::Fast}};
     return names;
 }
 
@@ -61,14 +61,14 @@ public:
         return m_value.get<bool>();
     }
     template <typename Word>
-    [[nodiscard]] Word word(const std::map<std::string, Word>& words) const
+    [[nodiscard]] Word word(const std::vector<std::pair<std::string, Word>>& words) const
     {
-        const auto found = m_value.is_string() ? words.find(m_value.get<std::string>()) : words.end();
-        if (found != words.end())
-            return found->second;
         std::string known;
-        for (const auto& [name, word] : words)
+        for (const auto& [name, word] : words) {
+            if (m_value.is_string() && m_value.get_ref<const std::string&>() == name)
+                return word;
             known += (known.empty() ? "" : ", ") + ("\"" + name + "\"");
+        }
         fail("one of " + known);
     }
 
@@ -84,7 +84,7 @@ public:
     explicit Reader(const std::vector<std::string>& backends)
     {
         for (const std::string& name : backends)
-            m_backends[name] = name;
+            m_backends.emplace_back(name, name);
     }
 
     static ReusePolicy policy(const Value& v) { return v.word(reusePolicies()); }
@@ -109,7 +109,7 @@ public:
     [[nodiscard]] std::string backend(const Value& v) const { return v.word(m_backends); }
 
 private:
-    std::map<std::string, std::string> m_backends;
+    std::vector<std::pair<std::string, std::string>> m_backends;
 };
 
 constexpr std::initializer_list<const char*> kRunKeys = {

@@ -8,6 +8,8 @@
 #include "convert/chart/run_set.h"
 #include "format/interrupt.h"
 #include "format/output_paths.h"
+#include "player/tool/options.h"
+#include "player/tool/version.h"
 
 #include <CLI/CLI.hpp>
 
@@ -116,7 +118,7 @@ Json reportJson(const ChartOptions& options, const RunSet& runs, const Json& mod
     for (const FigureFile& figure : figures)
         names.push_back(figure.name);
     return {{"schema", "gsc.chart/1"},
-            {"tool", {{"name", "gsc"}, {"version", GSC_VERSION}}},
+            {"tool", {{"name", "gsc"}, {"version", toolVersion()}}},
             {"output", options.output},
             {"runs", runs.rows.size()},
             {"skipped", runs.skipped},
@@ -157,13 +159,12 @@ void addChartCommand(CLI::App& app, Invocation& invocation)
 {
     auto options = std::make_shared<ChartOptions>();
     CLI::App* command = app.add_subcommand("chart", "Draw speed against accuracy of measured runs, as one HTML page");
-    command->add_option("RUNS", options->inputs, "files of JSON lines from gsc-play bench --sweep")
-        ->required()
-        ->option_text(" ...");
-    command->add_option("-o,--output", options->output, "page to write")->required()->option_text("OUT.html");
-    command->add_flag("-w,--overwrite", options->overwrite, "replace files that exist");
-    command->add_option("--figures", options->figures, "write every figure there too, as SVG and PNG")
-        ->option_text("DIR");
+    addTexts(*command, "RUNS", options->inputs, "FILE.jsonl...",
+             "files of JSON lines from gsc-play bench --sweep; - is standard input")
+        ->required();
+    addText(*command, "-o,--output", options->output, "FILE.html", "page to write; - is standard output")->required();
+    addFlag(*command, "-w,--overwrite", options->overwrite, "replace files that exist");
+    addText(*command, "--figures", options->figures, "DIR", "write every figure there too, as SVG and PNG");
     addReporterOptions(*command, invocation.reporter, true);
     command->footer(
         "The page needs no network. Prints nothing on success. Lines of another form are skipped and told.\n\n"

@@ -5,18 +5,20 @@
 
 #include "convert/bake/compare_checkpoint.h"
 #include "format/interrupt.h"
+#include "player/tool/options.h"
 #include "runtime/frame_stats.h"
 
 #include <CLI/CLI.hpp>
 
 #include <cmath>
-#include <map>
 #include <memory>
 #include <optional>
 
 namespace gsc {
 
 namespace {
+
+constexpr uint64_t kMaxViews = 1'000'000;
 
 struct CompareOptions {
     std::string checkpoint_path;
@@ -164,39 +166,28 @@ ErrorCode runCompare(const CompareOptions& options, Reporter& report)
 
 void addRenderOptions(CLI::App& command, CompareOptions& options)
 {
-    static const std::map<std::string, Tier> kTiers = {{"exact", Tier::Exact}, {"fast", Tier::Fast}};
-    static const std::map<std::string, ReferencePrecision> kReferences = {{"float", ReferencePrecision::Float},
-                                                                          {"double", ReferencePrecision::Double}};
     const char* group = "Pictures";
     CLI::Option* render =
-        command.add_flag("--render", options.render, "compare pictures too: the file's against the checkpoint's");
+        addFlag(command, "--render", options.render, "compare pictures too: the file's against the checkpoint's");
     render->group(group);
+    RenderOptions& rendering = options.rendering;
     const auto add = [&](CLI::Option* option) { option->needs(render)->group(group); };
-    add(command
-            .add_option("--golden", options.rendering.golden,
-                        "the trainer's own pictures: NAME.png and cameras.json (default: golden or test/ours_N/renders "
-                        "of the model folder, where they are)")
-            ->option_text("DIR"));
-    add(command.add_option("--cameras", options.rendering.cameras, "camera file (default: the cameras stored in FILE)")
-            ->option_text("CAMERAS"));
-    add(addCountOption(command, "--frames", options.rendering.frames,
-                       "views against the reference, evenly spaced; 0 = all (default: 3)"));
-    add(command
-            .add_option("--min-psnr", options.rendering.min_psnr, "a view below it is a difference, dB (default: 75)")
-            ->option_text("DB"));
-    add(command
-            .add_option("--tier", options.rendering.tier,
-                        "how FILE is rendered; the CPU renders fast as exact (default: exact)")
-            ->transform(CLI::CheckedTransformer(kTiers))
-            ->option_text("exact|fast"));
-    add(command
-            .add_option("--reference", options.rendering.reference,
-                        "arithmetic of the reference: float rounds as the trainer does (default: float)")
-            ->transform(CLI::CheckedTransformer(kReferences))
-            ->option_text("float|double"));
-    add(command.add_option("-j,--threads", options.rendering.threads, "threads (default: all)")
-            ->check(CLI::Range(0, 4096))
-            ->option_text("N"));
+    add(addText(command, "--golden", rendering.golden, "DIR",
+                "the trainer's own pictures: NAME.png and cameras.json (default: golden or test/ours_N/renders of the "
+                "model folder, where they are)"));
+    add(addText(command, "--cameras", rendering.cameras, "FILE.json|stored (default: stored)",
+                "camera file, or those stored in FILE"));
+    add(addCount(command, "--views", rendering.views, 0, kMaxViews, "N (default: 3)",
+                 "cameras drawn against the reference, evenly spaced; 0 = all"));
+    add(addNumber(command, "--min-psnr", rendering.min_psnr, {0, 1000}, " dB", "DB (default: 75)",
+                  "a view below it is a difference"));
+    add(addChoice<Tier>(command, "--tier", rendering.tier, {{"exact", Tier::Exact}, {"fast", Tier::Fast}},
+                        "default: exact", "how FILE is rendered; the CPU renders fast as exact"));
+    add(addChoice<ReferencePrecision>(command, "--reference", rendering.reference,
+                                      {{"float", ReferencePrecision::Float}, {"double", ReferencePrecision::Double}},
+                                      "default: float",
+                                      "arithmetic of the reference: float rounds as the trainer does"));
+    add(addInteger(command, "-j,--threads", rendering.threads, 0, 4096, "N (default: 0)", "threads, 0 = all cores"));
 }
 
 } // namespace
@@ -206,10 +197,9 @@ void addCompareCommand(CLI::App& app, Invocation& invocation)
     auto options = std::make_shared<CompareOptions>();
     CLI::App* command =
         app.add_subcommand("compare", "Compare a .gsc file with the checkpoint it was made from, value for value");
-    command->add_option("CHECKPOINT", options->checkpoint_path, "model folder, iteration folder or PLY")
-        ->required()
-        ->option_text(" ");
-    command->add_option("FILE", options->file, "the .gsc file")->required()->option_text(" ");
+    addText(*command, "CHECKPOINT", options->checkpoint_path, "MODEL|FILE.ply", "model folder, iteration folder or PLY")
+        ->required();
+    addText(*command, "FILE", options->file, "FILE.gsc", "the .gsc file")->required();
     addRenderOptions(*command, *options);
     addCheckpointOptions(*command, options->checkpoint);
     addReporterOptions(*command, invocation.reporter, true);
@@ -218,7 +208,7 @@ void addCompareCommand(CLI::App& app, Invocation& invocation)
         "8 if anything differs or a view is below --min-psnr.\n\n"
         "examples:\n"
         "  gsc compare output/city city.gsc\n"
-        "  gsc compare output/city city.gsc --render --frames 5 --format json");
+        "  gsc compare output/city city.gsc --render --views 5 --format json");
     command->callback([options, &invocation] {
         invocation.run = [options](Reporter& report) { return runCompare(*options, report); };
     });

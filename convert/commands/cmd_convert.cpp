@@ -7,16 +7,18 @@
 #include "convert/bake/compare_checkpoint.h"
 #include "format/interrupt.h"
 #include "format/output_paths.h"
+#include "player/tool/options.h"
 
 #include <CLI/CLI.hpp>
 
 #include <filesystem>
-#include <map>
 #include <memory>
 
 namespace gsc {
 
 namespace {
+
+constexpr uint64_t kMaxChunkAnchors = uint64_t(1) << 24;
 
 struct ConvertOptions {
     std::string input;
@@ -144,39 +146,35 @@ ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
 
 void addBakeOptions(CLI::App& command, ConvertOptions& options)
 {
-    static const std::map<std::string, SensitivityMode> kSensitivities = {{"none", SensitivityMode::None},
-                                                                          {"sampled", SensitivityMode::Sampled}};
     const char* group = "Making the file";
-    command.add_option("-o,--output", options.bake.output, "file to write")->required()->option_text("OUT.gsc");
-    command.add_flag("-w,--overwrite", options.bake.overwrite, "replace files that exist");
-    command.add_option("--appearance", options.appearance, "row of the appearance embedding to keep (default: all)")
-        ->option_text("INDEX|all")
+    addText(command, "-o,--output", options.bake.output, "FILE.gsc", "file to write")->required();
+    addFlag(command, "-w,--overwrite", options.bake.overwrite, "replace files that exist");
+    addText(command, "--appearance", options.appearance, "all|ROW (default: all)",
+            "row of the appearance embedding to keep")
         ->group(group);
-    command
-        .add_flag("--drop-invalid", options.bake.drop_invalid,
-                  "leave out anchors with values that are not finite instead of refusing the model")
+    addFlag(command, "--drop-invalid", options.bake.drop_invalid,
+            "leave out anchors with values that are not finite instead of refusing the model")
         ->group(group);
-    command
-        .add_option("--sensitivity", options.bake.sensitivity,
-                    "how fast each anchor changes with the view, which a player keeps decoded anchors by: sampled from "
-                    "six directions, or left out (default: sampled)")
-        ->transform(CLI::CheckedTransformer(kSensitivities))
-        ->option_text("none|sampled")
+    addChoice<SensitivityMode>(command, "--sensitivity", options.bake.sensitivity,
+                               {{"none", SensitivityMode::None}, {"sampled", SensitivityMode::Sampled}},
+                               "default: sampled",
+                               "how fast each anchor changes with the view, which a player keeps decoded anchors by: "
+                               "sampled from six directions, or left out")
         ->group(group);
-    addCountOption(command, "--chunk-anchors", options.bake.chunk_anchors,
-                   "anchors per chunk to aim for (default: 16384)")
+    addCount(command, "--chunk-anchors", options.bake.chunk_anchors, 1, kMaxChunkAnchors, "N (default: 16384)",
+             "anchors per chunk to aim for")
         ->group(group);
-    addByteSizeOption(command, "--memory-budget", options.bake.memory_budget,
-                      "memory for buffers, such as 4G (default: 1G)")
+    addByteSize(command, "--memory-budget", options.bake.memory_budget, 1, "SIZE (default: 1G)",
+                "memory for buffers, such as 4G")
         ->group(group);
-    command.add_option("-j,--threads", options.bake.threads, "threads; the bytes do not depend on it (default: all)")
-        ->check(CLI::Range(0, 4096))
-        ->option_text("N")
+    addInteger(command, "-j,--threads", options.bake.threads, 0, 4096, "N (default: 0)",
+               "threads, 0 = all cores; the bytes do not depend on it")
         ->group(group);
-    command.add_flag("--verify", options.verify, "read the file back and compare every value with the checkpoint")
+    addFlag(command, "--verify", options.verify, "read the file back and compare every value with the checkpoint")
         ->group(group);
-    command.add_flag("--dry-run", options.dry_run, "read the checkpoint, say what it is, write nothing")->group(group);
-    command.add_option("--report", options.report, "write the report there too, as JSON")->option_text("FILE");
+    addFlag(command, "--dry-run", options.dry_run, "read the checkpoint, say what it is, write nothing")->group(group);
+    addText(command, "--report", options.report, "FILE.json",
+            "write the report there too, as JSON; - is standard output");
 }
 
 } // namespace
@@ -185,9 +183,9 @@ void addConvertCommand(CLI::App& app, Invocation& invocation)
 {
     auto options = std::make_shared<ConvertOptions>();
     CLI::App* command = app.add_subcommand("convert", "Turn a trained model into one .gsc file");
-    command->add_option("INPUT,-i,--input", options->input, "model folder, point_cloud/iteration_N folder or PLY")
-        ->required()
-        ->option_text(" ");
+    addText(*command, "INPUT,-i,--input", options->input, "MODEL|FILE.ply",
+            "model folder, point_cloud/iteration_N folder or PLY")
+        ->required();
     addBakeOptions(*command, *options);
     addCheckpointOptions(*command, options->checkpoint);
     addReporterOptions(*command, invocation.reporter, true);

@@ -4,6 +4,7 @@
 
 #include "format/gsc_reader.h"
 #include "format/mapped_file.h"
+#include "player/tool/options.h"
 
 #include <CLI/CLI.hpp>
 
@@ -183,7 +184,7 @@ void addInfoCommand(CLI::App& app, Invocation& invocation)
 {
     auto path = std::make_shared<std::string>();
     CLI::App* command = app.add_subcommand("info", "Tell what a .gsc file holds, from its header and index alone");
-    command->add_option("FILE", *path, "file to look at")->required()->option_text(" ");
+    addText(*command, "FILE", *path, "FILE.gsc", "file to look at")->required();
     addReporterOptions(*command, invocation.reporter, false);
     command->footer("examples:\n"
                     "  gsc info city.gsc\n"

@@ -3,18 +3,23 @@
 #include "convert/commands/text_file.h"
 
 #include "convert/sample/sample.h"
+#include "format/gsc_layout.h"
 #include "format/interrupt.h"
 #include "format/output_paths.h"
+#include "player/tool/options.h"
+#include "player/tool/version.h"
 
 #include <CLI/CLI.hpp>
 
 #include <filesystem>
-#include <map>
+#include <limits>
 #include <memory>
 
 namespace gsc {
 
 namespace {
+
+constexpr int64_t kMaxSeed = std::numeric_limits<int64_t>::max();
 
 ErrorCode reportSample(const std::string& kind, const std::string& output, uint64_t seed, const SampleReport& sample,
                        Reporter& report)
@@ -22,7 +27,7 @@ ErrorCode reportSample(const std::string& kind, const std::string& output, uint6
     report.endProgress(false);
     if (report.json())
         report.object({{"schema", "gsc.sample/1"},
-                       {"generator", {{"name", "gsc"}, {"version", GSC_VERSION}}},
+                       {"generator", {{"name", "gsc"}, {"version", toolVersion()}}},
                        {"kind", kind},
                        {"output", output},
                        {"seed", seed},
@@ -80,20 +85,18 @@ ErrorCode runReplicate(const ReplicateOptions& options, Reporter& report)
 
 void addSceneCommand(CLI::App& parent, Invocation& invocation, const char* name, const char* help, SampleScene scene)
 {
-    static const std::map<std::string, SampleModel> kModels = {{"scaffold", SampleModel::Scaffold},
-                                                               {"octree", SampleModel::Octree}};
     auto options = std::make_shared<SampleOptions>();
     options->scene = scene;
     CLI::App* command = parent.add_subcommand(name, help);
-    command->add_option("-o,--output", options->output, "model folder to create")->required()->option_text("DIR");
-    command->add_flag("-w,--overwrite", options->overwrite, "replace a model that exists");
-    addCountOption(*command, "--anchors", options->anchors, "anchors, such as 20M (default: 100000)");
-    command->add_option("--model", options->model, "trainer whose layout is written (default: scaffold)")
-        ->transform(CLI::CheckedTransformer(kModels))
-        ->option_text("scaffold|octree");
-    command->add_option("--seed", options->seed, "same seed, same bytes (default: 1)")->option_text("N");
-    command->add_flag("--everything-on", options->everything_on,
-                      "feature bank, appearance, distances and level: every input upstream knows");
+    addText(*command, "-o,--output", options->output, "DIR", "model folder to create")->required();
+    addFlag(*command, "-w,--overwrite", options->overwrite, "replace a model that exists");
+    addCount(*command, "--anchors", options->anchors, 1, kMaxAnchors, "N (default: 100k)", "anchors, such as 20M");
+    addChoice<SampleModel>(*command, "--model", options->model,
+                           {{"scaffold", SampleModel::Scaffold}, {"octree", SampleModel::Octree}}, "default: scaffold",
+                           "trainer whose layout is written");
+    addInteger(*command, "--seed", options->seed, 0, kMaxSeed, "N (default: 1)", "same seed, same bytes");
+    addFlag(*command, "--everything-on", options->everything_on,
+            "feature bank, appearance, distances and level: every input upstream knows");
     addReporterOptions(*command, invocation.reporter, true);
     command->footer(formatString("example:\n  gsc sample %s --anchors 300k --model octree -o %s", name, name));
     command->callback([options, name, &invocation] {
@@ -105,11 +108,11 @@ void addReplicateCommand(CLI::App& parent, Invocation& invocation)
 {
     auto options = std::make_shared<ReplicateOptions>();
     CLI::App* command = parent.add_subcommand("replicate", "Tile a real aerial model into a city, with camera paths");
-    command->add_option("CHECKPOINT", options->input, "the model to tile")->required()->option_text(" ");
-    command->add_option("-o,--output", options->output, "model folder to create")->required()->option_text("DIR");
-    command->add_flag("-w,--overwrite", options->overwrite, "replace a model that exists");
-    addCountOption(*command, "--anchors", options->anchors, "anchors, such as 18.5M (default: 1.3M)");
-    command->add_option("--seed", options->seed, "same seed, same bytes (default: 1)")->option_text("N");
+    addText(*command, "CHECKPOINT", options->input, "MODEL|FILE.ply", "the model to tile")->required();
+    addText(*command, "-o,--output", options->output, "DIR", "model folder to create")->required();
+    addFlag(*command, "-w,--overwrite", options->overwrite, "replace a model that exists");
+    addCount(*command, "--anchors", options->anchors, 2, kMaxAnchors, "N (default: 1.3M)", "anchors, such as 18.5M");
+    addInteger(*command, "--seed", options->seed, 0, kMaxSeed, "N (default: 1)", "same seed, same bytes");
     addReporterOptions(*command, invocation.reporter, true);
     command->footer("example:\n  gsc sample replicate output/village --anchors 18.5M -o big");
     command->callback([options, &invocation] {
@@ -123,10 +126,6 @@ void addSampleCommand(CLI::App& app, Invocation& invocation)
 {
     CLI::App* command = app.add_subcommand("sample", "Make a checkpoint in the trainers' own layout, or camera paths");
     command->require_subcommand(0, 1);
-    command->callback([command] {
-        if (command->get_subcommands().empty())
-            throw CLI::RequiredError("what to make (city, street, room, replicate or paths)");
-    });
     addSceneCommand(*command, invocation, "city", "Blocks, streets, facades and trees", SampleScene::City);
     addSceneCommand(*command, invocation, "street", "One street, seen from the ground", SampleScene::Street);
     addSceneCommand(*command, invocation, "room", "A furnished room", SampleScene::Room);

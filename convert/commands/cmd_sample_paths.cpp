@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/command.h"
 
-#include "convert/commands/parse_size.h"
 #include "convert/sample/make_paths.h"
+#include "convert/sample/model_paths.h"
 #include "format/interrupt.h"
 #include "format/output_paths.h"
+#include "player/tool/options.h"
+#include "player/tool/version.h"
 
 #include <CLI/CLI.hpp>
 
@@ -15,27 +17,18 @@ namespace gsc {
 namespace {
 
 struct RawPaths {
-    std::string size;
     double fov = 90; // degrees
+    std::vector<std::string> only;
 };
 
 void finishOptions(const RawPaths& raw, PathsOptions& options)
 {
-    if (!raw.size.empty()) {
-        const auto size = parseImageSize(raw.size);
-        if (!size)
-            throw Error(ErrorCode::Usage, formatString("--size %.40s: no size, expected width x height such as "
-                                                       "2048x2048, each 1 to 32768",
-                                                       raw.size.c_str()));
-        options.width = size->width;
-        options.height = size->height;
-    }
-    if (!(raw.fov >= 1 && raw.fov <= 170))
-        throw Error(ErrorCode::Usage, formatString("--fov %g: expected 1 to 170 degrees", raw.fov));
-    if (!(options.fps >= 1 && options.fps <= 1000))
-        throw Error(ErrorCode::Usage, formatString("--fps %g: expected 1 to 1000 frames per second", options.fps));
-    if (!(options.ipd >= 0 && options.ipd < 1e9))
-        throw Error(ErrorCode::Usage, formatString("--ipd %g: expected a length above 0 in world units", options.ipd));
+    for (const std::string& list : raw.only) // each may be a list itself: "walk,orbit"
+        for (size_t at = 0; at <= list.size();) {
+            const size_t end = std::min(list.find(',', at), list.size());
+            options.only.push_back(list.substr(at, end - at));
+            at = end + 1;
+        }
     options.fov_x = degrees(raw.fov);
 }
 
@@ -62,7 +55,7 @@ ErrorCode runPaths(const RawPaths& raw, PathsOptions options, Reporter& report)
                              {"least_share", jsonNumber(path.least_share)},
                              {"top_speed", jsonNumber(path.top_speed)}});
         report.object({{"schema", "gsc.paths/1"},
-                       {"generator", {{"name", "gsc"}, {"version", GSC_VERSION}}},
+                       {"generator", {{"name", "gsc"}, {"version", toolVersion()}}},
                        {"input", options.input},
                        {"output", options.output},
                        {"capture", captureName(made.capture)},
@@ -92,19 +85,19 @@ void addSamplePathsCommand(CLI::App& sample, Invocation& invocation)
     auto options = std::make_shared<PathsOptions>();
     auto raw = std::make_shared<RawPaths>();
     CLI::App* command = sample.add_subcommand("paths", "Make camera paths for a .gsc file, at the pace of a viewer");
-    command->add_option("FILE", options->input, "the model, a .gsc")->required()->option_text(" ");
-    command->add_option("-o,--output", options->output, "folder for the NAME.json")->required()->option_text("DIR");
-    command->add_flag("-w,--overwrite", options->overwrite, "replace paths that exist");
-    command->add_option("--size", raw->size, "pixels of the image (default: 2048x2048)")->option_text("WxH");
-    command->add_option("--fov", raw->fov, "horizontal angle of view (default: 90)")->option_text("DEGREES");
-    command->add_option("--fps", options->fps, "frames per second (default: 72)")->option_text("N");
-    command
-        ->add_option("--ipd", options->ipd,
-                     "distance of the eyes in world units, 0.064 m; paces follow from it (default: derived)")
-        ->option_text("LENGTH");
-    command->add_option("--only", options->only, "names of the paths wanted (default: all)")
-        ->delimiter(',')
-        ->option_text("NAME,...");
+    addText(*command, "FILE", options->input, "FILE.gsc", "the model")->required();
+    addText(*command, "-o,--output", options->output, "DIR", "folder for the NAME.json")->required();
+    addFlag(*command, "-w,--overwrite", options->overwrite, "replace paths that exist");
+    addImageSize(*command, "--size", options->width, options->height, "WxH (default: 2048x2048)",
+                 "pixels of the image");
+    addNumber(*command, "--fov", raw->fov, {1, 170}, " degrees", "DEGREES (default: 90)", "horizontal angle of view");
+    addNumber(*command, "--fps", options->fps, {1, 1000}, "", "N (default: 72)", "frames per second");
+    addNumber(*command, "--ipd", options->ipd, {0, 1e9, true}, " world units", "LENGTH (default: derived)",
+              "distance of the eyes in world units, 0.064 m; paces follow from it");
+    std::string names;
+    for (const std::string& name : modelPathNames())
+        names += (names.empty() ? "" : "|") + name;
+    addTexts(*command, "--only", raw->only, names + " (default: all)", "names of the paths wanted, such as walk,orbit");
     addReporterOptions(*command, invocation.reporter, true);
     command->footer("example:\n  gsc sample paths room.gsc -o room_paths --size 1920x1080 --only walk,orbit");
     command->callback([options, raw, &invocation] {

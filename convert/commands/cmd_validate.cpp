@@ -5,10 +5,11 @@
 #include "convert/commands/manifest_check.h"
 #include "format/gsc_reader.h"
 #include "format/mapped_file.h"
+#include "player/tool/options.h"
+#include "player/tool/version.h"
 
 #include <CLI/CLI.hpp>
 
-#include <map>
 #include <memory>
 
 namespace gsc {
@@ -69,7 +70,7 @@ ErrorCode runValidate(const ValidateOptions& options, Reporter& report)
     if (options.list_issues)
         return listIssues(report);
     if (options.input.empty())
-        throw Error(ErrorCode::Usage, "validate: no file given, expected one .gsc file; see gsc validate --help");
+        throw Error(ErrorCode::Usage, "FILE: not given, expected it behind gsc validate; see gsc validate --help");
 
     const MappedFile file(options.input);
     IssueCounts counts;
@@ -105,7 +106,7 @@ ErrorCode runValidate(const ValidateOptions& options, Reporter& report)
     const uint64_t truncated = counts.total() - counts.reported;
     if (report.json())
         report.object({{"schema", "gsc.validate/1"},
-                       {"tool", {{"name", "gsc"}, {"version", GSC_VERSION}}},
+                       {"tool", {{"name", "gsc"}, {"version", toolVersion()}}},
                        {"uri", options.input},
                        {"check", options.check == GscCheck::Full ? "full" : "index"},
                        {"valid", valid},
@@ -126,17 +127,13 @@ ErrorCode runValidate(const ValidateOptions& options, Reporter& report)
 
 void addValidateCommand(CLI::App& app, Invocation& invocation)
 {
-    static const std::map<std::string, GscCheck> kChecks = {{"index", GscCheck::Index}, {"full", GscCheck::Full}};
     auto options = std::make_shared<ValidateOptions>();
     CLI::App* command = app.add_subcommand("validate", "Check a .gsc file and list every problem found");
-    command->add_option("FILE", options->input, "file to check")->option_text(" ");
-    command
-        ->add_option("--check", options->check,
-                     "index: everything but the anchors' data; full: that too (default: full)")
-        ->transform(CLI::CheckedTransformer(kChecks))
-        ->option_text("index|full");
-    command->add_flag("-e,--warnings-as-errors", options->warnings_as_errors, "warnings fail the check too");
-    command->add_flag("--list-issues", options->list_issues, "print every problem there is a number for, and stop");
+    addText(*command, "FILE", options->input, "FILE.gsc", "file to check");
+    addChoice<GscCheck>(*command, "--check", options->check, {{"index", GscCheck::Index}, {"full", GscCheck::Full}},
+                        "default: full", "index: everything but the anchors' data; full: that too");
+    addFlag(*command, "-e,--warnings-as-errors", options->warnings_as_errors, "warnings fail the check too");
+    addFlag(*command, "--list-issues", options->list_issues, "print every problem there is a number for, and stop");
     addReporterOptions(*command, invocation.reporter, false);
     command->footer("Prints nothing and exits with 0 if the file is good, 3 if it is not, 5 if it is\n"
                     "only newer than this program.\n\n"

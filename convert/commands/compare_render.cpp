@@ -140,11 +140,11 @@ std::vector<Camera> camerasToCompare(const Scene& scene, const RenderOptions& op
     } else
         for (const SceneCamera& stored : scene.cameras())
             all.push_back(cameraOf(stored));
-    if (options.frames == 0 || all.size() <= options.frames)
+    if (options.views == 0 || all.size() <= options.views)
         return all;
     std::vector<Camera> taken;
-    for (uint64_t i = 0; i < options.frames; ++i)
-        taken.push_back(all[size_t(i * all.size() / options.frames)]);
+    for (uint64_t i = 0; i < options.views; ++i)
+        taken.push_back(all[size_t(i * all.size() / options.views)]);
     return taken;
 }
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/input/checkpoint.h"
-#include "convert/commands/reporter.h"
+#include "convert/commands/command.h"
 #include "kernels/common/frame_types.h"
 #include "runtime/metrics/metrics.h"
 
@@ -17,7 +17,7 @@ enum class ReferencePrecision { Float, Double };
 struct RenderOptions {
     std::string golden;   // folder of the trainer's pictures and their cameras.json; empty = look in the model folder
     std::string cameras;  // camera file; empty = the cameras stored in the .gsc
-    uint64_t frames = 3;  // of the stored cameras, evenly spaced; 0 = all
+    uint64_t views = 3;   // of the stored cameras, evenly spaced; 0 = all
     double min_psnr = 75; // of every view, dB
     Tier tier = Tier::Exact;
     ReferencePrecision reference = ReferencePrecision::Float; // Float: the trainer's rounding; Double: no rounding

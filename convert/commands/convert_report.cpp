@@ -2,6 +2,7 @@
 #include "convert/commands/convert_report.h"
 
 #include "convert/bake/model_sections.h"
+#include "player/tool/version.h"
 #include "convert/commands/model_facts.h"
 #include "kernels/decode/sensitivity.h"
 
@@ -58,7 +59,7 @@ Json convertJson(const ConvertFacts& facts)
 {
     Json json = {
         {"schema", "gsc.convert/1"},
-        {"generator", {{"name", "gsc"}, {"version", GSC_VERSION}}},
+        {"generator", {{"name", "gsc"}, {"version", toolVersion()}}},
         {"dry_run", facts.bake == nullptr},
         {"input", inputJson(facts)},
         {"model", modelJson(paramsOf(facts.checkpoint), facts.checkpoint.anchor_count)},

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/bake/bake.h"
-#include "convert/commands/reporter.h"
+#include "convert/commands/command.h"
 
 #include <string>
 #include <vector>

@@ -2,7 +2,7 @@
 // What a model is, told the same way from a checkpoint and from a .gsc file.
 #pragma once
 
-#include "convert/commands/reporter.h"
+#include "convert/commands/command.h"
 #include "format/gsc_layout.h"
 
 #include <string>

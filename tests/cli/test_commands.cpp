@@ -3,7 +3,7 @@
 #include "convert/commands/compare_render.h"
 #include "convert/commands/manifest_check.h"
 #include "convert/commands/model_facts.h"
-#include "convert/commands/parse_size.h"
+#include "player/tool/quantity.h"
 #include "convert/commands/text_file.h"
 
 #include <doctest/doctest.h>

@@ -99,12 +99,13 @@ City::City(const GoldenCity& golden, const std::string& model) : m_golden(golden
     CAPTURE(name);
     CHECK(sha256 == golden.ply_sha256);
 
-    const std::string input = m_baked->path();
-    const char* const command[] = {"gsc-play", input.c_str(), "--cameras",    made.path_file.c_str(),
-                                   "--eyes",   "2",           "--size",       "1024x1024",
-                                   "--fov",    "90",          "--background", "0,0,0"};
-    REQUIRE(!parsePlayOptions(int(std::size(command)), command, m_options));
-    PlayLog log(ProgressStyle::None, true, 0);
+    m_options.input = m_baked->path();
+    m_options.cameras = made.path_file;
+    m_options.eyes = 2;
+    m_options.width = m_options.height = 1024;
+    m_options.fov_x = std::numbers::pi / 2;
+    m_options.background = {0, 0, 0};
+    Reporter log({.quiet = true});
     m_shots = chooseShots(*m_scene, m_options, log);
 }
 

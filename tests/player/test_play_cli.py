@@ -175,7 +175,7 @@ class PlayTest(unittest.TestCase):
 
         # reports state no distance between such eyes
         report = json.loads(
-            self.play("bench", self.model, "--cameras", self.path, "--size", "48x32", "--eyes", "2", "--frames", "2",
+            self.play("bench", self.model, "--cameras", self.path, "--size", "48x32", "--eyes", "2", "--measure", "2",
                       "--warmup", "0", "--format", "json").stdout
         )
         check_schema("bench-report", report)
@@ -245,12 +245,12 @@ class PlayTest(unittest.TestCase):
         base = (self.model, "--cameras", self.path, "--size", "16x16", "-w")
         self.refused(*base, "--stats", "./model.gsc", code=1, says="--stats would overwrite the model")
         self.refused(*base, "--stats", self.path, code=1, says="--stats would overwrite the camera file")
-        self.refused(*base, "--frames", "0", "--out", "x.pfm", "--stats", "a/../x.pfm", code=1,
+        self.refused(*base, "--frames", "0:1", "--out", "x.pfm", "--stats", "a/../x.pfm", code=1,
                      says="--stats would overwrite an image of --out")
         (self.folder / "link.pfm").symlink_to(self.model)
-        self.refused(*base, "--frames", "0", "--out", "link.pfm", code=1, says="overwrite the model")
+        self.refused(*base, "--frames", "0:1", "--out", "link.pfm", code=1, says="overwrite the model")
         os.link(self.model, self.folder / "hard.pfm")
-        self.refused(*base, "--frames", "0", "--out", "hard.pfm", code=1, says="overwrite the model")
+        self.refused(*base, "--frames", "0:1", "--out", "hard.pfm", code=1, says="overwrite the model")
         os.mkfifo(self.folder / "pipe")
         self.refused(*base, "--stats", "pipe", code=2, says="no regular file")
         self.assertEqual(self.model.read_bytes(), keep)
@@ -260,7 +260,7 @@ class PlayTest(unittest.TestCase):
             resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
 
         for name in ("a.pfm", "a.png"):
-            run = subprocess.run([PLAY, self.model, "--size", "200x200", "--frames", "0", "--out", name, "-q"],
+            run = subprocess.run([PLAY, self.model, "--size", "200x200", "--frames", "0:1", "--out", name, "-q"],
                                  cwd=self.folder, capture_output=True, preexec_fn=limit, check=False)
             if run.returncode != 5:  # a build without PNG
                 self.assertEqual(run.returncode, 2, run.stderr)
@@ -344,7 +344,7 @@ class PlayTest(unittest.TestCase):
 
     def test_bench_report(self) -> None:
         for frames in (1, 9):
-            run = self.bench("--eyes", "2", "--ipd", "0.1", "--frames", frames, "--quality", "3", "--label", "a b",
+            run = self.bench("--eyes", "2", "--ipd", "0.1", "--measure", frames, "--quality", "3", "--label", "a b",
                              "--out", "b.jsonl", "--format", "json", "--fov", "60")
             report = json.loads(run.stdout)
             check_schema("bench-report", report)
@@ -382,12 +382,12 @@ class PlayTest(unittest.TestCase):
         self.assertEqual((report["reuse"], report["lod_bias"]), (said, -1))
         for line in (self.folder / "s.jsonl").read_text().splitlines():
             check_schema("frame-stats", json.loads(line))
-        report = json.loads(self.bench("--frames", "3", *options, "--format", "json").stdout)
+        report = json.loads(self.bench("--measure", "3", *options, "--format", "json").stdout)
         check_schema("bench-report", report)
         self.assertEqual((report["config"]["reuse"], report["config"]["lod_bias"]), (said, -1))
         self.assertIn("reuse error: ", self.small(*options).stdout)
-        self.assertIn("cache_evictions", self.bench("--frames", "3", *options).stdout)
-        self.assertNotIn("cache_evictions", self.bench("--frames", "3").stdout)
+        self.assertIn("cache_evictions", self.bench("--measure", "3", *options).stdout)
+        self.assertNotIn("cache_evictions", self.bench("--measure", "3").stdout)
         self.refused("bench", self.model, "--quality", "1", "--reuse", "depth", code=1, says="--sweep")
         self.refused(self.model, "--reuse-bound", "1", code=1, says="no effect with --reuse none")
 
@@ -420,7 +420,7 @@ class PlayTest(unittest.TestCase):
         self.assertEqual((report["target_ms"], report["lod_bias"]), (0.0001, 0.5))
         self.assertIn("target 0.0001 ms: LOD bias", self.play(*base, *target).stdout)
 
-        bench = ("bench", *base, "--warmup", "2", "--frames", "6", *target)
+        bench = ("bench", *base, "--warmup", "2", "--measure", "6", *target)
         report = json.loads(self.play(*bench, "--format", "json").stdout)
         check_schema("bench-report", report)
         self.assertLess(report["config"]["lod_bias_used"]["min"], report["config"]["lod_bias_used"]["max"])
@@ -468,7 +468,7 @@ class PlayTest(unittest.TestCase):
         self.assertIn("; 1 measured frames enlarged a buffer, more --warmup avoids that\n", text)
 
     def test_bench_table_and_refusals(self) -> None:
-        text = self.bench("--frames", "5", "--shots", "1:3").stdout
+        text = self.bench("--measure", "5", "--frames", "1:3").stdout
         self.assertIn("5 frames after 2 of warm-up, round 2 cameras", text)
         for word in ("frame, wall", "frame, device", "blend", "ns per Gaussian", "pairs", "peak memory"):
             self.assertIn(word, text)
@@ -476,12 +476,12 @@ class PlayTest(unittest.TestCase):
         self.assertNotIn("against exact", text)
         self.assertNotIn("ceilings", text)
         self.assertIn("against exact of cpu-reference, 4 images: PSNR",
-                      self.bench("--frames", "1", "--quality", "99", "--reference", "cpu-reference").stdout)
+                      self.bench("--measure", "1", "--quality", "99", "--reference", "cpu-reference").stdout)
         self.assertIn("--quality", self.play("bench", "--help").stdout)
         self.refused("bench", "none.gsc", code=2, says="none.gsc")
-        self.refused("bench", self.model, "--frames", "0", code=1, says="--frames")
+        self.refused("bench", self.model, "--measure", "0", code=1, says="--measure")
         self.refused("bench", self.model, "--tier", "best", code=1, says="--tier")
-        self.bench("--frames", "1", "--out", self.folder, code=2)
+        self.bench("--measure", "1", "--out", self.folder, code=2)
 
     def test_full_disk(self) -> None:
         if not os.path.exists("/dev/full"):

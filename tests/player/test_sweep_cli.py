@@ -231,7 +231,7 @@ class SweepTest(unittest.TestCase):
         self.write(axes={})
         (self.folder / "c/paths/first.json").write_text('{"schema":"gsc.trajectory/1","frames":[]}')
         self.refused(code=3, says="holds no camera")
-        for option in ("--frames", "--warmup", "--quality", "--shots", "--cameras"):
+        for option in ("--frames", "--warmup", "--quality", "--measure", "--cameras"):
             self.refused(option, "3", code=1, says="--sweep")
 
     def test_outputs_fall_on_nothing(self) -> None:
@@ -274,7 +274,7 @@ class SweepTest(unittest.TestCase):
 
     def test_stability(self) -> None:
         run = self.stability("--trajectories", "c/paths", "--eyes", "2", "--ipd", "0.1", "--reuse", "error", "--frames",
-                             "7", "--warmup", "3", "--bound-p99", "1e9", "--format", "json")
+                             "0:7", "--warmup", "3", "--bound-p99", "1e9", "--format", "json")
         report = json.loads(run.stdout)
         check_schema("stability-report", report)
         self.assertTrue(report["passed"])
@@ -301,7 +301,7 @@ class SweepTest(unittest.TestCase):
                                       (("--trajectories", "c/paths", "--bound-psnr", "-1"), 1, "--bound-psnr"),
                                       (("--trajectories", "c/paths", "--bound-temporal", "nan"), 1, "--bound-temporal"),
                                       (("--trajectories", "c/paths/second.json", "--eyes", "2"), 1, "--ipd"),
-                                      (("--trajectories", "c/paths", "--frames", "0"), 1, "--frames")):
+                                      (("--trajectories", "c/paths", "--frames", "0:0"), 1, "--frames")):
             run = self.stability(*arguments, code=code)
             self.assertIn(says, run.stderr)
             self.assertEqual(run.stdout, "")

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/commands/progress.h"
+#include "player/tool/stage_progress.h"
 
-#include "convert/commands/reporter.h"
+#include "player/tool/reporter.h"
 
 #include <nlohmann/json.hpp>
 
@@ -24,18 +24,18 @@ double secondsBetween(std::chrono::steady_clock::time_point from, std::chrono::s
 
 } // namespace
 
-Progress::Progress(ProgressMode mode) : m_mode(mode), m_start(Clock::now())
+StageProgress::StageProgress(ProgressMode mode) : m_mode(mode), m_start(Clock::now())
 {
     if (m_mode == ProgressMode::Auto)
         m_mode = isatty(STDERR_FILENO) ? ProgressMode::Bar : ProgressMode::Plain;
 }
 
-double Progress::seconds() const
+double StageProgress::seconds() const
 {
     return secondsBetween(m_start, Clock::now());
 }
 
-void Progress::update(const char* stage, uint64_t finished, uint64_t total)
+void StageProgress::update(const char* stage, uint64_t finished, uint64_t total)
 {
     if (m_mode == ProgressMode::None)
         return;
@@ -70,10 +70,10 @@ void Progress::update(const char* stage, uint64_t finished, uint64_t total)
     if (secondsBetween(m_last_draw, now) < kPlainSeconds)
         return;
     m_last_draw = now;
-    std::fprintf(stderr, "%s: %llu %%\n", stage, static_cast<unsigned long long>(10 * tenth));
+    std::fprintf(stderr, "%s: %llu %%\n", shownStage().c_str(), static_cast<unsigned long long>(10 * tenth));
 }
 
-void Progress::close(bool failed)
+void StageProgress::close(bool failed)
 {
     if (m_stage.empty())
         return;
@@ -83,25 +83,25 @@ void Progress::close(bool failed)
         std::fprintf(stderr, failed ? "  failed in %.1f s\n" : "  done\n", elapsed);
         m_bar_width = 0;
     } else if (m_mode == ProgressMode::Plain)
-        std::fprintf(stderr, "%s: %s in %.1f s\n", m_stage.c_str(), failed ? "failed" : "done", elapsed);
+        std::fprintf(stderr, "%s: %s in %.1f s\n", shownStage().c_str(), failed ? "failed" : "done", elapsed);
     else if (m_mode == ProgressMode::Json)
         printEvent(failed ? "failed" : "done", m_finished, m_total);
     m_stage.clear();
 }
 
-void Progress::breakLine()
+void StageProgress::breakLine()
 {
     if (m_bar_width)
         std::fputc('\n', stderr);
     m_bar_width = 0;
 }
 
-void Progress::drawBar(uint64_t finished, uint64_t total)
+void StageProgress::drawBar(uint64_t finished, uint64_t total)
 {
     const double elapsed = secondsBetween(m_stage_start, Clock::now());
     const double part = total ? std::min(1.0, double(finished) / double(total)) : 0.0;
     const size_t filled = size_t(part * double(kBarCells));
-    std::string line = m_stage + " [" + std::string(filled, '#') + std::string(kBarCells - filled, '.') + "] " +
+    std::string line = shownStage() + " [" + std::string(filled, '#') + std::string(kBarCells - filled, '.') + "] " +
                        formatString("%3.0f %%  %.1f s", 100 * part, elapsed);
     if (part > 0.02 && part < 1.0 && elapsed > 1.0)
         line += formatString("  ETA %.0f s", elapsed / part - elapsed);
@@ -114,7 +114,7 @@ void Progress::drawBar(uint64_t finished, uint64_t total)
     std::fflush(stderr);
 }
 
-void Progress::printEvent(const char* event, uint64_t finished, uint64_t total) const
+void StageProgress::printEvent(const char* event, uint64_t finished, uint64_t total) const
 {
     const nlohmann::ordered_json json = {
         {"event", event},

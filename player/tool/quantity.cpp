@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/commands/parse_size.h"
+#include "player/tool/quantity.h"
 
 #include <cctype>
 #include <cmath>

@@ -2,13 +2,13 @@
 // What a command says: its result on stdout, everything else on stderr.
 #pragma once
 
-#include "convert/commands/progress.h"
 #include "format/error.h"
-
-#include <nlohmann/json.hpp>
+#include "player/tool/json.h"
+#include "player/tool/stage_progress.h"
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace gsc {
 
@@ -22,19 +22,12 @@ struct ReporterOptions {
     bool no_color = false;
 };
 
-using Json = nlohmann::ordered_json; // keys come out in the order they were written
-
-// A number JSON can hold: null where the value is not finite.
-Json jsonNumber(double value);
-// Pretty text of a report; source strings that are not UTF-8 are repaired, never thrown on.
-std::string jsonText(const Json& json);
 // 1536 -> "1.5 KiB", three significant digits or so.
 std::string formatBytes(uint64_t bytes);
 // 1234567 -> "1,234,567".
 std::string formatCount(uint64_t count);
 // Largest resident set of this process so far, bytes.
 uint64_t peakMemoryBytes();
-std::string versionText();
 
 class Reporter {
 public:
@@ -46,17 +39,23 @@ public:
 
     // stdout. Exactly one of the two is used, according to the format asked for. Throws Error(Io).
     void text(const std::string& text);
-    void object(const Json& json);
+    void object(const OrderedJson& json);
 
-    // stderr
+    // stderr; with --progress json each is one event (schemas/progress-event.schema.json)
     void error(const std::string& message);
     void warning(const std::string& message);
     void detail(const std::string& message); // shown with -v
+    void tell(const std::string& message);   // shown unless -q
     // Closing line of a command that worked: `what`, time, peak memory.
     void done(const std::string& what);
 
     void progress(const char* stage, uint64_t finished, uint64_t total);
+    // What a person reads beside the stage, such as "run 3/12"; empty = nothing.
+    void progressPart(const std::string& part) { m_progress.setPart(part); }
     void endProgress(bool failed);
+
+    // Every warning so far, for the report; also those that -q did not show.
+    [[nodiscard]] const std::vector<std::string>& warnings() const { return m_warnings; }
 
     // Throws Error(Io) if something written to stdout did not arrive (full disk, closed pipe).
     void flush();
@@ -65,8 +64,9 @@ private:
     void line(const char* level, const char* color, const std::string& message);
 
     ReporterOptions m_options;
-    Progress m_progress;
+    StageProgress m_progress;
     bool m_color = false;
+    std::vector<std::string> m_warnings;
 };
 
 } // namespace gsc

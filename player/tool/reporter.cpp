@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/commands/reporter.h"
-
-#include "format/gsc_layout.h"
+#include "player/tool/reporter.h"
 
 #include <cerrno>
 #include <cmath>
@@ -13,14 +11,14 @@
 
 namespace gsc {
 
-Json jsonNumber(double value)
+OrderedJson jsonNumber(double value)
 {
-    return std::isfinite(value) ? Json(value) : Json(nullptr);
+    return std::isfinite(value) ? OrderedJson(value) : OrderedJson(nullptr);
 }
 
-std::string jsonText(const Json& json)
+std::string jsonText(const OrderedJson& json, int indent)
 {
-    return json.dump(2, ' ', false, Json::error_handler_t::replace);
+    return json.dump(indent, ' ', false, OrderedJson::error_handler_t::replace);
 }
 
 std::string formatBytes(uint64_t bytes)
@@ -51,12 +49,6 @@ uint64_t peakMemoryBytes()
     return uint64_t(usage.ru_maxrss) * 1024; // KiB on Linux
 }
 
-std::string versionText()
-{
-    return formatString("gsc %s (reads and writes .gsc %u.%u)", GSC_VERSION, unsigned(kVersionMajor),
-                        unsigned(kVersionMinor));
-}
-
 Reporter::Reporter(const ReporterOptions& options)
     : m_options(options), m_progress(options.quiet ? ProgressMode::None : options.progress)
 {
@@ -71,7 +63,7 @@ void Reporter::text(const std::string& text)
         std::fputc('\n', stdout);
 }
 
-void Reporter::object(const Json& json)
+void Reporter::object(const OrderedJson& json)
 {
     text(jsonText(json));
 }
@@ -79,7 +71,13 @@ void Reporter::object(const Json& json)
 void Reporter::line(const char* level, const char* color, const std::string& message)
 {
     m_progress.breakLine();
-    if (m_color)
+    if (m_options.progress == ProgressMode::Json) {
+        std::fprintf(stderr, "%s\n", jsonText({{"event", level}, {"message", message}}, -1).c_str());
+        return;
+    }
+    if (color == nullptr)
+        std::fprintf(stderr, "%s\n", message.c_str());
+    else if (m_color)
         std::fprintf(stderr, "\033[%sm%s:\033[0m %s\n", color, level, message.c_str());
     else
         std::fprintf(stderr, "%s: %s\n", level, message.c_str());
@@ -92,6 +90,7 @@ void Reporter::error(const std::string& message)
 
 void Reporter::warning(const std::string& message)
 {
+    m_warnings.push_back(message);
     if (!m_options.quiet)
         line("warning", "1;33", message);
 }
@@ -102,10 +101,26 @@ void Reporter::detail(const std::string& message)
         line("info", "36", message);
 }
 
+void Reporter::tell(const std::string& message)
+{
+    if (!m_options.quiet)
+        line("info", nullptr, message);
+}
+
 void Reporter::done(const std::string& what)
 {
     m_progress.close(false);
-    if (!m_options.quiet)
+    if (m_options.quiet)
+        return;
+    if (m_options.progress == ProgressMode::Json)
+        std::fprintf(stderr, "%s\n",
+                     jsonText({{"event", "finished"},
+                               {"message", what},
+                               {"elapsedMs", uint64_t(1000 * seconds())},
+                               {"peakMemoryBytes", peakMemoryBytes()}},
+                              -1)
+                         .c_str());
+    else
         std::fprintf(stderr, "%s in %.1f s, peak memory %s\n", what.c_str(), seconds(),
                      formatBytes(peakMemoryBytes()).c_str());
 }

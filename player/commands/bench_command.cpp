@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "format/error.h"
+#include "player/bench.h"
+#include "player/commands/commands.h"
+#include "player/commands/render_options.h"
+#include "player/report_parts.h"
+#include "player/run_row.h"
+#include "player/sweep.h"
+#include "player/tool/options.h"
+
+#include <CLI/CLI.hpp>
+
+#include <memory>
+
+namespace gsc {
+
+namespace {
+
+constexpr const char* kExamples = R"(examples:
+  gsc-play bench room.gsc --size 1920x1080
+      300 frames round the stored cameras after 50 of warm-up, as a table
+  gsc-play bench city.gsc --cameras flight.json --eyes 2 --ipd 0.065 --size 2048x2048 --fov 90 --quality 16 --out b.jsonl
+      two eyes on a path, 16 frames scored against the tier exact, a line added to b.jsonl
+  gsc-play bench room.gsc --sweep sweep.json --out runs.jsonl
+      every combination of reuse, bounds and budgets that sweep.json asks for; gsc chart draws runs.jsonl
+
+Images stay on the device. Times of stages are the device's own, `wall` is what the caller waits. A sweep scores every
+frame: a backend on the host is timed and scored in one pass, scoring outside the times; any other is timed first and
+renders again for the scores.)";
+
+void addBenchOptions(CLI::App& app, BenchOptions& options)
+{
+    const char* group = "Measuring";
+    constexpr int64_t kMany = 1000000;
+    addInteger(app, "--warmup", options.warmup, 0, kMany, "N (default: 50)", "frames before the measured ones")
+        ->group(group);
+    addInteger(app, "--measure", options.measured, 1, kMany, "N (default: 300)",
+               "frames to measure, going round the cameras")
+        ->group(group);
+    addInteger(app, "--quality", options.quality, 0, kMany, "N (default: 0)", "cameras to score against the tier exact")
+        ->group(group);
+    addBackend(app, "--reference", options.reference, false, "backend that renders exact for --quality or --sweep")
+        ->group(group);
+    addText(app, "--label", options.label, "TEXT", "text for the report, such as what changed")->group(group);
+    addText(app, "--out", options.out, "FILE.jsonl",
+            "file that takes one more line (schemas/bench-report.schema.json); - is standard output")
+        ->group(group);
+    CLI::Option* sweep = addText(app, "--sweep", options.sweep, "FILE.json",
+                                 "runs every combination that the file asks for (schemas/sweep.schema.json), each from "
+                                 "a cold start, scored against exact; --out takes a row for each "
+                                 "(schemas/run.schema.json) and is gone on with where a sweep was stopped");
+    sweep->group(group);
+    for (const char* fixed : {"--cameras", "--frames", "--warmup", "--measure", "--quality", "--target-ms"})
+        sweep->excludes(app.get_option(fixed)); // the file says these
+}
+
+void checkBenchOptions(const CLI::App& app, const BenchOptions& options)
+{
+    checkRenderOptions(app, options.play, !options.sweep.empty());
+    checkEffect(app, "--reference", options.quality > 0 || !options.sweep.empty(), "--quality or --sweep");
+    if (options.quality > 0 && options.play.reuse.policy != ReusePolicy::None)
+        throw Error(ErrorCode::Usage, "--quality: scores single pictures and would not see what --reuse does to a "
+                                      "path, expected --reuse none; pass --sweep CONFIG.json to score whole paths");
+    if (options.quality > 0 && (options.play.lod_hysteresis > 0 || options.play.target_ms > 0))
+        throw Error(ErrorCode::Usage,
+                    "--quality: scores single pictures, to which --lod-hysteresis and --target-ms do nothing, expected "
+                    "neither; pass --sweep CONFIG.json to score whole paths");
+}
+
+ErrorCode runSweep(const BenchOptions& options, Reporter& report)
+{
+    bool first = true;
+    sweep(options, report, [&](const OrderedJson& row) {
+        report.endProgress(false);
+        if (report.json())
+            report.text(dumpJson(row));
+        else
+            report.text((first ? runTableHeader() : "") + runTableLine(row));
+        report.flush();
+        first = false;
+    });
+    return ErrorCode::Ok;
+}
+
+ErrorCode runBench(const BenchOptions& options, Reporter& report)
+{
+    const BenchSummary summary = bench(options, report);
+    report.endProgress(false);
+    const std::string json = benchReportJson(options, summary);
+    if (!options.out.empty())
+        appendLine(options.out, json);
+    report.text(report.json() ? json : benchReportText(options, summary));
+    return ErrorCode::Ok;
+}
+
+} // namespace
+
+void addBenchCommand(CLI::App& root, Invocation& invocation)
+{
+    auto options = std::make_shared<BenchOptions>();
+    CLI::App* command = root.add_subcommand("bench", "Measure what frames cost, or sweep speed against accuracy");
+    addFile(*command, options->play);
+    command->get_option("FILE")->required();
+    addCameras(*command, options->play);
+    addFrames(*command, options->play);
+    addViewOptions(*command, options->play);
+    addRunOptions(*command, options->play);
+    addTargetOption(*command, options->play);
+    addBenchOptions(*command, *options);
+    addReporterOptions(*command, invocation.reporter, true);
+    command->footer(kExamples);
+    command->callback([command, &invocation, options] {
+        checkBenchOptions(*command, *options);
+        invocation.run = [options](Reporter& report) {
+            return options->sweep.empty() ? runBench(*options, report) : runSweep(*options, report);
+        };
+    });
+}
+
+} // namespace gsc

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// The commands of gsc-play. Playing has no word of its own: it is what the program does with a file.
+#pragma once
+
+#include "player/tool/tool.h"
+
+namespace gsc {
+
+void addPlayCommand(CLI::App& root, Invocation& invocation);
+void addBenchCommand(CLI::App& root, Invocation& invocation);
+void addStabilityCommand(CLI::App& root, Invocation& invocation);
+void addBackendsCommand(CLI::App& root, Invocation& invocation);
+
+// Everything main() does. Returns the exit code; never throws.
+int runGscPlay(int argc, const char* const* argv);
+
+} // namespace gsc

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "format/error.h"
+#include "player/commands/commands.h"
+#include "player/commands/play_command.h"
+#include "player/commands/render_options.h"
+#include "player/image/image_io.h"
+#include "player/play.h"
+#include "player/play_report.h"
+#include "player/tool/help_format.h"
+#include "player/tool/options.h"
+#include "player/tool/version.h"
+#include "runtime/backend.h"
+
+#include <CLI/CLI.hpp>
+
+#include <memory>
+
+namespace gsc {
+
+namespace {
+
+constexpr const char* kExamples = R"(examples:
+  gsc-play room.gsc --out 'frames/{name}.png'
+      every camera stored in the file, at its own size
+  gsc-play room.gsc --cameras path.json --frames 0:100 --size 1920x1080 --out 'out/{frame:04}.png' --stats out.jsonl
+      the first 100 frames of a trajectory, with what each cost
+  gsc-play room.gsc --tier exact --depth 16 --out 'exact/{name}.png'
+      the trainer's own image, 16 bits per channel
+  gsc-play room.gsc --eyes 2 --ipd 0.065 --out 'vr/{frame:04}_{eye}.exr'
+      both eyes, 32-bit float
+  gsc-play room.gsc --cameras path.json --reuse error --reuse-bound 1 --stats out.jsonl
+      decoded Gaussians are drawn again while they change by less than 1/255
+  gsc-play city.gsc --cameras flight.json --target-ms 11 --lod-fade 0.5 --lod-hysteresis 0.1 --stats out.jsonl
+      detail falls where a frame would take longer than 11 ms, and no level pops
+  gsc-play bench room.gsc --eyes 2 --ipd 0.065 --size 2048x2048 --fov 90
+      what a frame costs, stage by stage; gsc-play bench --help
+
+A model whose file is named as a command is played as ./bench.
+Results go to standard output, everything else to standard error.
+exit codes:
+  0 ok   1 usage   2 input/output   3 invalid file   4 internal   5 unsupported   6 out of memory   7 device
+  8 a bound was passed   130 interrupted)";
+
+void addOutputOptions(CLI::App& app, PlayOptions& options)
+{
+    const char* group = "Files";
+    addText(app, "--out", options.out, "PATTERN",
+            "images to write; {name}, {frame}, {frame:04} and {eye} are filled in (" + imageExtensions() + ")")
+        ->group(group);
+    addChoice<PixelDepth>(app, "--depth", options.depth, {{"8", PixelDepth::Eight}, {"16", PixelDepth::Sixteen}},
+                          "default: 8", "bits per channel of a PNG")
+        ->group(group);
+    addText(
+        app, "--stats", options.stats, "FILE.jsonl",
+        "one JSON object per frame and line: time per stage, counts (schemas/frame-stats.schema.json); - is standard "
+        "output")
+        ->group(group);
+    addFlag(app, "-w,--overwrite", options.overwrite, "replace files that exist")->group(group);
+}
+
+void checkOut(const CLI::App& app, const PlayOptions& options)
+{
+    checkEffect(app, "--depth", !options.out.empty(), "--out");
+    if (!options.out.empty() && !isImageExtension(options.out))
+        throw Error(
+            ErrorCode::Unsupported,
+            formatString("--out %s: this build cannot write such a file, expected one of %s; choose one of them",
+                         options.out.c_str(), imageExtensions().c_str()));
+}
+
+ErrorCode runPlay(const PlayOptions& options, Reporter& report)
+{
+    const PlaySummary summary = play(options, report);
+    report.endProgress(false);
+    report.text(report.json() ? playReportJson(summary, report.warnings()) : playReportText(summary));
+    return ErrorCode::Ok;
+}
+
+} // namespace
+
+void addPlayOptions(CLI::App& app, PlayOptions& options)
+{
+    addFile(app, options);
+    addCameras(app, options);
+    addFrames(app, options);
+    addViewOptions(app, options);
+    addRunOptions(app, options);
+    addTargetOption(app, options);
+    addOutputOptions(app, options);
+}
+
+void checkPlayOptions(const CLI::App& app, const PlayOptions& options)
+{
+    if (options.input.empty())
+        throw Error(ErrorCode::Usage, "FILE: not given, expected a .gsc behind gsc-play; see gsc-play --help");
+    checkRenderOptions(app, options, false);
+    checkOut(app, options);
+}
+
+void addPlayCommand(CLI::App& root, Invocation& invocation)
+{
+    auto options = std::make_shared<PlayOptions>();
+    addPlayOptions(root, *options);
+    addReporterOptions(root, invocation.reporter, true);
+    root.footer(kExamples);
+    root.callback([&root, &invocation, options] {
+        if (!root.get_subcommands().empty())
+            return;
+        checkPlayOptions(root, *options);
+        invocation.run = [options](Reporter& report) { return runPlay(*options, report); };
+    });
+}
+
+void addBackendsCommand(CLI::App& root, Invocation& invocation)
+{
+    CLI::App* command = root.add_subcommand("backends", "List what renders on this machine");
+    command->callback([&invocation] {
+        invocation.run = [](Reporter& report) {
+            for (const BackendInfo& backend : availableBackends())
+                report.text(backend.name + ": " + backend.description);
+            return ErrorCode::Ok;
+        };
+    });
+}
+
+int runGscPlay(int argc, const char* const* argv)
+{
+    CLI::App app("Plays a .gsc model: renders it from the cameras given, without a window.", "gsc-play");
+    app.formatter(helpFormatter());
+    app.require_subcommand(0, 1);
+    app.set_version_flag("--version", versionText("gsc-play") + "\nimages " + imageExtensions(),
+                         "version, commit, file format, CUDA and image files");
+    Invocation invocation;
+    addPlayCommand(app, invocation);
+    addBenchCommand(app, invocation);
+    addStabilityCommand(app, invocation);
+    addBackendsCommand(app, invocation);
+    addToolCommands(app, invocation);
+    return runTool(app, invocation, argc, argv);
+}
+
+} // namespace gsc

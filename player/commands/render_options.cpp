@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/commands/render_options.h"
+
+#include "format/error.h"
+#include "player/reuse_names.h"
+#include "player/tool/options.h"
+
+#include <CLI/CLI.hpp>
+
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+namespace gsc {
+
+namespace {
+
+constexpr double kMaxLength = 1e15; // world units
+constexpr double kMaxTargetMs = 60000;
+
+std::vector<float> parseColor(const std::string& name, const std::string& text)
+{
+    float r = 0, g = 0, b = 0;
+    int used = 0;
+    if (std::sscanf(text.c_str(), "%f,%f,%f%n", &r, &g, &b, &used) != 3 || size_t(used) != text.size() ||
+        !std::isfinite(r) || !std::isfinite(g) || !std::isfinite(b))
+        detail::failValue(name, text, "no colour", "three numbers such as 0,0,0, or \"model\"");
+    return {r, g, b};
+}
+
+void addReuseOptions(CLI::App& app, PlayOptions& options)
+{
+    const char* group = "Reuse of decoded Gaussians";
+    ReuseOptions& reuse = options.reuse;
+    addChoice<ReusePolicy>(app, "--reuse", reuse.policy, reusePolicies(), "default: none",
+                           "when they are drawn again in later frames: none: never; depth: for so many frames, fewer "
+                           "the more of the view is new; error: while their predicted change stays within a bound")
+        ->group(group);
+    addInteger(app, "--reuse-depth", reuse.max_depth, 0, kMaxReuseDepth, "N (default: 10)",
+               "frames one is drawn again at most, with --reuse depth")
+        ->group(group);
+    addChoice<DepthGuidance>(app, "--reuse-guidance", reuse.guidance, depthGuidances(), "default: linear",
+                             "how the share of the view that is new becomes a depth, with --reuse depth")
+        ->group(group);
+    addFloat(app, "--reuse-bound", reuse.bound, {0, kMaxReuseBound}, " in 1/255", "B (default: 1)",
+             "predicted change of what an anchor draws, in 1/255, with --reuse error")
+        ->group(group);
+    addInteger(app, "--decode-budget", reuse.decode_budget, 0, int64_t(1) << 40, "N (default: 0)",
+               "most anchors decoded per frame and eye, the worst first, with --reuse error; what was never decoded is "
+               "decoded all the same; 0 = as many as the bound wants")
+        ->group(group);
+    addByteSize(app, "--cache-budget", reuse.cache_bytes, 1, "SIZE (default: a quarter of the machine's)",
+                "most memory of decoded Gaussians, such as 256M")
+        ->group(group);
+    addFlag(app, "--cut-cache", reuse.cut,
+            "keep which groups are visible while the camera cannot have changed it: the same picture, less selection; "
+            "pays where the camera moves little from frame to frame")
+        ->group(group);
+    addFlag(app, "--order-cache", reuse.order,
+            "sort by what the last frame's depth order was: the same picture; up to a fifth less time in the sort on a "
+            "CPU, and up to a fifth more on CUDA")
+        ->group(group);
+}
+
+void addLevelOptions(CLI::App& app, PlayOptions& options)
+{
+    const char* group = "Levels of detail";
+    addNumber(app, "--lod-bias", options.lod_bias, {-kMaxLodBias, kMaxLodBias}, " levels", "X (default: 0)",
+              "levels added to the one that distance asks for: below 0 draws less, 0 is the trainer's")
+        ->group(group);
+    addNumber(app, "--lod-fade", options.lod_fade, {0, kMaxLodWidth}, " levels", "X (default: 0)",
+              "levels over which an anchor fades in about the place where the trainer's switches it on, up to 1")
+        ->group(group);
+    addNumber(app, "--lod-hysteresis", options.lod_hysteresis, {0, kMaxLodWidth}, " levels", "X (default: 0)",
+              "levels that a switch may lag behind the camera, up to 1: one that trembles at it switches nothing")
+        ->group(group);
+}
+
+} // namespace
+
+CLI::Option* addBackend(CLI::App& app, const char* name, std::string& field, bool or_auto, const char* help)
+{
+    Choices<std::string> names = {{"cuda", "cuda"}, {"cpu", "cpu"}, {"cpu-reference", "cpu-reference"}};
+    if (or_auto)
+        names.insert(names.begin(), {"auto", "auto"});
+    return addChoice<std::string>(app, name, field, names, or_auto ? "default: auto" : "default: the measured one",
+                                  help);
+}
+
+void addFile(CLI::App& app, PlayOptions& options)
+{
+    addText(app, "FILE", options.input, "FILE.gsc", "model to play");
+}
+
+void addCameras(CLI::App& app, PlayOptions& options)
+{
+    addText(app, "--cameras", options.cameras, "stored|FILE.json (default: stored)",
+            "cameras.json of a trained model, transforms.json or a trajectory (schemas/trajectory.schema.json), or "
+            "those stored in FILE");
+}
+
+void addFrames(CLI::App& app, PlayOptions& options)
+{
+    detail::addValue(app, "--frames", "A:B (default: all)",
+                     "cameras A to B-1 of the camera file; either may be left out",
+                     [&options](const std::string& name, const std::string& text) {
+                         if (!parseFrameRange(text, options.frame_first, options.frame_end))
+                             detail::failValue(name, text, "no range", "A:B with A below B, such as 0:100");
+                     });
+}
+
+void addViewOptions(CLI::App& app, PlayOptions& options)
+{
+    const char* group = "View";
+    addImageSize(app, "--size", options.width, options.height, "WxH (default: the camera's)", "pixels of the image")
+        ->group(group);
+    detail::addValue(app, "--fov", "DEGREES (default: the camera's)", "horizontal angle of view",
+                     [&options](const std::string& name, const std::string& text) {
+                         const double angle = detail::number(name, text, {0.01, 179.9}, " degrees");
+                         options.fov_x = angle * std::numbers::pi / 180;
+                     })
+        ->group(group);
+    addInteger(app, "--eyes", options.eyes, 1, 2, "1|2 (default: 1)", "1, or 2 for stereo")->group(group);
+    addNumber(app, "--ipd", options.ipd, {0, kMaxLength, true}, " world units", "LENGTH (default: the trajectory's)",
+              "distance of the two eyes in world units")
+        ->group(group);
+    addChoice<StereoMode>(app, "--stereo", options.stereo, stereoModes(), "default: exact",
+                          "exact: the networks look from each eye; merged: from the middle between the two, once for "
+                          "both")
+        ->group(group);
+    addInteger(app, "--appearance", options.appearance, 0, std::numeric_limits<int>::max(),
+               "ROW (default: the camera's own)", "row of the appearance embedding for every camera")
+        ->group(group);
+    detail::addValue(app, "--background", "model|R,G,B (default: model)",
+                     "colour behind the model, or what it was trained with",
+                     [&options](const std::string& name, const std::string& text) {
+                         if (text == "model")
+                             options.background.reset();
+                         else
+                             options.background = parseColor(name, text);
+                     })
+        ->group(group);
+    addNumber(app, "--near", options.near_z, {0, kMaxLength, true}, " world units", "Z (default: the model's)",
+              "nearest depth drawn, world units")
+        ->group(group);
+}
+
+void addRunOptions(CLI::App& app, PlayOptions& options)
+{
+    const char* group = "Rendering";
+    addChoice<Tier>(
+        app, "--tier", options.tier, {{"exact", Tier::Exact}, {"fast", Tier::Fast}}, "default: fast",
+        "exact: the trainer's image, of a model far from the origin without what rounding does to it there; "
+        "fast: half precision where the backend has it; the CPU renders exact")
+        ->group(group);
+    addBackend(app, "--backend", options.backend, true, "what renders; gsc-play backends lists what this machine has")
+        ->group(group);
+    addInteger(app, "--threads", options.threads, 0, 4096, "N (default: 0)", "CPU threads, 0 = all cores")
+        ->group(group);
+    addByteSize(app, "--vram-budget", options.vram_budget, 1, "SIZE (default: all there is)",
+                "most device memory for model and frame, such as 4G; frames that need more are drawn in more passes")
+        ->group(group);
+    addFlag(app, "--verify", options.verify, "check the checksum of every byte before the first frame")->group(group);
+    addReuseOptions(app, options);
+    addLevelOptions(app, options);
+}
+
+void addTargetOption(CLI::App& app, PlayOptions& options)
+{
+    addNumber(app, "--target-ms", options.target_ms, {1e-3, kMaxTargetMs}, " milliseconds", "MS (default: none)",
+              "hold this frame time: levels fall while frames take longer, and come back slowly up to --lod-bias")
+        ->group("Levels of detail");
+}
+
+void checkEffect(const CLI::App& app, const char* option, bool has_effect, const std::string& needs)
+{
+    const CLI::Option* found = app.get_option_no_throw(option);
+    if (!has_effect && found != nullptr && found->count() > 0)
+        throw Error(ErrorCode::Usage,
+                    formatString("%s: has no effect here, expected %s with it; pass that too or leave "
+                                 "%s out",
+                                 option, needs.c_str(), option));
+}
+
+void checkEyes(const CLI::App& app, const PlayOptions& options)
+{
+    if (options.stereo == StereoMode::Merged)
+        checkEffect(app, "--stereo", options.eyes == 2, "--eyes 2");
+    checkEffect(app, "--ipd", options.eyes == 2, "--eyes 2");
+}
+
+void checkRenderOptions(const CLI::App& app, const PlayOptions& options, bool paths_follow)
+{
+    const ReuseOptions& reuse = options.reuse;
+    for (const char* option : {"--reuse-depth", "--reuse-guidance"})
+        checkEffect(app, option, reuse.policy == ReusePolicy::Depth, "--reuse depth");
+    for (const char* option : {"--reuse-bound", "--decode-budget"})
+        checkEffect(app, option, reuse.policy == ReusePolicy::Error, "--reuse error");
+    checkEffect(app, "--cache-budget", reuse.policy != ReusePolicy::None, "--reuse depth or --reuse error");
+    // a sweep's file may ask for two eyes and a trajectory may state their distance; it is asked again when they are read
+    const bool may_be_stated = paths_follow || options.cameras != "stored";
+    if (options.eyes == 2 && !may_be_stated && !(options.ipd > 0))
+        throw Error(ErrorCode::Usage, "--ipd: not given, expected the distance of the two eyes in world units of the "
+                                      "model; pass --ipd LENGTH");
+    if (!paths_follow) {
+        checkEyes(app, options);
+    }
+    if (options.stereo == StereoMode::Merged && reuse.policy != ReusePolicy::None)
+        throw Error(ErrorCode::Usage, "--stereo merged: together with --reuse, which keeps what each eye decoded, "
+                                      "expected one of them; pass --reuse none or --stereo exact");
+}
+
+} // namespace gsc

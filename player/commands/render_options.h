@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Options that play, bench and stability have in common, as CLI11 declares them. What is wrong with one value is said
+// as it is read; what is wrong with several together is said by checkRenderOptions().
+#pragma once
+
+#include "player/play_options.h"
+
+#include <string>
+
+namespace CLI {
+class App;
+class Option;
+} // namespace CLI
+
+namespace gsc {
+
+void addFile(CLI::App& app, PlayOptions& options);
+void addCameras(CLI::App& app, PlayOptions& options);
+void addFrames(CLI::App& app, PlayOptions& options);      // --frames A:B
+void addViewOptions(CLI::App& app, PlayOptions& options); // size, angle, eyes, colours
+void addRunOptions(CLI::App& app, PlayOptions& options);  // tier, backend, memory, reuse, levels
+void addTargetOption(CLI::App& app, PlayOptions& options);
+
+// A backend by name, or "auto" too: the names of every build; one that this build lacks is refused when it is opened.
+CLI::Option* addBackend(CLI::App& app, const char* name, std::string& field, bool or_auto, const char* help);
+
+// What has an effect with two eyes only. Throws Error(Usage).
+void checkEyes(const CLI::App& app, const PlayOptions& options);
+
+// `paths_follow`: cameras are read from files that are not known yet. Throws Error(Usage).
+void checkRenderOptions(const CLI::App& app, const PlayOptions& options, bool paths_follow);
+
+// Throws Error(Usage) if `option` was given and `has_effect` is false; `needs` is what it wants.
+void checkEffect(const CLI::App& app, const char* option, bool has_effect, const std::string& needs);
+
+} // namespace gsc

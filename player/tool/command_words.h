@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// The words of a command line against the tree of commands and options, before CLI11 parses them. CLI11's own messages
+// neither say what was expected nor guess what was meant, and differ between its versions.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+class Option;
+} // namespace CLI
+
+namespace gsc {
+
+// Where a command line stands after some of its words.
+struct CommandState {
+    const CLI::App* command = nullptr;    // the innermost so far
+    const CLI::Option* awaited = nullptr; // the option whose value comes next; null = none
+    bool awaited_may_end = false;         // it has a value already and takes more
+    bool only_positionals = false;        // "--" was there
+    std::vector<std::string> positionals; // words without an option
+    std::map<const CLI::Option*, size_t> given;
+    bool help = false, version = false;
+};
+
+// `words` without the program's name. Throws Error(Usage) for the first word that does not fit, and for what is missing
+// at the end; after --help or --version nothing is missing.
+CommandState checkWords(const CLI::App& root, const std::vector<std::string>& words);
+
+// The state after `words`, as far as they fit: for completion.
+CommandState followWords(const CLI::App& root, const std::vector<std::string>& words);
+
+// "gsc sample paths": the command with all above it.
+std::string commandPath(const CLI::App& command);
+// The longest name of an option, "--size", or of a positional, "FILE".
+std::string optionName(const CLI::Option& option);
+// Does it take a value?
+bool takesValue(const CLI::Option& option);
+bool takesSeveral(const CLI::Option& option);
+// The positional that takes the next word without an option; null if none does.
+const CLI::Option* nextPositional(const CommandState& state);
+// The part of the option's text that names what it takes, "FILE.gsc" of "FILE.gsc (default: none)".
+std::string placeholderOf(const CLI::Option& option);
+
+} // namespace gsc

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a program says of itself.
+#pragma once
+
+#include <string>
+
+namespace gsc {
+
+// "0.1.0, commit 1a2b3c4", without the commit where the sources were no checkout.
+std::string versionWithCommit();
+std::string toolVersion(); // "0.1.0"
+std::string toolCommit();  // empty where the sources were no checkout
+
+// The lines behind --version: program, commit, file format, compiler's target of CUDA. No line ends the text.
+std::string versionText(const std::string& program);
+
+} // namespace gsc

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/tool/completion.h"
+#include "player/tool/man_page.h"
+#include "tests/tool/tree.h"
+
+#include <doctest/doctest.h>
+
+using namespace gsc;
+
+namespace {
+
+std::string completed(const std::vector<std::string>& words)
+{
+    const Tree tree;
+    return completions(tree.app, words);
+}
+
+} // namespace
+
+TEST_CASE("commands, options and values are completed")
+{
+    CHECK(completed({""}) == "make\tMake it\nsample\tSample it\n");
+    CHECK(completed({"ma"}) == "make\tMake it\n");
+    CHECK(completed({"sample", ""}) == "city\tA city\n");
+    CHECK(completed({"make", "--m"}) == "--mode\thow\n--memory-budget\thow much\n");
+    CHECK(completed({"make", "--mode", "exact", "--m"}) == "--memory-budget\thow much\n"); // once is enough
+    CHECK(completed({"make", "--mode", ""}) == "fast\nexact\n");
+    CHECK(completed({"make", "--mode", "e"}) == "exact\n");
+    CHECK(completed({"make", "--mode="}) == "--mode=fast\n--mode=exact\n");
+    CHECK(completed({"make", "--nonsense", "--mode=e"}) == "--mode=exact\n");
+    CHECK(completed({"nonsense", "--"}).find("--version") != std::string::npos);
+}
+
+TEST_CASE("files are completed by kind")
+{
+    CHECK(completed({"make", ""}) == ":folders\n:files .ply\n");
+    CHECK(completed({"make", "a", "-o", ""}) == ":files .gsc\n");
+    CHECK(completed({"make", "a", ""}).empty()); // takes one word
+    CHECK(completed({"sample", "city", "x", "--only", "walk", "o"}) == "orbit\n");
+}
+
+TEST_CASE("a manual page holds every option and survives roff")
+{
+    const Tree tree;
+    const std::string page = manPage(*tree.make);
+    for (const char* part : {".TH \"PROG\\-MAKE\" 1", ".SH SYNOPSIS", "\\-\\-memory\\-budget", "FILE.gsc", "PROG"})
+        CHECK_MESSAGE(page.find(part) != std::string::npos, part);
+    CHECK(manPage(tree.app).find("\\fBprog\\-sample\\fR(1)") != std::string::npos);
+}
