@@ -167,7 +167,7 @@ void addRunOptions(CLI::App& app, PlayOptions& options)
 
 void addTargetOption(CLI::App& app, PlayOptions& options)
 {
-    addNumber(app, "--target-ms", options.target_ms, {1e-3, kMaxTargetMs}, " milliseconds", "MS (default: none)",
+    addNumber(app, "--target-ms", options.target_ms, {1e-6, kMaxTargetMs}, " milliseconds", "MS (default: none)",
               "hold this frame time: levels fall while frames take longer, and come back slowly up to --lod-bias")
         ->group("Levels of detail");
 }

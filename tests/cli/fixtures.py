@@ -30,6 +30,40 @@ def models(gsc, data):
         _gsc(gsc, "convert", data / name, "-o", data / f"{name}.gsc")
 
 
+def small_models(gsc, play, data):
+    """What the tables of command lines work on: scaffold/ and octree/ of a thousand anchors with their .gsc files, the
+    first of one level; damaged.gsc, cut.gsc, future.gsc; path.json with 12 frames, transforms.json; sweep.json; run.jsonl,
+    bench.jsonl; note.txt."""
+    _gsc(gsc, "sample", "room", "--anchors", 1000, "--seed", 1, "-o", data / "scaffold")
+    _gsc(gsc, "sample", "street", "--anchors", 1000, "--model", "octree", "--seed", 2, "-o", data / "octree")
+    _gsc(gsc, "sample", "street", "--anchors", 1000, "--model", "octree", "--everything-on", "-o", data / "full")
+    for name in ("scaffold", "octree", "full"):
+        _gsc(gsc, "convert", data / name, "-o", data / f"{name}.gsc")
+    good = (data / "octree.gsc").read_bytes()
+    (data / "damaged.gsc").write_bytes(good[:-100] + bytes(b ^ 0xFF for b in good[-100:-60]) + good[-60:])
+    (data / "cut.gsc").write_bytes(good[: len(good) // 2])
+    (data / "future.gsc").write_bytes(good[:8] + struct.pack("<H", 9) + good[10:])
+    (data / "empty.gsc").write_bytes(b"")
+    pose = {"rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "width": 32, "height": 24, "fov_x": 1.2}
+    (data / "path.json").write_text(json.dumps({"schema": "gsc.trajectory/1", "frames": [
+        {**pose, "position": [0.01 * i, 0, -2]} for i in range(12)]}))
+    matrix = [[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, -2], [0, 0, 0, 1]]
+    (data / "transforms.json").write_text(json.dumps({"camera_angle_x": 1.2, "w": 32, "h": 24, "frames": [
+        {"file_path": f"f{i}.png", "transform_matrix": matrix} for i in range(3)]}))
+    (data / "sweep.json").write_text(json.dumps({"schema": "gsc.sweep/1", "trajectories": ["path.json"], "frames": 3,
+                                                 "runs": [{"policy": "none"}]}))
+    (data / "note.txt").write_text("precious\nlines\n")
+    (data / "latin.json").write_bytes(b'{"schema": "caf\xe9"}')
+    sys.path.insert(0, str(Path(__file__).parents[1] / "chart"))
+    import make_runs
+
+    (data / "run.jsonl").write_text("".join(json.dumps(row) + "\n" for row in make_runs.rows(trajectories=1, runs=2,
+                                                                                           frames=2)))
+    subprocess.run([str(play), "bench", str(data / "octree.gsc"), "--size", "16x16", "--warmup", "0", "--measure", "1",
+                    "--backend", "cpu", "--out", str(data / "bench.jsonl"), "-q"], check=True,
+                   stdout=subprocess.DEVNULL)
+
+
 def models_and_row(gsc, data):
     """models() and a file with one row of the embedding."""
     models(gsc, data)

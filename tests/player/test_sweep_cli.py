@@ -208,7 +208,7 @@ class SweepTest(unittest.TestCase):
             self.assertIn(word, header)
         self.assertRegex(none, r"^walk +cpu +none .* equal +equal +equal")
         self.assertIn("depth 4 lin", depth)
-        self.assertIn("render 12/12 frames, run 2/2 walk", run.stderr)
+        self.assertIn("render, run 2/2 walk: done", run.stderr)
         self.assertFalse(self.out.exists())
 
     def test_refusals(self) -> None:
