@@ -15,6 +15,7 @@
 #include "format/error.h"
 #include "format/gsc_writer.h"
 #include "format/interrupt.h"
+#include "player/module/load_module.h"
 
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
@@ -260,7 +261,7 @@ private:
             }
             level.leaf_count = leaves.size();
             level.nanovdb_offset = m_nanovdb.size();
-            const std::vector<std::byte> grid = buildNanoVdb(plan, m_partition.encoding, leaves);
+            const std::vector<std::byte> grid = m_spatial.build(plan, m_partition.encoding, leaves, throwIfInterrupted);
             level.nanovdb_bytes = grid.size();
             m_nanovdb.insert(m_nanovdb.end(), grid.begin(), grid.end());
             for (const LeafBuild& leaf : leaves)
@@ -329,6 +330,8 @@ private:
     AnchorSource& m_source;
     const BakeOptions& m_options;
     const BakeProgress& m_progress;
+    // loaded before any work is done
+    const SpatialIndexFunctions& m_spatial = loadModule<SpatialIndexFunctions>("gsc_index_openvdb");
     const uint64_t m_budget;
     const std::thread::id m_thread = std::this_thread::get_id();
     const char* m_stage = "";

@@ -2,7 +2,7 @@
 #include "convert/bake/spatial_index.h"
 
 #include "format/error.h"
-#include "format/interrupt.h"
+#include "player/module/load_module.h"
 
 #include <openvdb/openvdb.h>
 #include <nanovdb/util/OpenToNanoVDB.h>
@@ -50,7 +50,8 @@ private:
     uint64_t m_size = 0;
 };
 
-openvdb::MaskGrid::Ptr buildMask(const LevelPlan& level, PositionEncoding encoding, std::span<const LeafBuild> leaves)
+openvdb::MaskGrid::Ptr buildMask(const LevelPlan& level, PositionEncoding encoding, std::span<const LeafBuild> leaves,
+                                 void (*check)())
 {
     const auto grid = openvdb::MaskGrid::create(false);
     grid->setName(formatString("level_%d", level.level));
@@ -65,7 +66,7 @@ openvdb::MaskGrid::Ptr buildMask(const LevelPlan& level, PositionEncoding encodi
     size_t done = 0;
     for (const LeafBuild& build : leaves) {
         if (done++ % 65536 == 0)
-            throwIfInterrupted();
+            check();
         const int32_t* origin = build.record.origin;
         auto* leaf = accessor.touchLeaf(openvdb::Coord(origin[0], origin[1], origin[2]));
         openvdb::MaskGrid::TreeType::LeafNodeType::NodeMaskType mask;
@@ -78,9 +79,10 @@ openvdb::MaskGrid::Ptr buildMask(const LevelPlan& level, PositionEncoding encodi
 
 } // namespace
 
-std::vector<std::byte> buildNanoVdb(const LevelPlan& level, PositionEncoding encoding, std::span<LeafBuild> leaves)
+std::vector<std::byte> buildNanoVdb(const LevelPlan& level, PositionEncoding encoding, std::span<LeafBuild> leaves,
+                                    void (*check)())
 {
-    const openvdb::MaskGrid::Ptr mask = buildMask(level, encoding, leaves);
+    const openvdb::MaskGrid::Ptr mask = buildMask(level, encoding, leaves, check);
     nanovdb::OpenToNanoVDB<openvdb::ValueMask, nanovdb::ValueMask, nanovdb::AbsDiff, ZeroedBuffer> converter;
     converter.setStats(nanovdb::StatsMode::BBox);
     converter.setChecksum(nanovdb::ChecksumMode::Full);
@@ -107,4 +109,12 @@ std::vector<std::byte> buildNanoVdb(const LevelPlan& level, PositionEncoding enc
     return {bytes, bytes + handle.size()};
 }
 
+namespace {
+
+constexpr SpatialIndexFunctions kFunctions{buildNanoVdb};
+
+} // namespace
+
 } // namespace gsc
+
+GSC_EXPORT_MODULE(gsc::kFunctions)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The occupied cells of a level as a NanoVDB mask grid, built with OpenVDB.
+// The occupied cells of a level as a NanoVDB mask grid, built with OpenVDB: the module gsc_index_openvdb.
 #pragma once
 
 #include "convert/bake/chunk_build.h"
@@ -13,6 +13,12 @@ namespace gsc {
 
 // Returns the grid's bytes, a multiple of 32, the same for the same input; fills in LeafRecord::nanovdb_index.
 // `leaves` = all leaves of the level. World space of the grid is the model's: a voxel's centre is that of its quanta.
-std::vector<std::byte> buildNanoVdb(const LevelPlan& level, PositionEncoding encoding, std::span<LeafBuild> leaves);
+// `check` is called now and then, to throw if interrupted.
+std::vector<std::byte> buildNanoVdb(const LevelPlan& level, PositionEncoding encoding, std::span<LeafBuild> leaves,
+                                    void (*check)());
+
+struct SpatialIndexFunctions { // of the module
+    decltype(&buildNanoVdb) build;
+};
 
 } // namespace gsc

@@ -2,6 +2,7 @@
 #include "player/image/oiio_image.h"
 
 #include "format/error.h"
+#include "player/module/load_module.h"
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
@@ -76,11 +77,6 @@ Image readAs(OIIO::ImageInput& input, const std::string& path, OIIO::TypeDesc ty
 
 } // namespace
 
-std::vector<std::string> oiioExtensions()
-{
-    return {".png", ".exr"};
-}
-
 void writeOiioImage(const std::string& path, const std::string& extension, const Image& image, PixelDepth depth)
 {
     const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(extension.substr(1));
@@ -125,4 +121,12 @@ Image readOiioImage(const std::string& path)
     return readAs<float>(*input, path, OIIO::TypeDesc::FLOAT, 1);
 }
 
+namespace {
+
+constexpr OiioImageFunctions kFunctions{writeOiioImage, readOiioImage};
+
+} // namespace
+
 } // namespace gsc
+
+GSC_EXPORT_MODULE(gsc::kFunctions)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What OpenImageIO adds to image_io.cpp; oiio_image_none.cpp stands in where the build goes without it.
+// What OpenImageIO adds to image_io.cpp. oiio_image.cpp is the module gsc_image_oiio, to which oiio_image_load.cpp passes
+// calls; oiio_image_none.cpp stands in where the build goes without it.
 #pragma once
 
 #include "player/image/image_io.h"
@@ -9,12 +10,17 @@
 
 namespace gsc {
 
-// Lower-case extensions with their dot; empty without OpenImageIO.
+// Lower-case extensions with their dot; empty without OpenImageIO. Loads nothing.
 std::vector<std::string> oiioExtensions();
 
-// `path` is written in place, `extension` (one of the above) decides the format. Throws Error(Io).
+// `path` is written in place, `extension` (one of the above) decides the format. Throws Error (Io, Unsupported).
 void writeOiioImage(const std::string& path, const std::string& extension, const Image& image, PixelDepth depth);
 // Throws Error (Io, InvalidFile, Unsupported).
 Image readOiioImage(const std::string& path);
+
+struct OiioImageFunctions { // of the module
+    decltype(&writeOiioImage) write;
+    decltype(&readOiioImage) read;
+};
 
 } // namespace gsc

@@ -6,10 +6,14 @@ check_package.py SOURCE CMAKE lean            builds runtime and player alone, l
                                               and lets a project of its own use the package
 check_package.py SOURCE CMAKE bundle [FOLDER] builds the preset `portable` and its bundle, or takes that of FOLDER, and
                                               uses it where no other library but glibc is
+check_package.py SOURCE CMAKE installed BUILD WRITE_TINY_GSC
+                                              installs BUILD, moves the tree and uses it: what a start loads and takes,
+                                              modules found, missing and of another version
 check_package.py SOURCE CMAKE layers          no source below the converter includes what only the converter may use
 """
 
 import json
+import math
 import os
 import pathlib
 import re
@@ -17,12 +21,16 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 
 SOURCE, CMAKE, MODE = pathlib.Path(sys.argv[1]), sys.argv[2], sys.argv[3]
 
 # what is on every machine: glibc
 GLIBC = re.compile(r"(lib(c|m|pthread|dl|rt)|ld-linux[-\w]*)\.so\.\d+|linux-vdso\.so\.1")
 FORBIDDEN = re.compile(r'#\s*include\s*[<"](openvdb|nanovdb|OpenImageIO|draco|torch|zip\.h|yaml-cpp)')
+# what a start must do without
+HEAVY = re.compile(r"lib(OpenImageIO|opencv|Qt|av|openvdb|rsvg|OpenEXR)")
+START_MEMORY = 40  # MB
 MAY_INCLUDE = {"player/image/oiio_image.cpp"}
 
 
@@ -84,6 +92,70 @@ def check_lean() -> None:
         print("the consumer rendered with backend", stats["backend"])
 
 
+def check_start(program: pathlib.Path, option: str, log: pathlib.Path) -> None:
+    """What a start loads and its peak memory are held to bounds; its time is told."""
+    run(program, option, env=os.environ | {"LD_DEBUG": "libs", "LD_DEBUG_OUTPUT": log})
+    loaded = set(re.findall(r"calling init: (\S+)", "".join(f.read_text() for f in log.parent.glob(log.name + ".*"))))
+    best, peak = math.inf, 0
+    for _ in range(5):
+        start = time.perf_counter()
+        process = subprocess.Popen([program, option], stdout=subprocess.DEVNULL)
+        _, status, usage = os.wait4(process.pid, 0)
+        best, peak = min(best, time.perf_counter() - start), max(peak, usage.ru_maxrss / 1024)
+        process.returncode = status
+    print(f"{program.name} {option}: {len(loaded)} libraries, {best * 1e3:.0f} ms, {peak:.0f} MB at most")
+    heavy = sorted(library for library in loaded if HEAVY.match(pathlib.Path(library).name))
+    if not loaded or heavy or peak > START_MEMORY:
+        sys.exit(f"expected at most {START_MEMORY} MB and none of {HEAVY.pattern}, found {heavy}")
+
+
+def expect_refused(message: str, *command, **options) -> None:
+    result = subprocess.run([str(c) for c in command], capture_output=True, text=True, check=False, **options)
+    if result.returncode != 5 or not re.search(message, result.stderr):
+        sys.exit(f"{command}: expected exit code 5 and {message!r}, found {result.returncode} and {result.stderr!r}")
+
+
+def check_module(module: pathlib.Path, folder: pathlib.Path, *command) -> None:
+    """Run in `folder`, the command needs the module where it was installed, and no other version of it."""
+    good = module.read_bytes()
+    module.rename(folder / module.name)
+    expect_refused(rf"{module.name}: not found, expected it in .*lib/gsc; install", *command, cwd=folder)
+    version = re.search(r"project\(gsc VERSION ([\d.]+)", (SOURCE / "CMakeLists.txt").read_text())[1]
+    module.write_bytes(good.replace(f"\0{version}\0".encode(), f"\0{'9' * len(version)}\0".encode()))
+    expect_refused(rf"{module.name}: is of version 9+, expected the program's, {version}; install", *command, cwd=folder)
+    module.write_bytes(b"no library" * 500)
+    expect_refused(rf"{module.name}: cannot be loaded \(.+\), expected .+; install", *command, cwd=folder)
+    module.write_bytes(good)
+    (folder / module.name).unlink()
+    run(*command, cwd=folder)
+
+
+def check_installed() -> None:
+    build, write_tiny = (pathlib.Path(a).resolve() for a in sys.argv[4:6])
+    with tempfile.TemporaryDirectory(prefix="gsc_installed_") as name:
+        folder, moved = pathlib.Path(name), pathlib.Path(name) / "moved"
+        run(CMAKE, "--install", build, "--prefix", folder / "prefix")
+        (folder / "prefix").rename(moved)
+        for program in sorted((moved / "bin").iterdir()):
+            for option in ("--version", "--help"):
+                check_start(program, option, folder / f"{program.name}{option}")
+        modules = {path.stem: path for path in (moved / "lib/gsc").glob("*.so")}
+        play, gsc = moved / "bin/gsc-play", moved / "bin/gsc"
+        picture = "gsc_image_oiio" in modules
+        if (".png" in run(play, "--version")) != picture:
+            sys.exit(f"--version tells of PNG, or does not; the modules are {sorted(modules)}")
+        if picture:
+            run(write_tiny, folder / "tiny.gsc")
+            check_module(modules["gsc_image_oiio"], folder, play, "tiny.gsc", "--frames", "0:1", "--size", "64x48",
+                         "--backend", "cpu", "--out", "picture.png")
+            if not (folder / "picture.png").read_bytes().startswith(b"\x89PNG"):
+                sys.exit("picture.png is no PNG")
+        if gsc.exists():
+            run(gsc, "sample", "room", "--anchors", "500", "-o", "room", "-q", cwd=folder)
+            check_module(modules["gsc_index_openvdb"], folder, gsc, "convert", "room", "-o", "room.gsc", "-q")
+        print("moved, it wrote what it should with", *sorted(modules))
+
+
 def check_bundle() -> None:
     with tempfile.TemporaryDirectory(prefix="gsc_bundle_") as name:
         folder = pathlib.Path(name)
@@ -98,16 +170,18 @@ def check_bundle() -> None:
 def check_bundle_libraries(bundle: pathlib.Path) -> set[str]:
     """Every library that the loader takes lies in the bundle, or is glibc's: those are returned."""
     glibc = set()
-    for program in ("gsc", "gsc-play"):
-        for line in run("ldd", bundle / program, env={"PATH": os.environ["PATH"]}).splitlines():
+    modules = sorted(bundle.glob("gsc_*.so"))
+    alone = not (bundle / "gsc_image_oiio.so").exists()
+    for part in (bundle / "gsc", bundle / "gsc-play", *modules):
+        for line in run("ldd", part, env={"PATH": os.environ["PATH"]}).splitlines():
             library, _, path = line.split(" (")[0].strip().partition(" => ")
             if GLIBC.fullmatch(pathlib.Path(library).name):
                 glibc.add(path or library)
-            elif program == "gsc-play" or pathlib.Path(path).parent != bundle:
-                sys.exit(f"{program} takes {library} from {path or 'nowhere'}")
+            elif (alone and part.name == "gsc-play") or pathlib.Path(path).parent != bundle:
+                sys.exit(f"{part.name} takes {library} from {path or 'nowhere'}")
     files = [f for f in bundle.iterdir() if not f.is_symlink()]
     versions = re.findall(r"\(GLIBC_2\.(\d+)\)", run("objdump", "-T", *files))
-    print(f"the bundle: {len(files) - 2} libraries, {sum(f.stat().st_size for f in files) / 1e6:.0f} MB, "
+    print(f"the bundle: {len(modules)} modules, {len(files) - 2 - len(modules)} libraries, {sum(f.stat().st_size for f in files) / 1e6:.0f} MB, "
           f"runs with glibc 2.{max(map(int, versions))} or later")
     return glibc
 
@@ -120,6 +194,9 @@ def use_bundle_alone(bundle: pathlib.Path, glibc: set[str], root: pathlib.Path) 
             (root / library[1:]).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(library, root / library[1:])
     (root / "tmp").mkdir()
+    # all that is needed of /proc: where the program lies, for $ORIGIN and for modules
+    (root / "proc/self").mkdir(parents=True)
+    (root / "proc/self/exe").symlink_to("/bundle/gsc")
     path = os.environ["PATH"] + ":/usr/sbin:/sbin"
     enter = [shutil.which("chroot", path=path), root]
     if os.geteuid() != 0:
@@ -132,11 +209,10 @@ def use_bundle_alone(bundle: pathlib.Path, glibc: set[str], root: pathlib.Path) 
                     "gsc convert /tmp/tiles -o /tmp/tiles.gsc --verify -q",
                     "gsc validate /tmp/tiles.gsc",
                     "gsc-play /tmp/tiles.gsc --frames 0:2 --size 64x48 --out /tmp/{frame}.pfm -q"):
-        # $ORIGIN without /proc
-        run(*enter, *f"/bundle/{command}".split(), env={"LD_ORIGIN_PATH": "/bundle"})
+        run(*enter, *f"/bundle/{command}".split(), env={})
     pictures = [(root / f"tmp/{frame}.pfm").stat().st_size for frame in (0, 1)]
     print("alone with glibc it sampled, tiled, converted, validated and rendered pictures of", *pictures, "bytes")
 
 
 if __name__ == "__main__":
-    {"lean": check_lean, "bundle": check_bundle, "layers": check_layers}[MODE]()
+    {"lean": check_lean, "bundle": check_bundle, "installed": check_installed, "layers": check_layers}[MODE]()

@@ -33,7 +33,11 @@ if(TARGET gsc_player)
   add_test(NAME test_package
            COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/package/check_package.py ${PROJECT_SOURCE_DIR}
                    ${CMAKE_COMMAND} lean $<TARGET_FILE:write_tiny_gsc>)
-  set_tests_properties(test_package PROPERTIES LABELS "cpu;slow" TIMEOUT 600)
+  # under a sanitizer a start takes more memory
+  add_test(NAME test_installed
+           COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/package/check_package.py ${PROJECT_SOURCE_DIR}
+                   ${CMAKE_COMMAND} installed ${PROJECT_BINARY_DIR} $<TARGET_FILE:write_tiny_gsc>)
+  set_tests_properties(test_package test_installed PROPERTIES LABELS "cpu;slow" TIMEOUT 600)
 endif()
 
 # against the trainers' own renders and dumps

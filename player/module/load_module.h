@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Modules: parts of the programs that are loaded when they are first used, because every start would pay for the
+// libraries behind them: OpenImageIO alone brings 250. A module is of one build with the program, so its functions take
+// and return our own types, and an Error passes. It has no state of ours: an interrupt, for example, it must be told of.
+#pragma once
+
+namespace gsc {
+
+// What a module exports, as gsc_module.
+struct ModuleEntry {
+    const char* version; // of the program it belongs to
+    const void* functions;
+};
+
+// In one source of the module; `functions` is a struct of function pointers that both sides know.
+#define GSC_EXPORT_MODULE(functions)                                                                                   \
+    extern "C" __attribute__((visibility("default"))) const gsc::ModuleEntry gsc_module;                               \
+    const gsc::ModuleEntry gsc_module = {GSC_VERSION, &(functions)};
+
+// The functions of NAME.so, which stays loaded. It lies beside the program, as in a bundle, or in ../lib/gsc from there;
+// no other folder is looked at. Throws Error(Unsupported): it or one of its libraries is missing, or it is of another
+// version.
+const void* moduleFunctions(const char* name);
+
+template <class Functions>
+const Functions& loadModule(const char* name)
+{
+    return *static_cast<const Functions*>(moduleFunctions(name));
+}
+
+} // namespace gsc
