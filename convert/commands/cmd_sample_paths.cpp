@@ -100,7 +100,7 @@ void addSamplePathsCommand(CLI::App& sample, Invocation& invocation)
     command->add_option("--fps", options->fps, "frames per second (default: 72)")->option_text("N");
     command
         ->add_option("--ipd", options->ipd,
-                     "distance of the eyes in world units, 0.064 m; paces follow from it (default: derived)")
+                     "distance of the eyes in world units, 0.064 m; paces follow from it (default: the file's metre)")
         ->option_text("LENGTH");
     command->add_option("--only", options->only, "names of the paths wanted (default: all)")
         ->delimiter(',')
