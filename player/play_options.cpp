@@ -103,6 +103,8 @@ void addViewOptions(CLI::App& app, PlayOptions& options, RawText& raw)
         ->option_text("1|2 (default: 1)");
     app.add_option("--ipd", options.ipd, "Distance of the two eyes in world units; default: what the trajectory states")
         ->type_name("LENGTH");
+    app.add_flag("--ignore-distortion", options.ignore_distortion,
+                 "Draw the cameras of a file that states lens distortion as pinholes instead of refusing it");
     addChoice<StereoMode>(app, "--stereo", options.stereo, stereoModes(),
                           "exact: the networks look from each eye; merged: from the middle between the two, once for "
                           "both")

@@ -25,6 +25,7 @@ struct PlayOptions {
     StereoMode stereo = StereoMode::Exact;
     uint32_t width = 0, height = 0; // 0 = the camera's
     double fov_x = 0;               // radians, 0 = the camera's
+    bool ignore_distortion = false; // of the lenses in a camera file, which is refused otherwise
     std::string out;                // pattern, empty = write nothing
     PixelDepth depth = PixelDepth::Eight;
     std::string stats; // file, empty = none

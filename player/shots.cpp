@@ -129,8 +129,13 @@ void chooseAppearance(const Scene& scene, const PlayOptions& options, std::vecto
 std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, PlayLog& log, std::string* title)
 {
     TrajectoryFacts eyes;
+    std::vector<std::string> ignored;
     std::vector<Camera> cameras =
-        options.cameras == "stored" ? storedCameras(scene, options.input) : readCameraFile(options.cameras, &eyes);
+        options.cameras == "stored"
+            ? storedCameras(scene, options.input)
+            : readCameraFile(options.cameras, &eyes, options.ignore_distortion ? &ignored : nullptr);
+    for (const std::string& text : ignored)
+        log.warning(text);
     if (!eyes.views.empty())
         checkViews(eyes, options);
     if (title != nullptr)

@@ -179,6 +179,8 @@ void addRenderOptions(CLI::App& command, CompareOptions& options)
             ->option_text("DIR"));
     add(command.add_option("--cameras", options.rendering.cameras, "camera file (default: the cameras stored in FILE)")
             ->option_text("CAMERAS"));
+    add(command.add_flag("--ignore-distortion", options.rendering.ignore_distortion,
+                         "draw cameras that state lens distortion as pinholes instead of refusing them"));
     add(addCountOption(command, "--frames", options.rendering.frames,
                        "views against the reference, evenly spaced; 0 = all (default: 3)"));
     add(command

@@ -120,6 +120,12 @@ class PlayTest(unittest.TestCase):
 
     def test_trajectory_fits_its_schema(self) -> None:
         check_schema("trajectory", TRAJECTORY)
+        shifted = TRAJECTORY | {"frames": [TRAJECTORY["frames"][0] | {"cx": 5}]}
+        if jsonschema is not None:
+            with self.assertRaises(jsonschema.ValidationError):
+                check_schema("trajectory", shifted)
+        self.path.write_text(json.dumps(shifted))
+        self.refused(self.model, "--cameras", self.path, "--size", "48x32", code=3, says='state lenses that do not with "views"')
 
     def test_eyes_of_a_headset(self) -> None:
         tall = math.atan(math.tan(0.6) * 32 / 48)
@@ -180,6 +186,71 @@ class PlayTest(unittest.TestCase):
         )
         check_schema("bench-report", report)
         self.assertIsNone(report["config"]["ipd"])
+
+    def test_principal_point(self) -> None:
+        def transforms(width: int, height: int, file: dict, frame: dict) -> dict:
+            keys = {"fl_x": 40, "fl_y": 40, "w": width, "h": height}
+            matrix = [[1, 0, 0, -2], [0, -1, 0, -2], [0, 0, -1, -16], [0, 0, 0, 1]]  # looks along +z
+            return keys | file | {"frames": [{"file_path": "a.png", "transform_matrix": matrix} | frame]}
+
+        def draw(name: str, cameras: dict, *arguments: str) -> tuple:
+            self.path.write_text(json.dumps(cameras))
+            self.play(self.model, "--cameras", self.path, "--out", name, "-q", *arguments)
+            return pfm(self.folder / name)
+
+        def cut(whole: tuple, left: int, top: int, width: int, height: int) -> list:
+            # a PFM starts with its lowest row
+            rows = [whole[2][3 * whole[0] * y : 3 * whole[0] * (y + 1)] for y in reversed(range(whole[1]))]
+            return [v for y in reversed(range(top, top + height)) for v in rows[y][3 * left : 3 * (left + width)]]
+
+        def alike(a, b) -> bool:
+            return max(abs(x - y) for x, y in zip(a, b, strict=True)) < 0.02
+
+        # offsets of whole tiles, so that the same splats reach the same pixels
+        whole = draw("whole.pfm", transforms(96, 64, {}, {}))
+        part = cut(whole, 16, 32, 48, 32)
+        self.assertGreater(max(part) - min(part), 0.1)  # there is something to see
+        centre = {"cx": 32, "cy": 0}
+        for name, file, frame in (("file", centre, {}), ("frame", {"cx": 3, "cy": 3}, centre)):
+            self.assertTrue(alike(draw(f"{name}.pfm", transforms(48, 32, file, frame))[2], part), name)
+        self.assertFalse(alike(draw("centred.pfm", transforms(48, 32, {}, {}))[2], part))
+        # the size asked for scales the pixel; another aspect cuts rows at top and bottom; --fov zooms about the axis
+        twice = transforms(96, 64, {"cx": 64, "cy": 0, "fl_x": 80, "fl_y": 80}, {})
+        self.assertTrue(alike(draw("twice.pfm", twice, "--size", "48x32")[2], part))
+        wide = transforms(48, 64, {"cx": 32, "cy": 16}, {})
+        self.assertTrue(alike(draw("flat.pfm", wide, "--size", "48x32")[2], part))
+        fov = str(2 * math.degrees(math.atan(24 / 40)))
+        self.assertTrue(alike(draw("fov.pfm", transforms(48, 32, centre | {"fl_x": 90, "fl_y": 90}, {}), "--fov", fov)[2], part))
+        # the middle changes no byte
+        middle = draw("middle.pfm", transforms(96, 64, {"cx": 48, "cy": 32.0}, {}))
+        self.assertEqual(middle, whole)
+        self.path.write_text(json.dumps({k: v for k, v in transforms(48, 32, centre, {}).items() if k not in "wh"}))
+        self.refused(self.model, "--cameras", self.path, "--size", "48x32", code=3, says='key "cx" is 32 and the image has no size')
+
+    def test_lens_distortion(self) -> None:
+        frames = [{"file_path": f"{i}.png", "transform_matrix": [[1, 0, 0, -2], [0, -1, 0, -2], [0, 0, -1, -16], [0, 0, 0, 1]]}
+                  for i in range(2)]
+        plain = {"fl_x": 40, "w": 48, "h": 32, "camera_model": "OPENCV", "k1": 0, "p1": 0.0, "frames": frames}
+        self.path.write_text(json.dumps(plain))
+        base = (self.model, "--cameras", self.path, "--progress", "none")
+        self.assertEqual(self.play(*base, "--out", "a{frame}.pfm").stderr, "")
+        self.path.write_text(json.dumps(plain | {"k1": -0.05}))
+        self.refused(*base, code=5, says='path.json: key "k1" is -0.05, expected a pinhole')
+        self.refused(*base, code=5, says="undistort the images")
+        self.refused("bench", *base, code=5, says="--ignore-distortion")
+        self.path.write_text(json.dumps(plain | {"camera_model": "OPENCV_FISHEYE"}))
+        self.refused(*base, code=5, says='key "camera_model" is "OPENCV_FISHEYE", expected a pinhole')
+        run = self.play(*base, "--ignore-distortion", "--out", "b{frame}.pfm", "--format", "json")
+        self.assertIn("path.json: lens distortion of 2 of 2 cameras is ignored", run.stderr)
+        report = json.loads(run.stdout)
+        check_schema("play-report", report)
+        self.assertEqual(len(report["warnings"]), 1)
+        for i in range(2):
+            self.assertEqual((self.folder / f"a{i}.pfm").read_bytes(), (self.folder / f"b{i}.pfm").read_bytes())
+        self.path.write_text(json.dumps(plain | {"frames": [frames[0], frames[1] | {"p2": 0.25}]}))
+        self.refused(*base, code=5, says='path.json: frame 1: key "p2" is 0.25')
+        run = self.play("bench", *base, "--ignore-distortion", "--frames", "2", "--warmup", "0")
+        self.assertIn("lens distortion of 1 of 2 cameras is ignored", run.stderr)
 
     def test_one_decode_for_both_eyes(self) -> None:
         both = ("--eyes", "2", "--ipd", "0.5")

@@ -141,6 +141,15 @@ class SweepTest(unittest.TestCase):
         self.sweep()
         self.assertIsNone(self.rows()[0]["accuracy"]["psnr"]["pooled"])  # equal
 
+    def test_lens_distortion(self) -> None:
+        (self.folder / "c/paths/first.json").write_text(trajectory(3, k1=0.5))
+        self.write(axes={}, trajectories=["paths/first.json"])
+        self.refused(code=5, says='c/paths/first.json: key "k1" is 0.5, expected a pinhole')
+        self.assertIn("is ignored", self.sweep("--ignore-distortion").stderr)
+        paths = ("--trajectories", "c/paths/first.json")
+        self.assertIn("--ignore-distortion", self.stability(*paths, code=5).stderr)
+        self.assertIn("is ignored", self.stability(*paths, "--ignore-distortion").stderr)
+
     def test_levels_pop(self) -> None:
         self.write(axes={"lod_fade": [0, 0.5], "lod_hysteresis": [0, 0.25]})
         check_schema("sweep", json.loads(self.config.read_text()))
