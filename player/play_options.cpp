@@ -101,7 +101,10 @@ void addViewOptions(CLI::App& app, PlayOptions& options, RawText& raw)
     app.add_option("--eyes", options.eyes, "1, or 2 for stereo")
         ->check(CLI::Range(1, 2))
         ->option_text("1|2 (default: 1)");
-    app.add_option("--ipd", options.ipd, "Distance of the two eyes in world units; default: what the trajectory states")
+    app.add_option_function<std::string>(
+           "--ipd", [&options](const std::string& text) { options.ipd = parseLength(text, "--ipd"); },
+           "Distance of the two eyes: world units, or metres such as 64mm; default: what the trajectory states, else "
+           "0.064 m of the model's metre")
         ->type_name("LENGTH");
     app.add_flag("--ignore-distortion", options.ignore_distortion,
                  "Draw the cameras of a file that states lens distortion as pinholes instead of refusing it");
@@ -246,8 +249,10 @@ void finish(const CLI::App& app, PlayOptions& options, const RawText& raw, bool 
     checkReuseOptions(app, options);
     if (!raw.size.empty())
         parseSize(raw.size, options.width, options.height);
-    if (!raw.frames.empty())
+    if (!raw.frames.empty()) {
         parseFrameRange(raw.frames, options.frame_first, options.frame_end);
+        options.frame_range = (app.get_option_no_throw("--shots") ? "--shots " : "--frames ") + raw.frames;
+    }
     if (raw.background != "model")
         options.background = parseColor(raw.background);
     if (raw.fov_degrees != 0) {
@@ -256,12 +261,6 @@ void finish(const CLI::App& app, PlayOptions& options, const RawText& raw, bool 
                         formatString("--fov %g: out of range, expected 0.01 to 179.9 degrees", raw.fov_degrees));
         options.fov_x = raw.fov_degrees * std::numbers::pi / 180;
     }
-    // a trajectory may state the distance itself; play() asks again when it has read it
-    const bool may_be_stated = options.ipd == 0 && (paths_follow || options.cameras != "stored");
-    if (options.eyes == 2 && !may_be_stated && !(options.ipd > 0 && options.ipd < 1e15))
-        throw Error(ErrorCode::Usage, formatString("--ipd %g: two eyes need a distance, expected a number above 0 in "
-                                                   "world units of the model; pass --ipd LENGTH",
-                                                   options.ipd));
     if (!paths_follow)
         checkEyes(options);
     if (options.stereo == StereoMode::Merged && options.reuse.policy != ReusePolicy::None)

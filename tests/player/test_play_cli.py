@@ -252,6 +252,54 @@ class PlayTest(unittest.TestCase):
         run = self.play("bench", *base, "--ignore-distortion", "--frames", "2", "--warmup", "0")
         self.assertIn("lens distortion of 1 of 2 cameras is ignored", run.stderr)
 
+    def test_distance_of_the_eyes(self) -> None:
+        metric = self.tiny("metric.gsc", "0", "3", "1", "0.5")
+        base = ("--cameras", self.path, "--size", "48x32", "--progress", "none", "--eyes", "2")
+        text = self.play(metric, *base, "--ipd", "0.032", "--out", "a{frame}_{eye}.pfm")
+        self.assertEqual(text.stderr, "")
+        for name, length in (("b", "0.064m"), ("c", "64mm"), ("d", "6.4cm"), ("e", "")):
+            ipd = ("--ipd", length) if length else ()
+            run = self.play(metric, *base, *ipd, "--out", name + "{frame}_{eye}.pfm")
+            self.assertEqual("eyes 0.064 m apart: 0.032 world units" in run.stderr, not length)
+            for eye in ("left", "right"):
+                a, b = (self.folder / f"{n}2_{eye}.pfm" for n in ("a", name))
+                self.assertEqual(a.read_bytes(), b.read_bytes())
+        self.assertEqual(self.play(metric, *base, "-q").stderr, "")
+        stored = (metric, "--size", "48x32", "--eyes", "2")
+        self.assertIn("0.032 world units", self.play(*stored).stderr)
+        # what the trajectory states comes first
+        self.path.write_text(json.dumps(TRAJECTORY | {"ipd": 0.25}))
+        bench = ("bench", metric, *base, "--frames", "2", "--warmup", "0", "--format", "json")
+        self.assertEqual(json.loads(self.play(*bench).stdout)["config"]["ipd"], 0.25)
+        self.assertEqual(json.loads(self.play(*bench, "--ipd", "1m").stdout)["config"]["ipd"], 0.5)
+
+        self.path.write_text(json.dumps(TRAJECTORY))
+        self.refused(self.model, *base, code=1, says='expected "ipd" in a trajectory or a metre in')
+        self.refused(self.model, *base, "--ipd", "64mm", code=1, says="does not say how long a metre is")
+        self.refused(self.model, "--eyes", "2", code=1, says="pass --ipd LENGTH, or convert the model again")
+        self.refused(metric, *base, "--ipd", "64ft", code=1, says="--ipd 64ft: no length")
+        one = (metric, "--cameras", self.path, "--size", "48x32")
+        self.refused(*one, "--ipd", "0.1", code=1, says="has no effect with one eye")
+        self.refused("bench", *one, "--ipd", "64mm", code=1, says="has no effect with one eye")
+
+    def test_ranges_behind_the_end(self) -> None:
+        base = (self.model, "--cameras", self.path, "--size", "48x32", "--progress", "none")
+        self.refused(*base, "--frames", "0:1000", code=1,
+                     says="--frames 0:1000: ends behind the last camera, expected at most 4; pass --frames 0:4 or 0:")
+        self.refused(*base, "--frames", "2:5", code=1, says="pass --frames 2:4 or 2:")
+        self.refused(*base, "--frames", "4", code=1, says="--frames 4: camera 4 is not there, expected at most 3")
+        self.refused("bench", *base, "--shots", "1:9", code=1, says="--shots 1:9: ends behind the last camera")
+        for frames, count in (("0:4", 4), ("1:", 3), ("3", 1), (":2", 2)):
+            self.assertEqual(json.loads(self.play(*base, "--frames", frames, "--format", "json").stdout)["frames"], count)
+
+    def test_levels_of_a_model_that_has_one(self) -> None:
+        base = (self.model, "--cameras", self.path, "--size", "48x32", "--progress", "none")
+        for option, value in (("--lod-bias", "-1"), ("--lod-fade", "0.5"), ("--lod-hysteresis", "0.1"), ("--target-ms", "5")):
+            for command in ((), ("bench",)):
+                self.refused(*command, *base, option, value, code=1, says=f"{option} {value}: has no effect on")
+        self.refused(*base, "--lod-bias", "-1", code=1, says="one level of detail")
+        self.play(*base, "--lod-bias", "0")
+
     def test_one_decode_for_both_eyes(self) -> None:
         both = ("--eyes", "2", "--ipd", "0.5")
         run = self.small("--out", "a{frame}_{eye}.pfm", "--stereo", "merged", "--format", "json", *both)
@@ -445,6 +493,7 @@ class PlayTest(unittest.TestCase):
         self.assertLessEqual(stages, report["ms"]["device"]["mean"] * 1.05 + 0.5)
 
     def test_reuse_options(self) -> None:
+        self.model = self.tiny("levels.gsc", "0", "3", "3")
         options = ("--reuse", "error", "--reuse-bound", "0.5", "--decode-budget", "100", "--cut-cache", "--lod-bias", "-1")
         said = {"policy": "error", "max_depth": None, "guidance": None, "bound": 0.5, "decode_budget": 100,
                 "cache_budget": None, "cut": True, "order": False}
@@ -499,7 +548,6 @@ class PlayTest(unittest.TestCase):
         self.refused(*bench, "--quality", "1", code=1, says="--target-ms")
         self.refused("bench", model, "--lod-hysteresis", "0.1", "--quality", "1", code=1, says="--lod-hysteresis")
         self.refused("bench", model, "--sweep", "x.json", "--target-ms", "5", code=1, says="--target-ms")
-        self.refused(self.model, "--target-ms", "5", code=5, says="one level of detail")
         self.refused(*base, "--lod-fade", "2", code=1, says="--lod-fade")
         self.refused(*base, "--lod-hysteresis", "0.1", "--backend", "cpu-reference", code=5, says="hysteresis")
 
