@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/camera_file.h"
 
+#include "player/camera_lens.h"
 #include "player/json_fields.h"
 
 #include <cerrno>
@@ -76,6 +77,14 @@ std::string imageName(std::string path)
     return path.substr(0, path.find('.', 1));
 }
 
+// Moves the image so that its middle lies these shares of its sides right and down of the axis. Precondition: the
+// camera's angles are known.
+void setMiddle(Camera& camera, double share_x, double share_y)
+{
+    camera.tan_mid_x = 2 * share_x * std::tan(camera.fov_x / 2);
+    camera.tan_mid_y = 2 * share_y * std::tan(camera.fov_y / 2);
+}
+
 double readAngle(const JsonObject& object, const char* key)
 {
     const double angle = object.number(key);
@@ -84,7 +93,8 @@ double readAngle(const JsonObject& object, const char* key)
     return angle;
 }
 
-std::vector<UpstreamCamera> upstreamCameras(const Json& root, const std::string& file)
+std::vector<UpstreamCamera> upstreamCameras(const Json& root, const std::string& file,
+                                            std::vector<std::string>* ignored)
 {
     if (!root.is_array())
         throw Error(
@@ -92,6 +102,7 @@ std::vector<UpstreamCamera> upstreamCameras(const Json& root, const std::string&
             formatString("%s: the root is no array, expected the list of cameras that training writes", file.c_str()));
     std::vector<UpstreamCamera> cameras;
     cameras.reserve(root.size());
+    DistortionCheck distortion(file, ignored);
     for (size_t i = 0; i < root.size(); ++i) {
         JsonObject entry(root[i], formatString("%s: entry %zu", file.c_str(), i));
         UpstreamCamera camera;
@@ -104,8 +115,13 @@ std::vector<UpstreamCamera> upstreamCameras(const Json& root, const std::string&
         readRotation(entry, camera.rotation);
         camera.fx = readFocal(entry, "fx");
         camera.fy = readFocal(entry, "fy");
+        distortion.add({entry});
+        const MiddleOffset middle = readMiddleOffset({entry}, camera.width, camera.height);
+        camera.middle_x = middle.x;
+        camera.middle_y = middle.y;
         cameras.push_back(std::move(camera));
     }
+    distortion.finish();
     return cameras;
 }
 
@@ -136,32 +152,29 @@ void poseFromOpenGl(const JsonObject& frame, Camera& camera)
     translationFromPosition(camera.rotation, position, camera.translation);
 }
 
-// Reads `key` of the frame, else of the whole file; null if neither has it.
-const JsonObject* holderOf(const char* key, const JsonObject& frame, const JsonObject& root)
-{
-    return frame.has(key) ? &frame : root.has(key) ? &root : nullptr;
-}
-
-std::vector<Camera> transformsCameras(const JsonObject& root, const std::string& file)
+std::vector<Camera> transformsCameras(const JsonObject& root, const std::string& file,
+                                      std::vector<std::string>* ignored)
 {
     const Json& frames = root.at("frames");
     std::vector<Camera> cameras;
     cameras.reserve(frames.size());
+    DistortionCheck distortion(file, ignored);
     for (size_t i = 0; i < frames.size(); ++i) {
         const JsonObject frame(frames[i], formatString("%s: frame %zu", file.c_str(), i));
+        const LensKeys lens{frame, &root};
         Camera camera;
         camera.name = imageName(frame.text("file_path"));
         poseFromOpenGl(frame, camera);
-        const JsonObject* width = holderOf("w", frame, root);
-        const JsonObject* height = holderOf("h", frame, root);
+        const JsonObject* width = lens.holder("w");
+        const JsonObject* height = lens.holder("h");
         if (width && height) {
             camera.width = width->imageSide("w");
             camera.height = height->imageSide("h");
         }
-        if (const JsonObject* angle = holderOf("camera_angle_x", frame, root)) {
+        if (const JsonObject* angle = lens.holder("camera_angle_x")) {
             camera.fov_x = readAngle(*angle, "camera_angle_x");
-        } else if (const JsonObject* fx = holderOf("fl_x", frame, root)) {
-            const JsonObject* fy = holderOf("fl_y", frame, root);
+        } else if (const JsonObject* fx = lens.holder("fl_x")) {
+            const JsonObject* fy = lens.holder("fl_y");
             camera.focal_x = readFocal(*fx, "fl_x");
             camera.focal_y = fy ? readFocal(*fy, "fl_y") : camera.focal_x;
         } else {
@@ -170,10 +183,15 @@ std::vector<Camera> transformsCameras(const JsonObject& root, const std::string&
                                      "the frame or in the file",
                                      frame.where().c_str()));
         }
-        if (camera.width > 0)
+        distortion.add(lens);
+        const MiddleOffset middle = readMiddleOffset(lens, camera.width, camera.height);
+        if (camera.width > 0) {
             finishCamera(camera, 0, 0, 0);
+            setMiddle(camera, middle.x / camera.width, middle.y / camera.height);
+        }
         cameras.push_back(std::move(camera));
     }
+    distortion.finish();
     return cameras;
 }
 
@@ -199,7 +217,8 @@ void readLens(const JsonObject& frame, Camera& camera)
     }
 }
 
-std::vector<Camera> trajectoryCameras(const JsonObject& root, const std::string& file)
+std::vector<Camera> trajectoryCameras(const JsonObject& root, const std::string& file,
+                                      std::vector<std::string>* ignored)
 {
     const std::string schema = root.text("schema");
     if (schema != "gsc.trajectory/1")
@@ -209,6 +228,7 @@ std::vector<Camera> trajectoryCameras(const JsonObject& root, const std::string&
         root.fail("frames", "no array", "an array of frames");
     std::vector<Camera> cameras;
     cameras.reserve(frames.size());
+    DistortionCheck distortion(file, ignored);
     for (size_t i = 0; i < frames.size(); ++i) {
         const JsonObject frame(frames[i], formatString("%s: frame %zu", file.c_str(), i));
         Camera camera;
@@ -226,12 +246,15 @@ std::vector<Camera> trajectoryCameras(const JsonObject& root, const std::string&
             translationFromPosition(camera.rotation, position, camera.translation);
         }
         readLens(frame, camera);
+        distortion.add({frame, &root});
+        refuseMiddleOffset({frame, &root});
         if (frame.has("appearance"))
             camera.appearance = int(frame.integer("appearance", 0, INT32_MAX));
         if (frame.has("time"))
             (void)frame.number("time");
         cameras.push_back(std::move(camera));
     }
+    distortion.finish();
     return cameras;
 }
 
@@ -285,9 +308,10 @@ std::vector<EyeView> trajectoryViews(const JsonObject& root, const std::string& 
 
 } // namespace
 
-std::vector<UpstreamCamera> parseUpstreamCameras(std::string_view json, const std::string& name)
+std::vector<UpstreamCamera> parseUpstreamCameras(std::string_view json, const std::string& name,
+                                                 std::vector<std::string>* ignored)
 {
-    return upstreamCameras(parseJson(json, name), name);
+    return upstreamCameras(parseJson(json, name), name, ignored);
 }
 
 Camera cameraFromUpstream(const UpstreamCamera& source)
@@ -298,6 +322,7 @@ Camera cameraFromUpstream(const UpstreamCamera& source)
     translationFromPosition(source.rotation, source.position, camera.translation);
     camera.fov_x = angleOf(source.width, source.fx);
     camera.fov_y = angleOf(source.height, source.fy);
+    setMiddle(camera, source.middle_x / source.width, source.middle_y / source.height);
     camera.width = source.width;
     camera.height = source.height;
     if (source.width > kUpstreamMaxWidth) {
@@ -309,23 +334,24 @@ Camera cameraFromUpstream(const UpstreamCamera& source)
     return camera;
 }
 
-std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, TrajectoryFacts* eyes)
+std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, TrajectoryFacts* eyes,
+                                    std::vector<std::string>* ignored)
 {
     const Json root = parseJson(json, name);
     std::vector<Camera> cameras;
     TrajectoryFacts stated;
     if (root.is_array()) {
-        for (const UpstreamCamera& camera : upstreamCameras(root, name))
+        for (const UpstreamCamera& camera : upstreamCameras(root, name, ignored))
             cameras.push_back(cameraFromUpstream(camera));
     } else {
         const JsonObject object(root, name);
         if (object.has("schema")) {
-            cameras = trajectoryCameras(object, name);
+            cameras = trajectoryCameras(object, name, ignored);
             stated.ipd = object.has("ipd") ? object.positive("ipd") : 0;
             stated.name = object.has("name") ? object.text("name") : "";
             stated.views = trajectoryViews(object, name);
         } else if (const Json* frames = object.find("frames"); frames && frames->is_array())
-            cameras = transformsCameras(object, name);
+            cameras = transformsCameras(object, name, ignored);
         else
             throw Error(ErrorCode::InvalidFile,
                         formatString("%s: no camera file, expected upstream's cameras.json (an array), a "
@@ -341,7 +367,7 @@ std::vector<Camera> parseCameraFile(std::string_view json, const std::string& na
     return cameras;
 }
 
-std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eyes)
+std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eyes, std::vector<std::string>* ignored)
 {
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
     if (!file)
@@ -367,7 +393,7 @@ std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eye
                     formatString("%s: is %s and no JSON, expected a camera file that starts with [ or {; pass a "
                                  "cameras.json, a transforms.json or a trajectory",
                                  path.c_str(), text.compare(0, 4, "\x89GSC") == 0 ? "a model" : "something else"));
-    return parseCameraFile(text, path, eyes);
+    return parseCameraFile(text, path, eyes, ignored);
 }
 
 } // namespace gsc

@@ -18,10 +18,13 @@ struct UpstreamCamera {
     double position[3] = {};
     double rotation[9] = {}; // row-major camera-to-world
     double fx = 0, fy = 0;   // pixels, for width x height
+    // pixels from where the axis meets the image to its middle, right and down; upstream itself knows none but 0
+    double middle_x = 0, middle_y = 0;
 };
 
-// `name` is used in messages only. Throws Error(InvalidFile).
-std::vector<UpstreamCamera> parseUpstreamCameras(std::string_view json, const std::string& name);
+// `name` is used in messages only. `ignored` as for parseCameraFile(). Throws Error (InvalidFile, Unsupported).
+std::vector<UpstreamCamera> parseUpstreamCameras(std::string_view json, const std::string& name,
+                                                 std::vector<std::string>* ignored = nullptr);
 
 // What upstream renders for it: field of view of the source size, and the size its `-r -1` rule gives (6.2).
 // Precondition: as parseUpstreamCameras() leaves it.
@@ -39,9 +42,14 @@ struct TrajectoryFacts {
 // states no size leaves width and height 0: finishCamera() then takes it from the command line.
 // `eyes`, if given, takes what a trajectory states beside its frames. Without it, a trajectory that gives the eyes views of their
 // own is refused, because its cameras alone are not what it shows.
+// cx and cy (pixels of the stated size) move the image off the axis: Camera::tan_mid_x, tan_mid_y.
+// `ignored`, if given, takes a sentence about lens distortion, which the cameras then do not have. Without it, a file
+// that states some is refused, because cameras here are pinholes.
 // Throws Error (InvalidFile, Unsupported).
-std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, TrajectoryFacts* eyes = nullptr);
+std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, TrajectoryFacts* eyes = nullptr,
+                                    std::vector<std::string>* ignored = nullptr);
 // Throws Error (Io, InvalidFile, Unsupported).
-std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eyes = nullptr);
+std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eyes = nullptr,
+                                   std::vector<std::string>* ignored = nullptr);
 
 } // namespace gsc

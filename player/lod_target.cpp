@@ -8,19 +8,36 @@
 
 namespace gsc {
 
+bool hasOneLevel(const Scene& scene)
+{
+    const ModelParams& params = *scene.view().params;
+    return !(params.flags & kModelHasLevels) || params.level_clamp < 1;
+}
+
+void checkLevelChoice(const Scene& scene, const std::string& model, const std::string& what, double value)
+{
+    if (value != 0 && hasOneLevel(scene))
+        throw Error(ErrorCode::Usage,
+                    formatString("%s %g: has no effect on %s, which has one level of detail, expected several; leave "
+                                 "it out, or play an Octree-GS model",
+                                 what.c_str(), value, model.c_str()));
+}
+
+void checkLevelOptions(const Scene& scene, const PlayOptions& options)
+{
+    checkLevelChoice(scene, options.input, "--lod-bias", options.lod_bias);
+    checkLevelChoice(scene, options.input, "--lod-fade", options.lod_fade);
+    checkLevelChoice(scene, options.input, "--lod-hysteresis", options.lod_hysteresis);
+    checkLevelChoice(scene, options.input, "--target-ms", options.target_ms);
+}
+
 std::optional<LodControl> lodControl(const Scene& scene, const PlayOptions& options)
 {
     if (!(options.target_ms > 0))
         return std::nullopt;
-    const ModelParams& params = *scene.view().params;
-    if (!(params.flags & kModelHasLevels) || params.level_clamp < 1)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("%s: has one level of detail, expected several for --target-ms to choose from; leave "
-                                 "it out, or play an Octree-GS model",
-                                 options.input.c_str()));
     // all levels and, for forks of 2, what is up to sixteen times nearer than the finest asks for; no more, because it
     // would have to be climbed again
-    const double coarsest = options.lod_bias - double(params.level_clamp) - 4;
+    const double coarsest = options.lod_bias - double(scene.view().params->level_clamp) - 4;
     return LodControl({options.target_ms, options.lod_bias, std::max(coarsest, -kMaxLodBias)});
 }
 

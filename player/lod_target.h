@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// --target-ms for a model.
+// What is asked of a model's levels: --target-ms, and whether there are levels at all.
 #pragma once
 
 #include "player/play_options.h"
@@ -7,11 +7,20 @@
 #include "runtime/scene.h"
 
 #include <optional>
+#include <string>
 
 namespace gsc {
 
-// What gives each frame its bias; none without a target. Throws Error(Unsupported) for a model without levels, which
-// has no detail to give up.
+// No rule chooses between levels: a Scaffold-GS model, or one that was trained with a single level.
+bool hasOneLevel(const Scene& scene);
+
+// Throws Error(Usage) where `value`, in levels or milliseconds, is asked of the levels of a model that has one. `what`
+// is the option or the key of a file, with its file; 0 asks for nothing.
+void checkLevelChoice(const Scene& scene, const std::string& model, const std::string& what, double value);
+// All of the command line's.
+void checkLevelOptions(const Scene& scene, const PlayOptions& options);
+
+// What gives each frame its bias; none without a target. Precondition: checkLevelOptions() passed.
 std::optional<LodControl> lodControl(const Scene& scene, const PlayOptions& options);
 
 } // namespace gsc

@@ -107,8 +107,8 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
     summary.anchors = scene->anchorCount();
     summary.file_bytes = scene->bytes();
 
-    std::optional<LodControl> control = lodControl(*scene, options);
     const std::vector<Shot> shots = chooseShots(*scene, options, log);
+    std::optional<LodControl> control = lodControl(*scene, options);
     const std::vector<std::string> paths = prepareOutputs(shots, options);
     StatsFile stats_file(options.stats);
 

@@ -4,6 +4,7 @@
 
 #include "kernels/common/frame_types.h"
 #include "player/image/image_io.h"
+#include "player/length.h"
 
 #include <cstdint>
 #include <limits>
@@ -18,10 +19,11 @@ struct PlayOptions {
     std::string cameras = "stored"; // a file, or "stored": those in the .gsc
     Tier tier = Tier::Fast;
     int eyes = 1;
-    double ipd = 0; // world units
+    Length ipd; // of two eyes
     StereoMode stereo = StereoMode::Exact;
     uint32_t width = 0, height = 0; // 0 = the camera's
     double fov_x = 0;               // radians, 0 = the camera's
+    bool ignore_distortion = false; // of the lenses in a camera file, which is refused otherwise
     std::string out;                // pattern, empty = write nothing
     PixelDepth depth = PixelDepth::Eight;
     std::string stats; // file, empty = none
@@ -36,6 +38,7 @@ struct PlayOptions {
     double lod_fade = 0, lod_hysteresis = 0;      // levels, as FrameOptions has them
     double target_ms = 0;                         // of a frame, held by a falling lod_bias; 0 = none
     uint64_t frame_first = 0, frame_end = std::numeric_limits<uint64_t>::max();
+    std::string frame_range; // as typed with its option, "--frames 0:100"; empty = frame_end is at most that
     bool overwrite = false, verify = false;
 };
 

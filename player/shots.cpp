@@ -4,6 +4,7 @@
 #include "format/error.h"
 #include "player/camera_file.h"
 #include "player/json_fields.h"
+#include "player/lod_target.h"
 
 #include <algorithm>
 
@@ -49,7 +50,7 @@ void sizeHead(Camera& head, const PlayOptions& options)
 void checkViews(const TrajectoryFacts& facts, const PlayOptions& options)
 {
     const char* const file = options.cameras.c_str();
-    if (options.ipd > 0)
+    if (options.ipd.value > 0)
         throw Error(ErrorCode::Usage, formatString("--ipd: %s says with \"views\" where the eyes are, expected no "
                                                    "distance; leave --ipd out",
                                                    file));
@@ -63,13 +64,65 @@ void checkViews(const TrajectoryFacts& facts, const PlayOptions& options)
                                                    file));
 }
 
+// Distance of two eyes in world units; 0 with one eye, or where views say where they are. Throws Error(Usage) where it
+// is not known.
+double eyeDistance(const Scene& scene, const TrajectoryFacts& facts, const PlayOptions& options, Reporter& log)
+{
+    const Length& given = options.ipd;
+    if (options.eyes == 1 && given.value > 0)
+        throw Error(ErrorCode::Usage, "--ipd: has no effect with one eye, expected two; pass --eyes 2 or leave it out");
+    if (options.eyes == 1 || !facts.views.empty())
+        return 0;
+    if (given.value > 0 && given.unit == LengthUnit::World)
+        return given.value;
+    if (given.value == 0 && facts.ipd > 0)
+        return facts.ipd;
+    const char* const model = options.input.c_str();
+    const std::optional<Metre> metre = metreOfManifest(scene.manifest());
+    if (!metre && given.value > 0)
+        throw Error(ErrorCode::Usage,
+                    formatString("--ipd %gm: %s does not say how long a metre is, expected a length in world units; "
+                                 "pass a plain number, or convert the model again",
+                                 given.value, model));
+    if (!metre)
+        throw Error(ErrorCode::Usage,
+                    formatString("%s: states no distance of the eyes, expected \"ipd\" in a trajectory or a metre in "
+                                 "%s; pass --ipd LENGTH, or convert the model again",
+                                 options.cameras == "stored" ? model : options.cameras.c_str(), model));
+    const double metres = given.value > 0 ? given.value : kEyesApart;
+    if (!(metres * metre->units < 1e15))
+        throw Error(ErrorCode::Usage, formatString("--ipd %gm: %g world units in %s, expected less than 1e15; pass a "
+                                                   "shorter one",
+                                                   metres, metres * metre->units, model));
+    if (given.value == 0)
+        log.tell(formatString("eyes %g m apart: %.4g world units, because the model's metre is %.4g; --ipd LENGTH sets "
+                              "another distance",
+                              metres, metres * metre->units, metre->units));
+    return metres * metre->units;
+}
+
+// Throws where the range that was asked for ends behind the cameras.
+void checkRange(const PlayOptions& options, size_t cameras)
+{
+    if (options.frame_first >= cameras)
+        throw Error(ErrorCode::Usage,
+                    formatString("%s: camera %llu is not there, expected at most %zu", options.frame_range.c_str(),
+                                 static_cast<unsigned long long>(options.frame_first), cameras - 1));
+    const bool open_end = options.frame_end == std::numeric_limits<uint64_t>::max();
+    if (options.frame_range.empty() || open_end || options.frame_end <= cameras)
+        return;
+    const std::string name = options.frame_range.substr(0, options.frame_range.find(' '));
+    const auto first = static_cast<unsigned long long>(options.frame_first);
+    throw Error(ErrorCode::Usage,
+                formatString("%s: ends behind the last camera, expected at most %zu; pass %s "
+                             "%llu:%zu or %llu:",
+                             options.frame_range.c_str(), cameras, name.c_str(), first, cameras, first));
+}
+
 std::vector<Shot> cutShots(std::vector<Camera> cameras, const TrajectoryFacts& facts, double ipd,
                            const PlayOptions& options)
 {
-    if (options.frame_first >= cameras.size())
-        throw Error(ErrorCode::Usage,
-                    formatString("--frames: frame %llu is not there, expected at most %zu",
-                                 static_cast<unsigned long long>(options.frame_first), cameras.size() - 1));
+    checkRange(options, cameras.size());
     std::vector<Shot> shots;
     const uint64_t end = std::min<uint64_t>(options.frame_end, cameras.size());
     for (uint64_t i = options.frame_first; i < end; ++i) {
@@ -128,19 +181,20 @@ void chooseAppearance(const Scene& scene, const PlayOptions& options, std::vecto
 
 std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, Reporter& log, std::string* title)
 {
+    checkLevelOptions(scene, options);
     TrajectoryFacts eyes;
+    std::vector<std::string> ignored;
     std::vector<Camera> cameras =
-        options.cameras == "stored" ? storedCameras(scene, options.input) : readCameraFile(options.cameras, &eyes);
+        options.cameras == "stored"
+            ? storedCameras(scene, options.input)
+            : readCameraFile(options.cameras, &eyes, options.ignore_distortion ? &ignored : nullptr);
+    for (const std::string& text : ignored)
+        log.warning(text);
     if (!eyes.views.empty())
         checkViews(eyes, options);
     if (title != nullptr)
         *title = eyes.name;
-    const double ipd = options.ipd > 0 ? options.ipd : eyes.ipd;
-    if (options.eyes == 2 && ipd == 0 && eyes.views.empty())
-        throw Error(
-            ErrorCode::Usage,
-            formatString("%s: states no distance of the eyes, expected \"ipd\" in a trajectory; pass --ipd LENGTH",
-                         options.cameras.c_str()));
+    const double ipd = eyeDistance(scene, eyes, options, log);
     std::vector<Shot> shots = cutShots(std::move(cameras), eyes, ipd, options);
     for (Shot& shot : shots)
         std::copy_n(scene.view().origin, 3, shot.origin);

@@ -17,12 +17,14 @@ struct Shot {
     Camera camera;                   // the only eye, or the middle between two that are `ipd` apart
     uint64_t index = 0;              // in the camera file
     int appearance = -1;             // the trainer's embedding row; -1 if the model has none
-    double ipd = 0;                  // of two eyes, world units: what --ipd or the trajectory states
+    double ipd = 0;                  // of two eyes, world units; 0 = one eye, or views say where they are
     std::optional<Camera> right_eye; // of a trajectory with views; `camera` is then the left one
     double origin[3] = {};           // ModelView::origin of the scene that is rendered
 };
 
-// At least one. `title`, if given, takes the name that a trajectory states, empty if none. Warns where an embedding row had to be chosen for a camera. Throws Error (Usage, Io, InvalidFile).
+// At least one. `title`, if given, takes the name that a trajectory states, empty if none. Warns where an embedding row
+// had to be chosen for a camera and where distortion is ignored. Throws Error (Usage, Io, InvalidFile, Unsupported);
+// Usage also where an option would have no effect on this model.
 std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, Reporter& log,
                               std::string* title = nullptr);
 

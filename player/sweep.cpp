@@ -3,6 +3,7 @@
 
 #include "format/error.h"
 #include "format/output_paths.h"
+#include "player/lod_target.h"
 #include "player/measurer.h"
 #include "player/report_parts.h"
 #include "player/run_row.h"
@@ -130,6 +131,11 @@ public:
                             formatString("%s: a run has stereo merged, which needs two eyes, and there is one; state "
                                          "\"eyes\": 2 or pass --eyes 2",
                                          options.sweep.c_str()));
+        for (const RunConfig& run : m_runs)
+            for (const auto& [axis, value] : {std::pair<const char*, double>{"lod_bias", run.lod_bias},
+                                              {"lod_fade", run.lod_fade},
+                                              {"lod_hysteresis", run.lod_hysteresis}})
+                checkLevelChoice(*m_scene, options.play.input, options.sweep + ": a run has " + axis, value);
         for (RunConfig& run : m_runs)
             run.backend = m_measurer->nameOf(run.backend);
         for (const Path& path : m_paths)

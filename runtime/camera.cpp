@@ -127,6 +127,11 @@ void finishCamera(Camera& camera, uint32_t width, uint32_t height, double fov_x)
         camera.focal_x = camera.focal_y = 0;
     }
     const bool square_pixels = fov_x > 0 || !(camera.fov_y > 0);
+    const bool zooms_off_axis = fov_x > 0 && (camera.tan_mid_x != 0 || camera.tan_mid_y != 0);
+    if (zooms_off_axis) { // in halves of the image, which an angle does not change
+        camera.tan_mid_x /= std::tan(camera.fov_x / 2);
+        camera.tan_mid_y /= std::tan(camera.fov_y / 2);
+    }
     if (fov_x > 0)
         camera.fov_x = fov_x;
     if (!(camera.fov_x > 0)) {
@@ -139,6 +144,10 @@ void finishCamera(Camera& camera, uint32_t width, uint32_t height, double fov_x)
     const double focal_x = base_width / (2 * std::tan(camera.fov_x / 2));
     if (square_pixels)
         camera.fov_y = 2 * std::atan(base_height / (2 * focal_x));
+    if (zooms_off_axis) {
+        camera.tan_mid_x *= std::tan(camera.fov_x / 2);
+        camera.tan_mid_y *= std::tan(camera.fov_y / 2);
+    }
     const uint32_t new_width = width > 0 ? width : base_width;
     const uint32_t new_height = height > 0 ? height : base_height;
     if (uint64_t(new_width) * base_height != uint64_t(new_height) * base_width) {

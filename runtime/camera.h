@@ -15,8 +15,8 @@ struct Camera {
     double rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}; // row-major camera-to-world; columns are right, down, forward
     double translation[3] = {};                       // world-to-camera: t of view = R^T * world + t
     double fov_x = 0, fov_y = 0; // radians, whole angles about the axis; with tan_mid, of a centred view as large
-    // Where the image's middle lies right and down of the axis, at depth 1. Not 0 only in an eye of a headset, whose
-    // image spans tan_mid - tan(fov / 2) to tan_mid + tan(fov / 2).
+    // Where the image's middle lies right and down of the axis, at depth 1: the image spans tan_mid - tan(fov / 2) to
+    // tan_mid + tan(fov / 2). Not 0 in an eye of a headset and in a photograph whose axis meets another pixel.
     double tan_mid_x = 0, tan_mid_y = 0;
     uint32_t width = 0, height = 0;  // pixels to render
     int appearance = -1;             // embedding row, -1 = none stated
@@ -24,8 +24,9 @@ struct Camera {
 };
 
 // Fills in what a camera file left open. `width` x `height` (0 = the camera's own) is the size to render; it cuts
-// nothing and stretches nothing if its aspect is the camera's, otherwise the horizontal field of view holds.
-// `fov_x` (radians, 0 = the camera's own) overrides the angle. Throws Error(Usage) if size or angle remain unknown.
+// nothing and stretches nothing if its aspect is the camera's, otherwise the horizontal field of view holds and rows
+// come or go at top and bottom alike. `fov_x` (radians, 0 = the camera's own) overrides the angle; the axis keeps its
+// pixel of the camera's own size. Throws Error(Usage) if size or angle remain unknown.
 void finishCamera(Camera& camera, uint32_t width, uint32_t height, double fov_x);
 
 // Upstream's arithmetic: W2C in double, inverted twice, rounded to fp32; P from the tangents in fp32; full = P * W2C

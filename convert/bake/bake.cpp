@@ -5,6 +5,7 @@
 #include "convert/bake/bake_from.h"
 #include "convert/bake/chunk_build.h"
 #include "convert/bake/distribute.h"
+#include "convert/bake/metre_bake.h"
 #include "convert/bake/mlp_pack.h"
 #include "convert/bake/model_sections.h"
 #include "convert/bake/partition.h"
@@ -80,6 +81,7 @@ public:
         planChunks();
         stage("distribute", [&] { distribute(writer); });
         stage("chunks", [&] { buildChunks(writer); });
+        stage("metre", [&] { m_metre = m_metre_bake->derive(m_checkpoint); });
         stage("index", [&] { buildIndex(); });
         stage("write", [&] { writeSections(writer); });
         m_report.input_bytes = m_hash.bytes;
@@ -199,6 +201,7 @@ private:
         const uint32_t record_bytes = anchorRecordLayout(m_params).bytes;
         std::atomic<uint64_t> done{0};
         std::atomic<double> sensitivity_seconds{0};
+        m_metre_bake.emplace(m_params, m_partition, m_scan.kept);
         if (m_options.sensitivity != SensitivityMode::None)
             m_sensitivity.emplace(m_checkpoint, m_params, m_rows, m_scan.kept);
         tbb::parallel_for(
@@ -214,6 +217,7 @@ private:
                                std::span(m_groups).subspan(chunk.group_first, chunk.group_count), m_chunk_leaves[c],
                                m_index);
                     writer.writeAnchors(chunk.payload_offset, payload);
+                    m_metre_bake->addChunk(c, chunk, payload);
                     if (m_sensitivity)
                         sensitivity_seconds +=
                             m_sensitivity->addChunk(m_partition.levels[chunk.level_index].level, payload, chunk,
@@ -285,6 +289,7 @@ private:
         facts.config_hash = m_options_hash;
         facts.embedding_rows = m_rows;
         facts.cameras = m_checkpoint.cameras.size();
+        facts.metre = m_metre;
         if (m_sensitivity)
             facts.sensitivity = m_sensitivity->records();
         const std::string manifest = manifestText(facts);
@@ -349,6 +354,8 @@ private:
     std::vector<GroupRecord> m_groups;
     std::vector<uint32_t> m_index;
     std::optional<SensitivityBake> m_sensitivity;
+    std::optional<MetreBake> m_metre_bake;
+    Metre m_metre;
     std::vector<LevelRecord> m_levels;
     std::vector<LeafRecord> m_leaves;
     std::vector<std::byte> m_nanovdb;

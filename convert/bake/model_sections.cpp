@@ -105,6 +105,8 @@ Json modelJson(const ManifestFacts& facts)
             {"raster_rules", kRasterRules[p.raster_rules]},
             {"near_z", p.near_z},
             {"cameras", facts.cameras},
+            {"metre",
+             facts.metre.units > 0 ? Json{{"units", facts.metre.units}, {"rule", facts.metre.rule}} : Json(nullptr)},
             {"mlps", mlps}};
 }
 

@@ -4,6 +4,7 @@
 
 #include "convert/bake/bake.h"
 #include "format/gsc_layout.h"
+#include "player/length.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -36,6 +37,7 @@ struct ManifestFacts {
     std::vector<uint32_t> embedding_rows;
     uint64_t cameras;
     std::span<const AnchorSensitivity> sensitivity; // empty if there are none
+    Metre metre;                                    // units 0 = none could be derived
 };
 // UTF-8 JSON without times, absolute paths or anything else that is not of the model and the options.
 std::string manifestText(const ManifestFacts& facts);

@@ -177,6 +177,8 @@ void addRenderOptions(CLI::App& command, CompareOptions& options)
                 "model folder, where they are)"));
     add(addText(command, "--cameras", rendering.cameras, "FILE.json|stored (default: stored)",
                 "camera file, or those stored in FILE"));
+    add(addFlag(command, "--ignore-distortion", rendering.ignore_distortion,
+                "draw cameras that state lens distortion as pinholes instead of refusing them"));
     add(addCount(command, "--views", rendering.views, 0, kMaxViews, "N (default: 3)",
                  "cameras drawn against the reference, evenly spaced; 0 = all"));
     add(addNumber(command, "--min-psnr", rendering.min_psnr, {0, 1000}, " dB", "DB (default: 75)",

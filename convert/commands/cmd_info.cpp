@@ -4,6 +4,7 @@
 
 #include "format/gsc_reader.h"
 #include "format/mapped_file.h"
+#include "player/length.h"
 #include "player/tool/options.h"
 
 #include <CLI/CLI.hpp>
@@ -66,6 +67,22 @@ std::string oneLine(const Json& object)
     return text;
 }
 
+Json metreJson(const GscView& view)
+{
+    const std::optional<Metre> metre = metreOfManifest(view.manifest);
+    return metre ? Json{{"units", metre->units}, {"rule", metre->rule}} : Json(nullptr);
+}
+
+std::string metreText(const GscView& view, const Json& manifest)
+{
+    if (const std::optional<Metre> metre = metreOfManifest(view.manifest))
+        return formatString("metre       %.4g world units (%s)\n", metre->units, metre->rule.c_str());
+    static const Json::json_pointer kPlace("/model/metre");
+    const bool tried = manifest.is_object() && manifest.contains(kPlace);
+    return tried ? "metre       none: the anchors are few or in one place\n"
+                 : "metre       not in the file; gsc sample paths derives one\n";
+}
+
 Json point(const float (&values)[3])
 {
     Json json = Json::array();
@@ -112,6 +129,7 @@ Json infoJson(const std::string& path, const GscView& view, const Json& manifest
         {"leaves", params.leaf_count},
         {"mlps", mlpsOf(manifest)},
         {"cameras", cameras ? cameras->count : 0},
+        {"metre", metreJson(view)},
         {"sensitivity", findSection(view, kSectionSensitivity) != nullptr},
         {"bytes", std::move(bytes)},
         {"manifest", manifest},
@@ -142,6 +160,7 @@ std::string infoText(const std::string& path, const GscView& view, const Json& m
         text += "mlp         " + mlpText(mlp) + "\n";
     if (const SectionEntry* cameras = findSection(view, kSectionCameras))
         text += formatString("cameras     %s\n", formatCount(cameras->count).c_str());
+    text += metreText(view, manifest);
     text += formatString("sensitivity %s\n", findSection(view, kSectionSensitivity) != nullptr
                                                  ? "baked, of every anchor"
                                                  : "not baked; a player computes it where it needs it");

@@ -92,7 +92,7 @@ void addSamplePathsCommand(CLI::App& sample, Invocation& invocation)
                  "pixels of the image");
     addNumber(*command, "--fov", raw->fov, {1, 170}, " degrees", "DEGREES (default: 90)", "horizontal angle of view");
     addNumber(*command, "--fps", options->fps, {1, 1000}, "", "N (default: 72)", "frames per second");
-    addNumber(*command, "--ipd", options->ipd, {0, 1e9, true}, " world units", "LENGTH (default: derived)",
+    addNumber(*command, "--ipd", options->ipd, {0, 1e9, true}, " world units", "LENGTH (default: by the file's metre)",
               "distance of the eyes in world units, 0.064 m; paces follow from it");
     std::string names;
     for (const std::string& name : modelPathNames())

@@ -130,11 +130,14 @@ int appearanceFor(const Scene& scene, const Camera& camera)
     return kept ? camera.appearance : int(rows.front());
 }
 
-std::vector<Camera> camerasToCompare(const Scene& scene, const RenderOptions& options)
+std::vector<Camera> camerasToCompare(const Scene& scene, const RenderOptions& options, Reporter& report)
 {
     std::vector<Camera> all;
     if (!options.cameras.empty()) {
-        all = readCameraFile(options.cameras);
+        std::vector<std::string> ignored;
+        all = readCameraFile(options.cameras, nullptr, options.ignore_distortion ? &ignored : nullptr);
+        for (const std::string& text : ignored)
+            report.warning(text);
         for (Camera& camera : all)
             finishCamera(camera, 0, 0, 0);
     } else
@@ -227,7 +230,7 @@ RenderComparison compareRenders(const Checkpoint& checkpoint, const std::string&
     RenderComparison result;
     Renderer fast(file, CpuPath::Fast, options.tier, options.threads);
     result.tier = fast.tier();
-    const std::vector<Camera> cameras = camerasToCompare(fast.scene(), options);
+    const std::vector<Camera> cameras = camerasToCompare(fast.scene(), options, report);
     if (!cameras.empty()) {
         const FreshBake fresh(checkpoint, options.threads, report);
         ReferenceRenderer reference(fresh.path(), options);

@@ -15,10 +15,11 @@ namespace gsc {
 enum class ReferencePrecision { Float, Double };
 
 struct RenderOptions {
-    std::string golden;   // folder of the trainer's pictures and their cameras.json; empty = look in the model folder
-    std::string cameras;  // camera file; empty = the cameras stored in the .gsc
-    uint64_t views = 3;   // of the stored cameras, evenly spaced; 0 = all
-    double min_psnr = 75; // of every view, dB
+    std::string golden;  // folder of the trainer's pictures and their cameras.json; empty = look in the model folder
+    std::string cameras; // camera file; empty = the cameras stored in the .gsc
+    bool ignore_distortion = false; // of the lenses in `cameras`, which is refused otherwise
+    uint64_t views = 3;             // of the stored cameras, evenly spaced; 0 = all
+    double min_psnr = 75;           // of every view, dB
     Tier tier = Tier::Exact;
     ReferencePrecision reference = ReferencePrecision::Float; // Float: the trainer's rounding; Double: no rounding
     int threads = 0;

@@ -48,6 +48,21 @@ SourceCamera fromCamera(const Camera& camera, int id)
     return result;
 }
 
+// What SourceCamera cannot hold of the cameras is said once per file. `shifted` of them look through another pixel than
+// the middle.
+void warnOfLenses(const std::string& path, const std::vector<std::string>& ignored, size_t shifted, size_t cameras,
+                  std::vector<std::string>& warnings)
+{
+    for (const std::string& text : ignored)
+        warnings.push_back(text + "; a .gsc stores pinholes");
+    if (shifted > 0)
+        warnings.push_back(
+            formatString("%s: cx, cy of %zu of %zu cameras are off the middle of the image and ignored; a "
+                         ".gsc stores cameras that look through the middle, play them from the file "
+                         "itself with gsc-play --cameras",
+                         path.c_str(), shifted, cameras));
+}
+
 // A file without image sizes, or with matrices that also scale (MatrixCity), does not fit SourceCamera.
 bool representable(const Camera& camera)
 {
@@ -72,15 +87,19 @@ std::vector<SourceCamera> readTransforms(const CheckpointFiles& files, uint32_t 
             continue;
         uint32_t row = 0;
         try {
-            for (const Camera& camera : readCameraFile(path)) {
+            std::vector<std::string> ignored;
+            size_t shifted = 0;
+            for (const Camera& camera : readCameraFile(path, nullptr, &ignored)) {
                 if (!representable(camera))
                     throw Error(ErrorCode::InvalidFile,
                                 path + ": camera '" + camera.name + "' has no image size or a matrix that scales");
                 cameras.push_back(fromCamera(camera, int(cameras.size())));
                 cameras.back().is_test = is_test;
                 cameras.back().appearance = row < embedding_rows ? int(row) : -1;
+                shifted += camera.tan_mid_x != 0 || camera.tan_mid_y != 0;
                 ++row;
             }
+            warnOfLenses(path, ignored, shifted, row, warnings);
         } catch (const Error& error) {
             warnings.push_back(std::string(error.what()) + "; its cameras are left out");
             return {};
@@ -166,9 +185,14 @@ std::vector<SourceCamera> readCameras(const CheckpointFiles& files, const Config
         return cameras;
     }
     std::vector<SourceCamera> cameras;
+    std::vector<std::string> ignored;
+    size_t shifted = 0;
     for (const UpstreamCamera& camera :
-         parseUpstreamCameras(readTextFile(path, kMaxCameraFile, "a list of cameras"), path))
+         parseUpstreamCameras(readTextFile(path, kMaxCameraFile, "a list of cameras"), path, &ignored)) {
         cameras.push_back(fromUpstream(camera));
+        shifted += camera.middle_x != 0 || camera.middle_y != 0;
+    }
+    warnOfLenses(path, ignored, shifted, cameras.size(), warnings);
     const ConfigValue* found = config ? config->find("eval") : nullptr;
     const int eval = !found ? -1 : config->getBool("eval", false, config_path) ? 1 : 0;
     const double lod = config ? config->getNumber("lod", 0, config_path) : 0;

@@ -6,6 +6,7 @@
 #include "format/error.h"
 #include "format/interrupt.h"
 #include "format/mapped_file.h"
+#include "player/length.h"
 
 #include <algorithm>
 #include <cmath>
@@ -67,6 +68,14 @@ private:
     std::vector<std::pair<std::string, std::string>> m_files;
 };
 
+// What --ipd or the file says; units 0 = neither does.
+Metre metreOf(const GscView& view, const PathsOptions& options)
+{
+    if (options.ipd > 0)
+        return {options.ipd / kEyeDistance, "given: the eyes are 0.064 m apart"};
+    return metreOfManifest(view.manifest).value_or(Metre{});
+}
+
 std::string fileOf(const PathsOptions& options, const std::string& name)
 {
     return (fs::path(options.output) / (name + ".json")).string();
@@ -110,7 +119,7 @@ PathsReport makePaths(const PathsOptions& options)
                     formatString("%s: is damaged or no .gsc file (%s); gsc validate tells all, gsc convert makes one "
                                  "from a checkpoint",
                                  options.input.c_str(), first.c_str()));
-    const ModelSurvey survey = surveyModel(view, options.input, options.ipd / kEyeDistance);
+    const ModelSurvey survey = surveyModel(view, options.input, metreOf(view, options));
     PathsReport report;
     report.paths = modelPaths(survey, {options.width, options.height, options.fov_x}, options.fps, options.only);
     report.capture = survey.kind;

@@ -15,7 +15,7 @@ struct PathsOptions {
     uint32_t width = 2048, height = 2048; // pixels
     double fov_x = 0.5 * kPi;             // radians
     double fps = kHeadsetRate;
-    double ipd = 0; // world units, and with it the metre: 0.064 of one; 0 = derived
+    double ipd = 0; // world units, and with it the metre: 0.064 of one; 0 = the file's, else derived
     std::vector<std::string> only;
     bool overwrite = false;
 };

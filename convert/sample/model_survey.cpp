@@ -42,19 +42,10 @@ Vec3 anchorPosition(const ModelParams& params, const LevelRecord& level, const C
 
 std::vector<Vec3> anchorPoints(const GscView& view)
 {
-    const uint64_t step = (view.header->anchor_count + kSurveyAnchors - 1) / kSurveyAnchors;
     std::vector<Vec3> points;
     for (const ChunkRecord& chunk : view.chunks) {
         throwIfInterrupted();
-        const auto payload = chunkPayload(view, chunk);
-        const ChunkArrayLayout layout = chunkArrayLayout(*view.params, chunk.anchor_count);
-        const uint64_t first = (step - chunk.anchor_first % step) % step;
-        for (uint64_t i = first; i < chunk.anchor_count; i += step) {
-            const Vec3 p = anchorPosition(*view.params, view.levels[chunk.level_index], chunk, payload.data(), layout,
-                                          uint32_t(i));
-            if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z))
-                points.push_back(p);
-        }
+        addSurveyPoints(view, chunk, chunkPayload(view, chunk).data(), points);
     }
     return points;
 }
@@ -180,13 +171,13 @@ GroundFrame frameOf(ModelSurvey& survey)
     return fitGroundAlong(survey.seen, views, up, 0.5);
 }
 
-void setMetre(ModelSurvey& survey, double given)
+void setMetre(ModelSurvey& survey, const Metre& given)
 {
     PathSite& site = survey.site;
     const double height = site.view_height, distance = survey.viewing_distance;
-    if (given > 0) {
-        site.metre = given;
-        survey.metre_rule = "given: the eyes are 0.064 m apart";
+    if (given.units > 0) {
+        site.metre = given.units;
+        survey.metre_rule = given.rule;
     } else if (survey.kind == CaptureKind::None) {
         site.metre = metreOfGround(site.high[0] - site.low[0], site.high[1] - site.low[1]);
         survey.metre_rule = "no cameras: 0.0625 of the square root of the ground's area";
@@ -212,19 +203,11 @@ void setLevels(const ModelParams& params, PathSite& site)
     site.finest_level = params.level_clamp;
 }
 
-} // namespace
-
-const char* captureName(CaptureKind kind)
-{
-    static constexpr const char* kNames[] = {"aerial", "inward", "around", "none"};
-    return kNames[int(kind)];
-}
-
-ModelSurvey surveyModel(const GscView& view, const std::string& name, double metre)
+ModelSurvey surveyPoints(const GscView& view, std::vector<Vec3> points, const std::string& name, const Metre& metre)
 {
     ModelSurvey survey;
     survey.near_z = double(view.params->near_z);
-    survey.points = anchorPoints(view);
+    survey.points = std::move(points);
     if (survey.points.size() < kLeastAnchors)
         throw Error(ErrorCode::Unsupported,
                     formatString("%s: %zu anchors with a finite position, expected at least %zu; there is nothing to "
@@ -267,6 +250,38 @@ ModelSurvey surveyModel(const GscView& view, const std::string& name, double met
         throw Error(ErrorCode::Unsupported,
                     name + ": all anchors lie in one place, expected a model one can move about in");
     return survey;
+}
+
+} // namespace
+
+const char* captureName(CaptureKind kind)
+{
+    static constexpr const char* kNames[] = {"aerial", "inward", "around", "none"};
+    return kNames[int(kind)];
+}
+
+void addSurveyPoints(const GscView& view, const ChunkRecord& chunk, const std::byte* payload, std::vector<Vec3>& points)
+{
+    const uint64_t step = (view.header->anchor_count + kSurveyAnchors - 1) / kSurveyAnchors;
+    const ChunkArrayLayout layout = chunkArrayLayout(*view.params, chunk.anchor_count);
+    const uint64_t first = (step - chunk.anchor_first % step) % step;
+    for (uint64_t i = first; i < chunk.anchor_count; i += step) {
+        const Vec3 p =
+            anchorPosition(*view.params, view.levels[chunk.level_index], chunk, payload, layout, uint32_t(i));
+        if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z))
+            points.push_back(p);
+    }
+}
+
+ModelSurvey surveyModel(const GscView& view, const std::string& name, const Metre& metre)
+{
+    return surveyPoints(view, anchorPoints(view), name, metre);
+}
+
+Metre surveyMetre(const GscView& view, std::vector<Vec3> points, const std::string& name)
+{
+    const ModelSurvey survey = surveyPoints(view, std::move(points), name, {});
+    return {survey.site.metre, survey.metre_rule};
 }
 
 } // namespace gsc

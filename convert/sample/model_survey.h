@@ -5,6 +5,7 @@
 #include "convert/sample/camera_motions.h"
 #include "convert/sample/ground_frame.h"
 #include "format/gsc_reader.h"
+#include "player/length.h"
 
 #include <string>
 #include <vector>
@@ -41,9 +42,17 @@ struct ModelSurvey {
 // Anchors that a survey looks at; of larger models every n-th.
 constexpr uint64_t kSurveyAnchors = 120'000;
 
-// `metre` is the length of a metre in world units, 0 = to be derived. Precondition: `view` came from openGsc() without
-// errors. `name` is used in messages. Throws Error(Unsupported) where there are fewer than 16 anchors with a finite
-// position.
-ModelSurvey surveyModel(const GscView& view, const std::string& name, double metre);
+// `metre` is taken as it is, units 0 = to be derived. Precondition: `view` came from openGsc() without errors. `name` is
+// used in messages. Throws Error(Unsupported) where there are fewer than 16 anchors with a finite position.
+ModelSurvey surveyModel(const GscView& view, const std::string& name, const Metre& metre = {});
+
+// The anchors that a survey of `view` looks at, chunk by chunk: addSurveyPoints() appends those of one chunk. Needs
+// header, params and levels of `view`; `payload` holds the chunk's arrays.
+void addSurveyPoints(const GscView& view, const ChunkRecord& chunk, const std::byte* payload,
+                     std::vector<Vec3>& points);
+
+// The metre that surveyModel() derives, from the points of all chunks in order. Needs params, cameras and
+// embedding_rows of `view`. Throws as it does.
+Metre surveyMetre(const GscView& view, std::vector<Vec3> points, const std::string& name);
 
 } // namespace gsc

@@ -2,6 +2,7 @@
 #include "player/commands/render_options.h"
 
 #include "format/error.h"
+#include "player/length.h"
 #include "player/reuse_names.h"
 #include "player/tool/options.h"
 
@@ -92,11 +93,18 @@ void addFile(CLI::App& app, PlayOptions& options)
     addText(app, "FILE", options.input, "FILE.gsc", "model to play");
 }
 
+void addIgnoreDistortion(CLI::App& app, PlayOptions& options)
+{
+    addFlag(app, "--ignore-distortion", options.ignore_distortion,
+            "draw the cameras of a file that states lens distortion as pinholes instead of refusing it");
+}
+
 void addCameras(CLI::App& app, PlayOptions& options)
 {
     addText(app, "--cameras", options.cameras, "stored|FILE.json (default: stored)",
             "cameras.json of a trained model, transforms.json or a trajectory (schemas/trajectory.schema.json), or "
             "those stored in FILE");
+    addIgnoreDistortion(app, options);
 }
 
 void addFrames(CLI::App& app, PlayOptions& options)
@@ -104,6 +112,7 @@ void addFrames(CLI::App& app, PlayOptions& options)
     detail::addValue(app, "--frames", "A:B (default: all)",
                      "cameras A to B-1 of the camera file; either may be left out",
                      [&options](const std::string& name, const std::string& text) {
+                         options.frame_range = name + " " + text;
                          if (!parseFrameRange(text, options.frame_first, options.frame_end))
                              detail::failValue(name, text, "no range", "A:B with A below B, such as 0:100");
                      });
@@ -121,8 +130,10 @@ void addViewOptions(CLI::App& app, PlayOptions& options)
                      })
         ->group(group);
     addInteger(app, "--eyes", options.eyes, 1, 2, "1|2 (default: 1)", "1, or 2 for stereo")->group(group);
-    addNumber(app, "--ipd", options.ipd, {0, kMaxLength, true}, " world units", "LENGTH (default: the trajectory's)",
-              "distance of the two eyes in world units")
+    detail::addValue(
+        app, "--ipd", "LENGTH (default: 0.064 m of the model's metre, or the trajectory's)",
+        "distance of the two eyes: world units, or metres such as 64mm",
+        [&options](const std::string& name, const std::string& text) { options.ipd = parseLength(text, name.c_str()); })
         ->group(group);
     addChoice<StereoMode>(app, "--stereo", options.stereo, stereoModes(), "default: exact",
                           "exact: the networks look from each eye; merged: from the middle between the two, once for "
@@ -197,11 +208,6 @@ void checkRenderOptions(const CLI::App& app, const PlayOptions& options, bool pa
     for (const char* option : {"--reuse-bound", "--decode-budget"})
         checkEffect(app, option, reuse.policy == ReusePolicy::Error, "--reuse error");
     checkEffect(app, "--cache-budget", reuse.policy != ReusePolicy::None, "--reuse depth or --reuse error");
-    // a sweep's file may ask for two eyes and a trajectory may state their distance; it is asked again when they are read
-    const bool may_be_stated = paths_follow || options.cameras != "stored";
-    if (options.eyes == 2 && !may_be_stated && !(options.ipd > 0))
-        throw Error(ErrorCode::Usage, "--ipd: not given, expected the distance of the two eyes in world units of the "
-                                      "model; pass --ipd LENGTH");
     if (!paths_follow) {
         checkEyes(app, options);
     }

@@ -16,6 +16,7 @@ namespace gsc {
 
 void addFile(CLI::App& app, PlayOptions& options);
 void addCameras(CLI::App& app, PlayOptions& options);
+void addIgnoreDistortion(CLI::App& app, PlayOptions& options);
 void addFrames(CLI::App& app, PlayOptions& options);      // --frames A:B
 void addViewOptions(CLI::App& app, PlayOptions& options); // size, angle, eyes, colours
 void addRunOptions(CLI::App& app, PlayOptions& options);  // tier, backend, memory, reuse, levels

@@ -58,6 +58,7 @@ void addStabilityCommand(CLI::App& root, Invocation& invocation)
     addFile(*command, options->play);
     command->get_option("FILE")->required();
     addStabilityOptions(*command, *options);
+    addIgnoreDistortion(*command, options->play);
     addFrames(*command, options->play);
     addViewOptions(*command, options->play);
     addRunOptions(*command, options->play);
@@ -66,6 +67,7 @@ void addStabilityCommand(CLI::App& root, Invocation& invocation)
     command->callback([command, &invocation, options] {
         checkRenderOptions(*command, options->play, true);
         checkEyes(*command, options->play);
+        options->play.frame_range.clear(); // of several trajectories a shorter one ends sooner
         invocation.run = [options](Reporter& report) { return runStability(*options, report); };
     });
 }

@@ -64,6 +64,15 @@ def small_models(gsc, play, data):
                    stdout=subprocess.DEVNULL)
 
 
+def models_and_few(gsc, data):
+    """models() and few.gsc, whose four anchors are too few to derive a metre from."""
+    models(gsc, data)
+    folder = data / "few" / "point_cloud" / "iteration_30000"
+    _ply(folder / "point_cloud.ply", SCAFFOLD)
+    _save_archive(folder / "checkpoint.pth", _v1_weights(FEATURES + 4))
+    _gsc(gsc, "convert", data / "few", "-o", data / "few.gsc")
+
+
 def models_and_row(gsc, data):
     """models() and a file with one row of the embedding."""
     models(gsc, data)

@@ -146,6 +146,44 @@ TEST_CASE("cameras.json: beside the model, else in --scene-dir, else a warning")
     CHECK(outcomeOf([&] { (void)readCheckpoint(model, options); }).code == ErrorCode::InvalidFile);
 }
 
+TEST_CASE("lenses that a file cannot hold are kept as centred pinholes, and told")
+{
+    const TemporaryFolder folder;
+    writeModel(folder.path(), {});
+    const auto transforms = [](const char* keys) {
+        return formatString("{\"fl_x\": 500, \"w\": 600, \"h\": 400, %s \"frames\": [{\"file_path\": \"r_0\", "
+                            "\"transform_matrix\": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}]}",
+                            keys);
+    };
+    const auto warningsOf = [&](const char* keys) {
+        writeFile(folder.path() / "transforms.json", transforms(keys));
+        const Checkpoint checkpoint = readCheckpoint(folder.path().string(), {});
+        REQUIRE(checkpoint.cameras.size() == 1);
+        CHECK(checkpoint.cameras[0].fx == doctest::Approx(500));
+        CHECK(checkpoint.cameras[0].width == 600);
+        std::vector<std::string> told;
+        for (const std::string& warning : checkpoint.warnings)
+            if (warning.find("ignored") != std::string::npos)
+                told.push_back(warning);
+        return told;
+    };
+    CHECK(warningsOf("").empty());
+    CHECK(warningsOf("\"k1\": 0, \"cx\": 300, \"cy\": 200,").empty());
+    std::vector<std::string> told = warningsOf("\"k1\": 0.5, \"camera_model\": \"OPENCV_FISHEYE\",");
+    REQUIRE(told.size() == 1);
+    CHECK(told[0].find("transforms.json: lens distortion of 1 of 1 cameras is ignored (the first says \"camera_model\" "
+                       "is \"OPENCV_FISHEYE\", \"k1\" is 0.5); a .gsc stores pinholes") != std::string::npos);
+    told = warningsOf("\"cx\": 310,");
+    REQUIRE(told.size() == 1);
+    CHECK(told[0].find("transforms.json: cx, cy of 1 of 1 cameras") != std::string::npos);
+
+    writeFile(folder.path() / "cameras.json",
+              std::string("[{\"id\": 0, \"img_name\": \"a\", \"width\": 600, \"height\": 400, \"k2\": 1, \"cx\": 1, "
+                          "\"position\": [1, 2, 3], \"fx\": 500, \"fy\": 500, \"rotation\": [[1, 0, 0], [0, 1, 0], "
+                          "[0, 0, 1]]}]"));
+    CHECK(warningsOf("").size() == 2);
+}
+
 TEST_CASE("transforms: used where there is no cameras.json, left out with a warning where they do not fit")
 {
     const TemporaryFolder folder;

@@ -120,6 +120,12 @@ class PlayTest(unittest.TestCase):
 
     def test_trajectory_fits_its_schema(self) -> None:
         check_schema("trajectory", TRAJECTORY)
+        shifted = TRAJECTORY | {"frames": [TRAJECTORY["frames"][0] | {"cx": 5}]}
+        if jsonschema is not None:
+            with self.assertRaises(jsonschema.ValidationError):
+                check_schema("trajectory", shifted)
+        self.path.write_text(json.dumps(shifted))
+        self.refused(self.model, "--cameras", self.path, "--size", "48x32", code=3, says='state lenses that do not with "views"')
 
     def test_eyes_of_a_headset(self) -> None:
         tall = math.atan(math.tan(0.6) * 32 / 48)
@@ -181,6 +187,119 @@ class PlayTest(unittest.TestCase):
         )
         check_schema("bench-report", report)
         self.assertIsNone(report["config"]["ipd"])
+
+    def test_principal_point(self) -> None:
+        def transforms(width: int, height: int, file: dict, frame: dict) -> dict:
+            keys = {"fl_x": 40, "fl_y": 40, "w": width, "h": height}
+            matrix = [[1, 0, 0, -2], [0, -1, 0, -2], [0, 0, -1, -16], [0, 0, 0, 1]]  # looks along +z
+            return keys | file | {"frames": [{"file_path": "a.png", "transform_matrix": matrix} | frame]}
+
+        def draw(name: str, cameras: dict, *arguments: str) -> tuple:
+            self.path.write_text(json.dumps(cameras))
+            self.play(self.model, "--cameras", self.path, "--out", name, "-q", *arguments)
+            return pfm(self.folder / name)
+
+        def cut(whole: tuple, left: int, top: int, width: int, height: int) -> list:
+            # a PFM starts with its lowest row
+            rows = [whole[2][3 * whole[0] * y : 3 * whole[0] * (y + 1)] for y in reversed(range(whole[1]))]
+            return [v for y in reversed(range(top, top + height)) for v in rows[y][3 * left : 3 * (left + width)]]
+
+        def alike(a, b) -> bool:
+            return max(abs(x - y) for x, y in zip(a, b, strict=True)) < 0.02
+
+        # offsets of whole tiles, so that the same splats reach the same pixels
+        whole = draw("whole.pfm", transforms(96, 64, {}, {}))
+        part = cut(whole, 16, 32, 48, 32)
+        self.assertGreater(max(part) - min(part), 0.1)  # there is something to see
+        centre = {"cx": 32, "cy": 0}
+        for name, file, frame in (("file", centre, {}), ("frame", {"cx": 3, "cy": 3}, centre)):
+            self.assertTrue(alike(draw(f"{name}.pfm", transforms(48, 32, file, frame))[2], part), name)
+        self.assertFalse(alike(draw("centred.pfm", transforms(48, 32, {}, {}))[2], part))
+        # the size asked for scales the pixel; another aspect cuts rows at top and bottom; --fov zooms about the axis
+        twice = transforms(96, 64, {"cx": 64, "cy": 0, "fl_x": 80, "fl_y": 80}, {})
+        self.assertTrue(alike(draw("twice.pfm", twice, "--size", "48x32")[2], part))
+        wide = transforms(48, 64, {"cx": 32, "cy": 16}, {})
+        self.assertTrue(alike(draw("flat.pfm", wide, "--size", "48x32")[2], part))
+        fov = str(2 * math.degrees(math.atan(24 / 40)))
+        self.assertTrue(alike(draw("fov.pfm", transforms(48, 32, centre | {"fl_x": 90, "fl_y": 90}, {}), "--fov", fov)[2], part))
+        # the middle changes no byte
+        middle = draw("middle.pfm", transforms(96, 64, {"cx": 48, "cy": 32.0}, {}))
+        self.assertEqual(middle, whole)
+        self.path.write_text(json.dumps({k: v for k, v in transforms(48, 32, centre, {}).items() if k not in "wh"}))
+        self.refused(self.model, "--cameras", self.path, "--size", "48x32", code=3, says='key "cx" is 32 and the image has no size')
+
+    def test_lens_distortion(self) -> None:
+        frames = [{"file_path": f"{i}.png", "transform_matrix": [[1, 0, 0, -2], [0, -1, 0, -2], [0, 0, -1, -16], [0, 0, 0, 1]]}
+                  for i in range(2)]
+        plain = {"fl_x": 40, "w": 48, "h": 32, "camera_model": "OPENCV", "k1": 0, "p1": 0.0, "frames": frames}
+        self.path.write_text(json.dumps(plain))
+        base = (self.model, "--cameras", self.path, "--progress", "none")
+        self.assertEqual(self.play(*base, "--out", "a{frame}.pfm").stderr, "")
+        self.path.write_text(json.dumps(plain | {"k1": -0.05}))
+        self.refused(*base, code=5, says='path.json: key "k1" is -0.05, expected a pinhole')
+        self.refused(*base, code=5, says="undistort the images")
+        self.refused("bench", *base, code=5, says="--ignore-distortion")
+        self.path.write_text(json.dumps(plain | {"camera_model": "OPENCV_FISHEYE"}))
+        self.refused(*base, code=5, says='key "camera_model" is "OPENCV_FISHEYE", expected a pinhole')
+        run = self.play(*base, "--ignore-distortion", "--out", "b{frame}.pfm", "--format", "json")
+        self.assertIn("path.json: lens distortion of 2 of 2 cameras is ignored", run.stderr)
+        report = json.loads(run.stdout)
+        check_schema("play-report", report)
+        self.assertEqual(len(report["warnings"]), 1)
+        for i in range(2):
+            self.assertEqual((self.folder / f"a{i}.pfm").read_bytes(), (self.folder / f"b{i}.pfm").read_bytes())
+        self.path.write_text(json.dumps(plain | {"frames": [frames[0], frames[1] | {"p2": 0.25}]}))
+        self.refused(*base, code=5, says='path.json: frame 1: key "p2" is 0.25')
+        run = self.play("bench", *base, "--ignore-distortion", "--frames", "2", "--warmup", "0")
+        self.assertIn("lens distortion of 1 of 2 cameras is ignored", run.stderr)
+
+    def test_distance_of_the_eyes(self) -> None:
+        metric = self.tiny("metric.gsc", "0", "3", "1", "0.5")
+        base = ("--cameras", self.path, "--size", "48x32", "--progress", "none", "--eyes", "2")
+        text = self.play(metric, *base, "--ipd", "0.032", "--out", "a{frame}_{eye}.pfm")
+        self.assertEqual(text.stderr, "")
+        for name, length in (("b", "0.064m"), ("c", "64mm"), ("d", "6.4cm"), ("e", "")):
+            ipd = ("--ipd", length) if length else ()
+            run = self.play(metric, *base, *ipd, "--out", name + "{frame}_{eye}.pfm")
+            self.assertEqual("eyes 0.064 m apart: 0.032 world units" in run.stderr, not length)
+            for eye in ("left", "right"):
+                a, b = (self.folder / f"{n}2_{eye}.pfm" for n in ("a", name))
+                self.assertEqual(a.read_bytes(), b.read_bytes())
+        self.assertEqual(self.play(metric, *base, "-q").stderr, "")
+        stored = (metric, "--size", "48x32", "--eyes", "2")
+        self.assertIn("0.032 world units", self.play(*stored).stderr)
+        # what the trajectory states comes first
+        self.path.write_text(json.dumps(TRAJECTORY | {"ipd": 0.25}))
+        bench = ("bench", metric, *base, "--frames", "2", "--warmup", "0", "--format", "json")
+        self.assertEqual(json.loads(self.play(*bench).stdout)["config"]["ipd"], 0.25)
+        self.assertEqual(json.loads(self.play(*bench, "--ipd", "1m").stdout)["config"]["ipd"], 0.5)
+
+        self.path.write_text(json.dumps(TRAJECTORY))
+        self.refused(self.model, *base, code=1, says='expected "ipd" in a trajectory or a metre in')
+        self.refused(self.model, *base, "--ipd", "64mm", code=1, says="does not say how long a metre is")
+        self.refused(self.model, "--eyes", "2", code=1, says="pass --ipd LENGTH, or convert the model again")
+        self.refused(metric, *base, "--ipd", "64ft", code=1, says="--ipd 64ft: no length")
+        one = (metric, "--cameras", self.path, "--size", "48x32")
+        self.refused(*one, "--ipd", "0.1", code=1, says="has no effect with one eye")
+        self.refused("bench", *one, "--ipd", "64mm", code=1, says="has no effect with one eye")
+
+    def test_ranges_behind_the_end(self) -> None:
+        base = (self.model, "--cameras", self.path, "--size", "48x32", "--progress", "none")
+        self.refused(*base, "--frames", "0:1000", code=1,
+                     says="--frames 0:1000: ends behind the last camera, expected at most 4; pass --frames 0:4 or 0:")
+        self.refused(*base, "--frames", "2:5", code=1, says="pass --frames 2:4 or 2:")
+        self.refused(*base, "--frames", "4", code=1, says="--frames 4: camera 4 is not there, expected at most 3")
+        self.refused("bench", *base, "--frames", "1:9", code=1, says="--frames 1:9: ends behind the last camera")
+        for frames, count in (("0:4", 4), ("1:", 3), ("3", 1), (":2", 2)):
+            self.assertEqual(json.loads(self.play(*base, "--frames", frames, "--format", "json").stdout)["frames"], count)
+
+    def test_levels_of_a_model_that_has_one(self) -> None:
+        base = (self.model, "--cameras", self.path, "--size", "48x32", "--progress", "none")
+        for option, value in (("--lod-bias", "-1"), ("--lod-fade", "0.5"), ("--lod-hysteresis", "0.1"), ("--target-ms", "5")):
+            for command in ((), ("bench",)):
+                self.refused(*command, *base, option, value, code=1, says=f"{option} {value}: has no effect on")
+        self.refused(*base, "--lod-bias", "-1", code=1, says="one level of detail")
+        self.play(*base, "--lod-bias", "0")
 
     def test_one_decode_for_both_eyes(self) -> None:
         both = ("--eyes", "2", "--ipd", "0.5")
@@ -374,6 +493,7 @@ class PlayTest(unittest.TestCase):
         self.assertLessEqual(stages, report["ms"]["device"]["mean"] * 1.05 + 0.5)
 
     def test_reuse_options(self) -> None:
+        self.model = self.tiny("levels.gsc", "0", "3", "3")
         options = ("--reuse", "error", "--reuse-bound", "0.5", "--decode-budget", "100", "--cut-cache", "--lod-bias", "-1")
         said = {"policy": "error", "max_depth": None, "guidance": None, "bound": 0.5, "decode_budget": 100,
                 "cache_budget": None, "cut": True, "order": False}
@@ -428,7 +548,6 @@ class PlayTest(unittest.TestCase):
         self.refused(*bench, "--quality", "1", code=1, says="--target-ms")
         self.refused("bench", model, "--lod-hysteresis", "0.1", "--quality", "1", code=1, says="--lod-hysteresis")
         self.refused("bench", model, "--sweep", "x.json", "--target-ms", "5", code=1, says="--target-ms")
-        self.refused(self.model, "--target-ms", "5", code=5, says="one level of detail")
         self.refused(*base, "--lod-fade", "2", code=1, says="--lod-fade")
         self.refused(*base, "--lod-hysteresis", "0.1", "--backend", "cpu-reference", code=5, says="hysteresis")
 

@@ -50,13 +50,14 @@ TEST_CASE("every option arrives")
                  "--depth",      "16",        "--stats", "s.jsonl",      "--backend",
                  "cpu",          "--threads", "3",       "--appearance", "5",
                  "--background", "1,0.5,0",   "--near",  "0.3",          "--frames",
-                 "2:9",          "-w",        "--verify"},
+                 "2:9",          "-w",        "--verify", "--ignore-distortion"},
                 o) == -1);
     CHECK(o.input == "m.gsc");
     CHECK(o.cameras == "c.json");
     CHECK(o.tier == Tier::Exact);
     CHECK(o.eyes == 2);
-    CHECK(o.ipd == 0.06);
+    CHECK(o.ipd.value == 0.06);
+    CHECK(o.ipd.unit == LengthUnit::World);
     CHECK(o.width == 640);
     CHECK(o.height == 480);
     CHECK(o.fov_x == doctest::Approx(std::numbers::pi / 2));
@@ -71,6 +72,8 @@ TEST_CASE("every option arrives")
     CHECK(o.near_z == 0.3);
     CHECK(o.frame_first == 2);
     CHECK(o.frame_end == 9);
+    CHECK(o.frame_range == "--frames 2:9");
+    CHECK(o.ignore_distortion);
     CHECK(o.overwrite);
     CHECK(o.verify);
 }
@@ -84,6 +87,15 @@ TEST_CASE("defaults")
     CHECK(o.eyes == 1);
     CHECK_FALSE(o.background.has_value());
     CHECK(o.appearance == -1);
+    CHECK(o.ipd.value == 0);
+    CHECK(o.frame_range.empty());
+    CHECK_FALSE(o.ignore_distortion);
+    PlayOptions eyes; // the model or the trajectory may state the distance
+    CHECK(parse({"m.gsc", "--eyes", "2"}, eyes) == -1);
+    PlayOptions metres;
+    CHECK(parse({"m.gsc", "--eyes", "2", "--ipd", "64mm"}, metres) == -1);
+    CHECK(metres.ipd.value == 0.064);
+    CHECK(metres.ipd.unit == LengthUnit::Metre);
 }
 
 TEST_CASE("wrong command lines exit with 1")
@@ -93,7 +105,8 @@ TEST_CASE("wrong command lines exit with 1")
     CHECK(parse({"m.gsc", "other.gsc"}) == 1);
     CHECK(parse({"m.gsc", "--tier", "best"}) == 1);
     CHECK(parse({"m.gsc", "--eyes", "3", "--ipd", "1"}) == 1);
-    CHECK(parse({"m.gsc", "--eyes", "2"}) == 1); // needs --ipd
+    CHECK(parse({"m.gsc", "--eyes", "2", "--ipd", "0"}) == 1);
+    CHECK(parse({"m.gsc", "--eyes", "2", "--ipd", "64miles"}) == 1);
     CHECK(parse({"m.gsc", "--eyes", "2", "--ipd", "nan"}) == 1);
     CHECK(parse({"m.gsc", "--depth", "12"}) == 1);
     CHECK(parse({"m.gsc", "--fov", "180"}) == 1);

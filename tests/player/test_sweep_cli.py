@@ -141,7 +141,44 @@ class SweepTest(unittest.TestCase):
         self.sweep()
         self.assertIsNone(self.rows()[0]["accuracy"]["psnr"]["pooled"])  # equal
 
+    def test_levels_of_a_model_that_has_one(self) -> None:
+        for axis in ("lod_bias", "lod_fade", "lod_hysteresis"):
+            self.write(axes={axis: [0, 0.5]})
+            self.refused(code=1, says=f"sweep.json: a run has {axis} 0.5: has no effect on")
+            self.write(axes={axis: [0]})
+            self.sweep()
+            self.out.unlink()
+        self.write(runs=[{"lod_bias": -1}])
+        self.refused(code=1, says="one level of detail")
+        self.write(axes={})
+        self.refused("--lod-bias", "-1", code=1, says="--lod-bias -1: has no effect on")
+        run = self.stability("--trajectories", "c/paths", "--lod-fade", "0.5", code=1)
+        self.assertIn("--lod-fade 0.5: has no effect on", run.stderr)
+
+    def test_distance_of_the_eyes(self) -> None:
+        self.write(axes={})
+        self.refused("--ipd", "0.1", code=1, says="--ipd: has no effect with one eye")
+        self.write(axes={}, eyes=2, trajectories=["paths/second.json"])
+        self.refused(code=1, says="a metre in")
+        self.refused("--ipd", "64mm", code=1, says="does not say how long a metre is")
+        subprocess.run([WRITE_TINY, self.model, "0", "3", "1", "0.5"], check=True)
+        run = self.sweep()
+        self.assertIn("eyes 0.064 m apart: 0.032 world units", run.stderr)
+        self.assertEqual(self.rows()[0]["config"]["ipd"], 0.032)
+        run = self.stability("--trajectories", "c/paths/first.json", "--ipd", "64mm", code=1)
+        self.assertIn("--ipd: has no effect with one eye", run.stderr)
+
+    def test_lens_distortion(self) -> None:
+        (self.folder / "c/paths/first.json").write_text(trajectory(3, k1=0.5))
+        self.write(axes={}, trajectories=["paths/first.json"])
+        self.refused(code=5, says='c/paths/first.json: key "k1" is 0.5, expected a pinhole')
+        self.assertIn("is ignored", self.sweep("--ignore-distortion").stderr)
+        paths = ("--trajectories", "c/paths/first.json")
+        self.assertIn("--ignore-distortion", self.stability(*paths, code=5).stderr)
+        self.assertIn("is ignored", self.stability(*paths, "--ignore-distortion").stderr)
+
     def test_levels_pop(self) -> None:
+        subprocess.run([WRITE_TINY, self.model, "0", "3", "3"], check=True)
         self.write(axes={"lod_fade": [0, 0.5], "lod_hysteresis": [0, 0.25]})
         check_schema("sweep", json.loads(self.config.read_text()))
         self.sweep()

@@ -4,7 +4,9 @@
 #include "convert/input/checkpoint.h"
 #include "convert/sample/camera_paths.h"
 #include "convert/sample/make_paths.h"
+#include "format/mapped_file.h"
 #include "player/camera_file.h"
+#include "player/length.h"
 #include "sample/sample_tools.h"
 #include "support/checkpoints.h"
 
@@ -113,6 +115,21 @@ Made make(const std::string& model, const std::string& output, double ipd = 0)
     return made;
 }
 
+// The converter wrote the metre that a survey of the file derives, and the paths were made for it.
+void checkMetre(const std::string& model, const PathsReport& report)
+{
+    const MappedFile file(model);
+    GscView view;
+    REQUIRE(openGsc(file.bytes(), view, GscCheck::Index, nullptr));
+    const std::optional<Metre> stated = metreOfManifest(view.manifest);
+    REQUIRE(stated.has_value());
+    const ModelSurvey survey = surveyModel(view, model);
+    CHECK(stated->units == survey.site.metre);
+    CHECK(stated->rule == survey.metre_rule);
+    CHECK(report.metre == stated->units);
+    CHECK(report.metre_rule == stated->rule);
+}
+
 void checkPace(Made& made)
 {
     // metres and degrees per second that no two frames exceed
@@ -192,6 +209,7 @@ Made checkModel(const Checkpoint& checkpoint, const ScratchFolder& scratch, cons
     const bool flies = made.report.capture == CaptureKind::Aerial || made.report.capture == CaptureKind::None;
     CHECK(made.paths.size() == (flies ? 11 : 10));
     CHECK(made.paths.count("aerial") == size_t(flies));
+    checkMetre(scratch / (name + ".gsc"), made.report);
     checkPace(made);
     checkShapes(made);
     checkSight(made, anchorsOf(checkpoint));
@@ -287,6 +305,7 @@ TEST_CASE("model paths: without cameras, or with cameras that see nothing, the b
         CHECK(made.report.capture == CaptureKind::None);
         CHECK(made.report.cameras == 0);
         CHECK(made.report.metre_rule.find("no cameras") == 0);
+        checkMetre(scratch / (name + ".gsc"), made.report);
         CHECK(made.paths.size() == 11);
         checkPace(made);
         checkShapes(made);
@@ -301,6 +320,7 @@ TEST_CASE("model paths: the same bytes twice; the eyes' distance sets the pace")
     make(model, scratch / "a");
     make(model, scratch / "b");
     CHECK(hashFolder(scratch / "a") == hashFolder(scratch / "b"));
+    CHECK(kEyesApart == kEyeDistance); // the player's and ours
     Made made = make(model, scratch / "c", 0.032);
     CHECK(made.report.metre == doctest::Approx(0.5));
     CHECK(made.report.metre_rule.find("given") == 0);

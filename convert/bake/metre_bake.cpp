@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/bake/metre_bake.h"
+
+#include "convert/bake/model_sections.h"
+#include "convert/sample/model_survey.h"
+#include "format/error.h"
+
+namespace gsc {
+
+struct MetreBake::State {
+    FileHeader header{};
+    std::vector<LevelRecord> levels;
+    GscView view;                          // of what is known before the file is there
+    std::vector<std::vector<Vec3>> points; // per chunk
+};
+
+MetreBake::MetreBake(const ModelParams& params, const Partition& partition, uint64_t anchors)
+    : m_state(std::make_unique<State>())
+{
+    m_state->points.resize(partition.chunks.size());
+    m_state->header.anchor_count = anchors;
+    for (const LevelPlan& plan : partition.levels) {
+        LevelRecord level{};
+        level.quantum = plan.quantum;
+        level.origin = plan.origin;
+        m_state->levels.push_back(level);
+    }
+    m_state->view.header = &m_state->header;
+    m_state->view.params = &params;
+    m_state->view.levels = m_state->levels;
+}
+
+MetreBake::~MetreBake() = default;
+
+void MetreBake::addChunk(size_t index, const ChunkRecord& chunk, std::span<const std::byte> payload)
+{
+    addSurveyPoints(m_state->view, chunk, payload.data(), m_state->points[index]);
+}
+
+Metre MetreBake::derive(const Checkpoint& checkpoint)
+{
+    std::vector<Vec3> points;
+    for (const std::vector<Vec3>& part : m_state->points)
+        points.insert(points.end(), part.begin(), part.end());
+    const std::vector<std::byte> cameras = cameraSection(checkpoint);
+    m_state->view.cameras = {reinterpret_cast<const CameraRecord*>(cameras.data()), checkpoint.cameras.size()};
+    try {
+        return surveyMetre(m_state->view, std::move(points), checkpoint.model_path);
+    } catch (const Error& e) {
+        if (e.code() != ErrorCode::Unsupported)
+            throw;
+        return {}; // a few anchors, or all in one place
+    }
+}
+
+} // namespace gsc

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lengths as a person types them, and the metre of a model.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace gsc {
+
+constexpr double kEyesApart = 0.064; // metres, where nobody says; `gsc sample paths` takes the same
+
+enum class LengthUnit { World, Metre };
+
+struct Length {
+    double value = 0; // 0 = not given
+    LengthUnit unit = LengthUnit::World;
+};
+
+// "0.065" is a length in world units of the model; "0.064m", "6.4cm" and "64mm" are 0.064 metres. Throws Error(Usage),
+// also for what is not above 0 and below 1e15; `option` is the name in its message.
+Length parseLength(const std::string& text, const char* option);
+
+// World units that stand for one metre of a viewer's body.
+struct Metre {
+    double units = 0;
+    std::string rule; // how it was derived, one sentence without a full stop
+};
+
+// What `gsc convert` wrote into the manifest (/model/metre); none in older files and where it is no length.
+std::optional<Metre> metreOfManifest(std::string_view manifest);
+
+} // namespace gsc
