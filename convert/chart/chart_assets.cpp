@@ -14,6 +14,7 @@
 
 GSC_ASSET(page, "page/page.html");
 GSC_ASSET(style, "page/page.css");
+GSC_ASSET(parts, "page/parts.js");
 GSC_ASSET(figures, "page/figures.js");
 GSC_ASSET(report, "page/report.js");
 GSC_ASSET(still, "page/still.js");
@@ -29,6 +30,11 @@ std::string_view pageTemplate()
 std::string_view pageStyle()
 {
     return {gsc_asset_style, gsc_asset_style_end};
+}
+
+std::string_view partsScript()
+{
+    return {gsc_asset_parts, gsc_asset_parts_end};
 }
 
 std::string_view figuresScript()

@@ -8,6 +8,7 @@ namespace gsc {
 
 std::string_view pageTemplate(); // page/page.html, with the marks of chart_page.cpp
 std::string_view pageStyle();
+std::string_view partsScript();
 std::string_view figuresScript();
 std::string_view reportScript();
 std::string_view stillScript();

@@ -22,6 +22,7 @@ std::vector<FigureFile> drawFigures(const Json& model, const std::function<void(
     ScriptEngine engine;
     engine.run(stillScript(), "still.js"); // first: it has what ECharts expects of a browser
     engine.run(echartsScript(), "ECharts");
+    engine.run(partsScript(), "parts.js");
     engine.run(figuresScript(), "figures.js");
     engine.call("gscLoad", model.dump());
     const Json kinds = Json::parse(engine.call("gscKinds", ""));

@@ -3,6 +3,7 @@
 
 #include "convert/chart/pareto.h"
 #include "convert/chart/run_words.h"
+#include "convert/chart/verdict.h"
 #include "format/error.h"
 
 #include <algorithm>
@@ -95,9 +96,18 @@ const RunRow* baselineOf(const Panel& panel, const RunRow& row)
     return best;
 }
 
+Json repeatsJson(const RunRow& row)
+{
+    if (row.repeats < 2)
+        return nullptr;
+    return {{"count", row.repeats}, {"min", rounded(row.least_ms)}, {"max", rounded(row.most_ms)}};
+}
+
 Json rowJson(const RunRow& row, const std::string& name, const RunRow* baseline)
 {
     const bool timed = baseline && row.wall.median > 0;
+    const bool overlaps = baseline && baseline != &row && baseline->repeats * row.repeats > 1 &&
+                          row.least_ms <= baseline->most_ms && baseline->least_ms <= row.most_ms;
     return {{"name", name},
             {"policy", row.config.policy},
             {"baseline", false},
@@ -107,8 +117,11 @@ Json rowJson(const RunRow& row, const std::string& name, const RunRow* baseline)
               {"p95", rounded(row.wall.p95)},
               {"p99", rounded(row.wall.p99)},
               {"max", rounded(row.wall.max)}}},
+            {"repeats", repeatsJson(row)},
             {"device_ms", rounded(row.device_ms.median)},
+            {"decode_ms", rounded(row.decode_ms)},
             {"speedup", timed ? rounded(baseline->wall.median / row.wall.median) : Json(nullptr)},
+            {"in_noise", overlaps},
             {"pooled", rounded(row.accuracy.psnr_pooled)},
             {"p1", rounded(row.accuracy.psnr_p1)},
             {"min", rounded(row.accuracy.psnr_min)},
@@ -202,13 +215,70 @@ Json panelJson(const Panel& panel, const std::string& title, const std::string& 
             facts += (facts.empty() ? "" : ", ") + panel.scene[i];
     if (!names.common.empty())
         facts += "; every run: " + names.common;
+    Json verdict = verdictJson(panel.rows, rows);
     return {{"title", title},
             {"file_name", file_name},
             {"words", facts},
+            {"verdict", std::move(verdict)},
             {"rows", std::move(rows)},
             {"views",
              {{"min", viewJson(panel, &RunAccuracy::psnr_min, baselines)},
               {"pooled", viewJson(panel, &RunAccuracy::psnr_pooled, baselines)}}}};
+}
+
+// What a configuration is known by in every panel: its words, but of a decode budget only that it is the panel's first,
+// second and so on of its kind, since "match" makes another number of it on every path.
+std::vector<std::vector<std::string>> styleKeys(const Panel& panel)
+{
+    std::map<std::vector<std::string>, size_t> seen;
+    std::vector<std::vector<std::string>> keys;
+    for (const RunRow* row : panel.rows) {
+        std::vector<std::string> key = configWords(*row);
+        constexpr size_t kDecodeBudget = 1;
+        if (!key[kDecodeBudget].empty())
+            key[kDecodeBudget] = "decode budget";
+        const size_t copy = seen[key]++;
+        key.push_back(std::to_string(copy));
+        keys.push_back(std::move(key));
+    }
+    return keys;
+}
+
+// Every policy has a hue, every configuration of it that is shown anywhere a shade and a dash, in the order they came.
+void addStyles(const std::vector<Panel>& panels, Json& list)
+{
+    const auto placeOf = [](const auto& all, const auto& one) {
+        return size_t(std::find(all.begin(), all.end(), one) - all.begin());
+    };
+    std::vector<std::string> policies = {"none", "depth", "error"};
+    std::vector<std::vector<std::vector<std::string>>> keys;
+    std::map<std::string, std::vector<std::vector<std::string>>> shown;
+    for (size_t k = 0; k < panels.size(); ++k) {
+        keys.push_back(styleKeys(panels[k]));
+        std::set<size_t> here;
+        for (const Json& view : list[k]["views"])
+            for (const Json& row : view["shown"])
+                here.insert(row.get<size_t>());
+        for (const size_t i : here) {
+            auto& known = shown[panels[k].rows[i]->config.policy];
+            if (placeOf(known, keys[k][i]) == known.size())
+                known.push_back(keys[k][i]);
+        }
+    }
+    for (size_t k = 0; k < panels.size(); ++k)
+        for (size_t i = 0; i < panels[k].rows.size(); ++i) {
+            const std::string& policy = panels[k].rows[i]->config.policy;
+            const size_t hue = placeOf(policies, policy);
+            if (hue == policies.size())
+                policies.push_back(policy);
+            const auto& known = shown[policy];
+            const size_t place = placeOf(known, keys[k][i]);
+            const bool graded = known.size() > 1 && place < known.size();
+            Json& row = list[k]["rows"][i];
+            row["hue"] = hue;
+            row["shade"] = rounded(graded ? double(place) / double(known.size() - 1) : 0.5);
+            row["dash"] = place % 3;
+        }
 }
 
 // Panels of one trajectory are told apart by what differs between them.
@@ -285,7 +355,11 @@ Json chartModel(const std::vector<RunRow>& rows)
             name = plain + "-" + std::to_string(copy);
         list.push_back(panelJson(panels[i], titles[i], name));
     }
-    return {{"version", GSC_VERSION}, {"facts", factsJson(rows, panels.size())}, {"panels", std::move(list)}};
+    addStyles(panels, list);
+    return {{"version", GSC_VERSION},
+            {"facts", factsJson(rows, panels.size())},
+            {"no_baseline", baselineWords(list)},
+            {"panels", std::move(list)}};
 }
 
 } // namespace gsc

@@ -12,10 +12,15 @@ namespace gsc {
 
 // {"version": of gsc,
 //  "facts": [[name, words], ...],                             what was measured, on what, with what
+//  "no_baseline",                                             see verdict.h
 //  "panels": [{"title", "file_name", "words",                 runs of the same images, in the order they came
-//    "rows": [{"name", "policy", "baseline": bool, "ms": {mean, median, p95, p99, max}, "device_ms", "speedup",
+//    "verdict",                                                see verdict.h
+//    "rows": [{"name", "policy", "baseline": bool, "ms": {mean, median, p95, p99, max},
+//              "repeats": {count, min, max} of the median or null, "device_ms", "decode_ms", "speedup",
+//              "in_noise": bool, the repeats overlap those of the baseline,
 //              "pooled", "p1", "min", "max_error", "temporal_max", "ssim", "flip", "decoded", "hit_rate",
-//              "cache_bytes", "peak_bytes", "frames": {"wall", "psnr", "temporal", "decoded"}}],
+//              "cache_bytes", "peak_bytes", "frames": {"wall", "psnr", "temporal", "decoded"},
+//              "hue": of the policy, "shade": 0..1, "dash"}],    one configuration looks the same on the whole page
 //    "views": {"min" | "pooled": {"front": [row, ...], "shown": [row, ...]}}}]}
 // Decibels are null where images are equal and kBrokenPsnr where one is not finite, which keeps a run off the front;
 // other values are null where there are none. `speedup` is against the row

@@ -22,11 +22,10 @@ std::string scriptJson(const nlohmann::ordered_json& json)
 std::string chartPage(const nlohmann::ordered_json& model)
 {
     const std::string json = scriptJson(model);
-    const std::pair<std::string_view, std::string_view> parts[] = {{"@STYLE@", pageStyle()},
-                                                                   {"@MODEL@", json},
-                                                                   {"@ECHARTS@", echartsScript()},
-                                                                   {"@FIGURES@", figuresScript()},
-                                                                   {"@REPORT@", reportScript()}};
+    const std::pair<std::string_view, std::string_view> parts[] = {
+        {"@STYLE@", pageStyle()},       {"@MODEL@", json},
+        {"@ECHARTS@", echartsScript()}, {"@PARTS@", partsScript()},
+        {"@FIGURES@", figuresScript()}, {"@REPORT@", reportScript()}};
     std::string page;
     std::string_view rest = pageTemplate();
     for (const auto& [mark, part] : parts) { // in the template's order; what is put in is not looked at again

@@ -205,8 +205,11 @@ RunRow readRow(const Field& line)
     row.config = readConfig(line.at("config"));
     row.rendered_tier = line.has("rendered_tier") ? line.at("rendered_tier").name() : row.config.tier;
     row.reference = line.has("reference") ? line.at("reference").text() : std::string();
-    row.wall = readSpread(line.at("ms").at("wall"));
-    row.device_ms = readSpread(line.at("ms").at("device"));
+    const Field times = line.at("ms");
+    row.wall = readSpread(times.at("wall"));
+    row.device_ms = readSpread(times.at("device"));
+    row.decode_ms = times.at("stages").at("decode").at("median").positive();
+    row.least_ms = row.most_ms = row.wall.median;
     row.accuracy = readAccuracy(line.at("accuracy"));
     row.decoded_per_frame = reuse.at("decoded_per_frame").at("mean").positive();
     row.hit_rate = reuse.at("hit_rate").positiveOrNull();

@@ -62,11 +62,15 @@ struct RunRow {
     std::string rendered_tier; // what the backend made of the tier asked for
     std::string reference;     // backend that rendered the exact images; empty: not told
     RunSpread wall, device_ms; // milliseconds
+    double decode_ms = 0;      // of it the stage decode, median
     RunAccuracy accuracy;
     double decoded_per_frame = 0; // anchors, all eyes, mean
     std::optional<double> hit_rate;
     uint64_t cache_bytes = 0, peak_bytes = 0;
     RunFrames frames;
+    // How often the run was measured, and its median frame time in those repeats, from the least to the most.
+    uint64_t repeats = 1;
+    double least_ms = 0, most_ms = 0;
 };
 
 // `where` names the line in messages, such as "runs.jsonl:12". Returns the row, or nothing for a line of another known

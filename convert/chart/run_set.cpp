@@ -4,6 +4,7 @@
 #include "format/error.h"
 #include "format/interrupt.h"
 
+#include <algorithm>
 #include <map>
 #include <tuple>
 
@@ -36,27 +37,43 @@ void addRuns(std::string_view text, const std::string& path, RunSet& runs)
     }
 }
 
-void dropRepeatedRuns(RunSet& runs)
+void foldRepeats(RunSet& runs)
 {
     const auto keyOf = [](const RunRow& row) {
         return std::make_tuple(row.file, row.file_bytes, row.backend, row.device, row.version, row.commit, row.label,
                                row.config.trajectory, row.config.id);
     };
-    std::map<decltype(keyOf(runs.rows[0])), size_t> last;
-    for (size_t i = 0; i < runs.rows.size(); ++i)
-        last[keyOf(runs.rows[i])] = i;
-    std::vector<RunRow> kept;
-    for (size_t i = 0; i < runs.rows.size(); ++i)
-        if (last[keyOf(runs.rows[i])] == i)
-            kept.push_back(std::move(runs.rows[i]));
+    std::vector<std::vector<RunRow>> groups;
+    std::map<decltype(keyOf(runs.rows[0])), size_t> known;
+    for (RunRow& row : runs.rows) {
+        const auto [found, is_new] = known.emplace(keyOf(row), groups.size());
+        if (is_new)
+            groups.emplace_back();
+        std::vector<RunRow>& group = groups[found->second];
+        // no clock tells the same times for every frame twice
+        const bool told = std::any_of(group.begin(), group.end(), [&](const RunRow& other) {
+            return other.wall.median == row.wall.median && other.frames.wall_ms == row.frames.wall_ms;
+        });
+        if (told)
+            ++runs.duplicates;
         else
-            ++runs.replaced;
-    runs.rows = std::move(kept);
-    if (runs.replaced)
-        runs.notes.push_back(formatString("left out %llu line%s that a later one replaces: the same run, measured "
-                                          "again",
-                                          static_cast<unsigned long long>(runs.replaced),
-                                          runs.replaced == 1 ? "" : "s"));
+            group.push_back(std::move(row));
+    }
+    runs.rows.clear();
+    for (std::vector<RunRow>& group : groups) {
+        std::stable_sort(group.begin(), group.end(),
+                         [](const RunRow& a, const RunRow& b) { return a.wall.median < b.wall.median; });
+        RunRow& middle = group[group.size() / 2];
+        middle.repeats = group.size();
+        middle.least_ms = group.front().wall.median;
+        middle.most_ms = group.back().wall.median;
+        runs.repeats += group.size() - 1;
+        runs.rows.push_back(std::move(middle));
+    }
+    if (runs.duplicates)
+        runs.notes.push_back(formatString("left out %llu line%s told before: the same run with the same times",
+                                          static_cast<unsigned long long>(runs.duplicates),
+                                          runs.duplicates == 1 ? "" : "s"));
 }
 
 } // namespace gsc

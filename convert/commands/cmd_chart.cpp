@@ -52,7 +52,7 @@ RunSet readRuns(const ChartOptions& options, Reporter& report)
     RunSet runs;
     for (const std::string& input : options.inputs)
         addRuns(readTextFile(input), input, runs);
-    dropRepeatedRuns(runs);
+    foldRepeats(runs);
     for (const std::string& note : runs.notes)
         report.warning(note);
     if (runs.rows.empty())
@@ -109,21 +109,28 @@ Json reportJson(const ChartOptions& options, const RunSet& runs, const Json& mod
             const Json& row = panel["rows"][index.get<size_t>()];
             front.push_back({{"name", row["name"]},
                              {"ms", row["ms"]["median"]},
+                             {"repeats", row["repeats"]},
                              {"speedup", row["speedup"]},
                              {"psnr_min", row["min"]}});
         }
-        comparisons.push_back({{"title", panel["title"]}, {"runs", panel["rows"].size()}, {"front", std::move(front)}});
+        Json verdict = Json::array();
+        for (const Json& floor : panel["verdict"]["floors"]) {
+            const Json name =
+                floor["row"].is_null() ? Json(nullptr) : panel["rows"][floor["row"].get<size_t>()]["name"];
+            verdict.push_back({{"psnr_min", floor["psnr"]}, {"name", name}});
+        }
+        comparisons.push_back({{"title", panel["title"]},
+                               {"runs", panel["rows"].size()},
+                               {"verdict", std::move(verdict)},
+                               {"front", std::move(front)}});
     }
     Json names = Json::array();
     for (const FigureFile& figure : figures)
         names.push_back(figure.name);
-    return {{"schema", "gsc.chart/1"},
-            {"tool", {{"name", "gsc"}, {"version", toolVersion()}}},
-            {"output", options.output},
-            {"runs", runs.rows.size()},
-            {"skipped", runs.skipped},
-            {"replaced", runs.replaced},
-            {"comparisons", std::move(comparisons)},
+    return {{"schema", "gsc.chart/1"},       {"tool", {{"name", "gsc"}, {"version", toolVersion()}}},
+            {"output", options.output},      {"runs", runs.rows.size()},
+            {"skipped", runs.skipped},       {"repeats", runs.repeats},
+            {"duplicates", runs.duplicates}, {"comparisons", std::move(comparisons)},
             {"figures", std::move(names)}};
 }
 
@@ -166,11 +173,12 @@ void addChartCommand(CLI::App& app, Invocation& invocation)
     addFlag(*command, "-w,--overwrite", options->overwrite, "replace files that exist");
     addText(*command, "--figures", options->figures, "DIR", "write every figure there too, as SVG and PNG");
     addReporterOptions(*command, invocation.reporter, true);
-    command->footer(
-        "The page needs no network. Prints nothing on success. Lines of another form are skipped and told.\n\n"
-        "examples:\n"
-        "  gsc chart runs.jsonl -o report.html\n"
-        "  gsc chart cpu.jsonl cuda.jsonl -o report.html --figures figures");
+    command->footer("The page needs no network. Prints nothing on success. Lines of another form are skipped and told. "
+                    "A run measured "
+                    "again, in another file, is a repeat: the one in the middle is drawn, with the spread of all.\n\n"
+                    "examples:\n"
+                    "  gsc chart runs.jsonl -o report.html\n"
+                    "  gsc chart cpu.jsonl cuda.jsonl -o report.html --figures figures");
     command->callback([options, &invocation] {
         invocation.run = [options](Reporter& report) { return runChart(*options, report); };
     });

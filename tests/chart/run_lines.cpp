@@ -20,7 +20,8 @@ nlohmann::json plainRun()
                    "stereo": "exact", "eyes": 1, "ipd": null, "size": [640, 480], "fov_degrees": null, "near": null,
                    "appearance": null, "threads": 0, "vram_budget": null},
         "ms": {"wall": {"mean": 4, "median": 4, "p95": 5, "p99": 6, "max": 7},
-               "device": {"mean": 3, "median": 3, "p95": 3, "p99": 3, "max": 3}, "stages": {}},
+               "device": {"mean": 3, "median": 3, "p95": 3, "p99": 3, "max": 3}, 
+               "stages": {"decode": {"mean": 1.5, "median": 1.25, "p95": 2, "p99": 2, "max": 2}}},
         "accuracy": {"psnr": {"pooled": null, "p1": null, "min": null, "min_frame": 0}, "max_error": 0,
                      "over_1_255": 0, "ssim": null, "flip": null,
                      "temporal": {"rms": 0, "p50": 0, "p99": 0, "max": 0, "max_frame": 1}},
@@ -48,6 +49,19 @@ RunRow parsed(const nlohmann::json& line)
 {
     std::string other;
     return parseRunLine(line.dump(), "runs.jsonl:1", other).value();
+}
+
+std::vector<RunRow> hostileRuns()
+{
+    const char* const kHostile = "</script><script>alert(1)</script><!-- & \"quoted\" 'x' {a|b} @MODEL@ \xe2\x80\xa8";
+    nlohmann::json one = runOf("none", 6, nullptr), two = runOf("error", 2, 40);
+    for (nlohmann::json* line : {&one, &two}) {
+        (*line)["config"]["trajectory"] = kHostile;
+        (*line)["file"]["path"] = kHostile;
+        (*line)["label"] = kHostile;
+    }
+    two["config"]["policy"] = kHostile;
+    return {parsed(one), parsed(two)};
 }
 
 } // namespace gsc

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <string>
+#include <vector>
 
 namespace gsc {
 
@@ -15,5 +16,6 @@ nlohmann::json plainRun();
 // The same with another policy, median and accuracy in all three forms; null = equal.
 nlohmann::json runOf(const std::string& policy, double ms, const nlohmann::json& psnr);
 RunRow parsed(const nlohmann::json& line); // throws what parseRunLine() throws
+std::vector<RunRow> hostileRuns();         // two of one trajectory, with names that try to be markup
 
 } // namespace gsc

@@ -39,6 +39,7 @@ TEST_CASE("a run is read as it is written; null decibels are infinite")
     CHECK(row.config.width == 640);
     CHECK(row.wall.median == 2.5);
     CHECK(row.wall.p99 == 6);
+    CHECK(row.decode_ms == 1.25);
     CHECK(row.accuracy.psnr_min == 41.25);
     CHECK(std::isinf(row.frames.psnr[0]));
     CHECK(row.frames.psnr[1] == 41.25);
@@ -75,8 +76,8 @@ TEST_CASE("every field the charts need is required and checked")
 {
     for (const char* pointer :
          {"/tool", "/label", "/file/path", "/backend", "/device/name", "/config/policy", "/config/tier",
-          "/config/frames", "/config/size", "/ms/wall/median", "/accuracy/psnr/min", "/reuse/hit_rate", "/peak_bytes",
-          "/per_frame/psnr", "/per_frame/decoded"}) {
+          "/config/frames", "/config/size", "/ms/wall/median", "/ms/stages/decode", "/accuracy/psnr/min",
+          "/reuse/hit_rate", "/peak_bytes", "/per_frame/psnr", "/per_frame/decoded"}) {
         CAPTURE(pointer);
         json line = plainRun();
         const json::json_pointer place(pointer);
@@ -115,24 +116,53 @@ TEST_CASE("every field the charts need is required and checked")
     }
 }
 
-TEST_CASE("a run measured again replaces the earlier one; another label does not")
+TEST_CASE("a run measured again is a repeat: the one in the middle stands for all, with their spread")
 {
     RunSet runs;
-    json line = runOf("none", 5, 40);
-    std::string text = line.dump() + "\n";
-    line["ms"]["wall"]["median"] = 4;
-    text += line.dump() + "\n";
-    line["label"] = "later";
-    addRuns(text + line.dump(), "a", runs);
-    dropRepeatedRuns(runs);
-    REQUIRE(runs.rows.size() == 2);
-    CHECK(runs.rows[0].wall.median == 4);
-    CHECK(runs.rows[1].label == "later");
-    CHECK(runs.replaced == 1);
-    CHECK(runs.notes.size() == 1);
+    const auto measured = [](json line, double ms) {
+        line["ms"]["wall"]["median"] = ms;
+        line["ms"]["wall"]["max"] = 10 * ms;
+        line["per_frame"]["wall_ms"] = {ms, ms};
+        return line.dump() + "\n";
+    };
+    const json line = runOf("none", 5, 40), other = runOf("error", 3, 40);
+    json later = line;
+    later["label"] = "later";
+    addRuns(measured(line, 5) + measured(other, 3) + measured(later, 9), "a", runs);
+    addRuns(measured(line, 4) + measured(other, 2), "b", runs);
+    addRuns(measured(line, 8), "c", runs);
+    foldRepeats(runs);
+    REQUIRE(runs.rows.size() == 3);
+    CHECK(runs.rows[0].wall.median == 5);
+    CHECK(runs.rows[0].wall.max == 50); // all of one run
+    CHECK(runs.rows[0].repeats == 3);
+    CHECK(runs.rows[0].least_ms == 4);
+    CHECK(runs.rows[0].most_ms == 8);
+    CHECK(runs.rows[1].wall.median == 3); // of two the slower
+    CHECK(runs.rows[1].repeats == 2);
+    CHECK(runs.rows[2].label == "later"); // another run
+    CHECK(runs.rows[2].repeats == 1);
+    CHECK(runs.repeats == 3);
+    CHECK(runs.duplicates == 0);
+    CHECK(runs.notes.empty());
     RunSet none;
-    dropRepeatedRuns(none);
+    foldRepeats(none);
     CHECK(none.rows.empty());
+}
+
+TEST_CASE("a file given twice repeats nothing")
+{
+    RunSet runs;
+    const std::string text = runOf("none", 5, 40).dump() + "\n" + runOf("error", 4, 40).dump() + "\n";
+    addRuns(text, "a", runs);
+    addRuns(text, "a", runs);
+    foldRepeats(runs);
+    CHECK(runs.rows.size() == 2);
+    CHECK(runs.rows[0].repeats == 1);
+    CHECK(runs.repeats == 0);
+    CHECK(runs.duplicates == 2);
+    REQUIRE(runs.notes.size() == 1);
+    CHECK(runs.notes[0] == "left out 2 lines told before: the same run with the same times");
 }
 
 TEST_CASE("fields that only newer lines have")

@@ -104,7 +104,7 @@ def large_model(gsc, data):
 
 def runs(gsc, data):
     """runs.jsonl: 24 runs on two trajectories; one.jsonl: one of a single frame; broken.jsonl: its second line is cut;
-    mixed.jsonl: a run, a line of gsc.bench/1 and the run again."""
+    mixed.jsonl: a run, a line of gsc.bench/1 and the run's line again; again.jsonl: that run, measured again."""
     sys.path.insert(0, str(Path(__file__).parents[1] / "chart"))
     import make_runs
 
@@ -118,6 +118,9 @@ def runs(gsc, data):
             jsonschema.validate(json.loads(line), json.loads(schema.read_text()))
     one = make_runs.rows(trajectories=1, runs=1, frames=1)
     write("one.jsonl", one)
+    again = make_runs.rows(trajectories=1, runs=1, frames=1, seed=2)
+    again[0]["config"]["id"] = one[0]["config"]["id"]
+    write("again.jsonl", again)
     write("mixed.jsonl", [*one, {"schema": "gsc.bench/1"}, *one])
     (data / "broken.jsonl").write_text(json.dumps(one[0]) + "\n" + json.dumps(one[0])[:500] + "\n")
     (data / "other.jsonl").write_text('{"schema": "gsc.bench/1"}\n')

@@ -3,7 +3,7 @@
 (function () {
   'use strict';
   var model = JSON.parse(document.getElementById('model').textContent);
-  var words = gscFigures.words;
+  var words = gscParts.words;
   var dark = window.matchMedia('(prefers-color-scheme: dark)');
   var view = document.getElementById('view');
   var figures = []; // {panel, kind, box, chart, note}
@@ -29,13 +29,16 @@
   var COLUMNS = [
     ['Frame\ntime,\nms', function (row) { return words.three(row.ms.median); }],
     ['Speed-\nup', function (row) { return row.speedup === null ? '–' : row.speedup.toFixed(2) + '×'; }],
+    ['Decode,\nms', function (row) { return words.three(row.decode_ms); }],
+    ['Decoded\nanchors', function (row) { return row.decoded === null ? '–' : words.grouped(row.decoded); }],
+    ['Hit\nrate,\n%', function (row) { return percent(row.hit_rate); }],
     ['PSNR\npooled,\ndB', function (row) { return words.decibels(row.pooled); }],
     ['1st per-\ncentile,\ndB', function (row) { return words.decibels(row.p1); }],
     ['worst\nframe,\ndB', function (row) { return words.decibels(row.min); }],
-    ['Temporal\nerror,\n1/255', function (row) { return words.three(words.of255(row.temporal_max)); }],
-    ['Decoded\na frame', function (row) { return row.decoded === null ? '–' : words.grouped(row.decoded); }],
-    ['Hit\nrate,\n%', function (row) { return percent(row.hit_rate); }]
+    ['Temporal\nerror,\n1/255', function (row) { return words.three(words.of255(row.temporal_max)); }]
   ];
+  if (!model.panels.some(function (panel) { return panel.rows.some(function (row) { return row.speedup !== null; }); }))
+    COLUMNS.splice(1, 1); // the verdict says why
   var MOST_ROWS = 8; // of a front; the rest comes at a click
 
   function fillHead(head) {
@@ -73,7 +76,11 @@
         var cell = add(line, 'td', null, 'left');
         add(cell, 'span', number < 0 ? '' : String(number + 1), 'number');
         cell.appendChild(document.createTextNode(row.name + (row.baseline ? ' (baseline)' : '')));
-        COLUMNS.forEach(function (column) { add(line, 'td', column[1](row)); });
+        COLUMNS.forEach(function (column, nth) {
+          var value = add(line, 'td', column[1](row));
+          if (nth === 0 && row.repeats)
+            add(value, 'span', words.three(row.repeats.min) + '–' + words.three(row.repeats.max) + ' (' + row.repeats.count + '×)', 'spread');
+        });
         if (every > 1 && !row.baseline && number % every !== 0 && number + 1 !== front.length) {
           line.hidden = true;
           hidden.push(line);
@@ -90,6 +97,20 @@
           more.remove();
         };
       }
+    });
+  }
+
+  function fillVerdict() {
+    var list = document.querySelector('#verdict dl');
+    document.querySelector('#verdict .lack').textContent = model.no_baseline;
+    model.panels.forEach(function (panel, index) {
+      add(add(list, 'dt'), 'a', panel.title).href = '#panel-' + index;
+      var words = add(list, 'dd');
+      panel.verdict.sentences.forEach(function (sentence) {
+        var line = add(words, 'div');
+        if (sentence.run) add(line, 'b', sentence.run);
+        line.appendChild(document.createTextNode(sentence.text));
+      });
     });
   }
 
@@ -116,7 +137,7 @@
         (panel.rows.length > gscFigures.mostBars ? ' The ' + shown.length + ' runs with a colour, of ' + panel.rows.length + '.' : '');
     if (figure.kind === 'over-time')
       return shown.length < panel.rows.length ? shown.length + ' of ' + panel.rows.length + ' runs; click a point above to add one or take it away.' : '';
-    return 'Up and left is better. Shape: ◆ no reuse, ■ depth, ● error. ' +
+    return 'Up and left is better. Shape and colour: ◆ no reuse, ■ depth, ● error; the shade tells runs apart, the same on the whole page. ' +
       (shown.length < panel.rows.length ? 'With a colour: baselines, the front, and the best of a policy that is not on it. Click a point to add its run to the figures below or take it away.' : '');
   }
 
@@ -174,6 +195,7 @@
   });
   document.getElementById('version').textContent = model.version;
   fillHead(document.querySelector('#summary thead'));
+  fillVerdict();
   fillTable();
   fillPanels();
   view.onchange = function () {

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// A comparison's outcome in words.
+#pragma once
+
+#include "convert/chart/run_row.h"
+
+#include <nlohmann/json.hpp>
+
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+// {"floors": [{"psnr": 50, "row": index or null}, ...],    the fastest run whose worst frame has that many dB
+//  "sentences": [{"run": name or "", "text"}, ...]}         to be read one after the other, a sentence starts with `run`
+// `rows` are those of the model (chart_model.h), one for each of `runs`.
+nlohmann::ordered_json verdictJson(const std::vector<const RunRow*>& runs, const nlohmann::ordered_json& rows);
+// Which of the model's panels have no speed-up, and why; empty where all have.
+std::string baselineWords(const nlohmann::ordered_json& panels);
+
+} // namespace gsc

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// The verdict in words, and colours that stay the same on the whole page.
+#include "convert/chart/chart_model.h"
+#include "tests/chart/run_lines.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <fstream>
+
+using namespace gsc;
+using nlohmann::json;
+
+namespace {
+
+std::string verdictOf(const std::vector<RunRow>& rows)
+{
+    std::string text;
+    const auto model = chartModel(rows);
+    for (const auto& sentence : model["panels"][0]["verdict"]["sentences"])
+        text += (text.empty() ? "" : " ") + sentence["run"].get<std::string>() + sentence["text"].get<std::string>();
+    return text;
+}
+
+json errorRun(double bound, double ms, const json& psnr, const std::string& trajectory = "walk")
+{
+    json line = runOf("error", ms, psnr);
+    line["config"]["bound"] = bound;
+    line["config"]["trajectory"] = trajectory;
+    return line;
+}
+
+} // namespace
+
+TEST_CASE("verdict: the fastest run that keeps 50, 60 and 70 dB in the worst frame")
+{
+    CHECK(verdictOf({parsed(runOf("none", 6, nullptr)), parsed(errorRun(1, 3, 72)), parsed(errorRun(2, 4, 65))}) ==
+          "error 1/255 is the fastest that keeps 50, 60 and 70 dB: 3.00 ms, 2.00 times as fast as none.");
+    CHECK(verdictOf({parsed(runOf("none", 6, nullptr)), parsed(errorRun(1, 5, 60)), parsed(errorRun(4, 4, 50))}) ==
+          "error 4/255 is the fastest that keeps 50 dB: 4.00 ms, 1.50 times as fast as none. "
+          "error 1/255 is the fastest that keeps 60 dB: 5.00 ms, 1.20 times as fast as none. "
+          "none is the fastest that keeps 70 dB: 6.00 ms.");
+    CHECK(verdictOf({parsed(runOf("none", 120, 55)), parsed(errorRun(1, 100, 49.9))}) ==
+          "none is the fastest that keeps 50 dB: 120 ms. No run keeps 60 or 70 dB; none comes nearest with 55.0 dB.");
+    CHECK(verdictOf({parsed(runOf("none", 1, kBrokenPsnr))}) == "No run keeps 50, 60 or 70 dB.");
+    // pooled decibels do not count
+    json spiky = errorRun(1, 3, 30);
+    spiky["accuracy"]["psnr"]["pooled"] = 90;
+    const auto model = chartModel({parsed(runOf("none", 6, 65)), parsed(spiky)});
+    CHECK(json(model["panels"][0]["verdict"]["floors"]) ==
+          json::parse(R"([{"psnr":50,"row":0},{"psnr":60,"row":0},{"psnr":70,"row":null}])"));
+}
+
+TEST_CASE("without a run of policy none the page says why there is no speed-up")
+{
+    const RunRow none = parsed(runOf("none", 6, nullptr)), walk = parsed(errorRun(1, 3, 72)),
+                 orbit = parsed(errorRun(1, 3, 72, "orbit")), turn = parsed(errorRun(1, 3, 72, "turn"));
+    CHECK(verdictOf({walk}) == "error 1/255 is the fastest that keeps 50, 60 and 70 dB: 3.00 ms.");
+    CHECK(chartModel({none, walk})["no_baseline"] == "");
+    CHECK(
+        chartModel({none, walk, orbit, turn})["no_baseline"] ==
+        "orbit, turn: no run has policy none, so there is no speed-up to tell. Add {\"policy\": \"none\"} to the runs "
+        "of the sweep.");
+    CHECK(chartModel({walk, orbit})["no_baseline"].get<std::string>().starts_with("No run has policy none, "));
+}
+
+TEST_CASE("verdict: repeats are told, and that a difference is within their spread")
+{
+    RunRow none = parsed(runOf("none", 6, nullptr)), error = parsed(errorRun(1, 3, 72));
+    error.repeats = 3;
+    error.least_ms = 2.5;
+    error.most_ms = 4;
+    const std::string clear = "error 1/255 is the fastest that keeps 50, 60 and 70 dB: 3.00 ms (2.50 to 4.00 in 3 "
+                              "repeats), 2.00 times as fast as none";
+    CHECK(verdictOf({none, error}) == clear + ".");
+    error.most_ms = 6;
+    const auto model = chartModel({none, error});
+    CHECK(verdictOf({none, error}).ends_with("as fast as none, within the spread of the repeats."));
+    CHECK(model["panels"][0]["rows"][0]["repeats"].is_null());
+    CHECK(json(model["panels"][0]["rows"][1]["repeats"]) == json::parse(R"({"count":3,"min":2.5,"max":6})"));
+}
+
+TEST_CASE("one policy has one hue and one configuration one look, whatever the panel and the order of speed")
+{
+    std::vector<RunRow> rows;
+    for (const char* trajectory : {"walk", "orbit"}) {
+        const bool first = rows.empty();
+        json none = runOf("none", 9, nullptr), budget = errorRun(1, first ? 7 : 3, 40, trajectory);
+        none["config"]["trajectory"] = trajectory;
+        budget["config"]["decode_budget"] = first ? 100 : 200; // what "match" makes of it
+        rows.push_back(parsed(none));
+        rows.push_back(parsed(errorRun(0.5, first ? 3 : 6, 60, trajectory)));
+        rows.push_back(parsed(errorRun(4, first ? 5 : 2, 50, trajectory)));
+        rows.push_back(parsed(budget));
+    }
+    rows.insert(rows.begin() + 4, parsed(runOf("depth", 4, 45))); // in the first alone
+    const auto model = chartModel(rows);
+    const auto &walk = model["panels"][0]["rows"], &orbit = model["panels"][1]["rows"];
+    REQUIRE(walk.size() == 5);
+    REQUIRE(orbit.size() == 4);
+    for (size_t i = 0; i < orbit.size(); ++i)
+        for (const char* key : {"hue", "shade", "dash"})
+            CHECK(walk[i][key] == orbit[i][key]);
+    CHECK(walk[0]["hue"] == 0);
+    CHECK(walk[4]["hue"] == 1);
+    for (size_t i = 1; i < 4; ++i) {
+        CHECK(walk[i]["hue"] == 2);
+        CHECK(walk[i]["shade"] == 0.5 * double(i - 1));
+    }
+}
+
+TEST_CASE("the sweeps that README charts hold a run without reuse")
+{
+    for (const char* name : {"policies", "reuse", "device", "device_reuse", "levels"}) {
+        CAPTURE(name);
+        std::ifstream file(std::string(GSC_SWEEPS) + "/" + name + ".json");
+        const json config = json::parse(file);
+        const json axis = config.value("axes", json::object()).value("policy", json::array({"none"}));
+        bool found = config.contains("axes") && std::count(axis.begin(), axis.end(), json("none"));
+        for (const json& run : config.value("runs", json::array()))
+            found |= run.value("policy", "none") == "none";
+        CHECK(found);
+    }
+}
