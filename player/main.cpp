@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/error.h"
 #include "format/interrupt.h"
+#include "format/output_file.h"
 #include "player/bench.h"
 #include "player/play.h"
 #include "player/play_report.h"
 #include "player/report_parts.h"
+#include "player/row_file.h"
 #include "player/run_row.h"
 #include "player/stability.h"
 #include "player/sweep.h"
@@ -19,18 +21,28 @@ namespace {
 
 void print(const std::string& text)
 {
-    if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
+    if (std::fputs(gsc::validUtf8(text).c_str(), stdout) < 0 || std::fflush(stdout) != 0)
         throw gsc::Error(gsc::ErrorCode::Io,
                          "standard output: cannot be written, expected room for the summary; redirect "
                          "it to another place");
+}
+
+// A summary, on standard error where standard output holds a file of the user's.
+void printSummary(const std::string& text, const std::string& file, bool quiet)
+{
+    if (!gsc::isStandardOutput(file))
+        print(text);
+    else if (!quiet)
+        (void)std::fputs(gsc::validUtf8(text).c_str(), stderr);
 }
 
 void runPlay(const gsc::PlayOptions& options)
 {
     gsc::PlayLog log(options.progress, options.quiet, options.verbose);
     const gsc::PlaySummary summary = gsc::play(options, log);
-    print(options.format == gsc::ReportFormat::Json ? gsc::playReportJson(summary, log.warnings())
-                                                    : gsc::playReportText(summary));
+    printSummary(options.format == gsc::ReportFormat::Json ? gsc::playReportJson(summary, log.warnings())
+                                                           : gsc::playReportText(summary),
+                 options.stats, options.quiet);
 }
 
 void runSweep(const gsc::BenchOptions& options)
@@ -41,7 +53,8 @@ void runSweep(const gsc::BenchOptions& options)
     gsc::sweep(options, log, [&](const gsc::OrderedJson& row) {
         log.endBar();
         if (text)
-            print((first ? gsc::runTableHeader() : "") + gsc::runTableLine(row));
+            printSummary((first ? gsc::runTableHeader() : "") + gsc::runTableLine(row), options.out,
+                         options.play.quiet);
         else
             print(gsc::dumpJson(row) + "\n");
         first = false;
@@ -64,8 +77,9 @@ void runBench(const gsc::BenchOptions& options)
     const gsc::BenchSummary summary = gsc::bench(options, log);
     const std::string json = gsc::benchReportJson(options, summary);
     if (!options.out.empty())
-        gsc::appendLine(options.out, json);
-    print(options.play.format == gsc::ReportFormat::Json ? json + "\n" : gsc::benchReportText(options, summary));
+        gsc::appendLine(options.out, json, gsc::kBenchRow.start);
+    printSummary(options.play.format == gsc::ReportFormat::Json ? json + "\n" : gsc::benchReportText(options, summary),
+                 options.out, options.play.quiet);
 }
 
 int fail(gsc::ErrorCode code, const gsc::PlayOptions& options, const char* message)

@@ -3,6 +3,7 @@
 
 #include "format/error.h"
 #include "format/gsc_layout.h"
+#include "format/output_paths.h"
 #include "player/bench.h"
 #include "player/cli_choice.h"
 #include "player/reuse_names.h"
@@ -213,7 +214,8 @@ void addOutputOptions(CLI::App& app, PlayOptions& options)
                           "Bits per channel of a PNG")
         ->option_text("8|16 (default: 8)");
     app.add_option("--stats", options.stats,
-                   "One JSON object per frame and line: time per stage, counts (schemas/frame-stats.schema.json)")
+                   "One JSON object per frame and line: time per stage, counts (schemas/frame-stats.schema.json); - is "
+                   "standard output")
         ->type_name("FILE");
     app.add_flag("-w,--overwrite", options.overwrite, "Replace files that exist");
     addMessageOptions(app, options);
@@ -267,6 +269,8 @@ void finish(const CLI::App& app, PlayOptions& options, const RawText& raw, bool 
                                       "expected one of them; pass --reuse none or --stereo exact");
     if (!(options.near_z >= 0 && options.near_z < 1e15))
         throw Error(ErrorCode::Usage, formatString("--near %g: expected a number above 0", options.near_z));
+    if (isStandardOutput(options.out))
+        checkOutput(options.out, OutputKind::Binary, false);
     if (!options.out.empty() && !isImageExtension(options.out))
         throw Error(ErrorCode::Unsupported,
                     formatString("--out %s: this build cannot write such a file, expected one of %s",

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/progress.h"
 
+#include "format/error.h"
+
 #include <algorithm>
 #include <cstdio>
 
@@ -32,7 +34,7 @@ void PlayLog::warning(const std::string& text)
     if (m_quiet)
         return;
     endBar();
-    std::fprintf(stderr, "warning: %s\n", text.c_str());
+    std::fprintf(stderr, "warning: %s\n", validUtf8(text).c_str());
 }
 
 void PlayLog::note(const std::string& text)
@@ -46,7 +48,7 @@ void PlayLog::tell(const std::string& text)
     if (m_quiet)
         return;
     endBar();
-    std::fprintf(stderr, "%s\n", text.c_str());
+    std::fprintf(stderr, "%s\n", validUtf8(text).c_str());
 }
 
 void PlayLog::progress(uint64_t done, uint64_t total)

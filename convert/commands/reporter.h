@@ -52,6 +52,7 @@ public:
     void error(const std::string& message);
     void warning(const std::string& message);
     void detail(const std::string& message); // shown with -v
+    void note(const std::string& text);      // a result whose place on stdout a file has taken
     // Closing line of a command that worked: `what`, time, peak memory.
     void done(const std::string& what);
 
