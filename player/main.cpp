@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/error.h"
+#include "format/file_fault.h"
 #include "format/interrupt.h"
 #include "format/output_file.h"
 #include "player/bench.h"
@@ -105,15 +106,18 @@ int run(int argc, char** argv, Options& options)
         options.chosen = &options.bench.play;
         if (const auto code = gsc::parseBenchOptions(argc - 1, argv + 1, options.bench))
             return *code;
+        gsc::installFileFaultHandler(options.bench.play.format == gsc::ReportFormat::Json);
         options.bench.sweep.empty() ? runBench(options.bench) : runSweep(options.bench);
     } else if (command == "stability") {
         options.chosen = &options.stability.play;
         if (const auto code = gsc::parseStabilityOptions(argc - 1, argv + 1, options.stability))
             return *code;
+        gsc::installFileFaultHandler(options.stability.play.format == gsc::ReportFormat::Json);
         return runStability(options.stability);
     } else {
         if (const auto code = gsc::parsePlayOptions(argc, argv, options.play))
             return *code;
+        gsc::installFileFaultHandler(options.play.format == gsc::ReportFormat::Json);
         runPlay(options.play);
     }
     return int(gsc::ErrorCode::Ok);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/command.h"
 #include "convert/commands/parse_size.h"
+#include "format/file_fault.h"
 
 #include <CLI/CLI.hpp>
 
@@ -38,6 +39,7 @@ ErrorCode fail(Reporter& report, ErrorCode code, const std::string& message)
 ErrorCode runInvocation(const Invocation& invocation)
 {
     Reporter report(invocation.reporter);
+    installFileFaultHandler(report.json());
     try {
         const ErrorCode code = invocation.run(report);
         report.endProgress(false);
