@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 namespace gsc {
 
@@ -25,11 +26,15 @@ enum class ErrorCode : int {
 // As reports name it, such as "InvalidFile".
 const char* errorName(ErrorCode code);
 
+// `text` with what is not UTF-8 in it replaced by U+FFFD, and control characters but tabs and line ends by "?": names of files
+// may hold anything.
+std::string validUtf8(std::string_view text);
+
 // Message form: `<file or object>: <what is wrong, with values>, expected <what>; <what to do>`,
 // lower case, no full stop.
 class Error : public std::runtime_error {
 public:
-    Error(ErrorCode code, const std::string& message) : std::runtime_error(message), m_code(code) {}
+    Error(ErrorCode code, const std::string& message) : std::runtime_error(validUtf8(message)), m_code(code) {}
 
     [[nodiscard]] ErrorCode code() const noexcept { return m_code; }
 

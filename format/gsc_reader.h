@@ -42,6 +42,7 @@ enum class GscCheck {
 // Opens `file` (aligned to 8 bytes, as a mapping is). Reports every problem to `sink`, which may be null, but at most
 // 16 of one id; true if there was no Error or Fatal, and then every index in `view` that another array is addressed
 // with is in range.
+// Throws Error(Interrupted) between chunks of a full check, where the program asks for that (interrupt.h).
 bool openGsc(std::span<const std::byte> file, GscView& view, GscCheck check, const IssueSink& sink);
 
 // Header, table, META, PARM and LEVL only: what `gsc info` needs, without touching the rest of the mapping.

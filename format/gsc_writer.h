@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes a .gsc file: a temporary file beside the target, aligned and zero padded, fsync, rename. Deterministic:
-// the bytes depend on what is passed in, never on time, threads or addresses.
+// Writes a .gsc file, aligned and zero padded, as every output is written (output_file.h). Deterministic: the bytes
+// depend on what is passed in, never on time, threads or addresses.
 #pragma once
 
 #include "format/gsc_layout.h"
@@ -15,7 +15,7 @@ namespace gsc {
 
 class GscWriter {
 public:
-    // Creates the temporary file. Throws Error(Io) if `path` exists and not `overwrite`, or cannot be written.
+    // Creates the temporary file. Throws Error as checkOutput(), and Error(Io).
     GscWriter(const std::string& path, bool overwrite);
     ~GscWriter(); // removes the temporary file unless finish() succeeded
     GscWriter(const GscWriter&) = delete;

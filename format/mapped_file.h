@@ -3,26 +3,39 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <span>
 #include <string>
 
 namespace gsc {
 
+// What a program says when the mapping cannot be read any more, each with its line end.
+struct FaultTexts {
+    std::string text, json;
+};
+
 class MappedFile {
 public:
-    // Throws Error(Io) if `path` cannot be opened, is not a regular file or cannot be mapped. An empty file is fine.
+    // Throws Error: Io if `path` cannot be opened, is not a regular file or cannot be mapped, OutOfMemory if there is no
+    // address space for it. An empty file is fine.
     explicit MappedFile(const std::string& path);
     ~MappedFile();
     MappedFile(MappedFile&& other) noexcept;
     MappedFile& operator=(MappedFile&& other) noexcept;
 
     // Page-aligned; valid as long as this object lives.
-    // note: a file that another process shortens while it is mapped raises SIGBUS on access, as with every mapping
+    // note: a file that another process shortens while it is mapped raises SIGBUS on access, as with every mapping; what
+    // a program does then: file_fault.h
     [[nodiscard]] std::span<const std::byte> bytes() const noexcept { return {m_data, m_size}; }
 
 private:
     const std::byte* m_data = nullptr;
     size_t m_size = 0;
+    int m_slot = -1; // in the table of faultTextsOf()
+    std::unique_ptr<const FaultTexts> m_texts;
 };
+
+// Those of the mapping that `address` lies in, null if there is none. Async-signal-safe.
+const FaultTexts* faultTextsOf(const void* address) noexcept;
 
 } // namespace gsc

@@ -2,6 +2,7 @@
 // ANCH: what the chunk payloads hold, against everything the records say about it.
 #include "format/checksum.h"
 #include "format/gsc_validate.h"
+#include "format/interrupt.h"
 
 #include <algorithm>
 #include <cmath>
@@ -257,6 +258,7 @@ void checkPayloads(Context& context)
     };
     uint64_t end = 0;
     for (uint32_t i = 0; i < context.view.chunks.size(); ++i) {
+        throwIfInterrupted();
         const ChunkRecord& chunk = context.view.chunks[i];
         PayloadCheck check(context, i);
         check.run();

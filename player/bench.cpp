@@ -5,14 +5,12 @@
 #include "format/interrupt.h"
 #include "player/lod_target.h"
 #include "player/open_backend.h"
+#include "player/row_file.h"
 #include "player/shots.h"
 #include "runtime/scene.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
-#include <cstdio>
-#include <cstring>
 #include <memory>
 
 namespace gsc {
@@ -147,6 +145,12 @@ void scoreShots(const BenchOptions& options, const Scene& scene, const std::vect
 
 BenchSummary bench(const BenchOptions& options, Reporter& log)
 {
+    std::vector<NamedPath> inputs;
+    if (options.play.cameras != "stored")
+        inputs.push_back({options.play.cameras, "the camera file"});
+    checkRowOutput(options, inputs, log.json());
+    if (const RowFile rows = readBenchRows(options.out); !rows.cut_off.empty())
+        log.warning(rows.cut_off);
     BenchSummary summary;
     const Clock::time_point open_start = Clock::now();
     const std::unique_ptr<Scene> scene = Scene::open(options.play.input, options.play.verify);
@@ -181,17 +185,6 @@ BenchSummary bench(const BenchOptions& options, Reporter& log)
         scoreShots(options, *scene, shots, *backend, run, summary, log);
     summary.warnings = log.warnings();
     return summary;
-}
-
-void appendLine(const std::string& path, const std::string& line)
-{
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "ab"), std::fclose);
-    const std::string text = line + "\n";
-    // one write, so that lines of runs side by side do not mix
-    if (file)
-        (void)std::setvbuf(file.get(), nullptr, _IOFBF, text.size() + 1);
-    if (!file || std::fwrite(text.data(), 1, text.size(), file.get()) != text.size() || std::fflush(file.get()) != 0)
-        throw Error(ErrorCode::Io, formatString("%s: cannot be written: %s", path.c_str(), std::strerror(errno)));
 }
 
 } // namespace gsc

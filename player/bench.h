@@ -48,15 +48,12 @@ struct BenchSummary {
     std::vector<std::string> warnings;
 };
 
-// Throws Error.
+// Throws Error, before any work where `out` falls on an input or holds something else than rows.
 BenchSummary bench(const BenchOptions& options, Reporter& log);
 
 // A table for a person.
 std::string benchReportText(const BenchOptions& options, const BenchSummary& summary);
 // One object on one line, schemas/bench-report.schema.json.
 std::string benchReportJson(const BenchOptions& options, const BenchSummary& summary);
-
-// Adds a line to a file of such lines. Throws Error(Io).
-void appendLine(const std::string& path, const std::string& line);
 
 } // namespace gsc

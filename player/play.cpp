@@ -28,7 +28,7 @@ double millisecondsSince(Clock::time_point start)
 }
 
 // Paths of the images, checked before anything is rendered; their folders exist afterwards.
-std::vector<std::string> prepareOutputs(const std::vector<Shot>& shots, const PlayOptions& options)
+std::vector<std::string> prepareOutputs(const std::vector<Shot>& shots, const PlayOptions& options, bool json_summary)
 {
     namespace fs = std::filesystem;
     std::vector<std::string> paths;
@@ -38,9 +38,6 @@ std::vector<std::string> prepareOutputs(const std::vector<Shot>& shots, const Pl
             named.push_back({shot.camera.name, shot.index});
         paths = outputPaths(OutPattern(options.out), named, options.eyes);
     }
-    std::vector<std::string> files = paths;
-    if (!options.stats.empty())
-        files.push_back(options.stats);
     std::vector<NamedPath> outputs, inputs = {{options.input, "the model"}};
     for (const std::string& path : paths)
         outputs.push_back({path, "an image of --out"});
@@ -48,15 +45,14 @@ std::vector<std::string> prepareOutputs(const std::vector<Shot>& shots, const Pl
         outputs.push_back({options.stats, "--stats"});
     if (options.cameras != "stored")
         inputs.push_back({options.cameras, "the camera file"});
+    checkStandardOutput(options.stats, "--stats", json_summary);
     checkOutputsDiffer(outputs, inputs);
-    for (const std::string& file : files) {
-        std::error_code code;
-        checkRegularOrAbsent(file);
-        if (!options.overwrite && fs::exists(file, code))
-            throw Error(ErrorCode::Io, file + ": exists already, expected a new file; pass -w to replace it");
-    }
-    for (const std::string& file : files) {
-        const fs::path folder = fs::path(file).parent_path();
+    for (const std::string& path : paths)
+        checkOutput(path, OutputKind::Binary, options.overwrite, OutputFolder::IsMade);
+    if (!options.stats.empty())
+        checkOutput(options.stats, OutputKind::Text, options.overwrite, OutputFolder::IsMade);
+    for (const NamedPath& file : outputs) {
+        const fs::path folder = fs::path(file.path).parent_path();
         std::error_code code;
         if (!folder.empty() && !fs::is_directory(folder, code) && !fs::create_directories(folder, code) && code)
             throw Error(
@@ -109,8 +105,8 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
 
     const std::vector<Shot> shots = chooseShots(*scene, options, log);
     std::optional<LodControl> control = lodControl(*scene, options);
-    const std::vector<std::string> paths = prepareOutputs(shots, options);
-    StatsFile stats_file(options.stats);
+    const std::vector<std::string> paths = prepareOutputs(shots, options, log.json());
+    StatsFile stats_file(options.stats, options.overwrite);
 
     const std::unique_ptr<Backend> backend = openBackend(options, *scene, log, summary.load_ms);
     summary.backend = backend->name();

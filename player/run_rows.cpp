@@ -2,51 +2,22 @@
 #include "player/run_rows.h"
 
 #include "format/error.h"
-#include "player/bench.h"
+#include "format/output_file.h"
 #include "player/report_parts.h"
+#include "player/row_file.h"
 #include "player/run_row.h"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <filesystem>
-#include <memory>
 
 namespace gsc {
 
 namespace {
 
-// How every line of dumpJson() of a row starts.
-constexpr std::string_view kRowStart = R"({"schema":"gsc.run/1",)";
-
-std::string readAll(const std::string& path)
-{
-    std::error_code code;
-    if (!std::filesystem::exists(path, code))
-        return {};
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
-    std::string text;
-    char buffer[65536];
-    size_t count = 0;
-    while (file && (count = std::fread(buffer, 1, sizeof(buffer), file.get())) > 0)
-        text.append(buffer, count);
-    if (!file || std::ferror(file.get()))
-        throw Error(ErrorCode::Io, formatString("%s: cannot be read (%s), expected the rows of an earlier sweep or "
-                                                "nothing; choose another --out",
-                                                path.c_str(), std::strerror(errno)));
-    return text;
-}
-
-[[noreturn]] void failLine(const std::string& path, size_t line)
-{
-    throw Error(ErrorCode::InvalidFile,
-                formatString("%s: line %zu is no row of a sweep, expected \"gsc.run/1\" (schemas/run.schema.json) with "
-                             "the numbers of this version; choose another --out",
-                             path.c_str(), line));
-}
+const RowKind kRunRow{R"({"schema":"gsc.run/1",)", "a sweep",
+                      "\"gsc.run/1\" (schemas/run.schema.json) with the numbers of this version"};
 
 // Has a row what a sweep that goes on needs of it?
 bool isRow(const OrderedJson& row)
@@ -69,29 +40,15 @@ bool isRow(const OrderedJson& row)
 
 RunRows::RunRows(const std::string& path, std::string& cut_off) : m_path(path)
 {
-    cut_off.clear();
-    if (path.empty())
-        return;
-    const std::string text = readAll(path);
-    m_size = text.size();
-    size_t line = 1;
-    for (size_t end = 0; (end = text.find('\n', m_bytes)) != std::string::npos; ++line, m_bytes = end + 1) {
-        const std::string_view content(text.data() + m_bytes, end - m_bytes);
-        OrderedJson row = OrderedJson::parse(content, nullptr, false);
-        if (!isRow(row))
-            failLine(path, line);
-        insert(std::move(row));
-    }
-    const std::string_view rest = std::string_view(text).substr(m_bytes);
-    if (rest.empty())
-        return;
-    // only what is the start of a row for certain is thrown away
-    const size_t known = std::min(rest.size(), kRowStart.size());
-    if (rest.substr(0, known) != kRowStart.substr(0, known))
-        failLine(path, line);
-    cut_off = formatString("%s: line %zu is half-written, what a run that was killed left behind; it is cut off and "
-                           "that run is done again",
-                           path.c_str(), line);
+    const RowFile file = readRows(path, kRunRow, [this](OrderedJson&& row) {
+        const bool good = isRow(row);
+        if (good)
+            insert(std::move(row));
+        return good;
+    });
+    cut_off = file.cut_off;
+    m_bytes = file.bytes;
+    m_whole = file.whole;
 }
 
 const OrderedJson* RunRows::find(const std::string& id) const
@@ -110,28 +67,18 @@ void RunRows::append(const OrderedJson& row)
 {
     if (!m_path.empty()) {
         const std::string line = dumpJson(row);
-        std::error_code code, ignored;
-        const uint64_t size = std::filesystem::exists(m_path, ignored) ? std::filesystem::file_size(m_path, code) : 0;
-        if (!code && size != m_size)
+        std::error_code code;
+        const bool is_file = !isStandardOutput(m_path) && std::filesystem::exists(m_path, code);
+        const uint64_t bytes = is_file ? std::filesystem::file_size(m_path, code) : 0;
+        if (is_file && !code && bytes != m_bytes)
             throw Error(ErrorCode::Io,
                         formatString("%s: has %llu bytes, expected the %llu that were there before: another program "
                                      "writes to it; give every sweep an --out of its own",
-                                     m_path.c_str(), static_cast<unsigned long long>(size),
-                                     static_cast<unsigned long long>(m_size)));
-        if (!code && m_size > m_bytes)
-            std::filesystem::resize_file(m_path, m_bytes, code);
-        if (code)
-            throw Error(ErrorCode::Io, formatString("%s: cannot be cut to its whole lines: %s", m_path.c_str(),
-                                                    code.message().c_str()));
-        m_size = m_bytes;
-        try {
-            appendLine(m_path, line);
-        } catch (const Error&) {
-            std::filesystem::resize_file(m_path, m_bytes, ignored);
-            throw;
-        }
-        m_bytes += line.size() + 1;
-        m_size = m_bytes;
+                                     m_path.c_str(), static_cast<unsigned long long>(bytes),
+                                     static_cast<unsigned long long>(m_bytes)));
+        appendLine(m_path, line, kRunRow.start);
+        m_whole += line.size() + 1;
+        m_bytes = m_whole;
     }
     insert(row);
 }

@@ -27,8 +27,8 @@ public:
 
 private:
     std::string m_path;
-    uint64_t m_bytes = 0; // of whole lines
-    uint64_t m_size = 0;  // of the file, with what a killed run left
+    uint64_t m_bytes = 0; // of the file, with what a killed run left
+    uint64_t m_whole = 0; // of its whole lines
     std::map<std::string, nlohmann::ordered_json> m_rows;
 };
 

@@ -2,10 +2,10 @@
 #include "player/sweep.h"
 
 #include "format/error.h"
-#include "format/output_paths.h"
 #include "player/lod_target.h"
 #include "player/measurer.h"
 #include "player/report_parts.h"
+#include "player/row_file.h"
 #include "player/run_row.h"
 #include "player/run_rows.h"
 #include "player/sweep_config.h"
@@ -13,14 +13,10 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <numbers>
-
-#include <unistd.h>
 
 namespace gsc {
 
@@ -68,26 +64,13 @@ std::string resolved(const std::string& config_file, const std::string& trajecto
                                   : (std::filesystem::path(config_file).parent_path() / trajectory).string();
 }
 
-void checkOut(const BenchOptions& options, const SweepConfig& config)
+void checkOut(const BenchOptions& options, const SweepConfig& config, bool json_summary)
 {
-    if (options.out.empty())
-        return;
-    std::vector<NamedPath> inputs = {{options.play.input, "the model"}, {options.sweep, "the file of --sweep"}};
+    std::vector<NamedPath> inputs = {{options.sweep, "the file of --sweep"}};
     for (const std::string& trajectory : config.trajectories)
         if (trajectory != "stored")
             inputs.push_back({resolved(options.sweep, trajectory), "a camera file"});
-    const NamedPath out{options.out, "--out"};
-    checkOutputsDiffer(std::span(&out, 1), inputs);
-    checkRegularOrAbsent(options.out);
-    // found out now, not after the first run
-    const std::filesystem::path folder = std::filesystem::path(options.out).parent_path();
-    std::error_code code;
-    const bool exists = std::filesystem::exists(options.out, code);
-    const std::string place = exists ? options.out : folder.empty() ? "." : folder.string();
-    if (access(place.c_str(), W_OK) != 0)
-        throw Error(ErrorCode::Io, formatString("%s: cannot be written (%s), expected a place for rows; check the path "
-                                                "of --out and its rights",
-                                                options.out.c_str(), std::strerror(errno)));
+    checkRowOutput(options, std::move(inputs), json_summary);
 }
 
 // Anchors that a run decoded per frame and eye, rounded, at least one.
@@ -106,8 +89,8 @@ uint64_t meanDecodes(const OrderedJson& row)
 class Sweep {
 public:
     Sweep(const BenchOptions& options, const SweepConfig& config, Reporter& log)
-        : m_config(config), m_log(log), m_scene(Scene::open(options.play.input, options.play.verify)),
-          m_rows(options.out, m_cut_off)
+        : m_config(config), m_log(log), m_rows(options.out, m_cut_off),
+          m_scene(Scene::open(options.play.input, options.play.verify))
     {
         m_context.options = withFrames(options.play, config);
         for (const std::string& trajectory : config.trajectories) {
@@ -165,9 +148,10 @@ public:
     // What Ctrl-C left.
     [[nodiscard]] std::string state(const std::string& out) const
     {
-        return formatString(
-            "interrupted: %zu of %zu runs are done%s", m_runs_done, m_paths.size() * m_runs.size(),
-            out.empty() ? "" : (" and in " + out + ", all complete; the same command goes on there").c_str());
+        return formatString("interrupted: %zu of %zu runs are done%s", m_runs_done, m_paths.size() * m_runs.size(),
+                            out.empty() || isStandardOutput(out)
+                                ? ""
+                                : (" and in " + out + ", all complete; the same command goes on there").c_str());
     }
 
 private:
@@ -221,9 +205,9 @@ private:
 
     const SweepConfig& m_config;
     Reporter& m_log;
-    std::unique_ptr<Scene> m_scene;
     std::string m_cut_off;
-    RunRows m_rows;
+    RunRows m_rows; // before the model: a file of something else is refused before any work
+    std::unique_ptr<Scene> m_scene;
     RunContext m_context;
     std::vector<Path> m_paths;
     std::unique_ptr<Measurer> m_measurer;
@@ -237,7 +221,7 @@ private:
 void sweep(const BenchOptions& options, Reporter& log, const std::function<void(const OrderedJson&)>& show)
 {
     const SweepConfig config = readSweepConfig(options.sweep, baseRun(options.play), backendNames());
-    checkOut(options, config);
+    checkOut(options, config, log.json());
     Sweep run(options, config, log);
     try {
         run.runAll(show);

@@ -128,7 +128,7 @@ private:
         options.hints.may_have_origin = m_checkpoint.flags & kModelHasLevels;
         // the file has one voxel size for the positions and the LOD rule
         options.hints.fixed = modelParams(m_checkpoint).voxel_size > 0;
-        options.chunk_anchors = std::max<uint64_t>(1, m_options.chunk_anchors);
+        options.chunk_anchors = m_options.chunk_anchors;
         options.name = m_checkpoint.ply_path;
         m_partition = planPartition(m_source, m_scan, options, [&](uint64_t done) { tell(done, m_scan.kept); });
         m_scan.placements = {};

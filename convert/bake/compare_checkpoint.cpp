@@ -351,12 +351,15 @@ CompareReport compareCheckpoint(const Checkpoint& checkpoint, const std::string&
     const MappedFile file(gsc_path);
     GscView view;
     std::string first;
+    bool newer = false;
     const bool good = openGsc(file.bytes(), view, GscCheck::Index, [&](const Issue& issue) {
-        if (first.empty() && issue.info->severity != Severity::Warning)
-            first = formatString("%s: %s", issue.info->summary, issue.detail.c_str());
+        if (!first.empty() || issue.info->severity == Severity::Warning)
+            return;
+        first = formatString("%s: %s", issue.info->summary, issue.detail.c_str());
+        newer = isUnsupported(*issue.info);
     });
     if (!good)
-        throw Error(ErrorCode::InvalidFile,
+        throw Error(newer ? ErrorCode::Unsupported : ErrorCode::InvalidFile,
                     formatString("%s: %s; run gsc validate for the whole list", gsc_path.c_str(), first.c_str()));
     const std::unique_ptr<AnchorSource> source = openAnchors(checkpoint);
     return compareCheckpoint(checkpoint, *source, view, progress);

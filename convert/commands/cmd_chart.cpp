@@ -7,7 +7,7 @@
 #include "convert/chart/chart_page.h"
 #include "convert/chart/run_set.h"
 #include "format/interrupt.h"
-#include "format/output_paths.h"
+#include "format/output_file.h"
 #include "player/tool/options.h"
 #include "player/tool/version.h"
 
@@ -28,15 +28,16 @@ struct ChartOptions {
 };
 
 // Everything that can be said without reading a line.
-void checkOutputs(const ChartOptions& options)
+void checkOutputs(const ChartOptions& options, const Reporter& report)
 {
+    checkStandardOutput(options.output, "--output", report.json());
     std::vector<NamedPath> inputs, outputs = {{options.output, "--output"}};
     for (const std::string& input : options.inputs)
         inputs.push_back({input, "an input"});
     if (!options.figures.empty())
         outputs.push_back({options.figures, "--figures"});
     checkOutputsDiffer(outputs, inputs);
-    checkOutputPath(options.output, options.overwrite);
+    checkOutput(options.output, OutputKind::Text, options.overwrite);
     if (options.figures.empty())
         return;
     if (const std::string missing = figuresMissing(); !missing.empty())
@@ -45,6 +46,22 @@ void checkOutputs(const ChartOptions& options)
                         ", expected Duktape and librsvg; install duktape-dev and librsvg2-dev and build it again, or "
                         "leave --figures out: the page has the same figures");
     checkOutputFolder(options.figures, options.overwrite);
+}
+
+std::string pathOf(const ChartOptions& options, const FigureFile& figure)
+{
+    return (std::filesystem::path(options.figures) / figure.name).string();
+}
+
+// Once their names are known.
+void checkFigures(const ChartOptions& options, const std::vector<FigureFile>& figures)
+{
+    std::vector<NamedPath> inputs, outputs = {{options.output, "--output"}};
+    for (const std::string& input : options.inputs)
+        inputs.push_back({input, "an input"});
+    for (const FigureFile& figure : figures)
+        outputs.push_back({pathOf(options, figure), "a figure of --figures"});
+    checkOutputsDiffer(outputs, inputs);
 }
 
 RunSet readRuns(const ChartOptions& options, Reporter& report)
@@ -61,43 +78,6 @@ RunSet readRuns(const ChartOptions& options, Reporter& report)
                         ": no line of gsc.run/1 in it, expected at least one; gsc-play bench --sweep writes them");
     return runs;
 }
-
-// Removes what it wrote unless everything was written.
-class OutputFiles {
-public:
-    OutputFiles() = default;
-    OutputFiles(const OutputFiles&) = delete;
-    OutputFiles& operator=(const OutputFiles&) = delete;
-    ~OutputFiles()
-    {
-        std::error_code ignored; // what cannot be removed stays; the error that brought us here is told
-        for (auto path = m_made.rbegin(); path != m_made.rend(); ++path)
-            std::filesystem::remove(*path, ignored);
-    }
-
-    void folder(const std::string& path)
-    {
-        std::error_code error;
-        if (std::filesystem::is_directory(path, error))
-            return;
-        if (!std::filesystem::create_directory(path, error))
-            throw Error(ErrorCode::Io, path + ": the folder cannot be made (" + error.message() +
-                                           "), expected an existing folder above it and the right to write there");
-        m_made.push_back(path);
-    }
-    void file(const std::string& path, const std::string& bytes)
-    {
-        throwIfInterrupted();
-        const bool is_new = !std::filesystem::exists(path);
-        writeTextFile(path, bytes);
-        if (is_new)
-            m_made.push_back(path);
-    }
-    void keep() { m_made.clear(); }
-
-private:
-    std::vector<std::string> m_made;
-};
 
 Json reportJson(const ChartOptions& options, const RunSet& runs, const Json& model,
                 const std::vector<FigureFile>& figures)
@@ -137,7 +117,7 @@ Json reportJson(const ChartOptions& options, const RunSet& runs, const Json& mod
 ErrorCode runChart(const ChartOptions& options, Reporter& report)
 {
     installInterruptHandler();
-    checkOutputs(options);
+    checkOutputs(options, report);
     const RunSet runs = readRuns(options, report);
     const Json model = chartModel(runs.rows);
     const std::string page = chartPage(model);
@@ -145,13 +125,15 @@ ErrorCode runChart(const ChartOptions& options, Reporter& report)
     if (!options.figures.empty())
         figures = drawFigures(model, [&](size_t done, size_t total) { report.progress("figures", done, total); });
 
-    OutputFiles written;
+    checkFigures(options, figures);
+
+    OutputFiles written(options.overwrite);
     if (!options.figures.empty())
-        written.folder(options.figures);
+        written.makeFolder(options.figures);
     for (const FigureFile& figure : figures)
-        written.file((std::filesystem::path(options.figures) / figure.name).string(), figure.bytes);
-    written.file(options.output, page);
-    written.keep();
+        written.add(pathOf(options, figure), OutputKind::Binary, figure.bytes);
+    written.add(options.output, OutputKind::Text, page);
+    written.commit();
     report.endProgress(false);
     if (report.json())
         report.object(reportJson(options, runs, model, figures));

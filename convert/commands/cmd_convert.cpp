@@ -2,11 +2,10 @@
 #include "convert/commands/checkpoint_options.h"
 #include "convert/commands/command.h"
 #include "convert/commands/convert_report.h"
-#include "convert/commands/text_file.h"
 
 #include "convert/bake/compare_checkpoint.h"
 #include "format/interrupt.h"
-#include "format/output_paths.h"
+#include "format/output_file.h"
 #include "player/tool/options.h"
 
 #include <CLI/CLI.hpp>
@@ -103,12 +102,17 @@ ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
 {
     installInterruptHandler();
     BakeOptions bake_options = options.bake;
+    if (bake_options.chunk_anchors == 0 || bake_options.chunk_anchors >= UINT32_MAX)
+        throw Error(ErrorCode::Usage,
+                    formatString("--chunk-anchors %llu: expected 1 to %u",
+                                 static_cast<unsigned long long>(bake_options.chunk_anchors), UINT32_MAX - 1));
     bake_options.appearance = parseAppearance(options.appearance);
     const std::vector<NamedPath> outputs = outputsOf(options);
     checkOutputsDiffer(outputs, std::vector<NamedPath>{{options.input, "the input"}});
-    checkOutputPath(bake_options.output, bake_options.overwrite);
+    checkOutput(bake_options.output, OutputKind::Binary, bake_options.overwrite);
     if (!options.report.empty())
-        checkOutputPath(options.report, bake_options.overwrite);
+        checkOutput(options.report, OutputKind::Text, bake_options.overwrite);
+    checkStandardOutput(options.report, "--report", report.json());
 
     const Checkpoint checkpoint = readCheckpoint(options.input, options.checkpoint);
     checkAppearance(checkpoint, bake_options.appearance);
@@ -138,6 +142,8 @@ ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
         writeTextFile(options.report, jsonText(convertJson(facts)) + "\n");
     if (report.json())
         report.object(convertJson(facts));
+    else if (isStandardOutput(options.report)) // which holds the report alone
+        report.tell(convertText(facts));
     else
         report.text(convertText(facts));
     report.done(options.dry_run ? "dry run of " + options.input : "converted " + options.input);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/command.h"
-#include "convert/commands/text_file.h"
 
 #include "convert/sample/sample.h"
 #include "format/gsc_layout.h"

@@ -4,6 +4,8 @@
 #include "convert/bake/bake.h"
 #include "convert/commands/trainer_pictures.h"
 #include "format/interrupt.h"
+#include "format/output_paths.h"
+#include "format/temporary.h"
 #include "player/camera_file.h"
 #include "player/image/image_io.h"
 #include "runtime/backend.h"
@@ -13,7 +15,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <unistd.h>
 
 namespace gsc {
 
@@ -21,32 +22,26 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A fresh bake of the checkpoint, gone when this is.
+// A fresh bake of the checkpoint in a temporary folder, gone when this is.
 class FreshBake {
 public:
     FreshBake(const Checkpoint& checkpoint, int threads, Reporter& report)
-        : m_path((fs::temp_directory_path() / formatString("gsc-compare-%ld.gsc", long(::getpid()))).string())
+        : m_folder(resolveOutput((fs::temp_directory_path() / "gsc-compare").string()), TemporaryKind::Folder, 0700),
+          m_path(m_folder.path() + "/fresh.gsc")
     {
         BakeOptions options;
         options.output = m_path;
-        options.overwrite = true;
         options.threads = threads;
         options.drop_invalid = true;
         options.sensitivity = SensitivityMode::None; // nothing that is rendered here reads it
         bake(checkpoint, options,
              [&](const char* stage, uint64_t done, uint64_t total) { report.progress(stage, done, total); });
     }
-    ~FreshBake()
-    {
-        std::error_code ignored;
-        fs::remove(m_path, ignored);
-    }
-    FreshBake(const FreshBake&) = delete;
-    FreshBake& operator=(const FreshBake&) = delete;
 
     [[nodiscard]] const std::string& path() const { return m_path; }
 
 private:
+    Temporary m_folder;
     std::string m_path;
 };
 

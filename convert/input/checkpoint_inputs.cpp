@@ -18,9 +18,10 @@ const char* mlpName(MlpKind kind)
     return names[uint32_t(kind)];
 }
 
-std::string weightsName(const CheckpointWeights& weights)
+// The file that holds MLP `i`; all may lie in one.
+const std::string& fileOf(const CheckpointWeights& weights, size_t i)
 {
-    return weights.paths.front();
+    return weights.paths[weights.container == "split" ? i : 0];
 }
 
 void checkShape(const Mlp& mlp, uint32_t hidden, uint32_t out, const std::string& path)
@@ -145,35 +146,34 @@ void compareConfig(const Checkpoint& checkpoint, const ConfigFile& config, std::
 void assignInputs(Checkpoint& checkpoint, CheckpointWeights& weights, const ConfigFile& config,
                   const CheckpointOptions& options)
 {
-    const std::string path = weightsName(weights);
     const uint32_t feat_dim = checkpoint.feat_dim, n_offsets = checkpoint.n_offsets;
     const bool octree = checkpoint.family == ModelFamily::OctreeGs;
     const uint32_t most = octree ? 2 : checkpoint.family == ModelFamily::OctreeAnyGs ? 0 : 1;
     const uint32_t results[3] = {n_offsets, 7 * n_offsets, 3 * n_offsets};
     const uint32_t appearance = usedAppearance(weights, feat_dim, most);
     if (appearance == 0 && weights.embedding_columns != 0)
-        checkpoint.warnings.push_back(path +
+        checkpoint.warnings.push_back(weights.paths.back() + // the embedding, where it has a file of its own
                                       ": an appearance embedding is saved, but color_mlp does not take it; it is "
                                       "left out");
     uint32_t extra[3];
     for (size_t i = 0; i < 3; ++i) {
-        checkShape(weights.mlps[i], feat_dim, results[i], path);
-        extra[i] = extraInputs(weights.mlps[i], feat_dim, appearance, most, path);
+        checkShape(weights.mlps[i], feat_dim, results[i], fileOf(weights, i));
+        extra[i] = extraInputs(weights.mlps[i], feat_dim, appearance, most, fileOf(weights, i));
     }
     Mlp* bank = weights.mlps.size() > 3 ? &weights.mlps[3] : nullptr;
-    const int add_level = octree ? resolveLevel(extra, bank, config, options, path) : 0;
+    const int add_level = octree ? resolveLevel(extra, bank, config, options, fileOf(weights, 0)) : 0;
     for (size_t i = 0; i < 3; ++i) {
         if (extra[i] < uint32_t(add_level))
             throw Error(ErrorCode::InvalidFile,
                         formatString("%s: %s has no room for the level that the other MLPs take, expected all or none; "
                                      "the files belong to different models",
-                                     path.c_str(), mlpName(weights.mlps[i].kind)));
+                                     fileOf(weights, i).c_str(), mlpName(weights.mlps[i].kind)));
         const bool distance = extra[i] - uint32_t(add_level) == 1;
         if (extra[i] - uint32_t(add_level) > 1)
             throw Error(ErrorCode::InvalidFile,
                         formatString("%s: %s takes two values besides feature and direction, expected one; the files "
                                      "belong to different models",
-                                     path.c_str(), mlpName(weights.mlps[i].kind)));
+                                     fileOf(weights, i).c_str(), mlpName(weights.mlps[i].kind)));
         uint32_t& inputs = weights.mlps[i].inputs;
         inputs = kMlpTakesFeature;
         if (distance)
@@ -184,7 +184,7 @@ void assignInputs(Checkpoint& checkpoint, CheckpointWeights& weights, const Conf
             inputs |= kMlpTakesAppearance;
     }
     if (bank)
-        assignBank(checkpoint, *bank, add_level, path);
+        assignBank(checkpoint, *bank, add_level, fileOf(weights, 3));
     checkpoint.appearance_dim = appearance;
     checkpoint.mlps = std::move(weights.mlps);
     if (appearance != 0)

@@ -2,9 +2,10 @@
 #include "convert/sample/model_folder.h"
 
 #include "format/error.h"
+#include "format/output_paths.h"
 
 #include <cerrno>
-#include <cstring>
+#include <cstdio>
 #include <system_error>
 
 #include <fcntl.h>
@@ -22,14 +23,9 @@ bool isModelFolder(const fs::path& path)
            (fs::is_empty(path) || fs::exists(path / "cfg_args") || fs::exists(path / "point_cloud"));
 }
 
-fs::path sibling(const fs::path& path, const char* what)
-{
-    return path.parent_path() / formatString(".%s.%s-%d", path.filename().c_str(), what, int(::getpid()));
-}
-
 [[noreturn]] void throwIo(const std::string& path, const std::error_code& error)
 {
-    throw Error(ErrorCode::Io, path + ": " + error.message());
+    failOutput(path, "cannot be written", error.value());
 }
 
 } // namespace
@@ -38,34 +34,23 @@ ModelFolder::ModelFolder(const std::string& path, bool overwrite)
 {
     if (path.empty())
         throw Error(ErrorCode::Usage, "output: no folder given, expected a path for the new model");
+    checkOutputFolder(path, true);
+    m_final = resolveOutput(path);
     std::error_code error;
-    m_final = fs::absolute(path, error).lexically_normal();
-    if (m_final.filename().empty()) // a path that ends in a slash
-        m_final = m_final.parent_path();
-    if (fs::exists(fs::symlink_status(m_final, error))) {
+    if (fs::exists(m_final, error)) {
         if (!overwrite)
             throw Error(ErrorCode::Usage, path + ": exists already; choose another folder or pass -w to replace it");
         if (!isModelFolder(m_final))
             throw Error(ErrorCode::Usage, path + ": is not a model folder (no cfg_args, no point_cloud), "
                                                  "which -w would replace; choose another folder");
     }
-    m_work = sibling(m_final, "part");
-    fs::remove_all(m_work, error); // of a process with the same number that was killed
-    fs::create_directories(m_work, error);
-    if (error)
-        throwIo(m_work.string(), error);
-}
-
-ModelFolder::~ModelFolder()
-{
-    std::error_code error;
-    if (!m_work.empty())
-        fs::remove_all(m_work, error);
+    fs::create_directories(m_final.parent_path(), error); // what fails shows in the next line
+    m_work.emplace(m_final.string(), TemporaryKind::Folder, 0777);
 }
 
 std::string ModelFolder::file(const std::string& relative) const
 {
-    const fs::path path = m_work / relative;
+    const fs::path path = fs::path(m_work->path()) / relative;
     std::error_code error;
     fs::create_directories(path.parent_path(), error);
     if (error)
@@ -75,24 +60,27 @@ std::string ModelFolder::file(const std::string& relative) const
 
 void ModelFolder::commit()
 {
-    std::error_code error;
-    const fs::path old = sibling(m_final, "old");
-    const bool replaces = fs::exists(m_final, error);
-    if (replaces) {
-        fs::rename(m_final, old, error);
-        if (error)
-            throwIo(m_final.string(), error);
+    const std::string& work = m_work->path();
+    // at once where the system can; the old model then has the temporary's name and goes with it
+    if (::renameat2(AT_FDCWD, work.c_str(), AT_FDCWD, m_final.c_str(), RENAME_EXCHANGE) == 0) {
+        m_work.reset();
+        return;
     }
-    fs::rename(m_work, m_final, error);
+    std::error_code error, ignored;
+    const fs::path old = work + ".old"; // no temporary: nobody removes it if this process is killed now
+    const bool replaces = fs::exists(m_final, ignored);
+    if (replaces)
+        fs::rename(m_final, old, error);
+    if (!error)
+        fs::rename(work, m_final, error);
     if (error) {
-        std::error_code ignored;
-        if (replaces)
+        if (replaces && !fs::exists(m_final, ignored))
             fs::rename(old, m_final, ignored);
         throwIo(m_final.string(), error);
     }
-    m_work.clear();
+    m_work->release();
     if (replaces)
-        fs::remove_all(old, error);
+        fs::remove_all(old, ignored);
 }
 
 FileStream::FileStream(const std::string& path) : m_path(path)

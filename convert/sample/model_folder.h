@@ -2,29 +2,32 @@
 // A model folder that appears whole or not at all.
 #pragma once
 
+#include "format/temporary.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 
 namespace gsc {
 
-// Work goes on in a sibling folder; commit() renames it. Unless committed, the destructor removes it.
+// Work goes on in a temporary folder beside it; commit() renames that. Unless committed, the destructor removes it.
 class ModelFolder {
 public:
     // Throws Error: Usage (the folder exists and `overwrite` is off, or holds something else than a model), Io.
     ModelFolder(const std::string& path, bool overwrite);
     ModelFolder(const ModelFolder&) = delete;
     ModelFolder& operator=(const ModelFolder&) = delete;
-    ~ModelFolder();
 
     [[nodiscard]] std::string file(const std::string& relative) const; // creates the folders above it
     void commit();
 
 private:
-    std::filesystem::path m_final, m_work;
+    std::filesystem::path m_final; // links followed
+    std::optional<Temporary> m_work;
 };
 
 // Throws Error(Io).

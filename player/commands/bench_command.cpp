@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/error.h"
+#include "format/output_file.h"
 #include "player/bench.h"
 #include "player/commands/commands.h"
 #include "player/commands/render_options.h"
 #include "player/report_parts.h"
+#include "player/row_file.h"
 #include "player/run_row.h"
 #include "player/sweep.h"
 #include "player/tool/options.h"
@@ -72,10 +74,8 @@ ErrorCode runSweep(const BenchOptions& options, Reporter& report)
     bool first = true;
     sweep(options, report, [&](const OrderedJson& row) {
         report.endProgress(false);
-        if (report.json())
-            report.text(dumpJson(row));
-        else
-            report.text((first ? runTableHeader() : "") + runTableLine(row));
+        const std::string text = report.json() ? dumpJson(row) : (first ? runTableHeader() : "") + runTableLine(row);
+        isStandardOutput(options.out) ? report.tell(text) : report.text(text);
         report.flush();
         first = false;
     });
@@ -88,8 +88,9 @@ ErrorCode runBench(const BenchOptions& options, Reporter& report)
     report.endProgress(false);
     const std::string json = benchReportJson(options, summary);
     if (!options.out.empty())
-        appendLine(options.out, json);
-    report.text(report.json() ? json : benchReportText(options, summary));
+        appendLine(options.out, json, kBenchRow.start);
+    const std::string text = report.json() ? json : benchReportText(options, summary);
+    isStandardOutput(options.out) ? report.tell(text) : report.text(text);
     return ErrorCode::Ok;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/error.h"
+#include "format/output_paths.h"
 #include "player/commands/commands.h"
 #include "player/commands/play_command.h"
 #include "player/commands/render_options.h"
@@ -61,6 +62,8 @@ void addOutputOptions(CLI::App& app, PlayOptions& options)
 void checkOut(const CLI::App& app, const PlayOptions& options)
 {
     checkEffect(app, "--depth", !options.out.empty(), "--out");
+    if (isStandardOutput(options.out))
+        checkOutput(options.out, OutputKind::Binary, false);
     if (!options.out.empty() && !isImageExtension(options.out))
         throw Error(
             ErrorCode::Unsupported,
@@ -72,7 +75,8 @@ ErrorCode runPlay(const PlayOptions& options, Reporter& report)
 {
     const PlaySummary summary = play(options, report);
     report.endProgress(false);
-    report.text(report.json() ? playReportJson(summary, report.warnings()) : playReportText(summary));
+    const std::string text = report.json() ? playReportJson(summary, report.warnings()) : playReportText(summary);
+    isStandardOutput(options.stats) ? report.tell(text) : report.text(text);
     return ErrorCode::Ok;
 }
 

@@ -2,6 +2,7 @@
 #include "player/image/image_io.h"
 
 #include "format/error.h"
+#include "format/output_file.h"
 #include "player/image/oiio_image.h"
 
 #include <algorithm>
@@ -14,8 +15,6 @@
 #include <filesystem>
 #include <memory>
 
-#include <unistd.h>
-
 namespace gsc {
 
 namespace {
@@ -27,8 +26,7 @@ using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 [[noreturn]] void throwIo(const std::string& path, const char* what)
 {
     throw Error(ErrorCode::Io,
-                formatString("%s: %s (%s), expected a place with room and the right to use it; check the "
-                             "path, its rights and the free space",
+                formatString("%s: %s (%s), expected an image that can be read; check the path and its rights",
                              path.c_str(), what, std::strerror(errno)));
 }
 
@@ -41,19 +39,19 @@ std::string extensionOf(const std::string& path)
 }
 
 // Portable float map: text header, then rows bottom up, little-endian (scale -1).
-void writePfm(const std::string& path, const Image& image)
+void writePfm(OutputFile& file, const Image& image)
 {
     static_assert(std::endian::native == std::endian::little);
-    File file(std::fopen(path.c_str(), "wb"), std::fclose);
-    if (!file)
-        throwIo(path, "cannot be created");
-    bool good = std::fprintf(file.get(), "PF\n%u %u\n-1.0\n", image.width, image.height) > 0;
+    constexpr size_t kBlock = size_t(1) << 20; // bytes
+    std::string block = formatString("PF\n%u %u\n-1.0\n", image.width, image.height);
     const size_t row = size_t(image.width) * 3;
-    for (uint32_t y = image.height; good && y-- > 0;)
-        good = std::fwrite(image.pixels.data() + y * row, sizeof(float), row, file.get()) == row;
-    // note: a full disk may show only when the last buffer is written
-    if (!good || std::fclose(file.release()) != 0)
-        throwIo(path, "cannot be written");
+    for (uint32_t y = image.height; y-- > 0;) {
+        block.append(reinterpret_cast<const char*>(image.pixels.data() + y * row), row * sizeof(float));
+        if (block.size() >= kBlock || y == 0) {
+            file.write(block);
+            block.clear();
+        }
+    }
 }
 
 // The next word of a PFM header, at most 15 characters.
@@ -108,36 +106,6 @@ Image readPfm(const std::string& path)
     return image;
 }
 
-// A name beside the target; removed unless it was renamed.
-class TemporaryName {
-public:
-    explicit TemporaryName(const std::string& target) : m_target(target)
-    {
-        const std::filesystem::path path(target);
-        m_name = (path.parent_path() /
-                  formatString(".%s.tmp%ld", path.filename().string().c_str(), static_cast<long>(getpid())))
-                     .string();
-    }
-    TemporaryName(const TemporaryName&) = delete;
-    TemporaryName& operator=(const TemporaryName&) = delete;
-    ~TemporaryName()
-    {
-        if (!m_name.empty())
-            (void)std::remove(m_name.c_str());
-    }
-
-    [[nodiscard]] const std::string& name() const { return m_name; }
-    void rename()
-    {
-        if (std::rename(m_name.c_str(), m_target.c_str()) != 0)
-            throwIo(m_target, "cannot be replaced");
-        m_name.clear();
-    }
-
-private:
-    std::string m_target, m_name;
-};
-
 } // namespace
 
 std::string imageExtensions()
@@ -160,13 +128,15 @@ void writeImage(const std::string& path, const Image& image, PixelDepth depth)
     if (!isImageExtension(path))
         throw Error(ErrorCode::Unsupported, formatString("%s: this build cannot write such a file, expected one of %s",
                                                          path.c_str(), imageExtensions().c_str()));
-    TemporaryName temporary(path);
+    OutputFile file(path, OutputKind::Binary, true);
     const std::string extension = extensionOf(path);
-    if (extension == ".pfm")
-        writePfm(temporary.name(), image);
-    else
-        writeOiioImage(temporary.name(), extension, image, depth);
-    temporary.rename();
+    if (extension == ".pfm") {
+        writePfm(file, image);
+    } else {
+        const std::vector<unsigned char> bytes = encodeOiioImage(path, extension, image, depth);
+        file.write(std::as_bytes(std::span(bytes)));
+    }
+    file.commit();
 }
 
 Image readImage(const std::string& path)

@@ -8,9 +8,6 @@
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <memory>
 
 namespace gsc {
@@ -31,31 +28,17 @@ std::vector<T> quantised(const Image& image, float max)
     return out;
 }
 
-[[noreturn]] void throwUnwritable(const std::string& path, const std::string& why)
-{
-    throw Error(ErrorCode::Io,
-                formatString("%s: cannot be written (%s), expected a place with room; check the path and "
-                             "the free space",
-                             path.c_str(), why.c_str()));
-}
-
-// Encoded in memory first: OpenImageIO's PNG writer does not notice that its last buffer found no room.
-void writeAs(OIIO::ImageOutput& output, const std::string& path, OIIO::ImageSpec spec, OIIO::TypeDesc type,
-             const void* pixels)
+// In memory: OpenImageIO's PNG writer does not notice that its last buffer found no room.
+std::vector<unsigned char> encodeAs(OIIO::ImageOutput& output, const std::string& path, OIIO::ImageSpec spec,
+                                    OIIO::TypeDesc type, const void* pixels)
 {
     spec.set_format(type);
     OIIO::Filesystem::IOVecOutput encoded;
     if (!output.set_ioproxy(&encoded) || !output.open(path, spec) || !output.write_image(type, pixels) ||
         !output.close())
-        throwUnwritable(path, output.geterror());
-    const std::vector<unsigned char>& bytes = encoded.buffer();
-    std::FILE* const file = std::fopen(path.c_str(), "wb");
-    if (!file)
-        throwUnwritable(path, std::strerror(errno));
-    const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
-    const int reason = errno;
-    if (std::fclose(file) != 0 || !written)
-        throwUnwritable(path, std::strerror(written ? errno : reason));
+        throw Error(ErrorCode::Internal,
+                    path + ": OpenImageIO cannot encode the image (" + output.geterror() + "), expected it to");
+    return encoded.buffer();
 }
 
 template <typename T>
@@ -77,7 +60,8 @@ Image readAs(OIIO::ImageInput& input, const std::string& path, OIIO::TypeDesc ty
 
 } // namespace
 
-void writeOiioImage(const std::string& path, const std::string& extension, const Image& image, PixelDepth depth)
+std::vector<unsigned char> encodeOiioImage(const std::string& path, const std::string& extension, const Image& image,
+                                           PixelDepth depth)
 {
     const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(extension.substr(1));
     if (!output)
@@ -88,14 +72,14 @@ void writeOiioImage(const std::string& path, const std::string& extension, const
         spec.attribute("compression", "zip");
         // OpenImageIO would put the time in, and the same picture would not be the same bytes
         spec.attribute("DateTime", "1970:01:01 00:00:00");
-        writeAs(*output, path, spec, OIIO::TypeDesc::FLOAT, image.pixels.data());
-    } else if (depth == PixelDepth::Sixteen) {
-        const std::vector<uint16_t> raw = quantised<uint16_t>(image, 65535);
-        writeAs(*output, path, spec, OIIO::TypeDesc::UINT16, raw.data());
-    } else {
-        const std::vector<uint8_t> raw = quantised<uint8_t>(image, 255);
-        writeAs(*output, path, spec, OIIO::TypeDesc::UINT8, raw.data());
+        return encodeAs(*output, path, spec, OIIO::TypeDesc::FLOAT, image.pixels.data());
     }
+    if (depth == PixelDepth::Sixteen) {
+        const std::vector<uint16_t> raw = quantised<uint16_t>(image, 65535);
+        return encodeAs(*output, path, spec, OIIO::TypeDesc::UINT16, raw.data());
+    }
+    const std::vector<uint8_t> raw = quantised<uint8_t>(image, 255);
+    return encodeAs(*output, path, spec, OIIO::TypeDesc::UINT8, raw.data());
 }
 
 Image readOiioImage(const std::string& path)
@@ -123,7 +107,7 @@ Image readOiioImage(const std::string& path)
 
 namespace {
 
-constexpr OiioImageFunctions kFunctions{writeOiioImage, readOiioImage};
+constexpr OiioImageFunctions kFunctions{encodeOiioImage, readOiioImage};
 
 } // namespace
 

@@ -13,13 +13,15 @@ namespace gsc {
 // Lower-case extensions with their dot; empty without OpenImageIO. Loads nothing.
 std::vector<std::string> oiioExtensions();
 
-// `path` is written in place, `extension` (one of the above) decides the format. Throws Error (Io, Unsupported).
-void writeOiioImage(const std::string& path, const std::string& extension, const Image& image, PixelDepth depth);
+// The bytes of the file. `extension` (one of the above) decides the format, `path` is for messages. Throws Error:
+// Unsupported, Internal.
+std::vector<unsigned char> encodeOiioImage(const std::string& path, const std::string& extension, const Image& image,
+                                           PixelDepth depth);
 // Throws Error (Io, InvalidFile, Unsupported).
 Image readOiioImage(const std::string& path);
 
 struct OiioImageFunctions { // of the module
-    decltype(&writeOiioImage) write;
+    decltype(&encodeOiioImage) encode;
     decltype(&readOiioImage) read;
 };
 

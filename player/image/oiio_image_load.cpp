@@ -18,9 +18,10 @@ std::vector<std::string> oiioExtensions()
     return {".png", ".exr"};
 }
 
-void writeOiioImage(const std::string& path, const std::string& extension, const Image& image, PixelDepth depth)
+std::vector<unsigned char> encodeOiioImage(const std::string& path, const std::string& extension, const Image& image,
+                                           PixelDepth depth)
 {
-    oiioModule().write(path, extension, image, depth);
+    return oiioModule().encode(path, extension, image, depth);
 }
 
 Image readOiioImage(const std::string& path)

@@ -10,7 +10,8 @@ std::vector<std::string> oiioExtensions()
     return {};
 }
 
-void writeOiioImage(const std::string& path, const std::string& extension, const Image&, PixelDepth)
+std::vector<unsigned char> encodeOiioImage(const std::string& path, const std::string& extension, const Image&,
+                                           PixelDepth)
 {
     throw Error(ErrorCode::Unsupported,
                 formatString("%s: this build cannot write %s, expected .pfm; use a build with GSC_WITH_OIIO",

@@ -58,7 +58,8 @@ Reporter::Reporter(const ReporterOptions& options)
 
 void Reporter::text(const std::string& text)
 {
-    std::fwrite(text.data(), 1, text.size(), stdout);
+    const std::string valid = validUtf8(text); // names of files may hold anything
+    std::fwrite(valid.data(), 1, valid.size(), stdout);
     if (text.empty() || text.back() != '\n')
         std::fputc('\n', stdout);
 }
@@ -76,11 +77,11 @@ void Reporter::line(const char* level, const char* color, const std::string& mes
         return;
     }
     if (color == nullptr)
-        std::fprintf(stderr, "%s\n", message.c_str());
+        std::fprintf(stderr, message.ends_with('\n') ? "%s" : "%s\n", validUtf8(message).c_str());
     else if (m_color)
-        std::fprintf(stderr, "\033[%sm%s:\033[0m %s\n", color, level, message.c_str());
+        std::fprintf(stderr, "\033[%sm%s:\033[0m %s\n", color, level, validUtf8(message).c_str());
     else
-        std::fprintf(stderr, "%s: %s\n", level, message.c_str());
+        std::fprintf(stderr, "%s: %s\n", level, validUtf8(message).c_str());
 }
 
 void Reporter::error(const std::string& message)
@@ -121,7 +122,7 @@ void Reporter::done(const std::string& what)
                               -1)
                          .c_str());
     else
-        std::fprintf(stderr, "%s in %.1f s, peak memory %s\n", what.c_str(), seconds(),
+        std::fprintf(stderr, "%s in %.1f s, peak memory %s\n", validUtf8(what).c_str(), seconds(),
                      formatBytes(peakMemoryBytes()).c_str());
 }
 

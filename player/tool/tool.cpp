@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/tool/tool.h"
 
+#include "format/file_fault.h"
 #include "player/tool/command_words.h"
 #include "player/tool/completion.h"
 #include "player/tool/man_page.h"
@@ -157,6 +158,7 @@ OrderedJson errorJson(ErrorCode code, const std::string& message)
 ErrorCode runInvocation(const Invocation& invocation)
 {
     Reporter report(invocation.reporter);
+    installFileFaultHandler(report.json());
     try {
         const ErrorCode code = invocation.run(report);
         report.endProgress(false);

@@ -98,8 +98,17 @@ def compared_models(gsc, data):
 
 
 def large_model(gsc, data):
-    """city/: takes about a second to convert, enough to be interrupted."""
+    """city/: takes about a second to convert, enough to be interrupted; city.gsc; sweep.json: many runs of it on
+    view.json, which has 60 frames; paths/ of that one."""
     _gsc(gsc, "sample", "city", "--anchors", 400_000, "--model", "octree", "--seed", 3, "-o", data / "city")
+    _gsc(gsc, "convert", data / "city", "-o", data / "city.gsc")
+    frame = {"rotation": [[1, 0, 0], [0, 0, -1], [0, 1, 0]], "position": [0, -20, 5], "fov_x": 1.2}
+    (data / "paths").mkdir()
+    path = {"schema": "gsc.trajectory/1", "frames": [frame | {"position": [i / 10, -20, 5]} for i in range(60)]}
+    (data / "paths/view.json").write_text(json.dumps(path))
+    (data / "sweep.json").write_text(json.dumps(
+        {"schema": "gsc.sweep/1", "trajectories": ["paths/view.json"], "size": [64, 48], "warmup": 0,
+         "axes": {"policy": ["error"], "bound": [i / 10 for i in range(1, 5)]}}))
 
 
 def runs(gsc, data):

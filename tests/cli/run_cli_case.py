@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs gsc as a user would and checks exit code, streams, reports and files.
 
-usage: run_cli_case.py --gsc BINARY --source DIR --work DIR CASES.json...
+usage: run_cli_case.py --gsc BINARY [--play BINARY] --source DIR --work DIR CASES.json...
 
 A case file holds {"fixture": NAME or null, "cases": [...]}. A fixture (fixtures.py) fills the folder {data} once; every
 case runs in an empty folder {out}. Keys of a case:
   name       what is shown
+  program    "gsc-play": runs that instead of gsc; skipped, and said so, without --play
   args       command line; {data}, {out} and {checkpoints} are replaced
   needs      "checkpoints": skipped, and said so, where there are no trained models
   exit       expected code
@@ -18,13 +19,21 @@ case runs in an empty folder {out}. Keys of a case:
   progress   true = every line of stderr that starts with { satisfies progress-event.schema.json, at least one does
   report     {file: schema}: files that must exist and satisfy the schema
   files      exact list of what {out} holds afterwards (relative, folders end with /); left out = anything
-  before     list of ["copy", from, to] | ["link", from, to] | ["fifo", path] | ["write", path, text] | ["patch", path, offset, hex] | ["append", path, hex]
+  leftovers  how many temporary files and folders (*.gsc-tmp) {out} holds afterwards
+  contents   {file: expected text}
+  links      {file: where the symbolic link leads}
+  before     list of ["copy", from, to] | ["link", from, to] | ["symlink", target, path] | ["folder", path]
+             | ["fifo", path] | ["write", path, text] | ["patch", path, offset, hex] | ["append", path, hex]
              | ["truncate", path, size], done before the run; a negative offset or size counts from the end
   stdout_to  stdout goes to this file
   file_limit largest file the process may write, bytes: a stand-in for a full disk
   disk       size of a small file system mounted at {out}/disk (bytes); without the right to mount, file_limit = disk
+  memory_limit  address space the process may use, bytes
   interrupt  regular expression of a stderr line after which a signal is sent
   signal     its name, default SIGINT
+  cut        [file, size]: the file is cut to that size after the line of "interrupt", in place of a signal; without
+             "interrupt" as soon as the process has mapped it
+  then       a case that runs afterwards in the same {out}
   head       true = both streams go to a pipe that is closed after its first line, as "2>&1 | head -1" does
   timeout    seconds, default 60
 """
@@ -38,6 +47,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 
 import jsonschema
@@ -95,6 +105,10 @@ def prepare(step, expand):
         path.write_bytes(data)
     elif kind == "link":  # a second name of the same file
         os.link(path, expand(rest[0]))
+    elif kind == "symlink":
+        Path(expand(rest[0])).symlink_to(expand(step[1]))
+    elif kind == "folder":
+        path.mkdir(parents=True)
     elif kind == "fifo":
         os.mkfifo(path)
     elif kind == "append":
@@ -133,13 +147,29 @@ def run_head(command, case):
     return process.wait(timeout=case.get("timeout", 60)), "", ""
 
 
-def run(command, case, limit):
+def cut_when_mapped(process, path, size):
+    """The process stands still while the file shrinks, so that it has not read it all before."""
+    for _ in range(20000):
+        if process.poll() is not None:
+            return False
+        if path in Path(f"/proc/{process.pid}/maps").read_text(errors="replace"):
+            process.send_signal(signal.SIGSTOP)
+            os.truncate(path, size)
+            process.send_signal(signal.SIGCONT)
+            return True
+        time.sleep(0.0005)
+    return False
+
+
+def run(command, case, limit, expand):
     if case.get("head"):
         return run_head(command, case)
 
     def before_exec():
         if limit is not None:
             resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+        if "memory_limit" in case:
+            resource.setrlimit(resource.RLIMIT_AS, (case["memory_limit"], case["memory_limit"]))
 
     sink = open(case["stdout_to"], "wb") if "stdout_to" in case else subprocess.PIPE
     process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=sink, stderr=subprocess.PIPE,
@@ -153,12 +183,17 @@ def run(command, case, limit):
             lines.append(line)
             if "interrupt" in case and not interrupted.is_set() and re.search(case["interrupt"], line):
                 interrupted.set()
-                process.send_signal(signal.Signals[case.get("signal", "SIGINT")])
+                if "cut" in case:
+                    os.truncate(expand(case["cut"][0]), case["cut"][1])
+                else:
+                    process.send_signal(signal.Signals[case.get("signal", "SIGINT")])
 
     reader = threading.Thread(target=read_stderr)
     reader.start()
     killer = threading.Timer(case.get("timeout", 60), process.kill)
     killer.start()
+    if "cut" in case and "interrupt" not in case and not cut_when_mapped(process, expand(case["cut"][0]), case["cut"][1]):
+        raise Failure(f"{case['cut'][0]} was never mapped, so nothing was cut")
     stdout = process.stdout.read().decode(errors="replace") if process.stdout else ""
     process.wait()
     reader.join()
@@ -190,12 +225,13 @@ def list_files(folder):
     return sorted(str(path.relative_to(folder)) + ("/" if path.is_dir() else "") for path in folder.rglob("*"))
 
 
-def run_case(case, binary, source, data, out, checkpoints):
+def run_case(case, programs, source, data, out, checkpoints, again=False):
     def expand(text):
         return text.replace("{data}", str(data)).replace("{out}", str(out)).replace("{checkpoints}", checkpoints or "")
 
-    shutil.rmtree(out, ignore_errors=True)
-    out.mkdir(parents=True)
+    if not again:
+        shutil.rmtree(out, ignore_errors=True)
+        out.mkdir(parents=True)
     for step in case.get("before", []):
         prepare(step, expand)
     limit = case.get("file_limit")
@@ -203,8 +239,8 @@ def run_case(case, binary, source, data, out, checkpoints):
     try:
         if disk and not disk.mounted:
             limit = case["disk"]
-        command = [str(binary)] + [expand(argument) for argument in case["args"]]
-        code, stdout, stderr = run(command, case, limit)
+        command = [str(programs[case.get("program", "gsc")])] + [expand(argument) for argument in case["args"]]
+        code, stdout, stderr = run(command, case, limit, expand)
         if code != case["exit"]:
             raise Failure(f"exit code {code}, expected {case['exit']}\nstdout: {stdout[:800]}\nstderr: {stderr[:1500]}")
         check_stream("stdout", case.get("stdout"), stdout)
@@ -226,9 +262,20 @@ def run_case(case, binary, source, data, out, checkpoints):
             raise Failure(f"left behind: {disk.files()}")
         if "files" in case and list_files(out) != sorted(case["files"]):
             raise Failure(f"{{out}} holds {list_files(out)}, expected {sorted(case['files'])}")
+        leftovers = [path for path in out.rglob("*.gsc-tmp")]
+        if "leftovers" in case and len(leftovers) != case["leftovers"]:
+            raise Failure(f"{len(leftovers)} leftovers, expected {case['leftovers']}: {list_files(out)}")
+        for path, expected in case.get("contents", {}).items():
+            if Path(expand(path)).read_text() != expected:
+                raise Failure(f"{path} holds {Path(expand(path)).read_text()[:200]!r}, expected {expected!r}")
+        for path, expected in case.get("links", {}).items():
+            if os.readlink(expand(path)) != expand(expected):
+                raise Failure(f"{path} leads to {os.readlink(expand(path))!r}, expected {expected!r}")
     finally:
         if disk:
             disk.remove()
+    if "then" in case:
+        run_case(case["then"], programs, source, data, out, checkpoints, again=True)
 
 
 def checkpoints_root(source):
@@ -242,6 +289,7 @@ def checkpoints_root(source):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--gsc", type=Path, required=True)
+    parser.add_argument("--play", type=Path)
     parser.add_argument("--source", type=Path, required=True)
     parser.add_argument("--work", type=Path, required=True)
     parser.add_argument("--only", help="run the cases whose name contains this")
@@ -265,8 +313,17 @@ def main():
                 print(f"skipped: {label} (no trained models; set GSC_CHECKPOINTS to their folder)")
                 skipped += 1
                 continue
+            programs = {"gsc": arguments.gsc, "gsc-play": arguments.play}
+            if case.get("program") and not arguments.play:
+                print(f"skipped: {label} (no gsc-play; pass --play)")
+                skipped += 1
+                continue
+            if "memory_limit" in case and b"__asan_init" in programs[case.get("program", "gsc")].read_bytes():
+                print(f"skipped: {label} (the address sanitizer needs more address space)")
+                skipped += 1
+                continue
             try:
-                run_case(case, arguments.gsc, arguments.source, data, work / "out", checkpoints)
+                run_case(case, programs, arguments.source, data, work / "out", checkpoints)
                 passed += 1
                 print(f"ok: {label}")
             except Failure as failure:

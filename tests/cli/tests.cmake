@@ -14,15 +14,18 @@ if(TARGET gsc_commands)
   else()
     set(chart_figures chart_figures)
   endif()
-  foreach(suite general validate info convert refused compare compare_render sample chart ${chart_figures} interrupt)
+  if(TARGET gsc-play)
+    set(play --play $<TARGET_FILE:gsc-play>)
+  endif()
+  foreach(suite general validate info convert refused compare compare_render sample chart ${chart_figures} outputs interrupt killed)
     add_test(NAME cli_${suite}
-             COMMAND ${GSC_SYSTEM_PYTHON} ${cli_dir}/run_cli_case.py --gsc $<TARGET_FILE:gsc> --source ${PROJECT_SOURCE_DIR}
+             COMMAND ${GSC_SYSTEM_PYTHON} ${cli_dir}/run_cli_case.py --gsc $<TARGET_FILE:gsc> ${play} --source ${PROJECT_SOURCE_DIR}
                      --work ${CMAKE_CURRENT_BINARY_DIR}/cli_${suite} ${cli_dir}/cases/${suite}.json)
     set_tests_properties(cli_${suite} PROPERTIES LABELS cpu TIMEOUT 600)
   endforeach()
   set_tests_properties(cli_${chart_figures} PROPERTIES ENVIRONMENT "${chart_environment}")
   # minutes under a sanitizer, and what they add is not about memory
-  set_tests_properties(cli_compare_render cli_interrupt PROPERTIES LABELS "cpu;slow")
+  set_tests_properties(cli_compare_render cli_interrupt cli_killed PROPERTIES LABELS "cpu;slow")
 endif()
 
 add_test(NAME check_traps COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/check_traps.py)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The writer: the bytes it promises, and nothing left behind when it cannot keep the promise.
+#include "tests/format/in_child.h"
 #include "tests/format/mutation.h"
 #include "tests/format/scratch_dir.h"
 
@@ -20,7 +21,6 @@
 #include <sys/mount.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 using namespace gsc;
@@ -54,24 +54,6 @@ std::optional<ErrorCode> codeOf(const std::function<void()>& action, std::string
             *message = e.what();
         return e.code();
     }
-}
-
-// Runs `action` in a child; its exit status, or -1 if it died of a signal.
-int inChild(const std::function<int()>& action)
-{
-    const pid_t child = ::fork();
-    REQUIRE(child >= 0);
-    if (child == 0) {
-        int status = 99;
-        try {
-            status = action();
-        } catch (...) {
-        }
-        ::_exit(status);
-    }
-    int status = 0;
-    REQUIRE(::waitpid(child, &status, 0) == child);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
 // A disk of 256 KiB that only this process sees. False where that needs rights we have not.
@@ -160,20 +142,6 @@ TEST_CASE("an exception leaves nothing behind")
         throw std::runtime_error("somewhere in the converter");
     }());
     CHECK(dir.names().empty());
-}
-
-TEST_CASE("a leftover temporary of the same name is neither used nor removed")
-{
-    const ScratchDir dir;
-    const std::string leftover = dir / ("a.gsc." + std::to_string(::getpid()) + ".0.tmp");
-    std::ofstream(leftover) << "of another run";
-    Bytes file = tinyGsc();
-    {
-        GscWriter writer(dir / "a.gsc", false);
-        rewrite(file, writer);
-    }
-    CHECK(std::filesystem::file_size(leftover) == 14);
-    CHECK(dir.names().size() == 2);
 }
 
 TEST_CASE("ANCH reads back what was written and zeros elsewhere, from many threads")
@@ -285,5 +253,5 @@ TEST_CASE("the first interrupt is a request, the second kills")
               ::raise(SIGTERM);
               ::raise(SIGINT);
               return 0;
-          }) == -1);
+          }) == -SIGINT);
 }

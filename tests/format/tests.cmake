@@ -18,4 +18,6 @@ gsc_add_test(
   LIBS
   gsc_test_tiny)
 gsc_add_test(test_format_writer SOURCES format/test_writer.cpp format/mutation.cpp LIBS gsc_test_tiny Threads::Threads)
+gsc_add_test(test_format_output_file SOURCES format/test_output_file.cpp LIBS gsc_format Threads::Threads)
+gsc_add_test(test_format_file_fault SOURCES format/test_file_fault.cpp LIBS gsc_format Threads::Threads)
 gsc_add_test(test_format_basics SOURCES format/test_basics.cpp LIBS gsc_test_tiny)

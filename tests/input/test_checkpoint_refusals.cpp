@@ -111,6 +111,25 @@ TEST_CASE("refusals: 'info' without 'level'")
     refuses(folder.path(), ErrorCode::InvalidFile, "column 'level' is missing", "that the trainer wrote");
 }
 
+TEST_CASE("refusals: a fault of an MLP names the file that holds it")
+{
+    const TemporaryFolder folder;
+    const ModelSpec spec;
+    const fs::path iteration = writeModel(folder.path(), spec);
+    ModelSpec wide = spec;
+    wide.n_offsets += 1;
+    const TemporaryFolder other;
+    const fs::path foreign = writeModel(other.path(), wide);
+    for (const char* name : {"cov_mlp.pt", "color_mlp.pt"}) {
+        const std::string kept = (iteration / name).string() + ".kept";
+        fs::rename(iteration / name, kept);
+        fs::copy_file(foreign / name, iteration / name);
+        refuses(folder.path(), ErrorCode::InvalidFile, (std::string(name) + ": ").c_str(), "different models");
+        fs::remove(iteration / name);
+        fs::rename(kept, iteration / name);
+    }
+}
+
 TEST_CASE("refusals: pipes and devices are not read from")
 {
     for (const char* name : {"point_cloud.ply", "opacity_mlp.pt", "cov_mlp.pt"}) {

@@ -375,6 +375,95 @@ class PlayTest(unittest.TestCase):
         self.refused(*base, "--stats", "pipe", code=2, says="no regular file")
         self.assertEqual(self.model.read_bytes(), keep)
 
+    def test_bench_out_falls_on_nothing(self) -> None:
+        """What is read, and what holds something else than rows, keeps every byte."""
+        keep = {path: path.read_bytes() for path in (self.model, self.path)}
+        (self.folder / "link").symlink_to("model.gsc")
+        os.link(self.path, self.folder / "hard.json")
+        base = ("bench", self.model, "--cameras", self.path, "--size", "16x16", "--frames", "1", "--warmup", "0", "--out")
+        for name, says in (("model.gsc", "overwrite the model"), ("./link", "overwrite the model"),
+                           ("path.json", "overwrite the camera file"), ("hard.json", "overwrite the camera file")):
+            self.refused(*base, name, code=1, says=says)
+        other = self.tiny("other.gsc")
+        keep[other] = other.read_bytes()
+        self.refused(*base, other, code=3, says="line 1 is no row of a bench")
+        for text in ("precious", "precious\n", "\n", "[1]\n", '{"schema":"gsc.run/1","x":1}\n', '{"schema":"gsc.bench/"}\n',
+                     '{"schema":"gsc.bench/x"}\n', '{"schema":"gsc.bench/1"\n', '{"schema":"gsc.bench/1"}\nprecious'):
+            (self.folder / "notes").write_text(text)
+            self.refused(*base, "notes", code=3, says="is no row of a bench, expected \"gsc.bench/1\"")
+            self.assertEqual((self.folder / "notes").read_text(), text)
+        self.refused("bench", "none.gsc", "--out", "notes", code=3, says="is no row of a bench")  # before any work
+        self.refused(*base, "/dev/stdout", code=2, says="- for standard output")
+        self.refused(*base, "none/b.jsonl", code=2, says="folder does not exist")
+        self.assertEqual(keep, {path: path.read_bytes() for path in keep})
+
+    def test_bench_adds_whole_rows(self) -> None:
+        (self.folder / "data").mkdir()
+        (self.folder / "b.jsonl").symlink_to("data/rows")  # written through
+        rows = self.folder / "data/rows"
+        rows.write_text("")
+        self.bench("--frames", "1", "--out", "b.jsonl")
+        self.assertTrue((self.folder / "b.jsonl").is_symlink())
+        first = rows.read_text()
+        for tail in ("{", '{"schema":"gsc.ben', first[:100]):
+            rows.write_text(first + tail)
+            run = self.bench("--frames", "1", "--out", "b.jsonl")
+            self.assertIn("line 2 is half-written", run.stderr)
+            lines = rows.read_text().splitlines()
+            self.assertEqual((lines[0] + "\n", len(lines)), (first, 2))
+            check_schema("bench-report", json.loads(lines[1]))
+        runs = [subprocess.Popen([PLAY, "bench", self.model, "--size", "8x8", "--frames", "5", "--warmup", "0", "--backend",
+                                  "cpu", "--out", rows, "-q"], stdout=subprocess.DEVNULL) for _ in range(4)]
+        self.assertEqual([run.wait(timeout=60) for run in runs], [0] * 4)
+        self.assertEqual(len([json.loads(line) for line in rows.read_text().splitlines()]), 6)
+
+    def test_standard_output(self) -> None:
+        base = (self.model, "--cameras", self.path, "--size", "16x16", "--progress", "none")
+        run = self.play(*base, "--stats", "-")
+        self.assertEqual([json.loads(line)["frame"] for line in run.stdout.splitlines()], [0, 1, 2, 3])
+        self.assertIn("4 frames, one eye", run.stderr)
+        self.assertEqual(self.play(*base, "--stats", "-", "-q").stderr, "")
+        run = self.bench("--frames", "1", "--out", "-")
+        check_schema("bench-report", json.loads(run.stdout))
+        self.assertIn("frame, wall", run.stderr)
+        self.assertFalse((self.folder / "-").exists())
+        for arguments in ((*base, "--stats", "-"), ("bench", *base, "--out", "-")):
+            error = json.loads(self.play(*arguments, "--format", "json", code=1).stdout)
+            check_schema("error", error)
+            self.assertIn("--format json puts its own", error["message"])
+        self.refused(*base, "--out", "-", code=1, says="./-")
+        self.play(*base, "--stats", "./-")
+        self.assertTrue((self.folder / "-").is_file())
+        with open("/dev/full", "wb") as full:
+            run = subprocess.run([PLAY, *base, "--stats", "-", "--backend", "cpu"], stdout=full, stderr=subprocess.PIPE,
+                                 check=False)
+        self.assertEqual(run.returncode, 2, run.stderr)
+
+    def test_links_and_modes(self) -> None:
+        (self.folder / "data").mkdir()
+        (self.folder / "s.jsonl").symlink_to("data/s.jsonl")
+        (self.folder / "a0.pfm").symlink_to("data/a.pfm")
+        self.small("--frames", "0", "--stats", "s.jsonl", "--out", "a{frame}.pfm")
+        for name, target in (("s.jsonl", "data/s.jsonl"), ("a0.pfm", "data/a.pfm")):
+            self.assertEqual(os.readlink(self.folder / name), target)
+            (self.folder / target).chmod(0o600)
+        self.small("--frames", "0", "--stats", "s.jsonl", "--out", "a{frame}.pfm", "-w")
+        self.assertEqual([(path.name, path.stat().st_mode & 0o777) for path in sorted((self.folder / "data").iterdir())],
+                         [("a.pfm", 0o600), ("s.jsonl", 0o600)])
+
+    def test_names_that_are_not_utf8(self) -> None:
+        model = os.fsencode(self.folder) + b"/\xff\x80.gsc"
+        run = subprocess.run([PLAY, model, "--format", "json", "--backend", "cpu"], capture_output=True, check=False)
+        self.assertEqual(run.returncode, 2)
+        check_schema("error", json.loads(run.stdout.decode()))
+        self.assertIn("\ufffd\ufffd.gsc", run.stderr.decode())
+        os.rename(self.model, model)
+        run = subprocess.run([PLAY, model, "--size", "8x8", "--format", "json", "--backend", "cpu", "-q", "--stats",
+                              model + b".jsonl"], capture_output=True, check=False)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        check_schema("play-report", json.loads(run.stdout.decode()))
+        self.assertTrue(os.path.exists(model + b".jsonl"))
+
     def test_file_size_limit(self) -> None:
         def limit() -> None:
             resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))

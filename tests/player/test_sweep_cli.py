@@ -284,7 +284,16 @@ class SweepTest(unittest.TestCase):
             self.refused(code=3, says="line 1 is no row of a sweep")
             self.assertEqual(self.out.read_text(), text)
         self.out = self.folder / "none/runs.jsonl"
-        self.refused(code=2, says="none/runs.jsonl: cannot be written")
+        self.refused(code=2, says="none/runs.jsonl: its folder does not exist")
+
+    def test_rows_on_standard_output(self) -> None:
+        self.write(trajectories=["paths/first.json"], axes={})
+        self.out = "-"
+        run = self.sweep()
+        check_schema("run", json.loads(run.stdout))
+        self.assertIn("walk", run.stderr)
+        self.assertFalse((self.folder / "-").exists())
+        self.assertIn("--format json", self.sweep("--format", "json", code=1).stderr)
 
     def test_interrupt_leaves_whole_rows(self) -> None:
         (self.folder / "c/paths/second.json").write_text(trajectory(20))

@@ -30,7 +30,7 @@ if(TARGET gsc_player)
                                        ${PROJECT_SOURCE_DIR} $<TARGET_FILE:gsc-play> $<TARGET_FILE:write_tiny_gsc>)
   add_test(NAME test_layers COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/package/check_package.py
                                     ${PROJECT_SOURCE_DIR} ${CMAKE_COMMAND} layers)
-  set_tests_properties(test_play_cli test_sweep_cli test_layers PROPERTIES LABELS cpu TIMEOUT 120)
+  set_tests_properties(test_play_cli test_sweep_cli test_layers PROPERTIES LABELS cpu TIMEOUT 300)
   add_test(NAME test_package
            COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/package/check_package.py ${PROJECT_SOURCE_DIR}
                    ${CMAKE_COMMAND} lean $<TARGET_FILE:write_tiny_gsc>)

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// A mapped file that is cut short, and one that there is no room for.
+#include "tests/format/in_child.h"
+#include "tests/format/scratch_dir.h"
+
+#include "format/error.h"
+#include "format/file_fault.h"
+#include "format/mapped_file.h"
+#include "format/output_file.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <csignal>
+#include <fstream>
+#include <thread>
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define GSC_TEST_ASAN
+#endif
+#elif defined(__SANITIZE_ADDRESS__)
+#define GSC_TEST_ASAN
+#endif
+
+using namespace gsc;
+using namespace gsc::test;
+namespace fs = std::filesystem;
+
+TEST_CASE("a mapped file that is cut short ends the program with its name, on any thread, and leaves no temporary")
+{
+    const ScratchDir dir;
+    const std::string path = dir / "a\"\xff.gsc";
+    for (const bool json : {false, true}) {
+        std::ofstream(path) << std::string(1'000'000, 'x');
+        std::string printed;
+        const int code = inChild(
+            [&] {
+                installFileFaultHandler(json);
+                const MappedFile file(path);
+                const OutputFile output(dir / "out", OutputKind::Binary, false);
+                fs::resize_file(path, 10);
+                std::vector<std::thread> threads;
+                for (int i = 0; i < 4; ++i)
+                    threads.emplace_back([&] {
+                        volatile std::byte last = file.bytes().back();
+                        (void)last;
+                    });
+                for (std::thread& thread : threads)
+                    thread.join();
+                return 0;
+            },
+            &printed, json ? STDOUT_FILENO : STDERR_FILENO);
+        CHECK(code == int(ErrorCode::Io));
+        CHECK(printed.find(json ? R"({"schema": "gsc.error/1", "code": "Io", "exit_code": 2, "message": ")"
+                                : "error: ") == 0);
+        CHECK(printed.find(json ? "/a\\\"\xef\xbf\xbd.gsc: became shorter" : "/a\"\xef\xbf\xbd.gsc: became shorter") !=
+              std::string::npos);
+        CHECK(std::count(printed.begin(), printed.end(), '\n') == 1);
+        CHECK(dir.names().size() == 1);
+    }
+}
+
+TEST_CASE("any other SIGBUS gets its default action")
+{
+    CHECK(inChild([] {
+              std::signal(SIGBUS, SIG_DFL);
+              installFileFaultHandler(false);
+              ::raise(SIGBUS);
+              return 0;
+          }) == -SIGBUS);
+    const ScratchDir dir;
+    std::ofstream(dir / "a") << std::string(100'000, 'x');
+    CHECK(inChild([&] {
+              std::signal(SIGBUS, SIG_DFL);
+              installFileFaultHandler(false);
+              const int fd = ::open((dir / "a").c_str(), O_RDONLY);
+              const auto* bytes =
+                  static_cast<const volatile char*>(::mmap(nullptr, 100'000, PROT_READ, MAP_SHARED, fd, 0));
+              fs::resize_file(dir / "a", 0);
+              return int(bytes[50'000]); // a mapping of somebody else
+          }) == -SIGBUS);
+}
+
+#ifndef GSC_TEST_ASAN // which needs more address space than the limit leaves
+TEST_CASE("no address space for a file is OutOfMemory")
+{
+    const ScratchDir dir;
+    std::ofstream(dir / "a") << 1;
+    fs::resize_file(dir / "a", uintmax_t(1) << 40); // sparse
+    CHECK(inChild([&] {
+              const rlimit limit{rlim_t(1) << 36, rlim_t(1) << 36};
+              ::setrlimit(RLIMIT_AS, &limit);
+              try {
+                  const MappedFile file(dir / "a");
+              } catch (const Error& e) {
+                  return int(e.code());
+              }
+              return 0;
+          }) == int(ErrorCode::OutOfMemory));
+}
+#endif
