@@ -370,9 +370,11 @@ BakeReport bakeFrom(const Checkpoint& checkpoint, AnchorSource& source, const Ba
         BakeReport report;
         // the arena gives the caller a place among the threads; OpenVDB's own loops run inside it too
         std::optional<tbb::global_control> limit;
-        if (options.threads > 0)
-            limit.emplace(tbb::global_control::max_allowed_parallelism, size_t(options.threads));
-        tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+        // thousands of threads on a few processors get in each other's way and finish no more
+        const int threads = std::min(options.threads, 4 * tbb::info::default_concurrency());
+        if (threads > 0)
+            limit.emplace(tbb::global_control::max_allowed_parallelism, size_t(threads));
+        tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
         arena.execute([&] { report = Baker(checkpoint, source, options, progress).run(); });
         return report;
     } catch (const std::bad_alloc&) {

@@ -179,19 +179,26 @@ void undoRounding(Image& picture, Image& actual)
     }
 }
 
-void compareWithTrainer(const Checkpoint& checkpoint, const RenderOptions& options, Renderer& renderer,
-                        Reporter& report, RenderComparison& result)
+// The pictures in `folder`, empty if it is none. Throws Error(InvalidFile) if it holds none.
+std::vector<TrainerPicture> picturesIn(const std::string& folder, const Scene& scene)
 {
-    result.trainer_folder = options.golden.empty() ? findTrainerPictures(checkpoint) : options.golden;
-    if (result.trainer_folder.empty())
-        return;
-    const auto pictures = fs::is_regular_file(result.trainer_folder + "/cameras.json")
-                              ? picturesOfGolden(result.trainer_folder)
-                              : picturesOfTest(result.trainer_folder, renderer.scene().cameras());
+    if (folder.empty())
+        return {};
+    if (!fs::is_directory(folder))
+        throw Error(ErrorCode::Io,
+                    folder + ": is no folder, expected the trainer's pictures; check the path of --golden");
+    auto pictures = fs::is_regular_file(folder + "/cameras.json") ? picturesOfGolden(folder)
+                                                                  : picturesOfTest(folder, scene.cameras());
     if (pictures.empty())
-        throw Error(ErrorCode::InvalidFile, result.trainer_folder +
-                                                ": holds no picture with a known camera, expected NAME.png and "
-                                                "cameras.json, or NNNNN.png of the test cameras stored in the file");
+        throw Error(ErrorCode::InvalidFile, folder + ": holds no picture with a known camera, expected NAME.png and "
+                                                     "cameras.json, or NNNNN.png of the test cameras stored in the "
+                                                     "file; pass another folder to --golden or leave it out");
+    return pictures;
+}
+
+void compareWithTrainer(const std::vector<TrainerPicture>& pictures, Renderer& renderer, Reporter& report,
+                        RenderComparison& result)
+{
     for (const TrainerPicture& source : pictures) {
         throwIfInterrupted();
         report.progress("trainer's pictures", result.trainer.size(), pictures.size());
@@ -226,6 +233,9 @@ RenderComparison compareRenders(const Checkpoint& checkpoint, const std::string&
     Renderer fast(file, CpuPath::Fast, options.tier, options.threads);
     result.tier = fast.tier();
     const std::vector<Camera> cameras = camerasToCompare(fast.scene(), options, report);
+    // looked for before minutes of rendering
+    result.trainer_folder = options.golden.empty() ? findTrainerPictures(checkpoint) : options.golden;
+    const std::vector<TrainerPicture> pictures = picturesIn(result.trainer_folder, fast.scene());
     if (!cameras.empty()) {
         const FreshBake fresh(checkpoint, options.threads, report);
         ReferenceRenderer reference(fresh.path(), options);
@@ -238,7 +248,7 @@ RenderComparison compareRenders(const Checkpoint& checkpoint, const std::string&
             result.reference_pool.add(result.reference.back().difference);
         }
     }
-    compareWithTrainer(checkpoint, options, fast, report, result);
+    compareWithTrainer(pictures, fast, report, result);
     if (result.reference.empty() && result.trainer.empty())
         throw Error(ErrorCode::Usage, file + ": stores no camera, expected views to render; pass --cameras FILE or "
                                              "--golden DIR");

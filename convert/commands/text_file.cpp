@@ -2,6 +2,7 @@
 #include "convert/commands/text_file.h"
 
 #include "format/error.h"
+
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -26,14 +27,15 @@ using File = std::unique_ptr<std::FILE, FileCloser>;
 
 std::string readTextFile(const std::string& path)
 {
-    const File file(std::fopen(path.c_str(), "rb"));
+    const File opened(path == "-" ? nullptr : std::fopen(path.c_str(), "rb"));
+    std::FILE* const file = path == "-" ? stdin : opened.get();
     if (!file)
         throwIo(path, "cannot be opened");
     std::string text;
     char buffer[65536];
-    for (size_t count; (count = std::fread(buffer, 1, sizeof(buffer), file.get())) > 0;)
+    for (size_t count; (count = std::fread(buffer, 1, sizeof(buffer), file)) > 0;)
         text.append(buffer, count);
-    if (std::ferror(file.get()))
+    if (std::ferror(file))
         throwIo(path, "cannot be read");
     return text;
 }

@@ -6,7 +6,7 @@
 
 namespace gsc {
 
-// Throws Error(Io).
+// "-" is standard input. Throws Error(Io).
 std::string readTextFile(const std::string& path);
 
 } // namespace gsc

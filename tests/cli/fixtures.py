@@ -40,7 +40,7 @@ def small_models(gsc, play, data):
     for name in ("scaffold", "octree", "full"):
         _gsc(gsc, "convert", data / name, "-o", data / f"{name}.gsc")
     good = (data / "octree.gsc").read_bytes()
-    (data / "damaged.gsc").write_bytes(good[:-100] + bytes(b ^ 0xFF for b in good[-100:-60]) + good[-60:])
+    (data / "damaged.gsc").write_bytes(good[:20000] + bytes([good[20000] ^ 1]) + good[20001:])  # in the anchors
     (data / "cut.gsc").write_bytes(good[: len(good) // 2])
     (data / "future.gsc").write_bytes(good[:8] + struct.pack("<H", 9) + good[10:])
     (data / "empty.gsc").write_bytes(b"")

@@ -82,7 +82,7 @@ class Table:
         elif kind == "copy":
             (shutil.copytree if to.is_dir() else shutil.copy)(to, self.path(rest[0]))
         elif kind == "link":
-            self.path(rest[0]).symlink_to(name)
+            self.path(rest[0]).symlink_to(to if name.startswith("D/") else name)
         elif kind == "hard":
             os.link(to, self.path(rest[0]))
         elif kind == "fifo":
@@ -134,7 +134,7 @@ class Table:
         changed = [name for name, value in before.items() if after.get(name) != value]
         if changed and code != 0:
             return f"changed: {changed}{said}"
-        if code == 0 or code == 8 or (code == 3 and words[1] == "validate"):
+        if code == 0 or code == 8 or (code in (3, 5) and words[1] == "validate"):
             return None
         if left := sorted(set(after) - set(before)):
             return f"left behind: {left}{said}"

@@ -23,6 +23,16 @@ if(TARGET gsc_commands)
                      --work ${CMAKE_CURRENT_BINARY_DIR}/cli_${suite} ${cli_dir}/cases/${suite}.json)
     set_tests_properties(cli_${suite} PROPERTIES LABELS cpu TIMEOUT 600)
   endforeach()
+  # a table of command lines each; a minute and a half on two quiet cores, and many times that under a sanitizer
+  if(TARGET gsc-play)
+    foreach(table convert play)
+      add_test(NAME cli_table_${table}
+               COMMAND ${GSC_SYSTEM_PYTHON} ${cli_dir}/run_table.py --gsc $<TARGET_FILE:gsc> --play $<TARGET_FILE:gsc-play>
+                       --source ${PROJECT_SOURCE_DIR} --work ${CMAKE_CURRENT_BINARY_DIR}/cli_table_${table}
+                       ${cli_dir}/tables/${table}.txt)
+      set_tests_properties(cli_table_${table} PROPERTIES LABELS "cpu;slow" TIMEOUT 1200)
+    endforeach()
+  endif()
   set_tests_properties(cli_${chart_figures} PROPERTIES ENVIRONMENT "${chart_environment}")
   # minutes under a sanitizer, and what they add is not about memory
   set_tests_properties(cli_compare_render cli_interrupt cli_killed PROPERTIES LABELS "cpu;slow")
