@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/error.h"
 
-#include "format/gsc_validate.h"
-
 #include <cstdarg>
 #include <cstdio>
 
@@ -33,25 +31,6 @@ const char* errorName(ErrorCode code)
         return "Interrupted";
     }
     return "Internal";
-}
-
-std::string validUtf8(std::string_view text)
-{
-    std::string valid;
-    valid.reserve(text.size());
-    while (!text.empty()) {
-        const size_t good = validate::utf8Prefix(text);
-        for (const char c : text.substr(0, good)) {
-            const bool is_control = (static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t') || c == 0x7f;
-            valid += is_control ? '?' : c;
-        }
-        text.remove_prefix(good);
-        if (text.empty())
-            break;
-        valid += "\xef\xbf\xbd";
-        text.remove_prefix(1);
-    }
-    return valid;
 }
 
 std::string formatString(const char* format, ...)

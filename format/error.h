@@ -2,10 +2,11 @@
 // Errors of the environment and of input files. A caller bug is an assertion, never an Error.
 #pragma once
 
+#include "format/utf8.h"
+
 #include <cstdint>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 
 namespace gsc {
 
@@ -25,10 +26,6 @@ enum class ErrorCode : int {
 
 // As reports name it, such as "InvalidFile".
 const char* errorName(ErrorCode code);
-
-// `text` with what is not UTF-8 in it replaced by U+FFFD, and control characters but tabs and line ends by "?": names of files
-// may hold anything.
-std::string validUtf8(std::string_view text);
 
 // Message form: `<file or object>: <what is wrong, with values>, expected <what>; <what to do>`,
 // lower case, no full stop.

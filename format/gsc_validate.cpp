@@ -65,30 +65,6 @@ bool allFinite(std::span<const float> values)
     return bad == 0;
 }
 
-size_t utf8Prefix(std::string_view text)
-{
-    for (size_t i = 0; i < text.size();) {
-        const uint8_t c = uint8_t(text[i]);
-        const size_t length = c < 0x80                ? 1
-                              : c >= 0xc2 && c < 0xe0 ? 2
-                              : c >= 0xe0 && c < 0xf0 ? 3
-                              : c >= 0xf0 && c < 0xf5 ? 4
-                                                      : 0;
-        if (length == 0 || length > text.size() - i)
-            return i;
-        for (size_t k = 1; k < length; ++k)
-            if ((uint8_t(text[i + k]) & 0xc0) != 0x80)
-                return i;
-        const uint8_t second = length > 1 ? uint8_t(text[i + 1]) : 0;
-        // overlong forms, surrogates, beyond U+10FFFF
-        if ((c == 0xe0 && second < 0xa0) || (c == 0xed && second >= 0xa0) || (c == 0xf0 && second < 0x90) ||
-            (c == 0xf4 && second >= 0x90))
-            return i;
-        i += length;
-    }
-    return text.size();
-}
-
 size_t zeroPrefix(std::span<const std::byte> bytes)
 {
     return size_t(std::find_if(bytes.begin(), bytes.end(), [](std::byte b) { return b != std::byte{0}; }) -

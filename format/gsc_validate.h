@@ -81,8 +81,6 @@ void checkPayloads(Context& context); // precondition: the ranges of chunks, gro
 std::string fourCcText(uint32_t type); // printable, for messages
 std::string place(const char* array, uint64_t index, const char* field);
 [[nodiscard]] bool allFinite(std::span<const float> values);
-// Position of the first byte that is not part of well-formed UTF-8, or text.size().
-size_t utf8Prefix(std::string_view text);
 // Position of the first byte that is not zero, or bytes.size().
 size_t zeroPrefix(std::span<const std::byte> bytes);
 [[nodiscard]] bool orderedFinite(float low, float high);

@@ -4,6 +4,7 @@
 #include "convert/commands/convert_report.h"
 
 #include "convert/bake/compare_checkpoint.h"
+#include "format/gsc_layout.h"
 #include "format/interrupt.h"
 #include "format/output_file.h"
 #include "player/tool/options.h"
@@ -16,8 +17,6 @@
 namespace gsc {
 
 namespace {
-
-constexpr uint64_t kMaxChunkAnchors = uint64_t(1) << 24;
 
 struct ConvertOptions {
     std::string input;
@@ -167,7 +166,7 @@ void addBakeOptions(CLI::App& command, ConvertOptions& options)
                                "how fast each anchor changes with the view, which a player keeps decoded anchors by: "
                                "sampled from six directions, or left out")
         ->group(group);
-    addCount(command, "--chunk-anchors", options.bake.chunk_anchors, 1, kMaxChunkAnchors, "N (default: 16384)",
+    addCount(command, "--chunk-anchors", options.bake.chunk_anchors, 1, kMaxAnchors, "N (default: 16384)",
              "anchors per chunk to aim for")
         ->group(group);
     addByteSize(command, "--memory-budget", options.bake.memory_budget, 1, "SIZE (default: 1G)",

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace gsc {
+
+// Position of the first byte that is not part of well-formed UTF-8, or text.size().
+size_t utf8Prefix(std::string_view text);
+
+// `text` with what is not UTF-8 in it replaced by U+FFFD, and control characters but tabs and line ends by "?": names of files
+// may hold anything.
+std::string validUtf8(std::string_view text);
+
+} // namespace gsc
