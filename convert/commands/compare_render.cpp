@@ -189,9 +189,10 @@ void compareWithTrainer(const Checkpoint& checkpoint, const RenderOptions& optio
                               ? picturesOfGolden(result.trainer_folder)
                               : picturesOfTest(result.trainer_folder, renderer.scene().cameras());
     if (pictures.empty())
-        throw Error(ErrorCode::InvalidFile, result.trainer_folder +
-                                                ": holds no picture with a known camera, expected NAME.png and "
-                                                "cameras.json, or NNNNN.png of the test cameras stored in the file");
+        throw Error(ErrorCode::InvalidFile,
+                    result.trainer_folder +
+                        ": holds no picture with a known camera, expected NAME.png and cameras.json, or NNNNN.png of "
+                        "the test cameras stored in the file; pass the folder the trainer rendered to");
     for (const TrainerPicture& source : pictures) {
         throwIfInterrupted();
         report.progress("trainer's pictures", result.trainer.size(), pictures.size());
