@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -36,5 +37,8 @@ const IssueInfo& issueInfo(uint16_t id);
 
 // Does the issue say that the file is newer than this reader, rather than damaged? Its exit code is then Unsupported.
 bool isUnsupported(const IssueInfo& info);
+
+// Says why a reader refused the file at `path`: `issue` is the first that is no warning.
+[[noreturn]] void throwIssue(const std::string& path, const std::optional<Issue>& issue);
 
 } // namespace gsc

@@ -56,7 +56,9 @@ struct GscWriter::State {
     void append(uint32_t type, uint64_t bytes, uint64_t count, uint32_t flags, uint64_t checksum)
     {
         if (entries.size() >= kMaxSections)
-            throw Error(ErrorCode::Internal, formatString("%s: more than %u sections", path.c_str(), kMaxSections));
+            throw Error(ErrorCode::Internal,
+                        formatString("%s: more sections, expected at most %u; this is a bug of gsc, please report it",
+                                     path.c_str(), kMaxSections));
         SectionEntry entry{};
         entry.type = type;
         entry.version = 1;
@@ -78,7 +80,11 @@ void GscWriter::reserveAnchors(uint64_t bytes)
 {
     State& s = *m_state;
     if (s.has_anchors || !s.entries.empty())
-        throw Error(ErrorCode::Internal, formatString("%s: ANCH must be the first section", s.path.c_str()));
+        throw Error(
+            ErrorCode::Internal,
+            formatString(
+                "%s: ANCH comes behind other sections, expected it first; this is a bug of gsc, please report it",
+                s.path.c_str()));
     reserveBlocks(s.file.descriptor(), s.path, s.cursor, bytes);
     s.has_anchors = true;
     s.anchors_offset = s.cursor;
@@ -90,7 +96,10 @@ void GscWriter::writeAnchors(uint64_t offset, std::span<const std::byte> bytes)
 {
     State& s = *m_state;
     if (offset > s.anchors_bytes || bytes.size() > s.anchors_bytes - offset)
-        throw Error(ErrorCode::Internal, formatString("%s: write outside ANCH", s.path.c_str()));
+        throw Error(
+            ErrorCode::Internal,
+            formatString("%s: a write outside ANCH, expected one inside; this is a bug of gsc, please report it",
+                         s.path.c_str()));
     s.file.writeAt(s.anchors_offset + offset, bytes);
 }
 
@@ -98,7 +107,9 @@ void GscWriter::readAnchors(uint64_t offset, std::span<std::byte> bytes) const
 {
     const State& s = *m_state;
     if (offset > s.anchors_bytes || bytes.size() > s.anchors_bytes - offset)
-        throw Error(ErrorCode::Internal, formatString("%s: read outside ANCH", s.path.c_str()));
+        throw Error(ErrorCode::Internal,
+                    formatString("%s: a read outside ANCH, expected one inside; this is a bug of gsc, please report it",
+                                 s.path.c_str()));
     offset += s.anchors_offset;
     while (!bytes.empty()) {
         const ssize_t done = ::pread(s.file.descriptor(), bytes.data(), bytes.size(), off_t(offset));
@@ -126,7 +137,9 @@ uint64_t GscWriter::finish(const FileHeader& header, uint64_t anchors_checksum)
 {
     State& s = *m_state;
     if (s.finished)
-        throw Error(ErrorCode::Internal, formatString("%s: finished twice", s.path.c_str()));
+        throw Error(
+            ErrorCode::Internal,
+            formatString("%s: finished twice, expected once; this is a bug of gsc, please report it", s.path.c_str()));
     FileHeader out{};
     std::copy(std::begin(kMagic), std::end(kMagic), out.magic);
     out.version_major = kVersionMajor;

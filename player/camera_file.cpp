@@ -97,9 +97,10 @@ std::vector<UpstreamCamera> upstreamCameras(const Json& root, const std::string&
                                             std::vector<std::string>* ignored)
 {
     if (!root.is_array())
-        throw Error(
-            ErrorCode::InvalidFile,
-            formatString("%s: the root is no array, expected the list of cameras that training writes", file.c_str()));
+        throw Error(ErrorCode::InvalidFile,
+                    formatString(
+                        "%s: the root is no array, expected the list of cameras that training writes; pass such a file",
+                        file.c_str()));
     std::vector<UpstreamCamera> cameras;
     cameras.reserve(root.size());
     DistortionCheck distortion(file, ignored);
@@ -180,7 +181,7 @@ std::vector<Camera> transformsCameras(const JsonObject& root, const std::string&
         } else {
             throw Error(ErrorCode::InvalidFile,
                         formatString("%s: neither \"camera_angle_x\" nor \"fl_x\" is there, expected one of them in "
-                                     "the frame or in the file",
+                                     "the frame or in the file; add one, or export the cameras again",
                                      frame.where().c_str()));
         }
         distortion.add(lens);
@@ -235,9 +236,11 @@ std::vector<Camera> trajectoryCameras(const JsonObject& root, const std::string&
         camera.name = frame.has("name") ? frame.text("name") : formatString("%04zu", i);
         readRotation(frame, camera.rotation);
         if (frame.has("position") == frame.has("translation"))
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: %s of \"position\" and \"translation\" is there, expected exactly one",
-                                     frame.where().c_str(), frame.has("position") ? "each" : "none"));
+            throw Error(
+                ErrorCode::InvalidFile,
+                formatString(
+                    "%s: %s of \"position\" and \"translation\" is there, expected exactly one; leave one of them in",
+                    frame.where().c_str(), frame.has("position") ? "each" : "none"));
         if (frame.has("translation")) {
             frame.vector3("translation", camera.translation);
         } else {
@@ -353,13 +356,15 @@ std::vector<Camera> parseCameraFile(std::string_view json, const std::string& na
         } else if (const Json* frames = object.find("frames"); frames && frames->is_array())
             cameras = transformsCameras(object, name, ignored);
         else
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: no camera file, expected upstream's cameras.json (an array), a "
-                                     "transforms.json (\"frames\") or a trajectory (\"schema\": \"gsc.trajectory/1\")",
-                                     name.c_str()));
+            throw Error(
+                ErrorCode::InvalidFile,
+                formatString("%s: no camera file, expected upstream's cameras.json (an array), a transforms.json "
+                             "(\"frames\") or a trajectory (\"schema\": \"gsc.trajectory/1\"); pass one of these",
+                             name.c_str()));
     }
     if (cameras.empty())
-        throw Error(ErrorCode::InvalidFile, formatString("%s: holds no camera, expected at least one", name.c_str()));
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: holds no camera, expected at least one; pass another file", name.c_str()));
     if (eyes)
         *eyes = std::move(stated);
     else if (!stated.views.empty())
@@ -381,7 +386,7 @@ std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eye
     while ((count = std::fread(buffer, 1, sizeof(buffer), file.get())) > 0) {
         text.append(buffer, count);
         if (text.size() > kMaxFileBytes)
-            throw Error(ErrorCode::InvalidFile, path + ": larger than 1 GiB, expected a camera file");
+            throw Error(ErrorCode::InvalidFile, path + ": larger than 1 GiB, expected a camera file; check the path");
     }
     if (std::ferror(file.get()))
         throw Error(ErrorCode::Io,

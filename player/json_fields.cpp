@@ -42,8 +42,8 @@ std::string withoutNonFinite(std::string_view text, const std::string& file, con
         depth += (c == '[' || c == '{') - (c == ']' || c == '}');
         if (depth > kMaxDepth)
             throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: nested deeper than %d levels at byte %zu, expected %s", file.c_str(),
-                                     kMaxDepth, i, expected));
+                        formatString("%s: nested deeper than %d levels at byte %zu, expected %s; check the file",
+                                     file.c_str(), kMaxDepth, i, expected));
         out += c;
     }
     return out;
@@ -83,7 +83,8 @@ Json parseJson(std::string_view text, const std::string& file, const char* expec
             if (c < 0x20 || c > 0x7e)
                 c = '?';
         throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: not valid JSON (%s), expected %s", file.c_str(), what.c_str(), expected));
+                    formatString("%s: not valid JSON (%s), expected %s; correct it, or export the file again",
+                                 file.c_str(), what.c_str(), expected));
     }
 }
 
@@ -91,7 +92,8 @@ JsonObject::JsonObject(const Json& value, std::string where) : m_value(value), m
 {
     if (!value.is_object())
         throw Error(ErrorCode::InvalidFile,
-                    formatString("%s is %s, expected an object", m_where.c_str(), shownJson(value).c_str()));
+                    formatString("%s: is %s, expected an object; correct it, or export the file again", m_where.c_str(),
+                                 shownJson(value).c_str()));
 }
 
 const Json* JsonObject::find(const char* key) const
@@ -113,8 +115,10 @@ const Json& JsonObject::at(const char* key) const
 
 void JsonObject::fail(const char* key, const std::string& found, const std::string& expected) const
 {
-    throw Error(ErrorCode::InvalidFile, formatString("%s: key \"%s\" is %s, expected %s", m_where.c_str(), key,
-                                                     found.c_str(), expected.c_str()));
+    const bool has_remedy = expected.find("; ") != std::string::npos;
+    throw Error(ErrorCode::InvalidFile,
+                formatString("%s: key \"%s\" is %s, expected %s%s", m_where.c_str(), key, found.c_str(),
+                             expected.c_str(), has_remedy ? "" : "; correct it, or export the file again"));
 }
 
 std::string JsonObject::text(const char* key) const
@@ -160,8 +164,9 @@ void JsonObject::checkKeys(std::initializer_list<const char*> known) const
         std::string names;
         for (const char* name : known)
             names += (names.empty() ? "" : ", ") + std::string(name);
-        throw Error(ErrorCode::InvalidFile, formatString("%s: key \"%s\" is not known, expected one of %s",
-                                                         m_where.c_str(), key.substr(0, 40).c_str(), names.c_str()));
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: key \"%s\" is not known, expected one of %s; correct or remove it",
+                                 m_where.c_str(), key.substr(0, 40).c_str(), names.c_str()));
     }
 }
 

@@ -35,7 +35,7 @@ Length parseLength(const std::string& text, const char* option)
     if (error != std::errc() || !known || !isLength(length.value))
         throw Error(ErrorCode::Usage,
                     formatString("%s %.40s: no length, expected a number above 0 in world units of the model such as "
-                                 "0.065, or one with m, cm or mm behind it such as 64mm",
+                                 "0.065, or one with m, cm or mm behind it such as 64mm; correct it or leave it out",
                                  option, text.c_str()));
     return length;
 }

@@ -41,8 +41,9 @@ OutPattern::OutPattern(std::string_view pattern)
             continue;
         }
         if (c == '}')
-            throw Error(ErrorCode::Usage,
-                        formatString("--out %s: } without {, expected }} for a literal brace", shown.c_str()));
+            throw Error(
+                ErrorCode::Usage,
+                formatString("--out %s: } without {, expected }} for a literal brace; double it", shown.c_str()));
         if (c != '{') {
             text += c;
             continue;
@@ -50,7 +51,8 @@ OutPattern::OutPattern(std::string_view pattern)
         const size_t end = pattern.find('}', i);
         if (end == std::string_view::npos)
             throw Error(ErrorCode::Usage,
-                        formatString("--out %s: { without }, expected {{ for a literal brace", shown.c_str()));
+                        formatString("--out %s: { without }, expected {{ for a literal brace; close it or double it",
+                                     shown.c_str()));
         const std::string_view placeholder = pattern.substr(i + 1, end - i - 1);
         flush();
         if (placeholder == "name")
@@ -64,8 +66,9 @@ OutPattern::OutPattern(std::string_view pattern)
         else
             throw Error(
                 ErrorCode::Usage,
-                formatString("--out %s: unknown placeholder {%s}, expected {name}, {frame}, {frame:04} or {eye}",
-                             shown.c_str(), std::string(placeholder).c_str()));
+                formatString(
+                    "--out %s: unknown placeholder {%s}, expected {name}, {frame}, {frame:04} or {eye}; correct it",
+                    shown.c_str(), std::string(placeholder).c_str()));
         i = end;
     }
     flush();

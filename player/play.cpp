@@ -69,8 +69,8 @@ void stopIfInterrupted(size_t frames, const PlaySummary& summary)
 {
     if (interrupted())
         throw Error(ErrorCode::Interrupted,
-                    formatString("interrupted: stopped after %zu of %zu frames; %zu image%s written, all complete, and "
-                                 "no statistics file",
+                    formatString("interrupted: stopped after %zu of %zu frames, expected to run to the end; run it "
+                                 "again (%zu image%s written, all complete, and no statistics file)",
                                  summary.frames.size(), frames, summary.images.size(),
                                  summary.images.size() == 1 ? " was" : "s were"));
 }

@@ -110,10 +110,9 @@ public:
         m_runs = expandRuns(config);
         for (const RunConfig& run : m_runs)
             if (run.stereo == StereoMode::Merged && m_context.options.eyes == 1)
-                throw Error(ErrorCode::Usage,
-                            formatString("%s: a run has stereo merged, which needs two eyes, and there is one; state "
-                                         "\"eyes\": 2 or pass --eyes 2",
-                                         options.sweep.c_str()));
+                throw Error(ErrorCode::Usage, formatString("%s: a run has stereo merged and there is one eye, expected "
+                                                           "two eyes; state \"eyes\": 2 or pass --eyes 2",
+                                                           options.sweep.c_str()));
         for (const RunConfig& run : m_runs)
             for (const auto& [axis, value] : {std::pair<const char*, double>{"lod_bias", run.lod_bias},
                                               {"lod_fade", run.lod_fade},
@@ -146,12 +145,14 @@ public:
     }
 
     // What Ctrl-C left.
-    [[nodiscard]] std::string state(const std::string& out) const
+    [[noreturn]] void throwInterrupted(const std::string& out) const
     {
-        return formatString("interrupted: %zu of %zu runs are done%s", m_runs_done, m_paths.size() * m_runs.size(),
-                            out.empty() || isStandardOutput(out)
-                                ? ""
-                                : (" and in " + out + ", all complete; the same command goes on there").c_str());
+        const bool is_kept = !out.empty() && !isStandardOutput(out);
+        throw Error(ErrorCode::Interrupted,
+                    formatString("interrupted: %zu of %zu runs are done%s, expected to run to the end; %s", m_runs_done,
+                                 m_paths.size() * m_runs.size(),
+                                 is_kept ? (" and in " + out + ", all complete").c_str() : "",
+                                 is_kept ? "the same command goes on there" : "run it again"));
     }
 
 private:
@@ -162,7 +163,8 @@ private:
             const RunConfig depth = depthRunOf(m_config, run);
             const OrderedJson* row = known(configOf(path, depth), depth.backend);
             if (!row) // expandRuns() put it first
-                throw Error(ErrorCode::Internal, "sweep: no run to take the decode budget \"match\" from");
+                throw Error(ErrorCode::Internal, "sweep: no run to take the decode budget \"match\" from, expected "
+                                                 "one; this is a bug of gsc, please report it");
             run.reuse.decode_budget = meanDecodes(*row);
             run.match_budget = false;
         }
@@ -228,7 +230,7 @@ void sweep(const BenchOptions& options, Reporter& log, const std::function<void(
     } catch (const Error& e) {
         if (e.code() != ErrorCode::Interrupted)
             throw;
-        throw Error(ErrorCode::Interrupted, run.state(options.out));
+        run.throwInterrupted(options.out);
     }
 }
 

@@ -255,7 +255,7 @@ SweepConfig parseSweepConfig(std::string_view json, const std::string& file, con
     }
     if (!config.has_axes && config.runs.empty())
         throw Error(ErrorCode::InvalidFile,
-                    file + ": has neither \"axes\" nor \"runs\", expected at least one of them");
+                    file + ": has neither \"axes\" nor \"runs\", expected at least one of them; add one");
     return config;
 }
 
@@ -270,7 +270,7 @@ SweepConfig readSweepConfig(const std::string& path, const RunConfig& base, cons
                                                 "(schemas/sweep.schema.json); check the path of --sweep",
                                                 path.c_str(), std::strerror(errno)));
     if (text.size() > kMaxConfigBytes)
-        throw Error(ErrorCode::InvalidFile, path + ": larger than 16 MiB, expected a sweep");
+        throw Error(ErrorCode::InvalidFile, path + ": larger than 16 MiB, expected a sweep; check the path of --sweep");
     return parseSweepConfig(text, path, base, backends);
 }
 

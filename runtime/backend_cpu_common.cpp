@@ -58,12 +58,13 @@ void checkOptions(const ModelView& model, const FrameOptions& options, uint32_t 
 {
     const ModelParams& params = *model.params;
     if (eye_count < 1 || eye_count > kMaxEyes)
-        throw Error(ErrorCode::Usage, formatString("frame: %u eyes, expected 1 or 2", eye_count));
+        throw Error(ErrorCode::Usage, formatString("frame: %u eyes, expected 1 or 2; draw one or both", eye_count));
     // written so that a NaN fails
     if (!(options.lod_fade >= 0 && options.lod_fade <= 1) ||
         !(options.lod_hysteresis >= 0 && options.lod_hysteresis <= 1))
-        throw Error(ErrorCode::Usage, formatString("frame: LOD fade %g and hysteresis %g, expected 0 to 1 level each",
-                                                   double(options.lod_fade), double(options.lod_hysteresis)));
+        throw Error(ErrorCode::Usage,
+                    formatString("frame: LOD fade %g and hysteresis %g, expected 0 to 1 level each; correct them",
+                                 double(options.lod_fade), double(options.lod_hysteresis)));
     const bool has_rows = params.appearance_dim > 0;
     if (has_rows && (options.appearance < 0 || uint32_t(options.appearance) >= params.appearance_rows))
         throw Error(ErrorCode::Usage,
@@ -78,8 +79,8 @@ void checkOptions(const ModelView& model, const FrameOptions& options, uint32_t 
 void checkReuse(const ReuseOptions& reuse)
 {
     if (!(reuse.bound >= 0 && reuse.bound <= 1e6f))
-        throw Error(ErrorCode::Usage,
-                    formatString("frame: reuse bound %g, expected 0 to 1000000 in 1/255", double(reuse.bound)));
+        throw Error(ErrorCode::Usage, formatString("frame: reuse bound %g, expected 0 to 1000000 in 1/255; correct it",
+                                                   double(reuse.bound)));
 }
 
 void refuseReuse(const ReuseOptions& reuse, const char* backend)

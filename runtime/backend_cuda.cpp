@@ -144,7 +144,9 @@ private:
 FrameShape CudaBackend::shapeOf(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options) const
 {
     if (m_scene.host().params == nullptr)
-        throw Error(ErrorCode::Internal, "cuda: no model is loaded, expected load() before render()");
+        throw Error(
+            ErrorCode::Internal,
+            "cuda: no model is loaded, expected load() before render(); this is a bug of gsc, please report it");
     checkOptions(m_scene.host(), options, eye_count);
     checkReuse(options.reuse);
     refuseMergedReuse(options, eye_count);

@@ -47,7 +47,7 @@ public:
                 first = issue;
         };
         if (!openGsc(m_file.bytes(), m_gsc, verify_payloads ? GscCheck::Full : GscCheck::Index, sink))
-            throwIssue(first);
+            throwIssue(m_path, first);
         prefetch(m_gsc.anchors);
         m_manifest.assign(m_gsc.manifest);
         fillArrays();
@@ -87,25 +87,12 @@ public:
             expected = formatString("%u", rows[0]);
         else if (rows.size() > 1)
             expected = formatString("one of %zu rows from %u to %u", rows.size(), rows.front(), rows.back());
-        throw Error(ErrorCode::Usage, formatString("%s: appearance row %d is not in it, expected %s", m_path.c_str(),
-                                                   source_row, expected.c_str()));
+        throw Error(ErrorCode::Usage,
+                    formatString("%s: appearance row %d is not in it, expected %s; %s", m_path.c_str(), source_row,
+                                 expected.c_str(), rows.empty() ? "leave --appearance out" : "choose a row it holds"));
     }
 
 private:
-    [[noreturn]] void throwIssue(const std::optional<Issue>& issue) const
-    {
-        if (!issue)
-            throw Error(ErrorCode::InvalidFile,
-                        m_path +
-                            ": the reader refused it without naming an issue, expected one; run gsc validate on it");
-        throw Error(
-            isUnsupported(*issue->info) ? ErrorCode::Unsupported : ErrorCode::InvalidFile,
-            formatString("%s: issue %u %s at byte %llu: %s: %s; gsc validate lists everything; convert the model "
-                         "again",
-                         m_path.c_str(), issue->info->id, issue->info->name,
-                         static_cast<unsigned long long>(issue->offset), issue->info->summary, issue->detail.c_str()));
-    }
-
     void fillArrays()
     {
         m_arrays.reserve(m_gsc.chunks.size());

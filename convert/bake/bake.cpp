@@ -64,8 +64,8 @@ public:
         m_rows = keptEmbeddingRows(m_checkpoint, m_options.appearance);
         if (m_checkpoint.anchor_count == 0 || m_checkpoint.anchor_count >= UINT32_MAX)
             throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: has %llu anchors, expected 1..%u", name,
-                                     (unsigned long long)m_checkpoint.anchor_count, UINT32_MAX - 1));
+                        formatString("%s: has %llu anchors, expected 1 to %u; pass a trained model of such a size",
+                                     name, (unsigned long long)m_checkpoint.anchor_count, UINT32_MAX - 1));
         // before any work: the output must be writable
         GscWriter writer(m_options.output, m_options.overwrite);
 
@@ -379,8 +379,8 @@ BakeReport bakeFrom(const Checkpoint& checkpoint, AnchorSource& source, const Ba
         return report;
     } catch (const std::bad_alloc&) {
         throw Error(ErrorCode::OutOfMemory,
-                    formatString("%s: not enough memory to convert it; try a smaller --memory-budget or "
-                                 "--chunk-anchors",
+                    formatString("%s: not enough memory to convert it, expected enough for --memory-budget; try a "
+                                 "smaller --memory-budget or --chunk-anchors",
                                  checkpoint.model_path.c_str()));
     }
 }

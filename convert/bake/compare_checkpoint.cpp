@@ -14,6 +14,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <thread>
 
 namespace gsc {
@@ -350,17 +351,13 @@ CompareReport compareCheckpoint(const Checkpoint& checkpoint, const std::string&
 {
     const MappedFile file(gsc_path);
     GscView view;
-    std::string first;
-    bool newer = false;
+    std::optional<Issue> first;
     const bool good = openGsc(file.bytes(), view, GscCheck::Index, [&](const Issue& issue) {
-        if (!first.empty() || issue.info->severity == Severity::Warning)
-            return;
-        first = formatString("%s: %s", issue.info->summary, issue.detail.c_str());
-        newer = isUnsupported(*issue.info);
+        if (!first && issue.info->severity != Severity::Warning)
+            first = issue;
     });
     if (!good)
-        throw Error(newer ? ErrorCode::Unsupported : ErrorCode::InvalidFile,
-                    formatString("%s: %s; run gsc validate for the whole list", gsc_path.c_str(), first.c_str()));
+        throwIssue(gsc_path, first);
     const std::unique_ptr<AnchorSource> source = openAnchors(checkpoint);
     return compareCheckpoint(checkpoint, *source, view, progress);
 }

@@ -31,8 +31,8 @@ public:
         Buffer& buffer = m_buffers[chunk];
         if (buffer.written + buffer.held == m_chunks[chunk].anchor_count)
             throw Error(ErrorCode::InvalidFile,
-                        formatString("chunk %u gets more than the %u anchors the scan counted; was the checkpoint "
-                                     "changed while it was read",
+                        formatString("chunk %u: gets more than %u anchors, expected those the scan counted; convert "
+                                     "again while nobody changes the checkpoint",
                                      chunk, m_chunks[chunk].anchor_count));
         if (buffer.bytes.empty())
             buffer.bytes.resize(size_t(std::min(m_records_per_buffer, m_chunks[chunk].anchor_count)) * m_record_bytes);
@@ -47,8 +47,8 @@ public:
             flush(chunk);
             if (m_buffers[chunk].written != m_chunks[chunk].anchor_count)
                 throw Error(ErrorCode::InvalidFile,
-                            formatString("chunk %u gets %u anchors, the scan counted %u; was the checkpoint changed "
-                                         "while it was read",
+                            formatString("chunk %u: gets %u anchors, expected the %u the scan counted; convert again "
+                                         "while nobody changes the checkpoint",
                                          chunk, m_buffers[chunk].written, m_chunks[chunk].anchor_count));
             m_buffers[chunk].bytes = {};
         }

@@ -110,15 +110,18 @@ void checkMlps(std::span<const Mlp> mlps, uint32_t feat_dim, uint32_t n_offsets,
 {
     static const char* const kNames[] = {"opacity", "covariance", "colour", "feature bank"};
     if (mlps.size() != kHeads && mlps.size() != kHeads + 1)
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: has %zu mlps, expected opacity, covariance, colour and possibly a feature bank",
-                                 name, mlps.size()));
+        throw Error(ErrorCode::InvalidFile, formatString("%s: has %zu mlps, expected opacity, covariance, colour and "
+                                                         "possibly a feature bank; pass the files the trainer wrote",
+                                                         name, mlps.size()));
     const uint32_t out[] = {n_offsets, 7 * n_offsets, 3 * n_offsets, 3};
     for (uint32_t i = 0; i < mlps.size(); ++i) {
         const Mlp& mlp = mlps[i];
         const bool is_bank = i == kHeads;
         if (uint32_t(mlp.kind) != i || bool(mlp.inputs & kMlpTakesFeature) == is_bank)
-            throw Error(ErrorCode::Internal, formatString("%s: mlp %u is not the %s mlp", name, i, kNames[i]));
+            throw Error(
+                ErrorCode::Internal,
+                formatString("%s: mlp %u is another kind, expected the %s mlp; this is a bug of gsc, please report it",
+                             name, i, kNames[i]));
         checkLayer(mlp.layers[0], inputWidth(mlp, feat_dim, appearance_dim), feat_dim, name, kNames[i], 0);
         checkLayer(mlp.layers[1], feat_dim, out[i], name, kNames[i], 1);
     }

@@ -133,12 +133,13 @@ std::vector<uint32_t> keptEmbeddingRows(const Checkpoint& checkpoint, int appear
     const uint32_t rows =
         checkpoint.appearance_dim ? uint32_t(checkpoint.embedding.size() / checkpoint.appearance_dim) : 0;
     if (appearance >= 0 && uint32_t(appearance) >= rows)
-        throw Error(ErrorCode::Usage,
-                    rows ? formatString("%s: appearance %d is out of range, expected 0..%u",
-                                        checkpoint.model_path.c_str(), appearance, rows - 1)
-                         : formatString("%s: appearance %d asked for, but the model has no appearance embedding; leave "
-                                        "the option out",
-                                        checkpoint.model_path.c_str(), appearance));
+        throw Error(
+            ErrorCode::Usage,
+            rows ? formatString("%s: appearance %d is out of range, expected 0 to %u; pass one of these rows or all",
+                                checkpoint.model_path.c_str(), appearance, rows - 1)
+                 : formatString("%s: appearance %d asked for, expected none, because the model has no appearance "
+                                "embedding; leave the option out",
+                                checkpoint.model_path.c_str(), appearance));
     if (appearance >= 0)
         return {uint32_t(appearance)};
     std::vector<uint32_t> all(rows);

@@ -211,8 +211,9 @@ Partition planPartition(AnchorSource& source, ScanResult& scan, const PartitionO
                         const std::function<void(uint64_t)>& progress)
 {
     if (scan.levels.size() > kMaxLevels)
-        throw Error(ErrorCode::InvalidFile, formatString("%s: has anchors on %zu levels, expected at most %u",
-                                                         options.name.c_str(), scan.levels.size(), kMaxLevels));
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: has anchors on %zu levels, expected at most %u; train with fewer",
+                                 options.name.c_str(), scan.levels.size(), kMaxLevels));
     Partition partition;
     for (const auto& [value, level] : scan.levels) {
         partition.levels.emplace_back();
@@ -263,8 +264,8 @@ QuantaPosition placeAnchor(PositionEncoding encoding, const LevelPlan& level, co
         const std::optional<GridPoint> point = locateOnGrid(position[axis], level.quantum, level.origin);
         if (!point)
             throw Error(ErrorCode::InvalidFile,
-                        formatString("coordinate %.9g is not on the grid found before; was the checkpoint changed "
-                                     "while it was read",
+                        formatString("coordinate %.9g: not on the voxel grid, expected the grid the scan found; "
+                                     "convert again while nobody changes the checkpoint",
                                      double(position[axis])));
         result.quanta[axis] = point->quanta;
         result.flags = uint16_t(result.flags | (point->negative_zero ? kNegativeZeroX << axis : 0));
@@ -280,8 +281,8 @@ uint32_t ChunkFinder::find(uint32_t level_index, const QuantaPosition& position)
         return m_last_chunk;
     const auto found = std::lower_bound(level.keys.begin(), level.keys.end(), key);
     if (found == level.keys.end() || *found != key)
-        throw Error(ErrorCode::InvalidFile,
-                    "an anchor lies where the scan met none; was the checkpoint changed while it was read");
+        throw Error(ErrorCode::InvalidFile, "chunk: an anchor lies where the scan met none, expected the same anchors; "
+                                            "convert again while nobody changes the checkpoint");
     m_last_level = level_index;
     m_last_key = key;
     m_last_chunk = level.chunk_first + uint32_t(found - level.keys.begin());

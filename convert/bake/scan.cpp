@@ -77,7 +77,8 @@ public:
                                      text.c_str()));
         if (m_result.kept == 0)
             throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: has no anchor that can be shown, expected at least one", name));
+                        formatString(
+                            "%s: has no anchor that can be shown, expected at least one; train the model again", name));
         if (invalid)
             m_result.warnings.push_back(formatString("%llu of %llu anchors were left out: %s; source indices count "
                                                      "the remaining anchors",

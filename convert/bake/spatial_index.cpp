@@ -90,7 +90,8 @@ std::vector<std::byte> buildNanoVdb(const LevelPlan& level, PositionEncoding enc
 
     const auto* grid = handle.grid<nanovdb::ValueMask>();
     if (!grid)
-        throw Error(ErrorCode::Internal, "nanovdb made no mask grid");
+        throw Error(ErrorCode::Internal,
+                    "nanovdb: made no mask grid, expected one; this is a bug of gsc, please report it");
     const uint32_t count = grid->tree().nodeCount(0);
     const auto* first = grid->tree().getFirstNode<0>();
     const auto accessor = grid->getAccessor();
@@ -98,13 +99,15 @@ std::vector<std::byte> buildNanoVdb(const LevelPlan& level, PositionEncoding enc
         const int32_t* origin = build.record.origin;
         const auto* leaf = accessor.probeLeaf(nanovdb::Coord(origin[0], origin[1], origin[2]));
         if (!leaf)
-            throw Error(ErrorCode::Internal,
-                        formatString("nanovdb lost the leaf at cell %d %d %d", origin[0], origin[1], origin[2]));
+            throw Error(ErrorCode::Internal, formatString("nanovdb: lost the leaf at cell %d %d %d, expected every "
+                                                          "leaf; this is a bug of gsc, please report it",
+                                                          origin[0], origin[1], origin[2]));
         build.record.nanovdb_index = uint32_t(leaf - first);
     }
     if (count != leaves.size() || handle.size() % NANOVDB_DATA_ALIGNMENT != 0)
-        throw Error(ErrorCode::Internal, formatString("nanovdb made %u leaves and %llu bytes of %zu leaves", count,
-                                                      (unsigned long long)handle.size(), leaves.size()));
+        throw Error(ErrorCode::Internal, formatString("nanovdb: made %u leaves and %llu bytes, expected %zu leaves and "
+                                                      "aligned bytes; this is a bug of gsc, please report it",
+                                                      count, (unsigned long long)handle.size(), leaves.size()));
     const auto* bytes = reinterpret_cast<const std::byte*>(handle.data());
     return {bytes, bytes + handle.size()};
 }

@@ -30,7 +30,9 @@ using Context = std::unique_ptr<cairo_t, Release<cairo_t, cairo_destroy>>;
 [[noreturn]] void throwPicture(const std::string& name, const char* why)
 {
     throw Error(ErrorCode::Internal,
-                formatString("%s: cannot be turned into a PNG (%s); the page has the same figure", name.c_str(), why));
+                formatString("%s: cannot be turned into a PNG (%s), expected it to be drawn; this is a bug of gsc, "
+                             "please report it, and take the figure from the page",
+                             name.c_str(), why));
 }
 
 cairo_status_t appendBytes(void* closure, const unsigned char* data, unsigned int length)

@@ -35,7 +35,8 @@ int parseAppearance(const std::string& text)
     const bool digits = !text.empty() && text.size() < 9 && text.find_first_not_of("0123456789") == std::string::npos;
     if (!digits)
         throw Error(ErrorCode::Usage,
-                    "--appearance " + text + ": not a row, expected a row of the embedding (0, 1, ...) or all");
+                    "--appearance " + text +
+                        ": not a row, expected a row of the embedding (0, 1, ...) or all; correct it or leave it out");
     return std::stoi(text);
 }
 
@@ -49,8 +50,11 @@ void checkAppearance(const Checkpoint& checkpoint, int row)
                                                    row, checkpoint.model_path.c_str()));
     const size_t rows = checkpoint.embedding.size() / checkpoint.appearance_dim;
     if (size_t(row) >= rows)
-        throw Error(ErrorCode::Usage, formatString("--appearance %d: the embedding has %zu rows, expected 0 to %zu",
-                                                   row, rows, rows - 1));
+        throw Error(
+            ErrorCode::Usage,
+            formatString(
+                "--appearance %d: the embedding has %zu rows, expected 0 to %zu; pass one of these or leave it out",
+                row, rows, rows - 1));
 }
 
 std::vector<NamedPath> outputsOf(const ConvertOptions& options)
@@ -103,7 +107,7 @@ ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
     BakeOptions bake_options = options.bake;
     if (bake_options.chunk_anchors == 0 || bake_options.chunk_anchors >= UINT32_MAX)
         throw Error(ErrorCode::Usage,
-                    formatString("--chunk-anchors %llu: expected 1 to %u",
+                    formatString("--chunk-anchors %llu: out of range, expected 1 to %u; correct it or leave it out",
                                  static_cast<unsigned long long>(bake_options.chunk_anchors), UINT32_MAX - 1));
     bake_options.appearance = parseAppearance(options.appearance);
     const std::vector<NamedPath> outputs = outputsOf(options);

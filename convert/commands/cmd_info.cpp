@@ -10,6 +10,7 @@
 #include <CLI/CLI.hpp>
 
 #include <memory>
+#include <optional>
 
 namespace gsc {
 
@@ -174,18 +175,14 @@ std::string infoText(const std::string& path, const GscView& view, const Json& m
 ErrorCode runInfo(const std::string& path, Reporter& report)
 {
     const MappedFile file(path);
-    std::string first;
-    uint16_t first_id = 0;
+    std::optional<Issue> first;
     const IssueSink sink = [&](const Issue& issue) {
-        if (issue.info->severity == Severity::Warning || first_id)
-            return;
-        first_id = issue.info->id;
-        first = formatString("issue %u, %s: %s", unsigned(first_id), issue.info->summary, issue.detail.c_str());
+        if (!first && issue.info->severity != Severity::Warning)
+            first = issue;
     };
     GscView view;
     if (!openGscSummary(file.bytes(), view, sink))
-        throw Error(isUnsupported(issueInfo(first_id)) ? ErrorCode::Unsupported : ErrorCode::InvalidFile,
-                    path + ": " + first + "; gsc validate lists everything wrong with the file");
+        throwIssue(path, first);
     Json manifest = Json::parse(view.manifest, nullptr, false);
     if (manifest.is_discarded())
         throw Error(ErrorCode::InvalidFile,

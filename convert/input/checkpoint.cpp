@@ -104,7 +104,8 @@ Checkpoint readCheckpoint(const std::string& path, const CheckpointOptions& opti
                     files.ply + ": has no vertices, expected at least one anchor; train longer");
     if (columns.feature.size() > 1024 || columns.offset.size() > 3 * 256)
         throw Error(ErrorCode::Unsupported,
-                    formatString("%s: has %zu feature values and %zu offsets per anchor, expected at most 1024 and 256",
+                    formatString("%s: has %zu feature values and %zu offsets per anchor, expected at most 1024 and "
+                                 "256; train with fewer",
                                  files.ply.c_str(), columns.feature.size(), columns.offset.size() / 3));
     checkpoint.anchor_count = ply.header().row_count;
     checkpoint.feat_dim = uint32_t(columns.feature.size());

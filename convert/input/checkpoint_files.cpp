@@ -109,9 +109,9 @@ fs::path chooseIteration(const fs::path& point_cloud, const std::vector<std::str
         std::vector<std::string> found;
         for (const int iteration : iterations)
             found.push_back(std::to_string(iteration));
-        throw Error(ErrorCode::Usage,
-                    formatString("%s: has no iteration_%d, found %s; pass one of these to --iteration",
-                                 point_cloud.c_str(), wanted, join(found).c_str()));
+        throw Error(ErrorCode::Usage, formatString("%s: has no iteration_%d, found %s, expected it for --iteration; "
+                                                   "pass one that was found, or leave --iteration out",
+                                                   point_cloud.c_str(), wanted, join(found).c_str()));
     }
     if (!foreign.empty() && !contains(names, "point_cloud.ply"))
         warnings.push_back(point_cloud.string() + ": ignored " + join(foreign) + ", which is no iteration_<n>");
@@ -155,10 +155,9 @@ void requirePly(CheckpointFiles& files)
     }
     refuseTrainingState(folder, files.file_names);
     throw Error(ErrorCode::InvalidFile,
-                files.folder +
-                    ": no anchors; looked for point_cloud.ply, point_cloud/iteration_<n>/point_cloud.ply and "
-                    "iteration_<n>/point_cloud.ply, found " +
-                    join(files.file_names) + "; pass the folder the trainer wrote, or the PLY itself");
+                files.folder + ": no anchors, found " + join(files.file_names) +
+                    ", expected point_cloud.ply, point_cloud/iteration_<n>/point_cloud.ply or "
+                    "iteration_<n>/point_cloud.ply; pass the folder the trainer wrote, or the PLY itself");
 }
 
 void findInFile(const fs::path& path, CheckpointFiles& files)
@@ -229,9 +228,9 @@ CheckpointFiles findCheckpointFiles(const std::string& path, const CheckpointOpt
     const fs::path named = folder.has_filename() ? folder : folder.parent_path();
     files.iteration = iterationOf(named.filename().string()).value_or(-1);
     if (options.iteration >= 0 && files.iteration != options.iteration)
-        throw Error(ErrorCode::Usage,
-                    formatString("%s: is not iteration %d; pass the model folder, or leave --iteration out",
-                                 files.folder.c_str(), options.iteration));
+        throw Error(ErrorCode::Usage, formatString("%s: is another iteration, expected iteration %d as --iteration "
+                                                   "says; pass the model folder, or leave --iteration out",
+                                                   files.folder.c_str(), options.iteration));
     files.side_dirs = sideFolders(files.folder, options.scene_dir);
     return files;
 }

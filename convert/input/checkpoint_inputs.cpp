@@ -80,8 +80,8 @@ int resolveLevel(const uint32_t (&extra)[3], const Mlp* bank, const ConfigFile& 
     if (from_widths >= 0) {
         if (options.add_level >= 0 && options.add_level != from_widths)
             throw Error(ErrorCode::Usage,
-                        formatString("%s: the widths of the MLPs show that they %s the level, --add-level "
-                                     "%d was given; leave the option out",
+                        formatString("%s: the widths of the MLPs show that they %s the level, expected what "
+                                     "--add-level %d says; leave the option out",
                                      path.c_str(), from_widths ? "take" : "do not take", options.add_level));
         return from_widths;
     }
@@ -90,7 +90,7 @@ int resolveLevel(const uint32_t (&extra)[3], const Mlp* bank, const ConfigFile& 
         const bool stated = config.values.getBool(key, false, config.path);
         if (options.add_level >= 0 && options.add_level != int(stated))
             throw Error(ErrorCode::Usage,
-                        formatString("%s: add_level is %s, but --add-level %d was given; leave the option out",
+                        formatString("%s: add_level is %s, expected what --add-level %d says; leave the option out",
                                      config.path.c_str(), stated ? "True" : "False", options.add_level));
         return stated;
     }
@@ -98,8 +98,8 @@ int resolveLevel(const uint32_t (&extra)[3], const Mlp* bank, const ConfigFile& 
         return options.add_level;
     throw Error(ErrorCode::InvalidFile,
                 path + ": every MLP takes one value besides feature and direction, which is the distance or the level, "
-                       "and no cfg_args says which; pass --add-level 0 (distance) or --add-level 1 (level), or the "
-                       "folder of cfg_args with --scene-dir");
+                       "and no cfg_args says which, expected one that does; pass --add-level 0 (distance) or "
+                       "--add-level 1 (level), or the folder of cfg_args with --scene-dir");
 }
 
 void assignBank(Checkpoint& checkpoint, Mlp& bank, int add_level, const std::string& path)
@@ -116,10 +116,9 @@ void assignBank(Checkpoint& checkpoint, Mlp& bank, int add_level, const std::str
                                  "Octree-GS can be converted",
                                  path.c_str(), bank.layers[0].in, kDirection + expected));
     if (checkpoint.feat_dim % 4 != 0)
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: a feature bank needs a feature length divisible by 4, found %u; PLY and weights "
-                                 "belong to different models",
-                                 path.c_str(), checkpoint.feat_dim));
+        throw Error(ErrorCode::InvalidFile, formatString("%s: a feature bank with %u features, expected a multiple of "
+                                                         "4; PLY and weights belong to different models",
+                                                         path.c_str(), checkpoint.feat_dim));
     checkpoint.flags |= kModelFeatureBank;
     if (extra == 1) {
         checkpoint.flags |= scaffold ? kModelBankDistance : kModelBankLevel;

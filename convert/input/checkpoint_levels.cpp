@@ -68,8 +68,8 @@ LevelRule readRule(const ConfigFile& config, int option, Checkpoint& checkpoint)
         const LevelRule stated = parseRule(config.values.getString(key, "", config.path), config.path);
         if (option >= 0 && LevelRule(option) != stated)
             throw Error(ErrorCode::Usage, config.path + ": dist2level is '" + kRuleNames[uint32_t(stated)] +
-                                              "', but --dist2level " + kRuleNames[option] +
-                                              " was given; leave the option out");
+                                              "', expected what --dist2level " + kRuleNames[option] +
+                                              " says; leave the option out");
         return stated;
     }
     if (option >= 0)
@@ -91,8 +91,9 @@ uint32_t readFork(const ConfigFile& config, int option, Checkpoint& checkpoint)
                                      "trainer wrote",
                                      config.path.c_str(), stated, kLeastFork, kMostFork));
         if (option != 0 && option != stated)
-            throw Error(ErrorCode::Usage, formatString("%s: fork is %g, but --fork %d was given; leave the option out",
-                                                       config.path.c_str(), stated, option));
+            throw Error(ErrorCode::Usage,
+                        formatString("%s: fork is %g, expected what --fork %d says; leave the option out",
+                                     config.path.c_str(), stated, option));
         return uint32_t(stated);
     }
     if (option != 0)
@@ -174,8 +175,9 @@ void readLevels(Checkpoint& checkpoint, PlyFamily family, const PlyFile& ply, co
                 const ConfigFile& config, const CheckpointOptions& options)
 {
     if (options.fork != 0 && (options.fork < kLeastFork || options.fork > kMostFork))
-        throw Error(ErrorCode::Usage, formatString("--fork: is %d, expected a whole number from %d to %d", options.fork,
-                                                   kLeastFork, kMostFork));
+        throw Error(ErrorCode::Usage,
+                    formatString("--fork: is %d, expected a whole number from %d to %d; correct it or leave it out",
+                                 options.fork, kLeastFork, kMostFork));
     if (family == PlyFamily::Scaffold || family == PlyFamily::AnyBase) {
         const double voxel = config.values.getNumber(config.modelKey("voxel_size"), 0, config.path);
         // 0 and below mean "derived while training", and that value is stored nowhere (trap 32)

@@ -103,9 +103,9 @@ Mlp readMlp(const TorchArchive& archive, const Part& part, const std::string& pr
     mlp.layers[0] = readLayer(archive, prefix + "0.", path);
     mlp.layers[1] = readLayer(archive, prefix + "2.", path);
     if (mlp.layers[1].in != mlp.layers[0].out)
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: second layer of '%s' takes %u values, the first gives %u; the file is damaged",
-                                 path.c_str(), part.file, mlp.layers[1].in, mlp.layers[0].out));
+        throw Error(ErrorCode::InvalidFile, formatString("%s: second layer of '%s' takes %u values, expected the %u "
+                                                         "that the first gives; the file is damaged, copy it again",
+                                                         path.c_str(), part.file, mlp.layers[1].in, mlp.layers[0].out));
     for (const LinearLayer& layer : mlp.layers)
         for (const std::vector<float>* values : {&layer.weight, &layer.bias})
             if (!std::all_of(values->begin(), values->end(), [](float v) { return std::isfinite(v); })) {
@@ -215,9 +215,9 @@ CheckpointWeights readWeights(const CheckpointFiles& files)
                    !unite, weights);
     } else {
         throw Error(ErrorCode::InvalidFile,
-                    files.folder + ": no MLP weights beside the PLY; looked for opacity_mlp.pt, cov_mlp.pt and "
-                                   "color_mlp.pt, for checkpoints.pth and for checkpoint.pth; copy the whole "
-                                   "iteration folder of the trainer");
+                    files.folder +
+                        ": no MLP weights beside the PLY, expected opacity_mlp.pt, cov_mlp.pt and color_mlp.pt, or "
+                        "checkpoints.pth, or checkpoint.pth; copy the whole iteration folder of the trainer");
     }
     return weights;
 }

@@ -189,7 +189,8 @@ PlyHeader parsePlyHeader(std::span<const std::byte> bytes, uint64_t file_bytes, 
                 throwInvalid(name, "property '" + clip(line[2]) + "' occurs twice, expected unique names",
                              kTakeTrainers);
             if (header.columns.size() >= kMaxColumns)
-                throwInvalid(name, formatString("more than %zu properties", kMaxColumns), kTakeTrainers);
+                throwInvalid(name, formatString("more than %zu properties, expected fewer", kMaxColumns),
+                             kTakeTrainers);
             header.columns.push_back(
                 {std::string(line[2]), header.row_bytes, line[1] == "float" || line[1] == "float32"});
             header.row_bytes += size;

@@ -109,7 +109,7 @@ private:
                 count = 0;
         for (size_t i = source.shape.size(); count != 0 && i-- > 0;) {
             if (source.shape[i] > source.storage_count / count)
-                invalid("tensor '" + path + "' is larger than its storage");
+                invalid("tensor '" + path + "' is larger than its storage, expected it to fit");
             if (source.shape[i] != 1 && source.stride[i] != count)
                 throw Error(ErrorCode::Unsupported,
                             m_name + ": tensor '" + path +
@@ -117,7 +117,7 @@ private:
             count *= source.shape[i];
         }
         if (source.offset > source.storage_count || count > source.storage_count - source.offset)
-            invalid("tensor '" + path + "' reaches beyond its storage");
+            invalid("tensor '" + path + "' reaches beyond its storage, expected it to fit");
         // no trainer shares a storage between tensors; a hostile file could, to be read a million times
         if (source.storage_count > m_floats_left)
             invalid("tensors hold more values than the archive has bytes for, expected one storage per tensor");

@@ -109,8 +109,10 @@ void writeTensor(PickleWriter& pickle, Storages& storages, std::span<const float
     for (const uint64_t size : shape)
         count *= size;
     if (values.size() != count || count >= (uint64_t(1) << 31))
-        throw Error(ErrorCode::Internal, formatString("tensor: %zu values, shape has %llu", values.size(),
-                                                      static_cast<unsigned long long>(count)));
+        throw Error(
+            ErrorCode::Internal,
+            formatString("tensor: %zu values, expected the %llu of its shape; this is a bug of gsc, please report it",
+                         values.size(), static_cast<unsigned long long>(count)));
     pickle.global("torch._utils", "_rebuild_tensor_v2");
     pickle.op('(');
     pickle.op('(');

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 
 namespace gsc {
 
@@ -40,8 +41,10 @@ PathsReport makePaths(const PathsOptions& options)
             std::string known;
             for (const std::string& n : names)
                 known += (known.empty() ? "" : ", ") + n;
-            throw Error(ErrorCode::Usage, formatString("--only: there is no path \"%.40s\", expected some of %s",
-                                                       name.c_str(), known.c_str()));
+            throw Error(
+                ErrorCode::Usage,
+                formatString("--only: there is no path \"%.40s\", expected some of %s; pass these, or leave it out",
+                             name.c_str(), known.c_str()));
         }
     for (const std::string& name : options.only.empty() ? modelPathNames() : options.only)
         checkOutput(fileOf(options, name), OutputKind::Binary, options.overwrite, OutputFolder::IsMade);
@@ -49,19 +52,13 @@ PathsReport makePaths(const PathsOptions& options)
 
     const MappedFile file(options.input);
     GscView view;
-    std::string first;
-    bool newer = false;
+    std::optional<Issue> first;
     const auto sink = [&](const Issue& issue) {
-        if (!first.empty() || issue.info->severity == Severity::Warning)
-            return;
-        first = std::string(issue.info->summary) + ": " + issue.detail;
-        newer = isUnsupported(*issue.info);
+        if (!first && issue.info->severity != Severity::Warning)
+            first = issue;
     };
     if (!openGsc(file.bytes(), view, GscCheck::Index, sink))
-        throw Error(newer ? ErrorCode::Unsupported : ErrorCode::InvalidFile,
-                    formatString("%s: is damaged or no .gsc file (%s); gsc validate tells all, gsc convert makes one "
-                                 "from a checkpoint",
-                                 options.input.c_str(), first.c_str()));
+        throwIssue(options.input, first);
     const ModelSurvey survey = surveyModel(view, options.input, metreOf(view, options));
     PathsReport report;
     report.paths = modelPaths(survey, {options.width, options.height, options.fov_x}, options.fps, options.only);

@@ -176,7 +176,7 @@ SampleReport makeSample(const SampleOptions& options, const SampleProgress& prog
     const uint64_t least = octree ? 2 : 1; // an Octree-GS file keeps two numbers in its first two rows
     if (options.anchors < least || options.anchors > kMaxAnchors)
         throw Error(ErrorCode::Usage,
-                    formatString("--anchors: %llu, expected %llu..%llu",
+                    formatString("--anchors %llu: out of range, expected %llu to %llu; pass another number",
                                  static_cast<unsigned long long>(options.anchors),
                                  static_cast<unsigned long long>(least), static_cast<unsigned long long>(kMaxAnchors)));
     ModelFolder folder(options.output, options.overwrite);

@@ -33,16 +33,18 @@ bool isModelFolder(const fs::path& path)
 ModelFolder::ModelFolder(const std::string& path, bool overwrite)
 {
     if (path.empty())
-        throw Error(ErrorCode::Usage, "output: no folder given, expected a path for the new model");
+        throw Error(ErrorCode::Usage, "output: no folder given, expected a path for the new model; give one");
     checkOutputFolder(path, true);
     m_final = resolveOutput(path);
     std::error_code error;
     if (fs::exists(m_final, error)) {
         if (!overwrite)
-            throw Error(ErrorCode::Usage, path + ": exists already; choose another folder or pass -w to replace it");
+            throw Error(
+                ErrorCode::Usage,
+                path + ": exists already, expected no such folder; choose another folder or pass -w to replace it");
         if (!isModelFolder(m_final))
-            throw Error(ErrorCode::Usage, path + ": is not a model folder (no cfg_args, no point_cloud), "
-                                                 "which -w would replace; choose another folder");
+            throw Error(ErrorCode::Usage, path + ": is not a model folder (no cfg_args, no point_cloud), expected one "
+                                                 "for -w to replace; choose another folder");
     }
     fs::create_directories(m_final.parent_path(), error); // what fails shows in the next line
     m_work.emplace(m_final.string(), TemporaryKind::Folder, 0777);

@@ -275,8 +275,8 @@ std::vector<ModelPath> modelPaths(const ModelSurvey& survey, const PathLens& len
             continue;
         if (named.make == aerial && !fliesOver(survey)) {
             if (asked)
-                throw Error(ErrorCode::Usage, "--only: the cameras of this model stand on the ground, there is no "
-                                              "aerial path; leave it out");
+                throw Error(ErrorCode::Usage, "--only: the cameras of this model stand on the ground, expected some in "
+                                              "the air for the path aerial; leave it out");
             continue;
         }
         const bool teleports = named.make == teleport;

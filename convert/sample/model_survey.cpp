@@ -248,7 +248,7 @@ ModelSurvey surveyPoints(const GscView& view, std::vector<Vec3> points, const st
     setLevels(*view.params, site);
     if (!(site.metre > 0) || !std::isfinite(site.metre))
         throw Error(ErrorCode::Unsupported,
-                    name + ": all anchors lie in one place, expected a model one can move about in");
+                    name + ": all anchors lie in one place, expected a model one can move about in; pass another one");
     return survey;
 }
 

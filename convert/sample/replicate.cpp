@@ -100,7 +100,7 @@ private:
             const int64_t k = anchor.quanta[axis] + cells[axis] * per_step + std::llround(jitter);
             if (std::abs(k) >= int64_t(1) << 24)
                 throw Error(ErrorCode::Usage, "--anchors: the city would leave the range in which the voxel grid is "
-                                              "exact in single precision; ask for fewer");
+                                              "exact in single precision, expected a city within it; ask for fewer");
             row[axis] = gridCoordinate(int32_t(k), quantum, m_source.origin, false);
         }
     }
@@ -144,8 +144,9 @@ void refuseSource(const std::string& output, const std::string& path)
     std::error_code error;
     for (std::filesystem::path at = std::filesystem::weakly_canonical(path, error); !error; at = at.parent_path()) {
         if (std::filesystem::equivalent(at, output, error))
-            throw Error(ErrorCode::Usage, output + ": holds the source " + path +
-                                              ", which the city would replace; choose another folder");
+            throw Error(ErrorCode::Usage,
+                        output + ": holds the source " + path +
+                            ", which the city would replace, expected a folder without it; choose another folder");
         error.clear(); // an output that does not exist is nobody's source
         if (at == at.parent_path())
             return;
@@ -157,7 +158,7 @@ void copyFile(const std::string& from, const std::string& to)
     std::ifstream in(from, std::ios::binary);
     const std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
     if (!in)
-        throw Error(ErrorCode::Io, from + ": cannot be read");
+        throw Error(ErrorCode::Io, from + ": cannot be read, expected a readable file; check its rights and the disk");
     writeFile(to, bytes);
 }
 
@@ -168,7 +169,8 @@ SampleReport replicateCheckpoint(const ReplicateOptions& options, const SamplePr
     const auto start = std::chrono::steady_clock::now();
     if (options.anchors < 2 || options.anchors > kMaxAnchors)
         throw Error(ErrorCode::Usage,
-                    formatString("--anchors: %llu, expected 2..%llu", static_cast<unsigned long long>(options.anchors),
+                    formatString("--anchors %llu: out of range, expected 2 to %llu; pass another number",
+                                 static_cast<unsigned long long>(options.anchors),
                                  static_cast<unsigned long long>(kMaxAnchors)));
     refuseSource(options.output, options.input);
     ModelFolder folder(options.output, options.overwrite);

@@ -91,8 +91,9 @@ void locate(const Checkpoint& cp, const std::vector<GridSample>& all, ReplicateS
 ReplicateSource readReplicateSource(const Checkpoint& cp)
 {
     if (cp.family != ModelFamily::ScaffoldGs && cp.family != ModelFamily::OctreeGs)
-        throw Error(ErrorCode::Unsupported, cp.model_path + ": is neither a Scaffold-GS nor an Octree-GS model; "
-                                                            "replicate writes these two layouts only");
+        throw Error(ErrorCode::Unsupported,
+                    cp.model_path + ": is neither a Scaffold-GS nor an Octree-GS model, expected one of them; "
+                                    "replicate writes these two layouts only");
     const std::vector<PinholeView> views = trainingViews(cp);
     const auto anchors = openAnchors(cp);
     AnchorBatch batch;
@@ -119,8 +120,8 @@ ReplicateSource readReplicateSource(const Checkpoint& cp)
     source.row_floats = 3 + 3 + 3 * cp.n_offsets + cp.feat_dim + 1 + 6 + 4;
     source.frame = fitGround(seen, views);
     if (!(source.frame.capture_height > 0))
-        throw Error(ErrorCode::Usage, cp.model_path + ": the cameras are not above the ground; replicate needs a model "
-                                                      "photographed from the air");
+        throw Error(ErrorCode::Usage, cp.model_path + ": the cameras are not above the ground, expected them in the "
+                                                      "air; replicate needs a model photographed from the air");
     anchors->rewind();
     while (anchors->next(batch, kAnchorAll, kBatch)) {
         throwIfInterrupted();
@@ -133,7 +134,9 @@ ReplicateSource readReplicateSource(const Checkpoint& cp)
         }
     }
     if (source.anchors.empty())
-        throw Error(ErrorCode::Usage, cp.model_path + ": no anchor lies within the ground tile; is it an aerial model");
+        throw Error(ErrorCode::Usage,
+                    cp.model_path +
+                        ": no anchor lies within the ground tile, expected at least one; pass an aerial model");
     locate(cp, samples, source);
     return source;
 }

@@ -74,15 +74,18 @@ Image readPfm(const std::string& path)
     const std::string magic = headerWord(file.get());
     if (magic != "PF")
         throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: no colour PFM image, expected it to start with PF", path.c_str()));
+                    formatString("%s: no colour PFM image, expected it to start with PF; convert it to a colour image",
+                                 path.c_str()));
     const long width = std::strtol(headerWord(file.get()).c_str(), nullptr, 10);
     const long height = std::strtol(headerWord(file.get()).c_str(), nullptr, 10);
     const double scale = std::strtod(headerWord(file.get()).c_str(), nullptr);
     if (width < 1 || height < 1 || width > long(kMaxSide) || height > long(kMaxSide))
-        throw Error(ErrorCode::InvalidFile, formatString("%s: is %ld x %ld pixels, expected 1 to %u each", path.c_str(),
-                                                         width, height, kMaxSide));
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: is %ld x %ld pixels, expected 1 to %u each; pass another image", path.c_str(),
+                                 width, height, kMaxSide));
     if (!std::isfinite(scale) || scale == 0)
-        throw Error(ErrorCode::InvalidFile, formatString("%s: has scale %g, expected -1 or 1", path.c_str(), scale));
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: has scale %g, expected -1 or 1; write the image again", path.c_str(), scale));
     Image image;
     image.width = uint32_t(width);
     image.height = uint32_t(height);
@@ -93,7 +96,8 @@ Image readPfm(const std::string& path)
         bottom_up.resize(bottom_up.size() + row);
         if (std::fread(bottom_up.data() + size_t(y) * row, sizeof(float), row, file.get()) != row)
             throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: ends in row %ld of %ld, expected all of them", path.c_str(), y, height));
+                        formatString("%s: ends in row %ld of %ld, expected all of them; copy or write the image again",
+                                     path.c_str(), y, height));
     }
     if (scale > 0) // big-endian
         for (float& value : bottom_up)
@@ -126,8 +130,9 @@ bool isImageExtension(const std::string& path)
 void writeImage(const std::string& path, const Image& image, PixelDepth depth)
 {
     if (!isImageExtension(path))
-        throw Error(ErrorCode::Unsupported, formatString("%s: this build cannot write such a file, expected one of %s",
-                                                         path.c_str(), imageExtensions().c_str()));
+        throw Error(ErrorCode::Unsupported,
+                    formatString("%s: this build cannot write such a file, expected one of %s; choose one of them",
+                                 path.c_str(), imageExtensions().c_str()));
     OutputFile file(path, OutputKind::Binary, true);
     const std::string extension = extensionOf(path);
     if (extension == ".pfm") {

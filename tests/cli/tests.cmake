@@ -38,8 +38,10 @@ if(TARGET gsc_commands)
   set_tests_properties(cli_compare_render cli_interrupt cli_killed PROPERTIES LABELS "cpu;slow")
 endif()
 
-add_test(NAME check_traps COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/check_traps.py)
-set_tests_properties(check_traps PROPERTIES LABELS cpu TIMEOUT 60)
+foreach(check check_traps check_messages)
+  add_test(NAME ${check} COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/${check}.py)
+  set_tests_properties(${check} PROPERTIES LABELS cpu TIMEOUT 60)
+endforeach()
 
 if(GSC_CI_TESTS)
   include(${PROJECT_SOURCE_DIR}/.ci/tests.cmake)

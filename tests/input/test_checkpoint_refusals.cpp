@@ -188,7 +188,7 @@ TEST_CASE("refusals: missing and mixed-up files")
     refuses(folder.path() / "m/cfg_args", ErrorCode::InvalidFile, "neither a folder nor a PLY", "point_cloud.ply");
 
     fs::rename(iteration / "point_cloud.ply", folder.path() / "kept.ply"); // .pt without PLY
-    refuses(model, ErrorCode::InvalidFile, "opacity_mlp.pt", "looked for point_cloud.ply");
+    refuses(model, ErrorCode::InvalidFile, "opacity_mlp.pt", "expected point_cloud.ply");
     fs::rename(folder.path() / "kept.ply", iteration / "point_cloud.ply");
 
     fs::rename(iteration / "cov_mlp.pt", folder.path() / "kept.pt"); // two of three

@@ -233,7 +233,7 @@ TEST_CASE("what is wrong is refused with the entry and the key")
         {with(kUpstream, "3200", "0"), "\"width\" is 0", ""},
         {with(kUpstream, "3200", "99999999999999999999"), "\"width\"", ""},
         {with(kUpstream, "\"a\"", "7"), "\"img_name\" is 7", "a string"},
-        {"[7]", "entry 0 is 7", "an object"},
+        {"[7]", "entry 0: is 7", "an object"},
         {"[]", "holds no camera", ""},
         {"{}", "no camera file", "gsc.trajectory/1"},
         {"7", "expected an object", ""},
