@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Installs what the build and the tests need and the machine lacks, from the distribution (Debian 12, Ubuntu 24.04).
-# usage: .ci/setup.sh [ci]    ci = also the tools of .ci/run: clang for the fuzz targets, clang-format
+# usage: .ci/setup.sh [ci]    ci = also the tools of .ci/run: clang for the fuzz targets, clang-format, and what tests
+#                             skip where it is missing: zsh and fish, which complete, and man
 set -euo pipefail
 
 packages=(
@@ -13,7 +14,7 @@ packages=(
     doctest-dev libbenchmark-dev binutils python3 python3-numpy python3-jsonschema
 )
 if [ "${1:-}" = ci ]; then
-    packages+=(clang libclang-rt-dev clang-format-14)
+    packages+=(clang libclang-rt-dev clang-format-14 zsh fish man-db)
 fi
 
 if ! command -v dpkg-query >/dev/null; then

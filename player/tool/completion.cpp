@@ -55,11 +55,13 @@ void addValues(std::string& lines, const CLI::Option& option, const std::string&
     }
 }
 
+// Not those given already, nor what one of them rules out.
 void addOptions(std::string& lines, const CLI::App& command, const std::string& begun, const CommandState& state)
 {
+    const auto given = [&](const CLI::Option* option) { return state.given.count(option) > 0; };
     for (const CLI::Option* option : command.get_options([](const CLI::Option*) { return true; })) {
-        const auto given = state.given.find(option);
-        if (given != state.given.end() && takesValue(*option) && !takesSeveral(*option))
+        const auto& rivals = option->get_excludes();
+        if ((given(option) && !takesSeveral(*option)) || std::any_of(rivals.begin(), rivals.end(), given))
             continue;
         for (const std::string& name : option->get_lnames())
             if (starts("--" + name, begun))
@@ -67,101 +69,158 @@ void addOptions(std::string& lines, const CLI::App& command, const std::string& 
     }
 }
 
-constexpr const char* kBash = R"(# bash completion of PROGRAM, printed by `PROGRAM completion bash`
-_FUNCTION_complete() {
-    local IFS=$'\n' line cur words=() word i
-    # bash cuts --format=json into three words
-    for ((i = 1; i <= COMP_CWORD; i++)); do
-        word=${COMP_WORDS[i]}
-        if [[ $word == = && ${#words[@]} -gt 0 ]]; then
-            words[-1]+==
-        elif [[ ${#words[@]} -gt 0 && ${words[-1]} == --*= ]]; then
-            words[-1]+=$word
-        else
-            words+=("$word")
-        fi
-    done
-    cur=${COMP_WORDS[COMP_CWORD]}
-    [[ $cur == = ]] && cur=
-    COMPREPLY=()
-    for line in $("${COMP_WORDS[0]}" __complete "${words[@]}" 2>/dev/null); do
-        case $line in
-        :folders)
-            compopt -o filenames 2>/dev/null
-            COMPREPLY+=($(compgen -d -- "$cur"))
+void addCommands(std::string& lines, const CLI::App& command, const std::string& begun)
+{
+    for (const CLI::App* sub : command.get_subcommands([](const CLI::App*) { return true; }))
+        if (starts(sub->get_name(), begun))
+            addLine(lines, sub->get_name(), sub->get_description());
+}
+
+// What follows `path`, the words behind help or man.
+void addCommandsBelow(std::string& lines, const CLI::App& root, const std::vector<std::string>& path,
+                      const std::string& begun)
+{
+    const CLI::App* command = &root;
+    for (const std::string& word : path) {
+        const auto named = command->get_subcommands([&](const CLI::App* sub) { return sub->get_name() == word; });
+        if (named.empty())
+            return;
+        command = named.front();
+    }
+    addCommands(lines, *command, begun);
+}
+
+constexpr const char* kBash = R"script(# bash completion of PROGRAM, printed by `PROGRAM completion bash`
+
+# The words of a line without their quotes, the last one empty or begun. `head` is what bash leaves of the last one:
+# it replaces what stands behind the last = or : alone.
+_FUNCTION_split() {
+    local text=$1 word='' begun='' quote='' char i
+    words=() head=''
+    for ((i = 0; i < ${#text}; i++)); do
+        char=${text:i:1}
+        case $quote$char in
+        ' ' | $'\t' | $'\n')
+            [[ $begun ]] && words+=("$word")
+            word='' begun='' head=''
+            continue
             ;;
-        :files)
-            compopt -o filenames 2>/dev/null
-            COMPREPLY+=($(compgen -f -- "$cur"))
+        '\' | '"\')
+            ((i++))
+            word+=${text:i:1}
             ;;
-        ":files "*)
-            compopt -o filenames 2>/dev/null
-            COMPREPLY+=($(compgen -d -- "$cur"; compgen -f -X "!*${line#:files }" -- "$cur"))
-            ;;
+        '"' | "'") quote=$char head=$word ;;
+        '""' | "''") quote='' ;;
         *)
-            word=${line%%$'\t'*}
-            [[ ${words[-1]} == --*=* ]] && word=${word#*=}
-            COMPREPLY+=("$word")
+            word+=$char
+            [[ ! $quote && $COMP_WORDBREAKS == *"$char"* ]] && head=$word
             ;;
         esac
+        begun=1
     done
+    words+=("$word")
+}
+
+_FUNCTION_complete() {
+    local words head line ending path real option='' value
+    _FUNCTION_split "${COMP_LINE:0:COMP_POINT}"
+    value=${words[-1]}
+    [[ $value == --*=* ]] && option=${value%%=*}= value=${value#*=}
+    real=$value
+    [[ $value == '~/'* ]] && real=$HOME/${value#'~/'}
+    [[ ${words[0]} == '~/'* ]] && words[0]=$HOME/${words[0]#'~/'}
+    COMPREPLY=()
+    while IFS= read -r line; do
+        case $line in
+        :folders | :files*)
+            compopt -o filenames 2>/dev/null
+            ending=${line#:files}
+            for path in "$real"*; do
+                if [[ -d $path || (-e $path && $line == :files* && $path == *"${ending# }") ]]; then
+                    path=$option$value${path#"$real"}
+                    COMPREPLY+=("${path#"$head"}")
+                fi
+            done
+            ;;
+        *)
+            line=${line%%$'\t'*}
+            COMPREPLY+=("${line#"$head"}")
+            ;;
+        esac
+    done < <("${words[0]}" __complete "${words[@]:1}" 2>/dev/null)
 }
 complete -F _FUNCTION_complete PROGRAM
-)";
+)script";
 
-constexpr const char* kZsh = R"(#compdef PROGRAM
+constexpr const char* kZsh = R"script(#compdef PROGRAM
 # zsh completion of PROGRAM, printed by `PROGRAM completion zsh`
-_FUNCTION() {
-    local line word
-    local -a found
-    for line in "${(@f)$(${words[1]} __complete "${(@)words[2,CURRENT]}" 2>/dev/null)}"; do
+_PROGRAM() {
+    local program=${~${(Q)words[1]}} line word before='' ret=1
+    local -a lines options found
+    lines=("${(@f)$("$program" __complete "${(@Q)words[2,CURRENT-1]}" "${(Q)PREFIX}" 2>/dev/null)}")
+    compset -P 1 '--*=' && before='*='
+    for line in $lines; do
         case $line in
-        '') ;;
-        :folders) _path_files -/ ;;
-        :files) _files ;;
-        ":files "*) _files -g "*${line#:files }" ;;
+        :folders) _path_files -/ && ret=0 ;;
+        :files*)
+            _path_files -g "*${line##:files( |)}(-.)" && ret=0
+            _path_files -/ && ret=0
+            ;;
         *)
             word=${line%%$'\t'*}
-            if [[ $line == *$'\t'* ]]; then
-                found+=("${word//:/\\:}:${line#*$'\t'}")
+            word=${${word#$~before}//:/\\:}
+            [[ $line == *$'\t'* ]] && word+=:${line#*$'\t'}
+            if [[ $word == -* ]]; then
+                options+=("$word")
             else
-                found+=("${word//:/\\:}")
+                found+=("$word")
             fi
             ;;
         esac
     done
-    (( ${#found} )) && _describe 'PROGRAM' found
+    (( ${#options} )) && _describe -o 'option' options && ret=0
+    (( ${#found} )) && _describe 'word' found && ret=0
+    return ret
 }
-if [[ ${funcstack[1]} == _FUNCTION ]]; then
-    _FUNCTION "$@"
+if [[ ${funcstack[1]} == _PROGRAM ]]; then # called by zsh, which found this file in fpath
+    _PROGRAM "$@"
 else
-    compdef _FUNCTION PROGRAM
+    compdef _PROGRAM PROGRAM
 fi
-)";
+)script";
 
-constexpr const char* kFish = R"(# fish completion of PROGRAM, printed by `PROGRAM completion fish`
+constexpr const char* kFish = R"script(# fish completion of PROGRAM, printed by `PROGRAM completion fish`
 function _FUNCTION_complete
-    set -l words (commandline -opc) (commandline -ct)
-    set -l last $words[-1]
-    string match -q -- '--*=*' $last; and set last (string replace -r '^[^=]*=' '' -- $last)
-    for line in ($words[1] __complete $words[2..-1] 2>/dev/null)
+    set -l words (commandline -opc)
+    set -l raw (commandline -ct)
+    # the quote of a word that is begun has no end
+    set -l word (string unescape -- "$raw"; or string unescape -- "$raw\""; or string unescape -- "$raw'")
+    set -l option (string match -r -- '^--[^=]*=' $word; or echo)
+    set -l value (string sub -s (math (string length -- "$option") + 1) -- $word)
+    set -l folder (string replace -r '[^/]*$' '' -- $value)
+    set -l real (string replace -r '^~/' "$HOME/" -- $folder)
+    set -l dot (string match -r '^\.' -- (string replace -r '.*/' '' -- $value); or echo)
+    set -l start (math (string length -- "$real") + 1)
+    set -l program (string replace -r '^~/' "$HOME/" -- $words[1])
+    for line in ($program __complete $words[2..-1] "$word" 2>/dev/null)
         switch $line
-            case ':folders'
-                __fish_complete_directories $last
-            case ':files'
-                __fish_complete_path $last
-            case ':files *'
-                set -l ending (string replace ':files ' '' -- $line)
-                for path in (__fish_complete_path $last)
-                    string match -q -r -- '/$|'(string escape --style=regex -- $ending)'($|\t)' $path; and echo $path
+            case ':folders' ':files*'
+                set -l ending (string replace -r '^:\w+ ?' '' -- $line)
+                for path in $real$dot*
+                    set -l name $option$folder(string sub -s $start -- $path)
+                    if test -d $path
+                        printf '%s/\n' $name
+                    else if test $line != ':folders'; and string match -q -- "*$ending" $path
+                        printf '%s\n' $name
+                    end
                 end
             case '*'
-                echo $line
+                printf '%s\n' $line
         end
     end
 end
 complete -c PROGRAM -f -a '(_FUNCTION_complete)'
-)";
+)script";
 
 } // namespace
 
@@ -187,15 +246,12 @@ std::string completions(const CLI::App& root, const std::vector<std::string>& wo
         return lines;
     }
     if (state.positionals.empty() && state.given.empty())
-        for (const CLI::App* sub : command.get_subcommands([](const CLI::App*) { return true; }))
-            if (starts(sub->get_name(), last))
-                addLine(lines, sub->get_name(), sub->get_description());
+        addCommands(lines, command, last);
     if (const CLI::Option* option = nextPositional(state)) {
-        if (placeholderOf(*option) == "COMMAND") { // of help and man
-            std::vector<std::string> path(words.begin() + 1, words.end());
-            return completions(root, path);
-        }
-        addValues(lines, *option, last, "");
+        if (placeholderOf(*option) == "COMMAND") // of help and man
+            addCommandsBelow(lines, root, state.positionals, last);
+        else
+            addValues(lines, *option, last, "");
     }
     return lines;
 }

@@ -18,7 +18,7 @@ enum class Shell { Bash, Zsh, Fish };
 inline constexpr const char* kCompleteCommand = "__complete";
 
 // Lines for the last of `words`, which may be empty or begun: a candidate, a tab and what it is; ":files" with the
-// endings wanted behind it, or none for all; ":folders". By an option's placeholder (options.h): words separated by |
+// ending wanted behind it, or none for all, where folders are offered too, to go on in; ":folders". By an option's placeholder (options.h): words separated by |
 // are candidates, those in capitals name files: DIR, MODEL and CHECKPOINT folders, FILE.gsc files of an ending.
 std::string completions(const CLI::App& root, const std::vector<std::string>& words);
 

@@ -64,15 +64,18 @@ std::string synopsis(const CLI::App& command)
     return text;
 }
 
+std::string entry(const std::string& name, const std::string& placeholder, const std::string& text)
+{
+    return ".TP\n\\fB" + escaped(name) + "\\fR" + (placeholder.empty() ? "" : " " + escaped(placeholder)) + "\n" +
+           escaped(text) + "\n";
+}
+
 std::string optionEntry(const CLI::Option& option)
 {
-    std::string names = option.get_positional() ? option.get_name(true, false) : option.get_name(false, true);
+    std::string names = option.get_name(false, true);
     for (size_t at = 0; (at = names.find(',', at)) != std::string::npos; at += 2)
         names.insert(at + 1, " ");
-    const std::string& text = option.get_option_text();
-    return ".TP\n\\fB" + escaped(names) + "\\fR" +
-           (takesValue(option) && !option.get_positional() ? " " + escaped(text) : "") + "\n" +
-           escaped(option.get_description()) + "\n";
+    return entry(names, takesValue(option) ? option.get_option_text() : "", option.get_description());
 }
 
 } // namespace
@@ -86,12 +89,18 @@ std::string manPage(const CLI::App& command)
         short_text.pop_back();
     std::string page =
         ".TH \"" + escaped(upperCase(name)) + "\" 1 \"\" \"gsc " + toolVersion() + "\" \"User Commands\"\n";
+    page += ".nh\n.ad l\n"; // names of files and options stay whole
     page += ".SH NAME\n" + escaped(name) + " \\- " + escaped(short_text) + "\n";
     page += ".SH SYNOPSIS\n" + synopsis(command);
     page += ".SH DESCRIPTION\n" + escaped(description) + "\n";
+    const auto words = command.get_options([](const CLI::Option* option) { return option->get_positional(); });
+    page += words.empty() ? "" : ".SH WORDS\n";
+    for (const CLI::Option* word : words)
+        page += entry(word->get_name(true, false), "", word->get_description());
     for (const std::string& group : command.get_groups()) {
-        const auto options = command.get_options(
-            [&](const CLI::Option* option) { return option->get_group() == group && !group.empty(); });
+        const auto options = command.get_options([&](const CLI::Option* option) {
+            return option->get_group() == group && !group.empty() && option->nonpositional();
+        });
         if (options.empty())
             continue;
         page += ".SH " + upperCase(escaped(group)) + "\n";
@@ -101,7 +110,7 @@ std::string manPage(const CLI::App& command)
     if (const auto subs = commandsOf(command); !subs.empty()) {
         page += ".SH COMMANDS\n";
         for (const CLI::App* sub : subs)
-            page += ".TP\n\\fB" + escaped(sub->get_name()) + "\\fR\n" + escaped(sub->get_description()) + "\n";
+            page += entry(sub->get_name(), "", sub->get_description());
     }
     if (!command.get_footer().empty())
         page += ".SH NOTES\n.nf\n" + escaped(command.get_footer()) + "\n.fi\n";
