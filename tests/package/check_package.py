@@ -78,6 +78,7 @@ def check_lean() -> None:
         run(CMAKE, "--build", build, "--parallel", jobs)
         run(CMAKE, "--install", build, "--prefix", prefix)
 
+        check_shell_files(prefix)
         libraries = needed(prefix / "bin/gsc-play")
         print("gsc-play needs", *libraries)
         strangers = [library for library in libraries if not GLIBC.fullmatch(library)]
@@ -90,6 +91,30 @@ def check_lean() -> None:
         run(sys.argv[4], folder / "tiny.gsc")
         stats = json.loads(run(consumer / "consumer", folder / "tiny.gsc"))
         print("the consumer rendered with backend", stats["backend"])
+
+
+def pages_below(program: pathlib.Path, *path: str) -> list[str]:
+    """The page of a command and those of the commands below it, as the program names them."""
+    lines = run(program, "__complete", "man", *path, "").splitlines()
+    below = [page for line in lines for page in pages_below(program, *path, line.split("\t")[0])]
+    return ["-".join((program.name, *path)) + ".1", *below]
+
+
+def check_shell_files(prefix: pathlib.Path) -> None:
+    """Completions and manual pages of the programs that are there, and of no other."""
+    programs, share = sorted((prefix / "bin").iterdir()), prefix / "share"
+    expected = {f"{folder}/{before}{program.name}{after}" for program in programs for folder, before, after in (
+        ("bash-completion/completions", "", ""), ("zsh/site-functions", "_", ""), ("fish/vendor_completions.d", "", ".fish"))}
+    expected |= {f"man/man1/{page}" for program in programs for page in pages_below(program)}
+    found = {f.relative_to(share).as_posix() for f in share.rglob("*") if f.is_file() and f.stat().st_size > 0}
+    found = {name for name in found if not name.startswith("doc/")}
+    if found != expected:
+        sys.exit(f"share/ lacks {sorted(expected - found)} and has {sorted(found - expected)} too many")
+    if shutil.which("man"):
+        page = run("man", "-l", share / f"man/man1/{programs[-1].name}.1", env=os.environ | {"MANPAGER": "cat"})
+        if "SYNOPSIS" not in page:
+            sys.exit(f"man shows {page!r}")
+    print(len(found), "completions and manual pages lie in share/")
 
 
 def check_start(program: pathlib.Path, option: str, log: pathlib.Path) -> None:
@@ -139,6 +164,7 @@ def check_installed() -> None:
         for program in sorted((moved / "bin").iterdir()):
             for option in ("--version", "--help"):
                 check_start(program, option, folder / f"{program.name}{option}")
+        check_shell_files(moved)
         modules = {path.stem: path for path in (moved / "lib/gsc").glob("*.so")}
         play, gsc = moved / "bin/gsc-play", moved / "bin/gsc"
         picture = "gsc_image_oiio" in modules
@@ -169,6 +195,9 @@ def check_bundle() -> None:
 
 def check_bundle_libraries(bundle: pathlib.Path) -> set[str]:
     """Every library that the loader takes lies in the bundle, or is glibc's: those are returned."""
+    beside = {f.name for f in (*bundle.glob("completions/*"), *bundle.glob("man/man1/*"))}
+    if missing := {"gsc", "_gsc-play", "gsc.fish", "gsc.1", "gsc-play-bench.1"} - beside:
+        sys.exit(f"completions/ and man/ lack {missing}")
     glibc = set()
     modules = sorted(bundle.glob("gsc_*.so"))
     alone = not (bundle / "gsc_image_oiio.so").exists()
@@ -179,7 +208,7 @@ def check_bundle_libraries(bundle: pathlib.Path) -> set[str]:
                 glibc.add(path or library)
             elif (alone and part.name == "gsc-play") or pathlib.Path(path).parent != bundle:
                 sys.exit(f"{part.name} takes {library} from {path or 'nowhere'}")
-    files = [f for f in bundle.iterdir() if not f.is_symlink()]
+    files = [f for f in bundle.iterdir() if f.is_file() and not f.is_symlink()]
     versions = re.findall(r"\(GLIBC_2\.(\d+)\)", run("objdump", "-T", *files))
     print(f"the bundle: {len(modules)} modules, {len(files) - 2 - len(modules)} libraries, {sum(f.stat().st_size for f in files) / 1e6:.0f} MB, "
           f"runs with glibc 2.{max(map(int, versions))} or later")
