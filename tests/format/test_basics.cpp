@@ -182,12 +182,12 @@ TEST_CASE("utf8Prefix stops at the first byte that is not UTF-8")
     using namespace std::string_view_literals;
     for (const std::string_view good : {""sv, "ascii\n"sv, "\xc3\xa9"sv, "\xe2\x82\xac"sv, "\xf0\x9f\x98\x80"sv,
                                         "\xed\x9f\xbf"sv, "\xf4\x8f\xbf\xbf"sv})
-        CHECK(validate::utf8Prefix(good) == good.size());
+        CHECK(utf8Prefix(good) == good.size());
     for (const std::string_view bad :
          {"\x80"sv, "\xc0\x80"sv, "\xc1\xbf"sv, "\xe0\x9f\xbf"sv, "\xed\xa0\x80"sv, "\xf0\x8f\xbf\xbf"sv,
           "\xf4\x90\x80\x80"sv, "\xf5\x80\x80\x80"sv, "\xe2\x82"sv, "\xe2\x28\xa1"sv, "\xff"sv}) {
-        CHECK(validate::utf8Prefix(bad) == 0);
-        CHECK(validate::utf8Prefix("ok" + std::string(bad)) == 2);
+        CHECK(utf8Prefix(bad) == 0);
+        CHECK(utf8Prefix("ok" + std::string(bad)) == 2);
     }
 }
 
