@@ -2,6 +2,7 @@
 #include "player/camera_file.h"
 
 #include "player/camera_lens.h"
+#include "format/read_file.h"
 #include "player/json_fields.h"
 
 #include <cerrno>
@@ -374,24 +375,7 @@ std::vector<Camera> parseCameraFile(std::string_view json, const std::string& na
 
 std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eyes, std::vector<std::string>* ignored)
 {
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
-    if (!file)
-        throw Error(ErrorCode::Io,
-                    formatString("%s: cannot be opened (%s), expected a camera file; check the path, or pass "
-                                 "\"stored\" for those in the model",
-                                 path.c_str(), std::strerror(errno)));
-    std::string text;
-    char buffer[65536];
-    size_t count;
-    while ((count = std::fread(buffer, 1, sizeof(buffer), file.get())) > 0) {
-        text.append(buffer, count);
-        if (text.size() > kMaxFileBytes)
-            throw Error(ErrorCode::InvalidFile, path + ": larger than 1 GiB, expected a camera file; check the path");
-    }
-    if (std::ferror(file.get()))
-        throw Error(ErrorCode::Io,
-                    formatString("%s: cannot be read (%s), expected a camera file; check its rights and the disk",
-                                 path.c_str(), std::strerror(errno)));
+    const std::string text = readWholeFile(path, kMaxFileBytes, "a camera file, or \"stored\" for those in the model");
     const size_t first = text.find_first_not_of(" \t\r\n\xef\xbb\xbf"); // and a byte order mark
     if (first == std::string::npos || (text[first] != '[' && text[first] != '{'))
         throw Error(ErrorCode::InvalidFile,

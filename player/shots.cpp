@@ -107,10 +107,10 @@ void checkRange(const PlayOptions& options, size_t cameras)
     if (options.frame_first >= cameras)
         throw Error(ErrorCode::Usage,
                     formatString("%s: camera %llu is not there, expected at most %zu; pass one of those",
-                                 options.frame_range.c_str(), static_cast<unsigned long long>(options.frame_first),
-                                 cameras - 1));
+                                 options.frame_range.empty() ? "--frames" : options.frame_range.c_str(),
+                                 static_cast<unsigned long long>(options.frame_first), cameras - 1));
     const bool open_end = options.frame_end == std::numeric_limits<uint64_t>::max();
-    if (options.frame_range.empty() || open_end || options.frame_end <= cameras)
+    if (options.frames_may_end_sooner || open_end || options.frame_end <= cameras)
         return;
     const std::string name = options.frame_range.substr(0, options.frame_range.find(' '));
     const auto first = static_cast<unsigned long long>(options.frame_first);

@@ -49,6 +49,19 @@ std::vector<std::string> cameraFiles(const StabilityOptions& options)
     return files;
 }
 
+// A range that ends behind the last camera of every trajectory is a mistake.
+void checkFrames(const PlayOptions& options, const std::vector<StabilityPath>& paths)
+{
+    size_t most = 0;
+    for (const StabilityPath& entry : paths)
+        most = std::max(most, entry.path.shots.size());
+    if (options.frame_end != std::numeric_limits<uint64_t>::max() && options.frame_first + most < options.frame_end)
+        throw Error(
+            ErrorCode::Usage,
+            formatString("%s: ends behind the last camera of every trajectory, expected at most %llu; pass that",
+                         options.frame_range.c_str(), static_cast<unsigned long long>(options.frame_first + most)));
+}
+
 } // namespace
 
 bool StabilityPath::passed() const
@@ -101,6 +114,7 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
         summary.paths.push_back({openPath(*scene, reading, file, log), {}, {}});
         total += summary.paths.back().path.shots.size();
     }
+    checkFrames(options.play, summary.paths);
     Measurer measurer(*scene, reading, options.reference, log);
     summary.backend = measurer.nameOf(reading.backend);
     summary.reference = measurer.referenceOf(summary.backend);

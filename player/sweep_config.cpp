@@ -2,6 +2,7 @@
 #include "player/sweep_config.h"
 
 #include "format/error.h"
+#include "format/read_file.h"
 #include "player/json_fields.h"
 #include "player/reuse_names.h"
 
@@ -261,16 +262,7 @@ SweepConfig parseSweepConfig(std::string_view json, const std::string& file, con
 
 SweepConfig readSweepConfig(const std::string& path, const RunConfig& base, const std::vector<std::string>& backends)
 {
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
-    std::string text(kMaxConfigBytes + 1, '\0');
-    if (file)
-        text.resize(std::fread(text.data(), 1, text.size(), file.get()));
-    if (!file || std::ferror(file.get()))
-        throw Error(ErrorCode::Io, formatString("%s: cannot be read (%s), expected a sweep "
-                                                "(schemas/sweep.schema.json); check the path of --sweep",
-                                                path.c_str(), std::strerror(errno)));
-    if (text.size() > kMaxConfigBytes)
-        throw Error(ErrorCode::InvalidFile, path + ": larger than 16 MiB, expected a sweep; check the path of --sweep");
+    const std::string text = readWholeFile(path, kMaxConfigBytes, "a sweep (schemas/sweep.schema.json)");
     return parseSweepConfig(text, path, base, backends);
 }
 

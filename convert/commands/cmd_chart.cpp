@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/command.h"
-#include "convert/commands/text_file.h"
+#include "format/read_file.h"
 
 #include "convert/chart/chart_figures.h"
 #include "convert/chart/chart_model.h"
 #include "convert/chart/chart_page.h"
 #include "convert/chart/run_set.h"
-#include "format/interrupt.h"
 #include "format/output_file.h"
 #include "player/tool/options.h"
 #include "player/tool/version.h"
@@ -20,6 +19,8 @@ namespace gsc {
 
 namespace {
 
+constexpr uint64_t kMaxRuns = uint64_t(1) << 32; // bytes
+
 struct ChartOptions {
     std::vector<std::string> inputs;
     std::string output;
@@ -27,13 +28,20 @@ struct ChartOptions {
     bool overwrite = false;
 };
 
+std::vector<NamedPath> inputsOf(const ChartOptions& options)
+{
+    std::vector<NamedPath> inputs;
+    for (const std::string& input : options.inputs) // standard input may be a file too
+        inputs.push_back({isStandardOutput(input) ? "/dev/stdin" : input, "an input"});
+    return inputs;
+}
+
 // Everything that can be said without reading a line.
 void checkOutputs(const ChartOptions& options, const Reporter& report)
 {
     checkStandardOutput(options.output, "--output", report.json());
-    std::vector<NamedPath> inputs, outputs = {{options.output, "--output"}};
-    for (const std::string& input : options.inputs)
-        inputs.push_back({input, "an input"});
+    const std::vector<NamedPath> inputs = inputsOf(options);
+    std::vector<NamedPath> outputs = {{options.output, "--output"}};
     if (!options.figures.empty())
         outputs.push_back({options.figures, "--figures"});
     checkOutputsDiffer(outputs, inputs);
@@ -56,9 +64,8 @@ std::string pathOf(const ChartOptions& options, const FigureFile& figure)
 // Once their names are known.
 void checkFigures(const ChartOptions& options, const std::vector<FigureFile>& figures)
 {
-    std::vector<NamedPath> inputs, outputs = {{options.output, "--output"}};
-    for (const std::string& input : options.inputs)
-        inputs.push_back({input, "an input"});
+    const std::vector<NamedPath> inputs = inputsOf(options);
+    std::vector<NamedPath> outputs = {{options.output, "--output"}};
     for (const FigureFile& figure : figures)
         outputs.push_back({pathOf(options, figure), "a figure of --figures"});
     checkOutputsDiffer(outputs, inputs);
@@ -68,7 +75,7 @@ RunSet readRuns(const ChartOptions& options, Reporter& report)
 {
     RunSet runs;
     for (const std::string& input : options.inputs)
-        addRuns(readTextFile(input), input, runs);
+        addRuns(readWholeFile(input, kMaxRuns, "rows of gsc-play bench --sweep"), input, runs);
     foldRepeats(runs);
     for (const std::string& note : runs.notes)
         report.warning(note);
@@ -116,7 +123,6 @@ Json reportJson(const ChartOptions& options, const RunSet& runs, const Json& mod
 
 ErrorCode runChart(const ChartOptions& options, Reporter& report)
 {
-    installInterruptHandler();
     checkOutputs(options, report);
     const RunSet runs = readRuns(options, report);
     const Json model = chartModel(runs.rows);

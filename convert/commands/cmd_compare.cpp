@@ -4,7 +4,6 @@
 #include "convert/commands/compare_render.h"
 
 #include "convert/bake/compare_checkpoint.h"
-#include "format/interrupt.h"
 #include "player/tool/options.h"
 #include "runtime/frame_stats.h"
 
@@ -141,7 +140,6 @@ std::string compareText(const Comparison& comparison)
 
 ErrorCode runCompare(const CompareOptions& options, Reporter& report)
 {
-    installInterruptHandler();
     const Checkpoint checkpoint = readCheckpoint(options.checkpoint_path, options.checkpoint);
     for (const std::string& warning : checkpoint.warnings)
         report.warning(warning);

@@ -5,7 +5,6 @@
 
 #include "convert/bake/compare_checkpoint.h"
 #include "format/gsc_layout.h"
-#include "format/interrupt.h"
 #include "format/output_file.h"
 #include "player/tool/options.h"
 
@@ -103,7 +102,6 @@ void verifyOutput(const Checkpoint& checkpoint, const BakeOptions& options, Repo
 
 ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
 {
-    installInterruptHandler();
     BakeOptions bake_options = options.bake;
     if (bake_options.chunk_anchors == 0 || bake_options.chunk_anchors >= UINT32_MAX)
         throw Error(ErrorCode::Usage,
@@ -179,9 +177,12 @@ void addBakeOptions(CLI::App& command, ConvertOptions& options)
     addInteger(command, "-j,--threads", options.bake.threads, 0, 4096, "N (default: 0)",
                "threads, 0 = all cores; the bytes do not depend on it")
         ->group(group);
-    addFlag(command, "--verify", options.verify, "read the file back and compare every value with the checkpoint")
+    CLI::Option* verify =
+        addFlag(command, "--verify", options.verify, "read the file back and compare every value with the checkpoint");
+    verify->group(group);
+    addFlag(command, "--dry-run", options.dry_run, "read the checkpoint, say what it is, write no .gsc")
+        ->excludes(verify)
         ->group(group);
-    addFlag(command, "--dry-run", options.dry_run, "read the checkpoint, say what it is, write nothing")->group(group);
     addText(command, "--report", options.report, "FILE.json",
             "write the report there too, as JSON; - is standard output");
 }

@@ -3,7 +3,6 @@
 
 #include "convert/sample/sample.h"
 #include "format/gsc_layout.h"
-#include "format/interrupt.h"
 #include "format/output_paths.h"
 #include "player/tool/options.h"
 #include "player/tool/version.h"
@@ -56,7 +55,6 @@ SampleProgress progressOf(Reporter& report)
 
 ErrorCode runSample(const std::string& kind, const SampleOptions& options, Reporter& report)
 {
-    installInterruptHandler();
     checkOutputFolder(options.output, options.overwrite);
     return reportSample(kind, options.output, options.seed, makeSample(options, progressOf(report)), report);
 }
@@ -75,7 +73,6 @@ std::vector<NamedPath> foldersOf(const std::string& checkpoint)
 
 ErrorCode runReplicate(const ReplicateOptions& options, Reporter& report)
 {
-    installInterruptHandler();
     checkOutputsDiffer(std::vector<NamedPath>{{options.output, "--output"}}, foldersOf(options.input));
     checkOutputFolder(options.output, options.overwrite);
     return reportSample("replicate", options.output, options.seed, replicateCheckpoint(options, progressOf(report)),

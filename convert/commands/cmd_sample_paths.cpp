@@ -3,7 +3,6 @@
 
 #include "convert/sample/make_paths.h"
 #include "convert/sample/model_paths.h"
-#include "format/interrupt.h"
 #include "format/output_paths.h"
 #include "player/tool/options.h"
 #include "player/tool/version.h"
@@ -34,7 +33,6 @@ void finishOptions(const RawPaths& raw, PathsOptions& options)
 
 ErrorCode runPaths(const RawPaths& raw, PathsOptions options, Reporter& report)
 {
-    installInterruptHandler();
     finishOptions(raw, options);
     std::vector<NamedPath> outputs;
     for (const std::string& name : modelPathNames())

@@ -4,7 +4,6 @@
 #include "convert/bake/nanovdb_check.h"
 #include "convert/commands/manifest_check.h"
 #include "format/gsc_reader.h"
-#include "format/interrupt.h"
 #include "format/mapped_file.h"
 #include "player/tool/options.h"
 #include "player/tool/version.h"
@@ -73,7 +72,6 @@ ErrorCode runValidate(const ValidateOptions& options, Reporter& report)
     if (options.input.empty())
         throw Error(ErrorCode::Usage, "FILE: not given, expected it behind gsc validate; see gsc validate --help");
 
-    installInterruptHandler();
     const MappedFile file(options.input);
     IssueCounts counts;
     Json messages = Json::array();

@@ -128,7 +128,7 @@ int appearanceFor(const Scene& scene, const Camera& camera)
 std::vector<Camera> camerasToCompare(const Scene& scene, const RenderOptions& options, Reporter& report)
 {
     std::vector<Camera> all;
-    if (!options.cameras.empty()) {
+    if (!options.cameras.empty() && options.cameras != "stored") {
         std::vector<std::string> ignored;
         all = readCameraFile(options.cameras, nullptr, options.ignore_distortion ? &ignored : nullptr);
         for (const std::string& text : ignored)

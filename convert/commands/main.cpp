@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/command.h"
+#include "format/interrupt.h"
 
 int main(int argc, char** argv)
 {
+    gsc::installInterruptHandler();
     return gsc::runGsc(argc, argv);
 }

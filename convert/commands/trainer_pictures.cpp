@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/trainer_pictures.h"
 
-#include "convert/commands/text_file.h"
+#include "format/read_file.h"
 #include "format/error.h"
 #include "player/camera_file.h"
 
@@ -17,6 +17,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr uint32_t kMaxSide = 1u << 16;
+constexpr uint64_t kMaxCameras = uint64_t(1) << 30; // bytes
 
 Camera goldenCamera(const nlohmann::json& entry)
 {
@@ -47,7 +48,7 @@ bool isUsable(const Camera& camera)
 std::vector<TrainerPicture> picturesOfGolden(const std::string& folder)
 {
     const std::string path = folder + "/cameras.json";
-    const std::string text = readTextFile(path);
+    const std::string text = readWholeFile(path, kMaxCameras, "the cameras of the pictures");
     std::vector<TrainerPicture> pictures;
     try {
         for (const nlohmann::json& entry : nlohmann::json::parse(text)) {

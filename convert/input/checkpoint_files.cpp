@@ -231,6 +231,10 @@ CheckpointFiles findCheckpointFiles(const std::string& path, const CheckpointOpt
         throw Error(ErrorCode::Usage, formatString("%s: is another iteration, expected iteration %d as --iteration "
                                                    "says; pass the model folder, or leave --iteration out",
                                                    files.folder.c_str(), options.iteration));
+    std::error_code ignored_scene;
+    if (!options.scene_dir.empty() && !fs::is_directory(options.scene_dir, ignored_scene))
+        throw Error(ErrorCode::Io,
+                    options.scene_dir + ": is no folder, expected the scene's; check the path of --scene-dir");
     files.side_dirs = sideFolders(files.folder, options.scene_dir);
     return files;
 }

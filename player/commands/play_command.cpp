@@ -61,7 +61,8 @@ void addOutputOptions(CLI::App& app, PlayOptions& options)
 
 void checkOut(const CLI::App& app, const PlayOptions& options)
 {
-    checkEffect(app, "--depth", !options.out.empty(), "--out");
+    const bool is_png = options.out.size() > 4 && options.out.compare(options.out.size() - 4, 4, ".png") == 0;
+    checkEffect(app, "--depth", is_png || isStandardOutput(options.out), "--out of a .png");
     if (isStandardOutput(options.out))
         checkOutput(options.out, OutputKind::Binary, false);
     if (!options.out.empty() && !isImageExtension(options.out))

@@ -113,6 +113,7 @@ void addFrames(CLI::App& app, PlayOptions& options)
                      "cameras A to B-1 of the camera file; either may be left out",
                      [&options](const std::string& name, const std::string& text) {
                          options.frame_range = name + " " + text;
+                         options.frames_may_end_sooner = false;
                          if (!parseFrameRange(text, options.frame_first, options.frame_end))
                              detail::failValue(name, text, "no range", "A:B with A below B, such as 0:100");
                      });
@@ -210,6 +211,7 @@ void checkRenderOptions(const CLI::App& app, const PlayOptions& options, bool pa
     checkEffect(app, "--cache-budget", reuse.policy != ReusePolicy::None, "--reuse depth or --reuse error");
     if (!paths_follow) {
         checkEyes(app, options);
+        checkEffect(app, "--ignore-distortion", options.cameras != "stored", "--cameras FILE");
     }
     if (options.stereo == StereoMode::Merged && reuse.policy != ReusePolicy::None)
         throw Error(ErrorCode::Usage, "--stereo merged: together with --reuse, which keeps what each eye decoded, "

@@ -67,7 +67,7 @@ void addStabilityCommand(CLI::App& root, Invocation& invocation)
     command->callback([command, &invocation, options] {
         checkRenderOptions(*command, options->play, true);
         checkEyes(*command, options->play);
-        options->play.frame_range.clear(); // of several trajectories a shorter one ends sooner
+        options->play.frames_may_end_sooner = true; // the longest trajectory is looked at, see stability()
         invocation.run = [options](Reporter& report) { return runStability(*options, report); };
     });
 }

@@ -40,11 +40,11 @@ const void* moduleFunctions(const char* name)
                                  path.c_str(), dlerror()));
     const auto* const entry = static_cast<const ModuleEntry*>(dlsym(library, "gsc_module"));
     const char* const version = entry ? entry->version : "none";
-    if (std::strcmp(version, GSC_VERSION) != 0)
+    if (std::strcmp(version, GSC_MODULE_VERSION) != 0)
         throw Error(
             ErrorCode::Unsupported,
             formatString("%s: is of version %s, expected the program's, %s; install gsc again, with all of its files",
-                         path.c_str(), version, GSC_VERSION));
+                         path.c_str(), version, GSC_MODULE_VERSION));
     return entry->functions;
 }
 

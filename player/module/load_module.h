@@ -12,10 +12,14 @@ struct ModuleEntry {
     const void* functions;
 };
 
+// Raised with every change of what passes between a program and its modules; with the compiler it tells builds apart that
+// have the same version.
+#define GSC_MODULE_VERSION GSC_VERSION ", interface 1, compiler " __VERSION__
+
 // In one source of the module; `functions` is a struct of function pointers that both sides know.
 #define GSC_EXPORT_MODULE(functions)                                                                                   \
     extern "C" __attribute__((visibility("default"))) const gsc::ModuleEntry gsc_module;                               \
-    const gsc::ModuleEntry gsc_module = {GSC_VERSION, &(functions)};
+    const gsc::ModuleEntry gsc_module = {GSC_MODULE_VERSION, &(functions)};
 
 // The functions of NAME.so, which stays loaded. It lies beside the program, as in a bundle, or in ../lib/gsc from there;
 // no other folder is looked at. Throws Error(Unsupported): it or one of its libraries is missing, or it is of another

@@ -146,7 +146,12 @@ public:
             };
             const std::string name = optionName(*option);
             if (option->get_required() && count(option) == 0)
-                fail(option->get_positional()
+                fail(option->get_positional() && !listTaken().empty()
+                         ? formatString("%s: not given, because %s took every word behind it, expected it before the "
+                                        "options; put it right behind %s",
+                                        option->get_name(true, false).c_str(), listTaken().c_str(),
+                                        commandPath(*state.command).c_str())
+                     : option->get_positional()
                          ? formatString("%s: not given, expected it behind %s; see %s",
                                         option->get_name(true, false).c_str(), commandPath(*state.command).c_str(),
                                         help.c_str())
@@ -192,13 +197,29 @@ private:
         return left;
     }
 
+    // The list option that took more than one word; empty if there is none.
+    [[nodiscard]] std::string listTaken() const
+    {
+        for (const auto& [option, count] : m_state.given) {
+            const std::string start = optionName(*option) + "=";
+            const auto begins = [&](const std::string& word) { return word.compare(0, start.size(), start) == 0; };
+            if (!option->get_positional() && takesSeveral(*option) &&
+                size_t(std::count_if(m_state.options.begin(), m_state.options.end(), begins)) > count)
+                return optionName(*option);
+        }
+        return "";
+    }
+
     void enter(const CLI::App& sub)
     {
         if (!m_state.given.empty() && !m_lenient)
             fail(formatString("%s: stands before the command %s, expected behind it; put it there",
                               optionName(*m_state.given.begin()->first).c_str(), commandPath(sub).c_str()));
+        std::vector<std::string> path = std::move(m_state.path);
+        path.push_back(sub.get_name());
         m_state = {};
         m_state.command = &sub;
+        m_state.path = std::move(path);
     }
 
     [[noreturn]] void failNoValue(const CLI::Option& option) const
@@ -217,16 +238,18 @@ private:
         m_state.version |= &option == rootOf(*m_state.command).get_version_ptr();
     }
 
-    void takeValue(const std::string& word)
+    void takeValue(const std::string& word, bool is_attached = false)
     {
         const CLI::Option& option = *m_state.awaited;
         // the name of another option is what somebody forgot the value before
-        if (!m_lenient && looksLikeOption(word) && m_state.command->get_option_no_throw(word) != nullptr)
+        if (!m_lenient && !is_attached && looksLikeOption(word) &&
+            m_state.command->get_option_no_throw(word) != nullptr)
             failNoValue(option);
         if (word.empty() && !m_lenient)
             fail(formatString("%s: an empty value, expected %s; correct it or leave %s out", optionName(option).c_str(),
                               placeholderOf(option).c_str(), optionName(option).c_str()));
-        if (takesSeveral(option))
+        m_state.options.push_back(optionName(option) + "=" + word);
+        if (takesSeveral(option) && !is_attached)
             m_state.awaited_may_end = true;
         else
             m_state.awaited = nullptr;
@@ -245,14 +268,15 @@ private:
         m_state.awaited_may_end = false;
         if (equals == std::string::npos) {
             m_state.awaited = takesValue(*option) ? option : nullptr;
+            if (!takesValue(*option))
+                m_state.options.push_back(optionName(*option));
             return;
         }
         if (!takesValue(*option) && !m_lenient)
             fail(formatString("%.80s: a value behind a flag, expected %s alone; leave the value out", word.c_str(),
                               optionName(*option).c_str()));
         m_state.awaited = option;
-        takeValue(word.substr(equals + 1));
-        m_state.awaited = nullptr;
+        takeValue(word.substr(equals + 1), true);
     }
 
     // -q, -vv, -qv, -oFILE
@@ -266,10 +290,14 @@ private:
                 failOption(word, *m_state.command);
             }
             note(*option);
-            if (!takesValue(*option))
+            if (!takesValue(*option)) {
+                m_state.options.push_back(optionName(*option));
                 continue;
+            }
             m_state.awaited_may_end = false;
-            m_state.awaited = i + 1 < word.size() ? nullptr : option;
+            m_state.awaited = option;
+            if (i + 1 < word.size())
+                takeValue(word.substr(i + 1), true);
             return;
         }
     }
@@ -302,6 +330,15 @@ CommandState checkWords(const CLI::App& root, const std::vector<std::string>& wo
         walker.take(words[i], words.size() - i);
     walker.finish();
     return walker.state();
+}
+
+std::vector<std::string> plainWords(const CommandState& state)
+{
+    std::vector<std::string> words = state.path;
+    for (const std::string& word : state.positionals) // all that start with a dash are names of files
+        words.push_back(word.size() > 1 && word[0] == '-' ? "./" + word : word);
+    words.insert(words.end(), state.options.begin(), state.options.end());
+    return words;
 }
 
 CommandState followWords(const CLI::App& root, const std::vector<std::string>& words)

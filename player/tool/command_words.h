@@ -24,11 +24,16 @@ struct CommandState {
     std::vector<std::string> positionals; // words without an option
     std::map<const CLI::Option*, size_t> given;
     bool help = false, version = false;
+    std::vector<std::string> path, options; // names of commands, and options as CLI11 takes them in one way only
 };
 
 // `words` without the program's name. Throws Error(Usage) for the first word that does not fit, and for what is missing
 // at the end; after --help or --version nothing is missing.
 CommandState checkWords(const CLI::App& root, const std::vector<std::string>& words);
+
+// The words that were checked, in the order in which CLI11 reads them as checkWords() did: commands, positionals, options,
+// a list one value at a time.
+std::vector<std::string> plainWords(const CommandState& state);
 
 // The state after `words`, as far as they fit: for completion.
 CommandState followWords(const CLI::App& root, const std::vector<std::string>& words);

@@ -10,7 +10,9 @@
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <new>
 
@@ -36,6 +38,10 @@ ErrorCode failWith(Reporter& report, const std::exception_ptr& error)
         std::rethrow_exception(error);
     } catch (const Error& e) {
         return fail(report, e.code(), e.what());
+    } catch (const std::filesystem::filesystem_error& e) {
+        return fail(report, ErrorCode::Io,
+                    formatString("%s: %s, expected a path that can be used; check it and its rights",
+                                 e.path1().empty() ? "path" : e.path1().c_str(), e.code().message().c_str()));
     } catch (const std::bad_alloc&) {
         return fail(report, ErrorCode::OutOfMemory,
                     formatString("memory: none left after a peak of %s, expected more to be available; close other "
@@ -71,10 +77,11 @@ ReporterOptions reporterOf(const std::vector<std::string>& words)
     return options;
 }
 
-void parse(CLI::App& root, Invocation& invocation, int argc, const char* const* argv)
+void parse(CLI::App& root, Invocation& invocation, std::vector<std::string> words)
 {
+    std::reverse(words.begin(), words.end()); // as CLI11 wants them
     try {
-        root.parse(argc, argv);
+        root.parse(std::move(words));
     } catch (const CLI::Error& e) { // what checkWords() did not see
         throw Error(ErrorCode::Usage, formatString("command line: %s, expected what %s --help tells; correct it",
                                                    e.what(), root.get_name().c_str()));
@@ -227,7 +234,7 @@ int runTool(CLI::App& root, Invocation& invocation, int argc, const char* const*
             report.flush();
             return int(ErrorCode::Ok);
         }
-        parse(root, invocation, argc, argv);
+        parse(root, invocation, plainWords(state));
     } catch (...) {
         return int(failWith(report, std::current_exception()));
     }

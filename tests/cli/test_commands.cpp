@@ -4,7 +4,7 @@
 #include "convert/commands/manifest_check.h"
 #include "convert/commands/model_facts.h"
 #include "player/tool/quantity.h"
-#include "convert/commands/text_file.h"
+#include "format/read_file.h"
 #include "format/output_file.h"
 
 #include <doctest/doctest.h>
@@ -103,14 +103,16 @@ TEST_CASE("runInvocation turns every exception into its exit code")
     CHECK(runInvocation(invocation) == ErrorCode::Internal);
 }
 
-TEST_CASE("readTextFile reads a file whole")
+TEST_CASE("readWholeFile reads a file whole, and no more than it may")
 {
     namespace fs = std::filesystem;
     const fs::path folder = fs::temp_directory_path() / ("gsc-commands-test-" + std::to_string(::getpid()));
     fs::create_directories(folder);
     writeTextFile((folder / "a").string(), "one\ntwo");
-    CHECK(readTextFile((folder / "a").string()) == "one\ntwo");
-    CHECK_THROWS_AS(readTextFile((folder / "absent").string()), Error);
+    CHECK(readWholeFile((folder / "a").string(), 7, "text") == "one\ntwo");
+    CHECK_THROWS_AS(readWholeFile((folder / "a").string(), 6, "text"), Error);
+    CHECK_THROWS_AS(readWholeFile("/dev/zero", 1 << 20, "text"), Error);
+    CHECK_THROWS_AS(readWholeFile((folder / "absent").string(), 7, "text"), Error);
     fs::remove_all(folder);
 }
 

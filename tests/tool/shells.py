@@ -76,11 +76,7 @@ class Terminal:
             os.execvpe(command[0], command, environment | {"TERM": "vt100"})
         fcntl.ioctl(self.screen, termios.TIOCSWINSZ, struct.pack("HHHH", 200, 200, 0, 0))
         os.write(self.screen, setup.encode() + b"\nprintf 'IS%s\\n' READY\n")
-<<<<<<< HEAD
-        self.until(r"ISREADY")
-=======
         self.until(r"ISREADY.*?> ")
->>>>>>> w-shells
 
     def until(self, pattern: str) -> str:
         text, end = "", time.monotonic() + PATIENCE
@@ -97,15 +93,9 @@ class Terminal:
     def typed(self, line: str) -> tuple:
         """The line after TAB, and what is listed below it."""
         os.write(self.screen, line.encode() + b"\t\x18\x10")
-<<<<<<< HEAD
-        text = self.until(r"LINE\[.*?\]END")
-        shown, _, rest = text.partition("LINE[")
-        return rest[: -len("]END")], shown.split("\n")[1:]
-=======
         # to the next prompt: before it zsh leaves the terminal as it was, which would show what comes as it is typed
         shown, _, rest = self.until(r"LINE\[.*?\]END.*?> ").partition("LINE[")
         return rest[: rest.rindex("]END")], shown.split("\n")[1:]
->>>>>>> w-shells
 
     def offers(self, line: str) -> dict:
         """Listed where there are several; the only one is put into the line."""
