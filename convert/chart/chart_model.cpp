@@ -105,7 +105,6 @@ Json repeatsJson(const RunRow& row)
 
 Json rowJson(const RunRow& row, const std::string& name, const RunRow* baseline)
 {
-    const bool timed = baseline && row.wall.median > 0;
     const bool overlaps = baseline && baseline != &row && baseline->repeats * row.repeats > 1 &&
                           row.least_ms <= baseline->most_ms && baseline->least_ms <= row.most_ms;
     return {{"name", name},
@@ -120,7 +119,7 @@ Json rowJson(const RunRow& row, const std::string& name, const RunRow* baseline)
             {"repeats", repeatsJson(row)},
             {"device_ms", rounded(row.device_ms.median)},
             {"decode_ms", rounded(row.decode_ms)},
-            {"speedup", timed ? rounded(baseline->wall.median / row.wall.median) : Json(nullptr)},
+            {"speedup", baseline ? rounded(baseline->wall.median / row.wall.median) : Json(nullptr)},
             {"in_noise", overlaps},
             {"pooled", rounded(row.accuracy.psnr_pooled)},
             {"p1", rounded(row.accuracy.psnr_p1)},

@@ -87,7 +87,20 @@ public:
             fail("a number that is not negative");
         return number();
     }
+    [[nodiscard]] double aboveZero() const
+    {
+        if (number() <= 0)
+            fail("a number above 0");
+        return number();
+    }
     [[nodiscard]] double decibels() const { return null() ? kInfinity : number(); }
+    // Null says that images are equal, which an error of them contradicts.
+    [[nodiscard]] double decibelsOf(double max_error) const
+    {
+        if (!m_value->is_number() && !(null() && max_error == 0))
+            fail("a number, or null where max_error is 0");
+        return decibels();
+    }
     [[nodiscard]] std::optional<double> positiveOrNull() const
     {
         return null() ? std::nullopt : std::optional(positive());
@@ -174,10 +187,10 @@ RunAccuracy readAccuracy(const Field& field)
 {
     RunAccuracy accuracy;
     const Field psnr = field.at("psnr");
-    accuracy.psnr_pooled = psnr.at("pooled").decibels();
-    accuracy.psnr_p1 = psnr.at("p1").decibels();
-    accuracy.psnr_min = psnr.at("min").decibels();
     accuracy.max_error = field.at("max_error").positive();
+    accuracy.psnr_pooled = psnr.at("pooled").decibelsOf(accuracy.max_error);
+    accuracy.psnr_p1 = psnr.at("p1").decibels(); // of many images one may differ
+    accuracy.psnr_min = psnr.at("min").decibelsOf(accuracy.max_error);
     if (const Field temporal = field.at("temporal"); !temporal.null())
         accuracy.temporal_max = temporal.at("max").positiveOrNull();
     if (const Field ssim = field.at("ssim"); !ssim.null() && !ssim.at("mean").null())
@@ -207,6 +220,7 @@ RunRow readRow(const Field& line)
     row.reference = line.has("reference") ? line.at("reference").text() : std::string();
     const Field times = line.at("ms");
     row.wall = readSpread(times.at("wall"));
+    row.wall.median = times.at("wall").at("median").aboveZero(); // a run takes time
     row.device_ms = readSpread(times.at("device"));
     row.decode_ms = times.at("stages").at("decode").at("median").positive();
     row.least_ms = row.most_ms = row.wall.median;

@@ -44,6 +44,8 @@ struct RunAccuracy {
     double max_error = 0;               // of 1
     std::optional<double> temporal_max; // of 1; none with a single frame
     std::optional<double> ssim_mean, flip_mean;
+
+    bool operator==(const RunAccuracy&) const = default;
 };
 
 // One value per frame, all of one length; NaN where there is none, +infinity where images are equal.
@@ -68,7 +70,8 @@ struct RunRow {
     std::optional<double> hit_rate;
     uint64_t cache_bytes = 0, peak_bytes = 0;
     RunFrames frames;
-    // How often the run was measured, and its median frame time in those repeats, from the least to the most.
+    // How often the run was measured, and its median frame time in those repeats, from the least to the most. With
+    // more than one, `accuracy` is the worst of all.
     uint64_t repeats = 1;
     double least_ms = 0, most_ms = 0;
 };

@@ -5,10 +5,62 @@
 #include "format/interrupt.h"
 
 #include <algorithm>
+#include <functional>
 #include <map>
+#include <optional>
 #include <tuple>
 
 namespace gsc {
+
+namespace {
+
+template <typename T, typename Worse>
+void keepWorse(T& value, const T& other, Worse worse)
+{
+    if (worse(other, value))
+        value = other;
+}
+
+template <typename Worse>
+void keepWorse(std::optional<double>& value, const std::optional<double>& other, Worse worse)
+{
+    if (other && (!value || worse(*other, *value)))
+        value = other;
+}
+
+void keepWorst(RunAccuracy& kept, const RunAccuracy& other)
+{
+    keepWorse(kept.psnr_pooled, other.psnr_pooled, std::less<>());
+    keepWorse(kept.psnr_p1, other.psnr_p1, std::less<>());
+    keepWorse(kept.psnr_min, other.psnr_min, std::less<>());
+    keepWorse(kept.max_error, other.max_error, std::greater<>());
+    keepWorse(kept.temporal_max, other.temporal_max, std::greater<>());
+    keepWorse(kept.ssim_mean, other.ssim_mean, std::less<>());
+    keepWorse(kept.flip_mean, other.flip_mean, std::greater<>());
+}
+
+// `group` holds at least one row.
+RunRow folded(std::vector<RunRow> group)
+{
+    std::stable_sort(group.begin(), group.end(),
+                     [](const RunRow& a, const RunRow& b) { return a.wall.median < b.wall.median; });
+    const size_t middle = group.size() / 2;
+    RunRow row = group[middle];
+    if (group.size() % 2 == 0) { // as near to the mean as the other, and its p95 is not below it
+        const RunRow& faster = group[middle - 1];
+        row.wall.median = (row.wall.median + faster.wall.median) / 2;
+        row.device_ms.median = (row.device_ms.median + faster.device_ms.median) / 2;
+        row.decode_ms = (row.decode_ms + faster.decode_ms) / 2;
+    }
+    row.repeats = group.size();
+    row.least_ms = group.front().wall.median;
+    row.most_ms = group.back().wall.median;
+    for (const RunRow& other : group)
+        keepWorst(row.accuracy, other.accuracy);
+    return row;
+}
+
+} // namespace
 
 void addRuns(std::string_view text, const std::string& path, RunSet& runs)
 {
@@ -52,7 +104,8 @@ void foldRepeats(RunSet& runs)
         std::vector<RunRow>& group = groups[found->second];
         // no clock tells the same times for every frame twice
         const bool told = std::any_of(group.begin(), group.end(), [&](const RunRow& other) {
-            return other.wall.median == row.wall.median && other.frames.wall_ms == row.frames.wall_ms;
+            return other.wall.median == row.wall.median && other.frames.wall_ms == row.frames.wall_ms &&
+                   other.accuracy == row.accuracy;
         });
         if (told)
             ++runs.duplicates;
@@ -61,14 +114,8 @@ void foldRepeats(RunSet& runs)
     }
     runs.rows.clear();
     for (std::vector<RunRow>& group : groups) {
-        std::stable_sort(group.begin(), group.end(),
-                         [](const RunRow& a, const RunRow& b) { return a.wall.median < b.wall.median; });
-        RunRow& middle = group[group.size() / 2];
-        middle.repeats = group.size();
-        middle.least_ms = group.front().wall.median;
-        middle.most_ms = group.back().wall.median;
         runs.repeats += group.size() - 1;
-        runs.rows.push_back(std::move(middle));
+        runs.rows.push_back(folded(std::move(group)));
     }
     if (runs.duplicates)
         runs.notes.push_back(formatString("left out %llu line%s told before: the same run with the same times",

@@ -163,7 +163,8 @@ void addChartCommand(CLI::App& app, Invocation& invocation)
     addReporterOptions(*command, invocation.reporter, true);
     command->footer("The page needs no network. Prints nothing on success. Lines of another form are skipped and told. "
                     "A run measured "
-                    "again, in another file, is a repeat: the one in the middle is drawn, with the spread of all.\n\n"
+                    "again, in another file, is a repeat: the time in the middle is drawn, with the spread of "
+                    "all and the worst accuracy of all.\n\n"
                     "examples:\n"
                     "  gsc chart runs.jsonl -o report.html\n"
                     "  gsc chart cpu.jsonl cuda.jsonl -o report.html --figures figures");

@@ -138,7 +138,8 @@ TEST_CASE("a run measured again is a repeat: the one in the middle stands for al
     CHECK(runs.rows[0].repeats == 3);
     CHECK(runs.rows[0].least_ms == 4);
     CHECK(runs.rows[0].most_ms == 8);
-    CHECK(runs.rows[1].wall.median == 3); // of two the slower
+    CHECK(runs.rows[1].wall.median == 2.5);
+    CHECK(runs.rows[1].wall.max == 30); // of two the slower
     CHECK(runs.rows[1].repeats == 2);
     CHECK(runs.rows[2].label == "later"); // another run
     CHECK(runs.rows[2].repeats == 1);
@@ -148,6 +149,95 @@ TEST_CASE("a run measured again is a repeat: the one in the middle stands for al
     RunSet none;
     foldRepeats(none);
     CHECK(none.rows.empty());
+}
+
+TEST_CASE("equal images have no error and a run takes time: a line that says otherwise is refused")
+{
+    for (const char* key : {"pooled", "min"}) {
+        CAPTURE(key);
+        json line = runOf("error", 2, 40);
+        line["accuracy"]["psnr"][key] = nullptr;
+        CHECK(refusal(line.dump()) == std::string("runs.jsonl:1: accuracy.psnr.") + key +
+                                          " is null, expected a number, or null where max_error is 0; remove the "
+                                          "line or run it again");
+        line["accuracy"]["max_error"] = 0;
+        CHECK(refusal(line.dump()) == "accepted");
+        line["accuracy"]["psnr"][key] = "equal";
+        CHECK(refusal(line.dump()).find("is \"equal\", expected a number, or null") != std::string::npos);
+    }
+    json rare = runOf("error", 2, 40); // one image of hundreds
+    rare["accuracy"]["psnr"]["p1"] = nullptr;
+    CHECK(refusal(rare.dump()) == "accepted");
+    CHECK(refusal("\n" + runOf("none", 0, 40).dump()) ==
+          "runs.jsonl:2: ms.wall.median is 0.0, expected a number above 0; remove the line or run it again");
+}
+
+TEST_CASE("the accuracy of repeats is the worst of all, each score for itself")
+{
+    const auto measured = [](double ms, const json& psnr, double max_error, const json& temporal) {
+        static const json kRun = runOf("error", 1, 40);
+        json line = kRun;
+        line["ms"]["wall"]["median"] = ms;
+        line["per_frame"]["wall_ms"] = {ms, ms};
+        line["accuracy"]["psnr"] = {{"pooled", psnr}, {"p1", psnr}, {"min", psnr}, {"min_frame", 0}};
+        line["accuracy"]["max_error"] = max_error;
+        line["accuracy"]["temporal"] = temporal;
+        return line;
+    };
+    const auto folded = [](const std::vector<json>& lines) {
+        RunSet runs;
+        for (const json& line : lines)
+            addRuns(line.dump(), "a", runs);
+        foldRepeats(runs);
+        REQUIRE(runs.rows.size() == 1);
+        CHECK(runs.repeats == lines.size() - 1);
+        return runs.rows[0];
+    };
+    json first = measured(1, 49, 0.01, {{"max", 0.25}}), second = measured(2, nullptr, 0, nullptr),
+         third = measured(3, 60, 0.5, {{"max", 0.125}});
+    first["accuracy"]["psnr"]["pooled"] = 70;
+    first["accuracy"]["ssim"] = {{"mean", 0.75}};
+    first["accuracy"]["flip"] = {{"mean", 0.25}};
+    second["accuracy"]["ssim"] = {{"mean", 1}};
+    second["accuracy"]["flip"] = {{"mean", 0}};
+    const RunRow row = folded({third, first, second});
+    CHECK(row.wall.median == 2);
+    CHECK(row.accuracy.psnr_min == 49);
+    CHECK(row.accuracy.psnr_p1 == 49);
+    CHECK(row.accuracy.psnr_pooled == 60);
+    CHECK(row.accuracy.max_error == 0.5);
+    CHECK(row.accuracy.temporal_max == 0.25);
+    CHECK(row.accuracy.ssim_mean == 0.75);
+    CHECK(row.accuracy.flip_mean == 0.25);
+    CHECK(folded({second, measured(4, kBrokenPsnr, 1e30, nullptr), third}).accuracy.psnr_min == kBrokenPsnr);
+    CHECK_FALSE(folded({second, measured(2.5, nullptr, 0, nullptr)}).accuracy.temporal_max);
+    // of the same times only what has the same accuracy was told before
+    CHECK(folded({measured(1, 60, 0.01, nullptr), measured(1, 49, 0.01, nullptr)}).accuracy.psnr_min == 49);
+}
+
+TEST_CASE("the time of an even number of repeats is the mean of the two in the middle")
+{
+    const json run = runOf("error", 1, 40);
+    RunSet runs;
+    for (const double ms : {9.0, 2.0, 4.0, 1.0}) {
+        json line = run;
+        line["ms"]["wall"] = {{"mean", ms}, {"median", ms}, {"p95", 2 * ms}, {"p99", 3 * ms}, {"max", 4 * ms}};
+        line["ms"]["device"]["median"] = ms / 2;
+        line["ms"]["stages"]["decode"]["median"] = ms / 4;
+        line["per_frame"]["wall_ms"] = {ms, ms};
+        addRuns(line.dump(), "a", runs);
+    }
+    foldRepeats(runs);
+    REQUIRE(runs.rows.size() == 1);
+    const RunRow& row = runs.rows[0];
+    CHECK(row.wall.median == 3);
+    CHECK(row.device_ms.median == 1.5);
+    CHECK(row.decode_ms == 0.75);
+    CHECK(row.wall.max == 16); // what is not a median is of one run
+    CHECK(row.frames.wall_ms == std::vector<double>{4, 4});
+    CHECK(row.least_ms == 1);
+    CHECK(row.most_ms == 9);
+    CHECK(row.repeats == 4);
 }
 
 TEST_CASE("a file given twice repeats nothing")

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The verdict in words, and colours that stay the same on the whole page.
 #include "convert/chart/chart_model.h"
+#include "convert/chart/run_set.h"
 #include "tests/chart/run_lines.h"
 
 #include <doctest/doctest.h>
@@ -78,6 +79,30 @@ TEST_CASE("verdict: repeats are told, and that a difference is within their spre
     CHECK(verdictOf({none, error}).ends_with("as fast as none, within the spread of the repeats."));
     CHECK(model["panels"][0]["rows"][0]["repeats"].is_null());
     CHECK(json(model["panels"][0]["rows"][1]["repeats"]) == json::parse(R"({"count":3,"min":2.5,"max":6})"));
+}
+
+TEST_CASE("verdict: what a run keeps it keeps in every repeat, and its speed-up is that of the middle")
+{
+    RunSet runs;
+    const json none = runOf("none", 6, 60), error = errorRun(1, 2, 65);
+    const auto add = [&](json line, double ms, double psnr) {
+        line["ms"]["wall"]["median"] = ms;
+        line["per_frame"]["wall_ms"] = {ms, ms};
+        line["accuracy"]["psnr"]["min"] = psnr;
+        addRuns(line.dump(), "a", runs);
+    };
+    add(none, 6, 60);
+    add(none, 10, 60);
+    add(error, 1, 49.5);
+    add(error, 3, 65);
+    foldRepeats(runs);
+    const auto model = chartModel(runs.rows);
+    const auto& row = model["panels"][0]["rows"][1];
+    CHECK(row["ms"]["median"] == 2);
+    CHECK(row["speedup"] == 4);
+    CHECK(row["min"] == 49.5);
+    CHECK(verdictOf(runs.rows) == "none is the fastest that keeps 50 and 60 dB: 8.00 ms (6.00 to 10.0 in 2 repeats). "
+                                  "No run keeps 70 dB; none comes nearest with 60.0 dB.");
 }
 
 TEST_CASE("one policy has one hue and one configuration one look, whatever the panel and the order of speed")

@@ -113,7 +113,8 @@ def large_model(gsc, data):
 
 def runs(gsc, data):
     """runs.jsonl: 24 runs on two trajectories; one.jsonl: one of a single frame; broken.jsonl: its second line is cut;
-    mixed.jsonl: a run, a line of gsc.bench/1 and the run's line again; again.jsonl: that run, measured again."""
+    mixed.jsonl: a run, a line of gsc.bench/1 and the run's line again; again.jsonl: that run, measured again;
+    unscored.jsonl: its second line has an error but no score; timeless.jsonl: a run of 0 ms."""
     sys.path.insert(0, str(Path(__file__).parents[1] / "chart"))
     import make_runs
 
@@ -130,6 +131,12 @@ def runs(gsc, data):
     again = make_runs.rows(trajectories=1, runs=1, frames=1, seed=2)
     again[0]["config"]["id"] = one[0]["config"]["id"]
     write("again.jsonl", again)
+    again[0]["accuracy"]["psnr"] = {"pooled": None, "p1": None, "min": None, "min_frame": 0}
+    again[0]["accuracy"]["max_error"] = 0.5
+    write("unscored.jsonl", [*one, *again])
+    again = make_runs.rows(trajectories=1, runs=1, frames=1)
+    again[0]["ms"]["wall"]["median"] = 0
+    write("timeless.jsonl", again)
     write("mixed.jsonl", [*one, {"schema": "gsc.bench/1"}, *one])
     (data / "broken.jsonl").write_text(json.dumps(one[0]) + "\n" + json.dumps(one[0])[:500] + "\n")
     (data / "other.jsonl").write_text('{"schema": "gsc.bench/1"}\n')
