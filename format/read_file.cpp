@@ -32,7 +32,7 @@ struct Descriptor {
 
 } // namespace
 
-std::string readWholeFile(const std::string& path, uint64_t most, const char* expected)
+std::string readInputText(const std::string& path, uint64_t most, const char* expected)
 {
     // without O_NONBLOCK opening a pipe waits for its writer, and no signal ends that
     const Descriptor file{path == "-" ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
@@ -44,7 +44,8 @@ std::string readWholeFile(const std::string& path, uint64_t most, const char* ex
         throwIfInterrupted();
         pollfd waited{file.fd, POLLIN, 0};
         constexpr int kMilliseconds = 100;
-        if (::poll(&waited, 1, kMilliseconds) == 0)
+        // a pipe that nobody has opened to write never gets ready, and reading it says so; standard input would wait
+        if (::poll(&waited, 1, kMilliseconds) == 0 && file.fd == STDIN_FILENO)
             continue;
         const ssize_t count = ::read(file.fd, buffer, sizeof(buffer));
         if (count == 0)

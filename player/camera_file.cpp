@@ -375,7 +375,7 @@ std::vector<Camera> parseCameraFile(std::string_view json, const std::string& na
 
 std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eyes, std::vector<std::string>* ignored)
 {
-    const std::string text = readWholeFile(path, kMaxFileBytes, "a camera file, or \"stored\" for those in the model");
+    const std::string text = readInputText(path, kMaxFileBytes, "a camera file, or \"stored\" for those in the model");
     const size_t first = text.find_first_not_of(" \t\r\n\xef\xbb\xbf"); // and a byte order mark
     if (first == std::string::npos || (text[first] != '[' && text[first] != '{'))
         throw Error(ErrorCode::InvalidFile,

@@ -262,7 +262,7 @@ SweepConfig parseSweepConfig(std::string_view json, const std::string& file, con
 
 SweepConfig readSweepConfig(const std::string& path, const RunConfig& base, const std::vector<std::string>& backends)
 {
-    const std::string text = readWholeFile(path, kMaxConfigBytes, "a sweep (schemas/sweep.schema.json)");
+    const std::string text = readInputText(path, kMaxConfigBytes, "a sweep (schemas/sweep.schema.json)");
     return parseSweepConfig(text, path, base, backends);
 }
 

@@ -75,7 +75,7 @@ RunSet readRuns(const ChartOptions& options, Reporter& report)
 {
     RunSet runs;
     for (const std::string& input : options.inputs)
-        addRuns(readWholeFile(input, kMaxRuns, "rows of gsc-play bench --sweep"), input, runs);
+        addRuns(readInputText(input, kMaxRuns, "rows of gsc-play bench --sweep"), input, runs);
     foldRepeats(runs);
     for (const std::string& note : runs.notes)
         report.warning(note);

@@ -48,7 +48,7 @@ bool isUsable(const Camera& camera)
 std::vector<TrainerPicture> picturesOfGolden(const std::string& folder)
 {
     const std::string path = folder + "/cameras.json";
-    const std::string text = readWholeFile(path, kMaxCameras, "the cameras of the pictures");
+    const std::string text = readInputText(path, kMaxCameras, "the cameras of the pictures");
     std::vector<TrainerPicture> pictures;
     try {
         for (const nlohmann::json& entry : nlohmann::json::parse(text)) {

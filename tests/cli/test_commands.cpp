@@ -103,16 +103,16 @@ TEST_CASE("runInvocation turns every exception into its exit code")
     CHECK(runInvocation(invocation) == ErrorCode::Internal);
 }
 
-TEST_CASE("readWholeFile reads a file whole, and no more than it may")
+TEST_CASE("readInputText reads a file whole, and no more than it may")
 {
     namespace fs = std::filesystem;
     const fs::path folder = fs::temp_directory_path() / ("gsc-commands-test-" + std::to_string(::getpid()));
     fs::create_directories(folder);
     writeTextFile((folder / "a").string(), "one\ntwo");
-    CHECK(readWholeFile((folder / "a").string(), 7, "text") == "one\ntwo");
-    CHECK_THROWS_AS(readWholeFile((folder / "a").string(), 6, "text"), Error);
-    CHECK_THROWS_AS(readWholeFile("/dev/zero", 1 << 20, "text"), Error);
-    CHECK_THROWS_AS(readWholeFile((folder / "absent").string(), 7, "text"), Error);
+    CHECK(readInputText((folder / "a").string(), 7, "text") == "one\ntwo");
+    CHECK_THROWS_AS(readInputText((folder / "a").string(), 6, "text"), Error);
+    CHECK_THROWS_AS(readInputText("/dev/zero", 1 << 20, "text"), Error);
+    CHECK_THROWS_AS(readInputText((folder / "absent").string(), 7, "text"), Error);
     fs::remove_all(folder);
 }
 
