@@ -108,7 +108,7 @@ TEST_CASE("readTextFile reads a file whole")
     namespace fs = std::filesystem;
     const fs::path folder = fs::temp_directory_path() / ("gsc-commands-test-" + std::to_string(::getpid()));
     fs::create_directories(folder);
-    writeTextFile((folder / "a").string(), "one\ntwo");
+    writeTextFile((folder / "a").string(), "one\ntwo", false);
     CHECK(readTextFile((folder / "a").string()) == "one\ntwo");
     CHECK_THROWS_AS(readTextFile((folder / "absent").string()), Error);
     fs::remove_all(folder);
