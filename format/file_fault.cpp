@@ -15,7 +15,7 @@ namespace gsc {
 
 namespace {
 
-std::atomic<bool> g_json{false}, g_ending{false};
+std::atomic<bool> g_json{false}, g_json_events{false}, g_ending{false};
 struct sigaction g_before;
 
 void print(int fd, const char* text)
@@ -44,7 +44,7 @@ extern "C" void onFileFault(int number, siginfo_t* info, void*)
         for (;;)
             ::pause();
     removeTemporaryFiles();
-    print(STDERR_FILENO, texts->text.c_str());
+    print(STDERR_FILENO, (g_json_events ? texts->event : texts->text).c_str());
     if (g_json)
         print(STDOUT_FILENO, texts->json.c_str());
     ::_exit(int(ErrorCode::Io));
@@ -52,9 +52,10 @@ extern "C" void onFileFault(int number, siginfo_t* info, void*)
 
 } // namespace
 
-void installFileFaultHandler(bool json)
+void installFileFaultHandler(bool json, bool json_events)
 {
     g_json = json;
+    g_json_events = json_events;
     static const bool installed = [] {
         struct sigaction action {};
         action.sa_sigaction = onFileFault;

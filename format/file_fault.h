@@ -5,9 +5,9 @@
 
 namespace gsc {
 
-// From now on such a fault ends the process: message on standard error, with `json` the object of
-// schemas/error.schema.json on standard output too, temporary files removed, exit code 2. Any other SIGBUS gets what was
-// installed before. May be called again.
-void installFileFaultHandler(bool json);
+// From now on such a fault ends the process: message on standard error, with `json_events` as one of
+// schemas/progress-event.schema.json, with `json` the object of schemas/error.schema.json on standard output too,
+// temporary files removed, exit code 2. Any other SIGBUS gets what was installed before. May be called again.
+void installFileFaultHandler(bool json, bool json_events);
 
 } // namespace gsc

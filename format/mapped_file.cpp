@@ -89,10 +89,20 @@ std::unique_ptr<const FaultTexts> faultTexts(const std::string& path)
     const std::string message =
         validUtf8(path + ": became shorter while it was read, or its disk failed, expected a file that stays as it is; "
                          "write new versions under another name and rename them");
+    // as errorJson() of the tools, which cannot run in a signal handler
+    std::string found = "null", expected = "null", remedy = "null";
+    const size_t object = message.find(": "), wanted = message.find(", expected "), todo = message.find("; ", wanted);
+    if (object < wanted && todo != std::string::npos) {
+        found = jsonQuoted(message.substr(object + 2, wanted - object - 2));
+        expected = jsonQuoted(message.substr(wanted + 11, todo - wanted - 11));
+        remedy = jsonQuoted(message.substr(todo + 2));
+    }
+    const std::string quoted = jsonQuoted(message);
     return std::make_unique<const FaultTexts>(
-        FaultTexts{"error: " + message + "\n",
-                   formatString("{\"schema\": \"gsc.error/1\", \"code\": \"Io\", \"exit_code\": %d, \"message\": %s}\n",
-                                int(ErrorCode::Io), jsonQuoted(message).c_str())});
+        FaultTexts{"error: " + message + "\n", R"({"event":"error","message":)" + quoted + "}\n",
+                   formatString("{\"schema\": \"gsc.error/1\", \"code\": \"Io\", \"exit_code\": %d, \"message\": %s, "
+                                "\"found\": %s, \"expected\": %s, \"remedy\": %s}\n",
+                                int(ErrorCode::Io), quoted.c_str(), found.c_str(), expected.c_str(), remedy.c_str())});
 }
 
 } // namespace

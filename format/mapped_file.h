@@ -11,7 +11,9 @@ namespace gsc {
 
 // What a program says when the mapping cannot be read any more, each with its line end.
 struct FaultTexts {
-    std::string text, json;
+    std::string text;  // for people
+    std::string event; // schemas/progress-event.schema.json
+    std::string json;  // schemas/error.schema.json
 };
 
 class MappedFile {

@@ -120,10 +120,18 @@ void OutputFile::commit()
         return;
     struct stat info {};
     if (s.overwrite && ::lstat(s.target.c_str(), &info) == 0) {
-        // what cannot be kept is no reason to fail: the temporary is readable by its owner alone
-        if (info.st_uid != ::geteuid() || info.st_gid != ::getegid())
-            (void)!::fchown(descriptor(), info.st_uid, info.st_gid);
-        (void)!::fchmod(descriptor(), info.st_mode & 0777);
+        mode_t mode = info.st_mode & 0777;
+        struct stat own {};
+        (void)!::fstat(descriptor(), &own);
+        // only root gives a file away, but its group may be any of the writer's. What cannot be kept is no reason to
+        // fail: bits meant for another group are then given to nobody, and the rest of the world, which that group is
+        // now part of, gets no more than it had
+        if ((own.st_uid != info.st_uid || own.st_gid != info.st_gid) &&
+            ::fchown(descriptor(), info.st_uid, info.st_gid) != 0 && own.st_gid != info.st_gid &&
+            ::fchown(descriptor(), uid_t(-1), info.st_gid) != 0)
+            mode &= 0700 | (mode >> 3 & 07);
+        // where this fails the temporary stays readable by its owner alone
+        (void)!::fchmod(descriptor(), mode);
     }
     // a network file system may say only now that its disk is full; the lock must outlive the rename
     const int twin = ::fcntl(descriptor(), F_DUPFD_CLOEXEC, 0);
@@ -176,9 +184,9 @@ void OutputFiles::commit()
     m_folders.clear();
 }
 
-void writeTextFile(const std::string& path, std::string_view text)
+void writeTextFile(const std::string& path, std::string_view text, bool overwrite)
 {
-    OutputFile file(path, OutputKind::Text, true);
+    OutputFile file(path, OutputKind::Text, overwrite);
     file.write(text);
     file.sync();
     file.commit();
@@ -216,9 +224,15 @@ int64_t wholeLines(int fd, std::string& tail)
 
 } // namespace
 
-void appendLine(const std::string& path, std::string_view line, std::string_view line_start)
+bool isCutLine(std::string_view tail, std::string_view line_start)
 {
-    const std::string text = std::string(line) + "\n";
+    return tail.starts_with(line_start) || (tail.size() > 1 && line_start.starts_with(tail));
+}
+
+void appendLine(const std::string& path, std::string_view line, std::string_view line_start,
+                const std::function<bool(std::string_view)>& is_whole)
+{
+    std::string text = std::string(line) + "\n";
     if (isStandardOutput(path))
         return writeStandardOutput(std::as_bytes(std::span(text)));
     checkAppend(path);
@@ -229,9 +243,13 @@ void appendLine(const std::string& path, std::string_view line, std::string_view
     while (::flock(file.fd, LOCK_EX) != 0 && errno == EINTR) // where there are no locks one write is whole all the same
         ;
     std::string tail;
-    const int64_t size = wholeLines(file.fd, tail);
-    const size_t known = std::min(tail.size(), line_start.size());
-    if (size >= 0 && tail.compare(0, known, line_start, 0, known) != 0)
+    int64_t size = wholeLines(file.fd, tail);
+    if (size >= 0 && tail.starts_with(line_start) && !tail.empty() && is_whole(tail)) {
+        size += int64_t(tail.size());
+        tail.clear();
+        text.insert(0, "\n");
+    }
+    if (size >= 0 && !tail.empty() && !isCutLine(tail, line_start))
         throw Error(ErrorCode::InvalidFile, path + ": its last line has no end and is no row that was cut, expected "
                                                    "whole lines; choose another file");
     if (size < 0 || (!tail.empty() && ::ftruncate(file.fd, size) != 0))

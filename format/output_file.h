@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every file that a program writes: a temporary beside the target, then a rename. A target that is a symbolic link is
-// written through, one that exists keeps its owner and its permission bits.
+// written through. One that exists keeps its permission bits, and its owner and group where the system lets it.
 #pragma once
 
 #include "format/output_paths.h"
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -60,12 +61,17 @@ private:
     std::vector<std::unique_ptr<OutputFile>> m_files;
 };
 
-// The whole of a small text, which replaces what was there. Throws Error(Io).
-void writeTextFile(const std::string& path, std::string_view text);
+// The whole of a small text. Throws Error(Io), without `overwrite` also where the file is there by then.
+void writeTextFile(const std::string& path, std::string_view text, bool overwrite);
+
+// Whether a last line without its end, which is not whole, is for certain what a killed program left of a line that
+// starts with `line_start`: it has all of that, or more than one character of it.
+bool isCutLine(std::string_view tail, std::string_view line_start);
 
 // Adds `line` and its end to a file of lines, or prints it where `path` is "-". Lines of programs side by side stay
-// whole. A last line without its end, which a killed program left, is cut off if it starts as `line_start` does or is a
-// part of it. Throws Error: Io, and the file has what it had; InvalidFile for another last line without an end.
-void appendLine(const std::string& path, std::string_view line, std::string_view line_start);
+// whole. A last line without its end gets one if it starts with `line_start` and `is_whole` says so, and goes if
+// isCutLine(). Throws Error: Io, and the file has what it had; InvalidFile for another last line without an end.
+void appendLine(const std::string& path, std::string_view line, std::string_view line_start,
+                const std::function<bool(std::string_view)>& is_whole);
 
 } // namespace gsc

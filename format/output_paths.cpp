@@ -108,6 +108,12 @@ std::string folderOf(const std::string& path)
 
 void failOutput(const std::string& path, const char* what, int code)
 {
+    if (code == EBUSY) // such as a single file that is mounted into a container
+        throw Error(
+            ErrorCode::Io,
+            formatString("%s: is a mount point or in use (%s), expected a file that can be replaced; write into "
+                         "the folder it lies in, under another name",
+                         path.c_str(), std::strerror(code)));
     const bool full = code == ENOSPC || code == EDQUOT || code == EFBIG;
     throw Error(code == ENOMEM ? ErrorCode::OutOfMemory : ErrorCode::Io,
                 formatString("%s: %s (%s), expected %s", path.c_str(), what, std::strerror(code),

@@ -138,7 +138,7 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
         stopIfInterrupted(shots.size(), summary);
 
         for (uint32_t eye = 0; eye < eye_count && !paths.empty(); ++eye) {
-            writeImage(paths[i * eye_count + eye], images[eye], options.depth);
+            writeImage(paths[i * eye_count + eye], images[eye], options.depth, options.overwrite);
             summary.images.push_back(paths[i * eye_count + eye]);
         }
         stats_file.add(stats);

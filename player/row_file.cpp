@@ -2,6 +2,7 @@
 #include "player/row_file.h"
 
 #include "format/error.h"
+#include "format/output_file.h"
 #include "player/report_parts.h"
 
 #include <nlohmann/json.hpp>
@@ -78,14 +79,26 @@ RowFile readRows(const std::string& path, const RowKind& kind, const std::functi
             failLine(path, line, kind);
     }
     const std::string_view rest = std::string_view(text).substr(file.whole);
-    if (!startsAsRow(rest, kind)) // only what is the start of a row for certain is thrown away
+    if (rest.empty())
+        return file;
+    OrderedJson row = OrderedJson::parse(rest, nullptr, false);
+    file.needs_end = !row.is_discarded(); // such as where an editor or a copy left the end out
+    // only what is the start of a row for certain is thrown away
+    if (file.needs_end ? !rest.starts_with(kind.start) || !take(std::move(row)) : !isCutLine(rest, kind.start))
         failLine(path, line, kind);
-    if (!rest.empty())
+    if (file.needs_end)
+        file.whole = file.bytes;
+    else
         file.cut_off =
             formatString("%s: line %zu is half-written, what a run that was killed left behind; it is cut off "
                          "and that run is done again",
                          path.c_str(), line);
     return file;
+}
+
+void addRow(const std::string& path, const RowKind& kind, std::string_view line)
+{
+    appendLine(path, line, kind.start, [](std::string_view tail) { return OrderedJson::accept(tail); });
 }
 
 RowFile readBenchRows(const std::string& path)

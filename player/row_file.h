@@ -22,15 +22,19 @@ struct RowKind {
 };
 
 struct RowFile {
-    uint64_t bytes = 0;  // of the file
-    uint64_t whole = 0;  // of its whole lines
-    std::string cut_off; // what to say of a half-written last line, which a killed run left; empty = there is none
+    uint64_t bytes = 0;     // of the file
+    uint64_t whole = 0;     // of its whole lines, less the end that is missing
+    bool needs_end = false; // of the last line, which is whole otherwise: addRow() gives it one
+    std::string cut_off;    // what to say of a half-written last line, which a killed run left; empty = there is none
 };
 
 // Hands every row to `take`, which returns false for one that it cannot use. A file that is missing, empty or "-" has no
 // rows. The file is not changed. Throws Error: InvalidFile for a line that is no row, Io.
 RowFile readRows(const std::string& path, const RowKind& kind,
                  const std::function<bool(nlohmann::ordered_json&&)>& take);
+
+// Adds a line to a file that readRows() took. Throws Error as appendLine().
+void addRow(const std::string& path, const RowKind& kind, std::string_view line);
 
 // The rows that gsc-play bench adds to --out.
 extern const RowKind kBenchRow;

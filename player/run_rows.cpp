@@ -2,7 +2,6 @@
 #include "player/run_rows.h"
 
 #include "format/error.h"
-#include "format/output_file.h"
 #include "player/report_parts.h"
 #include "player/row_file.h"
 #include "player/run_row.h"
@@ -48,7 +47,7 @@ RunRows::RunRows(const std::string& path, std::string& cut_off) : m_path(path)
     });
     cut_off = file.cut_off;
     m_bytes = file.bytes;
-    m_whole = file.whole;
+    m_whole = file.whole + (file.needs_end ? 1 : 0); // which comes with the next row
 }
 
 const OrderedJson* RunRows::find(const std::string& id) const
@@ -76,7 +75,7 @@ void RunRows::append(const OrderedJson& row)
                                      "writes to it; give every sweep an --out of its own",
                                      m_path.c_str(), static_cast<unsigned long long>(bytes),
                                      static_cast<unsigned long long>(m_bytes)));
-        appendLine(m_path, line, kRunRow.start);
+        addRow(m_path, kRunRow, line);
         m_whole += line.size() + 1;
         m_bytes = m_whole;
     }

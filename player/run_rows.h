@@ -13,9 +13,9 @@ namespace gsc {
 // Rows that a file already has, by config.id.
 class RunRows {
 public:
-    // A last line without an end is what a killed run left behind; `cut_off` then says so and is empty otherwise. The
-    // file is not changed. A missing file has no rows. Throws Error: InvalidFile
-    // for a line that is no row, so that no other file is added to; Io.
+    // A half-written last line is what a killed run left behind; `cut_off` then says so and is empty otherwise. One that
+    // lacks its end alone is a row. The file is not changed. A missing file has no rows. Throws Error: InvalidFile for a
+    // line that is no row, so that no other file is added to; Io.
     explicit RunRows(const std::string& path, std::string& cut_off);
 
     [[nodiscard]] const nlohmann::ordered_json* find(const std::string& id) const;
@@ -28,7 +28,7 @@ public:
 private:
     std::string m_path;
     uint64_t m_bytes = 0; // of the file, with what a killed run left
-    uint64_t m_whole = 0; // of its whole lines
+    uint64_t m_whole = 0; // of its whole lines, each with its end
     std::map<std::string, nlohmann::ordered_json> m_rows;
 };
 

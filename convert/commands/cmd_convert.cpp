@@ -140,7 +140,7 @@ ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
     }
     facts.seconds = report.seconds();
     if (!options.report.empty())
-        writeTextFile(options.report, jsonText(convertJson(facts)) + "\n");
+        writeTextFile(options.report, jsonText(convertJson(facts)) + "\n", bake_options.overwrite);
     if (report.json())
         report.object(convertJson(facts));
     else if (isStandardOutput(options.report)) // which holds the report alone

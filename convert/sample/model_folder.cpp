@@ -4,8 +4,10 @@
 #include "format/error.h"
 #include "format/output_paths.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <iterator>
 #include <system_error>
 
 #include <fcntl.h>
@@ -21,6 +23,22 @@ bool isModelFolder(const fs::path& path)
 {
     return fs::is_directory(path) &&
            (fs::is_empty(path) || fs::exists(path / "cfg_args") || fs::exists(path / "point_cloud"));
+}
+
+// All that a sample or a city has in its folder. What else lies there is somebody's work: a .gsc, renderings, notes.
+constexpr const char* kOwnNames[] = {"cameras.json", "cfg_args", "paths", "point_cloud"};
+
+// The first by name of what -w would delete and this program never wrote, empty if there is none.
+std::string foreignEntry(const fs::path& folder)
+{
+    std::string first;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+        const std::string name = entry.path().filename().string();
+        const bool own = std::find(std::begin(kOwnNames), std::end(kOwnNames), name) != std::end(kOwnNames);
+        if (!own && (first.empty() || name < first))
+            first = name;
+    }
+    return first;
 }
 
 [[noreturn]] void throwIo(const std::string& path, const std::error_code& error)
@@ -45,6 +63,10 @@ ModelFolder::ModelFolder(const std::string& path, bool overwrite)
         if (!isModelFolder(m_final))
             throw Error(ErrorCode::Usage, path + ": is not a model folder (no cfg_args, no point_cloud), expected one "
                                                  "for -w to replace; choose another folder");
+        if (const std::string name = foreignEntry(m_final); !name.empty())
+            throw Error(ErrorCode::Usage, path + ": holds " + name +
+                                              ", which -w would delete, expected a folder made by gsc sample; move it "
+                                              "away or choose another folder");
     }
     fs::create_directories(m_final.parent_path(), error); // what fails shows in the next line
     m_work.emplace(m_final.string(), TemporaryKind::Folder, 0777);

@@ -17,7 +17,8 @@ namespace gsc {
 // Work goes on in a temporary folder beside it; commit() renames that. Unless committed, the destructor removes it.
 class ModelFolder {
 public:
-    // Throws Error: Usage (the folder exists and `overwrite` is off, or holds something else than a model), Io.
+    // Throws Error: Usage (the folder exists and `overwrite` is off, or holds anything that no
+    // sample has), Io.
     ModelFolder(const std::string& path, bool overwrite);
     ModelFolder(const ModelFolder&) = delete;
     ModelFolder& operator=(const ModelFolder&) = delete;

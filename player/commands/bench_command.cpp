@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/error.h"
-#include "format/output_file.h"
+#include "format/output_paths.h"
 #include "player/bench.h"
 #include "player/commands/commands.h"
 #include "player/commands/render_options.h"
@@ -88,7 +88,7 @@ ErrorCode runBench(const BenchOptions& options, Reporter& report)
     report.endProgress(false);
     const std::string json = benchReportJson(options, summary);
     if (!options.out.empty())
-        appendLine(options.out, json, kBenchRow.start);
+        addRow(options.out, kBenchRow, json);
     const std::string text = report.json() ? json : benchReportText(options, summary);
     isStandardOutput(options.out) ? report.tell(text) : report.text(text);
     return ErrorCode::Ok;

@@ -127,13 +127,13 @@ bool isImageExtension(const std::string& path)
     return extension == ".pfm" || std::find(known.begin(), known.end(), extension) != known.end();
 }
 
-void writeImage(const std::string& path, const Image& image, PixelDepth depth)
+void writeImage(const std::string& path, const Image& image, PixelDepth depth, bool overwrite)
 {
     if (!isImageExtension(path))
         throw Error(ErrorCode::Unsupported,
                     formatString("%s: this build cannot write such a file, expected one of %s; choose one of them",
                                  path.c_str(), imageExtensions().c_str()));
-    OutputFile file(path, OutputKind::Binary, true);
+    OutputFile file(path, OutputKind::Binary, overwrite);
     const std::string extension = extensionOf(path);
     if (extension == ".pfm") {
         writePfm(file, image);

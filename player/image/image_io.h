@@ -17,8 +17,9 @@ struct Image {
 enum class PixelDepth { Eight, Sixteen }; // of PNG
 
 // By file extension. PNG bytes follow torchvision's rule, trunc(clamp(max x + 0.5, 0, max)). Writes a temporary file
-// and renames it. Throws Error (Io, Unsupported: an extension this build cannot write, naming those it can).
-void writeImage(const std::string& path, const Image& image, PixelDepth depth);
+// and renames it. Throws Error (Io: without `overwrite` also where the file is there by then; Unsupported: an extension
+// this build cannot write, naming those it can).
+void writeImage(const std::string& path, const Image& image, PixelDepth depth, bool overwrite);
 // Integers become value / max. Throws Error (Io, InvalidFile, Unsupported).
 Image readImage(const std::string& path);
 

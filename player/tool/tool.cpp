@@ -165,7 +165,7 @@ OrderedJson errorJson(ErrorCode code, const std::string& message)
 ErrorCode runInvocation(const Invocation& invocation)
 {
     Reporter report(invocation.reporter);
-    installFileFaultHandler(report.json());
+    installFileFaultHandler(report.json(), report.options().progress == ProgressMode::Json);
     try {
         const ErrorCode code = invocation.run(report);
         report.endProgress(false);

@@ -108,7 +108,7 @@ TEST_CASE("readInputText reads a file whole, and no more than it may")
     namespace fs = std::filesystem;
     const fs::path folder = fs::temp_directory_path() / ("gsc-commands-test-" + std::to_string(::getpid()));
     fs::create_directories(folder);
-    writeTextFile((folder / "a").string(), "one\ntwo");
+    writeTextFile((folder / "a").string(), "one\ntwo", false);
     CHECK(readInputText((folder / "a").string(), 7, "text") == "one\ntwo");
     CHECK_THROWS_AS(readInputText((folder / "a").string(), 6, "text"), Error);
     CHECK_THROWS_AS(readInputText("/dev/zero", 1 << 20, "text"), Error);

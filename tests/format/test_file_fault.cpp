@@ -35,12 +35,28 @@ TEST_CASE("a mapped file that is cut short ends the program with its name, on an
 {
     const ScratchDir dir;
     const std::string path = dir / "a\"\xff.gsc";
-    for (const bool json : {false, true}) {
+    struct Form {
+        bool json, events;
+        int stream;
+        std::string start, found, end;
+    };
+    const std::string message = "became shorter while it was read, or its disk failed";
+    const std::string plain = "/a\"\xef\xbf\xbd.gsc: " + message, quoted = "/a\\\"\xef\xbf\xbd.gsc: " + message;
+    const std::string remedy = "write new versions under another name and rename them";
+    for (const Form& form :
+         {Form{false, false, STDERR_FILENO, "error: ", plain, remedy + "\n"},
+          Form{true, false, STDERR_FILENO, "error: ", plain, remedy + "\n"},
+          Form{false, true, STDERR_FILENO, R"({"event":"error","message":")", quoted, remedy + "\"}\n"},
+          Form{true, true, STDERR_FILENO, R"({"event":"error","message":")", quoted, remedy + "\"}\n"},
+          Form{true, true, STDOUT_FILENO, R"({"schema": "gsc.error/1", "code": "Io", "exit_code": 2, "message": ")",
+               quoted,
+               R"(", "found": ")" + message + R"(", "expected": "a file that stays as it is", "remedy": ")" + remedy +
+                   "\"}\n"}}) {
         std::ofstream(path) << std::string(1'000'000, 'x');
         std::string printed;
         const int code = inChild(
             [&] {
-                installFileFaultHandler(json);
+                installFileFaultHandler(form.json, form.events);
                 const MappedFile file(path);
                 const OutputFile output(dir / "out", OutputKind::Binary, false);
                 fs::resize_file(path, 10);
@@ -54,12 +70,12 @@ TEST_CASE("a mapped file that is cut short ends the program with its name, on an
                     thread.join();
                 return 0;
             },
-            &printed, json ? STDOUT_FILENO : STDERR_FILENO);
+            &printed, form.stream);
         CHECK(code == int(ErrorCode::Io));
-        CHECK(printed.find(json ? R"({"schema": "gsc.error/1", "code": "Io", "exit_code": 2, "message": ")"
-                                : "error: ") == 0);
-        CHECK(printed.find(json ? "/a\\\"\xef\xbf\xbd.gsc: became shorter" : "/a\"\xef\xbf\xbd.gsc: became shorter") !=
-              std::string::npos);
+        CAPTURE(printed);
+        CHECK(printed.starts_with(form.start));
+        CHECK(printed.find(form.found) != std::string::npos);
+        CHECK(printed.ends_with(form.end));
         CHECK(std::count(printed.begin(), printed.end(), '\n') == 1);
         CHECK(dir.names().size() == 1);
     }
@@ -69,7 +85,7 @@ TEST_CASE("any other SIGBUS gets its default action")
 {
     CHECK(inChild([] {
               std::signal(SIGBUS, SIG_DFL);
-              installFileFaultHandler(false);
+              installFileFaultHandler(false, false);
               ::raise(SIGBUS);
               return 0;
           }) == -SIGBUS);
@@ -77,7 +93,7 @@ TEST_CASE("any other SIGBUS gets its default action")
     std::ofstream(dir / "a") << std::string(100'000, 'x');
     CHECK(inChild([&] {
               std::signal(SIGBUS, SIG_DFL);
-              installFileFaultHandler(false);
+              installFileFaultHandler(false, false);
               const int fd = ::open((dir / "a").c_str(), O_RDONLY);
               const auto* bytes =
                   static_cast<const volatile char*>(::mmap(nullptr, 100'000, PROT_READ, MAP_SHARED, fd, 0));

@@ -16,7 +16,10 @@
 #include <sstream>
 
 #include <fcntl.h>
+#include <grp.h>
+#include <sched.h>
 #include <sys/file.h>
+#include <sys/mount.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -59,6 +62,11 @@ Outcome tryWrite(const std::string& path, OutputKind kind = OutputKind::Text, bo
         file.write("new");
         file.commit();
     });
+}
+
+bool endsInBrace(std::string_view line)
+{
+    return line.ends_with('}');
 }
 
 mode_t modeOf(const std::string& path)
@@ -216,6 +224,67 @@ TEST_CASE("a new file follows the umask, one that is replaced keeps its bits")
     ::umask(mask);
 }
 
+TEST_CASE("a file of somebody else keeps its group where it can, and else gives no group anything")
+{
+    const ScratchDir dir;
+    fs::permissions(dir.path(), fs::perms::all);
+    const std::string path = dir / "shared";
+    if (::geteuid() != 0) // who alone can make such a file
+        return;
+    const auto replaceAs = [&](mode_t mode, std::vector<gid_t> groups) {
+        std::ofstream(path) << "old";
+        REQUIRE(::chown(path.c_str(), 0, 4321) == 0);
+        REQUIRE(::chmod(path.c_str(), mode) == 0);
+        REQUIRE(inChild([&] {
+                    if (::setgroups(groups.size(), groups.data()) != 0 || ::setgid(65534) != 0 || ::setuid(65534) != 0)
+                        return 2;
+                    return int(tryWrite(path).code);
+                }) == 0);
+        struct stat info {};
+        REQUIRE(::stat(path.c_str(), &info) == 0);
+        CHECK(info.st_uid == 65534);
+        CHECK(textOf(path) == "new");
+        return std::pair(info.st_gid, info.st_mode & 07777);
+    };
+    CHECK(replaceAs(0660, {4321}) == std::pair(gid_t(4321), mode_t(0660)));
+    CHECK(replaceAs(0660, {}) == std::pair(gid_t(65534), mode_t(0600)));
+    CHECK(replaceAs(0664, {}) == std::pair(gid_t(65534), mode_t(0604)));
+    CHECK(replaceAs(0604, {}) == std::pair(gid_t(65534), mode_t(0600))); // the old group is now among the others
+}
+
+TEST_CASE("a text replaces another only where it may")
+{
+    const ScratchDir dir;
+    writeTextFile(dir / "a", "old", false);
+    const Outcome outcome = outcomeOf([&] { writeTextFile(dir / "a", "new", false); });
+    CHECK(outcome.code == ErrorCode::Io);
+    CHECK(outcome.message.find("pass -w") != std::string::npos);
+    CHECK(textOf(dir / "a") == "old");
+    writeTextFile(dir / "a", "new", true);
+    CHECK(textOf(dir / "a") == "new");
+}
+
+TEST_CASE("a mount point says what it is")
+{
+    const auto says = [](const std::string& path, const Outcome& outcome) {
+        return outcome.code == ErrorCode::Io && outcome.message.find(path + ": is a mount point or in use (") == 0 &&
+               outcome.message.find("), expected a file that can be replaced; write into the folder it lies in, under "
+                                    "another name") != std::string::npos;
+    };
+    CHECK(says("x", outcomeOf([] { failOutput("x", "cannot rename the finished file", EBUSY); })));
+    const ScratchDir dir;
+    std::ofstream(dir / "from") << "old";
+    std::ofstream(dir / "to") << "old";
+    CHECK(inChild([&] {
+              if (::unshare(CLONE_NEWNS) != 0 || ::mount("", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
+                  ::mount((dir / "from").c_str(), (dir / "to").c_str(), nullptr, MS_BIND, nullptr) != 0)
+                  return 0; // no right to mount
+              return says(dir / "to", tryWrite(dir / "to")) ? 0 : 1;
+          }) == 0);
+    CHECK(textOf(dir / "from") == "old");
+    CHECK(dir.names().size() == 2);
+}
+
 TEST_CASE("what a killed program left is removed by the next writer, what is anybody's is not")
 {
     const ScratchDir dir;
@@ -305,19 +374,40 @@ TEST_CASE("a line is added to whole lines, through a link, and a half-written la
     const ScratchDir dir;
     fs::create_symlink("rows", dir / "link");
     constexpr std::string_view kStart = "{\"row\":";
-    appendLine(dir / "link", "{\"row\":1}", kStart);
+    appendLine(dir / "link", "{\"row\":1}", kStart, endsInBrace);
     CHECK(fs::is_symlink(dir / "link"));
-    appendLine(dir / "rows", "{\"row\":2}", kStart);
+    appendLine(dir / "rows", "{\"row\":2}", kStart, endsInBrace);
     const std::string whole = "{\"row\":1}\n{\"row\":2}\n";
     CHECK(textOf(dir / "rows") == whole);
-    for (const std::string tail : {"{", "{\"row\":", "{\"row\":3"}) {
+    for (const std::string tail : {"{\"", "{\"row\":", "{\"row\":3"}) {
         std::ofstream(dir / "rows", std::ios::binary) << whole << tail;
-        appendLine(dir / "rows", "{\"row\":4}", kStart);
+        appendLine(dir / "rows", "{\"row\":4}", kStart, endsInBrace);
         CHECK(textOf(dir / "rows") == whole + "{\"row\":4}\n");
     }
-    std::ofstream(dir / "rows", std::ios::binary) << whole << std::string(10'000, 'x');
-    CHECK(outcomeOf([&] { appendLine(dir / "rows", "y", kStart); }).code == ErrorCode::InvalidFile);
-    CHECK(textOf(dir / "rows").size() == whole.size() + 10'000);
+    for (const std::string& tail : {std::string(10'000, 'x'), std::string("{"), std::string("{}")}) {
+        std::ofstream(dir / "rows", std::ios::binary) << whole << tail;
+        CHECK(outcomeOf([&] { appendLine(dir / "rows", "y", kStart, endsInBrace); }).code == ErrorCode::InvalidFile);
+        CHECK(textOf(dir / "rows") == whole + tail);
+    }
+}
+
+TEST_CASE("a whole last line that lacks its end alone is kept, also where the disk is full")
+{
+    const ScratchDir dir;
+    constexpr std::string_view kStart = "{\"row\":";
+    for (const std::string before : {"", "{\"row\":0}\n"}) {
+        const std::string whole = before + "{\"row\":1}";
+        std::ofstream(dir / "rows", std::ios::binary) << whole;
+        CHECK(inChild([&] {
+                  std::signal(SIGXFSZ, SIG_IGN);
+                  const rlimit limit{whole.size() + 4, whole.size() + 4};
+                  ::setrlimit(RLIMIT_FSIZE, &limit);
+                  return int(outcomeOf([&] { appendLine(dir / "rows", "{\"row\":2}", kStart, endsInBrace); }).code);
+              }) == int(ErrorCode::Io));
+        CHECK(textOf(dir / "rows") == whole);
+        appendLine(dir / "rows", "{\"row\":2}", kStart, endsInBrace);
+        CHECK(textOf(dir / "rows") == whole + "\n{\"row\":2}\n");
+    }
 }
 
 TEST_CASE("lines of many programs do not mix, and a full disk costs no line")
@@ -327,7 +417,7 @@ TEST_CASE("lines of many programs do not mix, and a full disk costs no line")
     for (int i = 0; i < 4; ++i)
         if (const pid_t child = ::fork(); child == 0) {
             for (int line = 0; line < 50; ++line)
-                appendLine(dir / "rows", "{" + std::string(3000, char('a' + i)), "{");
+                appendLine(dir / "rows", "{" + std::string(3000, char('a' + i)), "{", endsInBrace);
             ::_exit(0);
         } else
             children.push_back(child);
@@ -343,7 +433,7 @@ TEST_CASE("lines of many programs do not mix, and a full disk costs no line")
               std::signal(SIGXFSZ, SIG_IGN);
               const rlimit limit{size + 100, size + 100};
               ::setrlimit(RLIMIT_FSIZE, &limit);
-              return int(outcomeOf([&] { appendLine(dir / "rows", std::string(3000, '{'), "{"); }).code);
+              return int(outcomeOf([&] { appendLine(dir / "rows", std::string(3000, '{'), "{", endsInBrace); }).code);
           }) == int(ErrorCode::Io));
     CHECK(fs::file_size(dir / "rows") == size);
 }

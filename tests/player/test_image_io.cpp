@@ -83,7 +83,7 @@ TEST_CASE("PFM keeps every bit, NaN and infinity included")
     Image image = someImage(7, 5);
     image.pixels[0] = std::numeric_limits<float>::infinity();
     image.pixels[1] = std::numeric_limits<float>::quiet_NaN();
-    writeImage(folder / "a.pfm", image, PixelDepth::Eight);
+    writeImage(folder / "a.pfm", image, PixelDepth::Eight, true);
     const Image back = readImage(folder / "a.pfm");
     CHECK(back.width == 7);
     CHECK(back.height == 5);
@@ -119,7 +119,7 @@ TEST_CASE("hostile PFM files are refused")
 TEST_CASE("an extension without a writer is refused, naming those there are")
 {
     try {
-        writeImage("x.jpeg", someImage(1, 1), PixelDepth::Eight);
+        writeImage("x.jpeg", someImage(1, 1), PixelDepth::Eight, true);
         FAIL("it was written");
     } catch (const Error& e) {
         CHECK(e.code() == ErrorCode::Unsupported);
@@ -135,7 +135,7 @@ TEST_CASE("a folder that is not there is an I/O error and leaves nothing")
             continue;
         CAPTURE(name);
         try {
-            writeImage(folder / name, someImage(3, 3), PixelDepth::Eight);
+            writeImage(folder / name, someImage(3, 3), PixelDepth::Eight, true);
             FAIL("it was written");
         } catch (const Error& e) {
             CHECK(e.code() == ErrorCode::Io);
@@ -158,7 +158,7 @@ TEST_CASE("a full disk is an I/O error")
         REQUIRE(::setrlimit(RLIMIT_FSIZE, &limit) == 0);
         ErrorCode code = ErrorCode::Ok;
         try {
-            writeImage(folder / name, someImage(64, 64), PixelDepth::Eight);
+            writeImage(folder / name, someImage(64, 64), PixelDepth::Eight, true);
         } catch (const Error& e) {
             code = e.code();
         }
@@ -180,9 +180,9 @@ TEST_CASE("PNG follows torchvision's rounding in both depths")
     image.pixels[0] = std::numeric_limits<float>::quiet_NaN();
     image.pixels[1] = 0.5f / 255; // a half rounds up
     for (const auto& [depth, max] : {std::pair{PixelDepth::Eight, 255.0f}, std::pair{PixelDepth::Sixteen, 65535.0f}}) {
-        writeImage(folder / "a.png", image, depth);
+        writeImage(folder / "a.png", image, depth, true);
         const std::string first = readText(folder / "a.png");
-        writeImage(folder / "a.png", image, depth);
+        writeImage(folder / "a.png", image, depth, true);
         CHECK(readText(folder / "a.png") == first); // the same bytes again
         const Image back = readImage(folder / "a.png");
         REQUIRE(back.pixels.size() == image.pixels.size());
@@ -202,7 +202,7 @@ TEST_CASE("EXR keeps 32-bit floats")
     }
     const TempFolder folder;
     const Image image = someImage(33, 17);
-    writeImage(folder / "a.EXR", image, PixelDepth::Eight);
+    writeImage(folder / "a.EXR", image, PixelDepth::Eight, true);
     const Image back = readImage(folder / "a.EXR");
     REQUIRE(back.pixels.size() == image.pixels.size());
     CHECK(std::memcmp(back.pixels.data(), image.pixels.data(), image.pixels.size() * 4) == 0);
@@ -218,7 +218,7 @@ TEST_CASE("damaged PNG files are refused at every length")
     const __lsan::ScopedDisabler not_ours;
 #endif
     const TempFolder folder;
-    writeImage(folder / "a.png", someImage(16, 16), PixelDepth::Eight);
+    writeImage(folder / "a.png", someImage(16, 16), PixelDepth::Eight, true);
     const std::string good = readText(folder / "a.png");
     for (size_t size = 0; size + 16 < good.size(); size += 37) {
         writeText(folder / "b.png", good.substr(0, size));

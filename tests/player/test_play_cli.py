@@ -387,7 +387,7 @@ class PlayTest(unittest.TestCase):
         other = self.tiny("other.gsc")
         keep[other] = other.read_bytes()
         self.refused(*base, other, code=3, says="line 1 is no row of a bench")
-        for text in ("precious", "precious\n", "\n", "[1]\n", '{"schema":"gsc.run/1","x":1}\n', '{"schema":"gsc.bench/"}\n',
+        for text in ("precious", "{", "{}", '{"schema":"gsc.bench/x"}', "precious\n", "\n", "[1]\n", '{"schema":"gsc.run/1","x":1}\n', '{"schema":"gsc.bench/"}\n',
                      '{"schema":"gsc.bench/x"}\n', '{"schema":"gsc.bench/1"\n', '{"schema":"gsc.bench/1"}\nprecious'):
             (self.folder / "notes").write_text(text)
             self.refused(*base, "notes", code=3, says="is no row of a bench, expected \"gsc.bench/1\"")
@@ -405,13 +405,20 @@ class PlayTest(unittest.TestCase):
         self.bench("--measure", "1", "--out", "b.jsonl")
         self.assertTrue((self.folder / "b.jsonl").is_symlink())
         first = rows.read_text()
-        for tail in ("{", '{"schema":"gsc.ben', first[:100]):
+        for tail in ('{"', '{"schema":"gsc.ben', first[:100], first[:-2]):
             rows.write_text(first + tail)
             run = self.bench("--measure", "1", "--out", "b.jsonl")
             self.assertIn("line 2 is half-written", run.stderr)
             lines = rows.read_text().splitlines()
             self.assertEqual((lines[0] + "\n", len(lines)), (first, 2))
             check_schema("bench-report", json.loads(lines[1]))
+        for before in ("", first):  # the last row lacks its end alone
+            rows.write_text(before + first[:-1])
+            run = self.bench("--measure", "1", "--out", "b.jsonl")
+            self.assertNotIn("half-written", run.stderr)
+            self.assertTrue(rows.read_text().startswith(before + first))
+            check_schema("bench-report", json.loads(rows.read_text()[len(before + first):]))
+        rows.write_text(first + rows.read_text().splitlines(keepends=True)[-1])
         runs = [subprocess.Popen([PLAY, "bench", self.model, "--size", "8x8", "--measure", "5", "--warmup", "0", "--backend",
                                   "cpu", "--out", rows, "-q"], stdout=subprocess.DEVNULL) for _ in range(4)]
         self.assertEqual([run.wait(timeout=60) for run in runs], [0] * 4)
@@ -727,6 +734,24 @@ class PlayTest(unittest.TestCase):
         for image in images:
             self.assertEqual(image.suffix, ".pfm")
             self.assertEqual(pfm(image)[:2], (320, 200))
+
+    def test_image_that_appears_meanwhile_is_kept(self) -> None:
+        frames = TRAJECTORY["frames"][:1] * 200
+        self.path.write_text(json.dumps({"schema": "gsc.trajectory/1", "frames": frames}))
+        run = subprocess.Popen([PLAY, self.model, "--cameras", self.path, "--size", "160x100", "--out", "o/{frame}.pfm",
+                                "--backend", "cpu", "-q"], cwd=self.folder, stderr=subprocess.PIPE, text=True)
+        out = self.folder / "o"
+        deadline = time.monotonic() + 60
+        while not (out / "0.pfm").exists() and time.monotonic() < deadline:
+            time.sleep(0.001)
+        run.send_signal(signal.SIGSTOP)
+        self.assertFalse((out / "199.pfm").exists())
+        (out / "199.pfm").write_text("precious")
+        run.send_signal(signal.SIGCONT)
+        stderr = run.communicate(timeout=60)[1]
+        self.assertEqual(run.returncode, 2, stderr)
+        self.assertIn("199.pfm: already exists", stderr)
+        self.assertEqual((out / "199.pfm").read_text(), "precious")
 
     def test_help_and_version(self) -> None:
         text = self.play("--help").stdout

@@ -188,7 +188,7 @@ TEST_CASE("rows are found again, a half-written one is cut off when the next com
 {
     const OrderedJson first = someRow(errorRun(1)), second = someRow(errorRun(2));
     const std::string whole = dumpJson(first) + "\n";
-    for (const size_t left : {size_t(1), size_t(10), size_t(300), dumpJson(second).size()}) {
+    for (const size_t left : {size_t(2), size_t(10), size_t(300), dumpJson(second).size() - 1}) {
         const TempFile file(whole + dumpJson(second).substr(0, left));
         std::string cut_off;
         RunRows rows(file.path(), cut_off);
@@ -200,6 +200,22 @@ TEST_CASE("rows are found again, a half-written one is cut off when the next com
         rows.append(second);
         CHECK(file.content() == whole + dumpJson(second) + "\n");
         CHECK(rows.find(second["config"]["id"].get<std::string>()) != nullptr);
+    }
+}
+
+TEST_CASE("a whole last row that lacks its end alone is kept")
+{
+    const OrderedJson first = someRow(errorRun(1)), second = someRow(errorRun(2)), third = someRow(errorRun(3));
+    for (const std::string& before : {std::string(), dumpJson(first) + "\n"}) {
+        const TempFile file(before + dumpJson(second));
+        std::string cut_off;
+        RunRows rows(file.path(), cut_off);
+        CHECK(cut_off.empty());
+        CHECK(rows.find(second["config"]["id"].get<std::string>()) != nullptr);
+        rows.append(third);
+        CHECK(file.content() == before + dumpJson(second) + "\n" + dumpJson(third) + "\n");
+        rows.append(first); // its own end is no surprise
+        CHECK(file.content() == before + dumpJson(second) + "\n" + dumpJson(third) + "\n" + dumpJson(first) + "\n");
     }
 }
 
@@ -237,8 +253,8 @@ TEST_CASE("a file of something else is left alone")
     no_time.erase("ms");
     for (const std::string& content :
          {std::string("precious notes"), std::string("precious\n"), std::string(R"({"schema":"gsc.bench/1"})") + "\n",
-          std::string(R"({"schema":"gsc.bench)"), std::string("\n"), dumpJson(bare) + "\n", dumpJson(no_time) + "\n",
-          std::string(R"({"schema":"gsc.run/1"})") + "\n"}) {
+          std::string(R"({"schema":"gsc.bench)"), std::string("\n"), std::string("{"), dumpJson(bare),
+          dumpJson(bare) + "\n", dumpJson(no_time) + "\n", std::string(R"({"schema":"gsc.run/1"})") + "\n"}) {
         CAPTURE(content);
         const TempFile file(content);
         CHECK(openError(file.path()) == ErrorCode::InvalidFile);
