@@ -290,7 +290,7 @@ class PlayTest(unittest.TestCase):
         self.refused(*base, "--frames", "2:5", code=1, says="pass --frames 2:4 or 2:")
         self.refused(*base, "--frames", "4:5", code=1, says="--frames 4:5: camera 4 is not there, expected at most 3")
         self.refused("bench", *base, "--frames", "1:9", code=1, says="--frames 1:9: ends behind the last camera")
-        for frames, count in (("0:4", 4), ("1:", 3), ("3", 1), (":2", 2)):
+        for frames, count in (("0:4", 4), ("1:", 3), ("3:4", 1), (":2", 2)):
             self.assertEqual(json.loads(self.play(*base, "--frames", frames, "--format", "json").stdout)["frames"], count)
 
     def test_levels_of_a_model_that_has_one(self) -> None:

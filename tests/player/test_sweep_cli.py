@@ -264,7 +264,7 @@ class SweepTest(unittest.TestCase):
         self.config.write_text("no JSON")
         self.refused(code=3, says="expected a sweep")
         self.config.unlink()
-        self.refused(code=2, says="sweep.json: cannot be read")
+        self.refused(code=2, says="sweep.json: cannot be opened")
         self.write(axes={})
         (self.folder / "c/paths/first.json").write_text('{"schema":"gsc.trajectory/1","frames":[]}')
         self.refused(code=3, says="holds no camera")

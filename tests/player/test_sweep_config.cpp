@@ -212,7 +212,7 @@ TEST_CASE("wrong files are refused with the place and what was expected")
         {head + R"(,"axes":{"lod_bias":[17]}})", "\"lod_bias[0]\"", "-16 to 16"},
         {head + R"(,"axes":{"stereo":["shared"]}})", "\"stereo[0]\"", "\"merged\""},
         {head + R"(,"runs":[{"stereo":"merged","policy":"depth"}]})", "\"stereo\"", "policy \"none\""},
-        {head + R"(,"axes":{"backend":["tpu"]}})", "\"backend[0]\"", "\"cpu\", \"cuda\""},
+        {head + R"(,"axes":{"backend":["tpu"]}})", "\"backend[0]\"", "\"cuda\", \"cpu\""},
         {head + R"(,"runs":[]})", "\"runs\"", "at least one run"},
         {head + R"(,"runs":[{},{"policy":4}]})", "runs[1]: key \"policy\"", "\"none\""},
         {head + R"(,"runs":[{"depth":4}]})", "runs[0]: key \"depth\"", "max_depth"},
