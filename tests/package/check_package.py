@@ -146,8 +146,8 @@ def check_module(module: pathlib.Path, folder: pathlib.Path, *command) -> None:
     module.rename(folder / module.name)
     expect_refused(rf"{module.name}: not found, expected it in .*lib/gsc; install", *command, cwd=folder)
     version = re.search(r"project\(gsc VERSION ([\d.]+)", (SOURCE / "CMakeLists.txt").read_text())[1]
-    module.write_bytes(good.replace(f"\0{version}\0".encode(), f"\0{'9' * len(version)}\0".encode()))
-    expect_refused(rf"{module.name}: is of version 9+, expected the program's, {version}; install", *command, cwd=folder)
+    module.write_bytes(good.replace(f"\0{version}, interface".encode(), f"\0{'9' * len(version)}, interface".encode()))
+    expect_refused(rf"{module.name}: is of version 9+, interface .*, expected the program's, {version}, interface .*; install", *command, cwd=folder)
     module.write_bytes(b"no library" * 500)
     expect_refused(rf"{module.name}: cannot be loaded \(.+\), expected .+; install", *command, cwd=folder)
     module.write_bytes(good)
