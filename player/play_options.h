@@ -38,7 +38,7 @@ struct PlayOptions {
     double lod_fade = 0, lod_hysteresis = 0;      // levels, as FrameOptions has them
     double target_ms = 0;                         // of a frame, held by a falling lod_bias; 0 = none
     uint64_t frame_first = 0, frame_end = std::numeric_limits<uint64_t>::max();
-    std::string frame_range; // as typed with its option, "--frames 0:100"
+    std::string frame_range;           // as typed with its option, "--frames 0:100"
     bool frames_may_end_sooner = true; // frame_end is at most that
     bool overwrite = false, verify = false;
 };
