@@ -230,7 +230,7 @@ Accuracy Scorer::result() const
 OrderedJson psnrJson(double psnr)
 {
     constexpr double kWorstPsnr = -999;
-    return psnr > kWorstPsnr ? finiteOrNull(psnr) : OrderedJson(kWorstPsnr);
+    return psnr > kWorstPsnr ? jsonNumber(psnr) : OrderedJson(kWorstPsnr);
 }
 
 nlohmann::ordered_json accuracyJson(const Accuracy& accuracy)

@@ -336,7 +336,7 @@ std::string benchReportJson(const BenchOptions& options, const BenchSummary& sum
         {"quality", qualityJson(summary)},
         {"warnings", summary.warnings},
     };
-    return dumpJson(json);
+    return jsonText(json, -1);
 }
 
 std::string benchReportText(const BenchOptions& options, const BenchSummary& summary)

@@ -158,7 +158,7 @@ std::string playReportJson(const PlaySummary& summary, const std::vector<std::st
         {"warnings", warnings},
     };
     json.update(lodJson(summary.lod));
-    return dumpJson(json, 2) + "\n";
+    return jsonText(json, 2) + "\n";
 }
 
 } // namespace gsc

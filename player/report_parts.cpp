@@ -40,11 +40,6 @@ OrderedJson unknownIfZero(double value)
     return value > 0 ? OrderedJson(value) : OrderedJson();
 }
 
-OrderedJson finiteOrNull(double value)
-{
-    return std::isfinite(value) ? OrderedJson(value) : OrderedJson();
-}
-
 OrderedJson toolJson()
 {
     return {{"name", "gsc-play"},
@@ -102,11 +97,6 @@ std::string targetText(const LodFacts& lod)
     const auto [low, high] = std::minmax_element(lod.used.begin(), lod.used.end());
     return formatString("target %g ms: LOD bias %.2f mean, %.2f to %.2f\n", lod.target_ms, spreadOf(lod.used).mean,
                         *low, *high);
-}
-
-std::string dumpJson(const OrderedJson& json, int indent)
-{
-    return json.dump(indent, ' ', false, OrderedJson::error_handler_t::replace);
 }
 
 } // namespace gsc

@@ -23,8 +23,7 @@ double nearestRank(const std::vector<double>& sorted, double q);
 
 OrderedJson spreadJson(const Spread& spread);
 OrderedJson unknownIfZero(double value); // null for 0
-OrderedJson finiteOrNull(double value);
-OrderedJson toolJson(); // name, version, commit
+OrderedJson toolJson();                  // name, version, commit
 OrderedJson deviceJson(const DeviceFacts& device);
 OrderedJson fileJson(const std::string& path, uint64_t bytes, uint64_t anchors);
 OrderedJson reuseJson(const ReuseOptions& reuse); // null where the policy takes no such number
@@ -38,8 +37,5 @@ struct LodFacts {
 // "lod_bias", "lod_fade", "lod_hysteresis", and "target_ms" and "lod_bias_used", null without a target.
 OrderedJson lodJson(const LodFacts& lod);
 std::string targetText(const LodFacts& lod); // a line; empty without a target
-
-// Without a line break unless `indent` is 0 or more. Text that is not UTF-8 is replaced.
-std::string dumpJson(const OrderedJson& json, int indent = -1);
 
 } // namespace gsc

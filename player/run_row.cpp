@@ -71,7 +71,7 @@ OrderedJson perFrameJson(const RunResult& result)
     for (const double value : result.accuracy.frame_psnr)
         psnr.push_back(psnrJson(value));
     for (const double value : result.accuracy.frame_temporal)
-        temporal.push_back(finiteOrNull(value));
+        temporal.push_back(jsonNumber(value));
     return {{"wall_ms", perFrame(result.frames, [](const RunFrame& f) { return f.wall_ms; })},
             {"psnr", std::move(psnr)},
             {"temporal", std::move(temporal)},
@@ -110,7 +110,7 @@ std::string idOf(const RunContext& context, const Path& path, const RunConfig& r
                               {"background", options.background ? OrderedJson(*options.background) : OrderedJson()},
                               {"threads", options.threads},
                               {"vram_budget", options.vram_budget}};
-    const std::string text = dumpJson(said);
+    const std::string text = jsonText(said, -1);
     Checksum64 sum;
     sum.update(std::as_bytes(std::span(text)));
     sum.update(std::as_bytes(std::span(&context.file_hash, 1)));

@@ -65,7 +65,7 @@ void RunRows::insert(OrderedJson row)
 void RunRows::append(const OrderedJson& row)
 {
     if (!m_path.empty()) {
-        const std::string line = dumpJson(row);
+        const std::string line = jsonText(row, -1);
         std::error_code code;
         const bool is_file = !isStandardOutput(m_path) && std::filesystem::exists(m_path, code);
         const uint64_t bytes = is_file ? std::filesystem::file_size(m_path, code) : 0;

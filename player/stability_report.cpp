@@ -21,7 +21,7 @@ OrderedJson verdictsJson(const StabilityPath& entry)
     for (const Verdict& verdict : entry.verdicts)
         json[verdict.bound] = {
             {"limit", verdict.limit},
-            {"value", verdict.bound == std::string("psnr") ? psnrJson(verdict.value) : finiteOrNull(verdict.value)},
+            {"value", verdict.bound == std::string("psnr") ? psnrJson(verdict.value) : jsonNumber(verdict.value)},
             {"frame", verdict.frame},
             {"passed", verdict.passed}};
     return json;
@@ -81,7 +81,7 @@ std::string stabilityReportJson(const StabilityOptions& options, const Stability
         {"passed", summary.passed()},
         {"warnings", summary.warnings},
     };
-    return dumpJson(json, 2) + "\n";
+    return jsonText(json, 2) + "\n";
 }
 
 std::string stabilityReportText(const StabilityOptions& options, const StabilitySummary& summary)

@@ -74,7 +74,8 @@ ErrorCode runSweep(const BenchOptions& options, Reporter& report)
     bool first = true;
     sweep(options, report, [&](const OrderedJson& row) {
         report.endProgress(false);
-        const std::string text = report.json() ? dumpJson(row) : (first ? runTableHeader() : "") + runTableLine(row);
+        const std::string text =
+            report.json() ? jsonText(row, -1) : (first ? runTableHeader() : "") + runTableLine(row);
         isStandardOutput(options.out) ? report.tell(text) : report.text(text);
         report.flush();
         first = false;

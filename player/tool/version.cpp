@@ -16,14 +16,10 @@ std::string toolCommit()
     return GSC_COMMIT;
 }
 
-std::string versionWithCommit()
-{
-    return std::string(GSC_VERSION) + (*GSC_COMMIT != 0 ? ", commit " GSC_COMMIT : "");
-}
-
 std::string versionText(const std::string& program)
 {
-    return formatString("%s %s\nfile format %u.%u\nCUDA %s", program.c_str(), versionWithCommit().c_str(),
+    const std::string commit = toolCommit().empty() ? "" : ", commit " + toolCommit();
+    return formatString("%s %s%s\nfile format %u.%u\nCUDA %s", program.c_str(), GSC_VERSION, commit.c_str(),
                         unsigned(kVersionMajor), unsigned(kVersionMinor), GSC_CUDA_TEXT);
 }
 

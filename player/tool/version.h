@@ -6,8 +6,6 @@
 
 namespace gsc {
 
-// "0.1.0, commit 1a2b3c4", without the commit where the sources were no checkout.
-std::string versionWithCommit();
 std::string toolVersion(); // "0.1.0"
 std::string toolCommit();  // empty where the sources were no checkout
 

@@ -187,9 +187,9 @@ TEST_CASE("an id is of everything that changes a result and of nothing else")
 TEST_CASE("rows are found again, a half-written one is cut off when the next comes")
 {
     const OrderedJson first = someRow(errorRun(1)), second = someRow(errorRun(2));
-    const std::string whole = dumpJson(first) + "\n";
-    for (const size_t left : {size_t(2), size_t(10), size_t(300), dumpJson(second).size() - 1}) {
-        const TempFile file(whole + dumpJson(second).substr(0, left));
+    const std::string whole = jsonText(first, -1) + "\n";
+    for (const size_t left : {size_t(2), size_t(10), size_t(300), jsonText(second, -1).size() - 1}) {
+        const TempFile file(whole + jsonText(second, -1).substr(0, left));
         std::string cut_off;
         RunRows rows(file.path(), cut_off);
         CHECK(cut_off.find("line 2 is half-written") != std::string::npos);
@@ -198,7 +198,7 @@ TEST_CASE("rows are found again, a half-written one is cut off when the next com
         CHECK(rows.find(second["config"]["id"].get<std::string>()) == nullptr);
         CHECK(file.content().size() == whole.size() + left); // nothing is lost before there is more
         rows.append(second);
-        CHECK(file.content() == whole + dumpJson(second) + "\n");
+        CHECK(file.content() == whole + jsonText(second, -1) + "\n");
         CHECK(rows.find(second["config"]["id"].get<std::string>()) != nullptr);
     }
 }
@@ -206,23 +206,24 @@ TEST_CASE("rows are found again, a half-written one is cut off when the next com
 TEST_CASE("a whole last row that lacks its end alone is kept")
 {
     const OrderedJson first = someRow(errorRun(1)), second = someRow(errorRun(2)), third = someRow(errorRun(3));
-    for (const std::string& before : {std::string(), dumpJson(first) + "\n"}) {
-        const TempFile file(before + dumpJson(second));
+    for (const std::string& before : {std::string(), jsonText(first, -1) + "\n"}) {
+        const TempFile file(before + jsonText(second, -1));
         std::string cut_off;
         RunRows rows(file.path(), cut_off);
         CHECK(cut_off.empty());
         CHECK(rows.find(second["config"]["id"].get<std::string>()) != nullptr);
         rows.append(third);
-        CHECK(file.content() == before + dumpJson(second) + "\n" + dumpJson(third) + "\n");
+        CHECK(file.content() == before + jsonText(second, -1) + "\n" + jsonText(third, -1) + "\n");
         rows.append(first); // its own end is no surprise
-        CHECK(file.content() == before + dumpJson(second) + "\n" + dumpJson(third) + "\n" + dumpJson(first) + "\n");
+        CHECK(file.content() ==
+              before + jsonText(second, -1) + "\n" + jsonText(third, -1) + "\n" + jsonText(first, -1) + "\n");
     }
 }
 
 TEST_CASE("whole, empty and missing files say nothing")
 {
     std::string cut_off = "x";
-    const TempFile whole(dumpJson(someRow(errorRun(1))) + "\n");
+    const TempFile whole(jsonText(someRow(errorRun(1)), -1) + "\n");
     CHECK(RunRows(whole.path(), cut_off).find("0") == nullptr);
     CHECK(cut_off.empty());
     CHECK(openError(whole.path() + "none") == ErrorCode::Ok);
@@ -233,7 +234,7 @@ TEST_CASE("whole, empty and missing files say nothing")
 
 TEST_CASE("two sweeps on one file do not lose each other's rows: the second to write is told")
 {
-    const TempFile file(dumpJson(someRow(errorRun(1))) + "\n");
+    const TempFile file(jsonText(someRow(errorRun(1)), -1) + "\n");
     std::string cut_off;
     RunRows first(file.path(), cut_off), second(file.path(), cut_off);
     first.append(someRow(errorRun(2)));
@@ -253,8 +254,8 @@ TEST_CASE("a file of something else is left alone")
     no_time.erase("ms");
     for (const std::string& content :
          {std::string("precious notes"), std::string("precious\n"), std::string(R"({"schema":"gsc.bench/1"})") + "\n",
-          std::string(R"({"schema":"gsc.bench)"), std::string("\n"), std::string("{"), dumpJson(bare),
-          dumpJson(bare) + "\n", dumpJson(no_time) + "\n", std::string(R"({"schema":"gsc.run/1"})") + "\n"}) {
+          std::string(R"({"schema":"gsc.bench)"), std::string("\n"), std::string("{"), jsonText(bare, -1),
+          jsonText(bare, -1) + "\n", jsonText(no_time, -1) + "\n", std::string(R"({"schema":"gsc.run/1"})") + "\n"}) {
         CAPTURE(content);
         const TempFile file(content);
         CHECK(openError(file.path()) == ErrorCode::InvalidFile);
