@@ -51,6 +51,8 @@ std::vector<std::string> prepareOutputs(const std::vector<Shot>& shots, const Pl
         checkOutput(path, OutputKind::Binary, options.overwrite, OutputFolder::IsMade);
     if (!options.stats.empty())
         checkOutput(options.stats, OutputKind::Text, options.overwrite, OutputFolder::IsMade);
+    if (!paths.empty())
+        loadImageWriter(paths.front());
     for (const NamedPath& file : outputs) {
         const fs::path folder = fs::path(file.path).parent_path();
         std::error_code code;

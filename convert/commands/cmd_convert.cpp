@@ -103,10 +103,6 @@ void verifyOutput(const Checkpoint& checkpoint, const BakeOptions& options, Repo
 ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
 {
     BakeOptions bake_options = options.bake;
-    if (bake_options.chunk_anchors == 0 || bake_options.chunk_anchors >= UINT32_MAX)
-        throw Error(ErrorCode::Usage,
-                    formatString("--chunk-anchors %llu: out of range, expected 1 to %u; correct it or leave it out",
-                                 static_cast<unsigned long long>(bake_options.chunk_anchors), UINT32_MAX - 1));
     bake_options.appearance = parseAppearance(options.appearance);
     const std::vector<NamedPath> outputs = outputsOf(options);
     checkOutputsDiffer(outputs, std::vector<NamedPath>{{options.input, "the input"}});

@@ -127,6 +127,12 @@ bool isImageExtension(const std::string& path)
     return extension == ".pfm" || std::find(known.begin(), known.end(), extension) != known.end();
 }
 
+void loadImageWriter(const std::string& path)
+{
+    if (extensionOf(path) != ".pfm")
+        loadOiio();
+}
+
 void writeImage(const std::string& path, const Image& image, PixelDepth depth, bool overwrite)
 {
     if (!isImageExtension(path))

@@ -25,6 +25,9 @@ Image readImage(const std::string& path);
 
 // Extensions writeImage() takes in this build, such as ".pfm, .png, .exr".
 std::string imageExtensions();
+// Loads what writeImage() needs for `path`, so that a module that is missing is told before the first frame. Throws
+// Error(Unsupported).
+void loadImageWriter(const std::string& path);
 // Whether writeImage() takes the extension of `path`.
 bool isImageExtension(const std::string& path);
 

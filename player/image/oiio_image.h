@@ -13,6 +13,9 @@ namespace gsc {
 // Lower-case extensions with their dot; empty without OpenImageIO. Loads nothing.
 std::vector<std::string> oiioExtensions();
 
+// Throws Error(Unsupported) where the module is missing or of another build.
+void loadOiio();
+
 // The bytes of the file. `extension` (one of the above) decides the format, `path` is for messages. Throws Error:
 // Unsupported, Internal.
 std::vector<unsigned char> encodeOiioImage(const std::string& path, const std::string& extension, const Image& image,

@@ -18,6 +18,11 @@ std::vector<std::string> oiioExtensions()
     return {".png", ".exr"};
 }
 
+void loadOiio()
+{
+    (void)oiioModule();
+}
+
 std::vector<unsigned char> encodeOiioImage(const std::string& path, const std::string& extension, const Image& image,
                                            PixelDepth depth)
 {

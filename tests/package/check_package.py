@@ -144,7 +144,10 @@ def check_module(module: pathlib.Path, folder: pathlib.Path, *command) -> None:
     """Run in `folder`, the command needs the module where it was installed, and no other version of it."""
     good = module.read_bytes()
     module.rename(folder / module.name)
+    before = sorted(folder.iterdir())
     expect_refused(rf"{module.name}: not found, expected it in .*lib/gsc; install", *command, cwd=folder)
+    if sorted(folder.iterdir()) != before:
+        sys.exit(f"{command} made something before it missed its module")
     version = re.search(r"project\(gsc VERSION ([\d.]+)", (SOURCE / "CMakeLists.txt").read_text())[1]
     module.write_bytes(good.replace(f"\0{version}, interface".encode(), f"\0{'9' * len(version)}, interface".encode()))
     expect_refused(rf"{module.name}: is of version 9+, interface .*, expected the program's, {version}, interface .*; install", *command, cwd=folder)
@@ -173,8 +176,8 @@ def check_installed() -> None:
         if picture:
             run(write_tiny, folder / "tiny.gsc")
             check_module(modules["gsc_image_oiio"], folder, play, "tiny.gsc", "--frames", "0:1", "--size", "64x48",
-                         "--backend", "cpu", "--out", "picture.png")
-            if not (folder / "picture.png").read_bytes().startswith(b"\x89PNG"):
+                         "--backend", "cpu", "--out", "new/picture.png")
+            if not (folder / "new/picture.png").read_bytes().startswith(b"\x89PNG"):
                 sys.exit("picture.png is no PNG")
         if gsc.exists():
             run(gsc, "sample", "room", "--anchors", "500", "-o", "room", "-q", cwd=folder)
