@@ -171,8 +171,20 @@ uint64_t GscWriter::finish(const FileHeader& header, uint64_t anchors_checksum)
     s.file.writeAt(0, front);
     s.file.sync();
     s.finished = true;
-    s.file.commit();
     return s.cursor;
+}
+
+const std::string& GscWriter::temporaryPath() const
+{
+    return m_state->file.temporaryPath();
+}
+
+void GscWriter::commit()
+{
+    if (!m_state->finished)
+        throw Error(ErrorCode::Internal, m_state->path + ": named before it was finished, expected finish() first; "
+                                                         "this is a bug of gsc, please report it");
+    m_state->file.commit();
 }
 
 } // namespace gsc

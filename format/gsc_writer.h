@@ -17,7 +17,7 @@ class GscWriter {
 public:
     // Creates the temporary file. Throws Error as checkOutput(), and Error(Io).
     GscWriter(const std::string& path, bool overwrite);
-    ~GscWriter(); // removes the temporary file unless finish() succeeded
+    ~GscWriter(); // removes the temporary file unless commit() succeeded
     GscWriter(const GscWriter&) = delete;
     GscWriter& operator=(const GscWriter&) = delete;
 
@@ -31,8 +31,11 @@ public:
     void addSection(uint32_t type, std::span<const std::byte> content, uint64_t count, uint32_t flags = 0);
 
     // Writes table and header (`header` supplies anchor_count, source_hash, config_hash, profile; the rest is filled
-    // in), fsync, rename. `anchors_checksum` as SectionEntry::checksum says. Returns the file's size.
+    // in), fsync. `anchors_checksum` as SectionEntry::checksum says. Returns the file's size.
     uint64_t finish(const FileHeader& header, uint64_t anchors_checksum);
+    [[nodiscard]] const std::string& temporaryPath() const; // where the file lies until commit()
+    // Gives the finished file its name. Throws Error(Io); the target is then as it was.
+    void commit();
 
 private:
     struct State;

@@ -47,11 +47,14 @@ void writeStandardOutput(std::span<const std::byte> bytes)
                                                 std::strerror(code)));
 }
 
-// link() refuses an existing target, which rename() would replace; file systems without links fall through.
+// Without `overwrite` the kernel itself refuses a target that exists: RENAME_NOREPLACE, or link() where the file system
+// does not know that; a file system that knows neither falls through.
 void giveName(const std::string& temporary, const std::string& target, const std::string& shown, bool overwrite)
 {
     if (!overwrite) {
-        if (::link(temporary.c_str(), target.c_str()) == 0) {
+        if (::renameat2(AT_FDCWD, temporary.c_str(), AT_FDCWD, target.c_str(), RENAME_NOREPLACE) == 0)
+            return;
+        if (errno != EEXIST && ::link(temporary.c_str(), target.c_str()) == 0) {
             ::unlink(temporary.c_str());
             return;
         }
@@ -90,6 +93,11 @@ OutputFile::~OutputFile() = default;
 int OutputFile::descriptor() const
 {
     return m_state->temporary ? m_state->temporary->descriptor() : STDOUT_FILENO;
+}
+
+const std::string& OutputFile::temporaryPath() const
+{
+    return m_state->temporary.value().path();
 }
 
 void OutputFile::write(std::span<const std::byte> bytes)

@@ -31,6 +31,7 @@ public:
     // Positional, bytes from the start; thread-safe. Not for standard output.
     void writeAt(uint64_t offset, std::span<const std::byte> bytes);
     [[nodiscard]] int descriptor() const; // of the temporary, to read and write
+    [[nodiscard]] const std::string& temporaryPath() const; // not for standard output
     // Waits for the disk; commit() then does so for the name too. Throws Error(Io).
     void sync();
     // Gives the file its name, once. Throws Error(Io); the target is then as it was.

@@ -321,8 +321,11 @@ private:
         std::vector<uint64_t> checksums;
         for (const ChunkRecord& chunk : m_chunks)
             checksums.push_back(chunk.checksum);
-        throwIfInterrupted(); // the last chance: finish() gives the file its name
         m_report.output_bytes = writer.finish(header, checksum64(bytesOf(checksums)));
+        if (m_options.verify)
+            m_options.verify(writer.temporaryPath());
+        throwIfInterrupted(); // the last chance
+        writer.commit();
         m_report.anchors = m_scan.kept;
         m_report.dropped = m_scan.dropped.size();
         m_report.levels = m_levels.size();

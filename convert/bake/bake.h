@@ -23,6 +23,8 @@ struct BakeOptions {
     bool drop_invalid = false;      // leave out anchors upstream never shows (NaN) or that would paint the image (inf)
     SensitivityMode sensitivity = SensitivityMode::Sampled;
     uint64_t memory_budget = 0; // bytes for buffers, 0 = 1 GiB
+    // Called with where the finished file lies before it has its name; what it throws leaves the output as it was.
+    std::function<void(const std::string& path)> verify;
 };
 
 struct BakeStage {

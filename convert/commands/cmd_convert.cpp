@@ -86,18 +86,15 @@ std::vector<NamedPath> filesOf(const Checkpoint& checkpoint, const std::string& 
     return files;
 }
 
-// True if the file read back holds every value of the checkpoint bit for bit.
-void verifyOutput(const Checkpoint& checkpoint, const BakeOptions& options, Reporter& report)
+// Throws unless the file holds every value of the checkpoint bit for bit. `path` is where it lies until it is `output`.
+void verifyFile(const Checkpoint& checkpoint, const std::string& path, const std::string& output,
+                const BakeProgress& progress)
 {
-    const auto progress = [&](const char* stage, uint64_t done, uint64_t total) {
-        report.progress(stage, done, total);
-    };
-    const CompareReport comparison = compareCheckpoint(checkpoint, options.output, progress);
+    const CompareReport comparison = compareCheckpoint(checkpoint, path, progress);
     if (!comparison.equal)
-        throw Error(ErrorCode::Internal, options.output + ": differs from the checkpoint it was made from (" +
-                                             comparison.summary() +
-                                             "), expected no difference; this is a bug of gsc, "
-                                             "please report it; gsc compare lists the differences");
+        throw Error(ErrorCode::Internal, output + ": would differ from the checkpoint (" + comparison.summary() +
+                                             "), expected no difference; nothing was written, this is a bug of gsc, "
+                                             "please report it");
 }
 
 ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
@@ -120,17 +117,19 @@ ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
         report.warning(warning);
     BakeReport bake_report;
     if (!options.dry_run) {
-        bake_report = bake(checkpoint, bake_options, [&](const char* stage, uint64_t done, uint64_t total) {
+        const BakeProgress progress = [&](const char* stage, uint64_t done, uint64_t total) {
             report.progress(stage, done, total);
-        });
+        };
+        if (options.verify)
+            bake_options.verify = [&](const std::string& path) {
+                verifyFile(checkpoint, path, bake_options.output, progress);
+                facts.verified = true;
+            };
+        bake_report = bake(checkpoint, bake_options, progress);
         facts.bake = &bake_report;
         for (const std::string& warning : bake_report.warnings) {
             report.warning(warning);
             facts.warnings.push_back(warning);
-        }
-        if (options.verify) {
-            verifyOutput(checkpoint, bake_options, report);
-            facts.verified = true;
         }
         report.endProgress(false);
     }
@@ -174,7 +173,8 @@ void addBakeOptions(CLI::App& command, ConvertOptions& options)
                "threads, 0 = all cores; the bytes do not depend on it")
         ->group(group);
     CLI::Option* verify =
-        addFlag(command, "--verify", options.verify, "read the file back and compare every value with the checkpoint");
+        addFlag(command, "--verify", options.verify,
+                "read the file back and compare every value with the checkpoint before it gets its name");
     verify->group(group);
     addFlag(command, "--dry-run", options.dry_run, "read the checkpoint, say what it is, write no .gsc")
         ->excludes(verify)

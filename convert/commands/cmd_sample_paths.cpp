@@ -90,8 +90,12 @@ void addSamplePathsCommand(CLI::App& sample, Invocation& invocation)
                  "pixels of the image");
     addNumber(*command, "--fov", raw->fov, {1, 170}, " degrees", "DEGREES (default: 90)", "horizontal angle of view");
     addNumber(*command, "--fps", options->fps, {1, 1000}, "", "N (default: 72)", "frames per second");
-    addNumber(*command, "--ipd", options->ipd, {0, 1e9, true}, " world units", "LENGTH (default: by the file's metre)",
-              "distance of the eyes in world units, 0.064 m; paces follow from it");
+    detail::addValue(*command, "--ipd", "LENGTH (default: 64mm)",
+                     "distance of the eyes: metres such as 64mm, or world units, which then are 64mm and say how large "
+                     "the model's metre is; paces follow from the metre",
+                     [options](const std::string& name, const std::string& text) {
+                         options->ipd = parseLength(text, name.c_str());
+                     });
     std::string names;
     for (const std::string& name : modelPathNames())
         names += (names.empty() ? "" : "|") + name;

@@ -67,6 +67,9 @@ ErrorCode listIssues(Reporter& report)
 
 ErrorCode runValidate(const ValidateOptions& options, Reporter& report)
 {
+    if (options.list_issues && !options.input.empty())
+        throw Error(ErrorCode::Usage, "--list-issues: found with FILE, which it does not read, expected one of the "
+                                      "two; leave one out");
     if (options.list_issues)
         return listIssues(report);
     if (options.input.empty())

@@ -19,7 +19,7 @@ PathMaker::PathMaker(const PathSite& site, const char* name, double fps, const P
 {
     m_path.name = name;
     m_path.fps = fps;
-    m_path.ipd = kEyeDistance * site.metre;
+    m_path.ipd = kEyesApart * site.metre;
 }
 
 void PathMaker::look(Vec3 position, Vec3 forward)

@@ -6,6 +6,7 @@
 #include "convert/sample/model_text.h"
 #include "convert/sample/vec3.h"
 #include "format/gsc_layout.h"
+#include "player/length.h"
 
 #include <cstdint>
 #include <functional>
@@ -15,11 +16,10 @@
 namespace gsc {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kEyeDistance = 0.064; // metres
-constexpr double kEyeHeight = 1.6;     // metres
-constexpr double kArmLength = 0.7;     // metres
-constexpr double kWalkSpeed = 1.4;     // metres per second
-constexpr double kHeadsetRate = 72;    // frames per second
+constexpr double kEyeHeight = 1.6;  // metres
+constexpr double kArmLength = 0.7;  // metres
+constexpr double kWalkSpeed = 1.4;  // metres per second
+constexpr double kHeadsetRate = 72; // frames per second
 
 constexpr double degrees(double angle)
 {

@@ -22,8 +22,8 @@ namespace {
 // What --ipd or the file says; units 0 = neither does.
 Metre metreOf(const GscView& view, const PathsOptions& options)
 {
-    if (options.ipd > 0)
-        return {options.ipd / kEyeDistance, "given: the eyes are 0.064 m apart"};
+    if (options.ipd.value > 0 && options.ipd.unit == LengthUnit::World)
+        return {options.ipd.value / kEyesApart, "given: the eyes are 0.064 m apart"};
     return metreOfManifest(view.manifest).value_or(Metre{});
 }
 
@@ -66,6 +66,9 @@ PathsReport makePaths(const PathsOptions& options)
     report.cameras = survey.cameras.size();
     report.metre = survey.site.metre;
     report.metre_rule = survey.metre_rule;
+    if (options.ipd.value > 0 && options.ipd.unit == LengthUnit::Metre)
+        for (ModelPath& made : report.paths)
+            made.path.ipd *= options.ipd.value / kEyesApart;
 
     OutputFiles files(options.overwrite);
     files.makeFolder(options.output);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "convert/sample/model_paths.h"
+#include "player/length.h"
 
 #include <string>
 #include <vector>
@@ -15,7 +16,8 @@ struct PathsOptions {
     uint32_t width = 2048, height = 2048; // pixels
     double fov_x = 0.5 * kPi;             // radians
     double fps = kHeadsetRate;
-    double ipd = 0; // world units, and with it the metre: 0.064 of one; 0 = the file's, else derived
+    // Of the eyes. World units say how large the metre is: kEyesApart of one; else it is the file's, or derived.
+    Length ipd;
     std::vector<std::string> only;
     bool overwrite = false;
 };

@@ -227,6 +227,17 @@ TEST_CASE("an existing file is kept unless overwriting was asked for")
     CHECK(folder.entries().size() == 1);
     options.overwrite = true;
     source.fail_at = UINT64_MAX;
+    // a file that is not what it should be never replaces one
+    options.verify = [&](const std::string& path) {
+        CHECK(path != options.output);
+        openBaked(path);
+        CHECK(std::filesystem::file_size(options.output) == 8);
+        throw Error(ErrorCode::Internal, "found to differ");
+    };
+    CHECK_THROWS_AS(bakeFrom(model.checkpoint, source, options, {}), Error);
+    CHECK(std::filesystem::file_size(options.output) == 8);
+    CHECK(folder.entries().size() == 1);
+    options.verify = nullptr;
     bakeFrom(model.checkpoint, source, options, {});
     openBaked(options.output);
 }

@@ -41,6 +41,7 @@ void rewrite(Bytes& file, GscWriter& writer)
     for (size_t i = 1; i < sections.size(); ++i)
         writer.addSection(sections[i].entry.type, sections[i].content, sections[i].entry.count);
     const uint64_t size = writer.finish(header(file), sections.front().entry.checksum);
+    writer.commit();
     CHECK(size == file.size());
 }
 

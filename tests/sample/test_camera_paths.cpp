@@ -120,7 +120,7 @@ void checkMoving(std::map<std::string, Poses>& paths)
     CHECK(length(way) > 20 * walk.ipd); // 1.3 metres
     CHECK(length(way) < 500 * walk.ipd);
 
-    double least = 1e300, most = 0, metre = shake.ipd / kEyeDistance;
+    double least = 1e300, most = 0, metre = shake.ipd / kEyesApart;
     for (size_t i = 1; i < shake.size(); ++i) {
         least = std::min(least, shake.step(i) / metre);
         most = std::max(most, shake.step(i) / metre);
@@ -145,7 +145,7 @@ void checkDistances(std::map<std::string, Poses>& paths, double standard_dist, b
     for (size_t i = 1; i < zoom.size(); ++i)
         CHECK(away(zoom, i) / away(zoom, i - 1) == doctest::Approx(factor).epsilon(1e-9));
     for (size_t i = 0; i < shake.size(); ++i)
-        CHECK(away(shake, i) == doctest::Approx(0.7 * shake.ipd / kEyeDistance).epsilon(0.06));
+        CHECK(away(shake, i) == doctest::Approx(0.7 * shake.ipd / kEyesApart).epsilon(0.06));
 
     // level of an anchor at the target, as upstream computes it; a Scaffold model swings about the orbit's distance
     size_t crossings = 0;
@@ -229,7 +229,7 @@ TEST_CASE("camera paths: beside a city of tiles, in its own units")
         CHECK(hashFolder(options.output) == first);
         // it passes anchors closer than their Gaussians are large
         const Poses walk = readPoses(options.output + "/paths/walk_through.json");
-        CHECK(anchorsAlong(options.output, walk, 0.5 * walk.ipd / kEyeDistance) >= 5);
+        CHECK(anchorsAlong(options.output, walk, 0.5 * walk.ipd / kEyesApart) >= 5);
     }
 }
 

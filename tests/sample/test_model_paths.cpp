@@ -102,7 +102,7 @@ struct Made {
     std::map<std::string, Frames> paths;
 };
 
-Made make(const std::string& model, const std::string& output, double ipd = 0)
+Made make(const std::string& model, const std::string& output, Length ipd = {})
 {
     PathsOptions options;
     options.input = model;
@@ -320,9 +320,14 @@ TEST_CASE("model paths: the same bytes twice; the eyes' distance sets the pace")
     make(model, scratch / "a");
     make(model, scratch / "b");
     CHECK(hashFolder(scratch / "a") == hashFolder(scratch / "b"));
-    CHECK(kEyesApart == kEyeDistance); // the player's and ours
-    Made made = make(model, scratch / "c", 0.032);
+    Made made = make(model, scratch / "c", {0.032, LengthUnit::World});
     CHECK(made.report.metre == doctest::Approx(0.5));
     CHECK(made.report.metre_rule.find("given") == 0);
     checkPace(made);
+    // metres move the eyes, not the metre
+    const Made first = make(model, scratch / "d");
+    Made wide = make(model, scratch / "e", {0.08, LengthUnit::Metre});
+    CHECK(wide.report.metre == first.report.metre);
+    CHECK(wide.paths["walk"].ipd == doctest::Approx(0.08 * first.report.metre));
+    CHECK(wide.paths["wide_eyes"].ipd == doctest::Approx(20 * wide.paths["walk"].ipd));
 }
