@@ -6,10 +6,9 @@
 #include "kernels/sort/sort_cuda.h"
 #include "runtime/backend_cpu.h"
 #include "runtime/ceilings_cuda.h"
-#include "runtime/cut_cuda.h"
 #include "runtime/frame_graph.h"
 #include "runtime/lod_lag.h"
-#include "runtime/order_cuda.h"
+#include "runtime/reuse_cuda.h"
 
 #include <algorithm>
 #include <deque>
@@ -23,9 +22,7 @@ constexpr size_t kGraphs = 8; // kept for frames to come
 
 class CudaBackend final : public Backend {
 public:
-    CudaBackend()
-        : m_limits(openCudaDevice()), m_scene(m_budget), m_reuse(m_budget), m_cut(m_budget), m_order(m_budget),
-          m_arena(m_budget)
+    CudaBackend() : m_limits(openCudaDevice()), m_scene(m_budget), m_reuse(m_budget), m_arena(m_budget)
     {
         prepareDecodeCuda();
         prepareDecodeKeepCuda();
@@ -56,12 +53,9 @@ public:
         m_graphs.clear();
         m_arena.release(); // a model that is larger than the last may need it
         m_reuse.release();
-        m_cut.drop();
-        m_order.drop();
         m_scene.load(model, m_stream);
         m_capacity = {};
         forgetLoad();
-        m_lod_bias.reset();
         m_lag.clear();
     }
 
@@ -70,9 +64,6 @@ public:
         m_lag.clear();
         m_graphs.clear();
         m_reuse.drop();
-        m_cut.drop();
-        m_order.drop();
-        m_lod_bias.reset();
         forgetLoad(); // what follows is drawn as after load()
     }
 
@@ -80,15 +71,16 @@ public:
                 FrameResult& result) override;
 
 private:
-    FrameShape shapeOf(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options) const;
+    // Refuses what cannot be drawn. `eyes` of `now` may change by a rounding (shareBins()).
+    FrameShape shapeOf(FrameNow& now, uint32_t eye_count, const FrameOptions& options) const;
     [[nodiscard]] uint64_t frameBytes(FrameShape shape, const FrameCapacity& capacity) const;
     [[nodiscard]] uint32_t gapsOf(const FrameShape& shape, uint32_t slots) const
     {
         const uint32_t processors = m_limits.processors;
         return shape.exact
                    ? decodeExactGaps(m_scene.exactWeights() != nullptr, processors, m_limits.shared_bytes, slots)
-               : shape.keeps ? decodeKeepGaps(processors, slots) + drawKeptGaps(processors, slots)
-                             : decodeFastGaps(processors, slots);
+               : shape.uses_reuse ? decodeKeepGaps(processors, slots) + drawKeptGaps(processors, slots)
+                                  : decodeFastGaps(processors, slots);
     }
     [[nodiscard]] uint64_t freeForFrames() const;
     [[nodiscard]] FrameRoom roomFor(const FrameShape& shape) const;
@@ -106,13 +98,10 @@ private:
         m_graphs.clear();
         m_arena.release();
     }
-    void beginReuse(const FrameShape& shape, const FrameOptions& options);
-    void beginCut(const FrameShape& shape, const EyeParams* chosen, const FrameOptions& options);
-    void beginOrder(const FrameOptions& options);
-    FrameGraph& graphFor(const FrameShape& shape, const FrameOptions& options);
+    const FrameNow& beginReuse(const FrameShape& shape, const FrameNow& now, const FrameOptions& options);
+    FrameGraph& graphFor(const FrameShape& shape, const FrameNow& now);
     bool growAfterOverflow(FrameShape& shape);
-    // first: counters of the first time it was drawn, when the cut cache did not yet know what it shows
-    void report(const FrameShape& shape, const FrameOptions& options, const FrameCounters& first, FrameResult& result);
+    void report(const FrameShape& shape, FrameResult& result);
 
     MemoryBudget m_budget; // before everything that gives memory back to it
     CudaLimits m_limits;
@@ -120,28 +109,25 @@ private:
     PinnedCounters m_counters;
     DeviceScene m_scene;
     CudaReuse m_reuse;
-    CudaCut m_cut;
-    CudaOrder m_order;
     DeviceArena m_arena;
     LodLag m_lag;
     FrameBuffers m_buffers{};
     FrameCapacity m_capacity;
     struct Plan { // what the capacity was last planned for
-        bool exact, keeps;
+        bool exact, uses_reuse;
         uint32_t eye_count, lists, bins;
         uint64_t bytes;
 
         bool operator==(const Plan&) const = default;
     };
     std::optional<Plan> m_planned;
-    std::optional<float> m_lod_bias;                  // of the last frame
     uint64_t m_free = 0;                              // bytes of the device that frames may take
     uint64_t m_splats = 0, m_pairs = 0;               // of the last frame, all passes: of the longer list, of all
     uint64_t m_peak = 0;                              // most splats of a pass and a list so far
     std::deque<std::unique_ptr<FrameGraph>> m_graphs; // the last used first
 };
 
-FrameShape CudaBackend::shapeOf(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options) const
+FrameShape CudaBackend::shapeOf(FrameNow& now, uint32_t eye_count, const FrameOptions& options) const
 {
     if (m_scene.host().params == nullptr)
         throw Error(
@@ -156,10 +142,12 @@ FrameShape CudaBackend::shapeOf(const EyeParams* eyes, uint32_t eye_count, const
     FrameShape shape{};
     uint32_t width = 0, height = 0;
     for (uint32_t e = 0; e < eye_count; ++e) {
-        checkSize(eyes[e].width, eyes[e].height);
-        width = std::max(width, eyes[e].width);
-        height = std::max(height, eyes[e].height);
-        shape.eyes[e] = eyes[e];
+        const EyeParams& eye = now.eyes[e];
+        checkSize(eye.width, eye.height);
+        width = std::max(width, eye.width);
+        height = std::max(height, eye.height);
+        shape.width[e] = eye.width;
+        shape.height[e] = eye.height;
     }
     // low bins cut long lists shorter; an image too high for them takes bins of twice the height
     shape.grid.height = height <= kMaxBins * 16 ? 16 : 32;
@@ -176,13 +164,12 @@ FrameShape CudaBackend::shapeOf(const EyeParams* eyes, uint32_t eye_count, const
     shape.exact = tierOf(options.tier) == Tier::Exact;
     shape.fades = levelsFade(*m_scene.host().params, options.lod_fade);
     shape.merged = decodesMerged(options, eye_count);
-    shape.keeps = options.reuse.policy != ReusePolicy::None;
-    shape.budgeted = CudaReuse::budgeted(options.reuse);
-    // the slacks of the cut are those of a hard switch at the eye itself
-    // and of one bias: with one that changes all the time they would be found in vain
-    shape.cuts = options.reuse.cut && !shape.fades && options.lod_hysteresis == 0 &&
-                 m_lod_bias.value_or(options.lod_bias) == options.lod_bias;
-    shape.shareBins();
+    shape.uses_reuse = options.reuse.policy != ReusePolicy::None;
+    shape.limits_decoding = CudaReuse::limitsDecoding(options.reuse);
+    std::copy_n(options.background, 3, shape.background);
+    shape.appearance = options.appearance;
+    shape.empty_is_black = options.empty_is_black;
+    shape.shareBins(now.eyes);
     return shape;
 }
 
@@ -237,7 +224,7 @@ FrameRoom CudaBackend::roomFor(const FrameShape& shape) const
 void CudaBackend::planCapacity(const FrameShape& shape)
 {
     const FrameRoom room = roomFor(shape);
-    const Plan plan{shape.exact, shape.keeps, shape.eye_count, shape.lists(), shape.bins(), room.bytes};
+    const Plan plan{shape.exact, shape.uses_reuse, shape.eye_count, shape.lists(), shape.bins(), room.bytes};
     if (m_planned == plan)
         return;
     m_planned = plan;
@@ -250,49 +237,23 @@ void CudaBackend::choosePasses(FrameShape& shape)
     shape.passes = passesFor(roomFor(shape), m_splats, m_pairs, m_capacity);
 }
 
-// Memory of entries comes before that of frames, which take what it leaves.
-void CudaBackend::beginReuse(const FrameShape& shape, const FrameOptions& options)
+// Memory of entries comes before that of frames, which take what it leaves. Returns what the frame's graph is launched
+// with.
+const FrameNow& CudaBackend::beginReuse(const FrameShape& shape, const FrameNow& now, const FrameOptions& options)
 {
-    if (!shape.keeps) {
+    if (!shape.uses_reuse) {
         m_reuse.skipFrame();
-        return;
+        return now;
     }
     if (m_reuse.needsMemory(options.reuse, shape.eye_count)) {
         giveFramesBack();
         m_reuse.prepare(m_scene, options.reuse, shape.eye_count, m_stream);
         m_free = freeForFrames();
     }
-    m_reuse.begin(shape.eyes, shape.eye_count, options, m_stream);
+    return m_reuse.begin(now, shape.eye_count, options, m_stream);
 }
 
-void CudaBackend::beginCut(const FrameShape& shape, const EyeParams* chosen, const FrameOptions& options)
-{
-    if (!shape.cuts) {
-        m_cut.forget();
-        return;
-    }
-    const ModelParams& params = m_scene.model().params;
-    if (m_cut.needsMemory(shape.eye_count)) {
-        giveFramesBack();
-        m_cut.prepare(uint32_t(params.group_count), shape.eye_count);
-        m_free = freeForFrames();
-    }
-    m_cut.begin(params, chosen, shape.eye_count, shape.rules, options.lod_bias, m_stream);
-}
-
-// After the memory of entries, before that of frames, as above.
-void CudaBackend::beginOrder(const FrameOptions& options)
-{
-    if (!options.reuse.order)
-        return;
-    if (m_order.needsMemory()) {
-        giveFramesBack();
-        m_order.prepare();
-        m_free = freeForFrames();
-    }
-}
-
-FrameGraph& CudaBackend::graphFor(const FrameShape& shape, const FrameOptions& options)
+FrameGraph& CudaBackend::graphFor(const FrameShape& shape, const FrameNow& now)
 {
     if (m_arena.reserve(frameBytes(shape, m_capacity), "a frame"))
         m_graphs.clear();
@@ -300,14 +261,13 @@ FrameGraph& CudaBackend::graphFor(const FrameShape& shape, const FrameOptions& o
     // too; each graph has its own addresses, and nothing outlives a frame but the image, read before the next one
     ArenaLayout layout(m_arena.get());
     m_buffers = layOutFrame(layout, m_scene, shape, m_capacity, m_limits);
-    const FrameJob job{m_scene,  shape,          options,       m_capacity,   m_buffers,
-                       m_limits, &m_reuse.job(), &m_cut.args(), m_order.job()};
+    const FrameJob job{m_scene, shape, now, m_capacity, m_buffers, m_limits};
     const auto found =
         std::find_if(m_graphs.begin(), m_graphs.end(), [&](const auto& graph) { return graph->fits(job); });
     if (found != m_graphs.end()) {
         std::rotate(m_graphs.begin(), found, found + 1);
     } else {
-        m_graphs.push_front(std::make_unique<FrameGraph>(job, m_counters.data, m_stream));
+        m_graphs.push_front(std::make_unique<FrameGraph>(job, m_reuse, m_counters.data, m_stream));
         if (m_graphs.size() > kGraphs)
             m_graphs.pop_back();
     }
@@ -325,16 +285,13 @@ bool CudaBackend::growAfterOverflow(FrameShape& shape)
     return true;
 }
 
-void CudaBackend::report(const FrameShape& shape, const FrameOptions& options, const FrameCounters& first,
-                         FrameResult& result)
+void CudaBackend::report(const FrameShape& shape, FrameResult& result)
 {
     const FrameCounters& c = *m_counters.data;
-    result = {};
     for (uint32_t e = 0; e < shape.eye_count; ++e) {
         EyeCounts& eye = result.eyes[e];
-        eye.groups_tested = m_scene.model().params.group_count - first.groups_kept[e];
-        result.groups_kept += first.groups_kept[e];
-        eye.anchors_tested = first.anchors_tested[e];
+        eye.groups_tested = m_scene.model().params.group_count;
+        eye.anchors_tested = c.anchors_tested[e];
         eye.anchors_visible = c.anchors_visible[e];
         eye.anchors_decoded = !shape.merged ? c.anchors_visible[e] : e == 0 ? c.anchors_listed : 0;
         eye.gaussians_alive = c.gaussians[e];
@@ -343,11 +300,9 @@ void CudaBackend::report(const FrameShape& shape, const FrameOptions& options, c
         eye.pairs = c.pairs[e];
         eye.blend_evaluations = c.evaluations[e];
     }
-    if (shape.keeps)
+    if (shape.uses_reuse)
         m_reuse.addCounts(shape.eye_count, result);
-    if (options.reuse.order)
-        result.order_moves = shape.orders && m_order.known() ? c.long_keys : c.pairs[0] + c.pairs[1];
-    result.cache_bytes = m_reuse.bytes() + m_cut.bytes() + m_order.bytes();
+    result.cache_bytes = m_reuse.bytes();
     result.bytes_resident = m_budget.used;
     result.passes = shape.passes;
 }
@@ -355,41 +310,40 @@ void CudaBackend::report(const FrameShape& shape, const FrameOptions& options, c
 void CudaBackend::render(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, float* const* images,
                          FrameResult& result)
 {
-    FrameShape shape = shapeOf(eyes, eye_count, options);
+    FrameNow plain{};
+    std::copy_n(eyes, std::min(eye_count, kMaxEyes), plain.eyes);
+    FrameShape shape = shapeOf(plain, eye_count, options);
     if (shape.exact && !m_scene.exactLoaded()) {
-        m_graphs.clear();
-        m_arena.release(); // what frames in `fast` took may be what the model in fp32 needs
+        giveFramesBack(); // what frames in `fast` took may be what the model in fp32 needs
         m_scene.loadExact(m_stream);
         m_free = freeForFrames();
     }
     if (m_scene.fastPossible())
         m_scene.useAppearance(options.appearance, m_stream);
-    EyeParams chosen[kMaxEyes];
-    m_lag.follow(m_scene.host(), options, eyes, eye_count, chosen);
-    beginReuse(shape, options);
-    beginCut(shape, chosen, options);
-    beginOrder(options);
+    m_lag.follow(m_scene.host(), options, eyes, eye_count, plain.level_eyes);
+    if (shape.merged)
+        mergedCenter(plain.eyes, plain.look_from);
+    plain.lod_bias = options.lod_bias;
+    plain.lod_fade = options.lod_fade;
+    const FrameNow& now = beginReuse(shape, plain, options);
     planCapacity(shape);
     choosePasses(shape);
-    FrameGraph* graph = nullptr;
-    uint32_t tries = 0;
-    StageTimes times, last;
-    FrameCounters first{};
+    StageTimes last;
+    result = {};
     do {
-        ++tries;
-        shape.keeps = shape.keeps && shape.passes == 1;          // of a pass's entries only some would be decoded
-        shape.orders = options.reuse.order && shape.passes == 1; // where passes end would show
+        shape.uses_reuse = shape.uses_reuse && shape.passes == 1; // of a pass's entries only some would be decoded
         shape.grid.slab_bits = slabBitsNow();
-        graph = &graphFor(shape, options);
-        graph->launch(shape.eyes, chosen, options, &m_reuse.job(), &m_cut.args(), m_order.job(), m_stream);
+        FrameGraph& graph = graphFor(shape, now);
+        graph.launch(now, m_stream);
         GSC_CUDA_CHECK(cudaStreamSynchronize(m_stream.handle));
-        if (tries == 1)
-            first = *m_counters.data;
-        last = graph->times();
-        times.add(last);
-        if (shape.keeps)
+        last = graph.times();
+        result.times.add(last);
+        ++result.repeats;
+        if (shape.uses_reuse)
             m_reuse.endTry();
     } while (growAfterOverflow(shape));
+    --result.repeats;
+    result.repeat_ms = result.times.total - last.total;
     const FrameCounters& c = *m_counters.data;
     m_splats = c.all_slots;
     m_pairs = c.pairs[0] + c.pairs[1];
@@ -398,15 +352,7 @@ void CudaBackend::render(const EyeParams* eyes, uint32_t eye_count, const FrameO
         if (images != nullptr && images[e] != nullptr)
             GSC_CUDA_CHECK(cudaMemcpyAsync(images[e], m_buffers.image[e], shape.pixels(e) * 3 * sizeof(float),
                                            cudaMemcpyDeviceToHost, m_stream.handle));
-    report(shape, options, first, result);
-    result.times = times;
-    result.repeat_ms = times.total - last.total;
-    m_lod_bias = options.lod_bias;
-    if (shape.orders)
-        m_order.end();
-    else
-        m_order.forget();
-    result.repeats = tries - 1;
+    report(shape, result);
     GSC_CUDA_CHECK(cudaStreamSynchronize(m_stream.handle));
 }
 

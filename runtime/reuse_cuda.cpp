@@ -31,33 +31,33 @@ uint64_t slotBytes(const ModelView& model)
 
 CudaReuse::CudaReuse(MemoryBudget& budget) : m_cache(budget), m_sensitivity(budget)
 {
-    GSC_CUDA_CHECK(cudaMallocHost(reinterpret_cast<void**>(&m_job.report), sizeof(ReuseReport)));
+    GSC_CUDA_CHECK(cudaMallocHost(reinterpret_cast<void**>(&m_pinned), sizeof(ReuseReport)));
 }
 
 CudaReuse::~CudaReuse()
 {
-    cudaFreeHost(m_job.report);
+    cudaFreeHost(m_pinned);
 }
 
 void CudaReuse::release()
 {
     drop();
     m_sensitivity.release();
-    m_job.sensitivity = nullptr;
+    m_view_sensitivity = nullptr;
 }
 
 void CudaReuse::drop()
 {
     m_cache.release();
-    m_job.tables = {};
-    m_job.now = {};
+    m_tables = {};
+    m_now = {};
     m_motion.forget();
     m_limit = m_eyes = 0;
     m_forget = true;
     m_policy = ReusePolicy::None;
 }
 
-bool CudaReuse::budgeted(const ReuseOptions& reuse)
+bool CudaReuse::limitsDecoding(const ReuseOptions& reuse)
 {
     return reuse.policy == ReusePolicy::Error && reuse.decode_budget > 0;
 }
@@ -65,7 +65,7 @@ bool CudaReuse::budgeted(const ReuseOptions& reuse)
 bool CudaReuse::needsMemory(const ReuseOptions& reuse, uint32_t eye_count) const
 {
     return m_cache.bytes() == 0 || eye_count > m_eyes || reuse.cache_bytes != m_limit ||
-           (reuse.policy == ReusePolicy::Error && m_job.sensitivity == nullptr);
+           (reuse.policy == ReusePolicy::Error && m_view_sensitivity == nullptr);
 }
 
 void CudaReuse::layOut(ArenaLayout& layout, ReuseTables& tables) const
@@ -89,7 +89,7 @@ void CudaReuse::prepare(const DeviceScene& scene, const ReuseOptions& reuse, uin
                         const CudaStream& stream)
 {
     const ModelView& model = scene.host();
-    if (reuse.policy == ReusePolicy::Error && m_job.sensitivity == nullptr) {
+    if (reuse.policy == ReusePolicy::Error && m_view_sensitivity == nullptr) {
         const size_t anchors = scene.model().anchor_count;
         std::vector<uint16_t> computed;
         if (model.sensitivity == nullptr)
@@ -98,7 +98,7 @@ void CudaReuse::prepare(const DeviceScene& scene, const ReuseOptions& reuse, uin
         GSC_CUDA_CHECK(cudaMemcpyAsync(m_sensitivity.get(), computed.empty() ? model.sensitivity : computed.data(),
                                        anchors * sizeof(uint32_t), cudaMemcpyHostToDevice, stream.handle));
         GSC_CUDA_CHECK(cudaStreamSynchronize(stream.handle)); // the copy's source goes out of scope
-        m_job.sensitivity = reinterpret_cast<const uint32_t*>(m_sensitivity.get());
+        m_view_sensitivity = reinterpret_cast<const uint32_t*>(m_sensitivity.get());
     }
     const uint32_t eyes = std::max(eye_count, m_eyes);
     if (m_cache.bytes() != 0 && eyes == m_eyes && reuse.cache_bytes == m_limit)
@@ -109,23 +109,25 @@ void CudaReuse::prepare(const DeviceScene& scene, const ReuseOptions& reuse, uin
     GSC_CUDA_CHECK(cudaMemGetInfo(&left, &total));
     m_limit = reuse.cache_bytes;
     m_eyes = eyes;
-    ReuseTables& tables = m_job.tables;
+    ReuseTables& tables = m_tables;
     tables.strips = stripsOf(model);
     tables.room = roomOf(model);
     const uint64_t most = uint64_t(tables.strips) * eyes;
     const uint64_t limit = m_limit > 0 ? m_limit : m_cache.free(left) / kShareOfMemory;
     tables.slots = uint32_t(std::min<uint64_t>({most, limit / slotBytes(model), kNoEntry - 1}));
-    m_job.ample = tables.slots == most;
+    m_ample = tables.slots == most;
     layOutIn(m_cache, "the cache of decoded Gaussians", [&](ArenaLayout& layout) { layOut(layout, tables); });
 }
 
-void CudaReuse::begin(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, const CudaStream& stream)
+const ReuseNow& CudaReuse::begin(const FrameNow& frame, uint32_t eye_count, const FrameOptions& options,
+                                 const CudaStream& stream)
 {
     const ReuseOptions& reuse = options.reuse;
-    ReuseNow& now = m_job.now;
+    ReuseNow& now = m_now;
+    setNow(now, frame);
     // what was decoded for another row, or scheduled by another rule, is not what this frame would keep
     if (m_forget || options.appearance != m_appearance || reuse.policy != m_policy) {
-        resetReuseCuda(m_job.tables, stream.handle);
+        resetReuseCuda(m_tables, stream.handle);
         m_motion.forget();
         now.frame = 0;
         m_evictions = 0;
@@ -133,7 +135,7 @@ void CudaReuse::begin(const EyeParams* eyes, uint32_t eye_count, const FrameOpti
     }
     m_appearance = options.appearance;
     m_policy = reuse.policy;
-    m_motion.follow(eyes, eye_count);
+    m_motion.follow(frame.eyes, eye_count);
     ++now.frame;
     now.again = 0;
     now.eye_count = eye_count;
@@ -148,19 +150,62 @@ void CudaReuse::begin(const EyeParams* eyes, uint32_t eye_count, const FrameOpti
     now.guidance = reuse.guidance;
     now.max_depth = reuse.max_depth;
     now.bound = reuse.bound / 255.0f;
-    now.decode_budget = budgeted(reuse) ? reuse.decode_budget : 0;
+    now.decode_budget = limitsDecoding(reuse) ? reuse.decode_budget : 0;
+    return now;
+}
+
+void CudaReuse::prepareFrame(FrameCapture& capture, const FrameJob& job) const
+{
+    const size_t used = !m_ample                    ? sizeof(ReuseScratch) // all of it counts what is scarce
+                        : job.shape.limits_decoding ? offsetof(ReuseScratch, ages)
+                                                    : offsetof(ReuseScratch, orders);
+    capture.clear(&m_tables.scratch->counters, used - offsetof(ReuseScratch, counters));
+}
+
+void CudaReuse::listAnchors(FrameCapture& capture, const FrameJob& job) const
+{
+    capture.add(StripSelectArgs{selectArgs(job), m_tables, m_now.frame, m_now.policy == ReusePolicy::Depth},
+                selectStripsCuda);
+}
+
+void CudaReuse::decode(FrameCapture& capture, const FrameJob& job) const
+{
+    const bool limited = job.shape.limits_decoding;
+    const ScheduleCudaArgs schedule{
+        m_now, job.scene.model().placement, m_view_sensitivity, job.buffers.counters, m_tables, m_ample};
+    capture.add(schedule, scheduleCuda);
+    if (!m_ample)
+        capture.add(schedule, countAgesCuda);
+    if (!m_ample || limited)
+        capture.add(schedule, reuseLevelsCuda);
+    if (limited) {
+        capture.add(schedule, countSplitsCuda);
+        capture.add(schedule, splitLevelsCuda);
+    }
+    if (!m_ample)
+        capture.add(schedule, evictCuda);
+    capture.add(schedule, grantCuda);
+    KeepCudaArgs keep{decodeArgs(job, 0), m_tables};
+    keep.merged = true;
+    capture.add(keep, decodeKeepCuda);
+    capture.add(keep, drawKeptCuda);
+}
+
+void CudaReuse::report(FrameCapture& capture) const
+{
+    capture.copyToHost(m_pinned, m_tables.scratch, sizeof(ReuseReport));
 }
 
 void CudaReuse::endTry()
 {
-    if (m_job.now.again == 0)
-        m_report = *m_job.report;
-    m_job.now.again = 1;
+    if (m_now.again == 0)
+        m_report = *m_pinned;
+    m_now.again = 1;
 }
 
 void CudaReuse::skipFrame()
 {
-    ++m_job.now.frame;
+    ++m_now.frame;
     m_motion.forget();
 }
 

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the CUDA backend keeps of decoded Gaussians from frame to frame (design sections 4 and 5): its memory and what the
-// kernels must know of a frame. They decide everything else (kernels/schedule/reuse_cuda.h).
+// kernels must know of a frame. They decide everything else (kernels/reuse/reuse_cuda.h).
 //
 // Unlike the CPU's: a refresh decodes both keys anew, the first from where the camera is, in place of going on from the
 // last key, and counts as two decodes; frames of more than one pass, which only scarce memory brings about, decode
 // everything and keep nothing; a new limit of memory forgets what is kept.
 #pragma once
 
-#include "kernels/decode/decode_cuda.h"
+#include "kernels/reuse/reuse_stages_cuda.h"
 #include "runtime/camera_motion.h"
-#include "runtime/cuda_device.h"
-#include "runtime/device_buffer.h"
-#include "runtime/device_scene.h"
+#include "runtime/frame_stages.h"
 
 #include <cstddef>
 
@@ -25,19 +23,10 @@ struct ReuseReport {
 
 static_assert(offsetof(ReuseReport, counters) == offsetof(ReuseScratch, counters)); // copied in one piece
 
-// What the launches of a frame need.
-struct ReuseJob {
-    ReuseTables tables;
-    const uint32_t* sensitivity; // per anchor, or null
-    bool ample;
-    ReuseNow now;
-    ReuseReport* report; // page-locked
-};
-
-class CudaReuse {
+class CudaReuse final : public FrameReuse {
 public:
     explicit CudaReuse(MemoryBudget& budget);
-    ~CudaReuse();
+    ~CudaReuse() override;
     CudaReuse(const CudaReuse&) = delete;
     CudaReuse& operator=(const CudaReuse&) = delete;
 
@@ -51,13 +40,18 @@ public:
     // Throws Error (OutOfMemory, Device).
     void prepare(const DeviceScene& scene, const ReuseOptions& reuse, uint32_t eye_count, const CudaStream& stream);
 
-    // Begins a frame. After prepare().
-    void begin(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, const CudaStream& stream);
+    // Begins a frame. After prepare(). Returns what its graph is launched with, as long as this lives.
+    const ReuseNow& begin(const FrameNow& now, uint32_t eye_count, const FrameOptions& options,
+                          const CudaStream& stream);
     void endTry();    // it was drawn; if it is drawn again, nothing is decided anew
     void skipFrame(); // a frame was drawn without it
 
-    [[nodiscard]] const ReuseJob& job() const { return m_job; }
-    [[nodiscard]] static bool budgeted(const ReuseOptions& reuse);
+    [[nodiscard]] static bool limitsDecoding(const ReuseOptions& reuse);
+
+    void prepareFrame(FrameCapture& capture, const FrameJob& job) const override;
+    void listAnchors(FrameCapture& capture, const FrameJob& job) const override;
+    void decode(FrameCapture& capture, const FrameJob& job) const override;
+    void report(FrameCapture& capture) const override;
 
     // Of the frame begun last, drawn with it and ended.
     void addCounts(uint32_t eye_count, FrameResult& result);
@@ -67,8 +61,12 @@ private:
     void layOut(ArenaLayout& layout, ReuseTables& tables) const;
 
     DeviceArena m_cache, m_sensitivity;
-    ReuseJob m_job{};
-    ReuseReport m_report{}; // of the first time the last frame was drawn
+    ReuseTables m_tables{};
+    const uint32_t* m_view_sensitivity = nullptr; // per anchor, or null
+    bool m_ample = false;                         // there is a slot for every strip and eye
+    ReuseNow m_now{};
+    ReuseReport* m_pinned = nullptr; // page-locked: what a frame reports
+    ReuseReport m_report{};          // of the first time the last frame was drawn
     CameraMotion m_motion;
     uint64_t m_limit = 0;     // bytes of entries that m_cache was made for, as the options say
     uint32_t m_eyes = 0;      // the same

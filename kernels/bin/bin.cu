@@ -31,7 +31,6 @@ __device__ float middleOf(const uint32_t* histogram)
     using Scan = cub::BlockScan<uint32_t, kSlabBlock>;
     __shared__ typename Scan::TempStorage scratch;
     __shared__ uint32_t first, all; // counts before this block's buckets, and of all
-    __syncthreads();                // what is shared is used again
     if (threadIdx.x == 0)
         first = all = 0;
     __syncthreads();
@@ -61,23 +60,12 @@ __device__ float middleOf(const uint32_t* histogram)
 // A bucket goes to the slab its middle falls into.
 __global__ void __launch_bounds__(kSlabBlock) slabKernel(const __grid_constant__ SlabCudaArgs args)
 {
-    constexpr float kKnownShare = 0.75f;
-    const uint32_t bucket = blockIdx.x * kSlabBlock + threadIdx.x;
-    float middle = middleOf(args.histogram);
-    if (args.known != nullptr) {
-        const float known = middleOf(args.known);
-        if (known >= 0 && middle >= 0)
-            middle = (1.0f - kKnownShare) * middle + kKnownShare * known;
-        else
-            middle = fmaxf(middle, known);
-    }
-    args.slab_of[bucket] = uint16_t(min(uint32_t(fmaxf(middle, 0.0f) * float(args.slabs)), args.slabs - 1));
-    if (args.next != nullptr)
-        args.next[bucket] = 0;
+    const uint32_t slab = uint32_t(fmaxf(middleOf(args.histogram), 0.0f) * float(args.slabs));
+    args.slab_of[blockIdx.x * kSlabBlock + threadIdx.x] = uint16_t(min(slab, args.slabs - 1));
 }
 
 // What the lanes of a warp that count in the same place get: one atomic served them all.
-struct Turn {
+struct SharedAtomic {
     uint32_t first, peers;
 
     // Of this lane. The peers call it together.
@@ -89,7 +77,7 @@ struct Turn {
 };
 
 // counters[kind]++ of every active lane, one atomic per value of `kind` in the warp.
-__device__ __forceinline__ Turn takeTurn(uint32_t* counters, uint32_t kind)
+__device__ __forceinline__ SharedAtomic shareAtomic(uint32_t* counters, uint32_t kind)
 {
     const uint32_t peers = __match_any_sync(__activemask(), kind);
     uint32_t first = 0;
@@ -115,9 +103,9 @@ __global__ void __launch_bounds__(kThreads) scatterKernel(const __grid_constant_
         next = placeAt(first + step + lane);
         forCellsOfWarp(
             args.grid, args.pass.slab_of, place, base + first + lane,
-            [&](uint32_t cell) { return takeTurn(cells, cell); },
-            [&](const Turn& turn, uint32_t depth_bits, uint32_t slot) {
-                const uint32_t at = turn.mine();
+            [&](uint32_t cell) { return shareAtomic(cells, cell); },
+            [&](const SharedAtomic& taken, uint32_t depth_bits, uint32_t slot) {
+                const uint32_t at = taken.mine();
                 if (at < args.pair_capacity)
                     args.keys[at] = {depth_bits, slot};
             });
@@ -144,7 +132,7 @@ __global__ void __launch_bounds__(kThreads) pieceKernel(const __grid_constant__ 
         if (four == first) {
             const uint32_t kind = uint32_t(__clz(int(ends[first + slabs - 1] - origin)));
             args.bin_class[four >> args.grid.slab_bits] = kind;
-            takeTurn(args.counters->pass.bin_classes, kind);
+            shareAtomic(args.counters->pass.bin_classes, kind);
         }
         if (starts[0] == e.w && previous != ~0u) // nothing here, and no number changes within
             if ((starts[0] - origin) / kPieceAim == previous)
@@ -167,9 +155,7 @@ __global__ void __launch_bounds__(kThreads) pieceKernel(const __grid_constant__ 
             if (end < start + 2)
                 continue;
             const uint32_t kind = pieceClass(end - start);
-            if (kind != 0 && args.counts_long)
-                atomicAdd(&args.counters->long_keys, end - start);
-            const uint32_t at = takeTurn(args.counters->pass.pieces, kind).mine();
+            const uint32_t at = shareAtomic(args.counters->pass.pieces, kind).mine();
             args.pieces[size_t(kind) * args.piece_capacity + at] = {start, end - start};
         }
     }
@@ -241,7 +227,7 @@ __global__ void __launch_bounds__(kThreads) queueKernel(const __grid_constant__ 
         pairs += counters.pass.pairs[e];
     const bool cut = pairs <= args.pair_capacity &&
                      cutList(args, bin, max(uint32_t(pairs * kPartsPerSegment / parts), kLeastSegment));
-    args.bin_queue[before[kind] + takeTurn(counters.pass.queued, kind).mine()] = bin | (cut ? kSplitBin : 0u);
+    args.bin_queue[before[kind] + shareAtomic(counters.pass.queued, kind).mine()] = bin | (cut ? kSplitBin : 0u);
 }
 
 } // namespace

@@ -43,22 +43,18 @@ struct BinCudaArgs {
     uint32_t segment_capacity; // 0: no list is cut
     Piece* pieces;             // kPieceClasses x piece_capacity
     uint32_t piece_capacity;
-    bool counts_long; // FrameCounters::long_keys
-    void* scratch;    // binScratchBytes()
+    void* scratch; // binScratchBytes()
     size_t scratch_bytes;
     FrameCounters* counters;
 };
 
 struct SlabCudaArgs {
     const uint32_t* histogram; // kDepthBuckets: depths of the visible anchors
-    const uint32_t* known;     // kDepthBuckets: depths of the last frame's keys, or null
-    uint32_t* next;            // kDepthBuckets, cleared for this frame's, or null
     uint16_t* slab_of;         // kDepthBuckets
     uint32_t slabs;            // of all passes together
 };
 
-// Slabs of about equal load. Where the last frame's keys are known they count for three quarters and the visible anchors
-// for one, so that depths of which nothing was seen before get slabs, too. Asynchronous.
+// Slabs of about equal load. Asynchronous.
 void slabCuda(const SlabCudaArgs& args, CUstream_st* stream);
 
 size_t binScratchBytes(uint32_t cells);

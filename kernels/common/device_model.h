@@ -104,8 +104,6 @@ struct PassCounters {
 struct FrameCounters {
     PassCounters pass;
     uint32_t groups_visible;           // to be looked at
-    uint32_t groups_known;             // that need no look
-    uint32_t groups_kept[kMaxEyes];    // whose tests the cut cache saved
     uint32_t anchors_listed;           // entries of the visible list
     uint32_t anchors_tested[kMaxEyes]; // of groups that are looked at
     uint32_t anchors_visible[kMaxEyes];
@@ -118,7 +116,6 @@ struct FrameCounters {
     unsigned long long most_pairs;      // of a pass
     unsigned long long pairs[kMaxEyes]; // under the first in shared bins
     unsigned long long evaluations[kMaxEyes];
-    uint32_t long_keys; // in pieces longer than kWarpPiece, all passes; where they are counted
     uint32_t overflow;
 };
 

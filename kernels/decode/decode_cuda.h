@@ -3,7 +3,7 @@
 #pragma once
 
 #include "kernels/common/device_model.h"
-#include "kernels/schedule/reuse_cuda.h"
+#include "kernels/common/frame_now.h"
 
 #include <vector>
 
@@ -37,13 +37,13 @@ static_assert(sizeof(ExactSplat) == 48);
 // What both decoders read and write. Device pointers; rows of an eye lie slot_capacity or grid.cells() apart. In shared
 // bins there is one row of places and cells, and a splat has the same slot in both eyes' rows; where an eye does not see
 // it, it lies at kUnseenPlace there.
-struct DecodeFrame {
+struct DecodeFrame : FrameNow {
+    using Now = FrameNow;
+
     DeviceModel model;
-    EyeParams eyes[kMaxEyes];
     uint32_t eye_count;
-    bool merged;        // StereoMode::Merged, and there are two eyes:
-    float look_from[3]; // where the networks look from then
-    bool shared_bins;   // both eyes' splats share slots, places and cells; tier `fast` only
+    bool merged;      // StereoMode::Merged, and there are two eyes: the networks look from look_from
+    bool shared_bins; // both eyes' splats share slots, places and cells; tier `fast` only
     RasterConstants rules;
     BinGrid grid;
     DepthPass pass;
@@ -62,12 +62,6 @@ struct DecodeCudaArgs : DecodeFrame {
     const float* bank; // or null: the model has no feature bank
     bool takes_distance, takes_level;
     PackedSplat* splats; // eye_count x slot_capacity
-};
-
-// Decode into entries, and drawing of entries (kernels/schedule/reuse_cuda.h). `merged` is true, since what is staged is
-// any eye's; look_from and the visible list mean nothing, and `fraction` is per listed strip, eye and row.
-struct KeepCudaArgs : DecodeCudaArgs {
-    ReuseTables tables;
 };
 
 // Weights of a model in the order the kernel loads them (decode_fragments.h); appearance folded into the first bias.
@@ -89,13 +83,5 @@ void prepareDecodeCuda();
 // Slots that may stay unused beside those of the splats, for one eye.
 uint32_t decodeFastGaps(uint32_t processors, uint32_t slot_capacity);
 void decodeFastCuda(const DecodeCudaArgs& args, uint32_t processors, CUstream_st* stream); // asynchronous
-void prepareDecodeKeepCuda();                                                              // as prepareDecodeCuda()
-// Decodes what is granted, all anchors of each strip, into its entry, or, without one, draws it. One pass.
-void decodeKeepCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream);
-// Draws what is listed to be drawn of entries. After decodeKeepCuda().
-void drawKeptCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream);
-// As decodeFastGaps().
-uint32_t decodeKeepGaps(uint32_t processors, uint32_t slot_capacity);
-uint32_t drawKeptGaps(uint32_t processors, uint32_t slot_capacity);
 
 } // namespace gsc

@@ -21,6 +21,8 @@ struct RasterConstants {
     float eigen_floor; // of the square root's argument in the extent
     float alpha_cap;
     float stop; // transmittance below which a pixel is finished; gsplat: at which
+
+    bool operator==(const RasterConstants&) const = default;
 };
 
 GSC_HD RasterConstants rasterConstants(const ModelParams& params, float near_z)

@@ -13,9 +13,9 @@ target_include_directories(gsc_cuda_emulation BEFORE PUBLIC ${CMAKE_CURRENT_SOUR
 target_include_directories(gsc_cuda_emulation PUBLIC ${PROJECT_SOURCE_DIR})
 target_compile_definitions(gsc_cuda_emulation PUBLIC GSC_CUDA_EMULATION)
 
-set(emulated_kernels upload/upload.cu select/select.cu schedule/schedule.cu schedule/grant.cu decode/decode.cu
-                     decode/decode_keep.cu decode/draw_kept.cu decode/decode_exact.cu decode/decode_exact_any.cu bin/bin.cu sort/order.cu sort/sort.cu
-                     blend/blend.cu blend/blend_exact.cu blend/blend_segments.cu)
+set(emulated_kernels upload/upload.cu select/select.cu decode/decode.cu decode/decode_exact.cu
+                     decode/decode_exact_any.cu bin/bin.cu sort/sort.cu reuse/select_strips.cu reuse/schedule.cu
+                     reuse/grant.cu reuse/decode_keep.cu reuse/draw_kept.cu blend/blend.cu blend/blend_exact.cu blend/blend_segments.cu)
 list(TRANSFORM emulated_kernels PREPEND ${PROJECT_SOURCE_DIR}/kernels/)
 # note: a property of this directory alone; where there is a toolkit, kernels/ still gives the same files to nvcc.
 # The kernels read values as other types, as CUDA allows
@@ -29,7 +29,7 @@ target_link_libraries(gsc_kernels_cuda_emulated PUBLIC gsc_cuda_emulation gsc_fo
 set(emulated_runtime
     backend_cpu.cpp backend_cpu_common.cpp backend_cpu_reference.cpp backend_list.cpp camera_motion.cpp decoded_cache.cpp frame_plan.cpp frame_stats.cpp
     local_model.cpp lod_lag.cpp model_sensitivity.cpp reuse_cpu.cpp reuse_schedule.cpp scene.cpp stereo_cpu.cpp
-    backend_cuda.cpp cuda_device.cpp cut_cuda.cpp device_scene.cpp frame_graph.cpp frame_launch.cpp nvml.cpp order_cuda.cpp reuse_cuda.cpp)
+    backend_cuda.cpp cuda_device.cpp device_scene.cpp frame_graph.cpp frame_stages.cpp nvml.cpp reuse_cuda.cpp)
 list(TRANSFORM emulated_runtime PREPEND ${PROJECT_SOURCE_DIR}/runtime/)
 add_library(gsc_runtime_cuda_emulated STATIC ${emulated_runtime} cuda_emulation/ceilings.cpp)
 target_link_libraries(gsc_runtime_cuda_emulated PUBLIC gsc_camera gsc_format
@@ -41,7 +41,7 @@ target_link_libraries(test_cuda_emulated PRIVATE gsc_test_synthetic gsc_runtime_
                                                  gsc_kernels_cuda_emulated gsc_kernels gsc_build_flags doctest::doctest)
 # in parts of about equal length, for machines with more than one core
 set(whole_frames "*test_cuda_frame*,*test_cuda_far*,*test_cuda_graph*")
-set(other_frames "*test_cuda_passes*,*test_cuda_shared*,*test_cuda_order*")
+set(other_frames "*test_cuda_passes*,*test_cuda_shared*")
 set(kept_frames "*test_cuda_reuse*")
 add_test(NAME test_cuda_emulated_reuse COMMAND test_cuda_emulated "--source-file=${kept_frames}")
 add_test(NAME test_cuda_emulated_frames COMMAND test_cuda_emulated "--source-file=${whole_frames}")

@@ -190,7 +190,6 @@ void checkBin(const Places& p, uint32_t pair_capacity, uint32_t readers = 1, uin
     FrameCounters before{};
     std::copy_n(p.slots, kMaxEyes, before.pass.slots);
     std::copy_n(expected.pairs, kMaxEyes, before.pass.pairs); // the decoder counts them
-    before.long_keys = 3;                                     // of the passes before
     before.pairs[0] = 7;                                      // of the passes before
     before.most_pairs = 1;
     const uint32_t piece_capacity = pieceCapacity(bins, pair_capacity);
@@ -223,7 +222,6 @@ void checkBin(const Places& p, uint32_t pair_capacity, uint32_t readers = 1, uin
     args.scratch = scratch.get();
     args.scratch_bytes = scratch_bytes;
     args.counters = counters.get();
-    args.counts_long = readers == 1;
     binCuda(args, processors, testStream().handle);
     for (const bool whole : {places.intact(), slab_of.intact(), cells.intact(), bin_class.intact(), bin_queue.intact(),
                              keys.intact(), pieces.intact(), scratch.intact(), counters.intact(), segments.intact()})
@@ -271,10 +269,6 @@ void checkBin(const Places& p, uint32_t pair_capacity, uint32_t readers = 1, uin
     }
     CHECK(listed == expectedPieces(p, expected, pair_capacity));
     CHECK(listed.size() == pieces_total);
-    uint32_t long_keys = 0;
-    for (const auto& [kind, first, count] : listed)
-        long_keys += kind > 0 && readers == 1 ? count : 0;
-    CHECK(after.long_keys == 3 + long_keys);
     std::vector<uint32_t> queue = bin_queue.read();
     checkSegments(p, expected, pair_capacity, readers, processors, after, segments.read(), queue);
     checkQueue(p, expected, after, processors * 32 / readers, bin_class.read(), queue);
@@ -285,16 +279,12 @@ void checkWithRoom(const Places& p)
     checkBin(p, Expected(p).ends.back() + 5);
 }
 
-std::vector<uint16_t> slabsOnDevice(const std::vector<uint32_t>& histogram, uint32_t slabs,
-                                    const std::vector<uint32_t>& known = {})
+std::vector<uint16_t> slabsOnDevice(const std::vector<uint32_t>& histogram, uint32_t slabs)
 {
-    const GuardedBuffer<uint32_t> counts(histogram), last(known), next(kDepthBuckets);
+    const GuardedBuffer<uint32_t> counts(histogram);
     const GuardedBuffer<uint16_t> slab_of(kDepthBuckets);
-    slabCuda({counts.get(), known.empty() ? nullptr : last.get(), next.get(), slab_of.get(), slabs},
-             testStream().handle);
+    slabCuda({counts.get(), slab_of.get(), slabs}, testStream().handle);
     CHECK(counts.intact());
-    CHECK(next.intact());
-    CHECK(next.read() == std::vector<uint32_t>(kDepthBuckets, 0));
     CHECK(slab_of.intact());
     std::vector<uint16_t> result = slab_of.read();
     CHECK(std::is_sorted(result.begin(), result.end()));
@@ -454,24 +444,6 @@ TEST_CASE("slabs: equal loads to within a bucket")
                 equal &= std::abs(double(l) - fair) <= slack;
             CHECK(equal);
         }
-}
-
-TEST_CASE("slabs: where the last frame's keys are known they have three quarters, and the anchors the rest")
-{
-    constexpr uint32_t kSlabs = 64;
-    std::vector<uint32_t> anchors(kDepthBuckets, 0), known(kDepthBuckets, 0);
-    for (uint32_t b = 20000; b < 21000; ++b)
-        anchors[b] = 3;
-    for (uint32_t b = 10000; b < 10500; ++b)
-        known[b] = 7;
-    const std::vector<uint16_t> slab_of = slabsOnDevice(anchors, kSlabs, known);
-    const auto slabs = [&](uint32_t first, uint32_t last) { return slab_of[last] - slab_of[first] + 1; };
-    CHECK(slabs(10000, 10499) == 48);
-    CHECK(slabs(20000, 20999) == 16);
-    CHECK(slab_of[15000] == 48); // what neither has seen
-    const std::vector<uint32_t> none(kDepthBuckets, 0);
-    CHECK(slabsOnDevice(anchors, kSlabs, none) == slabsOnDevice(anchors, kSlabs)); // a last frame that showed nothing
-    CHECK(slabsOnDevice(none, kSlabs, known) == slabsOnDevice(known, kSlabs));
 }
 
 TEST_CASE("bin: lists much longer than a processor's part of all are cut into segments, for every eye that reads them")

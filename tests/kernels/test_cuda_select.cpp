@@ -45,7 +45,7 @@ DeviceSelection selectOnDevice(const StageModel& model, const std::vector<EyePar
 
     SelectCudaArgs args{};
     args.model = model.scene.model();
-    std::copy(eyes.begin(), eyes.end(), args.eyes);
+    std::copy(eyes.begin(), eyes.end(), args.level_eyes);
     args.eye_count = uint32_t(eyes.size());
     args.rules = rasterConstants(params, 0);
     args.lod_bias = lod_bias;

@@ -30,9 +30,9 @@ gsc_add_test(test_kernel_frame SOURCES kernels/test_frame.cpp LIBS ${kernel_libs
 set(gsc_test_cuda_sources
     support/gpu_main.cpp kernels/gpu_tools.cpp kernels/test_cuda_frame.cpp kernels/test_cuda_graph.cpp kernels/test_cuda_pictures.cpp kernels/test_cuda_passes.cpp
     kernels/test_cuda_shared.cpp kernels/test_cuda_far.cpp kernels/test_cuda_reuse.cpp kernels/test_cuda_reuse_policy.cpp
-    kernels/test_cuda_reuse_limits.cpp kernels/test_cuda_select.cpp kernels/test_cuda_cut.cpp
+    kernels/test_cuda_reuse_limits.cpp kernels/test_cuda_select.cpp
     kernels/gpu_decode.cpp kernels/test_cuda_decode.cpp
-    kernels/test_cuda_bin.cpp kernels/test_cuda_sort.cpp kernels/test_cuda_order.cpp kernels/blend_scene.cpp kernels/test_cuda_blend.cpp)
+    kernels/test_cuda_bin.cpp kernels/test_cuda_sort.cpp kernels/blend_scene.cpp kernels/test_cuda_blend.cpp)
 if(GSC_HAVE_CUDA)
   # to be carried to a machine that has a GPU and no toolkit: preset lean with GSC_BUILD_TESTS on makes it one file,
   # other builds need libtbb and libhwy beside it

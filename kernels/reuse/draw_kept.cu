@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Entries to splats: what decode does after its networks.
 #include "kernels/common/launch.cuh"
-#include "kernels/decode/kept_entry.cuh"
+#include "kernels/reuse/kept_entry.cuh"
 
 namespace gsc {
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kernels/common/halves.cuh"
 #include "kernels/common/launch.cuh"
-#include "kernels/schedule/draw_again.cuh"
-#include "kernels/schedule/reuse_cuda.h"
-#include "kernels/schedule/warp_list.cuh"
+#include "kernels/reuse/draw_again.cuh"
+#include "kernels/reuse/reuse_cuda.h"
+#include "kernels/reuse/warp_list.cuh"
 
 namespace gsc {
 

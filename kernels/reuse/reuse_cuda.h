@@ -9,6 +9,7 @@
 #pragma once
 
 #include "kernels/common/device_model.h"
+#include "kernels/common/frame_now.h"
 #include "kernels/math/reuse.h"
 #include "kernels/schedule/schedule.h"
 
@@ -86,8 +87,8 @@ struct alignas(8) DrawnSlots {
     uint32_t slot[kMaxEyes]; // kNoEntry: nothing that is kept
 };
 
-// What changes from frame to frame.
-struct ReuseNow {
+// What changes from frame to frame beside FrameNow.
+struct ReuseNow : FrameNow {
     uint32_t frame; // counts from 1; a frame drawn again has the same
     uint32_t again; // other than 0: it is
     uint32_t eye_count;
@@ -151,13 +152,20 @@ struct ReuseTables {
 };
 
 struct ScheduleCudaArgs {
+    using Now = ReuseNow;
+
+    ReuseNow now;
     const float* placement;      // DeviceModel
     const uint32_t* sensitivity; // AnchorSensitivity per anchor, or null: ReusePolicy::Depth
     const FrameCounters* frame;  // after select
     ReuseTables tables;
     bool ample; // there is a slot for every strip and eye
-    ReuseNow now;
 };
+
+inline void setNow(ScheduleCudaArgs& args, const ReuseNow& now)
+{
+    args.now = now;
+}
 
 // Forgets everything. Asynchronous, as all.
 void resetReuseCuda(const ReuseTables& tables, CUstream_st* stream);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which of what is to be decoded the budgets of decoding and of memory allow.
 #include "kernels/common/launch.cuh"
-#include "kernels/schedule/reuse_cuda.h"
-#include "kernels/schedule/warp_list.cuh"
+#include "kernels/reuse/reuse_cuda.h"
+#include "kernels/reuse/warp_list.cuh"
 
 namespace gsc {
 

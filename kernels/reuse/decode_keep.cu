@@ -2,7 +2,7 @@
 // Decode into entries: a granted strip at a time, all of its anchors, from one place or two.
 #include "kernels/common/launch.cuh"
 #include "kernels/decode/decode_steps.cuh"
-#include "kernels/decode/kept_entry.cuh"
+#include "kernels/reuse/kept_entry.cuh"
 
 namespace gsc {
 

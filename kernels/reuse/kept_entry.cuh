@@ -8,6 +8,7 @@
 
 #include "kernels/common/halves.cuh"
 #include "kernels/decode/decode_emit.cuh"
+#include "kernels/reuse/reuse_stages_cuda.h"
 
 namespace gsc {
 

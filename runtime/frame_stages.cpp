@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/frame_launch.h"
+#include "runtime/frame_stages.h"
 
 #include "kernels/blend/blend_cuda.h"
 #include "kernels/decode/decode_body.h"
 #include "kernels/decode/decode_exact_cuda.h"
-#include "kernels/select/select_cuda.h"
 #include "kernels/math/projection.h"
 #include "kernels/sort/sort_cuda.h"
-#include "runtime/backend_cpu.h"
 #include "runtime/stereo.h"
 
 #include <algorithm>
@@ -22,15 +20,13 @@ DepthPass passOf(const FrameJob& job, uint32_t index)
     return {job.buffers.slab_of, index, job.shape.passes};
 }
 
-DecodeFrame decodeFrame(const FrameJob& job, uint32_t pass)
+// What both tiers' decoders take.
+void setDecodeFrame(DecodeFrame& frame, const FrameJob& job, uint32_t pass)
 {
-    DecodeFrame frame{};
+    setNow(frame, job.now);
     frame.model = job.scene.model();
-    std::copy_n(job.shape.eyes, job.shape.eye_count, frame.eyes);
     frame.eye_count = job.shape.eye_count;
     frame.merged = job.shape.merged;
-    if (frame.merged)
-        mergedCenter(frame.eyes, frame.look_from);
     frame.shared_bins = job.shape.shared_bins;
     frame.rules = job.shape.rules;
     frame.grid = job.shape.grid;
@@ -42,18 +38,22 @@ DecodeFrame decodeFrame(const FrameJob& job, uint32_t pass)
     frame.cells = job.buffers.cells;
     frame.slot_capacity = job.capacity.slots;
     frame.counters = job.buffers.counters;
-    return frame;
 }
 
-DecodeCudaArgs fastArgs(const FrameJob& job, const DecodeFrame& frame)
+DecodeExactArgs decodeExactArgs(const FrameJob& job, uint32_t pass)
 {
-    return {frame,
-            job.scene.fragments(),
-            job.scene.biases(),
-            job.scene.bank(),
-            job.scene.takes(kMlpTakesDistance),
-            job.scene.takes(kMlpTakesLevel),
-            reinterpret_cast<PackedSplat*>(job.buffers.splats)};
+    DecodeExactArgs args{};
+    setDecodeFrame(args, job, pass);
+    args.view = job.scene.exactView();
+    args.appearance = job.shape.appearance;
+    args.weights = job.scene.exactWeights();
+    args.bank = job.scene.bank();
+    args.takes_distance = job.scene.takes(kMlpTakesDistance);
+    args.takes_level = job.scene.takes(kMlpTakesLevel);
+    args.scratch = job.buffers.scratch;
+    args.scratch_values = uint32_t(decodeScratch(job.scene.model().params));
+    args.splats = reinterpret_cast<ExactSplat*>(job.buffers.splats);
+    return args;
 }
 
 // The tier `exact` blends every list from its first splat to its last, as the trainers do.
@@ -64,12 +64,12 @@ uint32_t segmentsOf(const FrameShape& shape, const FrameCapacity& capacity, cons
 
 } // namespace
 
-void FrameShape::shareBins()
+void FrameShape::shareBins(EyeParams* eyes)
 {
     shared_bins = eye_count == 2 && !exact && sameDepths(eyes[0], eyes[1]);
     if (!shared_bins)
         return;
-    const auto axis = [this](uint32_t e) { return axisPixel(eyes[e].width, eyes[e].focal_x, eyes[e].tan_mid_x); };
+    const auto axis = [&](uint32_t e) { return axisPixel(eyes[e].width, eyes[e].focal_x, eyes[e].tan_mid_x); };
     const float columns = std::round((axis(0) - axis(1)) / float(kBinWidth)); // that the second eye's lie further right
     const auto most = float(std::min(kMaxBins - grid.columns, grid.columns)); // with more, two lists have fewer cells
     if (!(std::abs(columns) <= most)) {
@@ -78,7 +78,7 @@ void FrameShape::shareBins()
     }
     grid.shift[columns < 0 ? 0 : 1] = uint32_t(std::abs(columns));
     grid.columns += uint32_t(std::abs(columns));
-    // to the last bit: a Gaussian is in the same cell and pass for both
+    // a Gaussian is in the same cell and pass for both
     std::copy_n(eyes[0].world_to_view + 8, 4, eyes[1].world_to_view + 8);
 }
 
@@ -90,7 +90,7 @@ FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const Fr
     b.counters = layout.take<FrameCounters>(1);
     b.visible_groups = layout.take<uint32_t>(params.group_count);
     b.visible = layout.take<uint32_t>(capacity.visible);
-    if (shape.fades && shape.keeps) // per strip; there are no more than all
+    if (shape.fades && shape.uses_reuse) // per strip; there are no more than all
         b.fraction = layout.take<float>(size_t(kMaxEyes) * params.group_count * kGroupSize);
     else if (shape.fades)
         b.fraction = layout.take<float>(size_t(kMaxEyes) * capacity.visible);
@@ -125,12 +125,10 @@ FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const Fr
 SelectCudaArgs selectArgs(const FrameJob& job)
 {
     SelectCudaArgs args{};
+    setNow(args, job.now);
     args.model = job.scene.model();
-    std::copy_n(job.shape.eyes, job.shape.eye_count, args.eyes);
     args.eye_count = job.shape.eye_count;
     args.rules = job.shape.rules;
-    args.lod_bias = job.options.lod_bias;
-    args.lod_fade = job.options.lod_fade;
     args.group_count = uint32_t(args.model.params.group_count);
     args.visible_groups = job.buffers.visible_groups;
     args.visible = job.buffers.visible;
@@ -141,61 +139,35 @@ SelectCudaArgs selectArgs(const FrameJob& job)
     return args;
 }
 
-StripSelectArgs stripSelectArgs(const FrameJob& job)
+DecodeCudaArgs decodeArgs(const FrameJob& job, uint32_t pass)
 {
-    StripSelectArgs args{};
-    static_cast<SelectCudaArgs&>(args) = selectArgs(job);
-    args.tables = job.reuse->tables;
+    DecodeCudaArgs args{};
+    setDecodeFrame(args, job, pass);
+    args.fragments = job.scene.fragments();
+    args.biases = job.scene.biases();
+    args.bank = job.scene.bank();
+    args.takes_distance = job.scene.takes(kMlpTakesDistance);
+    args.takes_level = job.scene.takes(kMlpTakesLevel);
+    args.splats = reinterpret_cast<PackedSplat*>(job.buffers.splats);
     return args;
 }
 
-ScheduleCudaArgs scheduleArgs(const FrameJob& job)
+void cutDepths(FrameCapture& capture, const FrameJob& job)
 {
-    return {job.scene.model().placement, job.reuse->sensitivity, job.buffers.counters,
-            job.reuse->tables,           job.reuse->ample,       job.reuse->now};
+    slabCuda({job.buffers.histogram, job.buffers.slab_of, job.shape.passes << job.shape.grid.slab_bits},
+             capture.stream().handle);
 }
 
-KeepCudaArgs keepArgs(const FrameJob& job)
+void decodeFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass)
 {
-    KeepCudaArgs args{fastArgs(job, decodeFrame(job, 0)), job.reuse->tables};
-    args.merged = true;
-    return args;
+    if (!job.shape.exact)
+        return capture.add(decodeArgs(job, pass), decodeFastCuda);
+    capture.add(decodeExactArgs(job, pass), [&](const DecodeExactArgs& args, CUstream_st* stream) {
+        decodeExactCuda(args, capture.processors(), job.limits.shared_bytes, stream);
+    });
 }
 
-SlabCudaArgs slabArgs(const FrameJob& job)
-{
-    const OrderJob order = job.shape.orders ? job.order : OrderJob{};
-    return {job.buffers.histogram, order.known, order.next, job.buffers.slab_of,
-            job.shape.passes << job.shape.grid.slab_bits};
-}
-
-OrderCudaArgs orderArgs(const FrameJob& job)
-{
-    return {job.buffers.keys, job.buffers.places, job.shape.lists(), job.order.next, job.buffers.counters};
-}
-
-void launchDecode(const FrameJob& job, uint32_t pass, const CudaStream& stream)
-{
-    const ModelParams& params = job.scene.model().params;
-    const DecodeFrame frame = decodeFrame(job, pass);
-    if (job.shape.exact) {
-        const DecodeExactArgs args{frame,
-                                   job.scene.exactView(),
-                                   job.options.appearance,
-                                   job.scene.exactWeights(),
-                                   job.scene.bank(),
-                                   job.scene.takes(kMlpTakesDistance),
-                                   job.scene.takes(kMlpTakesLevel),
-                                   job.buffers.scratch,
-                                   uint32_t(decodeScratch(params)),
-                                   reinterpret_cast<ExactSplat*>(job.buffers.splats)};
-        decodeExactCuda(args, job.limits.processors, job.limits.shared_bytes, stream.handle);
-    } else {
-        decodeFastCuda(fastArgs(job, frame), job.limits.processors, stream.handle);
-    }
-}
-
-void launchBin(const FrameJob& job, uint32_t pass, const CudaStream& stream)
+void binFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass)
 {
     BinCudaArgs args{};
     args.grid = job.shape.grid;
@@ -213,24 +185,23 @@ void launchBin(const FrameJob& job, uint32_t pass, const CudaStream& stream)
     args.segment_capacity = segmentsOf(job.shape, job.capacity, job.limits);
     args.pieces = job.buffers.pieces;
     args.piece_capacity = pieceCapacity(job.shape.bins(), job.capacity.pairs);
-    args.counts_long = job.shape.orders;
     args.scratch = job.buffers.scan_scratch;
     args.scratch_bytes = job.buffers.scan_bytes;
     args.counters = job.buffers.counters;
-    binCuda(args, job.limits.processors, stream.handle);
+    binCuda(args, capture.processors(), capture.stream().handle);
 }
 
-void launchSort(const FrameJob& job, const CudaStream& stream)
+void sortFrame(FrameCapture& capture, const FrameJob& job)
 {
     const SortCudaArgs args{job.buffers.keys, job.buffers.splats, job.buffers.pieces,
                             pieceCapacity(job.shape.bins(), job.capacity.pairs), job.buffers.counters};
     if (job.shape.exact)
-        sortExactCuda(args, job.limits.processors, stream.handle);
+        sortExactCuda(args, capture.processors(), capture.stream().handle);
     else
-        sortFastCuda(args, job.limits.processors, stream.handle);
+        sortFastCuda(args, capture.processors(), capture.stream().handle);
 }
 
-void launchBlend(const FrameJob& job, uint32_t pass, const CudaStream& stream)
+void blendFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass)
 {
     BlendCudaArgs args{};
     args.grid = job.shape.grid;
@@ -238,14 +209,14 @@ void launchBlend(const FrameJob& job, uint32_t pass, const CudaStream& stream)
     args.shared_bins = job.shape.shared_bins;
     args.pass = passOf(job, pass);
     for (uint32_t e = 0; e < job.shape.eye_count; ++e) {
-        args.width[e] = job.shape.eyes[e].width;
-        args.height[e] = job.shape.eyes[e].height;
+        args.width[e] = job.shape.width[e];
+        args.height[e] = job.shape.height[e];
         args.image[e] = job.buffers.image[e];
         args.transmittance[e] = job.buffers.transmittance[e];
     }
     args.rules = job.shape.rules;
-    std::copy_n(job.options.background, 3, args.background);
-    args.empty_is_black = job.options.empty_is_black;
+    std::copy_n(job.shape.background, 3, args.background);
+    args.empty_is_black = job.shape.empty_is_black;
     args.splats = job.buffers.splats;
     args.slot_capacity = job.capacity.slots;
     args.cells = job.buffers.cells;
@@ -257,9 +228,9 @@ void launchBlend(const FrameJob& job, uint32_t pass, const CudaStream& stream)
     args.pair_capacity = job.capacity.pairs;
     args.counters = job.buffers.counters;
     if (job.shape.exact)
-        blendExactCuda(args, job.limits.processors, stream.handle);
+        blendExactCuda(args, capture.processors(), capture.stream().handle);
     else
-        blendFastCuda(args, job.limits.processors, stream.handle);
+        blendFastCuda(args, capture.processors(), capture.stream().handle);
 }
 
 } // namespace gsc

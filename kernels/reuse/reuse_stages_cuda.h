@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a frame with reuse does in place of plain stages: it lists strips in place of anchors, decodes what was granted
+// into entries, and draws entries. Between the two the schedule decides (reuse_cuda.h).
+#pragma once
+
+#include "kernels/decode/decode_cuda.h"
+#include "kernels/reuse/reuse_cuda.h"
+#include "kernels/select/select_cuda.h"
+
+namespace gsc {
+
+// Strips go to tables.listed in place of the visible list, and `fraction` is per listed strip, eye and anchor of the
+// strip.
+struct StripSelectArgs : SelectCudaArgs {
+    using Now = ReuseNow;
+
+    ReuseTables tables;
+    uint32_t frame;    // ReuseNow
+    bool counts_fresh; // ReusePolicy::Depth
+};
+
+inline void setNow(StripSelectArgs& args, const ReuseNow& now)
+{
+    static_cast<FrameNow&>(args) = now;
+    args.frame = now.frame;
+    args.counts_fresh = now.policy == ReusePolicy::Depth;
+}
+
+// `merged` is true, since what is staged is any eye's; look_from and the visible list mean nothing, and `fraction` is per
+// listed strip, eye and row.
+struct KeepCudaArgs : DecodeCudaArgs {
+    ReuseTables tables;
+};
+
+void selectStripsCuda(const StripSelectArgs& args, uint32_t processors, CUstream_st* stream); // of the visible groups
+
+void prepareDecodeKeepCuda(); // as prepareDecodeCuda()
+// Decodes what is granted, all anchors of each strip, into its entry, or, without one, draws it. One pass.
+void decodeKeepCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream);
+// Draws what is listed to be drawn of entries. After decodeKeepCuda().
+void drawKeptCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream);
+// As decodeFastGaps().
+uint32_t decodeKeepGaps(uint32_t processors, uint32_t slot_capacity);
+uint32_t drawKeptGaps(uint32_t processors, uint32_t slot_capacity);
+
+} // namespace gsc

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// The anchors of the visible groups, one thread each, by upstream's own test. `Lists` says what is listed of them:
+//   Args            arguments of the kernel, derived from SelectCudaArgs
+//   entries(any)    entries of a warp whose visible anchors are `any`
+//   length(args)    where the length of the list is counted
+//   list(...)       writes what a thread has to write of its warp's entries; returns what finish() gets the sum of
+//   finish(args, n) at the end, once per thread
+#pragma once
+
+#include "kernels/common/depth_cells.cuh"
+#include "kernels/common/launch.cuh"
+#include "kernels/select/select_cuda.h"
+#include "kernels/select/visible.cuh"
+
+#include <algorithm>
+
+namespace gsc {
+
+constexpr uint32_t kAnchorThreads = kGroupSize;
+constexpr uint32_t kAnchorBlocksPerProcessor = 16; // of kAnchorThreads threads: all that a multiprocessor holds
+
+// What a thread knows of its anchor and of its warp's.
+struct WarpOfGroup {
+    const GroupRecord& group;
+    uint32_t index;            // of the group
+    uint32_t anchor;           // of this thread
+    uint32_t eyes;             // that see it
+    uint32_t any, left, right; // lanes of the warp that some eye, the first and the second see
+    uint32_t slot;             // of the warp's first entry
+};
+
+// Counts visible anchors at the depth of one of them.
+__device__ __forceinline__ void addDepth(const SelectCudaArgs& args, uint32_t eye, const float4& placement,
+                                         uint32_t count)
+{
+    const float z = viewPoint<float>(args.level_eyes[eye], {placement.x, placement.y, placement.z}).z;
+    atomicAdd(args.histogram + depthBucket(__float_as_uint(fmaxf(z, 0.0f))), count);
+}
+
+template <typename Lists>
+__global__ void __launch_bounds__(kAnchorThreads) anchorKernel(const __grid_constant__ typename Lists::Args args)
+{
+    __shared__ uint32_t warp_count[kAnchorThreads / 32];
+    __shared__ uint32_t base;
+    const uint32_t lane = threadIdx.x & 31u, warp = threadIdx.x >> 5;
+    const uint32_t count = args.counters->groups_visible;
+    uint32_t seen[kMaxEyes] = {}, noted = 0;
+    for (uint32_t i = blockIdx.x; i < count; i += gridDim.x) {
+        const uint32_t entry = args.visible_groups[i], index = entry & ((1u << kAnchorBits) - 1);
+        const GroupRecord& group = args.model.groups[index];
+        const uint32_t anchor = group.anchor_first + threadIdx.x;
+        uint32_t eyes = 0;
+        float fraction[kMaxEyes] = {1.0f, 1.0f};
+        float4 placement{};
+        if (threadIdx.x < group.anchor_count) {
+            placement = reinterpret_cast<const float4*>(args.model.placement)[anchor];
+            const float shift = args.model.lod_shift[group.level_index];
+            const int32_t level = args.model.levels[group.level_index].level;
+            for (uint32_t e = 0; e < args.eye_count; ++e)
+                if ((entry >> kAnchorBits & 1u << e) != 0 &&
+                    anchorVisible(args, args.level_eyes[e], anchor, level, shift, placement, fraction[e]))
+                    eyes |= 1u << e;
+        }
+        const uint32_t any = __ballot_sync(~0u, eyes != 0);
+        const uint32_t left = __ballot_sync(~0u, (eyes & 1u) != 0), right = __ballot_sync(~0u, (eyes & 2u) != 0);
+        if (lane == 0) {
+            warp_count[warp] = Lists::entries(any);
+            seen[0] += __popc(left);
+            seen[1] += __popc(right);
+        }
+        // a group is compact: the first of a warp's anchors stands for all
+#pragma unroll
+        for (uint32_t e = 0; e < kMaxEyes; ++e) {
+            const uint32_t mask = e == 0 ? left : right;
+            if (mask != 0 && lane == uint32_t(__ffs(int(mask)) - 1))
+                addDepth(args, e, placement, uint32_t(__popc(mask)));
+        }
+        __syncthreads();
+        if (threadIdx.x == 0) {
+            uint32_t total = 0;
+            for (uint32_t w = 0; w < kAnchorThreads / 32; ++w)
+                total += warp_count[w];
+            base = total != 0 ? atomicAdd(Lists::length(args), total) : 0;
+        }
+        __syncthreads();
+        uint32_t slot = base;
+        for (uint32_t w = 0; w < warp; ++w)
+            slot += warp_count[w];
+        noted += Lists::list(args, WarpOfGroup{group, index, anchor, eyes, any, left, right, slot}, fraction);
+        __syncthreads(); // what is shared is used again
+    }
+    for (uint32_t e = 0; e < kMaxEyes; ++e)
+        if (seen[e] != 0)
+            atomicAdd(&args.counters->anchors_visible[e], seen[e]);
+    Lists::finish(args, noted);
+}
+
+// Asynchronous.
+template <typename Lists>
+void launchAnchors(const typename Lists::Args& args, uint32_t processors, CUstream_st* stream)
+{
+    // sized by capacity: the count is still on its way, and blocks without a group leave at once
+    const uint32_t blocks = std::max(std::min(args.group_count, processors * kAnchorBlocksPerProcessor), 1u);
+    launchCuda(anchorKernel<Lists>, blocks, kAnchorThreads, 0, stream, args);
+}
+
+} // namespace gsc
