@@ -47,8 +47,6 @@ constexpr struct {
 } kCacheCounts[] = {
     {"cache_bytes", &FrameResult::cache_bytes},
     {"cache_evictions", &FrameResult::cache_evictions},
-    {"groups_kept", &FrameResult::groups_kept},
-    {"order_moves", &FrameResult::order_moves},
 };
 
 double gaussiansOf(const BenchFrame& frame, int eyes)
@@ -176,7 +174,7 @@ std::vector<RooflineRow> rooflineRows(const BenchOptions& options, const BenchSu
     return rows;
 }
 
-// Of the three caches, all eyes together.
+// Of decoded Gaussians, all eyes together.
 Json cacheJson(const BenchSummary& summary)
 {
     Json json;
@@ -365,13 +363,12 @@ std::string benchReportText(const BenchOptions& options, const BenchSummary& sum
                          even.median > 0 ? even.p99 / even.median : 0.0);
     for (const auto& count : kCounts)
         text += tableRow(count.name, countOf(options, summary, count.field), 0);
-    const ReuseOptions& reuse = play.reuse;
-    if (reuse.policy != ReusePolicy::None || reuse.cut || reuse.order)
-        text += "caches, all eyes\n";
-    for (const auto& count : kCacheCounts)
-        if (reuse.policy != ReusePolicy::None || reuse.cut || reuse.order)
+    if (play.reuse.policy != ReusePolicy::None) {
+        text += "cache, all eyes\n";
+        for (const auto& count : kCacheCounts)
             text += tableRow(
                 count.name, spreadOf(summary, [&](const BenchFrame& f) { return double(f.result.*(count.field)); }), 0);
+    }
     text += targetText(lodFacts(play, summary)) + rooflineText(options, summary);
     text += formatString("peak memory %.3f GiB", double(peakBytes(summary)) / double(1 << 30));
     if (device.context_bytes > 0)

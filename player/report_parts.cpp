@@ -71,9 +71,7 @@ OrderedJson reuseJson(const ReuseOptions& reuse)
             {"guidance", depth ? OrderedJson(guidanceName(reuse.guidance)) : OrderedJson()},
             {"bound", reuse.policy == ReusePolicy::Error ? OrderedJson(reuse.bound) : OrderedJson()},
             {"decode_budget", reuse.decode_budget > 0 ? OrderedJson(reuse.decode_budget) : OrderedJson()},
-            {"cache_budget", reuse.cache_bytes > 0 ? OrderedJson(reuse.cache_bytes) : OrderedJson()},
-            {"cut", reuse.cut},
-            {"order", reuse.order}};
+            {"cache_budget", reuse.cache_bytes > 0 ? OrderedJson(reuse.cache_bytes) : OrderedJson()}};
 }
 
 OrderedJson lodJson(const LodFacts& lod)

@@ -52,11 +52,6 @@ uint64_t sumOf(const std::vector<double>& counts)
     return uint64_t(sum);
 }
 
-double share(double part, double other)
-{
-    return part + other > 0 ? part / (part + other) : 0;
-}
-
 OrderedJson integers(const std::vector<double>& counts)
 {
     OrderedJson json = OrderedJson::array();
@@ -99,7 +94,9 @@ void addPoses(const Path& path, Checksum64& sum)
 std::string idOf(const RunContext& context, const Path& path, const RunConfig& run)
 {
     const PlayOptions& options = context.options;
-    const OrderedJson said = {{"run", runKeyJson(run)},
+    OrderedJson key = runKeyJson(run);
+    key["cut"] = key["order"] = false; // caches of earlier versions: rows without them keep their ids
+    const OrderedJson said = {{"run", std::move(key)},
                               {"trajectory", path.name},
                               {"frames", path.shots.size()},
                               {"warmup", context.warmup},
@@ -118,7 +115,7 @@ std::string idOf(const RunContext& context, const Path& path, const RunConfig& r
     return formatString("%016llx", static_cast<unsigned long long>(sum.digest()));
 }
 
-// "error 0.5 budget 2000 cut": a run in a few words.
+// "error 0.5 budget 2000": a run in a few words.
 std::string shortName(const OrderedJson& config)
 {
     std::string text = config.at("policy").get<std::string>();
@@ -132,8 +129,6 @@ std::string shortName(const OrderedJson& config)
             formatString(" budget %llu", static_cast<unsigned long long>(config.at("decode_budget").get<uint64_t>()));
     if (!config.at("cache_budget").is_null())
         text += formatString(" cache %.0fM", config.at("cache_budget").get<double>() / double(1 << 20));
-    text += config.at("cut").get<bool>() ? " cut" : "";
-    text += config.at("order").get<bool>() ? " order" : "";
     if (const std::string stereo = config.at("stereo").get<std::string>(); stereo != stereoName(StereoMode::Exact))
         text += " " + stereo;
     if (const double bias = config.at("lod_bias").get<double>(); bias != 0)
@@ -183,26 +178,21 @@ OrderedJson runConfigJson(const RunContext& context, const Path& path, const Run
     return json;
 }
 
-OrderedJson reuseCountsJson(const ReuseOptions& reuse, const std::vector<RunFrame>& frames)
+OrderedJson reuseCountsJson(const std::vector<RunFrame>& frames)
 {
     const std::vector<double> decoded = countPerFrame(frames, &EyeCounts::anchors_decoded);
     const std::vector<double> reused = countPerFrame(frames, &EyeCounts::anchors_reused);
     const auto visible = double(sumOf(countPerFrame(frames, &EyeCounts::anchors_visible)));
-    uint64_t evictions = 0, kept = 0, cache_bytes = 0;
+    uint64_t evictions = 0, cache_bytes = 0;
     for (const RunFrame& frame : frames) {
         evictions += frame.result.cache_evictions;
-        kept += frame.result.groups_kept;
         cache_bytes = std::max(cache_bytes, frame.result.cache_bytes);
     }
-    const auto tested = double(sumOf(countPerFrame(frames, &EyeCounts::groups_tested)));
-    const Spread moves = spreadOf(perFrame(frames, [](const RunFrame& f) { return double(f.result.order_moves); }));
     return {{"decoded_per_frame", spreadJson(spreadOf(decoded))},
             {"reused_per_frame", spreadJson(spreadOf(reused))},
             {"hit_rate", visible > 0 ? double(sumOf(reused)) / visible : 0.0},
             {"overdue", sumOf(countPerFrame(frames, &EyeCounts::anchors_overdue))},
             {"evictions", evictions},
-            {"cut_hit_rate", reuse.cut ? OrderedJson(share(double(kept), tested)) : OrderedJson()},
-            {"order_moves_per_frame", reuse.order ? OrderedJson(moves.mean) : OrderedJson()},
             {"cache_bytes", cache_bytes}};
 }
 
@@ -237,7 +227,7 @@ OrderedJson runRowJson(const RunContext& context, OrderedJson config, const RunC
             {"rendered_tier", tierName(result.tier)},
             {"ms", timesJson(result.frames, context.warmup)},
             {"accuracy", accuracyJson(result.accuracy)},
-            {"reuse", reuseCountsJson(run.reuse, result.frames)},
+            {"reuse", reuseCountsJson(result.frames)},
             {"peak_bytes", peak},
             {"repeats", repeats},
             {"per_frame", perFrameJson(result)}};

@@ -36,7 +36,7 @@ nlohmann::ordered_json runRowJson(const RunContext& context, nlohmann::ordered_j
 nlohmann::ordered_json timesJson(const std::vector<RunFrame>& frames, uint32_t warmup);
 
 // "reuse" of a row, over all frames: a cold start is part of what reuse costs.
-nlohmann::ordered_json reuseCountsJson(const ReuseOptions& reuse, const std::vector<RunFrame>& frames);
+nlohmann::ordered_json reuseCountsJson(const std::vector<RunFrame>& frames);
 
 std::string runTableHeader();
 // Precondition: `row` is of the schema.

@@ -35,7 +35,7 @@ OrderedJson pathJson(const StabilityOptions& options, const StabilityPath& entry
             {"ipd", entry.path.eye_count == 2 ? unknownIfZero(entry.path.shots.front().ipd) : OrderedJson()},
             {"ms", timesJson(entry.run.frames, options.warmup)},
             {"accuracy", accuracyJson(entry.run.accuracy)},
-            {"reuse", reuseCountsJson(options.play.reuse, entry.run.frames)},
+            {"reuse", reuseCountsJson(entry.run.frames)},
             {"verdicts", verdictsJson(entry)},
             {"passed", entry.passed()}};
 }
@@ -94,7 +94,7 @@ std::string stabilityReportText(const StabilityOptions& options, const Stability
     for (const StabilityPath& entry : summary.paths) {
         const Accuracy& accuracy = entry.run.accuracy;
         const OrderedJson ms = timesJson(entry.run.frames, options.warmup);
-        const OrderedJson reuse = reuseCountsJson(options.play.reuse, entry.run.frames);
+        const OrderedJson reuse = reuseCountsJson(entry.run.frames);
         const auto decibels = [](double psnr) {
             return std::isinf(psnr) && psnr > 0 ? std::string("equal") : formatString("%.2f", psnr);
         };

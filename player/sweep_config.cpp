@@ -55,12 +55,6 @@ public:
             fail(formatString("an integer from %.0f to %.0f%s", smallest, largest, also));
         return uint64_t(value);
     }
-    [[nodiscard]] bool flag() const
-    {
-        if (!m_value.is_boolean())
-            fail("true or false");
-        return m_value.get<bool>();
-    }
     template <typename Word>
     [[nodiscard]] Word word(const std::vector<std::pair<std::string, Word>>& words) const
     {
@@ -102,7 +96,6 @@ public:
     {
         return v.isNull() ? 0 : v.count(1, kMaxCount, " bytes, or null for a quarter of the machine's");
     }
-    static bool flag(const Value& v) { return v.flag(); }
     static Tier tier(const Value& v) { return v.word(tiers()); }
     static double lodBias(const Value& v) { return v.number(-kMaxLodBias, kMaxLodBias, "levels"); }
     static double lodWidth(const Value& v) { return v.number(0, kMaxLodWidth, "levels"); }
@@ -113,9 +106,9 @@ private:
     std::vector<std::pair<std::string, std::string>> m_backends;
 };
 
-constexpr std::initializer_list<const char*> kRunKeys = {
-    "policy", "max_depth", "guidance", "bound",    "decode_budget",  "cache_budget", "cut",
-    "order",  "tier",      "lod_bias", "lod_fade", "lod_hysteresis", "stereo",       "backend"};
+constexpr std::initializer_list<const char*> kRunKeys = {"policy",        "max_depth",      "guidance", "bound",
+                                                         "decode_budget", "cache_budget",   "tier",     "lod_bias",
+                                                         "lod_fade",      "lod_hysteresis", "stereo",   "backend"};
 
 template <typename T, typename Read>
 void readAxis(const JsonObject& axes, const char* key, std::vector<T>& out, T fallback, const Read& read)
@@ -142,8 +135,6 @@ void readAxes(const JsonObject& object, const Reader& reader, const RunConfig& b
     readAxis(object, "decode_budget", axes.decode_budgets, {reuse.decode_budget, base.match_budget},
              Reader::decodeBudget);
     readAxis(object, "cache_budget", axes.cache_budgets, reuse.cache_bytes, Reader::cacheBudget);
-    readAxis(object, "cut", axes.cuts, reuse.cut, Reader::flag);
-    readAxis(object, "order", axes.orders, reuse.order, Reader::flag);
     readAxis(object, "tier", axes.tiers, base.tier, Reader::tier);
     readAxis(object, "lod_bias", axes.lod_biases, base.lod_bias, Reader::lodBias);
     readAxis(object, "lod_fade", axes.lod_fades, base.lod_fade, Reader::lodWidth);
@@ -170,8 +161,6 @@ RunConfig readRun(const JsonObject& object, const Reader& reader, const RunConfi
         run.match_budget = budget.match;
     });
     read("cache_budget", [&](const Value& v) { run.reuse.cache_bytes = Reader::cacheBudget(v); });
-    read("cut", [&](const Value& v) { run.reuse.cut = v.flag(); });
-    read("order", [&](const Value& v) { run.reuse.order = v.flag(); });
     read("tier", [&](const Value& v) { run.tier = Reader::tier(v); });
     read("lod_bias", [&](const Value& v) { run.lod_bias = Reader::lodBias(v); });
     read("lod_fade", [&](const Value& v) { run.lod_fade = Reader::lodWidth(v); });

@@ -36,7 +36,6 @@ struct SweepAxes {
     };
     std::vector<Budget> decode_budgets;
     std::vector<uint64_t> cache_budgets; // bytes, 0 = no limit
-    std::vector<bool> cuts, orders;
     std::vector<Tier> tiers;
     std::vector<double> lod_biases, lod_fades, lod_hystereses;
     std::vector<StereoMode> stereos;

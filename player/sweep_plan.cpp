@@ -35,29 +35,27 @@ private:
 
 void addReuse(const SweepAxes& axes, RunConfig run, RunList& list)
 {
-    for (const bool cut : axes.cuts)
-        for (const bool order : axes.orders)
-            for (const ReusePolicy policy : axes.policies)
-                for (const uint32_t depth : axes.depths)
-                    for (const DepthGuidance guidance : axes.guidances)
-                        for (const float bound : axes.bounds)
-                            for (const SweepAxes::Budget& budget : axes.decode_budgets)
-                                for (const uint64_t cache : axes.cache_budgets) {
-                                    run.reuse = {policy, depth, guidance, bound, budget.anchors, cache, cut, order};
-                                    run.match_budget = budget.match;
-                                    if (run.stereo == StereoMode::Exact || policy == ReusePolicy::None)
-                                        list.add(run);
-                                }
+    for (const ReusePolicy policy : axes.policies)
+        for (const uint32_t depth : axes.depths)
+            for (const DepthGuidance guidance : axes.guidances)
+                for (const float bound : axes.bounds)
+                    for (const SweepAxes::Budget& budget : axes.decode_budgets)
+                        for (const uint64_t cache : axes.cache_budgets) {
+                            run.reuse = {policy, depth, guidance, bound, budget.anchors, cache};
+                            run.match_budget = budget.match;
+                            if (run.stereo == StereoMode::Exact || policy == ReusePolicy::None)
+                                list.add(run);
+                        }
 }
 
 // Throws Error(InvalidFile) where the product is larger than any sweep that ends.
 void checkProduct(const SweepAxes& axes)
 {
     uint64_t product = 1;
-    for (const size_t size : {axes.policies.size(), axes.depths.size(), axes.guidances.size(), axes.bounds.size(),
-                              axes.decode_budgets.size(), axes.cache_budgets.size(), axes.cuts.size(),
-                              axes.orders.size(), axes.tiers.size(), axes.lod_biases.size(), axes.lod_fades.size(),
-                              axes.lod_hystereses.size(), axes.stereos.size(), axes.backends.size()})
+    for (const size_t size :
+         {axes.policies.size(), axes.depths.size(), axes.guidances.size(), axes.bounds.size(),
+          axes.decode_budgets.size(), axes.cache_budgets.size(), axes.tiers.size(), axes.lod_biases.size(),
+          axes.lod_fades.size(), axes.lod_hystereses.size(), axes.stereos.size(), axes.backends.size()})
         if (product *= size; product > kMaxRuns) // an axis has at most some millions of values: no overflow
             throw Error(ErrorCode::InvalidFile,
                         formatString("sweep: its axes have more than %llu combinations, expected fewer; shorten an "

@@ -7,8 +7,7 @@
 #include "kernels/common/parallel.h"
 #include "kernels/common/stopwatch.h"
 #include "kernels/math/anchor.h"
-#include "kernels/select/cut.h"
-#include "kernels/sort/order.h"
+#include "kernels/sort/sort.h"
 #include "runtime/lod_lag.h"
 #include "runtime/reuse_cpu.h"
 #include "runtime/stereo_cpu.h"
@@ -46,9 +45,6 @@ public:
     void dropCaches() override
     {
         m_reuse.clear();
-        m_cut.clear();
-        for (OrderCache& order : m_order)
-            order.clear();
         m_lag.clear();
     }
 
@@ -98,18 +94,12 @@ private:
         Stopwatch watch;
         EyeParams chosen[kMaxEyes];
         m_lag.follow(m_model, options, eyes, eye_count, chosen);
-        // the slacks of the cut are those of a hard switch at the eye itself
-        const bool cut = options.reuse.cut && options.lod_fade == 0 && options.lod_hysteresis == 0;
-        if (!cut)
-            m_cut.clear();
-        const SelectArgs args{
-            &m_model, chosen, eye_count, rules, options.lod_bias, options.lod_fade, cut ? &m_cut : nullptr};
+        const SelectArgs args{&m_model, chosen, eye_count, rules, options.lod_bias, options.lod_fade};
         SelectCounts counts{};
         const size_t visible = selectCpu(args, m_workers, m_select, m_visible, counts);
         for (uint32_t e = 0; e < eye_count; ++e) {
             EyeCounts& eye = result.eyes[e];
             eye.groups_tested = counts.groups_tested[e];
-            result.groups_kept += counts.groups_kept[e];
             eye.anchors_tested = counts.anchors_tested[e];
             eye.anchors_visible = counts.anchors_visible[e];
         }
@@ -240,10 +230,7 @@ private:
                             uint32_t(blocks),
                             blockCapacity(),
                             by_group ? m_reuse.groups().data() : nullptr};
-        uint64_t moves = 0;
-        const size_t count = options.reuse.order ? sortFromOrder(sort, m_workers, m_sort, m_order[e], moves)
-                                                 : sortCpu(sort, m_workers, m_sort);
-        result.order_moves += moves;
+        const size_t count = sortCpu(sort, m_workers, m_sort);
         result.times.sort += watch.lap();
         const uint32_t grid_x = tileCount(eye.width), grid_y = tileCount(eye.height);
         result.eyes[e].pairs =
@@ -268,17 +255,14 @@ private:
     {
         uint64_t bytes = m_visible.bytes() + m_select.chunk_eyes.bytes() + m_select.groups.bytes() +
                          m_sort.keys[0].bytes() + m_sort.keys[1].bytes() + m_sort.histograms.bytes() +
-                         m_sort.block_first.bytes() + m_sort.buckets.bytes() + m_sort.bucket_first.bytes() +
-                         m_bin.splats.bytes() + m_bin.tile_first.bytes() + m_bin.entries.bytes() +
-                         m_bin.chunk_counts.bytes() + m_image.bytes();
+                         m_sort.block_first.bytes() + m_bin.splats.bytes() + m_bin.tile_first.bytes() +
+                         m_bin.entries.bytes() + m_bin.chunk_counts.bytes() + m_image.bytes();
         for (const SplatStore& store : m_stores)
             bytes += store.bytes();
-        for (const OrderCache& order : m_order)
-            bytes += order.bytes();
         for (const WorkerState& state : m_states)
             bytes += state.scratch.values.bytes() + state.scratch.origins.bytes() + state.gathered.values.bytes() +
                      state.gathered.origins.bytes() + state.strip_keys.bytes() + state.strip_fixed.bytes();
-        return bytes + m_reuse.bytes() + m_cut.bytes();
+        return bytes + m_reuse.bytes();
     }
 
     Workers m_workers;
@@ -288,12 +272,10 @@ private:
     Buffer<VisibleAnchor> m_visible;
     Buffer<float> m_bias;
     SelectScratch m_select;
-    CutCache m_cut;
     SplatStore m_stores[kMaxEyes];
     CpuReuse m_reuse;
     LodLag m_lag;
     SortScratch m_sort;
-    OrderCache m_order[kMaxEyes];
     BinScratch m_bin;
     Buffer<float> m_image; // of an eye whose image nobody wants
 };

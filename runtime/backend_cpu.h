@@ -34,7 +34,7 @@ void mergedCenter(const Eye* eyes, Real* center)
 }
 // Throws Error(Unsupported) for one decode for both eyes beside reuse, which is not written for it.
 void refuseMergedReuse(const FrameOptions& options, uint32_t eye_count);
-// Throws Error(Unsupported) if Gaussians or an order are to be kept between frames.
+// Throws Error(Unsupported) if Gaussians are to be kept between frames.
 void refuseReuse(const ReuseOptions& reuse, const char* backend);
 void checkSize(uint32_t width, uint32_t height);
 

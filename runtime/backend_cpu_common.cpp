@@ -85,10 +85,10 @@ void checkReuse(const ReuseOptions& reuse)
 
 void refuseReuse(const ReuseOptions& reuse, const char* backend)
 {
-    if (reuse.policy != ReusePolicy::None || reuse.cut || reuse.order)
+    if (reuse.policy != ReusePolicy::None)
         throw Error(ErrorCode::Unsupported,
                     formatString("backend %s: keeps nothing from frame to frame, expected reuse "
-                                 "policy none and no cache; use the backend cpu",
+                                 "policy none; use the backend cpu",
                                  backend));
 }
 

@@ -71,8 +71,6 @@ std::string frameStatsJson(const FrameStats& stats)
         {"bytes_resident", result.bytes_resident},
         {"cache_bytes", result.cache_bytes},
         {"cache_evictions", result.cache_evictions},
-        {"groups_kept", result.groups_kept},
-        {"order_moves", result.order_moves},
         {"eyes", std::move(eyes)},
     };
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);

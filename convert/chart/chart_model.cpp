@@ -71,11 +71,8 @@ std::vector<Panel> panelsOf(const std::vector<RunRow>& rows)
 // How alike two runs are in what a speed-up should not be about; most important first.
 unsigned likeness(const RunRow& none, const RunRow& row)
 {
-    const bool alike[] = {none.label == row.label,
-                          none.version == row.version && none.commit == row.commit,
-                          none.config.cold == row.config.cold,
-                          !none.config.cut && !none.config.order,
-                          none.config.stereo == "exact",
+    const bool alike[] = {none.label == row.label, none.version == row.version && none.commit == row.commit,
+                          none.config.cold == row.config.cold, none.config.stereo == "exact",
                           none.config.lod_bias == 0 && none.config.lod_fade == 0 && none.config.lod_hysteresis == 0};
     unsigned value = 0;
     for (const bool bit : alike)

@@ -157,8 +157,9 @@ RunConfig readConfig(const Field& field)
     config.bound = field.at("bound").positiveOrNull();
     config.decode_budget = field.at("decode_budget").countOrNull();
     config.cache_budget = field.at("cache_budget").countOrNull();
-    config.cut = field.at("cut").boolean();
-    config.order = field.at("order").boolean();
+    for (const char* cache : {"cut", "order"}) // of earlier versions: a row with one is of no run that this one knows
+        if (field.has(cache) && field.at(cache).boolean())
+            field.at(cache).fail("false: this version has no such cache");
     config.tier = field.at("tier").name();
     config.lod_bias = field.at("lod_bias").number();
     if (field.has("lod_fade")) // older rows have none

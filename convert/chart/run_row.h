@@ -27,7 +27,6 @@ struct RunConfig {
     std::string guidance;                                             // empty: policy has none
     std::optional<double> bound;                                      // 1/255 units
     std::optional<uint64_t> decode_budget, cache_budget, vram_budget; // anchors per frame, bytes, bytes
-    bool cut = false, order = false;
     std::string tier;
     double lod_bias = 0, lod_fade = 0, lod_hysteresis = 0; // levels
     std::string stereo;

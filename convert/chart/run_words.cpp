@@ -60,8 +60,6 @@ std::vector<std::string> configWords(const RunRow& row)
     return {policyWords(config),
             config.decode_budget ? "decode budget " + std::to_string(*config.decode_budget) : std::string(),
             config.cache_budget ? "cache at most " + byteWords(*config.cache_budget) : std::string(),
-            config.cut ? "keeps cut" : "",
-            config.order ? "keeps order" : "",
             "tier " + config.tier + (row.rendered_tier == config.tier ? "" : " drawn as " + row.rendered_tier),
             config.lod_bias != 0 ? formatString("LOD bias %+g", config.lod_bias) : std::string(),
             config.lod_fade != 0 ? formatString("LOD fade %g", config.lod_fade) : std::string(),

@@ -83,8 +83,6 @@ struct ReuseOptions {
     uint64_t decode_budget =
         0; // anchors decoded per frame and eye, 0 = no limit; what no entry has is decoded all the same
     uint64_t cache_bytes = 0; // most memory of decoded Gaussians, 0 = a quarter of the machine's
-    bool cut = false;         // keep which groups are visible while the camera's motion cannot change it
-    bool order = false;       // sort from the last frame's depth order
 };
 
 // Where the networks look from when there are two eyes. Which anchors an eye sees, and where their Gaussians lie in its
@@ -144,12 +142,9 @@ struct FrameResult {
     uint64_t bytes_resident = 0;  // model, buffers, and the driver's context
     uint32_t repeats = 0;         // how often it was drawn again because a buffer was too small
     double repeat_ms = 0;         // of times.total: tries before the last
-    uint64_t cache_bytes = 0;     // of decoded Gaussians and on CUDA of all caches, part of bytes_resident
+    uint64_t cache_bytes = 0;     // of decoded Gaussians, part of bytes_resident
     uint64_t cache_evictions = 0; // entries given up in this frame for others
-    uint64_t groups_kept = 0;     // group tests that the cut cache saved, all eyes
-    // out of the place the order cache gave them, all eyes: splats; on CUDA pairs, in pieces too long for one warp to sort
-    uint64_t order_moves = 0;
-    uint32_t passes = 1; // from near to far; more than one where a device's memory is short
+    uint32_t passes = 1;          // from near to far; more than one where a device's memory is short
 };
 
 } // namespace gsc

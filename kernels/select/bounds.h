@@ -71,29 +71,18 @@ GSC_HD EyeBounds eyeBounds(const EyeParams& eye, const RasterConstants& rules, f
     return bounds;
 }
 
-// A plane at the corner of a box where its value is largest, for anchors of at most `sigma`; and the sum of the magnitudes
-// it is made of.
-struct PlaneValue {
-    float value, magnitude;
-};
-
-GSC_HD PlaneValue largestOfBox(const BoundPlane& plane, const float* box_min, const float* box_max, float sigma)
-{
-    PlaneValue at{plane.offset + plane.sigma_factor * sigma, std::fabs(plane.offset) + plane.sigma_factor * sigma};
-    for (int i = 0; i < 3; ++i) {
-        const float corner = plane.n[i] > 0 ? box_max[i] : box_min[i];
-        at.value += plane.n[i] * corner;
-        at.magnitude += std::fabs(plane.n[i] * corner);
-    }
-    return at;
-}
-
 // note: written so that NaN rejects nothing
 GSC_HD bool rejectsBox(const EyeBounds& eye, const float* box_min, const float* box_max, float sigma)
 {
     for (const BoundPlane& plane : eye.planes) {
-        const PlaneValue at = largestOfBox(plane, box_min, box_max, sigma);
-        if (at.value + 1e-5f * at.magnitude < 0)
+        float value = plane.offset + plane.sigma_factor * sigma;
+        float magnitude = std::fabs(plane.offset) + plane.sigma_factor * sigma;
+        for (int i = 0; i < 3; ++i) {
+            const float corner = plane.n[i] > 0 ? box_max[i] : box_min[i];
+            value += plane.n[i] * corner;
+            magnitude += std::fabs(plane.n[i] * corner);
+        }
+        if (value + 1e-5f * magnitude < 0)
             return true;
     }
     return false;

@@ -115,6 +115,28 @@ EyeClassifier eyeClassifier(const ModelParams& params, const EyeParams& eye, con
     return classifier;
 }
 
+LodClassifier lodClassifier(const ModelParams& params, int32_t level, float lod_bias, float lod_fade)
+{
+    LodClassifier lod{};
+    lod.shift = lodShift<float>(params, level);
+    const LevelRule rule = LevelRule(params.level_rule);
+    if (!(params.flags & kModelHasLevels) || rule == LevelRule::None || level <= 0) {
+        lod.test = LodTest::Always;
+        return lod;
+    }
+    if (level > params.level_clamp) {
+        lod.test = LodTest::Never;
+        return lod;
+    }
+    lod.test = LodTest::Distance;
+    // smallest prediction that chooses the level
+    const float ramp = rule == LevelRule::Progressive ? 0.0f : lod_fade;
+    const float lowest = float(level) - switchOffset(rule) - 0.5f * ramp;
+    lod.slope = std::log(float(params.fork));
+    lod.limit = std::log(params.standard_dist / params.lod_scale) - (lowest - lod_bias) * lod.slope;
+    return lod;
+}
+
 void classifyGroup(const EyeClassifier& eye, const LodClassifier& lod, const GroupLanes& lanes, Classes& classes)
 {
     if (lod.test == LodTest::Never) {

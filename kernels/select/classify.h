@@ -4,8 +4,6 @@
 
 #include "kernels/select/bounds.h"
 
-#include <cmath>
-
 namespace gsc {
 
 // What the look reads of a group, gathered once for both eyes.
@@ -40,31 +38,8 @@ struct LodClassifier {
 };
 
 EyeClassifier eyeClassifier(const ModelParams& params, const EyeParams& eye, const RasterConstants& rules,
-                            float lod_bias, float lod_fade = 0);
-
-// shift: lodShift() of the level.
-GSC_HD LodClassifier lodClassifier(const ModelParams& params, int32_t level, float shift, float lod_bias,
-                                   float lod_fade = 0)
-{
-    LodClassifier lod{};
-    lod.shift = shift;
-    const LevelRule rule = LevelRule(params.level_rule);
-    if (!(params.flags & kModelHasLevels) || rule == LevelRule::None || level <= 0) {
-        lod.test = LodTest::Always;
-        return lod;
-    }
-    if (level > params.level_clamp) {
-        lod.test = LodTest::Never;
-        return lod;
-    }
-    lod.test = LodTest::Distance;
-    // smallest prediction that chooses the level
-    const float ramp = rule == LevelRule::Progressive ? 0.0f : lod_fade;
-    const float lowest = float(level) - switchOffset(rule) - 0.5f * ramp;
-    lod.slope = std::log(float(params.fork));
-    lod.limit = std::log(params.standard_dist / params.lod_scale) - (lowest - lod_bias) * lod.slope;
-    return lod;
-}
+                            float lod_bias, float lod_fade);
+LodClassifier lodClassifier(const ModelParams& params, int32_t level, float lod_bias, float lod_fade);
 
 struct Classes {
     uint64_t hidden[kGroupSize / 64];  // testAnchor() is false

@@ -10,7 +10,6 @@
 
 namespace gsc {
 
-class CutCache;
 class Workers;
 
 struct VisibleAnchor {
@@ -27,13 +26,10 @@ struct SelectArgs {
     RasterConstants rules;
     float lod_bias;
     float lod_fade = 0;
-    CutCache* cut = nullptr; // what earlier frames found is used and kept there; only with lod_fade 0 and eyes that
-                             // choose levels from where they are
 };
 
 struct SelectCounts {
     uint64_t groups_tested[kMaxEyes];
-    uint64_t groups_kept[kMaxEyes]; // not tested, because the cut cache knew the outcome
     uint64_t anchors_tested[kMaxEyes];
     uint64_t anchors_visible[kMaxEyes];
 };

@@ -3,7 +3,6 @@
 
 #include "kernels/common/parallel.h"
 #include "kernels/select/classify.h"
-#include "kernels/select/cut.h"
 #include "kernels/select/select_body.h"
 
 namespace gsc {
@@ -68,84 +67,6 @@ void loadLanes(const ModelView& model, const GroupRecord& group, uint32_t first,
     }
 }
 
-uint32_t visibleToAny(const GroupMask& mask)
-{
-    uint32_t count = 0;
-    for (uint32_t w = 0; w < kGroupSize / 64; ++w)
-        count += uint32_t(__builtin_popcountll(mask.visible[0][w] | mask.visible[1][w]));
-    return count;
-}
-
-// Camera motion for which a record that `eye` rejects stays out of its sight.
-template <typename Record>
-float rejectedSlack(const Frame& frame, uint32_t eye, const Record& record, uint32_t level_index)
-{
-    const ModelView& model = *frame.args.model;
-    const int32_t level = model.levels[level_index].level;
-    const LodClassifier lod =
-        lodClassifier(*model.params, level, lodShift<float>(*model.params, level), frame.args.lod_bias);
-    return boxSlack(frame.eyes[eye], frame.args.cut->scales(eye), lod, record.anchor_min, record.anchor_max,
-                    record.anchor_sigma_max, record.extra_level_max);
-}
-
-// Eyes that may see something of the chunk, as bits; those that the cut cache knows not to are not tested.
-uint32_t chunkEyes(const Frame& frame, size_t chunk)
-{
-    const SelectArgs& args = frame.args;
-    const ChunkRecord& record = args.model->chunks[chunk];
-    uint32_t candidates = ~0u;
-    for (uint32_t e = 0; args.cut != nullptr && e < args.eye_count; ++e)
-        if (args.cut->chunk(e, chunk) != nullptr)
-            candidates &= ~(1u << e);
-    const uint32_t eyes = eyesOf(frame, record, record.level_index, candidates);
-    for (uint32_t e = 0; args.cut != nullptr && e < args.eye_count; ++e)
-        if ((candidates & ~eyes) >> e & 1)
-            args.cut->keepChunk(e, chunk, rejectedSlack(frame, e, record, record.level_index));
-    return eyes;
-}
-
-// The exact test of the anchors of word `w` of a group that are in `open`.
-void testOpen(const Frame& frame, uint32_t e, GroupMask& mask, uint32_t w, uint64_t open, SelectCounts& counts)
-{
-    if (open == 0)
-        return;
-    const SelectArgs& args = frame.args;
-    const ModelView& model = *args.model;
-    const GroupRecord& group = model.groups[mask.group];
-    const uint32_t first = group.anchor_first - model.chunks[group.chunk].anchor_first + 64 * w;
-    const float shift = lodShift<float>(*model.params, model.levels[group.level_index].level);
-    counts.anchors_tested[e] += uint64_t(__builtin_popcountll(open));
-    mask.visible[e][w] &= ~open;
-    for (; open != 0; open &= open - 1) {
-        const auto bit = uint32_t(__builtin_ctzll(open));
-        if (testAnchor<float>(model, args.eyes[e], args.rules, args.lod_bias, args.lod_fade, group.chunk, first + bit,
-                              shift)
-                .visible)
-            mask.visible[e][w] |= uint64_t(1) << bit;
-    }
-}
-
-// Fills in what the cut cache still knows of a group. Returns the candidates that it does not.
-uint32_t takeKept(const Frame& frame, uint32_t candidates, GroupMask& mask, SelectCounts& counts)
-{
-    uint32_t open = candidates;
-    for (uint32_t e = 0; e < frame.args.eye_count; ++e) {
-        const CutEntry* entry = candidates >> e & 1 ? frame.args.cut->group(e, mask.group) : nullptr;
-        if (entry == nullptr)
-            continue;
-        open &= ~(1u << e);
-        ++counts.groups_kept[e];
-        const bool moved = frame.args.cut->moved(e, *entry);
-        for (uint32_t w = 0; w < kGroupSize / 64; ++w) {
-            mask.visible[e][w] = entry->visible[w];
-            if (moved)
-                testOpen(frame, e, mask, w, entry->open[w], counts);
-            counts.anchors_visible[e] += uint64_t(__builtin_popcountll(mask.visible[e][w]));
-        }
-    }
-    return open;
-}
-
 // Tests the anchors of one group. Returns how many at least one eye sees.
 uint32_t testGroup(const Frame& frame, uint32_t candidates, GroupMask& mask, SelectCounts& counts)
 {
@@ -155,21 +76,14 @@ uint32_t testGroup(const Frame& frame, uint32_t candidates, GroupMask& mask, Sel
     for (auto& eye : mask.visible)
         for (uint64_t& bits : eye)
             bits = 0;
-    if (args.cut != nullptr)
-        candidates = takeKept(frame, candidates, mask, counts);
     for (uint32_t e = 0; e < args.eye_count; ++e)
         counts.groups_tested[e] += candidates >> e & 1;
     const uint32_t eyes = eyesOf(frame, group, group.level_index, candidates);
-    for (uint32_t e = 0; args.cut != nullptr && e < args.eye_count; ++e)
-        if ((candidates & ~eyes) >> e & 1)
-            args.cut->keepGroup(e, mask.group, rejectedSlack(frame, e, group, group.level_index), mask.visible[e],
-                                mask.visible[e]);
     if (eyes == 0)
-        return visibleToAny(mask);
+        return 0;
     const uint32_t first = group.anchor_first - model.chunks[group.chunk].anchor_first;
-    const int32_t level = model.levels[group.level_index].level;
     const LodClassifier lod =
-        lodClassifier(*model.params, level, lodShift<float>(*model.params, level), args.lod_bias, args.lod_fade);
+        lodClassifier(*model.params, model.levels[group.level_index].level, args.lod_bias, args.lod_fade);
     GroupLanes lanes;
     loadLanes(model, group, first, lanes);
     for (uint32_t e = 0; e < args.eye_count; ++e) {
@@ -179,14 +93,11 @@ uint32_t testGroup(const Frame& frame, uint32_t candidates, GroupMask& mask, Sel
         Classes classes{};
         if (frame.eyes[e].usable)
             classifyGroup(frame.eyes[e], lod, lanes, classes);
-        uint64_t left[kGroupSize / 64] = {};
         for (uint32_t w = 0; w < kGroupSize / 64 && w * 64 < group.anchor_count; ++w) {
             const uint64_t all =
                 group.anchor_count - w * 64 >= 64 ? ~uint64_t(0) : (uint64_t(1) << (group.anchor_count - w * 64)) - 1;
             uint64_t visible = classes.visible[w] & all;
-            uint64_t open = all & ~classes.visible[w] & ~classes.hidden[w];
-            left[w] = open;
-            for (; open != 0; open &= open - 1) {
+            for (uint64_t open = all & ~classes.visible[w] & ~classes.hidden[w]; open != 0; open &= open - 1) {
                 const uint32_t bit = uint32_t(__builtin_ctzll(open));
                 if (testAnchor<float>(model, args.eyes[e], args.rules, args.lod_bias, args.lod_fade, group.chunk,
                                       first + w * 64 + bit, lod.shift)
@@ -196,14 +107,11 @@ uint32_t testGroup(const Frame& frame, uint32_t candidates, GroupMask& mask, Sel
             mask.visible[e][w] = visible;
             counts.anchors_visible[e] += uint64_t(__builtin_popcountll(visible));
         }
-        if (args.cut != nullptr) {
-            alignas(64) float slacks[kGroupSize];
-            laneSlacks(frame.eyes[e], args.cut->scales(e), lod, lanes, slacks);
-            const float slack = args.cut->settle(e, mask.group, slacks, left);
-            args.cut->keepGroup(e, mask.group, slack, mask.visible[e], left);
-        }
     }
-    return visibleToAny(mask);
+    uint32_t either = 0;
+    for (uint32_t w = 0; w < kGroupSize / 64; ++w)
+        either += uint32_t(__builtin_popcountll(mask.visible[0][w] | mask.visible[1][w]));
+    return either;
 }
 
 void listGroup(const Frame& frame, const GroupMask& mask, VisibleAnchor* visible)
@@ -239,15 +147,13 @@ size_t selectCpu(const SelectArgs& args, const Workers& workers, SelectScratch& 
     Frame frame{args, {}};
     for (uint32_t e = 0; e < args.eye_count; ++e)
         frame.eyes[e] = eyeClassifier(*model.params, args.eyes[e], args.rules, args.lod_bias, args.lod_fade);
-    if (args.cut != nullptr)
-        args.cut->begin(args, frame.eyes);
 
     scratch.chunk_eyes.reserve(model.params->chunk_count);
     scratch.groups.reserve(model.params->group_count);
     scratch.worker_counts.assign(size_t(workers.count()), SelectCounts{});
     workers.run(model.params->chunk_count, 256, [&](size_t begin, size_t end, int) {
         for (size_t c = begin; c < end; ++c)
-            scratch.chunk_eyes[c] = chunkEyes(frame, c);
+            scratch.chunk_eyes[c] = eyesOf(frame, model.chunks[c], model.chunks[c].level_index, ~0u);
     });
     size_t candidates = 0;
     for (size_t c = 0; c < model.params->chunk_count; ++c)
@@ -278,7 +184,6 @@ size_t selectCpu(const SelectArgs& args, const Workers& workers, SelectScratch& 
     for (const SelectCounts& part : scratch.worker_counts)
         for (uint32_t e = 0; e < kMaxEyes; ++e) {
             counts.groups_tested[e] += part.groups_tested[e];
-            counts.groups_kept[e] += part.groups_kept[e];
             counts.anchors_tested[e] += part.anchors_tested[e];
             counts.anchors_visible[e] += part.anchors_visible[e];
         }

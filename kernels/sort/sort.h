@@ -39,10 +39,6 @@ struct SortScratch {
     Buffer<SortKey> keys[2];
     Buffer<uint32_t> histograms;
     Buffer<uint32_t> block_first;
-    // of sortFromOrder(): bucket of each key, first key of each bucket, first block of each chunk
-    Buffer<uint16_t> buckets;
-    Buffer<uint32_t> bucket_first;
-    std::vector<uint32_t> chunk_blocks;
     std::vector<std::vector<SortRun>> runs; // per chunk of keys; kept from frame to frame for their memory
 };
 

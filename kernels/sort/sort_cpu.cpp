@@ -3,7 +3,6 @@
 
 #include "kernels/common/parallel.h"
 #include "kernels/math/anchor.h"
-#include "kernels/sort/sort_keys.h"
 
 #include <algorithm>
 #include <cstring>
@@ -22,10 +21,31 @@ size_t chunkKeys(size_t count)
     return std::max(kMinChunkKeys, (count + kMaxChunks - 1) / kMaxChunks);
 }
 
+// Place of a slot among those of equal depth.
+uint64_t orderOfSlot(const SortArgs& args, uint32_t slot)
+{
+    const uint32_t offsets = args.model->params->n_offsets;
+    const uint32_t origin = args.origins[slot];
+    if (args.groups != nullptr) {
+        const GroupRecord& group = args.model->groups[args.groups[slot / args.block_capacity]];
+        const uint32_t first = group.anchor_first - args.model->chunks[group.chunk].anchor_first;
+        return emissionOrder(*args.model, group.chunk, first + origin / offsets, origin % offsets);
+    }
+    const VisibleAnchor& anchor = args.visible[size_t(slot / args.block_capacity) * kDecodeBlock + origin / offsets];
+    return emissionOrder(*args.model, anchor.chunk, anchor.local, origin % offsets);
+}
+
 // Gathers the keys of all blocks densely into keys[0].
 size_t gatherKeys(const SortArgs& args, const Workers& workers, SortScratch& scratch)
 {
-    const size_t total = placeBlocks(args, scratch);
+    scratch.block_first.reserve(args.block_count + 1);
+    uint32_t total = 0;
+    for (uint32_t b = 0; b < args.block_count; ++b) {
+        scratch.block_first[b] = total;
+        total += args.counts[b];
+    }
+    scratch.keys[0].reserve(total);
+    scratch.keys[1].reserve(total);
     workers.run(args.block_count, 64, [&](size_t begin, size_t end, int) {
         for (size_t b = begin; b < end; ++b) {
             SortKey* keys = scratch.keys[0].data() + scratch.block_first[b];
@@ -100,32 +120,6 @@ void orderTies(const SortArgs& args, const Workers& workers, SortKey* keys, size
 }
 
 } // namespace
-
-uint64_t orderOfSlot(const SortArgs& args, uint32_t slot)
-{
-    const uint32_t offsets = args.model->params->n_offsets;
-    const uint32_t origin = args.origins[slot];
-    if (args.groups != nullptr) {
-        const GroupRecord& group = args.model->groups[args.groups[slot / args.block_capacity]];
-        const uint32_t first = group.anchor_first - args.model->chunks[group.chunk].anchor_first;
-        return emissionOrder(*args.model, group.chunk, first + origin / offsets, origin % offsets);
-    }
-    const VisibleAnchor& anchor = args.visible[size_t(slot / args.block_capacity) * kDecodeBlock + origin / offsets];
-    return emissionOrder(*args.model, anchor.chunk, anchor.local, origin % offsets);
-}
-
-size_t placeBlocks(const SortArgs& args, SortScratch& scratch)
-{
-    scratch.block_first.reserve(args.block_count + 1);
-    uint32_t total = 0;
-    for (uint32_t b = 0; b < args.block_count; ++b) {
-        scratch.block_first[b] = total;
-        total += args.counts[b];
-    }
-    scratch.keys[0].reserve(total);
-    scratch.keys[1].reserve(total);
-    return total;
-}
 
 size_t sortCpu(const SortArgs& args, const Workers& workers, SortScratch& scratch)
 {

@@ -53,14 +53,6 @@ void addReuseOptions(CLI::App& app, PlayOptions& options)
     addByteSize(app, "--cache-budget", reuse.cache_bytes, 1, "SIZE (default: a quarter of the machine's)",
                 "most memory of decoded Gaussians, such as 256M")
         ->group(group);
-    addFlag(app, "--cut-cache", reuse.cut,
-            "keep which groups are visible while the camera cannot have changed it: the same picture, less selection; "
-            "pays where the camera moves little from frame to frame")
-        ->group(group);
-    addFlag(app, "--order-cache", reuse.order,
-            "sort by what the last frame's depth order was: the same picture; up to a fifth less time in the sort on a "
-            "CPU, and up to a fifth more on CUDA")
-        ->group(group);
 }
 
 void addLevelOptions(CLI::App& app, PlayOptions& options)

@@ -25,7 +25,7 @@ def spread(values):
 
 def configurations(count):
     """Policies as a sweep would try them; more of them where more are asked for."""
-    plain = {"max_depth": None, "guidance": None, "bound": None, "decode_budget": None, "cut": False, "order": False}
+    plain = {"max_depth": None, "guidance": None, "bound": None, "decode_budget": None}
     found = []
     for tier in ("fast", "exact"):
         found.append({**plain, "policy": "none", "tier": tier, "reuse": 0.0})
@@ -33,13 +33,12 @@ def configurations(count):
         found.append({**plain, "policy": "depth", "max_depth": depth, "guidance": "linear", "tier": "fast", "reuse": 1 - 1 / depth})
     for bound in (0.25, 0.5, 1.0, 2.0, 4.0):
         found.append({**plain, "policy": "error", "bound": bound, "tier": "fast", "reuse": bound / (bound + 0.2)})
-    found.append({**plain, "policy": "error", "bound": 1.0, "cut": True, "order": True, "tier": "fast", "reuse": 0.84})
     found.append({**plain, "policy": "error", "bound": 1.0, "decode_budget": 20000, "tier": "fast", "reuse": 0.9})
     found.append({**plain, "policy": "depth", "max_depth": 10, "guidance": "staged", "tier": "fast", "reuse": 0.88})
     found.append({**plain, "policy": "depth", "max_depth": 10, "guidance": "exponential", "tier": "fast", "reuse": 0.86})
     step = 1
     while len(found) < count:
-        found.append({**plain, "policy": "error", "bound": round(0.1 * step, 2), "cut": step % 2 == 0, "tier": ("fast", "turbo")[step % 3 == 0],
+        found.append({**plain, "policy": "error", "bound": round(0.1 * step, 2), "tier": ("fast", "turbo")[step % 3 == 0],
                       "reuse": 0.1 * step / (0.1 * step + 0.3)})
         step += 1
     return found[:count]
@@ -57,7 +56,7 @@ def row(trajectory, config, frames, eyes, label, rng):
         jump = trajectory == "teleport" and frame % 40 == 39 or trajectory == "fast turn" and frame % 60 in (30, 31, 32)
         reuse = config["reuse"] * (0.1 if jump else 1 - 0.25 * motion) * (frame > 0)
         decoded.append(round(visible * (1 - reuse) * (0.9 + 0.2 * motion)))
-        saved = 0.45 * base * reuse * (1.15 if config["cut"] else 1)
+        saved = 0.45 * base * reuse
         wall.append(round((base - saved) * rng.lognormvariate(0, 0.03) * (1.35 if rng.random() < 0.02 else 1), 4))
         rms = noise + config["reuse"] ** 2 / 255 * 0.9 * (config["bound"] or 0.3 * (config["max_depth"] or 0)) * motion * (1.6 if jump else 1) * rng.uniform(0.7, 1.3) * speed ** 0.5
         psnr.append(None if exact else round(-20 * math.log10(rms), 3))
@@ -69,7 +68,7 @@ def row(trajectory, config, frames, eyes, label, rng):
     settings = {
         "id": f"{rng.getrandbits(64):016x}", "trajectory": trajectory, "cameras": f"paths/{trajectory}.json", "frames": frames, "warmup": 5,
         "cold": True, **{key: config[key] for key in ("policy", "max_depth", "guidance", "bound", "decode_budget")},
-        "cache_budget": None, "cut": config["cut"], "order": config["order"], "tier": config["tier"], "lod_bias": 0, "lod_fade": 0, "lod_hysteresis": 0,
+        "cache_budget": None, "tier": config["tier"], "lod_bias": 0, "lod_fade": 0, "lod_hysteresis": 0,
         "stereo": "exact", "eyes": eyes, "ipd": 0.064 if eyes == 2 else None, "size": [640, 480], "fov_degrees": None, "near": None,
         "appearance": None, "threads": 0, "vram_budget": None}
     stages = {name: spread([value * share for value in wall]) for name, share in
@@ -92,7 +91,6 @@ def row(trajectory, config, frames, eyes, label, rng):
         "reuse": {
             "decoded_per_frame": spread(decoded), "reused_per_frame": spread(reused),
             "hit_rate": sum(reused) / (sum(reused) + sum(decoded)), "overdue": 0, "evictions": 0,
-            "cut_hit_rate": 0.7 if config["cut"] else None, "order_moves_per_frame": 812.5 if config["order"] else None,
             "cache_bytes": cache},
         "peak_bytes": (40 << 20) * eyes + cache, "repeats": 0,
         "per_frame": {"wall_ms": wall, "psnr": psnr, "temporal": temporal, "decoded": decoded}}

@@ -15,7 +15,7 @@ nlohmann::json plainRun()
                    "memory_clock_mhz": null, "context_bytes": null},
         "config": {"id": "00", "trajectory": "walk", "cameras": "walk.json", "frames": 2, "warmup": 0, "cold": true,
                    "policy": "none", "max_depth": null, "guidance": null, "bound": null, "decode_budget": null,
-                   "cache_budget": null, "cut": false, "order": false, "tier": "fast", "lod_bias": 0,
+                   "cache_budget": null, "tier": "fast", "lod_bias": 0,
                    "lod_fade": 0, "lod_hysteresis": 0,
                    "stereo": "exact", "eyes": 1, "ipd": null, "size": [640, 480], "fov_degrees": null, "near": null,
                    "appearance": null, "threads": 0, "vram_budget": null},
@@ -27,8 +27,7 @@ nlohmann::json plainRun()
                      "temporal": {"rms": 0, "p50": 0, "p99": 0, "max": 0, "max_frame": 1}},
         "reuse": {"decoded_per_frame": {"mean": 10, "median": 10, "p95": 10, "p99": 10, "max": 10},
                   "reused_per_frame": {"mean": 0, "median": 0, "p95": 0, "p99": 0, "max": 0},
-                  "hit_rate": 0, "overdue": 0, "evictions": 0, "cut_hit_rate": null,
-                  "order_moves_per_frame": null, "cache_bytes": 0},
+                  "hit_rate": 0, "overdue": 0, "evictions": 0, "cache_bytes": 0},
         "peak_bytes": 1048576,
         "per_frame": {"wall_ms": [4, 4.25], "psnr": [null, null], "temporal": [null, 0], "decoded": [10, 10]}
     })");

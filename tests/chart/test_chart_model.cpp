@@ -131,12 +131,11 @@ TEST_CASE("names say what differs, common words are said once, equal names are t
     error["config"]["bound"] = 0.5;
     budget["config"]["bound"] = 0.5;
     budget["config"]["decode_budget"] = 20480;
-    budget["config"]["cut"] = true;
     const auto model = chartModel({parsed(depth), parsed(error), parsed(budget), parsed(error)});
     const auto& rows = model["panels"][0]["rows"];
     CHECK(rows[0]["name"] == "depth 10 staged");
     CHECK(rows[1]["name"] == "error 0.5/255");
-    CHECK(rows[2]["name"] == "error 0.5/255, decode budget 20480, keeps cut");
+    CHECK(rows[2]["name"] == "error 0.5/255, decode budget 20480");
     CHECK(rows[3]["name"] == "error 0.5/255 (2)");
     const auto words = model["panels"][0]["words"].get<std::string>();
     CHECK(words.find("every run: tier fast, cold start, gsc-play 0.1.0 (0a1b2c3)") != std::string::npos);

@@ -90,7 +90,6 @@ TEST_CASE("every field the charts need is required and checked")
                                                   {"/config/eyes", 1.5},
                                                   {"/config/frames", 0},
                                                   {"/config/policy", ""},
-                                                  {"/config/cut", 0},
                                                   {"/config/size", {640}},
                                                   {"/config/size", {0, 480}},
                                                   {"/config/bound", -1},
@@ -113,6 +112,19 @@ TEST_CASE("every field the charts need is required and checked")
         json line = plainRun();
         line.at(json::json_pointer(pointer)) = value;
         CHECK(refusal(line.dump()).find(", expected ") != std::string::npos);
+    }
+}
+
+TEST_CASE("a run of an earlier version with a cache that is no more is refused, one without is plain")
+{
+    for (const char* cache : {"cut", "order"}) {
+        json line = plainRun();
+        line["config"][cache] = false;
+        CHECK(parsed(line).config.policy == "none");
+        line["config"][cache] = true;
+        CHECK(refusal(line.dump()).starts_with("runs.jsonl:1: config." + std::string(cache) + " is true, expected "));
+        line["config"][cache] = 0;
+        CHECK(refusal(line.dump()).find(", expected true or false") != std::string::npos);
     }
 }
 

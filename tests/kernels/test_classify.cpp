@@ -3,7 +3,7 @@
 #include "kernels/select/classify.h"
 #include "kernels/select/select_body.h"
 #include "tests/kernels/simd_targets.h"
-#include "tests/kernels/select_scene.h"
+#include "tests/kernels/synthetic_model.h"
 
 #include <doctest/doctest.h>
 
@@ -24,8 +24,18 @@ void classifyModel(const ModelView& model, const EyeParams& eye, float fade, Tal
     for (uint32_t g = 0; g < model.params->group_count; ++g) {
         const GroupRecord& group = model.groups[g];
         const uint32_t first = group.anchor_first - model.chunks[group.chunk].anchor_first;
-        const LodClassifier lod = lodOf(model, group, fade);
-        const GroupLanes lanes = lanesOf(model, group);
+        const LodClassifier lod = lodClassifier(*model.params, model.levels[group.level_index].level, 0, fade);
+        GroupLanes lanes{};
+        lanes.count = group.anchor_count;
+        for (uint32_t i = 0; i < lanes.count; ++i) {
+            const Vec3<float> p = anchorPosition(model, group.chunk, first + i);
+            const float* scale = model.arrays[group.chunk].scale + size_t(6) * (first + i);
+            lanes.x[i] = p.x;
+            lanes.y[i] = p.y;
+            lanes.z[i] = p.z;
+            lanes.log_sigma[i] = maxNumber(scale[0], maxNumber(scale[1], scale[2]));
+            lanes.extra_level[i] = anchorExtraLevel(model, group.chunk, first + i);
+        }
         Classes classes{};
         classifyGroup(classifier, lod, lanes, classes);
         for (uint32_t i = 0; i < lanes.count; ++i) {

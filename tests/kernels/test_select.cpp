@@ -3,7 +3,7 @@
 #include "kernels/common/parallel.h"
 #include "kernels/select/bounds.h"
 #include "kernels/select/select.h"
-#include "tests/kernels/select_scene.h"
+#include "tests/kernels/synthetic_model.h"
 
 #include <doctest/doctest.h>
 
@@ -69,6 +69,16 @@ EyeParams randomEye(Random& random, float reach)
     }
     const uint32_t width = 20 + uint32_t(random.uniform() * 300), height = 20 + uint32_t(random.uniform() * 300);
     return lookAt(position, target, random.uniform(0.15f, 2.2f), width, height);
+}
+
+EyeParams shifted(EyeParams eye, float right)
+{
+    eye.world_to_view[3] -= right;
+    for (int c = 0; c < 4; ++c)
+        eye.full_projection[c] = eye.world_to_view[c] / eye.tan_fov_x;
+    for (int c = 0; c < 3; ++c)
+        eye.center[c] += right * eye.world_to_view[c];
+    return eye;
 }
 
 } // namespace

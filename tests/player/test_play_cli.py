@@ -590,9 +590,9 @@ class PlayTest(unittest.TestCase):
 
     def test_reuse_options(self) -> None:
         self.model = self.tiny("levels.gsc", "0", "3", "3")
-        options = ("--reuse", "error", "--reuse-bound", "0.5", "--decode-budget", "100", "--cut-cache", "--lod-bias", "-1")
+        options = ("--reuse", "error", "--reuse-bound", "0.5", "--decode-budget", "100", "--lod-bias", "-1")
         said = {"policy": "error", "max_depth": None, "guidance": None, "bound": 0.5, "decode_budget": 100,
-                "cache_budget": None, "cut": True, "order": False}
+                "cache_budget": None}
         report = json.loads(self.small(*options, "--stats", "s.jsonl", "--format", "json").stdout)
         check_schema("play-report", report)
         self.assertEqual((report["reuse"], report["lod_bias"]), (said, -1))

@@ -153,14 +153,12 @@ TEST_CASE("what is kept between frames")
 {
     PlayOptions o;
     CHECK(parse({"m.gsc", "--reuse", "depth", "--reuse-depth", "7", "--reuse-guidance", "staged", "--cache-budget",
-                 "64M", "--cut-cache", "--order-cache", "--lod-bias", "-1.5"},
+                 "64M", "--lod-bias", "-1.5"},
                 o) == -1);
     CHECK(o.reuse.policy == ReusePolicy::Depth);
     CHECK(o.reuse.max_depth == 7);
     CHECK(o.reuse.guidance == DepthGuidance::Staged);
     CHECK(o.reuse.cache_bytes == 64u << 20);
-    CHECK(o.reuse.cut);
-    CHECK(o.reuse.order);
     CHECK(o.lod_bias == -1.5);
     PlayOptions e;
     CHECK(parse({"m.gsc", "--reuse", "error", "--reuse-bound", "0.5", "--decode-budget", "1000"}, e) == -1);
@@ -172,7 +170,6 @@ TEST_CASE("what is kept between frames")
     CHECK(none.reuse.policy == ReusePolicy::None);
     CHECK(none.reuse.max_depth == 10);
     CHECK(none.reuse.bound == 1);
-    CHECK_FALSE(none.reuse.cut);
     CHECK(none.lod_bias == 0);
 }
 

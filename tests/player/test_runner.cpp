@@ -83,7 +83,6 @@ FrameOptions reusing()
 {
     FrameOptions options;
     options.reuse.policy = ReusePolicy::Error;
-    options.reuse.cut = true;
     options.lod_bias = -1;
     options.lod_fade = 0.5f;
     options.lod_hysteresis = 0.25f;
@@ -116,7 +115,6 @@ TEST_CASE("a renderer on the host: one pass, cold, exact images kept from before
     for (const GreyBackend::Call& call : backend.calls) {
         CHECK(call.options.tier == Tier::Exact);
         CHECK(call.options.reuse.policy == ReusePolicy::None);
-        CHECK_FALSE(call.options.reuse.cut);
         CHECK(call.options.lod_bias == 0);
         CHECK(call.options.lod_fade == 0);
         CHECK(call.options.lod_hysteresis == 0);
@@ -131,7 +129,7 @@ TEST_CASE("a renderer on the host: one pass, cold, exact images kept from before
         CHECK(backend.drops == again + 1);
         REQUIRE(backend.calls.size() == 3);
         CHECK(backend.calls[2].has_images);
-        CHECK(backend.calls[2].options.reuse.cut);
+        CHECK(backend.calls[2].options.reuse.policy == ReusePolicy::Error);
         CHECK(backend.calls[2].options.lod_bias == -1);
         CHECK(backend.calls[2].options.lod_fade == 0.5f);
         CHECK(backend.calls[2].options.lod_hysteresis == 0.25f);

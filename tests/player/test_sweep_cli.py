@@ -98,7 +98,7 @@ class SweepTest(unittest.TestCase):
     def test_rows(self) -> None:
         self.write(trajectories=["paths/first.json", "paths/second.json", "stored"], eyes=2, frames=7,
                    quality={"ssim": 3, "flip": 4},
-                   axes={"policy": ["none", "error"], "bound": [0.5, 2], "cut": [True, False]})
+                   axes={"policy": ["none", "error"], "bound": [0.5, 2], "tier": ["fast", "exact"]})
         check_schema("sweep", json.loads(self.config.read_text()))
         run = self.sweep("--ipd", "0.2", "--label", "a b", "--format", "json")
         rows = self.rows()
@@ -114,7 +114,6 @@ class SweepTest(unittest.TestCase):
             self.assertEqual(row["accuracy"]["ssim"]["frames"], (frames + 2) // 3)
             self.assertEqual(row["accuracy"]["flip"]["frames"], (frames + 3) // 4)
             self.assertEqual((config["bound"] is None), config["policy"] == "none")
-            self.assertEqual(row["reuse"]["cut_hit_rate"] is None, not config["cut"])
             times = sorted(row["per_frame"]["wall_ms"][min(2, frames - 1):])
             self.assertAlmostEqual(row["ms"]["wall"]["max"], times[-1])
             self.assertAlmostEqual(row["ms"]["wall"]["median"], times[math.ceil(len(times) / 2) - 1])

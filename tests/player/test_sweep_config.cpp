@@ -25,15 +25,14 @@ SweepConfig withAxes(const std::string& axes, const std::string& more = "")
     return parse(R"({"schema":"gsc.sweep/1","trajectories":["stored"],"axes":{)" + axes + "}" + more + "}");
 }
 
-// "depth 5 linear match cut": what matters of a run, in a word each.
+// "depth 5 linear match": what matters of a run, in a word each.
 std::string word(const RunConfig& run)
 {
     const nlohmann::ordered_json key = runKeyJson(run);
     std::string text;
     for (const auto& [name, value] : key.items())
         if (!value.is_null() && name != "tier" && name != "lod_bias" && name != "backend" && value != "exact")
-            text += (value.is_boolean() ? (value.get<bool>() ? " " + name : "")
-                                        : " " + (value.is_string() ? value.get<std::string>() : value.dump()));
+            text += " " + (value.is_string() ? value.get<std::string>() : value.dump());
     return text.substr(1);
 }
 
@@ -70,15 +69,12 @@ TEST_CASE("axes that the policy takes no notice of fall together")
     CHECK(words(withAxes(R"("policy":["none"],"decode_budget":[null,100],"cache_budget":[null,1000])")) ==
           Words{"none"});
     CHECK(words(withAxes(R"("policy":["error"],"decode_budget":[null,100],"cache_budget":[null,1000])")).size() == 4);
-    // the other two caches are the policy's business in nothing
-    CHECK(words(withAxes(R"("cut":[false,true],"order":[true,false])")) ==
-          Words{"none order", "none", "none cut order", "none cut"});
 }
 
 TEST_CASE("one decode for both eyes is swept beside no reuse alone")
 {
-    CHECK(words(withAxes(R"("policy":["none","error"],"stereo":["exact","merged"],"cut":[false,true])")) ==
-          std::vector<std::string>{"none", "error 1.0", "none cut", "error 1.0 cut", "merged none", "merged none cut"});
+    CHECK(words(withAxes(R"("policy":["none","error"],"stereo":["exact","merged"])")) ==
+          Words{"none", "error 1.0", "merged none"});
     CHECK(refusal(R"({"schema":"gsc.sweep/1","trajectories":["stored"],
                                "axes":{"policy":["error"],"stereo":["merged"]}})")
               .find("stereo merged") != std::string::npos);
@@ -123,7 +119,7 @@ TEST_CASE("transitions and hystereses multiply; where they are off a run has the
     RunConfig base;
     base.lod_fade = 0.75;
     const SweepConfig rest =
-        parseSweepConfig(R"({"schema":"gsc.sweep/1","trajectories":["a"],"axes":{"cut":[true]}})", "s", base, {"cpu"});
+        parseSweepConfig(R"({"schema":"gsc.sweep/1","trajectories":["a"],"axes":{"bound":[2]}})", "s", base, {"cpu"});
     CHECK(expandRuns(rest)[0].lod_fade == 0.75);
 }
 
@@ -133,10 +129,10 @@ TEST_CASE("a matched budget comes after the run it is taken from")
     const SweepConfig both = withAxes(axes + R"(,"decode_budget":["match",null])");
     CHECK(words(both) == Words{"error 1.0", "depth 7 staged", "depth 10 staged", "error 1.0 match",
                                "depth 7 staged match", "depth 10 staged match"});
-    // without anybody asking for that run it is there, cut and order as in the run that needs it
-    const SweepConfig alone =
-        withAxes(R"("policy":["error"],"max_depth":[7],"guidance":["staged"],"decode_budget":["match"],"cut":[true])");
-    CHECK(words(alone) == Words{"depth 7 staged cut", "error 1.0 match cut"});
+    // without anybody asking for that run it is there, levels chosen as in the run that needs it
+    const SweepConfig alone = withAxes(
+        R"("policy":["error"],"max_depth":[7],"guidance":["staged"],"decode_budget":["match"],"lod_fade":[0.5])");
+    CHECK(words(alone) == Words{"0.5 depth 7 staged", "0.5 error 1.0 match"});
     const RunConfig depth = depthRunOf(alone, expandRuns(alone)[1]);
     CHECK(sameRun(depth, expandRuns(alone)[0]));
     CHECK_FALSE(depth.match_budget);
@@ -149,10 +145,10 @@ TEST_CASE("what is left out is the command line's")
     base.reuse.policy = ReusePolicy::Error;
     base.reuse.bound = 4;
     base.lod_bias = -2;
-    const SweepConfig config =
-        parseSweepConfig(R"({"schema":"gsc.sweep/1","trajectories":["a"],"axes":{"cut":[true]},"runs":[{"bound":2}]})",
-                         "s", base, {"cpu"});
-    CHECK(words(config) == Words{"error 4.0 cut", "error 2.0"});
+    const SweepConfig config = parseSweepConfig(
+        R"({"schema":"gsc.sweep/1","trajectories":["a"],"axes":{"max_depth":[3]},"runs":[{"bound":2}]})", "s", base,
+        {"cpu"});
+    CHECK(words(config) == Words{"error 4.0", "error 2.0"});
     CHECK(expandRuns(config)[0].lod_bias == -2);
     CHECK(expandRuns(config)[0].backend == "cpu");
     CHECK(config.warmup == 5);
@@ -205,7 +201,7 @@ TEST_CASE("wrong files are refused with the place and what was expected")
         {head + R"(,"axes":{"decode_budget":["all"]}})", "\"decode_budget[0]\"", "\"match\""},
         {head + R"(,"axes":{"decode_budget":[0]}})", "\"decode_budget[0]\"", "null for no limit"},
         {head + R"(,"axes":{"cache_budget":["1M"]}})", "\"cache_budget[0]\"", "bytes"},
-        {head + R"(,"axes":{"cut":[1]}})", "\"cut[0]\"", "true or false"},
+        {head + R"(,"axes":{"cut":[true]}})", "\"cut\"", "not known"},
         {head + R"(,"axes":{"tier":["turbo"]}})", "\"tier[0]\"", "\"exact\""},
         {head + R"(,"axes":{"lod_fade":[1.5]}})", "\"lod_fade[0]\"", "0 to 1"},
         {head + R"(,"runs":[{"lod_hysteresis":-0.5}]})", "\"lod_hysteresis\"", "0 to 1"},

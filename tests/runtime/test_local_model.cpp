@@ -216,7 +216,7 @@ TEST_CASE("100 km away, pictures are those of the origin, for every level rule a
             }
 }
 
-TEST_CASE("caches, reuse, hysteresis and two eyes go 100 km as they go at the origin")
+TEST_CASE("reuse, hysteresis and two eyes go 100 km as they go at the origin")
 {
     SyntheticOptions shape = optionsOf(LevelRule::Round);
     shape.log_scale = -4;
@@ -233,12 +233,11 @@ TEST_CASE("caches, reuse, hysteresis and two eyes go 100 km as they go at the or
             CAPTURE(hysteresis);
             options.lod_hysteresis = hysteresis ? 0.2f : 0.0f;
             options.reuse.policy = policy;
-            options.reuse.cut = options.reuse.order = true;
             const std::unique_ptr<Backend> here = makeCpuBackend(CpuPath::Fast, 1),
                                            there = makeCpuBackend(CpuPath::Fast, 2);
             here->load(model.view());
             there->load(local.view());
-            uint64_t kept_here = 0, kept_there = 0, decoded_here = 0, decoded_there = 0;
+            uint64_t decoded_here = 0, decoded_there = 0;
             for (int i = 0; i < 10; ++i) {
                 std::vector<EyeParams> at_origin, moved;
                 for (const float eye : {0.0f, 0.06f}) {
@@ -252,10 +251,7 @@ TEST_CASE("caches, reuse, hysteresis and two eyes go 100 km as they go at the or
                     decoded_here += expected[e].result.eyes[e].anchors_decoded;
                     decoded_there += actual[e].result.eyes[e].anchors_decoded;
                 }
-                kept_here += expected[0].result.groups_kept;
-                kept_there += actual[0].result.groups_kept;
             }
-            CHECK(double(kept_there) >= 0.9 * double(kept_here));
             CHECK(double(decoded_there) == doctest::Approx(double(decoded_here)).epsilon(0.01));
         }
 }

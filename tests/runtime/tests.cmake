@@ -6,7 +6,6 @@ gsc_add_test(test_metrics SOURCES runtime/test_metrics.cpp runtime/naive_flip.cp
 gsc_add_test(test_frame_plan SOURCES runtime/test_frame_plan.cpp LIBS gsc_runtime)
 gsc_add_test(test_frame_stats SOURCES runtime/test_frame_stats.cpp LIBS gsc_runtime nlohmann_json::nlohmann_json)
 gsc_add_test(test_scene SOURCES runtime/test_scene.cpp LIBS gsc_runtime gsc_test_tiny)
-gsc_add_test(test_frame_caches SOURCES runtime/test_frame_caches.cpp LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
 gsc_add_test(test_lod SOURCES runtime/test_lod_lag.cpp runtime/test_lod_control.cpp
                       LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
 gsc_add_test(test_local_model SOURCES runtime/test_local_model.cpp LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
