@@ -128,6 +128,13 @@ std::vector<Mutation> leafMutations()
         {LeafAnchors, leaf(1, [](Leaf& l) { ++l.anchor_first; })},
         {LeafAnchors, leaf(0, [](Leaf& l) { l.anchor_count = 0; })},
         {LeafAnchors, leaf(0, [](Leaf& l) { l.anchor_count = 0xffffffff; })},
+        {LeafAnchors,
+         [](Bytes& f) { // none in the first, and all that were its in the second
+             Leaf* const leaves = records<Leaf>(f, kSectionLeaves);
+             leaves[1].anchor_first = leaves[0].anchor_first;
+             leaves[1].anchor_count += leaves[0].anchor_count;
+             leaves[0].anchor_count = 0;
+         }},
         {LeafOrigin, leaf(0, [](Leaf& l) { l.origin[0] += 4; })},
         {LeafOrigin, leaf(0, [](Leaf& l) { l.origin[2] -= 128; })},
         {LeafDuplicate,

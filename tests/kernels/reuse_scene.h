@@ -2,6 +2,7 @@
 // What tests of reuse draw, on a CPU and on a GPU.
 #pragma once
 
+#include "kernels/schedule/schedule.h"
 #include "tests/kernels/render_tools.h"
 #include "tests/kernels/synthetic_model.h"
 
@@ -33,5 +34,40 @@ inline std::vector<EyeParams> walk(int i, size_t eye_count, float apart = 0.1f)
     }
     return eyes;
 }
+
+// One strip of small Gaussians that a camera has seen once, and then from elsewhere.
+struct StepScene {
+    std::vector<uint16_t> sensitivity = std::vector<uint16_t>(2 * kStripAnchors, 0x3400); // 0.25
+    SyntheticModel model{[] {
+        SyntheticOptions options;
+        options.anchors = kStripAnchors;
+        options.log_scale = -5;
+        options.extent = 0.3f;
+        options.seed = 3;
+        return options;
+    }()};
+    ModelView view = model.view();
+    std::vector<EyeParams> before = walk(0, 1), after = walk(5, 1);
+
+    StepScene() { view.sensitivity = sensitivity.data(); }
+
+    // Predicted change of the strip, in 1/255.
+    [[nodiscard]] float change() const
+    {
+        GroupAnchors anchors;
+        loadGroupAnchors(view, view.sensitivity, view.groups[0], anchors);
+        return 255 * stripError(anchors, 0, 0xffffu, before[0].center, after[0].center);
+    }
+    // Anchors that the second frame decodes where `bound` is allowed.
+    uint64_t decoded(Backend& backend, float bound) const
+    {
+        FrameOptions options;
+        options.reuse.policy = ReusePolicy::Error;
+        options.reuse.bound = bound;
+        backend.load(view);
+        render(backend, before, options);
+        return render(backend, after, options)[0].result.eyes[0].anchors_decoded;
+    }
+};
 
 } // namespace gsc::test

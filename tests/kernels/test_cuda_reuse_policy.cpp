@@ -10,6 +10,14 @@
 using namespace gsc;
 using namespace gsc::test;
 
+TEST_CASE("reuse: a strip is decoded again when its predicted change is above the bound, and not before")
+{
+    const StepScene scene;
+    const auto backend = makeBackend("cuda", 1);
+    CHECK(scene.decoded(*backend, 0.92f * scene.change()) >= kStripAnchors); // two keys count twice
+    CHECK(scene.decoded(*backend, 1.08f * scene.change()) == 0);
+}
+
 TEST_CASE("reuse: a camera that stands still decodes once")
 {
     for (const size_t eyes : {1, 2}) {

@@ -153,6 +153,24 @@ TEST_CASE("image sizes round the edges of tiles, sparse and saturated, both rast
             }
 }
 
+TEST_CASE("an opacity of 1/255 is drawn where nothing falls off, and the next smaller one is not")
+{
+    const float background[3] = {0, 0, 0}, white[3] = {1, 1, 1};
+    for (const bool drawn : {true, false}) {
+        CAPTURE(drawn);
+        Scene scene;
+        scene.width = scene.height = 33;
+        scene.add(16, 16, 4, 0, 4, drawn ? kOpacityFloor : std::nextafter(kOpacityFloor, 0.0f), white, 2);
+        scene.order();
+        uint64_t pairs;
+        forEachTarget([&](const char* target) {
+            CAPTURE(target);
+            const std::vector<float> image = blendFast(scene, rulesOf(RasterRules::DiffGaussian), background, 1, pairs);
+            CHECK((image[(16 * 33 + 16) * 3] > 0) == drawn);
+        });
+    }
+}
+
 TEST_CASE("trap 28: a run of equal depths longer than a chunk of keys is in source order too")
 {
     SyntheticOptions options;

@@ -228,6 +228,8 @@ TEST_CASE("what is wrong is refused with the entry and the key")
         {with(kUpstream, "[1, 2, 3]", "[1, 1e200, 3]"), "\"position\"", "index 1"},
         {with(kUpstream, "[1, 0, 0]", "[2, 0, 0]"), "\"rotation\" is no rotation", ""},
         {with(kUpstream, "[1, 0, 0]", "[-1, 0, 0]"), "determinant -1", ""},
+        {with(kUpstream, "[1, 0, 0]", "[1.003, 0, 0]"), "\"rotation\" is no rotation", ""},
+        {with(kTransforms, "[0, 1, 0, 5]", "[0, 1.003, 0, 5]"), "no rotation", ""},
         {with(kUpstream, "[1, 0, 0]", "[1, 0]"), "\"rotation\"", "row 1"},
         {with(kUpstream, "3200", "3200.5"), "\"width\" is 3200.5", ""},
         {with(kUpstream, "3200", "0"), "\"width\" is 0", ""},
