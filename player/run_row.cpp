@@ -94,9 +94,7 @@ void addPoses(const Path& path, Checksum64& sum)
 std::string idOf(const RunContext& context, const Path& path, const RunConfig& run)
 {
     const PlayOptions& options = context.options;
-    OrderedJson key = runKeyJson(run);
-    key["cut"] = key["order"] = false; // caches of earlier versions: rows without them keep their ids
-    const OrderedJson said = {{"run", std::move(key)},
+    const OrderedJson said = {{"run", runKeyJson(run)},
                               {"trajectory", path.name},
                               {"frames", path.shots.size()},
                               {"warmup", context.warmup},

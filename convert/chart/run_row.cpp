@@ -157,7 +157,8 @@ RunConfig readConfig(const Field& field)
     config.bound = field.at("bound").positiveOrNull();
     config.decode_budget = field.at("decode_budget").countOrNull();
     config.cache_budget = field.at("cache_budget").countOrNull();
-    for (const char* cache : {"cut", "order"}) // of earlier versions: a row with one is of no run that this one knows
+    for (const char* cache :
+         {"cut", "order"}) // of earlier versions; without them such a row would pass for a plain run
         if (field.has(cache) && field.at(cache).boolean())
             field.at(cache).fail("false: this version has no such cache");
     config.tier = field.at("tier").name();

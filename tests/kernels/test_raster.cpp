@@ -304,6 +304,60 @@ TEST_CASE("trap 28: equal depths are drawn in the order of the source, wherever 
     }
 }
 
+TEST_CASE("trap 28: over several chunks of keys, in blocks of visible anchors or of groups, on any number of threads")
+{
+    SyntheticOptions options;
+    options.anchors = 3000;
+    options.n_offsets = 20;
+    options.feat_dim = 4;
+    const SyntheticModel model(options);
+    const ModelView& view = model.view();
+    std::vector<VisibleAnchor> visible;
+    std::vector<uint32_t> groups;
+    for (uint32_t c = 0; c < view.params->chunk_count; ++c)
+        for (uint32_t i = 0; i < view.chunks[c].anchor_count; ++i)
+            visible.push_back({c, i, 1, {1, 1}});
+    for (uint32_t g = 0; g < view.params->group_count; ++g)
+        groups.push_back(g);
+    const uint32_t capacity = kDecodeBlock * options.n_offsets;
+    for (const bool by_group : {false, true}) {
+        const size_t blocks = by_group ? groups.size() : (visible.size() + kDecodeBlock - 1) / kDecodeBlock;
+        std::vector<uint32_t> depths(blocks * capacity), counts(blocks);
+        std::vector<uint16_t> origins(depths.size());
+        std::vector<uint64_t> orders(depths.size()); // of emission
+        Random random(4);
+        size_t anchor = 0; // groups lie in the file one after the other
+        for (size_t b = 0; b < blocks; ++b) {
+            const size_t last = by_group ? anchor + view.groups[b].anchor_count : anchor + kDecodeBlock;
+            for (uint32_t origin = 0; anchor < std::min(last, visible.size()); ++anchor)
+                for (uint32_t k = 0; k < options.n_offsets; ++k, ++origin) {
+                    if (random.uniform() < 0.2f)
+                        continue;
+                    const float depth = 1 + float(int(random.uniform() * 8));
+                    const size_t slot = b * capacity + counts[b]++;
+                    std::memcpy(&depths[slot], &depth, 4);
+                    origins[slot] = uint16_t(origin);
+                    orders[slot] = emissionOrder(view, visible[anchor].chunk, visible[anchor].local, k);
+                }
+        }
+        for (const int threads : {1, 2, 5}) {
+            SortScratch scratch;
+            const Workers workers(threads);
+            const size_t count = sortCpu({&view, visible.data(), depths.data(), origins.data(), counts.data(),
+                                          uint32_t(blocks), capacity, by_group ? groups.data() : nullptr},
+                                         workers, scratch);
+            REQUIRE(count > 40000);
+            size_t wrong = 0;
+            for (size_t i = 1; i < count; ++i) {
+                const SortKey &a = scratch.keys[0][i - 1], &b = scratch.keys[0][i];
+                wrong +=
+                    a.depth_bits > b.depth_bits || (a.depth_bits == b.depth_bits && orders[a.slot] >= orders[b.slot]);
+            }
+            CHECK(wrong == 0);
+        }
+    }
+}
+
 TEST_CASE("sorting orders any depths, over several blocks and chunks of keys")
 {
     SyntheticOptions options;
