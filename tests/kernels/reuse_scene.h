@@ -37,7 +37,7 @@ inline std::vector<EyeParams> walk(int i, size_t eye_count, float apart = 0.1f)
 
 // One strip of small Gaussians that a camera has seen once, and then from elsewhere.
 struct StepScene {
-    std::vector<uint16_t> sensitivity = std::vector<uint16_t>(2 * kStripAnchors, 0x3400); // 0.25
+    std::vector<uint16_t> sensitivity = std::vector<uint16_t>(2 * kStripAnchors, 0x3c00); // 1
     SyntheticModel model{[] {
         SyntheticOptions options;
         options.anchors = kStripAnchors;
@@ -47,7 +47,7 @@ struct StepScene {
         return options;
     }()};
     ModelView view = model.view();
-    std::vector<EyeParams> before = walk(0, 1), after = walk(5, 1);
+    std::vector<EyeParams> before = walk(0, 1), after = walk(1, 1);
 
     StepScene() { view.sensitivity = sensitivity.data(); }
 
