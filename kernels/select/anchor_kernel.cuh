@@ -18,6 +18,7 @@ namespace gsc {
 
 constexpr uint32_t kAnchorThreads = kGroupSize;
 constexpr uint32_t kAnchorBlocksPerProcessor = 16; // of kAnchorThreads threads: all that a multiprocessor holds
+constexpr uint32_t kAnchorResident = 9;            // of those: 56 registers
 
 // What a thread knows of its anchor and of its warp's.
 struct WarpOfGroup {
@@ -38,7 +39,8 @@ __device__ __forceinline__ void addDepth(const SelectCudaArgs& args, uint32_t ey
 }
 
 template <typename Lists>
-__global__ void __launch_bounds__(kAnchorThreads) anchorKernel(const __grid_constant__ typename Lists::Args args)
+__global__ void __launch_bounds__(kAnchorThreads, kAnchorResident)
+    anchorKernel(const __grid_constant__ typename Lists::Args args)
 {
     __shared__ uint32_t warp_count[kAnchorThreads / 32];
     __shared__ uint32_t base;

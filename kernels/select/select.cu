@@ -19,16 +19,18 @@ __global__ void __launch_bounds__(kGroupThreads) groupKernel(const __grid_consta
     for (uint32_t first = blockIdx.x * kGroupThreads + (threadIdx.x & ~31u); first < args.group_count;
          first += gridDim.x * kGroupThreads) {
         const uint32_t i = first + lane;
-        uint32_t eyes = 0;
+        uint32_t eyes = 0, count = 0;
         if (i < args.group_count) {
             const GroupRecord group = args.model.groups[i];
+            count = group.anchor_count;
 #pragma unroll
             for (uint32_t e = 0; e < kMaxEyes; ++e)
-                if (e < args.eye_count && groupMayShow(args, group, args.level_eyes[e])) {
+                if (e < args.eye_count && groupMayShow(args, group, args.level_eyes[e]))
                     eyes |= 1u << e;
-                    tested[e] += group.anchor_count;
-                }
         }
+#pragma unroll
+        for (uint32_t e = 0; e < kMaxEyes; ++e)
+            tested[e] += (eyes >> e & 1u) * count;
         const uint32_t all = __ballot_sync(~0u, eyes != 0); // one atomic serves the warp
         uint32_t base = 0;
         if (lane == 0 && all != 0)

@@ -41,7 +41,7 @@ struct StepScene {
     SyntheticModel model{[] {
         SyntheticOptions options;
         options.anchors = kStripAnchors;
-        options.log_scale = -5;
+        options.log_scale = -8;
         options.extent = 0.3f;
         options.seed = 3;
         return options;
@@ -65,7 +65,8 @@ struct StepScene {
         options.reuse.policy = ReusePolicy::Error;
         options.reuse.bound = bound;
         backend.load(view);
-        render(backend, before, options);
+        for (int i = 0; i < 3; ++i) // a camera that stood still is on no way
+            render(backend, before, options);
         return render(backend, after, options)[0].result.eyes[0].anchors_decoded;
     }
 };

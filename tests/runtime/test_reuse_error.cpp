@@ -39,8 +39,8 @@ TEST_CASE("a strip is decoded again when its predicted change is above the bound
     const StepScene scene;
     const auto backend = makeCpuBackend(CpuPath::Fast, 1);
     CHECK(scene.change() > 0.2f);
-    CHECK(scene.decoded(*backend, 0.92f * scene.change()) == kStripAnchors);
-    CHECK(scene.decoded(*backend, 1.08f * scene.change()) == 0);
+    CHECK(scene.decoded(*backend, 0.98f * scene.change()) == kStripAnchors);
+    CHECK(scene.decoded(*backend, 1.02f * scene.change()) == 0);
 }
 
 TEST_CASE("what is seen for the first time is decoded well whatever the budget")
