@@ -252,7 +252,7 @@ static_assert(sizeof(LeafRecord) == 24 && alignof(LeafRecord) == 4);
 static_assert(std::is_trivially_copyable_v<LeafRecord> && std::is_standard_layout_v<LeafRecord>);
 
 // How fast what an anchor draws changes with the view, in units of full scale; halves of zero or more, rounded up,
-// 65504 = that or more. kernels/decode/sensitivity.h says what is measured. 4 bytes.
+// 65504 = that or more. kernels/sensitivity/sensitivity.h says what is measured. 4 bytes.
 struct AnchorSensitivity {
     uint16_t direction; // 0 per unit of change of the unit view direction
     uint16_t distance;  // 2 per relative change of the distance, 0 where no network takes the distance

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/gsc_reader.h"
 
-#include "format/gsc_validate.h"
+#include "format/validate/gsc_validate.h"
 
 namespace gsc {
 

@@ -3,7 +3,7 @@
 
 #include "format/checksum.h"
 #include "format/error.h"
-#include "format/output_file.h"
+#include "format/file/output_file.h"
 
 #include <algorithm>
 #include <cerrno>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "player/play_options.h"
-#include "runtime/lod_control.h"
+#include "runtime/view/lod_control.h"
 #include "runtime/scene.h"
 
 #include <optional>

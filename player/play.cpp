@@ -3,7 +3,7 @@
 
 #include "format/error.h"
 #include "format/interrupt.h"
-#include "format/output_paths.h"
+#include "format/file/output_paths.h"
 #include "player/lod_target.h"
 #include "player/open_backend.h"
 #include "player/out_pattern.h"

@@ -2,9 +2,9 @@
 // What is to be rendered and how, as a plain struct.
 #pragma once
 
-#include "kernels/common/frame_types.h"
+#include "kernels/frame/frame_types.h"
 #include "player/image/image_io.h"
-#include "player/length.h"
+#include "player/cameras/length.h"
 
 #include <cstdint>
 #include <limits>

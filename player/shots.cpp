@@ -2,7 +2,7 @@
 #include "player/shots.h"
 
 #include "format/error.h"
-#include "player/camera_file.h"
+#include "player/cameras/camera_file.h"
 #include "player/json_fields.h"
 #include "player/lod_target.h"
 

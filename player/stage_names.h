@@ -2,7 +2,7 @@
 // The stages of a frame as reports name them, in order.
 #pragma once
 
-#include "kernels/common/frame_types.h"
+#include "kernels/frame/frame_types.h"
 
 namespace gsc {
 

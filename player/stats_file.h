@@ -2,7 +2,7 @@
 // The file of --stats: one JSON object per line, there only when complete; or standard output.
 #pragma once
 
-#include "format/output_file.h"
+#include "format/file/output_file.h"
 #include "runtime/frame_stats.h"
 
 #include <optional>

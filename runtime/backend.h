@@ -3,7 +3,7 @@
 // used from one thread at a time.
 #pragma once
 
-#include "kernels/common/frame_types.h"
+#include "kernels/frame/frame_types.h"
 
 #include <memory>
 #include <string>

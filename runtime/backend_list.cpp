@@ -3,7 +3,7 @@
 
 #include "format/error.h"
 #if defined(GSC_HAVE_CUDA)
-#include "runtime/backend_cuda.h"
+#include "runtime/cuda/backend_cuda.h"
 #endif
 
 namespace gsc {

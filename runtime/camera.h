@@ -2,7 +2,7 @@
 // Cameras of every kind the player accepts, brought to the fp32 values upstream renders with (format facts, 6).
 #pragma once
 
-#include "kernels/common/frame_types.h"
+#include "kernels/frame/frame_types.h"
 
 #include <string>
 #include <vector>

@@ -26,8 +26,8 @@ install(TARGETS ${package_targets} EXPORT gscTargets ARCHIVE DESTINATION ${CMAKE
 install(EXPORT gscTargets NAMESPACE gsc:: DESTINATION ${package_dir})
 
 # the headers of the public interface, by hand: what is not listed is no promise
-install(FILES ${PROJECT_SOURCE_DIR}/kernels/common/frame_types.h
-        DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/gsc/kernels/common)
+install(FILES ${PROJECT_SOURCE_DIR}/kernels/frame/frame_types.h
+        DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/gsc/kernels/frame)
 install(FILES backend.h camera.h frame_stats.h scene.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/gsc/runtime)
 
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/cmake/gscConfig.cmake.in

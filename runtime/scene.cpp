@@ -3,8 +3,8 @@
 
 #include "format/error.h"
 #include "format/gsc_reader.h"
-#include "format/mapped_file.h"
-#include "runtime/local_model.h"
+#include "format/file/mapped_file.h"
+#include "runtime/model/local_model.h"
 
 #include <algorithm>
 #include <cstring>

@@ -2,7 +2,7 @@
 // An opened .gsc file, mapped, ready for a backend.
 #pragma once
 
-#include "kernels/common/frame_types.h"
+#include "kernels/frame/frame_types.h"
 
 #include <memory>
 #include <string>

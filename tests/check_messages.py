@@ -15,8 +15,8 @@ SUFFIXES = {".cpp", ".h", ".cu", ".cuh"}
 
 # (file, literals of the construction): why they are not the whole message
 FORWARDED = {
-    ("runtime/backend_list.cpp", "backend %s: %s"): "the rest is a text of failure() in runtime/cuda_device.cpp",
-    ("runtime/cuda_device.cpp", "cuda: "): "the rest is a text of failure() in the same file",
+    ("runtime/backend_list.cpp", "backend %s: %s"): "the rest is a text of failure() in runtime/cuda/cuda_device.cpp",
+    ("runtime/cuda/cuda_device.cpp", "cuda: "): "the rest is a text of failure() in the same file",
 }
 
 OBJECT, EXPECTED, REMEDY = "the file or object", "what was expected", "what to do"

@@ -6,7 +6,7 @@
 #include "convert/bake/mlp_pack.h"
 #include "convert/bake/model_sections.h"
 #include "format/error.h"
-#include "format/mapped_file.h"
+#include "format/file/mapped_file.h"
 
 #include <nlohmann/json.hpp>
 

@@ -2,7 +2,7 @@
 #include "convert/bake/metre_bake.h"
 
 #include "convert/bake/model_sections.h"
-#include "convert/sample/model_survey.h"
+#include "convert/sample/paths/model_survey.h"
 #include "format/error.h"
 
 namespace gsc {

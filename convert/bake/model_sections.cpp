@@ -4,7 +4,7 @@
 #include "convert/bake/mlp_pack.h"
 #include "format/error.h"
 #include "format/half.h"
-#include "kernels/decode/sensitivity.h"
+#include "kernels/sensitivity/sensitivity.h"
 
 #include <nlohmann/json.hpp>
 

@@ -3,8 +3,8 @@
 
 #include "convert/bake/mlp_pack.h"
 #include "format/half.h"
-#include "kernels/common/stopwatch.h"
-#include "kernels/decode/sensitivity.h"
+#include "kernels/threads/stopwatch.h"
+#include "kernels/sensitivity/sensitivity.h"
 
 #include <algorithm>
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/command.h"
-#include "format/read_file.h"
+#include "format/file/read_file.h"
 
 #include "convert/chart/chart_figures.h"
 #include "convert/chart/chart_model.h"
 #include "convert/chart/chart_page.h"
 #include "convert/chart/run_set.h"
-#include "format/output_file.h"
+#include "format/file/output_file.h"
 #include "player/tool/options.h"
 #include "player/tool/version.h"
 

@@ -5,7 +5,7 @@
 
 #include "convert/bake/compare_checkpoint.h"
 #include "format/gsc_layout.h"
-#include "format/output_file.h"
+#include "format/file/output_file.h"
 #include "player/tool/options.h"
 
 #include <CLI/CLI.hpp>

@@ -3,8 +3,8 @@
 #include "convert/commands/model_facts.h"
 
 #include "format/gsc_reader.h"
-#include "format/mapped_file.h"
-#include "player/length.h"
+#include "format/file/mapped_file.h"
+#include "player/cameras/length.h"
 #include "player/tool/options.h"
 
 #include <CLI/CLI.hpp>

@@ -3,7 +3,7 @@
 
 #include "convert/sample/sample.h"
 #include "format/gsc_layout.h"
-#include "format/output_paths.h"
+#include "format/file/output_paths.h"
 #include "player/tool/options.h"
 #include "player/tool/version.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/command.h"
 
-#include "convert/sample/make_paths.h"
-#include "convert/sample/model_paths.h"
-#include "format/output_paths.h"
+#include "convert/sample/paths/make_paths.h"
+#include "convert/sample/paths/model_paths.h"
+#include "format/file/output_paths.h"
 #include "player/tool/options.h"
 #include "player/tool/version.h"
 

@@ -4,7 +4,7 @@
 #include "convert/bake/nanovdb_check.h"
 #include "convert/commands/manifest_check.h"
 #include "format/gsc_reader.h"
-#include "format/mapped_file.h"
+#include "format/file/mapped_file.h"
 #include "player/tool/options.h"
 #include "player/tool/version.h"
 

@@ -4,12 +4,12 @@
 #include "convert/bake/bake.h"
 #include "convert/commands/trainer_pictures.h"
 #include "format/interrupt.h"
-#include "format/output_paths.h"
-#include "format/temporary.h"
-#include "player/camera_file.h"
+#include "format/file/output_paths.h"
+#include "format/file/temporary.h"
+#include "player/cameras/camera_file.h"
 #include "player/image/image_io.h"
 #include "runtime/backend.h"
-#include "runtime/backend_cpu.h"
+#include "runtime/cpu/backend_cpu.h"
 #include "runtime/scene.h"
 
 #include <algorithm>

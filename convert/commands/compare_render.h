@@ -4,7 +4,7 @@
 
 #include "convert/input/checkpoint.h"
 #include "convert/commands/command.h"
-#include "kernels/common/frame_types.h"
+#include "kernels/frame/frame_types.h"
 #include "runtime/metrics/metrics.h"
 
 #include <string>

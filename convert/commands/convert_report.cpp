@@ -4,7 +4,7 @@
 #include "convert/bake/model_sections.h"
 #include "player/tool/version.h"
 #include "convert/commands/model_facts.h"
-#include "kernels/decode/sensitivity.h"
+#include "kernels/sensitivity/sensitivity.h"
 
 namespace gsc {
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/trainer_pictures.h"
 
-#include "format/read_file.h"
+#include "format/file/read_file.h"
 #include "format/error.h"
-#include "player/camera_file.h"
+#include "player/cameras/camera_file.h"
 
 #include <nlohmann/json.hpp>
 

@@ -3,7 +3,7 @@
 
 #include "convert/input/input_file.h"
 #include "format/error.h"
-#include "player/camera_file.h"
+#include "player/cameras/camera_file.h"
 
 #include <algorithm>
 #include <cmath>

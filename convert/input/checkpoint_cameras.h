@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/input/checkpoint_files.h"
-#include "convert/input/config_value.h"
+#include "convert/input/config/config_value.h"
 
 #include <cstdint>
 #include <string>

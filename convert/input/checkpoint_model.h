@@ -4,7 +4,7 @@
 
 #include "convert/input/checkpoint.h"
 #include "convert/input/checkpoint_weights.h"
-#include "convert/input/config_value.h"
+#include "convert/input/config/config_value.h"
 #include "convert/input/ply_reader.h"
 
 #include <string>

@@ -2,7 +2,7 @@
 #include "convert/input/checkpoint_weights.h"
 
 #include "convert/input/input_file.h"
-#include "convert/input/torch_archive.h"
+#include "convert/input/torch/torch_archive.h"
 #include "format/error.h"
 
 #include <algorithm>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/sample/sample.h"
 
-#include "convert/input/torch_archive.h"
-#include "convert/sample/anchor_rows.h"
-#include "convert/sample/camera_paths.h"
-#include "convert/sample/lighting.h"
+#include "convert/input/torch/torch_archive.h"
+#include "convert/sample/replicate/anchor_rows.h"
+#include "convert/sample/paths/camera_paths.h"
+#include "convert/sample/scenes/lighting.h"
 #include "convert/sample/model_folder.h"
 #include "convert/sample/model_text.h"
 #include "convert/sample/sample_plan.h"

@@ -2,7 +2,7 @@
 #include "convert/sample/model_folder.h"
 
 #include "format/error.h"
-#include "format/output_paths.h"
+#include "format/file/output_paths.h"
 
 #include <algorithm>
 #include <cerrno>

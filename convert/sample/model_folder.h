@@ -2,7 +2,7 @@
 // A model folder that appears whole or not at all.
 #pragma once
 
-#include "format/temporary.h"
+#include "format/file/temporary.h"
 
 #include <cstddef>
 #include <cstdint>

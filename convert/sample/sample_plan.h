@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/sample/anchor_grid.h"
-#include "convert/sample/scene.h"
+#include "convert/sample/scenes/scene.h"
 
 #include <cstdint>
 #include <vector>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kernels/bin/bin_cuda.h"
 
-#include "kernels/common/depth_cells.cuh"
-#include "kernels/common/launch.cuh"
+#include "kernels/cuda/depth_cells.cuh"
+#include "kernels/cuda/launch.cuh"
 
 #include <cub/block/block_scan.cuh>
 #include <cub/device/device_scan.cuh>

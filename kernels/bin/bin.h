@@ -2,7 +2,7 @@
 // The splats of every 16 x 16 tile, front to back.
 #pragma once
 
-#include "kernels/common/buffer.h"
+#include "kernels/simd/buffer.h"
 #include "kernels/sort/sort.h"
 
 #include <vector>

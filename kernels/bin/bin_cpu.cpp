@@ -5,8 +5,8 @@
 #include <hwy/highway.h>
 
 #include "kernels/bin/bin.h"
-#include "kernels/common/ellipse-inl.h"
-#include "kernels/common/parallel.h"
+#include "kernels/simd/ellipse-inl.h"
+#include "kernels/threads/parallel.h"
 
 #include <algorithm>
 #include <cstring>

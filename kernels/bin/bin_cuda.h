@@ -3,7 +3,7 @@
 // a bin's list comes out cut into short pieces from near to far however many splats share the bin.
 #pragma once
 
-#include "kernels/common/device_model.h"
+#include "kernels/frame/device_model.h"
 
 #include <cstddef>
 

@@ -4,8 +4,8 @@
 
 #include "kernels/blend/blend_cuda.h"
 #include "kernels/blend/blend_rules.cuh"
-#include "kernels/common/launch.cuh"
-#include "kernels/common/ptx.cuh"
+#include "kernels/cuda/launch.cuh"
+#include "kernels/cuda/ptx.cuh"
 
 namespace gsc {
 

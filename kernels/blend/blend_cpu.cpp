@@ -9,9 +9,9 @@
 #include <hwy/highway.h>
 
 #include "kernels/blend/blend.h"
-#include "kernels/common/ellipse-inl.h"
-#include "kernels/common/parallel.h"
-#include "kernels/common/simd_math-inl.h"
+#include "kernels/simd/ellipse-inl.h"
+#include "kernels/threads/parallel.h"
+#include "kernels/simd/simd_math-inl.h"
 
 #include <algorithm>
 #include <cmath>

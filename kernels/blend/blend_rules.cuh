@@ -3,8 +3,8 @@
 #pragma once
 
 #include "kernels/blend/blend_cuda.h"
-#include "kernels/common/halves.cuh"
-#include "kernels/common/ptx.cuh"
+#include "kernels/cuda/halves.cuh"
+#include "kernels/cuda/ptx.cuh"
 #include "kernels/math/blend.h"
 
 namespace gsc {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kernels/ceilings/ceilings_cuda.h"
 
-#include "kernels/common/cuda_check.h"
+#include "kernels/cuda/cuda_check.h"
 
 #include <cuda_fp16.h>
 

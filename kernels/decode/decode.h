@@ -2,7 +2,7 @@
 // Anchors to Gaussians: view inputs, feature bank, three networks, post-processing (format facts 4).
 #pragma once
 
-#include "kernels/common/buffer.h"
+#include "kernels/simd/buffer.h"
 #include "kernels/decode/decode_body.h"
 #include "kernels/select/select.h"
 

@@ -2,8 +2,8 @@
 // Visible anchors to splats on the device: gather, three networks, projection and packing in one kernel.
 #pragma once
 
-#include "kernels/common/device_model.h"
-#include "kernels/common/frame_now.h"
+#include "kernels/frame/device_model.h"
+#include "kernels/frame/frame_now.h"
 
 #include <vector>
 

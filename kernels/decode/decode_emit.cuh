@@ -3,8 +3,8 @@
 // counted in their cells.
 #pragma once
 
-#include "kernels/common/depth_cells.cuh"
-#include "kernels/common/slot_writer.cuh"
+#include "kernels/cuda/depth_cells.cuh"
+#include "kernels/cuda/slot_writer.cuh"
 #include "kernels/decode/decode_fragments.h"
 #include "kernels/decode/decode_networks.cuh"
 #include "kernels/decode/decode_project.cuh"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scalar arithmetic of the reference, one thread per anchor and eye: for models whose networks the tiles do not take.
-#include "kernels/common/launch.cuh"
+#include "kernels/cuda/launch.cuh"
 #include "kernels/decode/exact_splat.cuh"
 
 namespace gsc {

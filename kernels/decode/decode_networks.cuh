@@ -2,8 +2,8 @@
 // The networks on the matrix units, as one warp computes them for 16 anchors and one eye (decode_fragments.h).
 #pragma once
 
-#include "kernels/common/halves.cuh"
-#include "kernels/common/ptx.cuh"
+#include "kernels/cuda/halves.cuh"
+#include "kernels/cuda/ptx.cuh"
 #include "kernels/decode/decode_fragments.h"
 
 namespace gsc {

@@ -2,7 +2,7 @@
 // Projection in the tier `fast`: a decoded Gaussian to what blending reads of it.
 #pragma once
 
-#include "kernels/common/halves.cuh"
+#include "kernels/cuda/halves.cuh"
 #include "kernels/decode/decode_cuda.h"
 #include "kernels/math/projection.h"
 

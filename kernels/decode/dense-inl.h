@@ -8,7 +8,7 @@
 #define GSC_KERNELS_DENSE_INL_H
 #endif
 
-#include "kernels/common/simd_math-inl.h"
+#include "kernels/simd/simd_math-inl.h"
 #include "kernels/decode/decode.h"
 
 #include <utility>

@@ -2,7 +2,7 @@
 // What both decoders of the tier `exact` do with a Gaussian and with an anchor.
 #pragma once
 
-#include "kernels/common/depth_cells.cuh"
+#include "kernels/cuda/depth_cells.cuh"
 #include "kernels/decode/decode_exact_cuda.h"
 #include "kernels/project/project_body.h"
 

@@ -2,7 +2,7 @@
 // Reading one anchor from the mapped file.
 #pragma once
 
-#include "kernels/common/frame_types.h"
+#include "kernels/frame/frame_types.h"
 #include "kernels/math/real.h"
 
 namespace gsc {

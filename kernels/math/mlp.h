@@ -2,7 +2,7 @@
 // The small networks, one anchor at a time, from the canonical weights of MLPW.
 #pragma once
 
-#include "kernels/common/frame_types.h"
+#include "kernels/frame/frame_types.h"
 #include "kernels/math/real.h"
 
 namespace gsc {

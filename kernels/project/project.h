@@ -2,7 +2,7 @@
 // Gaussians to splats: what one eye's image needs of each (format facts 7.2, 7.3).
 #pragma once
 
-#include "kernels/common/read_ahead.h"
+#include "kernels/simd/read_ahead.h"
 #include "kernels/decode/decode.h"
 #include "kernels/math/eye.h"
 

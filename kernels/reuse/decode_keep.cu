@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Decode into entries: a granted strip at a time, all of its anchors, from one place or two.
-#include "kernels/common/launch.cuh"
+#include "kernels/cuda/launch.cuh"
 #include "kernels/decode/decode_steps.cuh"
 #include "kernels/reuse/kept_entry.cuh"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Entries to splats: what decode does after its networks.
-#include "kernels/common/launch.cuh"
+#include "kernels/cuda/launch.cuh"
 #include "kernels/reuse/kept_entry.cuh"
 
 namespace gsc {

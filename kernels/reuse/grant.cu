@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which of what is to be decoded the budgets of decoding and of memory allow.
-#include "kernels/common/launch.cuh"
+#include "kernels/cuda/launch.cuh"
 #include "kernels/reuse/reuse_cuda.h"
 #include "kernels/reuse/warp_list.cuh"
 

@@ -6,7 +6,7 @@
 //   2  scale 2, colour
 #pragma once
 
-#include "kernels/common/halves.cuh"
+#include "kernels/cuda/halves.cuh"
 #include "kernels/decode/decode_emit.cuh"
 #include "kernels/reuse/reuse_stages_cuda.h"
 

@@ -8,10 +8,10 @@
 // what was decided the first time.
 #pragma once
 
-#include "kernels/common/device_model.h"
-#include "kernels/common/frame_now.h"
-#include "kernels/math/reuse.h"
-#include "kernels/schedule/schedule.h"
+#include "kernels/frame/device_model.h"
+#include "kernels/frame/frame_now.h"
+#include "kernels/reuse/reuse_math.h"
+#include "kernels/reuse/schedule.h"
 
 struct CUstream_st;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "kernels/common/halves.cuh"
-#include "kernels/common/launch.cuh"
+#include "kernels/cuda/halves.cuh"
+#include "kernels/cuda/launch.cuh"
 #include "kernels/reuse/draw_again.cuh"
 #include "kernels/reuse/reuse_cuda.h"
 #include "kernels/reuse/warp_list.cuh"

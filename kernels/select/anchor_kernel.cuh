@@ -7,8 +7,8 @@
 //   finish(args, n) at the end, once per thread
 #pragma once
 
-#include "kernels/common/depth_cells.cuh"
-#include "kernels/common/launch.cuh"
+#include "kernels/cuda/depth_cells.cuh"
+#include "kernels/cuda/launch.cuh"
 #include "kernels/select/select_cuda.h"
 #include "kernels/select/visible.cuh"
 

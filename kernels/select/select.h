@@ -2,8 +2,8 @@
 // Which anchors an eye sees: LOD mask, then the rasteriser's own visibility test (format facts 5).
 #pragma once
 
-#include "kernels/common/buffer.h"
-#include "kernels/common/frame_types.h"
+#include "kernels/simd/buffer.h"
+#include "kernels/frame/frame_types.h"
 #include "kernels/math/eye.h"
 
 #include <vector>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kernels/select/select.h"
 
-#include "kernels/common/parallel.h"
+#include "kernels/threads/parallel.h"
 #include "kernels/select/classify.h"
 #include "kernels/select/select_body.h"
 

@@ -2,8 +2,8 @@
 // Selection on the device: groups by bounds, then anchors by upstream's own test, both eyes in one pass.
 #pragma once
 
-#include "kernels/common/device_model.h"
-#include "kernels/common/frame_now.h"
+#include "kernels/frame/device_model.h"
+#include "kernels/frame/frame_now.h"
 
 struct CUstream_st;
 

@@ -2,7 +2,7 @@
 // A sorting network over the registers of a team of warps.
 #pragma once
 
-#include "kernels/common/ptx.cuh"
+#include "kernels/cuda/ptx.cuh"
 
 #include <cuda_runtime.h>
 

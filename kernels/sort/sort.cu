@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kernels/sort/sort_cuda.h"
 
-#include "kernels/common/launch.cuh"
+#include "kernels/cuda/launch.cuh"
 #include "kernels/sort/bitonic.cuh"
 
 namespace gsc {

@@ -3,7 +3,7 @@
 // binning them in that order gives the same lists for a quarter of the keys (measured: pairs are 4 to 15 per splat).
 #pragma once
 
-#include "kernels/common/buffer.h"
+#include "kernels/simd/buffer.h"
 #include "kernels/project/project.h"
 #include "kernels/select/select.h"
 

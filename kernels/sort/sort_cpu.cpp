@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kernels/sort/sort.h"
 
-#include "kernels/common/parallel.h"
+#include "kernels/threads/parallel.h"
 #include "kernels/math/anchor.h"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // A chunk payload, as it lies in the file, into the flat arrays the CUDA stages read.
 #pragma once
 
-#include "kernels/common/device_model.h"
+#include "kernels/frame/device_model.h"
 
 struct CUstream_st;
 

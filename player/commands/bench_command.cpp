@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/error.h"
-#include "format/output_paths.h"
-#include "player/bench.h"
+#include "format/file/output_paths.h"
+#include "player/measure/bench.h"
 #include "player/commands/commands.h"
 #include "player/commands/render_options.h"
 #include "player/report_parts.h"
-#include "player/row_file.h"
-#include "player/run_row.h"
-#include "player/sweep.h"
+#include "player/sweep/row_file.h"
+#include "player/sweep/run_row.h"
+#include "player/sweep/sweep.h"
 #include "player/tool/options.h"
 
 #include <CLI/CLI.hpp>

@@ -2,7 +2,7 @@
 #include "player/commands/render_options.h"
 
 #include "format/error.h"
-#include "player/length.h"
+#include "player/cameras/length.h"
 #include "player/reuse_names.h"
 #include "player/tool/options.h"
 

@@ -2,7 +2,7 @@
 #include "format/error.h"
 #include "player/commands/commands.h"
 #include "player/commands/render_options.h"
-#include "player/stability.h"
+#include "player/measure/stability.h"
 #include "player/tool/options.h"
 
 #include <CLI/CLI.hpp>

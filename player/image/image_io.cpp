@@ -2,7 +2,7 @@
 #include "player/image/image_io.h"
 
 #include "format/error.h"
-#include "format/output_file.h"
+#include "format/file/output_file.h"
 #include "player/image/oiio_image.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/tool/tool.h"
 
-#include "format/file_fault.h"
+#include "format/file/file_fault.h"
 #include "player/tool/command_words.h"
 #include "player/tool/completion.h"
 #include "player/tool/man_page.h"

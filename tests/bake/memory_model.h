@@ -5,7 +5,7 @@
 #include "convert/bake/bake_from.h"
 #include "convert/input/checkpoint.h"
 #include "format/gsc_reader.h"
-#include "format/mapped_file.h"
+#include "format/file/mapped_file.h"
 
 #include <cstdint>
 #include <memory>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "format/gsc_reader.h"
-#include "kernels/common/frame_types.h"
+#include "kernels/frame/frame_types.h"
 
 #include <vector>
 

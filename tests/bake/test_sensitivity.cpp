@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Section SENS: what the kernel computes of the finished file, rounded up, whatever order it was baked in.
 #include "format/half.h"
-#include "kernels/decode/sensitivity.h"
+#include "kernels/sensitivity/sensitivity.h"
 #include "tests/bake/memory_model.h"
 #include "tests/bake/model_view.h"
 

@@ -2,7 +2,7 @@
 #include "convert/bake/compare_checkpoint.h"
 #include "convert/bake/grid_fit.h"
 #include "format/half.h"
-#include "kernels/decode/sensitivity.h"
+#include "kernels/sensitivity/sensitivity.h"
 #include "tests/bake/memory_model.h"
 #include "tests/bake/model_view.h"
 #include "tests/support/checkpoints.h"

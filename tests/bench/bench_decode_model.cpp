@@ -5,8 +5,8 @@
 // float[n][3] directions and float[n][K] opacities (0 where below 1/255) of the visible anchors. Then every line "run"
 // on stdin decodes the frame once and answers with its milliseconds; end of input ends the program.
 #include "format/error.h"
-#include "kernels/common/parallel.h"
-#include "kernels/common/stopwatch.h"
+#include "kernels/threads/parallel.h"
+#include "kernels/threads/stopwatch.h"
 #include "kernels/decode/decode.h"
 #include "runtime/camera.h"
 #include "runtime/scene.h"

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "kernels/blend/blend.h"
-#include "kernels/common/parallel.h"
+#include "kernels/threads/parallel.h"
 
 #include <memory>
 #include <vector>

@@ -3,8 +3,8 @@
 //   bench_sensitivity FILE.gsc [ANCHORS]
 // Takes ANCHORS (4000) anchors, each with a random camera of the file, turns the view direction by 0.5 and by 1 degree
 // towards a random side and compares what changes (drawnChangeReference) with sensitivity times chord.
-#include "kernels/common/stopwatch.h"
-#include "kernels/decode/sensitivity.h"
+#include "kernels/threads/stopwatch.h"
+#include "kernels/sensitivity/sensitivity.h"
 #include "runtime/scene.h"
 
 #include <algorithm>

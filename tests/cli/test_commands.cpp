@@ -4,8 +4,8 @@
 #include "convert/commands/manifest_check.h"
 #include "convert/commands/model_facts.h"
 #include "player/tool/quantity.h"
-#include "format/read_file.h"
-#include "format/output_file.h"
+#include "format/file/read_file.h"
+#include "format/file/output_file.h"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/ceilings_cuda.h"
+#include "runtime/cuda/ceilings_cuda.h"
 
 namespace gsc {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What kernels/common/ptx.cuh has in PTX.
+// What kernels/cuda/ptx.cuh has in PTX.
 #pragma once
 
 #include "tests/cuda_emulation/halves.h"

@@ -27,9 +27,9 @@ target_link_libraries(gsc_kernels_cuda_emulated PUBLIC gsc_cuda_emulation gsc_fo
 
 # the whole runtime once more, so that there is one list of backends in the program
 set(emulated_runtime
-    backend_cpu.cpp backend_cpu_common.cpp backend_cpu_reference.cpp backend_list.cpp camera_motion.cpp decoded_cache.cpp frame_plan.cpp frame_stats.cpp
-    local_model.cpp lod_lag.cpp model_sensitivity.cpp reuse_cpu.cpp reuse_schedule.cpp scene.cpp stereo_cpu.cpp
-    backend_cuda.cpp cuda_device.cpp device_scene.cpp frame_graph.cpp frame_stages.cpp nvml.cpp reuse_cuda.cpp)
+    cpu/backend_cpu.cpp frame_checks.cpp cpu/backend_cpu_reference.cpp cpu/cpu_facts.cpp backend_list.cpp view/camera_motion.cpp reuse/decoded_cache.cpp cuda/frame_plan.cpp frame_stats.cpp
+    model/local_model.cpp view/lod_lag.cpp model/model_sensitivity.cpp reuse/reuse_cpu.cpp reuse/reuse_schedule.cpp scene.cpp cpu/stereo_cpu.cpp
+    cuda/backend_cuda.cpp cuda/cuda_device.cpp cuda/device_scene.cpp cuda/frame_graph.cpp cuda/frame_stages.cpp cuda/nvml.cpp reuse/reuse_cuda.cpp)
 list(TRANSFORM emulated_runtime PREPEND ${PROJECT_SOURCE_DIR}/runtime/)
 add_library(gsc_runtime_cuda_emulated STATIC ${emulated_runtime} cuda_emulation/ceilings.cpp)
 target_link_libraries(gsc_runtime_cuda_emulated PUBLIC gsc_camera gsc_format

@@ -6,10 +6,10 @@
 #include "format/byte_view.h"
 #include "format/checksum.h"
 #include "format/error.h"
-#include "format/gsc_validate.h"
+#include "format/validate/gsc_validate.h"
 #include "format/half.h"
-#include "format/mapped_file.h"
-#include "format/output_paths.h"
+#include "format/file/mapped_file.h"
+#include "format/file/output_paths.h"
 
 #include <doctest/doctest.h>
 

@@ -4,9 +4,9 @@
 #include "tests/format/scratch_dir.h"
 
 #include "format/error.h"
-#include "format/file_fault.h"
-#include "format/mapped_file.h"
-#include "format/output_file.h"
+#include "format/file/file_fault.h"
+#include "format/file/mapped_file.h"
+#include "format/file/output_file.h"
 
 #include <doctest/doctest.h>
 

@@ -4,8 +4,8 @@
 #include "tests/format/scratch_dir.h"
 
 #include "format/error.h"
-#include "format/output_file.h"
-#include "format/temporary.h"
+#include "format/file/output_file.h"
+#include "format/file/temporary.h"
 
 #include <doctest/doctest.h>
 

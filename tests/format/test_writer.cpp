@@ -7,7 +7,7 @@
 #include "format/error.h"
 #include "format/gsc_writer.h"
 #include "format/interrupt.h"
-#include "format/mapped_file.h"
+#include "format/file/mapped_file.h"
 
 #include <doctest/doctest.h>
 

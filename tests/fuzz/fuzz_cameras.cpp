@@ -2,7 +2,7 @@
 // Camera files of all three kinds: whatever the bytes are, either finite cameras come out or Error(InvalidFile). Lens
 // distortion is ignored; asked for, its refusal would be the one Error(Unsupported).
 #include "format/error.h"
-#include "player/camera_file.h"
+#include "player/cameras/camera_file.h"
 
 #include <cmath>
 #include <cstddef>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // PyTorch archives, and pickles by themselves: the CRC-32 of an archive would keep most mutations away from the pickle
 // machine, so an input that is no zip archive is taken for the data.pkl of one.
-#include "convert/input/torch_archive.h"
-#include "convert/input/zip_archive.h"
-#include "convert/input/zip_writer.h"
+#include "convert/input/torch/torch_archive.h"
+#include "convert/input/torch/zip_archive.h"
+#include "convert/input/torch/zip_writer.h"
 #include "format/error.h"
 #include "tests/fuzz/input_seeds.h"
 

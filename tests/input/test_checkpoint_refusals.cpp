@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What cannot be represented exactly is refused, with a message that names what was found and what to do.
 #include "convert/input/input_file.h"
-#include "convert/input/torch_archive.h"
-#include "convert/input/zip_archive.h"
-#include "convert/input/zip_writer.h"
+#include "convert/input/torch/torch_archive.h"
+#include "convert/input/torch/zip_archive.h"
+#include "convert/input/torch/zip_writer.h"
 #include "tests/input/model_fixture.h"
 
 #include <doctest/doctest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/input/config_value.h"
+#include "convert/input/config/config_value.h"
 #include "tests/input/model_fixture.h"
 
 #include <doctest/doctest.h>

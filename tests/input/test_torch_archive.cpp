@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/input/pickle_machine.h"
-#include "convert/input/torch_archive.h"
-#include "convert/input/zip_archive.h"
-#include "convert/input/zip_writer.h"
+#include "convert/input/torch/pickle_machine.h"
+#include "convert/input/torch/torch_archive.h"
+#include "convert/input/torch/zip_archive.h"
+#include "convert/input/torch/zip_writer.h"
 #include "tests/input/model_fixture.h"
 
 #include <doctest/doctest.h>

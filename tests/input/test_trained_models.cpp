@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/input/checkpoint.h"
-#include "convert/input/torch_archive.h"
+#include "convert/input/torch/torch_archive.h"
 #include "tests/input/model_fixture.h"
 #include "tests/support/checkpoints.h"
 

@@ -2,8 +2,8 @@
 // Device memory for the tests of single stages: poisoned before, guarded on both sides.
 #pragma once
 
-#include "kernels/common/cuda_check.h"
-#include "runtime/cuda_device.h"
+#include "kernels/cuda/cuda_check.h"
+#include "runtime/cuda/cuda_device.h"
 
 #include <cstddef>
 #include <string>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/kernels/gpu_tools.h"
 
-#include "runtime/backend_cuda.h"
+#include "runtime/cuda/backend_cuda.h"
 
 using namespace gsc;
 using namespace gsc::test;

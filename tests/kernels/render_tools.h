@@ -3,7 +3,7 @@
 #pragma once
 
 #include "runtime/backend.h"
-#include "runtime/backend_cpu.h"
+#include "runtime/cpu/backend_cpu.h"
 
 #include <algorithm>
 #include <cmath>

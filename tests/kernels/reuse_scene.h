@@ -2,7 +2,7 @@
 // What tests of reuse draw, on a CPU and on a GPU.
 #pragma once
 
-#include "kernels/schedule/schedule.h"
+#include "kernels/reuse/schedule.h"
 #include "tests/kernels/render_tools.h"
 #include "tests/kernels/synthetic_model.h"
 

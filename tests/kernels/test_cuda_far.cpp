@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Models far from the world's origin on the CUDA backend.
-#include "runtime/local_model.h"
+#include "runtime/model/local_model.h"
 #include "tests/kernels/gpu_tools.h"
 #include "tests/kernels/moved_model.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fast decode against the scalar reference and that against double, over shapes, inputs and block edges.
-#include "kernels/common/parallel.h"
+#include "kernels/threads/parallel.h"
 #include "kernels/decode/decode.h"
 #include "tests/kernels/simd_targets.h"
 #include "tests/kernels/synthetic_model.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Workers, compiled once with each of its implementations.
-#include "kernels/common/parallel.h"
+#include "kernels/threads/parallel.h"
 
 #include <algorithm>
 #include <atomic>

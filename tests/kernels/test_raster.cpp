@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sorting, binning and blending of splats made by hand, against the scalar reference.
 #include "kernels/blend/blend.h"
-#include "kernels/common/parallel.h"
+#include "kernels/threads/parallel.h"
 #include "tests/kernels/render_tools.h"
 #include "tests/kernels/simd_targets.h"
 #include "tests/kernels/synthetic_model.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is asked for ahead: whole lines, as many as the ranges touch, a few at a time.
-#include "kernels/common/read_ahead.h"
+#include "kernels/simd/read_ahead.h"
 
 #include <doctest/doctest.h>
 

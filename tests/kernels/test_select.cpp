@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The hierarchical selection gives the set of the flat pass, exactly, for any camera and rule.
-#include "kernels/common/parallel.h"
+#include "kernels/threads/parallel.h"
 #include "kernels/select/bounds.h"
 #include "kernels/select/select.h"
 #include "tests/kernels/synthetic_model.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // View sensitivity: fast version against differences in double, over shapes, inputs and block edges; what it predicts
 // against what really changes.
-#include "kernels/decode/sensitivity.h"
+#include "kernels/sensitivity/sensitivity.h"
 #include "tests/kernels/simd_targets.h"
 #include "tests/kernels/synthetic_model.h"
 

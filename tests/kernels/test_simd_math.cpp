@@ -5,7 +5,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "kernels/common/simd_math-inl.h"
+#include "kernels/simd/simd_math-inl.h"
 
 #include <cstddef>
 

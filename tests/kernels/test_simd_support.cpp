@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "kernels/common/simd_support.h"
+#include "kernels/simd/simd_support.h"
 
 #include <hwy/targets.h>
 

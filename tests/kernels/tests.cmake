@@ -14,7 +14,7 @@ gsc_add_test(test_kernel_simd_math SOURCES kernels/test_simd_math.cpp LIBS ${ker
 gsc_add_test(test_kernel_simd_support SOURCES kernels/test_simd_support.cpp LIBS ${kernel_libs} hwy::hwy)
 foreach(threads tbb threads)
   gsc_add_test(test_parallel_${threads}
-    SOURCES kernels/test_parallel.cpp ${PROJECT_SOURCE_DIR}/kernels/common/parallel_${threads}.cpp
+    SOURCES kernels/test_parallel.cpp ${PROJECT_SOURCE_DIR}/kernels/threads/parallel_${threads}.cpp
     LIBS Threads::Threads $<$<STREQUAL:${threads},tbb>:TBB::tbb>
     TIMEOUT 120)
 endforeach()

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Scores of a run against values worked out by hand.
-#include "player/accuracy.h"
+#include "player/measure/accuracy.h"
 
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>

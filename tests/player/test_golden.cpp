@@ -4,7 +4,7 @@
 #include "format/error.h"
 #include "runtime/backend.h"
 #include "runtime/camera.h"
-#include "runtime/local_model.h"
+#include "runtime/model/local_model.h"
 #include "runtime/metrics/metrics.h"
 #include "runtime/scene.h"
 #include "tests/kernels/moved_model.h"

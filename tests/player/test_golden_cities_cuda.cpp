@@ -2,7 +2,7 @@
 // Acceptance on a GPU, a city to a test case: the trainers' own pictures in both tiers, and in --tier exact the CPU's,
 // frames 0 and 20, whether the trainers have drawn them or not.
 // A city of 18.5 M anchors takes 12 GB of the temporary folder while it is made, 6 GB afterwards.
-#include "runtime/backend_cuda.h"
+#include "runtime/cuda/backend_cuda.h"
 #include "tests/player/golden_city.h"
 #include "tests/player/golden_picture.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/roofline.h"
+#include "player/measure/roofline.h"
 
 #include <doctest/doctest.h>
 

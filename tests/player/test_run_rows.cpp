@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The file of a sweep that was stopped, the id of a run, and bounds of stability.
-#include "player/run_rows.h"
+#include "player/sweep/run_rows.h"
 
 #include "format/error.h"
 #include "player/report_parts.h"
-#include "player/run_row.h"
-#include "player/stability.h"
+#include "player/sweep/run_row.h"
+#include "player/measure/stability.h"
 
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // How a run is rendered and scored, with a renderer that tells what it was asked for.
-#include "player/runner.h"
+#include "player/measure/runner.h"
 
 #include <doctest/doctest.h>
 

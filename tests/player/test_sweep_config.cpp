@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/sweep_config.h"
+#include "player/sweep/sweep_config.h"
 
 #include "format/error.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // write_bench_report [text]: the report of a run on a device with round ceilings, for tests on machines that have none.
-#include "player/bench.h"
+#include "player/measure/bench.h"
 
 #include <cstdio>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/camera_motion.h"
+#include "runtime/view/camera_motion.h"
 
 #include <doctest/doctest.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/frame_plan.h"
+#include "runtime/cuda/frame_plan.h"
 
 #include "format/error.h"
-#include "kernels/common/device_model.h"
+#include "kernels/frame/device_model.h"
 
 #include <doctest/doctest.h>
 

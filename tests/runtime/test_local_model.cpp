@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Models far from the world's origin: found, moved without a bit lost, and drawn as they are at the origin.
-#include "runtime/local_model.h"
+#include "runtime/model/local_model.h"
 #include "tests/kernels/moved_model.h"
 #include "tests/kernels/render_tools.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The controller of --target-ms against scenes whose time is a known function of the bias.
-#include "runtime/lod_control.h"
+#include "runtime/view/lod_control.h"
 
 #include <doctest/doctest.h>
 

@@ -3,7 +3,7 @@
 #include "format/error.h"
 #include "kernels/math/lod.h"
 #include "kernels/select/select.h"
-#include "runtime/lod_lag.h"
+#include "runtime/view/lod_lag.h"
 #include "tests/kernels/render_tools.h"
 #include "tests/kernels/synthetic_model.h"
 

@@ -2,7 +2,7 @@
 // The merged frustum loses nothing that either eye sees, whatever the eyes are.
 #include "kernels/math/anchor.h"
 #include "kernels/select/select.h"
-#include "runtime/stereo.h"
+#include "runtime/view/stereo.h"
 #include "tests/runtime/eye_pairs.h"
 
 #include <doctest/doctest.h>

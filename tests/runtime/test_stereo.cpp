@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Eyes with lenses of their own: their images, and one decode for both.
 #include "format/error.h"
-#include "runtime/stereo.h"
+#include "runtime/view/stereo.h"
 #include "tests/kernels/render_tools.h"
 #include "tests/runtime/eye_pairs.h"
 

@@ -2,11 +2,11 @@
 // `gsc sample paths`: every path moves as its description says, at the pace of the metre it states, and sees the model.
 #include "convert/bake/bake.h"
 #include "convert/input/checkpoint.h"
-#include "convert/sample/camera_paths.h"
-#include "convert/sample/make_paths.h"
-#include "format/mapped_file.h"
-#include "player/camera_file.h"
-#include "player/length.h"
+#include "convert/sample/paths/camera_paths.h"
+#include "convert/sample/paths/make_paths.h"
+#include "format/file/mapped_file.h"
+#include "player/cameras/camera_file.h"
+#include "player/cameras/length.h"
 #include "sample/sample_tools.h"
 #include "support/checkpoints.h"
 

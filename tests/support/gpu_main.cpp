@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Entry of the GPU tests: 77 (skipped, to CTest) where no device is usable, unless GSC_REQUIRE_GPU is set.
 #define DOCTEST_CONFIG_IMPLEMENT
-#include "runtime/backend_cuda.h"
+#include "runtime/cuda/backend_cuda.h"
 #include "tests/support/skipped.h"
 
 #include <doctest/doctest.h>

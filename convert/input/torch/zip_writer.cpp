@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/input/torch/zip_writer.h"
+
+#include "format/error.h"
+
+#include <array>
+#include <cstring>
+
+namespace gsc {
+
+namespace {
+
+constexpr uint64_t kPayloadAlignment = 64;
+constexpr uint16_t kFlags = 0x0808;           // data descriptor follows, UTF-8 names
+constexpr uint64_t kEndVersions = 0x002d031e; // "made by" 0x031e, "needed" 0x2d: what PyTorch's zip64 record holds
+
+void put(std::vector<std::byte>& out, uint64_t value, size_t bytes)
+{
+    for (size_t i = 0; i < bytes; ++i)
+        out.push_back(std::byte(value >> (8 * i)));
+}
+
+void putZeros(std::vector<std::byte>& out, size_t bytes)
+{
+    out.resize(out.size() + bytes);
+}
+
+void put(std::vector<std::byte>& out, const std::string& text)
+{
+    const auto* first = reinterpret_cast<const std::byte*>(text.data());
+    out.insert(out.end(), first, first + text.size());
+}
+
+uint32_t crc32(std::span<const std::byte> bytes)
+{
+    static const auto table = [] {
+        std::array<uint32_t, 256> t{};
+        for (uint32_t i = 0; i < 256; ++i) {
+            uint32_t c = i;
+            for (int bit = 0; bit < 8; ++bit)
+                c = (c >> 1) ^ ((c & 1) ? 0xedb88320u : 0u);
+            t[i] = c;
+        }
+        return t;
+    }();
+    uint32_t crc = ~0u;
+    for (const std::byte byte : bytes)
+        crc = (crc >> 8) ^ table[(crc ^ uint32_t(byte)) & 0xff];
+    return ~crc;
+}
+
+} // namespace
+
+void ZipWriter::add(const std::string& member, std::span<const std::byte> content)
+{
+    const std::string name = m_folder + '/' + member;
+    if (m_bytes.size() + content.size() + name.size() > 0xff000000u)
+        throw Error(ErrorCode::Unsupported,
+                    name +
+                        ": archive would pass 4 GiB, expected the weights of small MLPs; write fewer or narrower ones");
+    const uint32_t offset = uint32_t(m_bytes.size());
+    put(m_bytes, 0x04034b50, 4);
+    put(m_bytes, 0, 2); // version needed
+    put(m_bytes, kFlags, 2);
+    putZeros(m_bytes, 2 + 2 + 2 + 4 + 4 + 4); // method, time, date, crc, sizes
+    put(m_bytes, name.size(), 2);
+    const uint64_t unpadded = m_bytes.size() + 2 + name.size() + 4;
+    const uint64_t padding = (kPayloadAlignment - unpadded % kPayloadAlignment) % kPayloadAlignment;
+    put(m_bytes, 4 + padding, 2);
+    put(m_bytes, name);
+    put(m_bytes, std::string("FB"));
+    put(m_bytes, padding, 2);
+    put(m_bytes, std::string(padding, 'Z'));
+    m_bytes.insert(m_bytes.end(), content.begin(), content.end());
+
+    const Entry entry{name, crc32(content), uint32_t(content.size()), offset};
+    put(m_bytes, 0x08074b50, 4);
+    put(m_bytes, entry.crc, 4);
+    put(m_bytes, entry.size, 4);
+    put(m_bytes, entry.size, 4);
+    m_entries.push_back(entry);
+}
+
+void ZipWriter::add(const std::string& member, const std::string& content)
+{
+    add(member, std::as_bytes(std::span(content)));
+}
+
+std::vector<std::byte> ZipWriter::finish()
+{
+    const uint64_t directory = m_bytes.size();
+    for (const Entry& entry : m_entries) {
+        put(m_bytes, 0x02014b50, 4);
+        putZeros(m_bytes, 2 + 2); // versions
+        put(m_bytes, kFlags, 2);
+        putZeros(m_bytes, 2 + 2 + 2); // method, time, date
+        put(m_bytes, entry.crc, 4);
+        put(m_bytes, entry.size, 4);
+        put(m_bytes, entry.size, 4);
+        put(m_bytes, entry.name.size(), 2);
+        putZeros(m_bytes, 2 + 2 + 2 + 2 + 4); // extra, comment, disk, attributes
+        put(m_bytes, entry.offset, 4);
+        put(m_bytes, entry.name);
+    }
+    const uint64_t directory_bytes = m_bytes.size() - directory;
+    const uint64_t end64 = m_bytes.size();
+    put(m_bytes, 0x06064b50, 4);
+    put(m_bytes, 44, 8); // bytes of this record that follow
+    put(m_bytes, kEndVersions, 4);
+    putZeros(m_bytes, 4 + 4); // disks
+    put(m_bytes, m_entries.size(), 8);
+    put(m_bytes, m_entries.size(), 8);
+    put(m_bytes, directory_bytes, 8);
+    put(m_bytes, directory, 8);
+    put(m_bytes, 0x07064b50, 4);
+    put(m_bytes, 0, 4);
+    put(m_bytes, end64, 8);
+    put(m_bytes, 1, 4); // disks
+    put(m_bytes, 0x06054b50, 4);
+    putZeros(m_bytes, 2 + 2);
+    put(m_bytes, m_entries.size(), 2);
+    put(m_bytes, m_entries.size(), 2);
+    put(m_bytes, directory_bytes, 4);
+    put(m_bytes, directory, 4);
+    put(m_bytes, 0, 2); // comment
+    return std::move(m_bytes);
+}
+
+} // namespace gsc

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// The motions camera paths are made of, each once. A motion adds frames to a path; angles are in degrees, lengths in
+// world units, headings run from axis 0 of the site towards its axis 1, `down` is below the horizon.
+#pragma once
+
+#include "convert/sample/model_text.h"
+#include "convert/sample/vec3.h"
+#include "format/gsc_layout.h"
+#include "player/cameras/length.h"
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kEyeHeight = 1.6;  // metres
+constexpr double kArmLength = 0.7;  // metres
+constexpr double kWalkSpeed = 1.4;  // metres per second
+constexpr double kHeadsetRate = 72; // frames per second
+
+constexpr double degrees(double angle)
+{
+    return angle * kPi / 180;
+}
+
+// The place a set of paths is made for. World units, unless a field says otherwise.
+struct PathSite {
+    Vec3 axis[2], up;                 // unit vectors, right-handed
+    double low[2] = {}, high[2] = {}; // of the built ground, along the axes
+    double ground = 0;                // along up
+    double view_height = 0;           // above ground, from which the model was photographed
+    double metre = 1;                 // world units that stand for one metre of a viewer's body
+    // Octree-GS: level = round_rule(log(standard_dist / distance) / log(fork)) in 0..finest_level
+    LevelRule level_rule = LevelRule::None;
+    double standard_dist = 0;
+    uint32_t fork = 2;
+    int32_t finest_level = 0;
+};
+
+struct PathLens {
+    uint32_t width = 2048, height = 2048; // pixels
+    double fov_x = 0.5 * kPi;             // radians
+};
+
+struct CameraPath {
+    std::string name; // of the file too
+    double fps = 0, ipd = 0;
+    std::string description; // empty = none is written
+    double metre = 0;        // 0 = none is written
+    std::vector<NamedCamera> frames;
+};
+
+// Unit vector; the two angles in radians.
+Vec3 radialDirection(const PathSite& site, double heading, double down);
+
+// Adds frames to a path. Precondition: the site outlives it.
+class PathMaker {
+public:
+    PathMaker(const PathSite& site, const char* name, double fps, const PathLens& lens = {});
+
+    void look(Vec3 position, Vec3 forward);
+    [[nodiscard]] Vec3 direction(double heading, double down) const
+    {
+        return radialDirection(m_site, degrees(heading), degrees(down));
+    }
+    [[nodiscard]] const PathSite& site() const { return m_site; }
+    void eyes(double times) { m_path.ipd *= times; }
+    CameraPath take() { return std::move(m_path); }
+
+private:
+    const PathSite& m_site;
+    PathLens m_lens;
+    CameraPath m_path;
+};
+
+using Reach = std::function<double(int frame)>;             // world units from the origin
+using Gaze = std::function<Vec3(int frame, Vec3 position)>; // unit vector
+
+// Along a straight line: origin + along * reach(frame).
+void moveAlong(PathMaker& path, int frames, Vec3 origin, Vec3 along, const Reach& reach, const Gaze& gaze);
+// Round `target`, `step` degrees a frame, at a constant distance.
+void circle(PathMaker& path, int frames, Vec3 target, double distance, double heading, double step, double down);
+// Still, then `turning` frames of `step` degrees each, then still.
+void turnHead(PathMaker& path, Vec3 eye, double heading, double step, int still_before, int turning, int still_after);
+void stand(PathMaker& path, int frames, Vec3 position, Vec3 forward);
+// Away from `target`, from distance `first` to `last`, the same factor each frame.
+void recede(PathMaker& path, int frames, Vec3 target, Vec3 forward, double first, double last);
+// `share` of `distance` to either side of it, `period` frames to a swing, no frame on the distance itself.
+void swing(PathMaker& path, int frames, Vec3 target, Vec3 forward, double distance, double share, double period);
+// Eyes at `distance` before `target` that shake by 1 mm at first and 2 cm in the end. Radians per frame of the three
+// axes: rate, rate + spread, rate + 2 spread.
+void shake(PathMaker& path, int frames, Vec3 target, Vec3 forward, double distance, double rate, double spread);
+
+} // namespace gsc

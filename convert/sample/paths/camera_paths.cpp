@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/sample/paths/camera_paths.h"
+
+#include "format/error.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gsc {
+
+namespace {
+
+// (0, 0) and (1, 1) are opposite corners of the ground.
+Vec3 above(const PathSite& site, double u, double v, double height)
+{
+    return site.axis[0] * lerp(site.low[0], site.high[0], u) + site.axis[1] * lerp(site.low[1], site.high[1], v) +
+           site.up * (site.ground + height);
+}
+
+double side(const PathSite& site, int axis)
+{
+    return site.high[axis] - site.low[axis];
+}
+
+// Radians; headings of motions are in degrees.
+double diagonal(const PathSite& site)
+{
+    return std::atan2(side(site, 1), side(site, 0));
+}
+
+double eyeHeight(const PathSite& site)
+{
+    return kEyeHeight * site.metre;
+}
+
+Gaze always(Vec3 forward)
+{
+    return [forward](int, Vec3) { return forward; };
+}
+
+CameraPath aerial(const PathSite& site)
+{
+    PathMaker path(site, "aerial", 30);
+    flyDiagonal(path, 40, 0.25, 0.75, 0.5 * site.view_height);
+    return path.take();
+}
+
+CameraPath orbit(const PathSite& site)
+{
+    PathMaker path(site, "orbit", kHeadsetRate);
+    circle(path, 120, pathTarget(site), site.view_height, 0, 1, 35);
+    return path.take();
+}
+
+CameraPath headTurn(const PathSite& site)
+{
+    PathMaker path(site, "head_turn", kHeadsetRate);
+    turnHead(path, above(site, 0.5, 0.5, eyeHeight(site)), 0, 5, 18, 36, 18); // 180 degrees in 36 steps of 1/72 s
+    return path.take();
+}
+
+CameraPath teleport(const PathSite& site)
+{
+    // where on the ground, how high (0 = eye height, 1 = view height), heading and downward angle in degrees
+    static constexpr double kPlaces[8][5] = {
+        {0.30, 0.30, 0, 45, 0}, {0.70, 0.60, 0.5, 200, 30}, {0.20, 0.75, 0, 300, 0}, {0.80, 0.20, 1, 135, 50},
+        {0.50, 0.50, 0, 0, 0},  {0.25, 0.50, 0.25, 20, 15}, {0.75, 0.80, 0, 225, 0}, {0.40, 0.20, 0.75, 90, 40}};
+    PathMaker path(site, "teleport", kHeadsetRate);
+    for (const auto& place : kPlaces)
+        stand(path, 10, above(site, place[0], place[1], lerp(eyeHeight(site), site.view_height, place[2])),
+              path.direction(place[3], place[4]));
+    return path.take();
+}
+
+CameraPath zoomOut(const PathSite& site)
+{
+    PathMaker path(site, "zoom_out", kHeadsetRate);
+    const double last = std::max(4 * site.view_height, std::hypot(side(site, 0), side(site, 1)));
+    recede(path, 100, pathTarget(site), radialDirection(site, diagonal(site), degrees(50)), 0.25 * site.view_height,
+           last);
+    return path.take();
+}
+
+CameraPath walkThrough(const PathSite& site)
+{
+    PathMaker path(site, "walk_through", kHeadsetRate);
+    // off the axes, so that a street along one of them does not lead past everything
+    const double heading = 0.6 * diagonal(site);
+    const double way =
+        std::min(30 * site.metre, 0.8 * std::min(side(site, 0) / std::cos(heading), side(site, 1) / std::sin(heading)));
+    const Vec3 forward = radialDirection(site, heading, 0);
+    moveAlong(
+        path, 120, above(site, 0.5, 0.5, eyeHeight(site)), forward, [way](int i) { return way * (i / 119.0 - 0.5); },
+        always(forward));
+    return path.take();
+}
+
+CameraPath levelSwing(const PathSite& site)
+{
+    PathMaker path(site, "level_swing", kHeadsetRate);
+    swing(path, 96, pathTarget(site), radialDirection(site, diagonal(site), degrees(40)),
+          levelBoundary(site, site.view_height), 0.1, 24); // four swings
+    return path.take();
+}
+
+CameraPath jitter(const PathSite& site)
+{
+    PathMaker path(site, "jitter", kHeadsetRate);
+    shake(path, 120, pathTarget(site), radialDirection(site, diagonal(site), degrees(45)), kArmLength * site.metre, 1.1,
+          0.37);
+    return path.take();
+}
+
+CameraPath wideEyes(const PathSite& site)
+{
+    PathMaker path(site, "wide_eyes", kHeadsetRate);
+    path.eyes(kWideEyes);
+    const double heading = diagonal(site);
+    moveAlong(
+        path, 60, above(site, 0.5, 0.5, eyeHeight(site)), radialDirection(site, heading, 0),
+        [&site](int i) { return kWalkSpeed * site.metre * i / kHeadsetRate; },
+        always(radialDirection(site, heading, degrees(5))));
+    return path.take();
+}
+
+} // namespace
+
+void flyDiagonal(PathMaker& path, int frames, double from, double to, double height)
+{
+    const PathSite& site = path.site();
+    const Vec3 forward = radialDirection(site, diagonal(site), degrees(25));
+    for (int i = 0; i < frames; ++i) {
+        const double t = from + (to - from) * i / (frames - 1);
+        path.look(above(site, t, t, height), forward);
+    }
+}
+
+Vec3 pathTarget(const PathSite& site)
+{
+    return site.axis[0] * (0.5 * (site.low[0] + site.high[0])) + site.axis[1] * (0.5 * (site.low[1] + site.high[1])) +
+           site.up * site.ground;
+}
+
+std::vector<double> levelBoundaries(const PathSite& site)
+{
+    std::vector<double> boundaries;
+    if (site.level_rule == LevelRule::None || !(site.standard_dist > 0) || site.finest_level < 1 || site.fork < 2)
+        return boundaries;
+    // log(standard_dist / distance) at which level 0 gives way to level 1
+    const double first = site.level_rule == LevelRule::Floor ? 1 : site.level_rule == LevelRule::Round ? 0.5 : 0;
+    for (int32_t k = 0; k < site.finest_level; ++k)
+        boundaries.push_back(site.standard_dist * std::pow(double(site.fork), -(first + double(k))));
+    return boundaries;
+}
+
+double levelBoundary(const PathSite& site, double near_to)
+{
+    double nearest = near_to, least = 1e300;
+    for (const double boundary : levelBoundaries(site))
+        if (const double ratio = std::abs(std::log(boundary / near_to)); ratio < least) {
+            least = ratio;
+            nearest = boundary;
+        }
+    return nearest;
+}
+
+std::vector<CameraPath> cameraPaths(const PathSite& site)
+{
+    return {aerial(site),      orbit(site),      headTurn(site), teleport(site), zoomOut(site),
+            walkThrough(site), levelSwing(site), jitter(site),   wideEyes(site)};
+}
+
+std::string pathJson(const CameraPath& path)
+{
+    return trajectoryJson({path.name, path.fps, path.ipd, path.description, path.metre}, path.frames);
+}
+
+std::string writeCameraPaths(const ModelFolder& folder, const std::vector<CameraPath>& paths)
+{
+    for (const CameraPath& path : paths)
+        writeFile(folder.file("paths/" + path.name + ".json"), pathJson(path));
+    return "paths/aerial.json";
+}
+
+} // namespace gsc

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// Camera paths for measuring a player: an ordinary flight, and those made to break reuse, merging and LOD.
+#pragma once
+
+#include "convert/sample/paths/camera_motions.h"
+#include "convert/sample/model_folder.h"
+
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+// Distances from the camera at which an anchor without extra level changes its level, the coarsest level's first;
+// empty where there are no two levels.
+std::vector<double> levelBoundaries(const PathSite& site);
+// The one closest to `near_to` by ratio; `near_to` itself where there is none.
+double levelBoundary(const PathSite& site, double near_to);
+
+// The point on the ground that orbit, zoom_out and level_swing look at.
+Vec3 pathTarget(const PathSite& site);
+
+constexpr double kWideEyes = 20; // times as far apart as eyes are
+
+// From `from` to `to` of the ground's diagonal, 0..1, `height` above it, looking ahead and 25 degrees down.
+void flyDiagonal(PathMaker& path, int frames, double from, double to, double height);
+
+// aerial, orbit, head_turn, teleport, zoom_out, walk_through, level_swing, jitter, wide_eyes: same site, same frames.
+// Precondition: low < high, view_height and metre above 0.
+std::vector<CameraPath> cameraPaths(const PathSite& site);
+
+std::string pathJson(const CameraPath& path);
+// paths/NAME.json of each; returns where aerial.json lies, relative to the model folder.
+std::string writeCameraPaths(const ModelFolder& folder, const std::vector<CameraPath>& paths);
+
+} // namespace gsc

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads a model, makes its paths and writes them: all or none.
+#include "convert/sample/paths/make_paths.h"
+
+#include "convert/sample/paths/camera_paths.h"
+#include "format/error.h"
+#include "format/file/mapped_file.h"
+#include "format/file/output_file.h"
+#include "player/cameras/length.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+
+namespace gsc {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// What --ipd or the file says; units 0 = neither does.
+Metre metreOf(const GscView& view, const PathsOptions& options)
+{
+    if (options.ipd.value > 0 && options.ipd.unit == LengthUnit::World)
+        return {options.ipd.value / kEyesApart, "given: the eyes are 0.064 m apart"};
+    return metreOfManifest(view.manifest).value_or(Metre{});
+}
+
+std::string fileOf(const PathsOptions& options, const std::string& name)
+{
+    return (fs::path(options.output) / (name + ".json")).string();
+}
+
+} // namespace
+
+PathsReport makePaths(const PathsOptions& options)
+{
+    for (const std::string& name : options.only)
+        if (const auto& names = modelPathNames(); std::find(names.begin(), names.end(), name) == names.end()) {
+            std::string known;
+            for (const std::string& n : names)
+                known += (known.empty() ? "" : ", ") + n;
+            throw Error(
+                ErrorCode::Usage,
+                formatString("--only: there is no path \"%.40s\", expected some of %s; pass these, or leave it out",
+                             name.c_str(), known.c_str()));
+        }
+    for (const std::string& name : options.only.empty() ? modelPathNames() : options.only)
+        checkOutput(fileOf(options, name), OutputKind::Binary, options.overwrite, OutputFolder::IsMade);
+    checkOutputFolder(options.output, true); // what else is in it stays
+
+    const MappedFile file(options.input);
+    GscView view;
+    std::optional<Issue> first;
+    const auto sink = [&](const Issue& issue) {
+        if (!first && issue.info->severity != Severity::Warning)
+            first = issue;
+    };
+    if (!openGsc(file.bytes(), view, GscCheck::Index, sink))
+        throwIssue(options.input, first);
+    const ModelSurvey survey = surveyModel(view, options.input, metreOf(view, options));
+    PathsReport report;
+    report.paths = modelPaths(survey, {options.width, options.height, options.fov_x}, options.fps, options.only);
+    report.capture = survey.kind;
+    report.cameras = survey.cameras.size();
+    report.metre = survey.site.metre;
+    report.metre_rule = survey.metre_rule;
+    if (options.ipd.value > 0 && options.ipd.unit == LengthUnit::Metre)
+        for (ModelPath& made : report.paths)
+            made.path.ipd *= options.ipd.value / kEyesApart;
+
+    OutputFiles files(options.overwrite);
+    files.makeFolder(options.output);
+    for (const ModelPath& made : report.paths)
+        files.add(fileOf(options, made.path.name), OutputKind::Binary, pathJson(made.path));
+    files.commit();
+    return report;
+}
+
+} // namespace gsc

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Camera paths through any baked model, at the pace of a viewer of human size.
+#pragma once
+
+#include "convert/sample/paths/camera_motions.h"
+#include "convert/sample/paths/model_survey.h"
+
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+struct ModelPath {
+    CameraPath path;
+    double least_share = 0; // of the well-seen anchors, in the image of the frame that sees fewest
+    double top_speed = 0;   // metres per second between two frames, teleports left out
+};
+
+// Names of the paths, in the order they are made.
+const std::vector<std::string>& modelPathNames();
+
+// walk, ascent, zoom_out, orbit, head_turn, jitter, teleport, walk_through, level_swing, wide_eyes, and aerial unless
+// the cameras stand on the ground. `only` names those wanted, empty = all. Throws Error (Usage: aerial was asked for
+// where there is none; Interrupted).
+std::vector<ModelPath> modelPaths(const ModelSurvey& survey, const PathLens& lens, double fps,
+                                  const std::vector<std::string>& only);
+
+} // namespace gsc

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a baked model tells about where one can stand in it: its ground, its cameras, its scale, what they saw.
+#pragma once
+
+#include "convert/sample/paths/camera_motions.h"
+#include "convert/sample/paths/ground_frame.h"
+#include "format/gsc_reader.h"
+#include "player/cameras/length.h"
+
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+enum class CaptureKind {
+    Aerial, // the cameras look down on a ground
+    Inward, // they stand round something and look at it
+    Around, // they stand on the ground and look about, as in a room or a street
+    None,   // no cameras, or they see nothing of the model: bounds alone
+};
+
+const char* captureName(CaptureKind kind);
+
+struct SurveyCamera {
+    PinholeView view;
+    int appearance = -1; // row that the file holds, -1 = none
+    double distance = 0; // median depth of the well-seen anchors in the middle of its image; 0 = sees none
+};
+
+struct ModelSurvey {
+    CaptureKind kind = CaptureKind::None;
+    PathSite site;
+    std::string metre_rule;      // how site.metre came about, one sentence without a full stop
+    double viewing_distance = 0; // median of the cameras' distances; the height of the bounds' view without cameras
+    double near_z = 0;
+    double top = 0;                    // along up, 98 % of the seen anchors are below
+    std::vector<Vec3> points;          // anchors, every n-th of a large model
+    std::vector<Vec3> seen;            // those that the training cameras see well; all without cameras
+    std::vector<SurveyCamera> cameras; // that see something
+};
+
+// Anchors that a survey looks at; of larger models every n-th.
+constexpr uint64_t kSurveyAnchors = 120'000;
+
+// `metre` is taken as it is, units 0 = to be derived. Precondition: `view` came from openGsc() without errors. `name` is
+// used in messages. Throws Error(Unsupported) where there are fewer than 16 anchors with a finite position.
+ModelSurvey surveyModel(const GscView& view, const std::string& name, const Metre& metre = {});
+
+// The anchors that a survey of `view` looks at, chunk by chunk: addSurveyPoints() appends those of one chunk. Needs
+// header, params and levels of `view`; `payload` holds the chunk's arrays.
+void addSurveyPoints(const GscView& view, const ChunkRecord& chunk, const std::byte* payload,
+                     std::vector<Vec3>& points);
+
+// The metre that surveyModel() derives, from the points of all chunks in order. Needs params, cameras and
+// embedding_rows of `view`. Throws as it does.
+Metre surveyMetre(const GscView& view, std::vector<Vec3> points, const std::string& name);
+
+} // namespace gsc

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where in a surveyed model a path can lead: places in free space from which much is in sight. Nothing here knows what
+// hides what; free space is where photographs were taken, and elsewhere where no anchors are near.
+#pragma once
+
+#include "convert/sample/paths/model_survey.h"
+
+#include <span>
+#include <vector>
+
+namespace gsc {
+
+struct Place {
+    Vec3 position, forward; // forward is a unit vector
+};
+
+// A straight walk, gaze turning evenly from the first to the last.
+struct Walk {
+    Place first, last;
+};
+
+// An arc round a target.
+struct Arc {
+    Vec3 target;
+    double distance = 0, heading = 0, down = 0; // degrees; the heading is that of the arc's middle
+};
+
+// A unit vector between the two, at an even rate. Opposite ones turn about `up`.
+Vec3 turned(Vec3 from, Vec3 to, Vec3 up, double t);
+
+class PathPlaces {
+public:
+    // Precondition: the survey outlives it.
+    PathPlaces(const ModelSurvey& survey, const PathLens& lens);
+
+    // Share of the well-seen anchors in the image of `place`, 0..1; nearer ones than the near plane do not count.
+    [[nodiscard]] double share(const Place& place) const;
+    // The same where photographs show the anchors from that side, less the more anchors crowd round the eye and close before it.
+    [[nodiscard]] double worth(const Place& place) const;
+
+    // What most photographs have in their middle.
+    [[nodiscard]] Vec3 target() const { return m_target; }
+    // About `metres` long, among the cameras; of an aerial model above the ground at eye height.
+    [[nodiscard]] Walk walk(double metres) const;
+    // The same, through as many anchors as there are on a way of that length.
+    [[nodiscard]] Walk walkThrough(double metres) const;
+    // `width` degrees wide, as the cameras see the target.
+    [[nodiscard]] Arc arc(double width) const;
+    // Where a turn by 180 degrees from the heading on has most in sight; `heading` in degrees.
+    [[nodiscard]] Vec3 turn(double& heading) const;
+    // At arm's length before a surface that a camera looked at, or as near as the near plane allows: `distance` before
+    // it, world units.
+    [[nodiscard]] Place closeUp(double& distance) const;
+    // Where most anchors in sight are one of the `distances` away, to within `reach`: `chosen` is which, 0 if none is
+    // anywhere.
+    [[nodiscard]] Place amidLevels(const std::vector<double>& distances, double reach, double& chosen) const;
+    // The survey's site, moved aside if need be, so that there is nothing from one share of its diagonal to another at
+    // `height` above its ground.
+    [[nodiscard]] PathSite flightSite(double from, double to, double& height) const;
+    // Far apart from each other.
+    [[nodiscard]] std::vector<Place> apart(size_t count) const;
+
+private:
+    struct Sight {
+        double share = 0;
+        size_t close = 0; // anchors close before the eye
+    };
+    // A well-seen anchor and the directions it was seen in.
+    struct Seen {
+        Vec3 position;
+        std::vector<Vec3> rays;
+    };
+    [[nodiscard]] Sight sight(const Place& place) const;
+    [[nodiscard]] size_t crowd(Vec3 position, double radius) const;
+    [[nodiscard]] double worthOf(const Walk& walk) const;
+    [[nodiscard]] std::vector<Walk> walks(double metres) const;
+    [[nodiscard]] std::vector<Walk> walksOnGround(double metres) const;
+    // 0..1: behind a wall, or looking where no camera looked, it is low.
+    [[nodiscard]] double familiarity(const Place& place) const;
+    [[nodiscard]] double freedom(Vec3 eye) const;
+    [[nodiscard]] double groundNear(Vec3 position) const;
+    void findTarget();
+    [[nodiscard]] Vec3 level(Vec3 direction) const; // its horizontal part, as a unit vector
+
+    const ModelSurvey& m_survey;
+    PathLens m_lens;
+    std::vector<Vec3> m_sample;    // of the seen anchors, for scores
+    std::vector<Place> m_standing; // the cameras, every n-th of many
+    std::vector<Seen> m_familiar;
+    Vec3 m_target;
+};
+
+} // namespace gsc

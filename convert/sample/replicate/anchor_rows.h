@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cells of a scene's surfaces -> rows of upstream's PLY.
+#pragma once
+
+#include "convert/sample/anchor_grid.h"
+#include "convert/sample/scenes/lighting.h"
+#include "convert/sample/sample_weights.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace gsc {
+
+constexpr size_t kSampleRowFloats = 79; // F = 32, K = 10; Scaffold-GS and Octree-GS alike
+
+// What distinguishes the two models in a row.
+struct RowFormat {
+    bool octree = false;
+    std::vector<float> extra_steps; // fp32 running sums of extra_up, as training leaves them
+};
+
+RowFormat rowFormat(SampleModel model);
+
+// Writes the anchors of one tile. Not thread-safe; make one per task.
+class AnchorRows {
+public:
+    AnchorRows(const SceneSpec& spec, const AnchorGrid& grid, const RowFormat& format, const SceneTile& tile);
+
+    // Cells [first, last) of `layout` on `surface`, which lies at `level`.
+    void add(const Surface& surface, uint32_t level, const CellLayout& layout, uint64_t first, uint64_t last);
+
+    std::vector<float>& rows() { return m_rows; } // kSampleRowFloats each
+
+private:
+    struct Patch; // one cell, evaluated
+
+    void evaluate(const Surface& surface, const Cell& cell, const NearOccluders& near, uint64_t key, Patch& patch);
+    void writeRow(const Surface& surface, const Cell& cell, uint32_t level, const Patch& patch, const GridCell& at,
+                  uint64_t key);
+
+    const SceneSpec& m_spec;
+    const AnchorGrid& m_grid;
+    const RowFormat& m_format;
+    SceneLight m_light;
+    TakenCells m_taken;
+    double m_inset = 0; // of the current surface, metres; 0 at its finest level
+    double m_body = 0;  // half its smallest size
+    NearOccluders m_near_surface, m_near_cell;
+    std::vector<float> m_rows;
+};
+
+} // namespace gsc

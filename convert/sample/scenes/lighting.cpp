@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/sample/scenes/lighting.h"
+
+namespace gsc {
+
+namespace {
+
+constexpr double kCloseReach = 3.5; // metres within which a wall darkens what is next to it
+constexpr double kOwnWall = 0.004;  // metres; a point this close to a box lies on it and is not darkened by it
+constexpr Vec3 kSunColor{1.70, 1.46, 1.08};
+constexpr Vec3 kSkyColor{0.29, 0.37, 0.54};
+constexpr Vec3 kBounceColor{0.20, 0.18, 0.15};
+
+// How far (metres) the ray from `p` towards `d` passes inside the box at most; negative: by how much it misses.
+double rayDepth(const BoxOccluder& b, Vec3 p, Vec3 d)
+{
+    double enter = 0, leave = 1e9;
+    const double low[3] = {b.x0, b.y0, b.z0}, high[3] = {b.x1, b.y1, b.z1};
+    const double from[3] = {p.x, p.y, p.z}, to[3] = {d.x, d.y, d.z};
+    for (int axis = 0; axis < 3; ++axis) {
+        if (std::abs(to[axis]) < 1e-9) {
+            if (from[axis] < low[axis] || from[axis] > high[axis])
+                return -1e9;
+            continue;
+        }
+        const double a = (low[axis] - from[axis]) / to[axis], c = (high[axis] - from[axis]) / to[axis];
+        enter = std::max(enter, std::min(a, c));
+        leave = std::min(leave, std::max(a, c));
+    }
+    return leave - enter;
+}
+
+double boxDistance(const BoxOccluder& b, Vec3 p)
+{
+    const double dx = std::max({b.x0 - p.x, 0.0, p.x - b.x1}), dy = std::max({b.y0 - p.y, 0.0, p.y - b.y1});
+    const double dz = std::max({b.z0 - p.z, 0.0, p.z - b.z1});
+    return std::sqrt(dx * dx + dy * dy + dz * dz);
+}
+
+bool overlaps(const Bounds& a, const Vec3& low, const Vec3& high)
+{
+    return a.min.x < high.x && a.max.x > low.x && a.min.y < high.y && a.max.y > low.y && a.min.z < high.z &&
+           a.max.z > low.z;
+}
+
+template <typename T>
+void pick(const std::vector<T>& all, const std::vector<const T*>* some, std::vector<const T*>& out, const auto& test)
+{
+    out.clear();
+    if (some) {
+        for (const T* item : *some)
+            if (test(*item))
+                out.push_back(item);
+    } else {
+        for (const T& item : all)
+            if (test(item))
+                out.push_back(&item);
+    }
+}
+
+} // namespace
+
+SceneLight::SceneLight(const SceneSpec& spec, const SceneTile& tile)
+    : m_spec(spec), m_tile(tile), m_sun(sunDirection(spec.scene)), m_top(0)
+{
+    for (const BoxOccluder& b : tile.boxes)
+        m_top = std::max(m_top, b.z1);
+    for (const BlobOccluder& b : tile.blobs)
+        m_top = std::max(m_top, b.center.z + b.radii.z);
+}
+
+void SceneLight::gather(const Bounds& region, const NearOccluders* from, NearOccluders& out) const
+{
+    const double reach = std::max(0.0, m_top - region.min.z) / m_sun.z;
+    const Vec3 end = m_sun * reach;
+    Bounds swept = region;
+    swept.min = {std::min(region.min.x, region.min.x + end.x), std::min(region.min.y, region.min.y + end.y),
+                 region.min.z};
+    swept.max = {std::max(region.max.x, region.max.x + end.x), std::max(region.max.y, region.max.y + end.y), 1e9};
+    const bool room = m_spec.scene == SampleScene::Room;
+    // a single cell also asks whether the ray from its centre comes near, which a box round the ray only guesses
+    const Vec3 middle = (region.min + region.max) * 0.5, half = (region.max - region.min) * 0.5;
+    pick(m_tile.boxes, from ? &from->sun_boxes : nullptr, out.sun_boxes, [&](const BoxOccluder& b) {
+        if (room)
+            return true;
+        if (!overlaps(swept, {b.x0, b.y0, b.z0}, {b.x1, b.y1, b.z1}))
+            return false;
+        const BoxOccluder wide{b.x0 - half.x, b.y0 - half.y, b.x1 + half.x,
+                               b.y1 + half.y, b.z0 - half.z, b.z1 + half.z};
+        return !from || rayDepth(wide, middle, m_sun) > 0;
+    });
+    pick(m_tile.blobs, from ? &from->sun_blobs : nullptr, out.sun_blobs, [&](const BlobOccluder& b) {
+        if (!overlaps(swept, b.center - b.radii * 1.1, b.center + b.radii * 1.1))
+            return false;
+        const Vec3 to = b.center - middle;
+        const double reach_of = 1.5 * std::max(b.radii.x, b.radii.z) + length(half);
+        return !from || length(cross(to, m_sun)) < reach_of;
+    });
+    const Vec3 c{kCloseReach, kCloseReach, kCloseReach};
+    const Bounds wide{region.min - c, region.max + c};
+    pick(m_tile.boxes, from ? &from->close_boxes : nullptr, out.close_boxes, [&](const BoxOccluder& b) {
+        return overlaps(wide, {b.x0, b.y0, b.z0}, {b.x1, b.y1, b.z1});
+    });
+}
+
+double SceneLight::sunVisibility(const NearOccluders& near, Vec3 position, double blur) const
+{
+    double visible = 1;
+    for (const BoxOccluder* b : near.sun_boxes) {
+        const double depth = rayDepth(*b, position, m_sun);
+        if (depth > 0)
+            visible = std::min(visible, 1 - smoothstep(0, 2.5 * blur + 0.3, depth));
+        if (visible <= 0)
+            return 0;
+    }
+    for (const BlobOccluder* b : near.sun_blobs) {
+        const Vec3 r = b->radii;
+        const auto scaled = [&](Vec3 v) { return Vec3{v.x / r.x, v.y / r.y, v.z / r.z}; };
+        const Vec3 to = scaled(b->center - position), d = scaled(m_sun);
+        const double along = std::max(0.0, dot(to, d) / dot(d, d));
+        const double miss = length(to - d * along);
+        const double inside = length(to);
+        if (inside > 1.05) // leaves of the crown itself are shaded by their height
+            visible = std::min(visible, 0.25 + 0.75 * smoothstep(0.7, 1.1 + 0.3 * blur / r.x, miss));
+    }
+    return visible;
+}
+
+double SceneLight::openness(const NearOccluders& near, Vec3 position, Vec3 normal) const
+{
+    double open = 1;
+    const Vec3 probe = position + normal * 0.3;
+    for (const BoxOccluder* b : near.close_boxes)
+        if (boxDistance(*b, position) > kOwnWall)
+            open = std::min(open, 0.58 + 0.42 * smoothstep(0, kCloseReach, boxDistance(*b, probe)));
+    return open;
+}
+
+Vec3 SceneLight::roomLight(const NearOccluders& near, Vec3 position, Vec3 normal, double blur) const
+{
+    const RoomWindow& w = kRoomWindow;
+    constexpr int kSide = 3;
+    double sky = 0;
+    for (int i = 0; i < kSide; ++i)
+        for (int j = 0; j < kSide; ++j) {
+            const Vec3 light{w.x, lerp(w.y0, w.y1, (i + 0.5) / kSide), lerp(w.z0, w.z1, (j + 0.5) / kSide)};
+            const Vec3 to = light - position;
+            const double distance2 = dot(to, to) + 0.05, distance = std::sqrt(distance2);
+            const Vec3 d = to * (1 / distance);
+            const double cosines = std::max(0.0, dot(d, normal)) * std::max(0.0, d.x);
+            if (cosines <= 0)
+                continue;
+            double open = 1;
+            for (const BoxOccluder* b : near.sun_boxes) {
+                const double depth = rayDepth(*b, position + normal * 0.02, to);
+                if (depth > 0) // in units of `to`; beyond 1 the box lies behind the window
+                    open = std::min(open, 1 - smoothstep(0, 0.25, depth));
+            }
+            sky += open * cosines / distance2;
+        }
+    const double area = (w.y1 - w.y0) * (w.z1 - w.z0) / (kSide * kSide);
+    Vec3 light = Vec3{0.95, 1.0, 1.1} * (2.6 * sky * area);
+    // sunlight through the panes
+    const Vec3 sun = normalized({0.74, 0.30, 0.62});
+    if (dot(sun, normal) > 0) {
+        const double along = (w.x - position.x) / sun.x;
+        const Vec3 hit = position + sun * along;
+        const double soft = 0.04 + blur;
+        const auto inside = [&](double x, double a, double b) {
+            return smoothstep(a - soft, a + soft, x) * (1 - smoothstep(b - soft, b + soft, x));
+        };
+        double beam = inside(hit.y, w.y0, w.y1) * inside(hit.z, w.z0, w.z1);
+        const double middle = 0.5 * (w.y0 + w.y1);
+        beam *= 1 - inside(hit.y, middle - 0.05, middle + 0.05);
+        for (const BoxOccluder* b : near.sun_boxes)
+            if (beam > 0 && rayDepth(*b, position + normal * 0.02, sun) > 0.02)
+                beam = 0;
+        light = light + Vec3{3.4, 2.9, 2.1} * (beam * dot(sun, normal));
+    }
+    // what the walls and ceiling return: warm, brighter upwards, less in corners
+    const double corner = std::min({kRoomHalf.x - std::abs(position.x), kRoomHalf.y - std::abs(position.y)});
+    const double height = std::min(position.z, kRoomHeight - position.z);
+    const double open = (0.6 + 0.4 * smoothstep(0, 0.8, std::abs(corner))) * (0.75 + 0.25 * smoothstep(0, 0.5, height));
+    double close = 1;
+    for (const BoxOccluder* b : near.close_boxes)
+        if (boxDistance(*b, position) > kOwnWall)
+            close = std::min(close, 0.45 + 0.55 * smoothstep(0, 0.4, boxDistance(*b, position + normal * 0.06)));
+    return light + Vec3{0.80, 0.72, 0.61} * (open * close * (0.9 + 0.1 * normal.z));
+}
+
+Vec3 SceneLight::irradiance(const NearOccluders& near, Vec3 position, Vec3 normal, double blur, double wrap) const
+{
+    if (m_spec.scene == SampleScene::Room)
+        return roomLight(near, position, normal, blur);
+    const double facing = (dot(normal, m_sun) + wrap) / (1 + wrap);
+    const double sun = facing > 0 ? facing * sunVisibility(near, position + normal * 0.05, blur) : 0;
+    const double open = openness(near, position, normal);
+    const Vec3 sky = kSkyColor * (0.55 + 0.45 * normal.z) + kBounceColor * (0.5 - 0.5 * normal.z);
+    return kSunColor * sun + sky * open;
+}
+
+Vec3 displayColor(Vec3 linear)
+{
+    const auto curve = [](double x) { return std::sqrt(std::max(0.0, 1 - std::exp(-1.1 * x))); };
+    return {curve(linear.x), curve(linear.y), curve(linear.z)};
+}
+
+} // namespace gsc

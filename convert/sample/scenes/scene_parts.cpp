@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/sample/scenes/scene_parts.h"
+
+namespace gsc {
+
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kParapet = 0.9; // metres
+
+void addSides(SceneTile& tile, const Box& b, Material material, Vec3 color, uint64_t seed, double density)
+{
+    const Vec3 p[4] = {{b.min.x, b.min.y, 0}, {b.max.x, b.min.y, 0}, {b.max.x, b.max.y, 0}, {b.min.x, b.max.y, 0}};
+    for (int i = 0; i < 4; ++i) {
+        Vec3 a = p[i], c = p[(i + 1) % 4];
+        a.z = c.z = b.min.z;
+        const Vec3 up{0, 0, b.max.z - b.min.z};
+        Surface s = makeQuad(a, c, c + up, a + up, material, color, hashKey(seed, uint64_t(i)));
+        s.density = density;
+        tile.surfaces.push_back(s);
+    }
+}
+
+} // namespace
+
+void addBox(SceneTile& tile, const Box& box, Material side, Vec3 color, Material top, Vec3 top_color, uint64_t seed,
+            double density)
+{
+    addSides(tile, box, side, color, seed, density);
+    Surface s = makeFloor(box.min.x, box.min.y, box.max.x, box.max.y, box.max.z, top, top_color, hashKey(seed, 9));
+    s.density = density;
+    s.flush = false;
+    tile.surfaces.push_back(s);
+}
+
+void addTurnedBox(SceneTile& tile, Vec3 center, Vec3 half, double angle, double taper, Material side, Vec3 color,
+                  Material top, Vec3 top_color, uint64_t seed, double density)
+{
+    const Vec3 ahead{std::cos(angle), std::sin(angle), 0}, left{-std::sin(angle), std::cos(angle), 0};
+    const auto corner = [&](double sx, double sy, double length, double z) {
+        return center + ahead * (sx * length) + left * (sy * half.y) + Vec3{0, 0, z};
+    };
+    Vec3 low[4], high[4];
+    const double sx[4] = {-1, 1, 1, -1}, sy[4] = {-1, -1, 1, 1};
+    for (int i = 0; i < 4; ++i) {
+        low[i] = corner(sx[i], sy[i], half.x, -half.z);
+        high[i] = corner(sx[i], sy[i], half.x - taper, half.z);
+    }
+    const auto face = [&](Vec3 a, Vec3 b, Vec3 c, Vec3 d, Material material, Vec3 tone, uint64_t part) {
+        Surface s = makeQuad(a, b, c, d, material, tone, hashKey(seed, part));
+        s.density = density;
+        tile.surfaces.push_back(s);
+    };
+    for (int i = 0; i < 4; ++i)
+        face(low[i], low[(i + 1) % 4], high[(i + 1) % 4], high[i], side, color, uint64_t(i));
+    face(high[0], high[1], high[2], high[3], top, top_color, 9);
+}
+
+BuildingStyle randomStyle(HashRandom& random, double height)
+{
+    // plaster, brick and stone as they reflect
+    static constexpr Vec3 kWalls[] = {{0.56, 0.45, 0.30}, {0.50, 0.34, 0.21}, {0.36, 0.12, 0.07}, {0.58, 0.52, 0.43},
+                                      {0.44, 0.20, 0.11}, {0.54, 0.38, 0.23}, {0.36, 0.36, 0.34}, {0.55, 0.45, 0.36},
+                                      {0.27, 0.14, 0.09}, {0.58, 0.48, 0.26}};
+    BuildingStyle style;
+    style.wall = kWalls[random.below(10)] * random.between(0.9, 1.1);
+    style.trim = lerp(style.wall, {0.75, 0.72, 0.66}, 0.6);
+    const double pick = random.unit();
+    if (height > 35) {
+        style.facade = pick < 0.6 ? FacadeStyle::Curtain : FacadeStyle::Ribbon;
+        if (pick > 0.85)
+            style.facade = FacadeStyle::Punched;
+    } else {
+        style.facade = pick < 0.75 ? FacadeStyle::Punched : FacadeStyle::Ribbon;
+    }
+    style.floor = random.between(3.1, 3.6);
+    switch (style.facade) {
+    case FacadeStyle::Punched:
+        style.bay = random.between(2.6, 3.6);
+        style.window_x = random.between(0.42, 0.56);
+        style.window_y = random.between(0.5, 0.62);
+        break;
+    case FacadeStyle::Ribbon:
+        style.bay = random.between(3.5, 5);
+        style.window_x = 0.93;
+        style.window_y = random.between(0.45, 0.55);
+        style.wall = lerp(style.wall, {0.5, 0.5, 0.5}, 0.4);
+        break;
+    case FacadeStyle::Curtain:
+        style.bay = random.between(1.6, 2.6);
+        style.window_x = 0.9;
+        style.window_y = 0.84;
+        style.wall = lerp({0.16, 0.18, 0.20}, {0.5, 0.52, 0.54}, random.unit());
+        style.trim = style.wall;
+        break;
+    }
+    style.shops = height < 35 ? random.chance(0.7) : true;
+    return style;
+}
+
+void addFacade(SceneTile& tile, Vec3 a, Vec3 b, double height, const BuildingStyle& style, uint64_t seed)
+{
+    const Vec3 up{0, 0, height};
+    Surface s = makeQuad(a, b, b + up, a + up, Material::Facade, style.wall, seed);
+    const double width = length(b - a);
+    s.accent = style.trim;
+    s.param[0] = width / std::max(1.0, std::round(width / style.bay));
+    s.param[1] = style.floor;
+    s.param[2] = style.window_x;
+    s.param[3] = style.window_y;
+    s.param[4] = double(style.facade);
+    s.param[5] = style.shops ? 1 : 0;
+    s.density = 1.3; // windows are the finest detail of the scene
+    tile.surfaces.push_back(s);
+}
+
+void addBuilding(SceneTile& tile, double x0, double y0, double x1, double y1, double height, const BuildingStyle& style,
+                 HashRandom& random)
+{
+    const uint64_t seed = random.bits();
+    const Vec3 p[4] = {{x0, y0, 0}, {x1, y0, 0}, {x1, y1, 0}, {x0, y1, 0}};
+    for (int i = 0; i < 4; ++i)
+        addFacade(tile, p[i], p[(i + 1) % 4], height, style, hashKey(seed, uint64_t(i)));
+    const double roof_z = height - kParapet;
+    const double tone = random.between(0.25, 0.5);
+    const bool green = random.chance(0.15);
+    Surface roof = makeFloor(x0, y0, x1, y1, roof_z, Material::FlatRoof,
+                             green ? Vec3{0.16, 0.26, 0.08} : Vec3{tone, tone * 0.97, tone * 0.92}, hashKey(seed, 7));
+    roof.flush = false;
+    tile.surfaces.push_back(roof);
+    tile.boxes.push_back({x0, y0, x1, y1, 0, height});
+
+    const double wx = x1 - x0, wy = y1 - y0;
+    const uint32_t units = wx * wy > 60 ? 1 + random.below(3) : 0;
+    for (uint32_t i = 0; i < units; ++i) {
+        const double hx = random.between(1, std::min(2.6, wx * 0.15)), hy = random.between(1, std::min(2.6, wy * 0.15));
+        const double cx = random.between(x0 + hx + 1, x1 - hx - 1), cy = random.between(y0 + hy + 1, y1 - hy - 1);
+        const double top = roof_z + random.between(1.2, 2.8);
+        const Vec3 grey = Vec3{0.5, 0.5, 0.5} * random.between(0.7, 1.1);
+        addBox(tile, {{cx - hx, cy - hy, roof_z}, {cx + hx, cy + hy, top}}, Material::Plain, grey, Material::Plain,
+               grey, hashKey(seed, 20 + i), 1);
+        tile.boxes.push_back({cx - hx, cy - hy, cx + hx, cy + hy, roof_z, top});
+    }
+}
+
+void addHouse(SceneTile& tile, double x0, double y0, double x1, double y1, double eaves, bool ridge_x,
+              HashRandom& random)
+{
+    const uint64_t seed = random.bits();
+    static constexpr Vec3 kRoofs[] = {{0.46, 0.15, 0.08}, {0.38, 0.12, 0.07}, {0.30, 0.13, 0.09}, {0.20, 0.17, 0.16}};
+    BuildingStyle style;
+    style.wall = lerp({0.72, 0.66, 0.55}, {0.55, 0.40, 0.28}, random.unit());
+    style.trim = style.wall;
+    style.bay = random.between(2.8, 3.6);
+    style.floor = eaves / std::max(1.0, std::round(eaves / 2.9));
+    style.window_x = 0.4;
+    style.window_y = 0.45;
+    const Vec3 p[4] = {{x0, y0, 0}, {x1, y0, 0}, {x1, y1, 0}, {x0, y1, 0}};
+    for (int i = 0; i < 4; ++i)
+        addFacade(tile, p[i], p[(i + 1) % 4], eaves, style, hashKey(seed, uint64_t(i)));
+
+    const Vec3 roof_color = kRoofs[random.below(4)] * random.between(0.85, 1.2);
+    const double span = ridge_x ? y1 - y0 : x1 - x0;
+    const double rise = span * 0.5 * random.between(0.7, 0.95);
+    constexpr double kOverhang = 0.5;
+    const double drop = kOverhang * rise / (span * 0.5); // the eaves reach below the top of the wall
+    const double mid_x = 0.5 * (x0 + x1), mid_y = 0.5 * (y0 + y1), top = eaves + rise;
+    const auto slope = [&](Vec3 a, Vec3 b, Vec3 c, Vec3 d, uint64_t part) {
+        Surface s = makeQuad(a, b, c, d, Material::TileRoof, roof_color, hashKey(seed, part));
+        s.density = 1.1;
+        tile.surfaces.push_back(s);
+    };
+    const auto gable = [&](Vec3 a, Vec3 b, Vec3 tip, uint64_t part) {
+        tile.surfaces.push_back(makeQuad(a, b, tip, tip, Material::Plain, style.wall, hashKey(seed, part)));
+    };
+    const double low = eaves - drop;
+    if (ridge_x) {
+        const double a = x0 - kOverhang, b = x1 + kOverhang;
+        slope({a, y0 - kOverhang, low}, {b, y0 - kOverhang, low}, {b, mid_y, top}, {a, mid_y, top}, 10);
+        slope({b, y1 + kOverhang, low}, {a, y1 + kOverhang, low}, {a, mid_y, top}, {b, mid_y, top}, 11);
+        gable({x1, y0, eaves}, {x1, y1, eaves}, {x1, mid_y, top}, 12);
+        gable({x0, y1, eaves}, {x0, y0, eaves}, {x0, mid_y, top}, 13);
+    } else {
+        const double a = y0 - kOverhang, b = y1 + kOverhang;
+        slope({x1 + kOverhang, a, low}, {x1 + kOverhang, b, low}, {mid_x, b, top}, {mid_x, a, top}, 10);
+        slope({x0 - kOverhang, b, low}, {x0 - kOverhang, a, low}, {mid_x, a, top}, {mid_x, b, top}, 11);
+        gable({x0, y0, eaves}, {x1, y0, eaves}, {mid_x, y0, top}, 12);
+        gable({x1, y1, eaves}, {x0, y1, eaves}, {mid_x, y1, top}, 13);
+    }
+    tile.boxes.push_back({x0, y0, x1, y1, 0, eaves + 0.5 * rise});
+}
+
+void addTree(SceneTile& tile, double x, double y, double height, int lobes, HashRandom& random)
+{
+    const uint64_t seed = random.bits();
+    const double rz = height * random.between(0.33, 0.4), r = height * random.between(0.26, 0.36);
+    static constexpr Vec3 kLeaves[] = {{0.10, 0.22, 0.035}, {0.14, 0.27, 0.05}, {0.075, 0.17, 0.04},
+                                       {0.18, 0.26, 0.05},  {0.12, 0.24, 0.07}, {0.30, 0.24, 0.05}};
+    const uint32_t pick = random.below(24);
+    const Vec3 leaves = kLeaves[pick == 0 ? 5 : pick % 5] * random.between(0.85, 1.2);
+    const Vec3 center{x, y, height - rz};
+    const double turn = random.between(0, 2 * kPi);
+    for (int i = 0; i < lobes; ++i) {
+        // one lobe on top, the others round it
+        const double a = turn + 2 * kPi * i / std::max(1, lobes - 1), out = i == 0 ? 0 : 0.5 * r;
+        const double size = lobes == 1 ? 1 : i == 0 ? 0.74 : random.between(0.52, 0.66);
+        const Vec3 shift{out * std::cos(a), out * std::sin(a),
+                         lobes == 1 ? 0
+                         : i == 0   ? 0.24 * rz
+                                    : random.between(-0.4, 0.0) * rz};
+        Surface crown =
+            makeEllipsoid(center + shift, Vec3{r, r, rz} * size, Material::Foliage, leaves, seed + 3 * uint64_t(i));
+        crown.bumps = 0.18;
+        crown.ragged = 0.8;
+        crown.thickness = 0.6;
+        crown.density = 1.2;
+        crown.param[0] = center.z - rz;
+        crown.param[1] = height;
+        tile.surfaces.push_back(crown);
+    }
+    const double trunk = std::max(0.12, height * 0.025);
+    const double trunk_top = center.z - rz * 0.5;
+    Surface bark = makeEllipsoid({x, y, trunk_top * 0.45}, {trunk, trunk, trunk_top * 0.6}, Material::Bark,
+                                 {0.16, 0.11, 0.075}, seed + 1);
+    tile.surfaces.push_back(bark);
+    tile.blobs.push_back({center, {r, r, rz}});
+}
+
+void addCar(SceneTile& tile, double x, double y, double angle, HashRandom& random)
+{
+    static constexpr Vec3 kPaints[] = {{0.75, 0.75, 0.74}, {0.03, 0.03, 0.035}, {0.35, 0.36, 0.38}, {0.45, 0.03, 0.03},
+                                       {0.04, 0.09, 0.30}, {0.14, 0.15, 0.17},  {0.6, 0.6, 0.58},   {0.55, 0.35, 0.05}};
+    const uint64_t seed = random.bits();
+    const Vec3 paint = kPaints[random.below(8)];
+    const double length = random.between(4.0, 4.7);
+    addTurnedBox(tile, {x, y, 0.58}, {0.5 * length, 0.9, 0.33}, angle, 0.08, Material::CarPaint, paint,
+                 Material::CarPaint, paint, seed, 2.5);
+    const double back = random.between(-0.35, -0.15);
+    addTurnedBox(tile, {x + std::cos(angle) * back, y + std::sin(angle) * back, 1.18}, {0.31 * length, 0.78, 0.27},
+                 angle, 0.42, Material::CarGlass, {0.03, 0.035, 0.04}, Material::CarPaint, paint, seed + 1, 2.5);
+    const double reach_x = std::abs(std::cos(angle)) * 0.5 * length + std::abs(std::sin(angle)) * 0.9;
+    const double reach_y = std::abs(std::sin(angle)) * 0.5 * length + std::abs(std::cos(angle)) * 0.9;
+    tile.boxes.push_back({x - reach_x, y - reach_y, x + reach_x, y + reach_y, 0.1, 1.3});
+}
+
+void addSurroundings(const SceneSpec& spec, uint32_t part, SceneTile& tile)
+{
+    const double e = spec.half_extent;
+    if (part == 4) {
+        Surface sky = makeEllipsoid({0, 0, 0}, Vec3{1, 1, 1} * spec.horizon, Material::Sky, {}, hashKey(spec.seed, 77));
+        sky.share = AnchorShare::Sky;
+        sky.polar[1] = 0.5 * kPi + 0.12; // a little below the horizon, behind the edge of the land
+        sky.inward = true;
+        sky.param[0] = spec.horizon;
+        sky.all_levels = false;
+        sky.thickness = 0.05;
+        tile.surfaces.push_back(sky);
+        return;
+    }
+    // rings whose cells grow with their distance, so that they look alike from the city
+    constexpr double kGrowth = 1.3;
+    const double end = spec.horizon * 0.94;
+    uint64_t ring = 0;
+    for (double r0 = e; r0 < end; r0 *= kGrowth, ++ring) {
+        const double r1 = std::min(end, r0 * kGrowth);
+        const double ca[4] = {1, 0, -1, 0}, sa[4] = {0, 1, 0, -1};
+        const auto turn = [&](double x, double y) {
+            return Vec3{ca[part] * x - sa[part] * y, sa[part] * x + ca[part] * y, 0};
+        };
+        // note: seen from above, the longer edge lies outside; the order keeps the normal up
+        Surface land = makeQuad(turn(r1, -r1), turn(r1, r1), turn(r0, r0), turn(r0, -r0), Material::Terrain, {},
+                                hashKey(spec.seed, 78));
+        land.share = AnchorShare::Terrain;
+        land.flush = true;
+        land.all_levels = false;
+        land.thickness = 0.2;
+        land.density = (e * e) / (r0 * r0);
+        land.reference = {0, 0, 0};
+        land.param[0] = e;
+        land.param[1] = spec.horizon;
+        land.param[2] = spec.scene == SampleScene::City ? cityRiverY(spec) : 1e9;
+        tile.surfaces.push_back(land);
+    }
+}
+
+} // namespace gsc

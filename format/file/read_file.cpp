@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "format/file/read_file.h"
+
+#include "format/error.h"
+#include "format/interrupt.h"
+
+#include <cerrno>
+#include <cstring>
+
+#include <fcntl.h>
+#include <poll.h>
+#include <unistd.h>
+
+namespace gsc {
+
+namespace {
+
+struct Descriptor {
+    int fd;
+    ~Descriptor()
+    {
+        if (fd > STDERR_FILENO)
+            ::close(fd);
+    }
+};
+
+[[noreturn]] void throwIo(const std::string& path, const char* what, const char* expected)
+{
+    throw Error(ErrorCode::Io, formatString("%s: %s (%s), expected %s; check its path and rights", path.c_str(), what,
+                                            std::strerror(errno), expected));
+}
+
+} // namespace
+
+std::string readInputText(const std::string& path, uint64_t most, const char* expected)
+{
+    // without O_NONBLOCK opening a pipe waits for its writer, and no signal ends that
+    const Descriptor file{path == "-" ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
+    if (file.fd < 0)
+        throwIo(path, "cannot be opened", expected);
+    std::string text;
+    char buffer[65536];
+    while (true) {
+        throwIfInterrupted();
+        pollfd waited{file.fd, POLLIN, 0};
+        constexpr int kMilliseconds = 100;
+        // a pipe that nobody has opened to write never gets ready, and reading it says so; standard input would wait
+        if (::poll(&waited, 1, kMilliseconds) == 0 && file.fd == STDIN_FILENO)
+            continue;
+        const ssize_t count = ::read(file.fd, buffer, sizeof(buffer));
+        if (count == 0)
+            return text;
+        if (count < 0) {
+            if (errno == EINTR || errno == EAGAIN)
+                continue;
+            throwIo(path, "cannot be read", expected);
+        }
+        text.append(buffer, size_t(count));
+        if (text.size() > most)
+            throw Error(ErrorCode::InvalidFile,
+                        formatString("%s: has more than %llu MiB, expected %s; check its path", path.c_str(),
+                                     static_cast<unsigned long long>(most >> 20), expected));
+    }
+}
+
+} // namespace gsc

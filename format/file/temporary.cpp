@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "format/file/temporary.h"
+
+#include "format/checksum.h"
+#include "format/error.h"
+#include "format/file/output_paths.h"
+
+#include <atomic>
+#include <cerrno>
+#include <climits>
+#include <cstring>
+#include <filesystem>
+#include <mutex>
+#include <random>
+#include <set>
+#include <span>
+#include <string_view>
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace gsc {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kSuffix = ".gsc-tmp";
+constexpr size_t kDigits = 16;
+constexpr size_t kMaxName = 200; // bytes; with dots, digits and suffix it stays below NAME_MAX
+
+// Names of files that a handler removes. A slot's version is odd while its owner writes it.
+struct Slot {
+    std::atomic<bool> taken{false};
+    std::atomic<uint32_t> version{0};
+    char path[PATH_MAX] = {};
+};
+Slot g_slots[32]; // a command writes a handful at once; what finds no slot is left to the next run
+
+int takeSlot(const std::string& path)
+{
+    if (path.size() >= sizeof(Slot::path))
+        return -1;
+    for (Slot& slot : g_slots)
+        if (!slot.taken.exchange(true)) {
+            ++slot.version;
+            std::memcpy(slot.path, path.c_str(), path.size() + 1);
+            ++slot.version;
+            return int(&slot - g_slots);
+        }
+    return -1;
+}
+
+void freeSlot(int index)
+{
+    if (index < 0)
+        return;
+    Slot& slot = g_slots[index];
+    ++slot.version;
+    slot.path[0] = '\0';
+    ++slot.version;
+    slot.taken = false;
+}
+
+std::string temporaryName(const std::string& target)
+{
+    static std::mutex mutex;
+    static std::random_device device;
+    std::string name = fs::path(target).filename().string();
+    if (name.size() > kMaxName)
+        name = formatString("%016llx", static_cast<unsigned long long>(checksum64(std::as_bytes(std::span(name)))));
+    const std::lock_guard lock(mutex);
+    return formatString(".%s.%08x%08x%s", name.c_str(), device(), device(), kSuffix.data());
+}
+
+bool isTemporaryName(std::string_view name)
+{
+    if (name.size() < kDigits + kSuffix.size() + 3 || name.front() != '.' || !name.ends_with(kSuffix))
+        return false;
+    name.remove_suffix(kSuffix.size());
+    const std::string_view digits = name.substr(name.size() - kDigits);
+    return digits.find_first_not_of("0123456789abcdef") == std::string_view::npos &&
+           name[name.size() - kDigits - 1] == '.';
+}
+
+// Is what `fd` has open still what `path` names?
+bool isNamed(int fd, const std::string& path, struct stat& info)
+{
+    struct stat named {};
+    return ::fstat(fd, &info) == 0 && ::lstat(path.c_str(), &named) == 0 && info.st_dev == named.st_dev &&
+           info.st_ino == named.st_ino;
+}
+
+void removeIfOwnerless(const std::string& path)
+{
+    constexpr int kFlags = O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC;
+    int fd = ::open(path.c_str(), O_RDWR | kFlags); // NFS locks only what may be written
+    if (fd < 0 && errno == EISDIR)
+        fd = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | kFlags);
+    if (fd < 0)
+        return;
+    // the name is asked for with the lock held: its owner may have renamed it meanwhile
+    struct stat info {};
+    std::error_code ignored;
+    if (::flock(fd, LOCK_EX | LOCK_NB) == 0 && isNamed(fd, path, info) && info.st_uid == ::geteuid()) {
+        if (S_ISDIR(info.st_mode))
+            fs::remove_all(path, ignored);
+        else if (S_ISREG(info.st_mode))
+            ::unlink(path.c_str());
+    }
+    ::close(fd);
+}
+
+// Once per folder: a player writes thousands of images into one.
+void removeLeftovers(const std::string& folder)
+{
+    static std::mutex mutex;
+    static std::set<std::string> seen;
+    const std::lock_guard lock(mutex);
+    if (!seen.insert(folder).second)
+        return;
+    std::error_code code;
+    for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code))
+        if (isTemporaryName(entry->path().filename().native()))
+            removeIfOwnerless(entry->path().native());
+}
+
+} // namespace
+
+Temporary::Temporary(const std::string& target, TemporaryKind kind, uint32_t mode) : m_kind(kind)
+{
+    const std::string folder = folderOf(target);
+    removeLeftovers(folder);
+    for (int attempt = 0; attempt < 100; ++attempt) {
+        m_path = (folder == "/" ? "" : folder) + "/" + temporaryName(target);
+        if (create(mode)) {
+            m_slot = kind == TemporaryKind::File ? takeSlot(m_path) : -1;
+            return;
+        }
+        if (errno != EEXIST)
+            break;
+    }
+    failOutput(target, "cannot create a temporary beside it", errno);
+}
+
+// False with errno; EEXIST = another name may do.
+bool Temporary::create(uint32_t mode)
+{
+    if (m_kind == TemporaryKind::File) {
+        m_fd = ::open(m_path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, mode);
+        if (m_fd < 0)
+            return false;
+    } else {
+        if (::mkdir(m_path.c_str(), mode) != 0)
+            return false;
+        m_fd = ::open(m_path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+        if (m_fd < 0) {
+            const int reason = errno;
+            ::rmdir(m_path.c_str());
+            errno = reason == ENOENT ? EEXIST : reason;
+            return false;
+        }
+    }
+    // Between its creation and its lock another program may have taken it for a leftover: it holds the lock and is about
+    // to remove it, or has removed it. Any other failure means that there are no locks here, and then nobody removes it.
+    const bool lost = ::flock(m_fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+    struct stat ignored {};
+    if (!lost && isNamed(m_fd, m_path, ignored))
+        return true;
+    ::close(m_fd);
+    m_fd = -1;
+    errno = EEXIST;
+    return false;
+}
+
+Temporary::~Temporary()
+{
+    if (m_slot >= 0 || !m_path.empty()) {
+        std::error_code ignored;
+        if (!m_path.empty() && m_kind == TemporaryKind::File)
+            ::unlink(m_path.c_str());
+        else if (!m_path.empty())
+            fs::remove_all(m_path, ignored);
+        freeSlot(m_slot);
+    }
+    if (m_fd >= 0)
+        ::close(m_fd);
+}
+
+void Temporary::release() noexcept
+{
+    freeSlot(m_slot);
+    m_slot = -1;
+    m_path.clear();
+}
+
+void removeTemporaryFiles() noexcept
+{
+    for (const Slot& slot : g_slots) {
+        const uint32_t version = slot.version;
+        if (!slot.taken || version % 2 != 0)
+            continue;
+        char path[PATH_MAX];
+        std::memcpy(path, slot.path, sizeof(path)); // its owner may be writing it at this moment: then it is let be
+        if (slot.version == version && path[0] != '\0')
+            ::unlink(path);
+    }
+}
+
+} // namespace gsc

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a splat's place to the cells it falls into.
+#pragma once
+
+#include "kernels/frame/device_model.h"
+#include "kernels/math/projection.h"
+
+#include <cuda_runtime.h>
+
+namespace gsc {
+
+// 1024 buckets per octave from 2^-4 to 2^28; what lies outside shares the first and the last.
+__device__ __forceinline__ uint32_t depthBucket(uint32_t depth_bits)
+{
+    const int bucket = int(depth_bits >> 13) - ((127 - 4) << 10);
+    return uint32_t(min(max(bucket, 0), int(kDepthBuckets) - 1));
+}
+
+// Bins of a SplatPlace::box. Precondition: not kNoBins.
+__device__ __forceinline__ uint32_t binCount(uint32_t box)
+{
+    return ((box >> 16 & 255u) - (box & 255u) + 1) * ((box >> 24) - (box >> 8 & 255u) + 1);
+}
+
+// Pass in which what lies at view z is drawn; behind the eye and not a number: the first.
+__device__ __forceinline__ uint32_t passOf(const DepthPass& pass, const BinGrid& grid, float z)
+{
+    return pass.slab_of[depthBucket(__float_as_uint(fmaxf(z, 0.0f)))] >> grid.slab_bits;
+}
+
+// Can an anchor at `p` have Gaussians in this pass? reach: how far from it they are at most. Widened by more than
+// rounding moves a point of that size on its way to view z.
+__device__ __forceinline__ bool mayBeIn(const DepthPass& pass, const BinGrid& grid, const EyeParams& eye,
+                                        const Vec3<float>& p, float reach)
+{
+    if (pass.count == 1)
+        return true;
+    const float z = viewPoint<float>(eye, p).z;
+    const float size =
+        fabsf(p.x) + fabsf(p.y) + fabsf(p.z) + fabsf(eye.center[0]) + fabsf(eye.center[1]) + fabsf(eye.center[2]);
+    const float r = reach * 1.001f + size * 4e-6f;
+    if (!(r < INFINITY))
+        return true;
+    return passOf(pass, grid, z - r) <= pass.index && passOf(pass, grid, z + r) >= pass.index;
+}
+
+// Calls take(cell) and then put(what take gave, depth_bits, slot) for every cell of one eye that the splats of a warp fall
+// into. All lanes of the warp call it together; a lane without a splat passes a place of kNoBins. Splats of few bins are
+// their lane's own work, and all are taken before the first is put, so that their atomics are under way together; the
+// others are the whole warp's, so that none of them holds the rest up.
+template <typename Take, typename Put>
+__device__ __forceinline__ void forCellsOfWarp(const BinGrid& grid, const uint16_t* slab_of, const SplatPlace& place,
+                                               uint32_t slot, Take take, Put put)
+{
+    constexpr uint32_t kFew = 4;
+    const uint32_t lane = threadIdx.x & 31u;
+    const uint32_t x0 = place.box & 255u, y0 = place.box >> 8 & 255u, x1 = place.box >> 16 & 255u, y1 = place.box >> 24;
+    const bool some = place.box != kNoBins;
+    const uint32_t width = x1 - x0 + 1, count = some ? width * (y1 - y0 + 1) : 0u;
+    const uint32_t slab = some ? slab_of[depthBucket(place.depth_bits)] & (grid.slabs() - 1) : 0u;
+    const uint32_t few = count <= kFew ? count : 0u;
+    decltype(take(0u)) taken[kFew] = {};
+    uint32_t x = x0, y = y0;
+#pragma unroll
+    for (uint32_t i = 0; i < kFew; ++i) {
+        if (i < few)
+            taken[i] = take(((y * grid.columns + x) << grid.slab_bits) + slab);
+        y += x == x1 ? 1u : 0u;
+        x = x == x1 ? x0 : x + 1;
+    }
+#pragma unroll
+    for (uint32_t i = 0; i < kFew; ++i)
+        if (i < few)
+            put(taken[i], place.depth_bits, slot);
+    for (uint32_t large = __ballot_sync(~0u, count > kFew); large != 0; large &= large - 1) {
+        const int from = __ffs(int(large)) - 1;
+        const SplatPlace p{__shfl_sync(~0u, place.depth_bits, from), __shfl_sync(~0u, place.box, from)};
+        const uint32_t s = __shfl_sync(~0u, slot, from), w = __shfl_sync(~0u, width, from);
+        const uint32_t n = __shfl_sync(~0u, count, from), d = __shfl_sync(~0u, slab, from);
+        for (uint32_t i = lane; i < n; i += 32)
+            put(take(((((p.box >> 8 & 255u) + i / w) * grid.columns + (p.box & 255u) + i % w) << grid.slab_bits) + d),
+                p.depth_bits, s);
+    }
+}
+
+} // namespace gsc

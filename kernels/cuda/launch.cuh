@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// Launching of kernels, in plain C++ so that the same source also builds for the emulation that tests run on.
+#pragma once
+
+#include "kernels/cuda/cuda_check.h"
+
+#include <cuda_runtime.h>
+
+#include <cstddef>
+#include <cstdint>
+
+// A kernel's dynamic shared memory.
+#ifdef GSC_CUDA_EMULATION
+#define GSC_DYNAMIC_SHARED(name) unsigned char* const name = gsc_emulation::dynamicShared()
+#define GSC_NO_INLINE
+#else
+#define GSC_NO_INLINE __noinline__ // what is rare keeps its registers to itself
+#define GSC_DYNAMIC_SHARED(name) extern __shared__ __align__(16) unsigned char name[]
+#endif
+
+namespace gsc {
+
+// Asynchronous. Throws Error (Device, Unsupported) if the launch itself fails. beside: starts as soon as the kernel before
+// it says launchDependents() and leaves it room, and must say waitForEarlier() before it ends or reads what that writes.
+template <typename... Parameters, typename... Arguments>
+void launchCudaAs(bool beside, void (*kernel)(Parameters...), dim3 blocks, uint32_t threads, size_t shared_bytes,
+                  cudaStream_t stream, const Arguments&... arguments)
+{
+    cudaLaunchAttribute attribute{};
+    attribute.id = cudaLaunchAttributeProgrammaticStreamSerialization;
+    attribute.val.programmaticStreamSerializationAllowed = 1;
+    cudaLaunchConfig_t config{};
+    config.gridDim = blocks;
+    config.blockDim = dim3(threads);
+    config.dynamicSmemBytes = shared_bytes;
+    config.stream = stream;
+    config.attrs = beside ? &attribute : nullptr;
+    config.numAttrs = beside ? 1 : 0;
+    GSC_CUDA_CHECK(cudaLaunchKernelEx(&config, kernel, arguments...));
+}
+
+// The same, after all that was launched before.
+template <typename... Parameters, typename... Arguments>
+void launchCuda(void (*kernel)(Parameters...), dim3 blocks, uint32_t threads, size_t shared_bytes, cudaStream_t stream,
+                const Arguments&... arguments)
+{
+    launchCudaAs(false, kernel, blocks, threads, shared_bytes, stream, arguments...);
+}
+
+// Lets a kernel take more shared memory than the 48 KiB that any may.
+template <typename... Parameters>
+void raiseSharedLimit(void (*kernel)(Parameters...), size_t bytes)
+{
+    GSC_CUDA_CHECK(cudaFuncSetAttribute(reinterpret_cast<const void*>(kernel),
+                                        cudaFuncAttributeMaxDynamicSharedMemorySize, int(bytes)));
+}
+
+} // namespace gsc

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// The model as the CUDA stages read it: flat arrays over all anchors, in file order. Plain data, no CUDA header.
+#pragma once
+
+#include "kernels/frame/frame_types.h"
+#include "kernels/math/eye.h"
+
+namespace gsc {
+
+constexpr uint32_t kAnchorBits = 30;      // a visible entry is anchor | eyes << kAnchorBits
+constexpr uint32_t kBinWidth = 32;        // pixels
+constexpr uint32_t kMaxBins = 255;        // per axis: bin coordinates are bytes
+constexpr uint32_t kNoBins = 0x0000ffffu; // bin box of a slot that holds no splat: x0 = y0 = 255, x1 = y1 = 0
+// An offset of a Gaussian: x, y and z from the low bits on, 21 bits each, in steps of the anchor's largest counted from
+// -2^20. Fine enough that hardly two Gaussians change their depth order, which shows more than anything else that is
+// rounded in the tier `fast`.
+constexpr uint32_t kOffsetBits = 21;
+constexpr int32_t kOffsetSteps = (1 << (kOffsetBits - 1)) - 1; // of the largest
+constexpr uint64_t kNoOffset = 0;                              // not finite: its Gaussian is dropped and counted
+constexpr uint32_t kDepthBuckets = 32768;                      // of the depth histogram: 1024 per octave of view z
+constexpr uint32_t kMaxSlabs = 1024;                           // of a pass
+constexpr uint32_t kMaxPasses = 31;                            // kMaxPasses x kMaxSlabs fits 16 bits
+
+// How an eye's image is cut: bins of kBinWidth x height pixels, each cut in depth into slabs. A cell is a slab of a bin;
+// cells lie eye-major, then bin, then slab from near to far. Two eyes that look the same way may share their bins: then
+// the depth order is the same for both, and there is one list of splats per bin instead of two.
+struct BinGrid {
+    uint32_t columns, rows, height; // height: 16 or 32 pixels
+    uint32_t slab_bits;             // 2^slab_bits slabs, at least 4
+    uint32_t shift[kMaxEyes] = {};  // column at which an eye's image begins; not 0 only in shared bins
+
+    bool operator==(const BinGrid&) const = default;
+    [[nodiscard]] GSC_HD uint32_t slabs() const { return 1u << slab_bits; }
+    [[nodiscard]] GSC_HD uint32_t bins() const { return columns * rows; }
+    [[nodiscard]] GSC_HD uint32_t cells() const { return columns * rows << slab_bits; }
+};
+
+// A frame is drawn in one or more passes from near to far, each of which decodes, sorts and blends the Gaussians of its
+// depths, so that the memory a frame needs is bounded whatever it shows. The image depends on their number only by how the
+// sums of lists cut into segments round (bin_cuda.h).
+struct DepthPass {
+    const uint16_t* slab_of; // kDepthBuckets, counted over all passes
+    uint32_t index, count;
+};
+
+// Where a splat lies: written by decode, read when pairs are made. In shared bins: where it lies for either eye.
+struct alignas(8) SplatPlace {
+    uint32_t depth_bits; // view z, whose bits order like it because it is positive
+    uint32_t box;        // bins x0 | y0 << 8 | x1 << 16 | y1 << 24, inclusive, or kNoBins
+};
+
+// Pieces of a bin's list by length: what a warp sorts, what 2, 4, 8 and 16 warps sort, and longer.
+constexpr uint32_t kWarpPiece = 512; // keys
+constexpr uint32_t kPieceClasses = 6;
+GSC_HD constexpr uint32_t pieceClass(uint32_t keys)
+{
+    uint32_t kind = 0;
+    while (kind < kPieceClasses - 1 && keys > kWarpPiece << kind)
+        ++kind;
+    return kind;
+}
+constexpr uint32_t kPieceAim = 384; // keys; a piece is shorter than this plus its last cell
+
+constexpr uint32_t kBinClasses = 33; // of bins by the position of their count's highest bit
+
+struct Piece {
+    uint32_t first, count; // of the keys
+};
+
+// Device pointers. n = anchors of the model.
+struct DeviceModel {
+    ModelParams params;
+    const LevelRecord* levels;
+    const GroupRecord* groups;
+    const float* lod_shift;      // per level record
+    const uint32_t* level_first; // per level record: its first anchor
+    const float* placement;      // n x 4: x, y, z, extra_level
+    const float* size;           // n x 3: the anchor's own scale, which selection tests it with
+    const float* shape;          // n x 6: world units per step of `offset`, scale of its Gaussians
+    const float* rotation;       // n x 4 or null: params.constant_rotation
+    const uint16_t* feature;     // n x F halves
+    const uint64_t* offset;      // n x K
+    const uint32_t* source;      // n: source index
+    uint32_t anchor_count;
+};
+
+// Bits of FrameCounters::overflow: which buffer was too small.
+constexpr uint32_t kVisibleOverflow = 1u, kSlotOverflow = 2u, kPairOverflow = 4u;
+
+// Cleared before every pass. What there is per eye counts under the first where the eyes share their bins.
+struct PassCounters {
+    unsigned long long
+        pairs[kMaxEyes];      // (bin, splat); more than 2^32 of them overflow the cells, so they are counted apart
+    uint32_t slots[kMaxEyes]; // splat slots reserved, with gaps
+    uint32_t gaps[kMaxEyes];  // slots of those that stayed unused
+    uint32_t pieces[kPieceClasses], next_piece[kPieceClasses];
+    uint32_t bin_classes[kBinClasses], queued[kBinClasses]; // fullest first
+    uint32_t hot_bins;                                      // blended by a whole block each
+    uint32_t segments;                                      // of long lists, for all their readers
+    uint32_t next_hot, next_bin, next_segment;              // work queues of the blend
+};
+
+// Written and read on the device only. One per frame; the host reads it after the frame to grow buffers and for counts.
+struct FrameCounters {
+    PassCounters pass;
+    uint32_t groups_visible;           // to be looked at
+    uint32_t anchors_listed;           // entries of the visible list
+    uint32_t anchors_tested[kMaxEyes]; // of groups that are looked at
+    uint32_t anchors_visible[kMaxEyes];
+    uint32_t any_positive[kMaxEyes];    // an opacity above zero existed (trap 25)
+    uint32_t splats[kMaxEyes];          // on screen
+    uint32_t gaussians[kMaxEyes];       // opacity >= 1/255
+    uint32_t dropped[kMaxEyes];         // not finite
+    uint32_t most_slots;                // of a pass and a list
+    uint32_t all_slots;                 // of all passes, without gaps, of the longer list
+    unsigned long long most_pairs;      // of a pass
+    unsigned long long pairs[kMaxEyes]; // under the first in shared bins
+    unsigned long long evaluations[kMaxEyes];
+    uint32_t overflow;
+};
+
+// A buffer was too small: what follows would be drawn for nothing.
+GSC_HD bool willRepeat(const FrameCounters& counters)
+{
+    return counters.overflow != 0;
+}
+
+} // namespace gsc

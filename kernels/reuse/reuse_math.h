@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+// How long an anchor that was decoded once may be drawn (design section 5).
+#pragma once
+
+#include "kernels/frame/frame_types.h"
+#include "kernels/math/real.h"
+
+#include <cmath>
+
+namespace gsc {
+
+// An entry of one key is decoded for where the camera will be when half its life is over: the error then starts below
+// the bound, falls to zero and rises again. It starts at this share of the bound.
+constexpr float kLeadShare = 0.7f;
+// Between two keys the change predicted from one to the other is all there but for this share, in the middle. Measured
+// on four trained models and the paths of gsc sample paths.
+constexpr float kCurve = 0.08f;
+// That where broadShare() holds what is close by to less of the bound, as on a CPU: of the rest it is less.
+constexpr float kCurveOfRest = 0.07f;
+constexpr float kMaxLeadFrames = 64;
+// Where on the line between its keys a strip can be drawn, as a share of the way: what shows only beyond is not kept.
+constexpr float kLeastMix = -0.5f, kMostMix = 1.5f;
+// Share of the bound for a camera that goes another way in every frame: an error may then change its sign from one frame
+// to the next, and flickers by twice itself.
+constexpr float kErraticShare = 0.5f;
+// What the curve between two keys may take of what their strip is allowed; the rest is for a camera beside their line.
+constexpr float kCurveFill = 0.9f;
+constexpr float kBroad = 0.02f; // of the picture
+constexpr float kThinnest = 16;
+constexpr float kGross = 0.1f; // a change that shows as much as a hole does, such as that of a view long left
+
+// Fixed per strip, spread over [0.3, 1).
+GSC_HD float stagger(uint64_t strip)
+{
+    return 0.3f + 0.7f * float(uint32_t(strip * 2654435769u) >> 8) * 0x1p-24f;
+}
+
+// Share of the bound that a strip is allowed, fixed per strip: those of one age are not all due in one frame.
+GSC_HD float refreshShare(uint64_t strip)
+{
+    return 0.85f + 0.15f * stagger(strip);
+}
+
+// Share of the bound that is left to a strip one of whose Gaussians takes `cover` of the picture, needles counted by
+// their thinness(). The bound is one of pixels: an error of that size in a few of them is nothing, in all of them at once
+// it is a flash. So none adds more to the mean square error of the picture than one that takes kBroad of it at the bound.
+GSC_HD float broadShare(float cover)
+{
+    return cover > kBroad ? std::sqrt(kBroad / cover) : 1.0f;
+}
+
+// A sensitivity counts axes thinner than `least` of the longest as that long: by how much more the mean square of a
+// turn shows in a splat that is thinner, from 1 to kThinnest. `conic`: the inverse of its covariance, xx, xy, yy.
+GSC_HD float thinness(const float* conic, float least)
+{
+    const float trace = conic[0] + conic[2], determinant = conic[0] * conic[2] - conic[1] * conic[1];
+    const float more = least * least * trace * trace / determinant; // about the square of long over thin
+    return !(determinant > 0) || more > kThinnest ? kThinnest : more > 1 ? more : 1.0f;
+}
+
+// Share of the visible anchors, of all eyes, that the frame before did not see.
+GSC_HD float updateRate(uint64_t fresh, uint64_t visible)
+{
+    return visible > 0 ? float(double(fresh) / double(visible)) : 0.0f;
+}
+
+// Frames that an entry may be drawn after the one that decoded it, from the share of the visible anchors that were not
+// visible in the frame before: the paper's Algorithm 1, H(update rate). The more of the view is new, the less is reused.
+// The paper names three shapes and no constants: these are ours.
+GSC_HD uint32_t reuseDepth(DepthGuidance guidance, uint32_t max_depth, float update_rate)
+{
+    const float depth = float(max_depth);
+    if (guidance == DepthGuidance::Exponential)
+        return uint32_t(depth * std::exp(-5.0f * update_rate) + 0.5f);
+    if (guidance == DepthGuidance::Staged)
+        return update_rate < 0.05f  ? max_depth
+               : update_rate < 0.2f ? max_depth / 2
+               : update_rate < 0.5f ? max_depth / 4
+                                    : 0;
+    return uint32_t(depth * (1.0f - update_rate) + 0.5f);
+}
+
+// What an anchor sees of a camera that moved from c0 to c1: change of the unit direction and of the distance, relative.
+// The scalar twin of stripError(). Not finite where a camera lies on the anchor.
+template <typename Real>
+GSC_HD Real predictedChange(const Vec3<Real>& p, const Real* c0, const Real* c1, Real direction, Real distance)
+{
+    const Real a[3] = {p.x - c0[0], p.y - c0[1], p.z - c0[2]};
+    const Real b[3] = {p.x - c1[0], p.y - c1[1], p.z - c1[2]};
+    const Real la = std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
+    const Real lb = std::sqrt(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);
+    Real square = 0;
+    for (int i = 0; i < 3; ++i) {
+        const Real d = a[i] / la - b[i] / lb;
+        square += d * d;
+    }
+    return direction * std::sqrt(square) + distance * std::abs(lb - la) / (la < lb ? la : lb);
+}
+
+// What bounds predictedChange() of any of a strip's anchors for cameras about one point, the reference, without looking
+// at the anchors again: with d the distance of an anchor from the reference,
+struct StripReach {
+    float rate = 0;    // the largest (direction + distance) / d of its sensitivities, per world unit
+    float nearest = 0; // the least d, world units; 0 where nothing is known
+    float weight = 0;  // the largest direction + distance
+};
+
+// Never below predictedChange() of any anchor, as computed in floats, for a camera that went from c0 to c1; +infinity
+// where the bound says nothing. Chord and stretch are both at most |c1 - c0| / min(la, lb), and neither camera is
+// nearer to an anchor than its distance from the reference less the cameras' own.
+GSC_HD float changeBound(const StripReach& reach, const float* reference, const float* c0, const float* c1)
+{
+    float step = 0, far0 = 0, far1 = 0;
+    for (int i = 0; i < 3; ++i) {
+        step += (c1[i] - c0[i]) * (c1[i] - c0[i]);
+        far0 += (c0[i] - reference[i]) * (c0[i] - reference[i]);
+        far1 += (c1[i] - reference[i]) * (c1[i] - reference[i]);
+    }
+    const float left = 1 - std::sqrt(far0 > far1 ? far0 : far1) / reach.nearest;
+    if (!(left > 0.01f))
+        return INFINITY;
+    // note: with room for the roundings of both, which in the chord are some 1e-7 whatever its length
+    return 1.001f * reach.rate * std::sqrt(step) / left + 1e-6f * reach.weight;
+}
+
+// Where on the way between its keys an entry is drawn for a camera.
+struct KeyPlace {
+    float t;        // 0 draws the first key, 1 the second; from kLeastMix to kMostMix, on along the line
+    float curve;    // what the way between the keys adds to the change from `point` to the camera, 1 = full scale
+    float point[3]; // of the keys' line, next to the camera
+};
+
+// `span`: predicted change from the first of two keys to the second.
+GSC_HD KeyPlace placeBetween(const float (*center)[3], uint32_t keys, float span, const float* camera,
+                             float curve = kCurve)
+{
+    float along = 0, square = 0;
+    for (int i = 0; i < 3 && keys == 2; ++i) {
+        const float way = center[1][i] - center[0][i];
+        along += (camera[i] - center[0][i]) * way;
+        square += way * way;
+    }
+    KeyPlace place;
+    const float t = square > 0 ? along / square : 0.0f;
+    place.t = t < kLeastMix ? kLeastMix : kMostMix < t ? kMostMix : t;
+    for (int i = 0; i < 3; ++i)
+        place.point[i] = center[0][i] + (keys == 2 ? place.t * (center[1][i] - center[0][i]) : 0.0f);
+    place.curve = 4 * curve * std::abs(place.t * (1 - place.t)) * span;
+    return place;
+}
+
+} // namespace gsc

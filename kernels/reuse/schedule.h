@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which anchors must be decoded again: how far the view of a strip has moved since it was decoded.
+#pragma once
+
+#include "kernels/frame/frame_types.h"
+#include "kernels/reuse/reuse_math.h"
+
+#include <bit>
+
+namespace gsc {
+
+// The granule of decoding and reuse: consecutive anchors of a group, as many as decode takes in one vector. A group is
+// the granule of selection; a strip is finer because one anchor that is due makes its whole granule due.
+constexpr uint32_t kStripAnchors = 16;
+constexpr uint32_t kStripsPerGroup = kGroupSize / kStripAnchors;
+
+// Some anchors show nothing to any probe and something to a camera: none is taken for blind. Below half of 1/255 for
+// any change of direction.
+constexpr float kLeastSensitivity = 1e-3f;
+
+// Positions of a group's anchors and what schedules them. Lanes past the count repeat the last anchor.
+struct alignas(64) GroupAnchors {
+    float x[kGroupSize], y[kGroupSize], z[kGroupSize]; // world units
+    float direction[kGroupSize];                       // SENS: change per unit of view direction, 1 = full scale
+    float distance[kGroupSize];                        // SENS: change per relative change of distance
+    uint32_t count;
+};
+
+// Of a half that is not negative and finite: halfToFloat() without its cases.
+inline float halfValue(uint16_t half)
+{
+    return std::bit_cast<float>(uint32_t(half) << 13) * 0x1p112f;
+}
+
+// `sensitivity` as ModelView's: two halves per anchor in file order. Of one strip with an anchor, or of all.
+void loadStripAnchors(const ModelView& model, const uint16_t* sensitivity, const GroupRecord& group, uint32_t strip,
+                      GroupAnchors& anchors);
+void loadGroupAnchors(const ModelView& model, const uint16_t* sensitivity, const GroupRecord& group,
+                      GroupAnchors& anchors);
+
+// Largest predicted change, 1 = full scale, over the anchors of strip `strip` with a bit in `lanes`, when the camera
+// went from `c0` to `c1` (world units). +infinity where it cannot be told. See predictedChange().
+float stripError(const GroupAnchors& anchors, uint32_t strip, uint32_t lanes, const float* c0, const float* c1);
+
+// Of all anchors of a strip, for cameras about `center`.
+StripReach stripReach(const GroupAnchors& anchors, uint32_t strip, const float* center);
+
+} // namespace gsc

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lanes are anchors.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kernels/reuse/schedule_cpu.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "kernels/simd/simd_math-inl.h"
+#include "kernels/math/anchor.h"
+#include "kernels/reuse/schedule.h"
+
+#include <algorithm>
+#include <limits>
+
+HWY_BEFORE_NAMESPACE();
+namespace gsc {
+namespace HWY_NAMESPACE {
+
+using D = LaneTag;
+using V = hn::Vec<D>;
+
+struct Direction {
+    V x, y, z, length;
+};
+
+HWY_INLINE Direction directionFrom(D d, const float* center, V x, V y, V z)
+{
+    x = hn::Sub(x, hn::Set(d, center[0]));
+    y = hn::Sub(y, hn::Set(d, center[1]));
+    z = hn::Sub(z, hn::Set(d, center[2]));
+    const V length = hn::Sqrt(hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z)));
+    return {hn::Div(x, length), hn::Div(y, length), hn::Div(z, length), length};
+}
+
+float largestChange(const GroupAnchors& anchors, uint32_t strip, uint32_t lanes, const float* c0, const float* c1)
+{
+    const D d;
+    const size_t width = hn::Lanes(d);
+    const V infinity = hn::Set(d, std::numeric_limits<float>::infinity());
+    V worst = hn::Zero(d);
+    for (size_t i = 0; i < kStripAnchors; i += width) {
+        const size_t at = strip * kStripAnchors + i;
+        const V x = hn::Load(d, anchors.x + at), y = hn::Load(d, anchors.y + at), z = hn::Load(d, anchors.z + at);
+        const Direction a = directionFrom(d, c0, x, y, z), b = directionFrom(d, c1, x, y, z);
+        const V dx = hn::Sub(a.x, b.x), dy = hn::Sub(a.y, b.y), dz = hn::Sub(a.z, b.z);
+        const V chord = hn::Sqrt(hn::Add(hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)), hn::Mul(dz, dz)));
+        const V stretch = hn::Div(hn::Abs(hn::Sub(b.length, a.length)), hn::Min(a.length, b.length));
+        V change = hn::MulAdd(hn::Load(d, anchors.direction + at), chord,
+                              hn::Mul(hn::Load(d, anchors.distance + at), stretch));
+        change = hn::IfThenElse(hn::Eq(change, change), change, infinity);
+        const uint8_t bits[8] = {uint8_t(lanes >> i), uint8_t(lanes >> i >> 8)};
+        worst = hn::Max(worst, hn::IfThenElseZero(hn::LoadMaskBits(d, bits), change));
+    }
+    return hn::GetLane(hn::MaxOfLanes(d, worst));
+}
+
+StripReach reachOf(const GroupAnchors& anchors, uint32_t strip, const float* center)
+{
+    const D d;
+    const size_t width = hn::Lanes(d);
+    V rate = hn::Zero(d), weight = hn::Zero(d), nearest = hn::Set(d, std::numeric_limits<float>::infinity());
+    for (size_t i = 0; i < kStripAnchors; i += width) {
+        const size_t at = strip * kStripAnchors + i;
+        const V length = directionFrom(d, center, hn::Load(d, anchors.x + at), hn::Load(d, anchors.y + at),
+                                       hn::Load(d, anchors.z + at))
+                             .length;
+        const V sum = hn::Add(hn::Load(d, anchors.direction + at), hn::Load(d, anchors.distance + at));
+        rate = hn::Max(rate, hn::Div(sum, length));
+        weight = hn::Max(weight, sum);
+        nearest = hn::Min(nearest, length);
+    }
+    return {hn::GetLane(hn::MaxOfLanes(d, rate)), hn::GetLane(hn::MinOfLanes(d, nearest)),
+            hn::GetLane(hn::MaxOfLanes(d, weight))};
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace gsc
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace gsc {
+
+HWY_EXPORT(largestChange);
+HWY_EXPORT(reachOf);
+
+float stripError(const GroupAnchors& anchors, uint32_t strip, uint32_t lanes, const float* c0, const float* c1)
+{
+    return HWY_DYNAMIC_DISPATCH(largestChange)(anchors, strip, lanes, c0, c1);
+}
+
+StripReach stripReach(const GroupAnchors& anchors, uint32_t strip, const float* center)
+{
+    return HWY_DYNAMIC_DISPATCH(reachOf)(anchors, strip, center);
+}
+
+void loadStripAnchors(const ModelView& model, const uint16_t* sensitivity, const GroupRecord& group, uint32_t strip,
+                      GroupAnchors& anchors)
+{
+    const uint32_t first = group.anchor_first - model.chunks[group.chunk].anchor_first;
+    anchors.count = group.anchor_count;
+    for (uint32_t i = strip * kStripAnchors; i < (strip + 1) * kStripAnchors; ++i) {
+        const uint32_t lane = i < anchors.count ? i : anchors.count - 1;
+        const Vec3<float> p = anchorPosition(model, group.chunk, first + lane);
+        anchors.x[i] = p.x;
+        anchors.y[i] = p.y;
+        anchors.z[i] = p.z;
+        const uint16_t* halves = sensitivity + 2 * (size_t(group.anchor_first) + lane);
+        anchors.direction[i] = std::max(halfValue(halves[0]), kLeastSensitivity);
+        anchors.distance[i] = halfValue(halves[1]);
+    }
+}
+
+void loadGroupAnchors(const ModelView& model, const uint16_t* sensitivity, const GroupRecord& group,
+                      GroupAnchors& anchors)
+{
+    for (uint32_t strip = 0; strip < kStripsPerGroup; ++strip)
+        loadStripAnchors(model, sensitivity, group, strip, anchors);
+}
+
+} // namespace gsc
+#endif

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lanes are anchors.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kernels/reuse/strip_cpu.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "kernels/decode/decode_batch-inl.h"
+#include "kernels/reuse/strip.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace gsc {
+namespace HWY_NAMESPACE {
+
+using DHalf = hn::Rebind<hwy::float16_t, D>;
+
+HWY_INLINE void storeHalf(V v, uint16_t* to)
+{
+    hn::StoreU(hn::DemoteTo(DHalf(), v), DHalf(), reinterpret_cast<hwy::float16_t*>(to));
+}
+
+// Positions and base scales of the anchors of a batch that starts at lane `first` of the strip.
+HWY_INLINE void storeFixed(const Batch& batch, uint32_t K, uint32_t first, float* fixed)
+{
+    const D d;
+    for (uint32_t row = 0; row < 3 * K; ++row) {
+        const uint32_t axis = row % 3;
+        const V offset = hn::Load(d, batch.offset + size_t(row) * kMaxLanes);
+        const V extent = hn::Load(d, batch.scale + axis * kMaxLanes);
+        // note: two roundings, as in decodeBlockCpu()
+        hn::StoreU(hn::Add(hn::Load(d, batch.position + axis * kMaxLanes), hn::Mul(offset, extent)), d,
+                   fixed + size_t(row) * kStripAnchors + first);
+    }
+    for (uint32_t axis = 0; axis < 3; ++axis)
+        hn::StoreU(hn::Load(d, batch.scale + (3 + axis) * kMaxLanes), d,
+                   fixed + (size_t(3) * K + axis) * kStripAnchors + first);
+}
+
+// One offset of a batch: kStripRows rows from `key` on.
+HWY_INLINE void storeOffset(const DecodeArgs& args, const PackedMlpHeader& packed, const Batch& batch, uint32_t k,
+                            V opacity, uint16_t* key)
+{
+    const D d;
+    const size_t H = size_t(packed.hidden_pad) * kMaxLanes;
+    V head[kCovariancePerOffset + kColorPerOffset];
+    offsetHeads(d, *args.model, packed, batch.hidden + H, batch.hidden + 2 * H, k, head);
+    storeHalf(hn::IfThenElse(hn::Eq(opacity, opacity), opacity, hn::Set(d, kNoOpacity)), key);
+    for (size_t i = 0; i < 3; ++i) {
+        const V color = activateVector(Activation(args.networks.color->activation), head[kCovariancePerOffset + i]);
+        storeHalf(color, key + (1 + i) * kStripAnchors);
+        storeHalf(sigmoidAny(d, head[i]), key + (4 + i) * kStripAnchors);
+    }
+    V norm = hn::Mul(head[3], head[3]);
+    for (int i = 4; i < 7; ++i)
+        norm = hn::MulAdd(head[i], head[i], norm);
+    norm = hn::Sqrt(norm);
+    const V tiny = hn::Set(d, 1e-12f);
+    const V inverse = hn::Div(hn::Set(d, 1.0f), hn::IfThenElse(hn::Lt(norm, tiny), tiny, norm));
+    for (size_t i = 0; i < 4; ++i)
+        storeHalf(hn::Mul(head[3 + i], inverse), key + (7 + i) * kStripAnchors);
+}
+
+void decodeStrip(const DecodeArgs& args, uint32_t count, uint16_t* const* keys, float* fixed, DecodeScratch& scratch)
+{
+    const D d;
+    const ModelView& model = *args.model;
+    const PackedMlpHeader& packed = *reinterpret_cast<const PackedMlpHeader*>(model.packed);
+    const uint32_t lanes = uint32_t(hn::Lanes(d)), K = model.params->n_offsets;
+    Batch batch = carve(*model.params, packed, scratch.values.data());
+    for (uint32_t first = 0; first < kStripAnchors; first += lanes) {
+        const uint32_t entry = std::min(first, count - 1);
+        batch.count = std::min(lanes, count - entry);
+        gather(model, args.visible + entry, batch);
+        storeFixed(batch, K, first, fixed);
+        sharedLayer(args, packed, batch);
+        for (uint32_t e = 0; e < args.eye_count; ++e) {
+            hiddenLayers(args, packed, args.eyes[e].center, batch);
+            for (uint32_t k = 0; k < K; ++k) {
+                const V opacity = activateVector(Activation(args.networks.opacity->activation),
+                                                 hn::Load(d, batch.opacity + size_t(k) * kMaxLanes));
+                storeOffset(args, packed, batch, k, opacity, keys[e] + size_t(kStripRows) * kStripAnchors * k + first);
+            }
+        }
+    }
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace gsc
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace gsc {
+
+HWY_EXPORT(decodeStrip);
+
+void decodeStripCpu(const DecodeArgs& args, uint32_t count, uint16_t* const* keys, float* fixed, DecodeScratch& scratch)
+{
+    HWY_DYNAMIC_DISPATCH(decodeStrip)(args, count, keys, fixed, scratch);
+}
+
+} // namespace gsc
+#endif

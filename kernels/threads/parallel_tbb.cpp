@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernels/threads/parallel.h"
+
+#include <algorithm>
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/partitioner.h>
+#include <oneapi/tbb/task_arena.h>
+
+namespace gsc {
+
+struct Workers::Impl {
+    // note: TBB starts no more workers than cores unless told so; tests ask for more
+    explicit Impl(int threads)
+        : control(tbb::global_control::max_allowed_parallelism,
+                  std::max<size_t>(size_t(threads), size_t(tbb::info::default_concurrency()))),
+          arena(threads)
+    {
+    }
+
+    tbb::global_control control;
+    tbb::task_arena arena;
+};
+
+Workers::Workers(int threads) : m_count(threads > 0 ? threads : std::max(1, tbb::info::default_concurrency()))
+{
+    if (m_count > 1)
+        m_impl = std::make_unique<Impl>(m_count);
+}
+
+Workers::~Workers() = default;
+
+void Workers::runErased(size_t count, size_t grain, void* context, Erased body) const
+{
+    if (count == 0)
+        return;
+    if (m_impl == nullptr || count <= grain) {
+        body(context, 0, count, 0);
+        return;
+    }
+    m_impl->arena.execute([&] {
+        tbb::parallel_for(
+            tbb::blocked_range<size_t>(0, count, std::max<size_t>(1, grain)),
+            [&](const tbb::blocked_range<size_t>& range) {
+                body(context, range.begin(), range.end(), tbb::this_task_arena::current_thread_index());
+            },
+            tbb::simple_partitioner());
+    });
+}
+
+} // namespace gsc

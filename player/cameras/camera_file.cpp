@@ -1,0 +1,388 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/cameras/camera_file.h"
+
+#include "player/cameras/camera_lens.h"
+#include "format/file/read_file.h"
+#include "player/json_fields.h"
+
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <numbers>
+
+namespace gsc {
+
+namespace {
+
+constexpr double kRotationTolerance = 1e-3; // files with six printed digits pass, scaled or sheared matrices do not
+constexpr uint32_t kUpstreamMaxWidth = 1600;
+constexpr uint64_t kMaxFileBytes = uint64_t(1) << 30;
+
+double determinant(const double m[9])
+{
+    return m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * m[7] - m[4] * m[6]);
+}
+
+// Largest deviation of m^T m from `scale2` times the identity.
+double orthogonalityError(const double m[9], double scale2)
+{
+    double worst = 0;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+            const double dot = m[i] * m[j] + m[3 + i] * m[3 + j] + m[6 + i] * m[6 + j];
+            worst = std::max(worst, std::abs(dot - (i == j ? scale2 : 0)));
+        }
+    return worst;
+}
+
+void readRotation(const JsonObject& object, double out[9], const char* what = "camera-to-world")
+{
+    object.matrix("rotation", 3, 3, out);
+    const double error = orthogonalityError(out, 1);
+    if (!(error < kRotationTolerance) || determinant(out) < 0)
+        object.fail(
+            "rotation",
+            formatString("no rotation (determinant %g, columns off orthonormal by %g)", determinant(out), error),
+            formatString("an orthonormal, right-handed %s matrix", what));
+}
+
+// t = -R^T p: the world-to-camera translation of a camera at p.
+void translationFromPosition(const double rotation[9], const double position[3], double out[3])
+{
+    for (int i = 0; i < 3; ++i)
+        out[i] = -(rotation[i] * position[0] + rotation[3 + i] * position[1] + rotation[6 + i] * position[2]);
+}
+
+double angleOf(double pixels, double focal)
+{
+    return 2 * std::atan(pixels / (2 * focal));
+}
+
+// A focal length in pixels; outside these bounds the tangents of the view leave fp32.
+double readFocal(const JsonObject& object, const char* key)
+{
+    const double focal = object.positive(key);
+    if (focal < 1e-3 || focal > 1e9)
+        object.fail(key, formatString("%g", focal), "a focal length between 0.001 and 1e9 pixels");
+    return focal;
+}
+
+// File name without folders, cut at the first dot, as upstream names images.
+std::string imageName(std::string path)
+{
+    const size_t slash = path.find_last_of("/\\");
+    if (slash != std::string::npos)
+        path.erase(0, slash + 1);
+    return path.substr(0, path.find('.', 1));
+}
+
+// Moves the image so that its middle lies these shares of its sides right and down of the axis. Precondition: the
+// camera's angles are known.
+void setMiddle(Camera& camera, double share_x, double share_y)
+{
+    camera.tan_mid_x = 2 * share_x * std::tan(camera.fov_x / 2);
+    camera.tan_mid_y = 2 * share_y * std::tan(camera.fov_y / 2);
+}
+
+double readAngle(const JsonObject& object, const char* key)
+{
+    const double angle = object.number(key);
+    if (!(angle >= 1e-6 && angle < std::numbers::pi - 1e-6))
+        object.fail(key, formatString("%g", angle), "an angle in radians between 0 and pi");
+    return angle;
+}
+
+std::vector<UpstreamCamera> upstreamCameras(const Json& root, const std::string& file,
+                                            std::vector<std::string>* ignored)
+{
+    if (!root.is_array())
+        throw Error(ErrorCode::InvalidFile,
+                    formatString(
+                        "%s: the root is no array, expected the list of cameras that training writes; pass such a file",
+                        file.c_str()));
+    std::vector<UpstreamCamera> cameras;
+    cameras.reserve(root.size());
+    DistortionCheck distortion(file, ignored);
+    for (size_t i = 0; i < root.size(); ++i) {
+        JsonObject entry(root[i], formatString("%s: entry %zu", file.c_str(), i));
+        UpstreamCamera camera;
+        camera.name = entry.text("img_name");
+        entry.setWhere(formatString("%s: entry %zu (%.60s)", file.c_str(), i, camera.name.c_str()));
+        camera.id = int(entry.integer("id", 0, INT32_MAX));
+        camera.width = entry.imageSide("width");
+        camera.height = entry.imageSide("height");
+        entry.vector3("position", camera.position);
+        readRotation(entry, camera.rotation);
+        camera.fx = readFocal(entry, "fx");
+        camera.fy = readFocal(entry, "fy");
+        distortion.add({entry});
+        const MiddleOffset middle = readMiddleOffset({entry}, camera.width, camera.height);
+        camera.middle_x = middle.x;
+        camera.middle_y = middle.y;
+        cameras.push_back(std::move(camera));
+    }
+    distortion.finish();
+    return cameras;
+}
+
+// Upstream inverts the 4x4 matrix after turning OpenGL axes into COLMAP's; a uniform scale in it survives, as
+// MatrixCity's files have one.
+void poseFromOpenGl(const JsonObject& frame, Camera& camera)
+{
+    double m[16];
+    frame.matrix("transform_matrix", 4, 4, m);
+    if (m[12] != 0 || m[13] != 0 || m[14] != 0 || m[15] == 0)
+        frame.fail("transform_matrix", formatString("ending in %g %g %g %g", m[12], m[13], m[14], m[15]),
+                   "a last row of 0 0 0 1");
+    double c2w[9], position[3];
+    for (int r = 0; r < 3; ++r) {
+        c2w[3 * r] = m[4 * r];
+        c2w[3 * r + 1] = -m[4 * r + 1];
+        c2w[3 * r + 2] = -m[4 * r + 2];
+        position[r] = m[4 * r + 3] / m[15];
+    }
+    const double det = determinant(c2w);
+    const double scale2 = std::cbrt(det) * std::cbrt(det);
+    if (!(det > 0) || !(1 / det < 1e30) || !(orthogonalityError(c2w, scale2) < kRotationTolerance * scale2))
+        frame.fail("transform_matrix", formatString("no rotation (determinant %g)", det),
+                   "a right-handed rotation, uniformly scaled at most");
+    // the inverse of s R is R^T / s; its transpose is what Camera stores
+    for (int i = 0; i < 9; ++i)
+        camera.rotation[i] = c2w[i] / scale2;
+    translationFromPosition(camera.rotation, position, camera.translation);
+}
+
+std::vector<Camera> transformsCameras(const JsonObject& root, const std::string& file,
+                                      std::vector<std::string>* ignored)
+{
+    const Json& frames = root.at("frames");
+    std::vector<Camera> cameras;
+    cameras.reserve(frames.size());
+    DistortionCheck distortion(file, ignored);
+    for (size_t i = 0; i < frames.size(); ++i) {
+        const JsonObject frame(frames[i], formatString("%s: frame %zu", file.c_str(), i));
+        const LensKeys lens{frame, &root};
+        Camera camera;
+        camera.name = imageName(frame.text("file_path"));
+        poseFromOpenGl(frame, camera);
+        const JsonObject* width = lens.holder("w");
+        const JsonObject* height = lens.holder("h");
+        if (width && height) {
+            camera.width = width->imageSide("w");
+            camera.height = height->imageSide("h");
+        }
+        if (const JsonObject* angle = lens.holder("camera_angle_x")) {
+            camera.fov_x = readAngle(*angle, "camera_angle_x");
+        } else if (const JsonObject* fx = lens.holder("fl_x")) {
+            const JsonObject* fy = lens.holder("fl_y");
+            camera.focal_x = readFocal(*fx, "fl_x");
+            camera.focal_y = fy ? readFocal(*fy, "fl_y") : camera.focal_x;
+        } else {
+            throw Error(ErrorCode::InvalidFile,
+                        formatString("%s: neither \"camera_angle_x\" nor \"fl_x\" is there, expected one of them in "
+                                     "the frame or in the file; add one, or export the cameras again",
+                                     frame.where().c_str()));
+        }
+        distortion.add(lens);
+        const MiddleOffset middle = readMiddleOffset(lens, camera.width, camera.height);
+        if (camera.width > 0) {
+            finishCamera(camera, 0, 0, 0);
+            setMiddle(camera, middle.x / camera.width, middle.y / camera.height);
+        }
+        cameras.push_back(std::move(camera));
+    }
+    distortion.finish();
+    return cameras;
+}
+
+void readLens(const JsonObject& frame, Camera& camera)
+{
+    if (frame.has("width") || frame.has("height")) {
+        camera.width = frame.imageSide("width");
+        camera.height = frame.imageSide("height");
+    }
+    const bool has_focal = frame.has("fx") || frame.has("fy");
+    if (has_focal && (frame.has("fov_x") || frame.has("fov_y")))
+        frame.fail("fx", "given together with a field of view", "either fx, fy or fov_x, fov_y");
+    if (has_focal) {
+        if (camera.width == 0)
+            frame.fail("fx", "given without width and height", "both, because fx and fy are in pixels");
+        camera.fov_x = angleOf(camera.width, readFocal(frame, "fx"));
+        camera.fov_y = angleOf(camera.height, readFocal(frame, "fy"));
+    } else {
+        if (frame.has("fov_x"))
+            camera.fov_x = readAngle(frame, "fov_x");
+        if (frame.has("fov_y"))
+            camera.fov_y = readAngle(frame, "fov_y");
+    }
+}
+
+std::vector<Camera> trajectoryCameras(const JsonObject& root, const std::string& file,
+                                      std::vector<std::string>* ignored)
+{
+    const std::string schema = root.text("schema");
+    if (schema != "gsc.trajectory/1")
+        root.fail("schema", "\"" + schema.substr(0, 40) + "\"", "\"gsc.trajectory/1\"; a newer player may read it");
+    const Json& frames = root.at("frames");
+    if (!frames.is_array())
+        root.fail("frames", "no array", "an array of frames");
+    std::vector<Camera> cameras;
+    cameras.reserve(frames.size());
+    DistortionCheck distortion(file, ignored);
+    for (size_t i = 0; i < frames.size(); ++i) {
+        const JsonObject frame(frames[i], formatString("%s: frame %zu", file.c_str(), i));
+        Camera camera;
+        camera.name = frame.has("name") ? frame.text("name") : formatString("%04zu", i);
+        readRotation(frame, camera.rotation);
+        if (frame.has("position") == frame.has("translation"))
+            throw Error(
+                ErrorCode::InvalidFile,
+                formatString(
+                    "%s: %s of \"position\" and \"translation\" is there, expected exactly one; leave one of them in",
+                    frame.where().c_str(), frame.has("position") ? "each" : "none"));
+        if (frame.has("translation")) {
+            frame.vector3("translation", camera.translation);
+        } else {
+            double position[3];
+            frame.vector3("position", position);
+            translationFromPosition(camera.rotation, position, camera.translation);
+        }
+        readLens(frame, camera);
+        distortion.add({frame, &root});
+        refuseMiddleOffset({frame, &root});
+        if (frame.has("appearance"))
+            camera.appearance = int(frame.integer("appearance", 0, INT32_MAX));
+        if (frame.has("time"))
+            (void)frame.number("time");
+        cameras.push_back(std::move(camera));
+    }
+    distortion.finish();
+    return cameras;
+}
+
+// A signed angle from the eye's forward axis.
+double readSide(const JsonObject& fov, const char* key)
+{
+    const double angle = fov.number(key);
+    if (!(std::abs(angle) < 0.5 * std::numbers::pi - 1e-6))
+        fov.fail(key, formatString("%g", angle), "a signed angle in radians within a right angle, as in XrFovf");
+    return angle;
+}
+
+std::vector<EyeView> trajectoryViews(const JsonObject& root, const std::string& file)
+{
+    std::vector<EyeView> views;
+    if (!root.has("views"))
+        return views;
+    const Json& array = root.at("views");
+    if (!array.is_array() || array.empty() || array.size() > 2)
+        root.fail("views", "no array of one or two", "one eye, or the left and the right one");
+    if (root.has("ipd"))
+        root.fail("ipd", "given together with \"views\"", "one of them; the views say where the eyes are");
+    for (size_t i = 0; i < array.size(); ++i) {
+        const JsonObject eye(array[i], formatString("%s: view %zu", file.c_str(), i));
+        const JsonObject fov(eye.at("fov"), eye.where() + ": fov");
+        const JsonObject pose(eye.at("pose"), eye.where() + ": pose");
+        EyeView view;
+        view.left = readSide(fov, "left");
+        view.right = readSide(fov, "right");
+        view.up = readSide(fov, "up");
+        view.down = readSide(fov, "down");
+        if (!(view.right - view.left >= 1e-6))
+            fov.fail("right", formatString("%g", view.right), formatString("more than left, which is %g", view.left));
+        if (!(view.up - view.down >= 1e-6))
+            fov.fail("up", formatString("%g", view.up), formatString("more than down, which is %g", view.down));
+        pose.vector3("position", view.position);
+        readRotation(pose, view.rotation, "eye-to-head");
+        views.push_back(view);
+    }
+    return views;
+}
+
+// What a reader of cameras alone says to a trajectory with views.
+[[noreturn]] void refuseViews(const std::string& name)
+{
+    throw Error(ErrorCode::Unsupported,
+                name +
+                    ": \"views\" gives the eyes lenses and places of their own, expected cameras here; gsc-play draws "
+                    "such a trajectory, and without \"views\" its frames are cameras");
+}
+
+} // namespace
+
+std::vector<UpstreamCamera> parseUpstreamCameras(std::string_view json, const std::string& name,
+                                                 std::vector<std::string>* ignored)
+{
+    return upstreamCameras(parseJson(json, name), name, ignored);
+}
+
+Camera cameraFromUpstream(const UpstreamCamera& source)
+{
+    Camera camera;
+    camera.name = source.name;
+    std::memcpy(camera.rotation, source.rotation, sizeof(camera.rotation));
+    translationFromPosition(source.rotation, source.position, camera.translation);
+    camera.fov_x = angleOf(source.width, source.fx);
+    camera.fov_y = angleOf(source.height, source.fy);
+    setMiddle(camera, source.middle_x / source.width, source.middle_y / source.height);
+    camera.width = source.width;
+    camera.height = source.height;
+    if (source.width > kUpstreamMaxWidth) {
+        // both truncations as upstream's, in double: the width may come out as 1599
+        const double scale = double(source.width) / kUpstreamMaxWidth;
+        camera.width = uint32_t(source.width / scale);
+        camera.height = std::max(1u, uint32_t(source.height / scale));
+    }
+    return camera;
+}
+
+std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, TrajectoryFacts* eyes,
+                                    std::vector<std::string>* ignored)
+{
+    const Json root = parseJson(json, name);
+    std::vector<Camera> cameras;
+    TrajectoryFacts stated;
+    if (root.is_array()) {
+        for (const UpstreamCamera& camera : upstreamCameras(root, name, ignored))
+            cameras.push_back(cameraFromUpstream(camera));
+    } else {
+        const JsonObject object(root, name);
+        if (object.has("schema")) {
+            cameras = trajectoryCameras(object, name, ignored);
+            stated.ipd = object.has("ipd") ? object.positive("ipd") : 0;
+            stated.name = object.has("name") ? object.text("name") : "";
+            stated.views = trajectoryViews(object, name);
+        } else if (const Json* frames = object.find("frames"); frames && frames->is_array())
+            cameras = transformsCameras(object, name, ignored);
+        else
+            throw Error(
+                ErrorCode::InvalidFile,
+                formatString("%s: no camera file, expected upstream's cameras.json (an array), a transforms.json "
+                             "(\"frames\") or a trajectory (\"schema\": \"gsc.trajectory/1\"); pass one of these",
+                             name.c_str()));
+    }
+    if (cameras.empty())
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: holds no camera, expected at least one; pass another file", name.c_str()));
+    if (eyes)
+        *eyes = std::move(stated);
+    else if (!stated.views.empty())
+        refuseViews(name);
+    return cameras;
+}
+
+std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eyes, std::vector<std::string>* ignored)
+{
+    const std::string text = readInputText(path, kMaxFileBytes, "a camera file, or \"stored\" for those in the model");
+    const size_t first = text.find_first_not_of(" \t\r\n\xef\xbb\xbf"); // and a byte order mark
+    if (first == std::string::npos || (text[first] != '[' && text[first] != '{'))
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: is %s and no JSON, expected a camera file that starts with [ or {; pass a "
+                                 "cameras.json, a transforms.json or a trajectory",
+                                 path.c_str(), text.compare(0, 4, "\x89GSC") == 0 ? "a model" : "something else"));
+    return parseCameraFile(text, path, eyes, ignored);
+}
+
+} // namespace gsc

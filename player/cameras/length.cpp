@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/cameras/length.h"
+
+#include "format/error.h"
+
+#include <nlohmann/json.hpp>
+
+#include <charconv>
+
+namespace gsc {
+
+namespace {
+
+constexpr double kTooLong = 1e15;
+
+bool isLength(double value)
+{
+    return value > 0 && value < kTooLong; // false for NaN
+}
+
+} // namespace
+
+Length parseLength(const std::string& text, const char* option)
+{
+    double value = 0;
+    const char* const end = text.data() + text.size();
+    const auto [rest, error] = std::from_chars(text.data(), end, value);
+    const std::string_view unit(rest, size_t(end - rest));
+    Length length{value, unit.empty() ? LengthUnit::World : LengthUnit::Metre};
+    if (unit == "cm")
+        length.value /= 100;
+    else if (unit == "mm")
+        length.value /= 1000;
+    const bool known = unit.empty() || unit == "m" || unit == "cm" || unit == "mm";
+    if (error != std::errc() || !known || !isLength(length.value))
+        throw Error(ErrorCode::Usage,
+                    formatString("%s %.40s: no length, expected a number above 0 in world units of the model such as "
+                                 "0.065, or one with m, cm or mm behind it such as 64mm; correct it or leave it out",
+                                 option, text.c_str()));
+    return length;
+}
+
+std::optional<Metre> metreOfManifest(std::string_view manifest)
+{
+    using Json = nlohmann::json;
+    static const Json::json_pointer kUnits("/model/metre/units"), kRule("/model/metre/rule");
+    const Json json = Json::parse(manifest, nullptr, false);
+    if (!json.is_object() || !json.contains(kUnits) || !json.contains(kRule))
+        return std::nullopt;
+    const Json &units = json[kUnits], &rule = json[kRule];
+    if (!units.is_number() || !isLength(units.get<double>()) || !rule.is_string())
+        return std::nullopt;
+    return Metre{units.get<double>(), rule.get<std::string>()};
+}
+
+} // namespace gsc

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/measure/accuracy.h"
+
+#include "player/report_parts.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace gsc {
+
+namespace {
+
+// A pixel that is no number makes an image as bad as can be.
+double numberOr(double value, double worst)
+{
+    return value == value ? value : worst;
+}
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+constexpr double kWorstError = 1e30; // of a pixel that is not finite; JSON has no word for that
+
+double bounded(double error)
+{
+    return error < kWorstError ? error : kWorstError;
+}
+
+// `nothing_alike`: the value of images that cannot be compared because a pixel is not finite.
+OrderedJson sampledJson(const Accuracy::Sampled& sampled, const char* worst, double nothing_alike)
+{
+    if (sampled.frames == 0)
+        return {};
+    const auto value = [&](double v) { return std::isfinite(v) ? v : nothing_alike; };
+    return {{"mean", value(sampled.mean)}, {worst, value(sampled.worst)}, {"frames", sampled.frames}};
+}
+
+// Adds a value of an image; not a number counts as the worst.
+void note(Accuracy::Changes& changes, std::vector<double>& values, uint64_t frame, double value)
+{
+    if (std::isnan(value))
+        value = kWorstError;
+    if (values.empty() || value > changes.max) {
+        changes.max = value;
+        changes.max_frame = frame;
+    }
+    values.push_back(value);
+}
+
+void rank(Accuracy::Changes& changes, std::vector<double> values)
+{
+    if (values.empty())
+        return;
+    std::sort(values.begin(), values.end());
+    changes.images = values.size();
+    changes.p50 = nearestRank(values, 0.5);
+    changes.p90 = nearestRank(values, 0.9);
+    changes.p99 = nearestRank(values, 0.99);
+}
+
+OrderedJson changesJson(const Accuracy::Changes& changes)
+{
+    if (changes.images == 0)
+        return {};
+    return {{"p50", bounded(changes.p50)},
+            {"p90", bounded(changes.p90)},
+            {"p99", bounded(changes.p99)},
+            {"max", bounded(changes.max)},
+            {"max_frame", changes.max_frame}};
+}
+
+OrderedJson temporalJson(const Accuracy::Temporal& temporal)
+{
+    if (temporal.images == 0)
+        return {};
+    return {{"rms", bounded(temporal.rms)},
+            {"p50", bounded(temporal.p50)},
+            {"p99", bounded(temporal.p99)},
+            {"max", bounded(temporal.max)},
+            {"max_frame", temporal.max_frame}};
+}
+
+} // namespace
+
+double Scorer::change(uint32_t eye, const ImageView& image, const ImageView& exact)
+{
+    if (m_last.size() <= eye)
+        m_last.resize(eye + 1);
+    ErrorImage& last = m_last[eye];
+    const bool comparable = last.width == image.width && last.height == image.height;
+    const size_t count = size_t(image.width) * image.height * 3;
+    last.width = image.width;
+    last.height = image.height;
+    last.values.resize(count);
+    double sum = 0;
+    for (size_t i = 0; i < count; ++i) {
+        const float error = image.pixels[i] - exact.pixels[i];
+        const double step = double(error) - double(last.values[i]);
+        sum += step * step;
+        last.values[i] = error;
+    }
+    if (!comparable || count == 0)
+        return kNaN;
+    return std::isnan(sum) ? kWorstError : std::sqrt(sum / double(count));
+}
+
+// Squares that reach over the edge are as much as is there of them.
+void Scorer::move(uint64_t frame, uint32_t eye, const ImageView& image)
+{
+    constexpr uint32_t kSquare = 16;
+    if (m_moves.size() <= eye)
+        m_moves.resize(eye + 1);
+    Movement& eye_moves = m_moves[eye];
+    const size_t count = size_t(image.width) * image.height * 3;
+    if (eye_moves.width != image.width || eye_moves.height != image.height)
+        eye_moves.known = 0;
+    eye_moves.width = image.width;
+    eye_moves.height = image.height;
+    if (eye_moves.known > 0 && count > 0) {
+        const uint32_t columns = (image.width + kSquare - 1) / kSquare, rows = (image.height + kSquare - 1) / kSquare;
+        eye_moves.before.swap(eye_moves.now);
+        eye_moves.now.swap(eye_moves.after);
+        eye_moves.after.assign(size_t(columns) * rows, 0);
+        double sum = 0;
+        for (uint32_t y = 0; y < image.height; ++y)
+            for (uint32_t x = 0; x < image.width; ++x) {
+                const size_t at = (size_t(y) * image.width + x) * 3;
+                double square = 0;
+                for (size_t c = at; c < at + 3; ++c) {
+                    const double step = double(image.pixels[c]) - double(eye_moves.last[c]);
+                    square += step * step;
+                }
+                eye_moves.after[size_t(y / kSquare) * columns + x / kSquare] += square;
+                sum += square;
+            }
+        note(m_sums.motion, m_motion, frame, std::sqrt(sum / double(count)));
+        for (uint32_t row = 0; row < rows; ++row)
+            for (uint32_t column = 0; column < columns; ++column) {
+                const uint32_t w = std::min(kSquare, image.width - column * kSquare);
+                const uint32_t h = std::min(kSquare, image.height - row * kSquare);
+                double& value = eye_moves.after[size_t(row) * columns + column];
+                value = std::sqrt(value / (3.0 * w * h));
+            }
+        if (eye_moves.known > 2) { // three changes, the one in the middle is that of the frame before this one
+            double most = 0;
+            for (size_t i = 0; i < eye_moves.now.size(); ++i)
+                most = std::max(most, eye_moves.now[i] - std::max(eye_moves.before[i], eye_moves.after[i]));
+            note(m_sums.pop, m_pop, frame - 1, most);
+        }
+    }
+    ++eye_moves.known;
+    eye_moves.last.assign(image.pixels, image.pixels + count);
+}
+
+void Scorer::add(uint64_t frame, uint32_t eye, const ImageView& image, const ImageView& exact)
+{
+    const ImageDifference difference = compareImages(image, exact);
+    const double changed = change(eye, image, exact);
+    move(frame, eye, image);
+    if (m_sums.frame_psnr.size() <= frame) {
+        m_sums.frame_psnr.push_back(difference.psnr);
+        m_sums.frame_temporal.push_back(changed);
+    } else {
+        m_sums.frame_psnr[frame] = std::min(m_sums.frame_psnr[frame], difference.psnr);
+        m_sums.frame_temporal[frame] = std::max(m_sums.frame_temporal[frame], changed);
+    }
+    if (m_sums.images == 0 || difference.psnr < m_sums.psnr_min) {
+        m_sums.psnr_min = difference.psnr;
+        m_sums.psnr_min_frame = frame;
+    }
+    ++m_sums.images;
+    m_psnr.push_back(difference.psnr);
+    m_mse += difference.mse;
+    m_sums.max_error = std::max(m_sums.max_error, difference.max_error);
+    m_sums.over_1_255 += difference.over_1_255;
+
+    if (!std::isnan(changed)) {
+        if (m_changes.empty() || changed > m_sums.temporal.max) {
+            m_sums.temporal.max = changed;
+            m_sums.temporal.max_frame = frame;
+        }
+        m_changes.push_back(changed);
+        m_change2 += changed * changed;
+    }
+    if (m_options.ssim_every > 0 && frame % m_options.ssim_every == 0) {
+        const double value = ssim(image, exact);
+        m_sums.ssim.worst = std::min(m_ssim_images == 0 ? 1.0 : m_sums.ssim.worst, numberOr(value, 0));
+        m_ssim += value;
+        ++m_ssim_images;
+        m_sums.ssim.frames += eye == 0;
+    }
+    if (m_options.flip_every > 0 && frame % m_options.flip_every == 0) {
+        const double value = flip(exact, image);
+        m_sums.flip.worst = std::max(m_sums.flip.worst, numberOr(value, 1));
+        m_flip += value;
+        ++m_flip_images;
+        m_sums.flip.frames += eye == 0;
+    }
+}
+
+Accuracy Scorer::result() const
+{
+    Accuracy result = m_sums;
+    if (result.images == 0)
+        return result;
+    std::vector<double> psnr = m_psnr;
+    std::sort(psnr.begin(), psnr.end());
+    const double mse = m_mse / double(result.images);
+    result.psnr_pooled = mse > 0 ? -10 * std::log10(mse) : std::numeric_limits<double>::infinity();
+    result.psnr_p1 = nearestRank(psnr, 0.01);
+    if (m_ssim_images > 0)
+        result.ssim.mean = m_ssim / double(m_ssim_images);
+    if (m_flip_images > 0)
+        result.flip.mean = m_flip / double(m_flip_images);
+    rank(result.motion, m_motion);
+    rank(result.pop, m_pop);
+    if (!m_changes.empty()) {
+        std::vector<double> changes = m_changes;
+        std::sort(changes.begin(), changes.end());
+        result.temporal.images = changes.size();
+        result.temporal.rms = std::sqrt(m_change2 / double(changes.size()));
+        result.temporal.p50 = nearestRank(changes, 0.5);
+        result.temporal.p99 = nearestRank(changes, 0.99);
+    }
+    return result;
+}
+
+OrderedJson psnrJson(double psnr)
+{
+    constexpr double kWorstPsnr = -999;
+    return psnr > kWorstPsnr ? jsonNumber(psnr) : OrderedJson(kWorstPsnr);
+}
+
+nlohmann::ordered_json accuracyJson(const Accuracy& accuracy)
+{
+    return {{"psnr",
+             {{"pooled", psnrJson(accuracy.psnr_pooled)},
+              {"p1", psnrJson(accuracy.psnr_p1)},
+              {"min", psnrJson(accuracy.psnr_min)},
+              {"min_frame", accuracy.psnr_min_frame}}},
+            {"max_error", bounded(accuracy.max_error)},
+            {"over_1_255", accuracy.over_1_255},
+            {"ssim", sampledJson(accuracy.ssim, "min", 0)},
+            {"flip", sampledJson(accuracy.flip, "max", 1)},
+            {"temporal", temporalJson(accuracy.temporal)},
+            {"motion", changesJson(accuracy.motion)},
+            {"pop", changesJson(accuracy.pop)}};
+}
+
+} // namespace gsc

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// gsc-play bench: what frames cost, measured so that two runs can be compared.
+#pragma once
+
+#include "player/play_options.h"
+#include "player/tool/reporter.h"
+#include "player/measure/roofline.h"
+#include "runtime/backend.h"
+#include "runtime/metrics/metrics.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+struct BenchOptions {
+    PlayOptions play;                     // what and how to render; its outputs are not used
+    uint32_t warmup = 50, measured = 300; // frames
+    uint32_t quality = 0;                 // cameras scored against `exact`
+    std::string reference;                // backend that renders `exact` for it; empty = the measured one
+    std::string label;                    // free text for the report, such as what changed
+    std::string out;                      // file that takes a line, empty = none
+    std::string sweep;                    // file that says what to run instead (player/sweep/sweep.h), empty = none
+};
+
+struct BenchFrame {
+    double wall_ms = 0; // of Backend::render(), images left on the device
+    FrameResult result; // times are the device's own; of every try, as wall_ms is
+    double pixels = 0;  // of one eye
+    double lod_bias = 0;
+};
+
+struct BenchSummary {
+    std::string backend;
+    Tier tier = Tier::Exact; // that ran (Backend::tierOf)
+    double ipd = 0;          // of two eyes
+    DeviceFacts device;      // asked for after the last frame, so that clocks are those of the run
+    DeviceCeilings ceilings; // measured after the last frame; may be unknown
+    AnchorCost anchor_cost;
+    uint64_t anchors = 0, file_bytes = 0;
+    double open_ms = 0, load_ms = 0;
+    uint64_t shots = 0;      // cameras the frames cycle through
+    uint64_t warm_bytes = 0; // most that was resident in the warm-up; 0 = there was none
+    std::vector<BenchFrame> frames;
+    std::string reference;    // backend that rendered `exact`
+    PooledDifference quality; // over frames and eyes, each eye a frame of it
+    std::vector<std::string> warnings;
+};
+
+// Throws Error, before any work where `out` falls on an input or holds something else than rows.
+BenchSummary bench(const BenchOptions& options, Reporter& log);
+
+// A table for a person.
+std::string benchReportText(const BenchOptions& options, const BenchSummary& summary);
+// One object on one line, schemas/bench-report.schema.json.
+std::string benchReportJson(const BenchOptions& options, const BenchSummary& summary);
+
+} // namespace gsc

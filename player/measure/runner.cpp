@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/measure/runner.h"
+
+#include "format/interrupt.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <filesystem>
+
+namespace gsc {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+size_t valuesOf(const Shot& shot)
+{
+    return size_t(shot.camera.width) * shot.camera.height * 3;
+}
+
+// Renders one frame into `images`, or leaves it on the device if that is null; returns the milliseconds it took.
+double renderShot(const Scene& scene, const Path& path, size_t index, FrameOptions& frame, Backend& backend,
+                  std::vector<float>* images, FrameResult& result)
+{
+    throwIfInterrupted();
+    const Shot& shot = path.shots[index];
+    EyeParams eyes[kMaxEyes];
+    shotEyes(shot, path.eye_count, eyes);
+    frame.appearance = shotAppearance(scene, shot);
+    float* pixels[kMaxEyes] = {};
+    for (uint32_t e = 0; images && e < path.eye_count; ++e) {
+        images[e].resize(valuesOf(shot));
+        pixels[e] = images[e].data();
+    }
+    const Clock::time_point start = Clock::now();
+    backend.render(eyes, path.eye_count, frame, images ? pixels : nullptr, result);
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+bool rendersOnHost(const Backend& backend)
+{
+    return std::strncmp(backend.name(), "cpu", 3) == 0;
+}
+
+// Frames that are timed one after another before they are scored: scoring between two frames leaves the processor's
+// caches full of pictures, which costs the next one some per cent.
+size_t blockSize(const Path& path, bool together)
+{
+    constexpr uint64_t kBlockBytes = uint64_t(128) << 20;
+    uint64_t largest = 1;
+    for (const Shot& shot : path.shots)
+        largest = std::max<uint64_t>(largest, valuesOf(shot) * sizeof(float) * path.eye_count);
+    return together ? std::clamp<size_t>(kBlockBytes / largest, 1, path.shots.size()) : 1;
+}
+
+} // namespace
+
+Path openPath(const Scene& scene, const PlayOptions& options, const std::string& listed, Reporter& log)
+{
+    Path path;
+    path.shots = chooseShots(scene, options, log, &path.name);
+    path.cameras = listed;
+    path.eye_count = uint32_t(options.eyes);
+    if (path.name.empty())
+        path.name = std::filesystem::path(listed).stem().string();
+    return path;
+}
+
+ExactImages::ExactImages(const Scene& scene, const Path& path, const FrameOptions& frame, Backend& backend)
+    : m_scene(scene), m_path(path), m_frame(frame), m_backend(backend)
+{
+    m_frame.tier = Tier::Exact;
+    m_frame.stereo = StereoMode::Exact;
+    m_frame.lod_bias = m_frame.lod_fade = m_frame.lod_hysteresis = 0;
+    m_frame.reuse = {};
+}
+
+bool ExactImages::fit(const Path& path, uint64_t budget)
+{
+    uint64_t bytes = 0;
+    for (const Shot& shot : path.shots)
+        bytes += valuesOf(shot) * sizeof(float) * path.eye_count;
+    return bytes <= budget;
+}
+
+void ExactImages::render(size_t shot, std::vector<float>* images)
+{
+    FrameResult ignored;
+    (void)renderShot(m_scene, m_path, shot, m_frame, m_backend, images, ignored);
+}
+
+void ExactImages::keepAll()
+{
+    std::vector<std::vector<float>> kept(m_path.shots.size() * kMaxEyes);
+    for (size_t i = 0; i < m_path.shots.size(); ++i)
+        render(i, &kept[i * kMaxEyes]);
+    m_kept = std::move(kept);
+}
+
+const std::vector<float>* ExactImages::images(size_t shot)
+{
+    if (!m_kept.empty())
+        return &m_kept[shot * kMaxEyes];
+    render(shot, m_current);
+    return m_current;
+}
+
+RunResult measureRun(const Scene& scene, const Path& path, const FrameOptions& frame, Backend& backend,
+                     ExactImages& exact, const ScoreOptions& score, const FrameDone& done)
+{
+    RunResult run;
+    run.tier = backend.tierOf(frame.tier);
+    const bool together = rendersOnHost(backend);
+    FrameOptions options = frame;
+    Scorer scorer(score);
+    const size_t frames = path.shots.size(), block = blockSize(path, together);
+    std::vector<std::vector<float>> images(block * kMaxEyes);
+    std::vector<float> current[kMaxEyes]; // the same memory for every frame, as a player has it
+    const auto scoreShot = [&](size_t i) {
+        throwIfInterrupted();
+        const Camera& camera = path.shots[i].camera;
+        const std::vector<float>* expected = exact.images(i);
+        const std::vector<float>* rendered = &images[i % block * kMaxEyes];
+        for (uint32_t e = 0; e < path.eye_count; ++e)
+            scorer.add(i, e, {rendered[e].data(), camera.width, camera.height},
+                       {expected[e].data(), camera.width, camera.height});
+        done(i + 1);
+    };
+
+    backend.dropCaches();
+    for (size_t i = 0; i < frames; ++i) {
+        RunFrame timed;
+        timed.wall_ms = renderShot(scene, path, i, options, backend, together ? current : nullptr, timed.result);
+        for (uint32_t e = 0; together && e < path.eye_count; ++e)
+            images[i % block * kMaxEyes + e] = current[e];
+        run.frames.push_back(timed);
+        for (size_t k = i / block * block; together && k <= i && (i + 1 == frames || (i + 1) % block == 0); ++k)
+            scoreShot(k);
+    }
+    run.device = backend.device();
+    if (!together) {
+        backend.dropCaches();
+        for (size_t i = 0; i < frames; ++i) {
+            FrameResult ignored;
+            (void)renderShot(scene, path, i, options, backend, images.data(), ignored);
+            scoreShot(i);
+        }
+    }
+    run.accuracy = scorer.result();
+    return run;
+}
+
+} // namespace gsc

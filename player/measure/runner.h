@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// Renders a path once, from a cold start, and says what its frames cost and how far they are from exact.
+#pragma once
+
+#include "player/measure/accuracy.h"
+#include "player/shots.h"
+#include "runtime/backend.h"
+#include "runtime/scene.h"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+// The poses of one trajectory, as a run asks for them.
+struct Path {
+    std::string name;    // that the trajectory states, or its file's stem
+    std::string cameras; // as the caller named it
+    std::vector<Shot> shots;
+    uint32_t eye_count = 1;
+};
+
+// Reads `options.cameras`. `listed` is what reports call it. Throws Error (Usage, Io, InvalidFile).
+Path openPath(const Scene& scene, const PlayOptions& options, const std::string& listed, Reporter& log);
+
+using FrameDone = std::function<void(uint64_t done)>; // frames, from 1
+
+// The images of tier exact without reuse and without caches: what every run of the path is measured against.
+class ExactImages {
+public:
+    // Background and near plane are those of `frame`. `backend`, `scene` and `path` must outlive this.
+    ExactImages(const Scene& scene, const Path& path, const FrameOptions& frame, Backend& backend);
+
+    // Would all of them take at most `budget` bytes?
+    static bool fit(const Path& path, uint64_t budget);
+
+    // Renders and keeps all of them; the backend is not used afterwards.
+    void keepAll();
+
+    // Rendered now unless kept; then the backend must not be the one that is measured, whose caches it would disturb.
+    // Valid until the next call.
+    const std::vector<float>* images(size_t shot);
+
+private:
+    void render(size_t shot, std::vector<float>* images);
+
+    const Scene& m_scene;
+    const Path& m_path;
+    FrameOptions m_frame;
+    Backend& m_backend;
+    std::vector<std::vector<float>> m_kept; // kMaxEyes per shot; empty unless kept
+    std::vector<float> m_current[kMaxEyes];
+};
+
+struct RunFrame {
+    double wall_ms = 0; // of Backend::render()
+    FrameResult result;
+};
+
+struct RunResult {
+    std::vector<RunFrame> frames;
+    Accuracy accuracy;
+    Tier tier = Tier::Exact; // that ran
+    DeviceFacts device;      // asked for after the last timed frame
+};
+
+// Frames in order, after dropCaches(). Scoring is no part of the times. A backend that renders on the host is timed and
+// scored in one pass, because its images are on the host anyway, a block of frames at a time; any other is timed with
+// its images left on the device and renders the path again for the scores. Throws Error (Interrupted, OutOfMemory,
+// Device).
+RunResult measureRun(const Scene& scene, const Path& path, const FrameOptions& frame, Backend& backend,
+                     ExactImages& exact, const ScoreOptions& score, const FrameDone& done);
+
+} // namespace gsc

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/sweep/sweep.h"
+
+#include "format/error.h"
+#include "player/lod_target.h"
+#include "player/measure/measurer.h"
+#include "player/report_parts.h"
+#include "player/sweep/row_file.h"
+#include "player/sweep/run_row.h"
+#include "player/sweep/run_rows.h"
+#include "player/sweep/sweep_config.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <numbers>
+
+namespace gsc {
+
+namespace {
+
+RunConfig baseRun(const PlayOptions& options)
+{
+    RunConfig run;
+    run.backend = options.backend;
+    run.tier = options.tier;
+    run.lod_bias = options.lod_bias;
+    run.stereo = options.stereo;
+    run.lod_fade = options.lod_fade;
+    run.lod_hysteresis = options.lod_hysteresis;
+    run.reuse = options.reuse;
+    return run;
+}
+
+std::vector<std::string> backendNames()
+{
+    std::vector<std::string> names;
+    for (const BackendInfo& backend : availableBackends())
+        names.push_back(backend.name);
+    return names;
+}
+
+PlayOptions withFrames(PlayOptions options, const SweepConfig& config)
+{
+    if (config.width > 0) {
+        options.width = config.width;
+        options.height = config.height;
+    }
+    if (config.fov_degrees > 0)
+        options.fov_x = config.fov_degrees * std::numbers::pi / 180;
+    if (config.eyes > 0)
+        options.eyes = config.eyes;
+    if (config.frames > 0)
+        options.frame_end = config.frames;
+    return options;
+}
+
+std::string resolved(const std::string& config_file, const std::string& trajectory)
+{
+    return trajectory == "stored" ? trajectory
+                                  : (std::filesystem::path(config_file).parent_path() / trajectory).string();
+}
+
+void checkOut(const BenchOptions& options, const SweepConfig& config, bool json_summary)
+{
+    std::vector<NamedPath> inputs = {{options.sweep, "the file of --sweep"}};
+    for (const std::string& trajectory : config.trajectories)
+        if (trajectory != "stored")
+            inputs.push_back({resolved(options.sweep, trajectory), "a camera file"});
+    checkRowOutput(options, std::move(inputs), json_summary);
+}
+
+// Anchors that a run decoded per frame and eye, rounded, at least one.
+uint64_t meanDecodes(const OrderedJson& row)
+{
+    // without the first frame, in which every policy decodes everything, whatever its budget
+    double sum = 0;
+    const OrderedJson& decoded = row.at("per_frame").at("decoded");
+    const size_t first = decoded.size() > 1 ? 1 : 0;
+    for (size_t i = first; i < decoded.size(); ++i)
+        sum += decoded[i].get<double>();
+    const double mean = sum / double(decoded.size() - first) / row.at("config").at("eyes").get<double>();
+    return uint64_t(std::clamp(std::round(mean), 1.0, 1e15));
+}
+
+class Sweep {
+public:
+    Sweep(const BenchOptions& options, const SweepConfig& config, Reporter& log)
+        : m_config(config), m_log(log), m_rows(options.out, m_cut_off),
+          m_scene(Scene::open(options.play.input, options.play.verify))
+    {
+        m_context.options = withFrames(options.play, config);
+        for (const std::string& trajectory : config.trajectories) {
+            PlayOptions reading = m_context.options;
+            reading.cameras = resolved(options.sweep, trajectory);
+            m_paths.push_back(openPath(*m_scene, reading, trajectory, log));
+        }
+        m_context.label = options.label;
+        m_context.file_bytes = m_scene->bytes();
+        m_context.anchors = m_scene->anchorCount();
+        m_context.file_hash = fileHash(options.play.input);
+        m_context.warmup = config.warmup;
+        m_context.score = config.score;
+        m_measurer = std::make_unique<Measurer>(*m_scene, m_context.options, options.reference, log);
+        if (!m_cut_off.empty())
+            log.warning(m_cut_off);
+        m_runs = expandRuns(config);
+        for (const RunConfig& run : m_runs)
+            if (run.stereo == StereoMode::Merged && m_context.options.eyes == 1)
+                throw Error(ErrorCode::Usage, formatString("%s: a run has stereo merged and there is one eye, expected "
+                                                           "two eyes; state \"eyes\": 2 or pass --eyes 2",
+                                                           options.sweep.c_str()));
+        for (const RunConfig& run : m_runs)
+            for (const auto& [axis, value] : {std::pair<const char*, double>{"lod_bias", run.lod_bias},
+                                              {"lod_fade", run.lod_fade},
+                                              {"lod_hysteresis", run.lod_hysteresis}})
+                checkLevelChoice(*m_scene, options.play.input, options.sweep + ": a run has " + axis, value);
+        for (RunConfig& run : m_runs)
+            run.backend = m_measurer->nameOf(run.backend);
+        for (const Path& path : m_paths)
+            m_total += path.shots.size() * m_runs.size();
+    }
+
+    void runAll(const std::function<void(const OrderedJson&)>& show)
+    {
+        for (const Path& path : m_paths)
+            for (const RunConfig& run : m_runs) {
+                m_log.progressPart(
+                    formatString("run %zu/%zu %s", m_runs_done + 1, m_paths.size() * m_runs.size(), path.name.c_str()));
+                try {
+                    show(rowOf(path, run));
+                } catch (const Error& e) {
+                    if (e.code() != ErrorCode::Unsupported)
+                        throw;
+                    m_log.warning(formatString("left out: %s", e.what()));
+                    m_frames_done += path.shots.size();
+                }
+                ++m_runs_done;
+            }
+        if (m_found > 0)
+            m_log.tell(formatString("%zu of %zu runs were in the file already", m_found, m_runs_done));
+    }
+
+    // What Ctrl-C left.
+    [[noreturn]] void throwInterrupted(const std::string& out) const
+    {
+        const bool is_kept = !out.empty() && !isStandardOutput(out);
+        throw Error(ErrorCode::Interrupted,
+                    formatString("interrupted: %zu of %zu runs are done%s, expected to run to the end; %s", m_runs_done,
+                                 m_paths.size() * m_runs.size(),
+                                 is_kept ? (" and in " + out + ", all complete").c_str() : "",
+                                 is_kept ? "the same command goes on there" : "run it again"));
+    }
+
+private:
+    OrderedJson rowOf(const Path& path, RunConfig run)
+    {
+        m_context.reference = m_measurer->referenceOf(run.backend);
+        if (run.match_budget) {
+            const RunConfig depth = depthRunOf(m_config, run);
+            const OrderedJson* row = known(configOf(path, depth), depth.backend);
+            if (!row) // expandRuns() put it first
+                throw Error(ErrorCode::Internal, "sweep: no run to take the decode budget \"match\" from, expected "
+                                                 "one; this is a bug of gsc, please report it");
+            run.reuse.decode_budget = meanDecodes(*row);
+            run.match_budget = false;
+        }
+        OrderedJson config = configOf(path, run);
+        const uint64_t frames = path.shots.size();
+        if (const OrderedJson* row = known(config, run.backend)) {
+            ++m_found;
+            m_frames_done += frames;
+            return *row;
+        }
+        FrameOptions frame = frameOptions(*m_scene, m_context.options);
+        frame.tier = run.tier;
+        frame.lod_bias = float(run.lod_bias);
+        frame.stereo = run.stereo;
+        frame.lod_fade = float(run.lod_fade);
+        frame.lod_hysteresis = float(run.lod_hysteresis);
+        frame.reuse = run.reuse;
+        const RunResult result = m_measurer->run(path, run.backend, frame, m_config.score, [&](uint64_t done) {
+            m_log.progress("render", m_frames_done + done, m_total);
+        });
+        m_frames_done += frames;
+        OrderedJson row = runRowJson(m_context, std::move(config), run, result);
+        m_rows.append(row);
+        return row;
+    }
+
+    // The row of a run that this program made on this device.
+    const OrderedJson* known(const OrderedJson& config, const std::string& backend)
+    {
+        const OrderedJson* row = m_rows.find(config.at("id").get<std::string>());
+        const bool same = row != nullptr && row->at("tool") == toolJson() &&
+                          row->at("device").at("name") == m_measurer->deviceOf(backend);
+        return same ? row : nullptr;
+    }
+
+    [[nodiscard]] OrderedJson configOf(const Path& path, const RunConfig& run) const
+    {
+        return runConfigJson(m_context, path, run);
+    }
+
+    const SweepConfig& m_config;
+    Reporter& m_log;
+    std::string m_cut_off;
+    RunRows m_rows; // before the model: a file of something else is refused before any work
+    std::unique_ptr<Scene> m_scene;
+    RunContext m_context;
+    std::vector<Path> m_paths;
+    std::unique_ptr<Measurer> m_measurer;
+    std::vector<RunConfig> m_runs;
+    uint64_t m_total = 0, m_frames_done = 0; // frames
+    size_t m_runs_done = 0, m_found = 0;
+};
+
+} // namespace
+
+void sweep(const BenchOptions& options, Reporter& log, const std::function<void(const OrderedJson&)>& show)
+{
+    const SweepConfig config = readSweepConfig(options.sweep, baseRun(options.play), backendNames());
+    checkOut(options, config, log.json());
+    Sweep run(options, config, log);
+    try {
+        run.runAll(show);
+    } catch (const Error& e) {
+        if (e.code() != ErrorCode::Interrupted)
+            throw;
+        run.throwInterrupted(options.out);
+    }
+}
+
+} // namespace gsc

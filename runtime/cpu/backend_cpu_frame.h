@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the two ways of the CPU backend to decode a frame share: what they fill and what they count.
+#pragma once
+
+#include "kernels/simd/buffer.h"
+#include "kernels/reuse/packed_strip.h"
+#include "kernels/project/project.h"
+
+namespace gsc {
+
+// One eye's splats, block by block: block b owns slots [b * capacity, (b + 1) * capacity).
+struct SplatStore {
+    Buffer<Splat> splats;
+    Buffer<uint32_t> depth_bits;
+    Buffer<uint16_t> origins;
+    Buffer<uint32_t> counts; // per block
+
+    void reserve(size_t blocks, size_t slots)
+    {
+        splats.reserve(slots);
+        depth_bits.reserve(slots);
+        origins.reserve(slots);
+        counts.reserve(blocks);
+    }
+
+    [[nodiscard]] uint64_t bytes() const
+    {
+        return splats.bytes() + depth_bits.bytes() + origins.bytes() + counts.bytes();
+    }
+};
+
+// What one worker adds up while decoding and projecting.
+struct WorkerState {
+    DecodeScratch scratch;
+    // of reuse: what a block draws, and a strip that no entry holds
+    DecodeScratch gathered;
+    Buffer<uint16_t> strip_keys;
+    Buffer<float> strip_fixed;
+    Buffer<std::byte> strip_packed;
+    PackScratch pack;
+    uint64_t alive[kMaxEyes], visible[kMaxEyes], dropped[kMaxEyes];
+    uint64_t decoded[kMaxEyes], reused[kMaxEyes], overdue[kMaxEyes];
+    bool any_positive[kMaxEyes];
+    double decode_ms, project_ms;
+
+    void clearCounts()
+    {
+        for (uint32_t e = 0; e < kMaxEyes; ++e) {
+            alive[e] = visible[e] = dropped[e] = decoded[e] = reused[e] = overdue[e] = 0;
+            any_positive[e] = false;
+        }
+        decode_ms = project_ms = 0;
+    }
+};
+
+} // namespace gsc

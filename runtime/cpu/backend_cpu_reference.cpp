@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/cpu/backend_cpu.h"
+#include "runtime/frame_checks.h"
+
+#include "kernels/blend/blend.h"
+#include "kernels/threads/stopwatch.h"
+#include "kernels/math/anchor.h"
+
+#include <algorithm>
+
+namespace gsc {
+
+namespace {
+
+template <typename Real>
+void fill(Real* image, size_t pixels, const float* color)
+{
+    for (size_t i = 0; i < pixels; ++i)
+        for (int c = 0; c < 3; ++c)
+            image[3 * i + c] = Real(color[c]);
+}
+
+template <typename Real>
+void renderEye(const ModelView& model, const EyeOf<Real>& eye, const Real* decode_center, const FrameOptions& options,
+               Real* image, EyeCounts& counts, StageTimes& times)
+{
+    const RasterConstants rules = rasterConstants(*model.params, options.near_z);
+    Stopwatch watch;
+    std::vector<SelectedAnchor<Real>> selected =
+        selectReference<Real>(model, eye, rules, Real(options.lod_bias), Real(options.lod_fade));
+    for (uint64_t c = 0; c < model.params->chunk_count; ++c)
+        counts.anchors_tested += model.chunks[c].anchor_count;
+    counts.anchors_visible = counts.anchors_decoded = selected.size();
+    times.select += watch.lap();
+
+    bool any_positive = false;
+    const std::vector<GaussianOf<Real>> gaussians =
+        decodeReference<Real>(model, decode_center, selected, options.appearance, any_positive);
+    counts.gaussians_alive = gaussians.size();
+    times.decode += watch.lap();
+
+    const std::vector<SplatOf<Real>> splats = projectReference<Real>(eye, rules, gaussians, counts.gaussians_dropped);
+    counts.gaussians_visible = splats.size();
+    times.project += watch.lap();
+
+    const std::vector<uint32_t> sorted = sortReference(splats);
+    times.sort += watch.lap();
+    const TileLists lists = binReference(splats, sorted, tileCount(eye.width), tileCount(eye.height));
+    counts.pairs = lists.entries.size();
+    times.bin += watch.lap();
+
+    const float black[3] = {0, 0, 0};
+    if (any_positive)
+        counts.blend_evaluations =
+            blendReference(splats, lists, eye.width, eye.height, rules, options.background, image);
+    else
+        fill(image, size_t(eye.width) * eye.height, options.empty_is_black ? black : options.background);
+    times.blend += watch.lap();
+}
+
+template <typename Real>
+void renderReference(const ModelView& model, const EyeOf<Real>* eyes, uint32_t eye_count, const FrameOptions& options,
+                     Real* const* images, FrameResult& result)
+{
+    checkModel(model);
+    checkOptions(model, options, eye_count);
+    for (uint32_t e = 0; e < eye_count; ++e)
+        checkSize(eyes[e].width, eyes[e].height);
+    result = {};
+    Stopwatch watch;
+    const bool merged = decodesMerged(options, eye_count);
+    Real middle[3] = {};
+    if (merged)
+        mergedCenter(eyes, middle);
+    std::vector<Real> unwanted; // of an eye whose image nobody wants
+    for (uint32_t e = 0; e < eye_count; ++e) {
+        Real* image = images != nullptr ? images[e] : nullptr;
+        if (image == nullptr) {
+            unwanted.resize(size_t(eyes[e].width) * eyes[e].height * 3);
+            image = unwanted.data();
+        }
+        renderEye<Real>(model, eyes[e], merged ? middle : eyes[e].center, options, image, result.eyes[e], result.times);
+    }
+    result.times.total = watch.lap();
+    result.bytes_resident = modelBytes(model);
+}
+
+} // namespace
+
+void renderReference64(const ModelView& model, const EyeParams64* eyes, uint32_t eye_count, const FrameOptions& options,
+                       double* const* images, FrameResult& result)
+{
+    renderReference<double>(model, eyes, eye_count, options, images, result);
+}
+
+void renderReference32(const ModelView& model, const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options,
+                       float* const* images, FrameResult& result)
+{
+    renderReference<float>(model, eyes, eye_count, options, images, result);
+}
+
+} // namespace gsc

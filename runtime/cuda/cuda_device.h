@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// Owners of what a frame needs of a device beside memory.
+#pragma once
+
+#include "kernels/cuda/cuda_check.h"
+#include "kernels/frame/device_model.h"
+
+#include <cstddef>
+
+namespace gsc {
+
+struct CudaStream {
+    cudaStream_t handle = nullptr;
+
+    CudaStream() { GSC_CUDA_CHECK(cudaStreamCreateWithFlags(&handle, cudaStreamNonBlocking)); }
+    ~CudaStream()
+    {
+        cudaStreamSynchronize(handle);
+        cudaStreamDestroy(handle);
+    }
+    CudaStream(const CudaStream&) = delete;
+    CudaStream& operator=(const CudaStream&) = delete;
+};
+
+struct CudaEvent {
+    cudaEvent_t handle = nullptr;
+
+    CudaEvent() { GSC_CUDA_CHECK(cudaEventCreate(&handle)); }
+    ~CudaEvent() { cudaEventDestroy(handle); }
+    CudaEvent(const CudaEvent&) = delete;
+    CudaEvent& operator=(const CudaEvent&) = delete;
+
+    void record(const CudaStream& stream) const { GSC_CUDA_CHECK(cudaEventRecord(handle, stream.handle)); }
+    // Milliseconds from `before` to this; both have passed.
+    [[nodiscard]] double since(const CudaEvent& before) const
+    {
+        float ms = 0;
+        GSC_CUDA_CHECK(cudaEventElapsedTime(&ms, before.handle, handle));
+        return ms;
+    }
+};
+
+// The counters of a frame in page-locked host memory, so that their copy is asynchronous.
+struct PinnedCounters {
+    FrameCounters* data = nullptr;
+
+    PinnedCounters() { GSC_CUDA_CHECK(cudaMallocHost(reinterpret_cast<void**>(&data), sizeof(FrameCounters))); }
+    ~PinnedCounters() { cudaFreeHost(data); }
+    PinnedCounters(const PinnedCounters&) = delete;
+    PinnedCounters& operator=(const PinnedCounters&) = delete;
+};
+
+// What the launches are sized by.
+struct CudaLimits {
+    uint32_t processors = 0;
+    size_t shared_bytes = 0; // that a block may have
+};
+
+// Of this thread's device.
+struct DeviceFacts cudaFacts();
+
+// Device memory that the driver took for this process before it asked for any: the context and the kernels' code. 0 where
+// the driver's management library does not tell. What the first context added to the memory in use, measured once, so it
+// is right if no other process takes or gives back memory at that moment, and 32 MiB for code that is loaded later. Precondition: the first openCudaDevice() of the process.
+uint64_t cudaContextBytes();
+
+// Makes the first device this thread's. Throws Error as cudaStatus() says.
+CudaLimits openCudaDevice();
+
+} // namespace gsc

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// Device memory in one piece that grows and keeps no content when it grows, and how it is dealt out.
+#pragma once
+
+#include "kernels/cuda/cuda_check.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+namespace gsc {
+
+// What a backend may hold of its device. 0 = all there is.
+struct MemoryBudget {
+    uint64_t limit = 0, used = 0;
+};
+
+class DeviceArena {
+public:
+    explicit DeviceArena(MemoryBudget& budget) : m_budget(budget) {}
+    DeviceArena(const DeviceArena&) = delete;
+    DeviceArena& operator=(const DeviceArena&) = delete;
+    ~DeviceArena() { release(); }
+
+    // Afterwards there is room for `bytes`, undefined where it grew. Waits for the device if it grows; true if it did.
+    // `what` is for the message. Throws Error (OutOfMemory, Device).
+    bool reserve(size_t bytes, const char* what)
+    {
+        if (bytes <= m_bytes)
+            return false;
+        release();
+        if (m_budget.limit != 0 && m_budget.used + bytes > m_budget.limit)
+            throw Error(ErrorCode::OutOfMemory,
+                        formatString("cuda: %s takes %zu bytes of device memory beside %llu in use, expected at most "
+                                     "%llu in all; raise --vram-budget, choose a smaller --size or --backend cpu",
+                                     what, bytes, static_cast<unsigned long long>(m_budget.used),
+                                     static_cast<unsigned long long>(m_budget.limit)));
+        void* data = nullptr;
+        const cudaError_t code = cudaMalloc(&data, bytes);
+        if (code == cudaErrorMemoryAllocation) {
+            (void)cudaGetLastError();
+            size_t left = 0, total = 0;
+            (void)cudaMemGetInfo(&left, &total);
+            throw Error(ErrorCode::OutOfMemory,
+                        formatString("cuda: %s takes %zu bytes of device memory, of %zu only %zu are free, expected "
+                                     "enough; state a smaller --vram-budget, a smaller --size or --backend cpu",
+                                     what, bytes, total, left));
+        }
+        GSC_CUDA_CHECK(code);
+        m_data = static_cast<unsigned char*>(data);
+        m_bytes = bytes;
+        m_budget.used += bytes;
+        return true;
+    }
+
+    void release()
+    {
+        cudaFree(m_data);
+        m_data = nullptr;
+        m_budget.used -= m_bytes;
+        m_bytes = 0;
+    }
+
+    // Of `left` bytes of the device, how many may be reserved.
+    [[nodiscard]] uint64_t free(uint64_t left) const
+    {
+        const uint64_t allowed = m_budget.limit - std::min(m_budget.used, m_budget.limit);
+        return m_budget.limit == 0 ? left : std::min(left, allowed);
+    }
+
+    [[nodiscard]] unsigned char* get() const { return m_data; }
+    [[nodiscard]] uint64_t bytes() const { return m_bytes; }
+
+private:
+    MemoryBudget& m_budget;
+    unsigned char* m_data = nullptr;
+    size_t m_bytes = 0;
+};
+
+// Deals out a piece of memory from its start. Without memory it only counts: lay out twice, first to know how much.
+class ArenaLayout {
+public:
+    explicit ArenaLayout(unsigned char* base) : m_base(base) {}
+
+    // Room for `count` values, null while counting. Aligned for any load.
+    template <typename T>
+    T* take(size_t count)
+    {
+        T* const at = m_base == nullptr ? nullptr : reinterpret_cast<T*>(m_base + m_bytes);
+        m_bytes += room(at, std::max<size_t>(count, 1) * sizeof(T));
+        return at;
+    }
+
+    [[nodiscard]] size_t bytes() const { return m_bytes; }
+
+private:
+    static size_t room([[maybe_unused]] void* at, size_t bytes)
+    {
+        constexpr size_t kAlign = 256;
+        size_t all = (bytes + kAlign - 1) / kAlign * kAlign;
+#ifdef GSC_CUDA_EMULATION
+        all += kAlign; // nobody's: to write there is an error
+        if (at != nullptr)
+            gsc_emulation::handOut(at, bytes, all);
+#endif
+        return all;
+    }
+
+    unsigned char* m_base;
+    size_t m_bytes = 0;
+};
+
+// Makes room in `arena` for what layOut(ArenaLayout&) takes, and takes it; returns what that returns. As reserve().
+template <typename LayOut>
+auto layOutIn(DeviceArena& arena, const char* what, const LayOut& layOut)
+{
+    ArenaLayout counted(nullptr);
+    layOut(counted);
+    arena.reserve(counted.bytes(), what);
+    ArenaLayout layout(arena.get());
+    return layOut(layout);
+}
+
+} // namespace gsc

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// A frame as a CUDA graph: captured once, then launched for every frame of the same shape.
+#pragma once
+
+#include "runtime/cuda/frame_stages.h"
+
+#include <memory>
+#include <vector>
+
+namespace gsc {
+
+class FrameGraph {
+public:
+    // Captures the stages of `job` and the copy of the counters to `counters`. reuse: where the shape uses it.
+    // Throws Error (Device, OutOfMemory).
+    FrameGraph(const FrameJob& job, const FrameReuse& reuse, FrameCounters* counters, const CudaStream& stream);
+    ~FrameGraph();
+    FrameGraph(const FrameGraph&) = delete;
+    FrameGraph& operator=(const FrameGraph&) = delete;
+
+    // Can it draw this job? Buffers are not compared: whoever moves them drops the graph.
+    [[nodiscard]] bool fits(const FrameJob& job) const { return m_shape == job.shape && m_capacity == job.capacity; }
+
+    // Asynchronous. now: a ReuseNow where the shape uses reuse.
+    void launch(const FrameNow& now, const CudaStream& stream);
+
+    // Of the last launch, which has ended.
+    [[nodiscard]] StageTimes times() const;
+
+private:
+    struct PassEvents {
+        CudaEvent decoded, binned, sorted, blended;
+    };
+
+    void capture(FrameCapture& capture, const FrameJob& job, const FrameReuse& reuse, FrameCounters* counters);
+
+    FrameShape m_shape;
+    FrameCapacity m_capacity;
+    cudaGraph_t m_graph = nullptr;
+    cudaGraphExec_t m_exec = nullptr;
+    std::vector<std::unique_ptr<FrameNode>> m_nodes;
+    CudaEvent m_start, m_selected;
+    std::vector<std::unique_ptr<PassEvents>> m_passes;
+};
+
+} // namespace gsc

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/cuda/frame_plan.h"
+
+#include "format/error.h"
+#include "kernels/frame/device_model.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace gsc {
+
+namespace {
+
+// Parts of a model's Gaussians that a frame may show. Of trained models 0.7 are alive, seen from anywhere; of one with
+// levels a city shows an eighth.
+constexpr double kAliveShare = 0.8, kLevelShare = 0.25;
+constexpr uint64_t kFewSlots = 4u << 20;   // so few are no matter: all
+constexpr uint64_t kMostSlots = 1u << 30;  // of all lists
+constexpr uint64_t kExpectedPairs = 2;     // per slot
+constexpr uint64_t kExpectedLength = 512;  // pairs of a bin, where few splats are large
+constexpr uint32_t kSeveral = 2;           // passes, which need memory between them
+constexpr uint32_t kLeastSlots = 1u << 12; // beside twice the gaps: with fewer there would be too many passes
+
+uint32_t clamped(uint64_t pairs)
+{
+    return uint32_t(std::min<uint64_t>(pairs, UINT32_MAX));
+}
+
+// Slots of one list that a frame of the model hardly exceeds.
+uint32_t mostSlots(const FrameRoom& room)
+{
+    const double share = room.levels ? kLevelShare : kAliveShare;
+    const uint64_t expected = std::max(std::min(room.gaussians, kFewSlots), uint64_t(double(room.gaussians) * share));
+    const auto slots = uint32_t(std::min(expected, kMostSlots / room.lists));
+    return slots + room.gaps(slots);
+}
+
+// Pairs of all lists to leave room for beside each slot where memory is short, after a load of so many.
+double pairsPerSlot(const FrameRoom& room, uint64_t splats, uint64_t pairs)
+{
+    return splats == 0 ? double(kExpectedPairs * room.lists) : std::max(1.25 * double(pairs) / double(splats), 1.0);
+}
+
+uint64_t pairsOf(uint32_t slots, double per_slot)
+{
+    return uint64_t(std::min(double(slots) * per_slot, double(UINT32_MAX)));
+}
+
+// Slots of one list that no frame of the model exceeds.
+uint32_t allSlots(const FrameRoom& room)
+{
+    const auto slots = uint32_t(std::min<uint64_t>(room.gaussians, kMostSlots / room.lists));
+    return slots + room.gaps(slots);
+}
+
+bool fits(const FrameRoom& room, const FrameCapacity& capacity)
+{
+    return room.bytes_of(capacity, kSeveral) <= room.bytes;
+}
+
+// What several passes share best: the most slots that memory allows, with their pairs.
+FrameCapacity mostOf(const FrameRoom& room, uint32_t visible, double per_slot)
+{
+    const auto holding = [&](uint32_t slots) {
+        return FrameCapacity{visible, slots, uint32_t(pairsOf(slots, per_slot))};
+    };
+    uint32_t limit = kLeastSlots + 2 * room.gaps(kLeastSlots), too_many = std::max(allSlots(room), limit) + 1;
+    while (too_many - limit > 1 + limit / 64) {
+        const uint32_t middle = limit + (too_many - limit) / 2;
+        (fits(room, holding(middle)) ? limit : too_many) = middle;
+    }
+    return holding(limit);
+}
+
+uint32_t passesOver(const FrameRoom& room, uint64_t splats, uint64_t pairs, const FrameCapacity& most)
+{
+    const auto passes = [](uint64_t load, uint64_t size) { return (load + size - 1) / size; };
+    return uint32_t(std::clamp<uint64_t>(
+        std::max(passes(splats, std::max(most.slots - std::min(most.slots, room.gaps(most.slots)), 1u)),
+                 passes(pairs, std::max(most.pairs, 1u))),
+        1, kMaxPasses));
+}
+
+} // namespace
+
+uint32_t slabBits(uint64_t slots)
+{
+    return uint32_t(std::bit_width(std::clamp<uint64_t>(slots / 16384, 4, kMaxSlabs))) - 1;
+}
+
+FrameCapacity plannedCapacity(const FrameRoom& room, const FrameCapacity& now)
+{
+    const uint64_t share = room.budgeted ? room.bytes : room.bytes / 2;
+    const auto holding = [&](uint32_t slots) {
+        return FrameCapacity{room.anchors, slots,
+                             clamped(std::max(kExpectedPairs * slots * room.lists, kExpectedLength * room.bins))};
+    };
+    const uint32_t most = mostSlots(room);
+    uint32_t slots = room.bytes_of(holding(most), kSeveral) <= share ? most : 0, too_many = most;
+    while (too_many > slots && too_many - slots > 1 + slots / 64) {
+        const uint32_t middle = slots + (too_many - slots) / 2;
+        (room.bytes_of(holding(middle), kSeveral) <= share ? slots : too_many) = middle;
+    }
+    const FrameCapacity planned = holding(slots);
+    if (room.bytes_of(planned, kSeveral) > share)
+        return now; // so little that frames have to show what they need
+    const FrameCapacity both{std::max(now.visible, planned.visible), std::max(now.slots, planned.slots),
+                             std::max(now.pairs, planned.pairs)};
+    return fits(room, both) ? both : planned;
+}
+
+uint32_t passesFor(const FrameRoom& room, uint64_t splats, uint64_t pairs, FrameCapacity& capacity)
+{
+    const uint64_t slots = std::min<uint64_t>(splats + splats / 8, room.gaussians), more_pairs = pairs + pairs / 8;
+    const uint64_t wanted = slots + room.gaps(clamped(slots));
+    if (more_pairs <= UINT32_MAX && wanted <= allSlots(room)) {
+        const FrameCapacity both{capacity.visible, std::max(capacity.slots, uint32_t(wanted)),
+                                 std::max(capacity.pairs, uint32_t(more_pairs))};
+        if (fits(room, both))
+            return 1; // what is missing grows where it is needed
+        const FrameCapacity load{capacity.visible, uint32_t(wanted), uint32_t(more_pairs)};
+        if (splats != 0 && fits(room, load)) {
+            capacity = load;
+            return 1;
+        }
+    }
+    const FrameCapacity most = mostOf(room, capacity.visible, pairsPerSlot(room, splats, pairs));
+    if (!fits(room, capacity) || splats != 0)
+        capacity = most;
+    return passesOver(room, slots, more_pairs, most);
+}
+
+uint32_t grownPasses(const FrameRoom& room, const FrameNeeds& needs, uint32_t passes, FrameCapacity& capacity)
+{
+    const auto withSlack = [](uint64_t needed) { // the next frame, and the next try, may need some more
+        return needed + needed / 8 + 1024;
+    };
+    const auto half = [](uint64_t needed) { return needed + needed / 2 + 1024; }; // so that a walk grows it few times
+    const double per_slot = pairsPerSlot(room, std::min(needs.slots, capacity.slots), needs.pairs);
+    if (needs.visible > capacity.visible)
+        capacity.visible = uint32_t(std::min<uint64_t>(half(needs.visible), room.anchors));
+    const uint64_t all = std::max(allSlots(room), needs.slots);
+    for (const bool ample : {true, false}) {
+        const uint64_t slots = std::min<uint64_t>(ample ? half(needs.slots) : withSlack(needs.slots), all);
+        const uint64_t pairs = ample ? half(needs.pairs) : withSlack(needs.pairs);
+        if (needs.pairs > UINT32_MAX || slots > UINT32_MAX)
+            continue;
+        const FrameCapacity grown{capacity.visible, needs.slots > capacity.slots ? uint32_t(slots) : capacity.slots,
+                                  needs.pairs > capacity.pairs ? clamped(pairs) : capacity.pairs};
+        if (fits(room, grown)) {
+            capacity = grown;
+            return passes;
+        }
+    }
+    const FrameCapacity most = mostOf(room, capacity.visible, per_slot);
+    if (passes == kMaxPasses) { // all Gaussians at one depth, or a budget far too small
+        if (withSlack(needs.pairs) > UINT32_MAX)
+            throw Error(ErrorCode::OutOfMemory,
+                        formatString("cuda: %llu pairs of splat and bin in one pass, expected fewer than 2^32; "
+                                     "choose a smaller --size or --backend cpu",
+                                     static_cast<unsigned long long>(needs.pairs)));
+        capacity.slots = clamped(std::max<uint64_t>(capacity.slots, withSlack(needs.slots)));
+        capacity.pairs = clamped(std::max<uint64_t>(capacity.pairs, withSlack(needs.pairs)));
+        return passes;
+    }
+    capacity = most;
+    const uint64_t fixed = std::min(needs.slots, room.gaps(most.slots));
+    const uint64_t more =
+        std::max(passes * withSlack(needs.slots - fixed) /
+                     std::max(most.slots - uint32_t(std::min<uint64_t>(room.gaps(most.slots), most.slots - 1)), 1u),
+                 passes * withSlack(needs.pairs) / std::max(most.pairs, 1u)) +
+        1;
+    return uint32_t(std::min<uint64_t>(std::max<uint64_t>(more, passes + 1), kMaxPasses));
+}
+
+} // namespace gsc

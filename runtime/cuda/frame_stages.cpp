@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/cuda/frame_stages.h"
+
+#include "kernels/blend/blend_cuda.h"
+#include "kernels/decode/decode_body.h"
+#include "kernels/decode/decode_exact_cuda.h"
+#include "kernels/math/projection.h"
+#include "kernels/sort/sort_cuda.h"
+#include "runtime/view/stereo.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gsc {
+
+namespace {
+
+DepthPass passOf(const FrameJob& job, uint32_t index)
+{
+    return {job.buffers.slab_of, index, job.shape.passes};
+}
+
+// What both tiers' decoders take.
+void setDecodeFrame(DecodeFrame& frame, const FrameJob& job, uint32_t pass)
+{
+    setNow(frame, job.now);
+    frame.model = job.scene.model();
+    frame.eye_count = job.shape.eye_count;
+    frame.merged = job.shape.merged;
+    frame.shared_bins = job.shape.shared_bins;
+    frame.rules = job.shape.rules;
+    frame.grid = job.shape.grid;
+    frame.pass = passOf(job, pass);
+    frame.visible = job.buffers.visible;
+    frame.fraction = job.buffers.fraction;
+    frame.visible_capacity = job.capacity.visible;
+    frame.places = job.buffers.places;
+    frame.cells = job.buffers.cells;
+    frame.slot_capacity = job.capacity.slots;
+    frame.counters = job.buffers.counters;
+}
+
+DecodeExactArgs decodeExactArgs(const FrameJob& job, uint32_t pass)
+{
+    DecodeExactArgs args{};
+    setDecodeFrame(args, job, pass);
+    args.view = job.scene.exactView();
+    args.appearance = job.shape.appearance;
+    args.weights = job.scene.exactWeights();
+    args.bank = job.scene.bank();
+    args.takes_distance = job.scene.takes(kMlpTakesDistance);
+    args.takes_level = job.scene.takes(kMlpTakesLevel);
+    args.scratch = job.buffers.scratch;
+    args.scratch_values = uint32_t(decodeScratch(job.scene.model().params));
+    args.splats = reinterpret_cast<ExactSplat*>(job.buffers.splats);
+    return args;
+}
+
+// The tier `exact` blends every list from its first splat to its last, as the trainers do.
+uint32_t segmentsOf(const FrameShape& shape, const FrameCapacity& capacity, const CudaLimits& limits)
+{
+    return shape.exact ? 0u : segmentCapacity(shape.eye_count / shape.lists(), capacity.pairs, limits.processors);
+}
+
+} // namespace
+
+void FrameShape::shareBins(EyeParams* eyes)
+{
+    shared_bins = eye_count == 2 && !exact && sameDepths(eyes[0], eyes[1]);
+    if (!shared_bins)
+        return;
+    const auto axis = [&](uint32_t e) { return axisPixel(eyes[e].width, eyes[e].focal_x, eyes[e].tan_mid_x); };
+    const float columns = std::round((axis(0) - axis(1)) / float(kBinWidth)); // that the second eye's lie further right
+    const auto most = float(std::min(kMaxBins - grid.columns, grid.columns)); // with more, two lists have fewer cells
+    if (!(std::abs(columns) <= most)) {
+        shared_bins = false;
+        return;
+    }
+    grid.shift[columns < 0 ? 0 : 1] = uint32_t(std::abs(columns));
+    grid.columns += uint32_t(std::abs(columns));
+    // a Gaussian is in the same cell and pass for both
+    std::copy_n(eyes[0].world_to_view + 8, 4, eyes[1].world_to_view + 8);
+}
+
+FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const FrameShape& shape,
+                         const FrameCapacity& capacity, const CudaLimits& limits)
+{
+    const ModelParams& params = scene.model().params;
+    FrameBuffers b{};
+    b.counters = layout.take<FrameCounters>(1);
+    b.visible_groups = layout.take<uint32_t>(params.group_count);
+    b.visible = layout.take<uint32_t>(capacity.visible);
+    if (shape.fades && shape.uses_reuse) // per strip; there are no more than all
+        b.fraction = layout.take<float>(size_t(kMaxEyes) * params.group_count * kGroupSize);
+    else if (shape.fades)
+        b.fraction = layout.take<float>(size_t(kMaxEyes) * capacity.visible);
+    const size_t scratch = shape.exact && scene.exactWeights() == nullptr
+                               ? exactScratchValues(uint32_t(decodeScratch(params)), limits.processors)
+                               : size_t(0);
+    if (scratch != 0)
+        b.scratch = layout.take<float>(scratch);
+    b.histogram = layout.take<uint32_t>(kDepthBuckets);
+    b.slab_of = layout.take<uint16_t>(kDepthBuckets);
+    b.cells = layout.take<uint32_t>(shape.cells());
+    b.scan_bytes = binScratchBytes(shape.cells());
+    b.scan_scratch = layout.take<unsigned char>(b.scan_bytes);
+    b.bin_class = layout.take<uint32_t>(shape.bins());
+    b.bin_queue = layout.take<uint32_t>(shape.bins());
+    b.pieces = layout.take<Piece>(size_t(kPieceClasses) * pieceCapacity(shape.bins(), capacity.pairs));
+    const uint32_t segments = segmentsOf(shape, capacity, limits);
+    b.segments = layout.take<ListSegment>(segments);
+    b.partial = layout.take<float>(segments * segmentValues(shape.grid));
+    const size_t slots = size_t(shape.eye_count) * capacity.slots;
+    b.splats = layout.take<unsigned char>(slots * shape.splatBytes());
+    b.places = layout.take<SplatPlace>(size_t(shape.lists()) * capacity.slots);
+    b.keys = layout.take<BinKey>(capacity.pairs);
+    for (uint32_t e = 0; e < shape.eye_count; ++e) {
+        b.image[e] = layout.take<float>(shape.pixels(e) * 3);
+        if (shape.passes > 1)
+            b.transmittance[e] = layout.take<float>(shape.pixels(e));
+    }
+    return b;
+}
+
+SelectCudaArgs selectArgs(const FrameJob& job)
+{
+    SelectCudaArgs args{};
+    setNow(args, job.now);
+    args.model = job.scene.model();
+    args.eye_count = job.shape.eye_count;
+    args.rules = job.shape.rules;
+    args.group_count = uint32_t(args.model.params.group_count);
+    args.visible_groups = job.buffers.visible_groups;
+    args.visible = job.buffers.visible;
+    args.fraction = job.buffers.fraction;
+    args.capacity = job.capacity.visible;
+    args.histogram = job.buffers.histogram;
+    args.counters = job.buffers.counters;
+    return args;
+}
+
+DecodeCudaArgs decodeArgs(const FrameJob& job, uint32_t pass)
+{
+    DecodeCudaArgs args{};
+    setDecodeFrame(args, job, pass);
+    args.fragments = job.scene.fragments();
+    args.biases = job.scene.biases();
+    args.bank = job.scene.bank();
+    args.takes_distance = job.scene.takes(kMlpTakesDistance);
+    args.takes_level = job.scene.takes(kMlpTakesLevel);
+    args.splats = reinterpret_cast<PackedSplat*>(job.buffers.splats);
+    return args;
+}
+
+void cutDepths(FrameCapture& capture, const FrameJob& job)
+{
+    slabCuda({job.buffers.histogram, job.buffers.slab_of, job.shape.passes << job.shape.grid.slab_bits},
+             capture.stream().handle);
+}
+
+void decodeFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass)
+{
+    if (!job.shape.exact)
+        return capture.add(decodeArgs(job, pass), decodeFastCuda);
+    capture.add(decodeExactArgs(job, pass), [&](const DecodeExactArgs& args, CUstream_st* stream) {
+        decodeExactCuda(args, capture.processors(), job.limits.shared_bytes, stream);
+    });
+}
+
+void binFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass)
+{
+    BinCudaArgs args{};
+    args.grid = job.shape.grid;
+    args.lists = job.shape.lists();
+    args.readers = job.shape.eye_count / args.lists;
+    args.places = job.buffers.places;
+    args.slot_capacity = job.capacity.slots;
+    args.pass = passOf(job, pass);
+    args.cells = job.buffers.cells;
+    args.keys = job.buffers.keys;
+    args.pair_capacity = job.capacity.pairs;
+    args.bin_class = job.buffers.bin_class;
+    args.bin_queue = job.buffers.bin_queue;
+    args.segments = job.buffers.segments;
+    args.segment_capacity = segmentsOf(job.shape, job.capacity, job.limits);
+    args.pieces = job.buffers.pieces;
+    args.piece_capacity = pieceCapacity(job.shape.bins(), job.capacity.pairs);
+    args.scratch = job.buffers.scan_scratch;
+    args.scratch_bytes = job.buffers.scan_bytes;
+    args.counters = job.buffers.counters;
+    binCuda(args, capture.processors(), capture.stream().handle);
+}
+
+void sortFrame(FrameCapture& capture, const FrameJob& job)
+{
+    const SortCudaArgs args{job.buffers.keys, job.buffers.splats, job.buffers.pieces,
+                            pieceCapacity(job.shape.bins(), job.capacity.pairs), job.buffers.counters};
+    if (job.shape.exact)
+        sortExactCuda(args, capture.processors(), capture.stream().handle);
+    else
+        sortFastCuda(args, capture.processors(), capture.stream().handle);
+}
+
+void blendFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass)
+{
+    BlendCudaArgs args{};
+    args.grid = job.shape.grid;
+    args.eye_count = job.shape.eye_count;
+    args.shared_bins = job.shape.shared_bins;
+    args.pass = passOf(job, pass);
+    for (uint32_t e = 0; e < job.shape.eye_count; ++e) {
+        args.width[e] = job.shape.width[e];
+        args.height[e] = job.shape.height[e];
+        args.image[e] = job.buffers.image[e];
+        args.transmittance[e] = job.buffers.transmittance[e];
+    }
+    args.rules = job.shape.rules;
+    std::copy_n(job.shape.background, 3, args.background);
+    args.empty_is_black = job.shape.empty_is_black;
+    args.splats = job.buffers.splats;
+    args.slot_capacity = job.capacity.slots;
+    args.cells = job.buffers.cells;
+    args.bin_queue = job.buffers.bin_queue;
+    args.segments = job.buffers.segments;
+    args.segment_capacity = segmentsOf(job.shape, job.capacity, job.limits);
+    args.partial = job.buffers.partial;
+    args.keys = job.buffers.keys;
+    args.pair_capacity = job.capacity.pairs;
+    args.counters = job.buffers.counters;
+    if (job.shape.exact)
+        blendExactCuda(args, capture.processors(), capture.stream().handle);
+    else
+        blendFastCuda(args, capture.processors(), capture.stream().handle);
+}
+
+} // namespace gsc

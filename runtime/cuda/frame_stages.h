@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// A plain frame of the CUDA backend: its memory and the arguments of its stages. Reuse joins it through FrameReuse.
+#pragma once
+
+#include "kernels/bin/bin_cuda.h"
+#include "kernels/decode/decode_cuda.h"
+#include "kernels/select/select_cuda.h"
+#include "runtime/cuda/device_buffer.h"
+#include "runtime/cuda/device_scene.h"
+#include "runtime/cuda/frame_capture.h"
+#include "runtime/cuda/frame_plan.h"
+
+namespace gsc {
+
+// What a captured frame depends on, beside its capacity. Frames of one shape differ in FrameNow alone.
+struct FrameShape {
+    uint32_t eye_count;
+    uint32_t width[kMaxEyes], height[kMaxEyes]; // pixels
+    BinGrid grid;                               // as large as the larger eye needs
+    uint32_t passes;
+    RasterConstants rules;
+    bool exact;           // the scalar decode and 48-byte splats
+    bool fades;           // anchors have opacity factors
+    bool merged;          // one decode for both eyes
+    bool shared_bins;     // one list of splats per bin for both eyes
+    bool uses_reuse;      // one pass, `fast`, not merged
+    bool limits_decoding; // with reuse: there is a decode budget
+    float background[3];
+    int32_t appearance;
+    bool empty_is_black;
+
+    bool operator==(const FrameShape&) const = default;
+
+    // Gives both eyes the same bins where their depth order is the same and the tier allows it; the second eye's depths
+    // then become the first's to the last bit. Eyes whose lenses are off their axes meet in columns shifted by what that
+    // makes of a point far away. Precondition: everything else is set.
+    void shareBins(EyeParams* eyes);
+    [[nodiscard]] uint32_t lists() const { return shared_bins ? 1 : eye_count; } // of splats per bin
+
+    [[nodiscard]] size_t splatBytes() const { return exact ? sizeof(ExactSplat) : sizeof(PackedSplat); }
+    [[nodiscard]] uint32_t cells() const { return lists() * grid.cells(); }
+    [[nodiscard]] uint32_t bins() const { return lists() * grid.bins(); }
+    [[nodiscard]] size_t pixels(uint32_t eye) const { return size_t(width[eye]) * height[eye]; }
+};
+
+struct FrameBuffers { // device memory
+    FrameCounters* counters;
+    uint32_t *visible_groups, *visible, *histogram, *cells, *bin_class, *bin_queue;
+    float *fraction, *scratch; // or null
+    uint16_t* slab_of;
+    unsigned char* splats;
+    SplatPlace* places;
+    BinKey* keys;
+    Piece* pieces;
+    ListSegment* segments;
+    float* partial;
+    unsigned char* scan_scratch;
+    size_t scan_bytes;
+    float *image[kMaxEyes], *transmittance[kMaxEyes];
+};
+
+// Lays a frame's buffers out.
+FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const FrameShape& shape,
+                         const FrameCapacity& capacity, const CudaLimits& limits);
+
+// Everything the stages need. What a stage is given is copied.
+struct FrameJob {
+    const DeviceScene& scene;
+    const FrameShape& shape;
+    const FrameNow& now;
+    const FrameCapacity& capacity;
+    const FrameBuffers& buffers;
+    const CudaLimits& limits;
+};
+
+// The seam of reuse: what takes the place of two stages of a plain frame, which knows nothing else of it. Called while a
+// frame is captured.
+class FrameReuse {
+public:
+    virtual ~FrameReuse() = default;
+    virtual void prepareFrame(FrameCapture& capture, const FrameJob& job) const = 0;
+    virtual void listAnchors(FrameCapture& capture, const FrameJob& job) const = 0; // of the visible groups
+    virtual void decode(FrameCapture& capture, const FrameJob& job) const = 0;
+    virtual void report(FrameCapture& capture) const = 0;
+};
+
+// In this order; decode to blend once per pass.
+SelectCudaArgs selectArgs(const FrameJob& job);
+DecodeCudaArgs decodeArgs(const FrameJob& job, uint32_t pass); // of the tier `fast`
+void cutDepths(FrameCapture& capture, const FrameJob& job);    // into slabs
+void decodeFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass);
+void binFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass);
+void sortFrame(FrameCapture& capture, const FrameJob& job);
+void blendFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass);
+
+} // namespace gsc

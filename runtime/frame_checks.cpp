@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/frame_checks.h"
+
+#include "format/error.h"
+#include "kernels/math/mlp.h"
+
+namespace gsc {
+
+uint64_t modelBytes(const ModelView& model)
+{
+    const ModelParams& params = *model.params;
+    uint64_t bytes = sizeof(ModelParams) + params.level_count * sizeof(LevelRecord) +
+                     params.chunk_count * sizeof(ChunkRecord) + params.group_count * sizeof(GroupRecord);
+    for (uint64_t c = 0; c < params.chunk_count; ++c)
+        bytes += model.chunks[c].payload_bytes;
+    return bytes;
+}
+
+void checkModel(const ModelView& model)
+{
+    const ModelParams& params = *model.params;
+    for (const MlpKind kind : {MlpKind::Opacity, MlpKind::Covariance, MlpKind::Color})
+        if (mlpRecord(model, kind) == nullptr)
+            throw Error(ErrorCode::InvalidFile,
+                        formatString("model: has no MLP of kind %u, expected opacity, covariance and colour; convert "
+                                     "the checkpoint again",
+                                     uint32_t(kind)));
+    if ((params.flags & kModelFeatureBank) && mlpRecord(model, MlpKind::FeatureBank) == nullptr)
+        throw Error(ErrorCode::InvalidFile, "model: says it has a feature bank but holds no MLP of that kind, expected "
+                                            "one; convert the checkpoint again");
+    if ((params.flags & kModelFeatureBank) && params.feat_dim % 4 != 0)
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("model: feature bank with %u features, expected a multiple of 4; convert the "
+                                 "checkpoint again",
+                                 params.feat_dim));
+}
+
+void checkOptions(const ModelView& model, const FrameOptions& options, uint32_t eye_count)
+{
+    const ModelParams& params = *model.params;
+    if (eye_count < 1 || eye_count > kMaxEyes)
+        throw Error(ErrorCode::Usage, formatString("frame: %u eyes, expected 1 or 2; draw one or both", eye_count));
+    // written so that a NaN fails
+    if (!(options.lod_fade >= 0 && options.lod_fade <= 1) ||
+        !(options.lod_hysteresis >= 0 && options.lod_hysteresis <= 1))
+        throw Error(ErrorCode::Usage,
+                    formatString("frame: LOD fade %g and hysteresis %g, expected 0 to 1 level each; correct them",
+                                 double(options.lod_fade), double(options.lod_hysteresis)));
+    const bool has_rows = params.appearance_dim > 0;
+    if (has_rows && (options.appearance < 0 || uint32_t(options.appearance) >= params.appearance_rows))
+        throw Error(ErrorCode::Usage,
+                    formatString("frame: appearance row %d, expected 0 to %u; choose one of the rows the model holds",
+                                 options.appearance, params.appearance_rows - 1));
+    if (!has_rows && options.appearance >= 0)
+        throw Error(ErrorCode::Usage, formatString("frame: appearance row %d, expected none, because the model has no "
+                                                   "appearance embedding; leave the option out",
+                                                   options.appearance));
+}
+
+void checkReuse(const ReuseOptions& reuse)
+{
+    if (!(reuse.bound >= 0 && reuse.bound <= 1e6f))
+        throw Error(ErrorCode::Usage, formatString("frame: reuse bound %g, expected 0 to 1000000 in 1/255; correct it",
+                                                   double(reuse.bound)));
+}
+
+void refuseReuse(const ReuseOptions& reuse, const char* backend)
+{
+    if (reuse.policy != ReusePolicy::None)
+        throw Error(ErrorCode::Unsupported,
+                    formatString("backend %s: keeps nothing from frame to frame, expected reuse "
+                                 "policy none; use the backend cpu",
+                                 backend));
+}
+
+bool decodesMerged(const FrameOptions& options, uint32_t eye_count)
+{
+    return options.stereo == StereoMode::Merged && eye_count == 2;
+}
+
+void refuseMergedReuse(const FrameOptions& options, uint32_t eye_count)
+{
+    if (decodesMerged(options, eye_count) && options.reuse.policy != ReusePolicy::None)
+        throw Error(ErrorCode::Unsupported, "frame: stereo merged together with reuse, which keeps what each eye "
+                                            "decoded, expected one of them; use stereo exact or reuse policy none");
+}
+
+void checkSize(uint32_t width, uint32_t height)
+{
+    constexpr uint32_t kMaxPixels = 65535; // pixel boxes of splats are 16-bit
+    if (width < 1 || height < 1 || width > kMaxPixels || height > kMaxPixels)
+        throw Error(ErrorCode::Usage, formatString("frame: image of %u x %u pixels, expected 1 to %u each way; choose "
+                                                   "another size",
+                                                   width, height, kMaxPixels));
+}
+
+} // namespace gsc

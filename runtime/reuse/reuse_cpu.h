@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// Decode and project of a frame that may draw what earlier frames decoded (design sections 4 and 5), on a CPU.
+#pragma once
+
+#include "kernels/threads/parallel.h"
+#include "kernels/select/select.h"
+#include "runtime/cpu/backend_cpu_frame.h"
+#include "runtime/view/camera_motion.h"
+#include "runtime/reuse/decoded_cache.h"
+
+#include <vector>
+
+namespace gsc {
+
+// A frame on its way through the stages.
+struct ReuseFrame {
+    const EyeParams* eyes;
+    uint32_t eye_count;
+    const FrameOptions& options;
+    RasterConstants rules;
+    const SelectScratch& selected;
+    const VisibleAnchor* visible; // in the order of selected.groups
+    size_t visible_count;
+    std::vector<WorkerState>& states; // counts cleared
+    SplatStore* stores;               // per eye; a block is a group of groups()
+    Buffer<float>& bias;
+};
+
+class CpuReuse {
+public:
+    // `memory`: most bytes of entries where the options set no limit.
+    CpuReuse(const Workers& workers, uint64_t memory) : m_workers(workers), m_memory(memory) {}
+
+    // `model` must outlive the next load().
+    void load(const ModelView& model);
+    void clear();
+
+    // Schedules, decodes and projects; fills the stores, the counts of the states and the cache fields of `result`.
+    void run(const ReuseFrame& frame, FrameResult& result);
+    void skipFrame(); // a frame was drawn without it
+
+    [[nodiscard]] const std::vector<uint32_t>& groups() const { return m_groups; } // of the last frame, one per block
+    [[nodiscard]] uint64_t bytes() const;
+
+private:
+    // Where a strip is or will be decoded from, as CacheEntry has it.
+    struct Keys {
+        float center[2][3] = {};
+        float span = 0;
+        StripReach reach;
+        uint32_t count = 0;
+        uint16_t lanes = 0;
+    };
+    struct LazyAnchors;
+    // An entry drawn for a camera: at `t` between its keys, with the change predicted for that, or a bound of it.
+    struct Place {
+        float t, error;
+    };
+    // What one eye does about one strip.
+    struct EyeWork {
+        uint32_t slot = kNoSlot;  // the best entry there is; of what is decoded, the entry that takes it
+        Place place = {};         // of drawing it
+        float urgency = 0;        // predicted change in the next frame, if the camera goes on as it does
+        float rate = 0;           // what a step of the camera changes
+        Keys plan;                // if it is decoded; the last key is the new one
+        Place planned = {};       // of drawing that
+        PackedExtent extent = {}; // of the entry that it draws or replaces, as the last frame left it
+        uint16_t lanes = 0;       // anchors of the strip it sees
+        bool due = false;         // the policy wants it decoded
+        bool shares = false;      // the other eye's decode of this frame will do
+        Place shared = {};        // of drawing that
+        bool decode = false;      // granted
+    };
+    struct StripWork {
+        EyeWork eye[kMaxEyes];
+    };
+    // What the left eye has decoded in this frame.
+    [[nodiscard]] static bool drawsShared(const StripWork& work, uint32_t e)
+    {
+        return work.eye[e].shares && work.eye[0].decode;
+    }
+    [[nodiscard]] static uint32_t drawnSlot(const StripWork& work, uint32_t e)
+    {
+        return work.eye[drawsShared(work, e) ? 0 : e].slot;
+    }
+    struct Seen { // of a group, by one eye
+        uint64_t lanes[kGroupSize / 64] = {};
+        uint64_t frame = 0;
+    };
+    struct Candidate { // for the budget
+        float urgency;
+        uint32_t work;
+    };
+
+    void listGroups(const ReuseFrame& frame);
+    void adoptPlans(const ReuseFrame& frame);
+    void ensureSensitivity();
+    [[nodiscard]] float updateRate(const ReuseFrame& frame);
+    void scheduleBlock(const ReuseFrame& frame, size_t block);
+    void scheduleStrip(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id,
+                       StripWork& work);
+    void scheduleEye(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
+                     StripWork& work);
+    float leadKey(LazyAnchors& anchors, uint32_t strip, uint32_t e, float rate, float target, Keys& keys) const;
+    void choosePlan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
+                    StripWork& strip_work);
+    [[nodiscard]] float allowedShare(uint64_t strip_id, uint32_t eye_count) const;
+    void plan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
+              StripWork& strip_work);
+    [[nodiscard]] static Place place(const Keys& keys, LazyAnchors& anchors, uint32_t strip, uint32_t lanes,
+                                     const float* now, float enough = -1);
+    Keys keysOf(uint32_t slot, LazyAnchors& anchors, uint32_t strip, uint32_t lanes);
+    void grant(const ReuseFrame& frame);
+    void drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t block, WorkerState& state);
+    void decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size_t block, uint32_t strip,
+                     const StripWork& work, WorkerState& state);
+    void drawStrip(const ReuseFrame& frame, uint32_t strip, uint32_t e, const StripWork& work, const float* fraction,
+                   WorkerState& state) const;
+    void groupFractions(const ReuseFrame& frame, const GroupMask& mask, float (*fraction)[kGroupSize]) const;
+    void noteCover(const ReuseFrame& frame, size_t block, uint32_t e, const Splat* splats, const uint16_t* origins,
+                   uint32_t count);
+    void giveSlots(const ReuseFrame& frame, uint64_t limit);
+    [[nodiscard]] const uint16_t* sensitivity() const
+    {
+        return m_model.sensitivity != nullptr ? m_model.sensitivity : m_sensitivity.data();
+    }
+    [[nodiscard]] uint64_t stripId(size_t work) const
+    {
+        return uint64_t(m_groups[work / kStripsPerGroup]) * kStripsPerGroup + work % kStripsPerGroup;
+    }
+    void reserveStrip(WorkerState& state) const;
+    void lookAhead(size_t work, ReadAhead& ahead) const;
+    [[nodiscard]] uint32_t stripAnchors(size_t block, uint32_t strip) const;
+
+    const Workers& m_workers;
+    uint64_t m_memory;
+    ModelView m_model{};
+    DecodedCache m_cache;
+    std::vector<uint32_t> m_groups;     // per block
+    std::vector<uint32_t> m_candidates; // per block: entry of SelectScratch::groups
+    std::vector<StripWork> m_work;      // kStripsPerGroup per block
+    std::vector<Candidate> m_budgeted;
+    std::vector<Seen> m_seen[kMaxEyes];
+    std::vector<uint16_t> m_sensitivity; // where the file has none
+    int32_t m_appearance = -1;
+    ReusePolicy m_policy = ReusePolicy::None;
+    uint64_t m_frame = 0;
+    uint32_t m_depth = 0; // of ReusePolicy::Depth, this frame
+    CameraMotion m_motion;
+    float m_level[kMaxEyes] = {}; // error at which the budget of the last frame refreshed entries, 0 = it met the bound
+};
+
+} // namespace gsc
