@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks what each folder may include (the table below), and that no folder grows past what one can look over.
 
-usage: check_includes.py SOURCE_DIR
+usage: check_includes.py
 """
 import pathlib
 import re
@@ -47,7 +47,7 @@ def allowed(path: str, included: str) -> bool:
 
 
 def main() -> int:
-    root = pathlib.Path(sys.argv[1])
+    root = pathlib.Path(__file__).resolve().parent.parent
     faults, rooms, checked = [], defaultdict(set), 0
     for area in ("format", "kernels", "runtime", "player", "convert"):
         for file in sorted((root / area).rglob("*")):

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/command.h"
-#include "player/tool/help_format.h"
 #include "player/tool/version.h"
-
-#include <CLI/CLI.hpp>
 
 namespace gsc {
 
@@ -20,20 +17,17 @@ Results go to stdout, everything else to stderr. `gsc help COMMAND` tells more a
 
 int runGsc(int argc, const char* const* argv)
 {
-    CLI::App app("Turns trained Scaffold-GS and Octree-GS models into .gsc files, and checks them.", "gsc");
-    app.formatter(helpFormatter());
-    app.set_version_flag("--version", versionText("gsc"), "version, commit, file format and CUDA");
-    app.require_subcommand(0, 1);
-    app.footer(kFooter);
-    Invocation invocation;
-    addConvertCommand(app, invocation);
-    addValidateCommand(app, invocation);
-    addInfoCommand(app, invocation);
-    addCompareCommand(app, invocation);
-    addChartCommand(app, invocation);
-    addSampleCommand(app, invocation);
-    addToolCommands(app, invocation);
-    return runTool(app, invocation, argc, argv);
+    return runProgram({"gsc", "Turns trained Scaffold-GS and Octree-GS models into .gsc files, and checks them.",
+                       versionText("gsc"), "version, commit, file format and CUDA", kFooter,
+                       [](CLI::App& root, Invocation& invocation) {
+                           addConvertCommand(root, invocation);
+                           addValidateCommand(root, invocation);
+                           addInfoCommand(root, invocation);
+                           addCompareCommand(root, invocation);
+                           addChartCommand(root, invocation);
+                           addSampleCommand(root, invocation);
+                       }},
+                      argc, argv);
 }
 
 } // namespace gsc

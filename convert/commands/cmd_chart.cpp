@@ -10,8 +10,6 @@
 #include "player/tool/options.h"
 #include "player/tool/version.h"
 
-#include <CLI/CLI.hpp>
-
 #include <filesystem>
 #include <memory>
 
@@ -153,22 +151,23 @@ ErrorCode runChart(const ChartOptions& options, Reporter& report)
 void addChartCommand(CLI::App& app, Invocation& invocation)
 {
     auto options = std::make_shared<ChartOptions>();
-    CLI::App* command = app.add_subcommand("chart", "Draw speed against accuracy of measured runs, as one HTML page");
-    addTexts(*command, "RUNS", options->inputs, "FILE.jsonl...",
+    CLI::App& command = addCommand(app, "chart", "Draw speed against accuracy of measured runs, as one HTML page");
+    addTexts(command, "RUNS", options->inputs, "FILE.jsonl...",
              "files of JSON lines from gsc-play bench --sweep; - is standard input")
-        ->required();
-    addText(*command, "-o,--output", options->output, "FILE.html", "page to write; - is standard output")->required();
-    addFlag(*command, "-w,--overwrite", options->overwrite, "replace files that exist");
-    addText(*command, "--figures", options->figures, "DIR", "write every figure there too, as SVG and PNG");
-    addReporterOptions(*command, invocation.reporter, true);
-    command->footer("The page needs no network. Prints nothing on success. Lines of another form are skipped and told. "
-                    "A run measured "
-                    "again, in another file, is a repeat: the time in the middle is drawn, with the spread of "
-                    "all and the worst accuracy of all.\n\n"
-                    "examples:\n"
-                    "  gsc chart runs.jsonl -o report.html\n"
-                    "  gsc chart cpu.jsonl cuda.jsonl -o report.html --figures figures");
-    command->callback([options, &invocation] {
+        .required();
+    addText(command, "-o,--output", options->output, "FILE.html", "page to write; - is standard output").required();
+    addFlag(command, "-w,--overwrite", options->overwrite, "replace files that exist");
+    addText(command, "--figures", options->figures, "DIR", "write every figure there too, as SVG and PNG");
+    addReporterOptions(command, invocation.reporter, true);
+    setFooter(command,
+              "The page needs no network. Prints nothing on success. Lines of another form are skipped and told. "
+              "A run measured "
+              "again, in another file, is a repeat: the time in the middle is drawn, with the spread of "
+              "all and the worst accuracy of all.\n\n"
+              "examples:\n"
+              "  gsc chart runs.jsonl -o report.html\n"
+              "  gsc chart cpu.jsonl cuda.jsonl -o report.html --figures figures");
+    onParsed(command, [options, &invocation] {
         invocation.run = [options](Reporter& report) { return runChart(*options, report); };
     });
 }

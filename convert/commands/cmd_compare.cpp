@@ -7,8 +7,6 @@
 #include "player/tool/options.h"
 #include "runtime/frame_stats.h"
 
-#include <CLI/CLI.hpp>
-
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -165,11 +163,11 @@ ErrorCode runCompare(const CompareOptions& options, Reporter& report)
 void addRenderOptions(CLI::App& command, CompareOptions& options)
 {
     const char* group = "Pictures";
-    CLI::Option* render =
+    OptionHandle render =
         addFlag(command, "--render", options.render, "compare pictures too: the file's against the checkpoint's");
-    render->group(group);
+    render.group(group);
     RenderOptions& rendering = options.rendering;
-    const auto add = [&](CLI::Option* option) { option->needs(render)->group(group); };
+    const auto add = [&](OptionHandle option) { option.needs(render).group(group); };
     add(addText(command, "--golden", rendering.golden, "DIR",
                 "the trainer's own pictures: NAME.png and cameras.json (default: golden or test/ours_N/renders of the "
                 "model folder, where they are)"));
@@ -195,21 +193,21 @@ void addRenderOptions(CLI::App& command, CompareOptions& options)
 void addCompareCommand(CLI::App& app, Invocation& invocation)
 {
     auto options = std::make_shared<CompareOptions>();
-    CLI::App* command =
-        app.add_subcommand("compare", "Compare a .gsc file with the checkpoint it was made from, value for value");
-    addText(*command, "CHECKPOINT", options->checkpoint_path, "MODEL|FILE.ply", "model folder, iteration folder or PLY")
-        ->required();
-    addText(*command, "FILE", options->file, "FILE.gsc", "the .gsc file")->required();
-    addRenderOptions(*command, *options);
-    addCheckpointOptions(*command, options->checkpoint);
-    addReporterOptions(*command, invocation.reporter, true);
-    command->footer(
-        "Every attribute of every anchor, every weight and every camera is compared bit for bit. Exits with\n"
-        "8 if anything differs or a view is below --min-psnr.\n\n"
-        "examples:\n"
-        "  gsc compare output/city city.gsc\n"
-        "  gsc compare output/city city.gsc --render --views 5 --format json");
-    command->callback([options, &invocation] {
+    CLI::App& command =
+        addCommand(app, "compare", "Compare a .gsc file with the checkpoint it was made from, value for value");
+    addText(command, "CHECKPOINT", options->checkpoint_path, "MODEL|FILE.ply", "model folder, iteration folder or PLY")
+        .required();
+    addText(command, "FILE", options->file, "FILE.gsc", "the .gsc file").required();
+    addRenderOptions(command, *options);
+    addCheckpointOptions(command, options->checkpoint);
+    addReporterOptions(command, invocation.reporter, true);
+    setFooter(command,
+              "Every attribute of every anchor, every weight and every camera is compared bit for bit. Exits with\n"
+              "8 if anything differs or a view is below --min-psnr.\n\n"
+              "examples:\n"
+              "  gsc compare output/city city.gsc\n"
+              "  gsc compare output/city city.gsc --render --views 5 --format json");
+    onParsed(command, [options, &invocation] {
         invocation.run = [options](Reporter& report) { return runCompare(*options, report); };
     });
 }

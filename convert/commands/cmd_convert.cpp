@@ -8,8 +8,6 @@
 #include "format/file/output_file.h"
 #include "player/tool/options.h"
 
-#include <CLI/CLI.hpp>
-
 #include <filesystem>
 #include <memory>
 
@@ -149,36 +147,36 @@ ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
 void addBakeOptions(CLI::App& command, ConvertOptions& options)
 {
     const char* group = "Making the file";
-    addText(command, "-o,--output", options.bake.output, "FILE.gsc", "file to write")->required();
+    addText(command, "-o,--output", options.bake.output, "FILE.gsc", "file to write").required();
     addFlag(command, "-w,--overwrite", options.bake.overwrite, "replace files that exist");
     addText(command, "--appearance", options.appearance, "all|ROW (default: all)",
             "row of the appearance embedding to keep")
-        ->group(group);
+        .group(group);
     addFlag(command, "--drop-invalid", options.bake.drop_invalid,
             "leave out anchors with values that are not finite instead of refusing the model")
-        ->group(group);
+        .group(group);
     addChoice<SensitivityMode>(command, "--sensitivity", options.bake.sensitivity,
                                {{"none", SensitivityMode::None}, {"sampled", SensitivityMode::Sampled}},
                                "default: sampled",
                                "how fast each anchor changes with the view, which a player keeps decoded anchors by: "
                                "sampled from six directions, or left out")
-        ->group(group);
+        .group(group);
     addCount(command, "--chunk-anchors", options.bake.chunk_anchors, 1, kMaxAnchors, "N (default: 16384)",
              "anchors per chunk to aim for")
-        ->group(group);
+        .group(group);
     addByteSize(command, "--memory-budget", options.bake.memory_budget, 1, "SIZE (default: 1G)",
                 "memory for buffers, such as 4G")
-        ->group(group);
+        .group(group);
     addInteger(command, "-j,--threads", options.bake.threads, 0, 4096, "N (default: 0)",
                "threads, 0 = all cores; the bytes do not depend on it")
-        ->group(group);
-    CLI::Option* verify =
+        .group(group);
+    OptionHandle verify =
         addFlag(command, "--verify", options.verify,
                 "read the file back and compare every value with the checkpoint before it gets its name");
-    verify->group(group);
+    verify.group(group);
     addFlag(command, "--dry-run", options.dry_run, "read the checkpoint, say what it is, write no .gsc")
-        ->excludes(verify)
-        ->group(group);
+        .excludes(verify)
+        .group(group);
     addText(command, "--report", options.report, "FILE.json",
             "write the report there too, as JSON; - is standard output");
 }
@@ -188,20 +186,20 @@ void addBakeOptions(CLI::App& command, ConvertOptions& options)
 void addConvertCommand(CLI::App& app, Invocation& invocation)
 {
     auto options = std::make_shared<ConvertOptions>();
-    CLI::App* command = app.add_subcommand("convert", "Turn a trained model into one .gsc file");
-    addText(*command, "INPUT,-i,--input", options->input, "MODEL|FILE.ply",
+    CLI::App& command = addCommand(app, "convert", "Turn a trained model into one .gsc file");
+    addText(command, "INPUT,-i,--input", options->input, "MODEL|FILE.ply",
             "model folder, point_cloud/iteration_N folder or PLY")
-        ->required();
-    addBakeOptions(*command, *options);
-    addCheckpointOptions(*command, options->checkpoint);
-    addReporterOptions(*command, invocation.reporter, true);
-    command->footer(
-        "Reads Scaffold-GS, Octree-GS and Octree-AnyGS scaffold models, told apart by content. A model that\n"
-        "cannot be kept exactly is refused with exit code 5 or 3.\n\n"
-        "examples:\n"
-        "  gsc convert output/city -o city.gsc\n"
-        "  gsc convert output/room -o room.gsc -w --appearance 10 --report room.json --progress plain");
-    command->callback([options, &invocation] {
+        .required();
+    addBakeOptions(command, *options);
+    addCheckpointOptions(command, options->checkpoint);
+    addReporterOptions(command, invocation.reporter, true);
+    setFooter(command,
+              "Reads Scaffold-GS, Octree-GS and Octree-AnyGS scaffold models, told apart by content. A model that\n"
+              "cannot be kept exactly is refused with exit code 5 or 3.\n\n"
+              "examples:\n"
+              "  gsc convert output/city -o city.gsc\n"
+              "  gsc convert output/room -o room.gsc -w --appearance 10 --report room.json --progress plain");
+    onParsed(command, [options, &invocation] {
         invocation.run = [options](Reporter& report) { return runConvert(*options, report); };
     });
 }

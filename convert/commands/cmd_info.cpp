@@ -7,8 +7,6 @@
 #include "player/cameras/length.h"
 #include "player/tool/options.h"
 
-#include <CLI/CLI.hpp>
-
 #include <memory>
 #include <optional>
 
@@ -199,14 +197,14 @@ ErrorCode runInfo(const std::string& path, Reporter& report)
 void addInfoCommand(CLI::App& app, Invocation& invocation)
 {
     auto path = std::make_shared<std::string>();
-    CLI::App* command = app.add_subcommand("info", "Tell what a .gsc file holds, from its header and index alone");
-    addText(*command, "FILE", *path, "FILE.gsc", "file to look at")->required();
-    addReporterOptions(*command, invocation.reporter, false);
-    command->footer("examples:\n"
-                    "  gsc info city.gsc\n"
-                    "  gsc info --format json city.gsc | jq .levels");
-    command->callback(
-        [path, &invocation] { invocation.run = [path](Reporter& report) { return runInfo(*path, report); }; });
+    CLI::App& command = addCommand(app, "info", "Tell what a .gsc file holds, from its header and index alone");
+    addText(command, "FILE", *path, "FILE.gsc", "file to look at").required();
+    addReporterOptions(command, invocation.reporter, false);
+    setFooter(command, "examples:\n"
+                       "  gsc info city.gsc\n"
+                       "  gsc info --format json city.gsc | jq .levels");
+    onParsed(command,
+             [path, &invocation] { invocation.run = [path](Reporter& report) { return runInfo(*path, report); }; });
 }
 
 } // namespace gsc

@@ -7,8 +7,6 @@
 #include "player/tool/options.h"
 #include "player/tool/version.h"
 
-#include <CLI/CLI.hpp>
-
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -83,19 +81,19 @@ void addSceneCommand(CLI::App& parent, Invocation& invocation, const char* name,
 {
     auto options = std::make_shared<SampleOptions>();
     options->scene = scene;
-    CLI::App* command = parent.add_subcommand(name, help);
-    addText(*command, "-o,--output", options->output, "DIR", "model folder to create")->required();
-    addFlag(*command, "-w,--overwrite", options->overwrite, "replace a model that exists");
-    addCount(*command, "--anchors", options->anchors, 1, kMaxAnchors, "N (default: 100k)", "anchors, such as 20M");
-    addChoice<SampleModel>(*command, "--model", options->model,
+    CLI::App& command = addCommand(parent, name, help);
+    addText(command, "-o,--output", options->output, "DIR", "model folder to create").required();
+    addFlag(command, "-w,--overwrite", options->overwrite, "replace a model that exists");
+    addCount(command, "--anchors", options->anchors, 1, kMaxAnchors, "N (default: 100k)", "anchors, such as 20M");
+    addChoice<SampleModel>(command, "--model", options->model,
                            {{"scaffold", SampleModel::Scaffold}, {"octree", SampleModel::Octree}}, "default: scaffold",
                            "trainer whose layout is written");
-    addInteger(*command, "--seed", options->seed, 0, kMaxSeed, "N (default: 1)", "same seed, same bytes");
-    addFlag(*command, "--everything-on", options->everything_on,
+    addInteger(command, "--seed", options->seed, 0, kMaxSeed, "N (default: 1)", "same seed, same bytes");
+    addFlag(command, "--everything-on", options->everything_on,
             "feature bank, appearance, distances and level: every input upstream knows");
-    addReporterOptions(*command, invocation.reporter, true);
-    command->footer(formatString("example:\n  gsc sample %s --anchors 300k --model octree -o %s", name, name));
-    command->callback([options, name, &invocation] {
+    addReporterOptions(command, invocation.reporter, true);
+    setFooter(command, formatString("example:\n  gsc sample %s --anchors 300k --model octree -o %s", name, name));
+    onParsed(command, [options, name, &invocation] {
         invocation.run = [options, name](Reporter& report) { return runSample(name, *options, report); };
     });
 }
@@ -103,15 +101,15 @@ void addSceneCommand(CLI::App& parent, Invocation& invocation, const char* name,
 void addReplicateCommand(CLI::App& parent, Invocation& invocation)
 {
     auto options = std::make_shared<ReplicateOptions>();
-    CLI::App* command = parent.add_subcommand("replicate", "Tile a real aerial model into a city, with camera paths");
-    addText(*command, "CHECKPOINT", options->input, "MODEL|FILE.ply", "the model to tile")->required();
-    addText(*command, "-o,--output", options->output, "DIR", "model folder to create")->required();
-    addFlag(*command, "-w,--overwrite", options->overwrite, "replace a model that exists");
-    addCount(*command, "--anchors", options->anchors, 2, kMaxAnchors, "N (default: 1.3M)", "anchors, such as 18.5M");
-    addInteger(*command, "--seed", options->seed, 0, kMaxSeed, "N (default: 1)", "same seed, same bytes");
-    addReporterOptions(*command, invocation.reporter, true);
-    command->footer("example:\n  gsc sample replicate output/village --anchors 18.5M -o big");
-    command->callback([options, &invocation] {
+    CLI::App& command = addCommand(parent, "replicate", "Tile a real aerial model into a city, with camera paths");
+    addText(command, "CHECKPOINT", options->input, "MODEL|FILE.ply", "the model to tile").required();
+    addText(command, "-o,--output", options->output, "DIR", "model folder to create").required();
+    addFlag(command, "-w,--overwrite", options->overwrite, "replace a model that exists");
+    addCount(command, "--anchors", options->anchors, 2, kMaxAnchors, "N (default: 1.3M)", "anchors, such as 18.5M");
+    addInteger(command, "--seed", options->seed, 0, kMaxSeed, "N (default: 1)", "same seed, same bytes");
+    addReporterOptions(command, invocation.reporter, true);
+    setFooter(command, "example:\n  gsc sample replicate output/village --anchors 18.5M -o big");
+    onParsed(command, [options, &invocation] {
         invocation.run = [options](Reporter& report) { return runReplicate(*options, report); };
     });
 }
@@ -120,13 +118,13 @@ void addReplicateCommand(CLI::App& parent, Invocation& invocation)
 
 void addSampleCommand(CLI::App& app, Invocation& invocation)
 {
-    CLI::App* command = app.add_subcommand("sample", "Make a checkpoint in the trainers' own layout, or camera paths");
-    command->require_subcommand(0, 1);
-    addSceneCommand(*command, invocation, "city", "Blocks, streets, facades and trees", SampleScene::City);
-    addSceneCommand(*command, invocation, "street", "One street, seen from the ground", SampleScene::Street);
-    addSceneCommand(*command, invocation, "room", "A furnished room", SampleScene::Room);
-    addReplicateCommand(*command, invocation);
-    addSamplePathsCommand(*command, invocation);
+    CLI::App& command = addCommand(app, "sample", "Make a checkpoint in the trainers' own layout, or camera paths");
+    takesCommand(command);
+    addSceneCommand(command, invocation, "city", "Blocks, streets, facades and trees", SampleScene::City);
+    addSceneCommand(command, invocation, "street", "One street, seen from the ground", SampleScene::Street);
+    addSceneCommand(command, invocation, "room", "A furnished room", SampleScene::Room);
+    addReplicateCommand(command, invocation);
+    addSamplePathsCommand(command, invocation);
 }
 
 } // namespace gsc

@@ -7,8 +7,6 @@
 #include "player/tool/options.h"
 #include "player/tool/version.h"
 
-#include <CLI/CLI.hpp>
-
 #include <memory>
 
 namespace gsc {
@@ -82,15 +80,14 @@ void addSamplePathsCommand(CLI::App& sample, Invocation& invocation)
 {
     auto options = std::make_shared<PathsOptions>();
     auto raw = std::make_shared<RawPaths>();
-    CLI::App* command = sample.add_subcommand("paths", "Make camera paths for a .gsc file, at the pace of a viewer");
-    addText(*command, "FILE", options->input, "FILE.gsc", "the model")->required();
-    addText(*command, "-o,--output", options->output, "DIR", "folder for the NAME.json")->required();
-    addFlag(*command, "-w,--overwrite", options->overwrite, "replace paths that exist");
-    addImageSize(*command, "--size", options->width, options->height, "WxH (default: 2048x2048)",
-                 "pixels of the image");
-    addNumber(*command, "--fov", raw->fov, {1, 170}, " degrees", "DEGREES (default: 90)", "horizontal angle of view");
-    addNumber(*command, "--fps", options->fps, {1, 1000}, "", "N (default: 72)", "frames per second");
-    detail::addValue(*command, "--ipd", "LENGTH (default: 64mm)",
+    CLI::App& command = addCommand(sample, "paths", "Make camera paths for a .gsc file, at the pace of a viewer");
+    addText(command, "FILE", options->input, "FILE.gsc", "the model").required();
+    addText(command, "-o,--output", options->output, "DIR", "folder for the NAME.json").required();
+    addFlag(command, "-w,--overwrite", options->overwrite, "replace paths that exist");
+    addImageSize(command, "--size", options->width, options->height, "WxH (default: 2048x2048)", "pixels of the image");
+    addNumber(command, "--fov", raw->fov, {1, 170}, " degrees", "DEGREES (default: 90)", "horizontal angle of view");
+    addNumber(command, "--fps", options->fps, {1, 1000}, "", "N (default: 72)", "frames per second");
+    detail::addValue(command, "--ipd", "LENGTH (default: 64mm)",
                      "distance of the eyes: metres such as 64mm, or world units, which then are 64mm and say how large "
                      "the model's metre is; paces follow from the metre",
                      [options](const std::string& name, const std::string& text) {
@@ -99,10 +96,10 @@ void addSamplePathsCommand(CLI::App& sample, Invocation& invocation)
     std::string names;
     for (const std::string& name : modelPathNames())
         names += (names.empty() ? "" : "|") + name;
-    addTexts(*command, "--only", raw->only, names + " (default: all)", "names of the paths wanted, such as walk,orbit");
-    addReporterOptions(*command, invocation.reporter, true);
-    command->footer("example:\n  gsc sample paths room.gsc -o room_paths --size 1920x1080 --only walk,orbit");
-    command->callback([options, raw, &invocation] {
+    addTexts(command, "--only", raw->only, names + " (default: all)", "names of the paths wanted, such as walk,orbit");
+    addReporterOptions(command, invocation.reporter, true);
+    setFooter(command, "example:\n  gsc sample paths room.gsc -o room_paths --size 1920x1080 --only walk,orbit");
+    onParsed(command, [options, raw, &invocation] {
         invocation.run = [options, raw](Reporter& report) { return runPaths(*raw, *options, report); };
     });
 }

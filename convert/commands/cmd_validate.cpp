@@ -8,8 +8,6 @@
 #include "player/tool/options.h"
 #include "player/tool/version.h"
 
-#include <CLI/CLI.hpp>
-
 #include <memory>
 
 namespace gsc {
@@ -131,19 +129,19 @@ ErrorCode runValidate(const ValidateOptions& options, Reporter& report)
 void addValidateCommand(CLI::App& app, Invocation& invocation)
 {
     auto options = std::make_shared<ValidateOptions>();
-    CLI::App* command = app.add_subcommand("validate", "Check a .gsc file and list every problem found");
-    addText(*command, "FILE", options->input, "FILE.gsc", "file to check");
-    addChoice<GscCheck>(*command, "--check", options->check, {{"index", GscCheck::Index}, {"full", GscCheck::Full}},
+    CLI::App& command = addCommand(app, "validate", "Check a .gsc file and list every problem found");
+    addText(command, "FILE", options->input, "FILE.gsc", "file to check");
+    addChoice<GscCheck>(command, "--check", options->check, {{"index", GscCheck::Index}, {"full", GscCheck::Full}},
                         "default: full", "index: everything but the anchors' data; full: that too");
-    addFlag(*command, "-e,--warnings-as-errors", options->warnings_as_errors, "warnings fail the check too");
-    addFlag(*command, "--list-issues", options->list_issues, "print every problem there is a number for, and stop");
-    addReporterOptions(*command, invocation.reporter, false);
-    command->footer("Prints nothing and exits with 0 if the file is good, 3 if it is not, 5 if it is\n"
-                    "only newer than this program.\n\n"
-                    "examples:\n"
-                    "  gsc validate city.gsc\n"
-                    "  gsc validate --format json --check index city.gsc");
-    command->callback([options, &invocation] {
+    addFlag(command, "-e,--warnings-as-errors", options->warnings_as_errors, "warnings fail the check too");
+    addFlag(command, "--list-issues", options->list_issues, "print every problem there is a number for, and stop");
+    addReporterOptions(command, invocation.reporter, false);
+    setFooter(command, "Prints nothing and exits with 0 if the file is good, 3 if it is not, 5 if it is\n"
+                       "only newer than this program.\n\n"
+                       "examples:\n"
+                       "  gsc validate city.gsc\n"
+                       "  gsc validate --format json --check index city.gsc");
+    onParsed(command, [options, &invocation] {
         invocation.run = [options](Reporter& report) { return runValidate(*options, report); };
     });
 }

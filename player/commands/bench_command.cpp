@@ -10,8 +10,6 @@
 #include "player/sweep/sweep.h"
 #include "player/tool/options.h"
 
-#include <CLI/CLI.hpp>
-
 #include <memory>
 
 namespace gsc {
@@ -35,25 +33,25 @@ void addBenchOptions(CLI::App& app, BenchOptions& options)
     const char* group = "Measuring";
     constexpr int64_t kMany = 1000000;
     addInteger(app, "--warmup", options.warmup, 0, kMany, "N (default: 50)", "frames before the measured ones")
-        ->group(group);
+        .group(group);
     addInteger(app, "--measure", options.measured, 1, kMany, "N (default: 300)",
                "frames to measure, going round the cameras")
-        ->group(group);
+        .group(group);
     addInteger(app, "--quality", options.quality, 0, kMany, "N (default: 0)", "cameras to score against the tier exact")
-        ->group(group);
+        .group(group);
     addBackend(app, "--reference", options.reference, false, "backend that renders exact for --quality or --sweep")
-        ->group(group);
-    addText(app, "--label", options.label, "TEXT", "text for the report, such as what changed")->group(group);
+        .group(group);
+    addText(app, "--label", options.label, "TEXT", "text for the report, such as what changed").group(group);
     addText(app, "--out", options.out, "FILE.jsonl",
             "file that takes one more line (schemas/bench-report.schema.json); - is standard output")
-        ->group(group);
-    CLI::Option* sweep = addText(app, "--sweep", options.sweep, "FILE.json",
+        .group(group);
+    OptionHandle sweep = addText(app, "--sweep", options.sweep, "FILE.json",
                                  "runs every combination that the file asks for (schemas/sweep.schema.json), each from "
                                  "a cold start, scored against exact; --out takes a row for each "
                                  "(schemas/run.schema.json) and is gone on with where a sweep was stopped");
-    sweep->group(group);
+    sweep.group(group);
     for (const char* fixed : {"--cameras", "--frames", "--warmup", "--measure", "--quality", "--target-ms"})
-        sweep->excludes(app.get_option(fixed)); // the file says these
+        sweep.excludes(optionOf(app, fixed)); // the file says these
 }
 
 void checkBenchOptions(const CLI::App& app, const BenchOptions& options)
@@ -100,19 +98,19 @@ ErrorCode runBench(const BenchOptions& options, Reporter& report)
 void addBenchCommand(CLI::App& root, Invocation& invocation)
 {
     auto options = std::make_shared<BenchOptions>();
-    CLI::App* command = root.add_subcommand("bench", "Measure what frames cost, or sweep speed against accuracy");
-    addFile(*command, options->play);
-    command->get_option("FILE")->required();
-    addCameras(*command, options->play);
-    addFrames(*command, options->play);
-    addViewOptions(*command, options->play);
-    addRunOptions(*command, options->play);
-    addTargetOption(*command, options->play);
-    addBenchOptions(*command, *options);
-    addReporterOptions(*command, invocation.reporter, true);
-    command->footer(kExamples);
-    command->callback([command, &invocation, options] {
-        checkBenchOptions(*command, *options);
+    CLI::App& command = addCommand(root, "bench", "Measure what frames cost, or sweep speed against accuracy");
+    addFile(command, options->play);
+    optionOf(command, "FILE").required();
+    addCameras(command, options->play);
+    addFrames(command, options->play);
+    addViewOptions(command, options->play);
+    addRunOptions(command, options->play);
+    addTargetOption(command, options->play);
+    addBenchOptions(command, *options);
+    addReporterOptions(command, invocation.reporter, true);
+    setFooter(command, kExamples);
+    onParsed(command, [&command, &invocation, options] {
+        checkBenchOptions(command, *options);
         invocation.run = [options](Reporter& report) {
             return options->sweep.empty() ? runBench(*options, report) : runSweep(*options, report);
         };

@@ -7,12 +7,9 @@
 #include "player/image/image_io.h"
 #include "player/play.h"
 #include "player/play_report.h"
-#include "player/tool/help_format.h"
 #include "player/tool/options.h"
 #include "player/tool/version.h"
 #include "runtime/backend.h"
-
-#include <CLI/CLI.hpp>
 
 #include <memory>
 
@@ -47,16 +44,16 @@ void addOutputOptions(CLI::App& app, PlayOptions& options)
     const char* group = "Files";
     addText(app, "--out", options.out, "PATTERN",
             "images to write; {name}, {frame}, {frame:04} and {eye} are filled in (" + imageExtensions() + ")")
-        ->group(group);
+        .group(group);
     addChoice<PixelDepth>(app, "--depth", options.depth, {{"8", PixelDepth::Eight}, {"16", PixelDepth::Sixteen}},
                           "default: 8", "bits per channel of a PNG")
-        ->group(group);
+        .group(group);
     addText(
         app, "--stats", options.stats, "FILE.jsonl",
         "one JSON object per frame and line: time per stage, counts (schemas/frame-stats.schema.json); - is standard "
         "output")
-        ->group(group);
-    addFlag(app, "-w,--overwrite", options.overwrite, "replace files that exist")->group(group);
+        .group(group);
+    addFlag(app, "-w,--overwrite", options.overwrite, "replace files that exist").group(group);
 }
 
 void checkOut(const CLI::App& app, const PlayOptions& options)
@@ -108,9 +105,9 @@ void addPlayCommand(CLI::App& root, Invocation& invocation)
     auto options = std::make_shared<PlayOptions>();
     addPlayOptions(root, *options);
     addReporterOptions(root, invocation.reporter, true);
-    root.footer(kExamples);
-    root.callback([&root, &invocation, options] {
-        if (!root.get_subcommands().empty())
+    setFooter(root, kExamples);
+    onParsed(root, [&root, &invocation, options] {
+        if (hasCommand(root))
             return;
         checkPlayOptions(root, *options);
         invocation.run = [options](Reporter& report) { return runPlay(*options, report); };
@@ -119,8 +116,8 @@ void addPlayCommand(CLI::App& root, Invocation& invocation)
 
 void addBackendsCommand(CLI::App& root, Invocation& invocation)
 {
-    CLI::App* command = root.add_subcommand("backends", "List what renders on this machine");
-    command->callback([&invocation] {
+    CLI::App& command = addCommand(root, "backends", "List what renders on this machine");
+    onParsed(command, [&invocation] {
         invocation.run = [](Reporter& report) {
             for (const BackendInfo& backend : availableBackends())
                 report.text(backend.name + ": " + backend.description);
@@ -131,18 +128,16 @@ void addBackendsCommand(CLI::App& root, Invocation& invocation)
 
 int runGscPlay(int argc, const char* const* argv)
 {
-    CLI::App app("Plays a .gsc model: renders it from the cameras given, without a window.", "gsc-play");
-    app.formatter(helpFormatter());
-    app.require_subcommand(0, 1);
-    app.set_version_flag("--version", versionText("gsc-play") + "\nimages " + imageExtensions(),
-                         "version, commit, file format, CUDA and image files");
-    Invocation invocation;
-    addPlayCommand(app, invocation);
-    addBenchCommand(app, invocation);
-    addStabilityCommand(app, invocation);
-    addBackendsCommand(app, invocation);
-    addToolCommands(app, invocation);
-    return runTool(app, invocation, argc, argv);
+    return runProgram({"gsc-play", "Plays a .gsc model: renders it from the cameras given, without a window.",
+                       versionText("gsc-play") + "\nimages " + imageExtensions(),
+                       "version, commit, file format, CUDA and image files", "",
+                       [](CLI::App& root, Invocation& invocation) {
+                           addPlayCommand(root, invocation);
+                           addBenchCommand(root, invocation);
+                           addStabilityCommand(root, invocation);
+                           addBackendsCommand(root, invocation);
+                       }},
+                      argc, argv);
 }
 
 } // namespace gsc

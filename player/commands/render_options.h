@@ -4,13 +4,9 @@
 #pragma once
 
 #include "player/play_options.h"
+#include "player/tool/options.h"
 
 #include <string>
-
-namespace CLI {
-class App;
-class Option;
-} // namespace CLI
 
 namespace gsc {
 
@@ -23,7 +19,7 @@ void addRunOptions(CLI::App& app, PlayOptions& options);  // tier, backend, memo
 void addTargetOption(CLI::App& app, PlayOptions& options);
 
 // A backend by name, or "auto" too: the names of every build; one that this build lacks is refused when it is opened.
-CLI::Option* addBackend(CLI::App& app, const char* name, std::string& field, bool or_auto, const char* help);
+OptionHandle addBackend(CLI::App& app, const char* name, std::string& field, bool or_auto, const char* help);
 
 // What has an effect with two eyes only. Throws Error(Usage).
 void checkEyes(const CLI::App& app, const PlayOptions& options);

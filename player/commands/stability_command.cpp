@@ -5,8 +5,6 @@
 #include "player/measure/stability.h"
 #include "player/tool/options.h"
 
-#include <CLI/CLI.hpp>
-
 #include <memory>
 
 namespace gsc {
@@ -23,20 +21,20 @@ void addStabilityOptions(CLI::App& app, StabilityOptions& options)
     constexpr int64_t kMany = 1000000;
     constexpr double kMost = 1e9;
     addTexts(app, "--trajectories", options.trajectories, "FILE.json|DIR", "camera files, or folders of them")
-        ->group(group);
+        .group(group);
     addInteger(app, "--warmup", options.warmup, 0, kMany, "N (default: 5)",
                "frames at the start of each that the times leave out")
-        ->group(group);
-    addBackend(app, "--reference", options.reference, false, "backend that renders exact")->group(group);
+        .group(group);
+    addBackend(app, "--reference", options.reference, false, "backend that renders exact").group(group);
     addNumber(app, "--bound-psnr", options.bound_psnr, {0, 1000}, " dB", "DB (default: 50)",
               "least of any frame against exact; 0 = no bound")
-        ->group(group);
+        .group(group);
     addNumber(app, "--bound-temporal", options.bound_temporal, {0, kMost}, " medians", "X (default: 2)",
               "most that the error image changes in one frame, in medians of the trajectory; 0 = no bound")
-        ->group(group);
+        .group(group);
     addNumber(app, "--bound-p99", options.bound_p99, {0, kMost}, " medians", "X (default: 0)",
               "most of the time of a frame at p99, in medians; 0 = no bound")
-        ->group(group);
+        .group(group);
 }
 
 ErrorCode runStability(const StabilityOptions& options, Reporter& report)
@@ -52,21 +50,21 @@ ErrorCode runStability(const StabilityOptions& options, Reporter& report)
 void addStabilityCommand(CLI::App& root, Invocation& invocation)
 {
     auto options = std::make_shared<StabilityOptions>();
-    CLI::App* command =
-        root.add_subcommand("stability", "Play trajectories that were made to break what is kept between frames, and "
-                                         "say whether the pictures hold still");
-    addFile(*command, options->play);
-    command->get_option("FILE")->required();
-    addStabilityOptions(*command, *options);
-    addIgnoreDistortion(*command, options->play);
-    addFrames(*command, options->play);
-    addViewOptions(*command, options->play);
-    addRunOptions(*command, options->play);
-    addReporterOptions(*command, invocation.reporter, true);
-    command->footer(kExamples);
-    command->callback([command, &invocation, options] {
-        checkRenderOptions(*command, options->play, true);
-        checkEyes(*command, options->play);
+    CLI::App& command = addCommand(root, "stability",
+                                   "Play trajectories that were made to break what is kept between frames, and "
+                                   "say whether the pictures hold still");
+    addFile(command, options->play);
+    optionOf(command, "FILE").required();
+    addStabilityOptions(command, *options);
+    addIgnoreDistortion(command, options->play);
+    addFrames(command, options->play);
+    addViewOptions(command, options->play);
+    addRunOptions(command, options->play);
+    addReporterOptions(command, invocation.reporter, true);
+    setFooter(command, kExamples);
+    onParsed(command, [&command, &invocation, options] {
+        checkRenderOptions(command, options->play, true);
+        checkEyes(command, options->play);
         options->play.frames_may_end_sooner = true; // the longest trajectory is looked at, see stability()
         invocation.run = [options](Reporter& report) { return runStability(*options, report); };
     });

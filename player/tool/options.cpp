@@ -11,9 +11,69 @@
 
 namespace gsc {
 
+OptionHandle OptionHandle::required() const
+{
+    m_option->required();
+    return *this;
+}
+
+OptionHandle OptionHandle::group(const std::string& name) const
+{
+    m_option->group(name);
+    return *this;
+}
+
+OptionHandle OptionHandle::excludes(OptionHandle other) const
+{
+    m_option->excludes(other.get());
+    return *this;
+}
+
+OptionHandle OptionHandle::needs(OptionHandle other) const
+{
+    m_option->needs(other.get());
+    return *this;
+}
+
+CLI::App& addCommand(CLI::App& parent, const std::string& name, const std::string& help)
+{
+    return *parent.add_subcommand(name, help);
+}
+
+void setFooter(CLI::App& app, const std::string& text)
+{
+    app.footer(text);
+}
+
+void takesCommand(CLI::App& app)
+{
+    app.require_subcommand(0, 1);
+}
+
+bool hasCommand(const CLI::App& app)
+{
+    return !app.get_subcommands().empty();
+}
+
+void onParsed(CLI::App& app, std::function<void()> act)
+{
+    app.callback(std::move(act));
+}
+
+OptionHandle optionOf(CLI::App& app, const char* name)
+{
+    return OptionHandle(app.get_option(name));
+}
+
+bool isGiven(const CLI::App& app, const char* name)
+{
+    const CLI::Option* option = app.get_option_no_throw(name);
+    return option != nullptr && option->count() > 0;
+}
+
 namespace detail {
 
-CLI::Option* addValue(CLI::App& app, const std::string& names, const std::string& placeholder, const std::string& help,
+OptionHandle addValue(CLI::App& app, const std::string& names, const std::string& placeholder, const std::string& help,
                       std::function<void(const std::string&, const std::string&)> take, bool several)
 {
     // the longest name is what messages say
@@ -37,7 +97,7 @@ CLI::Option* addValue(CLI::App& app, const std::string& names, const std::string
         option->type_size(1)->expected(1, CLI::detail::expected_max_vector_size)->allow_extra_args();
     else
         option->expected(1);
-    return option;
+    return OptionHandle(option);
 }
 
 void failValue(const std::string& name, const std::string& text, const char* found, const std::string& expected)
@@ -87,19 +147,19 @@ int64_t wholeNumber(const std::string& name, const std::string& text, int64_t le
 
 } // namespace detail
 
-CLI::Option* addFlag(CLI::App& app, const std::string& names, bool& field, const std::string& help)
+OptionHandle addFlag(CLI::App& app, const std::string& names, bool& field, const std::string& help)
 {
-    return app.add_flag(names, field, help);
+    return OptionHandle(app.add_flag(names, field, help));
 }
 
-CLI::Option* addText(CLI::App& app, const std::string& names, std::string& field, const std::string& placeholder,
+OptionHandle addText(CLI::App& app, const std::string& names, std::string& field, const std::string& placeholder,
                      const std::string& help)
 {
     return detail::addValue(app, names, placeholder, help,
                             [&field](const std::string&, const std::string& text) { field = text; });
 }
 
-CLI::Option* addTexts(CLI::App& app, const std::string& names, std::vector<std::string>& field,
+OptionHandle addTexts(CLI::App& app, const std::string& names, std::vector<std::string>& field,
                       const std::string& placeholder, const std::string& help)
 {
     return detail::addValue(
@@ -107,7 +167,7 @@ CLI::Option* addTexts(CLI::App& app, const std::string& names, std::vector<std::
         true);
 }
 
-CLI::Option* addNumber(CLI::App& app, const std::string& names, double& field, Range range, const char* unit,
+OptionHandle addNumber(CLI::App& app, const std::string& names, double& field, Range range, const char* unit,
                        const std::string& placeholder, const std::string& help)
 {
     return detail::addValue(app, names, placeholder, help,
@@ -116,7 +176,7 @@ CLI::Option* addNumber(CLI::App& app, const std::string& names, double& field, R
                             });
 }
 
-CLI::Option* addFloat(CLI::App& app, const std::string& names, float& field, Range range, const char* unit,
+OptionHandle addFloat(CLI::App& app, const std::string& names, float& field, Range range, const char* unit,
                       const std::string& placeholder, const std::string& help)
 {
     return detail::addValue(app, names, placeholder, help,
@@ -125,7 +185,7 @@ CLI::Option* addFloat(CLI::App& app, const std::string& names, float& field, Ran
                             });
 }
 
-CLI::Option* addByteSize(CLI::App& app, const std::string& names, uint64_t& field, uint64_t least,
+OptionHandle addByteSize(CLI::App& app, const std::string& names, uint64_t& field, uint64_t least,
                          const std::string& placeholder, const std::string& help)
 {
     const auto take = [&field, least](const std::string& name, const std::string& text) {
@@ -139,7 +199,7 @@ CLI::Option* addByteSize(CLI::App& app, const std::string& names, uint64_t& fiel
     return detail::addValue(app, names, placeholder, help, take);
 }
 
-CLI::Option* addCount(CLI::App& app, const std::string& names, uint64_t& field, uint64_t least, uint64_t most,
+OptionHandle addCount(CLI::App& app, const std::string& names, uint64_t& field, uint64_t least, uint64_t most,
                       const std::string& placeholder, const std::string& help)
 {
     const auto take = [&field, least, most](const std::string& name, const std::string& text) {
@@ -155,7 +215,7 @@ CLI::Option* addCount(CLI::App& app, const std::string& names, uint64_t& field, 
     return detail::addValue(app, names, placeholder, help, take);
 }
 
-CLI::Option* addImageSize(CLI::App& app, const std::string& names, uint32_t& width, uint32_t& height,
+OptionHandle addImageSize(CLI::App& app, const std::string& names, uint32_t& width, uint32_t& height,
                           const std::string& placeholder, const std::string& help)
 {
     const auto take = [&width, &height](const std::string& name, const std::string& text) {

@@ -22,37 +22,61 @@ class Option;
 
 namespace gsc {
 
+// An option that was declared. CLI11's headers, which take seconds to compile, stay in player/tool.
+class OptionHandle {
+public:
+    explicit OptionHandle(CLI::Option* option) : m_option(option) {}
+
+    OptionHandle required() const;
+    OptionHandle group(const std::string& name) const; // heading in the help
+    OptionHandle excludes(OptionHandle other) const;
+    OptionHandle needs(OptionHandle other) const;
+    [[nodiscard]] CLI::Option* get() const { return m_option; }
+
+private:
+    CLI::Option* m_option;
+};
+
+// A command below `parent`, and what is said of it.
+CLI::App& addCommand(CLI::App& parent, const std::string& name, const std::string& help);
+void setFooter(CLI::App& app, const std::string& text);
+void takesCommand(CLI::App& app);     // one below it, or none
+bool hasCommand(const CLI::App& app); // after parsing: one below it was given
+void onParsed(CLI::App& app, std::function<void()> act);
+OptionHandle optionOf(CLI::App& app, const char* name); // declared before
+bool isGiven(const CLI::App& app, const char* name);    // after parsing; false where the command has no such option
+
 // Numbers from `least` to `most`.
 struct Range {
     double least = 0, most = 0;
     bool open = false; // the ends are not allowed
 };
 
-CLI::Option* addFlag(CLI::App& app, const std::string& names, bool& field, const std::string& help);
-CLI::Option* addText(CLI::App& app, const std::string& names, std::string& field, const std::string& placeholder,
+OptionHandle addFlag(CLI::App& app, const std::string& names, bool& field, const std::string& help);
+OptionHandle addText(CLI::App& app, const std::string& names, std::string& field, const std::string& placeholder,
                      const std::string& help);
 // May be given several times, or take several words.
-CLI::Option* addTexts(CLI::App& app, const std::string& names, std::vector<std::string>& field,
+OptionHandle addTexts(CLI::App& app, const std::string& names, std::vector<std::string>& field,
                       const std::string& placeholder, const std::string& help);
 // A decimal number, finite. `unit` is for the message, such as " degrees".
-CLI::Option* addNumber(CLI::App& app, const std::string& names, double& field, Range range, const char* unit,
+OptionHandle addNumber(CLI::App& app, const std::string& names, double& field, Range range, const char* unit,
                        const std::string& placeholder, const std::string& help);
-CLI::Option* addFloat(CLI::App& app, const std::string& names, float& field, Range range, const char* unit,
+OptionHandle addFloat(CLI::App& app, const std::string& names, float& field, Range range, const char* unit,
                       const std::string& placeholder, const std::string& help);
 // "8G", bytes, from `least`.
-CLI::Option* addByteSize(CLI::App& app, const std::string& names, uint64_t& field, uint64_t least,
+OptionHandle addByteSize(CLI::App& app, const std::string& names, uint64_t& field, uint64_t least,
                          const std::string& placeholder, const std::string& help);
 // "20M", a count, from `least` to `most`.
-CLI::Option* addCount(CLI::App& app, const std::string& names, uint64_t& field, uint64_t least, uint64_t most,
+OptionHandle addCount(CLI::App& app, const std::string& names, uint64_t& field, uint64_t least, uint64_t most,
                       const std::string& placeholder, const std::string& help);
 // "1920x1080".
-CLI::Option* addImageSize(CLI::App& app, const std::string& names, uint32_t& width, uint32_t& height,
+OptionHandle addImageSize(CLI::App& app, const std::string& names, uint32_t& width, uint32_t& height,
                           const std::string& placeholder, const std::string& help);
 
 namespace detail {
 
 // The option with its text; `take` is called with each value. Once only, unless `several`.
-CLI::Option* addValue(CLI::App& app, const std::string& names, const std::string& placeholder, const std::string& help,
+OptionHandle addValue(CLI::App& app, const std::string& names, const std::string& placeholder, const std::string& help,
                       std::function<void(const std::string& name, const std::string& text)> take, bool several = false);
 // `name` is the option's longest, "--fov". Throws Error(Usage).
 [[noreturn]] void failValue(const std::string& name, const std::string& text, const char* found,
@@ -65,7 +89,7 @@ int64_t wholeNumber(const std::string& name, const std::string& text, int64_t le
 
 // A decimal integer from `least` to `most`.
 template <typename Integer>
-CLI::Option* addInteger(CLI::App& app, const std::string& names, Integer& field, int64_t least, int64_t most,
+OptionHandle addInteger(CLI::App& app, const std::string& names, Integer& field, int64_t least, int64_t most,
                         const std::string& placeholder, const std::string& help)
 {
     static_assert(std::is_integral_v<Integer>);
@@ -80,7 +104,7 @@ using Choices = std::vector<std::pair<std::string, Value>>;
 
 // One of a few words, in the order given; the placeholder is made of them. `note` follows it in brackets.
 template <typename Value>
-CLI::Option* addChoice(CLI::App& app, const std::string& names, Value& field, Choices<Value> choices,
+OptionHandle addChoice(CLI::App& app, const std::string& names, Value& field, Choices<Value> choices,
                        const std::string& note, const std::string& help)
 {
     std::vector<std::string> words;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/tool/tool.h"
 
+#include "player/tool/help_format.h"
+
 #include "format/file/file_fault.h"
 #include "player/tool/command_words.h"
 #include "player/tool/completion.h"
@@ -182,7 +184,7 @@ void addReporterOptions(CLI::App& command, ReporterOptions& options, bool takes_
     addChoice<ReportFormat>(command, "--format", options.format,
                             {{"text", ReportFormat::Text}, {"json", ReportFormat::Json}}, "default: text",
                             "form of the result on standard output")
-        ->group(group);
+        .group(group);
     if (takes_long)
         addChoice<ProgressMode>(command, "--progress", options.progress,
                                 {{"auto", ProgressMode::Auto},
@@ -192,11 +194,11 @@ void addReporterOptions(CLI::App& command, ReporterOptions& options, bool takes_
                                  {"none", ProgressMode::None}},
                                 "default: auto",
                                 "form of what is told on standard error; auto is a bar on a terminal, else lines")
-            ->group(group);
-    addFlag(command, "-q,--quiet", options.quiet, "only errors on standard error")->group(group);
+            .group(group);
+    addFlag(command, "-q,--quiet", options.quiet, "only errors on standard error").group(group);
     command.add_flag("-v,--verbose", options.verbose, "say more on standard error")->group(group);
     addFlag(command, "--no-color", options.no_color, "no colour; NO_COLOR in the environment does the same")
-        ->group(group);
+        .group(group);
 }
 
 void addToolCommands(CLI::App& root, Invocation& invocation)
@@ -207,7 +209,7 @@ void addToolCommands(CLI::App& root, Invocation& invocation)
     CLI::App* command = root.add_subcommand("completion", "Print what makes a shell complete this program's words");
     addChoice<Shell>(*command, "SHELL", *shell, {{"bash", Shell::Bash}, {"zsh", Shell::Zsh}, {"fish", Shell::Fish}}, "",
                      "the shell")
-        ->required();
+        .required();
     const std::string name = root.get_name();
     command->footer("examples:\n  source <(" + name + " completion bash)\n  " + name + " completion zsh > ~/.zfunc/_" +
                     name + "\n  " + name + " completion fish > ~/.config/fish/completions/" + name + ".fish");
@@ -239,6 +241,20 @@ int runTool(CLI::App& root, Invocation& invocation, int argc, const char* const*
         return int(failWith(report, std::current_exception()));
     }
     return int(runInvocation(invocation));
+}
+
+int runProgram(const Program& program, int argc, const char* const* argv)
+{
+    CLI::App root(program.description, program.name);
+    root.formatter(helpFormatter());
+    root.require_subcommand(0, 1);
+    root.set_version_flag("--version", program.version, program.version_help);
+    if (!program.footer.empty())
+        root.footer(program.footer);
+    Invocation invocation;
+    program.add_commands(root, invocation);
+    addToolCommands(root, invocation);
+    return runTool(root, invocation, argc, argv);
 }
 
 } // namespace gsc

@@ -28,7 +28,15 @@ void addToolCommands(CLI::App& root, Invocation& invocation);
 // Runs it and turns whatever it throws into a message and a code.
 ErrorCode runInvocation(const Invocation& invocation);
 
-// Everything main() does with the tree of commands. Returns the exit code; never throws.
+// A program: its name, what it says of itself, and what declares its commands.
+struct Program {
+    std::string name, description, version, version_help, footer;
+    void (*add_commands)(CLI::App& root, Invocation& invocation);
+};
+
+// Everything main() does. Returns the exit code; never throws.
+int runProgram(const Program& program, int argc, const char* const* argv);
+// The same with a tree of commands of one's own.
 int runTool(CLI::App& root, Invocation& invocation, int argc, const char* const* argv);
 
 // gsc.error/1 (schemas/error.schema.json): the message, and its parts where it has the form

@@ -38,7 +38,7 @@ if(TARGET gsc_commands)
   set_tests_properties(cli_compare_render cli_interrupt cli_killed PROPERTIES LABELS "cpu;slow")
 endif()
 
-foreach(check check_traps check_messages)
+foreach(check check_traps check_messages check_includes)
   add_test(NAME ${check} COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/${check}.py)
   set_tests_properties(${check} PROPERTIES LABELS cpu TIMEOUT 60)
 endforeach()
