@@ -80,9 +80,9 @@ bool decodesMerged(const FrameOptions& options, uint32_t eye_count)
 
 void refuseMergedReuse(const FrameOptions& options, uint32_t eye_count)
 {
-    if (decodesMerged(options, eye_count) && options.reuse.policy != ReusePolicy::None)
-        throw Error(ErrorCode::Unsupported, "frame: stereo merged together with reuse, which keeps what each eye "
-                                            "decoded, expected one of them; use stereo exact or reuse policy none");
+    if (decodesMerged(options, eye_count) && options.reuse.policy == ReusePolicy::Error)
+        throw Error(ErrorCode::Unsupported, "frame: stereo merged together with reuse policy error, which bounds the "
+                                            "change for each eye, expected policy depth or none; use one of them");
 }
 
 void checkSize(uint32_t width, uint32_t height)

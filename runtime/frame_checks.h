@@ -11,7 +11,7 @@ void checkModel(const ModelView& model);
 void checkOptions(const ModelView& model, const FrameOptions& options, uint32_t eye_count);
 void checkReuse(const ReuseOptions& reuse);
 void checkSize(uint32_t width, uint32_t height); // pixels
-// One decode for both eyes beside reuse, which is not written for it.
+// One decode for both eyes beside ReusePolicy::Error, whose bound is of what each eye sees.
 void refuseMergedReuse(const FrameOptions& options, uint32_t eye_count);
 // Gaussians kept between frames, where `backend` keeps none.
 void refuseReuse(const ReuseOptions& reuse, const char* backend);

@@ -89,7 +89,7 @@ struct ReuseOptions {
 // image, is its own in both.
 enum class StereoMode : uint32_t {
     Exact = 0,  // from each eye
-    Merged = 1, // from the middle between them, once for both: the GS-Cache paper's; no reuse beside it
+    Merged = 1, // from the middle between them, once for both: the GS-Cache paper's; not with ReusePolicy::Error
 };
 
 struct FrameOptions {

@@ -71,8 +71,10 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) keepKernel(cons
         for (uint32_t look = both ? kSecondOpacities : keys; look <= (both ? kSecondKey : keys); ++look) {
             const uint32_t key = look == kFirstKey ? 0 : 1;
             uint32_t hidden[6][4];
-            firstLayer<kBank>(args, shared.networks, lane, positions, kept ? want.center[key] : args.eyes[key].center,
-                              feature, levels, hidden);
+            const float* const center = kept            ? want.center[key]
+                                        : args.one_view ? args.look_from
+                                                        : args.eyes[key].center;
+            firstLayer<kBank>(args, shared.networks, lane, positions, center, feature, levels, hidden);
             float opacity[kOpacityTiles][4];
             opacityLayer(shared.networks, lane, hidden, opacity);
             uint32_t positive_rows = 0;

@@ -237,6 +237,8 @@ __global__ void __launch_bounds__(kThreads) grantKernel(const __grid_constant__ 
             const uint32_t slot = granted ? slotFor(args, want) : kNoEntry;
             if (granted)
                 tables.wants[i].slot = slot;
+            // who counts it: merged entries are the first eye's, which need not see the strip
+            const uint32_t counter = (want.eyes >> want.eye & 1u) != 0 ? want.eye : 1 - want.eye;
 #pragma unroll
             for (uint32_t e = 0; e < kMaxEyes; ++e) {
                 if ((want.eyes >> e & 1u) == 0)
@@ -244,9 +246,9 @@ __global__ void __launch_bounds__(kThreads) grantKernel(const __grid_constant__ 
                 // what no slot holds is decoded once for each eye, and drawn as it is decoded
                 const uint32_t decodes = !granted           ? 0u
                                          : slot == kNoEntry ? want.strip.count
-                                         : e == want.eye    ? want.strip.count * want.keys
+                                         : e == counter     ? want.strip.count * want.keys
                                                             : 0u;
-                const uint32_t counted = want.bucket == kMust && e == want.eye ? want.strip.count * want.keys : 0u;
+                const uint32_t counted = want.bucket == kMust && e == counter ? want.strip.count * want.keys : 0u;
                 const uint32_t visible = __popc(want.strip.lanes >> (16 * e) & 0xffffu);
                 tables.drawn[want.index].slot[e] = tables.decided[want.strip.strip].slot[e] =
                     granted ? slot : want.fallback[e];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Decoded Gaussians kept across frames on a device (design section 5, cache "decoded"): what is kept, what a frame
-// decides, and the launches that decide it. Plain data, no CUDA header.
+// decides, and the launches that decide it. Plain data, no CUDA header. With merged stereo the first eye owns all entries.
 //
 // A frame with reuse lists its visible strips (select), schedules them, grants what the budgets allow, decodes that
 // (decode_cuda.h) and draws the rest from its entries. What is decided depends on nothing but the frames so far: not on
@@ -89,8 +89,9 @@ struct alignas(8) DrawnSlots {
 
 // What changes from frame to frame beside FrameNow.
 struct ReuseNow : FrameNow {
-    uint32_t frame; // counts from 1; a frame drawn again has the same
-    uint32_t again; // other than 0: it is
+    uint32_t frame;  // counts from 1; a frame drawn again has the same
+    uint32_t again;  // other than 0: it is
+    uint32_t merged; // other than 0: one entry for both eyes, decoded from look_from (StereoMode::Merged)
     uint32_t eye_count;
     float center[kMaxEyes][3], step[kMaxEyes][3];                    // of the cameras, world units
     uint32_t steady[kMaxEyes], erratic[kMaxEyes], history[kMaxEyes]; // CameraMotion

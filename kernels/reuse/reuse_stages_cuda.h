@@ -26,10 +26,11 @@ inline void setNow(StripSelectArgs& args, const ReuseNow& now)
     args.counts_fresh = now.policy == ReusePolicy::Depth;
 }
 
-// `merged` is true, since what is staged is any eye's; look_from and the visible list mean nothing, and `fraction` is per
+// `merged` is true, since what is staged is any eye's; the visible list means nothing, and `fraction` is per
 // listed strip, eye and row.
 struct KeepCudaArgs : DecodeCudaArgs {
     ReuseTables tables;
+    bool one_view; // ReuseNow::merged: what has no entry is decoded from look_from, too
 };
 
 void selectStripsCuda(const StripSelectArgs& args, uint32_t processors, CUstream_st* stream); // of the visible groups

@@ -321,6 +321,37 @@ __device__ void decide(const ScheduleCudaArgs& args, const ListedStrip& listed, 
     }
 }
 
+// Decides for a strip that both eyes are to draw from one entry and whose entry is none or too old: the GS-Cache paper's
+// depth with its one decode for both eyes. All lanes of the warp call it together.
+__device__ void decideMerged(const ScheduleCudaArgs& args, const ListedStrip& listed, uint32_t index, Tally& tally)
+{
+    const ReuseTables& tables = args.tables;
+    const uint32_t lane = threadIdx.x & 31u;
+    const uint32_t entry = appendPlace(lane == 0, lane, &tables.scratch->counters.wants);
+    if (lane != 0)
+        return;
+    const uint32_t own = tables.slot_of[0][listed.strip];
+    Want w{};
+    w.strip = listed;
+    for (int i = 0; i < 3; ++i)
+        w.center[0][i] = w.center[1][i] = args.now.look_from[i];
+    w.keys = 1;
+    w.index = index;
+    w.fallback[0] = w.fallback[1] = own;
+    w.eyes = ((listed.lanes & 0xffffu) != 0 ? 1u : 0u) | (listed.lanes >> 16 != 0 ? 2u : 0u);
+    w.fresh = own == kNoEntry ? 1u : 0u;
+    w.bucket = kMust;
+    tables.wants[entry] = w;
+    tables.drawn[index] = tables.decided[listed.strip] = {{kNoEntry, kNoEntry}};
+    tally.decoded[(w.eyes & 1u) != 0 ? 0 : 1] += listed.count;
+    if (own != kNoEntry) {
+        tables.entries[own].used = args.now.frame; // it is replaced
+    } else if (!args.ample) {
+        atomicAdd(&tables.scratch->counters.wanted, 1u);
+        atomicAdd(&tables.scratch->orders[uint64_t(listed.strip) * kOrders / tables.strips], 1u);
+    }
+}
+
 __global__ void __launch_bounds__(kThreads) scheduleKernel(const __grid_constant__ ScheduleCudaArgs args)
 {
     const ReuseNow& now = args.now;
@@ -350,7 +381,7 @@ __global__ void __launch_bounds__(kThreads) scheduleKernel(const __grid_constant
 #pragma unroll
             for (uint32_t e = 0; e < kMaxEyes; ++e)
                 if ((listed.lanes >> (16 * e) & 0xffffu) != 0) {
-                    slots[e] = tables.slot_of[e][listed.strip];
+                    slots[e] = tables.slot_of[now.merged != 0 ? 0 : e][listed.strip];
                     if (slots[e] != kNoEntry)
                         kept[e] = tables.entries[slots[e]];
                     open |= slots[e] == kNoEntry || !surelyGood(now, depth, e, listed, kept[e]);
@@ -369,7 +400,10 @@ __global__ void __launch_bounds__(kThreads) scheduleKernel(const __grid_constant
             const int from = __ffs(int(rest)) - 1;
             const ListedStrip one{__shfl_sync(~0u, listed.strip, from), __shfl_sync(~0u, listed.first, from),
                                   __shfl_sync(~0u, listed.lanes, from), __shfl_sync(~0u, listed.count, from)};
-            decide(args, one, base + uint32_t(from), depth, tally);
+            if (now.merged != 0)
+                decideMerged(args, one, base + uint32_t(from), tally);
+            else
+                decide(args, one, base + uint32_t(from), depth, tally);
         }
     }
     for (uint32_t e = 0; e < kMaxEyes; ++e) {

@@ -201,9 +201,9 @@ void checkRenderOptions(const CLI::App& app, const PlayOptions& options, bool pa
         checkEyes(app, options);
         checkEffect(app, "--ignore-distortion", options.cameras != "stored", "--cameras FILE");
     }
-    if (options.stereo == StereoMode::Merged && reuse.policy != ReusePolicy::None)
-        throw Error(ErrorCode::Usage, "--stereo merged: together with --reuse, which keeps what each eye decoded, "
-                                      "expected one of them; pass --reuse none or --stereo exact");
+    if (options.stereo == StereoMode::Merged && reuse.policy == ReusePolicy::Error)
+        throw Error(ErrorCode::Usage, "--stereo merged: together with --reuse error, which bounds the change for each "
+                                      "eye, expected --reuse depth or none; pass one of these or --stereo exact");
 }
 
 } // namespace gsc

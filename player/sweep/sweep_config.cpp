@@ -167,9 +167,9 @@ RunConfig readRun(const JsonObject& object, const Reader& reader, const RunConfi
     read("lod_hysteresis", [&](const Value& v) { run.lod_hysteresis = Reader::lodWidth(v); });
     read("stereo", [&](const Value& v) { run.stereo = Reader::stereo(v); });
     read("backend", [&](const Value& v) { run.backend = reader.backend(v); });
-    if (run.stereo == StereoMode::Merged && run.reuse.policy != ReusePolicy::None)
-        object.fail("stereo", "\"merged\" with a policy that keeps what each eye decoded",
-                    "\"exact\", or the policy \"none\"");
+    if (run.stereo == StereoMode::Merged && run.reuse.policy == ReusePolicy::Error)
+        object.fail("stereo", "\"merged\" with a policy that bounds the change for each eye",
+                    "\"exact\", or the policy \"depth\" or \"none\"");
     return run;
 }
 

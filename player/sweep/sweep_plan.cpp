@@ -43,7 +43,7 @@ void addReuse(const SweepAxes& axes, RunConfig run, RunList& list)
                         for (const uint64_t cache : axes.cache_budgets) {
                             run.reuse = {policy, depth, guidance, bound, budget.anchors, cache};
                             run.match_budget = budget.match;
-                            if (run.stereo == StereoMode::Exact || policy == ReusePolicy::None)
+                            if (run.stereo == StereoMode::Exact || policy != ReusePolicy::Error)
                                 list.add(run);
                         }
 }
@@ -142,8 +142,9 @@ std::vector<RunConfig> expandRuns(const SweepConfig& config)
     for (const RunConfig& run : config.runs)
         list.add(run);
     if (list.runs().empty())
-        throw Error(ErrorCode::InvalidFile, "sweep: its axes join stereo merged only with policies that keep what each "
-                                            "eye decoded, expected a run; add \"exact\" or the policy \"none\"");
+        throw Error(ErrorCode::InvalidFile, "sweep: its axes join stereo merged only with the policy error, which bounds "
+                                            "the change for each eye, expected a run; add \"exact\", or the policy \"depth\" or "
+                                            "\"none\"");
     const std::vector<RunConfig> asked = list.runs();
     for (const RunConfig& run : asked)
         if (run.match_budget)

@@ -23,7 +23,7 @@ struct FrameShape {
     bool fades;           // anchors have opacity factors
     bool merged;          // one decode for both eyes
     bool shared_bins;     // one list of splats per bin for both eyes
-    bool uses_reuse;      // one pass, `fast`, not merged
+    bool uses_reuse;      // one pass, `fast`
     bool limits_decoding; // with reuse: there is a decode budget
     float background[3];
     int32_t appearance;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/reuse/reuse_cpu.h"
 
+#include "runtime/frame_checks.h"
 #include "kernels/threads/stopwatch.h"
 #include "kernels/sensitivity/sensitivity.h"
 #include "kernels/math/lod.h"
@@ -86,8 +87,10 @@ void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
     Stopwatch watch;
     const ReuseOptions& reuse = frame.options.reuse;
     // what was decoded for another row, or scheduled by another rule, is not what this frame would keep
-    if (frame.options.appearance != m_appearance || reuse.policy != m_policy)
+    const bool merged = decodesMerged(frame.options, frame.eye_count);
+    if (frame.options.appearance != m_appearance || reuse.policy != m_policy || merged != m_merged)
         clear();
+    m_merged = merged;
     m_appearance = frame.options.appearance;
     m_policy = reuse.policy;
     ++m_frame;
@@ -120,7 +123,8 @@ void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
     const DecodeArgs args =
         prepareDecode(m_model, frame.eyes, frame.eye_count, nullptr, 0, frame.options.appearance, frame.bias);
     giveSlots(frame, limit);
-    adoptPlans(frame);
+    if (!m_merged) // whose entries both eyes draw as they are
+        adoptPlans(frame);
     const double scheduled = watch.lap();
 
     m_workers.run(blocks, 1, [&](size_t begin, size_t end, int worker) {

@@ -99,6 +99,7 @@ private:
     void scheduleBlock(const ReuseFrame& frame, size_t block);
     void scheduleStrip(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id,
                        StripWork& work);
+    void scheduleMerged(const ReuseFrame& frame, uint64_t strip_id, StripWork& work);
     void scheduleEye(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
                      StripWork& work);
     float leadKey(LazyAnchors& anchors, uint32_t strip, uint32_t e, float rate, float target, Keys& keys) const;
@@ -144,6 +145,7 @@ private:
     std::vector<uint16_t> m_sensitivity; // where the file has none
     int32_t m_appearance = -1;
     ReusePolicy m_policy = ReusePolicy::None;
+    bool m_merged = false; // entries are both eyes', the first owns them
     uint64_t m_frame = 0;
     uint32_t m_depth = 0; // of ReusePolicy::Depth, this frame
     CameraMotion m_motion;

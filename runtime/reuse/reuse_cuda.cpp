@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/reuse/reuse_cuda.h"
 
+#include "runtime/frame_checks.h"
 #include "runtime/model/model_sensitivity.h"
 
 #include <algorithm>
@@ -126,7 +127,8 @@ const ReuseNow& CudaReuse::begin(const FrameNow& frame, uint32_t eye_count, cons
     ReuseNow& now = m_now;
     setNow(now, frame);
     // what was decoded for another row, or scheduled by another rule, is not what this frame would keep
-    if (m_forget || options.appearance != m_appearance || reuse.policy != m_policy) {
+    const bool merged = decodesMerged(options, eye_count);
+    if (m_forget || options.appearance != m_appearance || reuse.policy != m_policy || merged != (now.merged != 0)) {
         resetReuseCuda(m_tables, stream.handle);
         m_motion.forget();
         now.frame = 0;
@@ -138,6 +140,7 @@ const ReuseNow& CudaReuse::begin(const FrameNow& frame, uint32_t eye_count, cons
     m_motion.follow(frame.eyes, eye_count);
     ++now.frame;
     now.again = 0;
+    now.merged = merged ? 1 : 0;
     now.eye_count = eye_count;
     for (uint32_t e = 0; e < kMaxEyes; ++e) {
         std::copy_n(m_motion.center(e), 3, now.center[e]);
@@ -185,7 +188,7 @@ void CudaReuse::decode(FrameCapture& capture, const FrameJob& job) const
     if (!m_ample)
         capture.add(schedule, evictCuda);
     capture.add(schedule, grantCuda);
-    KeepCudaArgs keep{decodeArgs(job, 0), m_tables};
+    KeepCudaArgs keep{decodeArgs(job, 0), m_tables, job.shape.merged};
     keep.merged = true;
     capture.add(keep, decodeKeepCuda);
     capture.add(keep, drawKeptCuda);

@@ -2,6 +2,7 @@
 // The half of CpuReuse that decides: what is drawn again, what is decoded, and in which order within the budget.
 #include "runtime/reuse/reuse_cpu.h"
 
+#include "runtime/frame_checks.h"
 #include "kernels/math/anchor.h"
 
 #include <algorithm>
@@ -284,6 +285,30 @@ void CpuReuse::scheduleStrip(const ReuseFrame& frame, LazyAnchors& anchors, uint
     }
 }
 
+// The GS-Cache paper's depth with its one decode for both eyes: an entry per strip, decoded from the middle between the
+// eyes, drawn by both.
+void CpuReuse::scheduleMerged(const ReuseFrame& frame, uint64_t strip_id, StripWork& work)
+{
+    const uint32_t slot = m_cache.find(strip_id, 0);
+    const float age = slot != kNoSlot ? float(m_frame - m_cache.entry(slot).decoded) : kInfinity;
+    for (EyeWork& eye : work.eye) {
+        eye.slot = slot;
+        eye.place = {0, age};
+    }
+    if (slot != kNoSlot) {
+        m_cache.entry(slot).used = m_frame;
+        work.eye[0].extent = work.eye[1].extent = m_cache.entry(slot).extent;
+    }
+    EyeWork& left = work.eye[0]; // decodes, whether or not it sees the strip
+    left.due = !(age <= float(m_depth));
+    work.eye[1].shares = left.due;
+    if (!left.due)
+        return;
+    left.plan.count = 1;
+    mergedCenter(frame.eyes, left.plan.center[0]);
+    left.urgency = age;
+}
+
 void CpuReuse::scheduleBlock(const ReuseFrame& frame, size_t block)
 {
     const GroupRecord& group = m_model.groups[m_groups[block]];
@@ -297,7 +322,9 @@ void CpuReuse::scheduleBlock(const ReuseFrame& frame, size_t block)
             work.eye[e].lanes = uint16_t(lanesOf(mask, e, s));
             seen |= work.eye[e].lanes;
         }
-        if (seen != 0)
+        if (seen != 0 && m_merged)
+            scheduleMerged(frame, uint64_t(m_groups[block]) * kStripsPerGroup + s, work);
+        else if (seen != 0)
             scheduleStrip(frame, anchors, s, uint64_t(m_groups[block]) * kStripsPerGroup + s, work);
     }
 }

@@ -156,6 +156,10 @@ std::vector<Job> jobs(const std::vector<Model>& all)
         add(*model, "error_2", reuse(ReusePolicy::Error, [](ReuseOptions& r) { r.bound = 2; }), two, 4);
         add(*model, "error_shared", reuse(ReusePolicy::Error, [](ReuseOptions& r) { r.bound = 2; }), ahead, 4);
         add(*model, "depth", reuse(ReusePolicy::Depth, [](ReuseOptions& r) { r.max_depth = 2; }), two, 4);
+        FrameOptions paper = reuse(ReusePolicy::Depth, [](ReuseOptions& r) { r.max_depth = 2; });
+        paper.stereo = StereoMode::Merged;
+        add(*model, "depth_merged", paper, two, 4);
+        add(*model, "depth_merged_shared", paper, ahead, 4);
         add(*model, "error_budget",
             reuse(ReusePolicy::Error,
                   [](ReuseOptions& r) {

@@ -80,7 +80,7 @@ class SweepTest(unittest.TestCase):
         self.assertEqual(sorted(self.folder.rglob("*")), before)
 
     def test_one_decode_for_both_eyes(self) -> None:
-        self.write(axes={"policy": ["none", "error"], "stereo": ["exact", "merged"]}, eyes=2)
+        self.write(axes={"policy": ["none", "depth", "error"], "stereo": ["exact", "merged"]}, eyes=2)
         check_schema("sweep", json.loads(self.config.read_text()))
         run = self.sweep("--ipd", "0.2")
         self.assertIn("none merged", run.stdout)
@@ -89,7 +89,7 @@ class SweepTest(unittest.TestCase):
             check_schema("run", row)
         self.assertEqual(
             {(row["config"]["policy"], row["config"]["stereo"]) for row in rows},
-            {("none", "exact"), ("error", "exact"), ("none", "merged")},
+            {("none", "exact"), ("depth", "exact"), ("error", "exact"), ("none", "merged"), ("depth", "merged")},
         )
         self.out.unlink()
         self.write(axes={"stereo": ["merged"]}, eyes=1)

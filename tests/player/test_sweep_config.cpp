@@ -71,8 +71,10 @@ TEST_CASE("axes that the policy takes no notice of fall together")
     CHECK(words(withAxes(R"("policy":["error"],"decode_budget":[null,100],"cache_budget":[null,1000])")).size() == 4);
 }
 
-TEST_CASE("one decode for both eyes is swept beside no reuse alone")
+TEST_CASE("one decode for both eyes is swept beside no reuse and depth")
 {
+    CHECK(words(withAxes(R"("policy":["none","depth"],"stereo":["merged"])")) ==
+          Words{"merged none", "merged depth 10 linear"});
     CHECK(words(withAxes(R"("policy":["none","error"],"stereo":["exact","merged"])")) ==
           Words{"none", "error 1.0", "merged none"});
     CHECK(refusal(R"({"schema":"gsc.sweep/1","trajectories":["stored"],
@@ -207,7 +209,7 @@ TEST_CASE("wrong files are refused with the place and what was expected")
         {head + R"(,"runs":[{"lod_hysteresis":-0.5}]})", "\"lod_hysteresis\"", "0 to 1"},
         {head + R"(,"axes":{"lod_bias":[17]}})", "\"lod_bias[0]\"", "-16 to 16"},
         {head + R"(,"axes":{"stereo":["shared"]}})", "\"stereo[0]\"", "\"merged\""},
-        {head + R"(,"runs":[{"stereo":"merged","policy":"depth"}]})", "\"stereo\"", "policy \"none\""},
+        {head + R"(,"runs":[{"stereo":"merged","policy":"error"}]})", "\"stereo\"", "\"none\""},
         {head + R"(,"axes":{"backend":["tpu"]}})", "\"backend[0]\"", "\"cuda\", \"cpu\""},
         {head + R"(,"runs":[]})", "\"runs\"", "at least one run"},
         {head + R"(,"runs":[{},{"policy":4}]})", "runs[1]: key \"policy\"", "\"none\""},
