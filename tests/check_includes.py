@@ -56,7 +56,10 @@ def main() -> int:
                 continue
             folder = str(file.parent.relative_to(root))
             rooms[folder].add(re.sub(r"(_cpu|_cuda|_reference|-inl)?\.\w+$", "", file.name))
-            for included in INCLUDE.findall(file.read_text()):
+            text = file.read_text()
+            if "#include <CLI/" in text and folder != "player/tool":
+                faults.append(f"{path}: includes CLI11, which takes seconds to compile; use player/tool/options.h")
+            for included in INCLUDE.findall(text):
                 checked += 1
                 if included.startswith("tests/cuda_emulation/"):
                     continue  # stands for the toolkit's own header

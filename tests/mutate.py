@@ -21,11 +21,11 @@ import sys
 # Sources, what is built of them, and the tests that answer for them.
 AREAS = {
     "format": (["format"], r"^test_format_"),
-    "input": (["convert/input"], r"^test_(ply|torch|zip|pickle|config|checkpoint|yaml|cameras)"),
+    "input": (["convert/input"], r"^test_(ply|torch|input|checkpoint|trained_models)"),
     "bake": (["convert/bake"], r"^test_bake"),
     "kernels": (["kernels"], r"^test_kernel_|^test_parallel"),
     "runtime": (["runtime"], r"^test_(reuse|camera$|stereo|lod|local_model|scene|frame|metrics|camera_motion|merged)"),
-    "player": (["player"], r"^test_(camera_file|play_options|run_rows|sweep|stability|stats|tool|play_cli)"),
+    "player": (["player"], r"^test_(camera_file|play_options|run_rows|sweep|roofline|runner|accuracy|out_pattern|image_io|tool|play_cli)"),
 }
 OPERATORS = [  # pattern, replacement
     (r" < (?![a-z_]*>)", " <= "), (r" <= ", " < "), (r" > ", " >= "), (r" >= ", " > "),
@@ -84,6 +84,7 @@ def main() -> int:
             listing = subprocess.run(["ctest", "--test-dir", options.build, "-N", "-R", tests], capture_output=True,
                                      text=True, check=True).stdout
             targets = [name for name in re.findall(r"Test +#\d+: (\S+)", listing) if not name.endswith("_cli")]
+            targets += ["gsc", "gsc-play"]  # what the tests of command lines run
             places = candidates(root, folders)
             wanted = options.count // len(areas)
             for file, number, start, end, replacement in chance.sample(places, min(3 * wanted, len(places))):

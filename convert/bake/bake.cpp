@@ -84,6 +84,15 @@ public:
         stage("metre", [&] { m_metre = m_metre_bake->derive(m_checkpoint); });
         stage("index", [&] { buildIndex(); });
         stage("write", [&] { writeSections(writer); });
+        m_index.clear();
+        m_index.shrink_to_fit();
+        m_sensitivity.reset();
+        m_nanovdb.clear();
+        m_nanovdb.shrink_to_fit();
+        if (m_options.verify)
+            stage("verify", [&] { m_options.verify(writer.temporaryPath()); });
+        throwIfInterrupted(); // the last chance
+        writer.commit();
         m_report.input_bytes = m_hash.bytes;
         return std::move(m_report);
     }
@@ -322,10 +331,6 @@ private:
         for (const ChunkRecord& chunk : m_chunks)
             checksums.push_back(chunk.checksum);
         m_report.output_bytes = writer.finish(header, checksum64(bytesOf(checksums)));
-        if (m_options.verify)
-            m_options.verify(writer.temporaryPath());
-        throwIfInterrupted(); // the last chance
-        writer.commit();
         m_report.anchors = m_scan.kept;
         m_report.dropped = m_scan.dropped.size();
         m_report.levels = m_levels.size();

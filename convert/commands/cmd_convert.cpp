@@ -88,7 +88,15 @@ std::vector<NamedPath> filesOf(const Checkpoint& checkpoint, const std::string& 
 void verifyFile(const Checkpoint& checkpoint, const std::string& path, const std::string& output,
                 const BakeProgress& progress)
 {
-    const CompareReport comparison = compareCheckpoint(checkpoint, path, progress);
+    CompareReport comparison;
+    try {
+        comparison = compareCheckpoint(checkpoint, path, progress);
+    } catch (const Error& error) { // which names the file by where it lies
+        std::string message = error.what();
+        if (const size_t at = message.find(path); at != std::string::npos)
+            message.replace(at, path.size(), output);
+        throw Error(error.code(), message);
+    }
     if (!comparison.equal)
         throw Error(ErrorCode::Internal, output + ": would differ from the checkpoint (" + comparison.summary() +
                                              "), expected no difference; nothing was written, this is a bug of gsc, "

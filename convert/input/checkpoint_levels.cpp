@@ -179,11 +179,13 @@ void readLevels(Checkpoint& checkpoint, PlyFamily family, const PlyFile& ply, co
                     formatString("--fork: is %d, expected a whole number from %d to %d; correct it or leave it out",
                                  options.fork, kLeastFork, kMostFork));
     if (family == PlyFamily::Scaffold || family == PlyFamily::AnyBase) {
-        if (options.fork != 0 || options.level_rule >= 0)
-            throw Error(ErrorCode::Usage,
-                        formatString("%s: has no effect on %s, a model without levels, expected "
-                                     "one with levels; leave the option out",
-                                     options.fork != 0 ? "--fork" : "--dist2level", checkpoint.model_path.c_str()));
+        if (options.fork != 0 || options.level_rule >= 0 || options.add_level >= 0)
+            throw Error(ErrorCode::Usage, formatString("%s: has no effect on %s, a model without levels, expected "
+                                                       "one with levels; leave the option out",
+                                                       options.fork != 0         ? "--fork"
+                                                       : options.level_rule >= 0 ? "--dist2level"
+                                                                                 : "--add-level",
+                                                       checkpoint.model_path.c_str()));
         const double voxel = config.values.getNumber(config.modelKey("voxel_size"), 0, config.path);
         // 0 and below mean "derived while training", and that value is stored nowhere (trap 32)
         checkpoint.voxel_size = voxel > 0 && std::isfinite(voxel) ? float(voxel) : 0.0f;

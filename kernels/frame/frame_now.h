@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every frame has anew. The arguments of every kernel that needs it derive from it, so that a captured graph is
-// brought up to date by one loop (runtime/cuda/frame_graph.h). Plain data.
+// What every frame has anew. It opens the arguments of every kernel that needs it, as their base or in their first
+// member, so that a captured graph is brought up to date by one loop (runtime/cuda/frame_graph.h). Plain data.
 #pragma once
 
 #include "kernels/frame/frame_types.h"
@@ -9,7 +9,7 @@ namespace gsc {
 
 struct FrameNow {
     EyeParams eyes[kMaxEyes];
-    EyeParams level_eyes[kMaxEyes]; // the same but for their centres, which are where levels are chosen from (LodLag)
+    EyeParams level_eyes[kMaxEyes]; // the same at the places that levels are chosen from (LodLag)
     float look_from[3];             // of networks that look once for both eyes (StereoMode::Merged)
     float lod_bias, lod_fade;       // FrameOptions
 };

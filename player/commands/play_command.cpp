@@ -60,7 +60,9 @@ void checkOut(const CLI::App& app, const PlayOptions& options)
 {
     const bool is_png = options.out.size() > 4 && options.out.compare(options.out.size() - 4, 4, ".png") == 0;
     checkEffect(app, "--depth", is_png || isStandardOutput(options.out), "--out of a .png");
-    checkEffect(app, "--overwrite", !options.out.empty() || !options.stats.empty(), "--out or --stats");
+    checkEffect(app, "--overwrite",
+                !options.out.empty() || (!options.stats.empty() && !isStandardOutput(options.stats)),
+                "--out or --stats");
     if (isStandardOutput(options.out))
         checkOutput(options.out, OutputKind::Binary, false);
     if (!options.out.empty() && !isImageExtension(options.out))

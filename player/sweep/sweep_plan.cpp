@@ -142,9 +142,10 @@ std::vector<RunConfig> expandRuns(const SweepConfig& config)
     for (const RunConfig& run : config.runs)
         list.add(run);
     if (list.runs().empty())
-        throw Error(ErrorCode::InvalidFile, "sweep: its axes join stereo merged only with the policy error, which bounds "
-                                            "the change for each eye, expected a run; add \"exact\", or the policy \"depth\" or "
-                                            "\"none\"");
+        throw Error(ErrorCode::InvalidFile,
+                    "sweep: its axes join stereo merged only with the policy error, which bounds "
+                    "the change for each eye, expected a run; add \"exact\", or the policy \"depth\" or "
+                    "\"none\"");
     const std::vector<RunConfig> asked = list.runs();
     for (const RunConfig& run : asked)
         if (run.match_budget)

@@ -189,7 +189,8 @@ void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size
         keys[eye_count] = state.strip_keys.data() + eye_count * stripKeyValues(offsets);
         std::copy_n(eye.plan.center[eye.plan.count - 1], 3, centers[eye_count].center);
         eyes[eye_count++] = e;
-        state.decoded[e] += count;
+        // of both eyes' entries the first is the owner, which need not see the strip
+        state.decoded[m_merged && eye.lanes == 0 ? 1 : e] += count;
     }
     VisibleAnchor anchors[kStripAnchors];
     for (uint32_t i = 0; i < count; ++i)

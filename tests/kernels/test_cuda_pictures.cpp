@@ -7,6 +7,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -236,6 +237,20 @@ uint64_t expectedHash(const std::string& name)
     return 0;
 }
 
+// Of what the emulation takes from the C library, whose last bits differ from machine to machine.
+[[maybe_unused]] uint64_t mathHash()
+{
+    Checksum64 hash;
+    for (int i = -4000; i < 4000; ++i) {
+        const float x = 0.003f * float(i);
+        const float values[] = {
+            std::exp(x), std::exp2(x), std::log(1.0f + std::abs(x)), std::log2(1.0f + std::abs(x)), std::sin(x),
+            std::cos(x), std::tanh(x)};
+        hash.update(std::as_bytes(std::span(values)));
+    }
+    return hash.digest();
+}
+
 } // namespace
 
 TEST_CASE("pictures have the bytes they had")
@@ -244,6 +259,11 @@ TEST_CASE("pictures have the bytes they had")
     const std::string device = cudaBackend().device().name;
     if (device.find("H200") == std::string::npos) {
         MESSAGE("the hashes are those of an H200, not compared on ", device);
+        return;
+    }
+#else
+    if (mathHash() != kEmulatedMath) {
+        MESSAGE("the emulation's hashes are of another C library's exp and log, not compared: ", mathHash());
         return;
     }
 #endif

@@ -112,7 +112,7 @@ TEST_CASE("one decode for two lenses at one place is the exact one, and so is th
     }
 }
 
-TEST_CASE("one decode for both eyes is refused beside reuse")
+TEST_CASE("one decode for both eyes is refused beside reuse by error")
 {
     const SyntheticModel model(withRule(LevelRule::None));
     const auto backend = open(CpuPath::Fast, 1, model.view());
