@@ -84,6 +84,15 @@ std::vector<NamedPath> filesOf(const Checkpoint& checkpoint, const std::string& 
     return files;
 }
 
+// The error with another name for the file that it is about.
+Error errorAbout(const Error& error, const std::string& path, const std::string& name)
+{
+    std::string message = error.what();
+    if (const size_t at = message.find(path); at != std::string::npos)
+        message.replace(at, path.size(), name);
+    return {error.code(), message};
+}
+
 // Throws unless the file holds every value of the checkpoint bit for bit. `path` is where it lies until it is `output`.
 void verifyFile(const Checkpoint& checkpoint, const std::string& path, const std::string& output,
                 const BakeProgress& progress)
@@ -91,11 +100,8 @@ void verifyFile(const Checkpoint& checkpoint, const std::string& path, const std
     CompareReport comparison;
     try {
         comparison = compareCheckpoint(checkpoint, path, progress);
-    } catch (const Error& error) { // which names the file by where it lies
-        std::string message = error.what();
-        if (const size_t at = message.find(path); at != std::string::npos)
-            message.replace(at, path.size(), output);
-        throw Error(error.code(), message);
+    } catch (const Error& error) {
+        throw errorAbout(error, path, output);
     }
     if (!comparison.equal)
         throw Error(ErrorCode::Internal, output + ": would differ from the checkpoint (" + comparison.summary() +
