@@ -2,7 +2,7 @@
 #include "player/lod_target.h"
 
 #include "format/error.h"
-#include "player/reuse_names.h"
+#include "player/report/reuse_names.h"
 
 #include <algorithm>
 

@@ -8,7 +8,7 @@
 #include "player/open_backend.h"
 #include "player/out_pattern.h"
 #include "player/shots.h"
-#include "player/stats_file.h"
+#include "player/report/stats_file.h"
 #include "runtime/scene.h"
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 
 #include "player/play_options.h"
 #include "player/tool/reporter.h"
-#include "player/report_parts.h"
+#include "player/report/report_parts.h"
 #include "runtime/frame_stats.h"
 
 #include <cstdint>

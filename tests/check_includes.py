@@ -55,6 +55,8 @@ def main() -> int:
             if file.suffix not in SUFFIXES or not file.is_file():
                 continue
             folder = str(file.parent.relative_to(root))
+            parent = str(pathlib.PurePath(folder).parent)
+            rooms[parent].add(folder)
             rooms[folder].add(re.sub(r"(_cpu|_cuda|_reference|-inl)?\.\w+$", "", file.name))
             text = file.read_text()
             if "#include <CLI/" in text and folder != "player/tool":

@@ -25,7 +25,7 @@ AREAS = {
     "bake": (["convert/bake"], r"^test_bake"),
     "kernels": (["kernels"], r"^test_kernel_|^test_parallel"),
     "runtime": (["runtime"], r"^test_(reuse|camera$|stereo|lod|local_model|scene|frame|metrics|camera_motion|merged)"),
-    "player": (["player"], r"^test_(camera_file|play_options|run_rows|sweep|roofline|runner|accuracy|out_pattern|image_io|tool|play_cli)"),
+    "player": (["player"], r"^test_(camera_file|play_options|run_rows|sweep|roofline|runner|accuracy|out_pattern|image_io|tool|play_cli|play_outputs|bench_cli)"),
 }
 OPERATORS = [  # pattern, replacement
     (r" < (?![a-z_]*>)", " <= "), (r" <= ", " < "), (r" > ", " >= "), (r" >= ", " > "),
@@ -83,7 +83,7 @@ def main() -> int:
             folders, tests = AREAS[area]
             listing = subprocess.run(["ctest", "--test-dir", options.build, "-N", "-R", tests], capture_output=True,
                                      text=True, check=True).stdout
-            targets = [name for name in re.findall(r"Test +#\d+: (\S+)", listing) if not name.endswith("_cli")]
+            targets = [name for name in re.findall(r"Test +#\d+: (\S+)", listing) if not name.endswith(("_cli", "_outputs"))]
             targets += ["gsc", "gsc-play"]  # what the tests of command lines run
             places = candidates(root, folders)
             wanted = options.count // len(areas)

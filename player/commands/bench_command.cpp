@@ -4,7 +4,7 @@
 #include "player/measure/bench.h"
 #include "player/commands/commands.h"
 #include "player/commands/render_options.h"
-#include "player/report_parts.h"
+#include "player/report/report_parts.h"
 #include "player/sweep/row_file.h"
 #include "player/sweep/run_row.h"
 #include "player/sweep/sweep.h"

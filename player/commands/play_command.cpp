@@ -6,7 +6,7 @@
 #include "player/commands/render_options.h"
 #include "player/image/image_io.h"
 #include "player/play.h"
-#include "player/play_report.h"
+#include "player/report/play_report.h"
 #include "player/tool/options.h"
 #include "player/tool/version.h"
 #include "runtime/backend.h"

@@ -3,7 +3,7 @@
 
 #include "format/error.h"
 #include "player/cameras/length.h"
-#include "player/reuse_names.h"
+#include "player/report/reuse_names.h"
 #include "player/tool/options.h"
 
 #include <cmath>

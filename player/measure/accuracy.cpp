@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/measure/accuracy.h"
 
-#include "player/report_parts.h"
+#include "player/report/report_parts.h"
 
 #include <nlohmann/json.hpp>
 

@@ -3,9 +3,9 @@
 #include "player/measure/bench.h"
 
 #include "format/error.h"
-#include "player/report_parts.h"
-#include "player/reuse_names.h"
-#include "player/stage_names.h"
+#include "player/report/report_parts.h"
+#include "player/report/reuse_names.h"
+#include "player/report/stage_names.h"
 #include "runtime/frame_stats.h"
 
 #include <nlohmann/json.hpp>

@@ -3,7 +3,7 @@
 
 #include "format/error.h"
 #include "player/measure/measurer.h"
-#include "player/report_parts.h"
+#include "player/report/report_parts.h"
 
 #include <algorithm>
 #include <cmath>

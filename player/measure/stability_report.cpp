@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/error.h"
-#include "player/report_parts.h"
-#include "player/reuse_names.h"
+#include "player/report/report_parts.h"
+#include "player/report/reuse_names.h"
 #include "player/sweep/run_row.h"
 #include "player/measure/stability.h"
 #include "runtime/frame_stats.h"

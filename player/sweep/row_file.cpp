@@ -3,7 +3,7 @@
 
 #include "format/error.h"
 #include "format/file/output_file.h"
-#include "player/report_parts.h"
+#include "player/report/report_parts.h"
 
 #include <nlohmann/json.hpp>
 

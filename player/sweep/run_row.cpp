@@ -5,9 +5,9 @@
 #include "format/error.h"
 #include "format/gsc_layout.h"
 #include "format/file/mapped_file.h"
-#include "player/report_parts.h"
-#include "player/reuse_names.h"
-#include "player/stage_names.h"
+#include "player/report/report_parts.h"
+#include "player/report/reuse_names.h"
+#include "player/report/stage_names.h"
 #include "runtime/frame_stats.h"
 
 #include <nlohmann/json.hpp>

@@ -2,7 +2,7 @@
 #include "player/sweep/run_rows.h"
 
 #include "format/error.h"
-#include "player/report_parts.h"
+#include "player/report/report_parts.h"
 #include "player/sweep/row_file.h"
 #include "player/sweep/run_row.h"
 

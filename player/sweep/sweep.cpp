@@ -4,7 +4,7 @@
 #include "format/error.h"
 #include "player/lod_target.h"
 #include "player/measure/measurer.h"
-#include "player/report_parts.h"
+#include "player/report/report_parts.h"
 #include "player/sweep/row_file.h"
 #include "player/sweep/run_row.h"
 #include "player/sweep/run_rows.h"

@@ -4,7 +4,7 @@
 #include "format/error.h"
 #include "format/file/read_file.h"
 #include "player/json_fields.h"
-#include "player/reuse_names.h"
+#include "player/report/reuse_names.h"
 
 #include <cerrno>
 #include <cmath>

@@ -6,6 +6,8 @@
 #include "tests/kernels/render_tools.h"
 #include "tests/kernels/synthetic_model.h"
 
+#include <doctest/doctest.h>
+
 #include <vector>
 
 namespace gsc::test {
@@ -70,5 +72,29 @@ struct StepScene {
         return render(backend, after, options)[0].result.eyes[0].anchors_decoded;
     }
 };
+
+// The paper's loop before a camera that stands still: every entry is decoded again after `depth` frames, once for both
+// eyes. Two backends, one that decodes for each eye beside it.
+inline void checkPaperLoop(Backend& together, Backend& apart, FrameOptions each)
+{
+    each.reuse.policy = ReusePolicy::Depth;
+    each.reuse.max_depth = 3;
+    FrameOptions merged = each;
+    merged.stereo = StereoMode::Merged;
+    const auto decodedBy = [](const std::vector<Image<float>>& images) {
+        const EyeCounts* const eyes = images[0].result.eyes;
+        return eyes[0].anchors_decoded + eyes[1].anchors_decoded;
+    };
+    for (int i = 0; i < 9; ++i) {
+        CAPTURE(i);
+        const auto one = render(together, walk(0, 2), merged), two = render(apart, walk(0, 2), each);
+        CHECK((decodedBy(one) > 0) == (i % 4 == 0)); // all entries are of one age
+        CHECK(double(decodedBy(one)) <= 0.6 * double(decodedBy(two)));
+        for (size_t e = 0; e < 2; ++e)
+            CHECK(compare(one[e].pixels, two[e].pixels).psnr > 25);
+    }
+    // what was decoded for both is not what an eye of its own keeps
+    CHECK(decodedBy(render(together, walk(0, 2), each)) > 0);
+}
 
 } // namespace gsc::test

@@ -22,20 +22,7 @@ TEST_CASE("reuse: the paper's loop, depth with one decode for both eyes")
         checkLikeNone(model.view(), options, 2);
     }
     const SyntheticModel model(modelOptions(LevelRule::None));
-    const auto together = open(model.view()), apart = open(model.view());
-    FrameOptions merged = with(ReusePolicy::Depth, 0, 3);
-    const FrameOptions each = merged;
-    merged.stereo = StereoMode::Merged;
-    for (int i = 0; i < 5; ++i) {
-        CAPTURE(i);
-        const auto image = render(*together, walk(0, 2), merged), two = render(*apart, walk(0, 2), each);
-        const EyeCounts *const one = image[0].result.eyes, *const both = two[0].result.eyes;
-        const uint64_t decoded = one[0].anchors_decoded + one[1].anchors_decoded;
-        CHECK((decoded > 0) == (i % 4 == 0));
-        CHECK(double(decoded) <= 0.6 * double(both[0].anchors_decoded + both[1].anchors_decoded));
-    }
-    const auto alone = render(*together, walk(0, 2), each); // entries for both are not those of an eye
-    CHECK(alone[0].result.eyes[0].anchors_decoded > 0);
+    checkPaperLoop(*open(model.view()), *open(model.view()), with(ReusePolicy::Depth));
 }
 
 TEST_CASE("reuse: a strip is decoded again when its predicted change is above the bound, and not before")

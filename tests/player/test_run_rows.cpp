@@ -3,7 +3,7 @@
 #include "player/sweep/run_rows.h"
 
 #include "format/error.h"
-#include "player/report_parts.h"
+#include "player/report/report_parts.h"
 #include "player/sweep/run_row.h"
 #include "player/measure/stability.h"
 

@@ -15,19 +15,7 @@ import tempfile
 import time
 import unittest
 
-try:
-    import jsonschema
-except ImportError:  # the schema checks are then left out, and the run says so
-    jsonschema = None
-    print("note: no jsonschema, schemas are not checked", file=sys.stderr)
-
-SOURCE, PLAY, WRITE_TINY = (pathlib.Path(a) for a in sys.argv[1:4])
-
-
-def check_schema(name: str, value) -> None:
-    if jsonschema is not None:
-        schema = json.loads((SOURCE / "schemas" / f"{name}.schema.json").read_text())
-        jsonschema.Draft202012Validator(schema).validate(value)
+from play_case import PLAY, WRITE_TINY, check_schema
 
 
 def trajectory(frames: int, **more) -> str:

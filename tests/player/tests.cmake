@@ -23,14 +23,16 @@ if(TARGET gsc_player)
   if(NOT GSC_SYSTEM_PYTHON)
     set(GSC_SYSTEM_PYTHON ${Python3_EXECUTABLE})
   endif()
-  add_test(NAME test_play_cli
-           COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/test_play_cli.py ${PROJECT_SOURCE_DIR}
-                   $<TARGET_FILE:gsc-play> $<TARGET_FILE:write_tiny_gsc> $<TARGET_FILE:write_bench_report>)
+  foreach(cli test_play_cli test_play_outputs test_bench_cli)
+    add_test(NAME ${cli}
+             COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/${cli}.py ${PROJECT_SOURCE_DIR}
+                     $<TARGET_FILE:gsc-play> $<TARGET_FILE:write_tiny_gsc> $<TARGET_FILE:write_bench_report>)
+  endforeach()
   add_test(NAME test_sweep_cli COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/test_sweep_cli.py
                                        ${PROJECT_SOURCE_DIR} $<TARGET_FILE:gsc-play> $<TARGET_FILE:write_tiny_gsc>)
   add_test(NAME test_layers COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/package/check_package.py
                                     ${PROJECT_SOURCE_DIR} ${CMAKE_COMMAND} layers)
-  set_tests_properties(test_play_cli test_sweep_cli test_layers PROPERTIES LABELS cpu TIMEOUT 300)
+  set_tests_properties(test_play_cli test_play_outputs test_bench_cli test_sweep_cli test_layers PROPERTIES LABELS cpu TIMEOUT 300)
   add_test(NAME test_package
            COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/package/check_package.py ${PROJECT_SOURCE_DIR}
                    ${CMAKE_COMMAND} lean $<TARGET_FILE:write_tiny_gsc>)

@@ -119,26 +119,7 @@ TEST_CASE("the paper's loop: depth with one decode for both eyes")
         checkLikeNone(model.view(), options, 2);
     }
     const SyntheticModel model(modelOptions(LevelRule::None));
-    const auto together = open(model.view()), apart = open(model.view());
-    FrameOptions merged = with(ReusePolicy::Depth, 0, 3);
-    const FrameOptions each = merged;
-    merged.stereo = StereoMode::Merged;
-    for (int i = 0; i < 9; ++i) {
-        CAPTURE(i);
-        const auto image = render(*together, walk(0, 2), merged), two = render(*apart, walk(0, 2), each);
-        const EyeCounts* const counts = image[0].result.eyes;
-        const uint64_t decoded = counts[0].anchors_decoded + counts[1].anchors_decoded;
-        CHECK((decoded > 0) == (i % 4 == 0)); // the flush of the paper, once for both
-        const EyeCounts* const both = two[0].result.eyes;
-        CHECK(decoded <= 0.6 * double(both[0].anchors_decoded + both[1].anchors_decoded));
-        CHECK((counts[1].anchors_reused > 0)); // what the first eye decoded, or what both keep
-        for (size_t e = 0; e < 2; ++e)
-            CHECK(compare(image[e].pixels, two[e].pixels).psnr > 25);
-    }
-    // what was decoded for both is not what an eye of its own keeps
-    const auto alone = render(*together, walk(0, 2), each);
-    CHECK(alone[0].result.eyes[0].anchors_decoded > 0);
-    CHECK(compare(alone[0].pixels, render(*apart, walk(0, 2), with(ReusePolicy::None))[0].pixels).psnr > 70);
+    checkPaperLoop(*open(model.view()), *open(model.view()), with(ReusePolicy::Depth));
 }
 
 TEST_CASE("the guidance shortens the depth as more of the view is new")

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/stats_file.h"
+#include "player/report/stats_file.h"
 
 namespace gsc {
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/report_parts.h"
+#include "player/report/report_parts.h"
 
 #include "format/error.h"
-#include "player/reuse_names.h"
+#include "player/report/reuse_names.h"
 #include "player/tool/version.h"
 
 #include <nlohmann/json.hpp>

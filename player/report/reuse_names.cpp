@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/reuse_names.h"
+#include "player/report/reuse_names.h"
 
 namespace gsc {
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/play_report.h"
+#include "player/report/play_report.h"
 
-#include "player/report_parts.h"
-#include "player/reuse_names.h"
-#include "player/stage_names.h"
+#include "player/report/report_parts.h"
+#include "player/report/reuse_names.h"
+#include "player/report/stage_names.h"
 #include "player/tool/version.h"
 
 #include <nlohmann/json.hpp>

@@ -1,0 +1,210 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""gsc-play bench as a user meets it: reports, rows, tables, refusals.
+
+test_bench_cli.py SOURCE_FOLDER GSC_PLAY WRITE_TINY_GSC WRITE_BENCH_REPORT
+"""
+
+import json
+import os
+import subprocess
+import sys
+import unittest
+
+from play_case import PLAY, WRITE_REPORT, PlayTest, check_schema, pfm
+
+
+class BenchCliTest(PlayTest):
+    def test_bench_out_falls_on_nothing(self) -> None:
+        """What is read, and what holds something else than rows, keeps every byte."""
+        keep = {path: path.read_bytes() for path in (self.model, self.path)}
+        (self.folder / "link").symlink_to("model.gsc")
+        os.link(self.path, self.folder / "hard.json")
+        base = ("bench", self.model, "--cameras", self.path, "--size", "16x16", "--measure", "1", "--warmup", "0", "--out")
+        for name, says in (("model.gsc", "overwrite the model"), ("./link", "overwrite the model"),
+                           ("path.json", "overwrite the camera file"), ("hard.json", "overwrite the camera file")):
+            self.refused(*base, name, code=1, says=says)
+        other = self.tiny("other.gsc")
+        keep[other] = other.read_bytes()
+        self.refused(*base, other, code=3, says="line 1 is no row of a bench")
+        for text in ("precious", "{", "{}", '{"schema":"gsc.bench/x"}', "precious\n", "\n", "[1]\n", '{"schema":"gsc.run/1","x":1}\n', '{"schema":"gsc.bench/"}\n',
+                     '{"schema":"gsc.bench/x"}\n', '{"schema":"gsc.bench/1"\n', '{"schema":"gsc.bench/1"}\nprecious'):
+            (self.folder / "notes").write_text(text)
+            self.refused(*base, "notes", code=3, says="is no row of a bench, expected \"gsc.bench/1\"")
+            self.assertEqual((self.folder / "notes").read_text(), text)
+        self.refused("bench", "none.gsc", "--out", "notes", code=3, says="is no row of a bench")  # before any work
+        self.refused(*base, "/dev/stdout", code=2, says="- for standard output")
+        self.refused(*base, "none/b.jsonl", code=2, says="folder does not exist")
+        self.assertEqual(keep, {path: path.read_bytes() for path in keep})
+
+    def test_bench_adds_whole_rows(self) -> None:
+        (self.folder / "data").mkdir()
+        (self.folder / "b.jsonl").symlink_to("data/rows")  # written through
+        rows = self.folder / "data/rows"
+        rows.write_text("")
+        self.bench("--measure", "1", "--out", "b.jsonl")
+        self.assertTrue((self.folder / "b.jsonl").is_symlink())
+        first = rows.read_text()
+        for tail in ('{"', '{"schema":"gsc.ben', first[:100], first[:-2]):
+            rows.write_text(first + tail)
+            run = self.bench("--measure", "1", "--out", "b.jsonl")
+            self.assertIn("line 2 is half-written", run.stderr)
+            lines = rows.read_text().splitlines()
+            self.assertEqual((lines[0] + "\n", len(lines)), (first, 2))
+            check_schema("bench-report", json.loads(lines[1]))
+        for before in ("", first):  # the last row lacks its end alone
+            rows.write_text(before + first[:-1])
+            run = self.bench("--measure", "1", "--out", "b.jsonl")
+            self.assertNotIn("half-written", run.stderr)
+            self.assertTrue(rows.read_text().startswith(before + first))
+            check_schema("bench-report", json.loads(rows.read_text()[len(before + first):]))
+        rows.write_text(first + rows.read_text().splitlines(keepends=True)[-1])
+        runs = [subprocess.Popen([PLAY, "bench", self.model, "--size", "8x8", "--measure", "5", "--warmup", "0", "--backend",
+                                  "cpu", "--out", rows, "-q"], stdout=subprocess.DEVNULL) for _ in range(4)]
+        self.assertEqual([run.wait(timeout=60) for run in runs], [0] * 4)
+        self.assertEqual(len([json.loads(line) for line in rows.read_text().splitlines()]), 6)
+
+    def test_bench_report(self) -> None:
+        for frames in (1, 9):
+            run = self.bench("--eyes", "2", "--ipd", "0.1", "--measure", frames, "--quality", "3", "--label", "a b",
+                             "--out", "b.jsonl", "--format", "json", "--fov", "60")
+            report = json.loads(run.stdout)
+            check_schema("bench-report", report)
+            self.assertEqual(report["config"]["frames"], frames)
+        lines = [json.loads(line) for line in (self.folder / "b.jsonl").read_text().splitlines()]
+        self.assertEqual([line["config"]["frames"] for line in lines], [1, 9])
+        self.assertEqual(lines[1], report)
+        self.assertEqual(report["label"], "a b")
+        self.assertIsNone(report["roofline"])  # a CPU's ceilings are not measured
+        version = self.play("--version").stdout.splitlines()[0]
+        commit = report["tool"]["commit"]
+        self.assertEqual(version, f"gsc-play {report['tool']['version']}" + (f", commit {commit}" if commit else ""))
+        self.assertEqual(report["config"]["shots"], 4)
+        self.assertEqual(report["config"]["size"], [48, 32])
+        self.assertAlmostEqual(report["config"]["fov_degrees"], 60)
+        self.assertEqual(report["pixels_per_frame"], 2 * 48 * 32)
+        self.assertEqual(report["quality"]["images"], 6)
+        self.assertEqual(report["quality"]["reference"], "cpu")
+        self.assertGreater(report["per_eye"]["gaussians_visible"]["max"], 0)
+        for spread in (report["ms"]["wall"], report["ms"]["device"], report["ns_per_gaussian"]):
+            self.assertGreater(spread["median"], 0)
+            self.assertLessEqual(spread["median"], spread["p95"])
+            self.assertLessEqual(spread["p95"], spread["p99"])
+            self.assertLessEqual(spread["p99"], spread["max"])
+        self.assertLessEqual(report["ms"]["device"]["mean"], report["ms"]["wall"]["mean"])
+        stages = sum(stage["mean"] for stage in report["ms"]["stages"].values())
+        self.assertLessEqual(stages, report["ms"]["device"]["mean"] * 1.05 + 0.5)
+
+    def test_reuse_options(self) -> None:
+        self.model = self.tiny("levels.gsc", "0", "3", "3")
+        options = ("--reuse", "error", "--reuse-bound", "0.5", "--decode-budget", "100", "--lod-bias", "-1")
+        said = {"policy": "error", "max_depth": None, "guidance": None, "bound": 0.5, "decode_budget": 100,
+                "cache_budget": None}
+        report = json.loads(self.small(*options, "--stats", "s.jsonl", "--format", "json").stdout)
+        check_schema("play-report", report)
+        self.assertEqual((report["reuse"], report["lod_bias"]), (said, -1))
+        for line in (self.folder / "s.jsonl").read_text().splitlines():
+            check_schema("frame-stats", json.loads(line))
+        report = json.loads(self.bench("--measure", "3", *options, "--format", "json").stdout)
+        check_schema("bench-report", report)
+        self.assertEqual((report["config"]["reuse"], report["config"]["lod_bias"]), (said, -1))
+        self.assertIn("reuse error: ", self.small(*options).stdout)
+        self.assertIn("cache_evictions", self.bench("--measure", "3", *options).stdout)
+        self.assertNotIn("cache_evictions", self.bench("--measure", "3").stdout)
+        self.refused("bench", self.model, "--quality", "1", "--reuse", "depth", code=1, says="--sweep")
+        self.refused(self.model, "--reuse-bound", "1", code=1, says="expected --reuse error")
+
+    def test_levels(self) -> None:
+        model = self.tiny("levels.gsc", "0", "3", "3")
+        base = (model, "--cameras", self.path, "--size", "48x32", "--progress", "none")
+        plain = self.play(*base, "--out", "plain/{frame}.pfm", "--stats", "plain.jsonl").stdout
+        self.assertNotIn("target", plain)
+        run = self.play(*base, "--out", "soft/{frame}.pfm", "--lod-fade", "1", "--lod-hysteresis", "0.2", "--format", "json")
+        report = json.loads(run.stdout)
+        check_schema("play-report", report)
+        self.assertEqual([report[key] for key in ("lod_bias", "lod_fade", "lod_hysteresis", "target_ms", "lod_bias_used")],
+                         [0, 1, 0.2, None, None])
+        images = [[path.read_bytes() for path in sorted((self.folder / name).iterdir())] for name in ("plain", "soft")]
+        self.assertNotEqual(images[0], images[1])
+
+        # no frame takes so little: the bias falls from frame to frame once three are known
+        target = ("--target-ms", "0.0001", "--lod-bias", "0.5")
+        report = json.loads(self.play(*base, *target, "--stats", "s.jsonl", "--format", "json").stdout)
+        check_schema("play-report", report)
+        lines = [json.loads(line) for line in (self.folder / "s.jsonl").read_text().splitlines()]
+        for line in lines:
+            check_schema("frame-stats", line)
+        used = [line["lod_bias"] for line in lines]
+        self.assertEqual(used[:3], [0.5, 0.5, 0.5])
+        self.assertTrue(all(a > b for a, b in zip(used[2:], used[3:])), used)
+        self.assertLess(used[-1], 0.5)
+        self.assertEqual(report["lod_bias_used"]["max"], 0.5)
+        self.assertAlmostEqual(report["lod_bias_used"]["min"], used[-1])
+        self.assertEqual((report["target_ms"], report["lod_bias"]), (0.0001, 0.5))
+        self.assertIn("target 0.0001 ms: LOD bias", self.play(*base, *target).stdout)
+
+        bench = ("bench", *base, "--warmup", "2", "--measure", "6", *target)
+        report = json.loads(self.play(*bench, "--format", "json").stdout)
+        check_schema("bench-report", report)
+        self.assertLess(report["config"]["lod_bias_used"]["min"], report["config"]["lod_bias_used"]["max"])
+        self.assertIn("target 0.0001 ms: LOD bias", self.play(*bench).stdout)
+        self.refused(*bench, "--quality", "1", code=1, says="--target-ms")
+        self.refused("bench", model, "--lod-hysteresis", "0.1", "--quality", "1", code=1, says="--lod-hysteresis")
+        self.refused("bench", model, "--sweep", "x.json", "--target-ms", "5", code=1, says="--target-ms")
+        self.refused(*base, "--lod-fade", "2", code=1, says="--lod-fade")
+        self.refused(*base, "--lod-hysteresis", "0.1", "--backend", "cpu-reference", code=5, says="hysteresis")
+
+    def test_bench_defaults(self) -> None:
+        report = json.loads(self.play("bench", self.model, "--size", "8x8", "-q", "--format", "json").stdout)
+        check_schema("bench-report", report)
+        self.assertGreaterEqual(report["config"]["frames"], 300)
+        self.assertGreater(report["config"]["warmup"], 0)
+
+    def test_bench_floors(self) -> None:
+        report = json.loads(subprocess.run([WRITE_REPORT], capture_output=True, text=True, check=True).stdout)
+        check_schema("bench-report", report)
+        stages = report["roofline"]["stages"]
+        blend = stages["blend"]
+        self.assertEqual((blend["bytes_read"], blend["bytes_written"]), (40e6, 12e6))
+        self.assertEqual((blend["lane_operations"], blend["exponentials"]), (1.4e9, 1e8))
+        self.assertEqual((blend["bound"], blend["measured_ms"]), ("lanes", 3))
+        self.assertAlmostEqual(blend["floor_ms"], 1.4 / 30)
+        self.assertAlmostEqual(blend["percent_of_ceiling"], 100 * 1.4 / 30 / 3)
+        self.assertEqual((stages["decode"]["bound"], stages["decode"]["matrix_flop"]), ("memory", 2 * 6880e6))
+        self.assertEqual((stages["sort"]["floor_ms"], stages["sort"]["percent_of_ceiling"]), (0, None))
+        parts = [stages[name]["floor_ms"] for name in ("select", "decode", "bin", "sort", "blend")]
+        self.assertAlmostEqual(stages["frame"]["floor_ms"], sum(parts))
+        self.assertEqual(stages["frame"]["measured_ms"], 12)
+        text = subprocess.run([WRITE_REPORT, "text"], capture_output=True, text=True, check=True).stdout
+        self.assertRegex(text, r"blend +52\.00 +1\.400 +0\.000 +0\.0467 +3\.0000 +1\.6  lanes\n")
+        self.assertNotRegex(text.split("ceilings of the device")[1], r"(?m)^  sort")
+
+    def test_bench_repeats(self) -> None:
+        report = json.loads(subprocess.run([WRITE_REPORT], capture_output=True, text=True, check=True).stdout)
+        check_schema("bench-report", report)
+        self.assertEqual(report["repeats"], {"frames": 2, "count": 3, "sum_ms": 7.5, "max_ms": 5})
+        self.assertEqual(report["frames_that_grew"], 1)
+        text = subprocess.run([WRITE_REPORT, "text"], capture_output=True, text=True, check=True).stdout
+        self.assertIn("drawn again because a buffer was too small: 2 measured frames, 3 repeats; they took 7.500 of the "
+                      "device's milliseconds above, 5.000 at most in a frame\n", text)
+        self.assertIn("; 1 measured frames enlarged a buffer, more --warmup avoids that\n", text)
+
+    def test_bench_table_and_refusals(self) -> None:
+        text = self.bench("--measure", "5", "--frames", "1:3").stdout
+        self.assertIn("5 frames after 2 of warm-up, round 2 cameras", text)
+        for word in ("frame, wall", "frame, device", "blend", "ns per Gaussian", "pairs", "peak memory"):
+            self.assertIn(word, text)
+        self.assertNotIn("drawn again", text)  # a CPU never does
+        self.assertNotIn("against exact", text)
+        self.assertNotIn("ceilings", text)
+        self.assertIn("against exact of cpu-reference, 4 images: PSNR",
+                      self.bench("--measure", "1", "--quality", "99", "--reference", "cpu-reference").stdout)
+        self.assertIn("--quality", self.play("bench", "--help").stdout)
+        self.refused("bench", "none.gsc", code=2, says="none.gsc")
+        self.refused("bench", self.model, "--measure", "0", code=1, says="--measure")
+        self.refused("bench", self.model, "--tier", "best", code=1, says="--tier")
+        self.bench("--measure", "1", "--out", self.folder, code=2)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

@@ -1,0 +1,174 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""What gsc-play writes: files that exist, links, standard output, full disks, Ctrl-C.
+
+test_play_outputs.py SOURCE_FOLDER GSC_PLAY WRITE_TINY_GSC WRITE_BENCH_REPORT
+"""
+
+import json
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+from play_case import PLAY, TRAJECTORY, PlayTest, check_schema, pfm
+
+
+class PlayOutputsTest(PlayTest):
+    def test_existing_files(self) -> None:
+        self.small("--out", "a{frame}.pfm")
+        keep = (self.folder / "a2.pfm").read_bytes()
+        self.refused(self.model, "--cameras", self.path, "--size", "48x32", "--out", "a{frame}.pfm", code=2, says="-w")
+        self.assertEqual((self.folder / "a2.pfm").read_bytes(), keep)
+        self.small("--out", "a{frame}.pfm", "-w")
+        (self.folder / "old.jsonl").write_text("precious")
+        self.refused(self.model, "--cameras", self.path, "--size", "48x32", "--stats", "old.jsonl", code=2, says="-w")
+
+    def test_outputs_fall_on_nothing(self) -> None:
+        keep = self.model.read_bytes()
+        base = (self.model, "--cameras", self.path, "--size", "16x16", "-w")
+        self.refused(*base, "--stats", "./model.gsc", code=1, says="--stats would overwrite the model")
+        self.refused(*base, "--stats", self.path, code=1, says="--stats would overwrite the camera file")
+        self.refused(*base, "--frames", "0:1", "--out", "x.pfm", "--stats", "a/../x.pfm", code=1,
+                     says="--stats would overwrite an image of --out")
+        (self.folder / "link.pfm").symlink_to(self.model)
+        self.refused(*base, "--frames", "0:1", "--out", "link.pfm", code=1, says="overwrite the model")
+        os.link(self.model, self.folder / "hard.pfm")
+        self.refused(*base, "--frames", "0:1", "--out", "hard.pfm", code=1, says="overwrite the model")
+        os.mkfifo(self.folder / "pipe")
+        self.refused(*base, "--stats", "pipe", code=2, says="no regular file")
+        self.assertEqual(self.model.read_bytes(), keep)
+
+    def test_standard_output(self) -> None:
+        base = (self.model, "--cameras", self.path, "--size", "16x16", "--progress", "none")
+        run = self.play(*base, "--stats", "-")
+        self.assertEqual([json.loads(line)["frame"] for line in run.stdout.splitlines()], [0, 1, 2, 3])
+        self.assertIn("4 frames, one eye", run.stderr)
+        self.assertEqual(self.play(*base, "--stats", "-", "-q").stderr, "")
+        run = self.bench("--measure", "1", "--out", "-")
+        check_schema("bench-report", json.loads(run.stdout))
+        self.assertIn("frame, wall", run.stderr)
+        self.assertFalse((self.folder / "-").exists())
+        for arguments in ((*base, "--stats", "-"), ("bench", *base, "--out", "-")):
+            error = json.loads(self.play(*arguments, "--format", "json", code=1).stdout)
+            check_schema("error", error)
+            self.assertIn("--format json puts its own", error["message"])
+        self.refused(*base, "--out", "-", code=1, says="./-")
+        self.play(*base, "--stats", "./-")
+        self.assertTrue((self.folder / "-").is_file())
+        with open("/dev/full", "wb") as full:
+            run = subprocess.run([PLAY, *base, "--stats", "-", "--backend", "cpu"], stdout=full, stderr=subprocess.PIPE,
+                                 check=False)
+        self.assertEqual(run.returncode, 2, run.stderr)
+
+    def test_links_and_modes(self) -> None:
+        (self.folder / "data").mkdir()
+        (self.folder / "s.jsonl").symlink_to("data/s.jsonl")
+        (self.folder / "a0.pfm").symlink_to("data/a.pfm")
+        self.small("--frames", "0:1", "--stats", "s.jsonl", "--out", "a{frame}.pfm")
+        for name, target in (("s.jsonl", "data/s.jsonl"), ("a0.pfm", "data/a.pfm")):
+            self.assertEqual(os.readlink(self.folder / name), target)
+            (self.folder / target).chmod(0o600)
+        self.small("--frames", "0:1", "--stats", "s.jsonl", "--out", "a{frame}.pfm", "-w")
+        self.assertEqual([(path.name, path.stat().st_mode & 0o777) for path in sorted((self.folder / "data").iterdir())],
+                         [("a.pfm", 0o600), ("s.jsonl", 0o600)])
+
+    def test_names_that_are_not_utf8(self) -> None:
+        model = os.fsencode(self.folder) + b"/\xff\x80.gsc"
+        run = subprocess.run([PLAY, model, "--format", "json", "--backend", "cpu"], capture_output=True, check=False)
+        self.assertEqual(run.returncode, 2)
+        check_schema("error", json.loads(run.stdout.decode()))
+        self.assertIn("\ufffd\ufffd.gsc", run.stderr.decode())
+        os.rename(self.model, model)
+        run = subprocess.run([PLAY, model, "--size", "8x8", "--format", "json", "--backend", "cpu", "-q", "--stats",
+                              model + b".jsonl"], capture_output=True, check=False)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        check_schema("play-report", json.loads(run.stdout.decode()))
+        self.assertTrue(os.path.exists(model + b".jsonl"))
+
+    def test_file_size_limit(self) -> None:
+        def limit() -> None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
+
+        for name in ("a.pfm", "a.png"):
+            run = subprocess.run([PLAY, self.model, "--size", "200x200", "--frames", "0:1", "--out", name, "-q"],
+                                 cwd=self.folder, capture_output=True, preexec_fn=limit, check=False)
+            if run.returncode != 5:  # a build without PNG
+                self.assertEqual(run.returncode, 2, run.stderr)
+        self.assertEqual([p.name for p in self.folder.iterdir() if "tmp" in p.name], [])
+
+    def test_names_stay_in_the_folder(self) -> None:
+        trajectory = json.loads(self.path.read_text())
+        trajectory["frames"] = trajectory["frames"][:1]
+        trajectory["frames"][0]["name"] = "../../escape/x"
+        self.path.write_text(json.dumps(trajectory))
+        self.small("--out", "o/{name}.pfm")
+        self.assertEqual([p.name for p in (self.folder / "o").iterdir()], ["_._.._escape_x.pfm"])
+
+    def test_unwritable_places(self) -> None:
+        (self.folder / "file").write_text("")
+        self.small("--out", "file/{frame}.pfm", code=2)
+        self.small("--stats", self.folder, "-w", code=2)
+
+    def test_full_disk(self) -> None:
+        if not os.path.exists("/dev/full"):
+            self.skipTest("no /dev/full")
+        with open("/dev/full", "wb") as full:
+            run = subprocess.run([PLAY, self.model, "--size", "8x8", "-q"], stdout=full, stderr=subprocess.PIPE,
+                                 check=False)
+        self.assertEqual(run.returncode, 2)
+
+    def test_interrupt_leaves_whole_files(self) -> None:
+        for number in (signal.SIGINT, signal.SIGHUP):
+            with self.subTest(number):
+                self.interrupt(number)
+                shutil.rmtree(self.folder / "o")
+
+    def interrupt(self, number: int) -> None:
+        frames = TRAJECTORY["frames"][:1] * 2000
+        self.path.write_text(json.dumps({"schema": "gsc.trajectory/1", "frames": frames}))
+        run = subprocess.Popen(
+            [PLAY, self.model, "--cameras", self.path, "--size", "320x200", "--out", "o/{frame}.pfm", "--stats",
+             "s.jsonl", "-q"], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        out = self.folder / "o"
+        deadline = time.monotonic() + 60
+        while not (out / "3.pfm").exists() and time.monotonic() < deadline:
+            time.sleep(0.01)
+        run.send_signal(number)
+        stdout, stderr = run.communicate(timeout=60)
+        self.assertEqual(run.returncode, 130, stderr)
+        self.assertEqual(stdout, b"")
+        self.assertFalse((self.folder / "s.jsonl").exists())
+        self.assertEqual([p.name for p in self.folder.iterdir() if "tmp" in p.name], [])
+        images = list(out.iterdir())
+        self.assertGreater(len(images), 3)
+        self.assertIn(f"{len(images)} images were written, all complete".encode(), stderr)
+        for image in images:
+            self.assertEqual(image.suffix, ".pfm")
+            self.assertEqual(pfm(image)[:2], (320, 200))
+
+    def test_image_that_appears_meanwhile_is_kept(self) -> None:
+        frames = TRAJECTORY["frames"][:1] * 200
+        self.path.write_text(json.dumps({"schema": "gsc.trajectory/1", "frames": frames}))
+        run = subprocess.Popen([PLAY, self.model, "--cameras", self.path, "--size", "160x100", "--out", "o/{frame}.pfm",
+                                "--backend", "cpu", "-q"], cwd=self.folder, stderr=subprocess.PIPE, text=True)
+        out = self.folder / "o"
+        deadline = time.monotonic() + 60
+        while not (out / "0.pfm").exists() and time.monotonic() < deadline:
+            time.sleep(0.001)
+        run.send_signal(signal.SIGSTOP)
+        self.assertFalse((out / "199.pfm").exists())
+        (out / "199.pfm").write_text("precious")
+        run.send_signal(signal.SIGCONT)
+        stderr = run.communicate(timeout=60)[1]
+        self.assertEqual(run.returncode, 2, stderr)
+        self.assertIn("199.pfm: already exists", stderr)
+        self.assertEqual((out / "199.pfm").read_text(), "precious")
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
