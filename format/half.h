@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 
 namespace gsc {
 
@@ -17,6 +18,22 @@ GSC_HD float halfToFloat(uint16_t half)
     const float magnitude =
         exponent == 0 ? std::ldexp(float(mantissa), -24) : std::ldexp(float(mantissa | 0x400u), int(exponent) - 25);
     return half & 0x8000u ? -magnitude : magnitude;
+}
+
+// The nearest half, the even one on a tie: infinity from 65520, a NaN for a NaN.
+GSC_HD uint16_t floatToHalf(float value)
+{
+    uint32_t bits;
+    std::memcpy(&bits, &value, sizeof(bits));
+    const uint32_t sign = bits >> 16 & 0x8000u, magnitude = bits & 0x7fffffffu;
+    if (magnitude > 0x7f800000u)
+        return uint16_t(sign | 0x7e00u);
+    if (magnitude >= 0x477ff000u)
+        return uint16_t(sign | 0x7c00u);
+    if (magnitude < 0x38800000u) // below 2^-14: a multiple of 2^-24
+        return uint16_t(sign | uint32_t(std::nearbyint(std::abs(value) * 0x1p24f)));
+    // note: a mantissa that rounds up beyond its ten bits carries into the exponent
+    return uint16_t(sign | (magnitude + 0xfffu + (magnitude >> 13 & 1u) - 0x38000000u) >> 13);
 }
 
 // The smallest half that is not below `value`, for bounds of zero or more: 65504 beyond that and for NaN, 0 below 0.

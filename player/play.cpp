@@ -5,7 +5,7 @@
 #include "format/interrupt.h"
 #include "format/file/output_paths.h"
 #include "player/lod_target.h"
-#include "player/open_backend.h"
+#include "player/open_renderer.h"
 #include "player/out_pattern.h"
 #include "player/shots.h"
 #include "player/report/stats_file.h"
@@ -100,7 +100,7 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
     summary.lod = {options.lod_bias, options.lod_fade, options.lod_hysteresis, options.target_ms, {}};
 
     const Clock::time_point open_start = Clock::now();
-    const std::unique_ptr<Scene> scene = Scene::open(options.input, options.verify);
+    const std::shared_ptr<const Scene> scene = Scene::open(options.input, options.verify);
     summary.open_ms = millisecondsSince(open_start);
     summary.anchors = scene->anchorCount();
     summary.file_bytes = scene->bytes();
@@ -110,9 +110,9 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
     const std::vector<std::string> paths = prepareOutputs(shots, options, log.json());
     StatsFile stats_file(options.stats, options.overwrite);
 
-    const std::unique_ptr<Backend> backend = openBackend(options, *scene, log, summary.load_ms);
-    summary.backend = backend->name();
-    summary.tier = backend->tierOf(options.tier);
+    const std::unique_ptr<Renderer> renderer = openRenderer(options, scene, log, summary.load_ms);
+    summary.backend = deviceText(renderer->id());
+    summary.tier = renderer->tierOf(options.tier);
 
     FrameOptions frame_options = frameOptions(*scene, options);
     Image images[kMaxEyes];
@@ -134,9 +134,9 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
         if (control)
             frame_options.lod_bias = float(control->bias());
         FrameStats stats{
-            shots[i].index, camera.name, backend->name(),     summary.tier, camera.width,
+            shots[i].index, camera.name, summary.backend,     summary.tier, camera.width,
             camera.height,  eye_count,   shots[i].appearance, {},           double(frame_options.lod_bias)};
-        backend->render(eyes, eye_count, frame_options, pixels, stats.result);
+        stats.result = render(*renderer, {eyes, eye_count}, frame_options, pixels);
         stopIfInterrupted(shots.size(), summary);
 
         for (uint32_t eye = 0; eye < eye_count && !paths.empty(); ++eye) {

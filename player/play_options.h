@@ -28,6 +28,7 @@ struct PlayOptions {
     PixelDepth depth = PixelDepth::Eight;
     std::string stats; // file, empty = none
     std::string backend = "auto";
+    int device = 0;                               // of the backend's
     int threads = 0;                              // 0 = all cores
     uint64_t vram_budget = 0;                     // bytes, 0 = all there is
     int appearance = -1;                          // the trainer's embedding row, -1 = the camera's

@@ -35,6 +35,38 @@ void checkModel(const ModelView& model)
                                  params.feat_dim));
 }
 
+void checkSize(uint32_t width, uint32_t height)
+{
+    constexpr uint32_t kMaxPixels = 65535; // pixel boxes of splats are 16-bit
+    if (width < 1 || height < 1 || width > kMaxPixels || height > kMaxPixels)
+        throw Error(ErrorCode::Usage, formatString("frame: image of %u x %u pixels, expected 1 to %u each way; choose "
+                                                   "another size",
+                                                   width, height, kMaxPixels));
+}
+
+namespace {
+
+void checkTarget(const FrameTarget& target, const EyeParams& eye, bool on_host)
+{
+    using Kind = FrameTarget::Kind;
+    const size_t pixel = pixelBytes(target.format), word = pixel == 8 ? 8 : 4;
+    const bool memory = target.kind == Kind::Host || target.kind == Kind::Device;
+    if (target.kind == Kind::Surface && (on_host || target.format == PixelFormat::Rgb32f))
+        throw Error(ErrorCode::Unsupported, on_host
+                                                ? "target: a surface of a renderer on the host, expected memory; use "
+                                                  "a target of kind Host"
+                                                : "target: a surface of three floats, expected Rgba16f or Rgba8; use "
+                                                  "one of them");
+    if (memory && (target.pixels == nullptr || reinterpret_cast<uintptr_t>(target.pixels) % word != 0 ||
+                   target.pitch % word != 0 || (target.pitch != 0 && target.pitch < pixel * eye.width)))
+        throw Error(ErrorCode::Usage,
+                    formatString("target: memory at %p with rows of %zu bytes, expected a place and a pitch that are "
+                                 "multiples of %zu and room for %u pixels of %zu bytes a row; correct them",
+                                 target.pixels, target.pitch, word, eye.width, pixel));
+}
+
+} // namespace
+
 void checkOptions(const ModelView& model, const FrameOptions& options, uint32_t eye_count)
 {
     const ModelParams& params = *model.params;
@@ -57,20 +89,20 @@ void checkOptions(const ModelView& model, const FrameOptions& options, uint32_t 
                                                    options.appearance));
 }
 
-void checkReuse(const ReuseOptions& reuse)
+void checkInFlight(size_t frames)
 {
-    if (!(reuse.bound >= 0 && reuse.bound <= 1e6f))
-        throw Error(ErrorCode::Usage, formatString("frame: reuse bound %g, expected 0 to 1000000 in 1/255; correct it",
-                                                   double(reuse.bound)));
+    if (frames >= kFramesInFlight)
+        throw Error(ErrorCode::Internal, formatString("renderer: %zu frames are in flight, expected fewer than %u at a "
+                                                      "submit(); wait() for one first",
+                                                      frames, kFramesInFlight));
 }
 
-void refuseReuse(const ReuseOptions& reuse, const char* backend)
+void throwNotInFlight(uint64_t ticket)
 {
-    if (reuse.policy != ReusePolicy::None)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("backend %s: keeps nothing from frame to frame, expected reuse "
-                                 "policy none; use the backend cpu",
-                                 backend));
+    throw Error(ErrorCode::Internal,
+                formatString("renderer: frame %llu is not in flight, expected a ticket of submit() "
+                             "that no wait() has ended; wait for each once",
+                             static_cast<unsigned long long>(ticket)));
 }
 
 bool decodesMerged(const FrameOptions& options, uint32_t eye_count)
@@ -78,20 +110,29 @@ bool decodesMerged(const FrameOptions& options, uint32_t eye_count)
     return options.stereo == StereoMode::Merged && eye_count == 2;
 }
 
-void refuseMergedReuse(const FrameOptions& options, uint32_t eye_count)
+void checkRequest(const ModelView& model, const FrameRequest& request, bool on_host)
 {
+    if (model.params == nullptr)
+        throw Error(ErrorCode::Internal,
+                    "renderer: no model is loaded, expected load() before submit(); this is a bug of "
+                    "the program that calls it, please report it");
+    const FrameOptions& options = request.options;
+    const auto eye_count = uint32_t(request.eyes.size());
+    checkOptions(model, options, eye_count);
+    if (!(options.reuse.bound >= 0 && options.reuse.bound <= 1e6f))
+        throw Error(ErrorCode::Usage, formatString("frame: reuse bound %g, expected 0 to 1000000 in 1/255; correct it",
+                                                   double(options.reuse.bound)));
     if (decodesMerged(options, eye_count) && options.reuse.policy == ReusePolicy::Error)
         throw Error(ErrorCode::Unsupported, "frame: stereo merged together with reuse policy error, which bounds the "
                                             "change for each eye, expected policy depth or none; use one of them");
-}
-
-void checkSize(uint32_t width, uint32_t height)
-{
-    constexpr uint32_t kMaxPixels = 65535; // pixel boxes of splats are 16-bit
-    if (width < 1 || height < 1 || width > kMaxPixels || height > kMaxPixels)
-        throw Error(ErrorCode::Usage, formatString("frame: image of %u x %u pixels, expected 1 to %u each way; choose "
-                                                   "another size",
-                                                   width, height, kMaxPixels));
+    for (const EyeParams& eye : request.eyes)
+        checkSize(eye.width, eye.height);
+    if (!request.targets.empty() && request.targets.size() != request.eyes.size())
+        throw Error(ErrorCode::Usage, formatString("frame: %zu targets for %u eyes, expected one for each or none; "
+                                                   "correct them",
+                                                   request.targets.size(), eye_count));
+    for (size_t e = 0; e < request.targets.size(); ++e)
+        checkTarget(request.targets[e], request.eyes[e], on_host);
 }
 
 } // namespace gsc

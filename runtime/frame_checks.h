@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every backend asks of a model and of a frame before it draws.
+// What every renderer asks of a model and of a frame before it draws.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
+#include "runtime/renderer.h"
 
 namespace gsc {
 
 // All throw Error(Usage) for what the caller can correct, InvalidFile or Unsupported for what it cannot.
 void checkModel(const ModelView& model);
+// `model` has no params before the first load. on_host: of the renderer.
+void checkRequest(const ModelView& model, const FrameRequest& request, bool on_host);
 void checkOptions(const ModelView& model, const FrameOptions& options, uint32_t eye_count);
-void checkReuse(const ReuseOptions& reuse);
 void checkSize(uint32_t width, uint32_t height); // pixels
-// One decode for both eyes beside ReusePolicy::Error, whose bound is of what each eye sees.
-void refuseMergedReuse(const FrameOptions& options, uint32_t eye_count);
-// Gaussians kept between frames, where `backend` keeps none.
-void refuseReuse(const ReuseOptions& reuse, const char* backend);
+// Of the program that calls: may another frame be submitted, and is this ticket's in flight?
+void checkInFlight(size_t frames);
+[[noreturn]] void throwNotInFlight(uint64_t ticket);
 
 // Bytes of a model's arrays as the stages read them.
 uint64_t modelBytes(const ModelView& model);

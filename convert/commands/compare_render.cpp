@@ -8,8 +8,8 @@
 #include "format/file/temporary.h"
 #include "player/cameras/camera_file.h"
 #include "player/image/image_io.h"
-#include "runtime/backend.h"
-#include "runtime/cpu/backend_cpu.h"
+#include "runtime/renderer.h"
+#include "runtime/cpu/renderer_cpu.h"
 #include "runtime/scene.h"
 
 #include <algorithm>
@@ -59,16 +59,16 @@ FrameOptions frameOptions(const Scene& scene, Tier tier, int appearance)
 }
 
 // The file as a player shows it.
-class Renderer {
+class FileRenderer {
 public:
-    Renderer(const std::string& path, CpuPath cpu_path, Tier tier, int threads)
-        : m_scene(Scene::open(path)), m_backend(makeCpuBackend(cpu_path, threads)), m_tier(tier)
+    FileRenderer(const std::string& path, CpuPath cpu_path, Tier tier, int threads)
+        : m_scene(Scene::open(path)), m_renderer(makeCpuRenderer(cpu_path, threads)), m_tier(tier)
     {
-        m_backend->load(m_scene->view());
+        m_renderer->load(m_scene);
     }
 
     [[nodiscard]] const Scene& scene() const { return *m_scene; }
-    [[nodiscard]] Tier tier() const { return m_backend->tierOf(m_tier); }
+    [[nodiscard]] Tier tier() const { return m_renderer->tierOf(m_tier); }
 
     // `appearance` is the trainer's row, ignored by a model without embedding.
     Image render(const Camera& camera, int appearance)
@@ -77,14 +77,13 @@ public:
         image.pixels.resize(3 * size_t(camera.width) * camera.height);
         const EyeParams eye = eyeParams(camera, m_scene->view().origin);
         float* const pixels = image.pixels.data();
-        FrameResult result;
-        m_backend->render(&eye, 1, frameOptions(*m_scene, m_tier, appearance), &pixels, result);
+        (void)gsc::render(*m_renderer, {&eye, 1}, frameOptions(*m_scene, m_tier, appearance), &pixels);
         return image;
     }
 
 private:
-    std::unique_ptr<Scene> m_scene;
-    std::unique_ptr<Backend> m_backend;
+    std::shared_ptr<const Scene> m_scene;
+    std::unique_ptr<Renderer> m_renderer;
     Tier m_tier;
 };
 
@@ -110,7 +109,7 @@ public:
     }
 
 private:
-    Renderer m_float;
+    FileRenderer m_float;
     ReferencePrecision m_precision;
 };
 
@@ -196,7 +195,7 @@ std::vector<TrainerPicture> picturesIn(const std::string& folder, const Scene& s
     return pictures;
 }
 
-void compareWithTrainer(const std::vector<TrainerPicture>& pictures, Renderer& renderer, Reporter& report,
+void compareWithTrainer(const std::vector<TrainerPicture>& pictures, FileRenderer& renderer, Reporter& report,
                         RenderComparison& result)
 {
     for (const TrainerPicture& source : pictures) {
@@ -230,7 +229,7 @@ RenderComparison compareRenders(const Checkpoint& checkpoint, const std::string&
                                 Reporter& report)
 {
     RenderComparison result;
-    Renderer fast(file, CpuPath::Fast, options.tier, options.threads);
+    FileRenderer fast(file, CpuPath::Fast, options.tier, options.threads);
     result.tier = fast.tier();
     const std::vector<Camera> cameras = camerasToCompare(fast.scene(), options, report);
     // looked for before minutes of rendering

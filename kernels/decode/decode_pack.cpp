@@ -2,6 +2,7 @@
 // Host side of the matrix-unit decode: weights in the order of its fragments.
 #include "kernels/decode/decode_cuda.h"
 
+#include "format/half.h"
 #include "kernels/decode/decode_fragments.h"
 #include "kernels/math/mlp.h"
 
@@ -14,17 +15,10 @@ namespace {
 
 constexpr uint32_t kHidden = 32; // units per head
 
-// Round to nearest even, saturating. Scalar and slow: it runs once per load over some ten thousand weights.
+// Saturating; NaN becomes zero.
 uint16_t halfBits(float value)
 {
-    const float magnitude = std::min(std::fabs(value), 65504.0f);
-    const auto sign = uint16_t(std::signbit(value) ? 0x8000 : 0);
-    if (!(magnitude >= 0x1p-14f)) // subnormal: units of 2^-24; NaN becomes zero
-        return uint16_t(sign | uint16_t(magnitude == magnitude ? std::nearbyint(magnitude * 0x1p24f) : 0.0f));
-    int exponent;
-    const float mantissa = std::frexp(magnitude, &exponent); // [0.5, 1)
-    // a mantissa that rounds up to 2048 carries into the exponent, as it must
-    return uint16_t(sign | (((exponent + 13) << 10) + int(std::nearbyint(mantissa * 2048.0f))));
+    return floatToHalf(value == value ? std::clamp(value, -65504.0f, 65504.0f) : 0.0f);
 }
 
 // Weight of fused hidden unit `column` for input `row` of the packed rows; zero beyond the rows.

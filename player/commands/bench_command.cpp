@@ -24,7 +24,8 @@ constexpr const char* kExamples = R"(examples:
   gsc-play bench room.gsc --sweep sweep.json --out runs.jsonl
       every combination of reuse, bounds and budgets that sweep.json asks for; gsc chart draws runs.jsonl
 
-Images stay on the device. Times of stages are the device's own, `wall` is what the caller waits. A sweep scores every
+Images stay on the device. Times of stages are the device's own, `wall` is what the caller waits
+for a frame, or with two in flight from frame to frame. A sweep scores every
 frame: a backend on the host is timed and scored in one pass, scoring outside the times; any other is timed first and
 renders again for the scores.)";
 
@@ -36,6 +37,9 @@ void addBenchOptions(CLI::App& app, BenchOptions& options)
         .group(group);
     addInteger(app, "--measure", options.measured, 1, kMany, "N (default: 300)",
                "frames to measure, going round the cameras")
+        .group(group);
+    addInteger(app, "--frames-in-flight", options.in_flight, 1, kFramesInFlight, "N (default: 1)",
+               "frames submitted before the first of them is waited for; with 2 the device has no pause between them")
         .group(group);
     addInteger(app, "--quality", options.quality, 0, kMany, "N (default: 0)", "cameras to score against the tier exact")
         .group(group);
@@ -50,7 +54,8 @@ void addBenchOptions(CLI::App& app, BenchOptions& options)
                                  "a cold start, scored against exact; --out takes a row for each "
                                  "(schemas/run.schema.json) and is gone on with where a sweep was stopped");
     sweep.group(group);
-    for (const char* fixed : {"--cameras", "--frames", "--warmup", "--measure", "--quality", "--target-ms"})
+    for (const char* fixed :
+         {"--cameras", "--frames", "--warmup", "--measure", "--quality", "--target-ms", "--frames-in-flight"})
         sweep.excludes(optionOf(app, fixed)); // the file says these
 }
 

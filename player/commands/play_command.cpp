@@ -9,7 +9,7 @@
 #include "player/report/play_report.h"
 #include "player/tool/options.h"
 #include "player/tool/version.h"
-#include "runtime/backend.h"
+#include "runtime/renderer.h"
 
 #include <memory>
 
@@ -121,8 +121,11 @@ void addBackendsCommand(CLI::App& root, Invocation& invocation)
     CLI::App& command = addCommand(root, "backends", "List what renders on this machine");
     onParsed(command, [&invocation] {
         invocation.run = [](Reporter& report) {
-            for (const BackendInfo& backend : availableBackends())
-                report.text(backend.name + ": " + backend.description);
+            for (const DeviceInfo& device : devices())
+                if (device.usable)
+                    report.text(device.id.backend +
+                                (device.id.ordinal == 0 ? "" : " --device " + std::to_string(device.id.ordinal)) +
+                                ": " + device.text);
             return ErrorCode::Ok;
         };
     });

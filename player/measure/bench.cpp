@@ -4,13 +4,14 @@
 #include "format/error.h"
 #include "format/interrupt.h"
 #include "player/lod_target.h"
-#include "player/open_backend.h"
+#include "player/open_renderer.h"
 #include "player/sweep/row_file.h"
 #include "player/shots.h"
 #include "runtime/scene.h"
 
 #include <algorithm>
 #include <chrono>
+#include <deque>
 #include <memory>
 
 namespace gsc {
@@ -26,45 +27,59 @@ double millisecondsSince(Clock::time_point start)
 
 class Bench {
 public:
-    Bench(const BenchOptions& options, const Scene& scene, Backend& backend, const std::vector<Shot>& shots)
-        : m_options(options.play), m_scene(scene), m_backend(backend), m_shots(shots),
+    Bench(const BenchOptions& options, const Scene& scene, Renderer& renderer, const std::vector<Shot>& shots)
+        : m_options(options.play), m_in_flight(options.in_flight), m_scene(scene), m_renderer(renderer), m_shots(shots),
           m_frame(frameOptions(scene, options.play)), m_control(lodControl(scene, options.play))
     {
     }
 
-    // Frame `i` of a run that goes round the shots.
-    BenchFrame time(uint64_t i)
+    // Begins frame `i` of a run that goes round the shots.
+    void begin(uint64_t i)
     {
         throwIfInterrupted();
         const Shot& shot = m_shots[i % m_shots.size()];
-        EyeParams eyes[kMaxEyes];
-        shotEyes(shot, eyeCount(), eyes);
         m_frame.tier = m_options.tier;
         m_frame.appearance = shotAppearance(m_scene, shot);
-        BenchFrame frame;
         if (m_control)
             m_frame.lod_bias = float(m_control->bias());
-        frame.lod_bias = double(m_frame.lod_bias);
-        frame.pixels = double(shot.camera.width) * shot.camera.height;
-        const Clock::time_point start = Clock::now();
-        m_backend.render(eyes, eyeCount(), m_frame, nullptr, frame.result);
-        frame.wall_ms = millisecondsSince(start);
+        Begun& begun = m_begun.emplace_back();
+        shotEyes(shot, eyeCount(), begun.eyes);
+        begun.request = {{begun.eyes, eyeCount()}, {}, m_frame};
+        begun.pixels = double(shot.camera.width) * shot.camera.height;
+        begun.start = Clock::now();
+        begun.ticket = m_renderer.submit(begun.request);
+    }
+
+    [[nodiscard]] bool full() const { return m_begun.size() >= m_in_flight; }
+
+    // Ends the frame begun first.
+    BenchFrame end()
+    {
+        const Begun& begun = m_begun.front();
+        BenchFrame frame;
+        frame.pixels = begun.pixels;
+        frame.lod_bias = double(begun.request.options.lod_bias);
+        frame.result = finish(m_renderer, begun.request, begun.ticket);
+        const Clock::time_point now = Clock::now();
+        frame.wall_ms = std::chrono::duration<double, std::milli>(now - std::max(begun.start, m_last_end)).count();
+        m_last_end = now;
         if (m_control)
             m_control->add(frame.result.times.total);
+        m_begun.pop_front();
         return frame;
     }
 
     // Adds every eye of a shot, rendered in the tier asked for and in `exact` by `reference`.
-    void score(const Shot& shot, Backend& reference, PooledDifference& pool)
+    void score(const Shot& shot, Renderer& reference, PooledDifference& pool)
     {
         throwIfInterrupted();
         EyeParams eyes[kMaxEyes];
         shotEyes(shot, eyeCount(), eyes);
         m_frame.appearance = shotAppearance(m_scene, shot);
         m_frame.lod_fade = float(m_options.lod_fade);
-        render(m_backend, eyes, shot, {m_options.tier, m_options.stereo, m_options.reuse}, m_images);
+        draw(m_renderer, eyes, shot, {m_options.tier, m_options.stereo, m_options.reuse}, m_images);
         m_frame.lod_fade = 0;
-        render(reference, eyes, shot, {Tier::Exact, StereoMode::Exact, {}}, m_exact);
+        draw(reference, eyes, shot, {Tier::Exact, StereoMode::Exact, {}}, m_exact);
         for (uint32_t e = 0; e < eyeCount(); ++e) {
             const auto view = [&](const std::vector<float>& pixels) {
                 return ImageView{pixels.data(), shot.camera.width, shot.camera.height};
@@ -76,13 +91,21 @@ public:
 private:
     [[nodiscard]] uint32_t eyeCount() const { return uint32_t(m_options.eyes); }
 
+    struct Begun {
+        EyeParams eyes[kMaxEyes] = {};
+        FrameRequest request;
+        double pixels = 0;
+        Clock::time_point start;
+        uint64_t ticket = 0;
+    };
+
     struct Way {
         Tier tier;
         StereoMode stereo;
         ReuseOptions reuse;
     };
 
-    void render(Backend& backend, const EyeParams* eyes, const Shot& shot, const Way& way, std::vector<float>* images)
+    void draw(Renderer& renderer, const EyeParams* eyes, const Shot& shot, const Way& way, std::vector<float>* images)
     {
         float* pixels[kMaxEyes] = {};
         for (uint32_t e = 0; e < eyeCount(); ++e) {
@@ -92,13 +115,15 @@ private:
         m_frame.tier = way.tier;
         m_frame.stereo = way.stereo;
         m_frame.reuse = way.reuse;
-        FrameResult result;
-        backend.render(eyes, eyeCount(), m_frame, pixels, result);
+        (void)render(renderer, {eyes, eyeCount()}, m_frame, pixels);
     }
 
     const PlayOptions& m_options;
+    uint32_t m_in_flight;
     const Scene& m_scene;
-    Backend& m_backend;
+    Renderer& m_renderer;
+    std::deque<Begun> m_begun;
+    Clock::time_point m_last_end{};
     const std::vector<Shot>& m_shots;
     FrameOptions m_frame;
     std::optional<LodControl> m_control;
@@ -106,10 +131,10 @@ private:
 };
 
 // A device whose memory the model fills has no room left to measure in; the frames are measured all the same.
-DeviceCeilings ceilingsOf(Backend& backend, Reporter& log)
+DeviceCeilings ceilingsOf(Renderer& renderer, Reporter& log)
 {
     try {
-        return backend.ceilings();
+        return renderer.ceilings();
     } catch (const Error& e) {
         if (e.code() != ErrorCode::OutOfMemory)
             throw;
@@ -119,17 +144,17 @@ DeviceCeilings ceilingsOf(Backend& backend, Reporter& log)
 }
 
 // Compares some of the shots with the tier exact. The timings are not lost if there is no memory for that.
-void scoreShots(const BenchOptions& options, const Scene& scene, const std::vector<Shot>& shots, Backend& backend,
-                Bench& run, BenchSummary& summary, Reporter& log)
+void scoreShots(const BenchOptions& options, const std::shared_ptr<const Scene>& scene, const std::vector<Shot>& shots,
+                Renderer& renderer, Bench& run, BenchSummary& summary, Reporter& log)
 {
     try {
-        std::unique_ptr<Backend> other;
+        std::unique_ptr<Renderer> other;
         if (!options.reference.empty()) {
-            other = makeBackend(options.reference, options.play.threads);
-            other->load(scene.view());
+            other = makeRenderer({options.reference, options.play.device}, {options.play.threads});
+            other->load(scene);
         }
-        Backend& reference = other ? *other : backend;
-        summary.reference = reference.name();
+        Renderer& reference = other ? *other : renderer;
+        summary.reference = deviceText(reference.id());
         const uint64_t scored = std::min<uint64_t>(options.quality, shots.size());
         for (uint64_t i = 0; i < scored; ++i) // spread over the shots
             run.score(shots[i * shots.size() / scored], reference, summary.quality);
@@ -153,36 +178,37 @@ BenchSummary bench(const BenchOptions& options, Reporter& log)
         log.warning(rows.cut_off);
     BenchSummary summary;
     const Clock::time_point open_start = Clock::now();
-    const std::unique_ptr<Scene> scene = Scene::open(options.play.input, options.play.verify);
+    const std::shared_ptr<const Scene> scene = Scene::open(options.play.input, options.play.verify);
     summary.open_ms = millisecondsSince(open_start);
     summary.anchors = scene->anchorCount();
     summary.file_bytes = scene->bytes();
     const std::vector<Shot> shots = chooseShots(*scene, options.play, log);
     summary.shots = shots.size();
 
-    const std::unique_ptr<Backend> backend = openBackend(options.play, *scene, log, summary.load_ms);
-    summary.backend = backend->name();
+    const std::unique_ptr<Renderer> renderer = openRenderer(options.play, scene, log, summary.load_ms);
+    summary.backend = deviceText(renderer->id());
     summary.ipd = shots.front().ipd;
 
-    Bench run(options, *scene, *backend, shots);
+    Bench run(options, *scene, *renderer, shots);
     const uint64_t total = uint64_t(options.warmup) + options.measured;
-    for (uint64_t i = 0; i < total; ++i) {
+    for (uint64_t begun = 0, ended = 0; ended < total; ++ended) {
         // the measured frames start at the first shot whatever the warm-up was
-        const bool measured = i >= options.warmup;
-        const BenchFrame frame = run.time(measured ? i - options.warmup : i);
-        if (measured)
+        for (; begun < total && !run.full(); ++begun)
+            run.begin(begun >= options.warmup ? begun - options.warmup : begun);
+        const BenchFrame frame = run.end();
+        if (ended >= options.warmup)
             summary.frames.push_back(frame);
         else
             summary.warm_bytes = std::max(summary.warm_bytes, frame.result.bytes_resident);
-        log.progress("render", i + 1, total);
+        log.progress("render", ended + 1, total);
     }
-    summary.device = backend->device();
-    summary.tier = backend->tierOf(options.play.tier);
+    summary.device = renderer->device();
+    summary.tier = renderer->tierOf(options.play.tier);
     summary.anchor_cost = anchorCost(scene->view(), summary.tier);
-    summary.ceilings = ceilingsOf(*backend, log);
+    summary.ceilings = ceilingsOf(*renderer, log);
 
     if (options.quality > 0)
-        scoreShots(options, *scene, shots, *backend, run, summary, log);
+        scoreShots(options, scene, shots, *renderer, run, summary, log);
     summary.warnings = log.warnings();
     return summary;
 }

@@ -5,7 +5,7 @@
 #include "player/play_options.h"
 #include "player/tool/reporter.h"
 #include "player/measure/roofline.h"
-#include "runtime/backend.h"
+#include "runtime/renderer.h"
 #include "runtime/metrics/metrics.h"
 
 #include <cstdint>
@@ -17,6 +17,7 @@ namespace gsc {
 struct BenchOptions {
     PlayOptions play;                     // what and how to render; its outputs are not used
     uint32_t warmup = 50, measured = 300; // frames
+    uint32_t in_flight = 1;               // frames, at most kFramesInFlight
     uint32_t quality = 0;                 // cameras scored against `exact`
     std::string reference;                // backend that renders `exact` for it; empty = the measured one
     std::string label;                    // free text for the report, such as what changed
@@ -25,7 +26,7 @@ struct BenchOptions {
 };
 
 struct BenchFrame {
-    double wall_ms = 0; // of Backend::render(), images left on the device
+    double wall_ms = 0; // from submit() to its end, or since the end of the frame before; images left on the device
     FrameResult result; // times are the device's own; of every try, as wall_ms is
     double pixels = 0;  // of one eye
     double lod_bias = 0;
@@ -33,7 +34,7 @@ struct BenchFrame {
 
 struct BenchSummary {
     std::string backend;
-    Tier tier = Tier::Exact; // that ran (Backend::tierOf)
+    Tier tier = Tier::Exact; // that ran (Renderer::tierOf)
     double ipd = 0;          // of two eyes
     DeviceFacts device;      // asked for after the last frame, so that clocks are those of the run
     DeviceCeilings ceilings; // measured after the last frame; may be unknown

@@ -210,6 +210,7 @@ Json configJson(const BenchOptions& options, const BenchSummary& summary)
                  {"threads", play.threads},
                  {"vram_budget", play.vram_budget > 0 ? Json(play.vram_budget) : Json()},
                  {"reuse", reuseJson(play.reuse)},
+                 {"frames_in_flight", options.in_flight},
                  {"warmup", options.warmup},
                  {"frames", options.measured}};
     json.update(lodJson(lodFacts(play, summary)));

@@ -2,7 +2,7 @@
 #include "player/measure/measurer.h"
 
 #include "format/error.h"
-#include "player/open_backend.h"
+#include "player/open_renderer.h"
 
 namespace gsc {
 
@@ -12,19 +12,19 @@ constexpr uint64_t kKeptBytes = uint64_t(2) << 30; // of exact images; a longer 
 
 } // namespace
 
-Measurer::Measurer(const Scene& scene, const PlayOptions& options, std::string reference, Reporter& log)
-    : m_scene(scene), m_options(options), m_reference(std::move(reference)), m_log(log)
+Measurer::Measurer(std::shared_ptr<const Scene> scene, const PlayOptions& options, std::string reference, Reporter& log)
+    : m_scene(std::move(scene)), m_options(options), m_reference(std::move(reference)), m_log(log)
 {
 }
 
-Backend& Measurer::backend(const std::string& name, bool second)
+Renderer& Measurer::renderer(const std::string& name, bool second)
 {
-    std::unique_ptr<Backend>& slot = m_backends[{name, second}];
+    std::unique_ptr<Renderer>& slot = m_renderers[{name, second}];
     if (!slot) {
         PlayOptions options = m_options;
         options.backend = name;
         double ignored = 0;
-        slot = openBackend(options, m_scene, m_log, ignored);
+        slot = openRenderer(options, m_scene, m_log, ignored);
     }
     return *slot;
 }
@@ -33,17 +33,17 @@ std::string Measurer::nameOf(const std::string& name)
 {
     if (name != "auto")
         return name;
-    const std::string own = backend(name).name();
-    std::unique_ptr<Backend>& slot = m_backends[{own, false}];
+    const std::string own = renderer(name).id().backend;
+    std::unique_ptr<Renderer>& slot = m_renderers[{own, false}];
     if (!slot)
-        slot = std::move(m_backends[{name, false}]);
-    m_backends.erase({name, false});
+        slot = std::move(m_renderers[{name, false}]);
+    m_renderers.erase({name, false});
     return own;
 }
 
 std::string Measurer::deviceOf(const std::string& name)
 {
-    return backend(name).device().name;
+    return renderer(name).device().name;
 }
 
 std::string Measurer::referenceOf(const std::string& name) const
@@ -57,7 +57,7 @@ ExactImages& Measurer::exactImages(const Path& path, const std::string& referenc
         return *m_exact;
     m_exact.reset(); // its memory is needed
     const bool fits = ExactImages::fit(path, kKeptBytes);
-    auto exact = std::make_unique<ExactImages>(m_scene, path, frame, backend(reference, !fits));
+    auto exact = std::make_unique<ExactImages>(*m_scene, path, frame, renderer(reference, !fits));
     if (fits)
         exact->keepAll();
     else
@@ -73,7 +73,7 @@ RunResult Measurer::run(const Path& path, const std::string& name, const FrameOp
                         const FrameDone& done)
 {
     ExactImages& exact = exactImages(path, referenceOf(name), frame);
-    return measureRun(m_scene, path, frame, backend(name), exact, score, done);
+    return measureRun(*m_scene, path, frame, renderer(name), exact, score, done);
 }
 
 } // namespace gsc

@@ -13,7 +13,7 @@ namespace gsc {
 class Measurer {
 public:
     // `reference` names the backend of the exact images; empty = the one that is measured. All must outlive this.
-    Measurer(const Scene& scene, const PlayOptions& options, std::string reference, Reporter& log);
+    Measurer(std::shared_ptr<const Scene> scene, const PlayOptions& options, std::string reference, Reporter& log);
 
     // The backend's own name for one of --backend. Throws Error, as all do.
     std::string nameOf(const std::string& backend);
@@ -25,15 +25,15 @@ public:
                   const FrameDone& done);
 
 private:
-    Backend& backend(const std::string& name, bool second = false);
+    Renderer& renderer(const std::string& name, bool second = false);
     ExactImages& exactImages(const Path& path, const std::string& reference, const FrameOptions& frame);
 
-    const Scene& m_scene;
+    std::shared_ptr<const Scene> m_scene;
     PlayOptions m_options;
     std::string m_reference;
     Reporter& m_log;
     // a second one of a name renders exact images between the frames of the first
-    std::map<std::pair<std::string, bool>, std::unique_ptr<Backend>> m_backends;
+    std::map<std::pair<std::string, bool>, std::unique_ptr<Renderer>> m_renderers;
 
     // the images at hand, and of what they are
     const Path* m_exact_path = nullptr;

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstring>
 #include <filesystem>
 
 namespace gsc {
@@ -20,7 +19,7 @@ size_t valuesOf(const Shot& shot)
 }
 
 // Renders one frame into `images`, or leaves it on the device if that is null; returns the milliseconds it took.
-double renderShot(const Scene& scene, const Path& path, size_t index, FrameOptions& frame, Backend& backend,
+double renderShot(const Scene& scene, const Path& path, size_t index, FrameOptions& frame, Renderer& renderer,
                   std::vector<float>* images, FrameResult& result)
 {
     throwIfInterrupted();
@@ -34,13 +33,8 @@ double renderShot(const Scene& scene, const Path& path, size_t index, FrameOptio
         pixels[e] = images[e].data();
     }
     const Clock::time_point start = Clock::now();
-    backend.render(eyes, path.eye_count, frame, images ? pixels : nullptr, result);
+    result = render(renderer, {eyes, path.eye_count}, frame, images ? pixels : nullptr);
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-bool rendersOnHost(const Backend& backend)
-{
-    return std::strncmp(backend.name(), "cpu", 3) == 0;
 }
 
 // Frames that are timed one after another before they are scored: scoring between two frames leaves the processor's
@@ -67,8 +61,8 @@ Path openPath(const Scene& scene, const PlayOptions& options, const std::string&
     return path;
 }
 
-ExactImages::ExactImages(const Scene& scene, const Path& path, const FrameOptions& frame, Backend& backend)
-    : m_scene(scene), m_path(path), m_frame(frame), m_backend(backend)
+ExactImages::ExactImages(const Scene& scene, const Path& path, const FrameOptions& frame, Renderer& renderer)
+    : m_scene(scene), m_path(path), m_frame(frame), m_renderer(renderer)
 {
     m_frame.tier = Tier::Exact;
     m_frame.stereo = StereoMode::Exact;
@@ -87,7 +81,7 @@ bool ExactImages::fit(const Path& path, uint64_t budget)
 void ExactImages::render(size_t shot, std::vector<float>* images)
 {
     FrameResult ignored;
-    (void)renderShot(m_scene, m_path, shot, m_frame, m_backend, images, ignored);
+    (void)renderShot(m_scene, m_path, shot, m_frame, m_renderer, images, ignored);
 }
 
 void ExactImages::keepAll()
@@ -106,12 +100,12 @@ const std::vector<float>* ExactImages::images(size_t shot)
     return m_current;
 }
 
-RunResult measureRun(const Scene& scene, const Path& path, const FrameOptions& frame, Backend& backend,
+RunResult measureRun(const Scene& scene, const Path& path, const FrameOptions& frame, Renderer& renderer,
                      ExactImages& exact, const ScoreOptions& score, const FrameDone& done)
 {
     RunResult run;
-    run.tier = backend.tierOf(frame.tier);
-    const bool together = rendersOnHost(backend);
+    run.tier = renderer.tierOf(frame.tier);
+    const bool together = renderer.onHost();
     FrameOptions options = frame;
     Scorer scorer(score);
     const size_t frames = path.shots.size(), block = blockSize(path, together);
@@ -128,22 +122,22 @@ RunResult measureRun(const Scene& scene, const Path& path, const FrameOptions& f
         done(i + 1);
     };
 
-    backend.dropCaches();
+    renderer.dropCaches();
     for (size_t i = 0; i < frames; ++i) {
         RunFrame timed;
-        timed.wall_ms = renderShot(scene, path, i, options, backend, together ? current : nullptr, timed.result);
+        timed.wall_ms = renderShot(scene, path, i, options, renderer, together ? current : nullptr, timed.result);
         for (uint32_t e = 0; together && e < path.eye_count; ++e)
             images[i % block * kMaxEyes + e] = current[e];
         run.frames.push_back(timed);
         for (size_t k = i / block * block; together && k <= i && (i + 1 == frames || (i + 1) % block == 0); ++k)
             scoreShot(k);
     }
-    run.device = backend.device();
+    run.device = renderer.device();
     if (!together) {
-        backend.dropCaches();
+        renderer.dropCaches();
         for (size_t i = 0; i < frames; ++i) {
             FrameResult ignored;
-            (void)renderShot(scene, path, i, options, backend, images.data(), ignored);
+            (void)renderShot(scene, path, i, options, renderer, images.data(), ignored);
             scoreShot(i);
         }
     }

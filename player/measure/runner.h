@@ -4,7 +4,7 @@
 
 #include "player/measure/accuracy.h"
 #include "player/shots.h"
-#include "runtime/backend.h"
+#include "runtime/renderer.h"
 #include "runtime/scene.h"
 
 #include <functional>
@@ -29,16 +29,16 @@ using FrameDone = std::function<void(uint64_t done)>; // frames, from 1
 // The images of tier exact without reuse and without caches: what every run of the path is measured against.
 class ExactImages {
 public:
-    // Background and near plane are those of `frame`. `backend`, `scene` and `path` must outlive this.
-    ExactImages(const Scene& scene, const Path& path, const FrameOptions& frame, Backend& backend);
+    // Background and near plane are those of `frame`. `renderer`, `scene` and `path` must outlive this.
+    ExactImages(const Scene& scene, const Path& path, const FrameOptions& frame, Renderer& renderer);
 
     // Would all of them take at most `budget` bytes?
     static bool fit(const Path& path, uint64_t budget);
 
-    // Renders and keeps all of them; the backend is not used afterwards.
+    // Renders and keeps all of them; the renderer is not used afterwards.
     void keepAll();
 
-    // Rendered now unless kept; then the backend must not be the one that is measured, whose caches it would disturb.
+    // Rendered now unless kept; then the renderer must not be the one that is measured, whose caches it would disturb.
     // Valid until the next call.
     const std::vector<float>* images(size_t shot);
 
@@ -48,13 +48,13 @@ private:
     const Scene& m_scene;
     const Path& m_path;
     FrameOptions m_frame;
-    Backend& m_backend;
+    Renderer& m_renderer;
     std::vector<std::vector<float>> m_kept; // kMaxEyes per shot; empty unless kept
     std::vector<float> m_current[kMaxEyes];
 };
 
 struct RunFrame {
-    double wall_ms = 0; // of Backend::render()
+    double wall_ms = 0; // of render()
     FrameResult result;
 };
 
@@ -65,11 +65,11 @@ struct RunResult {
     DeviceFacts device;      // asked for after the last timed frame
 };
 
-// Frames in order, after dropCaches(). Scoring is no part of the times. A backend that renders on the host is timed and
+// Frames in order, after dropCaches(). Scoring is no part of the times. A renderer on the host is timed and
 // scored in one pass, because its images are on the host anyway, a block of frames at a time; any other is timed with
 // its images left on the device and renders the path again for the scores. Throws Error (Interrupted, OutOfMemory,
 // Device).
-RunResult measureRun(const Scene& scene, const Path& path, const FrameOptions& frame, Backend& backend,
+RunResult measureRun(const Scene& scene, const Path& path, const FrameOptions& frame, Renderer& renderer,
                      ExactImages& exact, const ScoreOptions& score, const FrameDone& done);
 
 } // namespace gsc

@@ -103,7 +103,7 @@ std::vector<Verdict> judge(const StabilityOptions& options, const RunResult& run
 StabilitySummary stability(const StabilityOptions& options, Reporter& log)
 {
     const std::vector<std::string> files = cameraFiles(options);
-    const std::unique_ptr<Scene> scene = Scene::open(options.play.input, options.play.verify);
+    const std::shared_ptr<const Scene> scene = Scene::open(options.play.input, options.play.verify);
     StabilitySummary summary;
     summary.file_bytes = scene->bytes();
     summary.anchors = scene->anchorCount();
@@ -115,7 +115,7 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
         total += summary.paths.back().path.shots.size();
     }
     checkFrames(options.play, summary.paths);
-    Measurer measurer(*scene, reading, options.reference, log);
+    Measurer measurer(scene, reading, options.reference, log);
     summary.backend = measurer.nameOf(reading.backend);
     summary.reference = measurer.referenceOf(summary.backend);
     const FrameOptions frame = frameOptions(*scene, reading);

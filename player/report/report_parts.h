@@ -3,7 +3,7 @@
 #pragma once
 
 #include "player/tool/json.h"
-#include "runtime/backend.h"
+#include "runtime/renderer.h"
 
 #include <string>
 #include <vector>

@@ -38,8 +38,9 @@ RunConfig baseRun(const PlayOptions& options)
 std::vector<std::string> backendNames()
 {
     std::vector<std::string> names;
-    for (const BackendInfo& backend : availableBackends())
-        names.push_back(backend.name);
+    for (const DeviceInfo& device : devices())
+        if (device.usable && device.id.ordinal == 0)
+            names.push_back(device.id.backend);
     return names;
 }
 
@@ -104,7 +105,7 @@ public:
         m_context.file_hash = fileHash(options.play.input);
         m_context.warmup = config.warmup;
         m_context.score = config.score;
-        m_measurer = std::make_unique<Measurer>(*m_scene, m_context.options, options.reference, log);
+        m_measurer = std::make_unique<Measurer>(m_scene, m_context.options, options.reference, log);
         if (!m_cut_off.empty())
             log.warning(m_cut_off);
         m_runs = expandRuns(config);
@@ -209,7 +210,7 @@ private:
     Reporter& m_log;
     std::string m_cut_off;
     RunRows m_rows; // before the model: a file of something else is refused before any work
-    std::unique_ptr<Scene> m_scene;
+    std::shared_ptr<const Scene> m_scene;
     RunContext m_context;
     std::vector<Path> m_paths;
     std::unique_ptr<Measurer> m_measurer;

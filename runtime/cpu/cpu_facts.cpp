@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/backend.h"
-#include "runtime/cpu/backend_cpu.h"
+#include "runtime/cpu/renderer_cpu.h"
 
 #include <fstream>
 

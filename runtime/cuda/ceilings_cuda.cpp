@@ -59,9 +59,8 @@ size_t bufferBytes(uint64_t most_bytes)
 
 } // namespace
 
-DeviceCeilings measureCudaCeilings(uint64_t most_bytes)
+DeviceCeilings measureCudaCeilings(uint32_t processors, uint64_t most_bytes)
 {
-    const CudaLimits limits = openCudaDevice();
     const CudaStream stream;
     const Stopwatch watch(stream);
     DeviceCeilings found;
@@ -83,7 +82,7 @@ DeviceCeilings measureCudaCeilings(uint64_t most_bytes)
     }
     const auto rate = [&](double (*launch)(uint32_t, uint32_t*, CUstream_st*)) {
         double work = 0;
-        const double seconds = watch.best([&] { work = launch(limits.processors, sink, stream.handle); });
+        const double seconds = watch.best([&] { work = launch(processors, sink, stream.handle); });
         return work / seconds;
     };
     found.fma_lane_ops_per_s = rate(fmaCuda);

@@ -2,14 +2,26 @@
 #include "runtime/cuda/cuda_device.h"
 
 #include "kernels/upload/upload_cuda.h"
-#include "runtime/cuda/backend_cuda.h"
 #include "runtime/cuda/nvml.h"
+#include "runtime/cuda/renderer_cuda.h"
+
+#include <map>
+#include <mutex>
+#include <optional>
 
 namespace gsc {
 
 namespace {
 
-constexpr int kDevice = 0; // the first that CUDA_VISIBLE_DEVICES leaves
+// What the process knows of a device.
+struct Known {
+    std::optional<uint64_t> used_before;   // bytes in use before this process had a context
+    std::optional<uint64_t> context_bytes; // CudaDevice::contextBytes()
+    int holders = 0;
+};
+
+std::mutex s_mutex; // guards what follows
+std::map<int, Known> s_known;
 
 std::string versionText(int version)
 {
@@ -17,29 +29,42 @@ std::string versionText(int version)
 }
 
 // Memory in use on the device, by all processes; 0 = unknown.
-uint64_t usedBytes()
+uint64_t usedBytes(int ordinal)
 {
     char bus[32] = {};
-    return cudaDeviceGetPCIBusId(bus, sizeof(bus), kDevice) == cudaSuccess ? nvmlFacts(bus).used_bytes : 0;
+    return cudaDeviceGetPCIBusId(bus, sizeof(bus), ordinal) == cudaSuccess ? nvmlFacts(bus).used_bytes : 0;
 }
 
-// The same before this process had a context. The first call must come before one is made.
-uint64_t usedBefore()
+// Makes a device this thread's, with a context that runs this build's code. The first call for a device comes before its
+// context is made.
+cudaError_t start(int ordinal)
 {
-    static const uint64_t bytes = usedBytes();
-    return bytes;
-}
-
-CudaStatus failure(ErrorCode code, std::string text)
-{
-    (void)cudaGetLastError();
-    return {false, code, std::move(text)};
+    {
+        const std::lock_guard lock(s_mutex);
+        Known& known = s_known[ordinal];
+        if (!known.used_before)
+            known.used_before = usedBytes(ordinal);
+    }
+    const cudaError_t code = cudaSetDevice(ordinal);
+    return code == cudaSuccess ? cudaError_t(probeCuda()) : code;
 }
 
 } // namespace
 
-CudaStatus cudaStatus()
+int cudaDevices()
 {
+    int count = 0;
+    const cudaError_t code = cudaGetDeviceCount(&count);
+    (void)cudaGetLastError();
+    return code == cudaSuccess ? count : 0;
+}
+
+DeviceInfo cudaDevice(int ordinal)
+{
+    const auto failure = [&](ErrorCode code, std::string text) {
+        (void)cudaGetLastError();
+        return DeviceInfo{{"cuda", ordinal}, false, code, std::move(text)};
+    };
     int runtime = 0, driver = 0, count = 0;
     (void)cudaRuntimeGetVersion(&runtime);
     (void)cudaDriverGetVersion(&driver); // note: 0 and no error where there is no driver
@@ -57,13 +82,10 @@ CudaStatus cudaStatus()
                        "no NVIDIA GPU is visible, expected one; look at CUDA_VISIBLE_DEVICES or take "
                        "--backend cpu");
     cudaDeviceProp properties{};
-    (void)usedBefore();
     if (code == cudaSuccess)
-        code = cudaSetDevice(kDevice);
+        code = cudaGetDeviceProperties(&properties, ordinal);
     if (code == cudaSuccess)
-        code = cudaGetDeviceProperties(&properties, kDevice);
-    if (code == cudaSuccess)
-        code = cudaError_t(probeCuda());
+        code = start(ordinal);
     if (isUnsupportedDevice(code))
         return failure(ErrorCode::Unsupported,
                        formatString("%s has compute capability %d.%d and driver %s, for which this build has no code, "
@@ -75,42 +97,65 @@ CudaStatus cudaStatus()
         return failure(ErrorCode::Device, formatString("the device does not start: %s (%s), expected success; take "
                                                        "--backend cpu",
                                                        cudaGetErrorString(code), cudaGetErrorName(code)));
-    return {true, ErrorCode::Ok,
+    return {{"cuda", ordinal},
+            true,
+            ErrorCode::Ok,
             formatString("%s, %.1f GiB, compute capability %d.%d, %d multiprocessors, driver for CUDA %s",
                          properties.name, double(properties.totalGlobalMem) / double(1 << 30), properties.major,
                          properties.minor, properties.multiProcessorCount, versionText(driver).c_str())};
 }
 
-DeviceFacts cudaFacts()
+CudaDevice::CudaDevice(int ordinal) : m_ordinal(ordinal)
+{
+    const DeviceInfo found = cudaDevice(ordinal);
+    if (!found.usable)
+        throw Error(found.why, "cuda: " + found.text);
+    cudaDeviceProp properties{};
+    GSC_CUDA_CHECK(cudaGetDeviceProperties(&properties, ordinal));
+    m_limits = {uint32_t(properties.multiProcessorCount), properties.sharedMemPerBlockOptin};
+    const std::lock_guard lock(s_mutex);
+    ++s_known[ordinal].holders;
+}
+
+CudaDevice::~CudaDevice()
+{
+    const std::lock_guard lock(s_mutex);
+    if (--s_known[m_ordinal].holders > 0)
+        return;
+    // errors of a lost device stick to its context and go with it
+    if (cudaSetDevice(m_ordinal) != cudaSuccess || cudaDeviceSynchronize() != cudaSuccess) {
+        (void)cudaDeviceReset();
+        (void)cudaGetLastError();
+    }
+}
+
+DeviceFacts CudaDevice::facts() const
 {
     cudaDeviceProp properties{};
     char bus[32] = {};
-    GSC_CUDA_CHECK(cudaGetDeviceProperties(&properties, kDevice));
-    GSC_CUDA_CHECK(cudaDeviceGetPCIBusId(bus, sizeof(bus), kDevice));
+    GSC_CUDA_CHECK(cudaGetDeviceProperties(&properties, m_ordinal));
+    GSC_CUDA_CHECK(cudaDeviceGetPCIBusId(bus, sizeof(bus), m_ordinal));
     const NvmlFacts nvml = nvmlFacts(bus);
-    return {properties.name, nvml.driver,           properties.totalGlobalMem, uint32_t(properties.multiProcessorCount),
-            nvml.clock_mhz,  nvml.memory_clock_mhz, cudaContextBytes()};
+    return {properties.name,
+            nvml.driver,
+            properties.totalGlobalMem,
+            uint32_t(properties.multiProcessorCount),
+            nvml.clock_mhz,
+            nvml.memory_clock_mhz,
+            contextBytes()};
 }
 
-uint64_t cudaContextBytes()
+uint64_t CudaDevice::contextBytes() const
 {
     constexpr uint64_t kMost = 2ull << 30;  // more is another process's
     constexpr uint64_t kCode = 32ull << 20; // of kernels, which are loaded as they are launched
-    static const uint64_t bytes = [] {
-        const uint64_t before = usedBefore(), now = usedBytes();
-        return before == 0 || now < before || now - before > kMost ? 0 : now - before + kCode;
-    }();
-    return bytes;
-}
-
-CudaLimits openCudaDevice()
-{
-    const CudaStatus status = cudaStatus();
-    if (!status.usable)
-        throw Error(status.code, "cuda: " + status.text);
-    cudaDeviceProp properties{};
-    GSC_CUDA_CHECK(cudaGetDeviceProperties(&properties, kDevice));
-    return {uint32_t(properties.multiProcessorCount), properties.sharedMemPerBlockOptin};
+    const std::lock_guard lock(s_mutex);
+    Known& known = s_known[m_ordinal];
+    if (!known.context_bytes) {
+        const uint64_t before = known.used_before.value_or(0), now = usedBytes(m_ordinal);
+        known.context_bytes = before == 0 || now < before || now - before > kMost ? 0 : now - before + kCode;
+    }
+    return *known.context_bytes;
 }
 
 } // namespace gsc

@@ -4,6 +4,7 @@
 
 #include "kernels/cuda/cuda_check.h"
 #include "kernels/frame/device_model.h"
+#include "runtime/device.h"
 
 #include <cstddef>
 
@@ -56,15 +57,31 @@ struct CudaLimits {
     size_t shared_bytes = 0; // that a block may have
 };
 
-// Of this thread's device.
-struct DeviceFacts cudaFacts();
+// A device that a renderer holds; it is the thread's afterwards. A lost device (a kernel failed) begins anew in this
+// process when the last that holds it lets go.
+class CudaDevice {
+public:
+    explicit CudaDevice(int ordinal); // Throws Error as cudaDevice() says
+    ~CudaDevice();
+    CudaDevice(const CudaDevice&) = delete;
+    CudaDevice& operator=(const CudaDevice&) = delete;
 
-// Device memory that the driver took for this process before it asked for any: the context and the kernels' code. 0 where
-// the driver's management library does not tell. What the first context added to the memory in use, measured once, so it
-// is right if no other process takes or gives back memory at that moment, and 32 MiB for code that is loaded later. Precondition: the first openCudaDevice() of the process.
-uint64_t cudaContextBytes();
+    // The caller's thread may be a new one.
+    void use() const { GSC_CUDA_CHECK(cudaSetDevice(m_ordinal)); }
 
-// Makes the first device this thread's. Throws Error as cudaStatus() says.
-CudaLimits openCudaDevice();
+    [[nodiscard]] int ordinal() const { return m_ordinal; }
+    [[nodiscard]] const CudaLimits& limits() const { return m_limits; }
+    [[nodiscard]] DeviceFacts facts() const;
+
+    // Device memory that the driver took for this process before it asked for any: the context and the kernels' code. 0
+    // where the driver's management library does not tell. What the first context added to the memory in use, measured
+    // once, so it is right if no other process takes or gives back memory at that moment, and 32 MiB for code that is
+    // loaded later.
+    [[nodiscard]] uint64_t contextBytes() const;
+
+private:
+    int m_ordinal;
+    CudaLimits m_limits;
+};
 
 } // namespace gsc

@@ -16,15 +16,20 @@ cudaGraphNode_t FrameCapture::last() const
     return nodes[count - 1];
 }
 
-FrameGraph::FrameGraph(const FrameJob& job, const FrameReuse& reuse, FrameCounters* counters, const CudaStream& stream)
+void FrameTimers::reserve(uint32_t count)
+{
+    while (passes.size() < count)
+        passes.push_back(std::make_unique<Pass>());
+}
+
+FrameGraph::FrameGraph(const FrameJob& job, const FrameReuse& reuse, FrameCounters* counters, const FrameTimers& timers,
+                       const CudaStream& stream)
     : m_shape(job.shape), m_capacity(job.capacity)
 {
-    for (uint32_t p = 0; p < m_shape.passes; ++p)
-        m_passes.push_back(std::make_unique<PassEvents>());
     FrameCapture recorded(stream, job.limits.processors);
     GSC_CUDA_CHECK(cudaStreamBeginCapture(stream.handle, cudaStreamCaptureModeThreadLocal));
     try {
-        capture(recorded, job, reuse, counters);
+        capture(recorded, job, reuse, counters, timers);
     } catch (...) {
         (void)cudaStreamEndCapture(stream.handle, &m_graph);
         (void)cudaGetLastError(); // that the capture is broken is known, and must not show up at the next launch
@@ -47,10 +52,11 @@ FrameGraph::~FrameGraph()
     cudaGraphDestroy(m_graph);
 }
 
-void FrameGraph::capture(FrameCapture& capture, const FrameJob& job, const FrameReuse& reuse, FrameCounters* counters)
+void FrameGraph::capture(FrameCapture& capture, const FrameJob& job, const FrameReuse& reuse, FrameCounters* counters,
+                         const FrameTimers& timers)
 {
     const bool reuses = job.shape.uses_reuse;
-    capture.mark(m_start);
+    capture.mark(timers.start);
     capture.clear(job.buffers.counters, sizeof(FrameCounters));
     capture.clear(job.buffers.histogram, kDepthBuckets * sizeof(uint32_t));
     if (reuses)
@@ -61,7 +67,7 @@ void FrameGraph::capture(FrameCapture& capture, const FrameJob& job, const Frame
     else
         capture.add(selectArgs(job), selectAnchorsCuda);
     cutDepths(capture, job);
-    capture.mark(m_selected);
+    capture.mark(timers.selected);
     for (uint32_t p = 0; p < job.shape.passes; ++p) {
         if (p > 0)
             capture.clear(&job.buffers.counters->pass, sizeof(PassCounters));
@@ -70,17 +76,17 @@ void FrameGraph::capture(FrameCapture& capture, const FrameJob& job, const Frame
             reuse.decode(capture, job);
         else
             decodeFrame(capture, job, p);
-        capture.mark(m_passes[p]->decoded);
+        capture.mark(timers.passes[p]->decoded);
         binFrame(capture, job, p);
-        capture.mark(m_passes[p]->binned);
+        capture.mark(timers.passes[p]->binned);
         sortFrame(capture, job);
-        capture.mark(m_passes[p]->sorted);
+        capture.mark(timers.passes[p]->sorted);
         blendFrame(capture, job, p);
-        capture.mark(m_passes[p]->blended);
+        capture.mark(timers.passes[p]->blended);
     }
     capture.copyToHost(counters, job.buffers.counters, sizeof(FrameCounters));
     if (reuses)
-        reuse.report(capture);
+        reuse.report(capture, job);
 }
 
 void FrameGraph::launch(const FrameNow& now, const CudaStream& stream)
@@ -90,19 +96,24 @@ void FrameGraph::launch(const FrameNow& now, const CudaStream& stream)
     GSC_CUDA_CHECK(cudaGraphLaunch(m_exec, stream.handle));
 }
 
-StageTimes FrameGraph::times() const
+StageTimes FrameTimers::times(uint32_t count, bool presented) const
 {
     StageTimes times;
-    times.select = m_selected.since(m_start);
-    const CudaEvent* previous = &m_selected;
-    for (const std::unique_ptr<PassEvents>& pass : m_passes) {
-        times.decode += pass->decoded.since(*previous);
-        times.bin += pass->binned.since(pass->decoded);
-        times.sort += pass->sorted.since(pass->binned);
-        times.blend += pass->blended.since(pass->sorted);
-        previous = &pass->blended;
+    times.select = selected.since(start);
+    const CudaEvent* previous = &selected;
+    for (uint32_t p = 0; p < count; ++p) {
+        const Pass& pass = *passes[p];
+        times.decode += pass.decoded.since(*previous);
+        times.bin += pass.binned.since(pass.decoded);
+        times.sort += pass.sorted.since(pass.binned);
+        times.blend += pass.blended.since(pass.sorted);
+        previous = &pass.blended;
     }
-    times.total = previous->since(m_start);
+    if (presented) {
+        times.blend += ready.since(*previous);
+        previous = &ready;
+    }
+    times.total = previous->since(start);
     return times;
 }
 

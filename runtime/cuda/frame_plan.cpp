@@ -173,4 +173,43 @@ uint32_t grownPasses(const FrameRoom& room, const FrameNeeds& needs, uint32_t pa
     return uint32_t(std::min<uint64_t>(std::max<uint64_t>(more, passes + 1), kMaxPasses));
 }
 
+void FrameHistory::forget()
+{
+    *this = {};
+}
+
+void FrameHistory::learn(Outcome& outcome, const FrameRoom& room, FrameCapacity& capacity)
+{
+    if (outcome.overflowed) {
+        m_grown = grownPasses(room, outcome.needs, outcome.passes, capacity);
+    } else {
+        m_splats = outcome.splats;
+        m_pairs = outcome.pairs;
+        m_grown = 1;
+    }
+    m_peak = std::max<uint64_t>(m_peak, outcome.needs.slots);
+    outcome.ticket = 0; // once
+}
+
+void FrameHistory::begin(uint64_t ticket, uint64_t repeats, const FrameRoom& room, FrameCapacity& capacity)
+{
+    Outcome& last_but_one = m_outcomes[ticket % 2];
+    if (last_but_one.ticket != 0)
+        learn(last_but_one, room, capacity);
+    Outcome& repeated = m_outcomes[repeats % 2];
+    if (repeats != 0 && repeated.ticket == repeats)
+        learn(repeated, room, capacity);
+}
+
+uint32_t FrameHistory::passes(bool repeats, const FrameRoom& room, FrameCapacity& capacity) const
+{
+    return repeats ? m_grown : std::max(m_grown, passesFor(room, m_splats, m_pairs, capacity));
+}
+
+uint32_t FrameHistory::slabBitsFor(const FrameCapacity& capacity) const
+{
+    const uint64_t load = m_peak > 0 ? m_peak + m_peak / 2 : capacity.slots / 4;
+    return slabBits(std::min<uint64_t>(load, capacity.slots));
+}
+
 } // namespace gsc

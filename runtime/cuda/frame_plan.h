@@ -52,4 +52,38 @@ uint32_t passesFor(const FrameRoom& room, uint64_t splats, uint64_t pairs, Frame
 // where more passes would not help.
 uint32_t grownPasses(const FrameRoom& room, const FrameNeeds& needs, uint32_t passes, FrameCapacity& capacity);
 
+// What the plan of a frame takes from those before it. With two frames in flight it is never known which of them has
+// ended; so that the same frames are cut alike whenever they end, a frame learns from the last but one and earlier, and
+// from a frame that it repeats.
+class FrameHistory {
+public:
+    struct Outcome {
+        uint64_t ticket = 0; // 0 = none
+        FrameNeeds needs{};  // of the pass that needed most
+        bool overflowed = false;
+        uint64_t splats = 0, pairs = 0; // all passes: of the longer list, of all
+        uint32_t passes = 1;
+    };
+
+    void forget(); // before the first frame; `capacity` stays
+
+    // A frame ended; before the second one after it begins.
+    void add(const Outcome& outcome) { m_outcomes[outcome.ticket % 2] = outcome; }
+
+    // Begins frame `ticket`, which repeats `repeats` if that is not 0. May throw as grownPasses().
+    void begin(uint64_t ticket, uint64_t repeats, const FrameRoom& room, FrameCapacity& capacity);
+    // Its passes; after begin() and, where that is due, plannedCapacity(). May make `capacity` smaller (passesFor()).
+    [[nodiscard]] uint32_t passes(bool repeats, const FrameRoom& room, FrameCapacity& capacity) const;
+    // slabBits() for the load of earlier frames; before the first for a quarter of what there is room for.
+    [[nodiscard]] uint32_t slabBitsFor(const FrameCapacity& capacity) const;
+
+private:
+    void learn(Outcome& outcome, const FrameRoom& room, FrameCapacity& capacity);
+
+    Outcome m_outcomes[2];              // by ticket
+    uint64_t m_splats = 0, m_pairs = 0; // of the last frame learned from that did not overflow
+    uint64_t m_peak = 0;                // most splats of a pass and a list so far
+    uint32_t m_grown = 1;               // passes after the overflow learned from since
+};
+
 } // namespace gsc

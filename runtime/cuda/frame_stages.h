@@ -71,6 +71,7 @@ struct FrameJob {
     const FrameCapacity& capacity;
     const FrameBuffers& buffers;
     const CudaLimits& limits;
+    uint32_t flight; // of kFramesInFlight, which the frame's host memory belongs to
 };
 
 // The seam of reuse: what takes the place of two stages of a plain frame, which knows nothing else of it. Called while a
@@ -81,7 +82,7 @@ public:
     virtual void prepareFrame(FrameCapture& capture, const FrameJob& job) const = 0;
     virtual void listAnchors(FrameCapture& capture, const FrameJob& job) const = 0; // of the visible groups
     virtual void decode(FrameCapture& capture, const FrameJob& job) const = 0;
-    virtual void report(FrameCapture& capture) const = 0;
+    virtual void report(FrameCapture& capture, const FrameJob& job) const = 0;
 };
 
 // In this order; decode to blend once per pass.

@@ -32,7 +32,7 @@ uint64_t slotBytes(const ModelView& model)
 
 CudaReuse::CudaReuse(MemoryBudget& budget) : m_cache(budget), m_sensitivity(budget)
 {
-    GSC_CUDA_CHECK(cudaMallocHost(reinterpret_cast<void**>(&m_pinned), sizeof(ReuseReport)));
+    GSC_CUDA_CHECK(cudaMallocHost(reinterpret_cast<void**>(&m_pinned), kFramesInFlight * sizeof(ReuseReport)));
 }
 
 CudaReuse::~CudaReuse()
@@ -121,18 +121,19 @@ void CudaReuse::prepare(const DeviceScene& scene, const ReuseOptions& reuse, uin
 }
 
 const ReuseNow& CudaReuse::begin(const FrameNow& frame, uint32_t eye_count, const FrameOptions& options,
-                                 const CudaStream& stream)
+                                 uint32_t flight, const CudaStream& stream)
 {
     const ReuseOptions& reuse = options.reuse;
     ReuseNow& now = m_now;
     setNow(now, frame);
     // what was decoded for another row, or scheduled by another rule, is not what this frame would keep
     const bool merged = decodesMerged(options, eye_count);
+    m_begun[flight] = {};
     if (m_forget || options.appearance != m_appearance || reuse.policy != m_policy || merged != (now.merged != 0)) {
         resetReuseCuda(m_tables, stream.handle);
         m_motion.forget();
         now.frame = 0;
-        m_evictions = 0;
+        m_begun[flight].forgot = true;
         m_forget = false;
     }
     m_appearance = options.appearance;
@@ -194,16 +195,16 @@ void CudaReuse::decode(FrameCapture& capture, const FrameJob& job) const
     capture.add(keep, drawKeptCuda);
 }
 
-void CudaReuse::report(FrameCapture& capture) const
+void CudaReuse::report(FrameCapture& capture, const FrameJob& job) const
 {
-    capture.copyToHost(m_pinned, m_tables.scratch, sizeof(ReuseReport));
+    capture.copyToHost(m_pinned + job.flight, m_tables.scratch, sizeof(ReuseReport));
 }
 
-void CudaReuse::endTry()
+const ReuseNow& CudaReuse::beginAgain(uint32_t flight)
 {
-    if (m_now.again == 0)
-        m_report = *m_pinned;
+    m_begun[flight] = {false, true};
     m_now.again = 1;
+    return m_now;
 }
 
 void CudaReuse::skipFrame()
@@ -212,15 +213,20 @@ void CudaReuse::skipFrame()
     m_motion.forget();
 }
 
-void CudaReuse::addCounts(uint32_t eye_count, FrameResult& result)
+void CudaReuse::addCounts(uint32_t flight, uint32_t eye_count, bool overflowed, FrameResult& result)
 {
+    if (m_begun[flight].forgot)
+        m_evictions = 0;
+    if (!m_begun[flight].again)
+        m_report = m_pinned[flight];
     for (uint32_t e = 0; e < eye_count; ++e) {
         result.eyes[e].anchors_decoded = m_report.counters.decoded[e];
         result.eyes[e].anchors_reused = m_report.counters.reused[e];
         result.eyes[e].anchors_overdue = m_report.counters.overdue[e];
     }
     result.cache_evictions = m_report.state.evictions - m_evictions;
-    m_evictions = m_report.state.evictions;
+    if (!overflowed)
+        m_evictions = m_report.state.evictions;
 }
 
 } // namespace gsc

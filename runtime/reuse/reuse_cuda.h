@@ -10,6 +10,7 @@
 #include "kernels/reuse/reuse_stages_cuda.h"
 #include "runtime/view/camera_motion.h"
 #include "runtime/cuda/frame_stages.h"
+#include "runtime/renderer.h"
 
 #include <cstddef>
 
@@ -41,20 +42,20 @@ public:
     void prepare(const DeviceScene& scene, const ReuseOptions& reuse, uint32_t eye_count, const CudaStream& stream);
 
     // Begins a frame. After prepare(). Returns what its graph is launched with, as long as this lives.
-    const ReuseNow& begin(const FrameNow& now, uint32_t eye_count, const FrameOptions& options,
+    const ReuseNow& begin(const FrameNow& now, uint32_t eye_count, const FrameOptions& options, uint32_t flight,
                           const CudaStream& stream);
-    void endTry();    // it was drawn; if it is drawn again, nothing is decided anew
-    void skipFrame(); // a frame was drawn without it
+    const ReuseNow& beginAgain(uint32_t flight); // the frame begun last overflowed; nothing is decided anew
+    void skipFrame();                            // a frame is drawn without it
 
     [[nodiscard]] static bool limitsDecoding(const ReuseOptions& reuse);
 
     void prepareFrame(FrameCapture& capture, const FrameJob& job) const override;
     void listAnchors(FrameCapture& capture, const FrameJob& job) const override;
     void decode(FrameCapture& capture, const FrameJob& job) const override;
-    void report(FrameCapture& capture) const override;
+    void report(FrameCapture& capture, const FrameJob& job) const override;
 
-    // Of the frame begun last, drawn with it and ended.
-    void addCounts(uint32_t eye_count, FrameResult& result);
+    // Of a frame drawn with it and ended, in the order in which they began.
+    void addCounts(uint32_t flight, uint32_t eye_count, bool overflowed, FrameResult& result);
     [[nodiscard]] uint64_t bytes() const { return m_cache.bytes(); }
 
 private:
@@ -65,7 +66,11 @@ private:
     const uint32_t* m_view_sensitivity = nullptr; // per anchor, or null
     bool m_ample = false;                         // there is a slot for every strip and eye
     ReuseNow m_now{};
-    ReuseReport* m_pinned = nullptr; // page-locked: what a frame reports
+    struct Begun {
+        bool forgot = false, again = false;
+    };
+    Begun m_begun[kFramesInFlight];
+    ReuseReport* m_pinned = nullptr; // page-locked: what each frame in flight reports
     ReuseReport m_report{};          // of the first time the last frame was drawn
     CameraMotion m_motion;
     uint64_t m_limit = 0;     // bytes of entries that m_cache was made for, as the options say

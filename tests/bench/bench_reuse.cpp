@@ -8,7 +8,7 @@
 // is new, do not count.
 #include "format/error.h"
 #include "player/cameras/camera_file.h"
-#include "runtime/backend.h"
+#include "runtime/cpu/renderer_cpu.h"
 #include "runtime/camera.h"
 #include "runtime/scene.h"
 
@@ -25,7 +25,7 @@ namespace {
 constexpr size_t kWarmup = 5;
 
 struct Turn {
-    std::unique_ptr<Backend> backend;
+    std::unique_ptr<Renderer> backend;
     FrameOptions options;
     std::vector<double> least_ms, least_both_ms; // per frame: decode, and with project
     uint64_t decoded = 0, visible = 0;
@@ -34,7 +34,7 @@ struct Turn {
 Turn makeTurn(const Scene& scene, ReusePolicy policy, float bound, int threads)
 {
     Turn turn;
-    turn.backend = makeCpuBackend(CpuPath::Fast, threads);
+    turn.backend = makeCpuRenderer(CpuPath::Fast, threads);
     turn.backend->load(scene.view());
     turn.options.reuse.policy = policy;
     turn.options.reuse.bound = bound;
@@ -44,8 +44,7 @@ Turn makeTurn(const Scene& scene, ReusePolicy policy, float bound, int threads)
 
 void drawFrame(Turn& turn, const EyeParams& eye, size_t frame)
 {
-    FrameResult result;
-    turn.backend->render(&eye, 1, turn.options, nullptr, result);
+    const FrameResult result = render(*turn.backend, {&eye, 1}, turn.options);
     turn.least_ms[frame] = std::min(turn.least_ms[frame], result.times.decode);
     turn.least_both_ms[frame] = std::min(turn.least_both_ms[frame], result.times.decode + result.times.project);
     if (frame < kWarmup)

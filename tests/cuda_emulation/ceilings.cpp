@@ -3,7 +3,7 @@
 
 namespace gsc {
 
-DeviceCeilings measureCudaCeilings(uint64_t)
+DeviceCeilings measureCudaCeilings(uint32_t, uint64_t)
 {
     return {}; // unknown: what the emulation reaches says nothing about a device
 }

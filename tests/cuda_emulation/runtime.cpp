@@ -6,6 +6,7 @@
 #include "tests/cuda_emulation/block.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -20,13 +21,14 @@ namespace {
 constexpr size_t kMemory = size_t(8) << 30;
 constexpr size_t kSharedBytes = 48 << 10, kSharedBytesOptin = 227 << 10; // of a block
 constexpr uint32_t kMaxThreads = 1024;
-constexpr int kCudaVersion = 13000;
+constexpr int kCudaVersion = 13000, kDevices = 2;
 
 std::mutex s_mutex; // guards what follows
 std::map<uintptr_t, size_t> s_memory;
 std::map<const void*, size_t> s_shared_limit;
 size_t s_used = 0;
 
+std::atomic<bool> s_lost = false;
 thread_local cudaError_t t_last = cudaSuccess;
 thread_local int t_captures = 0;
 
@@ -73,8 +75,20 @@ void countCaptures(int change)
     t_captures += change;
 }
 
+cudaError_t deviceState()
+{
+    return noted(s_lost ? cudaErrorLaunchFailure : cudaSuccess);
+}
+
+void loseDevices()
+{
+    s_lost = true;
+}
+
 cudaError_t runNode(const CUgraphNode_st& node)
 {
+    if (const cudaError_t code = deviceState(); code != cudaSuccess)
+        return code;
     if (node.call == nullptr)
         return node.work();
     runGrid(node.call->grid(), node.call->block(), node.call->sharedBytes(), [&] { node.call->runThread(); });
@@ -129,6 +143,8 @@ const char* cudaGetErrorName(cudaError_t code)
         return "cudaErrorInvalidConfiguration";
     case cudaErrorInvalidResourceHandle:
         return "cudaErrorInvalidResourceHandle";
+    case cudaErrorLaunchFailure:
+        return "cudaErrorLaunchFailure";
     case cudaErrorIllegalState:
         return "cudaErrorIllegalState";
     case cudaErrorStreamCaptureUnsupported:
@@ -157,20 +173,31 @@ cudaError_t cudaDriverGetVersion(int* version)
 
 cudaError_t cudaGetDeviceCount(int* count)
 {
-    *count = 1;
+    *count = kDevices;
     return cudaSuccess;
 }
 
 cudaError_t cudaSetDevice(int device)
 {
-    return noted(device == 0 ? cudaSuccess : cudaErrorInvalidDevice);
+    return noted(device >= 0 && device < kDevices ? cudaSuccess : cudaErrorInvalidDevice);
 }
 
 cudaError_t cudaGetDeviceProperties(cudaDeviceProp* properties, int device)
 {
-    if (device != 0)
+    if (device < 0 || device >= kDevices)
         return noted(cudaErrorInvalidDevice);
     *properties = {"emulated", kMemory, kSharedBytes, kSharedBytesOptin, 9, 0, 2};
+    return cudaSuccess;
+}
+
+cudaError_t cudaDeviceSynchronize()
+{
+    return deviceState();
+}
+
+cudaError_t cudaDeviceReset()
+{
+    s_lost = false;
     return cudaSuccess;
 }
 
@@ -200,6 +227,8 @@ cudaError_t cudaMalloc(void** data, size_t bytes)
     *data = nullptr;
     if (capturing())
         return noted(cudaErrorStreamCaptureUnsupported);
+    if (const cudaError_t code = deviceState(); code != cudaSuccess)
+        return code;
     const std::lock_guard lock(s_mutex);
     if (bytes > kMemory - s_used || (bytes != 0 && posix_memalign(data, 256, bytes) != 0))
         return noted(cudaErrorMemoryAllocation);
@@ -272,6 +301,18 @@ cudaError_t cudaMemcpyAsync(void* to, const void* from, size_t bytes, cudaMemcpy
                             }});
 }
 
+cudaError_t cudaMemcpy2DAsync(void* to, size_t to_pitch, const void* from, size_t from_pitch, size_t width, size_t height,
+                              cudaMemcpyKind kind, cudaStream_t stream)
+{
+    for (size_t y = 0; y < height; ++y)
+        if (const cudaError_t code =
+                cudaMemcpyAsync(static_cast<char*>(to) + y * to_pitch, static_cast<const char*>(from) + y * from_pitch,
+                                width, kind, stream);
+            code != cudaSuccess)
+            return code;
+    return cudaSuccess;
+}
+
 cudaError_t cudaStreamCreateWithFlags(cudaStream_t* stream, unsigned)
 {
     *stream = new CUstream_st;
@@ -286,13 +327,25 @@ cudaError_t cudaStreamDestroy(cudaStream_t stream)
 
 cudaError_t cudaStreamSynchronize(cudaStream_t stream)
 {
-    return noted(stream != nullptr && stream->captured != nullptr ? cudaErrorStreamCaptureUnsupported : cudaSuccess);
+    if (stream != nullptr && stream->captured != nullptr)
+        return noted(cudaErrorStreamCaptureUnsupported);
+    return deviceState();
 }
 
 cudaError_t cudaEventCreate(cudaEvent_t* event)
 {
     *event = new CUevent_st;
     return cudaSuccess;
+}
+
+cudaError_t cudaEventQuery(cudaEvent_t)
+{
+    return deviceState();
+}
+
+cudaError_t cudaEventSynchronize(cudaEvent_t)
+{
+    return deviceState();
 }
 
 cudaError_t cudaEventDestroy(cudaEvent_t event)

@@ -14,7 +14,7 @@ target_include_directories(gsc_cuda_emulation PUBLIC ${PROJECT_SOURCE_DIR})
 target_compile_definitions(gsc_cuda_emulation PUBLIC GSC_CUDA_EMULATION)
 
 set(emulated_kernels upload/upload.cu select/select.cu decode/decode.cu decode/decode_exact.cu
-                     decode/decode_exact_any.cu bin/bin.cu sort/sort.cu reuse/select_strips.cu reuse/schedule.cu
+                     decode/decode_exact_any.cu bin/bin.cu present/present.cu sort/sort.cu reuse/select_strips.cu reuse/schedule.cu
                      reuse/grant.cu reuse/decode_keep.cu reuse/draw_kept.cu blend/blend.cu blend/blend_exact.cu blend/blend_segments.cu)
 list(TRANSFORM emulated_kernels PREPEND ${PROJECT_SOURCE_DIR}/kernels/)
 # note: a property of this directory alone; where there is a toolkit, kernels/ still gives the same files to nvcc.
@@ -27,9 +27,9 @@ target_link_libraries(gsc_kernels_cuda_emulated PUBLIC gsc_cuda_emulation gsc_fo
 
 # the whole runtime once more, so that there is one list of backends in the program
 set(emulated_runtime
-    cpu/backend_cpu.cpp frame_checks.cpp cpu/backend_cpu_reference.cpp cpu/cpu_facts.cpp backend_list.cpp view/camera_motion.cpp reuse/decoded_cache.cpp cuda/frame_plan.cpp frame_stats.cpp
+    cpu/renderer_cpu.cpp cpu/frame_thread.cpp frame_checks.cpp cpu/reference.cpp cpu/cpu_facts.cpp device_list.cpp view/camera_motion.cpp reuse/decoded_cache.cpp cuda/frame_plan.cpp frame_stats.cpp
     model/local_model.cpp view/lod_lag.cpp model/model_sensitivity.cpp reuse/reuse_cpu.cpp reuse/reuse_schedule.cpp scene.cpp cpu/stereo_cpu.cpp
-    cuda/backend_cuda.cpp cuda/cuda_device.cpp cuda/device_scene.cpp cuda/frame_graph.cpp cuda/frame_stages.cpp cuda/nvml.cpp reuse/reuse_cuda.cpp)
+    cuda/renderer_cuda.cpp cuda/cuda_device.cpp cuda/device_scene.cpp cuda/flight.cpp cuda/frame_graph.cpp cuda/frame_stages.cpp cuda/nvml.cpp reuse/reuse_cuda.cpp)
 list(TRANSFORM emulated_runtime PREPEND ${PROJECT_SOURCE_DIR}/runtime/)
 add_library(gsc_runtime_cuda_emulated STATIC ${emulated_runtime} cuda_emulation/ceilings.cpp)
 target_link_libraries(gsc_runtime_cuda_emulated PUBLIC gsc_camera gsc_format
@@ -40,7 +40,7 @@ add_executable(test_cuda_emulated ${gsc_test_cuda_sources} cuda_emulation/test_e
 target_link_libraries(test_cuda_emulated PRIVATE gsc_test_synthetic gsc_runtime_cuda_emulated
                                                  gsc_kernels_cuda_emulated gsc_kernels gsc_build_flags doctest::doctest)
 # in parts of about equal length, for machines with more than one core
-set(whole_frames "*test_cuda_frame*,*test_cuda_far*,*test_cuda_graph*")
+set(whole_frames "*test_cuda_frame*,*test_cuda_far*,*test_cuda_graph*,*test_cuda_renderer*")
 set(other_frames "*test_cuda_passes*,*test_cuda_shared*")
 set(kept_frames "*test_cuda_reuse*")
 add_test(NAME test_cuda_emulated_reuse COMMAND test_cuda_emulated "--source-file=${kept_frames}")

@@ -5,6 +5,7 @@
 #include "kernels/cuda/cuda_check.h"
 #include "runtime/cuda/cuda_device.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <string>
 #include <type_traits>

@@ -58,7 +58,7 @@ void launch(const DecodeFrame& frame, const DecodeJob& job, ExactSplat* splats)
     scene.loadExact(testStream());
     if (scene.fastPossible())
         scene.useAppearance(job.appearance, testStream());
-    const size_t shared_bytes = openCudaDevice().shared_bytes;
+    const size_t shared_bytes = CudaDevice(0).limits().shared_bytes;
     prepareDecodeExactCuda(shared_bytes);
     const auto per_thread = uint32_t(decodeScratch(*job.view->params));
     const GuardedBuffer<float> scratch(exactScratchValues(per_thread, kTestProcessors));

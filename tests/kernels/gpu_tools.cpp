@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/kernels/gpu_tools.h"
 
-#include "runtime/cuda/backend_cuda.h"
+#include "runtime/cuda/renderer_cuda.h"
 
 using namespace gsc;
 using namespace gsc::test;
 
-Backend& gsc::test::cudaBackend()
+Renderer& gsc::test::cudaRenderer()
 {
-    static const std::unique_ptr<Backend> backend = makeCudaBackend();
+    static const std::unique_ptr<Renderer> backend = makeCudaRenderer(0, {});
     return *backend;
 }
 

@@ -18,7 +18,7 @@ constexpr uint32_t kManyAnchors = 24;
 #endif
 
 // The CUDA backend, made once; throws where there is none (the executable has left by then).
-Backend& cudaBackend();
+Renderer& cudaRenderer();
 
 EyeParams eyeAt(float x, float z, uint32_t width, uint32_t height);    // looks at the middle
 EyeParams eyeAhead(float x, float z, uint32_t width, uint32_t height); // looks along z, as do all of these

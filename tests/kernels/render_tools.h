@@ -2,8 +2,8 @@
 // Whole images for the stage and frame tests.
 #pragma once
 
-#include "runtime/backend.h"
-#include "runtime/cpu/backend_cpu.h"
+#include "runtime/renderer.h"
+#include "runtime/cpu/renderer_cpu.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +17,7 @@ struct Image {
     FrameResult result;
 };
 
-inline std::vector<Image<float>> render(Backend& backend, const std::vector<EyeParams>& eyes,
+inline std::vector<Image<float>> render(Renderer& backend, const std::vector<EyeParams>& eyes,
                                         const FrameOptions& options)
 {
     std::vector<Image<float>> images(eyes.size());
@@ -26,8 +26,7 @@ inline std::vector<Image<float>> render(Backend& backend, const std::vector<EyeP
         images[e].pixels.assign(size_t(3) * eyes[e].width * eyes[e].height, -7.0f); // a pixel left out shows
         pointers.push_back(images[e].pixels.data());
     }
-    FrameResult result;
-    backend.render(eyes.data(), uint32_t(eyes.size()), options, pointers.data(), result);
+    const FrameResult result = gsc::render(backend, eyes, options, pointers.data());
     for (Image<float>& image : images)
         image.result = result;
     return images;
@@ -36,7 +35,7 @@ inline std::vector<Image<float>> render(Backend& backend, const std::vector<EyeP
 inline Image<float> renderWith(CpuPath path, int threads, const ModelView& model, const EyeParams& eye,
                                const FrameOptions& options)
 {
-    const std::unique_ptr<Backend> backend = makeCpuBackend(path, threads);
+    const std::unique_ptr<Renderer> backend = makeCpuRenderer(path, threads);
     backend->load(model);
     return render(*backend, {eye}, options)[0];
 }

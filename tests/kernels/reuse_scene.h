@@ -61,7 +61,7 @@ struct StepScene {
         return 255 * stripError(anchors, 0, 0xffffu, before[0].center, after[0].center);
     }
     // Anchors that the second frame decodes where `bound` is allowed.
-    uint64_t decoded(Backend& backend, float bound) const
+    uint64_t decoded(Renderer& backend, float bound) const
     {
         FrameOptions options;
         options.reuse.policy = ReusePolicy::Error;
@@ -75,7 +75,7 @@ struct StepScene {
 
 // The paper's loop before a camera that stands still: every entry is decoded again after `depth` frames, once for both
 // eyes. Two backends, one that decodes for each eye beside it.
-inline void checkPaperLoop(Backend& together, Backend& apart, FrameOptions each)
+inline void checkPaperLoop(Renderer& together, Renderer& apart, FrameOptions each)
 {
     each.reuse.policy = ReusePolicy::Depth;
     each.reuse.max_depth = 3;

@@ -31,9 +31,9 @@ inline FrameOptions with(ReusePolicy policy, float bound = 0, uint32_t depth = 1
     return options;
 }
 
-inline std::unique_ptr<Backend> open(const ModelView& model, const char* name = "cuda")
+inline std::unique_ptr<Renderer> open(const ModelView& model, const char* name = "cuda")
 {
-    std::unique_ptr<Backend> backend = makeBackend(name, 1);
+    std::unique_ptr<Renderer> backend = makeRenderer({name}, {1});
     backend->load(model);
     return backend;
 }

@@ -38,8 +38,8 @@ TEST_CASE("100 km away, both tiers draw the pictures of the origin, with levels 
         for (const Tier tier : {Tier::Exact, Tier::Fast}) {
             CAPTURE(uint32_t(tier));
             const auto shoot = [&](const ModelView& view, const std::vector<EyeParams>& eyes) {
-                cudaBackend().load(view);
-                return render(cudaBackend(), eyes, onGrey(tier));
+                cudaRenderer().load(view);
+                return render(cudaRenderer(), eyes, onGrey(tier));
             };
             const auto expected = shoot(model.view(), at_origin), actual = shoot(local.view(), moved);
             const auto before = shoot(far.view(), world);

@@ -41,10 +41,10 @@ const std::vector<EyeParams> kTwoEyes = {eyeAt(0.4f, -5, 150, 110), eyeAt(0.7f, 
 void gsc::test::checkFrame(const ModelView& model, const std::vector<EyeParams>& eyes, FrameOptions options,
                            double exact_db)
 {
-    Backend& gpu = cudaBackend();
+    Renderer& gpu = cudaRenderer();
     gpu.load(model);
     options.tier = Tier::Exact;
-    const std::unique_ptr<Backend> scalar = makeCpuBackend(CpuPath::Reference, 1);
+    const std::unique_ptr<Renderer> scalar = makeCpuRenderer(CpuPath::Reference, 1);
     scalar->load(model);
     const auto expected = render(*scalar, eyes, options);
     const auto exact = render(gpu, eyes, options);
@@ -100,8 +100,8 @@ TEST_CASE("one decode for both eyes: what the scalar reference draws, and each a
         for (const Tier tier : {Tier::Exact, Tier::Fast}) {
             CAPTURE(uint32_t(tier));
             merged.tier = tier;
-            const auto together = render(cudaBackend(), eyes, merged),
-                       apart = render(cudaBackend(), eyes, onGrey(tier));
+            const auto together = render(cudaRenderer(), eyes, merged),
+                       apart = render(cudaRenderer(), eyes, onGrey(tier));
             const EyeCounts* counts = together[0].result.eyes;
             CHECK(counts[0].anchors_decoded < counts[0].anchors_visible + counts[1].anchors_visible);
             CHECK(counts[0].anchors_decoded >= std::max(counts[0].anchors_visible, counts[1].anchors_visible));
@@ -109,7 +109,7 @@ TEST_CASE("one decode for both eyes: what the scalar reference draws, and each a
             for (uint32_t e = 0; e < 2; ++e) // the networks looked from elsewhere
                 CHECK(compare(together[e].pixels, apart[e].pixels).psnr < 60);
             const std::vector<EyeParams> one = {eyes[1]};
-            CHECK(sameBytes(render(cudaBackend(), one, merged), render(cudaBackend(), one, onGrey(tier))));
+            CHECK(sameBytes(render(cudaRenderer(), one, merged), render(cudaRenderer(), one, onGrey(tier))));
         }
         merged.tier = Tier::Exact;
     }
@@ -273,7 +273,7 @@ TEST_CASE("trap 25: black where there is no Gaussian at all, background where no
         FrameOptions white;
         white.tier = tier;
         std::fill_n(white.background, 3, 1.0f);
-        Backend& gpu = cudaBackend();
+        Renderer& gpu = cudaRenderer();
         gpu.load(model.view());
         const auto all = [&](const EyeParams& eye, float wanted) {
             const auto pixels = render(gpu, {eye}, white)[0].pixels;
@@ -325,9 +325,9 @@ TEST_CASE("more anchors, splats and pairs than the first buffers hold: the frame
     options.log_scale = -3.5f;
     const SyntheticModel model(options);
     const std::vector<EyeParams> eyes = {eyeAt(0.4f, -11, 400, 300)};
-    const std::unique_ptr<Backend> fresh = makeBackend("cuda", 0); // small buffers still
+    const std::unique_ptr<Renderer> fresh = makeRenderer({"cuda"}); // small buffers still
     fresh->load(model.view());
-    const std::unique_ptr<Backend> cpu = makeCpuBackend(CpuPath::Fast, 0);
+    const std::unique_ptr<Renderer> cpu = makeCpuRenderer(CpuPath::Fast, 0);
     cpu->load(model.view());
     const auto expected = render(*cpu, eyes, onGrey(Tier::Exact));
     const auto first = render(*fresh, eyes, onGrey(Tier::Fast));
@@ -346,15 +346,14 @@ TEST_CASE("null images: nothing is copied, the counts are those of a frame that 
 {
     SyntheticOptions options;
     const SyntheticModel model(options);
-    Backend& gpu = cudaBackend();
+    Renderer& gpu = cudaRenderer();
     gpu.load(model.view());
     const auto with = render(gpu, kTwoEyes, onGrey(Tier::Fast));
-    FrameResult result;
-    gpu.render(kTwoEyes.data(), 2, onGrey(Tier::Fast), nullptr, result);
+    FrameResult result = render(gpu, kTwoEyes, onGrey(Tier::Fast), nullptr);
     CHECK(result.eyes[1].pairs == with[1].result.eyes[1].pairs);
     std::vector<float> right(with[1].pixels.size(), -7.0f);
     float* images[2] = {nullptr, right.data()};
-    gpu.render(kTwoEyes.data(), 2, onGrey(Tier::Fast), images, result);
+    result = render(gpu, kTwoEyes, onGrey(Tier::Fast), images);
     CHECK(std::memcmp(right.data(), with[1].pixels.data(), right.size() * sizeof(float)) == 0);
     CHECK(result.times.total > 0);
     CHECK(result.times.select + result.times.decode + result.times.bin + result.times.blend <=
@@ -366,19 +365,17 @@ TEST_CASE("what the backend cannot render is refused, and it renders afterwards"
     SyntheticOptions options;
     options.anchors = 50;
     const SyntheticModel model(options);
-    Backend& gpu = cudaBackend();
+    Renderer& gpu = cudaRenderer();
     gpu.load(model.view());
     for (const auto& [width, height] : {std::pair<uint32_t, uint32_t>{0, 10}, {10, 0}, {65536, 1}, {1, 8161}}) {
         EyeParams eye = eyeAt(0, -5, 16, 16);
         eye.width = width;
         eye.height = height;
-        FrameResult result;
-        CHECK_THROWS_AS(gpu.render(&eye, 1, FrameOptions{}, nullptr, result), Error);
+        CHECK_THROWS_AS(render(gpu, {&eye, 1}, FrameOptions{}, nullptr), Error);
     }
     FrameOptions rows;
     rows.appearance = 0;
-    FrameResult result;
     const EyeParams eye = eyeAt(0, -5, 16, 16);
-    CHECK_THROWS_AS(gpu.render(&eye, 1, rows, nullptr, result), Error);
+    CHECK_THROWS_AS(render(gpu, {&eye, 1}, rows, nullptr), Error);
     checkFrame(model.view(), kTwoEyes, onGrey(Tier::Exact));
 }

@@ -70,12 +70,11 @@ uint32_t checkBudgets(const ModelView& model, const FrameOptions& options, const
                       const std::vector<EyeParams>& eyes = kTwoEyes)
 {
     uint32_t most = 0;
-    const uint64_t context = cudaBackend().device().context_bytes;
+    const uint64_t context = cudaRenderer().device().context_bytes;
     for (uint64_t part = want[0].result.bytes_resident - context; part > 0; part = part * kBudgetStep / 16) {
         const uint64_t budget = context + part;
         CAPTURE(budget);
-        const std::unique_ptr<Backend> gpu = makeBackend("cuda", 0);
-        gpu->setMemoryBudget(budget);
+        const std::unique_ptr<Renderer> gpu = makeRenderer({"cuda"}, {0, budget});
         bool refused = false;
         try {
             gpu->load(model);
@@ -92,9 +91,9 @@ uint32_t checkBudgets(const ModelView& model, const FrameOptions& options, const
         }
         if (!refused)
             continue;
-        gpu->setMemoryBudget(0); // nothing is left broken
-        gpu->load(model);
-        checkSameFrame(render(*gpu, eyes, options), want, options.tier);
+        const std::unique_ptr<Renderer> again = makeRenderer({"cuda"}); // nothing is left broken
+        again->load(model);
+        checkSameFrame(render(*again, eyes, options), want, options.tier);
         return most;
     }
     FAIL("no budget is too small");
@@ -114,7 +113,7 @@ TEST_CASE("several passes give the bytes of one, and a budget too small for the 
     for (const FrameOptions& how : {onGrey(Tier::Fast), onGrey(Tier::Exact), merged}) {
         CAPTURE(uint32_t(how.tier));
         CAPTURE(uint32_t(how.stereo));
-        const std::unique_ptr<Backend> gpu = makeBackend("cuda", 0);
+        const std::unique_ptr<Renderer> gpu = makeRenderer({"cuda"});
         gpu->load(model.view());
         // turned towards each other, and beside each other with bins for both
         for (const bool parallel : {false, true}) {
@@ -150,7 +149,7 @@ TEST_CASE("several passes over what is not finite, and over one depth, which no 
         const SyntheticModel model(syntheticParams(size), *anchors, randomMlps(size), {}, 0);
         for (const Tier tier : {Tier::Fast, Tier::Exact}) {
             CAPTURE(uint32_t(tier));
-            const std::unique_ptr<Backend> gpu = makeBackend("cuda", 0);
+            const std::unique_ptr<Renderer> gpu = makeRenderer({"cuda"});
             gpu->load(model.view());
             const uint32_t most = checkBudgets(model.view(), onGrey(tier), render(*gpu, kTwoEyes, onGrey(tier)));
             CHECK((most >= 2 || anchors == &flat));
@@ -179,7 +178,7 @@ TEST_CASE("several passes far from the origin, where coordinates round by more t
     }
     for (const Tier tier : {Tier::Fast, Tier::Exact}) {
         CAPTURE(uint32_t(tier));
-        const std::unique_ptr<Backend> gpu = makeBackend("cuda", 0);
+        const std::unique_ptr<Renderer> gpu = makeRenderer({"cuda"});
         gpu->load(model.view());
         const auto want = render(*gpu, eyes, onGrey(tier));
         CHECK(want[0].result.eyes[0].gaussians_visible > 5000);

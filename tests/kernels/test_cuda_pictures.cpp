@@ -190,13 +190,12 @@ std::vector<Job> jobs(const std::vector<Model>& all)
 // Renders with less and less memory until a frame takes several passes.
 std::vector<Image<float>> inPasses(const ModelView& model, const Job& job)
 {
-    Backend& whole = cudaBackend();
+    Renderer& whole = cudaRenderer();
     whole.load(model);
     const uint64_t frame = render(whole, job.eyes(0), job.options)[0].result.bytes_resident;
     const uint64_t context = whole.device().context_bytes;
     for (uint64_t part = frame - context; part > 0; part = part * 13 / 16) {
-        const std::unique_ptr<Backend> gpu = makeBackend("cuda", 0);
-        gpu->setMemoryBudget(context + part);
+        const std::unique_ptr<Renderer> gpu = makeRenderer({"cuda"}, {0, context + part});
         gpu->load(model);
         std::vector<Image<float>> images = render(*gpu, job.eyes(0), job.options);
         if (images[0].result.passes > 1)
@@ -217,7 +216,7 @@ uint64_t hashOf(const Job& job, const ModelView& model)
         addPictures(inPasses(model, job));
         return hash.digest();
     }
-    const std::unique_ptr<Backend> gpu = makeBackend("cuda", 1);
+    const std::unique_ptr<Renderer> gpu = makeRenderer({"cuda"}, {1});
     gpu->load(model);
     for (int i = 0; i < job.frames; ++i)
         addPictures(render(*gpu, job.eyes(i), job.options));
@@ -256,7 +255,7 @@ uint64_t expectedHash(const std::string& name)
 TEST_CASE("pictures have the bytes they had")
 {
 #ifndef GSC_CUDA_EMULATION
-    const std::string device = cudaBackend().device().name;
+    const std::string device = cudaRenderer().device().name;
     if (device.find("H200") == std::string::npos) {
         MESSAGE("the hashes are those of an H200, not compared on ", device);
         return;

@@ -167,8 +167,7 @@ TEST_CASE("reuse: frames of several passes keep nothing and draw the same")
     try {
         for (; most == 1; part = part * 15 / 16) {
             const uint64_t budget = context + part;
-            const std::unique_ptr<Backend> gpu = makeBackend("cuda", 0);
-            gpu->setMemoryBudget(budget);
+            const std::unique_ptr<Renderer> gpu = makeRenderer({"cuda"}, {0, budget});
             gpu->load(model.view());
             for (int i = 0; i < 2; ++i) {
                 const auto got = render(*gpu, eyes, options);

@@ -212,13 +212,12 @@ TEST_CASE("reuse: dropped caches give their memory back, and what is known of th
 TEST_CASE("reuse: what cannot be kept is refused")
 {
     const SyntheticModel model(modelOptions());
-    Backend& gpu = cudaBackend();
+    Renderer& gpu = cudaRenderer();
     gpu.load(model.view());
     const std::vector<EyeParams> eyes = walk(0, 2);
     const auto refused = [&](const FrameOptions& options) {
-        FrameResult result;
         try {
-            gpu.render(eyes.data(), 2, options, nullptr, result);
+            render(gpu, eyes, options);
         } catch (const Error& error) {
             return error.code();
         }

@@ -28,7 +28,7 @@ TEST_CASE("reuse: the paper's loop, depth with one decode for both eyes")
 TEST_CASE("reuse: a strip is decoded again when its predicted change is above the bound, and not before")
 {
     const StepScene scene;
-    const auto backend = makeBackend("cuda", 1);
+    const auto backend = makeRenderer({"cuda"}, {1});
     const float needed = scene.change() / kErraticShare;             // the camera stood still before
     CHECK(scene.decoded(*backend, 0.98f * needed) >= kStripAnchors); // two keys count twice
     CHECK(scene.decoded(*backend, 1.02f * needed) == 0);

@@ -17,7 +17,7 @@ namespace {
 double checkShared(const ModelView& model, const std::vector<EyeParams>& eyes, const FrameOptions& options,
                    bool ends_rounded = false)
 {
-    Backend& gpu = cudaBackend();
+    Renderer& gpu = cudaRenderer();
     gpu.load(model);
     const auto together = render(gpu, eyes, options);
     CHECK(together[0].result.eyes[1].pairs == 0); // they do share
@@ -137,7 +137,7 @@ TEST_CASE("one decode for both eyes, from between them")
 TEST_CASE("eyes that look anywhere, whose depths rounding tells apart")
 {
     const SyntheticModel scene = model(1500, -3, 8);
-    Backend& gpu = cudaBackend();
+    Renderer& gpu = cudaRenderer();
     gpu.load(scene.view());
     Random random(3);
     for (int i = 0; i < 4; ++i) {

@@ -91,11 +91,11 @@ TEST_CASE("images do not depend on the number of threads, byte for byte, nor on 
 {
     const SyntheticModel model(octree(LevelRule::Round));
     const std::vector<EyeParams> eyes = {eyeAt(0.4f, -5, 190, 130), eyeAt(0.7f, -5, 190, 130)};
-    const std::unique_ptr<Backend> one = makeCpuBackend(CpuPath::Fast, 1);
+    const std::unique_ptr<Renderer> one = makeCpuRenderer(CpuPath::Fast, 1);
     one->load(model.view());
     const auto expected = render(*one, eyes, grey());
     for (const int threads : {1, 2, 3, 5}) {
-        const std::unique_ptr<Backend> backend = makeCpuBackend(CpuPath::Fast, threads);
+        const std::unique_ptr<Renderer> backend = makeCpuRenderer(CpuPath::Fast, threads);
         backend->load(model.view());
         for (int frame = 0; frame < 3; ++frame) {
             render(*backend, {eyeAt(-2, -3.0f - float(frame), 64 + 50 * uint32_t(frame), 90)}, grey());
@@ -116,7 +116,7 @@ TEST_CASE("two eyes in one call give what each gives alone")
         options.inputs = kMlpTakesDistance;
         const SyntheticModel model(options);
         const std::vector<EyeParams> eyes = {eyeAt(0.4f, -5, 150, 110), eyeAt(1.9f, -4, 97, 143)};
-        const std::unique_ptr<Backend> backend = makeCpuBackend(CpuPath::Fast, 2);
+        const std::unique_ptr<Renderer> backend = makeCpuRenderer(CpuPath::Fast, 2);
         backend->load(model.view());
         const auto both = render(*backend, eyes, grey());
         for (size_t e = 0; e < 2; ++e) {
@@ -147,7 +147,7 @@ TEST_CASE("levels that fade: fast, scalar and double agree, and no step of the c
         CHECK(fast.result.eyes[0].anchors_visible > hard.result.eyes[0].anchors_visible);
 
         // the levels' own share of the change of the picture: the camera stays and the bias moves
-        const std::unique_ptr<Backend> backend = makeCpuBackend(CpuPath::Fast, 2);
+        const std::unique_ptr<Renderer> backend = makeCpuRenderer(CpuPath::Fast, 2);
         backend->load(model.view());
         double most[2] = {};
         for (const bool fades : {false, true}) {
@@ -303,13 +303,12 @@ TEST_CASE("image sizes that splats cannot address are refused")
     const SyntheticModel model(options);
     for (const auto& [width, height] : {std::pair<uint32_t, uint32_t>{0, 10}, {10, 0}, {65536, 1}, {1, 70000}})
         for (const char* name : {"cpu", "cpu-reference"}) {
-            const std::unique_ptr<Backend> backend = makeBackend(name, 1);
+            const std::unique_ptr<Renderer> backend = makeRenderer({name}, {1});
             backend->load(model.view());
             EyeParams eye = eyeAt(0, -5, 16, 16);
             eye.width = width;
             eye.height = height;
-            FrameResult result;
-            CHECK_THROWS_AS(backend->render(&eye, 1, FrameOptions{}, nullptr, result), Error);
+            CHECK_THROWS_AS(render(*backend, {&eye, 1}, FrameOptions{}, nullptr), Error);
         }
 }
 
@@ -318,49 +317,50 @@ TEST_CASE("images nobody wants may be null, all or one")
     const SyntheticModel model(octree(LevelRule::Round));
     const std::vector<EyeParams> eyes = {eyeAt(0.4f, -5, 90, 60), eyeAt(0.7f, -5, 120, 40)};
     for (const CpuPath path : {CpuPath::Fast, CpuPath::Reference}) {
-        const std::unique_ptr<Backend> backend = makeCpuBackend(path, 2);
+        const std::unique_ptr<Renderer> backend = makeCpuRenderer(path, 2);
         backend->load(model.view());
         const auto expected = render(*backend, eyes, grey());
-        FrameResult result;
-        backend->render(eyes.data(), 2, grey(), nullptr, result);
+        FrameResult result = render(*backend, eyes, grey(), nullptr);
         for (int e = 0; e < 2; ++e)
             CHECK(result.eyes[e].pairs == expected[0].result.eyes[e].pairs);
         std::vector<float> right(expected[1].pixels.size(), -7.0f);
         float* images[2] = {nullptr, right.data()};
-        backend->render(eyes.data(), 2, grey(), images, result);
+        result = render(*backend, eyes, grey(), images);
         CHECK(compare(right, expected[1].pixels).worst == 0);
     }
 }
 
 TEST_CASE("a backend says what it runs on")
 {
-    const std::unique_ptr<Backend> backend = makeCpuBackend(CpuPath::Fast, 3);
+    const std::unique_ptr<Renderer> backend = makeCpuRenderer(CpuPath::Fast, 3);
     CHECK(backend->device().processors == 3);
     CHECK(backend->device().memory_bytes > 0);
-    CHECK(makeCpuBackend(CpuPath::Reference, 0)->device().processors == 1);
+    CHECK(makeCpuRenderer(CpuPath::Reference, 0)->device().processors == 1);
 }
 
 TEST_CASE("backends are listed, made by name, and a wrong name is refused with the list")
 {
-    const auto backends = availableBackends();
-    REQUIRE(backends.size() >= 2);
-    for (const BackendInfo& info : backends)
-        CHECK(std::string(makeBackend(info.name, 1)->name()) == info.name);
-    CHECK(std::string(makeBackend("auto", 1)->name()) == backends[0].name);
-    CHECK_THROWS_WITH_AS(makeBackend("abacus", 1), doctest::Contains("cpu-reference"), Error);
+    std::vector<DeviceInfo> usable = devices();
+    std::erase_if(usable, [](const DeviceInfo& device) { return !device.usable; });
+    REQUIRE(usable.size() >= 2);
+    for (const DeviceInfo& device : usable)
+        CHECK(makeRenderer(device.id, {1})->id() == device.id);
+    CHECK(makeRenderer({}, {1})->id() == usable[0].id);
+    CHECK_THROWS_WITH_AS(makeRenderer({"abacus"}, {1}), doctest::Contains("cpu-reference"), Error);
+    CHECK_THROWS_WITH_AS(makeRenderer({"cpu", 1}), doctest::Contains("has 1 of its devices"), Error);
     // a backend that this machine cannot run is passed over with a warning, or refused by name
     std::string warning;
-    makeBackend("auto", 1, &warning);
-    const bool has_cuda = backends[0].name == "cuda";
+    makeRenderer({}, {1}, &warning);
+    const bool has_cuda = usable[0].id.backend == "cuda";
     CHECK((warning.empty() || !has_cuda));
     if (!has_cuda)
-        CHECK_THROWS_WITH_AS(makeBackend("cuda", 1), doctest::Contains("cuda"), Error);
+        CHECK_THROWS_WITH_AS(makeRenderer({"cuda"}, {1}), doctest::Contains("cuda"), Error);
 }
 
 TEST_CASE("a later frame of the same size allocates nothing")
 {
     const SyntheticModel model(octree(LevelRule::Round));
-    const std::unique_ptr<Backend> backend = makeCpuBackend(CpuPath::Fast, 1);
+    const std::unique_ptr<Renderer> backend = makeCpuRenderer(CpuPath::Fast, 1);
     backend->load(model.view());
     const std::vector<EyeParams> eyes = {eyeAt(0.4f, -5, 190, 130), eyeAt(0.7f, -5, 190, 130)};
     const uint64_t first = render(*backend, eyes, grey())[0].result.bytes_resident;

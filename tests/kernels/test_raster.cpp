@@ -24,7 +24,7 @@ RasterConstants rulesOf(RasterRules rules)
 }
 
 // The same splats for both paths. Boxes are upstream's tiles: nothing is culled by the ellipse but in binCpu.
-struct Scene {
+struct BlendCase {
     std::vector<SplatOf<float>> reference;
     std::vector<Splat> fast;
     std::vector<SortKey> keys;
@@ -67,10 +67,10 @@ struct Scene {
     }
 };
 
-Scene randomScene(uint32_t width, uint32_t height, uint32_t count, uint32_t seed, float opacity_min)
+BlendCase randomScene(uint32_t width, uint32_t height, uint32_t count, uint32_t seed, float opacity_min)
 {
     Random random(seed);
-    Scene scene;
+    BlendCase scene;
     scene.width = width;
     scene.height = height;
     for (uint32_t i = 0; i < count; ++i) {
@@ -87,7 +87,7 @@ Scene randomScene(uint32_t width, uint32_t height, uint32_t count, uint32_t seed
     return scene;
 }
 
-std::vector<float> blendFast(const Scene& scene, const RasterConstants& rules, const float* background, int threads,
+std::vector<float> blendFast(const BlendCase& scene, const RasterConstants& rules, const float* background, int threads,
                              uint64_t& pairs)
 {
     const Workers workers(threads);
@@ -113,7 +113,7 @@ std::vector<float> blendFast(const Scene& scene, const RasterConstants& rules, c
     return image;
 }
 
-std::vector<float> blendScalar(const Scene& scene, const RasterConstants& rules, const float* background,
+std::vector<float> blendScalar(const BlendCase& scene, const RasterConstants& rules, const float* background,
                                uint64_t& pairs)
 {
     std::vector<uint32_t> sorted;
@@ -135,7 +135,7 @@ TEST_CASE("image sizes round the edges of tiles, sparse and saturated, both rast
         for (const uint32_t count : {1u, 60u, 1500u})
             for (const RasterRules raster : {RasterRules::DiffGaussian, RasterRules::Gsplat}) {
                 const uint32_t width = size.first, height = size.second;
-                const Scene scene = randomScene(width, height, count, width + count, count > 1000 ? 0.5f : 0.005f);
+                const BlendCase scene = randomScene(width, height, count, width + count, count > 1000 ? 0.5f : 0.005f);
                 uint64_t pairs_scalar, pairs;
                 const std::vector<float> expected = blendScalar(scene, rulesOf(raster), background, pairs_scalar);
                 forEachTarget([&](const char* target) {
@@ -158,7 +158,7 @@ TEST_CASE("an opacity of 1/255 is drawn where nothing falls off, and the next sm
     const float background[3] = {0, 0, 0}, white[3] = {1, 1, 1};
     for (const bool drawn : {true, false}) {
         CAPTURE(drawn);
-        Scene scene;
+        BlendCase scene;
         scene.width = scene.height = 33;
         scene.add(16, 16, 4, 0, 4, drawn ? kOpacityFloor : std::nextafter(kOpacityFloor, 0.0f), white, 2);
         scene.order();
@@ -208,7 +208,7 @@ TEST_CASE("trap 28: a run of equal depths longer than a chunk of keys is in sour
 
 TEST_CASE("tile lists leave out only tiles the 1/255 ellipse misses, and some of those")
 {
-    const Scene scene = randomScene(320, 240, 800, 77, 0.005f);
+    const BlendCase scene = randomScene(320, 240, 800, 77, 0.005f);
     const Workers one(1);
     BinScratch bins;
     const uint64_t pairs = binCpu({scene.fast.data(), scene.keys.data(), scene.keys.size(), 20, 15}, one, bins);
@@ -238,7 +238,7 @@ TEST_CASE("tile lists leave out only tiles the 1/255 ellipse misses, and some of
 
 TEST_CASE("trap 26: beyond 3 sigma a splat is drawn inside its tiles and cut at their edge")
 {
-    Scene scene;
+    BlendCase scene;
     scene.width = scene.height = 64;
     const float white[3] = {1, 1, 1}, black[3] = {0, 0, 0};
     // sigma 2.3: r = 7, so the square ends at 31.4, inside tile 1; 1/255 is reached at 3.33 sigma = 7.66

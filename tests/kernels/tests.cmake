@@ -26,7 +26,7 @@ gsc_add_test(test_kernel_raster SOURCES kernels/test_project.cpp kernels/test_ra
 gsc_add_test(test_kernel_frame SOURCES kernels/test_frame.cpp LIBS ${kernel_libs})
 
 set(gsc_test_cuda_sources
-    support/gpu_main.cpp kernels/gpu_tools.cpp kernels/test_cuda_frame.cpp kernels/test_cuda_graph.cpp kernels/test_cuda_pictures.cpp kernels/test_cuda_passes.cpp
+    support/gpu_main.cpp kernels/gpu_tools.cpp kernels/test_cuda_frame.cpp kernels/test_cuda_graph.cpp kernels/test_cuda_pictures.cpp kernels/test_cuda_passes.cpp kernels/test_cuda_renderer.cpp
     kernels/test_cuda_shared.cpp kernels/test_cuda_far.cpp kernels/test_cuda_reuse.cpp kernels/test_cuda_reuse_policy.cpp
     kernels/test_cuda_reuse_limits.cpp kernels/test_cuda_select.cpp
     kernels/gpu_decode.cpp kernels/test_cuda_decode.cpp
@@ -40,7 +40,8 @@ if(GSC_HAVE_CUDA)
   target_link_options(test_cuda PRIVATE -static-libstdc++ -static-libgcc)
   set_target_properties(test_cuda PROPERTIES BUILD_RPATH "$ORIGIN")
   add_test(NAME test_cuda COMMAND test_cuda)
-  set_tests_properties(test_cuda PROPERTIES LABELS gpu TIMEOUT 600 SKIP_RETURN_CODE 77)
+  add_test(NAME test_cuda_lost COMMAND test_cuda "--test-case=*lost device*" --no-skip)
+  set_tests_properties(test_cuda test_cuda_lost PROPERTIES LABELS gpu TIMEOUT 600 SKIP_RETURN_CODE 77)
 endif()
 
 if(GSC_BUILD_BENCH)
@@ -53,6 +54,10 @@ if(GSC_BUILD_BENCH)
   target_link_libraries(bench_decode_model PRIVATE gsc_build_flags gsc_runtime gsc_kernels)
   add_executable(bench_reuse bench/bench_reuse.cpp)
   target_link_libraries(bench_reuse PRIVATE gsc_build_flags gsc_cameras gsc_runtime gsc_kernels)
+  if(TARGET gsc_player)
+    add_executable(bench_renderers bench/bench_renderers.cpp)
+    target_link_libraries(bench_renderers PRIVATE gsc_build_flags gsc_player)
+  endif()
   add_executable(bench_sensitivity bench/bench_sensitivity.cpp)
   target_link_libraries(bench_sensitivity PRIVATE gsc_build_flags gsc_runtime gsc_kernels)
 endif()

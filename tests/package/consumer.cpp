@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Opens a model with the installed library and renders a frame of it.
 #include <format/error.h>
-#include <runtime/backend.h>
 #include <runtime/camera.h>
 #include <runtime/frame_stats.h>
+#include <runtime/renderer.h>
 #include <runtime/scene.h>
 
 #include <cmath>
@@ -15,9 +15,9 @@ int main(int argc, char** argv)
     if (argc != 2)
         return 1;
     try {
-        const auto scene = gsc::Scene::open(argv[1]);
-        const auto backend = gsc::makeBackend("auto", 1);
-        backend->load(scene->view());
+        const std::shared_ptr<const gsc::Scene> scene = gsc::Scene::open(argv[1]);
+        const auto renderer = gsc::makeRenderer({}, {.threads = 1});
+        renderer->load(scene);
         gsc::Camera camera;
         camera.translation[2] = 5;
         gsc::finishCamera(camera, 64, 48, 1.0);
@@ -25,11 +25,11 @@ int main(int argc, char** argv)
         std::vector<float> image(size_t(64) * 48 * 3, NAN);
         float* pixels = image.data();
         gsc::FrameStats stats;
-        backend->render(&eye, 1, {}, &pixels, stats.result);
+        stats.result = gsc::render(*renderer, {&eye, 1}, {}, &pixels);
         for (const float value : image)
             if (!std::isfinite(value))
                 return 2;
-        stats.backend = backend->name();
+        stats.backend = renderer->id().backend;
         std::printf("%s\n", gsc::frameStatsJson(stats).c_str());
         return 0;
     } catch (const gsc::Error& e) {

@@ -109,7 +109,7 @@ City::City(const GoldenCity& golden, const std::string& model) : m_golden(golden
     m_shots = chooseShots(*m_scene, m_options, log);
 }
 
-CityView City::render(Backend& backend, size_t frame, Tier tier) const
+CityView City::render(Renderer& backend, size_t frame, Tier tier) const
 {
     const Shot& shot = m_shots.at(frame);
     FrameOptions options = frameOptions(*m_scene, m_options);
@@ -126,7 +126,7 @@ CityView City::render(Backend& backend, size_t frame, Tier tier) const
         image.pixels.resize(size_t(image.width) * image.height * 3);
         pixels[e] = image.pixels.data();
     }
-    backend.render(eyes, 2, options, pixels, view.result);
+    view.result = gsc::render(backend, eyes, options, pixels);
     return view;
 }
 

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "player/shots.h"
-#include "runtime/backend.h"
+#include "runtime/cpu/renderer_cpu.h"
 #include "runtime/metrics/metrics.h"
 #include "runtime/scene.h"
 #include "tests/player/baked_model.h"
@@ -47,7 +47,7 @@ public:
     [[nodiscard]] const Scene& scene() const { return *m_scene; }
 
     // What gsc-play draws with --eyes 2 --size 1024x1024 --fov 90. Precondition: `backend` has loaded scene().
-    [[nodiscard]] CityView render(Backend& backend, size_t frame, Tier tier) const;
+    [[nodiscard]] CityView render(Renderer& backend, size_t frame, Tier tier) const;
 
 private:
     const GoldenCity& m_golden;

@@ -2,7 +2,7 @@
 // Acceptance: every golden view of every trained model, converted and rendered with --tier exact, is the trainer's own
 // picture; on the fast path all of them, on the scalar reference the first view of each model.
 #include "format/error.h"
-#include "runtime/backend.h"
+#include "runtime/cpu/renderer_cpu.h"
 #include "runtime/camera.h"
 #include "runtime/model/local_model.h"
 #include "runtime/metrics/metrics.h"
@@ -31,7 +31,7 @@ struct View {
     FrameResult result;
 };
 
-View renderGolden(Backend& backend, const Scene& scene, const std::string& model, const Camera& camera)
+View renderGolden(Renderer& backend, const Scene& scene, const std::string& model, const Camera& camera)
 {
     View view;
     view.golden = test::readPicture(model + "/golden/" + camera.name);
@@ -43,7 +43,7 @@ View renderGolden(Backend& backend, const Scene& scene, const std::string& model
     options.tier = Tier::Exact;
     options.appearance = scene.appearanceRows().empty() ? -1 : scene.appearanceRow(camera.appearance);
     float* pixels = view.image.pixels.data();
-    backend.render(&eye, 1, options, &pixels, view.result);
+    view.result = render(backend, {&eye, 1}, options, &pixels);
     return view;
 }
 
@@ -52,7 +52,7 @@ void checkModel(const std::string& model, const char* path_name, CpuPath path, b
     const std::string name = std::filesystem::path(model).filename().string();
     const test::BakedModel baked(model);
     const std::unique_ptr<Scene> scene = Scene::open(baked.path(), true);
-    const std::unique_ptr<Backend> backend = makeCpuBackend(path, 0);
+    const std::unique_ptr<Renderer> backend = makeCpuRenderer(path, 0);
     backend->load(scene->view());
     for (const test::GoldenCamera& golden : test::readGoldenCameras(model)) {
         const View view = renderGolden(*backend, *scene, model, golden.camera);
@@ -97,16 +97,15 @@ void checkFar(const std::string& model)
     const auto origin = localOrigin(far.view());
     REQUIRE(origin);
     const LocalModel local(far.view(), *origin);
-    const std::unique_ptr<Backend> backend = makeCpuBackend(CpuPath::Fast, 0);
+    const std::unique_ptr<Renderer> backend = makeCpuRenderer(CpuPath::Fast, 0);
     const auto shoot = [&](const ModelView& view, const Camera& camera) {
         FrameOptions options;
         options.appearance = scene->appearanceRows().empty() ? -1 : scene->appearanceRow(camera.appearance);
         std::vector<float> pixels(size_t(camera.width) * camera.height * 3);
         float* image = pixels.data();
         const EyeParams eye = eyeParams(camera, view.origin);
-        FrameResult result;
         backend->load(view);
-        backend->render(&eye, 1, options, &image, result);
+        (void)render(*backend, {&eye, 1}, options, &image);
         return pixels;
     };
     double after = INFINITY, before = INFINITY;

@@ -19,7 +19,7 @@ void checkOnCpu(const std::string& name)
     const std::unique_ptr<test::City> city = test::openCity(name);
     if (!city)
         return;
-    const std::unique_ptr<Backend> backend = makeCpuBackend(CpuPath::Fast, 0);
+    const std::unique_ptr<Renderer> backend = makeCpuRenderer(CpuPath::Fast, 0);
     backend->load(city->scene().view());
     for (const test::CityFrame& frame : city->golden().frames)
         test::checkFrame(*city, frame, city->render(*backend, frame.index, Tier::Exact), "cpu exact", kBar);

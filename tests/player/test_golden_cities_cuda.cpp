@@ -2,7 +2,7 @@
 // Acceptance on a GPU, a city to a test case: the trainers' own pictures in both tiers, and in --tier exact the CPU's,
 // frames 0 and 20, whether the trainers have drawn them or not.
 // A city of 18.5 M anchors takes 12 GB of the temporary folder while it is made, 6 GB afterwards.
-#include "runtime/cuda/backend_cuda.h"
+#include "runtime/cuda/renderer_cuda.h"
 #include "tests/player/golden_city.h"
 #include "tests/player/golden_picture.h"
 
@@ -27,7 +27,7 @@ void checkOnGpu(const std::string& name)
     const std::unique_ptr<test::City> city = test::openCity(name);
     if (!city)
         return;
-    const std::unique_ptr<Backend> cuda = makeCudaBackend(), cpu = makeCpuBackend(CpuPath::Fast, 0);
+    const std::unique_ptr<Renderer> cuda = makeCudaRenderer(0, {}), cpu = makeCpuRenderer(CpuPath::Fast, 0);
     cuda->load(city->scene().view());
     cpu->load(city->scene().view());
     REQUIRE(cuda->tierOf(Tier::Fast) == Tier::Fast);

@@ -28,7 +28,7 @@ private:
 };
 
 // A frame is grey: its camera's x, and with reuse 0.01 more for each frame since the caches were dropped.
-class GreyBackend final : public Backend {
+class GreyRenderer final : public Renderer {
 public:
     struct Call {
         FrameOptions options;
@@ -36,31 +36,39 @@ public:
         float x;
     };
 
-    explicit GreyBackend(const char* name) : m_name(name) {}
-    [[nodiscard]] const char* name() const override { return m_name; }
+    explicit GreyRenderer(bool on_host) : m_on_host(on_host) {}
+    [[nodiscard]] DeviceId id() const override { return {}; }
     [[nodiscard]] DeviceFacts device() const override { return {}; }
+    [[nodiscard]] bool onHost() const override { return m_on_host; }
     [[nodiscard]] Tier tierOf(Tier asked) const override { return asked; }
+    using Renderer::load;
     void load(const ModelView&) override {}
     void dropCaches() override
     {
         m_age = 0;
         ++drops;
     }
-    void render(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, float* const* images,
-                FrameResult& result) override
+    uint64_t submit(const FrameRequest& request) override
     {
-        calls.push_back({options, images != nullptr, eyes[0].center[0]});
-        const float off = options.reuse.policy == ReusePolicy::None ? 0 : 0.01f * float(m_age++);
-        for (uint32_t e = 0; images && e < eye_count; ++e)
-            std::fill_n(images[e], size_t(eyes[e].width) * eyes[e].height * 3, eyes[e].center[0] + off);
-        result.eyes[0].anchors_decoded = calls.size();
+        const EyeParams* eyes = request.eyes.data();
+        calls.push_back({request.options, !request.targets.empty(), eyes[0].center[0]});
+        const float off = request.options.reuse.policy == ReusePolicy::None ? 0 : 0.01f * float(m_age++);
+        for (size_t e = 0; e < request.targets.size(); ++e)
+            std::fill_n(static_cast<float*>(request.targets[e].pixels), size_t(eyes[e].width) * eyes[e].height * 3,
+                        eyes[e].center[0] + off);
+        return calls.size();
+    }
+    FrameState wait(uint64_t ticket, FrameResult& result, std::chrono::nanoseconds) override
+    {
+        result.eyes[0].anchors_decoded = ticket;
+        return FrameState::Done;
     }
 
     std::vector<Call> calls;
     int drops = 0;
 
 private:
-    const char* m_name;
+    bool m_on_host;
     int m_age = 0;
 };
 
@@ -108,11 +116,11 @@ TEST_CASE("a renderer on the host: one pass, cold, exact images kept from before
 {
     const NoScene scene;
     const Path path = greyPath(3);
-    GreyBackend backend("cpu");
+    GreyRenderer backend(true);
     ExactImages exact(scene, path, reusing(), backend);
     exact.keepAll();
     REQUIRE(backend.calls.size() == 3);
-    for (const GreyBackend::Call& call : backend.calls) {
+    for (const GreyRenderer::Call& call : backend.calls) {
         CHECK(call.options.tier == Tier::Exact);
         CHECK(call.options.reuse.policy == ReusePolicy::None);
         CHECK(call.options.lod_bias == 0);
@@ -142,7 +150,7 @@ TEST_CASE("a device: timed with images left there, then rendered again for the s
 {
     const NoScene scene;
     const Path path = greyPath(3);
-    GreyBackend backend("cuda");
+    GreyRenderer backend(false);
     ExactImages exact(scene, path, reusing(), backend);
     exact.keepAll();
     backend.calls.clear();
@@ -159,7 +167,7 @@ TEST_CASE("exact images that are not kept come from a backend of their own")
 {
     const NoScene scene;
     const Path path = greyPath(3);
-    GreyBackend measured("cpu"), other("cpu");
+    GreyRenderer measured(true), other(true);
     ExactImages exact(scene, path, reusing(), other);
     checkGreyRun(measureRun(scene, path, reusing(), measured, exact, {}, [](uint64_t) {}));
     CHECK(measured.calls.size() == 3);
@@ -174,7 +182,7 @@ TEST_CASE("a long path is scored in blocks, each frame against its own pose")
     for (Shot& shot : path.shots) // two frames to a block of 128 MiB
         shot.camera.width = shot.camera.height = 2000;
     path.shots.back().camera.width = 1000;
-    GreyBackend backend("cpu"), other("cpu");
+    GreyRenderer backend(true), other(true);
     ExactImages exact(scene, path, {}, other);
     const RunResult run = measureRun(scene, path, {}, backend, exact, {}, [](uint64_t) {});
     CHECK(run.accuracy.images == 5);

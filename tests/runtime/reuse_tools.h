@@ -18,9 +18,9 @@ inline FrameOptions with(ReusePolicy policy, float bound = 0, uint32_t depth = 1
     return options;
 }
 
-inline std::unique_ptr<Backend> open(const ModelView& model, int threads = 2)
+inline std::unique_ptr<Renderer> open(const ModelView& model, int threads = 2)
 {
-    std::unique_ptr<Backend> backend = makeCpuBackend(CpuPath::Fast, threads);
+    std::unique_ptr<Renderer> backend = makeCpuRenderer(CpuPath::Fast, threads);
     backend->load(model);
     return backend;
 }

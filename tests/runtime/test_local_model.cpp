@@ -68,7 +68,7 @@ size_t strays(const ModelView& view)
     return count;
 }
 
-Image<float> shoot(Backend& backend, const ModelView& view, const Camera& camera, FrameOptions options)
+Image<float> shoot(Renderer& backend, const ModelView& view, const Camera& camera, FrameOptions options)
 {
     backend.load(view);
     options.tier = Tier::Exact;
@@ -203,7 +203,7 @@ TEST_CASE("100 km away, pictures are those of the origin, for every level rule a
                 REQUIRE(origin);
                 const LocalModel local(far.view(), *origin);
                 const Camera camera = cameraAt(0.4f, -5, 150, 110), moved = movedCamera(camera, far.by());
-                const std::unique_ptr<Backend> backend = makeCpuBackend(path, 1);
+                const std::unique_ptr<Renderer> backend = makeCpuRenderer(path, 1);
                 const auto expected = shoot(*backend, model.view(), camera, options);
                 const auto actual = shoot(*backend, local.view(), moved, options);
                 const auto before = shoot(*backend, far.view(), moved, options);
@@ -233,8 +233,8 @@ TEST_CASE("reuse, hysteresis and two eyes go 100 km as they go at the origin")
             CAPTURE(hysteresis);
             options.lod_hysteresis = hysteresis ? 0.2f : 0.0f;
             options.reuse.policy = policy;
-            const std::unique_ptr<Backend> here = makeCpuBackend(CpuPath::Fast, 1),
-                                           there = makeCpuBackend(CpuPath::Fast, 2);
+            const std::unique_ptr<Renderer> here = makeCpuRenderer(CpuPath::Fast, 1),
+                                            there = makeCpuRenderer(CpuPath::Fast, 2);
             here->load(model.view());
             there->load(local.view());
             uint64_t decoded_here = 0, decoded_there = 0;

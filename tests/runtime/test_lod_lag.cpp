@@ -194,7 +194,7 @@ TEST_CASE("the backend: an eye of a pair does what it does alone, no hysteresis 
 {
     const SyntheticModel model(octree(LevelRule::Floor));
     const auto open = [&](int threads) {
-        std::unique_ptr<Backend> backend = makeCpuBackend(CpuPath::Fast, threads);
+        std::unique_ptr<Renderer> backend = makeCpuRenderer(CpuPath::Fast, threads);
         backend->load(model.view());
         return backend;
     };

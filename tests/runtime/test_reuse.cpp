@@ -319,12 +319,11 @@ TEST_CASE("an eye draws what the other had decoded if the bound allows it")
 TEST_CASE("what cannot be kept is refused")
 {
     const SyntheticModel model(modelOptions(LevelRule::None));
-    const auto reference = makeCpuBackend(CpuPath::Reference, 1);
+    const auto reference = makeCpuRenderer(CpuPath::Reference, 1);
     reference->load(model.view());
     const std::vector<EyeParams> eyes = walk(0, 1);
-    FrameResult result;
-    CHECK_THROWS_AS(reference->render(eyes.data(), 1, with(ReusePolicy::Error), nullptr, result), Error);
+    CHECK_THROWS_AS(render(*reference, eyes, with(ReusePolicy::Error)), Error);
     const auto fast = open(model.view());
     for (const float bound : {-1.0f, 2e6f, std::numeric_limits<float>::quiet_NaN()})
-        CHECK_THROWS_AS(fast->render(eyes.data(), 1, with(ReusePolicy::Error, bound), nullptr, result), Error);
+        CHECK_THROWS_AS(render(*fast, eyes, with(ReusePolicy::Error, bound)), Error);
 }

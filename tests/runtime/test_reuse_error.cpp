@@ -37,7 +37,7 @@ TEST_CASE("the error policy decodes less the larger its bound and stays close to
 TEST_CASE("a strip is decoded again when its predicted change is above the bound, and not before")
 {
     const StepScene scene;
-    const auto backend = makeCpuBackend(CpuPath::Fast, 1);
+    const auto backend = makeCpuRenderer(CpuPath::Fast, 1);
     CHECK(scene.change() > 0.2f);
     CHECK(scene.decoded(*backend, 0.98f * scene.change()) == kStripAnchors);
     CHECK(scene.decoded(*backend, 1.02f * scene.change()) == 0);

@@ -60,9 +60,9 @@ FrameOptions merged()
     return options;
 }
 
-std::unique_ptr<Backend> open(CpuPath path, int threads, const ModelView& model)
+std::unique_ptr<Renderer> open(CpuPath path, int threads, const ModelView& model)
 {
-    std::unique_ptr<Backend> backend = makeCpuBackend(path, threads);
+    std::unique_ptr<Renderer> backend = makeCpuRenderer(path, threads);
     backend->load(model);
     return backend;
 }

@@ -14,3 +14,4 @@ gsc_add_test(test_reuse SOURCES runtime/test_reuse.cpp runtime/test_reuse_error.
 gsc_add_test(test_camera_motion SOURCES runtime/test_camera_motion.cpp LIBS gsc_runtime gsc_kernels)
 gsc_add_test(test_stereo SOURCES runtime/test_stereo.cpp runtime/test_merged_view.cpp
              LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
+gsc_add_test(test_renderer SOURCES runtime/test_renderer.cpp LIBS gsc_test_synthetic gsc_runtime gsc_kernels)

@@ -16,6 +16,13 @@ cudaError_t cudaLaunchKernelEx(const cudaLaunchConfig_t* config, void (*kernel)(
                                                      config->dynamicSmemBytes, std::forward<Arguments>(arguments)...));
 }
 
+template <typename T>
+void surf2Dwrite(T value, cudaSurfaceObject_t surface, int x, int y) // x in bytes
+{
+    const auto* const to = reinterpret_cast<const gsc_emulation::Surface*>(surface);
+    std::memcpy(to->pixels + size_t(y) * to->pitch + size_t(x), &value, sizeof(value));
+}
+
 template <typename... Parameters>
 cudaError_t cudaFuncGetAttributes(cudaFuncAttributes* attributes, void (*kernel)(Parameters...))
 {

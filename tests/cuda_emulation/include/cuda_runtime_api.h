@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stands for the CUDA toolkit's header, with as much of it as is used here. Streams run at once; one device.
+// Stands for the CUDA toolkit's header, with as much of it as is used here. Streams run at once; two devices.
 #pragma once
 
 #define CUDART_VERSION 13000 // of the toolkit that is stood for
@@ -21,6 +21,8 @@ enum cudaError {
     cudaErrorUnsupportedPtxVersion = 222,
     cudaErrorInvalidResourceHandle = 400,
     cudaErrorIllegalState = 401,
+    cudaErrorNotReady = 600,
+    cudaErrorLaunchFailure = 719,
     cudaErrorStreamCaptureUnsupported = 900,
 };
 using cudaError_t = cudaError;
@@ -31,6 +33,7 @@ using cudaGraph_t = struct CUgraph_st*;
 using cudaGraphNode_t = struct CUgraphNode_st*;
 using cudaGraphExec_t = struct CUgraphExec_st*;
 struct cudaGraphEdgeData;
+using cudaSurfaceObject_t = unsigned long long;
 
 struct cudaDeviceProp {
     char name[256];
@@ -77,6 +80,8 @@ cudaError_t cudaRuntimeGetVersion(int* version);
 cudaError_t cudaDriverGetVersion(int* version);
 cudaError_t cudaGetDeviceCount(int* count);
 cudaError_t cudaSetDevice(int device);
+cudaError_t cudaDeviceSynchronize();
+cudaError_t cudaDeviceReset();
 cudaError_t cudaGetDeviceProperties(cudaDeviceProp* properties, int device);
 cudaError_t cudaDeviceGetPCIBusId(char* id, int bytes, int device);
 cudaError_t cudaFuncGetAttributes(cudaFuncAttributes* attributes, const void* kernel);
@@ -90,10 +95,15 @@ cudaError_t cudaMemGetInfo(size_t* left, size_t* total);
 cudaError_t cudaMemsetAsync(void* data, int value, size_t bytes, cudaStream_t stream);
 cudaError_t cudaMemcpyAsync(void* to, const void* from, size_t bytes, cudaMemcpyKind kind, cudaStream_t stream);
 
+cudaError_t cudaMemcpy2DAsync(void* to, size_t to_pitch, const void* from, size_t from_pitch, size_t width, size_t height,
+                              cudaMemcpyKind kind, cudaStream_t stream);
+
 cudaError_t cudaStreamCreateWithFlags(cudaStream_t* stream, unsigned flags);
 cudaError_t cudaStreamDestroy(cudaStream_t stream);
 cudaError_t cudaStreamSynchronize(cudaStream_t stream);
 cudaError_t cudaEventCreate(cudaEvent_t* event);
+cudaError_t cudaEventQuery(cudaEvent_t event);
+cudaError_t cudaEventSynchronize(cudaEvent_t event);
 cudaError_t cudaEventDestroy(cudaEvent_t event);
 cudaError_t cudaEventRecord(cudaEvent_t event, cudaStream_t stream);
 cudaError_t cudaEventRecordWithFlags(cudaEvent_t event, cudaStream_t stream, unsigned flags);
@@ -117,5 +127,14 @@ namespace gsc_emulation {
 // A piece of `bytes` of a larger allocation, of which the piece takes `room`, is given to a new user: 0xff in every
 // byte, and under AddressSanitizer nobody may touch what follows it.
 void handOut(void* data, size_t bytes, size_t room);
+
+// As if a kernel had failed: every call that needs the devices fails until one of them is reset.
+void loseDevices();
+
+// What a cudaSurfaceObject_t points to.
+struct Surface {
+    unsigned char* pixels;
+    size_t pitch; // bytes
+};
 
 } // namespace gsc_emulation

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/open_backend.h"
+#include "player/open_renderer.h"
 
 #include "format/error.h"
 
@@ -9,14 +9,12 @@ namespace gsc {
 
 namespace {
 
-std::unique_ptr<Backend> load(std::unique_ptr<Backend> backend, const PlayOptions& options, const Scene& scene,
-                              double& load_ms)
+std::unique_ptr<Renderer> load(std::unique_ptr<Renderer> renderer, std::shared_ptr<const Scene> scene, double& load_ms)
 {
-    backend->setMemoryBudget(options.vram_budget);
     const auto start = std::chrono::steady_clock::now();
-    backend->load(scene.view());
+    renderer->load(std::move(scene));
     load_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-    return backend;
+    return renderer;
 }
 
 // Is it the device that cannot, so that another may?
@@ -27,22 +25,24 @@ bool isOfDevice(ErrorCode code)
 
 } // namespace
 
-std::unique_ptr<Backend> openBackend(const PlayOptions& options, const Scene& scene, Reporter& log, double& load_ms)
+std::unique_ptr<Renderer> openRenderer(const PlayOptions& options, std::shared_ptr<const Scene> scene, Reporter& log,
+                                       double& load_ms)
 {
+    const RendererOptions limits{options.threads, options.vram_budget};
     std::string name = options.backend;
     try {
         std::string passed_over;
-        std::unique_ptr<Backend> backend = makeBackend(options.backend, options.threads, &passed_over);
+        std::unique_ptr<Renderer> renderer = makeRenderer({options.backend, options.device}, limits, &passed_over);
         if (!passed_over.empty())
             log.warning(passed_over);
-        name = backend->name();
-        return load(std::move(backend), options, scene, load_ms);
+        name = renderer->id().backend;
+        return load(std::move(renderer), scene, load_ms);
     } catch (const Error& e) {
         if (options.backend != "auto" || name == "cpu" || !isOfDevice(e.code()))
             throw;
         log.warning(formatString("backend %s is passed over: %s", name.c_str(), e.what()));
     }
-    return load(makeBackend("cpu", options.threads), options, scene, load_ms);
+    return load(makeRenderer({"cpu"}, limits), scene, load_ms);
 }
 
 } // namespace gsc

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/cpu/backend_cpu.h"
+#include "runtime/cpu/renderer_cpu.h"
 #include "runtime/frame_checks.h"
 
 #include "kernels/blend/blend.h"

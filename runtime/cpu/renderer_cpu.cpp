@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/cpu/backend_cpu.h"
-#include "runtime/frame_checks.h"
+#include "runtime/cpu/renderer_cpu.h"
 
-#include "runtime/backend.h"
+#include "runtime/cpu/frame_thread.h"
+#include "runtime/frame_checks.h"
 
 #include "kernels/blend/blend.h"
 #include "kernels/threads/parallel.h"
@@ -19,22 +19,26 @@ namespace gsc {
 
 namespace {
 
-class CpuBackend final : public Backend {
+class CpuRenderer final : public Renderer {
 public:
     // Entries may take a quarter of the machine unless a frame's options say otherwise: more than a visible set needs, and
     // room for the model, the frame and other programs.
-    explicit CpuBackend(int threads)
-        : m_workers(threads), m_states(size_t(m_workers.count())), m_reuse(m_workers, cpuFacts(1).memory_bytes / 4)
+    explicit CpuRenderer(int threads)
+        : m_workers(threads), m_states(size_t(m_workers.count())), m_reuse(m_workers, cpuFacts(1).memory_bytes / 4),
+          m_thread([this](auto&&... frame) { draw(frame...); })
     {
     }
 
-    [[nodiscard]] const char* name() const override { return "cpu"; }
+    [[nodiscard]] DeviceId id() const override { return {"cpu", 0}; }
+    [[nodiscard]] bool onHost() const override { return true; }
     [[nodiscard]] DeviceFacts device() const override { return cpuFacts(uint32_t(m_workers.count())); }
     [[nodiscard]] Tier tierOf(Tier) const override { return Tier::Exact; } // fp32 throughout
 
+    using Renderer::load;
     void load(const ModelView& model) override
     {
         checkModel(model);
+        m_thread.clear();
         m_model = model;
         m_model_bytes = modelBytes(model);
         for (WorkerState& state : m_states)
@@ -45,19 +49,25 @@ public:
 
     void dropCaches() override
     {
+        m_thread.clear();
         m_reuse.clear();
         m_lag.clear();
     }
 
-    void render(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, float* const* images,
-                FrameResult& result) override
+    uint64_t submit(const FrameRequest& request) override
     {
-        checkOptions(m_model, options, eye_count);
-        checkReuse(options.reuse);
-        refuseMergedReuse(options, eye_count);
-        for (uint32_t e = 0; e < eye_count; ++e)
-            checkSize(eyes[e].width, eyes[e].height);
-        result = {};
+        checkRequest(m_model, request, true);
+        return m_thread.submit(request);
+    }
+    FrameState wait(uint64_t ticket, FrameResult& result, std::chrono::nanoseconds most) override
+    {
+        return m_thread.wait(ticket, result, most);
+    }
+
+private:
+    void draw(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, float* const* images,
+              FrameResult& result)
+    {
         Stopwatch total;
         const RasterConstants rules = rasterConstants(*m_model.params, options.near_z);
         const size_t visible = select(eyes, eye_count, options, rules, result);
@@ -79,11 +89,10 @@ public:
         result.bytes_resident = m_model_bytes + frameBytes();
     }
 
-private:
     // The caller's image, or one of our own where it wants none.
     float* imageOf(uint32_t e, const EyeParams& eye, float* const* images)
     {
-        if (images != nullptr && images[e] != nullptr)
+        if (images[e] != nullptr)
             return images[e];
         m_image.reserve(size_t(eye.width) * eye.height * 3);
         return m_image.data();
@@ -279,42 +288,54 @@ private:
     SortScratch m_sort;
     BinScratch m_bin;
     Buffer<float> m_image; // of an eye whose image nobody wants
+    FrameThread m_thread;  // last: it uses all of the above
 };
 
-class CpuReferenceBackend final : public Backend {
+class ReferenceRenderer final : public Renderer {
 public:
-    [[nodiscard]] const char* name() const override { return "cpu-reference"; }
+    ReferenceRenderer() : m_thread([this](auto&&... frame) { renderReference32(m_model, frame...); }) {}
+
+    [[nodiscard]] DeviceId id() const override { return {"cpu-reference", 0}; }
+    [[nodiscard]] bool onHost() const override { return true; }
     [[nodiscard]] DeviceFacts device() const override { return cpuFacts(1); }
     [[nodiscard]] Tier tierOf(Tier) const override { return Tier::Exact; } // fp32 throughout
 
+    using Renderer::load;
     void load(const ModelView& model) override
     {
         checkModel(model);
+        m_thread.clear();
         m_model = model;
     }
 
-    void render(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, float* const* images,
-                FrameResult& result) override
+    void dropCaches() override { m_thread.clear(); }
+
+    uint64_t submit(const FrameRequest& request) override
     {
-        refuseReuse(options.reuse, name());
-        if (options.lod_hysteresis > 0)
-            throw Error(ErrorCode::Unsupported, formatString("backend %s: keeps nothing from frame to frame, expected "
-                                                             "a LOD hysteresis of 0; use the backend cpu or cuda",
-                                                             name()));
-        renderReference32(m_model, eyes, eye_count, options, images, result);
+        checkRequest(m_model, request, true);
+        if (request.options.reuse.policy != ReusePolicy::None || request.options.lod_hysteresis > 0)
+            throw Error(ErrorCode::Unsupported,
+                        "backend cpu-reference: keeps nothing from frame to frame, expected "
+                        "reuse policy none and a LOD hysteresis of 0; use the backend cpu or cuda");
+        return m_thread.submit(request);
+    }
+    FrameState wait(uint64_t ticket, FrameResult& result, std::chrono::nanoseconds most) override
+    {
+        return m_thread.wait(ticket, result, most);
     }
 
 private:
     ModelView m_model{};
+    FrameThread m_thread; // last: it uses the model
 };
 
 } // namespace
 
-std::unique_ptr<Backend> makeCpuBackend(CpuPath path, int threads)
+std::unique_ptr<Renderer> makeCpuRenderer(CpuPath path, int threads)
 {
     if (path == CpuPath::Reference)
-        return std::make_unique<CpuReferenceBackend>();
-    return std::make_unique<CpuBackend>(threads);
+        return std::make_unique<ReferenceRenderer>();
+    return std::make_unique<CpuRenderer>(threads);
 }
 
 } // namespace gsc

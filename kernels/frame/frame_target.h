@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the picture of an eye goes. Plain data, included by C++ and CUDA alike.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace gsc {
+
+// Channels are interleaved, row 0 is on top, alpha is 1. Colours are those of the blend, which are display-encoded.
+enum class PixelFormat : uint32_t {
+    Rgb32f = 0,  // 12 bytes, unclamped
+    Rgba16f = 1, // 8 bytes, nearest half, even on a tie
+    Rgba8 = 2,   // 4 bytes, nearest of 0 to 255 as 8-bit image files have it; below 0 and NaN 0
+};
+
+constexpr size_t pixelBytes(PixelFormat format)
+{
+    return format == PixelFormat::Rgb32f ? 12 : format == PixelFormat::Rgba16f ? 8 : 4;
+}
+
+struct FrameTarget {
+    enum class Kind : uint32_t {
+        None = 0,    // the picture stays where it is drawn, as Rgb32f
+        Host = 1,    // memory of this process
+        Device = 2,  // memory of the renderer's device; of a renderer on the host, memory of this process
+        Surface = 3, // a cudaSurfaceObject_t of the renderer's device, as wide and high as the eye; not Rgb32f
+    };
+
+    Kind kind = Kind::None;
+    PixelFormat format = PixelFormat::Rgb32f;
+    void* pixels = nullptr;         // height rows of `pitch` bytes; of Host and Device
+    size_t pitch = 0;               // bytes from row to row, whole pixels; 0 = rows without a gap
+    unsigned long long surface = 0; // of Kind::Surface
+};
+
+// A picture of width x height x 3 floats in memory of this process.
+inline FrameTarget hostTarget(float* pixels)
+{
+    return {FrameTarget::Kind::Host, PixelFormat::Rgb32f, pixels, 0, 0};
+}
+
+} // namespace gsc

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// A colour of the blend as a target stores it: the same bytes on host and device.
+#pragma once
+
+#include "format/half.h"
+#include "kernels/frame/frame_target.h"
+
+namespace gsc {
+
+// torchvision's rule in its own precision, which image files have too: trunc(clamp(255 x + 0.5, 0, 255)); NaN becomes 0.
+GSC_HD uint8_t pixelByte(float value)
+{
+    const float scaled = 255.0f * value + 0.5f;
+    return uint8_t(scaled > 0 ? (scaled < 255.0f ? scaled : 255.0f) : 0.0f);
+}
+
+struct PixelBytes {
+    uint8_t r, g, b, a;
+};
+struct PixelHalves {
+    uint16_t r, g, b, a;
+};
+
+GSC_HD PixelBytes pixelBytesOf(const float* rgb)
+{
+    return {pixelByte(rgb[0]), pixelByte(rgb[1]), pixelByte(rgb[2]), 255};
+}
+
+GSC_HD PixelHalves pixelHalvesOf(const float* rgb)
+{
+    constexpr uint16_t kOne = 0x3c00;
+    return {floatToHalf(rgb[0]), floatToHalf(rgb[1]), floatToHalf(rgb[2]), kOne};
+}
+
+} // namespace gsc

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernels/present/present_cuda.h"
+
+#include "kernels/cuda/launch.cuh"
+#include "kernels/present/pixel.h"
+
+namespace gsc {
+
+namespace {
+
+constexpr uint32_t kThreads = 256;
+
+template <typename Pixel, Pixel (*kOf)(const float*)>
+__device__ __forceinline__ void store(const PresentCudaArgs& args, uint32_t x, uint32_t y, const float* rgb)
+{
+    static_assert(sizeof(Pixel) == 4 || sizeof(Pixel) == 8);
+    using Word = std::conditional_t<sizeof(Pixel) == 4, unsigned, uint2>;
+    const Pixel pixel = kOf(rgb);
+    Word word;
+    memcpy(&word, &pixel, sizeof(word));
+    if (args.target.kind == FrameTarget::Kind::Surface)
+        surf2Dwrite(word, cudaSurfaceObject_t(args.target.surface), int(x * sizeof(Word)), int(y));
+    else
+        reinterpret_cast<Word*>(static_cast<unsigned char*>(args.target.pixels) + y * args.target.pitch)[x] = word;
+}
+
+__global__ void __launch_bounds__(kThreads) presentKernel(const __grid_constant__ PresentCudaArgs args)
+{
+    const uint32_t x = blockIdx.x * kThreads + threadIdx.x, y = blockIdx.y;
+    if (x >= args.width)
+        return;
+    const float* const from = args.image + (size_t(y) * args.width + x) * 3;
+    const float rgb[3] = {from[0], from[1], from[2]};
+    switch (args.target.format) {
+    case PixelFormat::Rgb32f: {
+        float* const to =
+            reinterpret_cast<float*>(static_cast<unsigned char*>(args.target.pixels) + y * args.target.pitch) + 3 * x;
+        for (int c = 0; c < 3; ++c)
+            to[c] = rgb[c];
+        break;
+    }
+    case PixelFormat::Rgba16f:
+        store<PixelHalves, pixelHalvesOf>(args, x, y, rgb);
+        break;
+    case PixelFormat::Rgba8:
+        store<PixelBytes, pixelBytesOf>(args, x, y, rgb);
+        break;
+    }
+}
+
+} // namespace
+
+void presentCuda(const PresentCudaArgs& args, CUstream_st* stream)
+{
+    launchCuda(presentKernel, dim3((args.width + kThreads - 1) / kThreads, args.height), kThreads, 0, stream, args);
+}
+
+} // namespace gsc

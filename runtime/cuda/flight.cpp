@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/cuda/flight.h"
+
+#include "kernels/present/present_cuda.h"
+
+#include <algorithm>
+#include <thread>
+
+namespace gsc {
+
+namespace {
+
+bool isHost(const FrameTarget& target)
+{
+    return target.kind == FrameTarget::Kind::Host;
+}
+
+} // namespace
+
+bool Flight::setTargets(const FrameRequest& request)
+{
+    m_eye_count = uint32_t(request.eyes.size());
+    std::ranges::fill(m_wanted, FrameTarget{});
+    std::ranges::copy(request.targets, m_wanted);
+    for (uint32_t e = 0; e < m_eye_count; ++e) {
+        m_height[e] = request.eyes[e].height;
+        m_written[e] = m_wanted[e];
+        const size_t row = request.eyes[e].width * pixelBytes(m_wanted[e].format);
+        if (isHost(m_wanted[e])) {
+            m_written[e].kind = FrameTarget::Kind::Device;
+            m_written[e].pitch = row;
+        }
+        for (FrameTarget* target : {m_written + e, m_wanted + e})
+            if (target->pitch == 0)
+                target->pitch = row;
+    }
+    ArenaLayout counted(nullptr);
+    layOut(counted);
+    return counted.bytes() > m_pictures.bytes();
+}
+
+void Flight::placePictures()
+{
+    layOutIn(m_pictures, "the pictures", [this](ArenaLayout& layout) { layOut(layout); });
+}
+
+void Flight::layOut(ArenaLayout& layout)
+{
+    for (uint32_t e = 0; e < m_eye_count; ++e)
+        if (isHost(m_wanted[e]))
+            m_written[e].pixels = layout.take<unsigned char>(m_height[e] * m_written[e].pitch);
+}
+
+bool Flight::presents() const
+{
+    return std::ranges::any_of(m_wanted, [](const FrameTarget& t) { return t.kind != FrameTarget::Kind::None; });
+}
+
+void Flight::present(float* const* images, const CudaStream& stream) const
+{
+    for (uint32_t e = 0; e < m_eye_count; ++e)
+        if (m_written[e].kind != FrameTarget::Kind::None)
+            presentCuda({images[e], m_written[e], shape.width[e], shape.height[e]}, stream.handle);
+    timers.ready.record(stream);
+}
+
+bool Flight::passed(std::chrono::nanoseconds most) const
+{
+    using Clock = std::chrono::steady_clock;
+    if (most == std::chrono::nanoseconds::max()) {
+        GSC_CUDA_CHECK(cudaEventSynchronize(timers.ready.handle));
+        return true;
+    }
+    constexpr auto kLook = std::chrono::microseconds(50);
+    const Clock::time_point start = Clock::now();
+    while (true) {
+        const cudaError_t code = cudaEventQuery(timers.ready.handle);
+        if (code == cudaSuccess)
+            return true;
+        if (code != cudaErrorNotReady)
+            throwCuda(code, "cudaEventQuery(");
+        const auto left = most - (Clock::now() - start);
+        if (left <= left.zero())
+            return false;
+        std::this_thread::sleep_for(std::min<std::chrono::nanoseconds>(left, kLook));
+    }
+}
+
+void Flight::copyToHost(const CudaStream& stream) const
+{
+    bool any = false;
+    for (uint32_t e = 0; e < m_eye_count; ++e) {
+        const FrameTarget &to = m_wanted[e], &from = m_written[e];
+        if (!isHost(to))
+            continue;
+        GSC_CUDA_CHECK(cudaMemcpy2DAsync(to.pixels, to.pitch, from.pixels, from.pitch, from.pitch, m_height[e],
+                                         cudaMemcpyDeviceToHost, stream.handle));
+        any = true;
+    }
+    if (any)
+        GSC_CUDA_CHECK(cudaStreamSynchronize(stream.handle));
+}
+
+} // namespace gsc

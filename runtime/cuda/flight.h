@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// A frame of the CUDA renderer from submit() to the wait() that ends it: what it has beside the buffers that all share.
+#pragma once
+
+#include "runtime/cuda/frame_graph.h"
+#include "runtime/renderer.h"
+
+#include <deque>
+#include <memory>
+
+namespace gsc {
+
+struct Flight {
+    explicit Flight(MemoryBudget& budget) : m_pictures(budget) {}
+
+    // What the next frame writes to. True if placePictures() must take more memory of the device.
+    bool setTargets(const FrameRequest& request);
+    void placePictures(); // Throws Error (OutOfMemory, Device)
+    [[nodiscard]] bool presents() const;
+    // Asynchronous, behind the frame's graph.
+    void present(float* const* images, const CudaStream& stream) const;
+
+    // Has the frame been drawn? Waits at most `most` for it.
+    [[nodiscard]] bool passed(std::chrono::nanoseconds most) const;
+    // Of a frame that is drawn: fills the targets on the host.
+    void copyToHost(const CudaStream& stream) const;
+
+    uint64_t ticket = 0; // 0 = free
+    bool ended = false;  // `result` and targets on the host are filled
+    FrameShape shape{};
+    FrameResult result;
+    bool overflowed = false;
+    PinnedCounters counters;
+    FrameTimers timers;
+    std::deque<std::unique_ptr<FrameGraph>> graphs; // the last used first
+
+private:
+    void layOut(ArenaLayout& layout);
+
+    uint32_t m_eye_count = 0;
+    uint32_t m_height[kMaxEyes] = {};
+    FrameTarget m_wanted[kMaxEyes] = {}, m_written[kMaxEyes] = {}; // by the caller; by the device
+    DeviceArena m_pictures;                                        // on their way to the host, in the format wanted
+};
+
+} // namespace gsc

@@ -1,0 +1,398 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/cuda/renderer_cuda.h"
+
+#include "kernels/blend/blend_cuda.h"
+#include "kernels/math/lod.h"
+#include "kernels/sort/sort_cuda.h"
+#include "runtime/cuda/ceilings_cuda.h"
+#include "runtime/cuda/flight.h"
+#include "runtime/frame_checks.h"
+#include "runtime/view/lod_lag.h"
+#include "runtime/reuse/reuse_cuda.h"
+
+#include <algorithm>
+#include <optional>
+
+namespace gsc {
+
+namespace {
+
+constexpr size_t kGraphs = 8; // kept for frames to come, per frame in flight
+
+class CudaRenderer final : public Renderer {
+public:
+    CudaRenderer(int ordinal, const RendererOptions& options) : m_device(ordinal), m_budget{options.memory_bytes, 0}
+    {
+        prepareDecodeCuda();
+        prepareDecodeKeepCuda();
+        prepareDecodeExactCuda(m_device.limits().shared_bytes);
+        prepareSortCuda();
+        prepareBlendCuda();
+        m_budget.used = m_device.contextBytes();
+    }
+
+    [[nodiscard]] DeviceId id() const override { return {"cuda", m_device.ordinal()}; }
+    [[nodiscard]] DeviceFacts device() const override { return m_device.facts(); }
+    [[nodiscard]] bool onHost() const override { return false; }
+    [[nodiscard]] DeviceCeilings ceilings() override
+    {
+        m_device.use();
+        return measureCudaCeilings(m_device.limits().processors,
+                                   m_budget.limit == 0 ? UINT64_MAX
+                                                       : m_budget.limit - std::min(m_budget.limit, m_budget.used));
+    }
+    [[nodiscard]] Tier tierOf(Tier asked) const override
+    {
+        return asked == Tier::Exact || !m_scene.fastPossible() ? Tier::Exact : Tier::Fast;
+    }
+
+    using Renderer::load;
+    void load(const ModelView& model) override
+    {
+        m_device.use();
+        checkModel(model);
+        for (Flight& flight : m_flights)
+            flight.ticket = 0;
+        giveFramesBack(); // a model that is larger than the last may need it
+        m_reuse.release();
+        m_scene.load(model, m_stream);
+        m_capacity = {};
+        forgetLoad();
+        m_lag.clear();
+    }
+
+    void dropCaches() override
+    {
+        m_device.use();
+        m_lag.clear();
+        for (Flight& flight : m_flights)
+            flight.graphs.clear();
+        m_reuse.drop();
+        forgetLoad(); // what follows is drawn as after load()
+    }
+
+    uint64_t submit(const FrameRequest& request) override;
+    FrameState wait(uint64_t ticket, FrameResult& result, std::chrono::nanoseconds most) override;
+    [[nodiscard]] void* readyEvent(uint64_t ticket) const override
+    {
+        return const_cast<CudaRenderer*>(this)->flightOf(ticket).timers.ready.handle;
+    }
+
+private:
+    Flight& flightOf(uint64_t ticket)
+    {
+        for (Flight& flight : m_flights)
+            if (flight.ticket == ticket && ticket != 0)
+                return flight;
+        throwNotInFlight(ticket);
+    }
+    Flight& freeFlight()
+    {
+        checkInFlight(size_t(std::ranges::count_if(m_flights, [](const Flight& f) { return f.ticket != 0; })));
+        return m_flights[0].ticket == 0 ? m_flights[0] : m_flights[1];
+    }
+
+    // Refuses what cannot be drawn. `eyes` of `now` may change by a rounding (shareBins()).
+    FrameShape shapeOf(FrameNow& now, uint32_t eye_count, const FrameOptions& options) const;
+    [[nodiscard]] uint64_t frameBytes(FrameShape shape, const FrameCapacity& capacity) const;
+    [[nodiscard]] uint32_t gapsOf(const FrameShape& shape, uint32_t slots) const
+    {
+        const CudaLimits& limits = m_device.limits();
+        return shape.exact
+                   ? decodeExactGaps(m_scene.exactWeights() != nullptr, limits.processors, limits.shared_bytes, slots)
+               : shape.uses_reuse ? decodeKeepGaps(limits.processors, slots) + drawKeptGaps(limits.processors, slots)
+                                  : decodeFastGaps(limits.processors, slots);
+    }
+    [[nodiscard]] uint64_t freeForFrames() const;
+    [[nodiscard]] FrameRoom roomFor(const FrameShape& shape) const;
+    void planCapacity(const FrameShape& shape, const FrameRoom& room);
+    void forgetLoad() // of earlier frames
+    {
+        m_free = freeForFrames();
+        m_history.forget();
+        m_planned.reset();
+    }
+    void giveFramesBack() // their memory
+    {
+        for (Flight& flight : m_flights)
+            flight.graphs.clear();
+        m_arena.release();
+    }
+    // What the frame's graph is launched with.
+    const FrameNow& begin(const FrameShape& shape, const FrameNow& plain, const FrameRequest& request, uint32_t flight);
+    FrameGraph& graphFor(const FrameShape& shape, const FrameNow& now, uint32_t flight);
+    void end(Flight& flight);
+    void report(Flight& flight);
+
+    CudaDevice m_device;   // before everything that it holds
+    MemoryBudget m_budget; // before everything that gives memory back to it
+    CudaStream m_stream, m_copies;
+    Flight m_flights[kFramesInFlight] = {Flight(m_budget), Flight(m_budget)};
+    DeviceScene m_scene{m_budget};
+    CudaReuse m_reuse{m_budget};
+    DeviceArena m_arena{m_budget};
+    LodLag m_lag;
+    FrameNow m_now{}; // of the frame submitted last
+    uint64_t m_last = 0;
+    FrameBuffers m_buffers{};
+    FrameCapacity m_capacity;
+    FrameHistory m_history;
+    struct Plan { // what the capacity was last planned for
+        bool exact, uses_reuse;
+        uint32_t eye_count, lists, bins;
+        uint64_t bytes;
+
+        bool operator==(const Plan&) const = default;
+    };
+    std::optional<Plan> m_planned;
+    uint64_t m_free = 0; // bytes of the device that frames may take
+};
+
+FrameShape CudaRenderer::shapeOf(FrameNow& now, uint32_t eye_count, const FrameOptions& options) const
+{
+    if (options.reuse.policy != ReusePolicy::None && tierOf(options.tier) == Tier::Exact)
+        throw Error(ErrorCode::Unsupported, "cuda: reuse in the tier exact, expected reuse policy none there; use the "
+                                            "tier fast, if the model has it, or the backend cpu");
+    FrameShape shape{};
+    uint32_t width = 0, height = 0;
+    for (uint32_t e = 0; e < eye_count; ++e) {
+        const EyeParams& eye = now.eyes[e];
+        width = std::max(width, eye.width);
+        height = std::max(height, eye.height);
+        shape.width[e] = eye.width;
+        shape.height[e] = eye.height;
+    }
+    // low bins cut long lists shorter; an image too high for them takes bins of twice the height
+    shape.grid.height = height <= kMaxBins * 16 ? 16 : 32;
+    if (width > kMaxBins * kBinWidth || height > kMaxBins * shape.grid.height)
+        throw Error(ErrorCode::Unsupported,
+                    formatString("cuda: image of %u x %u pixels, expected at most %u x %u; choose a smaller size or "
+                                 "--backend cpu",
+                                 width, height, kMaxBins * kBinWidth, kMaxBins * 32));
+    shape.grid.columns = (width + kBinWidth - 1) / kBinWidth;
+    shape.grid.rows = (height + shape.grid.height - 1) / shape.grid.height;
+    shape.eye_count = eye_count;
+    shape.passes = 1;
+    shape.rules = rasterConstants(*m_scene.host().params, options.near_z);
+    shape.exact = tierOf(options.tier) == Tier::Exact;
+    shape.fades = levelsFade(*m_scene.host().params, options.lod_fade);
+    shape.merged = decodesMerged(options, eye_count);
+    shape.uses_reuse = options.reuse.policy != ReusePolicy::None;
+    shape.limits_decoding = CudaReuse::limitsDecoding(options.reuse);
+    std::copy_n(options.background, 3, shape.background);
+    shape.appearance = options.appearance;
+    shape.empty_is_black = options.empty_is_black;
+    shape.shareBins(now.eyes);
+    return shape;
+}
+
+// Bytes of a frame's buffers, however their bins are cut.
+uint64_t CudaRenderer::frameBytes(FrameShape shape, const FrameCapacity& capacity) const
+{
+    shape.grid.slab_bits = slabBits(capacity.slots);
+    ArenaLayout counted(nullptr);
+    layOutFrame(counted, m_scene, shape, capacity, m_device.limits());
+    return counted.bytes();
+}
+
+// What the model and what is kept left of the device's memory, but for some that others may want.
+uint64_t CudaRenderer::freeForFrames() const
+{
+    size_t left = 0, total = 0;
+    GSC_CUDA_CHECK(cudaMemGetInfo(&left, &total));
+    left += m_arena.bytes();
+    return left - left / 16;
+}
+
+FrameRoom CudaRenderer::roomFor(const FrameShape& shape) const
+{
+    const uint64_t others = m_budget.used - m_arena.bytes();
+    const DeviceModel& model = m_scene.model();
+    FrameRoom room{};
+    room.anchors = model.anchor_count;
+    room.gaussians = uint64_t(model.anchor_count) * model.params.n_offsets;
+    room.lists = shape.lists();
+    room.bins = shape.bins();
+    const uint64_t allowed = std::max(m_budget.limit, others) - others;
+    room.budgeted = m_budget.limit != 0 && allowed <= m_free;
+    room.bytes = room.budgeted ? allowed : m_free;
+    room.levels = (model.params.flags & kModelHasLevels) && model.params.level_rule != uint32_t(LevelRule::None);
+    room.gaps = [this, &shape](uint32_t slots) { return gapsOf(shape, slots); };
+    room.bytes_of = [this, &shape](const FrameCapacity& capacity, uint32_t passes) {
+        FrameShape cut = shape;
+        cut.passes = passes;
+        return frameBytes(cut, capacity);
+    };
+    return room;
+}
+
+// Once for every kind of frame and what memory is left for it.
+void CudaRenderer::planCapacity(const FrameShape& shape, const FrameRoom& room)
+{
+    const Plan plan{shape.exact, shape.uses_reuse, shape.eye_count, shape.lists(), shape.bins(), room.bytes};
+    if (m_planned == plan)
+        return;
+    m_planned = plan;
+    m_capacity = plannedCapacity(room, m_capacity);
+}
+
+// Memory of entries comes before that of frames, which take what it leaves.
+const FrameNow& CudaRenderer::begin(const FrameShape& shape, const FrameNow& plain, const FrameRequest& request,
+                                    uint32_t flight)
+{
+    const FrameOptions& options = request.options;
+    const bool again = request.repeats != 0 && request.repeats == m_last;
+    if (!again) {
+        m_now = plain;
+        m_lag.follow(m_scene.host(), options, request.eyes.data(), shape.eye_count, m_now.level_eyes);
+        if (shape.merged)
+            mergedCenter(m_now.eyes, m_now.look_from);
+        m_now.lod_bias = options.lod_bias;
+        m_now.lod_fade = options.lod_fade;
+        if (!shape.uses_reuse)
+            m_reuse.skipFrame();
+    }
+    if (!shape.uses_reuse)
+        return m_now;
+    if (again)
+        return m_reuse.beginAgain(flight);
+    if (m_reuse.needsMemory(options.reuse, shape.eye_count)) {
+        giveFramesBack();
+        m_reuse.prepare(m_scene, options.reuse, shape.eye_count, m_stream);
+        m_free = freeForFrames();
+    }
+    return m_reuse.begin(m_now, shape.eye_count, options, flight, m_stream);
+}
+
+FrameGraph& CudaRenderer::graphFor(const FrameShape& shape, const FrameNow& now, uint32_t flight)
+{
+    if (m_arena.reserve(frameBytes(shape, m_capacity), "a frame"))
+        for (Flight& any : m_flights)
+            any.graphs.clear();
+    // note: an arena that is large enough is laid out anew for every shape, which moves the buffers of the other graphs
+    // too; each graph has its own addresses, and frames follow each other
+    ArenaLayout layout(m_arena.get());
+    m_buffers = layOutFrame(layout, m_scene, shape, m_capacity, m_device.limits());
+    const FrameJob job{m_scene, shape, now, m_capacity, m_buffers, m_device.limits(), flight};
+    Flight& own = m_flights[flight];
+    own.timers.reserve(shape.passes);
+    const auto found =
+        std::find_if(own.graphs.begin(), own.graphs.end(), [&](const auto& graph) { return graph->fits(job); });
+    if (found != own.graphs.end()) {
+        std::rotate(own.graphs.begin(), found, found + 1);
+    } else {
+        own.graphs.push_front(std::make_unique<FrameGraph>(job, m_reuse, own.counters.data, own.timers, m_stream));
+        if (own.graphs.size() > kGraphs)
+            own.graphs.pop_back();
+    }
+    return *own.graphs.front();
+}
+
+uint64_t CudaRenderer::submit(const FrameRequest& request)
+{
+    m_device.use();
+    checkRequest(m_scene.host(), request, false);
+    Flight& flight = freeFlight();
+    const auto index = uint32_t(&flight - m_flights);
+    const FrameOptions& options = request.options;
+    FrameNow plain{};
+    std::ranges::copy(request.eyes, plain.eyes);
+    FrameShape shape = shapeOf(plain, uint32_t(request.eyes.size()), options);
+    if (shape.exact && !m_scene.exactLoaded()) {
+        giveFramesBack(); // what frames in `fast` took may be what the model in fp32 needs
+        m_scene.loadExact(m_stream);
+        m_free = freeForFrames();
+    }
+    if (m_scene.fastPossible())
+        m_scene.useAppearance(options.appearance, m_stream);
+    if (flight.setTargets(request) && m_budget.limit != 0)
+        giveFramesBack(); // they take what pictures leave
+    flight.placePictures();
+    const FrameNow& now = begin(shape, plain, request, index);
+    const FrameRoom room = roomFor(shape);
+    m_history.begin(m_last + 1, request.repeats, room, m_capacity);
+    planCapacity(shape, room);
+    const uint32_t passes = m_history.passes(request.repeats != 0, room, m_capacity);
+    shape.passes = passes;
+    shape.uses_reuse = shape.uses_reuse && passes == 1; // of a pass's entries only some would be decoded
+    shape.grid.slab_bits = m_history.slabBitsFor(m_capacity);
+    FrameGraph& graph = graphFor(shape, now, index);
+    flight.shape = shape;
+    graph.launch(now, m_stream);
+    flight.present(m_buffers.image, m_stream);
+    flight.ended = false;
+    return flight.ticket = ++m_last;
+}
+
+FrameState CudaRenderer::wait(uint64_t ticket, FrameResult& result, std::chrono::nanoseconds most)
+{
+    Flight& flight = flightOf(ticket);
+    try {
+        m_device.use();
+        if (!flight.ended && !flight.passed(most))
+            return FrameState::Pending;
+        for (Flight& older : m_flights)
+            if (older.ticket != 0 && older.ticket < ticket && !older.ended)
+                end(older);
+        if (!flight.ended)
+            end(flight);
+    } catch (...) {
+        flight.ticket = 0;
+        throw;
+    }
+    flight.ticket = 0;
+    result = flight.result;
+    return flight.overflowed ? FrameState::Overflowed : FrameState::Done;
+}
+
+// Of a frame that is drawn, after those before it.
+void CudaRenderer::end(Flight& flight)
+{
+    const FrameCounters& c = *flight.counters.data;
+    flight.overflowed = c.overflow != 0;
+    m_history.add({flight.ticket,
+                   {c.anchors_listed, c.most_slots, c.most_pairs},
+                   flight.overflowed,
+                   c.all_slots,
+                   c.pairs[0] + c.pairs[1],
+                   flight.shape.passes});
+    report(flight);
+    if (!flight.overflowed)
+        flight.copyToHost(m_copies);
+    flight.ended = true;
+}
+
+void CudaRenderer::report(Flight& flight)
+{
+    const FrameCounters& c = *flight.counters.data;
+    const FrameShape& shape = flight.shape;
+    FrameResult& result = flight.result;
+    result = {};
+    for (uint32_t e = 0; e < shape.eye_count; ++e) {
+        EyeCounts& eye = result.eyes[e];
+        eye.groups_tested = m_scene.model().params.group_count;
+        eye.anchors_tested = c.anchors_tested[e];
+        eye.anchors_visible = c.anchors_visible[e];
+        eye.anchors_decoded = !shape.merged ? c.anchors_visible[e] : e == 0 ? c.anchors_listed : 0;
+        eye.gaussians_alive = c.gaussians[e];
+        eye.gaussians_visible = c.splats[e];
+        eye.gaussians_dropped = c.dropped[e];
+        eye.pairs = c.pairs[e];
+        eye.blend_evaluations = c.evaluations[e];
+    }
+    if (shape.uses_reuse)
+        m_reuse.addCounts(uint32_t(&flight - m_flights), shape.eye_count, flight.overflowed, result);
+    result.times = flight.timers.times(shape.passes, flight.presents());
+    result.cache_bytes = m_reuse.bytes();
+    result.bytes_resident = m_budget.used;
+    result.passes = shape.passes;
+}
+
+} // namespace
+
+std::unique_ptr<Renderer> makeCudaRenderer(int ordinal, const RendererOptions& options)
+{
+    return std::make_unique<CudaRenderer>(ordinal, options);
+}
+
+} // namespace gsc

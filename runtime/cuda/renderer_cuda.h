@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// The renderer on a GPU. Nothing here names a CUDA header.
+#pragma once
+
+#include "runtime/renderer.h"
+
+namespace gsc {
+
+// That the process sees; 0 where there is no driver.
+int cudaDevices();
+
+// Looks at one. Starts the driver, which takes some tenths of a second.
+DeviceInfo cudaDevice(int ordinal);
+
+// Throws Error as cudaDevice() says, or OutOfMemory.
+std::unique_ptr<Renderer> makeCudaRenderer(int ordinal, const RendererOptions& options);
+
+} // namespace gsc

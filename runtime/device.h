@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// The devices that a renderer can be made for, and what a measurement must state of one.
+#pragma once
+
+#include "format/error.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+// "auto" is the best that the machine can run.
+struct DeviceId {
+    std::string backend = "auto"; // what draws: cuda, cpu or cpu-reference
+    int ordinal = 0;              // among the backend's devices; a CPU is one
+
+    bool operator==(const DeviceId&) const = default;
+};
+
+std::string deviceText(const DeviceId& device); // "cuda:1"; of the first "cuda"
+
+struct DeviceInfo {
+    DeviceId id;
+    bool usable = false;
+    ErrorCode why =
+        ErrorCode::Ok; // not usable: Device, no such device or driver; Unsupported, none this build has code for
+    std::string text;  // usable: what draws; otherwise what is wrong and what to do
+};
+
+// Every device of every backend of this build, best first; a backend without a device once, with the reason.
+std::vector<DeviceInfo> devices();
+
+// Empty or 0 = unknown.
+struct DeviceFacts {
+    std::string name, driver;
+    uint64_t memory_bytes = 0;
+    uint32_t processors = 0;                    // multiprocessors of a GPU, threads of a CPU
+    double clock_mhz = 0, memory_clock_mhz = 0; // at the moment of asking
+    uint64_t context_bytes = 0;                 // of its memory that the driver takes for this process
+};
+
+// The most of each kind of work that a device does, each measured alone. A multiply-add is one lane operation and two
+// FLOP.
+struct DeviceCeilings {
+    double copy_bytes_per_s = 0;   // device memory, bytes read and bytes written together
+    double read_bytes_per_s = 0;   // device memory
+    double fma_lane_ops_per_s = 0; // fp32
+    double mma_flop_per_s = 0;     // matrix units through mma.sync, factors of fp16 and sums of fp32
+    double exp_per_s = 0;          // base 2, approximate
+
+    [[nodiscard]] bool known() const { return copy_bytes_per_s > 0; } // then all are
+};
+
+} // namespace gsc

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "format/error.h"
+#include "runtime/cpu/renderer_cpu.h"
+#include "runtime/renderer.h"
+#if defined(GSC_HAVE_CUDA)
+#include "runtime/cuda/renderer_cuda.h"
+#endif
+
+#include <algorithm>
+
+namespace gsc {
+
+namespace {
+
+struct Entry {
+    const char* name;
+    int (*count)(); // devices
+    DeviceInfo (*look)(int ordinal);
+    std::unique_ptr<Renderer> (*make)(int ordinal, const RendererOptions& options);
+};
+
+int one()
+{
+    return 1;
+}
+
+DeviceInfo allCores(int)
+{
+    return {{"cpu", 0}, true, ErrorCode::Ok, "all cores, SIMD chosen at run time"};
+}
+
+DeviceInfo oneCore(int)
+{
+    return {{"cpu-reference", 0}, true, ErrorCode::Ok, "scalar, one thread; slow, for comparison"};
+}
+
+// Best first. A device's backend joins here, under the macro that says it was built.
+constexpr Entry kEntries[] = {
+#if defined(GSC_HAVE_CUDA)
+    {"cuda", cudaDevices, cudaDevice, makeCudaRenderer},
+#endif
+    {"cpu", one, allCores,
+     [](int, const RendererOptions& options) { return makeCpuRenderer(CpuPath::Fast, options.threads); }},
+    {"cpu-reference", one, oneCore, [](int, const RendererOptions&) { return makeCpuRenderer(CpuPath::Reference, 1); }},
+};
+
+} // namespace
+
+std::string deviceText(const DeviceId& device)
+{
+    return device.ordinal == 0 ? device.backend : device.backend + ":" + std::to_string(device.ordinal);
+}
+
+std::vector<DeviceInfo> devices()
+{
+    std::vector<DeviceInfo> all;
+    for (const Entry& entry : kEntries)
+        for (int i = 0; i < std::max(1, entry.count()); ++i)
+            all.push_back(entry.look(i));
+    return all;
+}
+
+std::unique_ptr<Renderer> makeRenderer(const DeviceId& device, const RendererOptions& options, std::string* warning)
+{
+    const bool any = device.backend == "auto";
+    std::string names = "auto";
+    for (const Entry& entry : kEntries) {
+        names += std::string(", ") + entry.name;
+        if (!any && device.backend != entry.name)
+            continue;
+        const int count = entry.count();
+        if (device.ordinal != 0 && device.ordinal >= count)
+            throw Error(ErrorCode::Usage,
+                        formatString("backend %s: this machine has %d of its devices, expected a number below that; "
+                                     "gsc-play backends lists them",
+                                     deviceText(device).c_str(), count));
+        const DeviceInfo found = entry.look(device.ordinal);
+        if (found.usable)
+            return entry.make(device.ordinal, options);
+        if (!any)
+            throw Error(found.why, formatString("backend %s: %s", deviceText(device).c_str(), found.text.c_str()));
+        if (warning != nullptr)
+            *warning = formatString("backend %s is passed over: %s", entry.name, found.text.c_str());
+    }
+    throw Error(ErrorCode::Usage, formatString("backend %s: not part of this build, expected one of %s; choose one of "
+                                               "those",
+                                               device.backend.c_str(), names.c_str()));
+}
+
+void Renderer::load(std::shared_ptr<const Scene> scene)
+{
+    load(scene->view());
+    m_scene = std::move(scene);
+}
+
+FrameResult finish(Renderer& renderer, const FrameRequest& request, uint64_t ticket)
+{
+    FrameRequest again = request;
+    FrameResult result;
+    StageTimes all;
+    for (uint32_t repeats = 0;; ++repeats) {
+        const FrameState state = renderer.wait(ticket, result);
+        const double last_ms = result.times.total;
+        all.add(result.times);
+        if (state == FrameState::Done) {
+            result.times = all;
+            result.repeats = repeats;
+            result.repeat_ms = all.total - last_ms;
+            return result;
+        }
+        again.repeats = ticket;
+        ticket = renderer.submit(again);
+    }
+}
+
+FrameResult render(Renderer& renderer, const FrameRequest& request)
+{
+    return finish(renderer, request, renderer.submit(request));
+}
+
+FrameResult render(Renderer& renderer, std::span<const EyeParams> eyes, const FrameOptions& options,
+                   float* const* images)
+{
+    FrameTarget targets[kMaxEyes];
+    for (size_t e = 0; images != nullptr && e < std::min<size_t>(eyes.size(), kMaxEyes); ++e)
+        if (images[e] != nullptr)
+            targets[e] = hostTarget(images[e]);
+    return render(
+        renderer,
+        FrameRequest{eyes, std::span(targets).first(images ? std::min<size_t>(eyes.size(), kMaxEyes) : 0), options});
+}
+
+} // namespace gsc

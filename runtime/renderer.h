@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// Plays a model on one device. Any number of renderers share a Scene; each is used from one thread at a time.
+#pragma once
+
+#include "kernels/frame/frame_target.h"
+#include "kernels/frame/frame_types.h"
+#include "runtime/device.h"
+#include "runtime/scene.h"
+
+#include <chrono>
+#include <memory>
+#include <span>
+#include <string>
+
+namespace gsc {
+
+struct RendererOptions {
+    int threads = 0; // of a renderer on the host, 0 = all cores
+    uint64_t memory_bytes =
+        0; // most of the device that this process may take, DeviceFacts::context_bytes included; 0 = all.
+           // Too few for the model: load() throws OutOfMemory; for a frame: submit(). Not on the host
+};
+
+// What a frame is drawn from, and where to. Copied by submit(), but for the memory of the targets.
+struct FrameRequest {
+    std::span<const EyeParams> eyes;        // 1 or 2
+    std::span<const FrameTarget> targets{}; // one per eye, or none: pictures stay on the device
+    FrameOptions options{};
+    uint64_t repeats = 0; // ticket of an overflowed frame that this one draws again; 0 = none
+};
+
+enum class FrameState {
+    Done,
+    Pending,    // not yet; ask again
+    Overflowed, // a buffer was too small and targets hold nothing of use: draw it again (FrameRequest::repeats) or drop it
+};
+
+constexpr uint32_t kFramesInFlight = 2;
+
+class Renderer {
+public:
+    virtual ~Renderer() = default;
+
+    [[nodiscard]] virtual DeviceId id() const = 0;
+    [[nodiscard]] virtual DeviceFacts device() const = 0;
+    [[nodiscard]] virtual bool onHost() const = 0; // the device is the host
+
+    // Measures them, which takes some tenths of a second and device memory. Unknown if the backend has no measurement.
+    // Throws Error (OutOfMemory, Device).
+    [[nodiscard]] virtual DeviceCeilings ceilings() { return {}; }
+
+    // What a frame asked for in tier `asked` is rendered in.
+    [[nodiscard]] virtual Tier tierOf(Tier asked) const = 0;
+
+    // Forget frames in flight. Throw Error (OutOfMemory, Unsupported, Device).
+    void load(std::shared_ptr<const Scene> scene);
+    virtual void load(const ModelView& model) = 0; // which, with all it points to, outlives this or the next load()
+
+    // Forgets what was kept from earlier frames, as if the next frame were the first. None may be in flight.
+    virtual void dropCaches() = 0;
+
+    // Returns the frame's ticket, from 1 in order. Does not wait for the device, but where its memory must grow: in first
+    // frames, at a new size and after an overflow. At most kFramesInFlight are in flight, which is from submit() to a
+    // wait() that does not say Pending. Frames are drawn in order; what is kept from frame to frame follows from what was
+    // submitted, never from what was ready when. Throws Error: Usage for what cannot be drawn, Unsupported, OutOfMemory,
+    // Device.
+    virtual uint64_t submit(const FrameRequest& request) = 0;
+
+    // Waits for a frame in flight until it is drawn and in its target, or `most` has passed. `result` is filled unless it
+    // says Pending. Throws Error: Device where the device is lost, after which nothing but destroying this is of use,
+    // and another renderer can be made; what submit() throws where a renderer finds it out later.
+    virtual FrameState wait(uint64_t ticket, FrameResult& result,
+                            std::chrono::nanoseconds most = std::chrono::nanoseconds::max()) = 0;
+
+    // A cudaEvent_t that passes when a frame in flight is in its target, for targets on the device. Null on a host.
+    [[nodiscard]] virtual void* readyEvent(uint64_t) const { return nullptr; }
+
+private:
+    std::shared_ptr<const Scene> m_scene;
+};
+
+// Throws Error: Usage for a backend or device that there is not, naming those there are; Device or Unsupported for one
+// that this machine cannot run; OutOfMemory. `warning`, if not null, says what "auto" passes over and why.
+std::unique_ptr<Renderer> makeRenderer(const DeviceId& device, const RendererOptions& options = {},
+                                       std::string* warning = nullptr);
+
+// Waits for a frame, and submits it again for as long as it overflows. The times are those of every try. Throws as both.
+FrameResult finish(Renderer& renderer, const FrameRequest& request, uint64_t ticket);
+// Submits a frame and finishes it.
+FrameResult render(Renderer& renderer, const FrameRequest& request);
+// The same into pictures of height x width x 3 floats in memory of this process, one per eye; where `images` or an entry is
+// null, they stay on the device.
+FrameResult render(Renderer& renderer, std::span<const EyeParams> eyes, const FrameOptions& options,
+                   float* const* images = nullptr);
+
+} // namespace gsc

@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+// The renderer interface on the host: tickets, targets, two frames in flight, two renderers of one model.
+#include "kernels/present/pixel.h"
+#include "runtime/cpu/frame_thread.h"
+#include "tests/kernels/render_tools.h"
+#include "tests/kernels/synthetic_model.h"
+#include "tests/runtime/reuse_tools.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <semaphore>
+#include <thread>
+
+using namespace gsc;
+using namespace gsc::test;
+
+namespace {
+
+using namespace std::chrono_literals;
+
+FrameRequest oneEye(const EyeParams& eye, const FrameTarget& target)
+{
+    return {{&eye, 1}, {&target, 1}, FrameOptions{}};
+}
+
+// The pictures of a walk, with two frames in flight or one.
+std::vector<std::vector<float>> walkThrough(Renderer& renderer, const FrameOptions& options, int frames, bool two)
+{
+    std::vector<std::vector<EyeParams>> eyes;
+    std::vector<std::vector<float>> pictures;
+    for (int i = 0; i < frames; ++i) {
+        eyes.push_back(walk(i, 1));
+        pictures.emplace_back(size_t(3) * eyes[size_t(i)][0].width * eyes[size_t(i)][0].height, -7.0f);
+    }
+    uint64_t before = 0;
+    FrameResult result;
+    for (size_t i = 0; i < eyes.size(); ++i) {
+        const FrameTarget target = hostTarget(pictures[i].data());
+        const uint64_t ticket = renderer.submit({eyes[i], {&target, 1}, options});
+        if (before != 0)
+            CHECK(renderer.wait(before, result) == FrameState::Done);
+        before = two ? ticket : 0;
+        if (!two)
+            CHECK(renderer.wait(ticket, result) == FrameState::Done);
+    }
+    if (two)
+        CHECK(renderer.wait(before, result) == FrameState::Done);
+    return pictures;
+}
+
+} // namespace
+
+TEST_CASE("two frames in flight draw what one after the other does, with entries kept and without")
+{
+    const SyntheticModel model(modelOptions(LevelRule::Round));
+    for (const ReusePolicy policy : {ReusePolicy::None, ReusePolicy::Error, ReusePolicy::Depth}) {
+        CAPTURE(uint32_t(policy));
+        const auto one = open(model.view()), two = open(model.view());
+        CHECK(walkThrough(*one, with(policy, 2), 6, false) == walkThrough(*two, with(policy, 2), 6, true));
+    }
+}
+
+TEST_CASE("renderers of one model on threads of their own draw the same bytes")
+{
+    const SyntheticModel model(modelOptions(LevelRule::Round));
+    const FrameOptions options = with(ReusePolicy::Error, 1);
+    const auto expected = walkThrough(*open(model.view()), options, 5, false);
+    std::vector<std::vector<float>> pictures[2];
+    std::vector<std::thread> threads;
+    for (auto& own : pictures)
+        threads.emplace_back([&] { own = walkThrough(*open(model.view()), options, 5, true); });
+    for (std::thread& thread : threads)
+        thread.join();
+    CHECK(pictures[0] == expected);
+    CHECK(pictures[1] == expected);
+}
+
+TEST_CASE("a target has the picture in its format and its rows, and nothing else of it changes")
+{
+    const SyntheticModel model(modelOptions(LevelRule::None));
+    const auto renderer = open(model.view());
+    const std::vector<EyeParams> eyes = walk(0, 1);
+    const uint32_t width = eyes[0].width, height = eyes[0].height;
+    const std::vector<float> plain = render(*renderer, eyes, FrameOptions{})[0].pixels;
+    for (const PixelFormat format : {PixelFormat::Rgb32f, PixelFormat::Rgba16f, PixelFormat::Rgba8}) {
+        const size_t pixel = pixelBytes(format), pitch = width * pixel + 24;
+        std::vector<uint64_t> memory((pitch * height + 7) / 8, 0x5a5a5a5a5a5a5a5aull);
+        auto* const rows = reinterpret_cast<unsigned char*>(memory.data());
+        render(*renderer, oneEye(eyes[0], {FrameTarget::Kind::Host, format, rows, pitch, 0}));
+        bool same = true, untouched = true;
+        for (uint32_t y = 0; y < height; ++y) {
+            for (uint32_t x = 0; x < width; ++x) {
+                const float* const rgb = plain.data() + 3 * (size_t(y) * width + x);
+                const PixelBytes bytes = pixelBytesOf(rgb);
+                const PixelHalves halves = pixelHalvesOf(rgb);
+                const void* const wanted = format == PixelFormat::Rgb32f    ? static_cast<const void*>(rgb)
+                                           : format == PixelFormat::Rgba16f ? static_cast<const void*>(&halves)
+                                                                            : static_cast<const void*>(&bytes);
+                same = same && std::memcmp(rows + y * pitch + x * pixel, wanted, pixel) == 0;
+            }
+            for (size_t i = width * pixel; i < pitch; ++i)
+                untouched = untouched && rows[y * pitch + i] == 0x5a;
+        }
+        CHECK(same);
+        CHECK(untouched);
+    }
+}
+
+TEST_CASE("colours as bytes and halves: rounding, limits, what is no number")
+{
+    const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+    for (const auto& [value, byte] : {std::pair{0.0f, 0},
+                                      {-1.0f, 0},
+                                      {nan, 0},
+                                      {1.0f, 255},
+                                      {7.0f, 255},
+                                      {inf, 255},
+                                      {-inf, 0},
+                                      {0.5f, 128},
+                                      {0.49f / 255, 0},
+                                      {0.51f / 255, 1},
+                                      {254.6f / 255, 255}})
+        CHECK(pixelByte(value) == byte);
+    for (uint32_t bits = 0; bits < 0x7c00; ++bits) { // every finite half, and what lies between it and the next
+        const float value = halfToFloat(uint16_t(bits)),
+                    next = bits < 0x7bff ? halfToFloat(uint16_t(bits + 1)) : 65536.0f;
+        const float middle = value + (next - value) / 2;
+        REQUIRE(floatToHalf(value) == bits);
+        REQUIRE(floatToHalf(-value) == (bits | 0x8000u));
+        REQUIRE(floatToHalf(std::nextafter(middle, 0.0f)) == bits);
+        REQUIRE(floatToHalf(std::nextafter(middle, inf)) == bits + 1);
+        REQUIRE(floatToHalf(middle) == (bits % 2 == 0 ? bits : bits + 1));
+    }
+    CHECK(floatToHalf(inf) == 0x7c00);
+    CHECK(floatToHalf(1e30f) == 0x7c00);
+    CHECK(std::isnan(floatToHalf(nan) == 0x7e00 ? nan : 0.0f));
+}
+
+TEST_CASE("targets that cannot be written to are refused")
+{
+    const SyntheticModel model(modelOptions(LevelRule::None));
+    const auto renderer = open(model.view());
+    const EyeParams eye = walk(0, 1)[0];
+    std::vector<uint64_t> memory(size_t(eye.width) * eye.height * 2);
+    unsigned char* const rows = reinterpret_cast<unsigned char*>(memory.data());
+    const auto refused = [&](const FrameTarget& target) {
+        CHECK_THROWS_AS(renderer->submit(oneEye(eye, target)), Error);
+    };
+    using Kind = FrameTarget::Kind;
+    refused({Kind::Host, PixelFormat::Rgba8, nullptr, 0, 0});
+    refused({Kind::Host, PixelFormat::Rgba8, rows + 2, 0, 0});
+    refused({Kind::Host, PixelFormat::Rgba16f, rows + 4, 0, 0});
+    refused({Kind::Host, PixelFormat::Rgba8, rows, size_t(eye.width) * 4 - 4, 0});
+    refused({Kind::Host, PixelFormat::Rgba8, rows, size_t(eye.width) * 4 + 2, 0});
+    refused({Kind::Surface, PixelFormat::Rgba8, nullptr, 0, 1});
+    const FrameTarget two[2] = {};
+    CHECK_THROWS_AS(renderer->submit({{&eye, 1}, two, FrameOptions{}}), Error);
+    render(*renderer, oneEye(eye, {Kind::Device, PixelFormat::Rgba8, rows, 0, 0})); // the device is the host
+    CHECK(rows[3] == 255);
+}
+
+TEST_CASE("tickets: two in flight, each waited for once, in any order")
+{
+    const SyntheticModel model(modelOptions(LevelRule::None));
+    for (const CpuPath path : {CpuPath::Fast, CpuPath::Reference}) {
+        const std::unique_ptr<Renderer> renderer = makeCpuRenderer(path, 1);
+        const std::vector<EyeParams> eyes = walk(0, 1);
+        CHECK_THROWS_AS(renderer->submit({eyes}), Error); // no model
+        renderer->load(model.view());
+        const uint64_t first = renderer->submit({eyes}), second = renderer->submit({eyes});
+        CHECK(second == first + 1);
+        CHECK_THROWS_WITH_AS(renderer->submit({eyes}), doctest::Contains("in flight"), Error);
+        FrameResult result;
+        while (renderer->wait(second, result, 1ms) == FrameState::Pending) {
+        }
+        CHECK(result.eyes[0].pairs > 0);
+        CHECK_THROWS_WITH_AS(renderer->wait(second, result), doctest::Contains("not in flight"), Error);
+        CHECK(renderer->wait(first, result) == FrameState::Done);
+        (void)renderer->submit({eyes});
+        renderer->load(model.view()); // forgets it
+        CHECK_THROWS_AS(renderer->wait(second + 1, result), Error);
+        (void)renderer->submit({eyes}); // and goes before it is drawn
+    }
+}
+
+TEST_CASE("submit does not wait, a wait may end before the frame, and what drawing throws comes out of it")
+{
+    std::binary_semaphore go(0);
+    FrameThread thread([&](const EyeParams*, uint32_t eye_count, const FrameOptions& options, float* const* images,
+                           FrameResult& result) {
+        if (options.appearance == 1)
+            throw Error(ErrorCode::OutOfMemory, "too little");
+        go.acquire();
+        CHECK(eye_count == 1);
+        CHECK(images[0] == nullptr);
+        result.passes = 7;
+    });
+    const EyeParams eye = walk(0, 1)[0];
+    FrameRequest request{{&eye, 1}};
+    const uint64_t first = thread.submit(request); // drawing has not begun to end
+    request.options.appearance = 1;
+    const uint64_t second = thread.submit(request);
+    FrameResult result;
+    CHECK(thread.wait(first, result, 0ns) == FrameState::Pending);
+    CHECK(thread.wait(second, result, 1ms) == FrameState::Pending);
+    go.release();
+    constexpr auto ever = std::chrono::nanoseconds::max();
+    CHECK(thread.wait(first, result, ever) == FrameState::Done);
+    CHECK(result.passes == 7);
+    CHECK_THROWS_WITH_AS(thread.wait(second, result, ever), "too little", Error);
+    CHECK_THROWS_AS(thread.wait(second, result, ever), Error); // it has ended
+    (void)thread.submit(request);
+    thread.clear();
+    CHECK_THROWS_WITH_AS(thread.wait(3, result, ever), doctest::Contains("not in flight"), Error);
+}
