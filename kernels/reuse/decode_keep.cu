@@ -63,7 +63,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) keepKernel(cons
         gatherInputs(args, anchors, t, feature, levels);
 
         const bool kept = slot != kNoEntry;
-        const uint32_t keys = kept ? (1u << want.keys) - 1u : want.eyes;
+        const uint32_t keys = kept ? (1u << want.keys.count) - 1u : want.eyes;
         const bool both = keys == 3u;
         float ahead[kItems] = {}; // opacities at the second key
         uint32_t keep = 0, at[kItems], alive = 0;
@@ -71,7 +71,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) keepKernel(cons
         for (uint32_t look = both ? kSecondOpacities : keys; look <= (both ? kSecondKey : keys); ++look) {
             const uint32_t key = look == kFirstKey ? 0 : 1;
             uint32_t hidden[6][4];
-            const float* const center = kept            ? want.center[key]
+            const float* const center = kept            ? want.keys.center[key]
                                         : args.one_view ? args.look_from
                                                         : args.eyes[key].center;
             firstLayer<kBank>(args, shared.networks, lane, positions, center, feature, levels, hidden);

@@ -27,7 +27,7 @@ __device__ __forceinline__ void drawAgain(const ReuseTables& tables, uint32_t i,
     want.eye = want.eyes >> 1 & ~want.eyes & 1u;
     want.index = i;
     want.bucket = kMust;
-    want.keys = 1;
+    want.keys.count = 1;
     tables.wants[at] = want;
 }
 

@@ -71,7 +71,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(cons
             const KeptWord* const words = wordsOf(args.tables, slot);
             const KeptEntry& entry = args.tables.entries[slot];
             const uint32_t count = entry.alive;
-            const float t = placeBetween(entry.center, entry.keys, entry.span, args.eyes[v].center).t;
+            const float t = placeBetween(entry.keys, args.eyes[v].center).t;
             const uint32_t rows = entry.positive[0] | (t != 0.0f ? entry.positive[1] : 0u);
             if ((rows & strip.lanes >> (16 * v)) != 0)
                 positive |= 1u << v;

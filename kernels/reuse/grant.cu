@@ -40,14 +40,6 @@ __device__ bool mayGo(const KeptEntry& kept, uint32_t frame)
     return kept.owner != kNoEntry && kept.used != frame;
 }
 
-// Strips of one urgency in an order of the frame's own, so that none waits for ever behind others.
-__device__ uint32_t splitOf(uint32_t strip, uint32_t frame)
-{
-    uint32_t mixed = strip * 2654435769u + frame * 2246822519u;
-    mixed = (mixed ^ mixed >> 15) * 739982445u;
-    return uint32_t(uint64_t(mixed) * kSplits >> 32);
-}
-
 __global__ void __launch_bounds__(kThreads) ageKernel(const __grid_constant__ ScheduleCudaArgs args)
 {
     const ReuseTables& tables = args.tables;
@@ -113,18 +105,16 @@ __global__ void __launch_bounds__(kLevelThreads) levelKernel(const __grid_consta
     const uint32_t wanted = counters.wanted, free_slots = state.free_slots;
     if (now.again != 0)
         return;
-    if (now.decode_budget > 0) {
+    if (now.rule.decode_budget > 0) {
         for (uint32_t e = 0; e < now.eye_count; ++e) {
             const uint64_t spent = counters.decoded[e];
-            const uint64_t left = spent < now.decode_budget ? now.decode_budget - spent : 0;
+            const uint64_t left = spent < now.rule.decode_budget ? now.rule.decode_budget - spent : 0;
             const Reach reach = reachWithin(tables.scratch->urgencies[e], kUrgencies, left);
             if (threadIdx.x == 0) {
                 counters.granted_before[e] = reach.buckets;
                 counters.split_left[e] = reach.buckets < kUrgencies ? uint32_t(left - reach.sum) : 0u;
-                // entries that all live until they change this much use the budget up exactly
                 const float rates = float(counters.rates[e]) * (1.0f / kRateUnit);
-                state.level[now.frame & 1u][e] =
-                    counters.due[e] > now.decode_budget ? rates / float(now.decode_budget) : 0.0f;
+                state.level[now.frame & 1u][e] = budgetLevel(now.rule, counters.due[e], rates);
             }
         }
         if (threadIdx.x == 0)
@@ -151,7 +141,7 @@ __global__ void __launch_bounds__(kThreads) splitKernel(const __grid_constant__ 
         const Want& want = tables.wants[i];
         if (want.bucket == counters.granted_before[want.eye])
             atomicAdd(&tables.scratch->splits[want.eye][splitOf(want.strip.strip, args.now.frame)],
-                      want.strip.count * want.keys);
+                      want.strip.count * want.keys.count);
     }
 }
 
@@ -205,17 +195,9 @@ __device__ uint32_t slotFor(const ScheduleCudaArgs& args, const Want& want)
         tables.slot_of[want.eye][want.strip.strip] = slot;
     }
     KeptEntry kept{};
-    for (int i = 0; i < 3; ++i) {
-        kept.center[0][i] = want.center[0][i];
-        kept.center[1][i] = want.center[1][i];
-    }
-    kept.span = want.span;
+    kept.keys = want.keys;
     kept.decoded = kept.used = args.now.frame;
-    kept.reach = want.reach;
     kept.owner = want.strip.strip * 2 + want.eye;
-    kept.keys = uint8_t(want.keys);
-    kept.fresh = uint8_t(want.fresh);
-    kept.lanes = lanesOfAnyEye(want.strip.lanes);
     tables.entries[slot] = kept;
     return slot;
 }
@@ -246,9 +228,9 @@ __global__ void __launch_bounds__(kThreads) grantKernel(const __grid_constant__ 
                 // what no slot holds is decoded once for each eye, and drawn as it is decoded
                 const uint32_t decodes = !granted           ? 0u
                                          : slot == kNoEntry ? want.strip.count
-                                         : e == counter     ? want.strip.count * want.keys
+                                         : e == counter     ? want.strip.count * want.keys.count
                                                             : 0u;
-                const uint32_t counted = want.bucket == kMust && e == counter ? want.strip.count * want.keys : 0u;
+                const uint32_t counted = want.bucket == kMust && e == counter ? want.strip.count * want.keys.count : 0u;
                 const uint32_t visible = __popc(want.strip.lanes >> (16 * e) & 0xffffu);
                 tables.drawn[want.index].slot[e] = tables.decided[want.strip.strip].slot[e] =
                     granted ? slot : want.fallback[e];

@@ -10,19 +10,16 @@
 
 #include "kernels/frame/device_model.h"
 #include "kernels/frame/frame_now.h"
-#include "kernels/reuse/reuse_math.h"
+#include "kernels/reuse/policy.h"
 #include "kernels/reuse/schedule.h"
 
 struct CUstream_st;
 
 namespace gsc {
 
-constexpr uint32_t kNoEntry = ~0u;     // slot
-constexpr uint32_t kMust = ~0u;        // bucket of what is decoded whatever the budget
-constexpr uint32_t kKeptWords = 3;     // of 8 bytes, per Gaussian of an entry and key (kept_entry.cuh)
-constexpr uint32_t kUrgencies = 4096;  // buckets, per eye, most urgent first: 256 per octave of predicted change
-constexpr uint32_t kSplits = 1u << 14; // per eye: strips of one bucket of urgency, in an order of the frame's own
-constexpr uint32_t kAges = 1u << 16;   // buckets, oldest first: frames not drawn, then strips in no order
+constexpr uint32_t kNoEntry = ~0u;   // slot
+constexpr uint32_t kKeptWords = 3;   // of 8 bytes, per Gaussian of an entry and key (kept_entry.cuh)
+constexpr uint32_t kAges = 1u << 16; // buckets, oldest first: frames not drawn, then strips in no order
 constexpr float kRateUnit = 1048576.0f;
 constexpr uint32_t kOrders = 1024; // buckets of strips in file order
 
@@ -48,37 +45,27 @@ struct alignas(8) KeptWord {
     uint32_t low, high;
 };
 
-// A strip as one or two camera centres saw it, its keys. Drawn on the line between the two, and on along it; by any eye.
+// A strip as one or two camera centres saw it.
 struct alignas(16) KeptEntry {
-    float center[2][3];   // decoded from here, world units; the way of the camera goes from the first to the second,
-                          // which is the first again where there is one
-    float span;           // predicted change from the first to the second of the anchors `lanes`, 1 = full scale
+    StripKeys keys;
     uint32_t decoded;     // frame
-    StripReach reach;     // of the anchors `lanes`, about the last key
     uint32_t used;        // frame that drew it last
     uint32_t owner;       // strip x 2 + eye it was decoded for, or kNoEntry: free
     uint16_t alive;       // Gaussians
-    uint8_t keys;         // 1 or 2
-    uint8_t fresh;        // nothing of the strip and eye was kept before
     uint16_t positive[2]; // per key: anchors with an opacity above zero
-    uint32_t lanes;       // anchors that an eye has seen since it was decoded; all 16 are kept
 };
 static_assert(sizeof(KeptEntry) == 64);
 
 // Something the policy wants decoded.
 struct alignas(16) Want {
     ListedStrip strip;
-    float center[2][3];   // where from: KeptEntry
-    float span;           //
+    StripKeys keys;       // where from
     uint32_t eye;         // whose entry
-    StripReach reach;     // KeptEntry
     uint32_t index;       // of the strip in the list
     uint32_t fallback[2]; // slots that the eyes draw if it is not granted
     uint32_t eyes;        // that draw it: its own, and the other where the bound allows it
     uint32_t bucket;      // of urgency, or kMust
     uint32_t slot;        // granted: that of the entry, or kNoEntry
-    uint32_t keys, fresh; // KeptEntry
-    uint32_t reserved;
 };
 static_assert(sizeof(Want) == 96);
 
@@ -93,13 +80,10 @@ struct ReuseNow : FrameNow {
     uint32_t again;  // other than 0: it is
     uint32_t merged; // other than 0: one entry for both eyes, decoded from look_from (StereoMode::Merged)
     uint32_t eye_count;
-    float center[kMaxEyes][3], step[kMaxEyes][3];                    // of the cameras, world units
-    uint32_t steady[kMaxEyes], erratic[kMaxEyes], history[kMaxEyes]; // CameraMotion
+    ReuseRule rule;
     ReusePolicy policy;
     DepthGuidance guidance;
     uint32_t max_depth;
-    float bound; // 1 = full scale
-    uint64_t decode_budget;
 };
 
 // Of one frame.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How long an anchor that was decoded once may be drawn (design section 5).
+// How much what is drawn of an anchor changes while it is kept (design section 5). policy.h decides by it.
 #pragma once
 
 #include "kernels/frame/frame_types.h"
@@ -9,36 +9,15 @@
 
 namespace gsc {
 
-// An entry of one key is decoded for where the camera will be when half its life is over: the error then starts below
-// the bound, falls to zero and rises again. It starts at this share of the bound.
-constexpr float kLeadShare = 0.7f;
-// Between two keys the change predicted from one to the other is all there but for this share, in the middle. Measured
-// on four trained models and the paths of gsc sample paths.
-constexpr float kCurve = 0.08f;
-// That where broadShare() holds what is close by to less of the bound, as on a CPU: of the rest it is less.
-constexpr float kCurveOfRest = 0.07f;
-constexpr float kMaxLeadFrames = 64;
 // Where on the line between its keys a strip can be drawn, as a share of the way: what shows only beyond is not kept.
 constexpr float kLeastMix = -0.5f, kMostMix = 1.5f;
-// Share of the bound for a camera that goes another way in every frame: an error may then change its sign from one frame
-// to the next, and flickers by twice itself.
-constexpr float kErraticShare = 0.5f;
-// What the curve between two keys may take of what their strip is allowed; the rest is for a camera beside their line.
-constexpr float kCurveFill = 0.9f;
 constexpr float kBroad = 0.02f; // of the picture
 constexpr float kThinnest = 16;
-constexpr float kGross = 0.1f; // a change that shows as much as a hole does, such as that of a view long left
 
 // Fixed per strip, spread over [0.3, 1).
-GSC_HD float stagger(uint64_t strip)
+GSC_HD float stagger(uint32_t strip)
 {
-    return 0.3f + 0.7f * float(uint32_t(strip * 2654435769u) >> 8) * 0x1p-24f;
-}
-
-// Share of the bound that a strip is allowed, fixed per strip: those of one age are not all due in one frame.
-GSC_HD float refreshShare(uint64_t strip)
-{
-    return 0.85f + 0.15f * stagger(strip);
+    return 0.3f + 0.7f * float(strip * 2654435769u >> 8) * 0x1p-24f;
 }
 
 // Share of the bound that is left to a strip one of whose Gaussians takes `cover` of the picture, needles counted by
@@ -82,16 +61,15 @@ GSC_HD uint32_t reuseDepth(DepthGuidance guidance, uint32_t max_depth, float upd
 
 // What an anchor sees of a camera that moved from c0 to c1: change of the unit direction and of the distance, relative.
 // The scalar twin of stripError(). Not finite where a camera lies on the anchor.
-template <typename Real>
-GSC_HD Real predictedChange(const Vec3<Real>& p, const Real* c0, const Real* c1, Real direction, Real distance)
+GSC_HD float predictedChange(const Vec3<float>& p, const float* c0, const float* c1, float direction, float distance)
 {
-    const Real a[3] = {p.x - c0[0], p.y - c0[1], p.z - c0[2]};
-    const Real b[3] = {p.x - c1[0], p.y - c1[1], p.z - c1[2]};
-    const Real la = std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
-    const Real lb = std::sqrt(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);
-    Real square = 0;
+    const float a[3] = {p.x - c0[0], p.y - c0[1], p.z - c0[2]};
+    const float b[3] = {p.x - c1[0], p.y - c1[1], p.z - c1[2]};
+    const float la = std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
+    const float lb = std::sqrt(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);
+    float square = 0;
     for (int i = 0; i < 3; ++i) {
-        const Real d = a[i] / la - b[i] / lb;
+        const float d = a[i] / la - b[i] / lb;
         square += d * d;
     }
     return direction * std::sqrt(square) + distance * std::abs(lb - la) / (la < lb ? la : lb);
@@ -123,6 +101,17 @@ GSC_HD float changeBound(const StripReach& reach, const float* reference, const 
     return 1.001f * reach.rate * std::sqrt(step) / left + 1e-6f * reach.weight;
 }
 
+// Where a strip was or will be decoded from, its keys. Drawn on the line between the two, and on along it; by any eye.
+struct StripKeys {
+    float center[2][3] = {}; // world units; the way of the camera goes from the first to the second, which is the first
+                             // again where there is one
+    float span = 0;          // predicted change from the first to the second of the anchors `lanes`, 1 = full scale
+    StripReach reach;        // about the second, of the anchors `lanes` at least
+    uint16_t lanes = 0;      // bit i: anchor i of the strip, seen by an eye since it was decoded
+    uint8_t count = 0;       // 1 or 2
+    uint8_t fresh = 0;       // other than 0: nothing of the strip and eye was kept before
+};
+
 // Where on the way between its keys an entry is drawn for a camera.
 struct KeyPlace {
     float t;        // 0 draws the first key, 1 the second; from kLeastMix to kMostMix, on along the line
@@ -130,12 +119,12 @@ struct KeyPlace {
     float point[3]; // of the keys' line, next to the camera
 };
 
-// `span`: predicted change from the first of two keys to the second.
-GSC_HD KeyPlace placeBetween(const float (*center)[3], uint32_t keys, float span, const float* camera,
-                             float curve = kCurve)
+// `curve`: ReuseTuning; where the strip is drawn does not depend on it.
+GSC_HD KeyPlace placeBetween(const StripKeys& keys, const float* camera, float curve = 0)
 {
+    const float(*const center)[3] = keys.center;
     float along = 0, square = 0;
-    for (int i = 0; i < 3 && keys == 2; ++i) {
+    for (int i = 0; i < 3 && keys.count == 2; ++i) {
         const float way = center[1][i] - center[0][i];
         along += (camera[i] - center[0][i]) * way;
         square += way * way;
@@ -144,8 +133,8 @@ GSC_HD KeyPlace placeBetween(const float (*center)[3], uint32_t keys, float span
     const float t = square > 0 ? along / square : 0.0f;
     place.t = t < kLeastMix ? kLeastMix : kMostMix < t ? kMostMix : t;
     for (int i = 0; i < 3; ++i)
-        place.point[i] = center[0][i] + (keys == 2 ? place.t * (center[1][i] - center[0][i]) : 0.0f);
-    place.curve = 4 * curve * std::abs(place.t * (1 - place.t)) * span;
+        place.point[i] = center[0][i] + (keys.count == 2 ? place.t * (center[1][i] - center[0][i]) : 0.0f);
+    place.curve = 4 * curve * std::abs(place.t * (1 - place.t)) * keys.span;
     return place;
 }
 

@@ -18,12 +18,11 @@ constexpr uint32_t kStripsPerGroup = kGroupSize / kStripAnchors;
 // any change of direction.
 constexpr float kLeastSensitivity = 1e-3f;
 
-// Positions of a group's anchors and what schedules them. Lanes past the count repeat the last anchor.
-struct alignas(64) GroupAnchors {
-    float x[kGroupSize], y[kGroupSize], z[kGroupSize]; // world units
-    float direction[kGroupSize];                       // SENS: change per unit of view direction, 1 = full scale
-    float distance[kGroupSize];                        // SENS: change per relative change of distance
-    uint32_t count;
+// Positions of a strip's anchors and what schedules them. Lanes past the last anchor repeat it.
+struct alignas(64) StripAnchors {
+    float x[kStripAnchors], y[kStripAnchors], z[kStripAnchors]; // world units
+    float direction[kStripAnchors]; // SENS: change per unit of view direction, 1 = full scale
+    float distance[kStripAnchors];  // SENS: change per relative change of distance
 };
 
 // Of a half that is not negative and finite: halfToFloat() without its cases.
@@ -32,17 +31,15 @@ inline float halfValue(uint16_t half)
     return std::bit_cast<float>(uint32_t(half) << 13) * 0x1p112f;
 }
 
-// `sensitivity` as ModelView's: two halves per anchor in file order. Of one strip with an anchor, or of all.
+// Strip `strip` of `group`, one with an anchor. `sensitivity` as ModelView's: two halves per anchor in file order.
 void loadStripAnchors(const ModelView& model, const uint16_t* sensitivity, const GroupRecord& group, uint32_t strip,
-                      GroupAnchors& anchors);
-void loadGroupAnchors(const ModelView& model, const uint16_t* sensitivity, const GroupRecord& group,
-                      GroupAnchors& anchors);
+                      StripAnchors& anchors);
 
-// Largest predicted change, 1 = full scale, over the anchors of strip `strip` with a bit in `lanes`, when the camera
-// went from `c0` to `c1` (world units). +infinity where it cannot be told. See predictedChange().
-float stripError(const GroupAnchors& anchors, uint32_t strip, uint32_t lanes, const float* c0, const float* c1);
+// Largest predicted change, 1 = full scale, over the anchors with a bit in `lanes`, when the camera went from `c0` to
+// `c1` (world units). +infinity where it cannot be told. See predictedChange().
+float stripError(const StripAnchors& anchors, uint32_t lanes, const float* c0, const float* c1);
 
-// Of all anchors of a strip, for cameras about `center`.
-StripReach stripReach(const GroupAnchors& anchors, uint32_t strip, const float* center);
+// Of all anchors, for cameras about `center`.
+StripReach stripReach(const StripAnchors& anchors, const float* center);
 
 } // namespace gsc

@@ -32,21 +32,20 @@ HWY_INLINE Direction directionFrom(D d, const float* center, V x, V y, V z)
     return {hn::Div(x, length), hn::Div(y, length), hn::Div(z, length), length};
 }
 
-float largestChange(const GroupAnchors& anchors, uint32_t strip, uint32_t lanes, const float* c0, const float* c1)
+float largestChange(const StripAnchors& anchors, uint32_t lanes, const float* c0, const float* c1)
 {
     const D d;
     const size_t width = hn::Lanes(d);
     const V infinity = hn::Set(d, std::numeric_limits<float>::infinity());
     V worst = hn::Zero(d);
     for (size_t i = 0; i < kStripAnchors; i += width) {
-        const size_t at = strip * kStripAnchors + i;
-        const V x = hn::Load(d, anchors.x + at), y = hn::Load(d, anchors.y + at), z = hn::Load(d, anchors.z + at);
+        const V x = hn::Load(d, anchors.x + i), y = hn::Load(d, anchors.y + i), z = hn::Load(d, anchors.z + i);
         const Direction a = directionFrom(d, c0, x, y, z), b = directionFrom(d, c1, x, y, z);
         const V dx = hn::Sub(a.x, b.x), dy = hn::Sub(a.y, b.y), dz = hn::Sub(a.z, b.z);
         const V chord = hn::Sqrt(hn::Add(hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)), hn::Mul(dz, dz)));
         const V stretch = hn::Div(hn::Abs(hn::Sub(b.length, a.length)), hn::Min(a.length, b.length));
-        V change = hn::MulAdd(hn::Load(d, anchors.direction + at), chord,
-                              hn::Mul(hn::Load(d, anchors.distance + at), stretch));
+        V change =
+            hn::MulAdd(hn::Load(d, anchors.direction + i), chord, hn::Mul(hn::Load(d, anchors.distance + i), stretch));
         change = hn::IfThenElse(hn::Eq(change, change), change, infinity);
         const uint8_t bits[8] = {uint8_t(lanes >> i), uint8_t(lanes >> i >> 8)};
         worst = hn::Max(worst, hn::IfThenElseZero(hn::LoadMaskBits(d, bits), change));
@@ -54,17 +53,16 @@ float largestChange(const GroupAnchors& anchors, uint32_t strip, uint32_t lanes,
     return hn::GetLane(hn::MaxOfLanes(d, worst));
 }
 
-StripReach reachOf(const GroupAnchors& anchors, uint32_t strip, const float* center)
+StripReach reachOf(const StripAnchors& anchors, const float* center)
 {
     const D d;
     const size_t width = hn::Lanes(d);
     V rate = hn::Zero(d), weight = hn::Zero(d), nearest = hn::Set(d, std::numeric_limits<float>::infinity());
     for (size_t i = 0; i < kStripAnchors; i += width) {
-        const size_t at = strip * kStripAnchors + i;
-        const V length = directionFrom(d, center, hn::Load(d, anchors.x + at), hn::Load(d, anchors.y + at),
-                                       hn::Load(d, anchors.z + at))
-                             .length;
-        const V sum = hn::Add(hn::Load(d, anchors.direction + at), hn::Load(d, anchors.distance + at));
+        const V length =
+            directionFrom(d, center, hn::Load(d, anchors.x + i), hn::Load(d, anchors.y + i), hn::Load(d, anchors.z + i))
+                .length;
+        const V sum = hn::Add(hn::Load(d, anchors.direction + i), hn::Load(d, anchors.distance + i));
         rate = hn::Max(rate, hn::Div(sum, length));
         weight = hn::Max(weight, sum);
         nearest = hn::Min(nearest, length);
@@ -83,23 +81,22 @@ namespace gsc {
 HWY_EXPORT(largestChange);
 HWY_EXPORT(reachOf);
 
-float stripError(const GroupAnchors& anchors, uint32_t strip, uint32_t lanes, const float* c0, const float* c1)
+float stripError(const StripAnchors& anchors, uint32_t lanes, const float* c0, const float* c1)
 {
-    return HWY_DYNAMIC_DISPATCH(largestChange)(anchors, strip, lanes, c0, c1);
+    return HWY_DYNAMIC_DISPATCH(largestChange)(anchors, lanes, c0, c1);
 }
 
-StripReach stripReach(const GroupAnchors& anchors, uint32_t strip, const float* center)
+StripReach stripReach(const StripAnchors& anchors, const float* center)
 {
-    return HWY_DYNAMIC_DISPATCH(reachOf)(anchors, strip, center);
+    return HWY_DYNAMIC_DISPATCH(reachOf)(anchors, center);
 }
 
 void loadStripAnchors(const ModelView& model, const uint16_t* sensitivity, const GroupRecord& group, uint32_t strip,
-                      GroupAnchors& anchors)
+                      StripAnchors& anchors)
 {
     const uint32_t first = group.anchor_first - model.chunks[group.chunk].anchor_first;
-    anchors.count = group.anchor_count;
-    for (uint32_t i = strip * kStripAnchors; i < (strip + 1) * kStripAnchors; ++i) {
-        const uint32_t lane = i < anchors.count ? i : anchors.count - 1;
+    for (uint32_t i = 0; i < kStripAnchors; ++i) {
+        const uint32_t lane = std::min<uint32_t>(strip * kStripAnchors + i, group.anchor_count - 1);
         const Vec3<float> p = anchorPosition(model, group.chunk, first + lane);
         anchors.x[i] = p.x;
         anchors.y[i] = p.y;
@@ -108,13 +105,6 @@ void loadStripAnchors(const ModelView& model, const uint16_t* sensitivity, const
         anchors.direction[i] = std::max(halfValue(halves[0]), kLeastSensitivity);
         anchors.distance[i] = halfValue(halves[1]);
     }
-}
-
-void loadGroupAnchors(const ModelView& model, const uint16_t* sensitivity, const GroupRecord& group,
-                      GroupAnchors& anchors)
-{
-    for (uint32_t strip = 0; strip < kStripsPerGroup; ++strip)
-        loadStripAnchors(model, sensitivity, group, strip, anchors);
 }
 
 } // namespace gsc

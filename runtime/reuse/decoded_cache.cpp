@@ -142,12 +142,12 @@ size_t DecodedCache::makeRoom(size_t wanted, uint64_t limit, uint64_t frame)
     return m_free.size();
 }
 
-uint32_t DecodedCache::add(uint64_t strip, uint32_t eye)
+uint32_t DecodedCache::add(uint32_t strip, uint32_t eye)
 {
     const uint32_t slot = m_free.back();
     m_free.pop_back();
     m_entries[slot] = {};
-    m_entries[slot].strip = uint32_t(strip);
+    m_entries[slot].strip = strip;
     m_entries[slot].eye = eye;
     m_entries[slot].valid = true;
     m_slot_of[eye][strip] = slot;

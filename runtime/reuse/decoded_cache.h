@@ -11,17 +11,13 @@ namespace gsc {
 
 constexpr uint32_t kNoSlot = ~0u;
 
-// A strip as one or two camera centres saw it. Drawn on the line between the two, and on along it (strip.h).
+// A strip as one or two camera centres saw it.
 struct CacheEntry {
-    float center[2][3] = {}; // decoded from here; the way of the camera goes from the first to the second
-    float span = 0;          // predicted change from the first to the second of the anchors `lanes`, 1 = full scale
-    StripReach reach;        // about its last key
+    StripKeys keys;
     uint32_t strip = 0, eye = 0;
     uint64_t decoded = 0, used = 0; // frames; decoded: the last key
     PackedExtent extent = {};       // of the packed strip
-    float cover = 0;    // most of the picture that one of its Gaussians took when last drawn, see broadShare()
-    uint16_t lanes = 0; // bit i: anchor i of the strip
-    uint8_t keys = 0;   // 1 or 2
+    float cover = 0; // most of the picture that one of its Gaussians took when last drawn, see broadShare()
     bool valid = false;
 };
 
@@ -36,7 +32,7 @@ public:
     void shrink(uint64_t limit);
 
     // Of strip `strip` decoded for `eye`, or kNoSlot.
-    [[nodiscard]] uint32_t find(uint64_t strip, uint32_t eye) const { return m_slot_of[eye][strip]; }
+    [[nodiscard]] uint32_t find(uint32_t strip, uint32_t eye) const { return m_slot_of[eye][strip]; }
     [[nodiscard]] CacheEntry& entry(uint32_t slot) { return m_entries[slot]; }
     [[nodiscard]] const CacheEntry& entry(uint32_t slot) const { return m_entries[slot]; }
 
@@ -47,7 +43,7 @@ public:
     // Makes room for `wanted` more entries without passing `limit` bytes in all (0 = none): grows, then gives up the
     // entries that were used least recently, never one used in `frame`. Returns how many add() calls will succeed.
     size_t makeRoom(size_t wanted, uint64_t limit, uint64_t frame);
-    uint32_t add(uint64_t strip, uint32_t eye);                      // precondition: room
+    uint32_t add(uint32_t strip, uint32_t eye);                      // precondition: room
     [[nodiscard]] uint64_t evictions() const { return m_evictions; } // since load()
     [[nodiscard]] uint64_t bytes() const;
 

@@ -95,6 +95,7 @@ void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
     m_policy = reuse.policy;
     ++m_frame;
     m_motion.follow(frame.eyes, frame.eye_count);
+    m_rule = reuseRule(reuse, m_motion.eyes(), kGoesOn);
     const uint64_t limit = reuse.cache_bytes > 0 ? reuse.cache_bytes : m_memory;
     const uint64_t evictions = m_cache.evictions();
     m_cache.shrink(limit);
@@ -123,8 +124,6 @@ void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
     const DecodeArgs args =
         prepareDecode(m_model, frame.eyes, frame.eye_count, nullptr, 0, frame.options.appearance, frame.bias);
     giveSlots(frame, limit);
-    if (!m_merged) // whose entries both eyes draw as they are
-        adoptPlans(frame);
     const double scheduled = watch.lap();
 
     m_workers.run(blocks, 1, [&](size_t begin, size_t end, int worker) {
@@ -187,7 +186,7 @@ void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size
         if (!eye.decode)
             continue;
         keys[eye_count] = state.strip_keys.data() + eye_count * stripKeyValues(offsets);
-        std::copy_n(eye.plan.center[eye.plan.count - 1], 3, centers[eye_count].center);
+        std::copy_n(eye.plan.center[1], 3, centers[eye_count].center);
         eyes[eye_count++] = e;
         // of both eyes' entries the first is the owner, which need not see the strip
         state.decoded[m_merged && eye.lanes == 0 ? 1 : e] += count;
@@ -216,11 +215,7 @@ void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size
         }
         entry.extent = packStripCpu(pack, state.pack, m_cache.packed(eye.slot));
         std::memcpy(last, keys[i], stripKeyValues(offsets) * sizeof(uint16_t));
-        entry.keys = uint8_t(eye.plan.count);
-        std::memcpy(entry.center, eye.plan.center, sizeof(entry.center));
-        entry.span = eye.plan.span;
-        entry.lanes = eye.plan.lanes;
-        entry.reach = eye.plan.reach;
+        entry.keys = eye.plan;
         entry.decoded = m_frame;
     }
 }
@@ -236,18 +231,12 @@ void CpuReuse::drawStrip(const ReuseFrame& frame, uint32_t strip, uint32_t e, co
         state.reused[e] += seen;
         state.overdue[e] += eye.due || (eye.shares && !shared) ? seen : 0;
     }
-    const uint32_t drawn = shared ? 0 : e; // whose decode, where there was one
-    const uint32_t slot = drawnSlot(work, e);
-    const Place place = shared ? eye.shared : eye.decode ? eye.planned : eye.place;
     StripMix mix{};
-    mix.t = frame.options.reuse.policy == ReusePolicy::Error ? place.t : 0.0f;
-    if (slot == kNoSlot) {
-        mix.packed = state.strip_packed.data() + drawn * packedStripBytes(m_model.params->n_offsets);
-        mix.t = 0;
-    } else {
+    if (const uint32_t slot = drawnSlot(work, e); slot != kNoSlot) {
         mix.packed = m_cache.packed(slot);
-        if (m_cache.entry(slot).keys == 1)
-            mix.t = 0;
+        mix.t = placeBetween(m_cache.entry(slot).keys, frame.eyes[e].center).t;
+    } else { // decoded in this frame, for the eye or both
+        mix.packed = state.strip_packed.data() + (shared ? 0 : e) * packedStripBytes(m_model.params->n_offsets);
     }
     mix.fraction = fraction != nullptr ? fraction + strip * kStripAnchors : nullptr;
     mix.lanes = eye.lanes;
@@ -278,7 +267,7 @@ void CpuReuse::lookAhead(size_t at, ReadAhead& ahead) const
         if (eye.lanes == 0 || eye.slot == kNoSlot || (e == 1 && eye.slot == work.eye[0].slot))
             continue;
         // note: not the entry's own extent, which the worker that decodes it may be writing
-        const bool two = eye.decode || (eye.place.t != 0 && m_policy == ReusePolicy::Error);
+        const bool two = eye.decode || eye.drawn.t != 0;
         ahead.add(m_cache.packed(eye.slot), two ? eye.extent.two : eye.extent.one);
         if (eye.decode)
             ahead.add(m_cache.lastKey(eye.slot), stripKeyValues(params.n_offsets) * sizeof(uint16_t));

@@ -8,6 +8,7 @@
 #include "runtime/view/camera_motion.h"
 #include "runtime/reuse/decoded_cache.h"
 
+#include <compare>
 #include <vector>
 
 namespace gsc {
@@ -43,32 +44,17 @@ public:
     [[nodiscard]] uint64_t bytes() const;
 
 private:
-    // Where a strip is or will be decoded from, as CacheEntry has it.
-    struct Keys {
-        float center[2][3] = {};
-        float span = 0;
-        StripReach reach;
-        uint32_t count = 0;
-        uint16_t lanes = 0;
-    };
-    struct LazyAnchors;
-    // An entry drawn for a camera: at `t` between its keys, with the change predicted for that, or a bound of it.
-    struct Place {
-        float t, error;
-    };
+    struct LazyStrip;
     // What one eye does about one strip.
     struct EyeWork {
-        uint32_t slot = kNoSlot;  // the best entry there is; of what is decoded, the entry that takes it
-        Place place = {};         // of drawing it
-        float urgency = 0;        // predicted change in the next frame, if the camera goes on as it does
-        float rate = 0;           // what a step of the camera changes
-        Keys plan;                // if it is decoded; the last key is the new one
-        Place planned = {};       // of drawing that
+        uint32_t slot = kNoSlot;          // the best entry there is; of what is decoded, that which takes it
+        KeptChange drawn = {0, INFINITY}; // of drawing it, or a bound of it
+        Outlook outlook = {0, INFINITY};
+        StripKeys plan;           // if it is decoded; the last key is the new one
         PackedExtent extent = {}; // of the entry that it draws or replaces, as the last frame left it
         uint16_t lanes = 0;       // anchors of the strip it sees
         bool due = false;         // the policy wants it decoded
         bool shares = false;      // the other eye's decode of this frame will do
-        Place shared = {};        // of drawing that
         bool decode = false;      // granted
     };
     struct StripWork {
@@ -87,30 +73,23 @@ private:
         uint64_t lanes[kGroupSize / 64] = {};
         uint64_t frame = 0;
     };
-    struct Candidate { // for the budget
-        float urgency;
-        uint32_t work;
+    struct Candidate { // for the budget, in its order
+        uint32_t bucket, split, work;
+
+        auto operator<=>(const Candidate&) const = default;
     };
 
     void listGroups(const ReuseFrame& frame);
-    void adoptPlans(const ReuseFrame& frame);
     void ensureSensitivity();
     [[nodiscard]] float updateRate(const ReuseFrame& frame);
     void scheduleBlock(const ReuseFrame& frame, size_t block);
-    void scheduleStrip(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id,
-                       StripWork& work);
-    void scheduleMerged(const ReuseFrame& frame, uint64_t strip_id, StripWork& work);
-    void scheduleEye(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
-                     StripWork& work);
-    float leadKey(LazyAnchors& anchors, uint32_t strip, uint32_t e, float rate, float target, Keys& keys) const;
-    void choosePlan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
-                    StripWork& strip_work);
-    [[nodiscard]] float allowedShare(uint64_t strip_id, uint32_t eye_count) const;
-    void plan(const ReuseFrame& frame, LazyAnchors& anchors, uint32_t strip, uint64_t strip_id, uint32_t e,
-              StripWork& strip_work);
-    [[nodiscard]] static Place place(const Keys& keys, LazyAnchors& anchors, uint32_t strip, uint32_t lanes,
-                                     const float* now, float enough = -1);
-    Keys keysOf(uint32_t slot, LazyAnchors& anchors, uint32_t strip, uint32_t lanes);
+    void scheduleByDepth(const ReuseFrame& frame, uint32_t id, StripWork& work);
+    void scheduleByError(uint32_t eye_count, LazyStrip& strip, StripWork& work);
+    bool chooseOwn(LazyStrip& strip, uint32_t e, uint32_t seen, float cover, EyeWork& eye);
+    bool chooseOther(LazyStrip& strip, uint32_t e, uint32_t seen, float cover, EyeWork& eye);
+    const StripKeys& widened(uint32_t slot, LazyStrip& strip, uint32_t lanes);
+    float leadKey(LazyStrip& strip, uint32_t e, float rate, float target, StripKeys& keys) const;
+    StripKeys planFor(LazyStrip& strip, uint32_t e, const EyeWork& eye, uint32_t seen, float cover) const;
     void grant(const ReuseFrame& frame);
     void drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t block, WorkerState& state);
     void decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size_t block, uint32_t strip,
@@ -125,9 +104,9 @@ private:
     {
         return m_model.sensitivity != nullptr ? m_model.sensitivity : m_sensitivity.data();
     }
-    [[nodiscard]] uint64_t stripId(size_t work) const
+    [[nodiscard]] uint32_t stripId(size_t work) const
     {
-        return uint64_t(m_groups[work / kStripsPerGroup]) * kStripsPerGroup + work % kStripsPerGroup;
+        return m_groups[work / kStripsPerGroup] * kStripsPerGroup + uint32_t(work % kStripsPerGroup);
     }
     void reserveStrip(WorkerState& state) const;
     void lookAhead(size_t work, ReadAhead& ahead) const;
@@ -149,6 +128,7 @@ private:
     uint64_t m_frame = 0;
     uint32_t m_depth = 0; // of ReusePolicy::Depth, this frame
     CameraMotion m_motion;
+    ReuseRule m_rule;             // of this frame
     float m_level[kMaxEyes] = {}; // error at which the budget of the last frame refreshed entries, 0 = it met the bound
 };
 

@@ -143,18 +143,10 @@ const ReuseNow& CudaReuse::begin(const FrameNow& frame, uint32_t eye_count, cons
     now.again = 0;
     now.merged = merged ? 1 : 0;
     now.eye_count = eye_count;
-    for (uint32_t e = 0; e < kMaxEyes; ++e) {
-        std::copy_n(m_motion.center(e), 3, now.center[e]);
-        std::copy_n(m_motion.step(e), 3, now.step[e]);
-        now.steady[e] = m_motion.steady(e) ? 1 : 0;
-        now.erratic[e] = m_motion.erratic(e) ? 1 : 0;
-        now.history[e] = m_motion.history(e);
-    }
+    now.rule = reuseRule(reuse, m_motion.eyes(), kAnew);
     now.policy = reuse.policy;
     now.guidance = reuse.guidance;
     now.max_depth = reuse.max_depth;
-    now.bound = reuse.bound / 255.0f;
-    now.decode_budget = limitsDecoding(reuse) ? reuse.decode_budget : 0;
     return now;
 }
 

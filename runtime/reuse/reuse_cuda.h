@@ -3,8 +3,8 @@
 // kernels must know of a frame. They decide everything else (kernels/reuse/reuse_cuda.h).
 //
 // Unlike the CPU's: a refresh decodes both keys anew, the first from where the camera is, in place of going on from the
-// last key, and counts as two decodes; frames of more than one pass, which only scarce memory brings about, decode
-// everything and keep nothing; a new limit of memory forgets what is kept.
+// last key, and counts as two decodes; nobody notes how broad splats are (kAnew, policy.h); frames of more than one pass,
+// which only scarce memory brings about, decode everything and keep nothing; a new limit of memory forgets what is kept.
 #pragma once
 
 #include "kernels/reuse/reuse_stages_cuda.h"

@@ -56,9 +56,9 @@ struct StepScene {
     // Predicted change of the strip, in 1/255.
     [[nodiscard]] float change() const
     {
-        GroupAnchors anchors;
-        loadGroupAnchors(view, view.sensitivity, view.groups[0], anchors);
-        return 255 * stripError(anchors, 0, 0xffffu, before[0].center, after[0].center);
+        StripAnchors anchors;
+        loadStripAnchors(view, view.sensitivity, view.groups[0], 0, anchors);
+        return 255 * stripError(anchors, 0xffffu, before[0].center, after[0].center);
     }
     // Anchors that the second frame decodes where `bound` is allowed.
     uint64_t decoded(Renderer& backend, float bound) const

@@ -34,21 +34,20 @@ TEST_CASE("a camera that keeps its pace is steady, one that goes to and fro is e
     Followed camera;
     CameraMotion& motion = camera.motion;
     camera.to(1);
-    CHECK(motion.history(0) == 1);
-    CHECK_FALSE(motion.steady(0));
-    CHECK_FALSE(motion.erratic(0));
+    CHECK_FALSE(motion.eyes()[0].steady);
+    CHECK_FALSE(motion.eyes()[0].erratic);
     for (const float x : {1.1f, 1.2f, 1.3f, 1.35f}) { // the last step is half of those before
         camera.to(x);
-        CHECK(motion.steady(0) == (x < 1.34f));
-        CHECK(motion.erratic(0) == (x > 1.34f));
+        CHECK(motion.eyes()[0].steady == (x < 1.34f));
+        CHECK(motion.eyes()[0].erratic == (x > 1.34f));
     }
     camera.to(1.35f);
-    CHECK_FALSE(motion.steady(0));
-    CHECK_FALSE(motion.erratic(0));
+    CHECK_FALSE(motion.eyes()[0].steady);
+    CHECK_FALSE(motion.eyes()[0].erratic);
     for (const float x : {1.4f, 1.35f, 1.4f}) {
         camera.to(x);
-        CHECK_FALSE(motion.steady(0));
-        CHECK(motion.erratic(0));
+        CHECK_FALSE(motion.eyes()[0].steady);
+        CHECK(motion.eyes()[0].erratic);
     }
 }
 
@@ -58,23 +57,22 @@ TEST_CASE("steps are of the frame before, and start anew with an eye that was no
     const EyeParams eyes[2][2] = {{eyeAtX(1), eyeAtX(2)}, {eyeAtX(1.5f), eyeAtX(2.25f)}};
     motion.follow(eyes[0], 2);
     motion.follow(eyes[1], 2);
-    CHECK(motion.step(0)[0] == 0.5f);
-    CHECK(motion.step(1)[0] == 0.25f);
-    CHECK(motion.history(1) == 2);
+    CHECK(motion.eyes()[0].step[0] == 0.5f);
+    CHECK(motion.eyes()[1].step[0] == 0.25f);
     motion.follow(eyes[0], 1); // the right eye closes
-    CHECK(motion.history(1) == 0);
-    CHECK_FALSE(motion.steady(1));
+    CHECK_FALSE(motion.eyes()[1].steady);
     motion.follow(eyes[1], 2);
-    CHECK(motion.history(1) == 1);
-    CHECK(motion.step(1)[0] == 0.0f);
+    CHECK(motion.eyes()[1].step[0] == 0.0f);
 
     const EyeParams nowhere = eyeAtX(std::nanf(""));
     motion.follow(&nowhere, 1);
-    CHECK(motion.history(0) == 1);
-    CHECK_FALSE(motion.steady(0));
-    CHECK_FALSE(motion.erratic(0));
+    CHECK_FALSE(motion.eyes()[0].steady);
+    CHECK_FALSE(motion.eyes()[0].erratic);
     motion.follow(eyes[0], 1);
-    CHECK(motion.history(0) == 1);
+    CHECK(motion.eyes()[0].step[0] == 0);
+    CHECK_FALSE(motion.eyes()[0].steady);
     motion.forget();
-    CHECK(motion.history(0) == 0);
+    motion.follow(eyes[1], 1);
+    CHECK(motion.eyes()[0].step[0] == 0);
+    CHECK_FALSE(motion.eyes()[0].steady);
 }
