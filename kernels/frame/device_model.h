@@ -67,11 +67,25 @@ struct Piece {
     uint32_t first, count; // of the keys
 };
 
+// Up to kRunGroups groups of one chunk, which a warp tests together; the bounds are the chunk's, so that they are there
+// with one load and settle for all of its groups whether an eye may see any.
+struct alignas(16) GroupRun {
+    float anchor_min[3];
+    float anchor_sigma_max;
+    float anchor_max[3];
+    float extra_level_max;
+    uint32_t group_first;
+    uint16_t group_count; // 1..
+    uint16_t level_index;
+};
+constexpr uint32_t kRunGroups = 32;
+
 // Device pointers. n = anchors of the model.
 struct DeviceModel {
     ModelParams params;
     const LevelRecord* levels;
     const GroupRecord* groups;
+    const GroupRun* runs;        // run_count, all groups
     const float* lod_shift;      // per level record
     const uint32_t* level_first; // per level record: its first anchor
     const float* placement;      // n x 4: x, y, z, extra_level
@@ -81,6 +95,7 @@ struct DeviceModel {
     const uint16_t* feature;     // n x F halves
     const uint64_t* offset;      // n x K
     const uint32_t* source;      // n: source index
+    uint32_t run_count;
     uint32_t anchor_count;
 };
 
@@ -105,6 +120,7 @@ struct FrameCounters {
     PassCounters pass;
     uint32_t groups_visible;           // to be looked at
     uint32_t anchors_listed;           // entries of the visible list
+    uint32_t groups_tested[kMaxEyes];  // of chunks that the eye may see
     uint32_t anchors_tested[kMaxEyes]; // of groups that are looked at
     uint32_t anchors_visible[kMaxEyes];
     uint32_t any_positive[kMaxEyes];    // an opacity above zero existed (trap 25)

@@ -107,7 +107,7 @@ struct FrameOptions {
 
 // The numbers that carry the cost of a frame (design section 4), per eye.
 struct EyeCounts {
-    uint64_t groups_tested = 0;
+    uint64_t groups_tested = 0;   // of chunks whose bounds the eye may see
     uint64_t anchors_tested = 0;  // anchors whose own test ran
     uint64_t anchors_visible = 0; // upstream's visible set
     // for this eye; with reuse also neighbours that are not visible; decoded for both eyes at once, all under the first

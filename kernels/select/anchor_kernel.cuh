@@ -102,7 +102,8 @@ template <typename Lists>
 void launchAnchors(const typename Lists::Args& args, uint32_t processors, CUstream_st* stream)
 {
     // sized by capacity: the count is still on its way, and blocks without a group leave at once
-    const uint32_t blocks = std::max(std::min(args.group_count, processors * kAnchorBlocksPerProcessor), 1u);
+    const uint32_t blocks =
+        std::max(std::min(uint32_t(args.model.params.group_count), processors * kAnchorBlocksPerProcessor), 1u);
     launchCuda(anchorKernel<Lists>, blocks, kAnchorThreads, 0, stream, args);
 }
 

@@ -10,38 +10,55 @@ namespace gsc {
 namespace {
 
 constexpr uint32_t kGroupThreads = 256;
+constexpr uint32_t kGroupBlocks = 4;            // resident on a multiprocessor: 64 registers
+constexpr uint32_t kRunsAtOnce = 32 / kMaxEyes; // a lane tests the chunk of one run for one eye
+constexpr uint32_t kAllEyes = (1u << kMaxEyes) - 1;
 
-__global__ void __launch_bounds__(kGroupThreads) groupKernel(const __grid_constant__ SelectCudaArgs args)
+__global__ void __launch_bounds__(kGroupThreads, kGroupBlocks) groupKernel(const __grid_constant__ SelectCudaArgs args)
 {
     const uint32_t lane = threadIdx.x & 31u;
-    uint32_t tested[kMaxEyes] = {};
-    // whole warps stay in the loop: they vote
-    for (uint32_t first = blockIdx.x * kGroupThreads + (threadIdx.x & ~31u); first < args.group_count;
-         first += gridDim.x * kGroupThreads) {
-        const uint32_t i = first + lane;
-        uint32_t eyes = 0, count = 0;
-        if (i < args.group_count) {
-            const GroupRecord group = args.model.groups[i];
-            count = group.anchor_count;
+    const uint32_t warps = gridDim.x * (kGroupThreads / 32);
+    uint32_t groups[kMaxEyes] = {}, anchors[kMaxEyes] = {};
+    // whole warps stay in the loop: they vote. A warp has every `warps`-th run, so that each has one where they are few
+    for (uint32_t first = blockIdx.x * (kGroupThreads / 32) + (threadIdx.x >> 5); first < args.model.run_count;
+         first += warps * kRunsAtOnce) {
+        const uint32_t mine = first + lane / kMaxEyes * warps, eye = lane % kMaxEyes;
+        uint32_t open = __ballot_sync(~0u, mine < args.model.run_count && eye < args.eye_count &&
+                                               mayShow(args, args.model.runs[mine], args.level_eyes[eye]));
+        while (open != 0) {
+            const uint32_t at = uint32_t(__ffs(int(open)) - 1) / kMaxEyes * kMaxEyes;
+            const uint32_t candidates = open >> at & kAllEyes;
+            open &= ~(kAllEyes << at);
+            const GroupRun& run = args.model.runs[first + at / kMaxEyes * warps];
+            const uint32_t i = run.group_first + lane;
+            uint32_t eyes = 0, count = 0;
+            if (lane < run.group_count) {
+                const GroupRecord group = args.model.groups[i];
+                count = group.anchor_count;
 #pragma unroll
-            for (uint32_t e = 0; e < kMaxEyes; ++e)
-                if (e < args.eye_count && groupMayShow(args, group, args.level_eyes[e]))
-                    eyes |= 1u << e;
+                for (uint32_t e = 0; e < kMaxEyes; ++e)
+                    if ((candidates >> e & 1u) != 0 && mayShow(args, group, args.level_eyes[e]))
+                        eyes |= 1u << e;
+            }
+#pragma unroll
+            for (uint32_t e = 0; e < kMaxEyes; ++e) {
+                groups[e] += (candidates >> e & 1u) * run.group_count;
+                anchors[e] += (eyes >> e & 1u) * count;
+            }
+            const uint32_t all = __ballot_sync(~0u, eyes != 0); // one atomic serves the warp
+            uint32_t base = 0;
+            if (lane == 0 && all != 0)
+                base = atomicAdd(&args.counters->groups_visible, uint32_t(__popc(all)));
+            base = __shfl_sync(~0u, base, 0);
+            if (eyes != 0)
+                args.visible_groups[base + __popc(all & ((1u << lane) - 1u))] = i | eyes << kAnchorBits;
         }
-#pragma unroll
-        for (uint32_t e = 0; e < kMaxEyes; ++e)
-            tested[e] += (eyes >> e & 1u) * count;
-        const uint32_t all = __ballot_sync(~0u, eyes != 0); // one atomic serves the warp
-        uint32_t base = 0;
-        if (lane == 0 && all != 0)
-            base = atomicAdd(&args.counters->groups_visible, uint32_t(__popc(all)));
-        base = __shfl_sync(~0u, base, 0);
-        if (eyes != 0)
-            args.visible_groups[base + __popc(all & ((1u << lane) - 1u))] = i | eyes << kAnchorBits;
     }
 #pragma unroll
     for (uint32_t e = 0; e < kMaxEyes; ++e) {
-        const uint32_t sum = __reduce_add_sync(~0u, tested[e]);
+        const uint32_t sum = __reduce_add_sync(~0u, anchors[e]);
+        if (lane == 0 && groups[e] != 0)
+            atomicAdd(&args.counters->groups_tested[e], groups[e]);
         if (lane == 0 && sum != 0)
             atomicAdd(&args.counters->anchors_tested[e], sum);
     }
@@ -79,8 +96,8 @@ struct ListAnchors {
 
 void selectGroupsCuda(const SelectCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
-    const uint32_t blocks =
-        std::max(std::min((args.group_count + kGroupThreads - 1) / kGroupThreads, 8 * processors), 1u);
+    constexpr uint32_t kRuns = kGroupThreads / 32; // a warp each
+    const uint32_t blocks = std::max(std::min((args.model.run_count + kRuns - 1) / kRuns, 8 * processors), 1u);
     launchCuda(groupKernel, blocks, kGroupThreads, 0, stream, args);
 }
 

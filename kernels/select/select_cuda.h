@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Selection on the device: groups by bounds, then anchors by upstream's own test, both eyes in one pass.
+// Selection on the device: chunks and groups by bounds, then anchors by upstream's own test, both eyes in one pass.
 #pragma once
 
 #include "kernels/frame/device_model.h"
@@ -15,8 +15,7 @@ struct SelectCudaArgs : FrameNow {
     DeviceModel model;
     uint32_t eye_count;
     RasterConstants rules;
-    uint32_t group_count;
-    uint32_t* visible_groups; // group_count: group | eyes << kAnchorBits
+    uint32_t* visible_groups; // groups of the model: group | eyes << kAnchorBits
     uint32_t* visible;        // capacity: anchor | eyes << kAnchorBits
     float* fraction;          // capacity x 2 or null: opacity factor per eye, if levelsFade()
     uint32_t capacity;

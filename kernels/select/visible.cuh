@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tests of selection on the device: of a group's bounds, and of one anchor.
+// The tests of selection on the device: of the bounds of a chunk or a group, and of one anchor.
 #pragma once
 
 #include "kernels/math/lod.h"
@@ -10,29 +10,30 @@
 
 namespace gsc {
 
-// Can the group hold an anchor upstream would show to this eye? Errs towards yes: every bound is widened by more than
-// fp32 rounding can move it.
-__device__ inline bool groupMayShow(const SelectCudaArgs& args, const GroupRecord& group, const EyeParams& eye)
+// Can a chunk (by one of its runs) or a group hold an anchor upstream would show to this eye? Errs towards yes: every bound is
+// widened by more than fp32 rounding can move it.
+template <typename Record>
+__device__ __forceinline__ bool mayShow(const SelectCudaArgs& args, const Record& record, const EyeParams& eye)
 {
-    const Vec3<float> c{0.5f * (group.anchor_min[0] + group.anchor_max[0]),
-                        0.5f * (group.anchor_min[1] + group.anchor_max[1]),
-                        0.5f * (group.anchor_min[2] + group.anchor_max[2])};
-    const float hx = group.anchor_max[0] - c.x, hy = group.anchor_max[1] - c.y, hz = group.anchor_max[2] - c.z;
+    const Vec3<float> c{0.5f * (record.anchor_min[0] + record.anchor_max[0]),
+                        0.5f * (record.anchor_min[1] + record.anchor_max[1]),
+                        0.5f * (record.anchor_min[2] + record.anchor_max[2])};
+    const float hx = record.anchor_max[0] - c.x, hy = record.anchor_max[1] - c.y, hz = record.anchor_max[2] - c.z;
     const float size =
         fabsf(c.x) + fabsf(c.y) + fabsf(c.z) + fabsf(eye.center[0]) + fabsf(eye.center[1]) + fabsf(eye.center[2]);
     const float radius = sqrtf(hx * hx + hy * hy + hz * hz) * 1.001f + size * 4e-6f;
 
     const ModelParams& params = args.model.params;
     if ((params.flags & kModelHasLevels) && params.level_rule != uint32_t(LevelRule::None)) {
-        const float shift = args.model.lod_shift[group.level_index];
+        const float shift = args.model.lod_shift[record.level_index];
         const float dx = c.x + shift - eye.center[0], dy = c.y + shift - eye.center[1],
                     dz = c.z + shift - eye.center[2];
         const float nearest = fmaxf(sqrtf(dx * dx + dy * dy + dz * dz) * 0.999f - radius, 0.0f) * params.lod_scale;
         float level = log2f(params.standard_dist / nearest);
         if (params.fork != 2)
             level *= 1.0f / log2f(float(params.fork));
-        const float predicted = level + group.extra_level_max + args.lod_bias + 1e-3f;
-        if (args.model.levels[group.level_index].level >
+        const float predicted = level + record.extra_level_max + args.lod_bias + 1e-3f;
+        if (args.model.levels[record.level_index].level >
             chooseLevel(LevelRule(params.level_rule), predicted, params.level_clamp, args.lod_fade).level)
             return false;
     }
@@ -43,7 +44,7 @@ __device__ inline bool groupMayShow(const SelectCudaArgs& args, const GroupRecor
     const float nearest_z = fmaxf(t.z - radius, args.rules.near_z);
     const float lx = fabsf(eye.tan_mid_x) + 1.3f * eye.tan_fov_x, ly = fabsf(eye.tan_mid_y) + 1.3f * eye.tan_fov_y;
     const float focal = fmaxf(eye.focal_x, eye.focal_y);
-    const float sigma = focal * group.anchor_sigma_max / nearest_z;
+    const float sigma = focal * record.anchor_sigma_max / nearest_z;
     // 3 sigma of the larger axis, the eigenvalue floor, rounding up, and a tile
     const float reach = 3.0f * sqrtf(sigma * sigma * (1.0f + lx * lx + ly * ly) + 1.0f) * 1.01f + 2.0f + kTileSize;
     if (!(reach < 1e6f))

@@ -47,11 +47,33 @@ void copyIn(T* to, const T* from, size_t count, const CudaStream& stream)
         GSC_CUDA_CHECK(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyHostToDevice, stream.handle));
 }
 
+// The groups of every chunk, a warp's worth at a time.
+std::vector<GroupRun> groupRuns(const ModelView& model)
+{
+    std::vector<GroupRun> runs;
+    for (uint64_t c = 0; c < model.params->chunk_count; ++c) {
+        const ChunkRecord& chunk = model.chunks[c];
+        GroupRun run{};
+        std::copy_n(chunk.anchor_min, 3, run.anchor_min);
+        std::copy_n(chunk.anchor_max, 3, run.anchor_max);
+        run.anchor_sigma_max = chunk.anchor_sigma_max;
+        run.extra_level_max = chunk.extra_level_max;
+        run.level_index = uint16_t(chunk.level_index);
+        for (uint32_t g = 0; g < chunk.group_count; g += kRunGroups) {
+            run.group_first = chunk.group_first + g;
+            run.group_count = uint16_t(std::min(chunk.group_count - g, kRunGroups));
+            runs.push_back(run);
+        }
+    }
+    return runs;
+}
+
 } // namespace
 
 struct DeviceScene::FlatArrays {
     LevelRecord* levels;
     GroupRecord* groups;
+    GroupRun* runs;
     float *lod_shift, *placement, *size, *shape, *rotation, *biases, *bank;
     uint32_t *level_first, *source;
     uint16_t *feature, *fragments;
@@ -59,12 +81,13 @@ struct DeviceScene::FlatArrays {
     ExactWeights* weights;
 };
 
-DeviceScene::FlatArrays DeviceScene::layOutFlat(ArenaLayout& layout, uint64_t anchors) const
+DeviceScene::FlatArrays DeviceScene::layOutFlat(ArenaLayout& layout, uint64_t anchors, size_t runs) const
 {
     const ModelParams& params = *m_host.params;
     FlatArrays a{};
     a.levels = layout.take<LevelRecord>(params.level_count);
     a.groups = layout.take<GroupRecord>(params.group_count);
+    a.runs = layout.take<GroupRun>(runs);
     a.lod_shift = layout.take<float>(params.level_count);
     a.level_first = layout.take<uint32_t>(params.level_count);
     a.placement = layout.take<float>(anchors * 4);
@@ -114,18 +137,21 @@ void DeviceScene::load(const ModelView& model, const CudaStream& stream)
         if (const MlpRecord* mlp = mlpRecord(model, kind))
             m_inputs |= mlp->inputs;
 
+    const std::vector<GroupRun> runs = groupRuns(model);
     const FlatArrays arrays =
-        layOutIn(m_flat, "the model", [&](ArenaLayout& layout) { return layOutFlat(layout, anchors); });
+        layOutIn(m_flat, "the model", [&](ArenaLayout& layout) { return layOutFlat(layout, anchors, runs.size()); });
     std::vector<float> shift(params.level_count);
     for (uint32_t l = 0; l < params.level_count; ++l)
         shift[l] = lodShift<float>(params, model.levels[l].level);
     copyIn(arrays.levels, model.levels, params.level_count, stream);
     copyIn(arrays.groups, model.groups, params.group_count, stream);
+    copyIn(arrays.runs, runs.data(), runs.size(), stream);
     copyIn(arrays.lod_shift, shift.data(), shift.size(), stream);
     copyIn(arrays.level_first, level_first.data(), level_first.size(), stream);
-    m_model = {params,           arrays.levels, arrays.groups,    arrays.lod_shift, arrays.level_first,
-               arrays.placement, arrays.size,   arrays.shape,     arrays.rotation,  arrays.feature,
-               arrays.offset,    arrays.source, uint32_t(anchors)};
+    m_model = {params,           arrays.levels,         arrays.groups,    arrays.runs,
+               arrays.lod_shift, arrays.level_first,    arrays.placement, arrays.size,
+               arrays.shape,     arrays.rotation,       arrays.feature,   arrays.offset,
+               arrays.source,    uint32_t(runs.size()), uint32_t(anchors)};
     m_fragments = arrays.fragments;
     m_biases = arrays.biases;
     m_bank = arrays.bank;

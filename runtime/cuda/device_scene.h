@@ -34,7 +34,7 @@ public:
 
 private:
     struct FlatArrays;
-    FlatArrays layOutFlat(ArenaLayout& layout, uint64_t anchors) const;
+    FlatArrays layOutFlat(ArenaLayout& layout, uint64_t anchors, size_t runs) const;
     void uploadChunks(const FlatArrays& arrays, const CudaStream& stream);
     void copyArrays(uint64_t chunk, const ChunkArrayLayout& layout, unsigned char* to, const CudaStream& stream) const;
 

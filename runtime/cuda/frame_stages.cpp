@@ -129,7 +129,6 @@ SelectCudaArgs selectArgs(const FrameJob& job)
     args.model = job.scene.model();
     args.eye_count = job.shape.eye_count;
     args.rules = job.shape.rules;
-    args.group_count = uint32_t(args.model.params.group_count);
     args.visible_groups = job.buffers.visible_groups;
     args.visible = job.buffers.visible;
     args.fraction = job.buffers.fraction;

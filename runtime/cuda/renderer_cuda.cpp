@@ -370,7 +370,7 @@ void CudaRenderer::report(Flight& flight)
     result = {};
     for (uint32_t e = 0; e < shape.eye_count; ++e) {
         EyeCounts& eye = result.eyes[e];
-        eye.groups_tested = m_scene.model().params.group_count;
+        eye.groups_tested = c.groups_tested[e];
         eye.anchors_tested = c.anchors_tested[e];
         eye.anchors_visible = c.anchors_visible[e];
         eye.anchors_decoded = !shape.merged ? c.anchors_visible[e] : e == 0 ? c.anchors_listed : 0;

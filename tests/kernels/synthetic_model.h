@@ -80,6 +80,8 @@ private:
 
 // An eye at `position` that looks at `target`, y down the image.
 EyeParams lookAt(const float* position, const float* target, float fov_y, uint32_t width, uint32_t height);
+// An eye in [-reach, reach]^3 that looks at a point near the middle; its opening and its image are random too.
+EyeParams randomEye(Random& random, float reach);
 EyeParams64 widen(const EyeParams& eye);
 // The eye with its image's middle moved right and down of the axis: off-centre, as in a headset.
 EyeParams offCentre(EyeParams eye, float tan_mid_x, float tan_mid_y);

@@ -181,6 +181,17 @@ EyeParams offCentre(EyeParams eye, float tan_mid_x, float tan_mid_y)
     return eye;
 }
 
+EyeParams randomEye(Random& random, float reach)
+{
+    float position[3], target[3];
+    for (int c = 0; c < 3; ++c) {
+        position[c] = random.uniform(-reach, reach);
+        target[c] = random.uniform(-2, 2);
+    }
+    const uint32_t width = 20 + uint32_t(random.uniform() * 300), height = 20 + uint32_t(random.uniform() * 300);
+    return lookAt(position, target, random.uniform(0.15f, 2.2f), width, height);
+}
+
 EyeParams64 widen(const EyeParams& eye)
 {
     EyeParams64 wide{};

@@ -50,7 +50,6 @@ DeviceSelection selectOnDevice(const StageModel& model, const std::vector<EyePar
     args.rules = rasterConstants(params, 0);
     args.lod_bias = lod_bias;
     args.lod_fade = lod_fade;
-    args.group_count = group_count;
     args.visible_groups = groups.get();
     args.visible = visible.get();
     args.fraction = fades ? fraction.get() : nullptr;
@@ -100,7 +99,8 @@ DeviceSelection selectOnDevice(const StageModel& model, const std::vector<EyePar
 struct Wanted {
     SeenAnchors seen;
     uint32_t visible[kMaxEyes] = {};
-    std::set<uint32_t> buckets; // of the depths of all visible anchors
+    std::set<uint32_t> chunks[kMaxEyes]; // with a visible anchor
+    std::set<uint32_t> buckets;          // of the depths of all visible anchors
 };
 
 Wanted selectOnHost(const ModelView& model, const std::vector<EyeParams>& eyes, float lod_bias, float lod_fade = 0)
@@ -113,19 +113,25 @@ Wanted selectOnHost(const ModelView& model, const std::vector<EyeParams>& eyes, 
             seen.eyes |= 1u << e;
             seen.fraction[e] = anchor.fraction;
             ++wanted.visible[e];
+            wanted.chunks[e].insert(anchor.chunk);
             const float z = viewPoint<float>(eyes[e], anchorPosition(model, anchor.chunk, anchor.local)).z;
             wanted.buckets.insert(bucketOf(floatBits(std::max(z, 0.0f))));
         }
     return wanted;
 }
 
-// Returns how many entries the list needs.
-uint32_t checkSelection(const ModelView& view, const StageModel& model, const std::vector<EyeParams>& eyes,
-                        float lod_bias, float lod_fade = 0)
+struct Checked {
+    uint32_t listed = 0;        // entries the list needs
+    uint64_t groups_tested = 0; // of all eyes
+};
+
+Checked checkSelection(const ModelView& view, const StageModel& model, const std::vector<EyeParams>& eyes,
+                       float lod_bias, float lod_fade = 0)
 {
     const Wanted wanted = selectOnHost(view, eyes, lod_bias, lod_fade);
     const DeviceSelection found = selectOnDevice(model, eyes, lod_bias, model.scene.model().anchor_count, lod_fade);
     const FrameCounters& counters = found.counters;
+    Checked checked{uint32_t(wanted.seen.size()), 0};
     CHECK(counters.overflow == 0);
     CHECK(counters.anchors_listed == wanted.seen.size());
     CHECK(found.seen.size() == wanted.seen.size());
@@ -158,9 +164,16 @@ uint32_t checkSelection(const ModelView& view, const StageModel& model, const st
     for (uint32_t e = 0; e < eyes.size(); ++e) {
         CHECK(counters.anchors_visible[e] == wanted.visible[e]);
         CHECK(counters.anchors_tested[e] >= wanted.visible[e]);
-        CHECK(counters.anchors_tested[e] <= view.params->group_count * kGroupSize);
+        CHECK(counters.anchors_tested[e] <= uint64_t(counters.groups_tested[e]) * kGroupSize);
+        uint64_t shown = 0;
+        for (const uint32_t chunk : wanted.chunks[e])
+            shown += view.chunks[chunk].group_count;
+        CHECK(counters.groups_tested[e] >= shown);
+        CHECK(counters.groups_tested[e] <= view.params->group_count);
+        checked.groups_tested += counters.groups_tested[e];
     }
-    return uint32_t(wanted.seen.size());
+    CHECK(counters.groups_visible <= checked.groups_tested);
+    return checked;
 }
 
 const std::vector<std::vector<EyeParams>> kCameras = {
@@ -185,7 +198,7 @@ TEST_CASE("select: anchors around a group of 128, one and two eyes")
         const StageModel model(synthetic.view());
         uint32_t listed = 0;
         for (const auto& eyes : kCameras)
-            listed += checkSelection(synthetic.view(), model, eyes, 0);
+            listed += checkSelection(synthetic.view(), model, eyes, 0).listed;
         CHECK(listed > 0);
     }
 }
@@ -211,7 +224,8 @@ TEST_CASE("select: every level rule, both rasterisers, biased levels, smooth tra
             uint32_t listed = 0;
             for (const auto& eyes : kCameras)
                 for (const float fade : {0.0f, 0.25f, 1.0f})
-                    listed += checkSelection(synthetic.view(), model, eyes, eyes.size() == 1 ? 0.7f : 0.0f, fade);
+                    listed +=
+                        checkSelection(synthetic.view(), model, eyes, eyes.size() == 1 ? 0.7f : 0.0f, fade).listed;
             CHECK(listed > 300);
         }
 }
@@ -236,12 +250,68 @@ TEST_CASE("select: rotations, float positions, degenerate anchors, a scene out o
     const SyntheticModel synthetic(syntheticParams(options), anchors, randomMlps(options), {}, 0);
     const StageModel model(synthetic.view());
     for (const auto& eyes : kCameras)
-        CHECK(checkSelection(synthetic.view(), model, eyes, 0) > 50);
+        CHECK(checkSelection(synthetic.view(), model, eyes, 0).listed > 50);
     options.encoding = PositionEncoding::Grid;
     const SyntheticModel plain(options);
     const StageModel plain_model(plain.view());
     const float position[3] = {0, 0, -60}, away[3] = {0, 0, -90};
-    CHECK(checkSelection(plain.view(), plain_model, {lookAt(position, away, 1, 50, 40)}, 0) == 0);
+    const Checked nothing = checkSelection(plain.view(), plain_model, {lookAt(position, away, 1, 50, 40)}, 0);
+    CHECK(nothing.listed == 0);
+    CHECK(nothing.groups_tested == 0); // its chunks already are out of sight
+}
+
+TEST_CASE("select: many chunks, any pair of eyes, levels and fades: no chunk is left out that has a visible anchor")
+{
+    Random random(57);
+    for (const LevelRule rule : {LevelRule::None, LevelRule::Ceil, LevelRule::Progressive}) {
+        CAPTURE(uint32_t(rule));
+        SyntheticOptions options;
+        options.anchors = 6000;
+        options.feat_dim = 4;
+        options.n_offsets = 1;
+        options.level_rule = rule;
+        options.levels = rule == LevelRule::None ? 1 : 3;
+        options.flags = rule == LevelRule::None ? 0 : kModelHasLevels | kModelLodHalfCell;
+        options.extent = rule == LevelRule::None ? 110 : 40;
+        options.log_scale = -2;
+        options.seed = 90 + uint32_t(rule);
+        const SyntheticModel synthetic(options);
+        const ModelView& view = synthetic.view();
+        // a warp has several runs, without levels more than it has lanes for
+        REQUIRE(view.params->chunk_count > (rule == LevelRule::None ? 1024 : 64) * kTestProcessors);
+        const StageModel model(view);
+        uint64_t listed = 0, tested = 0, tests = 0;
+        for (int i = 0; i < 6; ++i) {
+            const EyeParams eye = randomEye(random, i % 3 == 2 ? 150.0f : 40.0f);
+            const float lean = random.uniform(-1.5f, 1.5f);
+            const std::vector<EyeParams> pairs[] = {
+                {eye}, {eye, randomEye(random, 40)}, {offCentre(eye, lean * eye.tan_fov_x, 0.3f), eye}};
+            for (const auto& eyes : pairs) {
+                const Checked checked =
+                    checkSelection(view, model, eyes, i % 4 == 3 ? 0.7f : 0.0f, i % 2 == 0 ? 0.0f : 0.5f);
+                listed += checked.listed;
+                tested += checked.groups_tested;
+                tests += eyes.size();
+            }
+        }
+        CHECK(listed > 2000);
+        CHECK(tested < tests * view.params->group_count / 3 * 2);
+    }
+}
+
+TEST_CASE("select: the groups of a chunk beyond one run, the last of them short")
+{
+    SyntheticOptions options;
+    options.anchors = 3 * kRunGroups * kGroupSize - 300;
+    options.feat_dim = 4;
+    options.n_offsets = 1;
+    options.extent = 12; // eight chunks
+    const SyntheticModel synthetic(options);
+    REQUIRE(synthetic.view().params->chunk_count == 8);
+    const StageModel model(synthetic.view());
+    CHECK(model.scene.model().run_count >= 8);
+    for (const auto& eyes : kCameras)
+        checkSelection(synthetic.view(), model, eyes, 0);
 }
 
 TEST_CASE("select: a list that is too short is filled, not overrun, and says so")

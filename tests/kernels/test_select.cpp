@@ -60,17 +60,6 @@ size_t checkSameSet(const ModelView& model, const std::vector<EyeParams>& eyes, 
     return total;
 }
 
-EyeParams randomEye(Random& random, float reach)
-{
-    float position[3], target[3];
-    for (int c = 0; c < 3; ++c) {
-        position[c] = random.uniform(-reach, reach);
-        target[c] = random.uniform(-2, 2);
-    }
-    const uint32_t width = 20 + uint32_t(random.uniform() * 300), height = 20 + uint32_t(random.uniform() * 300);
-    return lookAt(position, target, random.uniform(0.15f, 2.2f), width, height);
-}
-
 EyeParams shifted(EyeParams eye, float right)
 {
     eye.world_to_view[3] -= right;
@@ -254,4 +243,42 @@ TEST_CASE("bounds reject most groups of a scene that is mostly out of sight")
     CHECK(counts.anchors_visible[0] > 50);
     CHECK(counts.anchors_tested[0] < 10 * counts.anchors_visible[0] + 2000);
     CHECK(counts.anchors_tested[0] < options.anchors / 3);
+}
+
+TEST_CASE("groups are tested for an eye that may see something of their chunk, and no others")
+{
+    SyntheticOptions options;
+    options.anchors = 20000;
+    options.n_offsets = 1;
+    options.feat_dim = 4;
+    options.levels = 3;
+    options.level_rule = LevelRule::Round;
+    options.flags = kModelHasLevels;
+    options.extent = 40;
+    const SyntheticModel model(options);
+    const ModelView& view = model.view();
+    REQUIRE(view.params->chunk_count > 200);
+    Random random(41);
+    const Workers one(1);
+    uint64_t tested = 0;
+    for (int i = 0; i < 20; ++i) {
+        const std::vector<EyeParams> eyes = {randomEye(random, 40), randomEye(random, 40)};
+        SelectCounts counts{};
+        selectFast(view, eyes, 0, 0, one, counts);
+        for (size_t e = 0; e < 2; ++e) {
+            const EyeBounds bounds = eyeBounds(eyes[e], rasterConstants(*view.params, 0), 0, 0);
+            uint64_t expected = 0;
+            for (size_t c = 0; c < view.params->chunk_count; ++c) {
+                const ChunkRecord& chunk = view.chunks[c];
+                if (!rejectsBox(bounds, chunk.anchor_min, chunk.anchor_max, chunk.anchor_sigma_max) &&
+                    !rejectsLevel(*view.params, bounds, view.levels[chunk.level_index].level, chunk.anchor_min,
+                                  chunk.anchor_max, chunk.extra_level_max))
+                    expected += chunk.group_count;
+            }
+            CHECK(counts.groups_tested[e] == expected);
+            tested += expected;
+        }
+    }
+    CHECK(tested > 0);
+    CHECK(tested < 20 * view.params->group_count); // half of 20 times two eyes
 }
