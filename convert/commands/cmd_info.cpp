@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/command.h"
+#include "convert/commands/info_at.h"
 #include "convert/commands/model_facts.h"
 
 #include "format/gsc_reader.h"
@@ -170,8 +171,14 @@ std::string infoText(const std::string& path, const GscView& view, const Json& m
     return text;
 }
 
-ErrorCode runInfo(const std::string& path, Reporter& report)
+struct InfoOptions {
+    std::string file;
+    std::optional<std::array<double, 3>> at;
+};
+
+ErrorCode runInfo(const InfoOptions& options, Reporter& report)
 {
+    const std::string& path = options.file;
     const MappedFile file(path);
     std::optional<Issue> first;
     const IssueSink sink = [&](const Issue& issue) {
@@ -179,16 +186,21 @@ ErrorCode runInfo(const std::string& path, Reporter& report)
             first = issue;
     };
     GscView view;
-    if (!openGscSummary(file.bytes(), view, sink))
+    // a point is looked up in the records, which must then be safe
+    if (!(options.at ? openGsc(file.bytes(), view, GscCheck::Index, sink) : openGscSummary(file.bytes(), view, sink)))
         throwIssue(path, first);
     Json manifest = Json::parse(view.manifest, nullptr, false);
     if (manifest.is_discarded())
         throw Error(ErrorCode::InvalidFile,
                     path + ": META is not JSON, expected the manifest; gsc validate lists everything wrong with it");
-    if (report.json())
-        report.object(infoJson(path, view, manifest));
-    else
-        report.text(infoText(path, view, manifest));
+    if (!report.json()) {
+        report.text(options.at ? atText(path, view, *options.at) : infoText(path, view, manifest));
+        return ErrorCode::Ok;
+    }
+    Json json = infoJson(path, view, manifest);
+    if (options.at)
+        json["at"] = atJson(path, view, *options.at);
+    report.object(json);
     return ErrorCode::Ok;
 }
 
@@ -196,15 +208,21 @@ ErrorCode runInfo(const std::string& path, Reporter& report)
 
 void addInfoCommand(CLI::App& app, Invocation& invocation)
 {
-    auto path = std::make_shared<std::string>();
+    auto options = std::make_shared<InfoOptions>();
     CLI::App& command = addCommand(app, "info", "Tell what a .gsc file holds, from its header and index alone");
-    addText(command, "FILE", *path, "FILE.gsc", "file to look at").required();
+    addText(command, "FILE", options->file, "FILE.gsc", "file to look at").required();
+    detail::addValue(
+        command, "--at", "X,Y,Z",
+        "what lies at a point of the world: voxel, leaf, chunk, groups and the nearest anchor of each level",
+        [options](const std::string& name, const std::string& text) { options->at = parsePoint(name, text); });
     addReporterOptions(command, invocation.reporter, false);
     setFooter(command, "examples:\n"
                        "  gsc info city.gsc\n"
+                       "  gsc info city.gsc --at 1.5,-2,0.25\n"
                        "  gsc info --format json city.gsc | jq .levels");
-    onParsed(command,
-             [path, &invocation] { invocation.run = [path](Reporter& report) { return runInfo(*path, report); }; });
+    onParsed(command, [options, &invocation] {
+        invocation.run = [options](Reporter& report) { return runInfo(*options, report); };
+    });
 }
 
 } // namespace gsc

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/command.h"
 
-#include "convert/bake/nanovdb_check.h"
+#include "convert/grids/nanovdb_check.h"
 #include "convert/commands/manifest_check.h"
 #include "format/gsc_reader.h"
 #include "format/file/mapped_file.h"

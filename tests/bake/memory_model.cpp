@@ -2,7 +2,7 @@
 #include "tests/bake/memory_model.h"
 
 #include "convert/bake/grid_fit.h"
-#include "convert/bake/nanovdb_check.h"
+#include "convert/grids/nanovdb_check.h"
 #include "format/error.h"
 
 #include <doctest/doctest.h>

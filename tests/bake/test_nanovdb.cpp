@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/bake/nanovdb_check.h"
+#include "convert/grids/locate.h"
+#include "convert/grids/nanovdb_check.h"
 #include "tests/bake/memory_model.h"
 
 #include <doctest/doctest.h>
@@ -83,6 +84,7 @@ TEST_CASE("a changed byte of a grid is noticed and followed nowhere")
         reported = 0;
         CHECK_FALSE(checkNanoVdb(view, sink));
         CHECK(reported > 0);
+        (void)locate(view, {0, 0, 0}, sink);
         copy[i] = before;
     }
 }

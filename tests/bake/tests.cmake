@@ -2,10 +2,10 @@
 if(TARGET gsc_bake)
   set(bake_model bake/memory_model.cpp)
   gsc_add_test(test_bake_parts SOURCES bake/test_grid_fit.cpp bake/test_morton.cpp bake/test_mlp_pack.cpp ${bake_model}
-    LIBS gsc_bake)
+    LIBS gsc_bake gsc_grids)
   gsc_add_test(test_bake SOURCES bake/test_bake.cpp bake/test_bake_errors.cpp bake/test_compare.cpp
-    bake/test_sensitivity.cpp ${bake_model} LIBS gsc_bake gsc_kernels)
-  gsc_add_test(test_bake_nanovdb SOURCES bake/test_nanovdb.cpp ${bake_model} LIBS gsc_bake)
-  target_include_directories(test_bake_nanovdb SYSTEM PRIVATE ${GSC_NANOVDB_INCLUDE_DIR})
-  gsc_add_test(test_bake_trained SOURCES bake/test_trained_models.cpp ${bake_model} LIBS gsc_bake gsc_kernels)
+    bake/test_sensitivity.cpp ${bake_model} LIBS gsc_bake gsc_grids gsc_kernels)
+  gsc_add_test(test_grids SOURCES bake/test_nanovdb.cpp bake/test_locate.cpp ${bake_model} LIBS gsc_bake gsc_grids)
+  target_include_directories(test_grids SYSTEM PRIVATE ${GSC_NANOVDB_INCLUDE_DIR})
+  gsc_add_test(test_bake_trained SOURCES bake/test_trained_models.cpp ${bake_model} LIBS gsc_bake gsc_grids gsc_kernels)
 endif()

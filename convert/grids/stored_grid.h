@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// A level's NanoVDB grid as it lies in the file, once it is known to be safe to walk.
+#pragma once
+
+#include "format/gsc_reader.h"
+
+#include <nanovdb/NanoVDB.h>
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+class StoredGrid {
+public:
+    using Grid = nanovdb::NanoGrid<nanovdb::ValueMask>;
+    using Leaf = nanovdb::NanoLeaf<nanovdb::ValueMask>;
+
+    // Precondition: `view` came from openGsc() without errors; it must outlive this. Nothing in the grid is dereferenced
+    // before it is known to stay inside the grid; a grid that does not is reported to `sink`.
+    StoredGrid(const GscView& view, uint32_t level_index, const IssueSink& sink);
+
+    [[nodiscard]] const Grid* grid() const { return m_good ? reinterpret_cast<const Grid*>(m_data) : nullptr; }
+    void report(uint16_t id, const std::string& detail) const;
+
+private:
+    struct alignas(NANOVDB_DATA_ALIGNMENT) Block {
+        std::byte bytes[NANOVDB_DATA_ALIGNMENT];
+    };
+    bool checkHead();
+    bool checkNodes() const;
+    template <typename Node>
+    bool checkChildren(uint64_t first, uint32_t count, uint64_t child_first, uint64_t child_bytes,
+                       uint32_t child_count) const;
+
+    const GscView& m_view;
+    const LevelRecord& m_level;
+    uint32_t m_level_index;
+    const IssueSink& m_sink;
+    const std::byte* m_data = nullptr;
+    uint64_t m_bytes = 0;
+    std::vector<Block> m_copy;
+    uint64_t m_root = 0, m_upper = 0, m_lower = 0, m_leaf = 0; // offsets of the first node of each kind
+    bool m_good = false;
+};
+
+// A coordinate of a point in quanta of the level, rounded as the grid's voxels hold them: what lies on the border of two
+// float voxels is in the upper.
+double quantaAt(const LevelRecord& level, PositionEncoding encoding, double coordinate);
+
+struct AnchorPlace {
+    std::array<float, 3> position; // world units, as the trainer computed it, bit for bit
+    std::array<int32_t, 3> cell;   // of its level's grid
+};
+
+// The anchors of a chunk. Precondition: `view` came from openGsc() without errors; it must outlive this.
+class ChunkAnchors {
+public:
+    ChunkAnchors(const GscView& view, const ChunkRecord& chunk);
+    [[nodiscard]] AnchorPlace place(uint32_t local) const;
+    [[nodiscard]] uint32_t source(uint32_t local) const; // row of the checkpoint
+
+private:
+    const LevelRecord& m_level;
+    const ChunkRecord& m_chunk;
+    const std::byte *m_positions, *m_sources;
+    uint64_t m_stride;
+    bool m_grid;
+};
+
+} // namespace gsc
