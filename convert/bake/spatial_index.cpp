@@ -4,13 +4,16 @@
 #include "format/error.h"
 #include "player/module/load_module.h"
 
+#include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
+#include <nanovdb/util/NanoToOpenVDB.h>
 #include <nanovdb/util/OpenToNanoVDB.h>
 
 #include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <new>
+#include <sstream>
 
 namespace gsc {
 
@@ -112,9 +115,33 @@ std::vector<std::byte> buildNanoVdb(const LevelPlan& level, PositionEncoding enc
     return {bytes, bytes + handle.size()};
 }
 
+std::string openVdbFile(std::span<const std::byte* const> grids, uint64_t id, void (*check)())
+{
+    openvdb::GridCPtrVec copies;
+    for (const std::byte* grid : grids) {
+        check();
+        copies.push_back(nanovdb::nanoToOpenVDB(*reinterpret_cast<const nanovdb::NanoGrid<nanovdb::ValueMask>*>(grid)));
+    }
+    std::ostringstream out;
+    openvdb::io::Stream stream(out);
+    stream.setCompression(openvdb::io::COMPRESS_ACTIVE_MASK); // leaves have nothing to compress
+    stream.write(copies);
+    std::string bytes = std::move(out).str();
+    // behind magic number, three versions and a flag, in hexadecimal with dashes
+    const std::string uuid =
+        formatString("%08x-%04x-4%03x-8000-%012llx", unsigned(id >> 32), unsigned(id >> 16 & 0xffff),
+                     unsigned(id >> 4 & 0xfff), static_cast<unsigned long long>(id & 0xffffffffffff));
+    constexpr size_t kUuidAt = 21;
+    if (bytes.size() < kUuidAt + 36 || bytes[kUuidAt + 8] != '-' || bytes[kUuidAt + 23] != '-')
+        throw Error(ErrorCode::Internal,
+                    "openvdb: wrote a file without a UUID at byte 21, expected one there; this is a "
+                    "bug of gsc, please report it");
+    return bytes.replace(kUuidAt, uuid.size(), uuid);
+}
+
 namespace {
 
-constexpr SpatialIndexFunctions kFunctions{buildNanoVdb};
+constexpr SpatialIndexFunctions kFunctions{buildNanoVdb, openVdbFile};
 
 } // namespace
 

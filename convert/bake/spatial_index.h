@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The occupied cells of a level as a NanoVDB mask grid, built with OpenVDB: the module gsc_index_openvdb.
+// The occupied cells of a level as a NanoVDB mask grid, built with OpenVDB, and such grids as OpenVDB's file: the module
+// gsc_index_openvdb.
 #pragma once
 
 #include "convert/bake/chunk_build.h"
@@ -17,8 +18,13 @@ namespace gsc {
 std::vector<std::byte> buildNanoVdb(const LevelPlan& level, PositionEncoding encoding, std::span<LeafBuild> leaves,
                                     void (*check)());
 
+// An OpenVDB file of NanoVDB mask grids, each a whole grid that is known to be good, with its name and its map. The same
+// bytes for the same input: `id` takes the place of the random number that such a file has.
+std::string openVdbFile(std::span<const std::byte* const> grids, uint64_t id, void (*check)());
+
 struct SpatialIndexFunctions { // of the module
     decltype(&buildNanoVdb) build;
+    decltype(&openVdbFile) file;
 };
 
 } // namespace gsc

@@ -24,6 +24,7 @@ int runGsc(int argc, const char* const* argv)
                            addValidateCommand(root, invocation);
                            addInfoCommand(root, invocation);
                            addCompareCommand(root, invocation);
+                           addExportCommand(root, invocation);
                            addChartCommand(root, invocation);
                            addSampleCommand(root, invocation);
                        }},
