@@ -57,8 +57,7 @@ void FrameGraph::capture(FrameCapture& capture, const FrameJob& job, const Frame
 {
     const bool reuses = job.shape.uses_reuse;
     capture.mark(timers.start);
-    capture.clear(job.buffers.counters, sizeof(FrameCounters));
-    capture.clear(job.buffers.histogram, kDepthBuckets * sizeof(uint32_t));
+    capture.clear(job.buffers.histogram, kClearedBytes);
     if (reuses)
         reuse.prepareFrame(capture, job);
     capture.add(selectArgs(job), selectGroupsCuda);

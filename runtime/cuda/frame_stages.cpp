@@ -87,7 +87,12 @@ FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const Fr
 {
     const ModelParams& params = scene.model().params;
     FrameBuffers b{};
-    b.counters = layout.take<FrameCounters>(1);
+    // in one piece, which one memset clears
+    auto* cleared = layout.take<unsigned char>(kClearedBytes);
+    if (cleared != nullptr) {
+        b.histogram = reinterpret_cast<uint32_t*>(cleared);
+        b.counters = reinterpret_cast<FrameCounters*>(b.histogram + kDepthBuckets);
+    }
     b.visible_groups = layout.take<uint32_t>(params.group_count);
     b.visible = layout.take<uint32_t>(capacity.visible);
     if (shape.fades && shape.uses_reuse) // per strip; there are no more than all
@@ -99,7 +104,6 @@ FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const Fr
                                : size_t(0);
     if (scratch != 0)
         b.scratch = layout.take<float>(scratch);
-    b.histogram = layout.take<uint32_t>(kDepthBuckets);
     b.slab_of = layout.take<uint16_t>(kDepthBuckets);
     b.cells = layout.take<uint32_t>(shape.cells());
     b.scan_bytes = binScratchBytes(shape.cells());

@@ -43,6 +43,9 @@ struct FrameShape {
     [[nodiscard]] size_t pixels(uint32_t eye) const { return size_t(width[eye]) * height[eye]; }
 };
 
+// The histogram and the counters behind it, zero when a frame starts.
+constexpr size_t kClearedBytes = kDepthBuckets * sizeof(uint32_t) + sizeof(FrameCounters);
+
 struct FrameBuffers { // device memory
     FrameCounters* counters;
     uint32_t *visible_groups, *visible, *histogram, *cells, *bin_class, *bin_queue;
