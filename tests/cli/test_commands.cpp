@@ -9,13 +9,18 @@
 
 #include <doctest/doctest.h>
 
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <limits>
 #include <new>
 #include <stdexcept>
-#include <unistd.h>
+#include <thread>
 #include <vector>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 using namespace gsc;
 
@@ -113,6 +118,25 @@ TEST_CASE("readInputText reads a file whole, and no more than it may")
     CHECK_THROWS_AS(readInputText((folder / "a").string(), 6, "text"), Error);
     CHECK_THROWS_AS(readInputText("/dev/zero", 1 << 20, "text"), Error);
     CHECK_THROWS_AS(readInputText((folder / "absent").string(), 7, "text"), Error);
+    fs::remove_all(folder);
+}
+
+TEST_CASE("readInputText waits for a pipe whose writer takes its time")
+{
+    namespace fs = std::filesystem;
+    const fs::path folder = fs::temp_directory_path() / ("gsc-commands-test-" + std::to_string(::getpid()));
+    fs::create_directories(folder);
+    const std::string path = (folder / "pipe").string();
+    REQUIRE(::mkfifo(path.c_str(), 0600) == 0);
+    const int keeps_it = ::open(path.c_str(), O_RDWR); // opened to write before it is read, so that it has no end yet
+    REQUIRE(keeps_it >= 0);
+    std::thread writer([keeps_it] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(250));
+        (void)!::write(keeps_it, "late", 4);
+        ::close(keeps_it);
+    });
+    CHECK(readInputText(path, 7, "text") == "late");
+    writer.join();
     fs::remove_all(folder);
 }
 

@@ -8,6 +8,8 @@ namespace gsc::test {
 
 namespace {
 
+constexpr int kQuantaPerCell = 2; // TinyGscOptions::cell_log2 is 1
+
 // A value of an array of chunk 1.
 template <typename T>
 std::function<void(Bytes&)> value(ChunkArray array, size_t index, T v)
@@ -38,6 +40,19 @@ void swapWithinCell(Bytes& f)
         return;
     }
     std::abort(); // the tiny file was to have a shared cell
+}
+
+// The first anchor of a leaf that is not its chunk's lowest moves along x, to so many quanta from the leaf's low edge.
+std::function<void(Bytes&)> besideLeaf(int quanta)
+{
+    return [=](Bytes& f) {
+        const ChunkRecord& chunk = records<ChunkRecord>(f, kSectionChunks)[1];
+        const LeafRecord* leaf = records<LeafRecord>(f, kSectionLeaves) + chunk.leaf_first;
+        while (leaf->origin[0] * kQuantaPerCell == chunk.origin[0])
+            ++leaf;
+        payloadArray<GridPosition>(f, 1, ChunkArray::Position)[leaf->anchor_first - chunk.anchor_first].local[0] =
+            uint16_t(leaf->origin[0] * kQuantaPerCell - chunk.origin[0] + quanta);
+    };
 }
 
 TinyGscOptions octree()
@@ -103,6 +118,8 @@ std::vector<Mutation> payloadMutations()
         {PositionFlagBits, position(0, [](GridPosition& p) { p.flags = 8; })},
         {PositionFlagBits, position(0, [](GridPosition& p) { p.flags = kNegativeZeroZ; })},
         {PositionLeaf, position(0, [](GridPosition& p) { p.local[0] ^= 0x80; })},
+        {PositionLeaf, besideLeaf(8 * kQuantaPerCell), {AnchorOrder}},
+        {PositionLeaf, besideLeaf(-1)},
         {PositionValue, value<float>(ChunkArray::Position, 4, NAN), {}, floats()},
         {PositionValue, value<float>(ChunkArray::Position, 4, -INFINITY), {}, floats()},
         {PositionBounds, value<float>(ChunkArray::Position, 4, 1000.0f), {GaussianBounds}, floats()},

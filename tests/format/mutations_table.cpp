@@ -36,6 +36,19 @@ std::vector<Mutation> tableMutations()
          [](Bytes& f) {
              replaceMagic(f, {'p', 'l', 'y', '\n'});
          }},
+        // texts that begin as a mangled file does, and go on otherwise
+        {NotGsc,
+         [](Bytes& f) {
+             replaceMagic(f, {0xef, 0xbf, 0xbd, 'h', 'i'});
+         }},
+        {NotGsc,
+         [](Bytes& f) {
+             replaceMagic(f, {0xc2, 0x89, 'G', 'o'});
+         }},
+        {NotGsc,
+         [](Bytes& f) {
+             replaceMagic(f, {'9', 'G', 'S', 'C'});
+         }},
         {Truncated, [](Bytes& f) { f.clear(); }, {}, {}, Seal::None},
         {Truncated, [](Bytes& f) { f.resize(100); }, {}, {}, Seal::None},
         {Truncated, [](Bytes& f) { f.pop_back(); }, {}, {}, Seal::None},

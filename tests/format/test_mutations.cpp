@@ -60,6 +60,54 @@ TEST_CASE("every mutation raises its issue and no other")
     }
 }
 
+TEST_CASE("the offset of an issue is that of the field that was changed")
+{
+    using namespace issue;
+    // those that speak of a section, of a range of records, or of the second of two that do not go together
+    const std::set<uint16_t> elsewhere = {
+        Truncated,        SectionBytes,    GridSectionBytes, AnchorsBytes,         PayloadPadding, ManifestText,
+        HeaderChecksum,   SectionChecksum, SectionCount,     PayloadChecksum,      LevelCover,     ChunkCover,
+        ChunkOrder,       LeafCover,       LeafOrder,        LeafNanoVdbDuplicate, IndexDuplicate, AnchorOrder,
+        MlpWeightOverlap, PackedOverlap,   CameraNameText,   SensitivityGroup,     AnchorsNotFirst};
+    const std::set<uint16_t> of_record = {SectionRange, LevelRange, GridRange,  ChunkAnchors,
+                                          GroupAnchors, GroupValue, CameraFocal};
+    size_t checked = 0;
+    for (Mutation& mutation : allMutations()) {
+        const Bytes before = tinyGsc(mutation.options);
+        Bytes after = before;
+        mutation.apply(after);
+        if (after.size() != before.size() || elsewhere.contains(mutation.id))
+            continue;
+        const int64_t at = std::mismatch(before.begin(), before.end(), after.begin()).first - before.begin();
+        const std::vector<Issue> issues = check(mutate(mutation)).issues;
+        const auto found = std::find_if(issues.begin(), issues.end(),
+                                        [&](const Issue& issue) { return issue.info->id == mutation.id; });
+        REQUIRE(found != issues.end());
+        const std::string name = found->info->name;
+        CAPTURE(name);
+        CAPTURE(found->pointer);
+        const int64_t behind = at - int64_t(found->offset);
+        CAPTURE(behind);
+        // of bounds the maximum may be the one that was changed, three or four floats behind the minimum
+        const bool close = (behind >= 0 && behind < 8) || (behind >= 12 && behind < 18);
+        CHECK((close || (of_record.contains(mutation.id) && behind >= -8 && behind < 64)));
+        ++checked;
+    }
+    CHECK(checked > 200);
+}
+
+TEST_CASE("a detail says what was found and what would be right")
+{
+    const auto detailOf = [](uint16_t id, const std::string& pointer) {
+        for (const Mutation& mutation : allMutations())
+            for (const Issue& found : mutation.id == id ? check(mutate(mutation)).issues : std::vector<Issue>())
+                if (found.pointer == pointer)
+                    return found.detail;
+        return std::string();
+    };
+    CHECK(detailOf(issue::PositionLeaf, "/anchors/106/position") == "local[0] is 80, the leaf spans 64..79");
+}
+
 TEST_CASE("every issue of the table has a mutation")
 {
     std::set<uint16_t> covered = kReportedElsewhere;

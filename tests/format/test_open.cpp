@@ -15,7 +15,7 @@ namespace {
 
 std::vector<TinyGscOptions> variants()
 {
-    std::vector<TinyGscOptions> all(9);
+    std::vector<TinyGscOptions> all(10);
     all[1].levels = 2;
     all[1].level_inputs = true;
     all[2].levels = 3;
@@ -39,6 +39,8 @@ std::vector<TinyGscOptions> variants()
     all[8].cell_log2 = 0;
     all[8].nodes = 8;
     all[8].anchors = 1024;
+    all[9].anchors = 2 * kGroupSize; // no group is short
+    all[9].nodes = 1;
     return all;
 }
 

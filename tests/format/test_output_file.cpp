@@ -246,6 +246,15 @@ TEST_CASE("a file of somebody else keeps its group where it can, and else gives 
         CHECK(textOf(path) == "new");
         return std::pair(info.st_gid, info.st_mode & 07777);
     };
+    for (const auto& [owner, group] : {std::pair<uid_t, gid_t>(0, 4321), {4321, 0}, {4321, 4321}}) { // root keeps both
+        std::ofstream(path) << "old";
+        REQUIRE(::chown(path.c_str(), owner, group) == 0);
+        CHECK(tryWrite(path).code == ErrorCode::Ok);
+        struct stat info {};
+        REQUIRE(::stat(path.c_str(), &info) == 0);
+        CHECK(info.st_uid == owner);
+        CHECK(info.st_gid == group);
+    }
     CHECK(replaceAs(0660, {4321}) == std::pair(gid_t(4321), mode_t(0660)));
     CHECK(replaceAs(0660, {}) == std::pair(gid_t(65534), mode_t(0600)));
     CHECK(replaceAs(0664, {}) == std::pair(gid_t(65534), mode_t(0604)));
