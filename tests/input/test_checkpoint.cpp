@@ -279,6 +279,8 @@ TEST_CASE("checkpoint, trap 14: 'progressive' as a flag is not 'progressive' as 
     options.level_rule = int(LevelRule::Ceil);
     CHECK(read(folder.path(), options).fork == 5);
     CHECK(read(folder.path(), options).level_rule == LevelRule::Ceil);
+    options.level_rule = int(LevelRule::Floor);
+    CHECK(read(folder.path(), options).level_rule == LevelRule::Floor);
     const Checkpoint bare = read(folder.path());
     CHECK(bare.level_rule == LevelRule::Round);
     CHECK(warns(bare, "--dist2level"));
@@ -358,6 +360,64 @@ TEST_CASE("checkpoint, trap 34: Octree-AnyGS keeps its coarse-to-fine limit, Oct
                         "\noptim_params: {coarse_iter: 10_000, coarse_factor: 1.5}\n"));
         CHECK(read(folder.path()).level_clamp == 5);
     }
+}
+
+TEST_CASE("checkpoint, trap 34: without the level that training starts at it is the middle one")
+{
+    const TemporaryFolder folder;
+    ModelSpec spec;
+    spec.columns = Columns::AnyLod;
+    spec.iteration = 1; // before the first step
+    spec.cfg_args = "";
+    const fs::path path = writeModel(folder.path(), spec);
+    PlyText ply = makePly(Columns::AnyLod, 5, spec.n_offsets, spec.feat_dim);
+    ply.obj_info[1] = "levels 6.000000";
+    writeFile(path / "point_cloud.ply", ply.text());
+    const auto clampFor = [&](const std::string& stated, const std::string& optim) {
+        writeFile(folder.path() / "config.yaml",
+                  "model_params: {model_config: {kwargs: {fork: 2, dist2level: 'round', progressive: True" + stated +
+                      "}}}\noptim_params: {" + optim + "}\n");
+        return read(folder.path()).level_clamp;
+    };
+    const std::string steps = "coarse_iter: 10_000, coarse_factor: 1.5";
+    CHECK(clampFor(", init_level: 0", steps) == 0);
+    CHECK(clampFor(", init_level: 4", steps) == 4);
+    CHECK(clampFor(", init_level: -1", steps) == 3);
+    CHECK(clampFor(", init_level: 64", steps) == 3);
+    CHECK(clampFor("", steps) == 3);
+    CHECK(clampFor(", init_level: 2", "iterations: 40_000") == 5); // nothing says how long a step takes
+    CHECK(warns(read(folder.path()), "taken as trained to the end"));
+}
+
+TEST_CASE("checkpoint: a header number of Octree-AnyGS that is none is refused")
+{
+    const TemporaryFolder folder;
+    ModelSpec spec;
+    spec.columns = Columns::AnyLod;
+    const fs::path path = writeModel(folder.path(), spec);
+    const auto refusal = [&](size_t line, const std::string& text) {
+        PlyText ply = makePly(Columns::AnyLod, 5, spec.n_offsets, spec.feat_dim);
+        ply.obj_info[line] = text;
+        writeFile(path / "point_cloud.ply", ply.text());
+        return outcomeOf([&] { (void)read(folder.path()); });
+    };
+    for (const char* number : {"", "x", "0", "-1", "nan", "inf"})
+        CHECK(refusal(0, std::string("standard_dist ") + number).says("obj_info standard_dist <positive number>"));
+    for (const char* number : {"0.4", "65", "1e9"})
+        CHECK(refusal(1, std::string("levels ") + number).says("levels, expected 1 to 64"));
+    for (const char* number : {"0.6", "1", "64"})
+        CHECK(refusal(1, std::string("levels ") + number).code == ErrorCode::Ok);
+}
+
+TEST_CASE("checkpoint: settings of the trainer may have 1 MiB")
+{
+    const TemporaryFolder folder;
+    writeModel(folder.path(), {});
+    const std::string settings = ModelSpec().cfg_args;
+    writeFile(folder.path() / "cfg_args", settings + std::string((1 << 20) - settings.size(), ' '));
+    CHECK(read(folder.path()).cfg_args.size() == 1 << 20);
+    writeFile(folder.path() / "cfg_args", settings + std::string((1 << 20) - settings.size() + 1, ' '));
+    CHECK(outcomeOf([&] { (void)read(folder.path()); }).code == ErrorCode::InvalidFile);
 }
 
 TEST_CASE("checkpoint: an embedding that colour does not take is left out, one that it needs is asked for")

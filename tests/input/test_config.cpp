@@ -66,6 +66,35 @@ TEST_CASE("cfg_args, trap 36: upstream's spelling is matched literally")
     CHECK(config.find("update_hierarchy_factor") == nullptr);
 }
 
+TEST_CASE("cfg_args: numbers may begin with any digit, and escapes name any character")
+{
+    for (int digit = 0; digit < 10; ++digit)
+        CHECK(parse(formatString("Namespace(a=%d)", digit)).getNumber("a", -1, "f") == digit);
+    const ConfigValue config =
+        parse("Namespace(a='\\x41\\x7f\\x80\\u07ff\\u0800\\uffff\\U00010000\\U0010ffff', b='\\t\\r\\n')");
+    CHECK(config.getString("a", "", "f") ==
+          "A\x7f\xc2\x80\xdf\xbf\xe0\xa0\x80\xef\xbf\xbf\xf0\x90\x80\x80\xf4\x8f\xbf\xbf");
+    CHECK(config.getString("b", "", "f") == "\t\r\n");
+    for (const char* unknown : {"Namespace(a='\\q')", "Namespace(a='\\N{DEGREE SIGN}')", "Namespace(a='\\u20g0')"})
+        CHECK(outcomeOf([&] { (void)parse(unknown); }).code == ErrorCode::InvalidFile);
+}
+
+TEST_CASE("cfg_args: values nest as deep as the message says, in whatever way")
+{
+    const auto nested = [](int depth, const std::string& open, const std::string& close) {
+        std::string text = "1";
+        for (int i = 0; i < depth; ++i)
+            text = open + text + close;
+        return outcomeOf([&] { (void)parse("Namespace(a=" + text + ")"); });
+    };
+    for (const auto& [open, close] :
+         {std::pair<std::string, std::string>{"[", "]"}, {"(", ",)"}, {"{'b': ", "}"}, {"f(b=", ")"}}) {
+        CAPTURE(open);
+        CHECK(nested(open[0] == 'f' ? 15 : 31, open, close).code == ErrorCode::Ok); // a call counts twice
+        CHECK(nested(33, open, close).says("nested deeper than 32"));
+    }
+}
+
 TEST_CASE("cfg_args: damaged text is refused, whatever its length")
 {
     const std::string text = "Namespace(a=[1, {'b': (2, 'c')}], d='e\\n', f=<g <h>>, i=1e-05, **{'j': None})";
@@ -81,6 +110,21 @@ TEST_CASE("cfg_args: damaged text is refused, whatever its length")
     CHECK(outcomeOf([] { (void)parse("Namespace(a=" + std::string(100000, '[') + ")"); }).code ==
           ErrorCode::InvalidFile);
     CHECK(outcomeOf([] { (void)parse("Namespace(a=1) b"); }).code == ErrorCode::InvalidFile);
+}
+
+TEST_CASE("config.yaml: every way to write nothing, yes and no")
+{
+    const ConfigValue config = parseYaml("none: [, ~, null, Null, NULL]\nyes: [true, True, TRUE, yes, Yes, on, On]\n"
+                                         "no: [false, False, FALSE, no, No, off, Off]\n",
+                                         "y");
+    for (const ConfigValue& value : config.find("none")->list)
+        CHECK(value.kind == Kind::None);
+    for (const char* word : {"yes", "no"})
+        for (const ConfigValue& value : config.find(word)->list) {
+            CHECK(value.kind == Kind::Bool);
+            CHECK(value.integer == (word[0] == 'y'));
+        }
+    CHECK(config.find("yes")->list.size() == 7);
 }
 
 TEST_CASE("config.yaml: flow and block style, comments, numbers as PyYAML reads them")

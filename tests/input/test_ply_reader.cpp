@@ -195,6 +195,12 @@ TEST_CASE("PLY: refusals name what was found")
     refuses(replaced(text, "binary_little_endian", "ascii"), Unsupported, "format is ascii");
     refuses(replaced(text, "1.0", "2.0"), InvalidFile, "format");
     refuses("PNG" + text, InvalidFile, "does not start with 'ply'");
+    for (size_t i = 0; i < 4; ++i) {
+        std::string other = text;
+        other[i] = 'z';
+        refuses(other, InvalidFile, "does not start with 'ply'");
+    }
+    refuses("ply", InvalidFile, "does not start with 'ply'");
     refuses(replaced(text, "property float x", "property list uchar int x"), InvalidFile, "is a list");
     refuses(replaced(text, "property float y", "property float x"), InvalidFile, "'x' occurs twice");
     refuses(replaced(text, "property float x", "property double x"), InvalidFile, "header promises");

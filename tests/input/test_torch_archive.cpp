@@ -234,6 +234,15 @@ TEST_CASE("pickle machine: truncated, flipped and hostile pickles end in an Erro
     refuses("ccollections\nOrderedDict\n(NtR.", ErrorCode::Unsupported);
     refuses("}(NNNu.", ErrorCode::InvalidFile); // a key without a value
     CHECK(run(std::string("\x80\x04N.")).code == ErrorCode::Unsupported);
+    // kept in the memo and taken off the stack, so that there are many values and few on the stack
+    const auto values = [&](size_t count) {
+        std::string body = "]";
+        for (size_t i = 0; i < count; ++i)
+            body += "Na";
+        return run("\x80\x02" + body + ".");
+    };
+    CHECK(values(200000).code == ErrorCode::Ok);
+    CHECK(values(300000).says("more than 262144 values"));
 }
 
 TEST_CASE("torch archive: cycles and exponentially shared values are refused")
