@@ -421,6 +421,11 @@ TEST_CASE("the manifest says what the file is and nothing of where or when")
     CHECK(manifest.find("\"family\": \"octree-gs\"") != std::string::npos);
     CHECK(manifest.find("\"position\": \"grid16\"") != std::string::npos);
     CHECK(manifest.find("/secret") == std::string::npos);
+    for (const auto& [iteration, text] : {std::pair<int, const char*>{0, "0"}, {30000, "30000"}, {-1, "null"}}) {
+        model.checkpoint.iteration = iteration;
+        CHECK(std::string(bakeModel(model).view.manifest).find("\"iteration\": " + std::string(text)) !=
+              std::string::npos);
+    }
     CHECK(baked.view.header->config_hash != 0);
     BakeOptions options;
     options.chunk_anchors = 5;

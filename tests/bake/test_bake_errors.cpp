@@ -187,6 +187,23 @@ TEST_CASE("a model without an anchor that can be shown is refused, even when dro
     failToBake(model, ErrorCode::InvalidFile);
 }
 
+TEST_CASE("a model may have as many levels as the format, and no more")
+{
+    for (const int32_t levels : {int32_t(kMaxLevels), int32_t(kMaxLevels) + 1}) {
+        ModelShape shape;
+        shape.anchors = 2 * uint64_t(levels);
+        shape.levels = 2;
+        MemoryModel model = makeModel(shape);
+        for (size_t i = 0; i < model.anchors.count; ++i)
+            model.anchors.level[i] = int32_t(i) % levels;
+        if (levels == int32_t(kMaxLevels))
+            CHECK(bakeModel(model).view.levels.size() == kMaxLevels);
+        else
+            CHECK(failToBake(model, ErrorCode::InvalidFile).find("has anchors on 65 levels, expected at most 64") !=
+                  std::string::npos);
+    }
+}
+
 TEST_CASE("a source that is shorter than it said, fails or changes leaves no file")
 {
     ModelShape shape;

@@ -98,3 +98,24 @@ TEST_CASE("one changed bit anywhere is found, counted and located")
     REQUIRE(find(report, "feature"));
     CHECK(find(report, "feature")->compared == 700 * 8);
 }
+
+TEST_CASE("models of another shape are told apart and not compared anchor by anchor")
+{
+    ModelShape shape;
+    shape.anchors = 100;
+    shape.appearance_dim = 3;
+    shape.appearance_rows = 4;
+    const MemoryModel model = makeModel(shape);
+    const Baked baked = bakeModel(model);
+    const std::function<void(Checkpoint&)> changes[] = {
+        [](Checkpoint& c) { c.feat_dim = 9; }, [](Checkpoint& c) { c.n_offsets = 4; },
+        [](Checkpoint& c) { c.appearance_dim = 2; }, [](Checkpoint& c) { c.mlps.pop_back(); }};
+    for (const auto& change : changes) {
+        MemoryModel changed = model;
+        change(changed.checkpoint);
+        MemorySource source(changed);
+        const CompareReport report = compareCheckpoint(changed.checkpoint, source, baked.view, {});
+        CHECK(report.problems.size() == 1);
+        CHECK(report.attributes.empty());
+    }
+}

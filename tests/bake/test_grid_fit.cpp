@@ -125,6 +125,17 @@ TEST_CASE("a few coordinates fit, one among many that does not makes the fit fai
     }
 }
 
+TEST_CASE("coordinates that are one value, of either sign, have that value for a grid")
+{
+    for (const float value : {0.37f, 1e-4f, 1000.5f}) {
+        std::vector<GridSample> samples = {{value, 0}, {-value, 0}, {value, 0}};
+        const auto grid = fitGrid(samples, {0.0f, 2, false});
+        REQUIRE(grid);
+        CHECK(locateOnGrid(value, grid->voxel_size, 0));
+        CHECK(locateOnGrid(-value, grid->voxel_size, 0));
+    }
+}
+
 TEST_CASE("coordinates without a grid are refused")
 {
     std::mt19937 random(9);
