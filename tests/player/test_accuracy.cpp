@@ -77,6 +77,21 @@ TEST_CASE("temporal error is the change of the error, not of the picture")
     CHECK(a.frame_temporal[1] == doctest::Approx(0).epsilon(1e-6));
 }
 
+TEST_CASE("percentiles of a hundred changes")
+{
+    std::vector<float> run = {0.5f};
+    for (int i = 1; i <= 100; ++i) // to and fro by 0.001, 0.002, ...
+        run.push_back(run.back() + (i % 2 ? 0.001f : -0.001f) * float(i));
+    const Accuracy a = scoreFlat(run, std::vector<float>(run.size(), 0.5f));
+    REQUIRE(a.motion.images == 100);
+    CHECK(a.motion.p50 == doctest::Approx(0.05).epsilon(1e-3));
+    CHECK(a.motion.p90 == doctest::Approx(0.09).epsilon(1e-3));
+    CHECK(a.motion.p99 == doctest::Approx(0.099).epsilon(1e-3));
+    CHECK(a.motion.max == doctest::Approx(0.1).epsilon(1e-3));
+    CHECK(a.temporal.p50 == doctest::Approx(0.05).epsilon(1e-3));
+    CHECK(a.temporal.p99 == doctest::Approx(0.099).epsilon(1e-3));
+}
+
 TEST_CASE("a change in one of six values")
 {
     Scorer scorer({});

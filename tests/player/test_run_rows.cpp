@@ -149,6 +149,17 @@ TEST_CASE("the numbers of a row")
     CHECK(timesJson(someResult().frames, 9)["wall"]["mean"] == 3);
 }
 
+TEST_CASE("a run that saw nothing has hit nothing")
+{
+    RunResult nothing = someResult();
+    for (RunFrame& frame : nothing.frames)
+        frame.result.eyes[0] = {};
+    const RunConfig run = errorRun(1);
+    const OrderedJson row = runRowJson(someContext(), runConfigJson(someContext(), onePath(), run), run, nothing);
+    CHECK(row["reuse"]["hit_rate"] == 0);
+    CHECK(row["reuse"]["decoded_per_frame"]["mean"] == 0);
+}
+
 TEST_CASE("an id is of everything that changes a result and of nothing else")
 {
     const RunContext context = someContext();

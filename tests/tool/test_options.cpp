@@ -75,6 +75,8 @@ TEST_CASE("values out of range or of another kind are refused with their range")
         CHECK_MESSAGE(!take("--bytes", text, v).empty(), text);
     for (const char* text : {"1", "1000001", "2M", "1.5", "-2"})
         CHECK_MESSAGE(!take("--count", text, v).empty(), text);
+    for (const char* text : {"5x", "5kk", "k", "many"})
+        CHECK_MESSAGE(take("--count", text, v).find("no whole number") != std::string::npos, text);
     for (const char* text : {"0x1", "1x32769", "640", "axb", "640x480x3", " 1x1"})
         CHECK_MESSAGE(!take("--size", text, v).empty(), text);
 }
