@@ -282,3 +282,46 @@ TEST_CASE("trap 11: LOD distance is taken from the anchor plus half a cell")
     params.flags = kModelHasLevels;
     CHECK(lodShift<float>(params, 1) == 0.0f);
 }
+
+TEST_CASE("a level is that many halvings of the distance, or divisions by what the model forks into")
+{
+    const float center[3] = {0, 0, 0};
+    for (const uint32_t fork : {2u, 3u, 4u, 10u}) {
+        CAPTURE(fork);
+        ModelParams params{};
+        params.flags = kModelHasLevels;
+        params.fork = fork;
+        params.standard_dist = 8;
+        params.lod_scale = 1;
+        for (int level = -1; level <= 4; ++level) {
+            const auto distance = float(8 / std::pow(double(fork), level));
+            CHECK(predictedLevel<float>(params, {0, distance, 0}, 0, center, 0, 0) == doctest::Approx(level));
+            CHECK(predictedLevel<double>(params, {0, distance, 0}, 0, widen(axisEye(8)).center, 0.5, 1) ==
+                  doctest::Approx(level + 1.5));
+        }
+        params.lod_scale = 2; // as if all were twice as far away
+        CHECK(predictedLevel<float>(params, {0, 0, 4}, 0, center, 0, 0) == doctest::Approx(0));
+    }
+}
+
+TEST_CASE("gsplat draws what reaches into the image with pixel centres at halves, and culls the rest")
+{
+    const EyeParams eye = axisEye(64);
+    int drawn = 0, culled = 0;
+    for (int i = 0; i < 4000; ++i)
+        for (const bool right : {false, true})
+            for (const bool vertical : {false, true}) {
+                const float out = (right ? 1.0f : -1.0f) * (2 + float(i) * 0.0005f);
+                const Vec3<float> p = vertical ? Vec3<float>{0, out, 2} : Vec3<float>{out, 0, 2};
+                const Footprint<float> f = project(eye, RasterRules::Gsplat, p, 0.05f, 0.05f, 0.05f);
+                const double centre = double(vertical ? f.y : f.x) + 0.5, radius = f.radius;
+                REQUIRE(radius > 0);
+                const bool reaches = centre + radius > 0 && centre - radius < 64;
+                if (std::fabs(centre + radius) > 1e-4 && std::fabs(centre - radius - 64) > 1e-4)
+                    CHECK(f.visible == reaches);
+                drawn += reaches;
+                culled += !reaches;
+            }
+    CHECK(drawn > 500);
+    CHECK(culled > 500);
+}

@@ -162,6 +162,53 @@ TEST_CASE("float positions, rotated and degenerate anchors: the flat pass's set"
     CHECK(visible > 1000);
 }
 
+TEST_CASE("views that scale and shear: the flat pass's set")
+{
+    SyntheticOptions options;
+    options.anchors = 3000;
+    options.n_offsets = 1;
+    options.feat_dim = 4;
+    options.log_scale = -1.5f;
+    const SyntheticModel model(options);
+    Random random(23);
+    size_t visible = 0;
+    for (int i = 0; i < 24; ++i) {
+        EyeParams eye = randomEye(random, 12);
+        const float scale = std::exp(random.uniform(-1.5f, 1.5f)), shear = random.uniform(-2, 2);
+        for (int c = 0; c < 4; ++c) {
+            float* w = eye.world_to_view + c;
+            w[0] = scale * (w[0] + shear * w[4]);
+            w[4] *= i % 3 == 0 ? scale : 1.0f;
+            w[8] *= i % 3 == 1 ? scale : 1.0f;
+            eye.full_projection[c] = w[0] / eye.tan_fov_x;
+            eye.full_projection[4 + c] = w[4] / eye.tan_fov_y;
+            eye.full_projection[8 + c] = eye.full_projection[12 + c] = w[8];
+        }
+        visible += checkSameSet(model.view(), {eye}, 0);
+    }
+    CHECK(visible > 3000);
+}
+
+TEST_CASE("a camera amid fine anchors that are shown from close by alone: the flat pass's set")
+{
+    SyntheticOptions options;
+    options.anchors = 4000;
+    options.n_offsets = 1;
+    options.feat_dim = 4;
+    options.level_rule = LevelRule::Floor;
+    options.levels = 4;
+    options.flags = kModelHasLevels;
+    options.extent = 0.5f;
+    SyntheticModel model(options);
+    model.params().near_z = 0.001f;
+    model.params().standard_dist = 0.6f; // the finest level is shown up to an eighth of it
+    Random random(29);
+    size_t visible = 0;
+    for (int i = 0; i < 24; ++i)
+        visible += checkSameSet(model.view(), {randomEye(random, 0.4f)}, 0);
+    CHECK(visible > 3000);
+}
+
 TEST_CASE("trap 18: anchors with NaN in position or scale are never visible")
 {
     SyntheticOptions options;

@@ -205,6 +205,23 @@ TEST_CASE("what draws nothing, or the same from everywhere, has no sensitivity")
     for (const float s : fastOf(unseen.view(), 0, 0, unseen.view().chunks[0].anchor_count, -1).direction)
         CHECK(s == 0);
 
+    for (const auto& [opacity, sensitive] : {std::pair<float, bool>{0.99f / 255, false}, {1.02f / 255, true}}) {
+        CAPTURE(opacity);
+        std::fill(mlps[0].layers[1].bias.begin(), mlps[0].layers[1].bias.end(), opacity);
+        const SyntheticModel faint(syntheticParams(options), randomAnchors(options), mlps, {}, 0);
+        const ModelView& view = faint.view();
+        forEachTarget([&](const char* target) {
+            CAPTURE(target);
+            const Sensitivities fast = fastOf(view, 0, 0, view.chunks[0].anchor_count, -1);
+            for (uint32_t i = 0; i < fast.direction.size(); ++i) {
+                double direction, distance;
+                viewSensitivityReference(view, 0, i, -1, direction, distance);
+                CHECK((fast.direction[i] > 0) == sensitive);
+                CHECK((direction > 0) == sensitive);
+            }
+        });
+    }
+
     mlps = randomMlps(options);
     const uint32_t F = options.feat_dim;
     for (Mlp& mlp : mlps)
