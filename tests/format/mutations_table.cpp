@@ -39,7 +39,7 @@ std::vector<Mutation> tableMutations()
         // texts that begin as a mangled file does, and go on otherwise
         {NotGsc,
          [](Bytes& f) {
-             replaceMagic(f, {0xef, 0xbf, 0xbd, 'h', 'i'});
+             replaceMagic(f, {0xef, 0xbf, 0xbd, 'I', 'S'});
          }},
         {NotGsc,
          [](Bytes& f) {

@@ -234,7 +234,9 @@ TEST_CASE("sections in the wrong order are a bug of the caller")
     CHECK(codeOf([&] { writer.reserveAnchors(0); }) == ErrorCode::Internal);
     for (uint32_t i = 1; i < kMaxSections; ++i)
         writer.addSection(i, {}, 0);
-    CHECK(codeOf([&] { writer.addSection(kSectionIndex, {}, 0); }) == ErrorCode::Internal);
+    std::string message;
+    CHECK(codeOf([&] { writer.addSection(kSectionIndex, {}, 0); }, &message) == ErrorCode::Internal);
+    CHECK(message.find("at most " + std::to_string(kMaxSections)) != std::string::npos);
 }
 
 TEST_CASE("the first interrupt is a request, the second kills")
