@@ -37,7 +37,9 @@ class PlayCliTest(PlayTest):
             check_schema("frame-stats", line)
             self.assertEqual(len(line["eyes"]), 2)
             self.assertEqual(line["tier"], "exact")
-            parts = sum(line["ms"][stage] for stage in ("select", "decode", "project", "bin", "sort", "blend"))
+            stages = [line["ms"][stage] for stage in ("select", "decode", "project", "bin", "sort", "blend")]
+            self.assertGreaterEqual(min(stages), 0)
+            parts = sum(stages)
             self.assertLessEqual(parts, line["ms"]["total"] * 1.05 + 0.5)
         for image in report["images"]:
             self.assertEqual(pfm(self.folder / image)[:2], (48, 32))
@@ -300,6 +302,11 @@ class PlayCliTest(PlayTest):
         run = self.play(*base, "--appearance", "3")
         self.assertEqual(run.stderr, "")
         self.play(*base, "--appearance", "77", code=1)
+        frames = [frame | {"appearance": 77 if i == 1 else 3} for i, frame in enumerate(TRAJECTORY["frames"])]
+        self.path.write_text(json.dumps(TRAJECTORY | {"frames": frames}))
+        warnings = json.loads(self.play(*base).stdout)["warnings"]
+        self.assertEqual(len(warnings), 1)
+        self.assertIn(f"1 of {len(frames)} cameras name an appearance row that is not in the file", warnings[0])
 
     def test_progress_and_verbose(self) -> None:
         base = (self.model, "--cameras", self.path, "--size", "16x16")

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/error.h"
 #include "player/commands/play_command.h"
+#include "player/lod_target.h"
 #include "player/play_options.h"
 #include "player/tool/command_words.h"
+#include "tests/format/scratch_dir.h"
+#include "tests/format/tiny_gsc.h"
 
 #include <CLI/CLI.hpp>
 
 #include <doctest/doctest.h>
 
+#include <fstream>
 #include <initializer_list>
 #include <numbers>
 #include <vector>
@@ -192,6 +196,32 @@ TEST_CASE("how levels are chosen")
             CHECK(parse({"m.gsc", option, wrong}) == 1);
     for (const char* wrong : {"0", "nan", "-5", "inf", "60001", "x"})
         CHECK(parse({"m.gsc", "--target-ms", wrong}) == 1);
+}
+
+TEST_CASE("a target time takes no more detail away than --lod-bias may")
+{
+    const test::ScratchDir folder;
+    PlayOptions options;
+    options.input = folder / "model.gsc";
+    for (const int32_t clamp : {1, 40}) {
+        CAPTURE(clamp);
+        test::TinyGscOptions tiny;
+        tiny.levels = 2;
+        std::vector<std::byte> file = test::tinyGsc(tiny);
+        test::records<ModelParams>(file, kSectionParams)->level_clamp = clamp;
+        test::reseal(file);
+        std::ofstream(options.input, std::ios::binary)
+            .write(reinterpret_cast<const char*>(file.data()), std::streamsize(file.size()));
+        const auto scene = Scene::open(options.input);
+        options.target_ms = 0;
+        CHECK_FALSE(lodControl(*scene, options));
+        options.target_ms = 1;
+        std::optional<LodControl> control = lodControl(*scene, options);
+        REQUIRE(control);
+        for (int i = 0; i < 10000; ++i)
+            control->add(1e6);
+        CHECK(control->bias() == (clamp == 1 ? -5 : -16)); // all levels, and four for what is nearer
+    }
 }
 
 TEST_CASE("reuse options out of range, or without their policy, exit with 1")

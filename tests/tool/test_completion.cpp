@@ -61,4 +61,7 @@ TEST_CASE("a manual page holds every option and survives roff")
                              "\\fBINPUT\\fR", "\\fB\\-i, \\-\\-input\\fR MODEL|FILE.ply"})
         CHECK_MESSAGE(page.find(part) != std::string::npos, part);
     CHECK(manPage(tree.app).find("\\fBprog\\-sample\\fR(1)") != std::string::npos);
+    CHECK(page.find(".SH NOTES") == std::string::npos);
+    tree.make->footer("exit codes\n0  done");
+    CHECK(manPage(*tree.make).find(".SH NOTES\n.nf\nexit codes\n0  done\n.fi\n") != std::string::npos);
 }

@@ -1,9 +1,69 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "player/tool/stage_progress.h"
 #include "player/tool/tool.h"
+#include "tests/format/in_child.h"
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+
 using namespace gsc;
+
+namespace {
+
+// What a stage of a hundred steps, over at once, and one that fails print to stderr.
+std::string printedBy(ProgressMode mode)
+{
+    std::string printed;
+    CHECK(test::inChild(
+              [mode] {
+                  StageProgress progress(mode);
+                  for (uint64_t i = 0; i <= 100; ++i)
+                      progress.update("scan", i, 100);
+                  progress.update("write", 0, 0);
+                  progress.close(true);
+                  return 0;
+              },
+              &printed) == 0);
+    return printed;
+}
+
+size_t countOf(const std::string& text, const std::string& part)
+{
+    size_t count = 0;
+    for (size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
+        ++count;
+    return count;
+}
+
+} // namespace
+
+TEST_CASE("progress for a program is an event a line: each stage's start, tenths and end")
+{
+    const std::string text = printedBy(ProgressMode::Json);
+    CHECK(countOf(text, "\n") == 13);
+    CHECK(countOf(text, "{\"event\":\"start\",\"stage\":\"scan\"") == 1);
+    CHECK(countOf(text, "{\"event\":\"progress\",\"stage\":\"scan\"") == 9);
+    CHECK(countOf(text, "{\"event\":\"done\",\"stage\":\"scan\",\"done\":100,\"total\":100") == 1);
+    CHECK(countOf(text, "{\"event\":\"start\",\"stage\":\"write\"") == 1);
+    CHECK(countOf(text, "{\"event\":\"failed\",\"stage\":\"write\"") == 1);
+}
+
+TEST_CASE("progress in a log is the end of each stage, and nothing of what is over at once")
+{
+    CHECK(printedBy(ProgressMode::Plain) == "scan: done in 0.0 s\nwrite: failed in 0.0 s\n");
+    CHECK(printedBy(ProgressMode::None).empty());
+}
+
+TEST_CASE("progress on a terminal is a bar that is redrawn, not one for every step")
+{
+    const std::string text = printedBy(ProgressMode::Bar);
+    CHECK(countOf(text, "\r") >= 3);
+    CHECK(countOf(text, "\r") < 20);
+    CHECK(countOf(text, "\rscan [####################] 100 %") == 1);
+    CHECK(countOf(text, "\n") == 2);
+    CHECK(text.ends_with("s\n"));
+}
 
 TEST_CASE("an error's parts are told apart where it has them")
 {
