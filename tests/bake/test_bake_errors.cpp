@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Hostile numbers and broken surroundings: a clear error, nothing left behind.
+#include "convert/bake/anchor_check.h"
 #include "convert/bake/compare_checkpoint.h"
 #include "format/error.h"
 #include "format/interrupt.h"
@@ -133,6 +134,42 @@ TEST_CASE("trap 18, trap 19: anchors that cannot be shown are refused with their
         REQUIRE(clean.view.anchors.size() == baked.view.anchors.size());
         CHECK(std::equal(clean.view.anchors.begin(), clean.view.anchors.end(), baked.view.anchors.begin()));
         CHECK(std::equal(clean.view.index.begin(), clean.view.index.end(), baked.view.index.begin()));
+    }
+}
+
+TEST_CASE("the largest scales, positions and offsets that can be shown are taken, the next larger ones are not")
+{
+    ModelShape shape;
+    shape.anchors = 1;
+    const AnchorBatch good = makeModel(shape).anchors;
+    const auto faultOf = [&](const std::function<void(AnchorBatch&)>& change) {
+        AnchorBatch batch = good;
+        change(batch);
+        return findAnchorFault(batch, 0, shape.feat_dim, shape.n_offsets);
+    };
+    CHECK(faultOf([](AnchorBatch&) {}) == AnchorFault::None);
+    for (size_t c = 0; c < 6; ++c) {
+        const auto scale = [c](float value) { return [c, value](AnchorBatch& b) { b.scale[c] = value; }; };
+        CHECK(faultOf(scale(44)) == AnchorFault::None);
+        CHECK(faultOf(scale(44.5f)) == AnchorFault::HugeScale);
+    }
+    for (size_t axis = 0; axis < 3; ++axis) {
+        const auto position = [axis](float value) {
+            return [axis, value](AnchorBatch& b) { b.position[axis] = value; };
+        };
+        CHECK(faultOf(position(1e30f)) == AnchorFault::None);
+        CHECK(faultOf(position(-1.001e30f)) == AnchorFault::OutOfReach);
+        // an offset is multiplied by the exponential of its scale: up to 1e30
+        const auto offset = [axis](float value, float scale) {
+            return [axis, value, scale](AnchorBatch& b) {
+                b.offset[3 + axis] = value;
+                b.scale[axis] = scale;
+            };
+        };
+        CHECK(faultOf(offset(0.9e20f, 23)) == AnchorFault::None);
+        CHECK(faultOf(offset(-1.1e20f, 23.1f)) == AnchorFault::HugeOffset);
+        CHECK(faultOf(offset(1e11f, 43)) == AnchorFault::None);
+        CHECK(faultOf(offset(1e11f, 43.9f)) == AnchorFault::HugeOffset);
     }
 }
 
