@@ -116,6 +116,10 @@ TEST_CASE("readInputText reads a file whole, and no more than it may")
     writeTextFile((folder / "a").string(), "one\ntwo", false);
     CHECK(readInputText((folder / "a").string(), 7, "text") == "one\ntwo");
     CHECK_THROWS_AS(readInputText((folder / "a").string(), 6, "text"), Error);
+    const auto opened = [] { return std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator()); };
+    const auto before = opened();
+    (void)readInputText((folder / "a").string(), 7, "text");
+    CHECK(opened() == before);
     CHECK_THROWS_AS(readInputText("/dev/zero", 1 << 20, "text"), Error);
     CHECK_THROWS_AS(readInputText((folder / "absent").string(), 7, "text"), Error);
     fs::remove_all(folder);

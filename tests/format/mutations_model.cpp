@@ -46,6 +46,8 @@ std::vector<Mutation> manifestMutations()
     return {text(""),
             text(" \n"),
             text("[1]"),
+            text("[1, {}"),
+            text("{}]"),
             text("{\"a\":1"),
             text("{\"\xff\":1}"),
             text("{\"\xc0\xaf\":1}"),

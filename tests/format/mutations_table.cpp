@@ -49,6 +49,14 @@ std::vector<Mutation> tableMutations()
          [](Bytes& f) {
              replaceMagic(f, {'9', 'G', 'S', 'C'});
          }},
+        {NotGsc,
+         [](Bytes& f) {
+             replaceMagic(f, {0xc2, 0x88, 'G', 'S', 'C'});
+         }},
+        {NotGsc,
+         [](Bytes& f) {
+             replaceMagic(f, {0xef, 0xbf, 0xbe, 'G', 'S'});
+         }},
         {Truncated, [](Bytes& f) { f.clear(); }, {}, {}, Seal::None},
         {Truncated, [](Bytes& f) { f.resize(100); }, {}, {}, Seal::None},
         {Truncated, [](Bytes& f) { f.pop_back(); }, {}, {}, Seal::None},

@@ -22,6 +22,15 @@ std::function<void(Bytes&)> packed(void (*change)(Packed&))
     return edit<Packed>(kSectionPacked, 0, change);
 }
 
+// The last value of an array of weights is no number.
+std::function<void(Bytes&)> lastOf(uint64_t Mlp::*array, uint32_t (*count)(const Mlp&))
+{
+    return [=](Bytes& f) {
+        const Mlp& record = records<Mlp>(f, kSectionWeights)[1];
+        reinterpret_cast<float*>(section(f, kSectionWeights).data() + record.*array)[count(record) - 1] = NAN;
+    };
+}
+
 std::function<void(Bytes&)> camera(void (*change)(Camera&))
 {
     return edit<Camera>(kSectionCameras, 1, change);
@@ -80,6 +89,10 @@ std::vector<Mutation> mlpMutations()
              const uint64_t at = records<Mlp>(f, kSectionWeights)[2].weight1;
              reinterpret_cast<float*>(section(f, kSectionWeights).data() + at)[5] = NAN;
          }},
+        {MlpWeightValue, lastOf(&Mlp::weight0, [](const Mlp& m) { return m.hidden * m.in; })},
+        {MlpWeightValue, lastOf(&Mlp::bias0, [](const Mlp& m) { return m.hidden; })},
+        {MlpWeightValue, lastOf(&Mlp::weight1, [](const Mlp& m) { return m.out * m.hidden; })},
+        {MlpWeightValue, lastOf(&Mlp::bias1, [](const Mlp& m) { return m.out; })},
         {MlpReserved, mlp(0, [](Mlp& m) { m.reserved = 1; })},
     };
 }

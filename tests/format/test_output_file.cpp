@@ -205,6 +205,32 @@ TEST_CASE("standard output takes a text as it comes")
     CHECK_FALSE(fs::exists("-"));
 }
 
+TEST_CASE("a line for standard output goes there")
+{
+    std::string printed;
+    const int code = inChild([] { return appendLine("-", "{}", "{", endsInBrace), 0; }, &printed, STDOUT_FILENO);
+    CHECK(code == 0);
+    CHECK(printed == "{}\n");
+    CHECK_FALSE(fs::exists("-"));
+}
+
+TEST_CASE("no descriptor stays open")
+{
+    const auto opened = [] { return std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator()); };
+    const ScratchDir dir;
+    const auto before = opened();
+    for (int i = 0; i < 8; ++i) {
+        CHECK(tryWrite(dir / "a").code == ErrorCode::Ok);
+        CHECK(tryWrite(dir / "a", OutputKind::Text, false).code == ErrorCode::Io);
+        {
+            const OutputFile given_up(dir / "b", OutputKind::Text, true);
+        }
+        appendLine(dir / "rows", "{}", "{", endsInBrace);
+        CHECK(outcomeOf([&] { appendLine(dir / "a", "{}", "{", endsInBrace); }).code == ErrorCode::InvalidFile);
+    }
+    CHECK(opened() == before);
+}
+
 TEST_CASE("a new file follows the umask, one that is replaced keeps its bits")
 {
     const ScratchDir dir;
