@@ -233,6 +233,12 @@ TEST_CASE("checkpoint, trap 10: the clamp is max - min of the levels in the file
     CHECK(checkpoint.level_min == 2);
     CHECK(checkpoint.level_clamp == 3); // so level 5 can never be selected; upstream drops it too
     CHECK(warns(checkpoint, "levels above 3"));
+    ply.at(4, "level") = float(kMaxLevels) - 1;
+    writeFile(iteration / "point_cloud.ply", ply.text());
+    CHECK(read(folder.path()).level_clamp == int32_t(kMaxLevels) - 3);
+    ply.at(4, "level") = float(kMaxLevels);
+    writeFile(iteration / "point_cloud.ply", ply.text());
+    CHECK(outcomeOf([&] { (void)read(folder.path()); }).says("level of vertex 4 is 64, expected 0 to 63"));
 }
 
 TEST_CASE("checkpoint, trap 14: 'progressive' as a flag is not 'progressive' as a level rule")

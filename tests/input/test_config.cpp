@@ -88,9 +88,13 @@ TEST_CASE("cfg_args: values nest as deep as the message says, in whatever way")
         return outcomeOf([&] { (void)parse("Namespace(a=" + text + ")"); });
     };
     for (const auto& [open, close] :
-         {std::pair<std::string, std::string>{"[", "]"}, {"(", ",)"}, {"{'b': ", "}"}, {"f(b=", ")"}}) {
+         {std::pair<std::string, std::string>{"[", "]"}, {"(", ",)"}, {"{'b': ", "}"}, {"f(b=", ")"}, {"f([", "])"}}) {
         CAPTURE(open);
-        CHECK(nested(open[0] == 'f' ? 15 : 31, open, close).code == ErrorCode::Ok); // a call counts twice
+        CHECK(nested(open[0] != 'f'   ? 31
+                     : open == "f(b=" ? 15
+                                      : 10,
+                     open, close)
+                  .code == ErrorCode::Ok); // a call counts twice
         CHECK(nested(33, open, close).says("nested deeper than 32"));
     }
 }
@@ -146,8 +150,19 @@ TEST_CASE("config.yaml: flow and block style, comments, numbers as PyYAML reads 
     CHECK(config.getNumber("optim_params.coarse_factor", 0, f) == 1.5);
     CHECK(config.find("optim_params.none")->kind == Kind::None);
     CHECK(config.find("optim_params.text")->kind == Kind::String);
+    CHECK(config.find("optim_params.iterations")->kind == Kind::Int);
+    CHECK(config.find("optim_params.iterations")->integer == 40000);
+    CHECK(config.find("optim_params.coarse_factor")->kind == Kind::Float);
     CHECK(config.find("optim_params.list")->list.at(1).kind == Kind::Bool);
     CHECK(outcomeOf([] { (void)parseYaml("a: [1, {b: ", "y"); }).code == ErrorCode::InvalidFile);
+    const auto listOf = [](size_t count) {
+        std::string list = "a: [";
+        for (size_t i = 0; i < count; ++i)
+            list += "1,";
+        return outcomeOf([&] { (void)parseYaml(list + "]\n", "y"); });
+    };
+    CHECK(listOf(19990).code == ErrorCode::Ok);
+    CHECK(listOf(20010).says("too many"));
     std::string bomb = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n";
     for (int i = 1; i < 9; ++i) {
         bomb += formatString("a%d: &a%d [*a%d", i, i, i - 1);

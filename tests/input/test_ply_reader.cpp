@@ -191,6 +191,7 @@ TEST_CASE("PLY: refusals name what was found")
         CHECK(outcome.says(message));
     };
     using enum ErrorCode;
+    CHECK(parse(replaced(text, "element vertex", "comment ~ a tilde\telement\nelement vertex")).code == Ok);
     refuses(replaced(text, "binary_little_endian", "binary_big_endian"), Unsupported, "binary_big_endian");
     refuses(replaced(text, "binary_little_endian", "ascii"), Unsupported, "format is ascii");
     refuses(replaced(text, "1.0", "2.0"), InvalidFile, "format");

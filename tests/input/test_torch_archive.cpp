@@ -78,7 +78,7 @@ std::string unicode(const std::string& text)
 
 // {'w': tensor of `shape` and `stride` over a storage of `count`}; each number as LONG1 of 8 bytes
 std::string tensorPickle(uint64_t count, const std::vector<uint64_t>& shape, const std::vector<uint64_t>& stride,
-                         const std::string& storage = "FloatStorage")
+                         const std::string& storage = "FloatStorage", uint64_t offset = 0)
 {
     const auto number = [](uint64_t value) {
         std::string text = "\x8a\x08";
@@ -87,7 +87,7 @@ std::string tensorPickle(uint64_t count, const std::vector<uint64_t>& shape, con
     };
     std::string pickle = std::string("\x80\x02}", 3) + unicode("w") + "ctorch._utils\n_rebuild_tensor_v2\n((" +
                          unicode("storage") + "ctorch\n" + storage + "\n" + unicode("0") + unicode("cuda:0") +
-                         number(count) + "tQ" + number(0);
+                         number(count) + "tQ" + number(offset);
     for (const auto* values : {&shape, &stride}) {
         pickle += "(";
         for (const uint64_t value : *values)
@@ -116,6 +116,12 @@ TEST_CASE("torch archive: what the TorchScript writer wrote is read back bit for
     CHECK(embedding.root_class == "Embedding");
     CHECK(tensor(embedding, "embedding.weight").values == values);
     CHECK(tensor(embedding, "embedding.weight").shape == std::vector<uint64_t>{3, 2});
+    for (const uint32_t rows : {255u, 256u, 65535u, 65536u}) { // numbers of one, two and four bytes
+        const std::vector<float> column(rows, 0.5f);
+        const TorchArchive read = readTorchArchive(writeTorchScriptEmbedding(column, rows, 1, "e"), "e.pt");
+        CHECK(tensor(read, "embedding.weight").shape == std::vector<uint64_t>{rows, 1});
+        CHECK(tensor(read, "embedding.weight").values == column);
+    }
 }
 
 TEST_CASE("torch archive, trap 4: state dictionaries keep their keys free of _metadata")
@@ -277,6 +283,10 @@ TEST_CASE("torch archive: counts that lie are refused before anything is allocat
     refuses(tensorPickle(~0ull, {1}, {1}), 6);                                                        // negative count
     CHECK(readOutcome(archiveOf(tensorPickle(6, {2, 3}, {1, 2}), 6)).code == ErrorCode::Unsupported); // transposed
     CHECK(readOutcome(archiveOf(tensorPickle(6, {2, 3}, {3, 1}), 6)).code == ErrorCode::Ok);
+    CHECK(readOutcome(archiveOf(tensorPickle(6, {5}, {1}, "FloatStorage", 1), 6)).code == ErrorCode::Ok);
+    CHECK(readOutcome(archiveOf(tensorPickle(0, {0}, {1}), 0)).code == ErrorCode::Ok);
+    refuses(tensorPickle(6, {6}, {1}, "FloatStorage", 1), 6); // its end lies behind the storage
+    refuses(tensorPickle(6, {1}, {1}, "FloatStorage", 7), 6); // and here its start
 }
 
 TEST_CASE("torch archive: refusals name what was found")
