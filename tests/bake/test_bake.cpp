@@ -269,7 +269,16 @@ TEST_CASE("rotation, opacity and normal are constants where they are constant, e
     const Baked varying = bakeModel(model);
     const uint32_t all = kModelHasRotation | kModelHasOpacity | kModelHasNormal;
     CHECK((varying.view.params->flags & all) == all);
-    checkEqual(model, varying);
+    const float identity[4] = {1, 0, 0, 0}; // what is no array's is nobody's value
+    model.anchors.rotation.assign(model.anchors.rotation.size(), 0.5f);
+    CHECK(bakeModel(model).view.params->constant_rotation[3] == 0.5f);
+    model.anchors.rotation[0] = 0.25f;
+    const Baked turned = bakeModel(model);
+    for (const Baked* baked : {&varying, &turned}) {
+        CHECK(std::equal(identity, identity + 4, baked->view.params->constant_rotation));
+        CHECK(baked->view.params->constant_opacity == 0);
+    }
+    checkEqual(model, turned);
 }
 
 TEST_CASE("positions off the grid are stored as floats, with a warning that counts them")

@@ -93,6 +93,22 @@ TEST_CASE("trap 13: an octree grid and its unstored origin are recovered bit for
         }
 }
 
+TEST_CASE("the voxel size is level 0's, also where the file has none of its anchors")
+{
+    for (const float origin : {0.0f, -20.77f})
+        for (const uint32_t fork : {2u, 3u}) {
+            std::vector<GridSample> samples;
+            for (const GridSample& sample : makeSamples({0.31f, origin, fork, 4, 1, 60}, 20000, 11))
+                if (sample.level >= 2)
+                    samples.push_back(sample);
+            const std::vector<GridSample> all = samples;
+            const auto grid = fitGrid(samples, {0.0f, fork, origin != 0});
+            REQUIRE(grid);
+            CHECK(misses(all, *grid, fork) == 0);
+            CHECK(grid->voxel_size == doctest::Approx(0.31).epsilon(1e-5));
+        }
+}
+
 TEST_CASE("trap 13: a fused multiply-add is another function")
 {
     const Lattice lattice{0.01783736f, -57.88737869262695f, 2, 1, 295, 7742};
