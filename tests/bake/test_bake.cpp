@@ -105,6 +105,31 @@ TEST_CASE("every input the trainers know is stored")
     }
 }
 
+TEST_CASE("any number of features and offsets bakes")
+{
+    for (const auto& [features, offsets] :
+         {std::pair<uint32_t, uint32_t>{1, 1}, {9, 2}, {10, 4}, {11, 5}, {12, 8}, {13, 9}, {32, 16}, {64, 25}}) {
+        CAPTURE(features);
+        ModelShape shape;
+        shape.anchors = 40;
+        shape.feat_dim = features;
+        shape.n_offsets = offsets;
+        const MemoryModel model = makeModel(shape);
+        checkEqual(model, bakeModel(model));
+    }
+}
+
+TEST_CASE("the near plane is the rasteriser's")
+{
+    ModelShape shape;
+    shape.anchors = 20;
+    MemoryModel model = makeModel(shape);
+    model.checkpoint.raster_rules = RasterRules::DiffGaussian;
+    CHECK(bakeModel(model).view.params->near_z == 0.2f);
+    model.checkpoint.raster_rules = RasterRules::Gsplat;
+    CHECK(bakeModel(model).view.params->near_z == 0.01f);
+}
+
 TEST_CASE("the bytes do not depend on threads, memory or the output's name")
 {
     ModelShape shape = octreeShape(20000);
