@@ -160,7 +160,15 @@ constexpr auto operator*(TimesLeft<A> left, const B& b)
 struct Plus {
     int id;
     template <class T>
-    constexpr T operator=(const T& b) const
+    constexpr auto operator=(const T& b) const
+    {
+        if constexpr (std::same_as<T, bool>)
+            return operator=(int(b));
+        else
+            return signedAs(b);
+    }
+    template <class T>
+    constexpr T signedAs(const T& b) const
     {
         if constexpr (requires {
                           {

@@ -187,6 +187,19 @@ TEST_CASE("motion is the change of the picture, a pop what one square changes at
     CHECK(a.pop.max_frame == 4);
 }
 
+TEST_CASE("a pop in the last of whole squares is seen, and in no other")
+{
+    Scorer scorer({});
+    for (uint64_t frame = 0; frame < 8; ++frame) { // 2 x 1 squares
+        std::vector<float> pixels(32 * 16 * 3, 0.5f);
+        for (size_t y = 0; frame >= 4 && y < 16; ++y)
+            std::fill_n(pixels.begin() + std::ptrdiff_t((y * 32 + 16) * 3), 16 * 3, 0.75f);
+        const ImageView image{pixels.data(), 32, 16};
+        scorer.add(frame, 0, image, image);
+    }
+    CHECK(scorer.result().pop.max == doctest::Approx(0.25).epsilon(1e-4));
+}
+
 TEST_CASE("pops need four pictures of a size in a row, and a pixel that is no number is the worst of them")
 {
     Scorer scorer({});

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "player/tool/reporter.h"
 #include "player/tool/stage_progress.h"
 #include "player/tool/tool.h"
 #include "tests/format/in_child.h"
@@ -20,7 +21,7 @@ std::string printedBy(ProgressMode mode)
                   StageProgress progress(mode);
                   for (uint64_t i = 0; i <= 100; ++i)
                       progress.update("scan", i, 100);
-                  progress.update("write", 0, 0);
+                  progress.update("write", 3, 10);
                   progress.close(true);
                   return 0;
               },
@@ -38,15 +39,25 @@ size_t countOf(const std::string& text, const std::string& part)
 
 } // namespace
 
+TEST_CASE("sizes are told in three digits or four, up to the largest there is")
+{
+    CHECK(formatBytes(0) == "0 B");
+    CHECK(formatBytes(1023) == "1023 B");
+    CHECK(formatBytes(1024) == "1.00 KiB");
+    CHECK(formatBytes(10 * 1024) == "10.0 KiB");
+    CHECK(formatBytes(uint64_t(3) << 29) == "1.50 GiB");
+    CHECK(formatBytes(UINT64_MAX) == "16.0 EiB");
+}
+
 TEST_CASE("progress for a program is an event a line: each stage's start, tenths and end")
 {
     const std::string text = printedBy(ProgressMode::Json);
-    CHECK(countOf(text, "\n") == 13);
+    CHECK(countOf(text, "\n") == 14);
     CHECK(countOf(text, "{\"event\":\"start\",\"stage\":\"scan\"") == 1);
     CHECK(countOf(text, "{\"event\":\"progress\",\"stage\":\"scan\"") == 9);
     CHECK(countOf(text, "{\"event\":\"done\",\"stage\":\"scan\",\"done\":100,\"total\":100") == 1);
     CHECK(countOf(text, "{\"event\":\"start\",\"stage\":\"write\"") == 1);
-    CHECK(countOf(text, "{\"event\":\"failed\",\"stage\":\"write\"") == 1);
+    CHECK(countOf(text, "{\"event\":\"failed\",\"stage\":\"write\",\"done\":3,\"total\":10") == 1);
 }
 
 TEST_CASE("progress in a log is the end of each stage, and nothing of what is over at once")
@@ -61,6 +72,7 @@ TEST_CASE("progress on a terminal is a bar that is redrawn, not one for every st
     CHECK(countOf(text, "\r") >= 3);
     CHECK(countOf(text, "\r") < 20);
     CHECK(countOf(text, "\rscan [####################] 100 %") == 1);
+    CHECK(text.rfind("\rwrite [######..............]  30 %") > text.find('\n'));
     CHECK(countOf(text, "\n") == 2);
     CHECK(text.ends_with("s\n"));
 }
