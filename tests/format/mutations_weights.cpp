@@ -170,6 +170,7 @@ std::vector<Mutation> cameraMutations()
         {CameraSize, camera([](Camera& c) { c.width = 0; })},
         {CameraSize, camera([](Camera& c) { c.height = 0xffffffff; })},
         {CameraSize, camera([](Camera& c) { c.width = 32769; })},
+        {CameraSize, camera([](Camera& c) { c.height = 32769; })},
         {CameraNameRange, camera([](Camera& c) { c.name_bytes = 0xffffffff; })},
         {CameraNameRange, camera([](Camera& c) { c.name_offset = 0xffffffff; })},
         {CameraNameText, [](Bytes& f) { section(f, kSectionCameras).back() = std::byte{0xff}; }},

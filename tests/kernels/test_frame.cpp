@@ -243,12 +243,15 @@ TEST_CASE("trap 25: no Gaussian at all is black even on a white background; one 
     std::vector<Mlp> mlps = randomMlps(options);
     for (float& w : mlps[0].layers[1].weight)
         w = 0;
-    for (float& b : mlps[0].layers[1].bias)
-        b = 0.002f;
-    const SyntheticModel faint(syntheticParams(options), randomAnchors(options), mlps, {}, 0);
-    for (const CpuPath path : {CpuPath::Fast, CpuPath::Reference})
-        for (const float value : renderWith(path, 1, faint.view(), eyeAt(0, -5, 40, 30), white).pixels)
-            CHECK(value == 1.0f);
+    for (const float opacity : {0.002f, 0.0f, -0.5f}) { // of 0 and below there is no Gaussian
+        CAPTURE(opacity);
+        for (float& b : mlps[0].layers[1].bias)
+            b = opacity;
+        const SyntheticModel faint(syntheticParams(options), randomAnchors(options), mlps, {}, 0);
+        for (const CpuPath path : {CpuPath::Fast, CpuPath::Reference})
+            for (const float value : renderWith(path, 1, faint.view(), eyeAt(0, -5, 40, 30), white).pixels)
+                CHECK(value == (opacity > 0 ? 1.0f : 0.0f));
+    }
 }
 
 TEST_CASE("trap 20: the near plane can be moved, and the model's is the default")

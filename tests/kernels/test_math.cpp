@@ -98,6 +98,9 @@ TEST_CASE("trap 19: an infinite covariance saturates the radius and is flagged a
 {
     const EyeParams eye = axisEye(64);
     CHECK_FALSE(project(eye, RasterRules::DiffGaussian, {0, 0, 2}, 1e25f, 1e25f, 1e25f).finite);
+    for (const Vec3<float> far :
+         {Vec3<float>{3e38f, 0, 2}, {0, 3e38f, 2}}) // a centre that is none, a covariance that is one
+        CHECK_FALSE(project(eye, RasterRules::DiffGaussian, far, 0.1f, 0.1f, 0.1f).finite);
     CHECK(splatRadius<float>({kInf, kInf, kInf}, kNan, 0.1f) == INT32_MAX);
     CHECK(splatRadius<float>({kNan, 0, 1}, kNan, 0.1f) == 0);
     // large but finite: legal, and covers the screen
