@@ -247,6 +247,9 @@ TEST_CASE("pickle machine: truncated, flipped and hostile pickles end in an Erro
             body += "Na";
         return run("\x80\x02" + body + ".");
     };
+    const std::string large = "\x80\x02" + std::string((16 << 20) - 2, 'N');
+    CHECK(run(large).says("more than 262144 values"));
+    CHECK(run(large + "N").says("pickle of 16777217 bytes, at most 16777216 are read"));
     CHECK(values(200000).code == ErrorCode::Ok);
     CHECK(values(300000).says("more than 262144 values"));
 }
