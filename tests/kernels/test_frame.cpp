@@ -87,6 +87,27 @@ TEST_CASE("fast, scalar and double agree for every level rule and both rasterise
         }
 }
 
+TEST_CASE("images of a single row, column or pixel are drawn, and none of none")
+{
+    SyntheticOptions options;
+    options.anchors = 500;
+    const SyntheticModel model(options);
+    for (const auto& [width, height] : {std::pair<uint32_t, uint32_t>{1, 1}, {40, 1}, {1, 30}, {17, 1}}) {
+        CAPTURE(width);
+        CAPTURE(height);
+        const EyeParams eye = eyeAt(0.1f, -5, width, height);
+        const auto fast = renderWith(CpuPath::Fast, 1, model.view(), eye, grey());
+        CHECK(fast.pixels.size() == size_t(3) * width * height);
+        CHECK(compare(fast.pixels, renderWith(CpuPath::Reference, 1, model.view(), eye, grey()).pixels).psnr > 80);
+    }
+    for (const auto& [width, height] : {std::pair<uint32_t, uint32_t>{0, 8}, {8, 0}, {65536, 1}, {1, 65536}}) {
+        EyeParams eye = eyeAt(0.1f, -5, 8, 8);
+        eye.width = width;
+        eye.height = height;
+        CHECK_THROWS_AS(renderWith(CpuPath::Fast, 1, model.view(), eye, grey()), Error);
+    }
+}
+
 TEST_CASE("images do not depend on the number of threads, byte for byte, nor on the frame before")
 {
     const SyntheticModel model(octree(LevelRule::Round));

@@ -259,6 +259,7 @@ TEST_CASE("what is wrong is refused with the entry and the key")
         {with(kTransforms, "[0, 1, 0, 5]", "[0, 2, 0, 5]"), "no rotation", ""},
         {with(kTransforms, "\"h\": 400", "\"h\": null"), "\"h\" is null", ""},
     };
+    CHECK(refusal(with(kUpstream, "[1, 2, 3]", "[1, 1e15, -1e15]")).empty());
     for (const Case& c : cases) {
         CAPTURE(c.json);
         const std::string message = refusal(c.json);

@@ -138,6 +138,19 @@ TEST_CASE("cx, cy follow --size and --fov")
     CHECK(landing(camera, 0, 1, 4).second == doctest::Approx(250 + focal / 4));
 }
 
+TEST_CASE("cx or cy alone follow --fov, and a lens in the middle stays there")
+{
+    for (const auto& [cx, cy] : {std::pair<int, int>{300, 200}, {400, 250}, {400, 200}}) {
+        CAPTURE(cx);
+        CAPTURE(cy);
+        const std::string lens = formatString("\"cx\": %d, \"cy\": %d, ", cx, cy);
+        Camera camera = parseCameraFile(transforms(kSize + lens), "f.json")[0];
+        finishCamera(camera, 0, 0, 1.2);
+        CHECK(landing(camera, 0, 0, 1).first == doctest::Approx(cx));
+        CHECK(landing(camera, 0, 0, 1).second == doctest::Approx(cy));
+    }
+}
+
 TEST_CASE("cx, cy that cannot be: no size, too far away, in a trajectory")
 {
     const Refusal no_size = refusal(transforms("\"cx\": 300, "));

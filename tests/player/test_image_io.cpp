@@ -97,6 +97,16 @@ TEST_CASE("PFM keeps every bit, NaN and infinity included")
     CHECK(std::distance(fs::directory_iterator(folder.path), {}) == 1);
 }
 
+TEST_CASE("PFM files as wide or as high as may be")
+{
+    const TempFolder folder;
+    for (const auto& [width, height] : {std::pair<uint32_t, uint32_t>{32768, 1}, {1, 32768}}) {
+        writeImage(folder / "a.pfm", someImage(width, height), PixelDepth::Eight, true);
+        CHECK(readImage(folder / "a.pfm").width == width);
+        CHECK(readImage(folder / "a.pfm").pixels.size() == size_t(3) * 32768);
+    }
+}
+
 TEST_CASE("hostile PFM files are refused")
 {
     const TempFolder folder;

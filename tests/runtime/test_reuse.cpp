@@ -139,6 +139,8 @@ TEST_CASE("the guidance shortens the depth as more of the view is new")
     CHECK(reuseDepth(DepthGuidance::Linear, 10, 0.5f) == 5);
     CHECK(reuseDepth(DepthGuidance::Exponential, 10, 0.5f) == 1);
     CHECK(reuseDepth(DepthGuidance::Staged, 10, 0.1f) == 5);
+    CHECK(reuseDepth(DepthGuidance::Staged, 10, 0.2f) == 2); // a stage ends below its border
+    CHECK(reuseDepth(DepthGuidance::Staged, 10, 0.5f) == 0);
 }
 
 TEST_CASE("the depth is kept in a view that is new by a little, and falls in one that is new by half")
