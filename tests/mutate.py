@@ -82,7 +82,7 @@ def operand(code: str, at: int, step: int, stops: str) -> int:
             break
         if depth == 0 and code[at] == ":" and code[at - 1] != ":" and code[at + 1] != ":":
             break
-        if depth == 0 and code[at] == "=" and code[at - 1] not in "=!<>" and code[at + 1] == " ":
+        if depth == 0 and code[at] == "=" and code[at - 1] not in "=!<>" and code[at + 1] in " \n":
             break
         if depth == 0 and any(code[at:at + 2] == s for s in stops.split()):
             break
