@@ -8,6 +8,7 @@ endfunction()
 
 gsc_add_ci_test(check_format 120)
 gsc_add_ci_test(check_sanitizers 2700)
+gsc_add_ci_test(check_threads 900)
 gsc_add_ci_test(check_fuzz 1200)
 
 # the converter once more, without optimisation and CUDA: a minute and a half on two cores

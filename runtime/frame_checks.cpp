@@ -93,7 +93,8 @@ void checkInFlight(size_t frames)
 {
     if (frames >= kFramesInFlight)
         throw Error(ErrorCode::Internal, formatString("renderer: %zu frames are in flight, expected fewer than %u at a "
-                                                      "submit(); wait() for one first",
+                                                      "submit(); wait() for one first; this "
+                                                      "is a bug of the program that calls it, please report it",
                                                       frames, kFramesInFlight));
 }
 
@@ -101,7 +102,8 @@ void throwNotInFlight(uint64_t ticket)
 {
     throw Error(ErrorCode::Internal,
                 formatString("renderer: frame %llu is not in flight, expected a ticket of submit() "
-                             "that no wait() has ended; wait for each once",
+                             "that no wait() has ended; wait for each once; this is a bug of the program "
+                             "that calls it, please report it",
                              static_cast<unsigned long long>(ticket)));
 }
 

@@ -59,11 +59,11 @@ public:
     // Forgets what was kept from earlier frames, as if the next frame were the first. None may be in flight.
     virtual void dropCaches() = 0;
 
-    // Returns the frame's ticket, from 1 in order. Does not wait for the device, but where its memory must grow: in first
-    // frames, at a new size and after an overflow. At most kFramesInFlight are in flight, which is from submit() to a
-    // wait() that does not say Pending. Frames are drawn in order; what is kept from frame to frame follows from what was
-    // submitted, never from what was ready when. Throws Error: Usage for what cannot be drawn, Unsupported, OutOfMemory,
-    // Device.
+    // Returns the frame's ticket, from 1 in order. Does not wait for the device, but where its memory must grow (in first
+    // frames, at a new size, after an overflow) or the appearance is another than the frame before had. At most
+    // kFramesInFlight are in flight, which is from submit() to a wait() that does not say Pending. Frames are drawn in
+    // order; what is kept from frame to frame, and how a frame is cut into passes, follows from what was submitted, never
+    // from what was ready when. Throws Error: Usage for what cannot be drawn, Unsupported, OutOfMemory, Device.
     virtual uint64_t submit(const FrameRequest& request) = 0;
 
     // Waits for a frame in flight until it is drawn and in its target, or `most` has passed. `result` is filled unless it

@@ -15,7 +15,7 @@ SUFFIXES = {".cpp", ".h", ".cu", ".cuh"}
 
 # (file, literals of the construction): why they are not the whole message
 FORWARDED = {
-    ("runtime/backend_list.cpp", "backend %s: %s"): "the rest is a text of failure() in runtime/cuda/cuda_device.cpp",
+    ("runtime/device_list.cpp", "backend %s: %s"): "the rest is a text of failure() in runtime/cuda/cuda_device.cpp",
     ("runtime/cuda/cuda_device.cpp", "cuda: "): "the rest is a text of failure() in the same file",
 }
 

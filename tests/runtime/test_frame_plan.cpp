@@ -420,3 +420,79 @@ TEST_CASE("frame plan: a visible list that was too short leaves one pass")
     FrameCapacity capacity; // as after a plan that found too little memory
     CHECK(grownPasses(room, {10'000, 20'000, 40'000}, 1, capacity) == 1);
 }
+
+namespace {
+
+// Frames that show more and more, then less; none is repeated. An outcome is told at once, or when the next frame has
+// begun. What the frames were cut into, and what there was room for.
+std::vector<std::pair<uint32_t, FrameCapacity>> plansOf(const FrameRoom& room, bool at_once)
+{
+    std::vector<std::pair<uint32_t, FrameCapacity>> plans;
+    FrameHistory history;
+    FrameCapacity capacity = plannedCapacity(room, {});
+    FrameHistory::Outcome last;
+    for (uint64_t ticket = 1; ticket <= 24; ++ticket) {
+        const uint64_t size = ticket < 12 ? ticket : 24 - ticket;
+        const Load load{10'000, 150'000 * size, 400'000 * size};
+        history.begin(ticket, 0, room, capacity);
+        const uint32_t passes = history.passes(false, room, capacity);
+        plans.emplace_back(passes, capacity);
+        if (!at_once && last.ticket != 0)
+            history.add(last);
+        const FrameNeeds needs = needsOf(load, room, passes);
+        last = {ticket, needs, !holds(capacity, needs), load.splats, load.pairs, passes};
+        if (at_once)
+            history.add(last);
+    }
+    return plans;
+}
+
+} // namespace
+
+TEST_CASE("frame history: frames are cut alike whenever those before them end")
+{
+    const FrameRoom room = roomOf(4'000'000, 60 * kMiB, true);
+    const auto early = plansOf(room, true), late = plansOf(room, false);
+    CHECK(early == late);
+    uint32_t most = 0, least = kMaxPasses;
+    for (size_t i = 2; i < early.size(); ++i) {
+        most = std::max(most, early[i].first);
+        least = std::min(least, early[i].first);
+    }
+    CHECK(least == 1); // or they would be cut alike by chance
+    CHECK(most > 1);
+}
+
+TEST_CASE(
+    "frame history: what overflowed is learned from by the frame that repeats it, and else by the second after it")
+{
+    const FrameRoom room = roomOf(4'000'000, 60 * kMiB, true);
+    const Load load{10'000, 1'800'000, 5'000'000};
+    const auto overflow = [&](uint64_t ticket, uint32_t passes) {
+        return FrameHistory::Outcome{ticket, needsOf(load, room, passes), true, 0, 0, passes};
+    };
+    FrameHistory repeated, dropped;
+    FrameCapacity capacity = plannedCapacity(room, {}), other = capacity;
+    for (auto [history, room_for] : {std::pair{&repeated, &capacity}, {&dropped, &other}}) {
+        history->begin(1, 0, room, *room_for);
+        CHECK(history->passes(false, room, *room_for) == 1);
+        history->add(overflow(1, 1));
+    }
+    repeated.begin(2, 1, room, capacity);
+    const uint32_t grown = repeated.passes(true, room, capacity);
+    CHECK(grown > 1);
+    CHECK(holds(capacity, needsOf(load, room, grown)));
+    dropped.begin(2, 0, room, other);
+    CHECK(dropped.passes(false, room, other) == 1);
+    dropped.begin(3, 0, room, other);
+    CHECK(dropped.passes(false, room, other) == grown);
+    CHECK(other == capacity);
+    // until a frame that did not overflow says how many it takes
+    repeated.add({2, needsOf({10'000, 1000, 1000}, room, grown), false, 1000, 1000, grown});
+    repeated.begin(3, 0, room, capacity);
+    CHECK(repeated.passes(false, room, capacity) == grown);
+    repeated.begin(4, 0, room, capacity);
+    CHECK(repeated.passes(false, room, capacity) == 1);
+    repeated.forget();
+    CHECK(repeated.slabBitsFor(capacity) == slabBits(capacity.slots / 4));
+}
