@@ -69,7 +69,9 @@ std::unique_ptr<Renderer> makeRenderer(const DeviceId& device, const RendererOpt
         if (!any && device.backend != entry.name)
             continue;
         const int count = entry.count();
-        if (device.ordinal != 0 && device.ordinal >= count)
+        if (any && device.ordinal >= count && device.ordinal != 0)
+            continue;
+        if (device.ordinal < 0 || (device.ordinal != 0 && device.ordinal >= count))
             throw Error(ErrorCode::Usage,
                         formatString("backend %s: this machine has %d of its devices, expected a number below that; "
                                      "gsc-play backends lists them",
@@ -82,6 +84,11 @@ std::unique_ptr<Renderer> makeRenderer(const DeviceId& device, const RendererOpt
         if (warning != nullptr)
             *warning = formatString("backend %s is passed over: %s", entry.name, found.text.c_str());
     }
+    if (any)
+        throw Error(ErrorCode::Usage,
+                    formatString("device %d: no backend of this machine has it, expected a number that "
+                                 "gsc-play backends lists; choose one of those",
+                                 device.ordinal));
     throw Error(ErrorCode::Usage, formatString("backend %s: not part of this build, expected one of %s; choose one of "
                                                "those",
                                                device.backend.c_str(), names.c_str()));

@@ -51,6 +51,12 @@ void checkTarget(const FrameTarget& target, const EyeParams& eye, bool on_host)
     using Kind = FrameTarget::Kind;
     const size_t pixel = pixelBytes(target.format), word = pixel == 8 ? 8 : 4;
     const bool memory = target.kind == Kind::Host || target.kind == Kind::Device;
+    if (target.kind > Kind::Surface || target.format > PixelFormat::Rgba8 ||
+        (target.kind == Kind::Surface && !on_host && target.surface == 0))
+        throw Error(ErrorCode::Usage,
+                    formatString("target: kind %u, format %u and surface %llu, expected kinds and formats "
+                                 "that there are and a surface that is not 0; correct them",
+                                 uint32_t(target.kind), uint32_t(target.format), target.surface));
     if (target.kind == Kind::Surface && (on_host || target.format == PixelFormat::Rgb32f))
         throw Error(ErrorCode::Unsupported, on_host
                                                 ? "target: a surface of a renderer on the host, expected memory; use "

@@ -17,7 +17,7 @@ namespace gsc {
 struct RendererOptions {
     int threads = 0; // of a renderer on the host, 0 = all cores
     uint64_t memory_bytes =
-        0; // most of the device that this process may take, DeviceFacts::context_bytes included; 0 = all.
+        0; // most of the device that this renderer may take, DeviceFacts::context_bytes included; 0 = all.
            // Too few for the model: load() throws OutOfMemory; for a frame: submit(). Not on the host
 };
 
@@ -56,7 +56,7 @@ public:
     void load(std::shared_ptr<const Scene> scene);
     virtual void load(const ModelView& model) = 0; // which, with all it points to, outlives this or the next load()
 
-    // Forgets what was kept from earlier frames, as if the next frame were the first. None may be in flight.
+    // Forgets what was kept from earlier frames, as if the next frame were the first; buffers stay. None may be in flight.
     virtual void dropCaches() = 0;
 
     // Returns the frame's ticket, from 1 in order. Does not wait for the device, but where its memory must grow (in first
@@ -66,9 +66,9 @@ public:
     // from what was ready when. Throws Error: Usage for what cannot be drawn, Unsupported, OutOfMemory, Device.
     virtual uint64_t submit(const FrameRequest& request) = 0;
 
-    // Waits for a frame in flight until it is drawn and in its target, or `most` has passed. `result` is filled unless it
-    // says Pending. Throws Error: Device where the device is lost, after which nothing but destroying this is of use,
-    // and another renderer can be made; what submit() throws where a renderer finds it out later.
+    // Waits for a frame in flight until it is drawn, or `most` has passed. Copies a picture for the host, which is not part
+    // of that. `result` is filled unless it says Pending. Throws Error: Device where the device is lost, after which all
+    // its renderers are to be destroyed before others are made; what submit() throws where it is found out later.
     virtual FrameState wait(uint64_t ticket, FrameResult& result,
                             std::chrono::nanoseconds most = std::chrono::nanoseconds::max()) = 0;
 

@@ -55,9 +55,11 @@ bool StoredGrid::checkHead()
         return false;
     }
     const auto& grid = *reinterpret_cast<const nanovdb::GridData*>(m_data);
-    constexpr uint32_t kBreadthFirst = uint32_t(nanovdb::GridFlags::IsBreadthFirst);
+    constexpr uint32_t kBreadthFirst = uint32_t(nanovdb::GridFlags::IsBreadthFirst),
+                       kLongName = uint32_t(nanovdb::GridFlags::HasLongGridName); // whose name would lie elsewhere
     if (grid.mMagic != NANOVDB_MAGIC_NUMBER || grid.mVersion.getMajor() != NANOVDB_MAJOR_VERSION_NUMBER ||
-        grid.mGridType != nanovdb::GridType::Mask || !(grid.mFlags & kBreadthFirst) || grid.mBlindMetadataCount != 0 ||
+        grid.mGridType != nanovdb::GridType::Mask || !(grid.mFlags & kBreadthFirst) || (grid.mFlags & kLongName) != 0 ||
+        std::memchr(grid.mGridName, 0, sizeof(grid.mGridName)) == nullptr || grid.mBlindMetadataCount != 0 ||
         grid.mGridSize != m_bytes) {
         report(issue::GridType,
                formatString("type %u, flags 0x%x, version %u, %" PRIu64 " bytes, expected type %u with "

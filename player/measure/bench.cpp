@@ -150,7 +150,8 @@ void scoreShots(const BenchOptions& options, const std::shared_ptr<const Scene>&
     try {
         std::unique_ptr<Renderer> other;
         if (!options.reference.empty()) {
-            other = makeRenderer({options.reference, options.play.device}, {options.play.threads});
+            other = makeRenderer({options.reference, options.reference.starts_with("cpu") ? 0 : options.play.device},
+                                 {options.play.threads, options.play.vram_budget});
             other->load(scene);
         }
         Renderer& reference = other ? *other : renderer;

@@ -39,12 +39,13 @@ public:
     {
         checkModel(model);
         m_thread.clear();
+        m_model = {}; // unless all of it succeeds
+        for (WorkerState& state : m_states)
+            reserveDecode(model, state.scratch);
+        m_reuse.load(model);
+        dropCaches();
         m_model = model;
         m_model_bytes = modelBytes(model);
-        for (WorkerState& state : m_states)
-            reserveDecode(m_model, state.scratch);
-        m_reuse.load(m_model);
-        dropCaches();
     }
 
     void dropCaches() override

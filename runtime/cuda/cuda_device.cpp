@@ -8,6 +8,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <utility>
 
 namespace gsc {
 
@@ -18,6 +19,7 @@ struct Known {
     std::optional<uint64_t> used_before;   // bytes in use before this process had a context
     std::optional<uint64_t> context_bytes; // CudaDevice::contextBytes()
     int holders = 0;
+    bool lost = false;
 };
 
 std::mutex s_mutex; // guards what follows
@@ -120,13 +122,20 @@ CudaDevice::CudaDevice(int ordinal) : m_ordinal(ordinal)
 CudaDevice::~CudaDevice()
 {
     const std::lock_guard lock(s_mutex);
-    if (--s_known[m_ordinal].holders > 0)
+    Known& known = s_known[m_ordinal];
+    if (--known.holders > 0 || !std::exchange(known.lost, false))
         return;
     // errors of a lost device stick to its context and go with it
     if (cudaSetDevice(m_ordinal) != cudaSuccess || cudaDeviceSynchronize() != cudaSuccess) {
         (void)cudaDeviceReset();
         (void)cudaGetLastError();
     }
+}
+
+void CudaDevice::noteLost() const
+{
+    const std::lock_guard lock(s_mutex);
+    s_known[m_ordinal].lost = true;
 }
 
 DeviceFacts CudaDevice::facts() const

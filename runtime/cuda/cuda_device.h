@@ -57,14 +57,17 @@ struct CudaLimits {
     size_t shared_bytes = 0; // that a block may have
 };
 
-// A device that a renderer holds; it is the thread's afterwards. A lost device (a kernel failed) begins anew in this
-// process when the last that holds it lets go.
+// A device that a renderer holds; it is the thread's afterwards. A lost device (a kernel failed) is reset for the
+// whole process when the last that holds it lets go, and begins anew.
 class CudaDevice {
 public:
     explicit CudaDevice(int ordinal); // Throws Error as cudaDevice() says
     ~CudaDevice();
     CudaDevice(const CudaDevice&) = delete;
     CudaDevice& operator=(const CudaDevice&) = delete;
+
+    // A call failed as only a broken context makes it fail.
+    void noteLost() const;
 
     // The caller's thread may be a new one.
     void use() const { GSC_CUDA_CHECK(cudaSetDevice(m_ordinal)); }

@@ -269,6 +269,7 @@ void DeviceScene::useAppearance(int32_t appearance, const CudaStream& stream)
 {
     if (m_weights_ready && m_appearance == appearance)
         return;
+    m_weights_ready = false; // until all of them are copied
     const DecodeWeights weights = packFragments(m_host, appearance);
     copyIn(m_fragments, weights.fragments.data(), weights.fragments.size(), stream);
     copyIn(m_biases, weights.biases.data(), weights.biases.size(), stream);

@@ -16,6 +16,7 @@ public:
 
     // `model` must outlive this or the next load(). Throws Error (OutOfMemory, Unsupported, Device), as all do.
     void load(const ModelView& model, const CudaStream& stream);
+    void forget() { m_host = {}; } // after a load() that failed: there is no model
     // Everything decode_exact reads; does nothing the second time.
     void loadExact(const CudaStream& stream);
     // Weights of both tiers with the row of the embedding folded in. Precondition: fastPossible().

@@ -17,7 +17,7 @@ bool isHost(const FrameTarget& target)
 
 } // namespace
 
-bool Flight::setTargets(const FrameRequest& request)
+uint64_t Flight::setTargets(const FrameRequest& request)
 {
     m_eye_count = uint32_t(request.eyes.size());
     std::ranges::fill(m_wanted, FrameTarget{});
@@ -36,7 +36,7 @@ bool Flight::setTargets(const FrameRequest& request)
     }
     ArenaLayout counted(nullptr);
     layOut(counted);
-    return counted.bytes() > m_pictures.bytes();
+    return counted.bytes();
 }
 
 void Flight::placePictures()
@@ -86,8 +86,25 @@ bool Flight::passed(std::chrono::nanoseconds most) const
     }
 }
 
-void Flight::copyToHost(const CudaStream& stream) const
+void Flight::fillCounts()
 {
+    const FrameCounters& c = *counters.data;
+    for (uint32_t e = 0; e < shape.eye_count; ++e) {
+        EyeCounts& eye = result.eyes[e];
+        eye.groups_tested = c.groups_tested[e];
+        eye.anchors_tested = c.anchors_tested[e];
+        eye.anchors_visible = c.anchors_visible[e];
+        eye.anchors_decoded = !shape.merged ? c.anchors_visible[e] : e == 0 ? c.anchors_listed : 0;
+        eye.gaussians_alive = c.gaussians[e];
+        eye.gaussians_visible = c.splats[e];
+        eye.gaussians_dropped = c.dropped[e];
+        eye.pairs = c.pairs[e];
+        eye.blend_evaluations = c.evaluations[e];
+    }
+}
+
+std::exception_ptr Flight::copyToHost(const CudaStream& stream) const
+try {
     bool any = false;
     for (uint32_t e = 0; e < m_eye_count; ++e) {
         const FrameTarget &to = m_wanted[e], &from = m_written[e];
@@ -99,6 +116,9 @@ void Flight::copyToHost(const CudaStream& stream) const
     }
     if (any)
         GSC_CUDA_CHECK(cudaStreamSynchronize(stream.handle));
+    return nullptr;
+} catch (const Error&) {
+    return std::current_exception();
 }
 
 } // namespace gsc

@@ -6,6 +6,7 @@
 #include "runtime/renderer.h"
 
 #include <deque>
+#include <exception>
 #include <memory>
 
 namespace gsc {
@@ -13,9 +14,10 @@ namespace gsc {
 struct Flight {
     explicit Flight(MemoryBudget& budget) : m_pictures(budget) {}
 
-    // What the next frame writes to. True if placePictures() must take more memory of the device.
-    bool setTargets(const FrameRequest& request);
-    void placePictures(); // Throws Error (OutOfMemory, Device)
+    // What the next frame writes to. Returns the bytes of its pictures for the host.
+    uint64_t setTargets(const FrameRequest& request);
+    [[nodiscard]] uint64_t pictureBytes() const { return m_pictures.bytes(); } // that are reserved
+    void placePictures();                                                      // Throws Error (OutOfMemory, Device)
     [[nodiscard]] bool presents() const;
     // Asynchronous, behind the frame's graph.
     void present(float* const* images, const CudaStream& stream) const;
@@ -23,13 +25,15 @@ struct Flight {
     // Has the frame been drawn? Waits at most `most` for it.
     [[nodiscard]] bool passed(std::chrono::nanoseconds most) const;
     // Of a frame that is drawn: fills the targets on the host.
-    void copyToHost(const CudaStream& stream) const;
+    [[nodiscard]] std::exception_ptr copyToHost(const CudaStream& stream) const; // what went wrong, or null
+    void fillCounts();                                                           // of the result, from the counters
 
     uint64_t ticket = 0; // 0 = free
     bool ended = false;  // `result` and targets on the host are filled
     FrameShape shape{};
     FrameResult result;
     bool overflowed = false;
+    std::exception_ptr error{}; // of the copy to the host
     PinnedCounters counters;
     FrameTimers timers;
     std::deque<std::unique_ptr<FrameGraph>> graphs; // the last used first

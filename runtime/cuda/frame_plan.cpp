@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
 
 namespace gsc {
 
@@ -178,8 +179,10 @@ void FrameHistory::forget()
     *this = {};
 }
 
-void FrameHistory::learn(Outcome& outcome, const FrameRoom& room, FrameCapacity& capacity)
+void FrameHistory::learn(Outcome& once, const FrameRoom& room, FrameCapacity& capacity)
 {
+    const Outcome outcome = std::exchange(once, {});
+    m_peak = std::max<uint64_t>(m_peak, outcome.needs.slots);
     if (outcome.overflowed) {
         m_grown = grownPasses(room, outcome.needs, outcome.passes, capacity);
     } else {
@@ -187,23 +190,27 @@ void FrameHistory::learn(Outcome& outcome, const FrameRoom& room, FrameCapacity&
         m_pairs = outcome.pairs;
         m_grown = 1;
     }
-    m_peak = std::max<uint64_t>(m_peak, outcome.needs.slots);
-    outcome.ticket = 0; // once
 }
 
 void FrameHistory::begin(uint64_t ticket, uint64_t repeats, const FrameRoom& room, FrameCapacity& capacity)
 {
     Outcome& last_but_one = m_outcomes[ticket % 2];
-    if (last_but_one.ticket != 0)
-        learn(last_but_one, room, capacity);
+    if (last_but_one.ticket != 0 && last_but_one.ticket != repeats) {
+        try {
+            learn(last_but_one, room, capacity);
+        } catch (const Error&) {
+            // a frame that was dropped had no room; this one may have
+        }
+    }
     Outcome& repeated = m_outcomes[repeats % 2];
-    if (repeats != 0 && repeated.ticket == repeats)
+    m_repeats = repeats != 0 && repeated.ticket == repeats;
+    if (m_repeats)
         learn(repeated, room, capacity);
 }
 
-uint32_t FrameHistory::passes(bool repeats, const FrameRoom& room, FrameCapacity& capacity) const
+uint32_t FrameHistory::passes(const FrameRoom& room, FrameCapacity& capacity) const
 {
-    return repeats ? m_grown : std::max(m_grown, passesFor(room, m_splats, m_pairs, capacity));
+    return m_repeats ? m_grown : std::max(m_grown, passesFor(room, m_splats, m_pairs, capacity));
 }
 
 uint32_t FrameHistory::slabBitsFor(const FrameCapacity& capacity) const

@@ -70,10 +70,10 @@ public:
     // A frame ended; before the second one after it begins.
     void add(const Outcome& outcome) { m_outcomes[outcome.ticket % 2] = outcome; }
 
-    // Begins frame `ticket`, which repeats `repeats` if that is not 0. May throw as grownPasses().
+    // Begins frame `ticket`, which repeats `repeats` if that is not 0; then throws as grownPasses().
     void begin(uint64_t ticket, uint64_t repeats, const FrameRoom& room, FrameCapacity& capacity);
     // Its passes; after begin() and, where that is due, plannedCapacity(). May make `capacity` smaller (passesFor()).
-    [[nodiscard]] uint32_t passes(bool repeats, const FrameRoom& room, FrameCapacity& capacity) const;
+    [[nodiscard]] uint32_t passes(const FrameRoom& room, FrameCapacity& capacity) const;
     // slabBits() for the load of earlier frames; before the first for a quarter of what there is room for.
     [[nodiscard]] uint32_t slabBitsFor(const FrameCapacity& capacity) const;
 
@@ -84,6 +84,7 @@ private:
     uint64_t m_splats = 0, m_pairs = 0; // of the last frame learned from that did not overflow
     uint64_t m_peak = 0;                // most splats of a pass and a list so far
     uint32_t m_grown = 1;               // passes after the overflow learned from since
+    bool m_repeats = false;             // the frame begun repeats what it has just learned from
 };
 
 } // namespace gsc

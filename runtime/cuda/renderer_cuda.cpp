@@ -31,6 +31,8 @@ public:
         m_budget.used = m_device.contextBytes();
     }
 
+    ~CudaRenderer() override { (void)cudaSetDevice(m_device.ordinal()); } // for what the members give back
+
     [[nodiscard]] DeviceId id() const override { return {"cuda", m_device.ordinal()}; }
     [[nodiscard]] DeviceFacts device() const override { return m_device.facts(); }
     [[nodiscard]] bool onHost() const override { return false; }
@@ -55,7 +57,12 @@ public:
             flight.ticket = 0;
         giveFramesBack(); // a model that is larger than the last may need it
         m_reuse.release();
-        m_scene.load(model, m_stream);
+        try {
+            guarded([&] { m_scene.load(model, m_stream); });
+        } catch (...) {
+            m_scene.forget();
+            throw;
+        }
         m_capacity = {};
         forgetLoad();
         m_lag.clear();
@@ -68,7 +75,7 @@ public:
         for (Flight& flight : m_flights)
             flight.graphs.clear();
         m_reuse.drop();
-        forgetLoad(); // what follows is drawn as after load()
+        forgetLoad(); // what follows is drawn as after load(), in buffers that have grown
     }
 
     uint64_t submit(const FrameRequest& request) override;
@@ -79,6 +86,19 @@ public:
     }
 
 private:
+    // What only a broken context makes fail is noted of the device.
+    template <typename Body>
+    auto guarded(const Body& body) -> decltype(body())
+    {
+        try {
+            return body();
+        } catch (const Error& error) {
+            if (error.code() == ErrorCode::Device)
+                m_device.noteLost();
+            throw;
+        }
+    }
+    uint64_t begin(const FrameRequest& request);
     Flight& flightOf(uint64_t ticket)
     {
         for (Flight& flight : m_flights)
@@ -119,7 +139,8 @@ private:
         m_arena.release();
     }
     // What the frame's graph is launched with.
-    const FrameNow& begin(const FrameShape& shape, const FrameNow& plain, const FrameRequest& request, uint32_t flight);
+    const FrameNow& beginNow(const FrameShape& shape, const FrameNow& plain, const FrameRequest& request,
+                             uint32_t flight);
     FrameGraph& graphFor(const FrameShape& shape, const FrameNow& now, uint32_t flight);
     void end(Flight& flight);
     void report(Flight& flight);
@@ -134,6 +155,15 @@ private:
     LodLag m_lag;
     FrameNow m_now{}; // of the frame submitted last
     uint64_t m_last = 0;
+    struct Begun { // what m_now was made for
+        uint64_t ticket = 0;
+        uint32_t eye_count = 0;
+        ReusePolicy policy = ReusePolicy::None;
+
+        bool operator==(const Begun&) const = default;
+    };
+    Begun m_begun;
+    uint64_t m_pictures = 0; // most bytes that a frame's pictures for the host took
     FrameBuffers m_buffers{};
     FrameCapacity m_capacity;
     FrameHistory m_history;
@@ -206,7 +236,10 @@ uint64_t CudaRenderer::freeForFrames() const
 
 FrameRoom CudaRenderer::roomFor(const FrameShape& shape) const
 {
-    const uint64_t others = m_budget.used - m_arena.bytes();
+    // every frame in flight counts as if it had the largest pictures, so that it does not matter which have them by now
+    uint64_t others = m_budget.used - m_arena.bytes() + kFramesInFlight * m_pictures;
+    for (const Flight& flight : m_flights)
+        others -= flight.pictureBytes();
     const DeviceModel& model = m_scene.model();
     FrameRoom room{};
     room.anchors = model.anchor_count;
@@ -237,11 +270,13 @@ void CudaRenderer::planCapacity(const FrameShape& shape, const FrameRoom& room)
 }
 
 // Memory of entries comes before that of frames, which take what it leaves.
-const FrameNow& CudaRenderer::begin(const FrameShape& shape, const FrameNow& plain, const FrameRequest& request,
-                                    uint32_t flight)
+const FrameNow& CudaRenderer::beginNow(const FrameShape& shape, const FrameNow& plain, const FrameRequest& request,
+                                       uint32_t flight)
 {
     const FrameOptions& options = request.options;
-    const bool again = request.repeats != 0 && request.repeats == m_last;
+    const Begun begun{request.repeats, shape.eye_count, options.reuse.policy};
+    const bool again = request.repeats != 0 && request.repeats == m_last && begun == m_begun;
+    m_begun = {m_last + 1, shape.eye_count, options.reuse.policy};
     if (!again) {
         m_now = plain;
         m_lag.follow(m_scene.host(), options, request.eyes.data(), shape.eye_count, m_now.level_eyes);
@@ -290,6 +325,11 @@ FrameGraph& CudaRenderer::graphFor(const FrameShape& shape, const FrameNow& now,
 
 uint64_t CudaRenderer::submit(const FrameRequest& request)
 {
+    return guarded([&] { return begin(request); });
+}
+
+uint64_t CudaRenderer::begin(const FrameRequest& request)
+{
     m_device.use();
     checkRequest(m_scene.host(), request, false);
     Flight& flight = freeFlight();
@@ -305,14 +345,16 @@ uint64_t CudaRenderer::submit(const FrameRequest& request)
     }
     if (m_scene.fastPossible())
         m_scene.useAppearance(options.appearance, m_stream);
-    if (flight.setTargets(request) && m_budget.limit != 0)
+    if (const uint64_t bytes = flight.setTargets(request); bytes > m_pictures) {
+        m_pictures = bytes;
         giveFramesBack(); // they take what pictures leave
+    }
     flight.placePictures();
-    const FrameNow& now = begin(shape, plain, request, index);
+    const FrameNow& now = beginNow(shape, plain, request, index);
     const FrameRoom room = roomFor(shape);
     m_history.begin(m_last + 1, request.repeats, room, m_capacity);
     planCapacity(shape, room);
-    const uint32_t passes = m_history.passes(request.repeats != 0, room, m_capacity);
+    const uint32_t passes = m_history.passes(room, m_capacity);
     shape.passes = passes;
     shape.uses_reuse = shape.uses_reuse && passes == 1; // of a pass's entries only some would be decoded
     shape.grid.slab_bits = m_history.slabBitsFor(m_capacity);
@@ -329,13 +371,15 @@ FrameState CudaRenderer::wait(uint64_t ticket, FrameResult& result, std::chrono:
     Flight& flight = flightOf(ticket);
     try {
         m_device.use();
-        if (!flight.ended && !flight.passed(most))
+        if (!flight.ended && !guarded([&] { return flight.passed(most); }))
             return FrameState::Pending;
         for (Flight& older : m_flights)
             if (older.ticket != 0 && older.ticket < ticket && !older.ended)
                 end(older);
         if (!flight.ended)
             end(flight);
+        if (flight.error)
+            guarded([&] { std::rethrow_exception(flight.error); });
     } catch (...) {
         flight.ticket = 0;
         throw;
@@ -345,7 +389,7 @@ FrameState CudaRenderer::wait(uint64_t ticket, FrameResult& result, std::chrono:
     return flight.overflowed ? FrameState::Overflowed : FrameState::Done;
 }
 
-// Of a frame that is drawn, after those before it.
+// Of a frame that is drawn, after those before it. What fails is for its own wait() to throw.
 void CudaRenderer::end(Flight& flight)
 {
     const FrameCounters& c = *flight.counters.data;
@@ -357,29 +401,16 @@ void CudaRenderer::end(Flight& flight)
                    c.pairs[0] + c.pairs[1],
                    flight.shape.passes});
     report(flight);
-    if (!flight.overflowed)
-        flight.copyToHost(m_copies);
+    flight.error = flight.overflowed ? nullptr : flight.copyToHost(m_copies);
     flight.ended = true;
 }
 
 void CudaRenderer::report(Flight& flight)
 {
-    const FrameCounters& c = *flight.counters.data;
     const FrameShape& shape = flight.shape;
     FrameResult& result = flight.result;
     result = {};
-    for (uint32_t e = 0; e < shape.eye_count; ++e) {
-        EyeCounts& eye = result.eyes[e];
-        eye.groups_tested = c.groups_tested[e];
-        eye.anchors_tested = c.anchors_tested[e];
-        eye.anchors_visible = c.anchors_visible[e];
-        eye.anchors_decoded = !shape.merged ? c.anchors_visible[e] : e == 0 ? c.anchors_listed : 0;
-        eye.gaussians_alive = c.gaussians[e];
-        eye.gaussians_visible = c.splats[e];
-        eye.gaussians_dropped = c.dropped[e];
-        eye.pairs = c.pairs[e];
-        eye.blend_evaluations = c.evaluations[e];
-    }
+    flight.fillCounts();
     if (shape.uses_reuse)
         m_reuse.addCounts(uint32_t(&flight - m_flights), shape.eye_count, flight.overflowed, result);
     result.times = flight.timers.times(shape.passes, flight.presents());

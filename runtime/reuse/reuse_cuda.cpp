@@ -207,10 +207,10 @@ void CudaReuse::skipFrame()
 
 void CudaReuse::addCounts(uint32_t flight, uint32_t eye_count, bool overflowed, FrameResult& result)
 {
-    if (m_begun[flight].forgot)
-        m_evictions = 0;
     if (!m_begun[flight].again)
         m_report = m_pinned[flight];
+    if (m_begun[flight].forgot || m_report.state.evictions < m_evictions) // or the frame that forgot was not counted
+        m_evictions = 0;
     for (uint32_t e = 0; e < eye_count; ++e) {
         result.eyes[e].anchors_decoded = m_report.counters.decoded[e];
         result.eyes[e].anchors_reused = m_report.counters.reused[e];

@@ -88,6 +88,8 @@ uint32_t checkBudgets(const ModelView& model, const FrameOptions& options, const
         } catch (const Error& error) {
             CHECK(error.code() == ErrorCode::OutOfMemory);
             refused = true;
+            if (part < 4096) // not even the model
+                CHECK_THROWS_AS((void)gpu->submit({eyes, {}, options}), Error);
         }
         if (!refused)
             continue;

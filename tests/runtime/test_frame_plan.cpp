@@ -435,7 +435,7 @@ std::vector<std::pair<uint32_t, FrameCapacity>> plansOf(const FrameRoom& room, b
         const uint64_t size = ticket < 12 ? ticket : 24 - ticket;
         const Load load{10'000, 150'000 * size, 400'000 * size};
         history.begin(ticket, 0, room, capacity);
-        const uint32_t passes = history.passes(false, room, capacity);
+        const uint32_t passes = history.passes(room, capacity);
         plans.emplace_back(passes, capacity);
         if (!at_once && last.ticket != 0)
             history.add(last);
@@ -475,24 +475,31 @@ TEST_CASE(
     FrameCapacity capacity = plannedCapacity(room, {}), other = capacity;
     for (auto [history, room_for] : {std::pair{&repeated, &capacity}, {&dropped, &other}}) {
         history->begin(1, 0, room, *room_for);
-        CHECK(history->passes(false, room, *room_for) == 1);
+        CHECK(history->passes(room, *room_for) == 1);
         history->add(overflow(1, 1));
     }
     repeated.begin(2, 1, room, capacity);
-    const uint32_t grown = repeated.passes(true, room, capacity);
+    const uint32_t grown = repeated.passes(room, capacity);
     CHECK(grown > 1);
     CHECK(holds(capacity, needsOf(load, room, grown)));
     dropped.begin(2, 0, room, other);
-    CHECK(dropped.passes(false, room, other) == 1);
+    CHECK(dropped.passes(room, other) == 1);
     dropped.begin(3, 0, room, other);
-    CHECK(dropped.passes(false, room, other) == grown);
+    CHECK(dropped.passes(room, other) == grown);
     CHECK(other == capacity);
     // until a frame that did not overflow says how many it takes
     repeated.add({2, needsOf({10'000, 1000, 1000}, room, grown), false, 1000, 1000, grown});
     repeated.begin(3, 0, room, capacity);
-    CHECK(repeated.passes(false, room, capacity) == grown);
+    CHECK(repeated.passes(room, capacity) == grown);
     repeated.begin(4, 0, room, capacity);
-    CHECK(repeated.passes(false, room, capacity) == 1);
+    CHECK(repeated.passes(room, capacity) == 1);
+    // what no memory holds is an error of the frame that repeats it, and of no other
+    FrameNeeds endless = needsOf(load, room, 1);
+    endless.pairs = uint64_t(1) << 40;
+    repeated.add({5, endless, true, 0, 0, kMaxPasses});
+    CHECK_THROWS_AS(repeated.begin(6, 5, room, capacity), Error);
+    repeated.add({5, endless, true, 0, 0, kMaxPasses});
+    CHECK_NOTHROW(repeated.begin(7, 0, room, capacity));
     repeated.forget();
     CHECK(repeated.slabBitsFor(capacity) == slabBits(capacity.slots / 4));
 }
