@@ -9,7 +9,7 @@ packages=(
     g++ cmake ninja-build
     libopenvdb-dev libnanovdb-dev libboost-dev libboost-iostreams-dev libtbb-dev
     libopenimageio-dev openimageio-tools python3-imath # OpenImageIO's CMake package fails without the last two
-    nlohmann-json3-dev libcli11-dev libhwy-dev libxxhash-dev libzip-dev libyaml-cpp-dev
+    nlohmann-json3-dev libglm-dev libcli11-dev libhwy-dev libxxhash-dev libzip-dev libyaml-cpp-dev
     duktape-dev librsvg2-dev pkg-config # gsc chart --figures
     doctest-dev libbenchmark-dev binutils python3 python3-numpy python3-jsonschema
 )

@@ -58,23 +58,24 @@ bool isUnsupported(const IssueInfo& info)
     }
 }
 
-void throwIssue(const std::string& path, const std::optional<Issue>& issue)
+IssueSink throwFirstIssue(const std::string& path)
 {
-    if (!issue)
-        throw Error(ErrorCode::InvalidFile,
-                    path + ": the reader refused it without naming an issue, expected one; run gsc validate on it");
-    std::string found = issue->detail, remedy;
-    const size_t expected = found.find(", expected ");
-    const bool is_stated = expected != std::string::npos;
-    if (const size_t end = found.find("; ", is_stated ? expected : 0); end != std::string::npos) {
-        remedy = found.substr(end);
-        found.resize(end);
-    }
-    throw Error(isUnsupported(*issue->info) ? ErrorCode::Unsupported : ErrorCode::InvalidFile,
-                formatString("%s: issue %u %s at byte %llu: %s: %s", path.c_str(), issue->info->id, issue->info->name,
-                             static_cast<unsigned long long>(issue->offset), issue->info->summary, found.c_str()) +
-                    (is_stated ? "" : ", expected a file as this gsc knows the format") + remedy +
-                    "; gsc validate lists everything wrong with it, gsc convert makes it again");
+    return [path](const Issue& issue) {
+        if (issue.info->severity == Severity::Warning)
+            return;
+        std::string found = issue.detail, remedy;
+        const size_t expected = found.find(", expected ");
+        const bool is_stated = expected != std::string::npos;
+        if (const size_t end = found.find("; ", is_stated ? expected : 0); end != std::string::npos) {
+            remedy = found.substr(end);
+            found.resize(end);
+        }
+        throw Error(isUnsupported(*issue.info) ? ErrorCode::Unsupported : ErrorCode::InvalidFile,
+                    formatString("%s: issue %u %s at byte %llu: %s: %s", path.c_str(), issue.info->id, issue.info->name,
+                                 static_cast<unsigned long long>(issue.offset), issue.info->summary, found.c_str()) +
+                        (is_stated ? "" : ", expected a file as this gsc knows the format") + remedy +
+                        "; gsc validate lists everything wrong with it, gsc convert makes it again");
+    };
 }
 
 } // namespace gsc

@@ -38,7 +38,8 @@ const IssueInfo& issueInfo(uint16_t id);
 // Does the issue say that the file is newer than this reader, rather than damaged? Its exit code is then Unsupported.
 bool isUnsupported(const IssueInfo& info);
 
-// Says why a reader refused the file at `path`: `issue` is the first that is no warning.
-[[noreturn]] void throwIssue(const std::string& path, const std::optional<Issue>& issue);
+// For who cannot go on with a file that is not good: throws Error (InvalidFile, Unsupported) with the first issue of the
+// file at `path` that is more than a warning.
+IssueSink throwFirstIssue(const std::string& path);
 
 } // namespace gsc

@@ -156,7 +156,7 @@ int64_t JsonObject::integer(const char* key, int64_t smallest, int64_t largest) 
     return int64_t(value);
 }
 
-void JsonObject::checkKeys(std::initializer_list<const char*> known) const
+void JsonObject::checkKeys(const std::vector<const char*>& known) const
 {
     for (const auto& [key, value] : m_value.items()) {
         if (std::find(known.begin(), known.end(), key) != known.end())

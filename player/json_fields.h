@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include <cstdint>
-#include <initializer_list>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace gsc {
 
@@ -46,7 +46,7 @@ public:
     [[nodiscard]] int64_t integer(const char* key, int64_t smallest, int64_t largest) const;
     [[nodiscard]] uint32_t imageSide(const char* key) const { return uint32_t(integer(key, 1, kMaxImageSide)); }
     // Every key must be one of `known`.
-    void checkKeys(std::initializer_list<const char*> known) const;
+    void checkKeys(const std::vector<const char*>& known) const;
     void vector3(const char* key, double out[3]) const;
     // `rows` arrays of `columns` numbers, row-major into `out`.
     void matrix(const char* key, int rows, int columns, double* out) const;

@@ -8,15 +8,12 @@
 
 namespace gsc {
 
-bool hasOneLevel(const Scene& scene)
-{
-    const ModelParams& params = *scene.view().params;
-    return !(params.flags & kModelHasLevels) || params.level_clamp < 1;
-}
-
 void checkLevelChoice(const Scene& scene, const std::string& model, const std::string& what, double value)
 {
-    if (value != 0 && hasOneLevel(scene))
+    const ModelParams& params = *scene.view().params;
+    // no rule chooses between levels: a Scaffold-GS model, or one that was trained with a single level
+    const bool has_one_level = !(params.flags & kModelHasLevels) || params.level_clamp < 1;
+    if (value != 0 && has_one_level)
         throw Error(ErrorCode::Usage,
                     formatString("%s %g: has no effect on %s, which has one level of detail, expected several; leave "
                                  "it out, or play an Octree-GS model",

@@ -11,9 +11,6 @@
 
 namespace gsc {
 
-// No rule chooses between levels: a Scaffold-GS model, or one that was trained with a single level.
-bool hasOneLevel(const Scene& scene);
-
 // Throws Error(Usage) where `value`, in levels or milliseconds, is asked of the levels of a model that has one. `what`
 // is the option or the key of a file, with its file; 0 asks for nothing.
 void checkLevelChoice(const Scene& scene, const std::string& model, const std::string& what, double value);

@@ -32,7 +32,8 @@ std::unique_ptr<Renderer> openRenderer(const PlayOptions& options, std::shared_p
     std::string name = options.backend;
     try {
         std::string passed_over;
-        std::unique_ptr<Renderer> renderer = makeRenderer({options.backend, options.device}, limits, &passed_over);
+        const int ordinal = options.backend.starts_with("cpu") ? 0 : options.device; // which a reference may have
+        std::unique_ptr<Renderer> renderer = makeRenderer({options.backend, ordinal}, limits, &passed_over);
         if (!passed_over.empty())
             log.warning(passed_over);
         name = renderer->id().backend;

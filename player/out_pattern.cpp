@@ -24,79 +24,46 @@ int digitsOf(std::string_view format)
 
 } // namespace
 
-OutPattern::OutPattern(std::string_view pattern)
+std::string expandPattern(const std::string& pattern, std::string_view name, uint64_t frame, Eye eye)
 {
-    const std::string shown(pattern);
-    std::string text;
-    const auto flush = [&] {
-        if (!text.empty())
-            m_parts.push_back({Kind::Text, text});
-        text.clear();
-    };
+    std::string path;
     for (size_t i = 0; i < pattern.size(); ++i) {
         const char c = pattern[i];
         if ((c == '{' || c == '}') && i + 1 < pattern.size() && pattern[i + 1] == c) {
-            text += c;
+            path += c;
             ++i;
             continue;
         }
         if (c == '}')
             throw Error(
                 ErrorCode::Usage,
-                formatString("--out %s: } without {, expected }} for a literal brace; double it", shown.c_str()));
+                formatString("--out %s: } without {, expected }} for a literal brace; double it", pattern.c_str()));
         if (c != '{') {
-            text += c;
+            path += c;
             continue;
         }
         const size_t end = pattern.find('}', i);
-        if (end == std::string_view::npos)
+        if (end == std::string::npos)
             throw Error(ErrorCode::Usage,
                         formatString("--out %s: { without }, expected {{ for a literal brace; close it or double it",
-                                     shown.c_str()));
-        const std::string_view placeholder = pattern.substr(i + 1, end - i - 1);
-        flush();
+                                     pattern.c_str()));
+        const std::string placeholder = pattern.substr(i + 1, end - i - 1);
+        const int digits = placeholder == "frame"              ? 0
+                           : placeholder.starts_with("frame:") ? digitsOf(placeholder.substr(6))
+                                                               : -1;
         if (placeholder == "name")
-            m_parts.push_back({Kind::Name, ""});
+            path += safeFileName(name);
         else if (placeholder == "eye")
-            m_parts.push_back({Kind::Eye, ""});
-        else if (placeholder == "frame")
-            m_parts.push_back({Kind::Frame, ""});
-        else if (placeholder.substr(0, 6) == "frame:" && digitsOf(placeholder.substr(6)) >= 0)
-            m_parts.push_back({Kind::Frame, "", digitsOf(placeholder.substr(6))});
+            path += eye == Eye::Left ? "left" : eye == Eye::Right ? "right" : "mono";
+        else if (digits >= 0)
+            path += formatString("%0*llu", digits, static_cast<unsigned long long>(frame));
         else
             throw Error(
                 ErrorCode::Usage,
                 formatString(
                     "--out %s: unknown placeholder {%s}, expected {name}, {frame}, {frame:04} or {eye}; correct it",
-                    shown.c_str(), std::string(placeholder).c_str()));
+                    pattern.c_str(), placeholder.c_str()));
         i = end;
-    }
-    flush();
-}
-
-bool OutPattern::has(Kind kind) const
-{
-    return std::any_of(m_parts.begin(), m_parts.end(), [&](const Part& part) { return part.kind == kind; });
-}
-
-std::string OutPattern::expand(std::string_view name, uint64_t frame, Eye eye) const
-{
-    std::string path;
-    for (const Part& part : m_parts) {
-        switch (part.kind) {
-        case Kind::Text:
-            path += part.text;
-            break;
-        case Kind::Name:
-            path += safeFileName(name);
-            break;
-        case Kind::Frame:
-            path += formatString("%0*llu", part.digits, static_cast<unsigned long long>(frame));
-            break;
-        case Kind::Eye:
-            path += eye == Eye::Left ? "left" : eye == Eye::Right ? "right" : "mono";
-            break;
-        }
     }
     return path;
 }
@@ -114,14 +81,14 @@ std::string safeFileName(std::string_view name)
     return safe;
 }
 
-std::vector<std::string> outputPaths(const OutPattern& pattern, const std::vector<OutputFrame>& frames, int eyes)
+std::vector<std::string> outputPaths(const std::string& pattern, const std::vector<OutputFrame>& frames, int eyes)
 {
     std::vector<std::string> paths;
     std::unordered_map<std::string, const OutputFrame*> seen;
     for (const OutputFrame& frame : frames)
         for (int eye = 0; eye < eyes; ++eye) {
             const Eye which = eyes == 1 ? Eye::Mono : eye == 0 ? Eye::Left : Eye::Right;
-            std::string path = pattern.expand(frame.name, frame.frame, which);
+            std::string path = expandPattern(pattern, frame.name, frame.frame, which);
             const auto [other, is_new] = seen.try_emplace(path, &frame);
             if (!is_new) {
                 const bool same_frame = other->second == &frame;

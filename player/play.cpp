@@ -3,12 +3,13 @@
 
 #include "format/error.h"
 #include "format/interrupt.h"
+#include "format/file/output_file.h"
 #include "format/file/output_paths.h"
 #include "player/lod_target.h"
+#include "player/measure/runner.h"
 #include "player/open_renderer.h"
 #include "player/out_pattern.h"
 #include "player/shots.h"
-#include "player/report/stats_file.h"
 #include "runtime/scene.h"
 
 #include <algorithm>
@@ -36,7 +37,7 @@ std::vector<std::string> prepareOutputs(const std::vector<Shot>& shots, const Pl
         std::vector<OutputFrame> named;
         for (const Shot& shot : shots)
             named.push_back({shot.camera.name, shot.index});
-        paths = outputPaths(OutPattern(options.out), named, options.eyes);
+        paths = outputPaths(options.out, named, options.eyes);
     }
     std::vector<NamedPath> outputs, inputs = {{options.input, "the model"}};
     for (const std::string& path : paths)
@@ -93,66 +94,51 @@ void noteFrame(Reporter& log, const FrameStats& stats)
 PlaySummary play(const PlayOptions& options, Reporter& log)
 {
     PlaySummary summary;
-    summary.input = options.input;
-    summary.eyes = options.eyes;
-    summary.stereo = options.stereo;
-    summary.reuse = options.reuse;
-    summary.lod = {options.lod_bias, options.lod_fade, options.lod_hysteresis, options.target_ms, {}};
-
     const Clock::time_point open_start = Clock::now();
     const std::shared_ptr<const Scene> scene = Scene::open(options.input, options.verify);
     summary.open_ms = millisecondsSince(open_start);
-    summary.anchors = scene->anchorCount();
-    summary.file_bytes = scene->bytes();
+    summary.file = {options.input, scene->bytes(), scene->anchorCount()};
 
     const std::vector<Shot> shots = chooseShots(*scene, options, log);
     std::optional<LodControl> control = lodControl(*scene, options);
     const std::vector<std::string> paths = prepareOutputs(shots, options, log.json());
-    StatsFile stats_file(options.stats, options.overwrite);
+    std::optional<OutputFile> stats_file;
+    if (!options.stats.empty())
+        stats_file.emplace(options.stats, OutputKind::Text, options.overwrite);
 
     const std::unique_ptr<Renderer> renderer = openRenderer(options, scene, log, summary.load_ms);
     summary.backend = deviceText(renderer->id());
     summary.tier = renderer->tierOf(options.tier);
 
     FrameOptions frame_options = frameOptions(*scene, options);
-    Image images[kMaxEyes];
+    std::vector<float> pixels[kMaxEyes];
     const auto eye_count = uint32_t(options.eyes);
     for (size_t i = 0; i < shots.size(); ++i) {
         stopIfInterrupted(shots.size(), summary);
         const Camera& camera = shots[i].camera;
-        EyeParams eyes[kMaxEyes];
-        shotEyes(shots[i], eye_count, eyes);
-        float* pixels[kMaxEyes] = {};
-        for (uint32_t eye = 0; eye < eye_count; ++eye) {
-            images[eye].width = camera.width;
-            images[eye].height = camera.height;
-            images[eye].pixels.resize(size_t(camera.width) * camera.height * 3);
-            pixels[eye] = images[eye].pixels.data();
-        }
-        frame_options.appearance = shotAppearance(*scene, shots[i]);
-
         if (control)
             frame_options.lod_bias = float(control->bias());
-        FrameStats stats{
-            shots[i].index, camera.name, summary.backend,     summary.tier, camera.width,
-            camera.height,  eye_count,   shots[i].appearance, {},           double(frame_options.lod_bias)};
-        stats.result = render(*renderer, {eyes, eye_count}, frame_options, pixels);
+        const TimedFrame frame = renderShot(*scene, shots[i], eye_count, frame_options, *renderer, pixels);
+        const FrameStats stats{shots[i].index, camera.name, summary.backend,     summary.tier, camera.width,
+                               camera.height,  eye_count,   shots[i].appearance, frame.result, frame.lod_bias};
         stopIfInterrupted(shots.size(), summary);
 
         for (uint32_t eye = 0; eye < eye_count && !paths.empty(); ++eye) {
-            writeImage(paths[i * eye_count + eye], images[eye], options.depth, options.overwrite);
+            Image image{camera.width, camera.height, std::move(pixels[eye])};
+            writeImage(paths[i * eye_count + eye], image, options.depth, options.overwrite);
+            pixels[eye] = std::move(image.pixels); // the same memory for every frame
             summary.images.push_back(paths[i * eye_count + eye]);
         }
-        stats_file.add(stats);
+        if (stats_file)
+            stats_file->write(frameStatsJson(stats) + "\n");
         noteFrame(log, stats);
-        summary.frames.push_back(stats.result);
-        summary.lod.used.push_back(stats.lod_bias);
+        summary.frames.push_back(frame);
         if (control)
-            control->add(stats.result.times.total);
-        summary.pixels.push_back(double(camera.width) * camera.height);
+            control->add(frame.result.times.total);
         log.progress("render", i + 1, shots.size());
     }
-    stats_file.finish();
+    if (stats_file)
+        stats_file->commit();
     return summary;
 }
 

@@ -4,7 +4,7 @@
 
 #include "player/play_options.h"
 #include "player/tool/reporter.h"
-#include "player/report/report_parts.h"
+#include "player/report/frame_numbers.h"
 #include "runtime/frame_stats.h"
 
 #include <cstdint>
@@ -14,16 +14,11 @@
 namespace gsc {
 
 struct PlaySummary {
-    std::string input, backend;
+    std::string backend;
     Tier tier = Tier::Exact; // that ran, not that was asked for
-    int eyes = 1;
-    StereoMode stereo = StereoMode::Exact;
-    ReuseOptions reuse;
-    LodFacts lod;
-    uint64_t anchors = 0, file_bytes = 0;
+    FileFacts file;
     double open_ms = 0, load_ms = 0; // mapping and checking the file, preparing the backend
-    std::vector<FrameResult> frames; // in the order played
-    std::vector<double> pixels;      // of one eye, per frame
+    std::vector<TimedFrame> frames;  // in the order played
     std::vector<std::string> images; // written files, frame-major, left eye first
 };
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/play_options.h"
 
+#include <charconv>
+
 namespace gsc {
 
 namespace {
@@ -8,10 +10,9 @@ namespace {
 // A decimal number and nothing else; false otherwise.
 bool parseIndex(const std::string& text, uint64_t& value)
 {
-    if (text.empty() || text.size() > 15 || text.find_first_not_of("0123456789") != std::string::npos)
-        return false;
-    value = std::stoull(text);
-    return true;
+    const char* const end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, value);
+    return error == std::errc() && stop == end;
 }
 
 } // namespace

@@ -14,29 +14,33 @@
 
 namespace gsc {
 
-struct PlayOptions {
+// What a sweep varies from run to run.
+struct RunChoice {
+    std::string backend = "auto";
+    Tier tier = Tier::Fast;
+    double lod_bias = 0;                     // levels added
+    double lod_fade = 0, lod_hysteresis = 0; // levels, as FrameOptions has them
+    StereoMode stereo = StereoMode::Exact;
+    ReuseOptions reuse; // what is kept between frames
+};
+
+struct PlayOptions : RunChoice {
     std::string input;
     std::string cameras = "stored"; // a file, or "stored": those in the .gsc
-    Tier tier = Tier::Fast;
     int eyes = 1;
-    Length ipd; // of two eyes
-    StereoMode stereo = StereoMode::Exact;
+    Length ipd;                     // of two eyes
     uint32_t width = 0, height = 0; // 0 = the camera's
     double fov_x = 0;               // radians, 0 = the camera's
     bool ignore_distortion = false; // of the lenses in a camera file, which is refused otherwise
     std::string out;                // pattern, empty = write nothing
     PixelDepth depth = PixelDepth::Eight;
-    std::string stats; // file, empty = none
-    std::string backend = "auto";
+    std::string stats;                            // file, empty = none
     int device = 0;                               // of the backend's
     int threads = 0;                              // 0 = all cores
     uint64_t vram_budget = 0;                     // bytes, 0 = all there is
     int appearance = -1;                          // the trainer's embedding row, -1 = the camera's
     std::optional<std::vector<float>> background; // 3 values; none = the model's
     double near_z = 0;                            // world units, 0 = the model's
-    ReuseOptions reuse;                           // what is kept between frames
-    double lod_bias = 0;                          // levels added
-    double lod_fade = 0, lod_hysteresis = 0;      // levels, as FrameOptions has them
     double target_ms = 0;                         // of a frame, held by a falling lod_bias; 0 = none
     uint64_t frame_first = 0, frame_end = std::numeric_limits<uint64_t>::max();
     std::string frame_range;           // as typed with its option, "--frames 0:100"

@@ -15,18 +15,8 @@ namespace {
 std::vector<Camera> storedCameras(const Scene& scene, const std::string& file)
 {
     std::vector<Camera> cameras;
-    for (const SceneCamera& stored : scene.cameras()) {
-        UpstreamCamera source;
-        source.name = stored.name;
-        source.width = stored.width;
-        source.height = stored.height;
-        std::copy_n(stored.position, 3, source.position);
-        std::copy_n(stored.rotation, 9, source.rotation);
-        source.fx = stored.fx;
-        source.fy = stored.fy;
-        cameras.push_back(cameraFromUpstream(source));
-        cameras.back().appearance = stored.appearance;
-    }
+    for (const SourceCamera& stored : scene.cameras())
+        cameras.push_back(cameraOf(stored));
     if (cameras.empty())
         throw Error(ErrorCode::Usage,
                     formatString("%s: holds no cameras, expected some to play; pass --cameras FILE", file.c_str()));

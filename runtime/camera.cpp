@@ -3,6 +3,11 @@
 
 #include "format/error.h"
 
+#include <glm/geometric.hpp>
+#include <glm/gtc/type_ptr.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -110,7 +115,40 @@ void fullProjection(const double projection[6], const T world_to_view[12], T out
     out[11] += T(projection[3]);
 }
 
+// What follows from the lens and from eye.world_to_view. T: of the eye's numbers.
+template <typename T, typename Eye>
+void setLens(const Camera& camera, Eye& eye)
+{
+    double projection[6];
+    projectionEntries(camera, projection);
+    fullProjection(projection, eye.world_to_view, eye.full_projection);
+    eye.tan_fov_x = T(std::tan(camera.fov_x * 0.5));
+    eye.tan_fov_y = T(std::tan(camera.fov_y * 0.5));
+    eye.tan_mid_x = T(camera.tan_mid_x);
+    eye.tan_mid_y = T(camera.tan_mid_y);
+    eye.focal_x = T(camera.width) / (T(2) * eye.tan_fov_x);
+    eye.focal_y = T(camera.height) / (T(2) * eye.tan_fov_y);
+    eye.width = camera.width;
+    eye.height = camera.height;
+}
+
 } // namespace
+
+SourceCamera sourceCamera(const CameraRecord& record, std::string_view names)
+{
+    SourceCamera camera;
+    camera.name = names.substr(record.name_offset, record.name_bytes);
+    camera.id = record.id;
+    camera.width = record.width;
+    camera.height = record.height;
+    std::copy_n(record.position, 3, camera.position);
+    std::copy_n(record.rotation, 9, camera.rotation);
+    camera.fx = record.fx;
+    camera.fy = record.fy;
+    camera.appearance = record.appearance;
+    camera.is_test = record.is_test != 0;
+    return camera;
+}
 
 void finishCamera(Camera& camera, uint32_t width, uint32_t height, double fov_x)
 {
@@ -169,9 +207,7 @@ EyeParams eyeParams(const Camera& camera, const double (&origin)[3])
     for (int i = 0; i < 12; ++i)
         eye.world_to_view[i] = float(again[i]);
 
-    double projection[6];
-    projectionEntries(camera, projection);
-    fullProjection(projection, eye.world_to_view, eye.full_projection);
+    setLens<float>(camera, eye);
 
     // upstream inverts the transposed (row-vector) matrix; the pivots, and so the last bits, depend on that
     float transposed[16] = {}, inverse[16];
@@ -181,15 +217,6 @@ EyeParams eyeParams(const Camera& camera, const double (&origin)[3])
     transposed[15] = 1;
     invert4(transposed, inverse);
     std::copy_n(inverse + 12, 3, eye.center);
-
-    eye.tan_fov_x = float(std::tan(camera.fov_x * 0.5));
-    eye.tan_fov_y = float(std::tan(camera.fov_y * 0.5));
-    eye.tan_mid_x = float(camera.tan_mid_x);
-    eye.tan_mid_y = float(camera.tan_mid_y);
-    eye.focal_x = float(camera.width) / (2.0f * eye.tan_fov_x);
-    eye.focal_y = float(camera.height) / (2.0f * eye.tan_fov_y);
-    eye.width = camera.width;
-    eye.height = camera.height;
     return eye;
 }
 
@@ -200,19 +227,9 @@ EyeParams64 eyeParams64(const Camera& camera, const double (&origin)[3])
     worldToView(camera, origin, rigid);
     invert4(rigid, camera_to_world);
     std::copy_n(rigid, 12, eye.world_to_view);
-    double projection[6];
-    projectionEntries(camera, projection);
-    fullProjection(projection, eye.world_to_view, eye.full_projection);
+    setLens<double>(camera, eye);
     for (int i = 0; i < 3; ++i)
         eye.center[i] = camera_to_world[4 * i + 3];
-    eye.tan_fov_x = std::tan(camera.fov_x * 0.5);
-    eye.tan_fov_y = std::tan(camera.fov_y * 0.5);
-    eye.tan_mid_x = camera.tan_mid_x;
-    eye.tan_mid_y = camera.tan_mid_y;
-    eye.focal_x = camera.width / (2 * eye.tan_fov_x);
-    eye.focal_y = camera.height / (2 * eye.tan_fov_y);
-    eye.width = camera.width;
-    eye.height = camera.height;
     return eye;
 }
 
@@ -221,28 +238,24 @@ void stereoPair(const Camera& camera, double ipd, Camera& left, Camera& right)
     left = camera;
     right = camera;
     // R^T times the unit right axis: (1, 0, 0), or longer where a transforms file scales the world
-    const double* r = camera.rotation;
-    const double length = std::sqrt(r[0] * r[0] + r[3] * r[3] + r[6] * r[6]);
+    const glm::dmat3 to_view = glm::make_mat3(camera.rotation); // its columns are the rows of R
+    const glm::dvec3 axis = transpose(to_view)[0], shift = to_view * axis / length(axis) * ipd / 2.0;
     for (int i = 0; i < 3; ++i) {
-        const double along = (r[i] * r[0] + r[3 + i] * r[3] + r[6 + i] * r[6]) / length;
-        left.translation[i] += along * ipd / 2;
-        right.translation[i] -= along * ipd / 2;
+        left.translation[i] += shift[i];
+        right.translation[i] -= shift[i];
     }
 }
 
 Camera eyeOfHead(const Camera& head, const EyeView& view)
 {
     Camera eye = head;
-    const double* inner = view.rotation;
-    for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c)
-            eye.rotation[3 * r + c] = head.rotation[3 * r] * inner[c] + head.rotation[3 * r + 1] * inner[3 + c] +
-                                      head.rotation[3 * r + 2] * inner[6 + c];
-    double from_eye[3]; // the world's origin, in the head's axes
-    for (int i = 0; i < 3; ++i)
-        from_eye[i] = head.translation[i] - view.position[i];
-    for (int i = 0; i < 3; ++i)
-        eye.translation[i] = inner[i] * from_eye[0] + inner[3 + i] * from_eye[1] + inner[6 + i] * from_eye[2];
+    // rows read as columns: the transposes, whose product turns round too
+    const glm::dmat3 inner = glm::make_mat3(view.rotation), turned = inner * glm::make_mat3(head.rotation);
+    std::copy_n(glm::value_ptr(turned), 9, eye.rotation);
+    // of the world's origin, in the head's axes
+    const glm::dvec3 from_eye = glm::make_vec3(head.translation) - glm::make_vec3(view.position);
+    const glm::dvec3 translation = inner * from_eye;
+    std::copy_n(glm::value_ptr(translation), 3, eye.translation);
     const double left = std::tan(view.left), right = std::tan(view.right);
     const double top = -std::tan(view.up), bottom = -std::tan(view.down); // y points down
     eye.fov_x = 2 * std::atan((right - left) / 2);

@@ -3,11 +3,15 @@
 #pragma once
 
 #include "kernels/frame/frame_types.h"
+#include "runtime/source_camera.h"
 
 #include <string>
-#include <vector>
+#include <string_view>
 
 namespace gsc {
+
+// What a .gsc stores of a camera; `names` is the name table of its section.
+SourceCamera sourceCamera(const CameraRecord& record, std::string_view names);
 
 // A pinhole camera, double precision.
 struct Camera {

@@ -69,6 +69,16 @@ void checkTarget(const FrameTarget& target, const EyeParams& eye, bool on_host)
                     formatString("target: memory at %p with rows of %zu bytes, expected a place and a pitch that are "
                                  "multiples of %zu and room for %u pixels of %zu bytes a row; correct them",
                                  target.pixels, target.pitch, word, eye.width, pixel));
+    if (memory
+            ? reinterpret_cast<uintptr_t>(target.depth) % 4 != 0 || target.depth_pitch % 4 != 0 ||
+                  (target.depth_pitch != 0 && target.depth_pitch < 4 * size_t(eye.width)) || target.depth_surface != 0
+            : target.depth != nullptr || (target.kind == Kind::None && target.depth_surface != 0))
+        throw Error(ErrorCode::Usage,
+                    formatString("target: depths at %p with rows of %zu bytes and in surface %llu, of a target of kind "
+                                 "%u, expected them where the pixels are, multiples of 4 and room for %u values of 4 "
+                                 "bytes a row; correct them",
+                                 static_cast<void*>(target.depth), target.depth_pitch, target.depth_surface,
+                                 uint32_t(target.kind), eye.width));
 }
 
 } // namespace

@@ -68,7 +68,7 @@ public:
 
     // Waits for a frame in flight until it is drawn, or `most` has passed. Copies a picture for the host, which is not part
     // of that. `result` is filled unless it says Pending. Throws Error: Device where the device is lost, after which all
-    // its renderers are to be destroyed before others are made; what submit() throws where it is found out later.
+    // its renderers are to be destroyed before others are made (which the driver may refuse this process); what submit() throws where it is found out later.
     virtual FrameState wait(uint64_t ticket, FrameResult& result,
                             std::chrono::nanoseconds most = std::chrono::nanoseconds::max()) = 0;
 

@@ -4,6 +4,8 @@
 #include "format/error.h"
 #include "format/gsc_reader.h"
 #include "format/file/mapped_file.h"
+#include "kernels/math/anchor.h"
+#include "runtime/camera.h"
 #include "runtime/model/local_model.h"
 
 #include <algorithm>
@@ -30,28 +32,18 @@ void prefetch(std::span<const std::byte> anchors)
     (void)posix_madvise(reinterpret_cast<void*>(start), anchors.size() + (address - start), POSIX_MADV_WILLNEED);
 }
 
-template <typename T>
-const T* arrayOf(std::span<const std::byte> payload, const ChunkArrayLayout& layout, ChunkArray array)
-{
-    const auto i = uint32_t(array);
-    return layout.stride[i] > 0 ? reinterpret_cast<const T*>(payload.data() + layout.offset[i]) : nullptr;
-}
-
 class MappedScene : public Scene {
 public:
     MappedScene(const std::string& path, bool verify_payloads) : m_path(path), m_file(path)
     {
-        std::optional<Issue> first;
-        const auto sink = [&](const Issue& issue) {
-            if (!first && issue.info->severity != Severity::Warning)
-                first = issue;
-        };
-        if (!openGsc(m_file.bytes(), m_gsc, verify_payloads ? GscCheck::Full : GscCheck::Index, sink))
-            throwIssue(m_path, first);
+        openGsc(m_file.bytes(), m_gsc, verify_payloads ? GscCheck::Full : GscCheck::Index, throwFirstIssue(m_path));
         prefetch(m_gsc.anchors);
         m_manifest.assign(m_gsc.manifest);
-        fillArrays();
-        fillCameras();
+        m_arrays.reserve(m_gsc.chunks.size());
+        for (const ChunkRecord& chunk : m_gsc.chunks)
+            m_arrays.push_back(chunkArrays(*m_gsc.params, chunk.anchor_count, chunkPayload(m_gsc, chunk).data()));
+        for (const CameraRecord& record : m_gsc.cameras)
+            m_cameras.push_back(sourceCamera(record, m_gsc.camera_names));
         m_view.params = m_gsc.params;
         m_view.levels = m_gsc.levels.data();
         m_view.chunks = m_gsc.chunks.data();
@@ -67,7 +59,7 @@ public:
 
     [[nodiscard]] const ModelView& view() const override { return m_view; }
     [[nodiscard]] const std::string& manifest() const override { return m_manifest; }
-    [[nodiscard]] const std::vector<SceneCamera>& cameras() const override { return m_cameras; }
+    [[nodiscard]] const std::vector<SourceCamera>& cameras() const override { return m_cameras; }
     [[nodiscard]] uint64_t anchorCount() const override { return m_gsc.header->anchor_count; }
     [[nodiscard]] uint64_t bytes() const override { return m_file.bytes().size(); }
 
@@ -93,47 +85,6 @@ public:
     }
 
 private:
-    void fillArrays()
-    {
-        m_arrays.reserve(m_gsc.chunks.size());
-        const bool grid = m_gsc.params->position_encoding == uint32_t(PositionEncoding::Grid);
-        for (const ChunkRecord& chunk : m_gsc.chunks) {
-            const auto payload = chunkPayload(m_gsc, chunk);
-            const ChunkArrayLayout layout = chunkArrayLayout(*m_gsc.params, chunk.anchor_count);
-            ChunkArrays arrays{};
-            if (grid)
-                arrays.grid_position = arrayOf<GridPosition>(payload, layout, ChunkArray::Position);
-            else
-                arrays.float_position = arrayOf<float>(payload, layout, ChunkArray::Position);
-            arrays.source_index = arrayOf<uint32_t>(payload, layout, ChunkArray::SourceIndex);
-            arrays.extra_level = arrayOf<float>(payload, layout, ChunkArray::ExtraLevel);
-            arrays.scale = arrayOf<float>(payload, layout, ChunkArray::Scale);
-            arrays.offset = arrayOf<float>(payload, layout, ChunkArray::Offset);
-            arrays.feature = arrayOf<float>(payload, layout, ChunkArray::Feature);
-            arrays.rotation = arrayOf<float>(payload, layout, ChunkArray::Rotation);
-            m_arrays.push_back(arrays);
-        }
-    }
-
-    void fillCameras()
-    {
-        m_cameras.reserve(m_gsc.cameras.size());
-        for (const CameraRecord& record : m_gsc.cameras) {
-            SceneCamera camera;
-            camera.name = m_gsc.camera_names.substr(record.name_offset, record.name_bytes);
-            camera.id = record.id;
-            camera.appearance = record.appearance;
-            camera.is_test = record.is_test != 0;
-            std::copy_n(record.position, 3, camera.position);
-            std::copy_n(record.rotation, 9, camera.rotation);
-            camera.fx = record.fx;
-            camera.fy = record.fy;
-            camera.width = record.width;
-            camera.height = record.height;
-            m_cameras.push_back(std::move(camera));
-        }
-    }
-
     std::string m_path;
     MappedFile m_file;
     GscView m_gsc;
@@ -141,7 +92,7 @@ private:
     std::string m_manifest;
     std::vector<ChunkArrays> m_arrays; // chunk order
     std::optional<LocalModel> m_local; // what m_view shows of a far model
-    std::vector<SceneCamera> m_cameras;
+    std::vector<SourceCamera> m_cameras;
 };
 
 } // namespace

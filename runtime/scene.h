@@ -3,20 +3,13 @@
 #pragma once
 
 #include "kernels/frame/frame_types.h"
+#include "runtime/source_camera.h"
 
 #include <memory>
 #include <string>
 #include <vector>
 
 namespace gsc {
-
-struct SceneCamera {
-    std::string name;
-    int id = 0, appearance = -1;
-    bool is_test = false;
-    double position[3] = {}, rotation[9] = {}, fx = 0, fy = 0;
-    uint32_t width = 0, height = 0;
-};
 
 class Scene {
 public:
@@ -28,7 +21,7 @@ public:
     // Relative to ModelView::origin where the model lies far from the world's (local_model.h).
     [[nodiscard]] virtual const ModelView& view() const = 0;
     [[nodiscard]] virtual const std::string& manifest() const = 0; // JSON text of META
-    [[nodiscard]] virtual const std::vector<SceneCamera>& cameras() const = 0;
+    [[nodiscard]] virtual const std::vector<SourceCamera>& cameras() const = 0;
     // Row of EMBD that holds the trainer's row `source_row`. Throws Error(Usage) naming the rows there are.
     [[nodiscard]] virtual int appearanceRow(int source_row) const = 0;
     // The trainer's rows that EMBD holds, ascending; empty if the model has no embedding.

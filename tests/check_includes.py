@@ -24,7 +24,7 @@ RULES = {
     "player/tool": "format",
     "player/cameras": "format runtime player/json_fields",
     "convert": "format kernels/frame kernels/math kernels/sensitivity kernels/threads runtime player",
-    "convert/input": "format player/cameras",
+    "convert/input": "format player/cameras runtime/source_camera",
 }
 MOST_ROOMS = 18  # a source with its header is one, a folder is one
 SUFFIXES = {".h", ".cpp", ".cu", ".cuh"}

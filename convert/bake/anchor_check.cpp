@@ -2,9 +2,9 @@
 #include "convert/bake/anchor_check.h"
 
 #include <algorithm>
+#include <bit>
 #include <cfloat>
 #include <cmath>
-#include <cstring>
 
 namespace gsc {
 
@@ -14,11 +14,8 @@ namespace {
 bool allFinite(const float* values, size_t count)
 {
     uint32_t bad = 0;
-    for (size_t i = 0; i < count; ++i) {
-        uint32_t bits;
-        std::memcpy(&bits, values + i, sizeof(bits));
-        bad |= uint32_t((bits & 0x7f800000u) == 0x7f800000u);
-    }
+    for (size_t i = 0; i < count; ++i)
+        bad |= uint32_t((std::bit_cast<uint32_t>(values[i]) & 0x7f800000u) == 0x7f800000u);
     return bad == 0;
 }
 
@@ -50,22 +47,6 @@ AnchorFault findAnchorFault(const AnchorBatch& batch, size_t i, uint32_t feat_di
             return AnchorFault::HugeOffset;
     }
     return AnchorFault::None;
-}
-
-const char* anchorFaultText(AnchorFault fault)
-{
-    switch (fault) {
-    case AnchorFault::NotFinite:
-        return "a value that is not finite";
-    case AnchorFault::HugeScale:
-        return "a scale whose covariance overflows";
-    case AnchorFault::HugeOffset:
-        return "an offset that puts a gaussian out of reach";
-    case AnchorFault::OutOfReach:
-        return "a position out of reach";
-    default:
-        return "no fault";
-    }
 }
 
 } // namespace gsc

@@ -4,6 +4,8 @@
 
 #include "convert/input/checkpoint.h"
 
+#include <iterator>
+
 namespace gsc {
 
 enum class AnchorFault : uint32_t {
@@ -14,6 +16,10 @@ enum class AnchorFault : uint32_t {
     OutOfReach, // position beyond what a float grid or an index can hold
     Count,
 };
+constexpr const char* kAnchorFaultTexts[] = {"no fault", "a value that is not finite",
+                                             "a scale whose covariance overflows",
+                                             "an offset that puts a gaussian out of reach", "a position out of reach"};
+static_assert(std::size(kAnchorFaultTexts) == size_t(AnchorFault::Count));
 
 // Square of exp(44) is the last covariance below FLT_MAX; -inf is legal and means a Gaussian of size zero.
 constexpr float kMaxLogScale = 44.0f;
@@ -21,7 +27,5 @@ constexpr float kMaxCoordinate = 1e30f;
 
 // The fault of anchor `i` of a batch that holds all fields. Opacity and normal are never looked at: they do not render.
 [[nodiscard]] AnchorFault findAnchorFault(const AnchorBatch& batch, size_t i, uint32_t feat_dim, uint32_t n_offsets);
-
-[[nodiscard]] const char* anchorFaultText(AnchorFault fault);
 
 } // namespace gsc

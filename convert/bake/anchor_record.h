@@ -3,10 +3,12 @@
 // A record is as large as the anchor's share of the payload, so that a chunk's records fit where its payload goes.
 #pragma once
 
+#include "convert/input/checkpoint.h"
 #include "format/gsc_layout.h"
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace gsc {
 
@@ -27,5 +29,21 @@ constexpr AnchorRecordLayout anchorRecordLayout(const ModelParams& params)
     }
     return layout;
 }
+
+// What is stored of an anchor as the checkpoint has it.
+struct CopiedArray {
+    ChunkArray array;
+    std::vector<float> AnchorBatch::*values;
+    const char* name;
+};
+constexpr CopiedArray kCopiedArrays[] = {
+    {ChunkArray::ExtraLevel, &AnchorBatch::extra_level, "extra_level"},
+    {ChunkArray::Scale, &AnchorBatch::scale, "scale"},
+    {ChunkArray::Offset, &AnchorBatch::offset, "offset"},
+    {ChunkArray::Feature, &AnchorBatch::feature, "feature"},
+    {ChunkArray::Rotation, &AnchorBatch::rotation, "rotation"},
+    {ChunkArray::Opacity, &AnchorBatch::opacity, "opacity"},
+    {ChunkArray::Normal, &AnchorBatch::normal, "normal"},
+};
 
 } // namespace gsc

@@ -2,7 +2,6 @@
 #include "convert/bake/bake.h"
 
 #include "convert/bake/anchor_record.h"
-#include "convert/bake/bake_from.h"
 #include "convert/bake/chunk_build.h"
 #include "convert/bake/distribute.h"
 #include "convert/bake/metre_bake.h"
@@ -35,12 +34,6 @@ namespace gsc {
 
 namespace {
 
-template <typename T>
-std::span<const std::byte> bytesOf(const std::vector<T>& records)
-{
-    return std::as_bytes(std::span(records));
-}
-
 struct StopOnExit {
     std::stop_source& stop;
     ~StopOnExit() { stop.request_stop(); }
@@ -57,10 +50,8 @@ public:
 
     BakeReport run()
     {
-        const std::string effective = effectiveOptions(m_options);
-        m_options_hash = checksum64(std::as_bytes(std::span(effective)));
         const char* name = m_checkpoint.model_path.c_str();
-        checkMlps(m_checkpoint.mlps, m_checkpoint.feat_dim, m_checkpoint.n_offsets, m_checkpoint.appearance_dim, name);
+        checkMlps(m_checkpoint.mlps, name);
         m_rows = keptEmbeddingRows(m_checkpoint, m_options.appearance);
         if (m_checkpoint.anchor_count == 0 || m_checkpoint.anchor_count >= UINT32_MAX)
             throw Error(ErrorCode::InvalidFile,
@@ -84,11 +75,9 @@ public:
         stage("metre", [&] { m_metre = m_metre_bake->derive(m_checkpoint); });
         stage("index", [&] { buildIndex(); });
         stage("write", [&] { writeSections(writer); });
-        m_index.clear();
-        m_index.shrink_to_fit();
+        m_index = decltype(m_index)(); // note: = {} would keep the memory
         m_sensitivity.reset();
-        m_nanovdb.clear();
-        m_nanovdb.shrink_to_fit();
+        m_nanovdb = decltype(m_nanovdb)();
         if (m_options.verify)
             stage("verify", [&] { m_options.verify(writer.temporaryPath()); });
         throwIfInterrupted(); // the last chance
@@ -118,29 +107,16 @@ private:
 
     void scan()
     {
-        ScanOptions options;
-        options.feat_dim = m_checkpoint.feat_dim;
-        options.n_offsets = m_checkpoint.n_offsets;
-        options.expected_rows = m_checkpoint.anchor_count;
-        options.drop_invalid = m_options.drop_invalid;
-        options.placement_bytes = m_budget / 2;
-        options.name = m_checkpoint.ply_path;
-        m_scan = scanAnchors(m_source, options, [&](uint64_t done) { tell(done, m_checkpoint.anchor_count); });
+        m_scan = scanAnchors(m_source, m_checkpoint, m_options.drop_invalid, m_budget / 2,
+                             [&](uint64_t done) { tell(done, m_checkpoint.anchor_count); });
         m_report.warnings = m_scan.warnings;
     }
 
     void partition()
     {
-        PartitionOptions options;
-        options.hints.voxel_size = m_checkpoint.voxel_size;
-        options.hints.fork = m_checkpoint.fork;
-        options.hints.may_have_origin = m_checkpoint.flags & kModelHasLevels;
-        // the file has one voxel size for the positions and the LOD rule
-        options.hints.fixed = modelParams(m_checkpoint).voxel_size > 0;
-        options.chunk_anchors = m_options.chunk_anchors;
-        options.name = m_checkpoint.ply_path;
-        m_partition = planPartition(m_source, m_scan, options, [&](uint64_t done) { tell(done, m_scan.kept); });
-        m_scan.placements = {};
+        m_partition = planPartition(m_source, m_scan, m_checkpoint, m_options.chunk_anchors,
+                                    [&](uint64_t done) { tell(done, m_scan.kept); });
+        m_scan.placements = decltype(m_scan.placements)();
         m_report.warnings.insert(m_report.warnings.end(), m_partition.warnings.begin(), m_partition.warnings.end());
         m_report.exact_grid = m_partition.encoding == PositionEncoding::Grid;
     }
@@ -149,11 +125,8 @@ private:
     {
         m_params = modelParams(m_checkpoint);
         m_params.flags |= m_scan.varying;
-        std::copy_n(m_scan.rotation, 4, m_params.constant_rotation);
-        if (m_scan.varying & kModelHasRotation) {
-            const float identity[4] = {1, 0, 0, 0};
-            std::copy_n(identity, 4, m_params.constant_rotation);
-        }
+        const float identity[4] = {1, 0, 0, 0};
+        std::copy_n(m_scan.varying & kModelHasRotation ? identity : m_scan.rotation, 4, m_params.constant_rotation);
         m_params.constant_opacity = m_scan.varying & kModelHasOpacity ? 0 : m_scan.opacity;
         m_params.position_encoding = uint32_t(m_partition.encoding);
         if (!(m_params.voxel_size > 0))
@@ -162,28 +135,22 @@ private:
         m_params.level_count = uint32_t(m_partition.levels.size());
         m_params.level_min = m_partition.levels.front().level;
         m_params.appearance_rows = uint32_t(m_rows.size());
-        for (const LevelPlan& plan : m_partition.levels) {
-            const LevelScan& scan = m_scan.levels.at(plan.level);
-            const bool first = &plan == &m_partition.levels.front();
+        std::copy_n(m_partition.levels.front().bounds_min, 3, m_params.bounds_min);
+        std::copy_n(m_partition.levels.front().bounds_max, 3, m_params.bounds_max);
+        for (const LevelRecord& level : m_partition.levels)
             for (int axis = 0; axis < 3; ++axis) {
-                float &low = m_params.bounds_min[axis], &high = m_params.bounds_max[axis];
-                low = first ? scan.bounds_min[axis] : std::min(low, scan.bounds_min[axis]);
-                high = first ? scan.bounds_max[axis] : std::max(high, scan.bounds_max[axis]);
+                m_params.bounds_min[axis] = std::min(m_params.bounds_min[axis], level.bounds_min[axis]);
+                m_params.bounds_max[axis] = std::max(m_params.bounds_max[axis], level.bounds_max[axis]);
             }
-        }
 
+        m_chunks = m_partition.chunks;
         uint64_t offset = 0, anchors = 0, groups = 0;
-        for (const ChunkPlan& plan : m_partition.chunks) {
-            ChunkRecord chunk{};
+        for (ChunkRecord& chunk : m_chunks) {
             chunk.payload_offset = offset;
-            chunk.payload_bytes = chunkArrayLayout(m_params, plan.anchor_count).bytes;
-            chunk.level_index = plan.level_index;
-            chunk.anchor_count = plan.anchor_count;
+            chunk.payload_bytes = chunkArrayLayout(m_params, chunk.anchor_count).bytes;
             chunk.anchor_first = uint32_t(anchors);
             chunk.group_first = uint32_t(groups);
-            chunk.group_count = (plan.anchor_count + kGroupSize - 1) / kGroupSize;
-            std::copy_n(plan.origin, 3, chunk.origin);
-            m_chunks.push_back(chunk);
+            chunk.group_count = (chunk.anchor_count + kGroupSize - 1) / kGroupSize;
             offset = alignUp(offset + chunk.payload_bytes, kPayloadAlign);
             anchors += chunk.anchor_count;
             groups += chunk.group_count;
@@ -248,24 +215,11 @@ private:
         }
         m_params.leaf_count = leaf_count;
         m_leaves.reserve(leaf_count);
-        uint64_t anchors = 0, groups = 0;
-        for (uint32_t i = 0; i < m_partition.levels.size(); ++i) {
+        for (LevelRecord level : m_partition.levels) {
             throwIfInterrupted();
-            const LevelPlan& plan = m_partition.levels[i];
-            const LevelScan& scan = m_scan.levels.at(plan.level);
-            LevelRecord level{};
-            level.level = plan.level;
-            level.cell_log2 = plan.cell_log2;
-            level.quantum = plan.quantum;
-            level.origin = plan.origin;
-            level.anchor_first = anchors;
-            level.anchor_count = plan.anchor_count;
-            level.chunk_first = plan.chunk_first;
-            level.chunk_count = plan.keys.size();
-            level.group_first = groups;
+            level.anchor_first = m_chunks[level.chunk_first].anchor_first;
+            level.group_first = m_chunks[level.chunk_first].group_first;
             level.leaf_first = m_leaves.size();
-            std::copy_n(scan.bounds_min, 3, level.bounds_min);
-            std::copy_n(scan.bounds_max, 3, level.bounds_max);
             std::vector<LeafBuild> leaves;
             for (uint64_t c = level.chunk_first; c < level.chunk_first + level.chunk_count; ++c) {
                 leaves.insert(leaves.end(), m_chunk_leaves[c].begin(), m_chunk_leaves[c].end());
@@ -274,20 +228,20 @@ private:
             }
             level.leaf_count = leaves.size();
             level.nanovdb_offset = m_nanovdb.size();
-            const std::vector<std::byte> grid = m_spatial.build(plan, m_partition.encoding, leaves, throwIfInterrupted);
+            const std::vector<std::byte> grid =
+                m_spatial.build(level, m_partition.encoding, leaves, throwIfInterrupted);
             level.nanovdb_bytes = grid.size();
             m_nanovdb.insert(m_nanovdb.end(), grid.begin(), grid.end());
             for (const LeafBuild& leaf : leaves)
                 m_leaves.push_back(leaf.record);
-            anchors += level.anchor_count;
-            groups += level.group_count;
             m_levels.push_back(level);
-            tell(i + 1, m_partition.levels.size());
+            tell(m_levels.size(), m_partition.levels.size());
         }
     }
 
     void writeSections(GscWriter& writer)
     {
+        const std::string effective = effectiveOptions(m_options);
         ManifestFacts facts{};
         facts.checkpoint = &m_checkpoint;
         facts.options = &m_options;
@@ -295,9 +249,8 @@ private:
         facts.source_rows = m_scan.rows;
         facts.dropped = m_scan.dropped.size();
         facts.source_hash = m_hash.hash;
-        facts.config_hash = m_options_hash;
+        facts.config_hash = checksum64(std::as_bytes(std::span(effective)));
         facts.embedding_rows = m_rows;
-        facts.cameras = m_checkpoint.cameras.size();
         facts.metre = m_metre;
         if (m_sensitivity)
             facts.sensitivity = m_sensitivity->records();
@@ -305,12 +258,15 @@ private:
 
         writer.addSection(kSectionMeta, std::as_bytes(std::span(manifest)), 0);
         writer.addSection(kSectionParams, std::as_bytes(std::span(&m_params, 1)), 1);
-        writer.addSection(kSectionLevels, bytesOf(m_levels), m_levels.size());
-        writer.addSection(kSectionChunks, bytesOf(m_chunks), m_chunks.size());
-        writer.addSection(kSectionGroups, bytesOf(m_groups), m_groups.size());
-        writer.addSection(kSectionLeaves, bytesOf(m_leaves), m_leaves.size());
+        const auto add = [&writer](uint32_t type, const auto& records) {
+            writer.addSection(type, std::as_bytes(std::span(records)), records.size());
+        };
+        add(kSectionLevels, m_levels);
+        add(kSectionChunks, m_chunks);
+        add(kSectionGroups, m_groups);
+        add(kSectionLeaves, m_leaves);
         writer.addSection(kSectionNanoVdb, m_nanovdb, m_levels.size());
-        writer.addSection(kSectionIndex, bytesOf(m_index), m_index.size());
+        add(kSectionIndex, m_index);
         if (m_sensitivity)
             writer.addSection(kSectionSensitivity, std::as_bytes(m_sensitivity->records()), m_scan.kept,
                               kSectionOptional);
@@ -325,12 +281,12 @@ private:
         FileHeader header{};
         header.anchor_count = m_scan.kept;
         header.source_hash = m_hash.hash;
-        header.config_hash = m_options_hash;
+        header.config_hash = facts.config_hash;
         header.profile = uint8_t(Profile::Runtime);
         std::vector<uint64_t> checksums;
         for (const ChunkRecord& chunk : m_chunks)
             checksums.push_back(chunk.checksum);
-        m_report.output_bytes = writer.finish(header, checksum64(bytesOf(checksums)));
+        m_report.output_bytes = writer.finish(header, checksum64(std::as_bytes(std::span(checksums))));
         m_report.anchors = m_scan.kept;
         m_report.dropped = m_scan.dropped.size();
         m_report.levels = m_levels.size();
@@ -350,7 +306,6 @@ private:
     const char* m_stage = "";
     BakeReport m_report;
 
-    uint64_t m_options_hash = 0;
     std::vector<uint32_t> m_rows; // of the embedding
     ScanResult m_scan;
     SourceHash m_hash;

@@ -46,5 +46,9 @@ using BakeProgress = std::function<void(const char* stage, uint64_t done, uint64
 
 // Throws Error (Io, InvalidFile, OutOfMemory, Interrupted); then no output file and no temporary file is left.
 BakeReport bake(const Checkpoint& checkpoint, const BakeOptions& options, const BakeProgress& progress);
+// The same with the anchors of `source` instead of those of the checkpoint's PLY. If ply_path and weight_paths are
+// empty the source hash is that of nothing.
+BakeReport bakeFrom(const Checkpoint& checkpoint, AnchorSource& source, const BakeOptions& options,
+                    const BakeProgress& progress);
 
 } // namespace gsc

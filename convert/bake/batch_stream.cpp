@@ -10,8 +10,7 @@
 
 namespace gsc {
 
-void forEachBatch(AnchorSource& source, uint32_t fields, size_t rows,
-                  const std::function<void(const AnchorBatch&)>& work)
+void forEachBatch(AnchorSource& source, uint32_t fields, const std::function<void(const AnchorBatch&)>& work)
 {
     constexpr size_t kBatches = 3; // one being filled, one being worked on, one between
     std::array<AnchorBatch, kBatches> batches;
@@ -24,7 +23,7 @@ void forEachBatch(AnchorSource& source, uint32_t fields, size_t rows,
         throwIfInterrupted();
         AnchorBatch* batch = nullptr;
         // note: never empty, since no more than kBatches tokens are in flight
-        if (!unused.try_pop(batch) || !source.next(*batch, fields, rows)) {
+        if (!unused.try_pop(batch) || !source.next(*batch, fields, kBatchRows)) {
             control.stop();
             return nullptr;
         }

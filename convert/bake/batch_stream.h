@@ -10,10 +10,11 @@
 
 namespace gsc {
 
-// Calls `work` with every batch, in order, one at a time (not always from the calling thread). `rows` = anchors per
-// batch. What either side throws is rethrown here. Asks throwIfInterrupted() per batch.
-void forEachBatch(AnchorSource& source, uint32_t fields, size_t rows,
-                  const std::function<void(const AnchorBatch&)>& work);
+constexpr size_t kBatchRows = 8192; // anchors per batch
+
+// Calls `work` with every batch, in order, one at a time (not always from the calling thread). What either side
+// throws is rethrown here. Asks throwIfInterrupted() per batch.
+void forEachBatch(AnchorSource& source, uint32_t fields, const std::function<void(const AnchorBatch&)>& work);
 
 // Walks the rows that were dropped in the scan: isDropped() must be called with ascending rows.
 class DroppedRows {

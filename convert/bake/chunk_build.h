@@ -18,9 +18,9 @@ struct LeafBuild {
 };
 
 // `chunk` holds its place (level_index, anchor_count, anchor_first, group_first, group_count, origin, payload_*);
-// the rest is filled in. `records`: the chunk's records in source order. `payload`: payload_bytes bytes, all written.
+// the rest is filled in. `records`: the chunk's records in source order. `payload`: payload_bytes zeros.
 // `groups`: the chunk's group_count records. `index` (source index -> anchor) gets the chunk's entries.
-void buildChunk(const ModelParams& params, const LevelPlan& level, uint32_t chunk_index,
+void buildChunk(const ModelParams& params, const LevelRecord& level, uint32_t chunk_index,
                 std::span<const std::byte> records, ChunkRecord& chunk, std::span<std::byte> payload,
                 std::span<GroupRecord> groups, std::vector<LeafBuild>& leaves, std::span<uint32_t> index);
 

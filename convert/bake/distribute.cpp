@@ -13,7 +13,6 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kBatchRows = 8192;
 constexpr uint64_t kMaxChunkBuffer = 1 << 20; // larger writes gain nothing
 
 // Write-combining buffers, one per chunk.
@@ -92,7 +91,7 @@ void distributeAnchors(AnchorSource& source, const ScanResult& scan, const Parti
         if (const uint32_t stride = layout.stride[uint32_t(array)])
             std::memcpy(record + layout.offset[uint32_t(array)], values, stride);
     };
-    forEachBatch(source, kAnchorAll, kBatchRows, [&](const AnchorBatch& batch) {
+    forEachBatch(source, kAnchorAll, [&](const AnchorBatch& batch) {
         for (size_t i = 0; i < batch.count; ++i) {
             const uint64_t row = batch.first + i;
             if (dropped.isDropped(row))
@@ -114,13 +113,10 @@ void distributeAnchors(AnchorSource& source, const ScanResult& scan, const Parti
                 put(record, ChunkArray::Position, position);
             }
             put(record, ChunkArray::SourceIndex, &source_index);
-            put(record, ChunkArray::ExtraLevel, &batch.extra_level[i]);
-            put(record, ChunkArray::Scale, &batch.scale[6 * i]);
-            put(record, ChunkArray::Offset, &batch.offset[3 * size_t(params.n_offsets) * i]);
-            put(record, ChunkArray::Feature, &batch.feature[size_t(params.feat_dim) * i]);
-            put(record, ChunkArray::Rotation, &batch.rotation[4 * i]);
-            put(record, ChunkArray::Opacity, &batch.opacity[i]);
-            put(record, ChunkArray::Normal, &batch.normal[3 * i]);
+            for (const CopiedArray& copied : kCopiedArrays) {
+                const size_t width = layout.stride[uint32_t(copied.array)] / sizeof(float);
+                put(record, copied.array, (batch.*copied.values).data() + width * i);
+            }
         }
         done += batch.count;
         progress(done);

@@ -4,9 +4,10 @@
 #include "format/interrupt.h"
 
 #include <algorithm>
+#include <bit>
 #include <cfloat>
 #include <cmath>
-#include <cstring>
+#include <cstdlib>
 
 namespace gsc {
 
@@ -17,20 +18,9 @@ namespace {
 constexpr int64_t kOriginReach = 1 << 20, kRecoveredReach = 1 << 16;
 constexpr size_t kMaxCandidates = 32; // floats tried inside an interval
 
-bool sameBits(float a, float b)
-{
-    return std::memcmp(&a, &b, sizeof(float)) == 0;
-}
-
 double ulp(double value)
 {
     return std::ldexp(1.0, std::max(std::ilogb(std::max(std::fabs(value), 1e-37)), -126) - 23);
-}
-
-bool fits(float value, int64_t quanta, float quantum, float origin)
-{
-    return quanta > -kMaxQuanta && quanta < kMaxQuanta &&
-           sameBits(gridCoordinate(int32_t(quanta), quantum, origin, false), value);
 }
 
 bool fitsAll(std::span<const GridSample> samples, std::span<const float> quantum, int32_t level_min, float origin)
@@ -250,10 +240,11 @@ std::optional<GridPoint> locateOnGrid(float value, float quantum, float origin)
         return std::nullopt;
     // -0.0 is a zero of the grid with a flag, so the grid must have that zero
     const bool negative_zero = value == 0 && std::signbit(value);
-    const float stored = negative_zero ? 0.0f : value;
+    const uint32_t stored = std::bit_cast<uint32_t>(negative_zero ? 0.0f : value);
     // neighbours matter where a quantum is about as small as a unit in the last place
     for (const int64_t quanta : {int64_t(k), int64_t(k) - 1, int64_t(k) + 1})
-        if (fits(stored, quanta, quantum, origin))
+        if (std::abs(quanta) < kMaxQuanta &&
+            std::bit_cast<uint32_t>(gridCoordinate(int32_t(quanta), quantum, origin, false)) == stored)
             return GridPoint{int32_t(quanta), negative_zero};
     return std::nullopt;
 }

@@ -19,12 +19,7 @@ MetreBake::MetreBake(const ModelParams& params, const Partition& partition, uint
 {
     m_state->points.resize(partition.chunks.size());
     m_state->header.anchor_count = anchors;
-    for (const LevelPlan& plan : partition.levels) {
-        LevelRecord level{};
-        level.quantum = plan.quantum;
-        level.origin = plan.origin;
-        m_state->levels.push_back(level);
-    }
+    m_state->levels.assign(partition.levels.begin(), partition.levels.end());
     m_state->view.header = &m_state->header;
     m_state->view.params = &params;
     m_state->view.levels = m_state->levels;
@@ -43,9 +38,13 @@ Metre MetreBake::derive(const Checkpoint& checkpoint)
     for (const std::vector<Vec3>& part : m_state->points)
         points.insert(points.end(), part.begin(), part.end());
     const std::vector<std::byte> cameras = cameraSection(checkpoint);
-    m_state->view.cameras = {reinterpret_cast<const CameraRecord*>(cameras.data()), checkpoint.cameras.size()};
+    GscView& view = m_state->view;
+    view.cameras = {reinterpret_cast<const CameraRecord*>(cameras.data()), checkpoint.cameras.size()};
+    const size_t names = view.cameras.size_bytes();
+    view.camera_names = {reinterpret_cast<const char*>(cameras.data()) + names, cameras.size() - names};
     try {
-        return surveyMetre(m_state->view, std::move(points), checkpoint.model_path);
+        const ModelSurvey survey = surveyPoints(view, std::move(points), checkpoint.model_path);
+        return {survey.site.metre, survey.metre_rule};
     } catch (const Error& e) {
         if (e.code() != ErrorCode::Unsupported)
             throw;

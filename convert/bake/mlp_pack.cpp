@@ -2,9 +2,13 @@
 #include "convert/bake/mlp_pack.h"
 
 #include "format/error.h"
+#include "format/half.h"
 
+#include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 
 namespace gsc {
 
@@ -19,9 +23,8 @@ constexpr uint32_t kViewInputs = 5;         // direction, distance, level
 // Rows of the fused first layer that the inputs of a head go to, in the head's own order.
 std::vector<uint32_t> fusedRows(uint32_t inputs, uint32_t feat_dim, uint32_t appearance_dim)
 {
-    std::vector<uint32_t> rows;
-    for (uint32_t i = 0; i < feat_dim + 3; ++i)
-        rows.push_back(i);
+    std::vector<uint32_t> rows(feat_dim + 3);
+    std::iota(rows.begin(), rows.end(), 0u);
     if (inputs & kMlpTakesDistance)
         rows.push_back(feat_dim + 3);
     if (inputs & kMlpTakesLevel)
@@ -30,29 +33,6 @@ std::vector<uint32_t> fusedRows(uint32_t inputs, uint32_t feat_dim, uint32_t app
         for (uint32_t i = 0; i < appearance_dim; ++i)
             rows.push_back(feat_dim + kViewInputs + i);
     return rows;
-}
-
-uint32_t inputWidth(const Mlp& mlp, uint32_t feat_dim, uint32_t appearance_dim)
-{
-    return (mlp.inputs & kMlpTakesFeature ? feat_dim : 0) + 3 + (mlp.inputs & kMlpTakesDistance ? 1 : 0) +
-           (mlp.inputs & kMlpTakesLevel ? 1 : 0) + (mlp.inputs & kMlpTakesAppearance ? appearance_dim : 0);
-}
-
-void checkLayer(const LinearLayer& layer, uint32_t in, uint32_t out, const char* name, const char* mlp, int index)
-{
-    if (layer.in != in || layer.out != out || layer.weight.size() != size_t(in) * out || layer.bias.size() != out)
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: layer %d of the %s mlp is %u -> %u, expected %u -> %u; are the weights of "
-                                 "another model in the folder",
-                                 name, index, mlp, layer.in, layer.out, in, out));
-    for (const std::vector<float>* values : {&layer.weight, &layer.bias})
-        for (size_t i = 0; i < values->size(); ++i)
-            if (!std::isfinite((*values)[i]))
-                throw Error(ErrorCode::InvalidFile,
-                            formatString("%s: layer %d of the %s mlp holds %g at element %zu of its %s, expected "
-                                         "finite numbers; the training diverged",
-                                         name, index, mlp, double((*values)[i]), i,
-                                         values == &layer.bias ? "bias" : "weight"));
 }
 
 // Appends `count` zeroed values of T, aligned, and returns their offset.
@@ -70,7 +50,7 @@ T* at(std::vector<std::byte>& bytes, uint64_t offset)
     return reinterpret_cast<T*>(bytes.data() + offset);
 }
 
-// rows x columns floats, row-major -> halves in fragment order; rows and columns are multiples of a tile.
+// rows x columns finite floats, row-major -> halves in fragment order; rows and columns are multiples of a tile.
 void packFragments(const float* matrix, uint32_t stride, uint32_t rows, uint32_t columns, uint16_t* out)
 {
     for (uint32_t kt = 0; kt < rows / kTileK; ++kt)
@@ -79,52 +59,27 @@ void packFragments(const float* matrix, uint32_t stride, uint32_t rows, uint32_t
                 for (uint32_t half = 0; half < 4; ++half) {
                     const uint32_t row = kt * kTileK + 2 * (lane % 4) + half % 2 + (half / 2) * 8;
                     const uint32_t column = nt * kTileN + lane / 4;
-                    *out++ = floatToHalf(matrix[size_t(row) * stride + column]);
+                    // one infinite weight would turn whole images into NaN
+                    *out++ = floatToHalf(std::clamp(matrix[size_t(row) * stride + column], -65504.0f, 65504.0f));
                 }
 }
 
 } // namespace
 
-uint16_t floatToHalf(float value)
-{
-    uint32_t bits;
-    std::memcpy(&bits, &value, sizeof(bits));
-    const uint16_t sign = uint16_t(bits >> 16 & 0x8000u);
-    const uint32_t magnitude = bits & 0x7fffffffu;
-    if (magnitude >= 0x7f800000u) // infinity or NaN, kept
-        return uint16_t(sign | 0x7c00u | (magnitude > 0x7f800000u ? 0x200u : 0u));
-    if (magnitude >= 0x477ff000u) // would round to 65536 or more
-        return uint16_t(sign | 0x7bffu);
-    if (magnitude < 0x38800000u) { // below 2^-14: a multiple of 2^-24, which adding 0.5 rounds to in the last place
-        const float shifted = std::fabs(value) + 0.5f;
-        uint32_t rounded;
-        std::memcpy(&rounded, &shifted, sizeof(rounded));
-        return uint16_t(sign | (rounded - 0x3f000000u));
-    }
-    const uint32_t odd = magnitude >> 13 & 1u;
-    return uint16_t(sign | (magnitude - 0x38000000u + 0xfffu + odd) >> 13);
-}
-
-void checkMlps(std::span<const Mlp> mlps, uint32_t feat_dim, uint32_t n_offsets, uint32_t appearance_dim,
-               const char* name)
+void checkMlps(std::span<const Mlp> mlps, const char* name)
 {
     static const char* const kNames[] = {"opacity", "covariance", "colour", "feature bank"};
-    if (mlps.size() != kHeads && mlps.size() != kHeads + 1)
-        throw Error(ErrorCode::InvalidFile, formatString("%s: has %zu mlps, expected opacity, covariance, colour and "
-                                                         "possibly a feature bank; pass the files the trainer wrote",
-                                                         name, mlps.size()));
-    const uint32_t out[] = {n_offsets, 7 * n_offsets, 3 * n_offsets, 3};
-    for (uint32_t i = 0; i < mlps.size(); ++i) {
-        const Mlp& mlp = mlps[i];
-        const bool is_bank = i == kHeads;
-        if (uint32_t(mlp.kind) != i || bool(mlp.inputs & kMlpTakesFeature) == is_bank)
-            throw Error(
-                ErrorCode::Internal,
-                formatString("%s: mlp %u is another kind, expected the %s mlp; this is a bug of gsc, please report it",
-                             name, i, kNames[i]));
-        checkLayer(mlp.layers[0], inputWidth(mlp, feat_dim, appearance_dim), feat_dim, name, kNames[i], 0);
-        checkLayer(mlp.layers[1], feat_dim, out[i], name, kNames[i], 1);
-    }
+    for (const Mlp& mlp : mlps)
+        for (const LinearLayer& layer : mlp.layers)
+            for (const std::vector<float>* values : {&layer.weight, &layer.bias}) {
+                const auto bad = std::ranges::find_if_not(*values, [](float value) { return std::isfinite(value); });
+                if (bad != values->end())
+                    throw Error(ErrorCode::InvalidFile,
+                                formatString("%s: layer %d of the %s mlp holds %g at element %zu of its %s, expected "
+                                             "finite numbers; the training diverged",
+                                             name, int(&layer - mlp.layers), kNames[uint32_t(mlp.kind)], double(*bad),
+                                             size_t(bad - values->begin()), values == &layer.bias ? "bias" : "weight"));
+            }
 }
 
 std::vector<std::byte> canonicalMlps(std::span<const Mlp> mlps)
@@ -181,6 +136,7 @@ std::vector<std::byte> packMlps(std::span<const Mlp> mlps, uint32_t feat_dim, ui
     for (uint32_t h = 0; h < kHeads; ++h) {
         const LinearLayer& first = mlps[h].layers[0];
         const std::vector<uint32_t> rows = fusedRows(mlps[h].inputs, feat_dim, appearance_dim);
+        assert(rows.size() == first.in);
         for (uint32_t o = 0; o < first.out; ++o) {
             const uint32_t column = h * header.hidden_pad + o;
             for (uint32_t i = 0; i < first.in; ++i) {

@@ -12,16 +12,11 @@
 
 namespace gsc {
 
-// IEEE binary16 of `value`, nearest even; finite values that are too large become the largest finite half, since one
-// infinite weight would turn whole images into NaN.
-[[nodiscard]] uint16_t floatToHalf(float value);
+// Throws Error(InvalidFile) for weights that are not finite; `name` is used in messages only.
+void checkMlps(std::span<const Mlp> mlps, const char* name);
 
-// Throws Error(InvalidFile) if `mlps` are not opacity, covariance, colour and possibly the feature bank, in that order,
-// with `feat_dim` hidden units, the inputs MlpInputs describes, and finite weights; `name` is used in messages only.
-void checkMlps(std::span<const Mlp> mlps, uint32_t feat_dim, uint32_t n_offsets, uint32_t appearance_dim,
-               const char* name);
-
-// Preconditions of both: checkMlps() passed.
+// Preconditions of both: readCheckpoint() gave the MLPs, and checkMlps() passed. A weight that is too large for a
+// half becomes the largest finite one.
 [[nodiscard]] std::vector<std::byte> canonicalMlps(std::span<const Mlp> mlps);
 [[nodiscard]] std::vector<std::byte> packMlps(std::span<const Mlp> mlps, uint32_t feat_dim, uint32_t appearance_dim);
 

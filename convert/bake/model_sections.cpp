@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/bake/model_sections.h"
 
-#include "convert/bake/mlp_pack.h"
+#include "convert/input/model_names.h"
 #include "format/error.h"
 #include "format/half.h"
 #include "kernels/sensitivity/sensitivity.h"
@@ -19,11 +19,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-const char* const kFamilies[] = {"scaffold-gs", "scaffold-gs-v1", "octree-gs", "octree-anygs"};
-const char* const kLevelRules[] = {"none", "floor", "round", "ceil", "progressive"};
-const char* const kRasterRules[] = {"diff-gaussian", "gsplat"};
-const char* const kMlpNames[] = {"opacity", "covariance", "color", "feature_bank"};
+const char* const kMlpKinds[] = {"opacity", "covariance", "color", "feature_bank"};
 const char* const kActivations[] = {"none", "tanh", "sigmoid", "softmax"};
+
+const char* sensitivityName(SensitivityMode mode)
+{
+    return mode == SensitivityMode::None ? "none" : "sampled";
+}
 
 std::string fileName(const std::string& path)
 {
@@ -72,7 +74,7 @@ Json mlpJson(const Mlp& mlp)
         inputs.push_back("level");
     if (mlp.inputs & kMlpTakesAppearance)
         inputs.push_back("appearance");
-    return {{"kind", kMlpNames[uint32_t(mlp.kind)]},
+    return {{"kind", kMlpKinds[uint32_t(mlp.kind)]},
             {"inputs", inputs},
             {"in", mlp.layers[0].in},
             {"hidden", mlp.layers[0].out},
@@ -92,7 +94,7 @@ Json modelJson(const ManifestFacts& facts)
             {"appearance_dim", p.appearance_dim},
             {"appearance_rows", facts.embedding_rows.size()},
             {"has_levels", bool(p.flags & kModelHasLevels)},
-            {"level_rule", kLevelRules[p.level_rule]},
+            {"level_rule", kLevelRuleNames[p.level_rule]},
             {"levels", p.level_count},
             {"level_min", p.level_min},
             {"level_clamp", p.level_clamp},
@@ -102,9 +104,9 @@ Json modelJson(const ManifestFacts& facts)
             {"grid_origin", p.grid_origin},
             {"feature_bank", bool(p.flags & kModelFeatureBank)},
             {"white_background", bool(p.flags & kModelWhiteBackground)},
-            {"raster_rules", kRasterRules[p.raster_rules]},
+            {"raster_rules", kRasterRulesNames[p.raster_rules]},
             {"near_z", p.near_z},
-            {"cameras", facts.cameras},
+            {"cameras", facts.checkpoint->cameras.size()},
             {"metre",
              facts.metre.units > 0 ? Json{{"units", facts.metre.units}, {"rule", facts.metre.rule}} : Json(nullptr)},
             {"mlps", mlps}};
@@ -130,16 +132,15 @@ Json encodingJson(const ModelParams& p)
 
 std::vector<uint32_t> keptEmbeddingRows(const Checkpoint& checkpoint, int appearance)
 {
-    const uint32_t rows =
-        checkpoint.appearance_dim ? uint32_t(checkpoint.embedding.size() / checkpoint.appearance_dim) : 0;
+    const uint32_t rows = checkpoint.embeddingRows();
+    if (appearance >= 0 && rows == 0)
+        throw Error(ErrorCode::Usage, formatString("--appearance %d: %s has no appearance embedding, expected a model "
+                                                   "trained with one; leave the option out",
+                                                   appearance, checkpoint.model_path.c_str()));
     if (appearance >= 0 && uint32_t(appearance) >= rows)
-        throw Error(
-            ErrorCode::Usage,
-            rows ? formatString("%s: appearance %d is out of range, expected 0 to %u; pass one of these rows or all",
-                                checkpoint.model_path.c_str(), appearance, rows - 1)
-                 : formatString("%s: appearance %d asked for, expected none, because the model has no appearance "
-                                "embedding; leave the option out",
-                                checkpoint.model_path.c_str(), appearance));
+        throw Error(ErrorCode::Usage, formatString("--appearance %d: the embedding has %u rows, expected 0 to %u; pass "
+                                                   "one of these or leave it out",
+                                                   appearance, rows, rows - 1));
     if (appearance >= 0)
         return {uint32_t(appearance)};
     std::vector<uint32_t> all(rows);
@@ -194,8 +195,10 @@ ModelParams modelParams(const Checkpoint& checkpoint)
     p.feat_dim = checkpoint.feat_dim;
     p.n_offsets = checkpoint.n_offsets;
     p.appearance_dim = checkpoint.appearance_dim;
+    p.appearance_rows = checkpoint.embeddingRows();
     p.level_rule = uint32_t(checkpoint.level_rule);
     p.fork = checkpoint.fork;
+    p.level_min = checkpoint.level_min;
     p.level_clamp = checkpoint.level_clamp;
     p.standard_dist = checkpoint.standard_dist;
     // trap 11: the LOD rule measures with the trainer's value, whatever the positions are stored as
@@ -206,11 +209,6 @@ ModelParams modelParams(const Checkpoint& checkpoint)
     p.chunk_payload_version = 1;
     p.lod_scale = 1;
     return p;
-}
-
-const char* sensitivityName(SensitivityMode mode)
-{
-    return mode == SensitivityMode::None ? "none" : "sampled";
 }
 
 std::string effectiveOptions(const BakeOptions& options)
@@ -229,7 +227,7 @@ std::string manifestText(const ManifestFacts& facts)
         {"version", 1},
         {"generator", {{"name", "gsc"}, {"version", GSC_VERSION}}},
         {"source",
-         {{"family", kFamilies[uint32_t(checkpoint.family)]},
+         {{"family", kFamilyNames[uint32_t(checkpoint.family)]},
           {"container", checkpoint.container},
           {"iteration", checkpoint.iteration < 0 ? Json(nullptr) : Json(checkpoint.iteration)},
           {"ply", fileName(checkpoint.ply_path)},

@@ -22,9 +22,6 @@ std::vector<std::byte> cameraSection(const Checkpoint& checkpoint);
 // Everything the checkpoint alone decides; counts, bounds and grid are the caller's.
 ModelParams modelParams(const Checkpoint& checkpoint);
 
-// Name of a --sensitivity value.
-const char* sensitivityName(SensitivityMode mode);
-
 // The options that decide the bytes of the file, as compact JSON: what FileHeader::config_hash is taken of.
 std::string effectiveOptions(const BakeOptions& options);
 
@@ -35,7 +32,6 @@ struct ManifestFacts {
     uint64_t source_rows, dropped;
     uint64_t source_hash, config_hash;
     std::vector<uint32_t> embedding_rows;
-    uint64_t cameras;
     std::span<const AnchorSensitivity> sensitivity; // empty if there are none
     Metre metre;                                    // units 0 = none could be derived
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/bake/partition.h"
 
+#include "convert/bake/model_sections.h"
 #include "convert/bake/morton.h"
 #include "format/error.h"
 
@@ -65,10 +66,10 @@ void setGrid(Partition& partition, const Grid& grid, uint32_t fork)
 }
 
 // A power of two, so that position / quantum is exact; the range leaves 4 nodes per axis at the coarsest cell.
-void setFloatGrid(Partition& partition, const ScanResult& scan)
+void setFloatGrid(Partition& partition)
 {
     double largest = 0;
-    for (const auto& [value, level] : scan.levels)
+    for (const LevelRecord& level : partition.levels)
         for (int axis = 0; axis < 3; ++axis)
             largest = std::max(
                 {largest, std::fabs(double(level.bounds_min[axis])), std::fabs(double(level.bounds_max[axis]))});
@@ -87,6 +88,24 @@ struct FitCheck {
     std::vector<NodeCounter> counters; // per level, complete if nothing failed
 };
 
+// Calls `fail` with every coordinate that is not on the grid.
+template <typename Fail>
+QuantaPosition placeOrFail(PositionEncoding encoding, const LevelRecord& level, const float position[3], Fail&& fail)
+{
+    QuantaPosition result{};
+    for (int axis = 0; axis < 3; ++axis) {
+        if (encoding == PositionEncoding::Float) {
+            result.quanta[axis] = int32_t(std::floor(double(position[axis]) / double(level.quantum)));
+        } else if (const auto point = locateOnGrid(position[axis], level.quantum, level.origin)) {
+            result.quanta[axis] = point->quanta;
+            result.flags = uint16_t(result.flags | (point->negative_zero ? kNegativeZeroX << axis : 0));
+        } else {
+            fail(position[axis]);
+        }
+    }
+    return result;
+}
+
 FitCheck countNodes(AnchorSource& source, const ScanResult& scan, const Partition& partition,
                     const std::function<void(uint64_t)>& progress)
 {
@@ -97,22 +116,16 @@ FitCheck countNodes(AnchorSource& source, const ScanResult& scan, const Partitio
         for (const Placement& p : placements) {
             const uint32_t index = partition.levelIndex(p.level);
             const LevelPlan& level = partition.levels[index];
-            if (partition.encoding == PositionEncoding::Grid) {
-                int32_t quanta[3];
-                bool exact = true;
-                for (int axis = 0; axis < 3; ++axis) {
-                    const auto point = locateOnGrid(p.position[axis], level.quantum, level.origin);
-                    if (!point && check.examples.size() < kMaxFailures)
-                        check.examples.push_back({p.position[axis], p.level});
-                    exact = exact && point;
-                    quanta[axis] = point ? point->quanta : 0;
-                }
-                if (exact)
-                    check.counters[index].add(finestKey({{quanta[0], quanta[1], quanta[2]}, 0}));
-                check.failed += exact ? 0 : 1;
-            } else {
-                check.counters[index].add(finestKey(placeAnchor(partition.encoding, level, p.position)));
-            }
+            bool exact = true;
+            const QuantaPosition at = placeOrFail(partition.encoding, level, p.position, [&](float coordinate) {
+                exact = false;
+                if (check.examples.size() < kMaxFailures)
+                    check.examples.push_back({coordinate, p.level});
+            });
+            if (exact)
+                check.counters[index].add(finestKey(at));
+            else
+                ++check.failed;
         }
         done += placements.size();
         progress(done);
@@ -121,18 +134,18 @@ FitCheck countNodes(AnchorSource& source, const ScanResult& scan, const Partitio
 }
 
 // How far the positions are from a grid: the grid of most of them is found in a part of the sample without outliers.
-std::string describeMisfit(AnchorSource& source, const ScanResult& scan, Partition& partition,
-                           const PartitionOptions& options, const std::function<void(uint64_t)>& progress)
+std::string describeMisfit(AnchorSource& source, const ScanResult& scan, Partition& partition, const GridHints& hints,
+                           const std::function<void(uint64_t)>& progress)
 {
     constexpr size_t kParts = 8;
     for (size_t part = 0; part < kParts; ++part) {
         std::vector<GridSample> samples;
         for (size_t i = part; i < scan.samples.size(); i += kParts)
             samples.push_back(scan.samples[i]);
-        const std::optional<Grid> grid = fitGrid(samples, options.hints);
+        const std::optional<Grid> grid = fitGrid(samples, hints);
         if (!grid)
             continue;
-        setGrid(partition, *grid, options.hints.fork);
+        setGrid(partition, *grid, hints.fork);
         const uint64_t failed = countNodes(source, scan, partition, progress).failed;
         if (failed < scan.kept)
             return formatString("%llu of %llu anchors do not lie on the grid of the others (voxel size %.9g, origin "
@@ -140,15 +153,14 @@ std::string describeMisfit(AnchorSource& source, const ScanResult& scan, Partiti
                                 (unsigned long long)failed, (unsigned long long)scan.kept, double(grid->voxel_size),
                                 double(grid->origin), kStoredAsFloats);
     }
-    const std::string size = options.hints.fixed
-                                 ? formatString(" of the model's voxel size %.9g", double(options.hints.voxel_size))
-                                 : std::string();
+    const std::string size =
+        hints.fixed ? formatString(" of the model's voxel size %.9g", double(hints.voxel_size)) : std::string();
     return formatString("the %llu anchors do not lie on one voxel grid%s; %s", (unsigned long long)scan.kept,
                         size.c_str(), kStoredAsFloats);
 }
 
 // Smallest cell whose nodes hold `wanted` anchors on average; if none does, the smallest that gives the fewest nodes.
-void chooseCells(LevelPlan& level, const NodeCounter& counter, uint64_t wanted, std::vector<ChunkPlan>& chunks,
+void chooseCells(LevelPlan& level, const NodeCounter& counter, uint64_t wanted, std::vector<ChunkRecord>& chunks,
                  uint32_t level_index)
 {
     const std::vector<std::pair<uint64_t, uint64_t>> nodes = counter.sorted();
@@ -164,12 +176,12 @@ void chooseCells(LevelPlan& level, const NodeCounter& counter, uint64_t wanted, 
         if (count == fewest || level.anchor_count / count >= wanted)
             break;
     }
-    level.chunk_first = uint32_t(chunks.size());
+    level.chunk_first = chunks.size();
     for (const auto& [finest, count] : nodes) {
         const uint64_t key = finest >> 3 * level.cell_log2;
         if (level.keys.empty() || level.keys.back() != key) {
             level.keys.push_back(key);
-            ChunkPlan chunk;
+            ChunkRecord chunk{};
             chunk.level_index = level_index;
             mortonCorner(key, level.cell_log2, chunk.origin);
             for (int32_t& c : chunk.origin)
@@ -178,6 +190,7 @@ void chooseCells(LevelPlan& level, const NodeCounter& counter, uint64_t wanted, 
         }
         chunks.back().anchor_count += uint32_t(count);
     }
+    level.chunk_count = level.keys.size();
 }
 
 void choose(Partition& partition, const FitCheck& check, uint64_t wanted)
@@ -207,37 +220,40 @@ uint32_t Partition::levelIndex(int32_t level) const
     return index;
 }
 
-Partition planPartition(AnchorSource& source, ScanResult& scan, const PartitionOptions& options,
+Partition planPartition(AnchorSource& source, ScanResult& scan, const Checkpoint& checkpoint, uint64_t chunk_anchors,
                         const std::function<void(uint64_t)>& progress)
 {
     if (scan.levels.size() > kMaxLevels)
         throw Error(ErrorCode::InvalidFile,
                     formatString("%s: has anchors on %zu levels, expected at most %u; train with fewer",
-                                 options.name.c_str(), scan.levels.size(), kMaxLevels));
+                                 checkpoint.ply_path.c_str(), scan.levels.size(), kMaxLevels));
+    GridHints hints;
+    hints.voxel_size = checkpoint.voxel_size;
+    hints.fork = checkpoint.fork;
+    hints.may_have_origin = checkpoint.flags & kModelHasLevels;
+    // the file has one voxel size for the positions and the LOD rule
+    hints.fixed = modelParams(checkpoint).voxel_size > 0;
     Partition partition;
-    for (const auto& [value, level] : scan.levels) {
-        partition.levels.emplace_back();
-        partition.levels.back().level = value;
-        partition.levels.back().anchor_count = level.count;
-    }
+    for (const auto& [value, level] : scan.levels)
+        partition.levels.push_back({level, {}});
 
     FitCheck check;
     bool exact = false;
     for (int round = 0; round < kFitRounds && !exact; ++round) {
-        const std::optional<Grid> grid = fitGrid(scan.samples, options.hints);
+        const std::optional<Grid> grid = fitGrid(scan.samples, hints);
         if (!grid)
             break;
-        setGrid(partition, *grid, options.hints.fork);
+        setGrid(partition, *grid, hints.fork);
         check = countNodes(source, scan, partition, progress);
         exact = check.failed == 0;
         // the sample left a choice and it was the wrong one: let what failed decide
         scan.samples.insert(scan.samples.end(), check.examples.begin(), check.examples.end());
     }
     if (!exact)
-        partition.warnings.push_back(describeMisfit(source, scan, partition, options, progress));
+        partition.warnings.push_back(describeMisfit(source, scan, partition, hints, progress));
     if (exact) {
-        choose(partition, check, options.chunk_anchors);
-        exact = !isTooFine(partition, scan.kept, options.chunk_anchors);
+        choose(partition, check, chunk_anchors);
+        exact = !isTooFine(partition, scan.kept, chunk_anchors);
         if (!exact)
             partition.warnings.push_back(formatString(
                 "the voxel grid (voxel size %.9g) is too fine for the extent of the model: %zu chunks of %llu anchors "
@@ -246,31 +262,21 @@ Partition planPartition(AnchorSource& source, ScanResult& scan, const PartitionO
                 (unsigned long long)(scan.kept / partition.chunks.size()), kStoredAsFloats));
     }
     if (!exact) {
-        setFloatGrid(partition, scan);
+        setFloatGrid(partition);
         check = countNodes(source, scan, partition, progress);
-        choose(partition, check, options.chunk_anchors);
+        choose(partition, check, chunk_anchors);
     }
     return partition;
 }
 
-QuantaPosition placeAnchor(PositionEncoding encoding, const LevelPlan& level, const float position[3])
+QuantaPosition placeAnchor(PositionEncoding encoding, const LevelRecord& level, const float position[3])
 {
-    QuantaPosition result{};
-    for (int axis = 0; axis < 3; ++axis) {
-        if (encoding == PositionEncoding::Float) {
-            result.quanta[axis] = int32_t(std::floor(double(position[axis]) / double(level.quantum)));
-            continue;
-        }
-        const std::optional<GridPoint> point = locateOnGrid(position[axis], level.quantum, level.origin);
-        if (!point)
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("coordinate %.9g: not on the voxel grid, expected the grid the scan found; "
-                                     "convert again while nobody changes the checkpoint",
-                                     double(position[axis])));
-        result.quanta[axis] = point->quanta;
-        result.flags = uint16_t(result.flags | (point->negative_zero ? kNegativeZeroX << axis : 0));
-    }
-    return result;
+    return placeOrFail(encoding, level, position, [](float coordinate) {
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("coordinate %.9g: not on the voxel grid, expected the grid the scan found; convert "
+                                 "again while nobody changes the checkpoint",
+                                 double(coordinate)));
+    });
 }
 
 uint32_t ChunkFinder::find(uint32_t level_index, const QuantaPosition& position)
@@ -285,7 +291,7 @@ uint32_t ChunkFinder::find(uint32_t level_index, const QuantaPosition& position)
                                             "convert again while nobody changes the checkpoint");
     m_last_level = level_index;
     m_last_key = key;
-    m_last_chunk = level.chunk_first + uint32_t(found - level.keys.begin());
+    m_last_chunk = uint32_t(level.chunk_first) + uint32_t(found - level.keys.begin());
     return m_last_chunk;
 }
 

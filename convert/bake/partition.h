@@ -13,39 +13,24 @@
 
 namespace gsc {
 
-struct LevelPlan {
-    int32_t level = 0;
-    float quantum = 0, origin = 0;
-    uint32_t cell_log2 = 0;
-    uint64_t anchor_count = 0;
-    std::vector<uint64_t> keys; // mortonKey() of the occupied nodes >> 3 * cell_log2, ascending
-    uint32_t chunk_first = 0;   // chunk of keys[0]
-};
-
-struct ChunkPlan {
-    uint32_t level_index = 0;
-    uint32_t anchor_count = 0;
-    int32_t origin[3] = {}; // quanta
+// A level's record as far as it is known before the chunks are built.
+struct LevelPlan : LevelRecord {
+    std::vector<uint64_t> keys; // mortonKey() of the occupied nodes >> 3 * cell_log2, ascending; a chunk each
 };
 
 struct Partition {
     PositionEncoding encoding = PositionEncoding::Grid;
     Grid grid; // voxel_size 0 if the positions are floats
     std::vector<LevelPlan> levels;
-    std::vector<ChunkPlan> chunks; // file order
+    std::vector<ChunkRecord> chunks; // file order; level_index, anchor_count and origin are set
     std::vector<std::string> warnings;
 
     [[nodiscard]] uint32_t levelIndex(int32_t level) const; // precondition: the scan met the level
 };
 
-struct PartitionOptions {
-    GridHints hints;
-    uint64_t chunk_anchors = 0;
-    std::string name; // for messages
-};
-
-// Reads the placements two times or more. Throws Error(InvalidFile) if the levels are more than the file can hold.
-Partition planPartition(AnchorSource& source, ScanResult& scan, const PartitionOptions& options,
+// Reads the placements two times or more; the checkpoint says what is known of the grid. Throws Error(InvalidFile) if the
+// levels are more than the file can hold.
+Partition planPartition(AnchorSource& source, ScanResult& scan, const Checkpoint& checkpoint, uint64_t chunk_anchors,
                         const std::function<void(uint64_t)>& progress);
 
 // Quanta of a position in its level: exact for a grid, the cell it lies in for floats.
@@ -54,7 +39,7 @@ struct QuantaPosition {
     int32_t quanta[3];
     uint16_t flags; // GridPositionFlags
 };
-[[nodiscard]] QuantaPosition placeAnchor(PositionEncoding encoding, const LevelPlan& level, const float position[3]);
+[[nodiscard]] QuantaPosition placeAnchor(PositionEncoding encoding, const LevelRecord& level, const float position[3]);
 
 // Finds the chunks of anchors; remembers the last one, since neighbours in a file are often neighbours in space.
 class ChunkFinder {

@@ -14,7 +14,6 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kBatchRows = 8192;
 constexpr uint64_t kSampleRows = 100'000;   // spread over the file
 constexpr uint64_t kSamplesPerLevel = 4096; // the first rows of each level, so that a small level is not missed
 
@@ -24,23 +23,24 @@ struct FaultCount {
 
 class Scanner {
 public:
-    Scanner(const ScanOptions& options, ScanResult& result) : m_options(options), m_result(result)
+    Scanner(const Checkpoint& checkpoint, bool drop_invalid, uint64_t placement_bytes, ScanResult& result)
+        : m_checkpoint(checkpoint), m_drop_invalid(drop_invalid), m_result(result)
     {
-        m_stride = std::max<uint64_t>(1, options.expected_rows / kSampleRows);
-        m_keep_placements = options.expected_rows <= options.placement_bytes / sizeof(Placement);
+        m_stride = std::max<uint64_t>(1, checkpoint.anchor_count / kSampleRows);
+        m_keep_placements = checkpoint.anchor_count <= placement_bytes / sizeof(Placement);
         if (m_keep_placements)
-            result.placements.reserve(options.expected_rows);
+            result.placements.reserve(checkpoint.anchor_count);
     }
 
     void add(const AnchorBatch& batch)
     {
         for (size_t i = 0; i < batch.count; ++i) {
-            const AnchorFault fault = findAnchorFault(batch, i, m_options.feat_dim, m_options.n_offsets);
+            const AnchorFault fault = findAnchorFault(batch, i, m_checkpoint.feat_dim, m_checkpoint.n_offsets);
             if (fault != AnchorFault::None) {
                 FaultCount& seen = m_faults[size_t(fault)];
                 if (seen.count++ == 0)
                     seen.first = batch.first + i;
-                if (m_options.drop_invalid)
+                if (m_drop_invalid)
                     m_result.dropped.push_back(batch.first + i);
                 continue;
             }
@@ -59,17 +59,17 @@ public:
             if (m_faults[f].count) {
                 invalid += m_faults[f].count;
                 text += formatString("%s%llu with %s (first: anchor %llu)", text.empty() ? "" : ", ",
-                                     (unsigned long long)m_faults[f].count, anchorFaultText(AnchorFault(f)),
+                                     (unsigned long long)m_faults[f].count, kAnchorFaultTexts[f],
                                      (unsigned long long)m_faults[f].first);
             }
-        const char* name = m_options.name.c_str();
-        if (m_result.rows != m_options.expected_rows)
+        const char* name = m_checkpoint.ply_path.c_str();
+        if (m_result.rows != m_checkpoint.anchor_count)
             throw Error(ErrorCode::InvalidFile,
                         formatString("%s: holds %llu anchors, expected %llu as its header says; it is truncated or "
                                      "was changed while being read",
                                      name, (unsigned long long)m_result.rows,
-                                     (unsigned long long)m_options.expected_rows));
-        if (invalid && !m_options.drop_invalid)
+                                     (unsigned long long)m_checkpoint.anchor_count));
+        if (invalid && !m_drop_invalid)
             throw Error(ErrorCode::InvalidFile,
                         formatString("%s: %llu of %llu anchors cannot be shown: %s, expected finite values; pass "
                                      "--drop-invalid to leave them out",
@@ -92,19 +92,19 @@ private:
         Placement placement;
         std::copy_n(&batch.position[3 * i], 3, placement.position);
         placement.level = batch.level[i];
-        if (!m_level || placement.level != m_level_value) {
+        if (!m_level || placement.level != m_level->level) {
             m_level = &m_result.levels[placement.level];
-            m_level_value = placement.level;
+            m_level->level = placement.level;
         }
         for (int axis = 0; axis < 3; ++axis) {
             const float p = placement.position[axis];
-            m_level->bounds_min[axis] = m_level->count ? std::min(m_level->bounds_min[axis], p) : p;
-            m_level->bounds_max[axis] = m_level->count ? std::max(m_level->bounds_max[axis], p) : p;
+            m_level->bounds_min[axis] = m_level->anchor_count ? std::min(m_level->bounds_min[axis], p) : p;
+            m_level->bounds_max[axis] = m_level->anchor_count ? std::max(m_level->bounds_max[axis], p) : p;
         }
-        if ((batch.first + i) % m_stride == 0 || m_level->count < kSamplesPerLevel)
+        if ((batch.first + i) % m_stride == 0 || m_level->anchor_count < kSamplesPerLevel)
             for (const float p : placement.position)
                 m_result.samples.push_back({p, placement.level});
-        ++m_level->count;
+        ++m_level->anchor_count;
         if (m_keep_placements)
             m_result.placements.push_back(placement);
     }
@@ -125,22 +125,23 @@ private:
             m_result.varying |= kModelHasNormal;
     }
 
-    const ScanOptions& m_options;
+    const Checkpoint& m_checkpoint;
+    const bool m_drop_invalid;
     ScanResult& m_result;
     uint64_t m_stride = 1;
     bool m_keep_placements = false;
-    LevelScan* m_level = nullptr; // of the last anchor
-    int32_t m_level_value = 0;
+    LevelRecord* m_level = nullptr; // of the last anchor
     std::array<FaultCount, size_t(AnchorFault::Count)> m_faults{};
 };
 
 } // namespace
 
-ScanResult scanAnchors(AnchorSource& source, const ScanOptions& options, const std::function<void(uint64_t)>& progress)
+ScanResult scanAnchors(AnchorSource& source, const Checkpoint& checkpoint, bool drop_invalid, uint64_t placement_bytes,
+                       const std::function<void(uint64_t)>& progress)
 {
     ScanResult result;
-    Scanner scanner(options, result);
-    forEachBatch(source, kAnchorAll, kBatchRows, [&](const AnchorBatch& batch) {
+    Scanner scanner(checkpoint, drop_invalid, placement_bytes, result);
+    forEachBatch(source, kAnchorAll, [&](const AnchorBatch& batch) {
         scanner.add(batch);
         progress(result.rows);
     });
@@ -161,7 +162,7 @@ void forEachPlacement(AnchorSource& source, const ScanResult& scan,
     }
     DroppedRows dropped(scan.dropped);
     std::vector<Placement> kept;
-    forEachBatch(source, kAnchorPlacement, kBatchRows, [&](const AnchorBatch& batch) {
+    forEachBatch(source, kAnchorPlacement, [&](const AnchorBatch& batch) {
         kept.clear();
         for (size_t i = 0; i < batch.count; ++i)
             if (!dropped.isDropped(batch.first + i))

@@ -18,35 +18,23 @@ struct Placement {
     int32_t level;
 };
 
-struct LevelScan {
-    uint64_t count = 0;
-    float bounds_min[3] = {}, bounds_max[3] = {};
-};
-
 struct ScanResult {
     uint64_t rows = 0; // of the source
     uint64_t kept = 0;
-    std::vector<uint64_t> dropped;       // rows, ascending
-    std::vector<std::string> warnings;   // what was dropped and why
-    std::map<int32_t, LevelScan> levels; // of the anchors kept
-    std::vector<GridSample> samples;     // coordinates spread over the file, bounded
-    std::vector<Placement> placements;   // of the anchors kept; empty if they would not fit the budget
-    uint32_t varying = 0;                // kModelHasRotation, kModelHasOpacity, kModelHasNormal
-    float rotation[4] = {1, 0, 0, 0};    // of the first anchor kept
+    std::vector<uint64_t> dropped;         // rows, ascending
+    std::vector<std::string> warnings;     // what was dropped and why
+    std::map<int32_t, LevelRecord> levels; // number, count and bounds of the anchors kept
+    std::vector<GridSample> samples;       // coordinates spread over the file, bounded
+    std::vector<Placement> placements;     // of the anchors kept; empty if they would not fit the budget
+    uint32_t varying = 0;                  // kModelHasRotation, kModelHasOpacity, kModelHasNormal
+    float rotation[4] = {1, 0, 0, 0};      // of the first anchor kept
     float opacity = 0;
 };
 
-struct ScanOptions {
-    uint32_t feat_dim = 0, n_offsets = 0;
-    uint64_t expected_rows = 0;
-    bool drop_invalid = false;
-    uint64_t placement_bytes = 0; // memory for ScanResult::placements
-    std::string name;             // for messages
-};
-
 // Throws Error(InvalidFile) for anchors that cannot be shown (unless they are dropped), for none left and for a
-// row count other than the expected one.
-ScanResult scanAnchors(AnchorSource& source, const ScanOptions& options, const std::function<void(uint64_t)>& progress);
+// row count other than the checkpoint's. `placement_bytes`: memory for ScanResult::placements.
+ScanResult scanAnchors(AnchorSource& source, const Checkpoint& checkpoint, bool drop_invalid, uint64_t placement_bytes,
+                       const std::function<void(uint64_t)>& progress);
 
 // The placements of the anchors kept, in order: from memory, or by reading the source again.
 void forEachPlacement(AnchorSource& source, const ScanResult& scan,

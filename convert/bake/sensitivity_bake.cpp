@@ -3,6 +3,7 @@
 
 #include "convert/bake/mlp_pack.h"
 #include "format/half.h"
+#include "kernels/math/anchor.h"
 #include "kernels/threads/stopwatch.h"
 #include "kernels/sensitivity/sensitivity.h"
 
@@ -26,17 +27,11 @@ double SensitivityBake::addChunk(int32_t level, std::span<const std::byte> paylo
 {
     Stopwatch watch;
     const uint32_t count = chunk.anchor_count;
-    const ChunkArrayLayout layout = chunkArrayLayout(m_params, count);
-    const auto floats = [&](ChunkArray array) {
-        return reinterpret_cast<const float*>(payload.data() + layout.offset[uint32_t(array)]);
-    };
     // a model of this chunk alone, with what the sensitivity reads
     ChunkRecord only{};
     LevelRecord only_level{};
     only_level.level = level;
-    ChunkArrays arrays{};
-    arrays.scale = floats(ChunkArray::Scale);
-    arrays.feature = floats(ChunkArray::Feature);
+    const ChunkArrays arrays = chunkArrays(m_params, count, payload.data());
     const float* embedding = m_embedding.empty() ? nullptr : m_embedding.data();
     const ModelView model{&m_params,        &only_level,     &only,     nullptr, &arrays,
                           m_weights.data(), m_packed.data(), embedding, nullptr};

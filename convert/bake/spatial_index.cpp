@@ -53,7 +53,7 @@ private:
     uint64_t m_size = 0;
 };
 
-openvdb::MaskGrid::Ptr buildMask(const LevelPlan& level, PositionEncoding encoding, std::span<const LeafBuild> leaves,
+openvdb::MaskGrid::Ptr buildMask(const LevelRecord& level, PositionEncoding encoding, std::span<const LeafBuild> leaves,
                                  void (*check)())
 {
     const auto grid = openvdb::MaskGrid::create(false);
@@ -82,7 +82,7 @@ openvdb::MaskGrid::Ptr buildMask(const LevelPlan& level, PositionEncoding encodi
 
 } // namespace
 
-std::vector<std::byte> buildNanoVdb(const LevelPlan& level, PositionEncoding encoding, std::span<LeafBuild> leaves,
+std::vector<std::byte> buildNanoVdb(const LevelRecord& level, PositionEncoding encoding, std::span<LeafBuild> leaves,
                                     void (*check)())
 {
     const openvdb::MaskGrid::Ptr mask = buildMask(level, encoding, leaves, check);

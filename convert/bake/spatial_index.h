@@ -15,7 +15,7 @@ namespace gsc {
 // Returns the grid's bytes, a multiple of 32, the same for the same input; fills in LeafRecord::nanovdb_index.
 // `leaves` = all leaves of the level. World space of the grid is the model's: a voxel's centre is that of its quanta.
 // `check` is called now and then, to throw if interrupted.
-std::vector<std::byte> buildNanoVdb(const LevelPlan& level, PositionEncoding encoding, std::span<LeafBuild> leaves,
+std::vector<std::byte> buildNanoVdb(const LevelRecord& level, PositionEncoding encoding, std::span<LeafBuild> leaves,
                                     void (*check)());
 
 // An OpenVDB file of NanoVDB mask grids, each a whole grid that is known to be good, with its name and its map. The same

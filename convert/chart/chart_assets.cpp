@@ -10,51 +10,17 @@
             "gsc_asset_" #name "_end:\n.byte 0\n"                                                                      \
             ".popsection\n");                                                                                          \
     extern "C" __attribute__((visibility("hidden"))) const char gsc_asset_##name[];                                    \
-    extern "C" __attribute__((visibility("hidden"))) const char gsc_asset_##name##_end[]
+    extern "C" __attribute__((visibility("hidden"))) const char gsc_asset_##name##_end[];                              \
+    std::string_view gsc::name()                                                                                       \
+    {                                                                                                                  \
+        return {gsc_asset_##name, gsc_asset_##name##_end};                                                             \
+    }                                                                                                                  \
+    static_assert(true)
 
-GSC_ASSET(page, "page/page.html");
-GSC_ASSET(style, "page/page.css");
-GSC_ASSET(parts, "page/parts.js");
-GSC_ASSET(figures, "page/figures.js");
-GSC_ASSET(report, "page/report.js");
-GSC_ASSET(still, "page/still.js");
-GSC_ASSET(echarts, "echarts/echarts.common.min.js");
-
-namespace gsc {
-
-std::string_view pageTemplate()
-{
-    return {gsc_asset_page, gsc_asset_page_end};
-}
-
-std::string_view pageStyle()
-{
-    return {gsc_asset_style, gsc_asset_style_end};
-}
-
-std::string_view partsScript()
-{
-    return {gsc_asset_parts, gsc_asset_parts_end};
-}
-
-std::string_view figuresScript()
-{
-    return {gsc_asset_figures, gsc_asset_figures_end};
-}
-
-std::string_view reportScript()
-{
-    return {gsc_asset_report, gsc_asset_report_end};
-}
-
-std::string_view stillScript()
-{
-    return {gsc_asset_still, gsc_asset_still_end};
-}
-
-std::string_view echartsScript()
-{
-    return {gsc_asset_echarts, gsc_asset_echarts_end};
-}
-
-} // namespace gsc
+GSC_ASSET(pageTemplate, "page/page.html");
+GSC_ASSET(pageStyle, "page/page.css");
+GSC_ASSET(partsScript, "page/parts.js");
+GSC_ASSET(figuresScript, "page/figures.js");
+GSC_ASSET(reportScript, "page/report.js");
+GSC_ASSET(stillScript, "page/still.js");
+GSC_ASSET(echartsScript, "echarts/echarts.common.min.js");

@@ -5,6 +5,7 @@
 #include "convert/chart/run_words.h"
 #include "convert/chart/verdict.h"
 #include "format/error.h"
+#include "player/tool/reporter.h"
 
 #include <algorithm>
 #include <cmath>
@@ -34,32 +35,28 @@ Json rounded(double value)
     return short_value;
 }
 
-Json rounded(const std::optional<double>& value)
-{
-    return value ? rounded(*value) : Json(nullptr);
-}
-
-Json roundedSeries(const std::vector<double>& values)
+template <typename Number>
+Json roundedSeries(const std::vector<Number>& values)
 {
     Json list = Json::array();
-    for (const double value : values)
-        list.push_back(rounded(value));
+    for (const Number value : values)
+        list.push_back(rounded(double(value)));
     return list;
 }
 
 struct Panel {
     std::vector<std::string> scene;
-    std::vector<const RunRow*> rows;
+    std::vector<const ChartRun*> rows;
 };
 
-std::vector<Panel> panelsOf(const std::vector<RunRow>& rows)
+std::vector<Panel> panelsOf(const std::vector<ChartRun>& rows)
 {
     std::vector<Panel> panels;
     std::map<std::vector<std::string>, size_t> known;
-    for (const RunRow& row : rows) {
+    for (const ChartRun& row : rows) {
         std::vector<std::string> scene = sceneWords(row);
         std::vector<std::string> key = scene;
-        key.push_back(row.file); // the words hold only its last part
+        key.push_back(row.file.path); // the words hold only its last part
         const auto [found, is_new] = known.emplace(std::move(key), panels.size());
         if (is_new)
             panels.push_back({std::move(scene), {}});
@@ -69,10 +66,10 @@ std::vector<Panel> panelsOf(const std::vector<RunRow>& rows)
 }
 
 // How alike two runs are in what a speed-up should not be about; most important first.
-unsigned likeness(const RunRow& none, const RunRow& row)
+unsigned likeness(const ChartRun& none, const ChartRun& row)
 {
-    const bool alike[] = {none.label == row.label, none.version == row.version && none.commit == row.commit,
-                          none.config.cold == row.config.cold, none.config.stereo == "exact",
+    const bool alike[] = {none.label == row.label, none.tool == row.tool, none.config.cold == row.config.cold,
+                          none.config.stereo == "exact",
                           none.config.lod_bias == 0 && none.config.lod_fade == 0 && none.config.lod_hysteresis == 0};
     unsigned value = 0;
     for (const bool bit : alike)
@@ -80,11 +77,11 @@ unsigned likeness(const RunRow& none, const RunRow& row)
     return value;
 }
 
-const RunRow* baselineOf(const Panel& panel, const RunRow& row)
+const ChartRun* baselineOf(const Panel& panel, const ChartRun& row)
 {
-    const RunRow* best = nullptr;
-    for (const RunRow* none : panel.rows) {
-        const bool fits = none->config.policy == "none" && none->config.tier == row.config.tier &&
+    const ChartRun* best = nullptr;
+    for (const ChartRun* none : panel.rows) {
+        const bool fits = none->config.reuse.policy == "none" && none->config.tier == row.config.tier &&
                           none->config.threads == row.config.threads &&
                           none->config.vram_budget == row.config.vram_budget;
         if (fits && (!best || likeness(*none, row) > likeness(*best, row)))
@@ -93,50 +90,50 @@ const RunRow* baselineOf(const Panel& panel, const RunRow& row)
     return best;
 }
 
-Json repeatsJson(const RunRow& row)
+Json repeatsJson(const ChartRun& row)
 {
-    if (row.repeats < 2)
+    if (row.rounds < 2)
         return nullptr;
-    return {{"count", row.repeats}, {"min", rounded(row.least_ms)}, {"max", rounded(row.most_ms)}};
+    return {{"count", row.rounds}, {"min", rounded(row.least_ms)}, {"max", rounded(row.most_ms)}};
 }
 
-Json rowJson(const RunRow& row, const std::string& name, const RunRow* baseline)
+Json rowJson(const ChartRun& row, const std::string& name, const ChartRun* baseline)
 {
-    const bool overlaps = baseline && baseline != &row && baseline->repeats * row.repeats > 1 &&
+    const bool overlaps = baseline && baseline != &row && baseline->rounds * row.rounds > 1 &&
                           row.least_ms <= baseline->most_ms && baseline->least_ms <= row.most_ms;
     return {{"name", name},
-            {"policy", row.config.policy},
+            {"policy", row.config.reuse.policy},
             {"baseline", false},
             {"ms",
-             {{"mean", rounded(row.wall.mean)},
-              {"median", rounded(row.wall.median)},
-              {"p95", rounded(row.wall.p95)},
-              {"p99", rounded(row.wall.p99)},
-              {"max", rounded(row.wall.max)}}},
+             {{"mean", rounded(row.ms.wall.mean)},
+              {"median", rounded(row.ms.wall.median)},
+              {"p95", rounded(row.ms.wall.p95)},
+              {"p99", rounded(row.ms.wall.p99)},
+              {"max", rounded(row.ms.wall.max)}}},
             {"repeats", repeatsJson(row)},
-            {"device_ms", rounded(row.device_ms.median)},
-            {"decode_ms", rounded(row.decode_ms)},
-            {"speedup", baseline ? rounded(baseline->wall.median / row.wall.median) : Json(nullptr)},
+            {"device_ms", rounded(row.ms.device.median)},
+            {"decode_ms", rounded(row.ms.stages[kDecodeStage].median)},
+            {"speedup", baseline ? rounded(baseline->ms.wall.median / row.ms.wall.median) : Json(nullptr)},
             {"in_noise", overlaps},
             {"pooled", rounded(row.accuracy.psnr_pooled)},
             {"p1", rounded(row.accuracy.psnr_p1)},
             {"min", rounded(row.accuracy.psnr_min)},
             {"max_error", rounded(row.accuracy.max_error)},
-            {"temporal_max", rounded(row.accuracy.temporal_max)},
-            {"ssim", rounded(row.accuracy.ssim_mean)},
-            {"flip", rounded(row.accuracy.flip_mean)},
-            {"decoded", rounded(row.decoded_per_frame)},
-            {"hit_rate", rounded(row.hit_rate)},
-            {"cache_bytes", row.cache_bytes},
+            {"temporal_max", row.accuracy.temporal.images ? rounded(row.accuracy.temporal.max) : Json()},
+            {"ssim", row.accuracy.ssim.frames ? rounded(row.accuracy.ssim.mean) : Json()},
+            {"flip", row.accuracy.flip.frames ? rounded(row.accuracy.flip.mean) : Json()},
+            {"decoded", rounded(row.reuse.decoded.mean)},
+            {"hit_rate", rounded(row.reuse.hit_rate)},
+            {"cache_bytes", row.reuse.cache_bytes},
             {"peak_bytes", row.peak_bytes},
             {"frames",
-             {{"wall", roundedSeries(row.frames.wall_ms)},
-              {"psnr", roundedSeries(row.frames.psnr)},
-              {"temporal", roundedSeries(row.frames.temporal)},
-              {"decoded", roundedSeries(row.frames.decoded)}}}};
+             {{"wall", roundedSeries(row.wall_ms)},
+              {"psnr", roundedSeries(row.accuracy.frame_psnr)},
+              {"temporal", roundedSeries(row.accuracy.frame_temporal)},
+              {"decoded", roundedSeries(row.decoded)}}}};
 }
 
-std::vector<size_t> frontOf(const Panel& panel, double RunAccuracy::*psnr, const std::vector<size_t>& members)
+std::vector<size_t> frontOf(const Panel& panel, double Accuracy::*psnr, const std::vector<size_t>& members)
 {
     std::vector<SpeedAccuracy> points;
     std::vector<size_t> sound; // speed with broken images is no merit
@@ -144,7 +141,7 @@ std::vector<size_t> frontOf(const Panel& panel, double RunAccuracy::*psnr, const
         if (!(panel.rows[i]->accuracy.*psnr > kBrokenPsnr))
             continue;
         sound.push_back(i);
-        points.push_back({panel.rows[i]->wall.median, panel.rows[i]->accuracy.*psnr});
+        points.push_back({panel.rows[i]->ms.wall.median, panel.rows[i]->accuracy.*psnr});
     }
     std::vector<size_t> front;
     for (const size_t i : paretoFront(points))
@@ -153,7 +150,7 @@ std::vector<size_t> frontOf(const Panel& panel, double RunAccuracy::*psnr, const
 }
 
 // Baselines, front, and of every policy that has none among those its own best.
-std::vector<size_t> shownOf(const Panel& panel, double RunAccuracy::*psnr, const std::vector<size_t>& front,
+std::vector<size_t> shownOf(const Panel& panel, double Accuracy::*psnr, const std::vector<size_t>& front,
                             const std::set<size_t>& baselines)
 {
     std::vector<size_t> few = thinned({baselines.begin(), baselines.end()}, kMaxShown / 2);
@@ -167,37 +164,37 @@ std::vector<size_t> shownOf(const Panel& panel, double RunAccuracy::*psnr, const
     addSpread(front, kMaxShown);
     std::map<std::string, std::vector<size_t>> absent;
     for (size_t i = 0; i < panel.rows.size(); ++i)
-        absent[panel.rows[i]->config.policy].push_back(i);
+        absent[panel.rows[i]->config.reuse.policy].push_back(i);
     for (const size_t i : shown)
-        absent.erase(panel.rows[i]->config.policy);
+        absent.erase(panel.rows[i]->config.reuse.policy);
     const size_t share = absent.empty() ? 0 : (kMaxShown - shown.size()) / absent.size();
     for (const auto& [policy, members] : absent)
         addSpread(frontOf(panel, psnr, members), std::max<size_t>(share, 1));
     return {shown.begin(), shown.end()};
 }
 
-Json viewJson(const Panel& panel, double RunAccuracy::*psnr, const std::set<size_t>& baselines)
+Json viewJson(const Panel& panel, double Accuracy::*psnr, const std::set<size_t>& baselines)
 {
     std::vector<size_t> all(panel.rows.size());
     std::iota(all.begin(), all.end(), size_t(0));
     const std::vector<size_t> front = frontOf(panel, psnr, all);
     std::vector<size_t> shown = all.size() <= kMaxShown ? all : shownOf(panel, psnr, front, baselines);
     std::stable_sort(shown.begin(), shown.end(),
-                     [&](size_t a, size_t b) { return panel.rows[a]->wall.median < panel.rows[b]->wall.median; });
+                     [&](size_t a, size_t b) { return panel.rows[a]->ms.wall.median < panel.rows[b]->ms.wall.median; });
     return {{"front", front}, {"shown", shown}};
 }
 
 Json panelJson(const Panel& panel, const std::string& title, const std::string& file_name)
 {
     std::vector<std::vector<std::string>> words;
-    for (const RunRow* row : panel.rows)
+    for (const ChartRun* row : panel.rows)
         words.push_back(configWords(*row));
     const RunNames names = nameRuns(words);
 
     Json rows = Json::array();
     std::set<size_t> baselines;
     for (size_t i = 0; i < panel.rows.size(); ++i) {
-        const RunRow* baseline = baselineOf(panel, *panel.rows[i]);
+        const ChartRun* baseline = baselineOf(panel, *panel.rows[i]);
         rows.push_back(rowJson(*panel.rows[i], names.own[i], baseline));
         if (baseline)
             baselines.insert(size_t(std::find(panel.rows.begin(), panel.rows.end(), baseline) - panel.rows.begin()));
@@ -218,8 +215,8 @@ Json panelJson(const Panel& panel, const std::string& title, const std::string& 
             {"verdict", std::move(verdict)},
             {"rows", std::move(rows)},
             {"views",
-             {{"min", viewJson(panel, &RunAccuracy::psnr_min, baselines)},
-              {"pooled", viewJson(panel, &RunAccuracy::psnr_pooled, baselines)}}}};
+             {{"min", viewJson(panel, &Accuracy::psnr_min, baselines)},
+              {"pooled", viewJson(panel, &Accuracy::psnr_pooled, baselines)}}}};
 }
 
 // What a configuration is known by in every panel: its words, but of a decode budget only that it is the panel's first,
@@ -228,7 +225,7 @@ std::vector<std::vector<std::string>> styleKeys(const Panel& panel)
 {
     std::map<std::vector<std::string>, size_t> seen;
     std::vector<std::vector<std::string>> keys;
-    for (const RunRow* row : panel.rows) {
+    for (const ChartRun* row : panel.rows) {
         std::vector<std::string> key = configWords(*row);
         constexpr size_t kDecodeBudget = 1;
         if (!key[kDecodeBudget].empty())
@@ -256,14 +253,14 @@ void addStyles(const std::vector<Panel>& panels, Json& list)
             for (const Json& row : view["shown"])
                 here.insert(row.get<size_t>());
         for (const size_t i : here) {
-            auto& known = shown[panels[k].rows[i]->config.policy];
+            auto& known = shown[panels[k].rows[i]->config.reuse.policy];
             if (placeOf(known, keys[k][i]) == known.size())
                 known.push_back(keys[k][i]);
         }
     }
     for (size_t k = 0; k < panels.size(); ++k)
         for (size_t i = 0; i < panels[k].rows.size(); ++i) {
-            const std::string& policy = panels[k].rows[i]->config.policy;
+            const std::string& policy = panels[k].rows[i]->config.reuse.policy;
             const size_t hue = placeOf(policies, policy);
             if (hue == policies.size())
                 policies.push_back(policy);
@@ -295,12 +292,12 @@ std::vector<std::string> titlesOf(const std::vector<Panel>& panels)
     return titles;
 }
 
-Json factsJson(const std::vector<RunRow>& rows, size_t panels)
+Json factsJson(const std::vector<ChartRun>& rows, size_t panels)
 {
     Json facts = Json::array();
     const auto add = [&](const char* name, const auto& wordsOf) {
         std::vector<std::string> different;
-        for (const RunRow& row : rows) {
+        for (const ChartRun& row : rows) {
             const std::string words = wordsOf(row);
             if (!words.empty() && std::find(different.begin(), different.end(), words) == different.end())
                 different.push_back(words);
@@ -314,31 +311,32 @@ Json factsJson(const std::vector<RunRow>& rows, size_t panels)
         if (!text.empty())
             facts.push_back({name, text});
     };
-    add("Model", [](const RunRow& row) {
-        return row.file + ", " + countWords(row.anchors) + " anchors, " + byteWords(row.file_bytes);
+    add("Model", [](const ChartRun& row) {
+        return row.file.path + ", " + formatCount(row.file.anchors) + " anchors, " + formatBytes(row.file.bytes);
     });
-    add("Device", [](const RunRow& row) {
-        return (row.device.empty() ? "unknown" : row.device) + (row.driver.empty() ? "" : ", driver " + row.driver) +
-               (row.device_memory ? ", " + byteWords(row.device_memory) : "");
+    add("Device", [](const ChartRun& row) {
+        return (row.device.name.empty() ? "unknown" : row.device.name) +
+               (row.device.driver.empty() ? "" : ", driver " + row.device.driver) +
+               (row.device.memory_bytes ? ", " + formatBytes(row.device.memory_bytes) : "");
     });
-    add("Backend", [](const RunRow& row) { return row.backend; });
-    add("Reference", [](const RunRow& row) {
+    add("Backend", [](const ChartRun& row) { return row.backend; });
+    add("Reference", [](const ChartRun& row) {
         return row.reference.empty() ? std::string() : "tier exact without reuse, by backend " + row.reference;
     });
-    add("Images", [](const RunRow& row) {
+    add("Images", [](const ChartRun& row) {
         const std::vector<std::string> words = sceneWords(row);
         constexpr size_t kSize = 4, kEyes = 5;
         return words[kSize] + ", " + words[kEyes];
     });
-    add("Measured with", [](const RunRow& row) { return toolWords(row); });
-    add("Label", [](const RunRow& row) { return row.label; });
+    add("Measured with", [](const ChartRun& row) { return toolWords(row); });
+    add("Label", [](const ChartRun& row) { return row.label; });
     facts.push_back({"Runs", formatString("%zu in %zu comparison%s", rows.size(), panels, panels == 1 ? "" : "s")});
     return facts;
 }
 
 } // namespace
 
-Json chartModel(const std::vector<RunRow>& rows)
+Json chartModel(const std::vector<ChartRun>& rows)
 {
     const std::vector<Panel> panels = panelsOf(rows);
     const std::vector<std::string> titles = titlesOf(panels);

@@ -2,7 +2,7 @@
 // What a page shows, as data: page/figures.js turns it into figures, page/report.js into text and tables.
 #pragma once
 
-#include "convert/chart/run_row.h"
+#include "convert/chart/run_set.h"
 
 #include <nlohmann/json.hpp>
 
@@ -28,7 +28,7 @@ namespace gsc {
 // `front` is the Pareto front of median time against that accuracy, fastest first; `shown` are the rows that get a
 // colour and a line, fastest first: all of a few rows, else baselines, front, and the best of policies not among them.
 // Numbers have five digits. Rows must not be empty.
-nlohmann::ordered_json chartModel(const std::vector<RunRow>& rows);
+nlohmann::ordered_json chartModel(const std::vector<ChartRun>& rows);
 
 constexpr size_t kMaxShown = 8; // more lines than that nobody tells apart
 

@@ -14,53 +14,84 @@ namespace gsc {
 
 namespace {
 
-template <typename T, typename Worse>
-void keepWorse(T& value, const T& other, Worse worse)
+// Of equal images, or of no two frames in a row, there is nothing to be worse.
+void keepWorse(Accuracy::Changes& kept, const Accuracy::Changes& other)
 {
-    if (worse(other, value))
-        value = other;
+    if (other.images > 0 && (kept.images == 0 || other.max > kept.max))
+        kept = other;
 }
 
 template <typename Worse>
-void keepWorse(std::optional<double>& value, const std::optional<double>& other, Worse worse)
+void keepWorse(Accuracy::Sampled& kept, const Accuracy::Sampled& other, Worse worse)
 {
-    if (other && (!value || worse(*other, *value)))
-        value = other;
+    if (other.frames > 0 && (kept.frames == 0 || worse(other.mean, kept.mean)))
+        kept = other;
 }
 
-void keepWorst(RunAccuracy& kept, const RunAccuracy& other)
+void keepWorst(Accuracy& kept, const Accuracy& other)
 {
-    keepWorse(kept.psnr_pooled, other.psnr_pooled, std::less<>());
-    keepWorse(kept.psnr_p1, other.psnr_p1, std::less<>());
-    keepWorse(kept.psnr_min, other.psnr_min, std::less<>());
-    keepWorse(kept.max_error, other.max_error, std::greater<>());
-    keepWorse(kept.temporal_max, other.temporal_max, std::greater<>());
-    keepWorse(kept.ssim_mean, other.ssim_mean, std::less<>());
-    keepWorse(kept.flip_mean, other.flip_mean, std::greater<>());
+    kept.psnr_pooled = std::min(kept.psnr_pooled, other.psnr_pooled);
+    kept.psnr_p1 = std::min(kept.psnr_p1, other.psnr_p1);
+    kept.psnr_min = std::min(kept.psnr_min, other.psnr_min);
+    kept.max_error = std::max(kept.max_error, other.max_error);
+    keepWorse(kept.temporal, other.temporal);
+    keepWorse(kept.ssim, other.ssim, std::less<>());
+    keepWorse(kept.flip, other.flip, std::greater<>());
 }
 
 // `group` holds at least one row.
-RunRow folded(std::vector<RunRow> group)
+ChartRun folded(std::vector<ChartRun> group)
 {
     std::stable_sort(group.begin(), group.end(),
-                     [](const RunRow& a, const RunRow& b) { return a.wall.median < b.wall.median; });
+                     [](const ChartRun& a, const ChartRun& b) { return a.ms.wall.median < b.ms.wall.median; });
     const size_t middle = group.size() / 2;
-    RunRow row = group[middle];
+    ChartRun row = group[middle];
     if (group.size() % 2 == 0) { // as near to the mean as the other, and its p95 is not below it
-        const RunRow& faster = group[middle - 1];
-        row.wall.median = (row.wall.median + faster.wall.median) / 2;
-        row.device_ms.median = (row.device_ms.median + faster.device_ms.median) / 2;
-        row.decode_ms = (row.decode_ms + faster.decode_ms) / 2;
+        const ChartRun& faster = group[middle - 1];
+        double& decode = row.ms.stages[kDecodeStage].median;
+        row.ms.wall.median = (row.ms.wall.median + faster.ms.wall.median) / 2;
+        row.ms.device.median = (row.ms.device.median + faster.ms.device.median) / 2;
+        decode = (decode + faster.ms.stages[kDecodeStage].median) / 2;
     }
-    row.repeats = group.size();
-    row.least_ms = group.front().wall.median;
-    row.most_ms = group.back().wall.median;
-    for (const RunRow& other : group)
+    row.rounds = group.size();
+    row.least_ms = group.front().ms.wall.median;
+    row.most_ms = group.back().ms.wall.median;
+    for (const ChartRun& other : group)
         keepWorst(row.accuracy, other.accuracy);
     return row;
 }
 
 } // namespace
+
+std::optional<ChartRun> parseRunLine(std::string_view line, const std::string& where, std::string& other)
+{
+    OrderedJson json;
+    try {
+        // no row has as many keys, and an ordered object takes its time to find each
+        json = OrderedJson::parse(line, [keys = 0](int, OrderedJson::parse_event_t event, OrderedJson&) mutable {
+            return event != OrderedJson::parse_event_t::key || ++keys <= 1000;
+        });
+    } catch (const OrderedJson::exception& error) {
+        throw Error(ErrorCode::InvalidFile, where + ": is not JSON (" + error.what() +
+                                                "), expected one object per line as gsc-play bench --sweep writes "
+                                                "them; remove the line or run it again");
+    }
+    const Record record(json, where);
+    std::string schema;
+    record.field("schema", schema, kText);
+    if (!schema.starts_with("gsc.run/")) {
+        record.check("schema", schema.starts_with("gsc."), "gsc.run/1");
+        other = schema;
+        return std::nullopt;
+    }
+    if (schema != "gsc.run/1")
+        throw Error(ErrorCode::Unsupported,
+                    where + ": schema is " + schema + ", expected gsc.run/1; use the gsc of the program that wrote it");
+    ChartRun run;
+    describe(record, run);
+    run.least_ms = run.most_ms = run.ms.wall.median;
+    return run;
+}
 
 void addRuns(std::string_view text, const std::string& path, RunSet& runs)
 {
@@ -91,21 +122,21 @@ void addRuns(std::string_view text, const std::string& path, RunSet& runs)
 
 void foldRepeats(RunSet& runs)
 {
-    const auto keyOf = [](const RunRow& row) {
-        return std::make_tuple(row.file, row.file_bytes, row.backend, row.device, row.version, row.commit, row.label,
-                               row.config.trajectory, row.config.id);
+    const auto keyOf = [](const ChartRun& row) {
+        return std::make_tuple(row.file.path, row.file.bytes, row.backend, row.device.name, row.tool.version,
+                               row.tool.commit, row.label, row.config.trajectory, row.config.id);
     };
-    std::vector<std::vector<RunRow>> groups;
+    std::vector<std::vector<ChartRun>> groups;
     std::map<decltype(keyOf(runs.rows[0])), size_t> known;
-    for (RunRow& row : runs.rows) {
+    for (ChartRun& row : runs.rows) {
         const auto [found, is_new] = known.emplace(keyOf(row), groups.size());
         if (is_new)
             groups.emplace_back();
-        std::vector<RunRow>& group = groups[found->second];
+        std::vector<ChartRun>& group = groups[found->second];
         // no clock tells the same times for every frame twice
-        const bool told = std::any_of(group.begin(), group.end(), [&](const RunRow& other) {
-            return other.wall.median == row.wall.median && other.frames.wall_ms == row.frames.wall_ms &&
-                   other.accuracy == row.accuracy;
+        const bool told = std::any_of(group.begin(), group.end(), [&](const ChartRun& other) {
+            return other.ms.wall.median == row.ms.wall.median && other.wall_ms == row.wall_ms &&
+                   toJson(other.accuracy) == toJson(row.accuracy);
         });
         if (told)
             ++runs.duplicates;
@@ -113,7 +144,7 @@ void foldRepeats(RunSet& runs)
             group.push_back(std::move(row));
     }
     runs.rows.clear();
-    for (std::vector<RunRow>& group : groups) {
+    for (std::vector<ChartRun>& group : groups) {
         runs.repeats += group.size() - 1;
         runs.rows.push_back(folded(std::move(group)));
     }

@@ -2,6 +2,7 @@
 #include "convert/chart/run_words.h"
 
 #include "format/error.h"
+#include "player/tool/reporter.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -12,63 +13,61 @@ namespace gsc {
 
 namespace {
 
-std::string policyWords(const RunConfig& config)
+std::string policyWords(const ReuseFacts& reuse)
 {
-    if (config.policy == "depth") {
-        std::string words = "depth";
-        if (config.max_depth)
-            words += formatString(" %llu", static_cast<unsigned long long>(*config.max_depth));
-        return config.guidance.empty() ? words : words + " " + config.guidance;
+    if (reuse.policy == "depth") {
+        const std::string depth = reuse.max_depth < 0 ? "" : " " + std::to_string(reuse.max_depth);
+        return "depth" + depth + (reuse.guidance.empty() ? "" : " " + reuse.guidance);
     }
-    if (config.policy == "error" && config.bound)
-        return formatString("error %g/255", *config.bound);
-    return config.policy;
+    if (reuse.policy == "error" && reuse.bound >= 0)
+        return formatString("error %g/255", reuse.bound);
+    return reuse.policy;
 }
 
-std::string optionalWords(const char* format, const std::optional<double>& value)
+// Empty where there is no such number.
+std::string numberWords(const char* format, double value, double none = 0)
 {
-    return value ? formatString(format, *value) : std::string();
+    return value != none ? formatString(format, value) : std::string();
 }
 
 } // namespace
 
-std::vector<std::string> sceneWords(const RunRow& row)
+std::vector<std::string> sceneWords(const ChartRun& row)
 {
-    const RunConfig& config = row.config;
+    const RowConfig& config = row.config;
     return {config.trajectory,
-            std::filesystem::path(row.file).filename().string(),
+            std::filesystem::path(row.file.path).filename().string(),
             row.backend,
-            row.device,
-            config.width ? formatString("%llux%llu", static_cast<unsigned long long>(*config.width),
-                                        static_cast<unsigned long long>(config.height.value_or(0)))
-                         : "the cameras' own size",
+            row.device.name,
+            config.size[0] ? formatString("%ux%u", config.size[0], config.size[1]) : "the cameras' own size",
             config.eyes == 2 ? "2 eyes" : "1 eye",
-            optionalWords("eyes %g apart", config.ipd),
-            optionalWords("field of view %g degrees", config.fov_degrees),
-            optionalWords("near plane %g", config.near_z),
-            config.appearance ? "appearance " + std::to_string(*config.appearance) : std::string(),
-            countWords(config.frames) + (config.frames == 1 ? " frame" : " frames"),
-            config.warmup ? "times without the first " + countWords(config.warmup) : std::string(),
+            numberWords("eyes %g apart", config.ipd),
+            numberWords("field of view %g degrees", config.fov_degrees),
+            numberWords("near plane %g", config.near_z),
+            numberWords("appearance %.0f", config.appearance, -1),
+            formatCount(config.frames) + (config.frames == 1 ? " frame" : " frames"),
+            config.warmup ? "times without the first " + formatCount(config.warmup) : std::string(),
             config.cameras,
-            countWords(row.anchors) + " anchors",
-            byteWords(row.file_bytes)};
+            formatCount(row.file.anchors) + " anchors",
+            formatBytes(row.file.bytes)};
 }
 
-std::vector<std::string> configWords(const RunRow& row)
+std::vector<std::string> configWords(const ChartRun& row)
 {
-    const RunConfig& config = row.config;
-    return {policyWords(config),
-            config.decode_budget ? "decode budget " + std::to_string(*config.decode_budget) : std::string(),
-            config.cache_budget ? "cache at most " + byteWords(*config.cache_budget) : std::string(),
+    const RowConfig& config = row.config;
+    const ReuseFacts& reuse = config.reuse;
+    return {policyWords(reuse),
+            reuse.decode_budget ? "decode budget " + std::to_string(reuse.decode_budget) : std::string(),
+            reuse.cache_budget ? "cache at most " + formatBytes(reuse.cache_budget) : std::string(),
             "tier " + config.tier + (row.rendered_tier == config.tier ? "" : " drawn as " + row.rendered_tier),
-            config.lod_bias != 0 ? formatString("LOD bias %+g", config.lod_bias) : std::string(),
-            config.lod_fade != 0 ? formatString("LOD fade %g", config.lod_fade) : std::string(),
-            config.lod_hysteresis != 0 ? formatString("LOD hysteresis %g", config.lod_hysteresis) : std::string(),
+            numberWords("LOD bias %+g", config.lod_bias),
+            numberWords("LOD fade %g", config.lod_fade),
+            numberWords("LOD hysteresis %g", config.lod_hysteresis),
             config.stereo != "exact" ? "stereo " + config.stereo : std::string(),
             config.cold ? "cold start" : "warm start",
-            config.threads ? countWords(config.threads) + (config.threads == 1 ? " thread" : " threads")
+            config.threads ? formatCount(config.threads) + (config.threads == 1 ? " thread" : " threads")
                            : std::string(),
-            config.vram_budget ? "VRAM at most " + byteWords(*config.vram_budget) : std::string(),
+            config.vram_budget ? "VRAM at most " + formatBytes(config.vram_budget) : std::string(),
             row.label,
             toolWords(row)};
 }
@@ -105,29 +104,10 @@ RunNames nameRuns(const std::vector<std::vector<std::string>>& words)
     return names;
 }
 
-std::string countWords(uint64_t count)
+std::string toolWords(const ChartRun& row)
 {
-    std::string text = std::to_string(count);
-    for (size_t i = text.size(); i > 3; i -= 3)
-        text.insert(i - 3, 1, ',');
-    return text;
-}
-
-std::string byteWords(uint64_t bytes)
-{
-    static const char* const kUnits[] = {"KiB", "MiB", "GiB", "TiB"};
-    if (bytes < 1024)
-        return countWords(bytes) + " B";
-    double value = double(bytes) / 1024;
-    size_t unit = 0;
-    for (; value >= 1024 && unit + 1 < std::size(kUnits); ++unit)
-        value /= 1024;
-    return formatString("%.3g %s", value, kUnits[unit]);
-}
-
-std::string toolWords(const RunRow& row)
-{
-    return row.tool + " " + row.version + (row.commit.empty() ? "" : " (" + row.commit.substr(0, 12) + ")");
+    return row.tool.name + " " + row.tool.version +
+           (row.tool.commit.empty() ? "" : " (" + row.tool.commit.substr(0, 12) + ")");
 }
 
 std::string fileNameOf(const std::string& title)

@@ -2,15 +2,15 @@
 // Runs in words: what they have in common is said once, what tells them apart names them.
 #pragma once
 
-#include "convert/chart/run_row.h"
+#include "convert/chart/run_set.h"
 
 namespace gsc {
 
 // What was drawn, where and how: rows that agree in all of it are compared with each other. Each in words; empty where
 // there is nothing to say. First the trajectory.
-std::vector<std::string> sceneWords(const RunRow& row);
+std::vector<std::string> sceneWords(const ChartRun& row);
 // What the run tries: reuse, tier, switches, budgets. First the policy, never empty.
-std::vector<std::string> configWords(const RunRow& row);
+std::vector<std::string> configWords(const ChartRun& row);
 
 // Splits one list of words per row into those all rows share and the rest, joined by ", ". The first word always stays
 // in `own`. Names that come out equal get " (2)", " (3)".
@@ -20,11 +20,8 @@ struct RunNames {
 };
 RunNames nameRuns(const std::vector<std::vector<std::string>>& words);
 
-// 26056 -> "26,056"; 1536 -> "1.50 KiB"
-std::string countWords(uint64_t count);
-std::string byteWords(uint64_t bytes);
 // "gsc-play 0.1.0 (0a1b2c3)"
-std::string toolWords(const RunRow& row);
+std::string toolWords(const ChartRun& row);
 // "town walk/2" -> "town-walk-2", at most 60 characters, "run" if nothing is left.
 std::string fileNameOf(const std::string& title);
 

@@ -12,7 +12,7 @@ namespace gsc {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using Runs = std::vector<const RunRow*>;
+using Runs = std::vector<const ChartRun*>;
 
 constexpr int kFloors[] = {50, 60, 70}; // dB
 
@@ -25,7 +25,7 @@ std::optional<size_t> fastestOf(const Runs& runs, double floor)
 {
     std::optional<size_t> best;
     for (size_t i = 0; i < runs.size(); ++i)
-        if (runs[i]->accuracy.psnr_min >= floor && (!best || runs[i]->wall.median < runs[*best]->wall.median))
+        if (runs[i]->accuracy.psnr_min >= floor && (!best || runs[i]->ms.wall.median < runs[*best]->ms.wall.median))
             best = i;
     return best;
 }
@@ -39,13 +39,13 @@ std::string floorWords(const std::vector<int>& floors, const char* last)
     return text + " dB";
 }
 
-std::string costWords(const RunRow& run, const Json& row)
+std::string costWords(const ChartRun& run, const Json& row)
 {
-    std::string text = msWords(run.wall.median) + " ms";
-    if (run.repeats > 1)
+    std::string text = msWords(run.ms.wall.median) + " ms";
+    if (run.rounds > 1)
         text += formatString(" (%s to %s in %llu repeats)", msWords(run.least_ms).c_str(), msWords(run.most_ms).c_str(),
-                             static_cast<unsigned long long>(run.repeats));
-    if (!row["speedup"].is_null() && run.config.policy != "none")
+                             static_cast<unsigned long long>(run.rounds));
+    if (!row["speedup"].is_null() && run.config.reuse.policy != "none")
         text += formatString(", %.2f times as fast as none", row["speedup"].get<double>()) +
                 (row["in_noise"].get<bool>() ? ", within the spread of the repeats" : "");
     return text;
@@ -53,7 +53,7 @@ std::string costWords(const RunRow& run, const Json& row)
 
 Json noneKeeps(const Runs& runs, const Json& rows, const std::vector<int>& floors)
 {
-    const auto best = std::max_element(runs.begin(), runs.end(), [](const RunRow* a, const RunRow* b) {
+    const auto best = std::max_element(runs.begin(), runs.end(), [](const ChartRun* a, const ChartRun* b) {
         return a->accuracy.psnr_min < b->accuracy.psnr_min;
     });
     std::string text = "No run keeps " + floorWords(floors, " or ");

@@ -2,7 +2,7 @@
 // A comparison's outcome in words.
 #pragma once
 
-#include "convert/chart/run_row.h"
+#include "convert/chart/run_set.h"
 
 #include <nlohmann/json.hpp>
 
@@ -14,7 +14,7 @@ namespace gsc {
 // {"floors": [{"psnr": 50, "row": index or null}, ...],    the fastest run whose worst frame has that many dB
 //  "sentences": [{"run": name or "", "text"}, ...]}         to be read one after the other, a sentence starts with `run`
 // `rows` are those of the model (chart_model.h), one for each of `runs`.
-nlohmann::ordered_json verdictJson(const std::vector<const RunRow*>& runs, const nlohmann::ordered_json& rows);
+nlohmann::ordered_json verdictJson(const std::vector<const ChartRun*>& runs, const nlohmann::ordered_json& rows);
 // Which of the model's panels have no speed-up, and why; empty where all have.
 std::string baselineWords(const nlohmann::ordered_json& panels);
 

@@ -9,25 +9,20 @@ namespace gsc {
 
 void addCheckpointOptions(CLI::App& command, CheckpointOptions& options)
 {
-    const char* group = "Reading the checkpoint";
-    addText(command, "--scene-dir", options.scene_dir, "DIR", "folder with cameras.json, transforms*.json or cfg_args")
-        .group(group);
+    const Heading heading(command, "Reading the checkpoint");
+    addText(command, "--scene-dir", options.scene_dir, "DIR", "folder with cameras.json, transforms*.json or cfg_args");
     addInteger(command, "--iteration", options.iteration, 0, std::numeric_limits<int>::max(),
-               "N (default: the largest)", "point_cloud/iteration_N to take")
-        .group(group);
+               "N (default: the largest)", "point_cloud/iteration_N to take");
     addChoice<int>(command, "--dist2level", options.level_rule,
                    {{"floor", int(LevelRule::Floor)},
                     {"round", int(LevelRule::Round)},
                     {"ceil", int(LevelRule::Ceil)},
                     {"progressive", int(LevelRule::Progressive)}},
-                   "", "LOD rule of an Octree model that comes without cfg_args")
-        .group(group);
+                   "", "LOD rule of an Octree model that comes without cfg_args");
     addInteger(command, "--add-level", options.add_level, 0, 1, "0|1",
-               "whether the MLPs take the level, without cfg_args")
-        .group(group);
+               "whether the MLPs take the level, without cfg_args");
     addInteger(command, "--fork", options.fork, 2, 1024, "N (default: 2)",
-               "cells per parent cell and axis, without cfg_args")
-        .group(group);
+               "cells per parent cell and axis, without cfg_args");
 }
 
 } // namespace gsc

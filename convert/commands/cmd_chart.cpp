@@ -7,11 +7,9 @@
 #include "convert/chart/chart_page.h"
 #include "convert/chart/run_set.h"
 #include "format/file/output_file.h"
-#include "player/tool/options.h"
 #include "player/tool/version.h"
 
 #include <filesystem>
-#include <memory>
 
 namespace gsc {
 
@@ -167,9 +165,7 @@ void addChartCommand(CLI::App& app, Invocation& invocation)
               "examples:\n"
               "  gsc chart runs.jsonl -o report.html\n"
               "  gsc chart cpu.jsonl cuda.jsonl -o report.html --figures figures");
-    onParsed(command, [options, &invocation] {
-        invocation.run = [options](Reporter& report) { return runChart(*options, report); };
-    });
+    onParsed(command, invocation, options, runChart);
 }
 
 } // namespace gsc

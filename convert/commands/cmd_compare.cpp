@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/checkpoint_options.h"
 #include "convert/commands/command.h"
-#include "convert/commands/compare_render.h"
+#include "convert/compare/compare_render.h"
 
-#include "convert/bake/compare_checkpoint.h"
-#include "player/tool/options.h"
+#include "convert/compare/compare_checkpoint.h"
 #include "runtime/frame_stats.h"
 
 #include <cmath>
-#include <memory>
+#include <functional>
 #include <optional>
 
 namespace gsc {
@@ -48,15 +47,16 @@ Json viewsJson(const std::vector<RenderedView>& views)
     return json;
 }
 
-Json pictureSetJson(const std::vector<RenderedView>& views, const PooledDifference& pool)
+Json pictureSetJson(const PictureSet& pictures)
 {
-    if (views.empty())
+    if (pictures.views.empty())
         return nullptr;
+    const PooledDifference& pool = pictures.pool;
     return {{"psnr", jsonNumber(pool.psnr())}, // null = no difference at all
             {"worst_psnr", jsonNumber(pool.worst_psnr)},
-            {"worst_view", views[size_t(pool.worst_frame)].name},
+            {"worst_view", pictures.views[size_t(pool.worst_frame)].name},
             {"max_error", jsonNumber(pool.max_error)},
-            {"views", viewsJson(views)}};
+            {"views", viewsJson(pictures.views)}};
 }
 
 Json compareJson(const CompareOptions& options, const Comparison& comparison, double seconds)
@@ -78,12 +78,11 @@ Json compareJson(const CompareOptions& options, const Comparison& comparison, do
                  {"attributes", std::move(attributes)},
                  {"problems", comparison.values.problems}};
     if (comparison.pictures)
-        json["render"] = {
-            {"tier", tierName(comparison.pictures->tier)},
-            {"min_psnr", options.rendering.min_psnr},
-            {"precision", options.rendering.reference == ReferencePrecision::Float ? "float" : "double"},
-            {"reference", pictureSetJson(comparison.pictures->reference, comparison.pictures->reference_pool)},
-            {"trainer", pictureSetJson(comparison.pictures->trainer, comparison.pictures->trainer_pool)}};
+        json["render"] = {{"tier", tierName(comparison.pictures->tier)},
+                          {"min_psnr", options.rendering.min_psnr},
+                          {"precision", options.rendering.reference == ReferencePrecision::Float ? "float" : "double"},
+                          {"reference", pictureSetJson(comparison.pictures->reference)},
+                          {"trainer", pictureSetJson(comparison.pictures->trainer)}};
     else
         json["render"] = nullptr;
     json["seconds"] = jsonNumber(seconds);
@@ -96,14 +95,15 @@ std::string decibels(double psnr)
     return std::isfinite(psnr) ? formatString("%.2f dB", psnr) : "equal";
 }
 
-std::string picturesText(const char* title, const std::vector<RenderedView>& views, const PooledDifference& pool)
+std::string picturesText(const char* title, const PictureSet& pictures)
 {
-    if (views.empty())
+    if (pictures.views.empty())
         return formatString("%-24s none\n", title);
-    std::string text =
-        formatString("%-24s pooled %s, worst %s (%s), max error %.3g\n", title, decibels(pool.psnr()).c_str(),
-                     decibels(pool.worst_psnr).c_str(), views[size_t(pool.worst_frame)].name.c_str(), pool.max_error);
-    for (const RenderedView& view : views)
+    const PooledDifference& pool = pictures.pool;
+    std::string text = formatString("%-24s pooled %s, worst %s (%s), max error %.3g\n", title,
+                                    decibels(pool.psnr()).c_str(), decibels(pool.worst_psnr).c_str(),
+                                    pictures.views[size_t(pool.worst_frame)].name.c_str(), pool.max_error);
+    for (const RenderedView& view : pictures.views)
         text += formatString("  %-22s %s, max error %.3g, SSIM %.6f, FLIP %.6f%s\n", view.name.c_str(),
                              decibels(view.difference.psnr).c_str(), view.difference.max_error, view.ssim, view.flip,
                              view.picture_bits == 8 ? ", beyond the rounding of an 8-bit picture" : "");
@@ -128,10 +128,8 @@ std::string compareText(const Comparison& comparison)
     text += formatString("%s anchors: %s\n", formatCount(comparison.values.anchors).c_str(),
                          comparison.values.summary().c_str());
     if (comparison.pictures) {
-        text +=
-            picturesText("pictures, reference", comparison.pictures->reference, comparison.pictures->reference_pool);
-        text +=
-            picturesText("pictures, trainer's own", comparison.pictures->trainer, comparison.pictures->trainer_pool);
+        text += picturesText("pictures, reference", comparison.pictures->reference);
+        text += picturesText("pictures, trainer's own", comparison.pictures->trainer);
     }
     return text;
 }
@@ -142,10 +140,7 @@ ErrorCode runCompare(const CompareOptions& options, Reporter& report)
     for (const std::string& warning : checkpoint.warnings)
         report.warning(warning);
     Comparison comparison;
-    comparison.values =
-        compareCheckpoint(checkpoint, options.file, [&](const char* stage, uint64_t done, uint64_t total) {
-            report.progress(stage, done, total);
-        });
+    comparison.values = compareCheckpoint(checkpoint, options.file, std::bind_front(&Reporter::progress, &report));
     report.endProgress(false);
     comparison.pass = comparison.values.equal;
     if (options.render) {
@@ -162,12 +157,11 @@ ErrorCode runCompare(const CompareOptions& options, Reporter& report)
 
 void addRenderOptions(CLI::App& command, CompareOptions& options)
 {
-    const char* group = "Pictures";
+    const Heading heading(command, "Pictures");
     OptionHandle render =
         addFlag(command, "--render", options.render, "compare pictures too: the file's against the checkpoint's");
-    render.group(group);
     RenderOptions& rendering = options.rendering;
-    const auto add = [&](OptionHandle option) { option.needs(render).group(group); };
+    const auto add = [&](OptionHandle option) { option.needs(render); };
     add(addText(command, "--golden", rendering.golden, "DIR",
                 "the trainer's own pictures: NAME.png and cameras.json (default: golden or test/ours_N/renders of the "
                 "model folder, where they are)"));
@@ -207,9 +201,7 @@ void addCompareCommand(CLI::App& app, Invocation& invocation)
               "examples:\n"
               "  gsc compare output/city city.gsc\n"
               "  gsc compare output/city city.gsc --render --views 5 --format json");
-    onParsed(command, [options, &invocation] {
-        invocation.run = [options](Reporter& report) { return runCompare(*options, report); };
-    });
+    onParsed(command, invocation, options, runCompare);
 }
 
 } // namespace gsc

@@ -3,13 +3,13 @@
 #include "convert/commands/command.h"
 #include "convert/commands/convert_report.h"
 
-#include "convert/bake/compare_checkpoint.h"
+#include "convert/bake/model_sections.h"
+#include "convert/compare/compare_checkpoint.h"
 #include "format/gsc_layout.h"
 #include "format/file/output_file.h"
-#include "player/tool/options.h"
 
 #include <filesystem>
-#include <memory>
+#include <functional>
 
 namespace gsc {
 
@@ -35,23 +35,6 @@ int parseAppearance(const std::string& text)
                     "--appearance " + text +
                         ": not a row, expected a row of the embedding (0, 1, ...) or all; correct it or leave it out");
     return std::stoi(text);
-}
-
-void checkAppearance(const Checkpoint& checkpoint, int row)
-{
-    if (row < 0)
-        return;
-    if (checkpoint.appearance_dim == 0)
-        throw Error(ErrorCode::Usage, formatString("--appearance %d: %s has no appearance embedding, expected a model "
-                                                   "trained with one; leave the option out",
-                                                   row, checkpoint.model_path.c_str()));
-    const size_t rows = checkpoint.embedding.size() / checkpoint.appearance_dim;
-    if (size_t(row) >= rows)
-        throw Error(
-            ErrorCode::Usage,
-            formatString(
-                "--appearance %d: the embedding has %zu rows, expected 0 to %zu; pass one of these or leave it out",
-                row, rows, rows - 1));
 }
 
 std::vector<NamedPath> outputsOf(const ConvertOptions& options)
@@ -121,7 +104,7 @@ ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
     checkStandardOutput(options.report, "--report", report.json());
 
     const Checkpoint checkpoint = readCheckpoint(options.input, options.checkpoint);
-    checkAppearance(checkpoint, bake_options.appearance);
+    (void)keptEmbeddingRows(checkpoint, bake_options.appearance); // a dry run refuses what the bake would
     checkOutputsDiffer(outputs, filesOf(checkpoint, options.checkpoint.scene_dir));
 
     ConvertFacts facts{checkpoint, bake_options, nullptr, false, checkpoint.warnings, 0};
@@ -129,9 +112,7 @@ ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
         report.warning(warning);
     BakeReport bake_report;
     if (!options.dry_run) {
-        const BakeProgress progress = [&](const char* stage, uint64_t done, uint64_t total) {
-            report.progress(stage, done, total);
-        };
+        const BakeProgress progress = std::bind_front(&Reporter::progress, &report);
         if (options.verify)
             bake_options.verify = [&](const std::string& path) {
                 verifyFile(checkpoint, path, bake_options.output, progress);
@@ -160,39 +141,31 @@ ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
 
 void addBakeOptions(CLI::App& command, ConvertOptions& options)
 {
-    const char* group = "Making the file";
     addText(command, "-o,--output", options.bake.output, "FILE.gsc", "file to write").required();
     addFlag(command, "-w,--overwrite", options.bake.overwrite, "replace files that exist");
+    addText(command, "--report", options.report, "FILE.json",
+            "write the report there too, as JSON; - is standard output");
+    const Heading heading(command, "Making the file");
     addText(command, "--appearance", options.appearance, "all|ROW (default: all)",
-            "row of the appearance embedding to keep")
-        .group(group);
+            "row of the appearance embedding to keep");
     addFlag(command, "--drop-invalid", options.bake.drop_invalid,
-            "leave out anchors with values that are not finite instead of refusing the model")
-        .group(group);
+            "leave out anchors with values that are not finite instead of refusing the model");
     addChoice<SensitivityMode>(command, "--sensitivity", options.bake.sensitivity,
                                {{"none", SensitivityMode::None}, {"sampled", SensitivityMode::Sampled}},
                                "default: sampled",
                                "how fast each anchor changes with the view, which a player keeps decoded anchors by: "
-                               "sampled from six directions, or left out")
-        .group(group);
+                               "sampled from six directions, or left out");
     addCount(command, "--chunk-anchors", options.bake.chunk_anchors, 1, kMaxAnchors, "N (default: 16384)",
-             "anchors per chunk to aim for")
-        .group(group);
+             "anchors per chunk to aim for");
     addByteSize(command, "--memory-budget", options.bake.memory_budget, 1, "SIZE (default: 1G)",
-                "memory for buffers, such as 4G")
-        .group(group);
+                "memory for buffers, such as 4G");
     addInteger(command, "-j,--threads", options.bake.threads, 0, 4096, "N (default: 0)",
-               "threads, 0 = all cores; the bytes do not depend on it")
-        .group(group);
-    OptionHandle verify =
+               "threads, 0 = all cores; the bytes do not depend on it");
+    const OptionHandle verify =
         addFlag(command, "--verify", options.verify,
                 "read the file back and compare every value with the checkpoint before it gets its name");
-    verify.group(group);
     addFlag(command, "--dry-run", options.dry_run, "read the checkpoint, say what it is, write no .gsc")
-        .excludes(verify)
-        .group(group);
-    addText(command, "--report", options.report, "FILE.json",
-            "write the report there too, as JSON; - is standard output");
+        .excludes(verify);
 }
 
 } // namespace
@@ -213,9 +186,7 @@ void addConvertCommand(CLI::App& app, Invocation& invocation)
               "examples:\n"
               "  gsc convert output/city -o city.gsc\n"
               "  gsc convert output/room -o room.gsc -w --appearance 10 --report room.json --progress plain");
-    onParsed(command, [options, &invocation] {
-        invocation.run = [options](Reporter& report) { return runConvert(*options, report); };
-    });
+    onParsed(command, invocation, options, runConvert);
 }
 
 } // namespace gsc

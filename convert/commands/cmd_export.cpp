@@ -4,10 +4,6 @@
 #include "convert/grids/grid_files.h"
 #include "format/file/mapped_file.h"
 #include "format/file/output_file.h"
-#include "player/tool/options.h"
-
-#include <memory>
-#include <optional>
 
 namespace gsc {
 
@@ -30,22 +26,15 @@ ErrorCode runExport(const ExportOptions& options, Reporter& report)
                        std::vector<NamedPath>{{options.file, "FILE"}});
     checkOutput(options.output, OutputKind::Binary, options.overwrite);
     const MappedFile file(options.file);
-    std::optional<Issue> first;
-    const IssueSink sink = [&](const Issue& issue) {
-        if (!first && issue.info->severity != Severity::Warning)
-            first = issue;
-    };
+    const IssueSink sink = throwFirstIssue(options.file);
     GscView view;
-    if (!openGsc(file.bytes(), view, GscCheck::Index, sink))
-        throwIssue(options.file, first);
+    openGsc(file.bytes(), view, GscCheck::Index, sink);
     OutputFile output(options.output, OutputKind::Binary, options.overwrite);
     uint64_t bytes = 0;
     const std::vector<ExportedGrid> grids = writeGridFile(view, options.to, sink, [&](std::string_view piece) {
         output.write(piece);
         bytes += piece.size();
     });
-    if (first)
-        throwIssue(options.file, first);
     output.sync();
     output.commit();
 
@@ -96,9 +85,7 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
                        "  gsc export city.gsc --to vdb -o city.vdb\n"
                        "  vdb_print -l city.vdb\n"
                        "  gsc export city.gsc --to nvdb -o city.nvdb");
-    onParsed(command, [options, &invocation] {
-        invocation.run = [options](Reporter& report) { return runExport(*options, report); };
-    });
+    onParsed(command, invocation, options, runExport);
 }
 
 } // namespace gsc

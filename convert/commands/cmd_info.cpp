@@ -6,9 +6,8 @@
 #include "format/gsc_reader.h"
 #include "format/file/mapped_file.h"
 #include "player/cameras/length.h"
-#include "player/tool/options.h"
 
-#include <memory>
+#include <algorithm>
 #include <optional>
 
 namespace gsc {
@@ -27,10 +26,8 @@ std::string sectionName(uint32_t type)
 
 const SectionEntry* findSection(const GscView& view, uint32_t type)
 {
-    for (const SectionEntry& entry : view.sections)
-        if (entry.type == type)
-            return &entry;
-    return nullptr;
+    const auto found = std::ranges::find(view.sections, type, &SectionEntry::type);
+    return found != view.sections.end() ? &*found : nullptr;
 }
 
 // What the manifest says of the MLPs, as the converter wrote it; empty if it does not.
@@ -40,14 +37,16 @@ Json mlpsOf(const Json& manifest)
     return manifest.is_object() && manifest.contains(kPlace) ? manifest[kPlace] : Json::array();
 }
 
-// "opacity: feature, direction -> 35 -> 32 -> 10, tanh"; a manifest may hold anything.
+// What a manifest has at a place, which may be anything.
+std::string wordOf(const Json& value)
+{
+    return value.is_string() ? value.get<std::string>() : value.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+// "opacity: feature, direction -> 35 -> 32 -> 10, tanh".
 std::string mlpText(const Json& mlp)
 {
-    const auto text = [&mlp](const char* key) {
-        const Json value = mlp.is_object() && mlp.contains(key) ? mlp[key] : Json("?");
-        return value.is_string() ? value.get<std::string>()
-                                 : value.dump(-1, ' ', false, Json::error_handler_t::replace);
-    };
+    const auto text = [&mlp](const char* key) { return mlp.is_object() && mlp.contains(key) ? wordOf(mlp[key]) : "?"; };
     std::string inputs;
     if (mlp.is_object() && mlp.contains("inputs") && mlp["inputs"].is_array())
         for (const Json& input : mlp["inputs"])
@@ -61,9 +60,7 @@ std::string oneLine(const Json& object)
 {
     std::string text;
     for (const auto& [key, value] : object.items())
-        text +=
-            (text.empty() ? "" : ", ") + key + " " +
-            (value.is_string() ? value.get<std::string>() : value.dump(-1, ' ', false, Json::error_handler_t::replace));
+        text += (text.empty() ? "" : ", ") + key + " " + wordOf(value);
     return text;
 }
 
@@ -180,15 +177,13 @@ ErrorCode runInfo(const InfoOptions& options, Reporter& report)
 {
     const std::string& path = options.file;
     const MappedFile file(path);
-    std::optional<Issue> first;
-    const IssueSink sink = [&](const Issue& issue) {
-        if (!first && issue.info->severity != Severity::Warning)
-            first = issue;
-    };
+    const IssueSink sink = throwFirstIssue(path);
     GscView view;
     // a point is looked up in the records, which must then be safe
-    if (!(options.at ? openGsc(file.bytes(), view, GscCheck::Index, sink) : openGscSummary(file.bytes(), view, sink)))
-        throwIssue(path, first);
+    if (options.at)
+        openGsc(file.bytes(), view, GscCheck::Index, sink);
+    else
+        openGscSummary(file.bytes(), view, sink);
     Json manifest = Json::parse(view.manifest, nullptr, false);
     if (manifest.is_discarded())
         throw Error(ErrorCode::InvalidFile,
@@ -220,9 +215,7 @@ void addInfoCommand(CLI::App& app, Invocation& invocation)
                        "  gsc info city.gsc\n"
                        "  gsc info city.gsc --at 1.5,-2,0.25\n"
                        "  gsc info --format json city.gsc | jq .levels");
-    onParsed(command, [options, &invocation] {
-        invocation.run = [options](Reporter& report) { return runInfo(*options, report); };
-    });
+    onParsed(command, invocation, options, runInfo);
 }
 
 } // namespace gsc

@@ -4,12 +4,11 @@
 #include "convert/sample/sample.h"
 #include "format/gsc_layout.h"
 #include "format/file/output_paths.h"
-#include "player/tool/options.h"
 #include "player/tool/version.h"
 
 #include <filesystem>
+#include <functional>
 #include <limits>
-#include <memory>
 
 namespace gsc {
 
@@ -46,15 +45,11 @@ ErrorCode reportSample(const std::string& kind, const std::string& output, uint6
     return ErrorCode::Ok;
 }
 
-SampleProgress progressOf(Reporter& report)
-{
-    return [&report](const char* stage, uint64_t done, uint64_t total) { report.progress(stage, done, total); };
-}
-
 ErrorCode runSample(const std::string& kind, const SampleOptions& options, Reporter& report)
 {
     checkOutputFolder(options.output, options.overwrite);
-    return reportSample(kind, options.output, options.seed, makeSample(options, progressOf(report)), report);
+    return reportSample(kind, options.output, options.seed,
+                        makeSample(options, std::bind_front(&Reporter::progress, &report)), report);
 }
 
 // The checkpoint and, where it was named by its iteration folder or PLY, the model folder it lies in.
@@ -73,8 +68,8 @@ ErrorCode runReplicate(const ReplicateOptions& options, Reporter& report)
 {
     checkOutputsDiffer(std::vector<NamedPath>{{options.output, "--output"}}, foldersOf(options.input));
     checkOutputFolder(options.output, options.overwrite);
-    return reportSample("replicate", options.output, options.seed, replicateCheckpoint(options, progressOf(report)),
-                        report);
+    return reportSample("replicate", options.output, options.seed,
+                        replicateCheckpoint(options, std::bind_front(&Reporter::progress, &report)), report);
 }
 
 void addSceneCommand(CLI::App& parent, Invocation& invocation, const char* name, const char* help, SampleScene scene)
@@ -109,9 +104,7 @@ void addReplicateCommand(CLI::App& parent, Invocation& invocation)
     addInteger(command, "--seed", options->seed, 0, kMaxSeed, "N (default: 1)", "same seed, same bytes");
     addReporterOptions(command, invocation.reporter, true);
     setFooter(command, "example:\n  gsc sample replicate output/village --anchors 18.5M -o big");
-    onParsed(command, [options, &invocation] {
-        invocation.run = [options](Reporter& report) { return runReplicate(*options, report); };
-    });
+    onParsed(command, invocation, options, runReplicate);
 }
 
 } // namespace

@@ -5,10 +5,7 @@
 #include "convert/commands/manifest_check.h"
 #include "format/gsc_reader.h"
 #include "format/file/mapped_file.h"
-#include "player/tool/options.h"
 #include "player/tool/version.h"
-
-#include <memory>
 
 namespace gsc {
 
@@ -25,15 +22,8 @@ struct ValidateOptions {
 
 const char* severityName(Severity severity)
 {
-    switch (severity) {
-    case Severity::Warning:
-        return "warning";
-    case Severity::Error:
-        return "error";
-    case Severity::Fatal:
-        return "fatal";
-    }
-    return "fatal";
+    constexpr const char* names[] = {"warning", "error", "fatal"};
+    return names[size_t(severity)];
 }
 
 struct IssueCounts {
@@ -141,9 +131,7 @@ void addValidateCommand(CLI::App& app, Invocation& invocation)
                        "examples:\n"
                        "  gsc validate city.gsc\n"
                        "  gsc validate --format json --check index city.gsc");
-    onParsed(command, [options, &invocation] {
-        invocation.run = [options](Reporter& report) { return runValidate(*options, report); };
-    });
+    onParsed(command, invocation, options, runValidate);
 }
 
 } // namespace gsc

@@ -2,7 +2,10 @@
 // The commands of gsc.
 #pragma once
 
+#include "player/tool/options.h"
 #include "player/tool/tool.h"
+
+#include <memory>
 
 namespace gsc {
 
@@ -16,6 +19,14 @@ void addExportCommand(CLI::App& app, Invocation& invocation);
 void addChartCommand(CLI::App& app, Invocation& invocation);
 void addSampleCommand(CLI::App& app, Invocation& invocation);
 void addSamplePathsCommand(CLI::App& sample, Invocation& invocation); // below `gsc sample`
+
+// Once the line is parsed, `run` is what the command does, with its options.
+template <typename Options>
+void onParsed(CLI::App& command, Invocation& invocation, const std::shared_ptr<Options>& options,
+              ErrorCode (*run)(const Options&, Reporter&))
+{
+    onParsed(command, [=, &invocation] { invocation.run = [=](Reporter& report) { return run(*options, report); }; });
+}
 
 // Everything main() does. Returns the exit code; never throws.
 int runGsc(int argc, const char* const* argv);

@@ -13,8 +13,7 @@ namespace {
 // What could differ from the checkpoint, in one place for both forms of the report.
 bool isLossless(const ConvertFacts& facts)
 {
-    const bool rows_left_out = facts.options.appearance >= 0 && !facts.checkpoint.embedding.empty() &&
-                               facts.checkpoint.embedding.size() > facts.checkpoint.appearance_dim;
+    const bool rows_left_out = facts.options.appearance >= 0 && facts.checkpoint.embeddingRows() > 1;
     return facts.bake->dropped == 0 && !rows_left_out;
 }
 
@@ -40,12 +39,12 @@ Json inputJson(const ConvertFacts& facts)
     return json;
 }
 
-Json optionsJson(const BakeOptions& options)
+// What the checkpoint has in common with the file made from it.
+ModelParams paramsOf(const Checkpoint& checkpoint)
 {
-    return {{"appearance", options.appearance >= 0 ? Json(options.appearance) : Json("all")},
-            {"chunk_anchors", options.chunk_anchors},
-            {"drop_invalid", options.drop_invalid},
-            {"sensitivity", sensitivityName(options.sensitivity)}};
+    ModelParams params = modelParams(checkpoint);
+    params.voxel_size = checkpoint.voxel_size;
+    return params;
 }
 
 double ratio(const BakeReport& bake)
@@ -63,7 +62,7 @@ Json convertJson(const ConvertFacts& facts)
         {"dry_run", facts.bake == nullptr},
         {"input", inputJson(facts)},
         {"model", modelJson(paramsOf(facts.checkpoint), facts.checkpoint.anchor_count)},
-        {"options", optionsJson(facts.options)},
+        {"options", Json::parse(effectiveOptions(facts.options))},
     };
     Json stages = Json::array();
     if (const BakeReport* bake = facts.bake) {

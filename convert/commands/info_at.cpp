@@ -12,18 +12,6 @@ namespace gsc {
 
 namespace {
 
-std::vector<PlaceInLevel> placesAt(const std::string& path, const GscView& view, const std::array<double, 3>& point)
-{
-    std::optional<Issue> first;
-    std::vector<PlaceInLevel> places = locate(view, point, [&](const Issue& issue) {
-        if (!first)
-            first = issue;
-    });
-    if (first)
-        throwIssue(path, first);
-    return places;
-}
-
 bool isInBounds(const ModelParams& params, const std::array<double, 3>& point)
 {
     bool inside = true;
@@ -99,7 +87,7 @@ std::array<double, 3> parsePoint(const std::string& option, const std::string& t
 Json atJson(const std::string& path, const GscView& view, const std::array<double, 3>& point)
 {
     Json levels = Json::array();
-    for (const PlaceInLevel& place : placesAt(path, view, point))
+    for (const PlaceInLevel& place : locate(view, point, throwFirstIssue(path)))
         levels.push_back({{"level", view.levels[place.level_index].level},
                           {"voxel", orNull(place.voxel)},
                           {"occupied", place.occupied},
@@ -114,7 +102,7 @@ std::string atText(const std::string& path, const GscView& view, const std::arra
 {
     std::string text = formatString("at          (%g, %g, %g), %s the model's bounds\n", point[0], point[1], point[2],
                                     isInBounds(*view.params, point) ? "inside" : "outside");
-    for (const PlaceInLevel& place : placesAt(path, view, point)) {
+    for (const PlaceInLevel& place : locate(view, point, throwFirstIssue(path))) {
         text += formatString("level %-5d %s\n", view.levels[place.level_index].level, nodesText(view, place).c_str());
         if (const std::optional<NearestAnchor>& nearest = place.nearest)
             text += formatString("nearest     anchor %u (row %u of the checkpoint) at (%.9g, %.9g, %.9g), %.4g away; "

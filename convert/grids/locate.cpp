@@ -4,6 +4,10 @@
 #include "convert/grids/stored_grid.h"
 #include "format/interrupt.h"
 
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/gtc/type_ptr.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -12,19 +16,15 @@ namespace gsc {
 
 namespace {
 
-using Point = std::array<double, 3>;
+using Point = glm::dvec3;
 
 // Squared distance to the box of a record's anchors; 0 inside.
 template <typename Record>
 double squaredGap(const Record& record, const Point& point)
 {
-    double sum = 0;
-    for (size_t i = 0; i < 3; ++i) {
-        const double gap =
-            std::max({0.0, double(record.anchor_min[i]) - point[i], point[i] - double(record.anchor_max[i])});
-        sum += gap * gap;
-    }
-    return sum;
+    const Point low = glm::make_vec3(record.anchor_min), high = glm::make_vec3(record.anchor_max);
+    const Point gap = glm::max(glm::max(low - point, 0.0), point - high);
+    return dot(gap, gap);
 }
 
 uint32_t groupOf(const ChunkRecord& chunk, uint32_t local)
@@ -46,16 +46,15 @@ std::optional<NearestAnchor> nearestAnchor(const GscView& view, const LevelRecor
             break;
         throwIfInterrupted();
         const ChunkRecord& chunk = view.chunks[c];
-        const ChunkAnchors anchors(view, chunk);
+        const ChunkValues anchors(view, chunk);
         for (uint32_t g = chunk.group_first; g < chunk.group_first + chunk.group_count; ++g) {
             const GroupRecord& group = view.groups[g];
             if (squaredGap(group, point) > best)
                 continue;
             for (uint32_t anchor = group.anchor_first; anchor < group.anchor_first + group.anchor_count; ++anchor) {
-                const auto position = anchors.place(anchor - chunk.anchor_first).position;
-                double squared = 0;
-                for (size_t i = 0; i < 3; ++i)
-                    squared += (double(position[i]) - point[i]) * (double(position[i]) - point[i]);
+                const auto position = anchors.position(anchor - chunk.anchor_first);
+                const Point away = Point(glm::make_vec3(position.data())) - point;
+                const double squared = dot(away, away);
                 if (!(squared < best))
                     continue;
                 best = squared;
@@ -92,11 +91,11 @@ void lookUp(const GscView& view, const LevelRecord& level, const StoredGrid::Gri
             PlaceInLevel& place)
 {
     std::array<int32_t, 3> voxel{};
-    for (size_t i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i) {
         const double quanta = quantaAt(level, PositionEncoding(view.params->position_encoding), point[i]);
         if (!(std::fabs(quanta) < 0x1p30))
             return;
-        voxel[i] = int32_t(quanta) >> level.cell_log2;
+        voxel[size_t(i)] = int32_t(quanta) >> level.cell_log2;
     }
     place.voxel = voxel;
     place.chunk = chunkOf(view, level, voxel);
@@ -114,15 +113,16 @@ void lookUp(const GscView& view, const LevelRecord& level, const StoredGrid::Gri
     const uint32_t first = leaf.anchor_first - chunk.anchor_first;
     place.group_first = groupOf(chunk, first);
     place.group_count = groupOf(chunk, first + leaf.anchor_count - 1) - place.group_first + 1;
-    const ChunkAnchors anchors(view, chunk);
+    const ChunkValues anchors(view, chunk);
     for (uint32_t i = first; i < first + leaf.anchor_count; ++i)
-        place.anchors_in_voxel += anchors.place(i).cell == voxel;
+        place.anchors_in_voxel += cellOf(anchors, level, i) == voxel;
 }
 
 } // namespace
 
 std::vector<PlaceInLevel> locate(const GscView& view, const std::array<double, 3>& point, const IssueSink& sink)
 {
+    const Point at = glm::make_vec3(point.data());
     std::vector<PlaceInLevel> places;
     for (uint32_t l = 0; l < view.levels.size(); ++l) {
         const StoredGrid stored(view, l, sink);
@@ -130,8 +130,8 @@ std::vector<PlaceInLevel> locate(const GscView& view, const std::array<double, 3
             break;
         PlaceInLevel place{};
         place.level_index = l;
-        lookUp(view, view.levels[l], *stored.grid(), point, place);
-        place.nearest = nearestAnchor(view, view.levels[l], point);
+        lookUp(view, view.levels[l], *stored.grid(), at, place);
+        place.nearest = nearestAnchor(view, view.levels[l], at);
         places.push_back(place);
     }
     return places;

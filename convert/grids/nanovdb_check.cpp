@@ -29,7 +29,7 @@ void checkLeaves(const GscView& view, const LevelRecord& level, const StoredGrid
     for (uint64_t c = level.chunk_first; c < level.chunk_first + level.chunk_count; ++c) {
         throwIfInterrupted();
         const ChunkRecord& chunk = view.chunks[c];
-        const ChunkAnchors anchors(view, chunk);
+        const ChunkValues anchors(view, chunk);
         for (uint32_t l = chunk.leaf_first; l < chunk.leaf_first + chunk.leaf_count; ++l) {
             const LeafRecord& record = view.leaves[l];
             const int32_t* o = record.origin;
@@ -42,7 +42,7 @@ void checkLeaves(const GscView& view, const LevelRecord& level, const StoredGrid
             }
             nanovdb::Mask<3> cells(false);
             for (uint32_t a = 0; a < record.anchor_count; ++a) {
-                const auto cell = anchors.place(record.anchor_first - chunk.anchor_first + a).cell;
+                const auto cell = cellOf(anchors, level, record.anchor_first - chunk.anchor_first + a);
                 cells.setOn(Leaf::CoordToOffset(nanovdb::Coord(cell[0], cell[1], cell[2])));
             }
             active += cells.countOn();

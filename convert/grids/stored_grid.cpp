@@ -130,46 +130,21 @@ double quantaAt(const LevelRecord& level, PositionEncoding encoding, double coor
     return std::floor(encoding == PositionEncoding::Grid ? quanta + 0.5 : quanta);
 }
 
-ChunkAnchors::ChunkAnchors(const GscView& view, const ChunkRecord& chunk)
-    : m_level(view.levels[chunk.level_index]), m_chunk(chunk),
-      m_grid(view.params->position_encoding == uint32_t(PositionEncoding::Grid))
+std::array<int32_t, 3> cellOf(const ChunkValues& anchors, const LevelRecord& level, uint32_t local)
 {
-    const ChunkArrayLayout layout = chunkArrayLayout(*view.params, chunk.anchor_count);
-    const std::byte* payload = chunkPayload(view, chunk).data();
-    m_positions = payload + layout.offset[uint32_t(ChunkArray::Position)];
-    m_sources = payload + layout.offset[uint32_t(ChunkArray::SourceIndex)];
-    m_stride = layout.stride[uint32_t(ChunkArray::Position)];
-}
-
-uint32_t ChunkAnchors::source(uint32_t local) const
-{
-    uint32_t source;
-    std::memcpy(&source, m_sources + sizeof(source) * local, sizeof(source));
-    return source;
-}
-
-AnchorPlace ChunkAnchors::place(uint32_t local) const
-{
-    const std::byte* from = m_positions + m_stride * local;
-    AnchorPlace place{};
-    GridPosition grid{};
-    if (m_grid)
-        std::memcpy(&grid, from, sizeof(grid));
-    else
-        std::memcpy(place.position.data(), from, sizeof(place.position));
-    for (size_t axis = 0; axis < 3; ++axis) {
-        int32_t quanta = 0;
-        if (m_grid) {
-            quanta = m_chunk.origin[axis] + int32_t(grid.local[axis]);
-            place.position[axis] =
-                gridCoordinate(quanta, m_level.quantum, m_level.origin, (grid.flags >> axis & 1u) != 0);
-        } else {
-            const double value = quantaAt(m_level, PositionEncoding::Float, double(place.position[axis]));
-            quanta = int32_t(std::max(-0x1p30, std::min(0x1p30, value))); // not a number gives an end
+    std::array<int32_t, 3> cell{};
+    if (anchors.onGrid()) {
+        cell = anchors.quanta(local);
+    } else {
+        const std::array<float, 3> position = anchors.position(local);
+        for (size_t axis = 0; axis < 3; ++axis) {
+            const double quanta = quantaAt(level, PositionEncoding::Float, double(position[axis]));
+            cell[axis] = int32_t(std::max(-0x1p30, std::min(0x1p30, quanta))); // not a number gives an end
         }
-        place.cell[axis] = quanta >> m_level.cell_log2;
     }
-    return place;
+    for (int32_t& c : cell)
+        c >>= level.cell_log2;
+    return cell;
 }
 
 } // namespace gsc

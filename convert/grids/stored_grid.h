@@ -2,6 +2,7 @@
 // A level's NanoVDB grid as it lies in the file, once it is known to be safe to walk.
 #pragma once
 
+#include "convert/bake/chunk_values.h"
 #include "format/gsc_reader.h"
 
 #include <nanovdb/NanoVDB.h>
@@ -49,24 +50,7 @@ private:
 // float voxels is in the upper.
 double quantaAt(const LevelRecord& level, PositionEncoding encoding, double coordinate);
 
-struct AnchorPlace {
-    std::array<float, 3> position; // world units, as the trainer computed it, bit for bit
-    std::array<int32_t, 3> cell;   // of its level's grid
-};
-
-// The anchors of a chunk. Precondition: `view` came from openGsc() without errors; it must outlive this.
-class ChunkAnchors {
-public:
-    ChunkAnchors(const GscView& view, const ChunkRecord& chunk);
-    [[nodiscard]] AnchorPlace place(uint32_t local) const;
-    [[nodiscard]] uint32_t source(uint32_t local) const; // row of the checkpoint
-
-private:
-    const LevelRecord& m_level;
-    const ChunkRecord& m_chunk;
-    const std::byte *m_positions, *m_sources;
-    uint64_t m_stride;
-    bool m_grid;
-};
+// The cell of an anchor in the grid of its level.
+std::array<int32_t, 3> cellOf(const ChunkValues& anchors, const LevelRecord& level, uint32_t local);
 
 } // namespace gsc

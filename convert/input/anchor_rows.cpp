@@ -86,8 +86,6 @@ struct Rows {
 void copyColumns(const Rows& rows, const std::vector<uint32_t>& offsets, float* out)
 {
     const size_t width = offsets.size();
-    if (width == 0)
-        return;
     const std::byte* row = rows.first;
     if (contiguous(offsets)) {
         for (size_t i = 0; i < rows.count; ++i, row += rows.bytes, out += width)
@@ -99,39 +97,12 @@ void copyColumns(const Rows& rows, const std::vector<uint32_t>& offsets, float* 
             out[c] = load(row, offsets[c]);
 }
 
-// Trap 6: the file is axis-major (axis * K + k), everything after it k-major (3 k + axis).
-void copyOffsets(const Rows& rows, const std::vector<uint32_t>& offsets, float* out)
-{
-    const size_t k_count = offsets.size() / 3;
-    std::vector<uint32_t> k_major(offsets.size());
-    for (size_t k = 0; k < k_count; ++k)
-        for (size_t axis = 0; axis < 3; ++axis)
-            k_major[3 * k + axis] = offsets[axis * k_count + k];
-    const std::byte* row = rows.first;
-    if (contiguous(offsets)) {
-        for (size_t i = 0; i < rows.count; ++i, row += rows.bytes, out += 3 * k_count) {
-            const std::byte* x = row + offsets[0];
-            const std::byte* y = x + k_count * sizeof(float);
-            const std::byte* z = y + k_count * sizeof(float);
-            for (size_t k = 0; k < k_count; ++k) {
-                out[3 * k] = load(x, uint32_t(k * sizeof(float)));
-                out[3 * k + 1] = load(y, uint32_t(k * sizeof(float)));
-                out[3 * k + 2] = load(z, uint32_t(k * sizeof(float)));
-            }
-        }
-        return;
-    }
-    for (size_t i = 0; i < rows.count; ++i, row += rows.bytes, out += k_major.size())
-        for (size_t c = 0; c < k_major.size(); ++c)
-            out[c] = load(row, k_major[c]);
-}
-
-void copyLevels(const Rows& rows, const AnchorColumns& columns, uint64_t first_row, int32_t* level, float* extra_level,
+void copyLevels(const Rows& rows, const std::vector<uint32_t>& offsets, uint64_t first_row, int32_t* level,
                 const std::string& name)
 {
     const std::byte* row = rows.first;
     for (size_t i = 0; i < rows.count; ++i, row += rows.bytes) {
-        const float value = load(row, columns.level[0]);
+        const float value = load(row, offsets[0]);
         // written so that NaN is refused; the conversion truncates as upstream's loader does
         if (!(value > -1.0f && value < float(kMaxAnchorLevel + 1)))
             throw Error(ErrorCode::InvalidFile,
@@ -140,9 +111,34 @@ void copyLevels(const Rows& rows, const AnchorColumns& columns, uint64_t first_r
                                      name.c_str(), static_cast<unsigned long long>(first_row + i), double(value),
                                      kMaxAnchorLevel));
         level[i] = int32_t(value);
-        extra_level[i] = load(row, columns.level[1]);
     }
 }
+
+// The floats of an anchor: where a batch has them, and what they are where the file has no such columns.
+struct Field {
+    bool is_placement;
+    std::vector<float> AnchorBatch::*values;
+    std::vector<uint32_t> AnchorColumns::*columns;
+    size_t missing_width = 0;
+    float missing = 0;
+
+    [[nodiscard]] bool isIn(uint32_t fields) const { return is_placement || fields == kAnchorAll; }
+    [[nodiscard]] size_t width(const AnchorColumns& found) const
+    {
+        return (found.*columns).empty() ? missing_width : (found.*columns).size();
+    }
+};
+
+constexpr Field kFields[] = {
+    {true, &AnchorBatch::position, &AnchorColumns::position},
+    {true, &AnchorBatch::extra_level, &AnchorColumns::extra_level, 1},
+    {false, &AnchorBatch::offset, &AnchorColumns::offset},
+    {false, &AnchorBatch::feature, &AnchorColumns::feature},
+    {false, &AnchorBatch::scale, &AnchorColumns::scale},
+    {false, &AnchorBatch::rotation, &AnchorColumns::rotation},
+    {false, &AnchorBatch::opacity, &AnchorColumns::opacity, 1, kDefaultOpacity},
+    {false, &AnchorBatch::normal, &AnchorColumns::normal, 3},
+};
 
 } // namespace
 
@@ -150,18 +146,24 @@ AnchorColumns findAnchorColumns(const PlyHeader& header, const std::string& name
 {
     AnchorColumns columns;
     columns.position = {floatColumn(header, "x", name), floatColumn(header, "y", name), floatColumn(header, "z", name)};
-    columns.offset = numberedColumns(header, "f_offset_", name);
+    const std::vector<uint32_t> offsets = numberedColumns(header, "f_offset_", name);
     columns.feature = numberedColumns(header, "f_anchor_feat_", name);
     columns.scale = numberedColumns(header, "scale_", name);
     columns.rotation = numberedColumns(header, "rot_", name);
     columns.normal = optionalColumns(header, {"nx", "ny", "nz"}, name);
-    columns.level = optionalColumns(header, {"level", "extra_level"}, name);
+    columns.level = optionalColumns(header, {"level"}, name);
+    if (!columns.level.empty())
+        columns.extra_level = {floatColumn(header, "extra_level", name)};
     columns.opacity = optionalColumns(header, {"opacity"}, name);
     columns.info = optionalColumns(header, {"info"}, name);
     if (!columns.info.empty() && columns.level.empty())
         throwMissing(name, "column 'info' is there, but column 'level' is missing");
-    if (columns.offset.empty() || columns.offset.size() % 3 != 0)
-        throwMissing(name, formatString("%zu columns f_offset_<n>, a multiple of 3 is needed", columns.offset.size()));
+    if (offsets.empty() || offsets.size() % 3 != 0)
+        throwMissing(name, formatString("%zu columns f_offset_<n>, a multiple of 3 is needed", offsets.size()));
+    // Trap 6: the file is axis-major (axis * K + k), everything after it k-major (3 k + axis).
+    const size_t k_count = offsets.size() / 3;
+    for (size_t i = 0; i < offsets.size(); ++i)
+        columns.offset.push_back(offsets[i % 3 * k_count + i / 3]);
     if (columns.feature.empty())
         throwMissing(name, "no columns f_anchor_feat_<n>");
     if (columns.scale.size() != 6)
@@ -174,51 +176,29 @@ AnchorColumns findAnchorColumns(const PlyHeader& header, const std::string& name
 
 void sizeBatch(AnchorBatch& batch, const AnchorColumns& columns, uint32_t fields, size_t count)
 {
-    const auto size = [&](uint32_t field, size_t width) { return (fields & field) ? count * width : 0; };
     batch.count = count;
-    batch.position.resize(size(kAnchorPlacement, 3));
-    batch.level.resize(size(kAnchorPlacement, 1));
-    batch.extra_level.resize(size(kAnchorPlacement, 1));
-    batch.offset.resize(size(kAnchorOffset, columns.offset.size()));
-    batch.feature.resize(size(kAnchorFeature, columns.feature.size()));
-    batch.scale.resize(size(kAnchorScale, 6));
-    batch.rotation.resize(size(kAnchorRotation, 4));
-    batch.opacity.resize(size(kAnchorOpacity, 1));
-    batch.normal.resize(size(kAnchorNormal, 3));
+    batch.level.resize(count);
+    for (const Field& field : kFields)
+        (batch.*field.values).resize(field.isIn(fields) ? count * field.width(columns) : 0);
 }
 
 void decodeAnchorRows(std::span<const std::byte> bytes, uint32_t row_bytes, const AnchorColumns& columns,
                       uint32_t fields, uint64_t first_row, AnchorBatch& batch, size_t at, const std::string& name)
 {
     const Rows rows{bytes.data(), row_bytes, bytes.size() / row_bytes};
-    if (fields & kAnchorPlacement) {
-        copyColumns(rows, {columns.position.begin(), columns.position.end()}, batch.position.data() + 3 * at);
-        if (!columns.level.empty()) {
-            copyLevels(rows, columns, first_row, batch.level.data() + at, batch.extra_level.data() + at, name);
-        } else {
-            std::fill_n(batch.level.begin() + std::ptrdiff_t(at), rows.count, 0);
-            std::fill_n(batch.extra_level.begin() + std::ptrdiff_t(at), rows.count, 0.0f);
-        }
-    }
-    if (fields & kAnchorOffset)
-        copyOffsets(rows, columns.offset, batch.offset.data() + columns.offset.size() * at);
-    if (fields & kAnchorFeature)
-        copyColumns(rows, columns.feature, batch.feature.data() + columns.feature.size() * at);
-    if (fields & kAnchorScale)
-        copyColumns(rows, columns.scale, batch.scale.data() + 6 * at);
-    if (fields & kAnchorRotation)
-        copyColumns(rows, columns.rotation, batch.rotation.data() + 4 * at);
-    if (fields & kAnchorOpacity) {
-        if (!columns.opacity.empty())
-            copyColumns(rows, columns.opacity, batch.opacity.data() + at);
+    if (!columns.level.empty())
+        copyLevels(rows, columns.level, first_row, batch.level.data() + at, name);
+    else
+        std::fill_n(batch.level.begin() + std::ptrdiff_t(at), rows.count, 0);
+    for (const Field& field : kFields) {
+        if (!field.isIn(fields))
+            continue;
+        const size_t width = field.width(columns);
+        float* out = (batch.*field.values).data() + width * at;
+        if (const std::vector<uint32_t>& from = columns.*field.columns; !from.empty())
+            copyColumns(rows, from, out);
         else
-            std::fill_n(batch.opacity.begin() + std::ptrdiff_t(at), rows.count, kDefaultOpacity);
-    }
-    if (fields & kAnchorNormal) {
-        if (!columns.normal.empty())
-            copyColumns(rows, columns.normal, batch.normal.data() + 3 * at);
-        else
-            std::fill_n(batch.normal.begin() + std::ptrdiff_t(3 * at), 3 * rows.count, 0.0f);
+            std::fill_n(out, width * rows.count, field.missing);
     }
 }
 

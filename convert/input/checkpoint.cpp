@@ -4,7 +4,6 @@
 #include "convert/input/checkpoint_cameras.h"
 #include "convert/input/checkpoint_files.h"
 #include "convert/input/checkpoint_model.h"
-#include "convert/input/checkpoint_weights.h"
 #include "convert/input/input_file.h"
 #include "format/error.h"
 
@@ -41,25 +40,6 @@ ConfigFile readConfig(const CheckpointFiles& files, bool any_gs, Checkpoint& che
     return config;
 }
 
-ModelFamily familyOf(PlyFamily family, const std::string& container)
-{
-    switch (family) {
-    case PlyFamily::Octree:
-        return ModelFamily::OctreeGs;
-    case PlyFamily::AnyBase:
-    case PlyFamily::AnyLod:
-        return ModelFamily::OctreeAnyGs;
-    case PlyFamily::Scaffold:
-        break;
-    }
-    return container == "v1" ? ModelFamily::ScaffoldGsV1 : ModelFamily::ScaffoldGs;
-}
-
-void append(std::vector<std::string>& to, const std::vector<std::string>& from)
-{
-    to.insert(to.end(), from.begin(), from.end());
-}
-
 } // namespace
 
 std::string ConfigFile::modelKey(const char* key) const
@@ -68,7 +48,7 @@ std::string ConfigFile::modelKey(const char* key) const
     return values.find(nested) ? nested : key;
 }
 
-PlyFamily detectFamily(const PlyHeader& header, const std::string& path)
+ModelFamily detectFamily(const PlyHeader& header, const std::string& path)
 {
     if (header.find("f_dc_0"))
         throw Error(ErrorCode::Unsupported,
@@ -81,10 +61,8 @@ PlyFamily detectFamily(const PlyHeader& header, const std::string& path)
                     path + ": has columns f_mask_<n>, so this is a HAC model, whose features must first be quantised "
                            "by its context model, expected Scaffold-GS or Octree-GS; train with one of these");
     if (header.find("info"))
-        return PlyFamily::Octree;
-    if (header.find("level"))
-        return PlyFamily::AnyLod;
-    return header.find("nx") ? PlyFamily::Scaffold : PlyFamily::AnyBase;
+        return ModelFamily::OctreeGs;
+    return header.find("nx") && !header.find("level") ? ModelFamily::ScaffoldGs : ModelFamily::OctreeAnyGs;
 }
 
 Checkpoint readCheckpoint(const std::string& path, const CheckpointOptions& options)
@@ -94,10 +72,10 @@ Checkpoint readCheckpoint(const std::string& path, const CheckpointOptions& opti
     checkpoint.model_path = path;
     checkpoint.ply_path = files.ply;
     checkpoint.iteration = files.iteration;
-    append(checkpoint.warnings, files.warnings);
+    checkpoint.warnings = files.warnings;
 
     const PlyFile ply(files.ply);
-    const PlyFamily family = detectFamily(ply.header(), files.ply);
+    checkpoint.family = detectFamily(ply.header(), files.ply);
     const AnchorColumns columns = findAnchorColumns(ply.header(), files.ply);
     if (ply.header().row_count == 0)
         throw Error(ErrorCode::InvalidFile,
@@ -111,11 +89,9 @@ Checkpoint readCheckpoint(const std::string& path, const CheckpointOptions& opti
     checkpoint.feat_dim = uint32_t(columns.feature.size());
     checkpoint.n_offsets = uint32_t(columns.offset.size() / 3);
 
-    CheckpointWeights weights = readWeights(files);
-    checkpoint.container = weights.container;
-    checkpoint.weight_paths = weights.paths;
-    append(checkpoint.warnings, weights.warnings);
-    checkpoint.family = familyOf(family, weights.container);
+    readWeights(files, checkpoint);
+    if (checkpoint.family == ModelFamily::ScaffoldGs && checkpoint.container == "v1")
+        checkpoint.family = ModelFamily::ScaffoldGsV1;
     const bool any_gs = checkpoint.family == ModelFamily::OctreeAnyGs;
     checkpoint.raster_rules = any_gs ? RasterRules::Gsplat : RasterRules::DiffGaussian;
 
@@ -126,9 +102,9 @@ Checkpoint readCheckpoint(const std::string& path, const CheckpointOptions& opti
                                       "'info'; no config.yaml confirms it");
     if (config.values.getBool("white_background", false, config.path))
         checkpoint.flags |= kModelWhiteBackground;
-    const uint32_t embedding_rows = weights.embedding_rows;
-    assignInputs(checkpoint, weights, config, options);
-    readLevels(checkpoint, family, ply, columns, config, options);
+    const uint32_t embedding_rows = checkpoint.embeddingRows();
+    assignInputs(checkpoint, config, options);
+    readLevels(checkpoint, ply, columns, config, options);
     checkpoint.cameras =
         readCameras(files, config.found() ? &config.values : nullptr, config.path, embedding_rows, checkpoint.warnings);
     return checkpoint;

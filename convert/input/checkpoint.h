@@ -3,6 +3,7 @@
 #pragma once
 
 #include "format/gsc_layout.h"
+#include "runtime/source_camera.h"
 
 #include <cstdint>
 #include <functional>
@@ -23,18 +24,6 @@ struct Mlp {
     Activation activation = Activation::None;
     uint32_t inputs = 0; // MlpInputs
     LinearLayer layers[2];
-};
-
-// A camera as upstream's cameras.json lists it (format facts, section 6.3).
-struct SourceCamera {
-    std::string name;
-    int id = 0;
-    uint32_t width = 0, height = 0; // source size, not the trainer's render size
-    double position[3] = {};
-    double rotation[9] = {}; // row-major camera-to-world
-    double fx = 0, fy = 0;   // pixels, for width x height
-    int appearance = -1;     // embedding row; -1 = none or unknown
-    bool is_test = false;
 };
 
 // Everything of a checkpoint but its anchors. Scalars a checkpoint does not hold are filled as upstream's
@@ -61,6 +50,11 @@ struct Checkpoint {
     std::vector<Mlp> mlps;        // opacity, covariance, colour, [feature bank]
     std::vector<float> embedding; // rows x appearance_dim
     std::vector<SourceCamera> cameras;
+
+    [[nodiscard]] uint32_t embeddingRows() const
+    {
+        return appearance_dim != 0 ? uint32_t(embedding.size() / appearance_dim) : 0;
+    }
 };
 
 // Anchors of consecutive PLY rows. Each vector holds count times the stated number of values.
@@ -79,13 +73,7 @@ struct AnchorBatch {
 };
 
 enum AnchorFields : uint32_t {
-    kAnchorPlacement = 1u << 0, // position, level, extra_level
-    kAnchorOffset = 1u << 1,
-    kAnchorFeature = 1u << 2,
-    kAnchorScale = 1u << 3,
-    kAnchorRotation = 1u << 4,
-    kAnchorOpacity = 1u << 5,
-    kAnchorNormal = 1u << 6,
+    kAnchorPlacement = 1, // position, level, extra_level
     kAnchorAll = ~0u,
 };
 
@@ -93,8 +81,8 @@ enum AnchorFields : uint32_t {
 class AnchorSource {
 public:
     virtual ~AnchorSource() = default;
-    // Fills `batch` with the next rows (at most max_rows); false at the end. Fields that are not asked for are
-    // left empty. Throws Error (Io, InvalidFile).
+    // Fills `batch` with the next rows (at most max_rows); false at the end. `fields` (AnchorFields) that are not asked
+    // for are left empty. Throws Error (Io, InvalidFile).
     virtual bool next(AnchorBatch& batch, uint32_t fields, size_t max_rows) = 0;
     virtual void rewind() = 0;
 };

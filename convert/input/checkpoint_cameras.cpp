@@ -5,9 +5,12 @@
 #include "format/error.h"
 #include "player/cameras/camera_file.h"
 
+#include <glm/gtc/type_ptr.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <unordered_set>
 #include <utility>
 
@@ -17,20 +20,6 @@ namespace {
 
 constexpr uint64_t kMaxCameraFile = 1ull << 30;
 
-SourceCamera fromUpstream(const UpstreamCamera& camera)
-{
-    SourceCamera result;
-    result.name = camera.name;
-    result.id = camera.id;
-    result.width = camera.width;
-    result.height = camera.height;
-    std::copy(std::begin(camera.position), std::end(camera.position), result.position);
-    std::copy(std::begin(camera.rotation), std::end(camera.rotation), result.rotation);
-    result.fx = camera.fx;
-    result.fy = camera.fy;
-    return result;
-}
-
 SourceCamera fromCamera(const Camera& camera, int id)
 {
     SourceCamera result;
@@ -38,17 +27,16 @@ SourceCamera fromCamera(const Camera& camera, int id)
     result.id = id;
     result.width = camera.width;
     result.height = camera.height;
-    std::copy(std::begin(camera.rotation), std::end(camera.rotation), result.rotation);
-    // view = R^T world + t, so the centre is -R t
-    for (int row = 0; row < 3; ++row)
-        for (int column = 0; column < 3; ++column)
-            result.position[row] -= camera.rotation[3 * row + column] * camera.translation[column];
+    std::copy_n(camera.rotation, 9, result.rotation);
+    // view = R^T world + t, so the centre is -R t; a difference, because it makes no zero negative
+    const glm::dvec3 centre = glm::dvec3(0) - glm::make_vec3(camera.translation) * glm::make_mat3(camera.rotation);
+    std::copy_n(glm::value_ptr(centre), 3, result.position);
     result.fx = camera.width / (2.0 * std::tan(camera.fov_x / 2));
     result.fy = camera.height / (2.0 * std::tan(camera.fov_y / 2));
     return result;
 }
 
-// What SourceCamera cannot hold of the cameras is said once per file. `shifted` of them look through another pixel than
+// What a .gsc cannot hold of the cameras is said once per file. `shifted` of them look through another pixel than
 // the middle.
 void warnOfLenses(const std::string& path, const std::vector<std::string>& ignored, size_t shifted, size_t cameras,
                   std::vector<std::string>& warnings)
@@ -66,9 +54,7 @@ void warnOfLenses(const std::string& path, const std::vector<std::string>& ignor
 // A file without image sizes, or with matrices that also scale (MatrixCity), does not fit SourceCamera.
 bool representable(const Camera& camera)
 {
-    const double* m = camera.rotation;
-    const double det =
-        m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * m[7] - m[4] * m[6]);
+    const double det = determinant(glm::make_mat3(camera.rotation));
     return camera.width != 0 && camera.height != 0 && std::abs(det - 1) < 1e-4;
 }
 
@@ -185,15 +171,13 @@ std::vector<SourceCamera> readCameras(const CheckpointFiles& files, const Config
                                "folder that holds it with --scene-dir");
         return cameras;
     }
-    std::vector<SourceCamera> cameras;
     std::vector<std::string> ignored;
-    size_t shifted = 0;
-    for (const UpstreamCamera& camera :
-         parseUpstreamCameras(readTextFile(path, kMaxCameraFile, "a list of cameras"), path, &ignored)) {
-        cameras.push_back(fromUpstream(camera));
-        shifted += camera.middle_x != 0 || camera.middle_y != 0;
-    }
-    warnOfLenses(path, ignored, shifted, cameras.size(), warnings);
+    std::vector<SourceCamera> cameras =
+        parseUpstreamCameras(readTextFile(path, kMaxCameraFile, "a list of cameras"), path, &ignored);
+    const auto shifted = std::count_if(cameras.begin(), cameras.end(), [](const SourceCamera& camera) {
+        return camera.middle_x != 0 || camera.middle_y != 0;
+    });
+    warnOfLenses(path, ignored, size_t(shifted), cameras.size(), warnings);
     const ConfigValue* found = config ? config->find("eval") : nullptr;
     const int eval = !found ? -1 : config->getBool("eval", false, config_path) ? 1 : 0;
     const double lod = config ? config->getNumber("lod", 0, config_path) : 0;

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <iterator>
+#include <map>
 #include <optional>
 #include <system_error>
 
@@ -94,46 +96,44 @@ bool contains(const std::vector<std::string>& names, std::string_view name)
 fs::path chooseIteration(const fs::path& point_cloud, const std::vector<std::string>& names, int wanted,
                          std::vector<std::string>& warnings)
 {
-    std::vector<int> iterations;
+    std::map<int, std::string> iterations; // "iteration_007" and "iteration_7" are both the number 7: the first of them
     std::vector<std::string> foreign;
     for (const std::string& name : names) {
         if (const auto number = iterationOf(name))
-            iterations.push_back(*number);
+            iterations.emplace(*number, name);
         else
             foreign.push_back(name);
     }
     if (iterations.empty() && wanted < 0)
         return point_cloud;
-    std::sort(iterations.begin(), iterations.end());
-    if (wanted >= 0 && std::find(iterations.begin(), iterations.end(), wanted) == iterations.end()) {
+    const auto chosen = wanted >= 0 ? iterations.find(wanted) : std::prev(iterations.end());
+    if (chosen == iterations.end()) {
         std::vector<std::string> found;
-        for (const int iteration : iterations)
-            found.push_back(std::to_string(iteration));
+        for (const auto& [number, name] : iterations)
+            found.push_back(std::to_string(number));
         throw Error(ErrorCode::Usage, formatString("%s: has no iteration_%d, found %s, expected it for --iteration; "
                                                    "pass one that was found, or leave --iteration out",
                                                    point_cloud.c_str(), wanted, join(found).c_str()));
     }
     if (!foreign.empty() && !contains(names, "point_cloud.ply"))
         warnings.push_back(point_cloud.string() + ": ignored " + join(foreign) + ", which is no iteration_<n>");
-    // "iteration_007" and "iteration_7" are both the number 7, so the folder is found by number
-    const int chosen = wanted >= 0 ? wanted : iterations.back();
-    const auto name =
-        std::find_if(names.begin(), names.end(), [&](const std::string& n) { return iterationOf(n) == chosen; });
-    return point_cloud / *name;
+    return point_cloud / chosen->second;
+}
+
+// Absolute, and with a name even where it was given with a slash at its end.
+fs::path named(const fs::path& folder)
+{
+    const fs::path path = fs::absolute(folder).lexically_normal();
+    return path.has_filename() ? path : path.parent_path();
 }
 
 // The folders above `folder` that belong to the model: iteration_<n> in point_cloud in the model folder.
 std::vector<std::string> sideFolders(const fs::path& folder, const std::string& scene_dir)
 {
     std::vector<std::string> folders = {folder.string()};
-    fs::path at = fs::absolute(folder).lexically_normal();
-    if (!at.has_filename())
-        at = at.parent_path();
+    fs::path at = named(folder);
     fs::path shown = folder;
-    for (int i = 0; i < 2; ++i) {
-        const bool climbs = iterationOf(at.filename().string()) || at.filename() == "point_cloud";
-        if (!climbs)
-            break;
+    for (int i = 0; i < 2 && (iterationOf(at.filename().string()) || at.filename() == "point_cloud"); ++i) {
         at = at.parent_path();
         shown = shown.has_parent_path() && shown.filename() != "." && shown.filename() != ".." && shown.has_filename()
                     ? shown.parent_path()
@@ -224,9 +224,7 @@ CheckpointFiles findCheckpointFiles(const std::string& path, const CheckpointOpt
         findInFolder(path, options.iteration, files);
     else
         findInFile(path, files);
-    const fs::path folder = fs::absolute(files.folder).lexically_normal();
-    const fs::path named = folder.has_filename() ? folder : folder.parent_path();
-    files.iteration = iterationOf(named.filename().string()).value_or(-1);
+    files.iteration = iterationOf(named(files.folder).filename().string()).value_or(-1);
     if (options.iteration >= 0 && files.iteration != options.iteration)
         throw Error(ErrorCode::Usage, formatString("%s: is another iteration, expected iteration %d as --iteration "
                                                    "says; pass the model folder, or leave --iteration out",

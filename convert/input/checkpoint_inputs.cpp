@@ -2,6 +2,7 @@
 // Which values each MLP takes. The widths of the weights decide, never cfg_args (trap 2), except where they cannot.
 #include "convert/input/checkpoint_model.h"
 
+#include "convert/input/model_names.h"
 #include "format/error.h"
 
 #include <cmath>
@@ -14,14 +15,13 @@ constexpr uint32_t kDirection = 3; // values of the view direction
 
 const char* mlpName(MlpKind kind)
 {
-    constexpr const char* names[] = {"opacity_mlp", "cov_mlp", "color_mlp", "feature_bank_mlp"};
-    return names[uint32_t(kind)];
+    return kMlpNames[uint32_t(kind)];
 }
 
 // The file that holds MLP `i`; all may lie in one.
-const std::string& fileOf(const CheckpointWeights& weights, size_t i)
+const std::string& fileOf(const Checkpoint& checkpoint, size_t i)
 {
-    return weights.paths[weights.container == "split" ? i : 0];
+    return checkpoint.weight_paths[checkpoint.container == "split" ? i : 0];
 }
 
 void checkShape(const Mlp& mlp, uint32_t hidden, uint32_t out, const std::string& path)
@@ -53,10 +53,10 @@ uint32_t extraInputs(const Mlp& mlp, uint32_t feat_dim, uint32_t appearance, uin
 }
 
 // An embedding that colour's width has no room for was saved but is not used.
-uint32_t usedAppearance(const CheckpointWeights& weights, uint32_t feat_dim, uint32_t most)
+uint32_t usedAppearance(const Checkpoint& checkpoint, uint32_t most)
 {
-    const uint32_t columns = weights.embedding_columns;
-    const uint32_t base = feat_dim + kDirection, width = weights.mlps[2].layers[0].in;
+    const uint32_t columns = checkpoint.appearance_dim;
+    const uint32_t base = checkpoint.feat_dim + kDirection, width = checkpoint.mlps[2].layers[0].in;
     const bool with = width >= base + columns && width - base - columns <= most;
     const bool without = width >= base && width - base <= most;
     return columns != 0 && !with && without ? 0 : columns;
@@ -142,40 +142,43 @@ void compareConfig(const Checkpoint& checkpoint, const ConfigFile& config, std::
 
 } // namespace
 
-void assignInputs(Checkpoint& checkpoint, CheckpointWeights& weights, const ConfigFile& config,
-                  const CheckpointOptions& options)
+void assignInputs(Checkpoint& checkpoint, const ConfigFile& config, const CheckpointOptions& options)
 {
     const uint32_t feat_dim = checkpoint.feat_dim, n_offsets = checkpoint.n_offsets;
     const bool octree = checkpoint.family == ModelFamily::OctreeGs;
     const uint32_t most = octree ? 2 : checkpoint.family == ModelFamily::OctreeAnyGs ? 0 : 1;
     const uint32_t results[3] = {n_offsets, 7 * n_offsets, 3 * n_offsets};
-    const uint32_t appearance = usedAppearance(weights, feat_dim, most);
-    if (appearance == 0 && weights.embedding_columns != 0)
-        checkpoint.warnings.push_back(weights.paths.back() + // the embedding, where it has a file of its own
+    const uint32_t appearance = usedAppearance(checkpoint, most);
+    if (appearance == 0 && checkpoint.appearance_dim != 0) {
+        checkpoint.warnings.push_back(checkpoint.weight_paths.back() + // the embedding, where it has a file of its own
                                       ": an appearance embedding is saved, but color_mlp does not take it; it is "
                                       "left out");
+        checkpoint.appearance_dim = 0;
+        checkpoint.embedding.clear();
+    }
+    std::vector<Mlp>& mlps = checkpoint.mlps;
     uint32_t extra[3];
     for (size_t i = 0; i < 3; ++i) {
-        checkShape(weights.mlps[i], feat_dim, results[i], fileOf(weights, i));
-        extra[i] = extraInputs(weights.mlps[i], feat_dim, appearance, most, fileOf(weights, i));
+        checkShape(mlps[i], feat_dim, results[i], fileOf(checkpoint, i));
+        extra[i] = extraInputs(mlps[i], feat_dim, appearance, most, fileOf(checkpoint, i));
     }
-    Mlp* bank = weights.mlps.size() > 3 ? &weights.mlps[3] : nullptr;
-    const int add_level = octree ? resolveLevel(extra, bank, config, options, fileOf(weights, 0)) : 0;
+    Mlp* bank = mlps.size() > 3 ? &mlps[3] : nullptr;
+    const int add_level = octree ? resolveLevel(extra, bank, config, options, fileOf(checkpoint, 0)) : 0;
     for (size_t i = 0; i < 3; ++i) {
         if (extra[i] < uint32_t(add_level))
             throw Error(ErrorCode::InvalidFile,
                         formatString("%s: %s has no room for the level that the other MLPs take, expected all or none; "
                                      "the files belong to different models",
-                                     fileOf(weights, i).c_str(), mlpName(weights.mlps[i].kind)));
-        const bool distance = extra[i] - uint32_t(add_level) == 1;
-        if (extra[i] - uint32_t(add_level) > 1)
+                                     fileOf(checkpoint, i).c_str(), mlpName(mlps[i].kind)));
+        const uint32_t others = extra[i] - uint32_t(add_level);
+        if (others > 1)
             throw Error(ErrorCode::InvalidFile,
                         formatString("%s: %s takes two values besides feature and direction, expected one; the files "
                                      "belong to different models",
-                                     fileOf(weights, i).c_str(), mlpName(weights.mlps[i].kind)));
-        uint32_t& inputs = weights.mlps[i].inputs;
+                                     fileOf(checkpoint, i).c_str(), mlpName(mlps[i].kind)));
+        uint32_t& inputs = mlps[i].inputs;
         inputs = kMlpTakesFeature;
-        if (distance)
+        if (others == 1)
             inputs |= kMlpTakesDistance;
         if (add_level)
             inputs |= kMlpTakesLevel;
@@ -183,11 +186,7 @@ void assignInputs(Checkpoint& checkpoint, CheckpointWeights& weights, const Conf
             inputs |= kMlpTakesAppearance;
     }
     if (bank)
-        assignBank(checkpoint, *bank, add_level, fileOf(weights, 3));
-    checkpoint.appearance_dim = appearance;
-    checkpoint.mlps = std::move(weights.mlps);
-    if (appearance != 0)
-        checkpoint.embedding = std::move(weights.embedding);
+        assignBank(checkpoint, *bank, add_level, fileOf(checkpoint, 3));
     compareConfig(checkpoint, config, checkpoint.warnings);
 }
 

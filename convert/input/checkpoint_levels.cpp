@@ -2,6 +2,7 @@
 // Levels of detail: the rule, its range and its unit of length.
 #include "convert/input/checkpoint_model.h"
 
+#include "convert/input/model_names.h"
 #include "format/error.h"
 #include "format/interrupt.h"
 
@@ -19,42 +20,26 @@ struct LevelRange {
 };
 
 // A pass over the whole file: the clamp of the level rule comes from the levels that are in it (trap 10).
-LevelRange scanLevels(const PlyFile& ply, const AnchorColumns& columns)
+LevelRange scanLevels(const Checkpoint& checkpoint)
 {
-    constexpr size_t block_bytes = 8u << 20;
-    const uint32_t row_bytes = ply.header().row_bytes;
-    const uint64_t total = ply.header().row_count;
-    const uint64_t block_rows = std::max<uint64_t>(1, block_bytes / row_bytes);
-    std::vector<std::byte> block(size_t(std::min(block_rows, total)) * row_bytes);
-    float least = float(kMaxAnchorLevel + 1), greatest = -1.0f;
-    for (uint64_t first = 0; first < total; first += block_rows) {
+    constexpr size_t kBatchRows = 8192;
+    LevelRange range;
+    AnchorBatch batch;
+    const std::unique_ptr<AnchorSource> anchors = openAnchors(checkpoint);
+    while (anchors->next(batch, kAnchorPlacement, kBatchRows)) {
         throwIfInterrupted();
-        const size_t count = size_t(std::min(block_rows, total - first));
-        ply.readRows(first, std::span(block).first(count * row_bytes));
-        ply.prefetchRows(first + count, std::min(block_rows, total - first - count));
-        for (size_t i = 0; i < count; ++i) {
-            float level;
-            std::memcpy(&level, block.data() + i * row_bytes + columns.level[0], sizeof(level));
-            if (!(level > -1.0f && level < float(kMaxAnchorLevel + 1)))
-                throw Error(ErrorCode::InvalidFile,
-                            formatString("%s: level of vertex %llu is %g, expected 0 to %d; the file is damaged, copy "
-                                         "it again",
-                                         ply.path().c_str(), static_cast<unsigned long long>(first + i), double(level),
-                                         kMaxAnchorLevel));
-            least = std::min(least, level);
-            greatest = std::max(greatest, level);
-        }
+        const auto [least, greatest] = std::minmax_element(batch.level.begin(), batch.level.end());
+        range = {std::min(range.least, *least), std::max(range.greatest, *greatest)};
     }
-    return {int32_t(least), int32_t(greatest)};
+    return range;
 }
 
-constexpr const char* kRuleNames[] = {"none", "floor", "round", "ceil", "progressive"}; // of each LevelRule
 constexpr int kLeastFork = 2, kMostFork = 64;
 
 LevelRule parseRule(const std::string& name, const std::string& path)
 {
     for (const LevelRule rule : {LevelRule::Floor, LevelRule::Round, LevelRule::Ceil, LevelRule::Progressive})
-        if (name == kRuleNames[uint32_t(rule)])
+        if (name == kLevelRuleNames[uint32_t(rule)])
             return rule;
     throw Error(ErrorCode::InvalidFile, path + ": dist2level is '" + name.substr(0, 32) +
                                             "', expected floor, round, ceil or progressive; restore the file that the "
@@ -67,8 +52,8 @@ LevelRule readRule(const ConfigFile& config, int option, Checkpoint& checkpoint)
     if (config.values.states(key)) {
         const LevelRule stated = parseRule(config.values.getString(key, "", config.path), config.path);
         if (option >= 0 && LevelRule(option) != stated)
-            throw Error(ErrorCode::Usage, config.path + ": dist2level is '" + kRuleNames[uint32_t(stated)] +
-                                              "', expected what --dist2level " + kRuleNames[option] +
+            throw Error(ErrorCode::Usage, config.path + ": dist2level is '" + kLevelRuleNames[uint32_t(stated)] +
+                                              "', expected what --dist2level " + kLevelRuleNames[option] +
                                               " says; leave the option out");
         return stated;
     }
@@ -171,14 +156,14 @@ int32_t coarseLimit(const Checkpoint& checkpoint, int32_t levels, const ConfigFi
 
 } // namespace
 
-void readLevels(Checkpoint& checkpoint, PlyFamily family, const PlyFile& ply, const AnchorColumns& columns,
-                const ConfigFile& config, const CheckpointOptions& options)
+void readLevels(Checkpoint& checkpoint, const PlyFile& ply, const AnchorColumns& columns, const ConfigFile& config,
+                const CheckpointOptions& options)
 {
     if (options.fork != 0 && (options.fork < kLeastFork || options.fork > kMostFork))
         throw Error(ErrorCode::Usage,
                     formatString("--fork: is %d, expected a whole number from %d to %d; correct it or leave it out",
                                  options.fork, kLeastFork, kMostFork));
-    if (family == PlyFamily::Scaffold || family == PlyFamily::AnyBase) {
+    if (columns.level.empty()) {
         if (options.fork != 0 || options.level_rule >= 0 || options.add_level >= 0)
             throw Error(ErrorCode::Usage, formatString("%s: has no effect on %s, a model without levels, expected "
                                                        "one with levels; leave the option out",
@@ -194,9 +179,9 @@ void readLevels(Checkpoint& checkpoint, PlyFamily family, const PlyFile& ply, co
     checkpoint.flags |= kModelHasLevels;
     checkpoint.level_rule = readRule(config, options.level_rule, checkpoint);
     checkpoint.fork = readFork(config, options.fork, checkpoint);
-    const LevelRange range = scanLevels(ply, columns);
+    const LevelRange range = scanLevels(checkpoint);
     checkpoint.level_min = range.least;
-    if (family == PlyFamily::Octree) {
+    if (checkpoint.family == ModelFamily::OctreeGs) {
         checkpoint.flags |= kModelLodHalfCell;
         readInfo(checkpoint, ply, columns);
         checkpoint.level_clamp = range.greatest - range.least;

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/input/checkpoint.h"
-#include "convert/input/checkpoint_weights.h"
+#include "convert/input/checkpoint_files.h"
 #include "convert/input/config/config_value.h"
 #include "convert/input/ply_reader.h"
 
@@ -21,18 +21,21 @@ struct ConfigFile {
     [[nodiscard]] std::string modelKey(const char* key) const;
 };
 
-enum class PlyFamily { Scaffold, Octree, AnyBase, AnyLod };
-
 // From the columns alone (format facts, 1.3). Throws Error(Unsupported) for 3DGS, 2DGS and HAC.
-PlyFamily detectFamily(const PlyHeader& header, const std::string& path);
+ModelFamily detectFamily(const PlyHeader& header, const std::string& path);
 
-// Sets Mlp::inputs from the widths of the first layers, and the bank's and appearance's share of `checkpoint`.
-// Throws Error: InvalidFile (widths that fit no input, or fit two where nothing decides), Unsupported.
-void assignInputs(Checkpoint& checkpoint, CheckpointWeights& weights, const ConfigFile& config,
-                  const CheckpointOptions& options);
+// Sets `container`, `weight_paths`, `mlps` but for their inputs, and embedding and `appearance_dim` as they are saved.
+// Throws Error: InvalidFile (no container, lists what was looked for; damaged or inconsistent), Unsupported (HAC,
+// GSDF, tiny-cuda-nn and other networks), Io.
+void readWeights(const CheckpointFiles& files, Checkpoint& checkpoint);
 
-// Level rule, level range, standard distance and voxel size. Throws Error(InvalidFile).
-void readLevels(Checkpoint& checkpoint, PlyFamily family, const PlyFile& ply, const AnchorColumns& columns,
-                const ConfigFile& config, const CheckpointOptions& options);
+// Sets Mlp::inputs from the widths of the first layers, and the bank's share of `checkpoint`; drops an embedding that no
+// MLP takes. Throws Error: InvalidFile (widths that fit no input, or fit two where nothing decides), Unsupported.
+void assignInputs(Checkpoint& checkpoint, const ConfigFile& config, const CheckpointOptions& options);
+
+// Level rule, level range, standard distance and voxel size. `family` and what openAnchors() needs of `checkpoint`
+// are there. Throws Error(InvalidFile).
+void readLevels(Checkpoint& checkpoint, const PlyFile& ply, const AnchorColumns& columns, const ConfigFile& config,
+                const CheckpointOptions& options);
 
 } // namespace gsc

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/input/checkpoint_weights.h"
+// The MLPs and the appearance embedding, from any of the three containers the trainers have used.
+#include "convert/input/checkpoint_model.h"
 
 #include "convert/input/input_file.h"
+#include "convert/input/model_names.h"
 #include "convert/input/torch/torch_archive.h"
 #include "format/error.h"
 
@@ -16,19 +18,9 @@ namespace {
 
 constexpr uint64_t kMaxArchive = 1ull << 30; // an embedding of 100,000 images is 13 MB
 
-struct Part {
-    MlpKind kind;
-    Activation activation;
-    const char* activation_class; // of child "3" in TorchScript, null if there is none
-    const char* file;             // stem of the .pt, and the key in checkpoints.pth
-};
-
-constexpr Part kParts[] = {
-    {MlpKind::Opacity, Activation::Tanh, "Tanh", "opacity_mlp"},
-    {MlpKind::Covariance, Activation::None, nullptr, "cov_mlp"},
-    {MlpKind::Color, Activation::Sigmoid, "Sigmoid", "color_mlp"},
-    {MlpKind::FeatureBank, Activation::Softmax, "Softmax", "feature_bank_mlp"},
-};
+constexpr Activation kActivations[] = {Activation::Tanh, Activation::None, Activation::Sigmoid,
+                                       Activation::Softmax}; // of each MlpKind
+constexpr uint32_t kBank = uint32_t(MlpKind::FeatureBank);
 
 const NamedTensor* findTensor(const TorchArchive& archive, const std::string& name)
 {
@@ -67,7 +59,7 @@ LinearLayer readLayer(const TorchArchive& archive, const std::string& prefix, co
 }
 
 // Module classes of a TorchScript file; a dictionary of tensors does not name them.
-void checkModules(const TorchArchive& archive, const Part& part, const std::string& path)
+void checkModules(const TorchArchive& archive, Activation activation, const std::string& path)
 {
     if (!archive.is_script)
         return;
@@ -83,11 +75,11 @@ void checkModules(const TorchArchive& archive, const Part& part, const std::stri
     expect("0", "Linear");
     expect("1", "ReLU");
     expect("2", "Linear");
-    expect("3", part.activation_class);
+    expect("3", kActivationClasses[uint32_t(activation)]);
     expect("4", nullptr);
 }
 
-Mlp readMlp(const TorchArchive& archive, const Part& part, const std::string& prefix, const std::string& path,
+Mlp readMlp(const TorchArchive& archive, uint32_t kind, const std::string& prefix, const std::string& path,
             std::vector<std::string>& warnings)
 {
     // tiny-cuda-nn keeps one flat vector per network, in an order of its own
@@ -96,20 +88,21 @@ Mlp readMlp(const TorchArchive& archive, const Part& part, const std::string& pr
             throw Error(ErrorCode::Unsupported, path + ": '" + tensor.name +
                                                     "' is a tiny-cuda-nn network, expected torch.nn.Linear layers; "
                                                     "train without use_tcnn");
-    checkModules(archive, part, path);
+    checkModules(archive, kActivations[kind], path);
     Mlp mlp;
-    mlp.kind = part.kind;
-    mlp.activation = part.activation;
+    mlp.kind = MlpKind(kind);
+    mlp.activation = kActivations[kind];
     mlp.layers[0] = readLayer(archive, prefix + "0.", path);
     mlp.layers[1] = readLayer(archive, prefix + "2.", path);
     if (mlp.layers[1].in != mlp.layers[0].out)
-        throw Error(ErrorCode::InvalidFile, formatString("%s: second layer of '%s' takes %u values, expected the %u "
-                                                         "that the first gives; the file is damaged, copy it again",
-                                                         path.c_str(), part.file, mlp.layers[1].in, mlp.layers[0].out));
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: second layer of '%s' takes %u values, expected the %u "
+                                 "that the first gives; the file is damaged, copy it again",
+                                 path.c_str(), kMlpNames[kind], mlp.layers[1].in, mlp.layers[0].out));
     for (const LinearLayer& layer : mlp.layers)
         for (const std::vector<float>* values : {&layer.weight, &layer.bias})
             if (!std::all_of(values->begin(), values->end(), [](float v) { return std::isfinite(v); })) {
-                warnings.push_back(path + ": weights of '" + part.file + "' are not all finite numbers");
+                warnings.push_back(path + ": weights of '" + kMlpNames[kind] + "' are not all finite numbers");
                 return mlp;
             }
     return mlp;
@@ -120,25 +113,24 @@ TorchArchive readArchive(const std::string& path)
     return readTorchArchive(readWholeFile(path, kMaxArchive, "a PyTorch archive"), path);
 }
 
-void readEmbedding(const NamedTensor& weight, const std::string& path, CheckpointWeights& weights)
+void readEmbedding(const NamedTensor& weight, const std::string& path, Checkpoint& checkpoint)
 {
     if (weight.shape.size() != 2 || weight.shape[0] == 0 || weight.shape[1] == 0 || weight.shape[0] > 1u << 24 ||
         weight.shape[1] > 1024)
         throw Error(ErrorCode::InvalidFile, path + ": appearance embedding is no table of rows, expected one row per "
                                                    "training image; pass the file the trainer wrote");
-    weights.embedding_rows = uint32_t(weight.shape[0]);
-    weights.embedding_columns = uint32_t(weight.shape[1]);
-    weights.embedding = weight.values;
+    checkpoint.appearance_dim = uint32_t(weight.shape[1]);
+    checkpoint.embedding = weight.values;
 }
 
 // opacity_mlp.pt, cov_mlp.pt, color_mlp.pt, [feature_bank_mlp.pt], [embedding_appearance.pt]
-void readSplit(const CheckpointFiles& files, CheckpointWeights& weights)
+void readSplit(const CheckpointFiles& files, Checkpoint& checkpoint)
 {
     const std::filesystem::path folder = files.folder;
-    for (const Part& part : kParts) {
-        const std::string name = std::string(part.file) + ".pt";
+    for (uint32_t kind = 0; kind <= kBank; ++kind) {
+        const std::string name = std::string(kMlpNames[kind]) + ".pt";
         if (!files.has(name)) {
-            if (part.kind == MlpKind::FeatureBank)
+            if (kind == kBank)
                 continue;
             throw Error(ErrorCode::InvalidFile, files.folder + ": " + name +
                                                     " is missing beside the other .pt files, "
@@ -146,15 +138,15 @@ void readSplit(const CheckpointFiles& files, CheckpointWeights& weights)
                                                     "color_mlp.pt; copy the whole folder");
         }
         const std::string path = (folder / name).string();
-        weights.mlps.push_back(readMlp(readArchive(path), part, "", path, weights.warnings));
-        weights.paths.push_back(path);
+        checkpoint.mlps.push_back(readMlp(readArchive(path), kind, "", path, checkpoint.warnings));
+        checkpoint.weight_paths.push_back(path);
     }
     if (!files.has("embedding_appearance.pt"))
         return;
     const std::string path = (folder / "embedding_appearance.pt").string();
     const TorchArchive archive = readArchive(path);
-    readEmbedding(requireTensor(archive, "embedding.weight", 2, path), path, weights);
-    weights.paths.push_back(path);
+    readEmbedding(requireTensor(archive, "embedding.weight", 2, path), path, checkpoint);
+    checkpoint.weight_paths.push_back(path);
 }
 
 // Networks beside the three of Scaffold-GS: those that its renderer would need are refused.
@@ -177,49 +169,46 @@ void checkOtherNetworks(const TorchArchive& archive, const std::string& path, st
 }
 
 // checkpoints.pth (Scaffold-GS and Octree-GS saved with "unite") and checkpoint.pth (Scaffold-GS before 2024-01-22)
-void readUnited(const std::string& path, bool v1, CheckpointWeights& weights)
+void readUnited(const std::string& path, bool v1, Checkpoint& checkpoint)
 {
     const TorchArchive archive = readArchive(path);
-    checkOtherNetworks(archive, path, weights.warnings);
-    for (const Part& part : kParts) {
-        const bool bank = part.kind == MlpKind::FeatureBank;
-        const std::string key = bank && v1 ? "mlp_feature_bank" : part.file;
+    checkOtherNetworks(archive, path, checkpoint.warnings);
+    for (uint32_t kind = 0; kind <= kBank; ++kind) {
+        const std::string key = kind == kBank && v1 ? "mlp_feature_bank" : kMlpNames[kind];
         const bool present = std::any_of(archive.tensors.begin(), archive.tensors.end(),
                                          [&](const NamedTensor& t) { return t.name.starts_with(key + "."); });
-        if (bank && !present)
+        if (kind == kBank && !present)
             continue;
-        weights.mlps.push_back(readMlp(archive, part, key + ".", path, weights.warnings));
+        checkpoint.mlps.push_back(readMlp(archive, kind, key + ".", path, checkpoint.warnings));
     }
     if (const NamedTensor* embedding = findTensor(archive, "appearance.embedding.weight"))
-        readEmbedding(*embedding, path, weights);
-    weights.paths.push_back(path);
+        readEmbedding(*embedding, path, checkpoint);
+    checkpoint.weight_paths.push_back(path);
 }
 
 } // namespace
 
-CheckpointWeights readWeights(const CheckpointFiles& files)
+void readWeights(const CheckpointFiles& files, Checkpoint& checkpoint)
 {
-    CheckpointWeights weights;
     const bool split = files.has("opacity_mlp.pt") || files.has("cov_mlp.pt") || files.has("color_mlp.pt");
     const bool unite = files.has("checkpoints.pth");
     const bool v1 = files.has("checkpoint.pth");
     if (split + unite + v1 > 1)
-        weights.warnings.push_back(files.folder + ": holds the weights more than once; read " +
-                                   (split ? "the .pt files" : "checkpoints.pth"));
+        checkpoint.warnings.push_back(files.folder + ": holds the weights more than once; read " +
+                                      (split ? "the .pt files" : "checkpoints.pth"));
     if (split) {
-        weights.container = "split";
-        readSplit(files, weights);
+        checkpoint.container = "split";
+        readSplit(files, checkpoint);
     } else if (unite || v1) {
-        weights.container = unite ? "unite" : "v1";
+        checkpoint.container = unite ? "unite" : "v1";
         readUnited((std::filesystem::path(files.folder) / (unite ? "checkpoints.pth" : "checkpoint.pth")).string(),
-                   !unite, weights);
+                   !unite, checkpoint);
     } else {
         throw Error(ErrorCode::InvalidFile,
                     files.folder +
                         ": no MLP weights beside the PLY, expected opacity_mlp.pt, cov_mlp.pt and color_mlp.pt, or "
                         "checkpoints.pth, or checkpoint.pth; copy the whole iteration folder of the trainer");
     }
-    return weights;
 }
 
 } // namespace gsc

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <unordered_map>
 #include <unordered_set>
 
 namespace gsc {
@@ -13,12 +14,12 @@ namespace {
 
 constexpr size_t kMaxColumns = 8192;
 
-[[noreturn]] void throwInvalid(const std::string& name, const std::string& text, const char* remedy)
+constexpr const char* kTakeTrainers = "pass the point_cloud.ply that the trainer wrote";
+
+[[noreturn]] void throwInvalid(const std::string& name, const std::string& text, const char* remedy = kTakeTrainers)
 {
     throw Error(ErrorCode::InvalidFile, name + ": " + text + "; " + remedy);
 }
-
-constexpr const char* kTakeTrainers = "pass the point_cloud.ply that the trainer wrote";
 
 // The crop tool of the SIBR viewer writes neither `end_header` nor the rotation columns, and scales that are no
 // logarithms any more: nothing in such a file can be trusted.
@@ -26,37 +27,8 @@ constexpr const char* kTakeTrainers = "pass the point_cloud.ply that the trainer
 {
     throwInvalid(name,
                  "header has no 'end_header', expected one; a PLY saved by the SIBR viewer's crop tool looks like this "
-                 "and has lost its rotations and scales",
-                 kTakeTrainers);
+                 "and has lost its rotations and scales");
 }
-
-// Line by line through the header.
-class Lines {
-public:
-    Lines(std::span<const std::byte> bytes, const std::string& name)
-        : m_text(reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), kMaxPlyHeader)), m_name(name)
-    {
-    }
-
-    std::string_view next()
-    {
-        const size_t end = m_text.find('\n', m_cursor);
-        if (end == std::string_view::npos)
-            throwNoEnd(m_name);
-        std::string_view line = m_text.substr(m_cursor, end - m_cursor);
-        m_cursor = end + 1;
-        if (!line.empty() && line.back() == '\r')
-            line.remove_suffix(1);
-        return line;
-    }
-
-    [[nodiscard]] size_t cursor() const { return m_cursor; }
-
-private:
-    std::string_view m_text;
-    size_t m_cursor = 0;
-    const std::string& m_name;
-};
 
 std::vector<std::string_view> words(std::string_view line)
 {
@@ -70,21 +42,11 @@ std::vector<std::string_view> words(std::string_view line)
     return result;
 }
 
-// Bytes of a scalar type, 0 if it is none.
-uint32_t scalarBytes(std::string_view type)
-{
-    struct Type {
-        std::string_view name;
-        uint32_t bytes;
-    };
-    constexpr Type types[] = {{"char", 1},   {"int8", 1},    {"uchar", 1},  {"uint8", 1},  {"short", 2}, {"int16", 2},
-                              {"ushort", 2}, {"uint16", 2},  {"int", 4},    {"int32", 4},  {"uint", 4},  {"uint32", 4},
-                              {"float", 4},  {"float32", 4}, {"double", 8}, {"float64", 8}};
-    for (const Type& known : types)
-        if (type == known.name)
-            return known.bytes;
-    return 0;
-}
+// Bytes of each scalar type.
+const std::unordered_map<std::string_view, uint32_t> kScalarBytes = {
+    {"char", 1},   {"int8", 1},    {"uchar", 1},  {"uint8", 1},  {"short", 2}, {"int16", 2},
+    {"ushort", 2}, {"uint16", 2},  {"int", 4},    {"int32", 4},  {"uint", 4},  {"uint32", 4},
+    {"float", 4},  {"float32", 4}, {"double", 8}, {"float64", 8}};
 
 std::string clip(std::string_view text)
 {
@@ -102,28 +64,25 @@ void checkFormat(const std::vector<std::string_view>& line, const std::string& n
                                                 ", expected binary_little_endian as the trainers write it; convert "
                                                 "the file, for example with plyfile");
     if (line.size() != 3 || line[0] != "format" || found != "binary_little_endian" || line[2] != "1.0")
-        throwInvalid(name,
-                     "second line is '" + clip(line.empty() ? "" : line[0]) + " " + clip(found) +
-                         "', expected 'format binary_little_endian 1.0'",
-                     kTakeTrainers);
+        throwInvalid(name, "second line is '" + clip(line.empty() ? "" : line[0]) + " " + clip(found) +
+                               "', expected 'format binary_little_endian 1.0'");
 }
 
 uint64_t elementCount(const std::vector<std::string_view>& line, const std::string& name)
 {
     if (line.size() != 3 || line[1] != "vertex")
-        throwInvalid(name, "element '" + clip(line.size() > 1 ? line[1] : "") + "' found, expected only 'vertex'",
-                     kTakeTrainers);
+        throwInvalid(name, "element '" + clip(line.size() > 1 ? line[1] : "") + "' found, expected only 'vertex'");
     uint64_t count = 0;
     const auto [end, error] = std::from_chars(line[2].data(), line[2].data() + line[2].size(), count);
     if (error != std::errc() || end != line[2].data() + line[2].size())
-        throwInvalid(name, "vertex count is '" + clip(line[2]) + "', expected a number", kTakeTrainers);
+        throwInvalid(name, "vertex count is '" + clip(line[2]) + "', expected a number");
     return count;
 }
 
 void checkBody(const PlyHeader& header, uint64_t file_bytes, const std::string& name)
 {
     if (header.row_bytes == 0)
-        throwInvalid(name, "vertices have no properties, expected those of anchors", kTakeTrainers);
+        throwInvalid(name, "vertices have no properties, expected those of anchors");
     const uint64_t body = file_bytes - header.header_bytes;
     // note: a division, because the count is hostile and a product could wrap
     if (header.row_count > body / header.row_bytes)
@@ -135,11 +94,9 @@ void checkBody(const PlyHeader& header, uint64_t file_bytes, const std::string& 
                      "the file is cut short, copy it again");
     const uint64_t extra = body - header.row_count * header.row_bytes;
     if (extra != 0)
-        throwInvalid(name,
-                     formatString("%llu bytes follow the last of %llu rows, expected none",
-                                  static_cast<unsigned long long>(extra),
-                                  static_cast<unsigned long long>(header.row_count)),
-                     kTakeTrainers);
+        throwInvalid(name, formatString("%llu bytes follow the last of %llu rows, expected none",
+                                        static_cast<unsigned long long>(extra),
+                                        static_cast<unsigned long long>(header.row_count)));
 }
 
 } // namespace
@@ -152,19 +109,28 @@ const PlyColumn* PlyHeader::find(std::string_view name) const
 
 PlyHeader parsePlyHeader(std::span<const std::byte> bytes, uint64_t file_bytes, const std::string& name)
 {
-    const bool magic = bytes.size() >= 4 && bytes[0] == std::byte('p') && bytes[1] == std::byte('l') &&
-                       bytes[2] == std::byte('y') && (bytes[3] == std::byte('\n') || bytes[3] == std::byte('\r'));
-    if (!magic)
-        throwInvalid(name, "does not start with 'ply', expected a PLY file", kTakeTrainers);
-    Lines lines(bytes, name);
-    (void)lines.next();
-    checkFormat(words(lines.next()), name);
+    const std::string_view start(reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), kMaxPlyHeader));
+    if (!start.starts_with("ply\n") && !start.starts_with("ply\r"))
+        throwInvalid(name, "does not start with 'ply', expected a PLY file");
+    size_t cursor = 0;
+    const auto nextLine = [&] {
+        const size_t end = start.find('\n', cursor);
+        if (end == std::string_view::npos)
+            throwNoEnd(name);
+        std::string_view line = start.substr(cursor, end - cursor);
+        cursor = end + 1;
+        if (!line.empty() && line.back() == '\r')
+            line.remove_suffix(1);
+        return line;
+    };
+    (void)nextLine();
+    checkFormat(words(nextLine()), name);
 
     PlyHeader header;
     std::unordered_set<std::string> seen;
     bool in_element = false;
     for (;;) {
-        const std::string_view text = lines.next();
+        const std::string_view text = nextLine();
         const std::vector<std::string_view> line = words(text);
         const std::string_view keyword = line.empty() ? "" : line[0];
         if (keyword == "end_header" && line.size() == 1)
@@ -175,35 +141,32 @@ PlyHeader parsePlyHeader(std::span<const std::byte> bytes, uint64_t file_bytes, 
             header.obj_info.emplace_back(text.substr(std::min<size_t>(text.size(), 9)));
         } else if (keyword == "element") {
             if (in_element)
-                throwInvalid(name, "more than one element, expected only 'vertex'", kTakeTrainers);
+                throwInvalid(name, "more than one element, expected only 'vertex'");
             header.row_count = elementCount(line, name);
             in_element = true;
         } else if (keyword == "property" && in_element) {
             if (line.size() > 1 && line[1] == "list")
-                throwInvalid(name, "property '" + clip(line.back()) + "' is a list, expected scalars", kTakeTrainers);
-            const uint32_t size = line.size() == 3 ? scalarBytes(line[1]) : 0;
-            if (size == 0)
-                throwInvalid(name, "header line '" + clip(text) + "' is no property, expected 'property float <name>'",
-                             kTakeTrainers);
+                throwInvalid(name, "property '" + clip(line.back()) + "' is a list, expected scalars");
+            const auto type = line.size() == 3 ? kScalarBytes.find(line[1]) : kScalarBytes.end();
+            if (type == kScalarBytes.end())
+                throwInvalid(name, "header line '" + clip(text) + "' is no property, expected 'property float <name>'");
             if (!seen.insert(std::string(line[2])).second)
-                throwInvalid(name, "property '" + clip(line[2]) + "' occurs twice, expected unique names",
-                             kTakeTrainers);
+                throwInvalid(name, "property '" + clip(line[2]) + "' occurs twice, expected unique names");
             if (header.columns.size() >= kMaxColumns)
-                throwInvalid(name, formatString("more than %zu properties, expected fewer", kMaxColumns),
-                             kTakeTrainers);
+                throwInvalid(name, formatString("more than %zu properties, expected fewer", kMaxColumns));
             header.columns.push_back(
                 {std::string(line[2]), header.row_bytes, line[1] == "float" || line[1] == "float32"});
-            header.row_bytes += size;
+            header.row_bytes += type->second;
         } else {
             // binary data where the next line should be: the header was never ended
             if (std::any_of(text.begin(), text.end(), [](char c) { return (c < ' ' && c != '\t') || c > '~'; }))
                 throwNoEnd(name);
-            throwInvalid(name, "header line '" + clip(text) + "' is unknown, expected a PLY header", kTakeTrainers);
+            throwInvalid(name, "header line '" + clip(text) + "' is unknown, expected a PLY header");
         }
     }
     if (!in_element)
-        throwInvalid(name, "header has no element, expected 'vertex'", kTakeTrainers);
-    header.header_bytes = lines.cursor();
+        throwInvalid(name, "header has no element, expected 'vertex'");
+    header.header_bytes = cursor;
     checkBody(header, file_bytes, name);
     return header;
 }

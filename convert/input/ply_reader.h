@@ -5,7 +5,6 @@
 #include "convert/input/checkpoint.h"
 #include "convert/input/input_file.h"
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -39,15 +38,15 @@ PlyHeader parsePlyHeader(std::span<const std::byte> bytes, uint64_t file_bytes, 
 
 // Where the fields of an anchor lie in a row, byte offsets in the order of the number at the end of the name.
 struct AnchorColumns {
-    std::array<uint32_t, 3> position{};
-    std::vector<uint32_t> offset;   // 3 K, axis-major: axis * K + k
-    std::vector<uint32_t> feature;  // F
-    std::vector<uint32_t> scale;    // 6
-    std::vector<uint32_t> rotation; // 4
-    std::vector<uint32_t> normal;   // 3 or none
-    std::vector<uint32_t> level;    // level, extra_level, or none
-    std::vector<uint32_t> opacity;  // 1 or none
-    std::vector<uint32_t> info;     // 1 or none
+    std::vector<uint32_t> position;           // 3
+    std::vector<uint32_t> offset;             // 3 K, k-major: 3 k + axis
+    std::vector<uint32_t> feature;            // F
+    std::vector<uint32_t> scale;              // 6
+    std::vector<uint32_t> rotation;           // 4
+    std::vector<uint32_t> normal;             // 3 or none
+    std::vector<uint32_t> level, extra_level; // 1 or none, both or neither
+    std::vector<uint32_t> opacity;            // 1 or none
+    std::vector<uint32_t> info;               // 1 or none
 };
 
 // Throws Error(InvalidFile) where a column is missing, numbered with a gap, or not float32.
@@ -61,7 +60,7 @@ constexpr int32_t kMaxAnchorLevel = int32_t(kMaxLevels) - 1;
 void decodeAnchorRows(std::span<const std::byte> rows, uint32_t row_bytes, const AnchorColumns& columns,
                       uint32_t fields, uint64_t first_row, AnchorBatch& batch, size_t at, const std::string& name);
 
-// Sets the sizes of the vectors of `batch` for `count` anchors of `fields`; the others become empty.
+// Sets the sizes of the vectors of `batch` for `count` anchors of `fields` (AnchorFields); the others become empty.
 void sizeBatch(AnchorBatch& batch, const AnchorColumns& columns, uint32_t fields, size_t count);
 
 // A PLY file on disk; the body is never held in memory.

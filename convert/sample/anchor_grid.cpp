@@ -35,81 +35,52 @@ AnchorGrid octreeGrid(float low, float high, double spacing, uint32_t levels)
 
 GridCell cellOf(const AnchorGrid& grid, uint32_t level, Vec3 position)
 {
-    const auto index = [&](double x) {
-        return int32_t(std::floor((x - double(grid.origin)) / double(grid.quantum[level]) + 0.5));
-    };
-    return {{index(position.x), index(position.y), index(position.z)}};
+    return GridCell(glm::floor((position - double(grid.origin)) / double(grid.quantum[level]) + 0.5));
 }
 
 void cellPosition(const AnchorGrid& grid, uint32_t level, const GridCell& cell, float out[3])
 {
     for (int axis = 0; axis < 3; ++axis)
-        out[axis] = gridCoordinate(cell.k[axis], grid.quantum[level], grid.origin, false);
+        out[axis] = gridCoordinate(cell[axis], grid.quantum[level], grid.origin, false);
 }
 
-void TakenCells::begin(const AnchorGrid& grid, bool bounded, const double min[2], const double max[2])
+TakenCells::TakenCells(const AnchorGrid& grid, bool bounded, const double min[2], const double max[2])
 {
-    m_bounded = bounded;
-    for (uint32_t level = 0; bounded && level < grid.levels; ++level)
-        for (int axis = 0; axis < 2; ++axis) {
+    for (uint32_t level = 0; level < grid.levels; ++level) {
+        m_first[level] = GridCell(INT32_MIN);
+        m_last[level] = GridCell(INT32_MAX);
+        for (int axis = 0; bounded && axis < 2; ++axis) {
             const double q = grid.quantum[level];
-            m_min[level][axis] = int32_t(std::ceil((min[axis] - double(grid.origin)) / q));
-            m_max[level][axis] = int32_t(std::ceil((max[axis] - double(grid.origin)) / q)) - 1;
+            m_first[level][axis] = int32_t(std::ceil((min[axis] - double(grid.origin)) / q));
+            m_last[level][axis] = int32_t(std::ceil((max[axis] - double(grid.origin)) / q)) - 1;
         }
-    m_slots.assign(1024, {{0, 0, 0}, kMaxSampleLevels});
-    m_used = 0;
-}
-
-GridCell TakenCells::clamped(uint32_t level, GridCell cell) const
-{
-    for (int axis = 0; m_bounded && axis < 2; ++axis)
-        cell.k[axis] = std::max(m_min[level][axis], std::min(m_max[level][axis], cell.k[axis]));
-    return cell;
-}
-
-bool TakenCells::insert(uint32_t level, const GridCell& cell)
-{
-    const uint64_t key =
-        hashKey(uint64_t(uint32_t(cell.k[0])) << 32 | uint32_t(cell.k[1]), uint64_t(uint32_t(cell.k[2])) << 8 | level);
-    const size_t mask = m_slots.size() - 1;
-    for (size_t i = key & mask;; i = (i + 1) & mask) {
-        Slot& slot = m_slots[i];
-        if (slot.level == kMaxSampleLevels) {
-            slot = {{cell.k[0], cell.k[1], cell.k[2]}, level};
-            if (++m_used * 2 > m_slots.size())
-                grow();
-            return true;
-        }
-        if (slot.level == level && slot.k[0] == cell.k[0] && slot.k[1] == cell.k[1] && slot.k[2] == cell.k[2])
-            return false;
     }
 }
 
-void TakenCells::grow()
+size_t TakenCells::KeyHash::operator()(const Key& key) const
 {
-    std::vector<Slot> old(m_slots.size() * 2, Slot{{0, 0, 0}, kMaxSampleLevels});
-    old.swap(m_slots);
-    m_used = 0;
-    for (const Slot& slot : old)
-        if (slot.level != kMaxSampleLevels)
-            insert(slot.level, {{slot.k[0], slot.k[1], slot.k[2]}});
+    const glm::uvec3 cell(key.cell);
+    return hashKey(uint64_t(cell.x) << 32 | cell.y, uint64_t(cell.z) << 8 | key.level);
+}
+
+// On a tile smaller than a cell the first is the only one.
+GridCell TakenCells::inside(uint32_t level, GridCell cell) const
+{
+    return glm::max(m_first[level], glm::min(m_last[level], cell));
 }
 
 GridCell TakenCells::take(uint32_t level, GridCell wanted)
 {
-    const GridCell start = clamped(level, wanted);
-    if (insert(level, start))
-        return start;
+    const GridCell start = inside(level, wanted);
     // shells of growing size round the cell, in a fixed order
-    for (int32_t r = 1;; ++r)
+    for (int32_t r = 0;; ++r)
         for (int32_t dz = -r; dz <= r; ++dz)
             for (int32_t dy = -r; dy <= r; ++dy)
                 for (int32_t dx = -r; dx <= r; ++dx) {
                     if (std::max({std::abs(dx), std::abs(dy), std::abs(dz)}) != r)
                         continue;
-                    const GridCell cell{{start.k[0] + dx, start.k[1] + dy, start.k[2] + dz}};
-                    const GridCell inside = clamped(level, cell);
-                    if (inside.k[0] == cell.k[0] && inside.k[1] == cell.k[1] && insert(level, cell))
+                    const GridCell cell = start + GridCell(dx, dy, dz);
+                    if (inside(level, cell) == cell && m_taken.insert({cell, level}).second)
                         return cell;
                 }
 }

@@ -5,7 +5,7 @@
 #include "convert/sample/vec3.h"
 
 #include <cstdint>
-#include <vector>
+#include <unordered_set>
 
 namespace gsc {
 
@@ -19,9 +19,7 @@ struct AnchorGrid {
     int base_layer = 0;                   // Octree-GS
 };
 
-struct GridCell {
-    int32_t k[3];
-};
+using GridCell = glm::ivec3;
 
 // Largest of 1, 2, 5 x 10^n that is not above `spacing`, for cfg_args.
 AnchorGrid scaffoldGrid(double spacing);
@@ -36,23 +34,24 @@ void cellPosition(const AnchorGrid& grid, uint32_t level, const GridCell& cell, 
 // Cells taken on one tile. Tiles own half-open boxes in x and y, so no cell can be taken twice on two tiles.
 class TakenCells {
 public:
-    void begin(const AnchorGrid& grid, bool bounded, const double min[2], const double max[2]);
+    TakenCells(const AnchorGrid& grid, bool bounded, const double min[2], const double max[2]);
     // The free cell nearest to `wanted`, which is then taken.
     GridCell take(uint32_t level, GridCell wanted);
 
 private:
-    [[nodiscard]] GridCell clamped(uint32_t level, GridCell cell) const;
-    bool insert(uint32_t level, const GridCell& cell);
-    void grow();
-
-    bool m_bounded = false;
-    int32_t m_min[kMaxSampleLevels][2] = {}, m_max[kMaxSampleLevels][2] = {};
-    struct Slot {
-        int32_t k[3];
-        uint32_t level; // kMaxSampleLevels = empty
+    struct Key {
+        GridCell cell;
+        uint32_t level;
+        bool operator==(const Key&) const = default;
     };
-    std::vector<Slot> m_slots; // open addressing, a power of two
-    size_t m_used = 0;
+    struct KeyHash {
+        size_t operator()(const Key& key) const;
+    };
+
+    [[nodiscard]] GridCell inside(uint32_t level, GridCell cell) const;
+
+    GridCell m_first[kMaxSampleLevels], m_last[kMaxSampleLevels]; // the tile's
+    std::unordered_set<Key, KeyHash> m_taken;
 };
 
 } // namespace gsc

@@ -14,6 +14,7 @@
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 
@@ -51,13 +52,13 @@ std::vector<Slice> sliceTiles(const SamplePlan& plan)
     return slices;
 }
 
-void fillSlice(const SamplePlan& plan, const RowFormat& format, Slice& slice)
+void fillSlice(const SamplePlan& plan, SampleModel model, Slice& slice)
 {
     throwIfInterrupted();
     SceneTile content;
     buildTile(plan.spec, slice.tile, content);
     addNeighbourOccluders(plan.spec, slice.tile, content);
-    AnchorRows rows(plan.spec, plan.grid, format, content);
+    AnchorRows rows(plan.spec, plan.grid, model, content);
     rows.rows().reserve((slice.last - slice.first) * kSampleRowFloats);
     for (const SurfaceShare& share : shareTile(plan, slice.tile, content)) {
         const uint64_t first = std::max(share.first, slice.first), last = std::min(share.last, slice.last);
@@ -71,7 +72,8 @@ void fillSlice(const SamplePlan& plan, const RowFormat& format, Slice& slice)
     slice.rows = std::move(rows.rows());
 }
 
-void writeAnchors(const SamplePlan& plan, const RowFormat& format, FileStream& ply, const SampleProgress& progress)
+void writeAnchors(const SamplePlan& plan, SampleModel model, const ModelFolder& folder, const std::string& ply,
+                  const SampleProgress& progress)
 {
     std::vector<Slice> slices = sliceTiles(plan);
     size_t next = 0;
@@ -85,13 +87,13 @@ void writeAnchors(const SamplePlan& plan, const RowFormat& format, FileStream& p
             control.stop();
             return nullptr;
         }) & tbb::make_filter<Slice*, Slice*>(tbb::filter_mode::parallel, [&](Slice* slice) {
-            fillSlice(plan, format, *slice);
+            fillSlice(plan, model, *slice);
             return slice;
         }) & tbb::make_filter<Slice*, void>(tbb::filter_mode::serial_in_order, [&](Slice* slice) {
             float* rows = slice->rows.data();
-            for (uint64_t i = slice->first; format.octree && i < std::min<uint64_t>(slice->last, 2); ++i)
+            for (uint64_t i = slice->first; model == SampleModel::Octree && i < std::min<uint64_t>(slice->last, 2); ++i)
                 rows[(i - slice->first) * kSampleRowFloats + 5] = i == 0 ? plan.grid.quantum[0] : plan.standard_dist;
-            ply.write(rows, slice->rows.size() * sizeof(float));
+            folder.append(ply, std::as_bytes(std::span(slice->rows)));
             std::vector<float>().swap(slice->rows);
             written = slice->last;
             if (progress)
@@ -99,20 +101,16 @@ void writeAnchors(const SamplePlan& plan, const RowFormat& format, FileStream& p
         }));
 }
 
-std::vector<NamedCamera> namedCameras(const SceneSpec& spec, size_t& test_count)
+// Upstream holds out every eighth photograph and lists those first.
+std::vector<SourceCamera> namedCameras(const SceneSpec& spec)
 {
-    const SceneCameras set = sceneCameras(spec);
-    std::vector<NamedCamera> test, train;
-    for (size_t i = 0; i < set.cameras.size(); ++i) {
-        const SampleCamera& c = set.cameras[i];
-        const std::string name = formatString("DJI_%04zu", i + 1);
-        // upstream holds out every eighth photograph and lists those first
-        (i % 8 == 0 ? test : train)
-            .push_back(lookingAlong(name, c.position, c.forward, {0, 0, 1}, set.width, set.height, set.fov_x));
+    std::vector<SourceCamera> cameras = sceneCameras(spec);
+    for (size_t i = 0; i < cameras.size(); ++i) {
+        cameras[i].name = formatString("DJI_%04zu", i + 1);
+        cameras[i].is_test = i % 8 == 0;
     }
-    test_count = test.size();
-    test.insert(test.end(), train.begin(), train.end());
-    return test;
+    std::stable_partition(cameras.begin(), cameras.end(), [](const SourceCamera& camera) { return camera.is_test; });
+    return cameras;
 }
 
 void writeWeights(const ModelFolder& folder, const std::string& iteration, const SampleOptions& options,
@@ -131,11 +129,11 @@ void writeWeights(const ModelFolder& folder, const std::string& iteration, const
     static constexpr const char* kNames[] = {"opacity_mlp", "cov_mlp", "color_mlp", "feature_bank_mlp"};
     const std::vector<Mlp> mlps = sampleMlps(inputs, glint);
     for (size_t i = 0; i < mlps.size(); ++i)
-        writeFile(folder.file(iteration + kNames[i] + ".pt"), writeTorchScriptMlp(mlps[i], kNames[i]));
+        folder.append(iteration + kNames[i] + ".pt", writeTorchScriptMlp(mlps[i], kNames[i]));
     if (inputs.appearance)
-        writeFile(folder.file(iteration + "embedding_appearance.pt"),
-                  writeTorchScriptEmbedding(sampleEmbedding(appearance_rows, options.seed), appearance_rows,
-                                            kSampleAppearance, "embedding_appearance"));
+        folder.append(iteration + "embedding_appearance.pt",
+                      writeTorchScriptEmbedding(sampleEmbedding(appearance_rows, options.seed), appearance_rows,
+                                                kSampleAppearance, "embedding_appearance"));
 }
 
 PathSite pathSite(const SampleOptions& options, const SamplePlan& plan)
@@ -145,20 +143,18 @@ PathSite pathSite(const SampleOptions& options, const SamplePlan& plan)
     site.axis[1] = {0, 1, 0};
     site.up = {0, 0, 1};
     const double half = plan.spec.half_extent;
-    double high[2] = {half, half};
+    site.high[0] = site.high[1] = half;
     site.view_height = std::clamp(0.6 * half, 40.0, 200.0);
     if (options.scene == SampleScene::Street) {
-        high[1] = 7.0; // within the facades
+        site.high[1] = 7.0; // within the facades
         site.view_height = 14;
     } else if (options.scene == SampleScene::Room) {
-        high[0] = kRoomHalf.x;
-        high[1] = kRoomHalf.y;
+        site.high[0] = kRoomHalf.x;
+        site.high[1] = kRoomHalf.y;
         site.view_height = 0.85 * kRoomHeight;
     }
-    for (int i = 0; i < 2; ++i) {
-        site.low[i] = -high[i];
-        site.high[i] = high[i];
-    }
+    for (int i = 0; i < 2; ++i)
+        site.low[i] = -site.high[i];
     if (options.model == SampleModel::Octree) {
         site.level_rule = options.everything_on ? LevelRule::Floor : LevelRule::Round; // as octreeArguments() states
         site.standard_dist = double(plan.standard_dist);
@@ -181,7 +177,6 @@ SampleReport makeSample(const SampleOptions& options, const SampleProgress& prog
                                  static_cast<unsigned long long>(least), static_cast<unsigned long long>(kMaxAnchors)));
     ModelFolder folder(options.output, options.overwrite);
     const SamplePlan plan = planSample(options);
-    const RowFormat format = rowFormat(options.model);
 
     TrainingArguments arguments;
     arguments.scene = sceneName(options.scene);
@@ -189,26 +184,24 @@ SampleReport makeSample(const SampleOptions& options, const SampleProgress& prog
     arguments.appearance_dim = options.everything_on ? kSampleAppearance : 0;
     arguments.voxel_size = plan.grid.voxel_decimal;
     arguments.base_layer = plan.grid.base_layer;
-    writeFile(folder.file("cfg_args"), octree ? octreeArguments(arguments) : scaffoldArguments(arguments));
-    size_t test_count = 0;
-    const std::vector<NamedCamera> cameras = namedCameras(plan.spec, test_count);
-    writeFile(folder.file("cameras.json"), camerasJson(cameras));
-    const std::string path_file = writeCameraPaths(folder, cameraPaths(pathSite(options, plan)));
+    folder.append("cfg_args", octree ? octreeArguments(arguments) : scaffoldArguments(arguments));
+    const std::vector<SourceCamera> cameras = namedCameras(plan.spec);
+    const auto trained = std::count_if(cameras.begin(), cameras.end(), [](const auto& c) { return !c.is_test; });
+    folder.append("cameras.json", camerasJson(cameras));
+    writeCameraPaths(folder, cameraPaths(pathSite(options, plan)));
 
     const std::string iteration = octree ? "point_cloud/iteration_40000/" : "point_cloud/iteration_30000/";
-    writeWeights(folder, iteration, options, plan, uint32_t(cameras.size() - test_count));
-    FileStream ply(folder.file(iteration + "point_cloud.ply"));
-    const std::string header = plyHeader(options.anchors, octree, kSampleFeatures, kSampleOffsets);
-    ply.write(header.data(), header.size());
-    writeAnchors(plan, format, ply, progress);
-    ply.close();
+    writeWeights(folder, iteration, options, plan, uint32_t(trained));
+    const std::string ply = iteration + "point_cloud.ply";
+    folder.append(ply, plyHeader(options.anchors, octree, kSampleFeatures, kSampleOffsets));
+    writeAnchors(plan, options.model, folder, ply, progress);
     throwIfInterrupted();
-    folder.commit();
 
     SampleReport report;
     report.anchors = options.anchors;
-    report.ply_bytes = ply.bytes();
-    report.path_file = (std::filesystem::path(options.output) / path_file).string();
+    report.ply_bytes = std::filesystem::file_size(folder.file(ply));
+    folder.commit();
+    report.path_file = (std::filesystem::path(options.output) / kFirstPath).string();
     report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return report;
 }

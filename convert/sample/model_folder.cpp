@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <fstream>
 #include <iterator>
 #include <system_error>
 
@@ -41,11 +42,6 @@ std::string foreignEntry(const fs::path& folder)
     return first;
 }
 
-[[noreturn]] void throwIo(const std::string& path, const std::error_code& error)
-{
-    failOutput(path, "cannot be written", error.value());
-}
-
 } // namespace
 
 ModelFolder::ModelFolder(const std::string& path, bool overwrite)
@@ -78,8 +74,18 @@ std::string ModelFolder::file(const std::string& relative) const
     std::error_code error;
     fs::create_directories(path.parent_path(), error);
     if (error)
-        throwIo(path.parent_path().string(), error);
+        failOutput(path.parent_path().string(), "cannot be written", error.value());
     return path.string();
+}
+
+void ModelFolder::append(const std::string& relative, std::span<const std::byte> bytes) const
+{
+    const std::string path = file(relative);
+    std::ofstream out(path, std::ios::binary | std::ios::app);
+    out.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+    out.close();
+    if (!out)
+        failOutput(path, "cannot be written", errno);
 }
 
 void ModelFolder::commit()
@@ -100,59 +106,11 @@ void ModelFolder::commit()
     if (error) {
         if (replaces && !fs::exists(m_final, ignored))
             fs::rename(old, m_final, ignored);
-        throwIo(m_final.string(), error);
+        failOutput(m_final.string(), "cannot be written", error.value());
     }
     m_work->release();
     if (replaces)
         fs::remove_all(old, ignored);
-}
-
-FileStream::FileStream(const std::string& path) : m_path(path)
-{
-    m_file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (m_file < 0)
-        throwIo(path, {errno, std::generic_category()});
-}
-
-FileStream::~FileStream()
-{
-    if (m_file >= 0)
-        ::close(m_file);
-}
-
-void FileStream::write(const void* data, size_t bytes)
-{
-    const char* next = static_cast<const char*>(data);
-    m_bytes += bytes;
-    while (bytes > 0) {
-        const ssize_t written = ::write(m_file, next, bytes);
-        if (written < 0 && errno == EINTR)
-            continue;
-        if (written < 0)
-            throwIo(m_path, {errno, std::generic_category()});
-        next += written;
-        bytes -= size_t(written);
-    }
-}
-
-void FileStream::close()
-{
-    const int file = m_file;
-    m_file = -1;
-    if (::close(file) != 0)
-        throwIo(m_path, {errno, std::generic_category()});
-}
-
-void writeFile(const std::string& path, std::span<const std::byte> bytes)
-{
-    FileStream file(path);
-    file.write(bytes.data(), bytes.size());
-    file.close();
-}
-
-void writeFile(const std::string& path, std::string_view text)
-{
-    writeFile(path, std::as_bytes(std::span(text)));
 }
 
 } // namespace gsc

@@ -5,7 +5,6 @@
 #include "format/file/temporary.h"
 
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -24,33 +23,17 @@ public:
     ModelFolder& operator=(const ModelFolder&) = delete;
 
     [[nodiscard]] std::string file(const std::string& relative) const; // creates the folders above it
+    // Behind what is in the file; a new one starts empty. Throws Error(Io).
+    void append(const std::string& relative, std::span<const std::byte> bytes) const;
+    void append(const std::string& relative, std::string_view text) const
+    {
+        append(relative, std::as_bytes(std::span(text)));
+    }
     void commit();
 
 private:
     std::filesystem::path m_final; // links followed
     std::optional<Temporary> m_work;
-};
-
-// Throws Error(Io).
-void writeFile(const std::string& path, std::span<const std::byte> bytes);
-void writeFile(const std::string& path, std::string_view text);
-
-// A file written from front to back.
-class FileStream {
-public:
-    explicit FileStream(const std::string& path); // throws Error(Io)
-    FileStream(const FileStream&) = delete;
-    FileStream& operator=(const FileStream&) = delete;
-    ~FileStream();
-
-    void write(const void* data, size_t bytes); // throws Error(Io)
-    void close();                               // throws Error(Io)
-    [[nodiscard]] uint64_t bytes() const { return m_bytes; }
-
-private:
-    std::string m_path;
-    int m_file = -1;
-    uint64_t m_bytes = 0;
 };
 
 } // namespace gsc

@@ -4,7 +4,6 @@
 #include "format/error.h"
 
 #include <charconv>
-#include <cmath>
 
 namespace gsc {
 
@@ -23,16 +22,15 @@ std::string number(double value)
     return text;
 }
 
-std::string vector(double x, double y, double z)
+std::string vector(const double v[3])
 {
-    return formatString("[%s, %s, %s]", number(x).c_str(), number(y).c_str(), number(z).c_str());
+    return formatString("[%s, %s, %s]", number(v[0]).c_str(), number(v[1]).c_str(), number(v[2]).c_str());
 }
 
-std::string rotationRows(const NamedCamera& camera)
+std::string rotationRows(const SourceCamera& camera)
 {
     const double* r = camera.rotation;
-    return formatString("[%s, %s, %s]", vector(r[0], r[1], r[2]).c_str(), vector(r[3], r[4], r[5]).c_str(),
-                        vector(r[6], r[7], r[8]).c_str());
+    return formatString("[%s, %s, %s]", vector(r).c_str(), vector(r + 3).c_str(), vector(r + 6).c_str());
 }
 
 const char* boolean(bool value)
@@ -49,17 +47,12 @@ std::string plyHeader(uint64_t anchors, bool octree, uint32_t feat_dim, uint32_t
     const auto property = [&](const char* name) { text += formatString("property float %s\n", name); };
     const auto numbered = [&](const char* name, uint32_t count) {
         for (uint32_t i = 0; i < count; ++i)
-            text += formatString("property float %s%u\n", name, i);
+            property(formatString("%s%u", name, i).c_str());
     };
-    for (const char* name : {"x", "y", "z"})
+    constexpr const char* kFirst[2][6] = {{"x", "y", "z", "nx", "ny", "nz"},
+                                          {"x", "y", "z", "level", "extra_level", "info"}};
+    for (const char* name : kFirst[octree])
         property(name);
-    if (octree) {
-        for (const char* name : {"level", "extra_level", "info"})
-            property(name);
-    } else {
-        for (const char* name : {"nx", "ny", "nz"})
-            property(name);
-    }
     numbered("f_offset_", 3 * n_offsets);
     numbered("f_anchor_feat_", feat_dim);
     property("opacity");
@@ -94,56 +87,36 @@ std::string octreeArguments(const TrainingArguments& a)
                         a.everything_on ? "floor" : "round", a.base_layer);
 }
 
-NamedCamera lookingAlong(const std::string& name, Vec3 position, Vec3 forward, Vec3 up, uint32_t width, uint32_t height,
-                         double fov_x)
-{
-    NamedCamera camera;
-    camera.name = name;
-    camera.width = width;
-    camera.height = height;
-    camera.position = position;
-    const Vec3 right = normalized(cross(forward, up)), down = cross(forward, right);
-    const Vec3 columns[3] = {right, down, forward};
-    for (int i = 0; i < 3; ++i) {
-        camera.rotation[i] = columns[i].x;
-        camera.rotation[3 + i] = columns[i].y;
-        camera.rotation[6 + i] = columns[i].z;
-    }
-    // tan(x / 2) this way is exact at a right angle
-    camera.fx = camera.fy = 0.5 * width * (1 + std::cos(fov_x)) / std::sin(fov_x);
-    return camera;
-}
-
-std::string camerasJson(const std::vector<NamedCamera>& cameras)
+std::string camerasJson(const std::vector<SourceCamera>& cameras)
 {
     std::string text = "[";
     for (size_t i = 0; i < cameras.size(); ++i) {
-        const NamedCamera& c = cameras[i];
+        const SourceCamera& c = cameras[i];
         text += formatString("%s{\"id\": %zu, \"img_name\": \"%s\", \"width\": %u, \"height\": %u, \"position\": ",
                              i ? ", " : "", i, c.name.c_str(), c.width, c.height);
-        text += vector(c.position.x, c.position.y, c.position.z) + ", \"rotation\": " + rotationRows(c);
+        text += vector(c.position) + ", \"rotation\": " + rotationRows(c);
         text += ", \"fy\": " + number(c.fy) + ", \"fx\": " + number(c.fx) + "}";
     }
     return text + "]";
 }
 
-std::string trajectoryJson(const TrajectoryText& head, const std::vector<NamedCamera>& cameras)
+std::string trajectoryJson(const CameraPath& path)
 {
     std::string text = formatString("{\n  \"schema\": \"gsc.trajectory/1\",\n  \"name\": \"%s\",\n  \"fps\": %s",
-                                    head.name.c_str(), number(head.fps).c_str());
-    if (!head.description.empty())
-        text += ",\n  \"description\": \"" + head.description + "\"";
-    if (head.metre > 0)
-        text += ",\n  \"metre\": " + number(head.metre);
-    if (head.ipd > 0)
-        text += ",\n  \"ipd\": " + number(head.ipd);
+                                    path.name.c_str(), number(path.fps).c_str());
+    if (!path.description.empty())
+        text += ",\n  \"description\": \"" + path.description + "\"";
+    if (path.metre > 0)
+        text += ",\n  \"metre\": " + number(path.metre);
+    if (path.ipd > 0)
+        text += ",\n  \"ipd\": " + number(path.ipd);
     text += ",\n  \"frames\": [";
-    for (size_t i = 0; i < cameras.size(); ++i) {
-        const NamedCamera& c = cameras[i];
+    for (size_t i = 0; i < path.frames.size(); ++i) {
+        const SourceCamera& c = path.frames[i];
         text += formatString("%s\n    {\"name\": \"%s\", \"width\": %u, \"height\": %u, \"fx\": ", i ? "," : "",
                              c.name.c_str(), c.width, c.height);
         text += number(c.fx) + ", \"fy\": " + number(c.fy) + ",\n     \"position\": ";
-        text += vector(c.position.x, c.position.y, c.position.z) + ",\n     \"rotation\": " + rotationRows(c);
+        text += vector(c.position) + ",\n     \"rotation\": " + rotationRows(c);
         if (c.appearance >= 0)
             text += formatString(", \"appearance\": %d", c.appearance);
         text += "}";

@@ -2,7 +2,7 @@
 // The text files beside a model: PLY header, cfg_args, cameras.json, trajectory.
 #pragma once
 
-#include "convert/sample/vec3.h"
+#include "runtime/source_camera.h"
 
 #include <cstdint>
 #include <string>
@@ -24,29 +24,17 @@ struct TrainingArguments {
 std::string scaffoldArguments(const TrainingArguments& arguments);
 std::string octreeArguments(const TrainingArguments& arguments);
 
-struct NamedCamera {
-    std::string name;
-    uint32_t width = 0, height = 0;
-    Vec3 position;
-    double rotation[9] = {}; // row-major camera-to-world; columns are right, down, forward
-    double fx = 0, fy = 0;
-    int appearance = -1; // embedding row; -1 = none
-};
-
-// Camera at `position` that looks along `forward` with `up` upwards.
-NamedCamera lookingAlong(const std::string& name, Vec3 position, Vec3 forward, Vec3 up, uint32_t width, uint32_t height,
-                         double fov_x);
-
 // Upstream's order and keys; the ids are the indices.
-std::string camerasJson(const std::vector<NamedCamera>& cameras);
+std::string camerasJson(const std::vector<SourceCamera>& cameras);
 
-// schemas/trajectory.schema.json. What is zero, empty or -1 is left out.
-struct TrajectoryText {
-    std::string name;
+// A trajectory of schemas/trajectory.schema.json. What is zero, empty or -1 is left out.
+struct CameraPath {
+    std::string name;        // of the file too
     double fps = 0, ipd = 0; // ipd in world units
     std::string description;
     double metre = 0; // world units
+    std::vector<SourceCamera> frames;
 };
-std::string trajectoryJson(const TrajectoryText& text, const std::vector<NamedCamera>& cameras);
+std::string trajectoryJson(const CameraPath& path);
 
 } // namespace gsc

@@ -43,13 +43,18 @@ SamplePlan planSample(const SampleOptions& options)
         share /= sum;
 
     double area[size_t(AnchorShare::Count)] = {}, densest_main = 0, densest_single = 0;
-    SceneTile tile;
-    for (uint32_t i = 0; i < plan.spec.tile_count; ++i) {
-        throwIfInterrupted();
-        buildTile(plan.spec, i, tile);
-        for (const Surface& s : tile.surfaces)
+    const auto for_each_tile = [&](const auto& visit) {
+        SceneTile tile;
+        for (uint32_t i = 0; i < plan.spec.tile_count; ++i) {
+            throwIfInterrupted();
+            buildTile(plan.spec, i, tile);
+            visit(tile.surfaces);
+        }
+    };
+    for_each_tile([&](const std::vector<Surface>& surfaces) {
+        for (const Surface& s : surfaces)
             area[size_t(s.share)] += surfaceArea(s) * s.density;
-    }
+    });
     double shares = 0;
     for (size_t i = 0; i < size_t(AnchorShare::Count); ++i)
         shares += area[i] > 0 ? plan.spec.share[i] : 0;
@@ -57,30 +62,28 @@ SamplePlan planSample(const SampleOptions& options)
         plan.weight_of[i] = area[i] > 0 ? plan.spec.share[i] / shares / area[i] * double(options.anchors) : 0;
 
     plan.tile_start.assign(1, 0);
-    for (uint32_t i = 0; i < plan.spec.tile_count; ++i) {
-        throwIfInterrupted();
-        buildTile(plan.spec, i, tile);
+    for_each_tile([&](const std::vector<Surface>& surfaces) {
         double anchors = plan.tile_start.back();
-        for (const Surface& s : tile.surfaces) {
+        for (const Surface& s : surfaces) {
             double& densest = s.all_levels ? densest_main : densest_single;
             densest = std::max(densest, plan.weight_of[size_t(s.share)] * s.density);
             for (uint32_t level = 0; level < plan.levels; ++level)
                 anchors += levelWeight(plan, s, level);
         }
         plan.tile_start.push_back(anchors);
-    }
-    plan.finest_spacing = 1 / std::sqrt(densest_main * plan.level_share[plan.levels - 1]);
-    plan.single_spacing = densest_single > 0 ? 1 / std::sqrt(densest_single) : 0;
+    });
+    // metres between the densest anchors of the finest level
+    const double finest = 1 / std::sqrt(densest_main * plan.level_share[plan.levels - 1]);
 
     // two anchors 2.2 cells apart never meet in one; rows of cells are not quite square
     constexpr double kCellsApart = 2.2;
     const double extent = std::max({plan.spec.half_extent, plan.spec.horizon, 1.0});
     if (options.model == SampleModel::Scaffold) {
-        plan.grid = scaffoldGrid(plan.finest_spacing / 4);
+        plan.grid = scaffoldGrid(finest / 4);
     } else {
-        double spacing = plan.finest_spacing * std::exp2(double(plan.levels - 1));
-        if (plan.single_spacing > 0)
-            spacing = std::min(spacing, plan.single_spacing);
+        double spacing = finest * std::exp2(double(plan.levels - 1));
+        if (densest_single > 0)
+            spacing = std::min(spacing, 1 / std::sqrt(densest_single));
         plan.grid = octreeGrid(float(-extent), float(extent), spacing / kCellsApart, plan.levels);
         // where a level gives way to the next, its Gaussians are 2 pixels apart (1024 pixels of focal length)
         const double main_weight = plan.weight_of[size_t(AnchorShare::Main)];

@@ -17,8 +17,6 @@ struct SamplePlan {
     double level_share[kMaxSampleLevels] = {};         // of the anchors of a surface with all levels
     double weight_of[size_t(AnchorShare::Count)] = {}; // anchors per weighted area
     std::vector<double> tile_start;                    // tile_count + 1, in anchors
-    double finest_spacing = 0;                         // metres between the densest anchors of the finest level
-    double single_spacing = 0;                         // the same for surfaces on level 0 only; 0 = none
     AnchorGrid grid;
     float standard_dist = 0; // Octree-GS
 };

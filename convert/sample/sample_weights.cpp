@@ -61,6 +61,25 @@ float spread(uint32_t k, uint32_t use)
     return float(2 * hashUnit(hashKey(k, use, 0x5eed)) - 1);
 }
 
+// Six hidden units, each of which sees one side of an anchor, the more the more ragged it is.
+void watchSides(Mlp& mlp, uint32_t first, uint32_t direction, float factor)
+{
+    for (uint32_t side = 0; side < 6; ++side) {
+        weight(mlp, 0, first + side, direction + side / 2) = side % 2 ? -factor : factor;
+        weight(mlp, 0, first + side, kFeatureRagged) = factor;
+        mlp.layers[0].bias[first + side] = -factor;
+    }
+}
+
+// What a hidden unit makes of distance and level, where the model takes them.
+void watchDistance(Mlp& mlp, uint32_t unit, const Columns& in, const SampleInputs& inputs, float distance, float level)
+{
+    if (inputs.distance)
+        weight(mlp, 0, unit, in.distance) = distance / inputs.distance_unit;
+    if (inputs.level)
+        weight(mlp, 0, unit, in.level) = level;
+}
+
 Mlp opacityMlp(const SampleInputs& inputs)
 {
     const Columns in = columnsOf(inputs, false);
@@ -81,17 +100,11 @@ Mlp opacityMlp(const SampleInputs& inputs)
     for (uint32_t k = 0; k < K; ++k)
         connect(mlp, k, kBias, 1, 1);
     // leaves that show from one side and not from another
-    for (uint32_t side = 0; side < 6; ++side) {
-        weight(mlp, 0, kSides + side, in.direction + side / 2) = side % 2 ? -1.5f : 1.5f;
-        weight(mlp, 0, kSides + side, kFeatureRagged) = 1.5f;
-        mlp.layers[0].bias[kSides + side] = -1.5f;
+    watchSides(mlp, kSides, in.direction, 1.5f);
+    for (uint32_t side = 0; side < 6; ++side)
         for (uint32_t k = 0; k < K; ++k)
             weight(mlp, 1, k, kSides + side) = 0.35f * spread(k, side);
-    }
-    if (inputs.distance)
-        weight(mlp, 0, kBias, in.distance) = 0.02f / inputs.distance_unit;
-    if (inputs.level)
-        weight(mlp, 0, kBias, in.level) = 0.01f;
+    watchDistance(mlp, kBias, in, inputs, 0.02f, 0.01f);
     return mlp;
 }
 
@@ -104,15 +117,8 @@ Mlp covarianceMlp(const SampleInputs& inputs)
     for (uint32_t axis = 0; axis < 3; ++axis)
         passThrough(mlp, axis, kFeatureTurn + axis, kTurnLimit);
     weight(mlp, 0, kRagged, kFeatureRagged) = 1;
-    for (uint32_t side = 0; side < 6; ++side) {
-        weight(mlp, 0, kSides + side, in.direction + side / 2) = side % 2 ? -1.0f : 1.0f;
-        weight(mlp, 0, kSides + side, kFeatureRagged) = 1;
-        mlp.layers[0].bias[kSides + side] = -1;
-    }
-    if (inputs.distance)
-        weight(mlp, 0, kLod, in.distance) = 0.5f / inputs.distance_unit;
-    if (inputs.level)
-        weight(mlp, 0, kLod, in.level) = 0.05f;
+    watchSides(mlp, kSides, in.direction, 1);
+    watchDistance(mlp, kLod, in, inputs, 0.5f, 0.05f);
     for (uint32_t k = 0; k < K; ++k) {
         for (uint32_t axis = 0; axis < 3; ++axis) {
             const uint32_t out = 7 * k + axis;
@@ -159,10 +165,7 @@ Mlp colorMlp(const SampleInputs& inputs, const float water_glint[3])
         weight(mlp, 0, kGlint, in.direction + axis) = 7 * water_glint[axis];
     weight(mlp, 0, kGlint, kFeatureGloss + 2) = 7;
     mlp.layers[0].bias[kGlint] = -13.2f;
-    if (inputs.distance)
-        weight(mlp, 0, kHaze, in.distance) = 1 / inputs.distance_unit;
-    if (inputs.level)
-        weight(mlp, 0, kHaze, in.level) = 0.01f;
+    watchDistance(mlp, kHaze, in, inputs, 1, 0.01f);
     // the first two columns of the embedding: exposure and warmth
     for (uint32_t c = 0; inputs.appearance && c < 3; ++c) {
         weight(mlp, 0, c, in.appearance) = 0.8f;

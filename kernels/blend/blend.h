@@ -3,8 +3,11 @@
 #pragma once
 
 #include "kernels/bin/bin.h"
+#include "kernels/frame/frame_target.h"
 #include "kernels/math/blend.h"
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 namespace gsc {
@@ -20,6 +23,8 @@ struct BlendArgs {
     RasterConstants rules;
     float background[3];
     float* image; // height x width x 3, row 0 on top
+    DepthRows<float> depth{};
+    const SortKey* sorted = nullptr; // the splats' depths, where there are rows for them
 };
 
 // Returns the number of (pixel, splat) pairs evaluated.
@@ -28,6 +33,17 @@ uint64_t blendCpu(const BlendArgs& args, const Workers& workers);
 // Scalar: every pixel of a tile walks the tile's list until it is done.
 template <typename Real>
 uint64_t blendReference(const std::vector<SplatOf<Real>>& splats, const TileLists& lists, uint32_t width,
-                        uint32_t height, const RasterConstants& rules, const float* background, Real* image);
+                        uint32_t height, const RasterConstants& rules, const float* background, Real* image,
+                        const DepthRows<Real>& depth = {});
+
+// The image of no splat at all.
+template <typename Real>
+void blendNothing(uint32_t width, uint32_t height, const float* color, Real* image, const DepthRows<Real>& depth)
+{
+    for (size_t i = 0; i < size_t(width) * height; ++i)
+        std::copy_n(color, 3, image + 3 * i);
+    for (uint32_t y = 0; depth.z != nullptr && y < height; ++y)
+        std::fill_n(depth.z + y * depth.stride, width, Real(INFINITY));
+}
 
 } // namespace gsc

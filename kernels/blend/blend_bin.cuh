@@ -127,11 +127,12 @@ struct BinOfEye {
 };
 
 // Number `i` of the bins that are blended, fullest first. Eyes that share a list follow each other. False: its list is
-// cut into segments.
+// cut into segments. Depths take whole lists: most pixels have spent half of their light early in a long one.
+template <bool kDepth>
 __device__ __forceinline__ bool binAt(const BlendCudaArgs& args, uint32_t i, BinOfEye& bin)
 {
     const uint32_t readers = args.shared_bins ? kMaxEyes : 1u;
-    const uint32_t entry = args.bin_queue[i / readers];
+    const uint32_t queued = args.bin_queue[i / readers], entry = kDepth ? queued & ~kSplitBin : queued;
     bin = {entry, args.shared_bins ? i % kMaxEyes : entry >= args.grid.bins() ? 1u : 0u};
     return (entry & kSplitBin) == 0;
 }
@@ -155,17 +156,23 @@ __device__ __forceinline__ bool areaOf(const BlendCudaArgs& args, const BinOfEye
     return eye_column < args.grid.columns;
 }
 
-// What a pixel of an eye starts this pass with. Transmittance: negative where it is finished, or there is none.
+// What a pixel of an eye starts this pass with. Transmittance: negative where it is finished, or there is none. Between
+// passes the image of depths holds the transmittance of pixels that have none yet, below zero.
 struct Begun {
     float transmittance, color[3];
 };
 
+template <bool kDepth>
 __device__ __forceinline__ Begun begunPixel(const BlendCudaArgs& args, uint32_t e, uint32_t x, uint32_t y)
 {
     const uint32_t width = e == 0 ? args.width[0] : args.width[1], height = e == 0 ? args.height[0] : args.height[1];
     Begun begun{x < width && y < height ? 1.0f : -1.0f, {0, 0, 0}};
     if (args.pass.index != 0 && begun.transmittance > 0.0f) {
         const size_t pixel = size_t(y) * width + x;
+        if constexpr (kDepth) {
+            const float depth = (e == 0 ? args.depth[0] : args.depth[1])[pixel];
+            return {-depth, {depth, 0, 0}};
+        }
         begun.transmittance = (e == 0 ? args.transmittance[0] : args.transmittance[1])[pixel];
         for (int i = 0; i < 3; ++i)
             begun.color[i] = (e == 0 ? args.image[0] : args.image[1])[pixel * 3 + i];
@@ -173,6 +180,7 @@ __device__ __forceinline__ Begun begunPixel(const BlendCudaArgs& args, uint32_t 
     return begun;
 }
 
+template <bool kDepth>
 __device__ __forceinline__ void endPixel(const BlendCudaArgs& args, uint32_t e, uint32_t x, uint32_t y,
                                          float transmittance, const float* color)
 {
@@ -182,6 +190,12 @@ __device__ __forceinline__ void endPixel(const BlendCudaArgs& args, uint32_t e, 
     const bool last = args.pass.index + 1 == args.pass.count;
     const bool black = last && args.empty_is_black && args.counters->any_positive[e] == 0;
     const size_t at = size_t(y) * width + x;
+    if constexpr (kDepth) {
+        (e == 0 ? args.depth[0] : args.depth[1])[at] = transmittance < 0.0f ? color[0]
+                                                       : last               ? INFINITY
+                                                                            : -transmittance;
+        return;
+    }
     float* const pixel = (e == 0 ? args.image[0] : args.image[1]) + at * 3;
     for (int i = 0; i < 3; ++i)
         pixel[i] = !last ? color[i] : black ? 0.0f : fmaf(fabsf(transmittance), args.background[i], color[i]);
@@ -224,18 +238,25 @@ blendKeys(const BlendCudaArgs& args, const Team& team, const Batches<typename Ru
                 reinterpret_cast<uint4*>(&s)[part] = reinterpret_cast<const uint4*>(all + slot)[part];
         return s;
     };
+    const auto depthOf = [&](uint32_t i, uint32_t slot) { // places are those of lists, which eyes may share
+        return Rules::kDepth && i < end ? __uint_as_float(args.places[slot - first_slot].depth_bits) : 0.0f;
+    };
     Splat splat = fetch(at, slotAt(at));
+    float depth = depthOf(at, slotAt(at));
     uint32_t slot = slotAt(at + team.threads), which = 0;
     for (uint32_t first = begin; first < end; first += team.threads, which ^= 1u) {
         typename Rules::Lit* const batch = which == 0 ? batches.splats[0] : batches.splats[1];
         Touched* const touched = which == 0 ? batches.touched[0] : batches.touched[1];
         if (at < end) {
-            const typename Rules::Lit lit = Rules::light(splat);
+            typename Rules::Lit lit = Rules::light(splat);
+            if constexpr (Rules::kDepth)
+                lit.color[0] = depth;
             batch[team.thread] = lit;
             touched[team.thread] = touchedBy<Rules, T>(splat, lit, args.rules, area.bin_x, area.bin_y);
         }
         at += team.threads;
         splat = fetch(at, slot);
+        depth = depthOf(at, slot);
         slot = slotAt(at + team.threads);
         if (!team.any(open != 0)) // also: the batch is complete, and nobody blends the one before the last any more
             break;
@@ -254,7 +275,7 @@ __device__ __forceinline__ void blendBin(const BlendCudaArgs& args, const Team& 
     T tile;
     uint32_t open = 0;
     forPixels<T>(row0, column0, [&](uint32_t row, uint32_t column, uint32_t x, uint32_t y) {
-        const Begun begun = begunPixel(args, area.eye, area.bin_x + x, area.bin_y + y);
+        const Begun begun = begunPixel<Rules::kDepth>(args, area.eye, area.bin_x + x, area.bin_y + y);
         for (int i = 0; i < 3; ++i)
             tile.color[row][column][i] = begun.color[i];
         tile.transmittance[row][column] = begun.transmittance;
@@ -263,8 +284,8 @@ __device__ __forceinline__ void blendBin(const BlendCudaArgs& args, const Team& 
     if (args.pass.index == 0 || team.any(open != 0)) // nearer passes may have finished it
         blendKeys<Rules>(args, team, batches, area, area.begin, area.end, row0, column0, open, tile, evaluations);
     forPixels<T>(row0, column0, [&](uint32_t row, uint32_t column, uint32_t x, uint32_t y) {
-        endPixel(args, area.eye, area.bin_x + x, area.bin_y + y, tile.transmittance[row][column],
-                 tile.color[row][column]);
+        endPixel<Rules::kDepth>(args, area.eye, area.bin_x + x, area.bin_y + y, tile.transmittance[row][column],
+                                tile.color[row][column]);
     });
 }
 

@@ -14,6 +14,7 @@
 #include "kernels/simd/simd_math-inl.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #ifndef GSC_KERNELS_BLEND_PATCH
@@ -38,6 +39,7 @@ constexpr uint32_t kBatch = 32; // splats whose blocks are found before the firs
 struct TileState {
     HWY_ALIGN float transmittance[kPixels];
     HWY_ALIGN float red[kPixels], green[kPixels], blue[kPixels];
+    HWY_ALIGN float z[kPixels];                                   // with depths
     HWY_ALIGN float pixel_x[kBlock][kBlockPixels];                // per column of blocks
     HWY_ALIGN float pixel_y[kBlock][kBlockPixels];                // per row of blocks
     HWY_ALIGN float block_x[kBlockPixels], block_y[kBlockPixels]; // first pixel of each block
@@ -47,13 +49,13 @@ struct TileState {
 // What a splat needs in every block, broadcast.
 template <class V>
 struct SplatLanes {
-    V x, y, half_a, b, half_c, opacity, red, green, blue, lowest;
+    V x, y, half_a, b, half_c, opacity, red, green, blue, lowest, z;
 };
 
 // Blends kCount vectors of pixels, which start at offsets at[] of the planes and belong to blocks at[] / 16. Returns a
 // bit per vector: not all of its pixels are done.
 // note: two at once, because one alone waits for its own exponential most of the time
-template <bool kGsplat, uint32_t kCount, class D, class V>
+template <bool kGsplat, bool kDepth, uint32_t kCount, class D, class V>
 HWY_INLINE uint32_t blendVectors(D d, const SplatLanes<V>& s, V alpha_cap, V stop, TileState& state, const uint32_t* at)
 {
     using M = hn::Mask<D>;
@@ -92,6 +94,12 @@ HWY_INLINE uint32_t blendVectors(D d, const SplatLanes<V>& s, V alpha_cap, V sto
         add(s.red, state.red);
         add(s.green, state.green);
         add(s.blue, state.blue);
+        if constexpr (kDepth) {
+            const V half = hn::Set(d, kHalfLight);
+            const M spent = hn::And(adds[i], hn::And(hn::Ge(t[i], half), hn::Lt(next[i], half)));
+            if (HWY_UNLIKELY(!hn::AllFalse(d, spent)))
+                hn::Store(hn::IfThenElse(spent, s.z, hn::Load(d, state.z + at[i])), d, state.z + at[i]);
+        }
         V remaining = hn::IfThenElse(adds[i], next[i], t[i]);
         live |= 1u << i;
         if (HWY_UNLIKELY(!hn::AllFalse(d, stops[i]))) {
@@ -104,8 +112,8 @@ HWY_INLINE uint32_t blendVectors(D d, const SplatLanes<V>& s, V alpha_cap, V sto
     return live;
 }
 
-template <bool kGsplat>
-HWY_INLINE void blendSplat(const Splat& splat, const RasterConstants& rules, uint32_t blocks, TileState& state)
+template <bool kGsplat, bool kDepth>
+HWY_INLINE void blendSplat(const Splat& splat, float z, const RasterConstants& rules, uint32_t blocks, TileState& state)
 {
     const LaneTag d;
     const uint32_t lanes = uint32_t(hn::Lanes(d));
@@ -118,7 +126,8 @@ HWY_INLINE void blendSplat(const Splat& splat, const RasterConstants& rules, uin
                                             hn::Set(d, splat.color[0]),
                                             hn::Set(d, splat.color[1]),
                                             hn::Set(d, splat.color[2]),
-                                            hn::Set(d, -splat.cutoff)};
+                                            hn::Set(d, -splat.cutoff),
+                                            hn::Set(d, z)};
     const auto alpha_cap = hn::Set(d, rules.alpha_cap), stop = hn::Set(d, rules.stop);
     while (blocks != 0) {
         const uint32_t block = uint32_t(__builtin_ctz(blocks));
@@ -128,11 +137,11 @@ HWY_INLINE void blendSplat(const Splat& splat, const RasterConstants& rules, uin
             blocks &= blocks - 1;
             const uint32_t at[2] = {block * kBlockPixels, other * kBlockPixels};
             if (other == block) {
-                if (blendVectors<kGsplat, 1>(d, s, alpha_cap, stop, state, at) == 0)
+                if (blendVectors<kGsplat, kDepth, 1>(d, s, alpha_cap, stop, state, at) == 0)
                     state.live &= ~(1u << block);
                 return;
             }
-            const uint32_t live = blendVectors<kGsplat, 2>(d, s, alpha_cap, stop, state, at);
+            const uint32_t live = blendVectors<kGsplat, kDepth, 2>(d, s, alpha_cap, stop, state, at);
             if (HWY_UNLIKELY(live != 3))
                 state.live &= ~((~live & 1u) << block | (~live >> 1 & 1u) << other);
             continue;
@@ -140,7 +149,7 @@ HWY_INLINE void blendSplat(const Splat& splat, const RasterConstants& rules, uin
         uint32_t live = 0;
         for (uint32_t part = 0; part < kBlockPixels; part += 2 * lanes) {
             const uint32_t at[2] = {block * kBlockPixels + part, block * kBlockPixels + part + lanes};
-            live |= blendVectors<kGsplat, 2>(d, s, alpha_cap, stop, state, at);
+            live |= blendVectors<kGsplat, kDepth, 2>(d, s, alpha_cap, stop, state, at);
         }
         if (HWY_UNLIKELY(live == 0))
             state.live &= ~(1u << block);
@@ -152,6 +161,8 @@ void startTile(const BlendArgs& args, uint32_t tile_x, uint32_t tile_y, TileStat
     std::fill_n(state.red, kPixels, 0.0f);
     std::fill_n(state.green, kPixels, 0.0f);
     std::fill_n(state.blue, kPixels, 0.0f);
+    if (args.depth.z != nullptr)
+        std::fill_n(state.z, kPixels, INFINITY);
     state.live = 0;
     for (uint32_t block = 0; block < kBlockPixels; ++block) {
         const uint32_t x0 = tile_x + block % kBlock * kBlock, y0 = tile_y + block / kBlock * kBlock;
@@ -181,6 +192,8 @@ void storeTile(const BlendArgs& args, uint32_t tile_x, uint32_t tile_y, const Ti
             row[3 * x] = std::fma(t, args.background[0], state.red[at]);
             row[3 * x + 1] = std::fma(t, args.background[1], state.green[at]);
             row[3 * x + 2] = std::fma(t, args.background[2], state.blue[at]);
+            if (args.depth.z != nullptr)
+                args.depth.z[(tile_y + y) * args.depth.stride + tile_x + x] = state.z[at];
         }
     }
 }
@@ -191,7 +204,7 @@ HWY_INLINE void prefetchSplat(const Splat* splat)
     hwy::Prefetch(&splat->y1); // may lie in the next cache line
 }
 
-template <bool kGsplat>
+template <bool kGsplat, bool kDepth>
 uint64_t blendTile(const BlendArgs& args, uint32_t tile)
 {
     TileState state;
@@ -212,7 +225,9 @@ uint64_t blendTile(const BlendArgs& args, uint32_t tile)
         for (uint32_t i = 0; i < count; ++i) {
             const uint32_t live = touched[i] & state.live;
             blocks += uint32_t(__builtin_popcount(live));
-            blendSplat<kGsplat>(args.splats[entries[first + i]], args.rules, live, state);
+            const uint32_t splat = entries[first + i];
+            const float z = kDepth ? std::bit_cast<float>(args.sorted[splat].depth_bits) : 0.0f;
+            blendSplat<kGsplat, kDepth>(args.splats[splat], z, args.rules, live, state);
         }
     }
     storeTile(args, tile_x, tile_y, state);
@@ -223,14 +238,15 @@ uint64_t blendTile(const BlendArgs& args, uint32_t tile)
 uint64_t blendPatches(const BlendArgs& args, size_t first, size_t last)
 {
     const uint32_t patches_x = (args.grid_x + kPatchX - 1) / kPatchX;
+    const bool gsplat = args.rules.gsplat, depth = args.depth.z != nullptr;
+    const auto blend = gsplat ? (depth ? blendTile<true, true> : blendTile<true, false>)
+                              : (depth ? blendTile<false, true> : blendTile<false, false>);
     uint64_t evaluations = 0;
     for (size_t patch = first; patch < last; ++patch) {
         const uint32_t x0 = uint32_t(patch % patches_x) * kPatchX, y0 = uint32_t(patch / patches_x) * kPatchY;
         for (uint32_t y = y0; y < std::min(y0 + kPatchY, args.grid_y); ++y)
-            for (uint32_t x = x0; x < std::min(x0 + kPatchX, args.grid_x); ++x) {
-                const uint32_t tile = y * args.grid_x + x;
-                evaluations += args.rules.gsplat ? blendTile<true>(args, tile) : blendTile<false>(args, tile);
-            }
+            for (uint32_t x = x0; x < std::min(x0 + kPatchX, args.grid_x); ++x)
+                evaluations += blend(args, y * args.grid_x + x);
     }
     return evaluations;
 }

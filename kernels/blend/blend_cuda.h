@@ -28,6 +28,8 @@ struct BlendCudaArgs {
     FrameCounters* counters;
     float* image[kMaxEyes];         // height x width x 3
     float* transmittance[kMaxEyes]; // height x width, negative where finished; of no use to a single pass
+    const SplatPlace* places;       // with the splats' depths
+    float* depth[kMaxEyes];         // height x width; null where no depths are wanted
 };
 
 constexpr uint32_t kSegmentPlanes = 5;
@@ -38,18 +40,11 @@ inline size_t segmentValues(const BinGrid& grid)
     return size_t(kSegmentPlanes) * kBinWidth * grid.height;
 }
 
-// Raises the shared-memory limits of the kernels; once per device. Throws Error (Unsupported if the build has no code for
-// the device).
-void prepareBlendCuda();
-
-// Asynchronous.
+// Asynchronous. Depths, where they are wanted, are found by a kernel of their own, from the same lists.
 void blendFastCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
 void blendExactCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
 
-// Parts of the above.
-void prepareBlendExactCuda();
-// Of a frame with segments.
-void prepareSegmentsCuda();
+// Part of the above, of a frame with segments.
 void blendSegmentsCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
 
 } // namespace gsc

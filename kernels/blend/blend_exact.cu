@@ -4,18 +4,14 @@
 
 namespace gsc {
 
-void prepareBlendExactCuda()
-{
-    raiseBlendLimits<ExactRules<false>>();
-    raiseBlendLimits<ExactRules<true>>();
-}
-
 void blendExactCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
     if (args.rules.gsplat)
         launchBlend<ExactRules<true>>(args, false, processors, stream);
     else
         launchBlend<ExactRules<false>>(args, false, processors, stream);
+    if (args.depth[0] != nullptr)
+        launchBlend<DepthRules<AnyExactRules>>(args, false, processors, stream);
 }
 
 } // namespace gsc

@@ -35,7 +35,7 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks) blendKernel(const
         shared.batches[threadIdx.x][kBlendThreads] = Rules::nothing();
     while (true) {
         if (threadIdx.x == 0)
-            shared.next[0] = atomicAdd(&args.counters->pass.next_hot, 1u);
+            shared.next[0] = atomicAdd(&args.counters->pass.next_hot[Rules::kDepth], 1u);
         everyone.sync();
         const uint32_t i = shared.next[0];
         everyone.sync();
@@ -44,7 +44,7 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks) blendKernel(const
         BinOfEye bin{};
         Area area{};
         uint32_t seen = 0;
-        if (binAt(args, i, bin) && areaOf<HotTile<kRows>>(args, bin, area))
+        if (binAt<Rules::kDepth>(args, i, bin) && areaOf<HotTile<kRows>>(args, bin, area))
             blendBin<Rules, HotTile<kRows>>(args, everyone, all, area, warp / 8 * (kRows / 2), warp % 8, seen);
         tally(bin.eye, seen);
     }
@@ -58,7 +58,7 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks) blendKernel(const
         shared.batches[group.thread][g * (kGroup + 1) + kGroup] = Rules::nothing();
     while (true) {
         if (group.thread == 0)
-            shared.next[g] = hot + atomicAdd(&args.counters->pass.next_bin, 1u);
+            shared.next[g] = hot + atomicAdd(&args.counters->pass.next_bin[Rules::kDepth], 1u);
         group.sync();
         const uint32_t i = shared.next[g];
         group.sync();
@@ -68,11 +68,12 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks) blendKernel(const
         BinOfEye bin{};
         Area area{};
         uint32_t seen = 0;
-        if (binAt(args, i, bin) && areaOf<T>(args, bin, area))
+        if (binAt<Rules::kDepth>(args, i, bin) && areaOf<T>(args, bin, area))
             blendBin<Rules, T>(args, group, own, area, warp % 4 / 2 * kRows, warp % 2 * 2, seen);
         tally(bin.eye, seen);
     }
-    countEvaluations(args, evaluations);
+    if constexpr (!Rules::kDepth)
+        countEvaluations(args, evaluations);
     waitForEarlier(); // the frame is not done before its segments are
 }
 
@@ -101,13 +102,6 @@ void launchBlend(const BlendCudaArgs& args, bool beside, uint32_t processors, CU
         launchRows<Rules, 2>(args, beside, processors, stream);
     else
         launchRows<Rules, 4>(args, beside, processors, stream);
-}
-
-template <typename Rules>
-void raiseBlendLimits()
-{
-    raiseSharedLimit(blendKernel<Rules, 2>, sizeof(BlendShared<Rules, 2>));
-    raiseSharedLimit(blendKernel<Rules, 4>, sizeof(BlendShared<Rules, 4>));
 }
 
 } // namespace gsc

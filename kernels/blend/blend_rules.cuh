@@ -38,6 +38,7 @@ struct PixelBox {
 // bank, which 64 would not do.
 struct FastRules {
     using Splat = PackedSplat;
+    static constexpr bool kDepth = false;
     struct alignas(16) Lit {
         float x, y, power[3], log_opacity, color[3];
     };
@@ -89,6 +90,10 @@ struct FastRules {
         return alpha >= kOpacityFloor ? alpha : 0.0f;
     }
 
+    // The light behind a splat. Never contracted: bins are blended by two instances of this, which must agree to the last
+    // bit.
+    static __device__ __forceinline__ float behind(float T, float alpha) { return __fsub_rn(T, __fmul_rn(alpha, T)); }
+
     // Four splats in a row without a branch: their falloffs do not wait for each other, only the transmittance does. A
     // finished pixel's transmittance is negative, so it stays below the bound.
     static __device__ __forceinline__ void blend(const Lit* const (&splats)[4], const BlendCudaArgs& args, float px,
@@ -100,8 +105,7 @@ struct FastRules {
             alphas[i] = alpha(*splats[i], args, px, py);
 #pragma unroll
         for (uint32_t i = 0; i < 4; ++i) {
-            // never contracted: bins are blended by two instances of this, which must agree to the last bit
-            const float weight = __fmul_rn(alphas[i], T), next = __fsub_rn(T, weight);
+            const float weight = __fmul_rn(alphas[i], T), next = behind(T, alphas[i]);
             const bool drawn = next >= args.rules.stop; // the Gaussian that crosses the bound is not drawn
             const float w = drawn ? weight : 0.0f;
             for (int c = 0; c < 3; ++c)
@@ -121,7 +125,7 @@ struct FastRules {
 template <bool kGsplat>
 struct ExactRules {
     using Splat = ExactSplat;
-
+    static constexpr bool kDepth = false;
     struct alignas(16) Lit {
         float x, y, half_a, b, half_c, opacity, color[3]; // halves of the conic's, below zero: halving is exact
     };
@@ -148,14 +152,22 @@ struct ExactRules {
         return {float(s.tx0) * kTile, float(s.ty0) * kTile, float(s.tx1) * kTile - 1.0f, float(s.ty1) * kTile - 1.0f};
     }
 
-    static __device__ __forceinline__ float alpha(const Lit& s, const BlendCudaArgs& args, float px, float py)
+    static __device__ __forceinline__ float alphaOf(const Lit& s, const BlendCudaArgs& args, float px, float py,
+                                                    bool gsplat)
     {
         const float dx = s.x - px, dy = s.y - py, b_dx = s.b * dx;
         const float squares = fmaf(dx, s.half_a * dx, dy * (s.half_c * dy));
-        const float power = kGsplat ? fmaf(-b_dx, dy, squares) : squares - dy * b_dx;
+        const float power = gsplat ? fmaf(-b_dx, dy, squares) : squares - dy * b_dx;
         const float a = minNumber(args.rules.alpha_cap, s.opacity * expf(power));
         return power > 0.0f || a < kOpacityFloor ? 0.0f : a;
     }
+
+    static __device__ __forceinline__ float alpha(const Lit& s, const BlendCudaArgs& args, float px, float py)
+    {
+        return alphaOf(s, args, px, py, kGsplat);
+    }
+
+    static __device__ __forceinline__ float behind(float T, float alpha) { return T * (1.0f - alpha); }
 
     // blendStep() for four splats in a row without a branch, to the same bits. A splat that is not drawn has alpha zero,
     // which adds nothing and leaves the transmittance; a finished pixel's is negative and stays below the bound.
@@ -168,7 +180,7 @@ struct ExactRules {
             alphas[i] = alpha(*splats[i], args, px, py);
 #pragma unroll
         for (uint32_t i = 0; i < 4; ++i) {
-            const float next = T * (1.0f - alphas[i]);
+            const float next = behind(T, alphas[i]);
             const bool drawn = kGsplat ? next > args.rules.stop : next >= args.rules.stop;
             const float a = drawn ? alphas[i] : 0.0f;
             for (int c = 0; c < 3; ++c)
@@ -182,6 +194,37 @@ struct ExactRules {
     {
         return {};
     } // its opacity is zero
+};
+
+// Models of either kind, for a kernel that is seldom wanted and not worth two.
+struct AnyExactRules : ExactRules<false> {
+    static __device__ __forceinline__ float alpha(const Lit& s, const BlendCudaArgs& args, float px, float py)
+    {
+        return alphaOf(s, args, px, py, args.rules.gsplat);
+    }
+};
+
+// Finds a pixel's depth (FrameTarget::depth) instead of its colour. A splat's is color[0]; a pixel that has one is
+// finished. The bound at which light ends is far below half of it, so the rules need not look at it.
+template <typename Base>
+struct DepthRules : Base {
+    static constexpr bool kDepth = true;
+
+    static __device__ __forceinline__ void blend(const typename Base::Lit* const (&splats)[4],
+                                                 const BlendCudaArgs& args, float px, float py, float& T, float* color)
+    {
+        float alphas[4];
+#pragma unroll
+        for (uint32_t i = 0; i < 4; ++i)
+            alphas[i] = Base::alpha(*splats[i], args, px, py);
+#pragma unroll
+        for (uint32_t i = 0; i < 4; ++i) {
+            const float next = Base::behind(T, alphas[i]);
+            const bool goes_on = next >= kHalfLight;
+            color[0] = !goes_on && T > 0.0f ? splats[i]->color[0] : color[0];
+            T = goes_on ? next : -fabsf(T);
+        }
+    }
 };
 
 // How a bin is cut into sub-tiles of 32 pixels, one of each per lane, and a warp's share of them with its pixels.

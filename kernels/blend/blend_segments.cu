@@ -50,7 +50,7 @@ struct SegmentWork {
         T tile;
         uint32_t open = 0;
         forPixels<T>(row0, column0, [&](uint32_t row, uint32_t column, uint32_t x, uint32_t y) {
-            const float begun = begunPixel(args, area.eye, area.bin_x + x, area.bin_y + y).transmittance;
+            const float begun = begunPixel<false>(args, area.eye, area.bin_x + x, area.bin_y + y).transmittance;
             float transmittance = begun > 0.0f ? 1.0f : -1.0f;
             if (again && begun > 0.0f) {
                 const Reaching at = reaching(begun, number, y * kBinWidth + x);
@@ -82,7 +82,7 @@ struct SegmentWork {
     {
         forPixels<T>(row0, column0, [&](uint32_t, uint32_t, uint32_t x, uint32_t y) {
             const uint32_t pixel = y * kBinWidth + x;
-            Begun sum = begunPixel(args, area.eye, area.bin_x + x, area.bin_y + y);
+            Begun sum = begunPixel<false>(args, area.eye, area.bin_x + x, area.bin_y + y);
             float& light = sum.transmittance;
             for (uint32_t s = 0; s < segment->count && light > 0.0f; ++s) {
                 const float through = loadFresh(plane(s, 3) + pixel);
@@ -92,7 +92,7 @@ struct SegmentWork {
                     sum.color[i] = fmaf(again ? 1.0f : light, loadFresh(plane(s, i) + pixel), sum.color[i]);
                 light = again ? -loadFresh(plane(s, 4) + pixel) : light * through;
             }
-            endPixel(args, area.eye, area.bin_x + x, area.bin_y + y, light, sum.color);
+            endPixel<false>(args, area.eye, area.bin_x + x, area.bin_y + y, light, sum.color);
         });
     }
 
@@ -170,12 +170,6 @@ void launchSegments(const BlendCudaArgs& args, uint32_t processors, CUstream_st*
 }
 
 } // namespace
-
-void prepareSegmentsCuda()
-{
-    raiseSharedLimit(segmentKernel<2>, sizeof(BlendShared<FastRules, 2>));
-    raiseSharedLimit(segmentKernel<4>, sizeof(BlendShared<FastRules, 4>));
-}
 
 void blendSegmentsCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {

@@ -26,6 +26,9 @@ template <typename... Parameters, typename... Arguments>
 void launchCudaAs(bool beside, void (*kernel)(Parameters...), dim3 blocks, uint32_t threads, size_t shared_bytes,
                   cudaStream_t stream, const Arguments&... arguments)
 {
+    if (shared_bytes > 48 * 1024) // more than a kernel has unasked; captured frames ask once
+        GSC_CUDA_CHECK(cudaFuncSetAttribute(reinterpret_cast<const void*>(kernel),
+                                            cudaFuncAttributeMaxDynamicSharedMemorySize, int(shared_bytes)));
     cudaLaunchAttribute attribute{};
     attribute.id = cudaLaunchAttributeProgrammaticStreamSerialization;
     attribute.val.programmaticStreamSerializationAllowed = 1;
@@ -45,14 +48,6 @@ void launchCuda(void (*kernel)(Parameters...), dim3 blocks, uint32_t threads, si
                 const Arguments&... arguments)
 {
     launchCudaAs(false, kernel, blocks, threads, shared_bytes, stream, arguments...);
-}
-
-// Lets a kernel take more shared memory than the 48 KiB that any may.
-template <typename... Parameters>
-void raiseSharedLimit(void (*kernel)(Parameters...), size_t bytes)
-{
-    GSC_CUDA_CHECK(cudaFuncSetAttribute(reinterpret_cast<const void*>(kernel),
-                                        cudaFuncAttributeMaxDynamicSharedMemorySize, int(bytes)));
 }
 
 } // namespace gsc

@@ -8,16 +8,6 @@ namespace gsc {
 
 namespace {
 
-constexpr uint32_t kThreads = 256;
-constexpr uint32_t kWarps = kThreads / 32;
-constexpr uint32_t kBlocksPerProcessor = 2;
-
-struct DecodeShared {
-    DecodeNetworks networks;
-    Staging staging[kWarps];
-};
-static_assert(sizeof(DecodeShared) <= 99 * 1024); // what a block can have on compute capability 8.6, 8.9 and 12.0
-
 // The slots of what the first eye has written of this lane's Gaussians: kNoSlot but for the bits of the result, which are
 // among `kept`, those it had staged. All lanes of the warp call it together.
 __device__ __forceinline__ uint32_t slotsOfLeft(const Staging& staged, uint32_t kept, uint32_t lane,
@@ -36,17 +26,17 @@ __device__ __forceinline__ uint32_t slotsOfLeft(const Staging& staged, uint32_t 
 
 // kBank: the model has a feature bank, which makes the features depend on the eye. kShared: DecodeFrame::shared_bins.
 template <bool kBank, bool kShared>
-__global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
+__global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks)
     decodeKernel(const __grid_constant__ DecodeCudaArgs args)
 {
     GSC_DYNAMIC_SHARED(memory);
     DecodeShared& shared = *reinterpret_cast<DecodeShared*>(memory);
-    loadNetworks<kBank>(args, kThreads, shared.networks);
+    loadNetworks<kBank>(args, shared.networks);
 
     const DeviceModel& model = args.model;
     const uint32_t K = model.params.n_offsets;
     const uint32_t lane = threadIdx.x & 31u, t = lane & 3u, g = lane >> 2;
-    const uint32_t warp = (blockIdx.x * kThreads + threadIdx.x) >> 5, warps = gridDim.x * kThreads / 32;
+    const uint32_t warp = (blockIdx.x * kDecodeThreads + threadIdx.x) >> 5, warps = gridDim.x * kDecodeWarps;
     const uint32_t count = min(args.counters->anchors_listed, args.visible_capacity);
     Staging& staged = shared.staging[threadIdx.x >> 5];
     EyeTally left, right;
@@ -141,19 +131,9 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
                 if (args.merged && args.fraction != nullptr)
                     for (uint32_t r = 0; r < 2; ++r)
                         factors[r] = args.fraction[2 * min(first + g + 8 * r, count - 1) + v];
-                // eyes that share their bins take the slots of both from the first one's
-                EyeTally tally = v == 0 ? left : right;
-                if (kShared)
-                    tally.writer = left.writer;
                 const Turns turns = {v == 0 || (!args.merged && (seen & 1u) == 0),
                                      v == 1 || (!args.merged && (seen >> 1 & 1u) == 0)};
-                emitStaged<kShared>(args, v, staged, alive, turns, anchors, seen_by, factors, lane, tally);
-                if (kShared)
-                    left.writer = tally.writer;
-                if (v == 0)
-                    left = tally;
-                else
-                    right = tally;
+                emitForEye<kShared>(args, v, staged, alive, turns, anchors, seen_by, factors, lane, left, right);
             }
             __syncwarp();
         }
@@ -165,17 +145,9 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
 
 } // namespace
 
-void prepareDecodeCuda()
-{
-    raiseSharedLimit(decodeKernel<false, false>, sizeof(DecodeShared));
-    raiseSharedLimit(decodeKernel<false, true>, sizeof(DecodeShared));
-    raiseSharedLimit(decodeKernel<true, false>, sizeof(DecodeShared));
-    raiseSharedLimit(decodeKernel<true, true>, sizeof(DecodeShared));
-}
-
 uint32_t decodeFastGaps(uint32_t processors, uint32_t slot_capacity)
 {
-    return processors * kBlocksPerProcessor * kWarps * slotPiece(slot_capacity);
+    return processors * kDecodeBlocks * kDecodeWarps * slotPiece(slot_capacity);
 }
 
 void decodeFastCuda(const DecodeCudaArgs& args, uint32_t processors, CUstream_st* stream)
@@ -183,7 +155,7 @@ void decodeFastCuda(const DecodeCudaArgs& args, uint32_t processors, CUstream_st
     const auto kernel = args.bank != nullptr
                             ? (args.shared_bins ? decodeKernel<true, true> : decodeKernel<true, false>)
                             : (args.shared_bins ? decodeKernel<false, true> : decodeKernel<false, false>);
-    launchCuda(kernel, processors * kBlocksPerProcessor, kThreads, sizeof(DecodeShared), stream, args);
+    launchCuda(kernel, processors * kDecodeBlocks, kDecodeThreads, sizeof(DecodeShared), stream, args);
 }
 
 } // namespace gsc

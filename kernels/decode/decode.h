@@ -34,7 +34,7 @@ struct DecodeArgs {
     uint32_t eye_count;
     const VisibleAnchor* visible;
     size_t visible_count;
-    Networks networks;
+    const MlpRecord* bank;   // the feature bank's network, or null
     const float* first_bias; // 3 * hidden_pad: biases of the fused first layer with the appearance folded in
     bool takes_distance;     // some head reads row F + 3 of the fused first layer
     bool takes_level;        // some head reads row F + 4
@@ -45,11 +45,6 @@ struct DecodeScratch {
     Buffer<uint16_t> origins;
     GaussianBlock blocks[kMaxEyes];
 };
-
-GSC_HD const float* packedWeights(const ModelView& model, uint64_t offset)
-{
-    return reinterpret_cast<const float*>(model.packed + offset);
-}
 
 // `bias` receives the folded biases and must outlive the args.
 DecodeArgs prepareDecode(const ModelView& model, const EyeParams* eyes, uint32_t eye_count,

@@ -20,9 +20,6 @@ HWY_BEFORE_NAMESPACE();
 namespace gsc {
 namespace HWY_NAMESPACE {
 
-using D = LaneTag;
-using V = hn::Vec<D>;
-
 // Scratch of one vector of anchors, in DecodeScratch::values; every row holds kMaxLanes floats.
 struct Batch {
     float* feature;  // F rows
@@ -151,7 +148,7 @@ HWY_INLINE void applyBank(const DecodeArgs& args, const Batch& batch)
 {
     const D d;
     const ModelParams& params = *args.model->params;
-    const MlpRecord& bank = *args.networks.bank;
+    const MlpRecord& bank = *args.bank;
     const uint32_t F = params.feat_dim;
     const float* w0 = mlpWeights(*args.model, bank.weight0);
     const float* b0 = mlpWeights(*args.model, bank.bias0);
@@ -188,14 +185,6 @@ HWY_INLINE void applyBank(const DecodeArgs& args, const Batch& batch)
     std::copy_n(batch.view, kViewRows * kMaxLanes, batch.banked + size_t(F) * kMaxLanes);
 }
 
-HWY_INLINE V activateVector(Activation activation, V v)
-{
-    const D d;
-    if (activation == Activation::Tanh)
-        return tanhAny(d, v);
-    return activation == Activation::Sigmoid ? sigmoidAny(d, v) : v;
-}
-
 // First layers of all heads and the opacity head's outputs, for an eye at `center`: into batch.hidden and batch.opacity.
 // With more than one eye the features' share lies in batch.shared (sharedLayer()).
 HWY_INLINE void hiddenLayers(const DecodeArgs& args, const PackedMlpHeader& packed, const float* center,
@@ -207,7 +196,7 @@ HWY_INLINE void hiddenLayers(const DecodeArgs& args, const PackedMlpHeader& pack
     viewRows(batch, center, batch.view);
     const float* first = packedWeights(model, packed.first_f32);
     const uint32_t view_rows = args.takes_level ? 5 : (args.takes_distance ? 4 : 3);
-    if (args.networks.bank != nullptr) {
+    if (args.bank != nullptr) {
         applyBank(args, batch);
         dense(d, batch.banked, F + view_rows, first, 3 * H, args.first_bias, nullptr, 3 * H, true, batch.hidden);
     } else if (args.eye_count > 1) {
@@ -224,7 +213,7 @@ HWY_INLINE void hiddenLayers(const DecodeArgs& args, const PackedMlpHeader& pack
 HWY_INLINE void sharedLayer(const DecodeArgs& args, const PackedMlpHeader& packed, const Batch& batch)
 {
     const uint32_t H = packed.hidden_pad;
-    if (args.eye_count > 1 && args.networks.bank == nullptr)
+    if (args.eye_count > 1 && args.bank == nullptr)
         dense(D(), batch.feature, args.model->params->feat_dim, packedWeights(*args.model, packed.first_f32), 3 * H,
               args.first_bias, nullptr, 3 * H, false, batch.shared);
 }

@@ -18,20 +18,6 @@ struct GaussianOf {
     uint64_t order; // emissionOrder()
 };
 
-// Networks of a model, found once.
-struct Networks {
-    const MlpRecord* opacity;
-    const MlpRecord* covariance;
-    const MlpRecord* color;
-    const MlpRecord* bank; // or null
-};
-
-GSC_HD Networks findNetworks(const ModelView& model)
-{
-    return {mlpRecord(model, MlpKind::Opacity), mlpRecord(model, MlpKind::Covariance), mlpRecord(model, MlpKind::Color),
-            mlpRecord(model, MlpKind::FeatureBank)};
-}
-
 // Values of scratch decodeAnchor() needs: feature, banked feature, input, hidden, outputs of the three heads.
 GSC_HD size_t decodeScratch(const ModelParams& params)
 {
@@ -53,68 +39,91 @@ GSC_HD ViewInput<Real> viewInput(const ModelView& model, const Real* center, con
     return view;
 }
 
-// Calls emit(GaussianOf<Real>) for every offset with opacity >= kOpacityFloor, k ascending. Returns whether any
-// opacity was positive, which decides between black and background when nothing is left (trap 25).
-template <typename Real, typename Emit>
-GSC_HD bool decodeAnchor(const ModelView& model, const Networks& nets, const Real* center, uint32_t chunk,
-                         uint32_t local, Real fraction, int32_t appearance, Real* scratch, Emit&& emit)
-{
-    const ModelParams& params = *model.params;
-    const uint32_t F = params.feat_dim, K = params.n_offsets;
-    Real* feature = scratch;
-    Real* banked = feature + F;
-    Real* input = banked + F;
-    Real* hidden = input + F + 5 + params.appearance_dim;
-    Real* opacity = hidden + F;
-    Real* covariance = opacity + K;
-    Real* color = covariance + size_t(7) * K;
+// The networks of one anchor as `view` has it. `scratch`: decodeScratch() values, which must outlive this.
+template <typename Real>
+struct AnchorNetworks {
+    const ModelView& model;
+    const ViewInput<Real>& view;
+    const float* log_scale; // of the anchor
+    Real *feature, *input, *hidden, *opacity, *covariance, *color;
 
-    const Vec3<float> stored = anchorPosition(model, chunk, local);
-    const Vec3<Real> p{Real(stored.x), Real(stored.y), Real(stored.z)};
-    const ViewInput<Real> view = viewInput<Real>(model, center, p, chunk, appearance);
-    const float* raw = model.arrays[chunk].feature + size_t(F) * local;
-    for (uint32_t j = 0; j < F; ++j)
-        feature[j] = Real(raw[j]);
-    if (nets.bank != nullptr) {
+    GSC_HD AnchorNetworks(const ModelView& m, const ViewInput<Real>& v, uint32_t chunk, uint32_t local, Real* scratch)
+        : model(m), view(v), log_scale(m.arrays[chunk].scale + size_t(6) * local), feature(scratch)
+    {
+        const ModelParams& params = *model.params;
+        const uint32_t F = params.feat_dim, K = params.n_offsets;
+        Real* banked = feature + F;
+        input = banked + F;
+        hidden = input + F + 5 + params.appearance_dim;
+        opacity = hidden + F;
+        covariance = opacity + K;
+        color = covariance + size_t(7) * K;
+        const float* raw = model.arrays[chunk].feature + size_t(F) * local;
+        for (uint32_t j = 0; j < F; ++j)
+            feature[j] = Real(raw[j]);
+        if (mlpRecord(model, MlpKind::FeatureBank) == nullptr)
+            return;
         Real weights[3];
-        assembleInput<Real>(params, nets.bank->inputs, nullptr, view, input);
-        evaluateMlp(model, *nets.bank, input, hidden, weights);
+        evaluate(MlpKind::FeatureBank, weights);
         softmax3(weights);
         for (uint32_t j = 0; j < F; ++j)
             banked[j] = bankFeature(feature, F, j, weights);
         feature = banked;
     }
 
-    assembleInput(params, nets.opacity->inputs, feature, view, input);
-    evaluateMlp(model, *nets.opacity, input, hidden, opacity);
+    GSC_HD void evaluate(MlpKind kind, Real* out) const
+    {
+        const MlpRecord& mlp = *mlpRecord(model, kind);
+        assembleInput(*model.params, mlp.inputs, feature, view, input);
+        evaluateMlp(model, mlp, input, hidden, out);
+    }
+
+    // Scale, colour and rotation of offset k, once both networks have been evaluated.
+    GSC_HD void setShape(uint32_t k, GaussianOf<Real>& g) const
+    {
+        for (int i = 0; i < 3; ++i) {
+            g.scale[i] = std::exp(Real(log_scale[3 + i])) * sigmoid(covariance[7 * k + i]);
+            g.color[i] = sigmoid(color[3 * k + i]);
+        }
+        for (int i = 0; i < 4; ++i)
+            g.rotation[i] = covariance[7 * k + 3 + i];
+        normalizeQuaternion(g.rotation);
+    }
+};
+
+// Calls emit(GaussianOf<Real>) for every offset with opacity >= kOpacityFloor, k ascending. Returns whether any
+// opacity was positive, which decides between black and background when nothing is left (trap 25).
+template <typename Real, typename Emit>
+GSC_HD bool decodeAnchor(const ModelView& model, const Real* center, uint32_t chunk, uint32_t local, Real fraction,
+                         int32_t appearance, Real* scratch, Emit&& emit)
+{
+    const uint32_t K = model.params->n_offsets;
+    const Vec3<float> stored = anchorPosition(model, chunk, local);
+    const Vec3<Real> p{Real(stored.x), Real(stored.y), Real(stored.z)};
+    const ViewInput<Real> view = viewInput<Real>(model, center, p, chunk, appearance);
+    const AnchorNetworks<Real> anchor(model, view, chunk, local, scratch);
+    Real* const opacity = anchor.opacity;
+    anchor.evaluate(MlpKind::Opacity, opacity);
     bool any_positive = false, any_drawn = false;
     for (uint32_t k = 0; k < K; ++k) {
-        opacity[k] = activate(Activation(nets.opacity->activation), opacity[k]) * fraction;
+        opacity[k] = std::tanh(opacity[k]) * fraction;
         any_positive |= opacity[k] > Real(0);
         any_drawn |= opacity[k] >= Real(kOpacityFloor);
     }
     if (!any_drawn)
         return any_positive;
-    assembleInput(params, nets.covariance->inputs, feature, view, input);
-    evaluateMlp(model, *nets.covariance, input, hidden, covariance);
-    assembleInput(params, nets.color->inputs, feature, view, input);
-    evaluateMlp(model, *nets.color, input, hidden, color);
+    anchor.evaluate(MlpKind::Covariance, anchor.covariance);
+    anchor.evaluate(MlpKind::Color, anchor.color);
 
-    const float* log_scale = model.arrays[chunk].scale + size_t(6) * local;
     const float* offset = model.arrays[chunk].offset + size_t(3) * K * local;
     for (uint32_t k = 0; k < K; ++k) {
         if (!(opacity[k] >= Real(kOpacityFloor)))
             continue;
         GaussianOf<Real> g{};
-        const Real anchor[3] = {p.x, p.y, p.z};
-        for (int i = 0; i < 3; ++i) {
-            g.position[i] = anchor[i] + Real(offset[3 * k + i]) * std::exp(Real(log_scale[i]));
-            g.scale[i] = std::exp(Real(log_scale[3 + i])) * sigmoid(covariance[7 * k + i]);
-            g.color[i] = activate(Activation(nets.color->activation), color[3 * k + i]);
-        }
-        for (int i = 0; i < 4; ++i)
-            g.rotation[i] = covariance[7 * k + 3 + i];
-        normalizeQuaternion(g.rotation);
+        const Real at[3] = {p.x, p.y, p.z};
+        for (int i = 0; i < 3; ++i)
+            g.position[i] = at[i] + Real(offset[3 * k + i]) * std::exp(Real(anchor.log_scale[i]));
+        anchor.setShape(k, g);
         g.opacity = opacity[k];
         g.order = emissionOrder(model, chunk, local, k);
         emit(g);

@@ -34,8 +34,7 @@ HWY_INLINE void emitOffset(const DecodeArgs& args, const PackedMlpHeader& packed
         // note: two roundings; upstream multiplies and adds in separate kernels
         append(hn::Add(hn::Load(d, batch.position + i * kMaxLanes), hn::Mul(offset, extent)), block.position[i]);
         append(hn::Mul(hn::Load(d, batch.scale + (3 + i) * kMaxLanes), sigmoidAny(d, head[i])), block.scale[i]);
-        append(activateVector(Activation(args.networks.color->activation), head[kCovariancePerOffset + i]),
-               block.color[i]);
+        append(sigmoidAny(d, head[kCovariancePerOffset + i]), block.color[i]);
     }
     V norm = hn::Mul(head[3], head[3]);
     for (int i = 4; i < 7; ++i)
@@ -81,7 +80,7 @@ void decodeEye(const DecodeArgs& args, const PackedMlpHeader& packed, const Visi
     M positive = hn::Lt(floor, hn::Zero(d));
     for (uint32_t k = 0; k < K; ++k) {
         const V raw = hn::Load(d, batch.opacity + size_t(k) * kMaxLanes);
-        const V opacity = hn::Mul(activateVector(Activation(args.networks.opacity->activation), raw), weight);
+        const V opacity = hn::Mul(tanhAny(d, raw), weight);
         positive = hn::Or(positive, hn::Gt(opacity, hn::Zero(d)));
         const M alive = hn::Ge(opacity, floor);
         if (!hn::AllFalse(d, alive))
@@ -139,10 +138,11 @@ DecodeArgs prepareDecode(const ModelView& model, const EyeParams* eyes, uint32_t
             for (uint32_t c = 0; c < columns; ++c)
                 bias[c] += row[a] * weights[size_t(a) * columns + c];
     }
-    DecodeArgs args{&model, eyes, eye_count, visible, visible_count, findNetworks(model), bias.data(), false, false};
-    for (const MlpRecord* head : {args.networks.opacity, args.networks.covariance, args.networks.color}) {
-        args.takes_distance |= (head->inputs & kMlpTakesDistance) != 0;
-        args.takes_level |= (head->inputs & kMlpTakesLevel) != 0;
+    const MlpRecord* const bank = mlpRecord(model, MlpKind::FeatureBank);
+    DecodeArgs args{&model, eyes, eye_count, visible, visible_count, bank, bias.data(), false, false};
+    for (const MlpKind head : {MlpKind::Opacity, MlpKind::Covariance, MlpKind::Color}) {
+        args.takes_distance |= (mlpRecord(model, head)->inputs & kMlpTakesDistance) != 0;
+        args.takes_level |= (mlpRecord(model, head)->inputs & kMlpTakesLevel) != 0;
     }
     return args;
 }

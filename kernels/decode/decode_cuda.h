@@ -54,13 +54,13 @@ struct DecodeFrame : FrameNow {
     uint32_t* cells;    // eye_count x grid.cells(), or grid.cells(): splats of each, zero before
     uint32_t slot_capacity;
     FrameCounters* counters;
+    const float* bank; // DecodeWeights, or null: the model has none, or it is not for the tiles
+    bool takes_distance, takes_level;
 };
 
 struct DecodeCudaArgs : DecodeFrame {
     const void* fragments; // packFragments()
     const float* biases;
-    const float* bank; // or null: the model has no feature bank
-    bool takes_distance, takes_level;
     PackedSplat* splats; // eye_count x slot_capacity
 };
 
@@ -71,15 +71,11 @@ struct DecodeWeights {
     std::vector<float> bank; // empty: no feature bank
 };
 
-// Can the matrix-unit kernel decode the model? (32 features and hidden units, at most 12 Gaussians per anchor, upstream's
-// activations)
+// Can the matrix-unit kernel decode the model? (32 features and hidden units, at most 12 Gaussians per anchor)
 bool canDecodeFast(const ModelView& model);
 // Preconditions: canDecodeFast(); `model` lies in host memory; `appearance` is a row it has, or -1.
 DecodeWeights packFragments(const ModelView& model, int32_t appearance);
 
-// Raises the shared-memory limit of the kernel; once per device. Throws Error (Unsupported if the build has no code for
-// the device).
-void prepareDecodeCuda();
 // Slots that may stay unused beside those of the splats, for one eye.
 uint32_t decodeFastGaps(uint32_t processors, uint32_t slot_capacity);
 void decodeFastCuda(const DecodeCudaArgs& args, uint32_t processors, CUstream_st* stream); // asynchronous

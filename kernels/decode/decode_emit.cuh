@@ -5,6 +5,7 @@
 
 #include "kernels/cuda/depth_cells.cuh"
 #include "kernels/cuda/slot_writer.cuh"
+#include "kernels/cuda/warp_list.cuh"
 #include "kernels/decode/decode_fragments.h"
 #include "kernels/decode/decode_networks.cuh"
 #include "kernels/decode/decode_project.cuh"
@@ -54,7 +55,8 @@ __device__ __forceinline__ void finish(const DecodeFrame& args, uint32_t e, cons
 {
     if (!kShared || e == 0)
         tally.writer.close(lane, args.places + size_t(e) * args.slot_capacity, args.slot_capacity);
-    const uint32_t alive = __reduce_add_sync(~0u, tally.alive), written = __reduce_add_sync(~0u, tally.written);
+    addOfWarp(&args.counters->gaussians[e], tally.alive, lane);
+    addOfWarp(&args.counters->splats[e], tally.written, lane);
     const bool any_positive = __any_sync(~0u, (positive >> e & 1u) != 0);
     unsigned long long pairs = tally.pairs;
     for (uint32_t with = 16; with != 0; with /= 2)
@@ -65,10 +67,6 @@ __device__ __forceinline__ void finish(const DecodeFrame& args, uint32_t e, cons
         atomicAdd(&args.counters->pass.gaps[e], tally.writer.left);
     if (pairs != 0)
         atomicAdd(&args.counters->pass.pairs[kShared ? 0 : e], pairs);
-    if (alive != 0)
-        atomicAdd(&args.counters->gaussians[e], alive);
-    if (written != 0)
-        atomicAdd(&args.counters->splats[e], written);
     if (any_positive)
         atomicOr(&args.counters->any_positive[e], 1u);
 }

@@ -384,11 +384,6 @@ __global__ void __launch_bounds__(kMostWarps * 32, 1) decodeExactKernel(const __
 
 } // namespace
 
-void prepareDecodeExactCuda(size_t shared_bytes)
-{
-    raiseSharedLimit(decodeExactKernel, sharedBytes(warpsOf(shared_bytes)));
-}
-
 uint32_t decodeExactGaps(bool tiled, uint32_t processors, size_t shared_bytes, uint32_t slot_capacity)
 {
     return tiled ? processors * warpsOf(shared_bytes) * slotPiece(slot_capacity) : 0u;

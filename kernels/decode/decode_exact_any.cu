@@ -16,7 +16,6 @@ __global__ void __launch_bounds__(kThreads) decodeAnyKernel(const __grid_constan
     float local_scratch[kLocalValues];
     const uint32_t thread = blockIdx.x * kThreads + threadIdx.x;
     float* scratch = args.scratch != nullptr ? args.scratch + size_t(thread) * args.scratch_values : local_scratch;
-    const Networks nets = findNetworks(args.view);
     const uint32_t count = min(args.counters->anchors_listed, args.visible_capacity);
     for (uint32_t item = thread; item < count * args.eye_count; item += gridDim.x * kThreads) {
         const uint32_t index = item % count, e = item / count;
@@ -63,7 +62,7 @@ __global__ void __launch_bounds__(kThreads) decodeAnyKernel(const __grid_constan
                 for (uint32_t x = box & 255u; x <= (box >> 16 & 255u); ++x)
                     atomicAdd(cells + ((y * args.grid.columns + x) << args.grid.slab_bits) + slab, 1u);
         };
-        if (decodeAnchor<float>(args.view, nets, args.merged ? args.look_from : eye.center, chunk,
+        if (decodeAnchor<float>(args.view, args.merged ? args.look_from : eye.center, chunk,
                                 anchor - args.view.chunks[chunk].anchor_first, fraction, args.appearance, scratch,
                                 emit))
             atomicOr(&args.counters->any_positive[e], 1u);

@@ -35,9 +35,7 @@ struct DecodeExactArgs : DecodeFrame {
     ModelView view; // everything in device memory, chunk arrays as they lie in the file; no `packed`
     int32_t appearance;
     const ExactWeights* weights; // or null: one thread per anchor and eye
-    const float* bank;           // of the tiles, or null; as in DecodeCudaArgs
-    bool takes_distance, takes_level;
-    float* scratch; // exactScratchValues(), or null where a thread's own memory is enough
+    float* scratch;              // exactScratchValues(), or null where a thread's own memory is enough
     uint32_t scratch_values;
     ExactSplat* splats; // eye_count x slot_capacity
 };
@@ -50,9 +48,8 @@ ExactWeights packExact(const ModelView& model, int32_t appearance);
 // Values of DecodeExactArgs::scratch that a model of `per_thread` = decodeScratch() needs; 0 = none, as with tiles.
 size_t exactScratchValues(uint32_t per_thread, uint32_t processors);
 
-// Raises the shared-memory limit of the kernel; once per device. shared_bytes: what a block may have there.
-void prepareDecodeExactCuda(size_t shared_bytes);
 // Slots that may stay unused beside those of the splats, for one eye. tiled: DecodeExactArgs::weights is not null.
+// shared_bytes: what a block may have of the device's shared memory.
 uint32_t decodeExactGaps(bool tiled, uint32_t processors, size_t shared_bytes, uint32_t slot_capacity);
 void decodeExactCuda(const DecodeExactArgs& args, uint32_t processors, size_t shared_bytes,
                      CUstream_st* stream); // asynchronous

@@ -14,40 +14,29 @@ bool canDecodeTiled(const ModelView& model)
 
 ExactWeights packExact(const ModelView& model, int32_t appearance)
 {
-    const ModelParams& params = *model.params;
-    const uint32_t A = params.appearance_dim, K = params.n_offsets;
+    const uint32_t A = model.params->appearance_dim, K = model.params->n_offsets;
+    const PackedMlpHeader& packed = *reinterpret_cast<const PackedMlpHeader*>(model.packed);
     const float* row =
         model.embedding != nullptr && appearance >= 0 ? model.embedding + size_t(appearance) * A : nullptr;
     ExactWeights out{};
-    const MlpKind kinds[3] = {MlpKind::Opacity, MlpKind::Covariance, MlpKind::Color};
+    // heads of kExactHidden units lie side by side: no padding is between them
+    const float *first = packedWeights(model, packed.first_f32), *bias = packedWeights(model, packed.first_bias_f32);
+    std::copy_n(first, kExactInputs * kExactUnits, &out.first[0][0]);
+    for (uint32_t unit = 0; unit < kExactUnits; ++unit) {
+        double sum = double(bias[unit]);
+        for (uint32_t a = 0; row != nullptr && a < A; ++a)
+            sum += double(first[size_t(kExactInputs + a) * kExactUnits + unit]) * double(row[a]);
+        out.first_bias[unit] = float(sum);
+    }
     const uint32_t outputs[3] = {K, 7 * K, 3 * K}, first_column[3] = {0, 1, 6};
-    for (uint32_t head = 0; head < 3; ++head) {
-        const MlpRecord& mlp = *mlpRecord(model, kinds[head]);
-        const float *weight0 = mlpWeights(model, mlp.weight0), *bias0 = mlpWeights(model, mlp.bias0);
-        const float *weight1 = mlpWeights(model, mlp.weight1), *bias1 = mlpWeights(model, mlp.bias1);
-        for (uint32_t unit = 0; unit < kExactHidden; ++unit) {
-            const float* weights = weight0 + size_t(unit) * mlp.in;
-            const uint32_t column = kExactHidden * head + unit;
-            uint32_t next = 0;
-            for (; next < kFastFeatures + 3; ++next)
-                out.first[next][column] = weights[next];
-            if (mlp.inputs & kMlpTakesDistance)
-                out.first[kFastFeatures + 3][column] = weights[next++];
-            if (mlp.inputs & kMlpTakesLevel)
-                out.first[kFastFeatures + 4][column] = weights[next++];
-            double bias = double(bias0[unit]);
-            if ((mlp.inputs & kMlpTakesAppearance) && row != nullptr)
-                for (uint32_t a = 0; a < A; ++a)
-                    bias += double(weights[next + a]) * double(row[a]);
-            out.first_bias[column] = float(bias);
-        }
+    for (uint32_t head = 0; head < 3; ++head)
         for (uint32_t o = 0; o < outputs[head]; ++o) {
             const uint32_t column = exactColumn(first_column[head] + o / 16, o % 16);
+            const float* weights = packedWeights(model, packed.second_f32[head]) + o;
             for (uint32_t unit = 0; unit < kExactHidden; ++unit)
-                out.second[unit][column] = weight1[size_t(o) * kExactHidden + unit];
-            out.second_bias[column] = bias1[o];
+                out.second[unit][column] = weights[size_t(unit) * packed.out_pad[head]];
+            out.second_bias[column] = packedWeights(model, packed.second_bias_f32[head])[o];
         }
-    }
     return out;
 }
 

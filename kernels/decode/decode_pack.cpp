@@ -21,32 +21,11 @@ uint16_t halfBits(float value)
     return floatToHalf(value == value ? std::clamp(value, -65504.0f, 65504.0f) : 0.0f);
 }
 
-// Weight of fused hidden unit `column` for input `row` of the packed rows; zero beyond the rows.
-struct FirstLayer {
-    const float* rows;
-    uint32_t stride, hidden_pad;
-
-    [[nodiscard]] float at(uint32_t row, uint32_t head, uint32_t unit) const
-    {
-        return rows[size_t(row) * stride + head * hidden_pad + unit];
-    }
-};
-
-// Input row and factor behind slot s of lane t in the view tile; row < 0: zero.
-int viewRow(uint32_t t, uint32_t s, uint32_t F, float& factor)
-{
-    factor = 1.0f;
-    if (t < 2)
-        return s < 3 ? int(F + s) : -1; // direction: high parts in lane 0, low parts in lane 1
-    if (t == 2) {
-        if (s < 2) {
-            factor = kDistanceScale;
-            return int(F + 3); // distance: high and low part
-        }
-        return s == 2 ? int(F + 4) : -1;
-    }
-    return -1;
-}
+// Input behind slot s of lane t in the view tile, counted from the features' end; -1: zero. Lanes 0 and 1 hold the high and
+// low parts of the direction, lane 2 those of the distance, and the level.
+constexpr int kDistanceInput = 3;
+constexpr int kViewInput[4][4] = {
+    {0, 1, 2, -1}, {0, 1, 2, -1}, {kDistanceInput, kDistanceInput, 4, -1}, {-1, -1, -1, -1}};
 
 std::vector<float> packBank(const ModelView& model, const MlpRecord& bank)
 {
@@ -74,18 +53,8 @@ std::vector<float> packBank(const ModelView& model, const MlpRecord& bank)
 
 bool canDecodeFast(const ModelView& model)
 {
-    const ModelParams& params = *model.params;
-    if (params.feat_dim != kFastFeatures || params.n_offsets > 4 * kItemsPerLane)
-        return false;
-    const MlpRecord* opacity = mlpRecord(model, MlpKind::Opacity);
-    const MlpRecord* covariance = mlpRecord(model, MlpKind::Covariance);
-    const MlpRecord* color = mlpRecord(model, MlpKind::Color);
-    const MlpRecord* bank = mlpRecord(model, MlpKind::FeatureBank);
-    for (const MlpRecord* head : {opacity, covariance, color})
-        if (head->hidden != kHidden)
-            return false;
-    return opacity->activation == uint32_t(Activation::Tanh) && color->activation == uint32_t(Activation::Sigmoid) &&
-           (bank == nullptr || bank->hidden == kBankUnits);
+    // all networks have as many hidden units as there are features
+    return model.params->feat_dim == kFastFeatures && model.params->n_offsets <= 4 * kItemsPerLane;
 }
 
 DecodeWeights packFragments(const ModelView& model, int32_t appearance)
@@ -93,8 +62,11 @@ DecodeWeights packFragments(const ModelView& model, int32_t appearance)
     const ModelParams& params = *model.params;
     const uint32_t F = params.feat_dim, K = params.n_offsets;
     const PackedMlpHeader& header = *reinterpret_cast<const PackedMlpHeader*>(model.packed);
-    const auto floats = [&](uint64_t offset) { return reinterpret_cast<const float*>(model.packed + offset); };
-    const FirstLayer first{floats(header.first_f32), 3 * header.hidden_pad, header.hidden_pad};
+    // heads of kHidden units lie side by side: no padding is between them
+    const float* first = packedWeights(model, header.first_f32);
+    const auto firstWeight = [first](uint32_t row, uint32_t column) {
+        return first[size_t(row) * 3 * kHidden + column];
+    };
 
     DecodeWeights out;
     out.fragments.assign(size_t(kFragmentTiles) * kTileHalves, 0);
@@ -106,17 +78,18 @@ DecodeWeights packFragments(const ModelView& model, int32_t appearance)
             for (uint32_t lane = 0; lane < 32; ++lane)
                 for (uint32_t s = 0; s < 4; ++s) {
                     const uint32_t t = lane & 3u, column = nt * 8 + (lane >> 2);
-                    float factor = 1.0f;
-                    const int row = kt < 2 ? int(8 * t + 4 * kt + s) : viewRow(t, s, F, factor);
-                    const float value = row < 0 ? 0.0f : first.at(uint32_t(row), column / 32, column % 32) * factor;
+                    const int of_view = kViewInput[t][s];
+                    const uint32_t row = kt < 2 ? 8 * t + 4 * kt + s : F + uint32_t(of_view);
+                    const float factor = kt == 2 && of_view == kDistanceInput ? kDistanceScale : 1.0f;
+                    const float value = kt == 2 && of_view < 0 ? 0.0f : firstWeight(row, column) * factor;
                     out.fragments[(size_t(kt * kFirstTiles + nt) * 32 + lane) * 4 + s] = halfBits(value);
                 }
     for (uint32_t column = 0; column < 8 * kFirstTiles; ++column) {
-        float bias = floats(header.first_bias_f32)[column / 32 * header.hidden_pad + column % 32];
+        float bias = packedWeights(model, header.first_bias_f32)[column];
         if (params.appearance_dim != 0 && appearance >= 0)
             for (uint32_t a = 0; a < params.appearance_dim; ++a)
-                bias += first.at(F + 5 + a, column / 32, column % 32) *
-                        model.embedding[size_t(appearance) * params.appearance_dim + a];
+                bias +=
+                    firstWeight(F + 5 + a, column) * model.embedding[size_t(appearance) * params.appearance_dim + a];
         out.biases[column] = bias;
     }
 
@@ -125,8 +98,8 @@ DecodeWeights packFragments(const ModelView& model, int32_t appearance)
     const uint32_t width[3] = {1, 7, 3};
     uint32_t tile = 3 * kFirstTiles, bias_base = 8 * kFirstTiles;
     for (uint32_t head = 0; head < 3; ++head) {
-        const float* weight = floats(header.second_f32[head]);
-        const float* bias = floats(header.second_bias_f32[head]);
+        const float* weight = packedWeights(model, header.second_f32[head]);
+        const float* bias = packedWeights(model, header.second_bias_f32[head]);
         for (uint32_t nt = 0; nt < tiles[head]; ++nt)
             for (uint32_t column = 0; column < 8; ++column) {
                 const uint32_t value = 2 * nt + (column & 1u), item = value / width[head], part = value % width[head];

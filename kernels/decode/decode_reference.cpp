@@ -8,14 +8,13 @@ std::vector<GaussianOf<Real>> decodeReference(const ModelView& model, const Real
                                               const std::vector<SelectedAnchor<Real>>& selected, int32_t appearance,
                                               bool& any_positive)
 {
-    const Networks networks = findNetworks(model);
     std::vector<Real> scratch(decodeScratch(*model.params));
     std::vector<GaussianOf<Real>> gaussians;
     any_positive = false;
     for (const SelectedAnchor<Real>& anchor : selected)
         any_positive |=
-            decodeAnchor<Real>(model, networks, center, anchor.chunk, anchor.local, anchor.fraction, appearance,
-                               scratch.data(), [&gaussians](const GaussianOf<Real>& g) { gaussians.push_back(g); });
+            decodeAnchor<Real>(model, center, anchor.chunk, anchor.local, anchor.fraction, appearance, scratch.data(),
+                               [&gaussians](const GaussianOf<Real>& g) { gaussians.push_back(g); });
     return gaussians;
 }
 

@@ -14,16 +14,26 @@ struct DecodeNetworks {
     alignas(16) float bank[kBankValues];
 };
 
+constexpr uint32_t kDecodeThreads = 256;
+constexpr uint32_t kDecodeWarps = kDecodeThreads / 32;
+constexpr uint32_t kDecodeBlocks = 2; // per multiprocessor
+
+struct DecodeShared {
+    DecodeNetworks networks;
+    Staging staging[kDecodeWarps];
+};
+static_assert(sizeof(DecodeShared) <= 99 * 1024); // what a block can have on compute capability 8.6, 8.9 and 12.0
+
 // All threads of the block call it together.
 template <bool kBank>
-__device__ __forceinline__ void loadNetworks(const DecodeCudaArgs& args, uint32_t threads, DecodeNetworks& networks)
+__device__ __forceinline__ void loadNetworks(const DecodeCudaArgs& args, DecodeNetworks& networks)
 {
-    for (uint32_t i = threadIdx.x; i < kFragmentTiles * 32; i += threads)
+    for (uint32_t i = threadIdx.x; i < kFragmentTiles * 32; i += kDecodeThreads)
         networks.fragments[i] = static_cast<const uint2*>(args.fragments)[i];
-    for (uint32_t i = threadIdx.x; i < kBiasCount; i += threads)
+    for (uint32_t i = threadIdx.x; i < kBiasCount; i += kDecodeThreads)
         networks.biases[i] = args.biases[i];
     if constexpr (kBank)
-        for (uint32_t i = threadIdx.x; i < kBankValues; i += threads)
+        for (uint32_t i = threadIdx.x; i < kBankValues; i += kDecodeThreads)
             networks.bank[i] = args.bank[i];
     __syncthreads();
 }
@@ -152,6 +162,25 @@ __device__ __forceinline__ void stageShapes(const DecodeNetworks& networks, uint
                     for (uint32_t c = 0; c < 3; ++c)
                         staged.color[c][at[kItemsPerLane * r + item]] = value(color, 3 * item + c, r);
     }
+}
+
+// emitStaged() for one of the two eyes that a warp counts for.
+template <bool kShared>
+__device__ __forceinline__ void emitForEye(const DecodeCudaArgs& args, uint32_t e, Staging& staged, uint32_t count,
+                                           const Turns& turns, const uint32_t (&anchors)[2],
+                                           const uint32_t (&seen_by)[2], const float (&factors)[2], uint32_t lane,
+                                           EyeTally& left, EyeTally& right)
+{
+    EyeTally tally = e == 0 ? left : right;
+    if (kShared) // eyes that share their bins take the slots of both from the first one's
+        tally.writer = left.writer;
+    emitStaged<kShared>(args, e, staged, count, turns, anchors, seen_by, factors, lane, tally);
+    if (kShared)
+        left.writer = tally.writer;
+    if (e == 0)
+        left = tally;
+    else
+        right = tally;
 }
 
 } // namespace gsc

@@ -25,17 +25,15 @@ constexpr size_t kColorPerOffset = 3;
 constexpr size_t kColumns = HWY_TARGET <= HWY_AVX3 ? 24 : 12;
 
 // max(v, 0) that keeps NaN, as the trainers' ReLU does (trap 18).
-template <class D, class V>
 HWY_INLINE V rectify(D d, V v)
 {
     return maxKeepNan(d, 0, v);
 }
 
-template <class D, size_t... I>
+template <size_t... I>
 HWY_INLINE void denseColumns(D d, std::index_sequence<I...>, const float* x, uint32_t rows, const float* w,
                              size_t stride, const float* bias, const float* start, bool relu, float* out)
 {
-    using V = hn::Vec<D>;
     V sum[] = {(bias != nullptr ? hn::Set(d, bias[I]) : hn::Load(d, start + I * kMaxLanes))...};
     for (uint32_t i = 0; i < rows; ++i) {
         const V v = hn::Load(d, x + size_t(i) * kMaxLanes);
@@ -50,7 +48,6 @@ HWY_INLINE void denseColumns(D d, std::index_sequence<I...>, const float* x, uin
 
 // out[c] = start[c] + sum over rows of w[row][c] x[row], for `columns` columns, rounded up to a multiple of 4 (the
 // weights are padded to 16). The sums start from a bias per column, or from a vector per column.
-template <class D>
 HWY_INLINE void dense(D d, const float* x, uint32_t rows, const float* w, size_t stride, const float* bias,
                       const float* start, uint32_t columns, bool relu, float* out)
 {
@@ -74,7 +71,6 @@ HWY_INLINE void dense(D d, const float* x, uint32_t rows, const float* w, size_t
 }
 
 // Second layers of the covariance and colour heads for offset k: 7 and 3 sums.
-template <class D, class V>
 HWY_INLINE void offsetHeads(D d, const ModelView& model, const PackedMlpHeader& packed, const float* covariance_hidden,
                             const float* color_hidden, uint32_t k, V* out)
 {

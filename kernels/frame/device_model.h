@@ -112,7 +112,7 @@ struct PassCounters {
     uint32_t bin_classes[kBinClasses], queued[kBinClasses]; // fullest first
     uint32_t hot_bins;                                      // blended by a whole block each
     uint32_t segments;                                      // of long lists, for all their readers
-    uint32_t next_hot, next_bin, next_segment;              // work queues of the blend
+    uint32_t next_hot[2], next_bin[2], next_segment;        // work queues of the blend: of colours, of depths
 };
 
 // Written and read on the device only. One per frame; the host reads it after the frame to grow buffers and for counts.

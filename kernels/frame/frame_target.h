@@ -32,6 +32,31 @@ struct FrameTarget {
     void* pixels = nullptr;         // height rows of `pitch` bytes; of Host and Device
     size_t pitch = 0;               // bytes from row to row, whole pixels; 0 = rows without a gap
     unsigned long long surface = 0; // of Kind::Surface
+    // With depths, beside the pixels: fp32, view z (world units) of the first Gaussian behind which less than half of the
+    // light goes on, infinity where there is none.
+    float* depth = nullptr;               // height rows of `depth_pitch` bytes; of Host and Device; null = not wanted
+    size_t depth_pitch = 0;               // bytes from row to row, whole values; 0 = rows without a gap
+    unsigned long long depth_surface = 0; // of Kind::Surface, one float a pixel; 0 = not wanted
+
+    [[nodiscard]] constexpr bool hasDepth() const { return depth != nullptr || depth_surface != 0; }
+};
+
+// Bytes from row to row of a target in memory, pixels wide.
+constexpr size_t pitchOf(const FrameTarget& target, uint32_t width)
+{
+    return target.pitch != 0 ? target.pitch : width * pixelBytes(target.format);
+}
+
+constexpr size_t depthPitchOf(const FrameTarget& target, uint32_t width)
+{
+    return target.depth_pitch != 0 ? target.depth_pitch : width * sizeof(float);
+}
+
+// Depths of a picture in memory of this process. None where `z` is null.
+template <typename Real>
+struct DepthRows {
+    Real* z = nullptr;
+    size_t stride = 0; // values from row to row
 };
 
 // A picture of width x height x 3 floats in memory of this process.

@@ -63,7 +63,7 @@ struct ModelView {
     double origin[3] = {};
 };
 
-enum class Tier : uint32_t { Exact = 0, Fast = 1, Turbo = 2 };
+enum class Tier : uint32_t { Exact = 0, Fast = 1 };
 
 // When what an earlier frame decoded of an anchor may be drawn again (design section 5).
 enum class ReusePolicy : uint32_t {

@@ -1,11 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading one anchor from the mapped file.
+// Where the arrays of a chunk lie, and reading one anchor of it.
 #pragma once
 
 #include "kernels/frame/frame_types.h"
 #include "kernels/math/real.h"
 
 namespace gsc {
+
+// The arrays of a chunk whose payload lies at `payload`, in the mapped file or in a device's copy of it.
+inline ChunkArrays chunkArrays(const ModelParams& params, uint32_t anchor_count, const std::byte* payload)
+{
+    const ChunkArrayLayout layout = chunkArrayLayout(params, anchor_count);
+    const auto point = [&]<typename T>(const T*& to, ChunkArray array) {
+        const auto i = uint32_t(array);
+        to = layout.stride[i] > 0 ? reinterpret_cast<const T*>(payload + layout.offset[i]) : nullptr;
+    };
+    ChunkArrays arrays{};
+    if (params.position_encoding == uint32_t(PositionEncoding::Grid))
+        point(arrays.grid_position, ChunkArray::Position);
+    else
+        point(arrays.float_position, ChunkArray::Position);
+    point(arrays.source_index, ChunkArray::SourceIndex);
+    point(arrays.extra_level, ChunkArray::ExtraLevel);
+    point(arrays.scale, ChunkArray::Scale);
+    point(arrays.offset, ChunkArray::Offset);
+    point(arrays.feature, ChunkArray::Feature);
+    point(arrays.rotation, ChunkArray::Rotation);
+    return arrays;
+}
 
 GSC_HD Vec3<float> anchorPosition(const ModelView& model, uint32_t chunk, uint32_t local)
 {

@@ -7,6 +7,9 @@
 
 namespace gsc {
 
+// A pixel has the depth of the Gaussian behind which less than this goes on (FrameTarget::depth).
+constexpr float kHalfLight = 0.5f;
+
 template <typename Real>
 struct PixelState {
     Real color[3];

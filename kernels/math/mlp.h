@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The small networks, one anchor at a time, from the canonical weights of MLPW.
+// The small networks, one anchor at a time, from the canonical weights of MLPW; where both sections' weights lie.
 #pragma once
 
 #include "kernels/frame/frame_types.h"
@@ -19,28 +19,23 @@ GSC_HD void linear(const float* weight, const float* bias, uint32_t in, uint32_t
     }
 }
 
-template <typename Real>
-GSC_HD Real activate(Activation activation, Real v)
-{
-    if (activation == Activation::Tanh)
-        return std::tanh(v);
-    if (activation == Activation::Sigmoid)
-        return sigmoid(v);
-    return v;
-}
-
+// Null where the model has no feature bank. Record i is of kind i, and the kind says what activation comes last: tanh of
+// opacities, sigmoid of colours; the file was checked.
 GSC_HD const MlpRecord* mlpRecord(const ModelView& model, MlpKind kind)
 {
-    const MlpRecord* records = reinterpret_cast<const MlpRecord*>(model.weights);
-    for (uint32_t i = 0; i < model.params->mlp_count; ++i)
-        if (records[i].kind == uint32_t(kind))
-            return records + i;
-    return nullptr;
+    const auto i = uint32_t(kind);
+    return i < model.params->mlp_count ? reinterpret_cast<const MlpRecord*>(model.weights) + i : nullptr;
 }
 
 GSC_HD const float* mlpWeights(const ModelView& model, uint64_t offset)
 {
     return reinterpret_cast<const float*>(model.weights + offset);
+}
+
+// The same of MLPP.
+GSC_HD const float* packedWeights(const ModelView& model, uint64_t offset)
+{
+    return reinterpret_cast<const float*>(model.packed + offset);
 }
 
 // Linear, ReLU, Linear; the activation is left to the caller. `hidden` is scratch of mlp.hidden values.
@@ -62,7 +57,7 @@ struct ViewInput {
     const float* appearance; // A values or null
 };
 
-// Input of one network; returns the number of values written. `feature` may be null (the feature bank takes none).
+// Input of one network; returns the number of values written.
 template <typename Real>
 GSC_HD uint32_t assembleInput(const ModelParams& params, uint32_t inputs, const Real* feature,
                               const ViewInput<Real>& view, Real* x)

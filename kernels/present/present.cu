@@ -29,6 +29,12 @@ __global__ void __launch_bounds__(kThreads) presentKernel(const __grid_constant_
     const uint32_t x = blockIdx.x * kThreads + threadIdx.x, y = blockIdx.y;
     if (x >= args.width)
         return;
+    if (args.target.depth_surface != 0)
+        surf2Dwrite(args.depth[size_t(y) * args.width + x], cudaSurfaceObject_t(args.target.depth_surface),
+                    int(x * sizeof(float)), int(y));
+    else if (args.target.depth != nullptr)
+        reinterpret_cast<float*>(reinterpret_cast<unsigned char*>(args.target.depth) + y * args.target.depth_pitch)[x] =
+            args.depth[size_t(y) * args.width + x];
     const float* const from = args.image + (size_t(y) * args.width + x) * 3;
     const float rgb[3] = {from[0], from[1], from[2]};
     switch (args.target.format) {

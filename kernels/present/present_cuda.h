@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A drawn picture into a target on the device.
+// A drawn picture, and its depths, into a target on the device.
 #pragma once
 
 #include "kernels/frame/frame_target.h"
@@ -10,7 +10,8 @@ namespace gsc {
 
 struct PresentCudaArgs {
     const float* image; // height x width x 3
-    FrameTarget target; // Device, with a pitch, or Surface
+    const float* depth; // height x width, where the target wants it
+    FrameTarget target; // Device, with pitches, or Surface
     uint32_t width, height;
 };
 

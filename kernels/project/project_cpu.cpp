@@ -18,8 +18,6 @@ HWY_BEFORE_NAMESPACE();
 namespace gsc {
 namespace HWY_NAMESPACE {
 
-using D = LaneTag;
-using V = hn::Vec<D>;
 using M = hn::Mask<D>;
 
 // What a vector of Gaussians becomes, before the lanes that stay are picked.
@@ -259,12 +257,8 @@ ProjectCounts projectBlock(const ProjectArgs& args, const GaussianBlock& g, Spla
             args.ahead->ask(ahead);
         const M keep = projectVector(d, args, g, at, hn::FirstN(d, g.count - at), out, dropped);
         counts.dropped += uint32_t(hn::CountTrue(d, dropped));
-        HWY_ALIGN uint8_t bits[8] = {};
-        hn::StoreMaskBits(d, keep, bits);
-        uint32_t left_lanes = uint32_t(bits[0]) | uint32_t(bits[1]) << 8;
-        while (left_lanes != 0) {
-            const uint32_t i = uint32_t(__builtin_ctz(left_lanes));
-            left_lanes &= left_lanes - 1;
+        for (uint32_t kept = maskBits(keep); kept != 0; kept &= kept - 1) {
+            const uint32_t i = uint32_t(__builtin_ctz(kept));
             const size_t from = at + i;
             const uint32_t to = counts.splats++;
             splats[to] = {out.x[i],

@@ -8,16 +8,7 @@ namespace gsc {
 
 namespace {
 
-constexpr uint32_t kThreads = 256;
-constexpr uint32_t kWarps = kThreads / 32;
-constexpr uint32_t kBlocksPerProcessor = 2;
 constexpr uint32_t kItems = 2 * kItemsPerLane; // of a lane: 3 r + item
-
-struct KeepShared {
-    DecodeNetworks networks;
-    Staging staging[kWarps];
-};
-static_assert(sizeof(KeepShared) <= 99 * 1024); // what a block can have on compute capability 8.6, 8.9 and 12.0
 
 // A strip is looked at as often as it takes: to know which Gaussians live at either key or on along the line, all of
 // which are kept of both, the opacities at the second key come first. Without an entry the eyes that draw the strip
@@ -26,16 +17,16 @@ enum Look : uint32_t { kSecondOpacities = 0, kFirstKey = 1, kSecondKey = 2 }; //
 
 // kBank: the model has a feature bank, which makes the features depend on the place. kShared: DecodeFrame::shared_bins.
 template <bool kBank, bool kShared>
-__global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) keepKernel(const __grid_constant__ KeepCudaArgs args)
+__global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks) keepKernel(const __grid_constant__ KeepCudaArgs args)
 {
     GSC_DYNAMIC_SHARED(memory);
-    KeepShared& shared = *reinterpret_cast<KeepShared*>(memory);
-    loadNetworks<kBank>(args, kThreads, shared.networks);
+    DecodeShared& shared = *reinterpret_cast<DecodeShared*>(memory);
+    loadNetworks<kBank>(args, shared.networks);
 
     const ReuseTables& tables = args.tables;
     const uint32_t K = args.model.params.n_offsets;
     const uint32_t lane = threadIdx.x & 31u, t = lane & 3u, g = lane >> 2;
-    const uint32_t warp = (blockIdx.x * kThreads + threadIdx.x) >> 5, warps = gridDim.x * kThreads / 32;
+    const uint32_t warp = (blockIdx.x * kDecodeThreads + threadIdx.x) >> 5, warps = gridDim.x * kDecodeWarps;
     const uint32_t count = tables.scratch->counters.decodes;
     Staging& staged = shared.staging[threadIdx.x >> 5];
     EyeTally left, right;
@@ -138,18 +129,8 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) keepKernel(cons
             } else {
                 float factors[2];
                 keptFactors(args.fraction, want.index, key, lane, factors);
-                // eyes that share their bins take the slots of both from the first one's
-                EyeTally tally = key == 0 ? left : right;
-                if (kShared)
-                    tally.writer = left.writer;
                 const Turns turns = {!both || key == 0, !both || key == 1};
-                emitStaged<kShared>(args, key, staged, alive, turns, anchors, seen_by, factors, lane, tally);
-                if (kShared)
-                    left.writer = tally.writer;
-                if (key == 0)
-                    left = tally;
-                else
-                    right = tally;
+                emitForEye<kShared>(args, key, staged, alive, turns, anchors, seen_by, factors, lane, left, right);
             }
             __syncwarp();
         }
@@ -161,24 +142,16 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) keepKernel(cons
 
 } // namespace
 
-void prepareDecodeKeepCuda()
-{
-    raiseSharedLimit(keepKernel<false, false>, sizeof(KeepShared));
-    raiseSharedLimit(keepKernel<false, true>, sizeof(KeepShared));
-    raiseSharedLimit(keepKernel<true, false>, sizeof(KeepShared));
-    raiseSharedLimit(keepKernel<true, true>, sizeof(KeepShared));
-}
-
 uint32_t decodeKeepGaps(uint32_t processors, uint32_t slot_capacity)
 {
-    return processors * kBlocksPerProcessor * kWarps * slotPiece(slot_capacity);
+    return processors * kDecodeBlocks * kDecodeWarps * slotPiece(slot_capacity);
 }
 
 void decodeKeepCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
     const auto kernel = args.bank != nullptr ? (args.shared_bins ? keepKernel<true, true> : keepKernel<true, false>)
                                              : (args.shared_bins ? keepKernel<false, true> : keepKernel<false, false>);
-    launchCuda(kernel, processors * kBlocksPerProcessor, kThreads, sizeof(KeepShared), stream, args);
+    launchCuda(kernel, processors * kDecodeBlocks, kDecodeThreads, sizeof(DecodeShared), stream, args);
 }
 
 } // namespace gsc

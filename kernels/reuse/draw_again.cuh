@@ -3,8 +3,8 @@
 // is decoded again.
 #pragma once
 
+#include "kernels/cuda/warp_list.cuh"
 #include "kernels/reuse/reuse_cuda.h"
-#include "kernels/reuse/warp_list.cuh"
 
 namespace gsc {
 

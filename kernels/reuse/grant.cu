@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which of what is to be decoded the budgets of decoding and of memory allow.
 #include "kernels/cuda/launch.cuh"
+#include "kernels/cuda/warp_list.cuh"
 #include "kernels/reuse/reuse_cuda.h"
-#include "kernels/reuse/warp_list.cuh"
 
 namespace gsc {
 
@@ -245,14 +245,9 @@ __global__ void __launch_bounds__(kThreads) grantKernel(const __grid_constant__ 
     }
 #pragma unroll
     for (uint32_t e = 0; e < kMaxEyes; ++e) {
-        const uint32_t sums[3] = {__reduce_add_sync(~0u, decoded[e]), __reduce_add_sync(~0u, reused[e]),
-                                  __reduce_add_sync(~0u, overdue[e])};
-        if (lane == 0 && sums[0] != 0)
-            atomicAdd(&counters.decoded[e], sums[0]);
-        if (lane == 0 && sums[1] != 0)
-            atomicAdd(&counters.reused[e], sums[1]);
-        if (lane == 0 && sums[2] != 0)
-            atomicAdd(&counters.overdue[e], sums[2]);
+        addOfWarp(&counters.decoded[e], decoded[e], lane);
+        addOfWarp(&counters.reused[e], reused[e], lane);
+        addOfWarp(&counters.overdue[e], overdue[e], lane);
     }
 }
 

@@ -46,6 +46,12 @@ struct PackScratch {
     Buffer<uint16_t> origins;
 };
 
+// Values of a row of PackScratch: room to fill up a cell and for a vector that reaches beyond.
+constexpr size_t packStride(uint32_t n_offsets)
+{
+    return size_t(n_offsets + 2) * kStripAnchors;
+}
+
 // Makes `scratch` fit the model. One scratch per worker.
 void reservePack(uint32_t n_offsets, PackScratch& scratch);
 

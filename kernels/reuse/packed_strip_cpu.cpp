@@ -15,47 +15,21 @@ HWY_BEFORE_NAMESPACE();
 namespace gsc {
 namespace HWY_NAMESPACE {
 
-using D = LaneTag;
-using V = hn::Vec<D>;
 using M = hn::Mask<D>;
-using DHalf = hn::Rebind<hwy::float16_t, D>;
 using DInt = hn::RebindToSigned<D>;
 
 // Rows of PackScratch while a strip is packed, the living Gaussians one after the other.
 enum PackRow : uint32_t { kPosition = 0, kFirst = 3, kSecond = kFirst + kStripRows, kPackRows = kSecond + kStripRows };
-
-size_t packStride(uint32_t n_offsets)
-{
-    return size_t(n_offsets + 2) * kStripAnchors; // room to fill up a cell and for a vector that reaches beyond
-}
 
 HWY_INLINE V loadHalf(const uint16_t* from)
 {
     return hn::PromoteTo(D(), hn::LoadU(DHalf(), reinterpret_cast<const hwy::float16_t*>(from)));
 }
 
-HWY_INLINE void storeHalf(V v, uint16_t* to)
-{
-    hn::StoreU(hn::DemoteTo(DHalf(), v), DHalf(), reinterpret_cast<hwy::float16_t*>(to));
-}
-
 HWY_INLINE V loadSteps(const int8_t* from)
 {
     const hn::Rebind<int8_t, D> d8;
     return hn::ConvertTo(D(), hn::PromoteTo(DInt(), hn::LoadU(d8, from)));
-}
-
-HWY_INLINE M lanesOf(uint32_t bits, uint32_t first)
-{
-    const uint8_t bytes[8] = {uint8_t(bits >> first), uint8_t(bits >> first >> 8)};
-    return hn::LoadMaskBits(D(), bytes);
-}
-
-HWY_INLINE uint32_t bitsOf(M mask, uint32_t first)
-{
-    uint8_t bytes[8] = {};
-    hn::StoreMaskBits(D(), mask, bytes);
-    return (uint32_t(bytes[0]) | uint32_t(bytes[1]) << 8) << first;
 }
 
 // A power of two at which the scales of a strip fit halves with the most room below.
@@ -81,14 +55,14 @@ HWY_INLINE void gatherLiving(const StripPack& pack, uint32_t k, uint32_t first, 
     const D d;
     const size_t at = size_t(kStripRows) * kStripAnchors * k + first;
     const uint16_t *a = pack.keys[0] + at, *b = kTwo ? pack.keys[1] + at : nullptr;
-    const M valid = lanesOf((1u << pack.count) - 1, first);
+    const M valid = maskOf(((1u << pack.count) - 1) >> first);
     const V opacity = loadHalf(a), zero = hn::Zero(d);
-    head.positive[0] = uint16_t(head.positive[0] | bitsOf(hn::And(valid, hn::Gt(opacity, zero)), first));
+    head.positive[0] = uint16_t(head.positive[0] | maskBits(hn::And(valid, hn::Gt(opacity, zero))) << first);
     V most = opacity, least = opacity;
     if constexpr (kTwo) {
         const V last = loadHalf(b);
         least = hn::Min(opacity, last);
-        head.positive[1] = uint16_t(head.positive[1] | bitsOf(hn::And(valid, hn::Gt(last, zero)), first));
+        head.positive[1] = uint16_t(head.positive[1] | maskBits(hn::And(valid, hn::Gt(last, zero))) << first);
         const V way = hn::Sub(last, opacity);
         const V before = hn::MulAdd(hn::Set(d, kLeastMix), way, opacity);
         most = hn::Max(before, hn::MulAdd(hn::Set(d, kMostMix), way, opacity)); // the line is highest at an end
@@ -355,7 +329,7 @@ HWY_EXPORT(mixStrip);
 
 void reservePack(uint32_t n_offsets, PackScratch& scratch)
 {
-    const size_t stride = size_t(n_offsets + 2) * kStripAnchors;
+    const size_t stride = packStride(n_offsets);
     scratch.rows.reserve((3 + 2 * kStripRows) * stride);
     scratch.origins.reserve(stride);
 }

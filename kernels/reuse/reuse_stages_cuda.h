@@ -35,7 +35,6 @@ struct KeepCudaArgs : DecodeCudaArgs {
 
 void selectStripsCuda(const StripSelectArgs& args, uint32_t processors, CUstream_st* stream); // of the visible groups
 
-void prepareDecodeKeepCuda(); // as prepareDecodeCuda()
 // Decodes what is granted, all anchors of each strip, into its entry, or, without one, draws it. One pass.
 void decodeKeepCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream);
 // Draws what is listed to be drawn of entries. After decodeKeepCuda().

@@ -3,9 +3,9 @@
 // decides most strips, a lane each; the rest take a warp each, an anchor and eye to a lane.
 #include "kernels/cuda/halves.cuh"
 #include "kernels/cuda/launch.cuh"
+#include "kernels/cuda/warp_list.cuh"
 #include "kernels/reuse/draw_again.cuh"
 #include "kernels/reuse/reuse_cuda.h"
-#include "kernels/reuse/warp_list.cuh"
 
 namespace gsc {
 
@@ -375,12 +375,8 @@ __global__ void __launch_bounds__(kThreads) scheduleKernel(const __grid_constant
         }
     }
     for (uint32_t e = 0; e < kMaxEyes; ++e) {
-        const uint32_t decoded = __reduce_add_sync(~0u, tally.decoded[e]);
-        const uint32_t reused = __reduce_add_sync(~0u, tally.reused[e]);
-        if (lane == 0 && decoded != 0)
-            atomicAdd(&tables.scratch->counters.decoded[e], decoded);
-        if (lane == 0 && reused != 0)
-            atomicAdd(&tables.scratch->counters.reused[e], reused);
+        addOfWarp(&tables.scratch->counters.decoded[e], tally.decoded[e], lane);
+        addOfWarp(&tables.scratch->counters.reused[e], tally.reused[e], lane);
     }
 }
 

@@ -16,9 +16,6 @@ HWY_BEFORE_NAMESPACE();
 namespace gsc {
 namespace HWY_NAMESPACE {
 
-using D = LaneTag;
-using V = hn::Vec<D>;
-
 struct Direction {
     V x, y, z, length;
 };
@@ -47,8 +44,7 @@ float largestChange(const StripAnchors& anchors, uint32_t lanes, const float* c0
         V change =
             hn::MulAdd(hn::Load(d, anchors.direction + i), chord, hn::Mul(hn::Load(d, anchors.distance + i), stretch));
         change = hn::IfThenElse(hn::Eq(change, change), change, infinity);
-        const uint8_t bits[8] = {uint8_t(lanes >> i), uint8_t(lanes >> i >> 8)};
-        worst = hn::Max(worst, hn::IfThenElseZero(hn::LoadMaskBits(d, bits), change));
+        worst = hn::Max(worst, hn::IfThenElseZero(maskOf(lanes >> i), change));
     }
     return hn::GetLane(hn::MaxOfLanes(d, worst));
 }

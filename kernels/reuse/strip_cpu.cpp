@@ -12,13 +12,6 @@ HWY_BEFORE_NAMESPACE();
 namespace gsc {
 namespace HWY_NAMESPACE {
 
-using DHalf = hn::Rebind<hwy::float16_t, D>;
-
-HWY_INLINE void storeHalf(V v, uint16_t* to)
-{
-    hn::StoreU(hn::DemoteTo(DHalf(), v), DHalf(), reinterpret_cast<hwy::float16_t*>(to));
-}
-
 // Positions and base scales of the anchors of a batch that starts at lane `first` of the strip.
 HWY_INLINE void storeFixed(const Batch& batch, uint32_t K, uint32_t first, float* fixed)
 {
@@ -46,8 +39,7 @@ HWY_INLINE void storeOffset(const DecodeArgs& args, const PackedMlpHeader& packe
     offsetHeads(d, *args.model, packed, batch.hidden + H, batch.hidden + 2 * H, k, head);
     storeHalf(hn::IfThenElse(hn::Eq(opacity, opacity), opacity, hn::Set(d, kNoOpacity)), key);
     for (size_t i = 0; i < 3; ++i) {
-        const V color = activateVector(Activation(args.networks.color->activation), head[kCovariancePerOffset + i]);
-        storeHalf(color, key + (1 + i) * kStripAnchors);
+        storeHalf(sigmoidAny(d, head[kCovariancePerOffset + i]), key + (1 + i) * kStripAnchors);
         storeHalf(sigmoidAny(d, head[i]), key + (4 + i) * kStripAnchors);
     }
     V norm = hn::Mul(head[3], head[3]);
@@ -76,8 +68,7 @@ void decodeStrip(const DecodeArgs& args, uint32_t count, uint16_t* const* keys, 
         for (uint32_t e = 0; e < args.eye_count; ++e) {
             hiddenLayers(args, packed, args.eyes[e].center, batch);
             for (uint32_t k = 0; k < K; ++k) {
-                const V opacity = activateVector(Activation(args.networks.opacity->activation),
-                                                 hn::Load(d, batch.opacity + size_t(k) * kMaxLanes));
+                const V opacity = tanhAny(d, hn::Load(d, batch.opacity + size_t(k) * kMaxLanes));
                 storeOffset(args, packed, batch, k, opacity, keys[e] + size_t(kStripRows) * kStripAnchors * k + first);
             }
         }

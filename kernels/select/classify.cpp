@@ -11,16 +11,7 @@ HWY_BEFORE_NAMESPACE();
 namespace gsc {
 namespace HWY_NAMESPACE {
 
-template <class D, class M>
-HWY_INLINE uint64_t classBits(D d, M mask)
-{
-    uint8_t bytes[8] = {};
-    hn::StoreMaskBits(d, mask, bytes);
-    return uint64_t(bytes[0]) | uint64_t(bytes[1]) << 8;
-}
-
 // Value and magnitude of a plane at points.
-template <class D, class V>
 HWY_INLINE V planeValue(D d, const BoundPlane& plane, V x, V y, V z, V sigma, V& magnitude)
 {
     const V px = hn::Mul(hn::Set(d, plane.n[0]), x), py = hn::Mul(hn::Set(d, plane.n[1]), y);
@@ -33,8 +24,7 @@ HWY_INLINE V planeValue(D d, const BoundPlane& plane, V x, V y, V z, V sigma, V&
 // note: every comparison is false for NaN, which leaves the anchor to the exact test
 void classify(const EyeClassifier& eye, const LodClassifier& lod, const GroupLanes& lanes, Classes& classes)
 {
-    const LaneTag d;
-    using V = hn::Vec<LaneTag>;
+    const D d;
     const V zero = hn::Zero(d), slack = hn::Set(d, kPlaneSlack);
     const auto never = hn::Lt(zero, zero);
     for (uint32_t w = 0; w < kGroupSize / 64; ++w)
@@ -57,7 +47,7 @@ void classify(const EyeClassifier& eye, const LodClassifier& lod, const GroupLan
             const V value = planeValue(d, plane, x, y, z, zero, magnitude);
             visible = hn::And(visible, hn::Gt(hn::NegMulAdd(slack, magnitude, value), zero));
         }
-        if (lod.test == LodTest::Distance) {
+        if (lod.by_distance) {
             const auto shifted = [&](V v, float center) {
                 const V delta = hn::Sub(hn::Add(v, hn::Set(d, lod.shift)), hn::Set(d, center));
                 return hn::Mul(delta, delta);
@@ -70,8 +60,8 @@ void classify(const EyeClassifier& eye, const LodClassifier& lod, const GroupLan
             hidden = hn::Or(hidden, hn::Lt(margin, hn::Set(d, -kLodSlack)));
             visible = hn::And(visible, hn::Gt(margin, hn::Set(d, kLodSlack)));
         }
-        classes.hidden[i / 64] |= classBits(d, hidden) << i % 64;
-        classes.visible[i / 64] |= classBits(d, hn::AndNot(hidden, visible)) << i % 64;
+        classes.hidden[i / 64] |= uint64_t(maskBits(hidden)) << i % 64;
+        classes.visible[i / 64] |= uint64_t(maskBits(hn::AndNot(hidden, visible))) << i % 64;
     }
 }
 
@@ -120,32 +110,21 @@ LodClassifier lodClassifier(const ModelParams& params, int32_t level, float lod_
     LodClassifier lod{};
     lod.shift = lodShift<float>(params, level);
     const LevelRule rule = LevelRule(params.level_rule);
-    if (!(params.flags & kModelHasLevels) || rule == LevelRule::None || level <= 0) {
-        lod.test = LodTest::Always;
+    lod.by_distance = rule != LevelRule::None && level > 0;
+    if (!lod.by_distance)
         return lod;
-    }
-    if (level > params.level_clamp) {
-        lod.test = LodTest::Never;
-        return lod;
-    }
-    lod.test = LodTest::Distance;
     // smallest prediction that chooses the level
     const float ramp = rule == LevelRule::Progressive ? 0.0f : lod_fade;
     const float lowest = float(level) - switchOffset(rule) - 0.5f * ramp;
     lod.slope = std::log(float(params.fork));
-    lod.limit = std::log(params.standard_dist / params.lod_scale) - (lowest - lod_bias) * lod.slope;
+    lod.limit = level > params.level_clamp
+                    ? -INFINITY
+                    : std::log(params.standard_dist / params.lod_scale) - (lowest - lod_bias) * lod.slope;
     return lod;
 }
 
 void classifyGroup(const EyeClassifier& eye, const LodClassifier& lod, const GroupLanes& lanes, Classes& classes)
 {
-    if (lod.test == LodTest::Never) {
-        for (uint32_t w = 0; w < kGroupSize / 64; ++w) {
-            classes.hidden[w] = ~uint64_t(0);
-            classes.visible[w] = 0;
-        }
-        return;
-    }
     HWY_DYNAMIC_DISPATCH(classify)(eye, lod, lanes, classes);
 }
 

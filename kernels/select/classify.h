@@ -16,8 +16,6 @@ struct GroupLanes {
     uint32_t count;
 };
 
-enum class LodTest : uint32_t { Always, Never, Distance };
-
 struct EyeClassifier {
     EyeBounds bounds;
     BoundPlane inside[4]; // a point with positive values projects into the image, if it lies in front
@@ -32,9 +30,9 @@ constexpr float kPlaneSlack = 1e-5f; // of the magnitude of the summands
 constexpr float kLodSlack = 3e-3f;   // of ln(distance)
 
 struct LodClassifier {
-    LodTest test;
+    bool by_distance;   // else kept at any distance
     float shift;        // lodShift() of the level
-    float limit, slope; // kept iff ln(distance) <= limit + slope * extra_level, up to kLodSlack
+    float limit, slope; // kept iff ln(distance) <= limit + slope * extra_level, up to kLodSlack; limit: -inf = never
 };
 
 EyeClassifier eyeClassifier(const ModelParams& params, const EyeParams& eye, const RasterConstants& rules,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kernels/select/select_cuda.h"
 
+#include "kernels/cuda/warp_list.cuh"
 #include "kernels/select/anchor_kernel.cuh"
 
 #include <algorithm>
@@ -45,22 +46,16 @@ __global__ void __launch_bounds__(kGroupThreads, kGroupBlocks) groupKernel(const
                 groups[e] += (candidates >> e & 1u) * run.group_count;
                 anchors[e] += (eyes >> e & 1u) * count;
             }
-            const uint32_t all = __ballot_sync(~0u, eyes != 0); // one atomic serves the warp
-            uint32_t base = 0;
-            if (lane == 0 && all != 0)
-                base = atomicAdd(&args.counters->groups_visible, uint32_t(__popc(all)));
-            base = __shfl_sync(~0u, base, 0);
+            const uint32_t place = appendPlace(eyes != 0, lane, &args.counters->groups_visible);
             if (eyes != 0)
-                args.visible_groups[base + __popc(all & ((1u << lane) - 1u))] = i | eyes << kAnchorBits;
+                args.visible_groups[place] = i | eyes << kAnchorBits;
         }
     }
 #pragma unroll
     for (uint32_t e = 0; e < kMaxEyes; ++e) {
-        const uint32_t sum = __reduce_add_sync(~0u, anchors[e]);
         if (lane == 0 && groups[e] != 0)
             atomicAdd(&args.counters->groups_tested[e], groups[e]);
-        if (lane == 0 && sum != 0)
-            atomicAdd(&args.counters->anchors_tested[e], sum);
+        addOfWarp(&args.counters->anchors_tested[e], anchors[e], lane);
     }
 }
 

@@ -16,23 +16,20 @@ struct Frame {
     EyeClassifier eyes[kMaxEyes];
 };
 
-template <typename Record>
-bool rejects(const Frame& frame, uint32_t eye, const Record& record, uint32_t level_index)
-{
-    const ModelView& model = *frame.args.model;
-    return rejectsBox(frame.eyes[eye].bounds, record.anchor_min, record.anchor_max, record.anchor_sigma_max) ||
-           rejectsLevel(*model.params, frame.eyes[eye].bounds, model.levels[level_index].level, record.anchor_min,
-                        record.anchor_max, record.extra_level_max);
-}
-
 // Eyes that may see something of the record, as bits.
 template <typename Record>
 uint32_t eyesOf(const Frame& frame, const Record& record, uint32_t level_index, uint32_t candidates)
 {
+    const ModelView& model = *frame.args.model;
     uint32_t eyes = 0;
-    for (uint32_t e = 0; e < frame.args.eye_count; ++e)
-        if ((candidates >> e & 1) && !rejects(frame, e, record, level_index))
+    for (uint32_t e = 0; e < frame.args.eye_count; ++e) {
+        const EyeBounds& bounds = frame.eyes[e].bounds;
+        if ((candidates >> e & 1) &&
+            !rejectsBox(bounds, record.anchor_min, record.anchor_max, record.anchor_sigma_max) &&
+            !rejectsLevel(*model.params, bounds, model.levels[level_index].level, record.anchor_min, record.anchor_max,
+                          record.extra_level_max))
             eyes |= 1u << e;
+    }
     return eyes;
 }
 

@@ -23,7 +23,7 @@ namespace gsc {
 // Of one call: what does not depend on the anchor.
 struct SensitivityTable {
     const ModelView* model;
-    Networks networks;
+    const MlpRecord* bank_mlp;                    // or null
     uint32_t tangents;                            // 1, or 2 with the distance
     const float* zero;                            // 3 hidden_pad zeros
     const float* base[kProbes];                   // 3 hidden_pad: bias and the probe's share
@@ -40,8 +40,6 @@ HWY_BEFORE_NAMESPACE();
 namespace gsc {
 namespace HWY_NAMESPACE {
 
-using D = LaneTag;
-using V = hn::Vec<D>;
 using M = hn::Mask<D>;
 
 // Scratch of one vector of anchors; every row holds kMaxLanes floats. Index 0 are values, then one per tangent.
@@ -152,23 +150,6 @@ HWY_INLINE void sigmoids(const V* x, V* value, V* rest)
         rest[i] = hn::Mul(e[i], value[i]);
 }
 
-// Value and slope of an activation.
-HWY_INLINE void activateWithSlope(Activation activation, V x, V& value, V& slope)
-{
-    const D d;
-    const V one = hn::Set(d, 1.0f);
-    value = x;
-    slope = one;
-    if (activation == Activation::Tanh) {
-        value = tanhAny(d, x);
-        slope = hn::NegMulAdd(value, value, one);
-    } else if (activation == Activation::Sigmoid) {
-        const V e = expInRange(d, clampKeepNan(d, hn::Neg(x), -80, 80));
-        value = hn::Div(one, hn::Add(one, e));
-        slope = hn::Mul(value, hn::Sub(one, value));
-    }
-}
-
 // What the relative change of a covariance needs of the Gaussian itself.
 struct Shape {
     V log_slope[3]; // d ln(s_i^2) / 2 per change of the network's output, times s_i^2 / r_i
@@ -236,9 +217,8 @@ HWY_INLINE void probeOffset(const SensitivityTable& table, const PackedMlpHeader
                             V& living, V& direction_sum, V& distance_sum)
 {
     const D d;
-    V opacity, opacity_slope;
-    activateWithSlope(Activation(table.networks.opacity->activation),
-                      hn::Load(d, rows.opacity[0] + size_t(k) * kMaxLanes), opacity, opacity_slope);
+    const V opacity = tanhAny(d, hn::Load(d, rows.opacity[0] + size_t(k) * kMaxLanes));
+    const V opacity_slope = hn::NegMulAdd(opacity, opacity, hn::Set(d, 1.0f));
     const M dead = hn::Lt(opacity, hn::Set(d, kOpacityFloor)); // note: NaN is not
     if (hn::AllTrue(d, dead))
         return;
@@ -247,14 +227,9 @@ HWY_INLINE void probeOffset(const SensitivityTable& table, const PackedMlpHeader
     secondLayer<kColorPerOffset>(table, packed, rows, 2, kColorPerOffset * k, raw_color);
     V color[3], color_slope[3];
     const Shape shape = shapeOf(rows, covariance);
-    if (Activation(table.networks.color->activation) == Activation::Sigmoid) {
-        sigmoids(raw_color, color, color_slope);
-        for (int c = 0; c < 3; ++c)
-            color_slope[c] = hn::Mul(color_slope[c], color[c]);
-    } else {
-        for (int c = 0; c < 3; ++c)
-            activateWithSlope(Activation(table.networks.color->activation), raw_color[c], color[c], color_slope[c]);
-    }
+    sigmoids(raw_color, color, color_slope);
+    for (int c = 0; c < 3; ++c)
+        color_slope[c] = hn::Mul(color_slope[c], color[c]);
     const V opacity_weight = hn::Set(d, float(kSensitivityWeights.opacity * kSensitivityWeights.opacity));
     const V scale_weight =
         hn::Mul(hn::Mul(opacity, opacity), hn::Set(d, float(kSensitivityWeights.scale * kSensitivityWeights.scale)));
@@ -306,7 +281,7 @@ void probeHidden(const SensitivityTable& table, const PackedMlpHeader& packed, u
     const D d;
     const uint32_t F = table.model->params->feat_dim, columns = 3 * packed.hidden_pad;
     const float* weights = packedWeights(*table.model, packed.first_f32);
-    const bool bank = table.networks.bank != nullptr;
+    const bool bank = table.bank_mlp != nullptr;
     if (bank) {
         bankRows(rows, F, table.bank[probe]);
         dense(d, rows.banked, F, weights, columns, table.zero, nullptr, columns, false, rows.first[0]);
@@ -372,7 +347,7 @@ void sensitivityBlock(const SensitivityTable& table, uint32_t chunk, uint32_t fi
         const V longest = hn::Max(hn::Max(log_scale(0), log_scale(1)), hn::Max(log_scale(2), hn::Set(d, -1e30f)));
         for (uint32_t i = 0; i < 3; ++i)
             hn::Store(expAny(d, hn::Sub(log_scale(i), longest)), d, rows.scale + i * kMaxLanes);
-        if (table.networks.bank == nullptr)
+        if (table.bank_mlp == nullptr)
             dense(d, rows.feature, F, packedWeights(model, packed.first_f32), columns, table.zero, nullptr, columns,
                   false, rows.first[0]);
         V best_direction = hn::Zero(d), best_distance = hn::Zero(d);
@@ -460,7 +435,7 @@ SensitivityTable prepare(const ModelView& model, uint32_t chunk, int32_t appeara
     scratch.values.reserve(rows * kMaxLanes + lists + columns + columns * kProbes * (1 + kProbeTangents));
     SensitivityTable table{};
     table.model = &model;
-    table.networks = findNetworks(model);
+    table.bank_mlp = mlpRecord(model, MlpKind::FeatureBank);
     table.tangents = takesDistance(model) ? 2 : 1;
     table.rows = scratch.values.data(); // first, so that rows are aligned
     float* values = table.rows + rows * kMaxLanes + lists;
@@ -497,8 +472,8 @@ SensitivityTable prepare(const ModelView& model, uint32_t chunk, int32_t appeara
         }
         table.base[p] = base;
         std::copy_n(slope, kProbeTangents, table.slope[p]);
-        if (table.networks.bank != nullptr)
-            bankAtProbe(model, *table.networks.bank, probe, level, table.tangents, table.bank[p], table.bank_slope[p]);
+        if (table.bank_mlp != nullptr)
+            bankAtProbe(model, *table.bank_mlp, probe, level, table.tangents, table.bank[p], table.bank_slope[p]);
     }
     return table;
 }

@@ -35,8 +35,6 @@ std::vector<Drawn> drawnAt(const ModelView& model, uint32_t chunk, uint32_t loca
                            const double* direction, double distance)
 {
     const ModelParams& params = *model.params;
-    const Networks nets = findNetworks(model);
-    const uint32_t F = params.feat_dim, K = params.n_offsets;
     ViewInput<double> view{};
     std::copy_n(direction, 3, view.direction);
     view.distance = distance;
@@ -46,45 +44,26 @@ std::vector<Drawn> drawnAt(const ModelView& model, uint32_t chunk, uint32_t loca
     view.appearance = model.embedding != nullptr && appearance >= 0
                           ? model.embedding + size_t(appearance) * params.appearance_dim
                           : none.data();
-    std::vector<double> feature(F), input(F + 5 + params.appearance_dim), hidden(F);
-    const float* raw = model.arrays[chunk].feature + size_t(F) * local;
-    std::copy_n(raw, F, feature.data());
-    if (nets.bank != nullptr) {
-        double weights[3];
-        const std::vector<double> plain = feature;
-        assembleInput<double>(params, nets.bank->inputs, nullptr, view, input.data());
-        evaluateMlp(model, *nets.bank, input.data(), hidden.data(), weights);
-        softmax3(weights);
-        for (uint32_t j = 0; j < F; ++j)
-            feature[j] = bankFeature(plain.data(), F, j, weights);
-    }
-    std::vector<double> opacity(K), covariance(size_t(7) * K), color(size_t(3) * K);
-    const auto evaluate = [&](const MlpRecord& mlp, std::vector<double>& out) {
-        assembleInput(params, mlp.inputs, feature.data(), view, input.data());
-        evaluateMlp(model, mlp, input.data(), hidden.data(), out.data());
-    };
-    evaluate(*nets.opacity, opacity);
-    evaluate(*nets.covariance, covariance);
-    evaluate(*nets.color, color);
+    std::vector<double> scratch(decodeScratch(params));
+    const AnchorNetworks<double> anchor(model, view, chunk, local, scratch.data());
+    anchor.evaluate(MlpKind::Opacity, anchor.opacity);
+    anchor.evaluate(MlpKind::Covariance, anchor.covariance);
+    anchor.evaluate(MlpKind::Color, anchor.color);
 
-    std::vector<Drawn> drawn(K);
-    const float* log_scale = model.arrays[chunk].scale + size_t(6) * local;
-    for (uint32_t k = 0; k < K; ++k) {
-        const double o = activate(Activation(nets.opacity->activation), opacity[k]);
+    std::vector<Drawn> drawn(params.n_offsets);
+    for (uint32_t k = 0; k < params.n_offsets; ++k) {
+        const double o = std::tanh(anchor.opacity[k]);
         drawn[k].opacity = o < double(kOpacityFloor) ? 0 : o;
-        double scale[3], whitening[3], q[4], longest = 0;
-        for (int i = 0; i < 3; ++i) {
-            scale[i] = std::exp(double(log_scale[3 + i])) * sigmoid(covariance[7 * k + size_t(i)]);
-            longest = std::max(longest, scale[i]);
-            drawn[k].color[i] = activate(Activation(nets.color->activation), color[3 * k + size_t(i)]);
-        }
+        GaussianOf<double> g{};
+        anchor.setShape(k, g);
+        std::copy_n(g.color, 3, drawn[k].color);
+        const double longest = std::max({0.0, g.scale[0], g.scale[1], g.scale[2]});
         // covariance3() squares what it is given: fourth roots of the inverse make M^-1/2
+        double whitening[3];
         for (int i = 0; i < 3; ++i)
-            whitening[i] = 1 / std::sqrt(std::hypot(scale[i], kThinAxis * longest));
-        std::copy_n(&covariance[7 * k + 3], 4, q);
-        normalizeQuaternion(q);
-        spread(covariance3(scale, q), drawn[k].covariance);
-        spread(covariance3(whitening, q), drawn[k].whitening);
+            whitening[i] = 1 / std::sqrt(std::hypot(g.scale[i], kThinAxis * longest));
+        spread(covariance3(g.scale, g.rotation), drawn[k].covariance);
+        spread(covariance3(whitening, g.rotation), drawn[k].whitening);
     }
     return drawn;
 }
@@ -137,26 +116,23 @@ void viewSensitivityReference(const ModelView& model, uint32_t chunk, uint32_t l
     for (uint32_t p = 0; p < kProbes; ++p) {
         const SensitivityProbe probe = sensitivityProbe(p, sensitivityDistance(model, chunk));
         const std::vector<Drawn> before = drawnAt(model, chunk, local, appearance, probe.direction, probe.distance);
-        double living = 0;
-        for (size_t k = p % kOffsetStep; k < before.size(); k += kOffsetStep)
-            living += before[k].opacity != 0; // or NaN
-        living = std::max(living, 1.0);
+        // Root of the mean square over the living Gaussians that the probe looks at, which counts `tangents` times.
+        const auto rate = [&](const std::vector<Drawn>& after, double tangents) {
+            double living = 0, squares = 0;
+            for (size_t k = p % kOffsetStep; k < before.size(); k += kOffsetStep) {
+                living += before[k].opacity != 0; // or NaN
+                squares += tangents * squaredChange(before[k], after[k]);
+            }
+            return std::sqrt(squares / std::max(living, 1.0)) / kStep;
+        };
         double turned[3];
         for (int i = 0; i < 3; ++i)
             turned[i] = probe.direction[i] + kStep * probe.tangent[i];
-        const std::vector<Drawn> after = drawnAt(model, chunk, local, appearance, turned, probe.distance);
-        double squares = 0;
-        for (size_t k = p % kOffsetStep; k < before.size(); k += kOffsetStep)
-            squares += 2 * squaredChange(before[k], after[k]);
-        direction = std::max(direction, std::sqrt(squares / living) / kStep);
-        if (takesDistance(model)) {
-            const std::vector<Drawn> moved =
-                drawnAt(model, chunk, local, appearance, probe.direction, probe.distance * (1 + kStep));
-            squares = 0;
-            for (size_t k = p % kOffsetStep; k < before.size(); k += kOffsetStep)
-                squares += squaredChange(before[k], moved[k]);
-            distance = std::max(distance, std::sqrt(squares / living) / kStep);
-        }
+        direction = std::max(direction, rate(drawnAt(model, chunk, local, appearance, turned, probe.distance), 2));
+        if (takesDistance(model))
+            distance = std::max(
+                distance,
+                rate(drawnAt(model, chunk, local, appearance, probe.direction, probe.distance * (1 + kStep)), 1));
     }
 }
 

@@ -12,6 +12,10 @@
 
 namespace gsc {
 
+struct FreeMemory {
+    void operator()(void* p) const { std::free(p); }
+};
+
 template <typename T>
 class Buffer {
     static_assert(std::is_trivially_copyable_v<T>);
@@ -50,10 +54,6 @@ public:
 private:
     static constexpr size_t kAlignment = 64; // one cache line, one AVX-512 vector
 
-    struct Free {
-        void operator()(T* p) const { std::free(p); }
-    };
-
     static size_t roundUp(size_t bytes) { return (bytes + kAlignment - 1) / kAlignment * kAlignment; }
 
     [[noreturn]] static void throwOutOfMemory(size_t count)
@@ -64,7 +64,7 @@ private:
                                  count, sizeof(T)));
     }
 
-    std::unique_ptr<T, Free> m_data;
+    std::unique_ptr<T, FreeMemory> m_data;
     size_t m_capacity = 0;
 };
 

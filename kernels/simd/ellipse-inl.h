@@ -18,14 +18,6 @@ namespace HWY_NAMESPACE {
 constexpr uint32_t kCellsPerSide = 4;
 constexpr uint32_t kCells = kCellsPerSide * kCellsPerSide;
 
-template <class D, class M>
-HWY_INLINE uint32_t maskBits(D d, M mask)
-{
-    uint8_t bytes[8] = {};
-    hn::StoreMaskBits(d, mask, bytes);
-    return uint32_t(bytes[0]) | uint32_t(bytes[1]) << 8;
-}
-
 // Cell i has its first pixel at (cell_x[i], cell_y[i]) + (x, y) and its last `side` further. Bit i is set if the
 // smallest value of the splat's quadratic form on the cell is at most 2 cutoff; for a positive definite form it lies
 // on one of the two sides nearest the centre. Conservative: the cutoff allows for twice the rounding of the form.
@@ -34,8 +26,7 @@ HWY_INLINE uint32_t touchedCells(const Splat& splat, const float* cell_x, const 
 {
     if (splat.cutoff >= kLooseCutoff)
         return (1u << kCells) - 1;
-    const LaneTag d;
-    using V = hn::Vec<LaneTag>;
+    const D d;
     const V a = hn::Set(d, splat.conic[0]), b2 = hn::Set(d, 2 * splat.conic[1]), c = hn::Set(d, splat.conic[2]);
     const V slope_y = hn::Set(d, -splat.conic[1] / splat.conic[2]);
     const V slope_x = hn::Set(d, -splat.conic[1] / splat.conic[0]);
@@ -53,7 +44,7 @@ HWY_INLINE uint32_t touchedCells(const Splat& splat, const float* cell_x, const 
             return hn::MulAdd(hn::MulAdd(b2, v, hn::Mul(a, u)), u, hn::Mul(hn::Mul(c, v), v));
         };
         const V smallest = hn::Min(form(near_x, along_y), form(along_x, near_y));
-        touched |= maskBits(d, hn::Le(smallest, level)) << i;
+        touched |= maskBits(hn::Le(smallest, level)) << i;
     }
     return touched;
 }

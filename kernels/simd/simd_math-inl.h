@@ -18,9 +18,30 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 // Lanes of a stage: what the machine has, at most 16 (a tile's row, and what AVX-512 holds).
 using LaneTag = hn::CappedTag<float, 16>;
+using D = LaneTag;
+using V = hn::Vec<D>;
+using DHalf = hn::Rebind<hwy::float16_t, D>;
+
+// Bit i: lane i.
+HWY_INLINE uint32_t maskBits(hn::Mask<D> mask)
+{
+    uint8_t bytes[8] = {};
+    hn::StoreMaskBits(D(), mask, bytes);
+    return uint32_t(bytes[0]) | uint32_t(bytes[1]) << 8;
+}
+
+HWY_INLINE hn::Mask<D> maskOf(uint32_t bits)
+{
+    const uint8_t bytes[8] = {uint8_t(bits), uint8_t(bits >> 8)};
+    return hn::LoadMaskBits(D(), bytes);
+}
+
+HWY_INLINE void storeHalf(V v, uint16_t* to)
+{
+    hn::StoreU(hn::DemoteTo(DHalf(), v), DHalf(), reinterpret_cast<hwy::float16_t*>(to));
+}
 
 // exp(r) - 1 for |r| <= ln(2) / 2: r + r^2 P(r), P interpolating at Chebyshev nodes, 1e-8 relative.
-template <class D, class V>
 HWY_INLINE V expm1Reduced(D d, V r)
 {
     // note: Estrin's order; the blend waits for this chain more than for anything else
@@ -32,7 +53,6 @@ HWY_INLINE V expm1Reduced(D d, V r)
 }
 
 // x = n ln(2) + r; `shifted` keeps n in its low bits. |x| <= 88.
-template <class D, class V>
 HWY_INLINE V reduceExp(D d, V x, V& shifted)
 {
     const V magic = hn::Set(d, 12582912.0f); // 1.5 * 2^23: adding it rounds to an integer
@@ -44,7 +64,6 @@ HWY_INLINE V reduceExp(D d, V x, V& shifted)
 }
 
 // v * 2^n for |n| small enough to stay normal, n in the low bits of `shifted`.
-template <class D, class V>
 HWY_INLINE V scaleByPower(D d, V v, V shifted)
 {
     const hn::RebindToSigned<D> di;
@@ -52,7 +71,6 @@ HWY_INLINE V scaleByPower(D d, V v, V shifted)
 }
 
 // exp for arguments in [-87, 88]; 1 ulp. Outside the result is garbage, for callers that mask.
-template <class D, class V>
 HWY_INLINE V expInRange(D d, V x)
 {
     V shifted;
@@ -62,7 +80,7 @@ HWY_INLINE V expInRange(D d, V x)
 
 // out[i] = factor * exp(x[i]) for x in [-16, 0], 2 ulp; outside the result is garbage, for callers that mask. One
 // reduction step is enough there, and the factor takes the place of the constant 1.
-template <size_t kCount, class D, class V>
+template <size_t kCount>
 HWY_INLINE void expTimes(D d, const V* x, V factor, V* out)
 {
     const V magic = hn::Set(d, 12582912.0f), log2e = hn::Set(d, 1.44269504f), ln2 = hn::Set(d, 0.693147182f);
@@ -80,7 +98,6 @@ HWY_INLINE void expTimes(D d, const V* x, V factor, V* out)
 }
 
 // max(low, v) and min(high, v) that give NaN for NaN.
-template <class D, class V>
 HWY_INLINE V maxKeepNan(D d, float low, V v)
 {
 #if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR
@@ -90,7 +107,6 @@ HWY_INLINE V maxKeepNan(D d, float low, V v)
 #endif
 }
 
-template <class D, class V>
 HWY_INLINE V minKeepNan(D d, float high, V v)
 {
 #if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR
@@ -100,14 +116,12 @@ HWY_INLINE V minKeepNan(D d, float high, V v)
 #endif
 }
 
-template <class D, class V>
 HWY_INLINE V clampKeepNan(D d, V x, float low, float high)
 {
     return maxKeepNan(d, low, minKeepNan(d, high, x));
 }
 
 // exp for every argument: 0 below -87 (also for -inf, trap 15), inf above 88.7, NaN for NaN.
-template <class D, class V>
 HWY_INLINE V expAny(D d, V x)
 {
     const auto low = hn::Lt(x, hn::Set(d, -87.0f));
@@ -122,7 +136,6 @@ HWY_INLINE V expAny(D d, V x)
 }
 
 // 1 / v, 2 ulp, for normal v: a quarter of a division's time with AVX-512.
-template <class D, class V>
 HWY_INLINE V reciprocal(D d, V v)
 {
 #if HWY_TARGET <= HWY_AVX3
@@ -134,7 +147,6 @@ HWY_INLINE V reciprocal(D d, V v)
 }
 
 // 1 / sqrt(v), 2 ulp, for normal v: a fifth of the time of a square root and a division with AVX-512.
-template <class D, class V>
 HWY_INLINE V reciprocalSqrt(D d, V v)
 {
 #if HWY_TARGET <= HWY_AVX3
@@ -147,7 +159,6 @@ HWY_INLINE V reciprocalSqrt(D d, V v)
 }
 
 // 1 / (1 + exp(-x)); 3 ulp, NaN for NaN.
-template <class D, class V>
 HWY_INLINE V sigmoidAny(D d, V x)
 {
     const V t = clampKeepNan(d, hn::Neg(x), -80, 80);
@@ -155,7 +166,6 @@ HWY_INLINE V sigmoidAny(D d, V x)
 }
 
 // tanh by expm1(2 |x|), so that small arguments keep their relative accuracy; 3 ulp, NaN for NaN.
-template <class D, class V>
 HWY_INLINE V tanhAny(D d, V x)
 {
     const V one = hn::Set(d, 1.0f), two = hn::Set(d, 2.0f);
@@ -168,7 +178,6 @@ HWY_INLINE V tanhAny(D d, V x)
 }
 
 // Natural logarithm of positive normal numbers within 6e-4 absolute: for bounds that carry a margin.
-template <class D, class V>
 HWY_INLINE V roughLog(D d, V x)
 {
     const hn::RebindToSigned<D> di;

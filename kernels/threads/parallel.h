@@ -4,8 +4,8 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <memory>
-#include <type_traits>
 
 namespace gsc {
 
@@ -18,23 +18,14 @@ public:
 
     [[nodiscard]] int count() const { return m_count; }
 
+    using Body = std::function<void(size_t begin, size_t end, int worker)>;
+
     // Calls body(begin, end, worker) for disjoint ranges that cover [0, count), each at most `grain` long but for a
     // single worker, which may get everything at once. 0 <= worker < count(); a worker runs one range at a time.
-    // Exceptions of a body reach the caller, and no range is begun after one. A body may call run() itself.
-    template <typename Body>
-    void run(size_t count, size_t grain, Body&& body) const
-    {
-        using Plain = std::remove_reference_t<Body>;
-        runErased(count, grain, const_cast<void*>(static_cast<const void*>(&body)),
-                  [](void* context, size_t begin, size_t end, int worker) {
-                      (*static_cast<Plain*>(context))(begin, end, worker);
-                  });
-    }
+    // Exceptions of a body reach the caller, and no range is begun after one. A body must not call run() itself.
+    void run(size_t count, size_t grain, const Body& body) const;
 
 private:
-    using Erased = void (*)(void* context, size_t begin, size_t end, int worker);
-    void runErased(size_t count, size_t grain, void* context, Erased body) const;
-
     struct Impl;
     std::unique_ptr<Impl> m_impl;
     int m_count;

@@ -33,19 +33,19 @@ Workers::Workers(int threads) : m_count(threads > 0 ? threads : std::max(1, tbb:
 
 Workers::~Workers() = default;
 
-void Workers::runErased(size_t count, size_t grain, void* context, Erased body) const
+void Workers::run(size_t count, size_t grain, const Body& body) const
 {
     if (count == 0)
         return;
     if (m_impl == nullptr || count <= grain) {
-        body(context, 0, count, 0);
+        body(0, count, 0);
         return;
     }
     m_impl->arena.execute([&] {
         tbb::parallel_for(
             tbb::blocked_range<size_t>(0, count, std::max<size_t>(1, grain)),
             [&](const tbb::blocked_range<size_t>& range) {
-                body(context, range.begin(), range.end(), tbb::this_task_arena::current_thread_index());
+                body(range.begin(), range.end(), tbb::this_task_arena::current_thread_index());
             },
             tbb::simple_partitioner());
     });

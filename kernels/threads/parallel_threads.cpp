@@ -50,23 +50,12 @@ int usableProcessors()
     return std::max(1, int(std::thread::hardware_concurrency()));
 }
 
-// The bodies that a thread is in, innermost first, and behind them those its job was posted from: run() inside a body
-// of the same Workers must not wait for itself, nor where the body reached it through other Workers.
-struct Frame {
-    const void* pool;
-    int worker;
-    const Frame* outer;
-};
-thread_local const Frame* t_frame = nullptr;
-
 } // namespace
 
 struct Workers::Impl {
     struct Job {
         size_t count, grain, ranges;
-        void* context;
-        Erased body;
-        const Frame* posted_from;
+        const Body& body;
         std::atomic<size_t> next{0};
         std::atomic<bool> failed{false};
         std::exception_ptr error{}; // of the body that failed first
@@ -95,15 +84,6 @@ struct Workers::Impl {
             thread.join();
     }
 
-    // the worker that this thread is, -1 outside any body
-    [[nodiscard]] int workerHere() const
-    {
-        for (const Frame* frame = t_frame; frame != nullptr; frame = frame->outer)
-            if (frame->pool == this)
-                return frame->worker;
-        return -1;
-    }
-
     void run(Job& job)
     {
         const std::lock_guard one_job(m_callers);
@@ -127,22 +107,18 @@ struct Workers::Impl {
         m_left.wait(lock, [this] { return m_helping == 0; });
     }
 
-    void work(Job& job, int worker) const
+    static void work(Job& job, int worker)
     {
-        const Frame* const before = t_frame;
-        const Frame frame{this, worker, job.posted_from};
-        t_frame = &frame;
         try {
             for (size_t range = job.next++; range < job.ranges; range = job.next++) {
                 const size_t begin = range * job.grain;
-                job.body(job.context, begin, std::min(job.count, begin + job.grain), worker);
+                job.body(begin, std::min(job.count, begin + job.grain), worker);
             }
         } catch (...) {
             job.next = job.ranges;
             if (!job.failed.exchange(true))
                 job.error = std::current_exception();
         }
-        t_frame = before;
     }
 
 private:
@@ -186,21 +162,17 @@ Workers::Workers(int threads) : m_count(threads > 0 ? threads : usableProcessors
 
 Workers::~Workers() = default;
 
-void Workers::runErased(size_t count, size_t grain, void* context, Erased body) const
+void Workers::run(size_t count, size_t grain, const Body& body) const
 {
     if (count == 0)
         return;
     grain = std::max<size_t>(1, grain);
-    const int nested = m_impl != nullptr ? m_impl->workerHere() : -1;
     if (m_impl == nullptr || count <= grain) {
-        body(context, 0, count, std::max(0, nested));
+        body(0, count, 0);
         return;
     }
-    Impl::Job job{count, grain, (count - 1) / grain + 1, context, body, t_frame};
-    if (nested >= 0)
-        m_impl->work(job, nested); // by this worker alone: the others are busy with the outer job
-    else
-        m_impl->run(job);
+    Impl::Job job{count, grain, (count - 1) / grain + 1, body};
+    m_impl->run(job);
     if (job.error)
         std::rethrow_exception(job.error);
 }

@@ -63,25 +63,25 @@ __global__ void __launch_bounds__(kThreads) uploadKernel(const __grid_constant__
         }
         if (args.layout.stride[uint32_t(ChunkArray::ExtraLevel)] != 0)
             p.w = *array<float>(args, ChunkArray::ExtraLevel, i);
-        reinterpret_cast<float4*>(args.placement)[at] = p;
+        reinterpret_cast<float4*>(args.to.placement)[at] = p;
         const float* log_scale = array<float>(args, ChunkArray::Scale, i);
         float scale[6];
         for (int a = 0; a < 6; ++a)
             scale[a] = expf(log_scale[a]);
         for (int a = 0; a < 3; ++a) {
-            args.size[at * 3 + a] = scale[a];
-            args.shape[at * 6 + a] = scale[a] * steps[threadIdx.x][a];
-            args.shape[at * 6 + 3 + a] = scale[3 + a];
+            args.to.size[at * 3 + a] = scale[a];
+            args.to.shape[at * 6 + a] = scale[a] * steps[threadIdx.x][a];
+            args.to.shape[at * 6 + 3 + a] = scale[3 + a];
         }
-        args.source[at] = *array<uint32_t>(args, ChunkArray::SourceIndex, i);
-        if (args.rotation != nullptr)
+        args.to.source[at] = *array<uint32_t>(args, ChunkArray::SourceIndex, i);
+        if (args.to.rotation != nullptr)
             for (int a = 0; a < 4; ++a)
-                args.rotation[at * 4 + a] = array<float>(args, ChunkArray::Rotation, i)[a];
+                args.to.rotation[at * 4 + a] = array<float>(args, ChunkArray::Rotation, i)[a];
     }
-    if (args.feature != nullptr)
+    if (args.to.feature != nullptr)
         for (uint32_t i = threadIdx.x; i < n * args.feat_dim; i += kThreads)
-            args.feature[base * args.feat_dim + i] = halfBits(array<float>(args, ChunkArray::Feature, first)[i]);
-    if (args.offset != nullptr)
+            args.to.feature[base * args.feat_dim + i] = halfBits(array<float>(args, ChunkArray::Feature, first)[i]);
+    if (args.to.offset != nullptr)
         for (uint32_t i = threadIdx.x; i < n * args.n_offsets; i += kThreads) {
             const float* offset = array<float>(args, ChunkArray::Offset, first) + size_t(3) * i;
             uint64_t packed = 0;
@@ -93,7 +93,7 @@ __global__ void __launch_bounds__(kThreads) uploadKernel(const __grid_constant__
                 packed |= uint64_t(min(max(count, -kOffsetSteps), kOffsetSteps) + kOffsetSteps + 1)
                           << (kOffsetBits * a);
             }
-            args.offset[base * args.n_offsets + i] = finite ? packed : kNoOffset;
+            args.to.offset[base * args.n_offsets + i] = finite ? packed : kNoOffset;
         }
 }
 

@@ -8,6 +8,15 @@ struct CUstream_st;
 
 namespace gsc {
 
+// Of the whole model, for DeviceModel to point to.
+struct AnchorArrays {
+    float *placement, *size, *shape;
+    float* rotation; // or null
+    uint32_t* source;
+    uint16_t* feature; // or null
+    uint64_t* offset;  // or null
+};
+
 struct UploadArgs {
     ChunkRecord chunk;
     LevelRecord level;
@@ -15,13 +24,7 @@ struct UploadArgs {
     const unsigned char* payload; // device copy of the chunk's arrays, at the offsets of `layout`
     uint32_t feat_dim, n_offsets;
     bool grid_positions;
-    float* placement; // see DeviceModel; all are the whole model's arrays
-    float* size;
-    float* shape;
-    float* rotation;   // or null
-    uint16_t* feature; // or null
-    uint64_t* offset;  // or null
-    uint32_t* source;
+    AnchorArrays to;
 };
 
 void uploadCuda(const UploadArgs& args, CUstream_st* stream); // asynchronous

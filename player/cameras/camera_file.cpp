@@ -5,12 +5,20 @@
 #include "format/file/read_file.h"
 #include "player/json_fields.h"
 
+#include <glm/gtc/type_ptr.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/mat4x4.hpp>
+#include <glm/matrix.hpp>
+
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <memory>
 #include <numbers>
+#include <numeric>
+#include <utility>
 
 namespace gsc {
 
@@ -20,39 +28,29 @@ constexpr double kRotationTolerance = 1e-3; // files with six printed digits pas
 constexpr uint32_t kUpstreamMaxWidth = 1600;
 constexpr uint64_t kMaxFileBytes = uint64_t(1) << 30;
 
-double determinant(const double m[9])
-{
-    return m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * m[7] - m[4] * m[6]);
-}
-
 // Largest deviation of m^T m from `scale2` times the identity.
-double orthogonalityError(const double m[9], double scale2)
+double orthogonalityError(const glm::dmat3& m, double scale2)
 {
-    double worst = 0;
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) {
-            const double dot = m[i] * m[j] + m[3 + i] * m[3 + j] + m[6 + i] * m[6 + j];
-            worst = std::max(worst, std::abs(dot - (i == j ? scale2 : 0)));
-        }
-    return worst;
+    const glm::dmat3 off = transpose(m) * m - glm::dmat3(scale2);
+    const double* const entries = glm::value_ptr(off);
+    return std::accumulate(entries, entries + 9, 0.0, [](double a, double b) { return std::max(a, std::abs(b)); });
 }
 
 void readRotation(const JsonObject& object, double out[9], const char* what = "camera-to-world")
 {
     object.matrix("rotation", 3, 3, out);
-    const double error = orthogonalityError(out, 1);
-    if (!(error < kRotationTolerance) || determinant(out) < 0)
-        object.fail(
-            "rotation",
-            formatString("no rotation (determinant %g, columns off orthonormal by %g)", determinant(out), error),
-            formatString("an orthonormal, right-handed %s matrix", what));
+    const glm::dmat3 rotation = transpose(glm::make_mat3(out)); // from rows
+    const double error = orthogonalityError(rotation, 1), det = determinant(rotation);
+    if (!(error < kRotationTolerance) || det < 0)
+        object.fail("rotation", formatString("no rotation (determinant %g, columns off orthonormal by %g)", det, error),
+                    formatString("an orthonormal, right-handed %s matrix", what));
 }
 
 // t = -R^T p: the world-to-camera translation of a camera at p.
 void translationFromPosition(const double rotation[9], const double position[3], double out[3])
 {
-    for (int i = 0; i < 3; ++i)
-        out[i] = -(rotation[i] * position[0] + rotation[3 + i] * position[1] + rotation[6 + i] * position[2]);
+    const glm::dvec3 translation = -(glm::make_mat3(rotation) * glm::make_vec3(position)); // rows read as columns
+    std::copy_n(glm::value_ptr(translation), 3, out);
 }
 
 double angleOf(double pixels, double focal)
@@ -94,22 +92,33 @@ double readAngle(const JsonObject& object, const char* key)
     return angle;
 }
 
-std::vector<UpstreamCamera> upstreamCameras(const Json& root, const std::string& file,
-                                            std::vector<std::string>* ignored)
+// What `read` makes of each object of an array; `what` it is, for messages.
+template <typename Read>
+auto readEach(const Json& array, const std::string& file, const char* what, std::vector<std::string>* ignored,
+              const Read& read)
+{
+    DistortionCheck distortion(file, ignored);
+    std::vector<decltype(read(std::declval<JsonObject&>(), distortion, 0))> cameras;
+    cameras.reserve(array.size());
+    for (size_t i = 0; i < array.size(); ++i) {
+        JsonObject object(array[i], formatString("%s: %s %zu", file.c_str(), what, i));
+        cameras.push_back(read(object, distortion, i));
+    }
+    distortion.finish();
+    return cameras;
+}
+
+std::vector<SourceCamera> upstreamCameras(const Json& root, const std::string& file, std::vector<std::string>* ignored)
 {
     if (!root.is_array())
         throw Error(ErrorCode::InvalidFile,
                     formatString(
                         "%s: the root is no array, expected the list of cameras that training writes; pass such a file",
                         file.c_str()));
-    std::vector<UpstreamCamera> cameras;
-    cameras.reserve(root.size());
-    DistortionCheck distortion(file, ignored);
-    for (size_t i = 0; i < root.size(); ++i) {
-        JsonObject entry(root[i], formatString("%s: entry %zu", file.c_str(), i));
-        UpstreamCamera camera;
+    return readEach(root, file, "entry", ignored, [](JsonObject& entry, DistortionCheck& distortion, size_t) {
+        SourceCamera camera;
         camera.name = entry.text("img_name");
-        entry.setWhere(formatString("%s: entry %zu (%.60s)", file.c_str(), i, camera.name.c_str()));
+        entry.setWhere(entry.where() + formatString(" (%.60s)", camera.name.c_str()));
         camera.id = int(entry.integer("id", 0, INT32_MAX));
         camera.width = entry.imageSide("width");
         camera.height = entry.imageSide("height");
@@ -121,48 +130,38 @@ std::vector<UpstreamCamera> upstreamCameras(const Json& root, const std::string&
         const MiddleOffset middle = readMiddleOffset({entry}, camera.width, camera.height);
         camera.middle_x = middle.x;
         camera.middle_y = middle.y;
-        cameras.push_back(std::move(camera));
-    }
-    distortion.finish();
-    return cameras;
+        return camera;
+    });
 }
 
 // Upstream inverts the 4x4 matrix after turning OpenGL axes into COLMAP's; a uniform scale in it survives, as
 // MatrixCity's files have one.
 void poseFromOpenGl(const JsonObject& frame, Camera& camera)
 {
-    double m[16];
-    frame.matrix("transform_matrix", 4, 4, m);
-    if (m[12] != 0 || m[13] != 0 || m[14] != 0 || m[15] == 0)
-        frame.fail("transform_matrix", formatString("ending in %g %g %g %g", m[12], m[13], m[14], m[15]),
+    double entries[16];
+    frame.matrix("transform_matrix", 4, 4, entries);
+    const glm::dmat4 m = transpose(glm::make_mat4(entries)); // from rows
+    const double* const last = entries + 12;
+    if (last[0] != 0 || last[1] != 0 || last[2] != 0 || last[3] == 0)
+        frame.fail("transform_matrix", formatString("ending in %g %g %g %g", last[0], last[1], last[2], last[3]),
                    "a last row of 0 0 0 1");
-    double c2w[9], position[3];
-    for (int r = 0; r < 3; ++r) {
-        c2w[3 * r] = m[4 * r];
-        c2w[3 * r + 1] = -m[4 * r + 1];
-        c2w[3 * r + 2] = -m[4 * r + 2];
-        position[r] = m[4 * r + 3] / m[15];
-    }
+    const glm::dmat3 c2w{m[0], -m[1], -m[2]};
+    const glm::dvec3 position = glm::dvec3(m[3]) / last[3];
     const double det = determinant(c2w);
     const double scale2 = std::cbrt(det) * std::cbrt(det);
     if (!(det > 0) || !(1 / det < 1e30) || !(orthogonalityError(c2w, scale2) < kRotationTolerance * scale2))
         frame.fail("transform_matrix", formatString("no rotation (determinant %g)", det),
                    "a right-handed rotation, uniformly scaled at most");
     // the inverse of s R is R^T / s; its transpose is what Camera stores
-    for (int i = 0; i < 9; ++i)
-        camera.rotation[i] = c2w[i] / scale2;
-    translationFromPosition(camera.rotation, position, camera.translation);
+    const glm::dmat3 rows = transpose(c2w / scale2);
+    std::copy_n(glm::value_ptr(rows), 9, camera.rotation);
+    translationFromPosition(camera.rotation, glm::value_ptr(position), camera.translation);
 }
 
 std::vector<Camera> transformsCameras(const JsonObject& root, const std::string& file,
                                       std::vector<std::string>* ignored)
 {
-    const Json& frames = root.at("frames");
-    std::vector<Camera> cameras;
-    cameras.reserve(frames.size());
-    DistortionCheck distortion(file, ignored);
-    for (size_t i = 0; i < frames.size(); ++i) {
-        const JsonObject frame(frames[i], formatString("%s: frame %zu", file.c_str(), i));
+    const auto read = [&root](const JsonObject& frame, DistortionCheck& distortion, size_t) {
         const LensKeys lens{frame, &root};
         Camera camera;
         camera.name = imageName(frame.text("file_path"));
@@ -191,10 +190,9 @@ std::vector<Camera> transformsCameras(const JsonObject& root, const std::string&
             finishCamera(camera, 0, 0, 0);
             setMiddle(camera, middle.x / camera.width, middle.y / camera.height);
         }
-        cameras.push_back(std::move(camera));
-    }
-    distortion.finish();
-    return cameras;
+        return camera;
+    };
+    return readEach(root.at("frames"), file, "frame", ignored, read);
 }
 
 void readLens(const JsonObject& frame, Camera& camera)
@@ -228,11 +226,7 @@ std::vector<Camera> trajectoryCameras(const JsonObject& root, const std::string&
     const Json& frames = root.at("frames");
     if (!frames.is_array())
         root.fail("frames", "no array", "an array of frames");
-    std::vector<Camera> cameras;
-    cameras.reserve(frames.size());
-    DistortionCheck distortion(file, ignored);
-    for (size_t i = 0; i < frames.size(); ++i) {
-        const JsonObject frame(frames[i], formatString("%s: frame %zu", file.c_str(), i));
+    const auto read = [&root](const JsonObject& frame, DistortionCheck& distortion, size_t i) {
         Camera camera;
         camera.name = frame.has("name") ? frame.text("name") : formatString("%04zu", i);
         readRotation(frame, camera.rotation);
@@ -256,10 +250,9 @@ std::vector<Camera> trajectoryCameras(const JsonObject& root, const std::string&
             camera.appearance = int(frame.integer("appearance", 0, INT32_MAX));
         if (frame.has("time"))
             (void)frame.number("time");
-        cameras.push_back(std::move(camera));
-    }
-    distortion.finish();
-    return cameras;
+        return camera;
+    };
+    return readEach(frames, file, "frame", ignored, read);
 }
 
 // A signed angle from the eye's forward axis.
@@ -312,13 +305,13 @@ std::vector<EyeView> trajectoryViews(const JsonObject& root, const std::string& 
 
 } // namespace
 
-std::vector<UpstreamCamera> parseUpstreamCameras(std::string_view json, const std::string& name,
-                                                 std::vector<std::string>* ignored)
+std::vector<SourceCamera> parseUpstreamCameras(std::string_view json, const std::string& name,
+                                               std::vector<std::string>* ignored)
 {
     return upstreamCameras(parseJson(json, name), name, ignored);
 }
 
-Camera cameraFromUpstream(const UpstreamCamera& source)
+Camera cameraOf(const SourceCamera& source)
 {
     Camera camera;
     camera.name = source.name;
@@ -327,6 +320,7 @@ Camera cameraFromUpstream(const UpstreamCamera& source)
     camera.fov_x = angleOf(source.width, source.fx);
     camera.fov_y = angleOf(source.height, source.fy);
     setMiddle(camera, source.middle_x / source.width, source.middle_y / source.height);
+    camera.appearance = source.appearance;
     camera.width = source.width;
     camera.height = source.height;
     if (source.width > kUpstreamMaxWidth) {
@@ -345,8 +339,8 @@ std::vector<Camera> parseCameraFile(std::string_view json, const std::string& na
     std::vector<Camera> cameras;
     TrajectoryFacts stated;
     if (root.is_array()) {
-        for (const UpstreamCamera& camera : upstreamCameras(root, name, ignored))
-            cameras.push_back(cameraFromUpstream(camera));
+        for (const SourceCamera& camera : upstreamCameras(root, name, ignored))
+            cameras.push_back(cameraOf(camera));
     } else {
         const JsonObject object(root, name);
         if (object.has("schema")) {

@@ -10,25 +10,14 @@
 
 namespace gsc {
 
-// One entry of upstream's cameras.json (format facts, 6.3).
-struct UpstreamCamera {
-    std::string name;
-    int id = 0;
-    uint32_t width = 0, height = 0; // source size
-    double position[3] = {};
-    double rotation[9] = {}; // row-major camera-to-world
-    double fx = 0, fy = 0;   // pixels, for width x height
-    // pixels from where the axis meets the image to its middle, right and down; upstream itself knows none but 0
-    double middle_x = 0, middle_y = 0;
-};
-
-// `name` is used in messages only. `ignored` as for parseCameraFile(). Throws Error (InvalidFile, Unsupported).
-std::vector<UpstreamCamera> parseUpstreamCameras(std::string_view json, const std::string& name,
-                                                 std::vector<std::string>* ignored = nullptr);
+// Upstream's cameras.json, without appearance and split, of which it says nothing. `name` is used in messages only.
+// `ignored` as for parseCameraFile(). Throws Error (InvalidFile, Unsupported).
+std::vector<SourceCamera> parseUpstreamCameras(std::string_view json, const std::string& name,
+                                               std::vector<std::string>* ignored = nullptr);
 
 // What upstream renders for it: field of view of the source size, and the size its `-r -1` rule gives (6.2).
 // Precondition: as parseUpstreamCameras() leaves it.
-Camera cameraFromUpstream(const UpstreamCamera& source);
+Camera cameraOf(const SourceCamera& source);
 
 // What a trajectory states beside its frames. With views, a frame is the pose of the head.
 struct TrajectoryFacts {
@@ -40,8 +29,8 @@ struct TrajectoryFacts {
 // Upstream's cameras.json, a transforms*.json, or our trajectory (schemas/trajectory.schema.json), told apart by
 // content. Sizes are those of the file, upstream's `-r -1` rule applied to cameras.json (section 6.2). A file that
 // states no size leaves width and height 0: finishCamera() then takes it from the command line.
-// `eyes`, if given, takes what a trajectory states beside its frames. Without it, a trajectory that gives the eyes views of their
-// own is refused, because its cameras alone are not what it shows.
+// `eyes`, if given, takes what a trajectory states beside its frames. Without it, a trajectory that gives the eyes
+// views of their own is refused, because its cameras alone are not what it shows.
 // cx and cy (pixels of the stated size) move the image off the axis: Camera::tan_mid_x, tan_mid_y.
 // `ignored`, if given, takes a sentence about lens distortion, which the cameras then do not have. Without it, a file
 // that states some is refused, because cameras here are pinholes.

@@ -4,9 +4,8 @@
 #include "player/measure/bench.h"
 #include "player/commands/commands.h"
 #include "player/commands/render_options.h"
-#include "player/report/report_parts.h"
 #include "player/sweep/row_file.h"
-#include "player/sweep/run_row.h"
+#include "player/sweep/run_facts.h"
 #include "player/sweep/sweep.h"
 #include "player/tool/options.h"
 
@@ -31,29 +30,23 @@ renders again for the scores.)";
 
 void addBenchOptions(CLI::App& app, BenchOptions& options)
 {
-    const char* group = "Measuring";
+    const Heading heading(app, "Measuring");
     constexpr int64_t kMany = 1000000;
-    addInteger(app, "--warmup", options.warmup, 0, kMany, "N (default: 50)", "frames before the measured ones")
-        .group(group);
+    addInteger(app, "--warmup", options.warmup, 0, kMany, "N (default: 50)", "frames before the measured ones");
     addInteger(app, "--measure", options.measured, 1, kMany, "N (default: 300)",
-               "frames to measure, going round the cameras")
-        .group(group);
+               "frames to measure, going round the cameras");
     addInteger(app, "--frames-in-flight", options.in_flight, 1, kFramesInFlight, "N (default: 1)",
-               "frames submitted before the first of them is waited for; with 2 the device has no pause between them")
-        .group(group);
-    addInteger(app, "--quality", options.quality, 0, kMany, "N (default: 0)", "cameras to score against the tier exact")
-        .group(group);
-    addBackend(app, "--reference", options.reference, false, "backend that renders exact for --quality or --sweep")
-        .group(group);
-    addText(app, "--label", options.label, "TEXT", "text for the report, such as what changed").group(group);
+               "frames submitted before the first of them is waited for; with 2 the device has no pause between them");
+    addInteger(app, "--quality", options.quality, 0, kMany, "N (default: 0)",
+               "cameras to score against the tier exact");
+    addBackend(app, "--reference", options.reference, false, "backend that renders exact for --quality or --sweep");
+    addText(app, "--label", options.label, "TEXT", "text for the report, such as what changed");
     addText(app, "--out", options.out, "FILE.jsonl",
-            "file that takes one more line (schemas/bench-report.schema.json); - is standard output")
-        .group(group);
+            "file that takes one more line (schemas/bench-report.schema.json); - is standard output");
     OptionHandle sweep = addText(app, "--sweep", options.sweep, "FILE.json",
                                  "runs every combination that the file asks for (schemas/sweep.schema.json), each from "
                                  "a cold start, scored against exact; --out takes a row for each "
                                  "(schemas/run.schema.json) and is gone on with where a sweep was stopped");
-    sweep.group(group);
     for (const char* fixed :
          {"--cameras", "--frames", "--warmup", "--measure", "--quality", "--target-ms", "--frames-in-flight"})
         sweep.excludes(optionOf(app, fixed)); // the file says these
@@ -75,10 +68,10 @@ void checkBenchOptions(const CLI::App& app, const BenchOptions& options)
 ErrorCode runSweep(const BenchOptions& options, Reporter& report)
 {
     bool first = true;
-    sweep(options, report, [&](const OrderedJson& row) {
+    sweep(options, report, [&](const RunRow& row) {
         report.endProgress(false);
         const std::string text =
-            report.json() ? jsonText(row, -1) : (first ? runTableHeader() : "") + runTableLine(row);
+            report.json() ? jsonText(toJson(row), -1) : (first ? runTableHeader() : "") + runTableLine(row);
         isStandardOutput(options.out) ? report.tell(text) : report.text(text);
         report.flush();
         first = false;

@@ -41,19 +41,16 @@ exit codes:
 
 void addOutputOptions(CLI::App& app, PlayOptions& options)
 {
-    const char* group = "Files";
+    const Heading heading(app, "Files");
     addText(app, "--out", options.out, "PATTERN",
-            "images to write; {name}, {frame}, {frame:04} and {eye} are filled in (" + imageExtensions() + ")")
-        .group(group);
+            "images to write; {name}, {frame}, {frame:04} and {eye} are filled in (" + imageExtensions() + ")");
     addChoice<PixelDepth>(app, "--depth", options.depth, {{"8", PixelDepth::Eight}, {"16", PixelDepth::Sixteen}},
-                          "default: 8", "bits per channel of a PNG")
-        .group(group);
+                          "default: 8", "bits per channel of a PNG");
     addText(
         app, "--stats", options.stats, "FILE.jsonl",
         "one JSON object per frame and line: time per stage, counts (schemas/frame-stats.schema.json); - is standard "
-        "output")
-        .group(group);
-    addFlag(app, "-w,--overwrite", options.overwrite, "replace files that exist").group(group);
+        "output");
+    addFlag(app, "-w,--overwrite", options.overwrite, "replace files that exist");
 }
 
 void checkOut(const CLI::App& app, const PlayOptions& options)
@@ -76,7 +73,8 @@ ErrorCode runPlay(const PlayOptions& options, Reporter& report)
 {
     const PlaySummary summary = play(options, report);
     report.endProgress(false);
-    const std::string text = report.json() ? playReportJson(summary, report.warnings()) : playReportText(summary);
+    const std::string text =
+        report.json() ? playReportJson(options, summary, report.warnings()) : playReportText(options, summary);
     isStandardOutput(options.stats) ? report.tell(text) : report.text(text);
     return ErrorCode::Ok;
 }
@@ -99,6 +97,7 @@ void checkPlayOptions(const CLI::App& app, const PlayOptions& options)
     if (options.input.empty())
         throw Error(ErrorCode::Usage, "FILE: not given, expected a .gsc behind gsc-play; see gsc-play --help");
     checkRenderOptions(app, options, false);
+    checkEffect(app, "--device", !options.backend.starts_with("cpu"), "--backend cuda or auto");
     checkOut(app, options);
 }
 

@@ -29,42 +29,33 @@ std::vector<float> parseColor(const std::string& name, const std::string& text)
 
 void addReuseOptions(CLI::App& app, PlayOptions& options)
 {
-    const char* group = "Reuse of decoded Gaussians";
+    const Heading heading(app, "Reuse of decoded Gaussians");
     ReuseOptions& reuse = options.reuse;
     addChoice<ReusePolicy>(app, "--reuse", reuse.policy, reusePolicies(), "default: none",
                            "when they are drawn again in later frames: none: never; depth: for so many frames, fewer "
-                           "the more of the view is new; error: while their predicted change stays within a bound")
-        .group(group);
+                           "the more of the view is new; error: while their predicted change stays within a bound");
     addInteger(app, "--reuse-depth", reuse.max_depth, 0, kMaxReuseDepth, "N (default: 10)",
-               "frames one is drawn again at most, with --reuse depth")
-        .group(group);
+               "frames one is drawn again at most, with --reuse depth");
     addChoice<DepthGuidance>(app, "--reuse-guidance", reuse.guidance, depthGuidances(), "default: linear",
-                             "how the share of the view that is new becomes a depth, with --reuse depth")
-        .group(group);
-    addFloat(app, "--reuse-bound", reuse.bound, {0, kMaxReuseBound}, " in 1/255", "B (default: 1)",
-             "predicted change of what an anchor draws, in 1/255, with --reuse error")
-        .group(group);
+                             "how the share of the view that is new becomes a depth, with --reuse depth");
+    addNumber(app, "--reuse-bound", reuse.bound, {0, kMaxReuseBound}, " in 1/255", "B (default: 1)",
+              "predicted change of what an anchor draws, in 1/255, with --reuse error");
     addInteger(app, "--decode-budget", reuse.decode_budget, 0, int64_t(1) << 40, "N (default: 0)",
                "most anchors decoded per frame and eye, the worst first, with --reuse error; what was never decoded is "
-               "decoded all the same; 0 = as many as the bound wants")
-        .group(group);
+               "decoded all the same; 0 = as many as the bound wants");
     addByteSize(app, "--cache-budget", reuse.cache_bytes, 1, "SIZE (default: a quarter of the machine's)",
-                "most memory of decoded Gaussians, such as 256M")
-        .group(group);
+                "most memory of decoded Gaussians, such as 256M");
 }
 
 void addLevelOptions(CLI::App& app, PlayOptions& options)
 {
-    const char* group = "Levels of detail";
+    const Heading heading(app, "Levels of detail");
     addNumber(app, "--lod-bias", options.lod_bias, {-kMaxLodBias, kMaxLodBias}, " levels", "X (default: 0)",
-              "levels added to the one that distance asks for: below 0 draws less, 0 is the trainer's")
-        .group(group);
+              "levels added to the one that distance asks for: below 0 draws less, 0 is the trainer's");
     addNumber(app, "--lod-fade", options.lod_fade, {0, kMaxLodWidth}, " levels", "X (default: 0)",
-              "levels over which an anchor fades in about the place where the trainer's switches it on, up to 1")
-        .group(group);
+              "levels over which an anchor fades in about the place where the trainer's switches it on, up to 1");
     addNumber(app, "--lod-hysteresis", options.lod_hysteresis, {0, kMaxLodWidth}, " levels", "X (default: 0)",
-              "levels that a switch may lag behind the camera, up to 1: one that trembles at it switches nothing")
-        .group(group);
+              "levels that a switch may lag behind the camera, up to 1: one that trembles at it switches nothing");
 }
 
 } // namespace
@@ -111,28 +102,24 @@ void addFrames(CLI::App& app, PlayOptions& options)
 
 void addViewOptions(CLI::App& app, PlayOptions& options)
 {
-    const char* group = "View";
-    addImageSize(app, "--size", options.width, options.height, "WxH (default: the camera's)", "pixels of the image")
-        .group(group);
+    const Heading heading(app, "View");
+    addImageSize(app, "--size", options.width, options.height, "WxH (default: the camera's)", "pixels of the image");
     detail::addValue(app, "--fov", "DEGREES (default: the camera's)", "horizontal angle of view",
                      [&options](const std::string& name, const std::string& text) {
                          const double angle = detail::number(name, text, {0.01, 179.9}, " degrees");
                          options.fov_x = angle * std::numbers::pi / 180;
-                     })
-        .group(group);
-    addInteger(app, "--eyes", options.eyes, 1, 2, "1|2 (default: 1)", "1, or 2 for stereo").group(group);
-    detail::addValue(
-        app, "--ipd", "LENGTH (default: 0.064 m of the model's metre, or the trajectory's)",
-        "distance of the two eyes: world units, or metres such as 64mm",
-        [&options](const std::string& name, const std::string& text) { options.ipd = parseLength(text, name.c_str()); })
-        .group(group);
+                     });
+    addInteger(app, "--eyes", options.eyes, 1, 2, "1|2 (default: 1)", "1, or 2 for stereo");
+    detail::addValue(app, "--ipd", "LENGTH (default: 0.064 m of the model's metre, or the trajectory's)",
+                     "distance of the two eyes: world units, or metres such as 64mm",
+                     [&options](const std::string& name, const std::string& text) {
+                         options.ipd = parseLength(text, name.c_str());
+                     });
     addChoice<StereoMode>(app, "--stereo", options.stereo, stereoModes(), "default: exact",
                           "exact: the networks look from each eye; merged: from the middle between the two, once for "
-                          "both")
-        .group(group);
+                          "both");
     addInteger(app, "--appearance", options.appearance, 0, std::numeric_limits<int>::max(),
-               "ROW (default: the camera's own)", "row of the appearance embedding for every camera")
-        .group(group);
+               "ROW (default: the camera's own)", "row of the appearance embedding for every camera");
     detail::addValue(app, "--background", "model|R,G,B (default: model)",
                      "colour behind the model, or what it was trained with",
                      [&options](const std::string& name, const std::string& text) {
@@ -140,40 +127,34 @@ void addViewOptions(CLI::App& app, PlayOptions& options)
                              options.background.reset();
                          else
                              options.background = parseColor(name, text);
-                     })
-        .group(group);
+                     });
     addNumber(app, "--near", options.near_z, {0, kMaxLength, true}, " world units", "Z (default: the model's)",
-              "nearest depth drawn, world units")
-        .group(group);
+              "nearest depth drawn, world units");
 }
 
 void addRunOptions(CLI::App& app, PlayOptions& options)
 {
-    const char* group = "Rendering";
+    const Heading heading(app, "Rendering");
     addChoice<Tier>(
-        app, "--tier", options.tier, {{"exact", Tier::Exact}, {"fast", Tier::Fast}}, "default: fast",
+        app, "--tier", options.tier, tiers(), "default: fast",
         "exact: the trainer's image, of a model far from the origin without what rounding does to it there; "
-        "fast: half precision where the backend has it; the CPU renders exact")
-        .group(group);
-    addBackend(app, "--backend", options.backend, true, "what renders; gsc-play backends lists what this machine has")
-        .group(group);
+        "fast: half precision where the backend has it; the CPU renders exact");
+    addBackend(app, "--backend", options.backend, true, "what renders; gsc-play backends lists what this machine has");
     addInteger(app, "--device", options.device, 0, 255, "N (default: 0)",
-               "which of the backend's devices, as gsc-play backends numbers them")
-        .group(group);
-    addInteger(app, "--threads", options.threads, 0, 4096, "N (default: 0)", "CPU threads, 0 = all cores").group(group);
+               "which of the backend's devices, as gsc-play backends numbers them");
+    addInteger(app, "--threads", options.threads, 0, 4096, "N (default: 0)", "CPU threads, 0 = all cores");
     addByteSize(app, "--vram-budget", options.vram_budget, 1, "SIZE (default: all there is)",
-                "most device memory for model and frame, such as 4G; frames that need more are drawn in more passes")
-        .group(group);
-    addFlag(app, "--verify", options.verify, "check the checksum of every byte before the first frame").group(group);
+                "most device memory for model and frame, such as 4G; frames that need more are drawn in more passes");
+    addFlag(app, "--verify", options.verify, "check the checksum of every byte before the first frame");
     addReuseOptions(app, options);
     addLevelOptions(app, options);
 }
 
 void addTargetOption(CLI::App& app, PlayOptions& options)
 {
+    const Heading heading(app, "Levels of detail");
     addNumber(app, "--target-ms", options.target_ms, {1e-6, kMaxTargetMs}, " milliseconds", "MS (default: none)",
-              "hold this frame time: levels fall while frames take longer, and come back slowly up to --lod-bias")
-        .group("Levels of detail");
+              "hold this frame time: levels fall while frames take longer, and come back slowly up to --lod-bias");
 }
 
 void checkEffect(const CLI::App& app, const char* option, bool has_effect, const std::string& needs)

@@ -17,24 +17,19 @@ constexpr const char* kExamples = R"(example:
 
 void addStabilityOptions(CLI::App& app, StabilityOptions& options)
 {
-    const char* group = "Judging";
+    const Heading heading(app, "Judging");
     constexpr int64_t kMany = 1000000;
     constexpr double kMost = 1e9;
-    addTexts(app, "--trajectories", options.trajectories, "FILE.json|DIR", "camera files, or folders of them")
-        .group(group);
+    addTexts(app, "--trajectories", options.trajectories, "FILE.json|DIR", "camera files, or folders of them");
     addInteger(app, "--warmup", options.warmup, 0, kMany, "N (default: 5)",
-               "frames at the start of each that the times leave out")
-        .group(group);
-    addBackend(app, "--reference", options.reference, false, "backend that renders exact").group(group);
+               "frames at the start of each that the times leave out");
+    addBackend(app, "--reference", options.reference, false, "backend that renders exact");
     addNumber(app, "--bound-psnr", options.bound_psnr, {0, 1000}, " dB", "DB (default: 50)",
-              "least of any frame against exact; 0 = no bound")
-        .group(group);
+              "least of any frame against exact; 0 = no bound");
     addNumber(app, "--bound-temporal", options.bound_temporal, {0, kMost}, " medians", "X (default: 2)",
-              "most that the error image changes in one frame, in medians of the trajectory; 0 = no bound")
-        .group(group);
+              "most that the error image changes in one frame, in medians of the trajectory; 0 = no bound");
     addNumber(app, "--bound-p99", options.bound_p99, {0, kMost}, " medians", "X (default: 0)",
-              "most of the time of a frame at p99, in medians; 0 = no bound")
-        .group(group);
+              "most of the time of a frame at p99, in medians; 0 = no bound");
 }
 
 ErrorCode runStability(const StabilityOptions& options, Reporter& report)

@@ -4,16 +4,18 @@
 #include "format/error.h"
 #include "format/file/output_file.h"
 #include "player/image/oiio_image.h"
+#include "player/module/load_module.h"
 
 #include <algorithm>
 #include <bit>
 #include <cctype>
 #include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <memory>
+#include <fstream>
+#include <iomanip>
+#include <string_view>
 
 namespace gsc {
 
@@ -21,13 +23,33 @@ namespace {
 
 constexpr uint32_t kMaxSide = 32768; // pixels
 
-using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
+// What may be written; lower-case.
+#ifdef GSC_WITH_OIIO
+constexpr std::string_view kExtensions[] = {".pfm", ".png", ".exr"};
+#else
+constexpr std::string_view kExtensions[] = {".pfm"};
+#endif
 
-[[noreturn]] void throwIo(const std::string& path, const char* what)
+// Of everything but PFM.
+const OiioImageFunctions& oiio([[maybe_unused]] const std::string& path)
 {
-    throw Error(ErrorCode::Io,
-                formatString("%s: %s (%s), expected an image that can be read; check the path and its rights",
-                             path.c_str(), what, std::strerror(errno)));
+#ifdef GSC_WITH_OIIO
+    return loadModule<OiioImageFunctions>("gsc_image_oiio");
+#else
+    throw Error(ErrorCode::Unsupported,
+                path + ": this build cannot read this kind of image, expected .pfm; use a build with GSC_WITH_OIIO");
+#endif
+}
+
+std::ifstream opened(const std::string& path)
+{
+    std::ifstream file(path, std::ios::binary);
+    if (!file)
+        throw Error(ErrorCode::Io,
+                    formatString("%s: cannot be opened (%s), expected an image that can be read; check the path and "
+                                 "its rights",
+                                 path.c_str(), std::strerror(errno)));
+    return file;
 }
 
 std::string extensionOf(const std::string& path)
@@ -54,31 +76,18 @@ void writePfm(OutputFile& file, const Image& image)
     }
 }
 
-// The next word of a PFM header, at most 15 characters.
-std::string headerWord(std::FILE* file)
-{
-    std::string word;
-    int c = std::fgetc(file);
-    while (c == ' ' || c == '\n' || c == '\r' || c == '\t')
-        c = std::fgetc(file);
-    for (; c != EOF && !std::isspace(c) && word.size() < 16; c = std::fgetc(file))
-        word += char(c); // the one whitespace that ends the word is consumed, as the format wants
-    return word;
-}
-
 Image readPfm(const std::string& path)
 {
-    File file(std::fopen(path.c_str(), "rb"), std::fclose);
-    if (!file)
-        throwIo(path, "cannot be opened");
-    const std::string magic = headerWord(file.get());
+    std::ifstream file = opened(path);
+    std::string magic;
+    long width = 0, height = 0;
+    double scale = 0;
+    file >> std::setw(16) >> magic >> width >> height >> scale;
+    file.get(); // the one whitespace that ends the header
     if (magic != "PF")
         throw Error(ErrorCode::InvalidFile,
                     formatString("%s: no colour PFM image, expected it to start with PF; convert it to a colour image",
                                  path.c_str()));
-    const long width = std::strtol(headerWord(file.get()).c_str(), nullptr, 10);
-    const long height = std::strtol(headerWord(file.get()).c_str(), nullptr, 10);
-    const double scale = std::strtod(headerWord(file.get()).c_str(), nullptr);
     if (width < 1 || height < 1 || width > long(kMaxSide) || height > long(kMaxSide))
         throw Error(ErrorCode::InvalidFile,
                     formatString("%s: is %ld x %ld pixels, expected 1 to %u each; pass another image", path.c_str(),
@@ -94,7 +103,8 @@ Image readPfm(const std::string& path)
     std::vector<float> bottom_up;
     for (long y = 0; y < height; ++y) {
         bottom_up.resize(bottom_up.size() + row);
-        if (std::fread(bottom_up.data() + size_t(y) * row, sizeof(float), row, file.get()) != row)
+        if (!file.read(reinterpret_cast<char*>(bottom_up.data() + size_t(y) * row),
+                       std::streamsize(row * sizeof(float))))
             throw Error(ErrorCode::InvalidFile,
                         formatString("%s: ends in row %ld of %ld, expected all of them; copy or write the image again",
                                      path.c_str(), y, height));
@@ -114,23 +124,21 @@ Image readPfm(const std::string& path)
 
 std::string imageExtensions()
 {
-    std::string list = ".pfm";
-    for (const std::string& extension : oiioExtensions())
-        list += ", " + extension;
+    std::string list;
+    for (const std::string_view extension : kExtensions)
+        list.append(list.empty() ? "" : ", ").append(extension);
     return list;
 }
 
 bool isImageExtension(const std::string& path)
 {
-    const std::string extension = extensionOf(path);
-    const std::vector<std::string> known = oiioExtensions();
-    return extension == ".pfm" || std::find(known.begin(), known.end(), extension) != known.end();
+    return std::ranges::find(kExtensions, extensionOf(path)) != std::end(kExtensions);
 }
 
 void loadImageWriter(const std::string& path)
 {
     if (extensionOf(path) != ".pfm")
-        loadOiio();
+        (void)oiio(path);
 }
 
 void writeImage(const std::string& path, const Image& image, PixelDepth depth, bool overwrite)
@@ -144,7 +152,7 @@ void writeImage(const std::string& path, const Image& image, PixelDepth depth, b
     if (extension == ".pfm") {
         writePfm(file, image);
     } else {
-        const std::vector<unsigned char> bytes = encodeOiioImage(path, extension, image, depth);
+        const std::vector<unsigned char> bytes = oiio(path).encode(path, extension, image, depth);
         file.write(std::as_bytes(std::span(bytes)));
     }
     file.commit();
@@ -154,10 +162,8 @@ Image readImage(const std::string& path)
 {
     if (extensionOf(path) == ".pfm")
         return readPfm(path);
-    const File file(std::fopen(path.c_str(), "rb"), std::fclose);
-    if (!file)
-        throwIo(path, "cannot be opened");
-    return readOiioImage(path);
+    (void)opened(path);
+    return oiio(path).read(path);
 }
 
 } // namespace gsc

@@ -59,8 +59,6 @@ Image readAs(OIIO::ImageInput& input, const std::string& path, OIIO::TypeDesc ty
     return image;
 }
 
-} // namespace
-
 std::vector<unsigned char> encodeOiioImage(const std::string& path, const std::string& extension, const Image& image,
                                            PixelDepth depth)
 {
@@ -113,8 +111,6 @@ Image readOiioImage(const std::string& path)
         return readAs<uint16_t>(*input, path, OIIO::TypeDesc::UINT16, 65535);
     return readAs<float>(*input, path, OIIO::TypeDesc::FLOAT, 1);
 }
-
-namespace {
 
 constexpr OiioImageFunctions kFunctions{encodeOiioImage, readOiioImage};
 

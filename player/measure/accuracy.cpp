@@ -3,39 +3,34 @@
 
 #include "player/report/report_parts.h"
 
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <numeric>
 
 namespace gsc {
 
 namespace {
 
-// A pixel that is no number makes an image as bad as can be.
-double numberOr(double value, double worst)
+// Adds the score of an image. A pixel that is no number makes it as bad as can be, `worst`.
+template <typename Worse>
+void addScore(Accuracy::Sampled& sampled, std::vector<double>& scores, uint32_t eye, double score, Worse worse,
+              double worst)
 {
-    return value == value ? value : worst;
+    const double known = std::isnan(score) ? worst : score;
+    if (scores.empty() || worse(known, sampled.worst))
+        sampled.worst = known;
+    scores.push_back(score);
+    sampled.frames += eye == 0;
+}
+
+double meanOf(const std::vector<double>& values)
+{
+    return values.empty() ? 0 : std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
 }
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-constexpr double kWorstError = 1e30; // of a pixel that is not finite; JSON has no word for that
-
-double bounded(double error)
-{
-    return error < kWorstError ? error : kWorstError;
-}
-
-// `nothing_alike`: the value of images that cannot be compared because a pixel is not finite.
-OrderedJson sampledJson(const Accuracy::Sampled& sampled, const char* worst, double nothing_alike)
-{
-    if (sampled.frames == 0)
-        return {};
-    const auto value = [&](double v) { return std::isfinite(v) ? v : nothing_alike; };
-    return {{"mean", value(sampled.mean)}, {worst, value(sampled.worst)}, {"frames", sampled.frames}};
-}
 
 // Adds a value of an image; not a number counts as the worst.
 void note(Accuracy::Changes& changes, std::vector<double>& values, uint64_t frame, double value)
@@ -53,33 +48,15 @@ void rank(Accuracy::Changes& changes, std::vector<double> values)
 {
     if (values.empty())
         return;
+    double squares = 0;
+    for (const double value : values)
+        squares += value * value;
     std::sort(values.begin(), values.end());
     changes.images = values.size();
+    changes.rms = std::sqrt(squares / double(values.size()));
     changes.p50 = nearestRank(values, 0.5);
     changes.p90 = nearestRank(values, 0.9);
     changes.p99 = nearestRank(values, 0.99);
-}
-
-OrderedJson changesJson(const Accuracy::Changes& changes)
-{
-    if (changes.images == 0)
-        return {};
-    return {{"p50", bounded(changes.p50)},
-            {"p90", bounded(changes.p90)},
-            {"p99", bounded(changes.p99)},
-            {"max", bounded(changes.max)},
-            {"max_frame", changes.max_frame}};
-}
-
-OrderedJson temporalJson(const Accuracy::Temporal& temporal)
-{
-    if (temporal.images == 0)
-        return {};
-    return {{"rms", bounded(temporal.rms)},
-            {"p50", bounded(temporal.p50)},
-            {"p99", bounded(temporal.p99)},
-            {"max", bounded(temporal.max)},
-            {"max_frame", temporal.max_frame}};
 }
 
 } // namespace
@@ -176,28 +153,13 @@ void Scorer::add(uint64_t frame, uint32_t eye, const ImageView& image, const Ima
     m_sums.max_error = std::max(m_sums.max_error, difference.max_error);
     m_sums.over_1_255 += difference.over_1_255;
 
-    if (!std::isnan(changed)) {
-        if (m_changes.empty() || changed > m_sums.temporal.max) {
-            m_sums.temporal.max = changed;
-            m_sums.temporal.max_frame = frame;
-        }
-        m_changes.push_back(changed);
-        m_change2 += changed * changed;
-    }
-    if (m_options.ssim_every > 0 && frame % m_options.ssim_every == 0) {
-        const double value = ssim(image, exact);
-        m_sums.ssim.worst = std::min(m_ssim_images == 0 ? 1.0 : m_sums.ssim.worst, numberOr(value, 0));
-        m_ssim += value;
-        ++m_ssim_images;
-        m_sums.ssim.frames += eye == 0;
-    }
-    if (m_options.flip_every > 0 && frame % m_options.flip_every == 0) {
-        const double value = flip(exact, image);
-        m_sums.flip.worst = std::max(m_sums.flip.worst, numberOr(value, 1));
-        m_flip += value;
-        ++m_flip_images;
-        m_sums.flip.frames += eye == 0;
-    }
+    if (!std::isnan(changed))
+        note(m_sums.temporal, m_temporal, frame, changed);
+    const auto isDue = [&](uint32_t every) { return every > 0 && frame % every == 0; };
+    if (isDue(m_options.ssim_every))
+        addScore(m_sums.ssim, m_ssim, eye, ssim(image, exact), std::less<>(), 0);
+    if (isDue(m_options.flip_every))
+        addScore(m_sums.flip, m_flip, eye, flip(exact, image), std::greater<>(), 1);
 }
 
 Accuracy Scorer::result() const
@@ -210,43 +172,12 @@ Accuracy Scorer::result() const
     const double mse = m_mse / double(result.images);
     result.psnr_pooled = mse > 0 ? -10 * std::log10(mse) : std::numeric_limits<double>::infinity();
     result.psnr_p1 = nearestRank(psnr, 0.01);
-    if (m_ssim_images > 0)
-        result.ssim.mean = m_ssim / double(m_ssim_images);
-    if (m_flip_images > 0)
-        result.flip.mean = m_flip / double(m_flip_images);
+    result.ssim.mean = meanOf(m_ssim);
+    result.flip.mean = meanOf(m_flip);
+    rank(result.temporal, m_temporal);
     rank(result.motion, m_motion);
     rank(result.pop, m_pop);
-    if (!m_changes.empty()) {
-        std::vector<double> changes = m_changes;
-        std::sort(changes.begin(), changes.end());
-        result.temporal.images = changes.size();
-        result.temporal.rms = std::sqrt(m_change2 / double(changes.size()));
-        result.temporal.p50 = nearestRank(changes, 0.5);
-        result.temporal.p99 = nearestRank(changes, 0.99);
-    }
     return result;
-}
-
-OrderedJson psnrJson(double psnr)
-{
-    constexpr double kWorstPsnr = -999;
-    return psnr > kWorstPsnr ? jsonNumber(psnr) : OrderedJson(kWorstPsnr);
-}
-
-nlohmann::ordered_json accuracyJson(const Accuracy& accuracy)
-{
-    return {{"psnr",
-             {{"pooled", psnrJson(accuracy.psnr_pooled)},
-              {"p1", psnrJson(accuracy.psnr_p1)},
-              {"min", psnrJson(accuracy.psnr_min)},
-              {"min_frame", accuracy.psnr_min_frame}}},
-            {"max_error", bounded(accuracy.max_error)},
-            {"over_1_255", accuracy.over_1_255},
-            {"ssim", sampledJson(accuracy.ssim, "min", 0)},
-            {"flip", sampledJson(accuracy.flip, "max", 1)},
-            {"temporal", temporalJson(accuracy.temporal)},
-            {"motion", changesJson(accuracy.motion)},
-            {"pop", changesJson(accuracy.pop)}};
 }
 
 } // namespace gsc

@@ -4,8 +4,6 @@
 
 #include "runtime/metrics/metrics.h"
 
-#include <nlohmann/json_fwd.hpp>
-
 #include <cstdint>
 #include <vector>
 
@@ -14,6 +12,14 @@ namespace gsc {
 struct ScoreOptions {
     uint32_t ssim_every = 0, flip_every = 0; // frames: 1 = each, 0 = none; both cost more than a frame
 };
+
+// Of an image with a pixel that is not finite, for which JSON has no word.
+constexpr double kBrokenPsnr = -999, kWorstError = 1e30;
+
+inline double boundedPsnr(double psnr)
+{
+    return psnr > kBrokenPsnr ? psnr : kBrokenPsnr;
+}
 
 // Every eye of every frame is an image. PSNR is +inf for equal images.
 struct Accuracy {
@@ -28,22 +34,18 @@ struct Accuracy {
         uint64_t frames = 0;        // scored; 0 = the others mean nothing
     } ssim, flip;
 
+    struct Changes {
+        uint64_t images = 0; // that have what they are compared with; 0 = the others mean nothing
+        double rms = 0, p50 = 0, p90 = 0, p99 = 0, max = 0;
+        uint64_t max_frame = 0;
+    };
     // rms over pixels and channels of the change of the error image since the frame before: what flickers or pops in
     // the run and does not in the exact path.
-    struct Temporal {
-        uint64_t images = 0; // that have a frame before them of their size; 0 = the others mean nothing
-        double rms = 0, p50 = 0, p99 = 0, max = 0;
-        uint64_t max_frame = 0;
-    } temporal;
-
+    Changes temporal;
     // The same measure of the run alone, without a reference: rms of the change of the picture, and by how much the one
     // of a square of 16 x 16 pixels is above those of the frame before and after, the largest of the image. A square
     // that moves evenly has none of the latter; one in which something appears at once has.
-    struct Changes {
-        uint64_t images = 0; // 0 = the others mean nothing
-        double p50 = 0, p90 = 0, p99 = 0, max = 0;
-        uint64_t max_frame = 0;
-    } motion, pop;
+    Changes motion, pop;
 
     // Of the worse eye, per frame; temporal is NaN where there is none.
     std::vector<double> frame_psnr, frame_temporal;
@@ -78,18 +80,10 @@ private:
 
     ScoreOptions m_options;
     Accuracy m_sums; // what grows image by image
-    double m_mse = 0, m_ssim = 0, m_flip = 0, m_change2 = 0;
-    uint64_t m_ssim_images = 0, m_flip_images = 0;
-    std::vector<double> m_psnr, m_changes; // per image
-    std::vector<ErrorImage> m_last;        // per eye
-    std::vector<Movement> m_moves;         // per eye
-    std::vector<double> m_motion, m_pop;   // per image
+    double m_mse = 0;
+    std::vector<double> m_psnr, m_temporal, m_motion, m_pop, m_ssim, m_flip; // per image
+    std::vector<ErrorImage> m_last;                                          // per eye
+    std::vector<Movement> m_moves;                                           // per eye
 };
-
-// null for equal images, -999 where a pixel is not finite.
-nlohmann::ordered_json psnrJson(double psnr);
-
-// "accuracy" of schemas/run.schema.json.
-nlohmann::ordered_json accuracyJson(const Accuracy& accuracy);
 
 } // namespace gsc

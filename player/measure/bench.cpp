@@ -4,6 +4,7 @@
 #include "format/error.h"
 #include "format/interrupt.h"
 #include "player/lod_target.h"
+#include "player/measure/runner.h"
 #include "player/open_renderer.h"
 #include "player/sweep/row_file.h"
 #include "player/shots.h"
@@ -38,7 +39,6 @@ public:
     {
         throwIfInterrupted();
         const Shot& shot = m_shots[i % m_shots.size()];
-        m_frame.tier = m_options.tier;
         m_frame.appearance = shotAppearance(m_scene, shot);
         if (m_control)
             m_frame.lod_bias = float(m_control->bias());
@@ -53,13 +53,11 @@ public:
     [[nodiscard]] bool full() const { return m_begun.size() >= m_in_flight; }
 
     // Ends the frame begun first.
-    BenchFrame end()
+    TimedFrame end()
     {
         const Begun& begun = m_begun.front();
-        BenchFrame frame;
-        frame.pixels = begun.pixels;
-        frame.lod_bias = double(begun.request.options.lod_bias);
-        frame.result = finish(m_renderer, begun.request, begun.ticket);
+        TimedFrame frame{0, finish(m_renderer, begun.request, begun.ticket), begun.pixels,
+                         double(begun.request.options.lod_bias)};
         const Clock::time_point now = Clock::now();
         frame.wall_ms = std::chrono::duration<double, std::milli>(now - std::max(begun.start, m_last_end)).count();
         m_last_end = now;
@@ -72,20 +70,16 @@ public:
     // Adds every eye of a shot, rendered in the tier asked for and in `exact` by `reference`.
     void score(const Shot& shot, Renderer& reference, PooledDifference& pool)
     {
-        throwIfInterrupted();
-        EyeParams eyes[kMaxEyes];
-        shotEyes(shot, eyeCount(), eyes);
-        m_frame.appearance = shotAppearance(m_scene, shot);
-        m_frame.lod_fade = float(m_options.lod_fade);
-        draw(m_renderer, eyes, shot, {m_options.tier, m_options.stereo, m_options.reuse}, m_images);
-        m_frame.lod_fade = 0;
-        draw(reference, eyes, shot, {Tier::Exact, StereoMode::Exact, {}}, m_exact);
-        for (uint32_t e = 0; e < eyeCount(); ++e) {
-            const auto view = [&](const std::vector<float>& pixels) {
-                return ImageView{pixels.data(), shot.camera.width, shot.camera.height};
-            };
-            pool.add(compareImages(view(m_images[e]), view(m_exact[e])));
-        }
+        FrameOptions exact = m_frame;
+        exact.tier = Tier::Exact;
+        exact.stereo = StereoMode::Exact;
+        exact.lod_fade = 0;
+        exact.reuse = {};
+        (void)renderShot(m_scene, shot, eyeCount(), m_frame, m_renderer, m_images);
+        (void)renderShot(m_scene, shot, eyeCount(), exact, reference, m_exact);
+        for (uint32_t e = 0; e < eyeCount(); ++e)
+            pool.add(compareImages({m_images[e].data(), shot.camera.width, shot.camera.height},
+                                   {m_exact[e].data(), shot.camera.width, shot.camera.height}));
     }
 
 private:
@@ -98,25 +92,6 @@ private:
         Clock::time_point start;
         uint64_t ticket = 0;
     };
-
-    struct Way {
-        Tier tier;
-        StereoMode stereo;
-        ReuseOptions reuse;
-    };
-
-    void draw(Renderer& renderer, const EyeParams* eyes, const Shot& shot, const Way& way, std::vector<float>* images)
-    {
-        float* pixels[kMaxEyes] = {};
-        for (uint32_t e = 0; e < eyeCount(); ++e) {
-            images[e].resize(size_t(shot.camera.width) * shot.camera.height * 3);
-            pixels[e] = images[e].data();
-        }
-        m_frame.tier = way.tier;
-        m_frame.stereo = way.stereo;
-        m_frame.reuse = way.reuse;
-        (void)render(renderer, {eyes, eyeCount()}, m_frame, pixels);
-    }
 
     const PlayOptions& m_options;
     uint32_t m_in_flight;
@@ -150,9 +125,10 @@ void scoreShots(const BenchOptions& options, const std::shared_ptr<const Scene>&
     try {
         std::unique_ptr<Renderer> other;
         if (!options.reference.empty()) {
-            other = makeRenderer({options.reference, options.reference.starts_with("cpu") ? 0 : options.play.device},
-                                 {options.play.threads, options.play.vram_budget});
-            other->load(scene);
+            PlayOptions play = options.play;
+            play.backend = options.reference;
+            double ignored = 0;
+            other = openRenderer(play, scene, log, ignored);
         }
         Renderer& reference = other ? *other : renderer;
         summary.reference = deviceText(reference.id());
@@ -181,8 +157,7 @@ BenchSummary bench(const BenchOptions& options, Reporter& log)
     const Clock::time_point open_start = Clock::now();
     const std::shared_ptr<const Scene> scene = Scene::open(options.play.input, options.play.verify);
     summary.open_ms = millisecondsSince(open_start);
-    summary.anchors = scene->anchorCount();
-    summary.file_bytes = scene->bytes();
+    summary.file = {options.play.input, scene->bytes(), scene->anchorCount()};
     const std::vector<Shot> shots = chooseShots(*scene, options.play, log);
     summary.shots = shots.size();
 
@@ -196,7 +171,7 @@ BenchSummary bench(const BenchOptions& options, Reporter& log)
         // the measured frames start at the first shot whatever the warm-up was
         for (; begun < total && !run.full(); ++begun)
             run.begin(begun >= options.warmup ? begun - options.warmup : begun);
-        const BenchFrame frame = run.end();
+        const TimedFrame frame = run.end();
         if (ended >= options.warmup)
             summary.frames.push_back(frame);
         else

@@ -5,6 +5,7 @@
 #include "player/play_options.h"
 #include "player/tool/reporter.h"
 #include "player/measure/roofline.h"
+#include "player/report/frame_numbers.h"
 #include "runtime/renderer.h"
 #include "runtime/metrics/metrics.h"
 
@@ -25,13 +26,6 @@ struct BenchOptions {
     std::string sweep;                    // file that says what to run instead (player/sweep/sweep.h), empty = none
 };
 
-struct BenchFrame {
-    double wall_ms = 0; // from submit() to its end, or since the end of the frame before; images left on the device
-    FrameResult result; // times are the device's own; of every try, as wall_ms is
-    double pixels = 0;  // of one eye
-    double lod_bias = 0;
-};
-
 struct BenchSummary {
     std::string backend;
     Tier tier = Tier::Exact; // that ran (Renderer::tierOf)
@@ -39,11 +33,13 @@ struct BenchSummary {
     DeviceFacts device;      // asked for after the last frame, so that clocks are those of the run
     DeviceCeilings ceilings; // measured after the last frame; may be unknown
     AnchorCost anchor_cost;
-    uint64_t anchors = 0, file_bytes = 0;
+    FileFacts file;
     double open_ms = 0, load_ms = 0;
     uint64_t shots = 0;      // cameras the frames cycle through
     uint64_t warm_bytes = 0; // most that was resident in the warm-up; 0 = there was none
-    std::vector<BenchFrame> frames;
+    // wall_ms: from submit() to its end, or since the end of the frame before; images left on the device. The device's
+    // own times are of every try, as that is
+    std::vector<TimedFrame> frames;
     std::string reference;    // backend that rendered `exact`
     PooledDifference quality; // over frames and eyes, each eye a frame of it
     std::vector<std::string> warnings;

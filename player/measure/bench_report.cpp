@@ -3,12 +3,9 @@
 #include "player/measure/bench.h"
 
 #include "format/error.h"
-#include "player/report/report_parts.h"
 #include "player/report/reuse_names.h"
-#include "player/report/stage_names.h"
+#include "player/report/run_row.h"
 #include "runtime/frame_stats.h"
-
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -21,26 +18,6 @@ namespace {
 
 using Json = OrderedJson;
 
-Spread spreadOf(const BenchSummary& summary, const std::function<double(const BenchFrame&)>& value)
-{
-    std::vector<double> values;
-    for (const BenchFrame& frame : summary.frames)
-        values.push_back(value(frame));
-    return gsc::spreadOf(std::move(values));
-}
-
-constexpr struct {
-    const char* name;
-    uint64_t EyeCounts::*field;
-} kCounts[] = {
-    {"groups_tested", &EyeCounts::groups_tested},         {"anchors_tested", &EyeCounts::anchors_tested},
-    {"anchors_visible", &EyeCounts::anchors_visible},     {"anchors_decoded", &EyeCounts::anchors_decoded},
-    {"anchors_reused", &EyeCounts::anchors_reused},       {"anchors_overdue", &EyeCounts::anchors_overdue},
-    {"gaussians_alive", &EyeCounts::gaussians_alive},     {"gaussians_visible", &EyeCounts::gaussians_visible},
-    {"gaussians_dropped", &EyeCounts::gaussians_dropped}, {"pairs", &EyeCounts::pairs},
-    {"blend_evaluations", &EyeCounts::blend_evaluations},
-};
-
 constexpr struct {
     const char* name;
     uint64_t FrameResult::*field;
@@ -49,38 +26,28 @@ constexpr struct {
     {"cache_evictions", &FrameResult::cache_evictions},
 };
 
-double gaussiansOf(const BenchFrame& frame, int eyes)
-{
-    double sum = 0;
-    for (int e = 0; e < eyes; ++e)
-        sum += double(frame.result.eyes[e].gaussians_visible);
-    return std::max(sum, 1.0);
-}
-
 // Nanoseconds of device time per Gaussian on screen: how even the frames are once the path's own load is taken out.
-Spread perGaussian(const BenchOptions& options, const BenchSummary& summary)
+Spread perGaussian(const BenchSummary& summary)
 {
-    return spreadOf(summary, [&](const BenchFrame& frame) {
-        return frame.result.times.total * 1e6 / gaussiansOf(frame, options.play.eyes);
+    return spreadOf(summary.frames, [](const TimedFrame& frame) {
+        const uint64_t visible = ofEyes(frame, &EyeCounts::gaussians_visible);
+        return frame.result.times.total * 1e6 / double(std::max<uint64_t>(visible, 1));
     });
 }
 
-Spread countOf(const BenchOptions& options, const BenchSummary& summary, uint64_t EyeCounts::*field)
+Spread cacheCount(const BenchSummary& summary, uint64_t FrameResult::*field)
 {
-    return spreadOf(summary, [&](const BenchFrame& frame) {
-        double sum = 0;
-        for (int e = 0; e < options.play.eyes; ++e)
-            sum += double(frame.result.eyes[e].*field);
-        return sum / options.play.eyes;
-    });
+    return spreadOf(summary.frames, [&](const TimedFrame& frame) { return double(frame.result.*field); });
 }
 
-uint64_t peakBytes(const BenchSummary& summary)
+Spread passesOf(const BenchSummary& summary)
 {
-    uint64_t peak = 0;
-    for (const BenchFrame& frame : summary.frames)
-        peak = std::max(peak, frame.result.bytes_resident);
-    return peak;
+    return spreadOf(summary.frames, [](const TimedFrame& frame) { return double(frame.result.passes); });
+}
+
+Json meanAndMax(const Spread& spread)
+{
+    return {{"mean", spread.mean}, {"max", spread.max}};
 }
 
 // Frames that had to enlarge a buffer; none after enough warm-up.
@@ -88,7 +55,7 @@ uint32_t grownFrames(const BenchSummary& summary)
 {
     uint32_t grown = 0;
     uint64_t most = summary.warm_bytes;
-    for (const BenchFrame& frame : summary.frames) {
+    for (const TimedFrame& frame : summary.frames) {
         grown += most > 0 && frame.result.bytes_resident > most;
         most = std::max(most, frame.result.bytes_resident);
     }
@@ -105,7 +72,7 @@ struct Repeats {
 Repeats repeatsOf(const BenchSummary& summary)
 {
     Repeats repeats;
-    for (const BenchFrame& frame : summary.frames) {
+    for (const TimedFrame& frame : summary.frames) {
         repeats.frames += frame.result.repeats > 0;
         repeats.count += frame.result.repeats;
         repeats.sum_ms += frame.result.repeat_ms;
@@ -146,22 +113,22 @@ std::vector<RooflineRow> rooflineRows(const BenchOptions& options, const BenchSu
     if (!summary.ceilings.known())
         return rows;
     const bool sorts_apart = std::any_of(summary.frames.begin(), summary.frames.end(),
-                                         [](const BenchFrame& frame) { return frame.result.times.sort > 0; });
-    const auto median = [&](const std::function<double(const BenchFrame&)>& value) {
-        return spreadOf(summary, value).median;
+                                         [](const TimedFrame& frame) { return frame.result.times.sort > 0; });
+    const auto median = [&](const std::function<double(const TimedFrame&)>& value) {
+        return spreadOf(summary.frames, value).median;
     };
-    RooflineRow total{"frame", {}, {}, median([](const BenchFrame& frame) { return frame.result.times.total; })};
+    RooflineRow total{"frame", {}, {}, median([](const TimedFrame& frame) { return frame.result.times.total; })};
     for (const auto& stage : kRooflineStages) {
         RooflineRow row{stage.name, {}, {}, 0};
         for (double StageWork::*field : kWorkFields) {
-            row.work.*field = median([&](const BenchFrame& frame) {
+            row.work.*field = median([&](const TimedFrame& frame) {
                 const FrameWork work = leastWork(summary.anchor_cost, frame.result.eyes, uint32_t(options.play.eyes),
                                                  frame.pixels, sorts_apart);
                 return work.*(stage.work).*field;
             });
             total.work.*field += row.work.*field;
         }
-        row.measured_ms = median([&](const BenchFrame& frame) {
+        row.measured_ms = median([&](const TimedFrame& frame) {
             const StageTimes& times = frame.result.times;
             // where projecting is a stage of its own, its work is still decode's
             return times.*(stage.time) + (stage.time == &StageTimes::decode ? times.project : 0);
@@ -172,26 +139,6 @@ std::vector<RooflineRow> rooflineRows(const BenchOptions& options, const BenchSu
     }
     rows.push_back(total);
     return rows;
-}
-
-// Of decoded Gaussians, all eyes together.
-Json cacheJson(const BenchSummary& summary)
-{
-    Json json;
-    for (const auto& count : kCacheCounts) {
-        const Spread s =
-            spreadOf(summary, [&](const BenchFrame& frame) { return double(frame.result.*(count.field)); });
-        json[count.name] = {{"mean", s.mean}, {"max", s.max}};
-    }
-    return json;
-}
-
-LodFacts lodFacts(const PlayOptions& play, const BenchSummary& summary)
-{
-    LodFacts lod{play.lod_bias, play.lod_fade, play.lod_hysteresis, play.target_ms, {}};
-    for (const BenchFrame& frame : summary.frames)
-        lod.used.push_back(frame.lod_bias);
-    return lod;
 }
 
 Json configJson(const BenchOptions& options, const BenchSummary& summary)
@@ -209,11 +156,11 @@ Json configJson(const BenchOptions& options, const BenchSummary& summary)
                  {"appearance", play.appearance >= 0 ? Json(play.appearance) : Json()},
                  {"threads", play.threads},
                  {"vram_budget", play.vram_budget > 0 ? Json(play.vram_budget) : Json()},
-                 {"reuse", reuseJson(play.reuse)},
+                 {"reuse", toJson(reuseFacts(play.reuse))},
                  {"frames_in_flight", options.in_flight},
                  {"warmup", options.warmup},
                  {"frames", options.measured}};
-    json.update(lodJson(lodFacts(play, summary)));
+    json.update(lodJson(play, summary.frames));
     return json;
 }
 
@@ -292,40 +239,32 @@ std::string tableRow(const char* name, const Spread& s, int digits)
 
 std::string benchReportJson(const BenchOptions& options, const BenchSummary& summary)
 {
-    Json stages, counts;
-    for (const auto& stage : kStages)
-        stages[stage.name] =
-            spreadJson(spreadOf(summary, [&](const BenchFrame& f) { return f.result.times.*(stage.field); }));
-    for (const auto& count : kCounts) {
-        const Spread s = countOf(options, summary, count.field);
-        counts[count.name] = {{"mean", s.mean}, {"max", s.max}};
-    }
-    const Spread passes = spreadOf(summary, [](const BenchFrame& f) { return double(f.result.passes); });
+    Json ms = {{"open", summary.open_ms}, {"load", summary.load_ms}}, counts, cache;
+    ms.update(toJson(timesOf(summary.frames)));
+    for (const EyeCount& count : kEyeCounts)
+        counts[count.name] = meanAndMax(countPerEye(summary.frames, options.play.eyes, count.field));
+    for (const auto& count : kCacheCounts) // of decoded Gaussians, all eyes together
+        cache[count.name] = meanAndMax(cacheCount(summary, count.field));
     const Repeats repeats = repeatsOf(summary);
     double pixels = 0;
-    for (const BenchFrame& frame : summary.frames)
+    for (const TimedFrame& frame : summary.frames)
         pixels += frame.pixels * options.play.eyes;
     const Json json = {
         {"schema", "gsc.bench/1"},
-        {"tool", toolJson()},
+        {"tool", toJson(thisTool())},
         {"label", options.label},
-        {"file", fileJson(options.play.input, summary.file_bytes, summary.anchors)},
+        {"file", toJson(summary.file)},
         {"backend", summary.backend},
-        {"device", deviceJson(summary.device)},
+        {"device", toJson(summary.device)},
         {"config", configJson(options, summary)},
-        {"ms",
-         {{"open", summary.open_ms},
-          {"load", summary.load_ms},
-          {"wall", spreadJson(spreadOf(summary, [](const BenchFrame& f) { return f.wall_ms; }))},
-          {"device", spreadJson(spreadOf(summary, [](const BenchFrame& f) { return f.result.times.total; }))},
-          {"stages", std::move(stages)}}},
-        {"ns_per_gaussian", spreadJson(perGaussian(options, summary))},
+        {"ms", std::move(ms)},
+        {"ns_per_gaussian", toJson(perGaussian(summary))},
         {"per_eye", std::move(counts)},
-        {"cache", cacheJson(summary)},
+        {"cache", std::move(cache)},
         {"roofline", rooflineJson(options, summary)},
         {"pixels_per_frame", pixels / double(std::max<size_t>(summary.frames.size(), 1))},
-        {"peak_bytes", peakBytes(summary)},
-        {"passes", {{"mean", passes.mean}, {"max", passes.max}}},
+        {"peak_bytes", mostOf(summary.frames, &FrameResult::bytes_resident)},
+        {"passes", meanAndMax(passesOf(summary))},
         {"frames_that_grew", grownFrames(summary)},
         {"repeats",
          {{"frames", repeats.frames},
@@ -343,7 +282,7 @@ std::string benchReportText(const BenchOptions& options, const BenchSummary& sum
     const PlayOptions& play = options.play;
     const DeviceFacts& device = summary.device;
     std::string text = formatString("%s: %llu anchors, %s, %s, %s; %s", play.input.c_str(),
-                                    static_cast<unsigned long long>(summary.anchors), summary.backend.c_str(),
+                                    static_cast<unsigned long long>(summary.file.anchors), summary.backend.c_str(),
                                     tierName(summary.tier), play.eyes == 2 ? "two eyes" : "one eye",
                                     device.name.empty() ? "unknown device" : device.name.c_str());
     if (!device.driver.empty())
@@ -353,29 +292,28 @@ std::string benchReportText(const BenchOptions& options, const BenchSummary& sum
     text += formatString("\n%zu frames after %u of warm-up, round %llu cameras; milliseconds\n", summary.frames.size(),
                          options.warmup, static_cast<unsigned long long>(summary.shots));
     text += formatString("  %-16s %12s %12s %12s %12s %12s\n", "", "mean", "median", "p95", "p99", "max");
-    text += tableRow("frame, wall", spreadOf(summary, [](const BenchFrame& f) { return f.wall_ms; }), 3);
-    text += tableRow("frame, device", spreadOf(summary, [](const BenchFrame& f) { return f.result.times.total; }), 3);
-    for (const auto& stage : kStages)
-        text += tableRow(stage.name,
-                         spreadOf(summary, [&](const BenchFrame& f) { return f.result.times.*(stage.field); }), 3);
-    const Spread even = perGaussian(options, summary);
+    const FrameTimes times = timesOf(summary.frames);
+    text += tableRow("frame, wall", times.wall, 3);
+    text += tableRow("frame, device", times.device, 3);
+    for (size_t i = 0; i < std::size(kStages); ++i)
+        text += tableRow(kStages[i].name, times.stages[i], 3);
+    const Spread even = perGaussian(summary);
     text += tableRow("ns per Gaussian", even, 3);
     text += formatString("p99 of the time per Gaussian is %.2f times its median\nper eye\n",
                          even.median > 0 ? even.p99 / even.median : 0.0);
-    for (const auto& count : kCounts)
-        text += tableRow(count.name, countOf(options, summary, count.field), 0);
+    for (const EyeCount& count : kEyeCounts)
+        text += tableRow(count.name, countPerEye(summary.frames, play.eyes, count.field), 0);
     if (play.reuse.policy != ReusePolicy::None) {
         text += "cache, all eyes\n";
         for (const auto& count : kCacheCounts)
-            text += tableRow(
-                count.name, spreadOf(summary, [&](const BenchFrame& f) { return double(f.result.*(count.field)); }), 0);
+            text += tableRow(count.name, cacheCount(summary, count.field), 0);
     }
-    text += targetText(lodFacts(play, summary)) + rooflineText(options, summary);
-    text += formatString("peak memory %.3f GiB", double(peakBytes(summary)) / double(1 << 30));
+    text += targetText(play, summary.frames) + rooflineText(options, summary);
+    text += formatString("peak memory %.3f GiB",
+                         double(mostOf(summary.frames, &FrameResult::bytes_resident)) / double(1 << 30));
     if (device.context_bytes > 0)
         text += formatString(", of which %.3f the driver's context", double(device.context_bytes) / double(1 << 30));
-    const Spread passes = spreadOf(summary, [](const BenchFrame& f) { return double(f.result.passes); });
-    if (passes.max > 1)
+    if (const Spread passes = passesOf(summary); passes.max > 1)
         text += formatString("; %.1f depth passes per frame, %.0f at most", passes.mean, passes.max);
     if (const uint32_t grown = grownFrames(summary); grown > 0)
         text += formatString("; %u measured frames enlarged a buffer, more --warmup avoids that", grown);

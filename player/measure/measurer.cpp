@@ -23,8 +23,6 @@ Renderer& Measurer::renderer(const std::string& name, bool second)
     if (!slot) {
         PlayOptions options = m_options;
         options.backend = name;
-        if (name.starts_with("cpu")) // the number is a GPU's
-            options.device = 0;
         double ignored = 0;
         slot = openRenderer(options, m_scene, m_log, ignored);
     }

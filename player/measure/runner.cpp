@@ -18,25 +18,6 @@ size_t valuesOf(const Shot& shot)
     return size_t(shot.camera.width) * shot.camera.height * 3;
 }
 
-// Renders one frame into `images`, or leaves it on the device if that is null; returns the milliseconds it took.
-double renderShot(const Scene& scene, const Path& path, size_t index, FrameOptions& frame, Renderer& renderer,
-                  std::vector<float>* images, FrameResult& result)
-{
-    throwIfInterrupted();
-    const Shot& shot = path.shots[index];
-    EyeParams eyes[kMaxEyes];
-    shotEyes(shot, path.eye_count, eyes);
-    frame.appearance = shotAppearance(scene, shot);
-    float* pixels[kMaxEyes] = {};
-    for (uint32_t e = 0; images && e < path.eye_count; ++e) {
-        images[e].resize(valuesOf(shot));
-        pixels[e] = images[e].data();
-    }
-    const Clock::time_point start = Clock::now();
-    result = render(renderer, {eyes, path.eye_count}, frame, images ? pixels : nullptr);
-    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
 // Frames that are timed one after another before they are scored: scoring between two frames leaves the processor's
 // caches full of pictures, which costs the next one some per cent.
 size_t blockSize(const Path& path, bool together)
@@ -61,6 +42,25 @@ Path openPath(const Scene& scene, const PlayOptions& options, const std::string&
     return path;
 }
 
+TimedFrame renderShot(const Scene& scene, const Shot& shot, uint32_t eye_count, FrameOptions& frame, Renderer& renderer,
+                      std::vector<float>* images)
+{
+    throwIfInterrupted();
+    EyeParams eyes[kMaxEyes];
+    shotEyes(shot, eye_count, eyes);
+    frame.appearance = shotAppearance(scene, shot);
+    float* pixels[kMaxEyes] = {};
+    for (uint32_t e = 0; images && e < eye_count; ++e) {
+        images[e].resize(valuesOf(shot));
+        pixels[e] = images[e].data();
+    }
+    TimedFrame timed{0, {}, double(shot.camera.width) * shot.camera.height, double(frame.lod_bias)};
+    const Clock::time_point start = Clock::now();
+    timed.result = render(renderer, {eyes, eye_count}, frame, images ? pixels : nullptr);
+    timed.wall_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    return timed;
+}
+
 ExactImages::ExactImages(const Scene& scene, const Path& path, const FrameOptions& frame, Renderer& renderer)
     : m_scene(scene), m_path(path), m_frame(frame), m_renderer(renderer)
 {
@@ -80,8 +80,7 @@ bool ExactImages::fit(const Path& path, uint64_t budget)
 
 void ExactImages::render(size_t shot, std::vector<float>* images)
 {
-    FrameResult ignored;
-    (void)renderShot(m_scene, m_path, shot, m_frame, m_renderer, images, ignored);
+    (void)renderShot(m_scene, m_path.shots[shot], m_path.eye_count, m_frame, m_renderer, images);
 }
 
 void ExactImages::keepAll()
@@ -124,11 +123,10 @@ RunResult measureRun(const Scene& scene, const Path& path, const FrameOptions& f
 
     renderer.dropCaches();
     for (size_t i = 0; i < frames; ++i) {
-        RunFrame timed;
-        timed.wall_ms = renderShot(scene, path, i, options, renderer, together ? current : nullptr, timed.result);
+        run.frames.push_back(
+            renderShot(scene, path.shots[i], path.eye_count, options, renderer, together ? current : nullptr));
         for (uint32_t e = 0; together && e < path.eye_count; ++e)
             images[i % block * kMaxEyes + e] = current[e];
-        run.frames.push_back(timed);
         for (size_t k = i / block * block; together && k <= i && (i + 1 == frames || (i + 1) % block == 0); ++k)
             scoreShot(k);
     }
@@ -136,8 +134,7 @@ RunResult measureRun(const Scene& scene, const Path& path, const FrameOptions& f
     if (!together) {
         renderer.dropCaches();
         for (size_t i = 0; i < frames; ++i) {
-            FrameResult ignored;
-            (void)renderShot(scene, path, i, options, renderer, images.data(), ignored);
+            (void)renderShot(scene, path.shots[i], path.eye_count, options, renderer, images.data());
             scoreShot(i);
         }
     }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "player/measure/accuracy.h"
+#include "player/report/frame_numbers.h"
 #include "player/shots.h"
 #include "runtime/renderer.h"
 #include "runtime/scene.h"
@@ -23,6 +24,10 @@ struct Path {
 
 // Reads `options.cameras`. `listed` is what reports call it. Throws Error (Usage, Io, InvalidFile).
 Path openPath(const Scene& scene, const PlayOptions& options, const std::string& listed, Reporter& log);
+
+// Renders a shot into `images`, one per eye, or leaves it on the device if that is null. Sets the appearance in `frame`.
+TimedFrame renderShot(const Scene& scene, const Shot& shot, uint32_t eye_count, FrameOptions& frame, Renderer& renderer,
+                      std::vector<float>* images);
 
 using FrameDone = std::function<void(uint64_t done)>; // frames, from 1
 
@@ -53,13 +58,8 @@ private:
     std::vector<float> m_current[kMaxEyes];
 };
 
-struct RunFrame {
-    double wall_ms = 0; // of render()
-    FrameResult result;
-};
-
 struct RunResult {
-    std::vector<RunFrame> frames;
+    std::vector<TimedFrame> frames;
     Accuracy accuracy;
     Tier tier = Tier::Exact; // that ran
     DeviceFacts device;      // asked for after the last timed frame

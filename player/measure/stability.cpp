@@ -3,7 +3,6 @@
 
 #include "format/error.h"
 #include "player/measure/measurer.h"
-#include "player/report/report_parts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -88,14 +87,12 @@ std::vector<Verdict> judge(const StabilityOptions& options, const RunResult& run
             {"temporal", options.bound_temporal, ratio, accuracy.temporal.max_frame, ratio <= options.bound_temporal});
     }
     if (options.bound_p99 > 0) {
-        const size_t first = std::min<size_t>(options.warmup, run.frames.size() - 1);
-        std::vector<double> times;
-        for (size_t i = first; i < run.frames.size(); ++i)
-            times.push_back(run.frames[i].wall_ms);
-        const Spread spread = spreadOf(times);
-        const double ratio = spread.median > 0 ? spread.p99 / spread.median : 1;
-        const auto worst = std::max_element(times.begin(), times.end()) - times.begin();
-        verdicts.push_back({"p99", options.bound_p99, ratio, first + uint64_t(worst), ratio <= options.bound_p99});
+        const TimedFrames timed = timedFrames(run.frames, options.warmup);
+        const Spread wall = timesOf(timed).wall;
+        const double ratio = wall.median > 0 ? wall.p99 / wall.median : 1;
+        const auto worst = std::ranges::max_element(timed, {}, &TimedFrame::wall_ms) - timed.begin();
+        verdicts.push_back({"p99", options.bound_p99, ratio, run.frames.size() - timed.size() + uint64_t(worst),
+                            ratio <= options.bound_p99});
     }
     return verdicts;
 }
@@ -105,8 +102,7 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
     const std::vector<std::string> files = cameraFiles(options);
     const std::shared_ptr<const Scene> scene = Scene::open(options.play.input, options.play.verify);
     StabilitySummary summary;
-    summary.file_bytes = scene->bytes();
-    summary.anchors = scene->anchorCount();
+    summary.file = {options.play.input, scene->bytes(), scene->anchorCount()};
     PlayOptions reading = options.play;
     uint64_t total = 0, before = 0;
     for (const std::string& file : files) {

@@ -36,7 +36,7 @@ struct StabilityPath {
 
 struct StabilitySummary {
     std::string backend, reference;
-    uint64_t file_bytes = 0, anchors = 0;
+    FileFacts file;
     std::vector<StabilityPath> paths;
     std::vector<std::string> warnings;
 

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/error.h"
-#include "player/report/report_parts.h"
 #include "player/report/reuse_names.h"
-#include "player/sweep/run_row.h"
+#include "player/report/run_row.h"
 #include "player/measure/stability.h"
 #include "runtime/frame_stats.h"
-
-#include <nlohmann/json.hpp>
 
 #include <cmath>
 #include <numbers>
@@ -19,11 +16,11 @@ OrderedJson verdictsJson(const StabilityPath& entry)
 {
     OrderedJson json = OrderedJson::object();
     for (const Verdict& verdict : entry.verdicts)
-        json[verdict.bound] = {
-            {"limit", verdict.limit},
-            {"value", verdict.bound == std::string("psnr") ? psnrJson(verdict.value) : jsonNumber(verdict.value)},
-            {"frame", verdict.frame},
-            {"passed", verdict.passed}};
+        json[verdict.bound] = {{"limit", verdict.limit},
+                               {"value", verdict.bound == std::string("psnr") ? jsonNumber(boundedPsnr(verdict.value))
+                                                                              : jsonNumber(verdict.value)},
+                               {"frame", verdict.frame},
+                               {"passed", verdict.passed}};
     return json;
 }
 
@@ -33,9 +30,9 @@ OrderedJson pathJson(const StabilityOptions& options, const StabilityPath& entry
             {"cameras", entry.path.cameras},
             {"frames", entry.path.shots.size()},
             {"ipd", entry.path.eye_count == 2 ? unknownIfZero(entry.path.shots.front().ipd) : OrderedJson()},
-            {"ms", timesJson(entry.run.frames, options.warmup)},
-            {"accuracy", accuracyJson(entry.run.accuracy)},
-            {"reuse", reuseCountsJson(entry.run.frames)},
+            {"ms", toJson(timesOf(timedFrames(entry.run.frames, options.warmup)))},
+            {"accuracy", toJson(entry.run.accuracy)},
+            {"reuse", toJson(reuseCounts(entry.run.frames))},
             {"verdicts", verdictsJson(entry)},
             {"passed", entry.passed()}};
 }
@@ -43,7 +40,7 @@ OrderedJson pathJson(const StabilityOptions& options, const StabilityPath& entry
 std::string valueText(const Verdict& verdict)
 {
     if (verdict.bound == std::string("psnr"))
-        return std::isinf(verdict.value) && verdict.value > 0 ? "equal" : formatString("%.2f dB", verdict.value);
+        return decibels(verdict.value, " dB");
     return formatString("%.4g times", verdict.value);
 }
 
@@ -58,18 +55,18 @@ std::string stabilityReportJson(const StabilityOptions& options, const Stability
         paths.push_back(pathJson(options, entry));
     const OrderedJson json = {
         {"schema", "gsc.stability/1"},
-        {"tool", toolJson()},
-        {"file", fileJson(play.input, summary.file_bytes, summary.anchors)},
+        {"tool", toJson(thisTool())},
+        {"file", toJson(summary.file)},
         {"backend", summary.backend},
         {"reference", summary.reference},
-        {"device", deviceJson(last.device)},
+        {"device", toJson(last.device)},
         {"tier", tierName(last.tier)},
         {"eyes", play.eyes},
         {"stereo", stereoName(play.stereo)},
         {"size", play.width > 0 ? OrderedJson{play.width, play.height} : OrderedJson()},
         {"fov_degrees", unknownIfZero(play.fov_x * 180 / std::numbers::pi)},
         {"warmup", options.warmup},
-        {"reuse", reuseJson(play.reuse)},
+        {"reuse", toJson(reuseFacts(play.reuse))},
         {"lod_bias", play.lod_bias},
         {"lod_fade", play.lod_fade},
         {"lod_hysteresis", play.lod_hysteresis},
@@ -93,16 +90,12 @@ std::string stabilityReportText(const StabilityOptions& options, const Stability
                          "worst", "flicker", "most", "hits %", "verdict");
     for (const StabilityPath& entry : summary.paths) {
         const Accuracy& accuracy = entry.run.accuracy;
-        const OrderedJson ms = timesJson(entry.run.frames, options.warmup);
-        const OrderedJson reuse = reuseCountsJson(entry.run.frames);
-        const auto decibels = [](double psnr) {
-            return std::isinf(psnr) && psnr > 0 ? std::string("equal") : formatString("%.2f", psnr);
-        };
-        text += formatString(
-            "%-20s %7zu %9.2f %9.2f %9s %9s %9.4f %9.4f %9.1f  %s\n", entry.path.name.c_str(), entry.path.shots.size(),
-            ms["wall"]["median"].get<double>(), ms["wall"]["p99"].get<double>(), decibels(accuracy.psnr_pooled).c_str(),
-            decibels(accuracy.psnr_min).c_str(), accuracy.temporal.p50 * 255, accuracy.temporal.max * 255,
-            100 * reuse["hit_rate"].get<double>(), entry.passed() ? "ok" : "EXCEEDED");
+        const Spread wall = timesOf(timedFrames(entry.run.frames, options.warmup)).wall;
+        text +=
+            formatString("%-20s %7zu %9.2f %9.2f %9s %9s %9.4f %9.4f %9.1f  %s\n", entry.path.name.c_str(),
+                         entry.path.shots.size(), wall.median, wall.p99, decibels(accuracy.psnr_pooled).c_str(),
+                         decibels(accuracy.psnr_min).c_str(), accuracy.temporal.p50 * 255, accuracy.temporal.max * 255,
+                         100 * reuseCounts(entry.run.frames).hit_rate, entry.passed() ? "ok" : "EXCEEDED");
         for (const Verdict& verdict : entry.verdicts)
             if (!verdict.passed)
                 text += formatString("    %s: %s in frame %llu, bound %g\n", verdict.bound, valueText(verdict).c_str(),

@@ -10,8 +10,9 @@
 namespace gsc {
 
 // A few lines for a person.
-std::string playReportText(const PlaySummary& summary);
+std::string playReportText(const PlayOptions& options, const PlaySummary& summary);
 // One object, schemas/play-report.schema.json.
-std::string playReportJson(const PlaySummary& summary, const std::vector<std::string>& warnings);
+std::string playReportJson(const PlayOptions& options, const PlaySummary& summary,
+                           const std::vector<std::string>& warnings);
 
 } // namespace gsc

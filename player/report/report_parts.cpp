@@ -30,71 +30,76 @@ Spread spreadOf(std::vector<double> values)
             values.back()};
 }
 
-OrderedJson spreadJson(const Spread& s)
-{
-    return {{"mean", s.mean}, {"median", s.median}, {"p95", s.p95}, {"p99", s.p99}, {"max", s.max}};
-}
-
 OrderedJson unknownIfZero(double value)
 {
     return value > 0 ? OrderedJson(value) : OrderedJson();
 }
 
-OrderedJson toolJson()
+std::string decibels(double psnr, const char* unit)
 {
-    return {{"name", "gsc-play"},
-            {"version", toolVersion()},
-            {"commit", toolCommit().empty() ? OrderedJson() : OrderedJson(toolCommit())}};
+    return std::isinf(psnr) && psnr > 0 ? "equal" : formatString("%.2f%s", psnr, unit);
 }
 
-OrderedJson deviceJson(const DeviceFacts& device)
+ToolFacts thisTool()
 {
-    return {{"name", device.name},
-            {"driver", device.driver.empty() ? OrderedJson() : OrderedJson(device.driver)},
-            {"memory_bytes", device.memory_bytes},
-            {"processors", device.processors},
-            {"clock_mhz", unknownIfZero(device.clock_mhz)},
-            {"memory_clock_mhz", unknownIfZero(device.memory_clock_mhz)},
-            {"context_bytes", device.context_bytes > 0 ? OrderedJson(device.context_bytes) : OrderedJson()}};
+    return {"gsc-play", toolVersion(), toolCommit()};
 }
 
-OrderedJson fileJson(const std::string& path, uint64_t bytes, uint64_t anchors)
+ReuseFacts reuseFacts(const ReuseOptions& reuse)
 {
-    return {{"path", path}, {"bytes", bytes}, {"anchors", anchors}};
-}
-
-OrderedJson reuseJson(const ReuseOptions& reuse)
-{
-    const bool depth = reuse.policy == ReusePolicy::Depth;
-    return {{"policy", policyName(reuse.policy)},
-            {"max_depth", depth ? OrderedJson(reuse.max_depth) : OrderedJson()},
-            {"guidance", depth ? OrderedJson(guidanceName(reuse.guidance)) : OrderedJson()},
-            {"bound", reuse.policy == ReusePolicy::Error ? OrderedJson(reuse.bound) : OrderedJson()},
-            {"decode_budget", reuse.decode_budget > 0 ? OrderedJson(reuse.decode_budget) : OrderedJson()},
-            {"cache_budget", reuse.cache_bytes > 0 ? OrderedJson(reuse.cache_bytes) : OrderedJson()}};
-}
-
-OrderedJson lodJson(const LodFacts& lod)
-{
-    OrderedJson used;
-    if (lod.target_ms > 0 && !lod.used.empty()) {
-        const auto [low, high] = std::minmax_element(lod.used.begin(), lod.used.end());
-        used = {{"mean", spreadOf(lod.used).mean}, {"min", *low}, {"max", *high}};
+    ReuseFacts facts{policyName(reuse.policy), -1, "", -1, reuse.decode_budget, reuse.cache_bytes};
+    if (reuse.policy == ReusePolicy::Depth) {
+        facts.max_depth = reuse.max_depth;
+        facts.guidance = guidanceName(reuse.guidance);
     }
-    return {{"lod_bias", lod.bias},
-            {"lod_fade", lod.fade},
-            {"lod_hysteresis", lod.hysteresis},
-            {"target_ms", unknownIfZero(lod.target_ms)},
-            {"lod_bias_used", std::move(used)}};
+    if (reuse.policy == ReusePolicy::Error)
+        facts.bound = reuse.bound;
+    return facts;
 }
 
-std::string targetText(const LodFacts& lod)
+void describe(const Record& at, Spread& spread)
 {
-    if (!(lod.target_ms > 0) || lod.used.empty())
-        return {};
-    const auto [low, high] = std::minmax_element(lod.used.begin(), lod.used.end());
-    return formatString("target %g ms: LOD bias %.2f mean, %.2f to %.2f\n", lod.target_ms, spreadOf(lod.used).mean,
-                        *low, *high);
+    at.field("mean", spread.mean, kPositive);
+    at.field("median", spread.median, kPositive);
+    at.field("p95", spread.p95, kPositive);
+    at.field("p99", spread.p99, kPositive);
+    at.field("max", spread.max, kPositive);
+}
+
+void describe(const Record& at, ToolFacts& tool)
+{
+    at.field("name", tool.name, kName);
+    at.field("version", tool.version, kText);
+    at.fieldOrNull("commit", tool.commit, kText);
+}
+
+void describe(const Record& at, FileFacts& file)
+{
+    at.field("path", file.path, kName);
+    at.field("bytes", file.bytes, kCount);
+    at.field("anchors", file.anchors, kCount);
+}
+
+void describe(const Record& at, DeviceFacts& device)
+{
+    at.field("name", device.name, kText);
+    at.fieldOrNull("driver", device.driver, kText);
+    at.field("memory_bytes", device.memory_bytes, kCount);
+    at.field("processors", device.processors, kCount);
+    at.fieldOrNull("clock_mhz", device.clock_mhz, kPositive);
+    at.fieldOrNull("memory_clock_mhz", device.memory_clock_mhz, kPositive);
+    if (at.has("context_bytes"))
+        at.fieldOrNull("context_bytes", device.context_bytes, kCount);
+}
+
+void describe(const Record& at, ReuseFacts& reuse)
+{
+    at.field("policy", reuse.policy, kName);
+    at.fieldOrNull("max_depth", reuse.max_depth, kCount, int64_t(-1));
+    at.fieldOrNull("guidance", reuse.guidance, kText);
+    at.fieldOrNull("bound", reuse.bound, kPositive, -1.0);
+    at.fieldOrNull("decode_budget", reuse.decode_budget, kCount);
+    at.fieldOrNull("cache_budget", reuse.cache_budget, kCount);
 }
 
 } // namespace gsc

@@ -2,7 +2,7 @@
 // What several reports of the player say in the same words.
 #pragma once
 
-#include "player/tool/json.h"
+#include "player/report/record.h"
 #include "runtime/renderer.h"
 
 #include <string>
@@ -21,21 +21,43 @@ Spread spreadOf(std::vector<double> values);
 // The q-quantile by nearest rank, q in (0, 1]. Precondition: at least one value, ascending.
 double nearestRank(const std::vector<double>& sorted, double q);
 
-OrderedJson spreadJson(const Spread& spread);
-OrderedJson unknownIfZero(double value); // null for 0
-OrderedJson toolJson();                  // name, version, commit
-OrderedJson deviceJson(const DeviceFacts& device);
-OrderedJson fileJson(const std::string& path, uint64_t bytes, uint64_t anchors);
-OrderedJson reuseJson(const ReuseOptions& reuse); // null where the policy takes no such number
+struct ToolFacts {
+    std::string name, version, commit; // commit: empty where not known
 
-// How levels were chosen.
-struct LodFacts {
-    double bias = 0, fade = 0, hysteresis = 0; // levels
-    double target_ms = 0;                      // 0 = none
-    std::vector<double> used;                  // bias of each frame
+    bool operator==(const ToolFacts&) const = default;
 };
-// "lod_bias", "lod_fade", "lod_hysteresis", and "target_ms" and "lod_bias_used", null without a target.
-OrderedJson lodJson(const LodFacts& lod);
-std::string targetText(const LodFacts& lod); // a line; empty without a target
+ToolFacts thisTool();
+
+struct FileFacts {
+    std::string path;
+    uint64_t bytes = 0, anchors = 0;
+};
+
+struct ReuseFacts { // -1, empty and 0: the policy takes no such number, or none was given
+    std::string policy;
+    int64_t max_depth = -1;
+    std::string guidance;
+    double bound = -1;                            // 1/255 units
+    uint64_t decode_budget = 0, cache_budget = 0; // anchors per frame and eye, bytes
+};
+ReuseFacts reuseFacts(const ReuseOptions& reuse);
+
+// Each written and read by the same lines.
+void describe(const Record& at, Spread& spread);
+void describe(const Record& at, ToolFacts& tool);
+void describe(const Record& at, FileFacts& file);
+void describe(const Record& at, DeviceFacts& device);
+void describe(const Record& at, ReuseFacts& reuse);
+
+template <typename Facts>
+OrderedJson toJson(Facts facts)
+{
+    OrderedJson json;
+    describe(Record(json), facts);
+    return json;
+}
+
+OrderedJson unknownIfZero(double value);                  // null for 0
+std::string decibels(double psnr, const char* unit = ""); // "equal" for +infinity
 
 } // namespace gsc

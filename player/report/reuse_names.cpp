@@ -32,6 +32,12 @@ const std::vector<std::pair<std::string, DepthGuidance>>& depthGuidances()
     return names;
 }
 
+const std::vector<std::pair<std::string, Tier>>& tiers()
+{
+    static const std::vector<std::pair<std::string, Tier>> names = {{"exact", Tier::Exact}, {"fast", Tier::Fast}};
+    return names;
+}
+
 const std::vector<std::pair<std::string, StereoMode>>& stereoModes()
 {
     static const std::vector<std::pair<std::string, StereoMode>> names = {{"exact", StereoMode::Exact},

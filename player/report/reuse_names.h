@@ -17,6 +17,7 @@ constexpr double kMaxLodWidth = 1;           // levels, of a transition or a hys
 
 const std::vector<std::pair<std::string, ReusePolicy>>& reusePolicies();
 const std::vector<std::pair<std::string, DepthGuidance>>& depthGuidances();
+const std::vector<std::pair<std::string, Tier>>& tiers(); // that may be asked for
 const std::vector<std::pair<std::string, StereoMode>>& stereoModes();
 const char* policyName(ReusePolicy policy);
 const char* guidanceName(DepthGuidance guidance);

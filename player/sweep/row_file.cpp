@@ -64,7 +64,7 @@ bool isBenchRow(const OrderedJson& row)
 
 } // namespace
 
-RowFile readRows(const std::string& path, const RowKind& kind, const std::function<bool(OrderedJson&&)>& take)
+RowFile readRows(const std::string& path, const RowKind& kind, const std::function<bool(const OrderedJson&)>& take)
 {
     RowFile file;
     if (path.empty() || isStandardOutput(path))
@@ -74,17 +74,17 @@ RowFile readRows(const std::string& path, const RowKind& kind, const std::functi
     size_t line = 1;
     for (size_t end = 0; (end = text.find('\n', file.whole)) != std::string::npos; ++line, file.whole = end + 1) {
         const std::string_view content(text.data() + file.whole, end - file.whole);
-        OrderedJson row = OrderedJson::parse(content, nullptr, false);
-        if (!content.starts_with(kind.start) || !row.is_object() || !take(std::move(row)))
+        const OrderedJson row = OrderedJson::parse(content, nullptr, false);
+        if (!content.starts_with(kind.start) || !row.is_object() || !take(row))
             failLine(path, line, kind);
     }
     const std::string_view rest = std::string_view(text).substr(file.whole);
     if (rest.empty())
         return file;
-    OrderedJson row = OrderedJson::parse(rest, nullptr, false);
+    const OrderedJson row = OrderedJson::parse(rest, nullptr, false);
     file.needs_end = !row.is_discarded(); // such as where an editor or a copy left the end out
     // only what is the start of a row for certain is thrown away
-    if (file.needs_end ? !rest.starts_with(kind.start) || !take(std::move(row)) : !isCutLine(rest, kind.start))
+    if (file.needs_end ? !rest.starts_with(kind.start) || !take(row) : !isCutLine(rest, kind.start))
         failLine(path, line, kind);
     if (file.needs_end)
         file.whole = file.bytes;
@@ -103,7 +103,7 @@ void addRow(const std::string& path, const RowKind& kind, std::string_view line)
 
 RowFile readBenchRows(const std::string& path)
 {
-    RowFile file = readRows(path, kBenchRow, [](OrderedJson&& row) { return isBenchRow(row); });
+    RowFile file = readRows(path, kBenchRow, isBenchRow);
     if (!file.cut_off.empty())
         file.cut_off.resize(file.cut_off.rfind(" and")); // a bench does not look for runs that are missing
     return file;

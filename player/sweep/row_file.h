@@ -31,7 +31,7 @@ struct RowFile {
 // Hands every row to `take`, which returns false for one that it cannot use. A file that is missing, empty or "-" has no
 // rows. The file is not changed. Throws Error: InvalidFile for a line that is no row, Io.
 RowFile readRows(const std::string& path, const RowKind& kind,
-                 const std::function<bool(nlohmann::ordered_json&&)>& take);
+                 const std::function<bool(const nlohmann::ordered_json&)>& take);
 
 // Adds a line to a file that readRows() took. Throws Error as appendLine().
 void addRow(const std::string& path, const RowKind& kind, std::string_view line);

@@ -2,13 +2,8 @@
 #include "player/sweep/run_rows.h"
 
 #include "format/error.h"
-#include "player/report/report_parts.h"
 #include "player/sweep/row_file.h"
-#include "player/sweep/run_row.h"
 
-#include <nlohmann/json.hpp>
-
-#include <algorithm>
 #include <filesystem>
 
 namespace gsc {
@@ -18,54 +13,35 @@ namespace {
 const RowKind kRunRow{R"({"schema":"gsc.run/1",)", "a sweep",
                       "\"gsc.run/1\" (schemas/run.schema.json) with the numbers of this version"};
 
-// Has a row what a sweep that goes on needs of it?
-bool isRow(const OrderedJson& row)
-{
-    try {
-        if (row.at("schema") != "gsc.run/1" || !row.at("config").at("id").is_string())
-            return false;
-        const OrderedJson& decoded = row.at("per_frame").at("decoded");
-        if (!decoded.is_array() || decoded.empty() || !row.at("config").at("eyes").is_number_integer() ||
-            row.at("config").at("eyes").get<int>() < 1)
-            return false;
-        (void)runTableLine(row);
-        return std::all_of(decoded.begin(), decoded.end(), [](const OrderedJson& v) { return v.is_number(); });
-    } catch (const OrderedJson::exception&) {
-        return false;
-    }
-}
-
 } // namespace
 
 RunRows::RunRows(const std::string& path, std::string& cut_off) : m_path(path)
 {
-    const RowFile file = readRows(path, kRunRow, [this](OrderedJson&& row) {
-        const bool good = isRow(row);
-        if (good)
-            insert(std::move(row));
-        return good;
+    const RowFile file = readRows(path, kRunRow, [&](const OrderedJson& json) {
+        try {
+            RunRow row;
+            describe(Record(json, path), row);
+            m_rows.insert_or_assign(row.config.id, std::move(row));
+            return true;
+        } catch (const Error&) {
+            return false;
+        }
     });
     cut_off = file.cut_off;
     m_bytes = file.bytes;
     m_whole = file.whole + (file.needs_end ? 1 : 0); // which comes with the next row
 }
 
-const OrderedJson* RunRows::find(const std::string& id) const
+const RunRow* RunRows::find(const std::string& id) const
 {
     const auto found = m_rows.find(id);
     return found == m_rows.end() ? nullptr : &found->second;
 }
 
-void RunRows::insert(OrderedJson row)
-{
-    const std::string id = row.at("config").at("id").get<std::string>();
-    m_rows.insert_or_assign(id, std::move(row));
-}
-
-void RunRows::append(const OrderedJson& row)
+void RunRows::append(const RunRow& row)
 {
     if (!m_path.empty()) {
-        const std::string line = jsonText(row, -1);
+        const std::string line = jsonText(toJson(row), -1);
         std::error_code code;
         const bool is_file = !isStandardOutput(m_path) && std::filesystem::exists(m_path, code);
         const uint64_t bytes = is_file ? std::filesystem::file_size(m_path, code) : 0;
@@ -79,7 +55,7 @@ void RunRows::append(const OrderedJson& row)
         m_whole += line.size() + 1;
         m_bytes = m_whole;
     }
-    insert(row);
+    m_rows.insert_or_assign(row.config.id, row);
 }
 
 } // namespace gsc

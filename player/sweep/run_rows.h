@@ -2,7 +2,7 @@
 // The file that a sweep writes: rows of schemas/run.schema.json, one per line, and what a killed run left of it.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
+#include "player/report/run_row.h"
 
 #include <cstdint>
 #include <map>
@@ -18,18 +18,17 @@ public:
     // line that is no row, so that no other file is added to; Io.
     explicit RunRows(const std::string& path, std::string& cut_off);
 
-    [[nodiscard]] const nlohmann::ordered_json* find(const std::string& id) const;
-    void insert(nlohmann::ordered_json row);
+    [[nodiscard]] const RunRow* find(const std::string& id) const;
 
     // Adds a line behind the last whole one; where that fails the file has what it had. Throws Error(Io), also where the
     // file is not as it was left: two sweeps cannot share one.
-    void append(const nlohmann::ordered_json& row);
+    void append(const RunRow& row);
 
 private:
     std::string m_path;
     uint64_t m_bytes = 0; // of the file, with what a killed run left
     uint64_t m_whole = 0; // of its whole lines, each with its end
-    std::map<std::string, nlohmann::ordered_json> m_rows;
+    std::map<std::string, RunRow> m_rows;
 };
 
 } // namespace gsc

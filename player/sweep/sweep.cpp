@@ -2,38 +2,26 @@
 #include "player/sweep/sweep.h"
 
 #include "format/error.h"
+#include "format/file/read_file.h"
 #include "player/lod_target.h"
 #include "player/measure/measurer.h"
-#include "player/report/report_parts.h"
 #include "player/sweep/row_file.h"
-#include "player/sweep/run_row.h"
+#include "player/sweep/run_facts.h"
 #include "player/sweep/run_rows.h"
 #include "player/sweep/sweep_config.h"
-
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <memory>
 #include <numbers>
+#include <numeric>
 
 namespace gsc {
 
 namespace {
 
-RunConfig baseRun(const PlayOptions& options)
-{
-    RunConfig run;
-    run.backend = options.backend;
-    run.tier = options.tier;
-    run.lod_bias = options.lod_bias;
-    run.stereo = options.stereo;
-    run.lod_fade = options.lod_fade;
-    run.lod_hysteresis = options.lod_hysteresis;
-    run.reuse = options.reuse;
-    return run;
-}
+constexpr size_t kMaxConfigBytes = 16 << 20;
 
 std::vector<std::string> backendNames()
 {
@@ -75,15 +63,12 @@ void checkOut(const BenchOptions& options, const SweepConfig& config, bool json_
 }
 
 // Anchors that a run decoded per frame and eye, rounded, at least one.
-uint64_t meanDecodes(const OrderedJson& row)
+uint64_t meanDecodes(const RunRow& row)
 {
     // without the first frame, in which every policy decodes everything, whatever its budget
-    double sum = 0;
-    const OrderedJson& decoded = row.at("per_frame").at("decoded");
-    const size_t first = decoded.size() > 1 ? 1 : 0;
-    for (size_t i = first; i < decoded.size(); ++i)
-        sum += decoded[i].get<double>();
-    const double mean = sum / double(decoded.size() - first) / row.at("config").at("eyes").get<double>();
+    const size_t first = row.decoded.size() > 1 ? 1 : 0;
+    const double sum = std::accumulate(row.decoded.begin() + ptrdiff_t(first), row.decoded.end(), 0.0);
+    const double mean = sum / double(row.decoded.size() - first) / row.config.eyes;
     return uint64_t(std::clamp(std::round(mean), 1.0, 1e15));
 }
 
@@ -100,8 +85,7 @@ public:
             m_paths.push_back(openPath(*m_scene, reading, trajectory, log));
         }
         m_context.label = options.label;
-        m_context.file_bytes = m_scene->bytes();
-        m_context.anchors = m_scene->anchorCount();
+        m_context.file = {options.play.input, m_scene->bytes(), m_scene->anchorCount()};
         m_context.file_hash = fileHash(options.play.input);
         m_context.warmup = config.warmup;
         m_context.score = config.score;
@@ -125,7 +109,7 @@ public:
             m_total += path.shots.size() * m_runs.size();
     }
 
-    void runAll(const std::function<void(const OrderedJson&)>& show)
+    void runAll(const std::function<void(const RunRow&)>& show)
     {
         for (const Path& path : m_paths)
             for (const RunConfig& run : m_runs) {
@@ -157,53 +141,44 @@ public:
     }
 
 private:
-    OrderedJson rowOf(const Path& path, RunConfig run)
+    RunRow rowOf(const Path& path, RunConfig run)
     {
         m_context.reference = m_measurer->referenceOf(run.backend);
         if (run.match_budget) {
             const RunConfig depth = depthRunOf(m_config, run);
-            const OrderedJson* row = known(configOf(path, depth), depth.backend);
+            const RunRow* row = known(rowConfig(m_context, path, depth), depth.backend);
             if (!row) // expandRuns() put it first
                 throw Error(ErrorCode::Internal, "sweep: no run to take the decode budget \"match\" from, expected "
                                                  "one; this is a bug of gsc, please report it");
             run.reuse.decode_budget = meanDecodes(*row);
             run.match_budget = false;
         }
-        OrderedJson config = configOf(path, run);
+        const RowConfig config = rowConfig(m_context, path, run);
         const uint64_t frames = path.shots.size();
-        if (const OrderedJson* row = known(config, run.backend)) {
+        if (const RunRow* row = known(config, run.backend)) {
             ++m_found;
             m_frames_done += frames;
             return *row;
         }
-        FrameOptions frame = frameOptions(*m_scene, m_context.options);
-        frame.tier = run.tier;
-        frame.lod_bias = float(run.lod_bias);
-        frame.stereo = run.stereo;
-        frame.lod_fade = float(run.lod_fade);
-        frame.lod_hysteresis = float(run.lod_hysteresis);
-        frame.reuse = run.reuse;
+        PlayOptions play = m_context.options;
+        static_cast<RunChoice&>(play) = run;
+        const FrameOptions frame = frameOptions(*m_scene, play);
         const RunResult result = m_measurer->run(path, run.backend, frame, m_config.score, [&](uint64_t done) {
             m_log.progress("render", m_frames_done + done, m_total);
         });
         m_frames_done += frames;
-        OrderedJson row = runRowJson(m_context, std::move(config), run, result);
+        RunRow row = runRow(m_context, config, run, result);
         m_rows.append(row);
         return row;
     }
 
     // The row of a run that this program made on this device.
-    const OrderedJson* known(const OrderedJson& config, const std::string& backend)
+    const RunRow* known(const RowConfig& config, const std::string& backend)
     {
-        const OrderedJson* row = m_rows.find(config.at("id").get<std::string>());
-        const bool same = row != nullptr && row->at("tool") == toolJson() &&
-                          row->at("device").at("name") == m_measurer->deviceOf(backend);
+        const RunRow* row = m_rows.find(config.id);
+        const bool same =
+            row != nullptr && row->tool == thisTool() && row->device.name == m_measurer->deviceOf(backend);
         return same ? row : nullptr;
-    }
-
-    [[nodiscard]] OrderedJson configOf(const Path& path, const RunConfig& run) const
-    {
-        return runConfigJson(m_context, path, run);
     }
 
     const SweepConfig& m_config;
@@ -221,9 +196,10 @@ private:
 
 } // namespace
 
-void sweep(const BenchOptions& options, Reporter& log, const std::function<void(const OrderedJson&)>& show)
+void sweep(const BenchOptions& options, Reporter& log, const std::function<void(const RunRow&)>& show)
 {
-    const SweepConfig config = readSweepConfig(options.sweep, baseRun(options.play), backendNames());
+    const std::string text = readInputText(options.sweep, kMaxConfigBytes, "a sweep (schemas/sweep.schema.json)");
+    const SweepConfig config = parseSweepConfig(text, options.sweep, {options.play}, backendNames());
     checkOut(options, config, log.json());
     Sweep run(options, config, log);
     try {

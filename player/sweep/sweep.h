@@ -3,8 +3,7 @@
 #pragma once
 
 #include "player/measure/bench.h"
-
-#include <nlohmann/json_fwd.hpp>
+#include "player/report/run_row.h"
 
 #include <functional>
 
@@ -12,6 +11,6 @@ namespace gsc {
 
 // Appends a row (schemas/run.schema.json) to options.out, if any, as soon as a run is done; a run whose row is there
 // already is not done again. `show` gets every row in order, those too. Throws Error.
-void sweep(const BenchOptions& options, Reporter& log, const std::function<void(const nlohmann::ordered_json&)>& show);
+void sweep(const BenchOptions& options, Reporter& log, const std::function<void(const RunRow&)>& show);
 
 } // namespace gsc

@@ -2,29 +2,20 @@
 #include "player/sweep/sweep_config.h"
 
 #include "format/error.h"
-#include "format/file/read_file.h"
 #include "player/json_fields.h"
 #include "player/report/reuse_names.h"
 
-#include <cerrno>
+#include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
-#include <memory>
+#include <functional>
 
 namespace gsc {
 
 namespace {
 
-constexpr size_t kMaxConfigBytes = 16 << 20;
 constexpr double kMaxCount = 1e15; // of anchors and bytes
 constexpr uint32_t kMaxFrames = 1000000;
-
-const std::vector<std::pair<std::string, Tier>>& tiers()
-{
-    static const std::vector<std::pair<std::string, Tier>> names = {{"exact", Tier::Exact}, {"fast", Tier::Fast}};
-    return names;
-}
+constexpr size_t kMaxRuns = 100000; // of the axes, per trajectory, before equal ones fall together
 
 // A value of a run by itself or one in the list of an axis; `where` names the key, with its index in a list.
 class Value {
@@ -38,7 +29,6 @@ public:
     {
         m_object.fail(m_where.c_str(), shownJson(m_value), expected);
     }
-    [[nodiscard]] bool isNull() const { return m_value.is_null(); }
     [[nodiscard]] bool isText(const char* text) const { return m_value == text; }
 
     [[nodiscard]] double number(double smallest, double largest, const char* unit) const
@@ -54,6 +44,11 @@ public:
         if (!(value >= smallest && value <= largest && value == std::floor(value)))
             fail(formatString("an integer from %.0f to %.0f%s", smallest, largest, also));
         return uint64_t(value);
+    }
+    // Null is 0.
+    [[nodiscard]] uint64_t countOrNull(const char* also) const
+    {
+        return m_value.is_null() ? 0 : count(1, kMaxCount, also);
     }
     template <typename Word>
     [[nodiscard]] Word word(const std::vector<std::pair<std::string, Word>>& words) const
@@ -73,100 +68,89 @@ private:
     const Json& m_value;
 };
 
-// The readers of each value, the same for an axis and for a run.
-class Reader {
-public:
-    explicit Reader(const std::vector<std::string>& backends)
-    {
-        for (const std::string& name : backends)
-            m_backends.emplace_back(name, name);
-    }
-
-    static ReusePolicy policy(const Value& v) { return v.word(reusePolicies()); }
-    static uint32_t depth(const Value& v) { return uint32_t(v.count(0, kMaxReuseDepth, " frames")); }
-    static DepthGuidance guidance(const Value& v) { return v.word(depthGuidances()); }
-    static float bound(const Value& v) { return float(v.number(0, kMaxReuseBound, "in 1/255")); }
-    static SweepAxes::Budget decodeBudget(const Value& v)
-    {
-        if (v.isText("match"))
-            return {0, true};
-        return {v.isNull() ? 0 : v.count(1, kMaxCount, " anchors, null for no limit, or \"match\""), false};
-    }
-    static uint64_t cacheBudget(const Value& v)
-    {
-        return v.isNull() ? 0 : v.count(1, kMaxCount, " bytes, or null for a quarter of the machine's");
-    }
-    static Tier tier(const Value& v) { return v.word(tiers()); }
-    static double lodBias(const Value& v) { return v.number(-kMaxLodBias, kMaxLodBias, "levels"); }
-    static double lodWidth(const Value& v) { return v.number(0, kMaxLodWidth, "levels"); }
-    static StereoMode stereo(const Value& v) { return v.word(stereoModes()); }
-    [[nodiscard]] std::string backend(const Value& v) const { return v.word(m_backends); }
-
-private:
-    std::vector<std::pair<std::string, std::string>> m_backends;
+// Something that runs differ in, and how a run takes a value of it.
+struct Setting {
+    const char* key;
+    std::function<void(RunConfig& run, const Value& value)> take;
 };
+using Settings = std::vector<Setting>;
 
-constexpr std::initializer_list<const char*> kRunKeys = {"policy",        "max_depth",      "guidance", "bound",
-                                                         "decode_budget", "cache_budget",   "tier",     "lod_bias",
-                                                         "lod_fade",      "lod_hysteresis", "stereo",   "backend"};
-
-template <typename T, typename Read>
-void readAxis(const JsonObject& axes, const char* key, std::vector<T>& out, T fallback, const Read& read)
+Settings settingsFor(const std::vector<std::string>& backends)
 {
-    const Json* list = axes.find(key);
-    if (!list) {
-        out.push_back(std::move(fallback));
-        return;
-    }
-    if (!list->is_array() || list->empty())
-        axes.fail(key, shownJson(*list), "an array of at least one value");
-    for (size_t i = 0; i < list->size(); ++i)
-        out.push_back(read(Value(axes, formatString("%s[%zu]", key, i), (*list)[i])));
-}
-
-void readAxes(const JsonObject& object, const Reader& reader, const RunConfig& base, SweepAxes& axes)
-{
-    object.checkKeys(kRunKeys);
-    const ReuseOptions& reuse = base.reuse;
-    readAxis(object, "policy", axes.policies, reuse.policy, Reader::policy);
-    readAxis(object, "max_depth", axes.depths, reuse.max_depth, Reader::depth);
-    readAxis(object, "guidance", axes.guidances, reuse.guidance, Reader::guidance);
-    readAxis(object, "bound", axes.bounds, reuse.bound, Reader::bound);
-    readAxis(object, "decode_budget", axes.decode_budgets, {reuse.decode_budget, base.match_budget},
-             Reader::decodeBudget);
-    readAxis(object, "cache_budget", axes.cache_budgets, reuse.cache_bytes, Reader::cacheBudget);
-    readAxis(object, "tier", axes.tiers, base.tier, Reader::tier);
-    readAxis(object, "lod_bias", axes.lod_biases, base.lod_bias, Reader::lodBias);
-    readAxis(object, "lod_fade", axes.lod_fades, base.lod_fade, Reader::lodWidth);
-    readAxis(object, "lod_hysteresis", axes.lod_hystereses, base.lod_hysteresis, Reader::lodWidth);
-    readAxis(object, "stereo", axes.stereos, base.stereo, Reader::stereo);
-    readAxis(object, "backend", axes.backends, base.backend, [&](const Value& v) { return reader.backend(v); });
-}
-
-RunConfig readRun(const JsonObject& object, const Reader& reader, const RunConfig& base)
-{
-    object.checkKeys(kRunKeys);
-    RunConfig run = base;
-    const auto read = [&](const char* key, const auto& take) {
-        if (const Json* value = object.find(key))
-            take(Value(object, key, *value));
+    std::vector<std::pair<std::string, std::string>> names;
+    for (const std::string& name : backends)
+        names.emplace_back(name, name);
+    return {
+        {"policy", [](RunConfig& run, const Value& v) { run.reuse.policy = v.word(reusePolicies()); }},
+        {"max_depth",
+         [](RunConfig& run, const Value& v) { run.reuse.max_depth = uint32_t(v.count(0, kMaxReuseDepth, " frames")); }},
+        {"guidance", [](RunConfig& run, const Value& v) { run.reuse.guidance = v.word(depthGuidances()); }},
+        {"bound",
+         [](RunConfig& run, const Value& v) { run.reuse.bound = float(v.number(0, kMaxReuseBound, "in 1/255")); }},
+        {"decode_budget",
+         [](RunConfig& run, const Value& v) {
+             run.match_budget = v.isText("match");
+             run.reuse.decode_budget =
+                 run.match_budget ? 0 : v.countOrNull(" anchors, null for no limit, or \"match\"");
+         }},
+        {"cache_budget",
+         [](RunConfig& run, const Value& v) {
+             run.reuse.cache_bytes = v.countOrNull(" bytes, or null for a quarter of the machine's");
+         }},
+        {"tier", [](RunConfig& run, const Value& v) { run.tier = v.word(tiers()); }},
+        {"lod_bias",
+         [](RunConfig& run, const Value& v) { run.lod_bias = v.number(-kMaxLodBias, kMaxLodBias, "levels"); }},
+        {"lod_fade", [](RunConfig& run, const Value& v) { run.lod_fade = v.number(0, kMaxLodWidth, "levels"); }},
+        {"lod_hysteresis",
+         [](RunConfig& run, const Value& v) { run.lod_hysteresis = v.number(0, kMaxLodWidth, "levels"); }},
+        {"stereo", [](RunConfig& run, const Value& v) { run.stereo = v.word(stereoModes()); }},
+        {"backend", [names](RunConfig& run, const Value& v) { run.backend = v.word(names); }},
     };
-    read("policy", [&](const Value& v) { run.reuse.policy = Reader::policy(v); });
-    read("max_depth", [&](const Value& v) { run.reuse.max_depth = Reader::depth(v); });
-    read("guidance", [&](const Value& v) { run.reuse.guidance = Reader::guidance(v); });
-    read("bound", [&](const Value& v) { run.reuse.bound = Reader::bound(v); });
-    read("decode_budget", [&](const Value& v) {
-        const SweepAxes::Budget budget = Reader::decodeBudget(v);
-        run.reuse.decode_budget = budget.anchors;
-        run.match_budget = budget.match;
-    });
-    read("cache_budget", [&](const Value& v) { run.reuse.cache_bytes = Reader::cacheBudget(v); });
-    read("tier", [&](const Value& v) { run.tier = Reader::tier(v); });
-    read("lod_bias", [&](const Value& v) { run.lod_bias = Reader::lodBias(v); });
-    read("lod_fade", [&](const Value& v) { run.lod_fade = Reader::lodWidth(v); });
-    read("lod_hysteresis", [&](const Value& v) { run.lod_hysteresis = Reader::lodWidth(v); });
-    read("stereo", [&](const Value& v) { run.stereo = Reader::stereo(v); });
-    read("backend", [&](const Value& v) { run.backend = reader.backend(v); });
+}
+
+void checkKeys(const JsonObject& object, const Settings& settings)
+{
+    std::vector<const char*> keys;
+    for (const Setting& setting : settings)
+        keys.push_back(setting.key);
+    object.checkKeys(keys);
+}
+
+// Every combination of the values that the axes list. Throws Error(InvalidFile) where they are more than any sweep that
+// ends has.
+std::vector<RunConfig> productOf(const JsonObject& axes, Settings settings, const RunConfig& base)
+{
+    checkKeys(axes, settings);
+    // what reuse does varies fastest
+    std::rotate(settings.begin(), std::ranges::find(settings, std::string_view("tier"), &Setting::key), settings.end());
+    std::vector<RunConfig> product = {base};
+    for (const Setting& setting : settings) {
+        const Json* list = axes.find(setting.key);
+        if (!list)
+            continue;
+        if (!list->is_array() || list->empty())
+            axes.fail(setting.key, shownJson(*list), "an array of at least one value");
+        if (list->size() > kMaxRuns / product.size())
+            throw Error(ErrorCode::InvalidFile,
+                        formatString("sweep: its axes have more than %zu combinations, expected fewer; shorten an "
+                                     "axis or list runs",
+                                     kMaxRuns));
+        std::vector<RunConfig> wider;
+        for (const RunConfig& run : product)
+            for (size_t i = 0; i < list->size(); ++i)
+                setting.take(wider.emplace_back(run), Value(axes, formatString("%s[%zu]", setting.key, i), (*list)[i]));
+        product = std::move(wider);
+    }
+    return product;
+}
+
+RunConfig readRun(const JsonObject& object, const Settings& settings, const RunConfig& base)
+{
+    checkKeys(object, settings);
+    RunConfig run = base;
+    for (const Setting& setting : settings)
+        if (const Json* value = object.find(setting.key))
+            setting.take(run, Value(object, setting.key, *value));
     if (run.stereo == StereoMode::Merged && run.reuse.policy == ReusePolicy::Error)
         object.fail("stereo", "\"merged\" with a policy that bounds the change for each eye",
                     "\"exact\", or the policy \"depth\" or \"none\"");
@@ -231,28 +215,22 @@ SweepConfig parseSweepConfig(std::string_view json, const std::string& file, con
     SweepConfig config;
     readTrajectories(root, config);
     readFrames(root, config);
-    const Reader reader(backends);
+    const Settings settings = settingsFor(backends);
     if (const Json* axes = root.find("axes")) {
-        config.has_axes = true;
-        readAxes(JsonObject(*axes, file + ": axes"), reader, base, config.axes);
+        config.runs = productOf(JsonObject(*axes, file + ": axes"), settings, base);
+        config.matched = config.runs.front().reuse;
     }
     if (const Json* runs = root.find("runs")) {
         if (!runs->is_array() || runs->empty())
             root.fail("runs", shownJson(*runs), "an array of at least one run");
         for (size_t i = 0; i < runs->size(); ++i)
             config.runs.push_back(
-                readRun(JsonObject((*runs)[i], formatString("%s: runs[%zu]", file.c_str(), i)), reader, base));
+                readRun(JsonObject((*runs)[i], formatString("%s: runs[%zu]", file.c_str(), i)), settings, base));
     }
-    if (!config.has_axes && config.runs.empty())
+    if (config.runs.empty())
         throw Error(ErrorCode::InvalidFile,
                     file + ": has neither \"axes\" nor \"runs\", expected at least one of them; add one");
     return config;
-}
-
-SweepConfig readSweepConfig(const std::string& path, const RunConfig& base, const std::vector<std::string>& backends)
-{
-    const std::string text = readInputText(path, kMaxConfigBytes, "a sweep (schemas/sweep.schema.json)");
-    return parseSweepConfig(text, path, base, backends);
 }
 
 } // namespace gsc

@@ -2,8 +2,8 @@
 // The file of --sweep (schemas/sweep.schema.json) and the runs it asks for.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
 #include "player/measure/accuracy.h"
+#include "player/play_options.h"
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -15,31 +15,8 @@
 namespace gsc {
 
 // One combination of what a sweep varies.
-struct RunConfig {
-    std::string backend = "auto";
-    Tier tier = Tier::Fast;
-    double lod_bias = 0, lod_fade = 0, lod_hysteresis = 0;
-    StereoMode stereo = StereoMode::Exact;
-    ReuseOptions reuse;
+struct RunConfig : RunChoice {
     bool match_budget = false; // the decode budget is what the run of depthRunOf() decodes
-};
-
-// Every value of an axis is a value that a run may have; an axis that the file leaves out has the command line's.
-struct SweepAxes {
-    std::vector<ReusePolicy> policies;
-    std::vector<uint32_t> depths;
-    std::vector<DepthGuidance> guidances;
-    std::vector<float> bounds;
-    struct Budget {
-        uint64_t anchors = 0; // 0 = no limit
-        bool match = false;
-    };
-    std::vector<Budget> decode_budgets;
-    std::vector<uint64_t> cache_budgets; // bytes, 0 = no limit
-    std::vector<Tier> tiers;
-    std::vector<double> lod_biases, lod_fades, lod_hystereses;
-    std::vector<StereoMode> stereos;
-    std::vector<std::string> backends;
 };
 
 struct SweepConfig {
@@ -50,23 +27,16 @@ struct SweepConfig {
     uint64_t frames = 0;                   // first so many of each trajectory, 0 = all
     uint32_t warmup = 5;                   // frames that the spreads of time leave out
     ScoreOptions score;
-    SweepAxes axes;
-    bool has_axes = false;
-    std::vector<RunConfig> runs; // beside the product of the axes
+    std::vector<RunConfig> runs; // the product of the axes, then the listed ones; some may be equal
+    ReuseOptions matched;        // has the depth and the guidance of the run that a "match" budget is taken from
 };
 
 // `base` gives what the file leaves out; `backends` are the names it may use. Throws Error(InvalidFile) naming the key
 // and what was expected there.
 SweepConfig parseSweepConfig(std::string_view json, const std::string& file, const RunConfig& base,
                              const std::vector<std::string>& backends);
-// Throws Error (Io, InvalidFile).
-SweepConfig readSweepConfig(const std::string& path, const RunConfig& base, const std::vector<std::string>& backends);
-
-// Sets what the policy does not look at to its default, so that equal runs are equal.
-RunConfig collapsed(RunConfig run);
-
-// The product of the axes, less what keeps what each eye decoded while both are decoded at once, and the explicit runs, collapsed, each once, by backend; a run whose budget is that of
-// another one comes after it, and that one is there even if nothing else asks for it.
+// The runs, less what keeps what each eye decoded while both are decoded at once, collapsed, each once, by backend; a
+// run whose budget is that of another one comes after it, and that one is there even if nothing else asks for it.
 std::vector<RunConfig> expandRuns(const SweepConfig& config);
 
 // The run whose decodes a "match" budget takes: reuse by depth with the first depth and guidance of the axes, no
@@ -75,6 +45,5 @@ RunConfig depthRunOf(const SweepConfig& config, const RunConfig& run);
 
 // What makes a run differ from another, in the words of schemas/run.schema.json.
 nlohmann::ordered_json runKeyJson(const RunConfig& run);
-bool sameRun(const RunConfig& a, const RunConfig& b);
 
 } // namespace gsc

@@ -15,56 +15,7 @@ namespace gsc {
 
 namespace {
 
-constexpr uint64_t kMaxRuns = 100000; // per trajectory, before equal ones fall together
-
-// Collects runs, each once, in the order they come.
-class RunList {
-public:
-    void add(const RunConfig& run)
-    {
-        const RunConfig plain = collapsed(run);
-        if (m_keys.insert(runKeyJson(plain).dump()).second)
-            m_runs.push_back(plain);
-    }
-    [[nodiscard]] std::vector<RunConfig>& runs() { return m_runs; }
-
-private:
-    std::set<std::string> m_keys;
-    std::vector<RunConfig> m_runs;
-};
-
-void addReuse(const SweepAxes& axes, RunConfig run, RunList& list)
-{
-    for (const ReusePolicy policy : axes.policies)
-        for (const uint32_t depth : axes.depths)
-            for (const DepthGuidance guidance : axes.guidances)
-                for (const float bound : axes.bounds)
-                    for (const SweepAxes::Budget& budget : axes.decode_budgets)
-                        for (const uint64_t cache : axes.cache_budgets) {
-                            run.reuse = {policy, depth, guidance, bound, budget.anchors, cache};
-                            run.match_budget = budget.match;
-                            if (run.stereo == StereoMode::Exact || policy != ReusePolicy::Error)
-                                list.add(run);
-                        }
-}
-
-// Throws Error(InvalidFile) where the product is larger than any sweep that ends.
-void checkProduct(const SweepAxes& axes)
-{
-    uint64_t product = 1;
-    for (const size_t size :
-         {axes.policies.size(), axes.depths.size(), axes.guidances.size(), axes.bounds.size(),
-          axes.decode_budgets.size(), axes.cache_budgets.size(), axes.tiers.size(), axes.lod_biases.size(),
-          axes.lod_fades.size(), axes.lod_hystereses.size(), axes.stereos.size(), axes.backends.size()})
-        if (product *= size; product > kMaxRuns) // an axis has at most some millions of values: no overflow
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("sweep: its axes have more than %llu combinations, expected fewer; shorten an "
-                                     "axis or list runs",
-                                     static_cast<unsigned long long>(kMaxRuns)));
-}
-
-} // namespace
-
+// Sets what the policy does not look at to its default, so that equal runs are equal.
 RunConfig collapsed(RunConfig run)
 {
     const ReuseOptions defaults;
@@ -85,6 +36,24 @@ RunConfig collapsed(RunConfig run)
     return run;
 }
 
+// Collects runs, each once, in the order they come.
+class RunList {
+public:
+    void add(const RunConfig& run)
+    {
+        const RunConfig plain = collapsed(run);
+        if (m_keys.insert(runKeyJson(plain).dump()).second)
+            m_runs.push_back(plain);
+    }
+    [[nodiscard]] std::vector<RunConfig>& runs() { return m_runs; }
+
+private:
+    std::set<std::string> m_keys;
+    std::vector<RunConfig> m_runs;
+};
+
+} // namespace
+
 nlohmann::ordered_json runKeyJson(const RunConfig& run)
 {
     OrderedJson json = {{"backend", run.backend},
@@ -95,15 +64,10 @@ nlohmann::ordered_json runKeyJson(const RunConfig& run)
         json["lod_fade"] = run.lod_fade;
     if (run.lod_hysteresis != 0)
         json["lod_hysteresis"] = run.lod_hysteresis;
-    json.update(reuseJson(run.reuse));
+    json.update(toJson(reuseFacts(run.reuse)));
     if (run.match_budget)
         json["decode_budget"] = "match";
     return json;
-}
-
-bool sameRun(const RunConfig& a, const RunConfig& b)
-{
-    return runKeyJson(a) == runKeyJson(b);
 }
 
 RunConfig depthRunOf(const SweepConfig& config, const RunConfig& run)
@@ -112,35 +76,17 @@ RunConfig depthRunOf(const SweepConfig& config, const RunConfig& run)
     depth.match_budget = false;
     depth.reuse.decode_budget = 0;
     depth.reuse.policy = ReusePolicy::Depth;
-    const ReuseOptions defaults;
-    depth.reuse.max_depth = config.has_axes ? config.axes.depths.front() : defaults.max_depth;
-    depth.reuse.guidance = config.has_axes ? config.axes.guidances.front() : defaults.guidance;
+    depth.reuse.max_depth = config.matched.max_depth;
+    depth.reuse.guidance = config.matched.guidance;
     return collapsed(depth);
 }
 
 std::vector<RunConfig> expandRuns(const SweepConfig& config)
 {
     RunList list;
-    if (config.has_axes) {
-        checkProduct(config.axes);
-        RunConfig run;
-        for (const std::string& backend : config.axes.backends)
-            for (const Tier tier : config.axes.tiers)
-                for (const double bias : config.axes.lod_biases)
-                    for (const double fade : config.axes.lod_fades)
-                        for (const double hysteresis : config.axes.lod_hystereses)
-                            for (const StereoMode stereo : config.axes.stereos) {
-                                run.backend = backend;
-                                run.tier = tier;
-                                run.lod_bias = bias;
-                                run.lod_fade = fade;
-                                run.lod_hysteresis = hysteresis;
-                                run.stereo = stereo;
-                                addReuse(config.axes, run, list);
-                            }
-    }
     for (const RunConfig& run : config.runs)
-        list.add(run);
+        if (run.stereo == StereoMode::Exact || run.reuse.policy != ReusePolicy::Error)
+            list.add(run);
     if (list.runs().empty())
         throw Error(ErrorCode::InvalidFile,
                     "sweep: its axes join stereo merged only with the policy error, which bounds "

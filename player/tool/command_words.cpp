@@ -12,15 +12,10 @@ namespace gsc {
 
 namespace {
 
-std::vector<const CLI::Option*> optionsOf(const CLI::App& command)
-{
-    return command.get_options([](const CLI::Option*) { return true; });
-}
-
 std::vector<std::string> commandNames(const CLI::App& command)
 {
     std::vector<std::string> names;
-    for (const CLI::App* sub : command.get_subcommands([](const CLI::App*) { return true; }))
+    for (const CLI::App* sub : commandsOf(command))
         names.push_back(sub->get_name());
     return names;
 }
@@ -47,7 +42,7 @@ const CLI::App* ownerOf(const std::string& name, const CLI::App& command, const 
 {
     if (&command != &except && command.get_option_no_throw(name) != nullptr)
         return &command;
-    for (const CLI::App* sub : command.get_subcommands([](const CLI::App*) { return true; }))
+    for (const CLI::App* sub : commandsOf(command))
         if (const CLI::App* owner = ownerOf(name, *sub, except))
             return owner;
     return nullptr;
@@ -77,27 +72,21 @@ std::string helpOf(const CLI::App& command)
 
 [[noreturn]] void failWord(const std::string& word, const CommandState& state)
 {
-    const std::vector<std::string> names = commandNames(*state.command);
-    const std::string path = commandPath(*state.command);
-    if (state.positionals.empty() && !names.empty()) {
-        const std::string near = nearestWord(word, names);
-        fail(formatString(
-            "%.80s: no command of %s, expected %s; %s", word.c_str(), path.c_str(), listWords(names).c_str(),
-            near.empty() ? ("see " + helpOf(*state.command)).c_str() : ("did you mean " + near + "?").c_str()));
-    }
-    if (std::find(names.begin(), names.end(), word) != names.end())
+    const CLI::App& command = *state.command;
+    const std::string path = commandPath(command);
+    if (state.positionals.empty() && !commandsOf(command).empty())
+        failCommand(word, command);
+    if (commandNamed(command, word) != nullptr)
         fail(formatString("%.80s: a command behind other words, expected it right behind %s; put it there, or write "
                           "./%.80s for a file of that name",
                           word.c_str(), path.c_str(), word.c_str()));
-    if (!state.positionals.empty())
-        if (const std::string near = nearestWord(state.positionals.front(), names); !near.empty())
-            fail(formatString("%.80s: no command of %s, expected %s; did you mean %s?",
-                              state.positionals.front().c_str(), path.c_str(), listWords(names).c_str(), near.c_str()));
-    const std::vector<const CLI::Option*> all = optionsOf(*state.command);
+    if (!state.positionals.empty() && !nearestWord(state.positionals.front(), commandNames(command)).empty())
+        failCommand(state.positionals.front(), command);
+    const std::vector<const CLI::Option*> all = optionsOf(command);
     const auto most = std::count_if(all.begin(), all.end(), [](const CLI::Option* o) { return o->get_positional(); });
     fail(formatString("%.80s: one word too many, expected %s behind %s; see %s", word.c_str(),
                       most == 0 ? "options only" : formatString("%zu beside the options", size_t(most)).c_str(),
-                      path.c_str(), helpOf(*state.command).c_str()));
+                      path.c_str(), helpOf(command).c_str()));
 }
 
 class Walker {
@@ -125,7 +114,7 @@ public:
             takeLong(word);
         else if (looksLikeOption(word))
             takeShort(word);
-        else if (const CLI::App* sub = m_state.positionals.empty() ? subcommand(word) : nullptr)
+        else if (const CLI::App* sub = m_state.positionals.empty() ? commandNamed(*m_state.command, word) : nullptr)
             enter(*sub);
         else
             takePositional(word);
@@ -182,13 +171,6 @@ private:
     {
         return word.size() > 1 && word[0] == '-' && word != "--" && !isNumber(word);
     }
-    [[nodiscard]] const CLI::App* subcommand(const std::string& word) const
-    {
-        for (const CLI::App* sub : m_state.command->get_subcommands([](const CLI::App*) { return true; }))
-            if (sub->get_name() == word)
-                return sub;
-        return nullptr;
-    }
     [[nodiscard]] size_t requiredLeft() const
     {
         size_t left = 0;
@@ -202,7 +184,7 @@ private:
     {
         for (const auto& [option, count] : m_state.given) {
             const std::string start = optionName(*option) + "=";
-            const auto begins = [&](const std::string& word) { return word.compare(0, start.size(), start) == 0; };
+            const auto begins = [&](const std::string& word) { return word.starts_with(start); };
             if (!option->get_positional() && takesSeveral(*option) &&
                 size_t(std::count_if(m_state.options.begin(), m_state.options.end(), begins)) > count)
                 return optionName(*option);
@@ -347,6 +329,36 @@ CommandState followWords(const CLI::App& root, const std::vector<std::string>& w
     for (const std::string& word : words)
         walker.take(word, words.size()); // nobody knows how many come
     return walker.state();
+}
+
+std::vector<const CLI::App*> commandsOf(const CLI::App& command)
+{
+    return command.get_subcommands([](const CLI::App*) { return true; });
+}
+
+std::vector<const CLI::Option*> optionsOf(const CLI::App& command)
+{
+    return command.get_options([](const CLI::Option*) { return true; });
+}
+
+const CLI::App* commandNamed(const CLI::App& command, const std::string& name)
+{
+    const std::vector<const CLI::App*> all = commandsOf(command);
+    const auto found = std::ranges::find(all, name, &CLI::App::get_name);
+    return found == all.end() ? nullptr : *found;
+}
+
+std::string listCommands(const CLI::App& command)
+{
+    return listWords(commandNames(command));
+}
+
+void failCommand(const std::string& word, const CLI::App& command)
+{
+    const std::string near = nearestWord(word, commandNames(command));
+    fail(formatString("%.80s: no command of %s, expected %s; %s", word.c_str(), commandPath(command).c_str(),
+                      commandsOf(command).empty() ? "none behind it" : listCommands(command).c_str(),
+                      near.empty() ? ("see " + helpOf(command)).c_str() : ("did you mean " + near + "?").c_str()));
 }
 
 std::string commandPath(const CLI::App& command)

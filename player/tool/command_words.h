@@ -38,6 +38,15 @@ std::vector<std::string> plainWords(const CommandState& state);
 // The state after `words`, as far as they fit: for completion.
 CommandState followWords(const CLI::App& root, const std::vector<std::string>& words);
 
+// The commands right below one, in the order in which they were declared, and its options.
+std::vector<const CLI::App*> commandsOf(const CLI::App& command);
+std::vector<const CLI::Option*> optionsOf(const CLI::App& command);
+// The one of a name; null if there is none.
+const CLI::App* commandNamed(const CLI::App& command, const std::string& name);
+// Their names, "convert, info or sample".
+std::string listCommands(const CLI::App& command);
+// Throws Error(Usage) for a word that is no command below `command`.
+[[noreturn]] void failCommand(const std::string& word, const CLI::App& command);
 // "gsc sample paths": the command with all above it.
 std::string commandPath(const CLI::App& command);
 // The longest name of an option, "--size", or of a positional, "FILE".

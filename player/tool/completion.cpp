@@ -21,11 +21,6 @@ void addLine(std::string& lines, const std::string& word, const std::string& hel
     lines += "\n";
 }
 
-bool starts(const std::string& word, const std::string& begun)
-{
-    return word.compare(0, begun.size(), begun) == 0;
-}
-
 bool isPlaceholder(const std::string& part)
 {
     return std::isupper(static_cast<unsigned char>(part[0])) != 0;
@@ -39,14 +34,14 @@ void addValues(std::string& lines, const CLI::Option& option, const std::string&
         const size_t end = std::min(text.find('|', at), text.size());
         std::string part = text.substr(at, end - at);
         at = end + 1;
-        if (part.size() > 3 && part.compare(part.size() - 3, 3, "...") == 0)
+        if (part.size() > 3 && part.ends_with("..."))
             part.resize(part.size() - 3);
         if (part.empty())
             continue;
         const size_t dot = part.find('.');
         const std::string kind = part.substr(0, dot);
         if (!isPlaceholder(part)) {
-            if (starts(part, begun))
+            if (part.starts_with(begun))
                 addLine(lines, before + part, "");
         } else if (kind == "DIR" || kind == "MODEL")
             lines += ":folders\n";
@@ -59,35 +54,21 @@ void addValues(std::string& lines, const CLI::Option& option, const std::string&
 void addOptions(std::string& lines, const CLI::App& command, const std::string& begun, const CommandState& state)
 {
     const auto given = [&](const CLI::Option* option) { return state.given.count(option) > 0; };
-    for (const CLI::Option* option : command.get_options([](const CLI::Option*) { return true; })) {
+    for (const CLI::Option* option : optionsOf(command)) {
         const auto& rivals = option->get_excludes();
         if ((given(option) && !takesSeveral(*option)) || std::any_of(rivals.begin(), rivals.end(), given))
             continue;
         for (const std::string& name : option->get_lnames())
-            if (starts("--" + name, begun))
+            if (("--" + name).starts_with(begun))
                 addLine(lines, "--" + name, option->get_description());
     }
 }
 
 void addCommands(std::string& lines, const CLI::App& command, const std::string& begun)
 {
-    for (const CLI::App* sub : command.get_subcommands([](const CLI::App*) { return true; }))
-        if (starts(sub->get_name(), begun))
+    for (const CLI::App* sub : commandsOf(command))
+        if (sub->get_name().starts_with(begun))
             addLine(lines, sub->get_name(), sub->get_description());
-}
-
-// What follows `path`, the words behind help or man.
-void addCommandsBelow(std::string& lines, const CLI::App& root, const std::vector<std::string>& path,
-                      const std::string& begun)
-{
-    const CLI::App* command = &root;
-    for (const std::string& word : path) {
-        const auto named = command->get_subcommands([&](const CLI::App* sub) { return sub->get_name() == word; });
-        if (named.empty())
-            return;
-        command = named.front();
-    }
-    addCommands(lines, *command, begun);
 }
 
 constexpr const char* kBash = R"script(# bash completion of PROGRAM, printed by `PROGRAM completion bash`
@@ -235,7 +216,7 @@ std::string completions(const CLI::App& root, const std::vector<std::string>& wo
         if (!state.awaited_may_end)
             return lines;
     }
-    if (!state.only_positionals && last.rfind("--", 0) == 0 && last.find('=') != std::string::npos) {
+    if (!state.only_positionals && last.starts_with("--") && last.find('=') != std::string::npos) {
         const std::string name = last.substr(0, last.find('='));
         if (const CLI::Option* option = command.get_option_no_throw(name); option != nullptr && takesValue(*option))
             addValues(lines, *option, last.substr(name.size() + 1), name + "=");
@@ -248,9 +229,13 @@ std::string completions(const CLI::App& root, const std::vector<std::string>& wo
     if (state.positionals.empty() && state.given.empty())
         addCommands(lines, command, last);
     if (const CLI::Option* option = nextPositional(state)) {
-        if (placeholderOf(*option) == "COMMAND") // of help and man
-            addCommandsBelow(lines, root, state.positionals, last);
-        else
+        if (placeholderOf(*option) == "COMMAND") { // of help and man: what is below the words so far
+            const CLI::App* below = &root;
+            for (const std::string& word : state.positionals)
+                below = below != nullptr ? commandNamed(*below, word) : nullptr;
+            if (below != nullptr)
+                addCommands(lines, *below, last);
+        } else
             addValues(lines, *option, last, "");
     }
     return lines;

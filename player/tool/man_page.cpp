@@ -45,11 +45,6 @@ std::string upperCase(std::string text)
     return text;
 }
 
-std::vector<const CLI::App*> commandsOf(const CLI::App& command)
-{
-    return command.get_subcommands([](const CLI::App*) { return true; });
-}
-
 std::string synopsis(const CLI::App& command)
 {
     std::string text = ".B " + escaped(commandPath(command)) + "\n";

@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -14,12 +15,6 @@ namespace gsc {
 OptionHandle OptionHandle::required() const
 {
     m_option->required();
-    return *this;
-}
-
-OptionHandle OptionHandle::group(const std::string& name) const
-{
-    m_option->group(name);
     return *this;
 }
 
@@ -33,6 +28,16 @@ OptionHandle OptionHandle::needs(OptionHandle other) const
 {
     m_option->needs(other.get());
     return *this;
+}
+
+Heading::Heading(CLI::App& app, const std::string& name) : m_app(app)
+{
+    m_app.option_defaults()->group(name);
+}
+
+Heading::~Heading()
+{
+    m_app.option_defaults()->group("Options"); // CLI11's own
 }
 
 CLI::App& addCommand(CLI::App& parent, const std::string& name, const std::string& help)
@@ -77,13 +82,9 @@ OptionHandle addValue(CLI::App& app, const std::string& names, const std::string
                       std::function<void(const std::string&, const std::string&)> take, bool several)
 {
     // the longest name is what messages say
-    std::string shown;
-    for (size_t at = 0; at <= names.size();) {
-        const size_t end = std::min(names.find(',', at), names.size());
-        if (end - at > shown.size() || (names[at] == '-' && shown[0] != '-'))
-            shown = names.substr(at, end - at);
-        at = end + 1;
-    }
+    const std::string shown = std::ranges::max(CLI::detail::split_names(names), {}, [](const std::string& name) {
+        return std::pair(name[0] == '-', name.size());
+    });
     CLI::Option* option = app.add_option(
         names,
         [shown, take = std::move(take)](const CLI::results_t& values) {
@@ -165,24 +166,6 @@ OptionHandle addTexts(CLI::App& app, const std::string& names, std::vector<std::
     return detail::addValue(
         app, names, placeholder, help, [&field](const std::string&, const std::string& text) { field.push_back(text); },
         true);
-}
-
-OptionHandle addNumber(CLI::App& app, const std::string& names, double& field, Range range, const char* unit,
-                       const std::string& placeholder, const std::string& help)
-{
-    return detail::addValue(app, names, placeholder, help,
-                            [&field, range, unit](const std::string& name, const std::string& text) {
-                                field = detail::number(name, text, range, unit);
-                            });
-}
-
-OptionHandle addFloat(CLI::App& app, const std::string& names, float& field, Range range, const char* unit,
-                      const std::string& placeholder, const std::string& help)
-{
-    return detail::addValue(app, names, placeholder, help,
-                            [&field, range, unit](const std::string& name, const std::string& text) {
-                                field = float(detail::number(name, text, range, unit));
-                            });
 }
 
 OptionHandle addByteSize(CLI::App& app, const std::string& names, uint64_t& field, uint64_t least,

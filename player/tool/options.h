@@ -28,13 +28,24 @@ public:
     explicit OptionHandle(CLI::Option* option) : m_option(option) {}
 
     OptionHandle required() const;
-    OptionHandle group(const std::string& name) const; // heading in the help
     OptionHandle excludes(OptionHandle other) const;
     OptionHandle needs(OptionHandle other) const;
     [[nodiscard]] CLI::Option* get() const { return m_option; }
 
 private:
     CLI::Option* m_option;
+};
+
+// While it lives, options that are declared stand under `name` in the help.
+class Heading {
+public:
+    Heading(CLI::App& app, const std::string& name);
+    ~Heading();
+    Heading(const Heading&) = delete;
+    Heading& operator=(const Heading&) = delete;
+
+private:
+    CLI::App& m_app;
 };
 
 // A command below `parent`, and what is said of it.
@@ -57,11 +68,6 @@ OptionHandle addText(CLI::App& app, const std::string& names, std::string& field
                      const std::string& help);
 // May be given several times, or take several words.
 OptionHandle addTexts(CLI::App& app, const std::string& names, std::vector<std::string>& field,
-                      const std::string& placeholder, const std::string& help);
-// A decimal number, finite. `unit` is for the message, such as " degrees".
-OptionHandle addNumber(CLI::App& app, const std::string& names, double& field, Range range, const char* unit,
-                       const std::string& placeholder, const std::string& help);
-OptionHandle addFloat(CLI::App& app, const std::string& names, float& field, Range range, const char* unit,
                       const std::string& placeholder, const std::string& help);
 // "8G", bytes, from `least`.
 OptionHandle addByteSize(CLI::App& app, const std::string& names, uint64_t& field, uint64_t least,
@@ -96,6 +102,18 @@ OptionHandle addInteger(CLI::App& app, const std::string& names, Integer& field,
     return detail::addValue(app, names, placeholder, help,
                             [&field, least, most](const std::string& name, const std::string& text) {
                                 field = Integer(detail::wholeNumber(name, text, least, most));
+                            });
+}
+
+// A decimal number, finite. `unit` is for the message, such as " degrees".
+template <typename Float>
+OptionHandle addNumber(CLI::App& app, const std::string& names, Float& field, Range range, const char* unit,
+                       const std::string& placeholder, const std::string& help)
+{
+    static_assert(std::is_floating_point_v<Float>);
+    return detail::addValue(app, names, placeholder, help,
+                            [&field, range, unit](const std::string& name, const std::string& text) {
+                                field = Float(detail::number(name, text, range, unit));
                             });
 }
 

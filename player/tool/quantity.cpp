@@ -2,6 +2,7 @@
 #include "player/tool/quantity.h"
 
 #include <cctype>
+#include <charconv>
 #include <cmath>
 
 namespace gsc {
@@ -39,20 +40,11 @@ std::optional<Parsed> parseDecimal(std::string_view text)
     return any ? std::optional(parsed) : std::nullopt;
 }
 
+// -1 for what is no unit.
 int unitPower(char unit)
 {
-    switch (std::tolower(static_cast<unsigned char>(unit))) {
-    case 'k':
-        return 1;
-    case 'm':
-        return 2;
-    case 'g':
-        return 3;
-    case 't':
-        return 4;
-    default:
-        return -1;
-    }
+    const size_t at = std::string_view("kmgt").find(char(std::tolower(static_cast<unsigned char>(unit))));
+    return at == std::string_view::npos ? -1 : int(at) + 1;
 }
 
 // digits / 10^fraction * base^power, rounded down; `whole` says whether nothing was cut off.
@@ -107,22 +99,17 @@ std::optional<uint64_t> parseCount(std::string_view text)
 
 std::optional<ImageSize> parseImageSize(std::string_view text)
 {
-    const auto side = [](std::string_view digits) -> uint32_t {
-        if (digits.empty() || digits.size() > 5)
-            return 0;
-        uint32_t value = 0;
-        for (const char c : digits) {
-            if (c < '0' || c > '9')
-                return 0;
-            value = 10 * value + uint32_t(c - '0');
-        }
-        return value <= 32768 ? value : 0;
+    const auto takeSide = [](std::string_view digits, uint32_t& side) {
+        const char* const end = digits.data() + digits.size();
+        const auto [stop, error] = std::from_chars(digits.data(), end, side);
+        return error == std::errc() && stop == end && side >= 1 && side <= 32768;
     };
     const size_t x = text.find_first_of("xX");
-    if (x == std::string_view::npos)
-        return {};
-    const ImageSize size{side(text.substr(0, x)), side(text.substr(x + 1))};
-    return size.width && size.height ? std::optional(size) : std::nullopt;
+    ImageSize size;
+    if (x == std::string_view::npos || !takeSide(text.substr(0, x), size.width) ||
+        !takeSide(text.substr(x + 1), size.height))
+        return std::nullopt;
+    return size;
 }
 
 } // namespace gsc

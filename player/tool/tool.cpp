@@ -8,7 +8,6 @@
 #include "player/tool/completion.h"
 #include "player/tool/man_page.h"
 #include "player/tool/options.h"
-#include "player/tool/suggestion.h"
 
 #include <CLI/CLI.hpp>
 
@@ -90,41 +89,12 @@ void parse(CLI::App& root, Invocation& invocation, std::vector<std::string> word
     }
     if (invocation.run)
         return;
-    std::vector<std::string> names;
     const CLI::App* command = &root;
     while (!command->get_subcommands().empty())
         command = command->get_subcommands().front();
-    for (const CLI::App* sub : command->get_subcommands([](const CLI::App*) { return true; }))
-        names.push_back(sub->get_name());
-    throw Error(ErrorCode::Usage,
-                formatString("%s: no command given, expected %s; see %s --help", commandPath(*command).c_str(),
-                             listWords(names).c_str(), commandPath(*command).c_str()));
-}
-
-// The command that the words name below `root`. Throws Error(Usage).
-CLI::App& commandNamed(CLI::App& root, const std::vector<std::string>& words)
-{
-    CLI::App* command = &root;
-    for (const std::string& word : words) {
-        CLI::App* next = nullptr;
-        std::vector<std::string> names;
-        for (CLI::App* sub : command->get_subcommands([](const CLI::App*) { return true; })) {
-            names.push_back(sub->get_name());
-            if (sub->get_name() == word)
-                next = sub;
-        }
-        if (next == nullptr) {
-            const std::string near = nearestWord(word, names);
-            throw Error(ErrorCode::Usage,
-                        formatString("%.80s: no command of %s, expected %s; %s", word.c_str(),
-                                     commandPath(*command).c_str(),
-                                     names.empty() ? "none behind it" : listWords(names).c_str(),
-                                     near.empty() ? ("see " + commandPath(*command) + " --help").c_str()
-                                                  : ("did you mean " + near + "?").c_str()));
-        }
-        command = next;
-    }
-    return *command;
+    const std::string path = commandPath(*command);
+    throw Error(ErrorCode::Usage, formatString("%s: no command given, expected %s; see %s --help", path.c_str(),
+                                               listCommands(*command).c_str(), path.c_str()));
 }
 
 std::string helpText(const CLI::App& command)
@@ -140,8 +110,14 @@ void addPageCommand(CLI::App& root, Invocation& invocation, const char* name, co
     CLI::App* command = root.add_subcommand(name, help);
     addTexts(*command, "COMMAND", *words, "COMMAND", "the command, such as the words behind the program's name");
     command->callback([&root, &invocation, words, text] {
-        const CLI::App& wanted = commandNamed(root, *words);
-        invocation.run = [page = text(wanted)](Reporter& report) {
+        const CLI::App* wanted = &root;
+        for (const std::string& word : *words) {
+            const CLI::App* const below = commandNamed(*wanted, word);
+            if (below == nullptr)
+                failCommand(word, *wanted);
+            wanted = below;
+        }
+        invocation.run = [page = text(*wanted)](Reporter& report) {
             report.text(page);
             return ErrorCode::Ok;
         };
@@ -180,11 +156,10 @@ ErrorCode runInvocation(const Invocation& invocation)
 
 void addReporterOptions(CLI::App& command, ReporterOptions& options, bool takes_long)
 {
-    const char* group = "Output";
+    const Heading heading(command, "Output");
     addChoice<ReportFormat>(command, "--format", options.format,
                             {{"text", ReportFormat::Text}, {"json", ReportFormat::Json}}, "default: text",
-                            "form of the result on standard output")
-        .group(group);
+                            "form of the result on standard output");
     if (takes_long)
         addChoice<ProgressMode>(command, "--progress", options.progress,
                                 {{"auto", ProgressMode::Auto},
@@ -193,12 +168,10 @@ void addReporterOptions(CLI::App& command, ReporterOptions& options, bool takes_
                                  {"json", ProgressMode::Json},
                                  {"none", ProgressMode::None}},
                                 "default: auto",
-                                "form of what is told on standard error; auto is a bar on a terminal, else lines")
-            .group(group);
-    addFlag(command, "-q,--quiet", options.quiet, "only errors on standard error").group(group);
-    command.add_flag("-v,--verbose", options.verbose, "say more on standard error")->group(group);
-    addFlag(command, "--no-color", options.no_color, "no colour; NO_COLOR in the environment does the same")
-        .group(group);
+                                "form of what is told on standard error; auto is a bar on a terminal, else lines");
+    addFlag(command, "-q,--quiet", options.quiet, "only errors on standard error");
+    command.add_flag("-v,--verbose", options.verbose, "say more on standard error");
+    addFlag(command, "--no-color", options.no_color, "no colour; NO_COLOR in the environment does the same");
 }
 
 void addToolCommands(CLI::App& root, Invocation& invocation)

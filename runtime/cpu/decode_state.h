@@ -6,6 +6,8 @@
 #include "kernels/reuse/packed_strip.h"
 #include "kernels/project/project.h"
 
+#include <vector>
+
 namespace gsc {
 
 // One eye's splats, block by block: block b owns slots [b * capacity, (b + 1) * capacity).
@@ -52,5 +54,32 @@ struct WorkerState {
         decode_ms = project_ms = 0;
     }
 };
+
+// Projects what eye `e` has of a block into the block's slots, from `first` on, and counts it. Returns the number of splats.
+inline uint32_t projectInto(SplatStore& store, size_t block, size_t first, const ProjectArgs& args,
+                            const GaussianBlock& gaussians, uint32_t e, WorkerState& state)
+{
+    const ProjectCounts counts = projectBlockCpu(args, gaussians, store.splats.data() + first,
+                                                 store.depth_bits.data() + first, store.origins.data() + first);
+    store.counts[block] = counts.splats;
+    state.alive[e] += gaussians.count;
+    state.visible[e] += counts.splats;
+    state.dropped[e] += counts.dropped;
+    state.any_positive[e] |= gaussians.any_positive;
+    return counts.splats;
+}
+
+// Decode and project take turns in the workers: they share `ms` of wall clock as they share the workers' time.
+inline void addShares(const std::vector<WorkerState>& states, double ms, StageTimes& times)
+{
+    double decode = 0, project = 0;
+    for (const WorkerState& state : states) {
+        decode += state.decode_ms;
+        project += state.project_ms;
+    }
+    const double share = decode + project > 0 ? decode / (decode + project) : 1;
+    times.decode += ms * share;
+    times.project += ms * (1 - share);
+}
 
 } // namespace gsc

@@ -10,11 +10,6 @@ namespace gsc {
 
 namespace {
 
-size_t pitchOf(const FrameTarget& target, uint32_t width)
-{
-    return target.pitch != 0 ? target.pitch : width * pixelBytes(target.format);
-}
-
 // Can the picture be drawn where it is to go?
 bool isPlain(const FrameTarget& target, const EyeParams& eye)
 {
@@ -128,11 +123,13 @@ void FrameThread::run()
 void FrameThread::draw(Frame& frame)
 {
     float* images[kMaxEyes] = {};
+    DepthRows<float> depths[kMaxEyes];
     try {
         for (uint32_t e = 0; e < frame.eye_count; ++e) {
             const FrameTarget& target = frame.targets[e];
             if (target.kind == FrameTarget::Kind::None)
                 continue;
+            depths[e] = {target.depth, depthPitchOf(target, frame.eyes[e].width) / sizeof(float)};
             if (isPlain(target, frame.eyes[e])) {
                 images[e] = static_cast<float*>(target.pixels);
             } else {
@@ -140,7 +137,7 @@ void FrameThread::draw(Frame& frame)
                 images[e] = m_pictures[e].data();
             }
         }
-        m_draw(frame.eyes, frame.eye_count, frame.options, images, frame.result);
+        m_draw(frame.eyes, frame.eye_count, frame.options, images, frame.result, depths);
         for (uint32_t e = 0; e < frame.eye_count; ++e)
             if (images[e] != nullptr && !isPlain(frame.targets[e], frame.eyes[e]))
                 store(frame.targets[e], frame.eyes[e], images[e]);

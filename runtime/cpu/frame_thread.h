@@ -16,9 +16,9 @@ namespace gsc {
 
 class FrameThread {
 public:
-    // Draws on the thread. `images` has an entry per eye, null where nobody wants the picture.
+    // Draws on the thread. `images` and `depths` have an entry per eye; images are null where nobody wants the picture.
     using Draw = std::function<void(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options,
-                                    float* const* images, FrameResult& result)>;
+                                    float* const* images, FrameResult& result, const DepthRows<float>* depths)>;
 
     explicit FrameThread(Draw draw);
     ~FrameThread(); // frames that have not begun are not drawn

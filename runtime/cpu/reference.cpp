@@ -13,16 +13,8 @@ namespace gsc {
 namespace {
 
 template <typename Real>
-void fill(Real* image, size_t pixels, const float* color)
-{
-    for (size_t i = 0; i < pixels; ++i)
-        for (int c = 0; c < 3; ++c)
-            image[3 * i + c] = Real(color[c]);
-}
-
-template <typename Real>
 void renderEye(const ModelView& model, const EyeOf<Real>& eye, const Real* decode_center, const FrameOptions& options,
-               Real* image, EyeCounts& counts, StageTimes& times)
+               Real* image, const DepthRows<Real>& depth, EyeCounts& counts, StageTimes& times)
 {
     const RasterConstants rules = rasterConstants(*model.params, options.near_z);
     Stopwatch watch;
@@ -52,15 +44,15 @@ void renderEye(const ModelView& model, const EyeOf<Real>& eye, const Real* decod
     const float black[3] = {0, 0, 0};
     if (any_positive)
         counts.blend_evaluations =
-            blendReference(splats, lists, eye.width, eye.height, rules, options.background, image);
+            blendReference(splats, lists, eye.width, eye.height, rules, options.background, image, depth);
     else
-        fill(image, size_t(eye.width) * eye.height, options.empty_is_black ? black : options.background);
+        blendNothing(eye.width, eye.height, options.empty_is_black ? black : options.background, image, depth);
     times.blend += watch.lap();
 }
 
 template <typename Real>
 void renderReference(const ModelView& model, const EyeOf<Real>* eyes, uint32_t eye_count, const FrameOptions& options,
-                     Real* const* images, FrameResult& result)
+                     Real* const* images, FrameResult& result, const DepthRows<Real>* depths)
 {
     checkModel(model);
     checkOptions(model, options, eye_count);
@@ -79,7 +71,8 @@ void renderReference(const ModelView& model, const EyeOf<Real>* eyes, uint32_t e
             unwanted.resize(size_t(eyes[e].width) * eyes[e].height * 3);
             image = unwanted.data();
         }
-        renderEye<Real>(model, eyes[e], merged ? middle : eyes[e].center, options, image, result.eyes[e], result.times);
+        renderEye<Real>(model, eyes[e], merged ? middle : eyes[e].center, options, image,
+                        depths != nullptr ? depths[e] : DepthRows<Real>{}, result.eyes[e], result.times);
     }
     result.times.total = watch.lap();
     result.bytes_resident = modelBytes(model);
@@ -88,15 +81,15 @@ void renderReference(const ModelView& model, const EyeOf<Real>* eyes, uint32_t e
 } // namespace
 
 void renderReference64(const ModelView& model, const EyeParams64* eyes, uint32_t eye_count, const FrameOptions& options,
-                       double* const* images, FrameResult& result)
+                       double* const* images, FrameResult& result, const DepthRows<double>* depths)
 {
-    renderReference<double>(model, eyes, eye_count, options, images, result);
+    renderReference<double>(model, eyes, eye_count, options, images, result, depths);
 }
 
 void renderReference32(const ModelView& model, const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options,
-                       float* const* images, FrameResult& result)
+                       float* const* images, FrameResult& result, const DepthRows<float>* depths)
 {
-    renderReference<float>(model, eyes, eye_count, options, images, result);
+    renderReference<float>(model, eyes, eye_count, options, images, result, depths);
 }
 
 } // namespace gsc

@@ -67,7 +67,7 @@ public:
 
 private:
     void draw(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, float* const* images,
-              FrameResult& result)
+              FrameResult& result, const DepthRows<float>* depths)
     {
         Stopwatch total;
         const RasterConstants rules = rasterConstants(*m_model.params, options.near_z);
@@ -85,7 +85,7 @@ private:
         }
         addCounts(eye_count, result);
         for (uint32_t e = 0; e < eye_count; ++e)
-            rasterize(e, eyes[e], options, rules, visible, imageOf(e, eyes[e], images), result);
+            rasterize(e, eyes[e], options, rules, visible, imageOf(e, eyes[e], images), depths[e], result);
         result.times.total = total.lap();
         result.bytes_resident = m_model_bytes + frameBytes();
     }
@@ -145,8 +145,7 @@ private:
                                      anchors, m_model.params->n_offsets));
     }
 
-    // Both stages block by block, so that Gaussians never leave the cache. Their share of the wall clock is that of
-    // the time the workers spent in each.
+    // Both stages block by block, so that Gaussians never leave the cache.
     void decodeAndProject(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options,
                           const RasterConstants& rules, size_t visible, FrameResult& result)
     {
@@ -173,16 +172,7 @@ private:
             for (size_t block = begin; block < end; ++block)
                 runBlock(args, eyes, eye_count, rules, block, m_states[size_t(worker)]);
         });
-
-        double decode = 0, project = 0;
-        for (const WorkerState& state : m_states) {
-            decode += state.decode_ms;
-            project += state.project_ms;
-        }
-        const double wall = watch.lap();
-        const double share = decode + project > 0 ? decode / (decode + project) : 1;
-        result.times.decode = wall * share;
-        result.times.project = wall * (1 - share);
+        addShares(m_states, watch.lap(), result.times);
     }
 
     // More eyes than `args` decodes for: both draw what it decodes.
@@ -199,25 +189,17 @@ private:
             decodeBlockCpu(args, first, count, state.scratch);
         state.decode_ms += watch.lap();
         for (uint32_t e = 0; e < eye_count; ++e) {
-            SplatStore& store = m_stores[e];
             const GaussianBlock& gaussians =
                 merged ? gaussiansOfEye(state.scratch.blocks[0], args.visible + first, count, e,
                                         m_model.params->n_offsets, state.gathered.blocks[e])
                        : state.scratch.blocks[e];
-            const size_t slot = block * blockCapacity();
-            const ProjectCounts counts = projectBlockCpu({eyes + e, rules}, gaussians, store.splats.data() + slot,
-                                                         store.depth_bits.data() + slot, store.origins.data() + slot);
-            store.counts[block] = counts.splats;
-            state.alive[e] += gaussians.count;
-            state.visible[e] += counts.splats;
-            state.dropped[e] += counts.dropped;
-            state.any_positive[e] |= gaussians.any_positive;
+            projectInto(m_stores[e], block, block * blockCapacity(), {eyes + e, rules}, gaussians, e, state);
         }
         state.project_ms += watch.lap();
     }
 
     void rasterize(uint32_t e, const EyeParams& eye, const FrameOptions& options, const RasterConstants& rules,
-                   size_t visible, float* image, FrameResult& result)
+                   size_t visible, float* image, const DepthRows<float>& depth, FrameResult& result)
     {
         bool any_positive = false;
         for (const WorkerState& state : m_states)
@@ -225,9 +207,7 @@ private:
         if (!any_positive) {
             const float black[3] = {0, 0, 0};
             const float* color = options.empty_is_black ? black : options.background; // trap 25
-            for (size_t i = 0; i < size_t(eye.width) * eye.height; ++i)
-                std::copy_n(color, 3, image + 3 * i);
-            return;
+            return blendNothing(eye.width, eye.height, color, image, depth);
         }
         Stopwatch watch;
         const SplatStore& store = m_stores[e];
@@ -256,7 +236,9 @@ private:
                        eye.height,
                        rules,
                        {},
-                       image};
+                       image,
+                       depth,
+                       m_sort.keys[0].data()};
         std::copy_n(options.background, 3, args.background);
         result.eyes[e].blend_evaluations = blendCpu(args, m_workers);
         result.times.blend += watch.lap();

@@ -15,13 +15,13 @@ enum class CpuPath {
 std::unique_ptr<Renderer> makeCpuRenderer(CpuPath path, int threads);
 
 // Whole frame, scalar, flat, one thread, every operation in double. `images`: per eye height x width x 3 values,
-// interleaved RGB, row 0 on top, unclamped; the array or an entry may be null. Slow on purpose.
+// interleaved RGB, row 0 on top, unclamped; the array or an entry may be null. `depths`: per eye, or null. Slow on purpose.
 void renderReference64(const ModelView& model, const EyeParams64* eyes, uint32_t eye_count, const FrameOptions& options,
-                       double* const* images, FrameResult& result);
+                       double* const* images, FrameResult& result, const DepthRows<double>* depths = nullptr);
 
 // The same in float: what CpuPath::Reference runs.
 void renderReference32(const ModelView& model, const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options,
-                       float* const* images, FrameResult& result);
+                       float* const* images, FrameResult& result, const DepthRows<float>* depths = nullptr);
 
 // This machine, used by `threads` threads.
 DeviceFacts cpuFacts(uint32_t threads);

@@ -53,7 +53,7 @@ cudaError_t start(int ordinal)
 
 } // namespace
 
-int cudaDevices()
+int cudaDeviceCount()
 {
     int count = 0;
     const cudaError_t code = cudaGetDeviceCount(&count);
@@ -61,7 +61,7 @@ int cudaDevices()
     return code == cudaSuccess ? count : 0;
 }
 
-DeviceInfo cudaDevice(int ordinal)
+DeviceInfo lookAtCudaDevice(int ordinal)
 {
     const auto failure = [&](ErrorCode code, std::string text) {
         (void)cudaGetLastError();
@@ -109,7 +109,7 @@ DeviceInfo cudaDevice(int ordinal)
 
 CudaDevice::CudaDevice(int ordinal) : m_ordinal(ordinal)
 {
-    const DeviceInfo found = cudaDevice(ordinal);
+    const DeviceInfo found = lookAtCudaDevice(ordinal);
     if (!found.usable)
         throw Error(found.why, "cuda: " + found.text);
     cudaDeviceProp properties{};

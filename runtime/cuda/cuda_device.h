@@ -41,14 +41,15 @@ struct CudaEvent {
     }
 };
 
-// The counters of a frame in page-locked host memory, so that their copy is asynchronous.
-struct PinnedCounters {
-    FrameCounters* data = nullptr;
+// What a frame reports, in page-locked host memory, so that its copy is asynchronous.
+template <typename T>
+struct Pinned {
+    T* data = nullptr;
 
-    PinnedCounters() { GSC_CUDA_CHECK(cudaMallocHost(reinterpret_cast<void**>(&data), sizeof(FrameCounters))); }
-    ~PinnedCounters() { cudaFreeHost(data); }
-    PinnedCounters(const PinnedCounters&) = delete;
-    PinnedCounters& operator=(const PinnedCounters&) = delete;
+    Pinned() { GSC_CUDA_CHECK(cudaMallocHost(reinterpret_cast<void**>(&data), sizeof(T))); }
+    ~Pinned() { cudaFreeHost(data); }
+    Pinned(const Pinned&) = delete;
+    Pinned& operator=(const Pinned&) = delete;
 };
 
 // What the launches are sized by.
@@ -61,7 +62,7 @@ struct CudaLimits {
 // whole process when the last that holds it lets go, and begins anew.
 class CudaDevice {
 public:
-    explicit CudaDevice(int ordinal); // Throws Error as cudaDevice() says
+    explicit CudaDevice(int ordinal); // Throws Error as lookAtCudaDevice() says
     ~CudaDevice();
     CudaDevice(const CudaDevice&) = delete;
     CudaDevice& operator=(const CudaDevice&) = delete;

@@ -2,6 +2,7 @@
 #include "runtime/cuda/device_scene.h"
 
 #include "kernels/decode/decode_fragments.h"
+#include "kernels/math/anchor.h"
 #include "kernels/math/lod.h"
 #include "kernels/math/mlp.h"
 #include "kernels/upload/upload_cuda.h"
@@ -12,20 +13,6 @@
 namespace gsc {
 
 namespace {
-
-// Host pointers of a chunk's arrays, in the order of ChunkArray; null where absent or of no use to a frame.
-struct ArrayPointers {
-    const void* of[uint32_t(ChunkArray::Count)];
-};
-
-ArrayPointers arrayPointers(const ChunkArrays& arrays)
-{
-    const void* position = arrays.grid_position;
-    if (position == nullptr)
-        position = arrays.float_position;
-    return {{position, arrays.source_index, arrays.extra_level, arrays.scale, arrays.offset, arrays.feature,
-             arrays.rotation, nullptr, nullptr}};
-}
 
 // Bytes of MLPW from its start to the end of the last array.
 uint64_t weightBytes(const ModelView& model)
@@ -74,10 +61,10 @@ struct DeviceScene::FlatArrays {
     LevelRecord* levels;
     GroupRecord* groups;
     GroupRun* runs;
-    float *lod_shift, *placement, *size, *shape, *rotation, *biases, *bank;
-    uint32_t *level_first, *source;
-    uint16_t *feature, *fragments;
-    uint64_t* offset;
+    AnchorArrays anchors;
+    float *lod_shift, *biases, *bank;
+    uint32_t* level_first;
+    uint16_t* fragments;
     ExactWeights* weights;
 };
 
@@ -90,15 +77,15 @@ DeviceScene::FlatArrays DeviceScene::layOutFlat(ArenaLayout& layout, uint64_t an
     a.runs = layout.take<GroupRun>(runs);
     a.lod_shift = layout.take<float>(params.level_count);
     a.level_first = layout.take<uint32_t>(params.level_count);
-    a.placement = layout.take<float>(anchors * 4);
-    a.size = layout.take<float>(anchors * 3);
-    a.shape = layout.take<float>(anchors * 6);
-    a.source = layout.take<uint32_t>(anchors);
+    a.anchors.placement = layout.take<float>(anchors * 4);
+    a.anchors.size = layout.take<float>(anchors * 3);
+    a.anchors.shape = layout.take<float>(anchors * 6);
+    a.anchors.source = layout.take<uint32_t>(anchors);
     if (params.flags & kModelHasRotation)
-        a.rotation = layout.take<float>(anchors * 4);
+        a.anchors.rotation = layout.take<float>(anchors * 4);
     if (m_fast_possible) {
-        a.feature = layout.take<uint16_t>(anchors * params.feat_dim);
-        a.offset = layout.take<uint64_t>(anchors * params.n_offsets);
+        a.anchors.feature = layout.take<uint16_t>(anchors * params.feat_dim);
+        a.anchors.offset = layout.take<uint64_t>(anchors * params.n_offsets);
         a.fragments = layout.take<uint16_t>(size_t(kFragmentTiles) * kTileHalves);
         a.biases = layout.take<float>(kBiasCount);
         if (params.flags & kModelFeatureBank)
@@ -148,29 +135,48 @@ void DeviceScene::load(const ModelView& model, const CudaStream& stream)
     copyIn(arrays.runs, runs.data(), runs.size(), stream);
     copyIn(arrays.lod_shift, shift.data(), shift.size(), stream);
     copyIn(arrays.level_first, level_first.data(), level_first.size(), stream);
-    m_model = {params,           arrays.levels,         arrays.groups,    arrays.runs,
-               arrays.lod_shift, arrays.level_first,    arrays.placement, arrays.size,
-               arrays.shape,     arrays.rotation,       arrays.feature,   arrays.offset,
-               arrays.source,    uint32_t(runs.size()), uint32_t(anchors)};
+    const AnchorArrays& of_anchors = arrays.anchors;
+    m_model = {params,
+               arrays.levels,
+               arrays.groups,
+               arrays.runs,
+               arrays.lod_shift,
+               arrays.level_first,
+               of_anchors.placement,
+               of_anchors.size,
+               of_anchors.shape,
+               of_anchors.rotation,
+               of_anchors.feature,
+               of_anchors.offset,
+               of_anchors.source,
+               uint32_t(runs.size()),
+               uint32_t(anchors)};
     m_fragments = arrays.fragments;
     m_biases = arrays.biases;
     m_bank = arrays.bank;
     m_weights = arrays.weights;
-    uploadChunks(arrays, stream);
+    uploadChunks(of_anchors, stream);
 }
 
 void DeviceScene::copyArrays(uint64_t chunk, const ChunkArrayLayout& layout, unsigned char* to,
                              const CudaStream& stream) const
 {
-    const ArrayPointers from = arrayPointers(m_host.arrays[chunk]);
+    const ChunkArrays& arrays = m_host.arrays[chunk];
+    const void* position = arrays.grid_position;
+    if (position == nullptr)
+        position = arrays.float_position;
+    // in the order of ChunkArray; null where absent or of no use to a frame
+    const void* const from[uint32_t(ChunkArray::Count)] = {position,       arrays.source_index, arrays.extra_level,
+                                                           arrays.scale,   arrays.offset,       arrays.feature,
+                                                           arrays.rotation};
     for (uint32_t a = 0; a < uint32_t(ChunkArray::Count); ++a)
-        if (layout.stride[a] != 0 && from.of[a] != nullptr)
-            GSC_CUDA_CHECK(cudaMemcpyAsync(to + layout.offset[a], from.of[a],
+        if (layout.stride[a] != 0 && from[a] != nullptr)
+            GSC_CUDA_CHECK(cudaMemcpyAsync(to + layout.offset[a], from[a],
                                            layout.stride[a] * m_host.chunks[chunk].anchor_count, cudaMemcpyHostToDevice,
                                            stream.handle));
 }
 
-void DeviceScene::uploadChunks(const FlatArrays& arrays, const CudaStream& stream)
+void DeviceScene::uploadChunks(const AnchorArrays& to, const CudaStream& stream)
 {
     const ModelParams& params = m_model.params;
     size_t largest = 0;
@@ -178,23 +184,12 @@ void DeviceScene::uploadChunks(const FlatArrays& arrays, const CudaStream& strea
         largest = std::max<size_t>(largest, chunkArrayLayout(params, m_host.chunks[c].anchor_count).bytes);
     m_staging.reserve(std::max<size_t>(largest, 1), "a chunk on its way");
     for (uint64_t c = 0; c < params.chunk_count; ++c) {
-        UploadArgs args{};
-        args.chunk = m_host.chunks[c];
-        args.level = m_host.levels[args.chunk.level_index];
-        args.layout = chunkArrayLayout(params, args.chunk.anchor_count);
-        copyArrays(c, args.layout, m_staging.get(), stream);
-        args.payload = m_staging.get();
-        args.feat_dim = params.feat_dim;
-        args.n_offsets = params.n_offsets;
-        args.grid_positions = params.position_encoding == uint32_t(PositionEncoding::Grid);
-        args.placement = arrays.placement;
-        args.size = arrays.size;
-        args.shape = arrays.shape;
-        args.rotation = arrays.rotation;
-        args.feature = arrays.feature;
-        args.offset = arrays.offset;
-        args.source = arrays.source;
-        uploadCuda(args, stream.handle);
+        const ChunkRecord& chunk = m_host.chunks[c];
+        const ChunkArrayLayout layout = chunkArrayLayout(params, chunk.anchor_count);
+        copyArrays(c, layout, m_staging.get(), stream);
+        uploadCuda({chunk, m_host.levels[chunk.level_index], layout, m_staging.get(), params.feat_dim, params.n_offsets,
+                    params.position_encoding == uint32_t(PositionEncoding::Grid), to},
+                   stream.handle);
     }
     GSC_CUDA_CHECK(cudaStreamSynchronize(stream.handle));
     m_staging.release();
@@ -232,24 +227,11 @@ void DeviceScene::loadExact(const CudaStream& stream)
     std::vector<ChunkArrays> arrays(params.chunk_count);
     unsigned char* to = device.payloads;
     for (uint64_t c = 0; c < params.chunk_count; ++c) {
-        const ChunkArrayLayout chunk = chunkArrayLayout(params, m_host.chunks[c].anchor_count);
-        copyArrays(c, chunk, to, stream);
-        const auto point = [&](ChunkArray array, const auto*& pointer) {
-            const auto a = uint32_t(array);
-            if (chunk.stride[a] != 0)
-                pointer = reinterpret_cast<std::remove_reference_t<decltype(pointer)>>(to + chunk.offset[a]);
-        };
-        if (params.position_encoding == uint32_t(PositionEncoding::Grid))
-            point(ChunkArray::Position, arrays[c].grid_position);
-        else
-            point(ChunkArray::Position, arrays[c].float_position);
-        point(ChunkArray::SourceIndex, arrays[c].source_index);
-        point(ChunkArray::ExtraLevel, arrays[c].extra_level);
-        point(ChunkArray::Scale, arrays[c].scale);
-        point(ChunkArray::Offset, arrays[c].offset);
-        point(ChunkArray::Feature, arrays[c].feature);
-        point(ChunkArray::Rotation, arrays[c].rotation);
-        to += alignUp(chunk.bytes, kPayloadAlign);
+        const uint32_t count = m_host.chunks[c].anchor_count;
+        const ChunkArrayLayout layout = chunkArrayLayout(params, count);
+        copyArrays(c, layout, to, stream);
+        arrays[c] = chunkArrays(params, count, reinterpret_cast<const std::byte*>(to));
+        to += alignUp(layout.bytes, kPayloadAlign);
     }
     copyIn(device.arrays, arrays.data(), arrays.size(), stream);
     copyIn(device.params, &params, 1, stream);

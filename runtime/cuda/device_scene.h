@@ -10,6 +10,8 @@
 
 namespace gsc {
 
+struct AnchorArrays;
+
 class DeviceScene {
 public:
     explicit DeviceScene(MemoryBudget& budget) : m_flat(budget), m_staging(budget), m_exact(budget) {}
@@ -36,7 +38,7 @@ public:
 private:
     struct FlatArrays;
     FlatArrays layOutFlat(ArenaLayout& layout, uint64_t anchors, size_t runs) const;
-    void uploadChunks(const FlatArrays& arrays, const CudaStream& stream);
+    void uploadChunks(const AnchorArrays& to, const CudaStream& stream);
     void copyArrays(uint64_t chunk, const ChunkArrayLayout& layout, unsigned char* to, const CudaStream& stream) const;
 
     ModelView m_host{};

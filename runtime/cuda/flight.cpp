@@ -23,16 +23,16 @@ uint64_t Flight::setTargets(const FrameRequest& request)
     std::ranges::fill(m_wanted, FrameTarget{});
     std::ranges::copy(request.targets, m_wanted);
     for (uint32_t e = 0; e < m_eye_count; ++e) {
+        const uint32_t width = request.eyes[e].width;
         m_height[e] = request.eyes[e].height;
+        m_wanted[e].pitch = pitchOf(m_wanted[e], width);
+        m_wanted[e].depth_pitch = depthPitchOf(m_wanted[e], width);
         m_written[e] = m_wanted[e];
-        const size_t row = request.eyes[e].width * pixelBytes(m_wanted[e].format);
         if (isHost(m_wanted[e])) {
             m_written[e].kind = FrameTarget::Kind::Device;
-            m_written[e].pitch = row;
+            m_written[e].pitch = width * pixelBytes(m_wanted[e].format);
+            m_written[e].depth_pitch = width * sizeof(float);
         }
-        for (FrameTarget* target : {m_written + e, m_wanted + e})
-            if (target->pitch == 0)
-                target->pitch = row;
     }
     ArenaLayout counted(nullptr);
     layOut(counted);
@@ -46,9 +46,13 @@ void Flight::placePictures()
 
 void Flight::layOut(ArenaLayout& layout)
 {
-    for (uint32_t e = 0; e < m_eye_count; ++e)
+    for (uint32_t e = 0; e < m_eye_count; ++e) {
+        FrameTarget& to = m_written[e];
         if (isHost(m_wanted[e]))
-            m_written[e].pixels = layout.take<unsigned char>(m_height[e] * m_written[e].pitch);
+            to.pixels = layout.take<unsigned char>(m_height[e] * to.pitch);
+        if (isHost(m_wanted[e]) && m_wanted[e].depth != nullptr)
+            to.depth = layout.take<float>(m_height[e] * to.depth_pitch / sizeof(float));
+    }
 }
 
 bool Flight::presents() const
@@ -56,11 +60,12 @@ bool Flight::presents() const
     return std::ranges::any_of(m_wanted, [](const FrameTarget& t) { return t.kind != FrameTarget::Kind::None; });
 }
 
-void Flight::present(float* const* images, const CudaStream& stream) const
+void Flight::present(const FrameBuffers& buffers, const CudaStream& stream) const
 {
     for (uint32_t e = 0; e < m_eye_count; ++e)
         if (m_written[e].kind != FrameTarget::Kind::None)
-            presentCuda({images[e], m_written[e], shape.width[e], shape.height[e]}, stream.handle);
+            presentCuda({buffers.image[e], buffers.depth[e], m_written[e], shape.width[e], shape.height[e]},
+                        stream.handle);
     timers.ready.record(stream);
 }
 
@@ -112,6 +117,9 @@ try {
             continue;
         GSC_CUDA_CHECK(cudaMemcpy2DAsync(to.pixels, to.pitch, from.pixels, from.pitch, from.pitch, m_height[e],
                                          cudaMemcpyDeviceToHost, stream.handle));
+        if (to.depth != nullptr)
+            GSC_CUDA_CHECK(cudaMemcpy2DAsync(to.depth, to.depth_pitch, from.depth, from.depth_pitch, from.depth_pitch,
+                                             m_height[e], cudaMemcpyDeviceToHost, stream.handle));
         any = true;
     }
     if (any)

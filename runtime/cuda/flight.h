@@ -20,7 +20,7 @@ struct Flight {
     void placePictures();                                                      // Throws Error (OutOfMemory, Device)
     [[nodiscard]] bool presents() const;
     // Asynchronous, behind the frame's graph.
-    void present(float* const* images, const CudaStream& stream) const;
+    void present(const FrameBuffers& buffers, const CudaStream& stream) const;
 
     // Has the frame been drawn? Waits at most `most` for it.
     [[nodiscard]] bool passed(std::chrono::nanoseconds most) const;
@@ -34,7 +34,7 @@ struct Flight {
     FrameResult result;
     bool overflowed = false;
     std::exception_ptr error{}; // of the copy to the host
-    PinnedCounters counters;
+    Pinned<FrameCounters> counters;
     FrameTimers timers;
     std::deque<std::unique_ptr<FrameGraph>> graphs; // the last used first
 

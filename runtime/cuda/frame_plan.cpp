@@ -33,7 +33,7 @@ uint32_t mostSlots(const FrameRoom& room)
     const double share = room.levels ? kLevelShare : kAliveShare;
     const uint64_t expected = std::max(std::min(room.gaussians, kFewSlots), uint64_t(double(room.gaussians) * share));
     const auto slots = uint32_t(std::min(expected, kMostSlots / room.lists));
-    return slots + room.gaps(slots);
+    return slots + room.gaps(slots, 1);
 }
 
 // Pairs of all lists to leave room for beside each slot where memory is short, after a load of so many.
@@ -51,7 +51,7 @@ uint64_t pairsOf(uint32_t slots, double per_slot)
 uint32_t allSlots(const FrameRoom& room)
 {
     const auto slots = uint32_t(std::min<uint64_t>(room.gaussians, kMostSlots / room.lists));
-    return slots + room.gaps(slots);
+    return slots + room.gaps(slots, 1);
 }
 
 bool fits(const FrameRoom& room, const FrameCapacity& capacity)
@@ -65,7 +65,7 @@ FrameCapacity mostOf(const FrameRoom& room, uint32_t visible, double per_slot)
     const auto holding = [&](uint32_t slots) {
         return FrameCapacity{visible, slots, uint32_t(pairsOf(slots, per_slot))};
     };
-    uint32_t limit = kLeastSlots + 2 * room.gaps(kLeastSlots), too_many = std::max(allSlots(room), limit) + 1;
+    uint32_t limit = kLeastSlots + 2 * room.gaps(kLeastSlots, kSeveral), too_many = std::max(allSlots(room), limit) + 1;
     while (too_many - limit > 1 + limit / 64) {
         const uint32_t middle = limit + (too_many - limit) / 2;
         (fits(room, holding(middle)) ? limit : too_many) = middle;
@@ -77,7 +77,7 @@ uint32_t passesOver(const FrameRoom& room, uint64_t splats, uint64_t pairs, cons
 {
     const auto passes = [](uint64_t load, uint64_t size) { return (load + size - 1) / size; };
     return uint32_t(std::clamp<uint64_t>(
-        std::max(passes(splats, std::max(most.slots - std::min(most.slots, room.gaps(most.slots)), 1u)),
+        std::max(passes(splats, std::max(most.slots - std::min(most.slots, room.gaps(most.slots, kSeveral)), 1u)),
                  passes(pairs, std::max(most.pairs, 1u))),
         1, kMaxPasses));
 }
@@ -113,7 +113,7 @@ FrameCapacity plannedCapacity(const FrameRoom& room, const FrameCapacity& now)
 uint32_t passesFor(const FrameRoom& room, uint64_t splats, uint64_t pairs, FrameCapacity& capacity)
 {
     const uint64_t slots = std::min<uint64_t>(splats + splats / 8, room.gaussians), more_pairs = pairs + pairs / 8;
-    const uint64_t wanted = slots + room.gaps(clamped(slots));
+    const uint64_t wanted = slots + room.gaps(clamped(slots), 1);
     if (more_pairs <= UINT32_MAX && wanted <= allSlots(room)) {
         const FrameCapacity both{capacity.visible, std::max(capacity.slots, uint32_t(wanted)),
                                  std::max(capacity.pairs, uint32_t(more_pairs))};
@@ -128,7 +128,8 @@ uint32_t passesFor(const FrameRoom& room, uint64_t splats, uint64_t pairs, Frame
     const FrameCapacity most = mostOf(room, capacity.visible, pairsPerSlot(room, splats, pairs));
     if (!fits(room, capacity) || splats != 0)
         capacity = most;
-    return passesOver(room, slots, more_pairs, most);
+    // one pass of a load that is known has no room: with fewer gaps in each of several it might look as if it had
+    return std::max(passesOver(room, slots, more_pairs, most), splats != 0 ? kSeveral : 1);
 }
 
 uint32_t grownPasses(const FrameRoom& room, const FrameNeeds& needs, uint32_t passes, FrameCapacity& capacity)
@@ -165,10 +166,10 @@ uint32_t grownPasses(const FrameRoom& room, const FrameNeeds& needs, uint32_t pa
         return passes;
     }
     capacity = most;
-    const uint64_t fixed = std::min(needs.slots, room.gaps(most.slots));
+    const uint64_t fixed = std::min(needs.slots, room.gaps(most.slots, kSeveral));
     const uint64_t more =
         std::max(passes * withSlack(needs.slots - fixed) /
-                     std::max(most.slots - uint32_t(std::min<uint64_t>(room.gaps(most.slots), most.slots - 1)), 1u),
+                     std::max(most.slots - std::min(room.gaps(most.slots, kSeveral), most.slots - 1), 1u),
                  passes * withSlack(needs.pairs) / std::max(most.pairs, 1u)) +
         1;
     return uint32_t(std::min<uint64_t>(std::max<uint64_t>(more, passes + 1), kMaxPasses));

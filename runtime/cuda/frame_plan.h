@@ -20,13 +20,13 @@ struct FrameCapacity {
 
 // What a plan is made from.
 struct FrameRoom {
-    uint32_t anchors;                             // of the model
-    uint64_t gaussians;                           // it has at most
-    uint32_t lists, bins;                         // of splats per bin; of the image, all lists
-    uint64_t bytes;                               // that frames may take
-    bool budgeted;                                // it is a budget: all of it is for frames
-    bool levels = false;                          // of detail: a frame shows few of the anchors
-    std::function<uint32_t(uint32_t slots)> gaps; // slots that may stay unused among them
+    uint32_t anchors;                                              // of the model
+    uint64_t gaussians;                                            // it has at most
+    uint32_t lists, bins;                                          // of splats per bin; of the image, all lists
+    uint64_t bytes;                                                // that frames may take
+    bool budgeted;                                                 // it is a budget: all of it is for frames
+    bool levels = false;                                           // of detail: a frame shows few of the anchors
+    std::function<uint32_t(uint32_t slots, uint32_t passes)> gaps; // slots of a pass that may stay unused among them
     std::function<uint64_t(const FrameCapacity&, uint32_t passes)> bytes_of; // of the buffers; never falls with either
 };
 

@@ -4,8 +4,10 @@
 #include "kernels/blend/blend_cuda.h"
 #include "kernels/decode/decode_body.h"
 #include "kernels/decode/decode_exact_cuda.h"
+#include "kernels/math/lod.h"
 #include "kernels/math/projection.h"
 #include "kernels/sort/sort_cuda.h"
+#include "runtime/frame_checks.h"
 #include "runtime/view/stereo.h"
 
 #include <algorithm>
@@ -38,6 +40,9 @@ void setDecodeFrame(DecodeFrame& frame, const FrameJob& job, uint32_t pass)
     frame.cells = job.buffers.cells;
     frame.slot_capacity = job.capacity.slots;
     frame.counters = job.buffers.counters;
+    frame.bank = job.scene.bank();
+    frame.takes_distance = job.scene.takes(kMlpTakesDistance);
+    frame.takes_level = job.scene.takes(kMlpTakesLevel);
 }
 
 DecodeExactArgs decodeExactArgs(const FrameJob& job, uint32_t pass)
@@ -47,9 +52,6 @@ DecodeExactArgs decodeExactArgs(const FrameJob& job, uint32_t pass)
     args.view = job.scene.exactView();
     args.appearance = job.shape.appearance;
     args.weights = job.scene.exactWeights();
-    args.bank = job.scene.bank();
-    args.takes_distance = job.scene.takes(kMlpTakesDistance);
-    args.takes_level = job.scene.takes(kMlpTakesLevel);
     args.scratch = job.buffers.scratch;
     args.scratch_values = uint32_t(decodeScratch(job.scene.model().params));
     args.splats = reinterpret_cast<ExactSplat*>(job.buffers.splats);
@@ -80,6 +82,44 @@ void FrameShape::shareBins(EyeParams* eyes)
     grid.columns += uint32_t(std::abs(columns));
     // a Gaussian is in the same cell and pass for both
     std::copy_n(eyes[0].world_to_view + 8, 4, eyes[1].world_to_view + 8);
+}
+
+FrameShape frameShape(const ModelParams& params, Tier tier, uint32_t eye_count, const FrameOptions& options,
+                      EyeParams* eyes)
+{
+    if (options.reuse.policy != ReusePolicy::None && tier == Tier::Exact)
+        throw Error(ErrorCode::Unsupported, "cuda: reuse in the tier exact, expected reuse policy none there; use the "
+                                            "tier fast, if the model has it, or the backend cpu");
+    FrameShape shape{};
+    uint32_t width = 0, height = 0;
+    for (uint32_t e = 0; e < eye_count; ++e) {
+        const EyeParams& eye = eyes[e];
+        width = std::max(width, eye.width);
+        height = std::max(height, eye.height);
+        shape.width[e] = eye.width;
+        shape.height[e] = eye.height;
+    }
+    // low bins cut long lists shorter; an image too high for them takes bins of twice the height
+    shape.grid.height = height <= kMaxBins * 16 ? 16 : 32;
+    if (width > kMaxBins * kBinWidth || height > kMaxBins * shape.grid.height)
+        throw Error(ErrorCode::Unsupported,
+                    formatString("cuda: image of %u x %u pixels, expected at most %u x %u; choose a smaller size or "
+                                 "--backend cpu",
+                                 width, height, kMaxBins * kBinWidth, kMaxBins * 32));
+    shape.grid.columns = (width + kBinWidth - 1) / kBinWidth;
+    shape.grid.rows = (height + shape.grid.height - 1) / shape.grid.height;
+    shape.eye_count = eye_count;
+    shape.passes = 1;
+    shape.rules = rasterConstants(params, options.near_z);
+    shape.exact = tier == Tier::Exact;
+    shape.fades = levelsFade(params, options.lod_fade);
+    shape.merged = decodesMerged(options, eye_count);
+    shape.uses_reuse = options.reuse.policy != ReusePolicy::None;
+    std::copy_n(options.background, 3, shape.background);
+    shape.appearance = options.appearance;
+    shape.empty_is_black = options.empty_is_black;
+    shape.shareBins(eyes);
+    return shape;
 }
 
 FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const FrameShape& shape,
@@ -122,6 +162,8 @@ FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const Fr
         b.image[e] = layout.take<float>(shape.pixels(e) * 3);
         if (shape.passes > 1)
             b.transmittance[e] = layout.take<float>(shape.pixels(e));
+        if (shape.depths)
+            b.depth[e] = layout.take<float>(shape.pixels(e));
     }
     return b;
 }
@@ -148,9 +190,6 @@ DecodeCudaArgs decodeArgs(const FrameJob& job, uint32_t pass)
     setDecodeFrame(args, job, pass);
     args.fragments = job.scene.fragments();
     args.biases = job.scene.biases();
-    args.bank = job.scene.bank();
-    args.takes_distance = job.scene.takes(kMlpTakesDistance);
-    args.takes_level = job.scene.takes(kMlpTakesLevel);
     args.splats = reinterpret_cast<PackedSplat*>(job.buffers.splats);
     return args;
 }
@@ -196,12 +235,11 @@ void binFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass)
 
 void sortFrame(FrameCapture& capture, const FrameJob& job)
 {
-    const SortCudaArgs args{job.buffers.keys, job.buffers.splats, job.buffers.pieces,
-                            pieceCapacity(job.shape.bins(), job.capacity.pairs), job.buffers.counters};
-    if (job.shape.exact)
-        sortExactCuda(args, capture.processors(), capture.stream().handle);
-    else
-        sortFastCuda(args, capture.processors(), capture.stream().handle);
+    const size_t order = job.shape.exact ? offsetof(ExactSplat, order) : offsetof(PackedSplat, order);
+    sortCuda({job.buffers.keys, reinterpret_cast<const uint32_t*>(job.buffers.splats + order),
+              uint32_t(job.shape.splatBytes() / sizeof(uint32_t)), job.buffers.pieces,
+              pieceCapacity(job.shape.bins(), job.capacity.pairs), job.buffers.counters},
+             capture.processors(), capture.stream().handle);
 }
 
 void blendFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass)
@@ -216,6 +254,7 @@ void blendFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass)
         args.height[e] = job.shape.height[e];
         args.image[e] = job.buffers.image[e];
         args.transmittance[e] = job.buffers.transmittance[e];
+        args.depth[e] = job.buffers.depth[e];
     }
     args.rules = job.shape.rules;
     std::copy_n(job.shape.background, 3, args.background);
@@ -227,6 +266,7 @@ void blendFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass)
     args.segments = job.buffers.segments;
     args.segment_capacity = segmentsOf(job.shape, job.capacity, job.limits);
     args.partial = job.buffers.partial;
+    args.places = job.buffers.places;
     args.keys = job.buffers.keys;
     args.pair_capacity = job.capacity.pairs;
     args.counters = job.buffers.counters;

@@ -25,6 +25,7 @@ struct FrameShape {
     bool shared_bins;     // one list of splats per bin for both eyes
     bool uses_reuse;      // one pass, `fast`
     bool limits_decoding; // with reuse: there is a decode budget
+    bool depths;          // of pixels, for a target that wants them
     float background[3];
     int32_t appearance;
     bool empty_is_black;
@@ -43,6 +44,11 @@ struct FrameShape {
     [[nodiscard]] size_t pixels(uint32_t eye) const { return size_t(width[eye]) * height[eye]; }
 };
 
+// The shape of a frame that is drawn in `tier`, in one pass. `eyes` may change by a rounding (shareBins()). Throws
+// Error(Unsupported) for what cannot be drawn.
+FrameShape frameShape(const ModelParams& params, Tier tier, uint32_t eye_count, const FrameOptions& options,
+                      EyeParams* eyes);
+
 // The histogram and the counters behind it, zero when a frame starts.
 constexpr size_t kClearedBytes = kDepthBuckets * sizeof(uint32_t) + sizeof(FrameCounters);
 
@@ -59,7 +65,7 @@ struct FrameBuffers { // device memory
     float* partial;
     unsigned char* scan_scratch;
     size_t scan_bytes;
-    float *image[kMaxEyes], *transmittance[kMaxEyes];
+    float *image[kMaxEyes], *transmittance[kMaxEyes], *depth[kMaxEyes];
 };
 
 // Lays a frame's buffers out.

@@ -10,22 +10,16 @@ namespace gsc {
 namespace {
 
 // Declared here, because the toolkit does not always bring nvml.h; the driver always brings the library.
-using Init = int (*)();
-using Shutdown = int (*)();
-using GetDriverVersion = int (*)(char* version, unsigned length);
-using GetHandle = int (*)(const char* pci_bus_id, void** device);
-using GetClock = int (*)(void* device, int type, unsigned* mhz);
 struct Memory {
     unsigned long long total, free, used; // bytes
 };
-using GetMemory = int (*)(void* device, Memory* memory);
 constexpr int kClockSm = 1, kClockMemory = 2;
 constexpr unsigned kVersionLength = 96;
 
 template <typename Function>
-Function find(void* library, const char* name)
+Function* find(void* library, const char* name)
 {
-    return reinterpret_cast<Function>(dlsym(library, name));
+    return reinterpret_cast<Function*>(dlsym(library, name));
 }
 
 } // namespace
@@ -37,18 +31,19 @@ NvmlFacts nvmlFacts(const char* pci_bus_id)
     const std::unique_ptr<void, decltype(close)> library(dlopen("libnvidia-ml.so.1", RTLD_NOW | RTLD_LOCAL), close);
     if (!library)
         return facts;
-    const auto init = find<Init>(library.get(), "nvmlInit_v2");
-    const auto shutdown = find<Shutdown>(library.get(), "nvmlShutdown");
-    const auto driver_version = find<GetDriverVersion>(library.get(), "nvmlSystemGetDriverVersion");
-    const auto handle = find<GetHandle>(library.get(), "nvmlDeviceGetHandleByPciBusId_v2");
-    const auto clock = find<GetClock>(library.get(), "nvmlDeviceGetClockInfo");
-    const auto memory = find<GetMemory>(library.get(), "nvmlDeviceGetMemoryInfo");
+    using Device = void*;
+    const auto init = find<int()>(library.get(), "nvmlInit_v2");
+    const auto shutdown = find<int()>(library.get(), "nvmlShutdown");
+    const auto driver_version = find<int(char*, unsigned)>(library.get(), "nvmlSystemGetDriverVersion");
+    const auto handle = find<int(const char*, Device*)>(library.get(), "nvmlDeviceGetHandleByPciBusId_v2");
+    const auto clock = find<int(Device, int, unsigned*)>(library.get(), "nvmlDeviceGetClockInfo");
+    const auto memory = find<int(Device, Memory*)>(library.get(), "nvmlDeviceGetMemoryInfo");
     if (!init || !shutdown || !driver_version || !handle || !clock || !memory || init() != 0)
         return facts;
     char version[kVersionLength] = {};
     if (driver_version(version, sizeof(version)) == 0)
         facts.driver = version;
-    void* device = nullptr;
+    Device device = nullptr;
     if (handle(pci_bus_id, &device) == 0) {
         unsigned mhz = 0;
         if (clock(device, kClockSm, &mhz) == 0)

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cuda/renderer_cuda.h"
 
-#include "kernels/blend/blend_cuda.h"
-#include "kernels/math/lod.h"
-#include "kernels/sort/sort_cuda.h"
 #include "runtime/cuda/ceilings_cuda.h"
 #include "runtime/cuda/flight.h"
 #include "runtime/frame_checks.h"
@@ -23,11 +20,6 @@ class CudaRenderer final : public Renderer {
 public:
     CudaRenderer(int ordinal, const RendererOptions& options) : m_device(ordinal), m_budget{options.memory_bytes, 0}
     {
-        prepareDecodeCuda();
-        prepareDecodeKeepCuda();
-        prepareDecodeExactCuda(m_device.limits().shared_bytes);
-        prepareSortCuda();
-        prepareBlendCuda();
         m_budget.used = m_device.contextBytes();
     }
 
@@ -112,16 +104,17 @@ private:
         return m_flights[0].ticket == 0 ? m_flights[0] : m_flights[1];
     }
 
-    // Refuses what cannot be drawn. `eyes` of `now` may change by a rounding (shareBins()).
-    FrameShape shapeOf(FrameNow& now, uint32_t eye_count, const FrameOptions& options) const;
+    // of a pass's entries only some would be decoded
+    static bool reuses(const FrameShape& shape, uint32_t passes) { return shape.uses_reuse && passes == 1; }
     [[nodiscard]] uint64_t frameBytes(FrameShape shape, const FrameCapacity& capacity) const;
-    [[nodiscard]] uint32_t gapsOf(const FrameShape& shape, uint32_t slots) const
+    [[nodiscard]] uint32_t gapsOf(const FrameShape& shape, uint32_t slots, uint32_t passes) const
     {
         const CudaLimits& limits = m_device.limits();
         return shape.exact
                    ? decodeExactGaps(m_scene.exactWeights() != nullptr, limits.processors, limits.shared_bytes, slots)
-               : shape.uses_reuse ? decodeKeepGaps(limits.processors, slots) + drawKeptGaps(limits.processors, slots)
-                                  : decodeFastGaps(limits.processors, slots);
+               : reuses(shape, passes)
+                   ? decodeKeepGaps(limits.processors, slots) + drawKeptGaps(limits.processors, slots)
+                   : decodeFastGaps(limits.processors, slots);
     }
     [[nodiscard]] uint64_t freeForFrames() const;
     [[nodiscard]] FrameRoom roomFor(const FrameShape& shape) const;
@@ -178,44 +171,6 @@ private:
     uint64_t m_free = 0; // bytes of the device that frames may take
 };
 
-FrameShape CudaRenderer::shapeOf(FrameNow& now, uint32_t eye_count, const FrameOptions& options) const
-{
-    if (options.reuse.policy != ReusePolicy::None && tierOf(options.tier) == Tier::Exact)
-        throw Error(ErrorCode::Unsupported, "cuda: reuse in the tier exact, expected reuse policy none there; use the "
-                                            "tier fast, if the model has it, or the backend cpu");
-    FrameShape shape{};
-    uint32_t width = 0, height = 0;
-    for (uint32_t e = 0; e < eye_count; ++e) {
-        const EyeParams& eye = now.eyes[e];
-        width = std::max(width, eye.width);
-        height = std::max(height, eye.height);
-        shape.width[e] = eye.width;
-        shape.height[e] = eye.height;
-    }
-    // low bins cut long lists shorter; an image too high for them takes bins of twice the height
-    shape.grid.height = height <= kMaxBins * 16 ? 16 : 32;
-    if (width > kMaxBins * kBinWidth || height > kMaxBins * shape.grid.height)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("cuda: image of %u x %u pixels, expected at most %u x %u; choose a smaller size or "
-                                 "--backend cpu",
-                                 width, height, kMaxBins * kBinWidth, kMaxBins * 32));
-    shape.grid.columns = (width + kBinWidth - 1) / kBinWidth;
-    shape.grid.rows = (height + shape.grid.height - 1) / shape.grid.height;
-    shape.eye_count = eye_count;
-    shape.passes = 1;
-    shape.rules = rasterConstants(*m_scene.host().params, options.near_z);
-    shape.exact = tierOf(options.tier) == Tier::Exact;
-    shape.fades = levelsFade(*m_scene.host().params, options.lod_fade);
-    shape.merged = decodesMerged(options, eye_count);
-    shape.uses_reuse = options.reuse.policy != ReusePolicy::None;
-    shape.limits_decoding = CudaReuse::limitsDecoding(options.reuse);
-    std::copy_n(options.background, 3, shape.background);
-    shape.appearance = options.appearance;
-    shape.empty_is_black = options.empty_is_black;
-    shape.shareBins(now.eyes);
-    return shape;
-}
-
 // Bytes of a frame's buffers, however their bins are cut.
 uint64_t CudaRenderer::frameBytes(FrameShape shape, const FrameCapacity& capacity) const
 {
@@ -250,7 +205,7 @@ FrameRoom CudaRenderer::roomFor(const FrameShape& shape) const
     room.budgeted = m_budget.limit != 0 && allowed <= m_free;
     room.bytes = room.budgeted ? allowed : m_free;
     room.levels = (model.params.flags & kModelHasLevels) && model.params.level_rule != uint32_t(LevelRule::None);
-    room.gaps = [this, &shape](uint32_t slots) { return gapsOf(shape, slots); };
+    room.gaps = [this, &shape](uint32_t slots, uint32_t passes) { return gapsOf(shape, slots, passes); };
     room.bytes_of = [this, &shape](const FrameCapacity& capacity, uint32_t passes) {
         FrameShape cut = shape;
         cut.passes = passes;
@@ -337,7 +292,10 @@ uint64_t CudaRenderer::begin(const FrameRequest& request)
     const FrameOptions& options = request.options;
     FrameNow plain{};
     std::ranges::copy(request.eyes, plain.eyes);
-    FrameShape shape = shapeOf(plain, uint32_t(request.eyes.size()), options);
+    FrameShape shape =
+        frameShape(*m_scene.host().params, tierOf(options.tier), uint32_t(request.eyes.size()), options, plain.eyes);
+    shape.limits_decoding = CudaReuse::limitsDecoding(options.reuse);
+    shape.depths = std::ranges::any_of(request.targets, &FrameTarget::hasDepth);
     if (shape.exact && !m_scene.exactLoaded()) {
         giveFramesBack(); // what frames in `fast` took may be what the model in fp32 needs
         m_scene.loadExact(m_stream);
@@ -356,12 +314,12 @@ uint64_t CudaRenderer::begin(const FrameRequest& request)
     planCapacity(shape, room);
     const uint32_t passes = m_history.passes(room, m_capacity);
     shape.passes = passes;
-    shape.uses_reuse = shape.uses_reuse && passes == 1; // of a pass's entries only some would be decoded
+    shape.uses_reuse = reuses(shape, passes);
     shape.grid.slab_bits = m_history.slabBitsFor(m_capacity);
     FrameGraph& graph = graphFor(shape, now, index);
     flight.shape = shape;
     graph.launch(now, m_stream);
-    flight.present(m_buffers.image, m_stream);
+    flight.present(m_buffers, m_stream);
     flight.ended = false;
     return flight.ticket = ++m_last;
 }

@@ -7,12 +7,12 @@
 namespace gsc {
 
 // That the process sees; 0 where there is no driver.
-int cudaDevices();
+int cudaDeviceCount();
 
 // Looks at one. Starts the driver, which takes some tenths of a second.
-DeviceInfo cudaDevice(int ordinal);
+DeviceInfo lookAtCudaDevice(int ordinal);
 
-// Throws Error as cudaDevice() says, or OutOfMemory.
+// Throws Error as lookAtCudaDevice() says, or OutOfMemory.
 std::unique_ptr<Renderer> makeCudaRenderer(int ordinal, const RendererOptions& options);
 
 } // namespace gsc

@@ -5,6 +5,10 @@
 
 #include "runtime/metrics/convolve.h"
 
+#include <glm/common.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -21,37 +25,13 @@ constexpr double kColorKnee = 0.4;       // p_c, of the largest colour differenc
 constexpr double kColorKneeValue = 0.95; // p_t
 constexpr double kFeatureWidth = 0.082;  // degrees, w of the edge and point detectors
 
-struct Vec3 {
-    double x, y, z;
-};
+using Vec3 = glm::dvec3;
 
 // Linear sRGB to CIE XYZ and back, D65; the white point is the image of (1, 1, 1), so that grey has no chroma.
-constexpr double kToXyz[9] = {0.4124564, 0.3575761, 0.1804375, 0.2126729, 0.7151522,
-                              0.0721750, 0.0193339, 0.1191920, 0.9503041};
-constexpr Vec3 kWhite = {kToXyz[0] + kToXyz[1] + kToXyz[2], kToXyz[3] + kToXyz[4] + kToXyz[5],
-                         kToXyz[6] + kToXyz[7] + kToXyz[8]};
-
-Vec3 multiply(const double m[9], const Vec3& v)
-{
-    return {m[0] * v.x + m[1] * v.y + m[2] * v.z, m[3] * v.x + m[4] * v.y + m[5] * v.z,
-            m[6] * v.x + m[7] * v.y + m[8] * v.z};
-}
-
-struct Inverse {
-    double m[9];
-
-    Inverse()
-    {
-        const double* a = kToXyz;
-        const double det = a[0] * (a[4] * a[8] - a[5] * a[7]) - a[1] * (a[3] * a[8] - a[5] * a[6]) +
-                           a[2] * (a[3] * a[7] - a[4] * a[6]);
-        const double adjugate[9] = {a[4] * a[8] - a[5] * a[7], a[2] * a[7] - a[1] * a[8], a[1] * a[5] - a[2] * a[4],
-                                    a[5] * a[6] - a[3] * a[8], a[0] * a[8] - a[2] * a[6], a[2] * a[3] - a[0] * a[5],
-                                    a[3] * a[7] - a[4] * a[6], a[1] * a[6] - a[0] * a[7], a[0] * a[4] - a[1] * a[3]};
-        for (int i = 0; i < 9; ++i)
-            m[i] = adjugate[i] / det;
-    }
-};
+const glm::dmat3 kToXyz = transpose(
+    glm::dmat3(0.4124564, 0.3575761, 0.1804375, 0.2126729, 0.7151522, 0.0721750, 0.0193339, 0.1191920, 0.9503041));
+const glm::dmat3 kFromXyz = inverse(kToXyz);
+const Vec3 kWhite = kToXyz * Vec3(1);
 
 double linearFromSrgb(double value)
 {
@@ -62,16 +42,14 @@ double linearFromSrgb(double value)
 
 Vec3 yCxCz(const Vec3& linear)
 {
-    const Vec3 xyz = multiply(kToXyz, linear);
-    const double x = xyz.x / kWhite.x, y = xyz.y / kWhite.y, z = xyz.z / kWhite.z;
-    return {116 * y - 16, 500 * (x - y), 200 * (y - z)};
+    const Vec3 xyz = kToXyz * linear / kWhite;
+    return {116 * xyz.y - 16, 500 * (xyz.x - xyz.y), 200 * (xyz.y - xyz.z)};
 }
 
 Vec3 linearFromYCxCz(const Vec3& color)
 {
-    static const Inverse inverse;
     const double y = (color.x + 16) / 116;
-    return multiply(inverse.m, {(color.y / 500 + y) * kWhite.x, y * kWhite.y, (y - color.z / 200) * kWhite.z});
+    return kFromXyz * (Vec3(color.y / 500 + y, y, y - color.z / 200) * kWhite);
 }
 
 // CIELAB whose chroma is scaled with lightness for the Hunt effect.
@@ -81,8 +59,8 @@ Vec3 huntLab(const Vec3& linear)
     const auto f = [](double t) {
         return t > kDelta * kDelta * kDelta ? std::cbrt(t) : t / (3 * kDelta * kDelta) + 4.0 / 29.0;
     };
-    const Vec3 xyz = multiply(kToXyz, linear);
-    const double fx = f(xyz.x / kWhite.x), fy = f(xyz.y / kWhite.y), fz = f(xyz.z / kWhite.z);
+    const Vec3 xyz = kToXyz * linear / kWhite;
+    const double fx = f(xyz.x), fy = f(xyz.y), fz = f(xyz.z);
     const double lightness = 116 * fy - 16;
     return {lightness, 0.01 * lightness * 500 * (fx - fy), 0.01 * lightness * 200 * (fy - fz)};
 }
@@ -107,9 +85,8 @@ Opponent opponentPlanes(const ImageView& image)
         const float* p = image.pixels + 3 * i;
         const Vec3 color =
             yCxCz({linearFromSrgb(double(p[0])), linearFromSrgb(double(p[1])), linearFromSrgb(double(p[2]))});
-        out.plane[0][i] = float(color.x);
-        out.plane[1][i] = float(color.y);
-        out.plane[2][i] = float(color.z);
+        for (int c = 0; c < 3; ++c)
+            out.plane[c][i] = float(color[c]);
     }
     return out;
 }
@@ -167,10 +144,8 @@ std::vector<float> colorDifference(Opponent a, Opponent b, const ImageView& size
         filterBySensitivity(kSensitivity[c], size, pixels_per_degree, b.plane[c]);
     }
     const auto labOf = [](const Opponent& image, size_t i) {
-        const Vec3 linear =
-            linearFromYCxCz({double(image.plane[0][i]), double(image.plane[1][i]), double(image.plane[2][i])});
-        return huntLab(
-            {std::clamp(linear.x, 0.0, 1.0), std::clamp(linear.y, 0.0, 1.0), std::clamp(linear.z, 0.0, 1.0)});
+        const Vec3 linear = linearFromYCxCz({image.plane[0][i], image.plane[1][i], image.plane[2][i]});
+        return huntLab(glm::clamp(linear, 0.0, 1.0));
     };
     // green against blue is the largest difference the display can show
     const double largest = std::pow(hyAb(huntLab({0, 1, 0}), huntLab({0, 0, 1})), kColorExponent);

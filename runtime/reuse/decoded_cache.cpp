@@ -20,11 +20,6 @@ constexpr size_t kHugePage = size_t(2) << 20;
 
 } // namespace
 
-void DecodedCache::Free::operator()(std::byte* p) const
-{
-    std::free(p);
-}
-
 void DecodedCache::load(const ModelParams& params)
 {
     m_packed_bytes = packedStripBytes(params.n_offsets);

@@ -48,11 +48,8 @@ public:
     [[nodiscard]] uint64_t bytes() const;
 
 private:
-    struct Free {
-        void operator()(std::byte* p) const;
-    };
     struct Slab {
-        std::unique_ptr<std::byte, Free> data;
+        std::unique_ptr<std::byte, FreeMemory> data;
         uint32_t slots;
     };
     [[nodiscard]] size_t mostSlots(uint64_t limit) const;

@@ -106,8 +106,8 @@ void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
         for (uint32_t e = 0; e < frame.eye_count; ++e)
             m_seen[e].resize(m_model.params->group_count);
         m_depth = reuseDepth(reuse.guidance, reuse.max_depth, updateRate(frame));
-    } else {
-        ensureSensitivity();
+    } else if (m_model.sensitivity == nullptr && m_sensitivity.empty()) {
+        m_sensitivity = modelSensitivity(m_model, m_workers);
     }
     for (WorkerState& state : frame.states)
         reserveStrip(state);
@@ -130,23 +130,10 @@ void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
         for (size_t block = begin; block < end; ++block)
             drawBlock(frame, args, block, frame.states[size_t(worker)]);
     });
-    double decode = 0, project = 0;
-    for (const WorkerState& state : frame.states) {
-        decode += state.decode_ms;
-        project += state.project_ms;
-    }
-    const double wall = watch.lap();
-    const double share = decode + project > 0 ? decode / (decode + project) : 1;
-    result.times.decode = scheduled + wall * share;
-    result.times.project = wall * (1 - share);
+    result.times.decode = scheduled;
+    addShares(frame.states, watch.lap(), result.times);
     result.cache_bytes = m_cache.bytes();
     result.cache_evictions = m_cache.evictions() - evictions;
-}
-
-void CpuReuse::ensureSensitivity()
-{
-    if (m_model.sensitivity == nullptr && m_sensitivity.empty())
-        m_sensitivity = modelSensitivity(m_model, m_workers);
 }
 
 // Entries for what is decoded. Where the budget of the cache leaves none, the Gaussians are drawn and forgotten.
@@ -305,17 +292,10 @@ void CpuReuse::drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t
     const size_t first = block * kGroupSize * m_model.params->n_offsets;
     for (uint32_t e = 0; e < frame.eye_count; ++e) {
         SplatStore& store = frame.stores[e];
-        const GaussianBlock& gaussians = state.gathered.blocks[e];
-        const ProjectCounts counts =
-            projectBlockCpu({frame.eyes + e, frame.rules, &ahead}, gaussians, store.splats.data() + first,
-                            store.depth_bits.data() + first, store.origins.data() + first);
-        store.counts[block] = counts.splats;
+        const uint32_t splats =
+            projectInto(store, block, first, {frame.eyes + e, frame.rules, &ahead}, state.gathered.blocks[e], e, state);
         if (m_policy == ReusePolicy::Error)
-            noteCover(frame, block, e, store.splats.data() + first, store.origins.data() + first, counts.splats);
-        state.any_positive[e] |= gaussians.any_positive;
-        state.alive[e] += gaussians.count;
-        state.dropped[e] += counts.dropped;
-        state.visible[e] += counts.splats;
+            noteCover(frame, block, e, store.splats.data() + first, store.origins.data() + first, splats);
     }
     state.project_ms += watch.lap();
 }

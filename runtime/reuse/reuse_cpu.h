@@ -80,7 +80,6 @@ private:
     };
 
     void listGroups(const ReuseFrame& frame);
-    void ensureSensitivity();
     [[nodiscard]] float updateRate(const ReuseFrame& frame);
     void scheduleBlock(const ReuseFrame& frame, size_t block);
     void scheduleByDepth(const ReuseFrame& frame, uint32_t id, StripWork& work);

@@ -30,16 +30,6 @@ uint64_t slotBytes(const ModelView& model)
 
 } // namespace
 
-CudaReuse::CudaReuse(MemoryBudget& budget) : m_cache(budget), m_sensitivity(budget)
-{
-    GSC_CUDA_CHECK(cudaMallocHost(reinterpret_cast<void**>(&m_pinned), kFramesInFlight * sizeof(ReuseReport)));
-}
-
-CudaReuse::~CudaReuse()
-{
-    cudaFreeHost(m_pinned);
-}
-
 void CudaReuse::release()
 {
     drop();
@@ -189,7 +179,7 @@ void CudaReuse::decode(FrameCapture& capture, const FrameJob& job) const
 
 void CudaReuse::report(FrameCapture& capture, const FrameJob& job) const
 {
-    capture.copyToHost(m_pinned + job.flight, m_tables.scratch, sizeof(ReuseReport));
+    capture.copyToHost(m_pinned[job.flight].data, m_tables.scratch, sizeof(ReuseReport));
 }
 
 const ReuseNow& CudaReuse::beginAgain(uint32_t flight)
@@ -208,7 +198,7 @@ void CudaReuse::skipFrame()
 void CudaReuse::addCounts(uint32_t flight, uint32_t eye_count, bool overflowed, FrameResult& result)
 {
     if (!m_begun[flight].again)
-        m_report = m_pinned[flight];
+        m_report = *m_pinned[flight].data;
     if (m_begun[flight].forgot || m_report.state.evictions < m_evictions) // or the frame that forgot was not counted
         m_evictions = 0;
     for (uint32_t e = 0; e < eye_count; ++e) {

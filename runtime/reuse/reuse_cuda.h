@@ -26,10 +26,7 @@ static_assert(offsetof(ReuseReport, counters) == offsetof(ReuseScratch, counters
 
 class CudaReuse final : public FrameReuse {
 public:
-    explicit CudaReuse(MemoryBudget& budget);
-    ~CudaReuse() override;
-    CudaReuse(const CudaReuse&) = delete;
-    CudaReuse& operator=(const CudaReuse&) = delete;
+    explicit CudaReuse(MemoryBudget& budget) : m_cache(budget), m_sensitivity(budget) {}
 
     // Forget everything, or what frames left but not what is known of the model, and give the memory back. Whoever has
     // graphs drops them.
@@ -70,8 +67,8 @@ private:
         bool forgot = false, again = false;
     };
     Begun m_begun[kFramesInFlight];
-    ReuseReport* m_pinned = nullptr; // page-locked: what each frame in flight reports
-    ReuseReport m_report{};          // of the first time the last frame was drawn
+    Pinned<ReuseReport> m_pinned[kFramesInFlight];
+    ReuseReport m_report{}; // of the first time the last frame was drawn
     CameraMotion m_motion;
     uint64_t m_limit = 0;     // bytes of entries that m_cache was made for, as the options say
     uint32_t m_eyes = 0;      // the same

@@ -2,7 +2,7 @@
 // Small models in memory, as the baker sees them.
 #pragma once
 
-#include "convert/bake/bake_from.h"
+#include "convert/bake/bake.h"
 #include "convert/input/checkpoint.h"
 #include "format/gsc_reader.h"
 #include "format/file/mapped_file.h"

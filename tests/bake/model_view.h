@@ -3,27 +3,18 @@
 #pragma once
 
 #include "format/gsc_reader.h"
-#include "kernels/frame/frame_types.h"
+#include "kernels/math/anchor.h"
 
 #include <vector>
 
 namespace gsc::test {
 
-// Valid as long as `view` and `arrays`, which is filled in. Positions are left out.
+// Valid as long as `view` and `arrays`, which is filled in.
 inline ModelView modelView(const GscView& view, std::vector<ChunkArrays>& arrays)
 {
     arrays.clear();
-    for (const ChunkRecord& chunk : view.chunks) {
-        const ChunkArrayLayout layout = chunkArrayLayout(*view.params, chunk.anchor_count);
-        const std::byte* payload = chunkPayload(view, chunk).data();
-        const auto floats = [&](ChunkArray array) {
-            return reinterpret_cast<const float*>(payload + layout.offset[uint32_t(array)]);
-        };
-        ChunkArrays a{};
-        a.scale = floats(ChunkArray::Scale);
-        a.feature = floats(ChunkArray::Feature);
-        arrays.push_back(a);
-    }
+    for (const ChunkRecord& chunk : view.chunks)
+        arrays.push_back(chunkArrays(*view.params, chunk.anchor_count, chunkPayload(view, chunk).data()));
     return {view.params,
             view.levels.data(),
             view.chunks.data(),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Hostile numbers and broken surroundings: a clear error, nothing left behind.
 #include "convert/bake/anchor_check.h"
-#include "convert/bake/compare_checkpoint.h"
+#include "convert/compare/compare_checkpoint.h"
 #include "format/error.h"
 #include "format/interrupt.h"
 #include "tests/bake/memory_model.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/bake/compare_checkpoint.h"
+#include "convert/compare/compare_checkpoint.h"
 #include "tests/bake/memory_model.h"
 
 #include <doctest/doctest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/bake/compare_checkpoint.h"
+#include "convert/compare/compare_checkpoint.h"
 #include "convert/bake/grid_fit.h"
 #include "format/half.h"
 #include "kernels/sensitivity/sensitivity.h"

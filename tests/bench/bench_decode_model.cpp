@@ -24,7 +24,7 @@ using namespace gsc;
 
 namespace {
 
-Camera toCamera(const SceneCamera& from)
+Camera toCamera(const SourceCamera& from)
 {
     Camera camera;
     camera.name = from.name;

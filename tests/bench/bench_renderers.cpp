@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the renderer interface costs beside the device's own time: one renderer, then one on each of several devices at
-// once, each with a thread of its own, two frames in flight, pictures on the device.
+// once, each with a thread of its own, two frames in flight, pictures on the device. And what a target costs, in bytes for
+// the host, and one that takes depths too.
 //
 //   bench_renderers FILE.gsc [devices = 1] [frames = 300] [backend = cuda]
 //
@@ -46,7 +47,7 @@ struct Times {
     std::vector<double> wall, device, over, submit; // ms
 };
 
-Times run(Renderer& renderer, const std::vector<Pose>& poses, size_t frames)
+Times run(Renderer& renderer, const std::vector<Pose>& poses, size_t frames, std::span<const FrameTarget> targets = {})
 {
     const size_t warm = std::min<size_t>(poses.size(), 50);
     Times times;
@@ -65,7 +66,7 @@ Times run(Renderer& renderer, const std::vector<Pose>& poses, size_t frames)
     };
     for (size_t i = 0; i < warm + frames; ++i) {
         const Pose& pose = poses[i % poses.size()];
-        requests.push_back({pose.eyes, {}, pose.options});
+        requests.push_back({pose.eyes, targets, pose.options});
         const Clock::time_point start = Clock::now();
         tickets.push_back(renderer.submit(requests[i]));
         if (i >= warm)
@@ -121,6 +122,12 @@ int main(int argc, char** argv)
             renderers.back()->load(scene);
         }
         print("alone", run(*renderers[0], poses, frames));
+        std::vector<uint32_t> pixels(size_t(options.width) * options.height); // of both eyes, which nobody looks at
+        std::vector<float> depths(pixels.size());
+        FrameTarget target{FrameTarget::Kind::Host, PixelFormat::Rgba8, pixels.data(), 0, 0};
+        print("to host", run(*renderers[0], poses, frames, std::vector(kMaxEyes, target)));
+        target.depth = depths.data();
+        print("and depth", run(*renderers[0], poses, frames, std::vector(kMaxEyes, target)));
         std::vector<Times> times(renderers.size());
         std::vector<std::thread> threads;
         std::latch ready(devices);

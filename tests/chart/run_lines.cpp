@@ -5,7 +5,7 @@ namespace gsc {
 
 nlohmann::json plainRun()
 {
-    return nlohmann::json::parse(R"({
+    nlohmann::json line = nlohmann::json::parse(R"({
         "schema": "gsc.run/1",
         "tool": {"name": "gsc-play", "version": "0.1.0", "commit": "0a1b2c3"},
         "label": "",
@@ -31,6 +31,10 @@ nlohmann::json plainRun()
         "peak_bytes": 1048576,
         "per_frame": {"wall_ms": [4, 4.25], "psnr": [null, null], "temporal": [null, 0], "decoded": [10, 10]}
     })");
+    nlohmann::json& stages = line["ms"]["stages"];
+    for (const char* stage : {"select", "project", "bin", "sort", "blend"})
+        stages[stage] = stages["decode"];
+    return line;
 }
 
 nlohmann::json runOf(const std::string& policy, double ms, const nlohmann::json& psnr)
@@ -45,13 +49,13 @@ nlohmann::json runOf(const std::string& policy, double ms, const nlohmann::json&
     return line;
 }
 
-RunRow parsed(const nlohmann::json& line)
+ChartRun parsed(const nlohmann::json& line)
 {
     std::string other;
     return parseRunLine(line.dump(), "runs.jsonl:1", other).value();
 }
 
-std::vector<RunRow> hostileRuns()
+std::vector<ChartRun> hostileRuns()
 {
     const char* const kHostile = "</script><script>alert(1)</script><!-- & \"quoted\" 'x' {a|b} @MODEL@ \xe2\x80\xa8";
     nlohmann::json one = runOf("none", 6, nullptr), two = runOf("error", 2, 40);

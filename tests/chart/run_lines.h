@@ -2,7 +2,7 @@
 // Lines of gsc.run/1 for tests, as short as they may be. make_runs.py makes long ones.
 #pragma once
 
-#include "convert/chart/run_row.h"
+#include "convert/chart/run_set.h"
 
 #include <nlohmann/json.hpp>
 
@@ -15,7 +15,7 @@ namespace gsc {
 nlohmann::json plainRun();
 // The same with another policy, median and accuracy in all three forms; null = equal.
 nlohmann::json runOf(const std::string& policy, double ms, const nlohmann::json& psnr);
-RunRow parsed(const nlohmann::json& line); // throws what parseRunLine() throws
-std::vector<RunRow> hostileRuns();         // two of one trajectory, with names that try to be markup
+ChartRun parsed(const nlohmann::json& line); // throws what parseRunLine() throws
+std::vector<ChartRun> hostileRuns();         // two of one trajectory, with names that try to be markup
 
 } // namespace gsc

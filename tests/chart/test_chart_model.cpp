@@ -71,14 +71,14 @@ TEST_CASE("thinned: ends stay")
 
 TEST_CASE("speed-up is against none of the same tier and trajectory")
 {
-    json exact = runOf("none", 12, nullptr), turn = runOf("none", 100, 60), turbo = runOf("error", 1, 30);
+    json exact = runOf("none", 12, nullptr), turn = runOf("none", 100, 60), other = runOf("error", 1, 30);
     exact["config"]["tier"] = "exact";
     turn["config"]["trajectory"] = "turn";
-    turbo["config"]["tier"] = "turbo";
+    other["config"]["tier"] = "of another version";
     json more = runOf("none", 7, 60); // none, but not plain: only the baseline if there is no plainer one
     more["config"]["lod_bias"] = 1;
     const auto model = chartModel({parsed(more), parsed(runOf("error", 2, 50)), parsed(runOf("none", 6, 60)),
-                                   parsed(exact), parsed(turn), parsed(turbo)});
+                                   parsed(exact), parsed(turn), parsed(other)});
     REQUIRE(model["panels"].size() == 2);
     const auto& rows = model["panels"][0]["rows"];
     CHECK(rows[1]["speedup"] == 3);
@@ -88,7 +88,7 @@ TEST_CASE("speed-up is against none of the same tier and trajectory")
     CHECK(rows[0]["speedup"].get<double>() == doctest::Approx(6.0 / 7).epsilon(1e-4));
     CHECK(rows[3]["speedup"] == 1);
     CHECK(rows[3]["baseline"] == true);
-    CHECK(rows[4]["speedup"].is_null()); // turbo was not measured without reuse
+    CHECK(rows[4]["speedup"].is_null()); // it was not measured without reuse
     CHECK(model["panels"][1]["rows"][0]["speedup"] == 1);
     CHECK(indices(model["panels"][0]["views"]["min"]["front"]) == Indices{4, 1, 2, 3});
 }
@@ -175,7 +175,7 @@ TEST_CASE("file names are plain and never meet")
 
 TEST_CASE("of many runs the baselines and the front get a colour, no more than can be told apart")
 {
-    std::vector<RunRow> rows;
+    std::vector<ChartRun> rows;
     for (int i = 0; i < 200; ++i)
         rows.push_back(parsed(runOf("error", 1 + 0.1 * i, 20 + 0.3 * (i % 7 == 0 ? i : i / 2.0))));
     rows.push_back(parsed(runOf("none", 30, nullptr)));
@@ -192,7 +192,7 @@ TEST_CASE("of many runs the baselines and the front get a colour, no more than c
 
 TEST_CASE("a policy that the front leaves out is still shown with its own best")
 {
-    std::vector<RunRow> rows = {parsed(runOf("none", 1, nullptr))}; // beats everything
+    std::vector<ChartRun> rows = {parsed(runOf("none", 1, nullptr))}; // beats everything
     for (int i = 0; i < 10; ++i) {
         rows.push_back(parsed(runOf("depth", 2 + i, 40 - (i == 0 ? 0 : 5)))); // the first beats the rest
         rows.push_back(parsed(runOf("error", 2 + i, 30 + i)));                // all on a front of their own

@@ -63,7 +63,7 @@ TEST_CASE("same runs, same bytes")
 {
     CHECK(chartPage(chartModel(hostileRuns())).size() > 600000);
     const auto lines = {runOf("none", 6.123456789, 61.987654321), runOf("error", 1.0 / 3, 2.0 / 3)};
-    std::vector<RunRow> rows;
+    std::vector<ChartRun> rows;
     for (const json& line : lines)
         rows.push_back(parsed(line));
     CHECK(chartPage(chartModel(rows)) == chartPage(chartModel(rows)));

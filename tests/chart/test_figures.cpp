@@ -16,7 +16,7 @@ using nlohmann::json;
 namespace {
 
 // The SVG of a kind of the first panel.
-std::string svgOf(const std::vector<RunRow>& rows, const std::string& kind)
+std::string svgOf(const std::vector<ChartRun>& rows, const std::string& kind)
 {
     for (const FigureFile& file : drawFigures(chartModel(rows), [](size_t, size_t) {}))
         if (file.name.ends_with(kind + ".svg"))
@@ -61,7 +61,7 @@ TEST_CASE("figures: SVG and PNG of every kind and panel, or a refusal that names
 {
     json turn = plainRun();
     turn["config"]["trajectory"] = "turn";
-    std::vector<RunRow> rows = hostileRuns();
+    std::vector<ChartRun> rows = hostileRuns();
     rows.push_back(parsed(turn));
     const auto model = chartModel(rows);
     const auto ignore = [](size_t, size_t) {};
@@ -114,13 +114,13 @@ TEST_CASE("figures of odd runs: one frame, all broken, all equal, frames of othe
     longer["per_frame"] = {{"wall_ms", {4, 4, 4}},
                            {"psnr", {nullptr, kBrokenPsnr, 3}},
                            {"temporal", {nullptr, 1, 0}},
-                           {"decoded", {0, 1e9, 3}}};
+                           {"decoded", {0, 1000000000, 3}}};
     const auto drawn = drawFigures(chartModel({parsed(broken), parsed(plainRun())}), [](size_t, size_t) {});
     CHECK(drawn[1].bytes.find(">broken<") != std::string::npos);
     CHECK(drawn[1].bytes.find(">equal<") != std::string::npos);
-    const std::vector<std::vector<RunRow>> cases = {
+    const std::vector<std::vector<ChartRun>> cases = {
         {parsed(single)}, {parsed(broken)}, {parsed(plainRun())}, {parsed(single), parsed(broken), parsed(longer)}};
-    for (const std::vector<RunRow>& rows : cases)
+    for (const std::vector<ChartRun>& rows : cases)
         for (const FigureFile& file : drawFigures(chartModel(rows), [](size_t, size_t) {})) {
             if (!file.name.ends_with(".svg"))
                 continue; // any bytes
@@ -140,7 +140,7 @@ TEST_CASE("axes do not zoom into noise")
     two["peak_bytes"] = uint64_t(54.06 * 1048576);
     for (json* line : {&one, &two})
         (*line)["per_frame"]["temporal"] = {nullptr, 0.00001};
-    const std::vector<RunRow> rows = {parsed(one), parsed(two)};
+    const std::vector<ChartRun> rows = {parsed(one), parsed(two)};
     const std::string accuracy = svgOf(rows, "accuracy"), over_time = svgOf(rows, "over-time");
     for (const char* noise : {">54.", ">20.", ">75.", ">74.5<"})
         CHECK_MESSAGE(accuracy.find(noise) == accuracy.npos, noise);
@@ -153,7 +153,7 @@ TEST_CASE("no text is cut off at the right or printed over another one")
 {
     if (!figuresMissing().empty())
         return;
-    std::vector<RunRow> rows;
+    std::vector<ChartRun> rows;
     for (int i = 0; i < 8; ++i) {
         json line = runOf(i % 2 ? "error" : "depth", 5 + i, 50 + i);
         line["config"]["max_depth"] = i;
@@ -181,7 +181,7 @@ TEST_CASE("a run has its colour in every figure")
     if (!figuresMissing().empty())
         return;
     json depth = runOf("depth", 3, 40), error = runOf("error", 2, 50);
-    const std::vector<RunRow> rows = {parsed(depth), parsed(error)};
+    const std::vector<ChartRun> rows = {parsed(depth), parsed(error)};
     for (const char* kind : {"accuracy", "frame-time", "over-time"}) {
         CAPTURE(std::string(kind));
         const std::string svg = svgOf(rows, kind);

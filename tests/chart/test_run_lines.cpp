@@ -33,20 +33,20 @@ TEST_CASE("a run is read as it is written; null decibels are infinite")
     json line = runOf("error", 2.5, 41.25);
     line["config"]["bound"] = 0.5;
     line["per_frame"]["psnr"] = {nullptr, 41.25};
-    const RunRow row = parsed(line);
-    CHECK(row.config.policy == "error");
-    CHECK(row.config.bound == 0.5);
-    CHECK(row.config.width == 640);
-    CHECK(row.wall.median == 2.5);
-    CHECK(row.wall.p99 == 6);
-    CHECK(row.decode_ms == 1.25);
+    const ChartRun row = parsed(line);
+    CHECK(row.config.reuse.policy == "error");
+    CHECK(row.config.reuse.bound == 0.5);
+    CHECK(row.config.size[0] == 640);
+    CHECK(row.ms.wall.median == 2.5);
+    CHECK(row.ms.wall.p99 == 6);
+    CHECK(row.ms.stages[kDecodeStage].median == 1.25);
     CHECK(row.accuracy.psnr_min == 41.25);
-    CHECK(std::isinf(row.frames.psnr[0]));
-    CHECK(row.frames.psnr[1] == 41.25);
-    CHECK(std::isnan(row.frames.temporal[0]));
-    CHECK(row.frames.decoded == std::vector<double>{10, 10});
+    CHECK(std::isinf(row.accuracy.frame_psnr[0]));
+    CHECK(row.accuracy.frame_psnr[1] == 41.25);
+    CHECK(std::isnan(row.accuracy.frame_temporal[0]));
+    CHECK(row.decoded == std::vector<uint64_t>{10, 10});
     CHECK(std::isinf(parsed(plainRun()).accuracy.psnr_pooled));
-    CHECK_FALSE(row.accuracy.ssim_mean);
+    CHECK(row.accuracy.ssim.frames == 0);
 }
 
 TEST_CASE("blank lines count, other known forms are skipped and told")
@@ -120,7 +120,7 @@ TEST_CASE("a run of an earlier version with a cache that is no more is refused, 
     for (const char* cache : {"cut", "order"}) {
         json line = plainRun();
         line["config"][cache] = false;
-        CHECK(parsed(line).config.policy == "none");
+        CHECK(parsed(line).config.reuse.policy == "none");
         line["config"][cache] = true;
         CHECK(refusal(line.dump()).starts_with("runs.jsonl:1: config." + std::string(cache) + " is true, expected "));
         line["config"][cache] = 0;
@@ -145,16 +145,16 @@ TEST_CASE("a run measured again is a repeat: the one in the middle stands for al
     addRuns(measured(line, 8), "c", runs);
     foldRepeats(runs);
     REQUIRE(runs.rows.size() == 3);
-    CHECK(runs.rows[0].wall.median == 5);
-    CHECK(runs.rows[0].wall.max == 50); // all of one run
-    CHECK(runs.rows[0].repeats == 3);
+    CHECK(runs.rows[0].ms.wall.median == 5);
+    CHECK(runs.rows[0].ms.wall.max == 50); // all of one run
+    CHECK(runs.rows[0].rounds == 3);
     CHECK(runs.rows[0].least_ms == 4);
     CHECK(runs.rows[0].most_ms == 8);
-    CHECK(runs.rows[1].wall.median == 2.5);
-    CHECK(runs.rows[1].wall.max == 30); // of two the slower
-    CHECK(runs.rows[1].repeats == 2);
+    CHECK(runs.rows[1].ms.wall.median == 2.5);
+    CHECK(runs.rows[1].ms.wall.max == 30); // of two the slower
+    CHECK(runs.rows[1].rounds == 2);
     CHECK(runs.rows[2].label == "later"); // another run
-    CHECK(runs.rows[2].repeats == 1);
+    CHECK(runs.rows[2].rounds == 1);
     CHECK(runs.repeats == 3);
     CHECK(runs.duplicates == 0);
     CHECK(runs.notes.empty());
@@ -205,24 +205,27 @@ TEST_CASE("the accuracy of repeats is the worst of all, each score for itself")
         CHECK(runs.repeats == lines.size() - 1);
         return runs.rows[0];
     };
-    json first = measured(1, 49, 0.01, {{"max", 0.25}}), second = measured(2, nullptr, 0, nullptr),
-         third = measured(3, 60, 0.5, {{"max", 0.125}});
+    const auto changes = [](double most) -> json {
+        return {{"rms", 0}, {"p50", 0}, {"p99", 0}, {"max", most}, {"max_frame", 1}};
+    };
+    json first = measured(1, 49, 0.01, changes(0.25)), second = measured(2, nullptr, 0, nullptr),
+         third = measured(3, 60, 0.5, changes(0.125));
     first["accuracy"]["psnr"]["pooled"] = 70;
-    first["accuracy"]["ssim"] = {{"mean", 0.75}};
-    first["accuracy"]["flip"] = {{"mean", 0.25}};
-    second["accuracy"]["ssim"] = {{"mean", 1}};
-    second["accuracy"]["flip"] = {{"mean", 0}};
-    const RunRow row = folded({third, first, second});
-    CHECK(row.wall.median == 2);
+    first["accuracy"]["ssim"] = {{"mean", 0.75}, {"min", 0.5}, {"frames", 2}};
+    first["accuracy"]["flip"] = {{"mean", 0.25}, {"max", 0.5}, {"frames", 2}};
+    second["accuracy"]["ssim"] = {{"mean", 1}, {"min", 1}, {"frames", 2}};
+    second["accuracy"]["flip"] = {{"mean", 0}, {"max", 0}, {"frames", 2}};
+    const ChartRun row = folded({third, first, second});
+    CHECK(row.ms.wall.median == 2);
     CHECK(row.accuracy.psnr_min == 49);
     CHECK(row.accuracy.psnr_p1 == 49);
     CHECK(row.accuracy.psnr_pooled == 60);
     CHECK(row.accuracy.max_error == 0.5);
-    CHECK(row.accuracy.temporal_max == 0.25);
-    CHECK(row.accuracy.ssim_mean == 0.75);
-    CHECK(row.accuracy.flip_mean == 0.25);
+    CHECK(row.accuracy.temporal.max == 0.25);
+    CHECK(row.accuracy.ssim.mean == 0.75);
+    CHECK(row.accuracy.flip.mean == 0.25);
     CHECK(folded({second, measured(4, kBrokenPsnr, 1e30, nullptr), third}).accuracy.psnr_min == kBrokenPsnr);
-    CHECK_FALSE(folded({second, measured(2.5, nullptr, 0, nullptr)}).accuracy.temporal_max);
+    CHECK(folded({second, measured(2.5, nullptr, 0, nullptr)}).accuracy.temporal.images == 0);
     // of the same times only what has the same accuracy was told before
     CHECK(folded({measured(1, 60, 0.01, nullptr), measured(1, 49, 0.01, nullptr)}).accuracy.psnr_min == 49);
 }
@@ -241,15 +244,15 @@ TEST_CASE("the time of an even number of repeats is the mean of the two in the m
     }
     foldRepeats(runs);
     REQUIRE(runs.rows.size() == 1);
-    const RunRow& row = runs.rows[0];
-    CHECK(row.wall.median == 3);
-    CHECK(row.device_ms.median == 1.5);
-    CHECK(row.decode_ms == 0.75);
-    CHECK(row.wall.max == 16); // what is not a median is of one run
-    CHECK(row.frames.wall_ms == std::vector<double>{4, 4});
+    const ChartRun& row = runs.rows[0];
+    CHECK(row.ms.wall.median == 3);
+    CHECK(row.ms.device.median == 1.5);
+    CHECK(row.ms.stages[kDecodeStage].median == 0.75);
+    CHECK(row.ms.wall.max == 16); // what is not a median is of one run
+    CHECK(row.wall_ms == std::vector<double>{4, 4});
     CHECK(row.least_ms == 1);
     CHECK(row.most_ms == 9);
-    CHECK(row.repeats == 4);
+    CHECK(row.rounds == 4);
 }
 
 TEST_CASE("a file given twice repeats nothing")
@@ -260,7 +263,7 @@ TEST_CASE("a file given twice repeats nothing")
     addRuns(text, "a", runs);
     foldRepeats(runs);
     CHECK(runs.rows.size() == 2);
-    CHECK(runs.rows[0].repeats == 1);
+    CHECK(runs.rows[0].rounds == 1);
     CHECK(runs.repeats == 0);
     CHECK(runs.duplicates == 2);
     REQUIRE(runs.notes.size() == 1);

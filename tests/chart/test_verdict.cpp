@@ -14,7 +14,7 @@ using nlohmann::json;
 
 namespace {
 
-std::string verdictOf(const std::vector<RunRow>& rows)
+std::string verdictOf(const std::vector<ChartRun>& rows)
 {
     std::string text;
     const auto model = chartModel(rows);
@@ -54,8 +54,8 @@ TEST_CASE("verdict: the fastest run that keeps 50, 60 and 70 dB in the worst fra
 
 TEST_CASE("without a run of policy none the page says why there is no speed-up")
 {
-    const RunRow none = parsed(runOf("none", 6, nullptr)), walk = parsed(errorRun(1, 3, 72)),
-                 orbit = parsed(errorRun(1, 3, 72, "orbit")), turn = parsed(errorRun(1, 3, 72, "turn"));
+    const ChartRun none = parsed(runOf("none", 6, nullptr)), walk = parsed(errorRun(1, 3, 72)),
+                   orbit = parsed(errorRun(1, 3, 72, "orbit")), turn = parsed(errorRun(1, 3, 72, "turn"));
     CHECK(verdictOf({walk}) == "error 1/255 is the fastest that keeps 50, 60 and 70 dB: 3.00 ms.");
     CHECK(chartModel({none, walk})["no_baseline"] == "");
     CHECK(
@@ -67,8 +67,8 @@ TEST_CASE("without a run of policy none the page says why there is no speed-up")
 
 TEST_CASE("verdict: repeats are told, and that a difference is within their spread")
 {
-    RunRow none = parsed(runOf("none", 6, nullptr)), error = parsed(errorRun(1, 3, 72));
-    error.repeats = 3;
+    ChartRun none = parsed(runOf("none", 6, nullptr)), error = parsed(errorRun(1, 3, 72));
+    error.rounds = 3;
     error.least_ms = 2.5;
     error.most_ms = 4;
     const std::string clear = "error 1/255 is the fastest that keeps 50, 60 and 70 dB: 3.00 ms (2.50 to 4.00 in 3 "
@@ -107,7 +107,7 @@ TEST_CASE("verdict: what a run keeps it keeps in every repeat, and its speed-up 
 
 TEST_CASE("one policy has one hue and one configuration one look, whatever the panel and the order of speed")
 {
-    std::vector<RunRow> rows;
+    std::vector<ChartRun> rows;
     for (const char* trajectory : {"walk", "orbit"}) {
         const bool first = rows.empty();
         json none = runOf("none", 9, nullptr), budget = errorRun(1, first ? 7 : 3, 40, trajectory);

@@ -59,13 +59,16 @@ void readModel(const uint8_t* data, size_t size)
 {
     const MemoryFile file(data, size);
     const gsc::PlyFile ply(file.path());
-    const gsc::PlyFamily family = gsc::detectFamily(ply.header(), ply.path());
+    gsc::Checkpoint checkpoint;
+    checkpoint.family = gsc::detectFamily(ply.header(), ply.path());
     const gsc::AnchorColumns columns = gsc::findAnchorColumns(ply.header(), ply.path());
     if (ply.header().row_count == 0)
         return; // refused by readCheckpoint()
-    gsc::Checkpoint checkpoint;
+    checkpoint.ply_path = ply.path();
     checkpoint.anchor_count = ply.header().row_count;
-    gsc::readLevels(checkpoint, family, ply, columns, {}, {});
+    checkpoint.feat_dim = uint32_t(columns.feature.size());
+    checkpoint.n_offsets = uint32_t(columns.offset.size() / 3);
+    gsc::readLevels(checkpoint, ply, columns, {}, {});
     const bool has_levels = checkpoint.flags & gsc::kModelHasLevels;
     if (has_levels != !columns.level.empty() || checkpoint.level_min < 0 ||
         checkpoint.level_clamp > gsc::kMaxAnchorLevel || (has_levels && !(checkpoint.standard_dist > 0)))

@@ -105,12 +105,12 @@ TEST_CASE("PLY: columns are found by name and sorted by number, in any order and
 
 TEST_CASE("PLY: only the fields that are asked for are filled")
 {
-    const AnchorBatch batch = decode(makePly(Columns::Octree, 3, kOffsets, kFeatures), kAnchorPlacement | kAnchorScale);
+    const AnchorBatch batch = decode(makePly(Columns::Octree, 3, kOffsets, kFeatures), kAnchorPlacement);
     CHECK(batch.position.size() == 9);
     CHECK(batch.level.size() == 3);
-    CHECK(batch.scale.size() == 18);
-    CHECK((batch.offset.empty() && batch.feature.empty() && batch.rotation.empty() && batch.opacity.empty() &&
-           batch.normal.empty()));
+    CHECK(batch.extra_level.size() == 3);
+    CHECK((batch.offset.empty() && batch.feature.empty() && batch.scale.empty() && batch.rotation.empty() &&
+           batch.opacity.empty() && batch.normal.empty()));
 }
 
 TEST_CASE("PLY, traps 15, 18 and 31: -inf, NaN and large scales are passed on bit for bit")

@@ -182,6 +182,9 @@ Pixel referencePixel(const BlendScene<Splat>& scene, const std::vector<uint32_t>
             const double next = left * (1 - alpha);
             if (std::abs(next - double(scene.rules.stop)) <= left_error + left * (alpha_error + 1e-6))
                 pixel.bound += left;
+            pixel.depth_doubtful |= std::abs(next - 0.5) <= left_error + left * (alpha_error + 1e-6);
+            if (left >= 0.5 && next < 0.5)
+                pixel.depth = float(i + 1);
             if (scene.rules.gsplat ? next <= double(scene.rules.stop) : next < double(scene.rules.stop))
                 break;
             for (int c = 0; c < 3; ++c)
@@ -192,6 +195,7 @@ Pixel referencePixel(const BlendScene<Splat>& scene, const std::vector<uint32_t>
         } else {
             const bool may_finish = left * (1 - alpha) < double(scene.rules.stop) * (1 + 1e-3) + left_error;
             pixel.bound += may_finish ? left : left * alpha_error;
+            pixel.depth_doubtful |= left >= 0.5 && left * (1 - alpha) < 0.5 + left_error;
             left_error += left * alpha_error;
         }
     }

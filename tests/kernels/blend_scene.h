@@ -48,7 +48,9 @@ BlendScene<Splat> randomScene(const std::vector<Size>& eyes, uint32_t bin_height
                               uint32_t seed, const Shapes& shapes = {});
 
 struct Pixel {
-    double color[3], bound; // what an fp32 blend may differ by
+    double color[3] = {}, bound = 0; // what an fp32 blend may differ by
+    float depth = INFINITY;          // 1 + the index of the splat behind which less than half of the light goes on
+    bool depth_doubtful = false;
 };
 
 // In double; the bound follows from what rounding does to every alpha. A splat that rounding may make appear counts as

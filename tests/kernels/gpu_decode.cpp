@@ -42,14 +42,7 @@ void launch(const DecodeFrame& frame, const DecodeJob& job, PackedSplat* splats)
 {
     DeviceScene& scene = job.model->scene;
     scene.useAppearance(job.appearance, testStream());
-    prepareDecodeCuda();
-    const DecodeCudaArgs args{frame,
-                              scene.fragments(),
-                              scene.biases(),
-                              scene.bank(),
-                              scene.takes(kMlpTakesDistance),
-                              scene.takes(kMlpTakesLevel),
-                              splats};
+    const DecodeCudaArgs args{frame, scene.fragments(), scene.biases(), splats};
     decodeFastCuda(args, kTestProcessors, testStream().handle);
 }
 void launch(const DecodeFrame& frame, const DecodeJob& job, ExactSplat* splats)
@@ -59,16 +52,12 @@ void launch(const DecodeFrame& frame, const DecodeJob& job, ExactSplat* splats)
     if (scene.fastPossible())
         scene.useAppearance(job.appearance, testStream());
     const size_t shared_bytes = CudaDevice(0).limits().shared_bytes;
-    prepareDecodeExactCuda(shared_bytes);
     const auto per_thread = uint32_t(decodeScratch(*job.view->params));
     const GuardedBuffer<float> scratch(exactScratchValues(per_thread, kTestProcessors));
     const DecodeExactArgs args{frame,
                                scene.exactView(),
                                job.appearance,
                                scene.exactWeights(),
-                               scene.bank(),
-                               scene.takes(kMlpTakesDistance),
-                               scene.takes(kMlpTakesLevel),
                                scratch.count() != 0 ? scratch.get() : nullptr,
                                per_thread,
                                splats};
@@ -170,6 +159,9 @@ Decoded<Splat> decodeOnDevice(const DecodeJob& job)
     frame.cells = cells.get();
     frame.slot_capacity = job.slot_capacity;
     frame.counters = counters.get();
+    frame.bank = job.model->scene.bank();
+    frame.takes_distance = job.model->scene.takes(kMlpTakesDistance);
+    frame.takes_level = job.model->scene.takes(kMlpTakesLevel);
     launch(frame, job, splats.get());
     for (const bool whole : {visible.intact(), fraction.intact(), slab_of.intact(), cells.intact(), places.intact(),
                              splats.intact(), counters.intact()})

@@ -3,10 +3,12 @@
 #pragma once
 
 #include "runtime/renderer.h"
+#include "kernels/present/pixel.h"
 #include "runtime/cpu/renderer_cpu.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <vector>
 
 namespace gsc::test {
@@ -32,6 +34,33 @@ inline std::vector<Image<float>> render(Renderer& backend, const std::vector<Eye
     return images;
 }
 
+// Depths of the eyes' pixels; -7 where none was written. `pictures` takes what is drawn beside them.
+inline std::vector<std::vector<float>> renderDepths(Renderer& renderer, const std::vector<EyeParams>& eyes,
+                                                    const FrameOptions& options,
+                                                    std::vector<std::vector<float>>& pictures)
+{
+    std::vector<std::vector<float>> depths(eyes.size());
+    std::vector<FrameTarget> targets(eyes.size());
+    pictures.resize(eyes.size());
+    for (size_t e = 0; e < eyes.size(); ++e) {
+        depths[e].assign(size_t(eyes[e].width) * eyes[e].height, -7.0f);
+        pictures[e].assign(3 * depths[e].size(), -7.0f);
+        targets[e] = hostTarget(pictures[e].data());
+        targets[e].depth = depths[e].data();
+    }
+    gsc::render(renderer, {eyes, targets, options});
+    return depths;
+}
+
+// Share of pixels that have another depth; `rounding`: the part of a depth by which the same may differ.
+inline double otherDepths(const std::vector<float>& a, const std::vector<float>& b, double rounding)
+{
+    size_t others = a.size() == b.size() ? 0 : a.size();
+    for (size_t i = 0; i < std::min(a.size(), b.size()); ++i)
+        others += !(a[i] == b[i] || std::abs(double(a[i]) - double(b[i])) <= rounding * double(a[i]));
+    return double(others) / double(a.size());
+}
+
 inline Image<float> renderWith(CpuPath path, int threads, const ModelView& model, const EyeParams& eye,
                                const FrameOptions& options)
 {
@@ -47,6 +76,24 @@ inline Image<double> render64(const ModelView& model, const EyeParams64& eye, co
     double* pointer = image.pixels.data();
     renderReference64(model, &eye, 1, options, &pointer, image.result);
     return image;
+}
+
+// What a target holds of a picture, and `fill` in the rest of its rows.
+inline std::vector<unsigned char> inTarget(const std::vector<float>& picture, uint32_t width, PixelFormat format,
+                                           size_t pitch, unsigned char fill)
+{
+    const size_t height = picture.size() / 3 / width, pixel = pixelBytes(format);
+    std::vector<unsigned char> rows(pitch * height, fill);
+    for (size_t i = 0; i < height * width; ++i) {
+        const float* const rgb = picture.data() + 3 * i;
+        const PixelBytes bytes = pixelBytesOf(rgb);
+        const PixelHalves halves = pixelHalvesOf(rgb);
+        const void* const from = format == PixelFormat::Rgb32f    ? static_cast<const void*>(rgb)
+                                 : format == PixelFormat::Rgba16f ? static_cast<const void*>(&halves)
+                                                                  : static_cast<const void*>(&bytes);
+        std::memcpy(rows.data() + i / width * pitch + i % width * pixel, from, pixel);
+    }
+    return rows;
 }
 
 struct Difference {

@@ -11,7 +11,7 @@ using namespace gsc::test;
 namespace {
 
 struct Drawn {
-    std::vector<float> images[kMaxEyes];
+    std::vector<float> images[kMaxEyes], depths[kMaxEyes];
     FrameCounters counters;
 
     bool operator==(const Drawn& other) const // bytes, not values
@@ -22,6 +22,8 @@ struct Drawn {
             for (size_t i = 0; i < images[e].size(); ++i)
                 if (floatBits(images[e][i]) != floatBits(other.images[e][i]))
                     return false;
+            if (depths[e] != other.depths[e])
+                return false;
         }
         return true;
     }
@@ -49,13 +51,17 @@ Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_
     const GuardedBuffer<Splat> splats(scene.splats);
     const GuardedBuffer<float> image[kMaxEyes] = {GuardedBuffer<float>(3 * pixels(0)),
                                                   GuardedBuffer<float>(3 * pixels(1))};
+    const GuardedBuffer<float> depth[kMaxEyes] = {GuardedBuffer<float>(pixels(0)), GuardedBuffer<float>(pixels(1))};
+    std::vector<SplatPlace> splat_places(scene.splats.size());
+    for (size_t i = 0; i < splat_places.size(); ++i)
+        splat_places[i] = {floatBits(float(i + 1)), 0}; // so that a depth tells the splat
+    const GuardedBuffer<SplatPlace> places(splat_places);
     const GuardedBuffer<float> left[kMaxEyes] = {GuardedBuffer<float>(passes > 1 ? pixels(0) : 0),
                                                  GuardedBuffer<float>(passes > 1 ? pixels(1) : 0)};
     FrameCounters before{};
     before.any_positive[0] = before.any_positive[1] = scene.any_positive;
     Drawn drawn{};
     drawn.counters = before;
-    prepareBlendCuda();
     for (uint32_t pass = 0; pass < passes; ++pass) {
         const auto first = uint32_t(scene.splats.size() * pass / passes);
         const auto last = uint32_t(scene.splats.size() * (pass + 1) / passes);
@@ -97,12 +103,14 @@ Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_
             args.width[e] = scene.eyes[e].width;
             args.height[e] = scene.eyes[e].height;
             args.image[e] = image[e].get();
+            args.depth[e] = depth[e].get();
             args.transmittance[e] = passes > 1 ? left[e].get() : nullptr;
         }
         args.rules = scene.rules;
         std::copy_n(scene.background, 3, args.background);
         args.empty_is_black = scene.empty_is_black;
         args.splats = splats.get();
+        args.places = places.get();
         args.cells = cells.get();
         args.bin_queue = bin_queue.get();
         args.segments = segments.get();
@@ -112,14 +120,17 @@ Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_
         args.pair_capacity = uint32_t(keys.size());
         args.counters = device_counters.get();
         launch(args, static_cast<const Splat*>(nullptr));
-        for (const bool whole : {splats.intact(), image[0].intact(), image[1].intact(), left[0].intact(),
-                                 left[1].intact(), device_keys.intact(), cells.intact(), bin_queue.intact(),
-                                 device_counters.intact(), segments.intact(), partial.intact()})
+        for (const bool whole :
+             {splats.intact(), image[0].intact(), image[1].intact(), left[0].intact(), left[1].intact(),
+              depth[0].intact(), depth[1].intact(), device_keys.intact(), cells.intact(), bin_queue.intact(),
+              device_counters.intact(), segments.intact(), partial.intact()})
             CHECK(whole);
         drawn.counters = device_counters.read()[0];
     }
-    for (uint32_t e = 0; e < eye_count; ++e)
+    for (uint32_t e = 0; e < eye_count; ++e) {
         drawn.images[e] = image[e].read();
+        drawn.depths[e] = depth[e].read();
+    }
     return drawn;
 }
 
@@ -127,7 +138,7 @@ Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_
 template <typename Splat>
 void checkPixels(const BlendScene<Splat>& scene, const Drawn& drawn, double usual_bound)
 {
-    size_t total = 0, wrong = 0, doubtful = 0;
+    size_t total = 0, wrong = 0, doubtful = 0, wrong_depths = 0, doubtful_depths = 0;
     double worst = 0;
     for (uint32_t e = 0; e < scene.eyes.size(); ++e)
         for (uint32_t y = 0; y < scene.eyes[e].height; ++y)
@@ -144,11 +155,16 @@ void checkPixels(const BlendScene<Splat>& scene, const Drawn& drawn, double usua
                 if (pixel.bound <= usual_bound)
                     worst = std::max(worst, error);
                 ++total;
+                const float depth = drawn.depths[e][size_t(y) * scene.eyes[e].width + x];
+                wrong_depths += !pixel.depth_doubtful && depth != pixel.depth;
+                doubtful_depths += pixel.depth_doubtful;
             }
     if (std::getenv("GSC_TEST_VERBOSE") != nullptr)
         MESSAGE(total, " pixels, ", doubtful, " of them in doubt, worst of the others ", worst);
     CHECK(wrong == 0);
     CHECK(doubtful <= 1 + total / 20);
+    CHECK(wrong_depths == 0);
+    CHECK(doubtful_depths <= 1 + total / 20);
 }
 
 template <typename Splat>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // The renderer interface on a GPU: targets, two frames in flight, several renderers, a device that is lost.
-#include "kernels/present/pixel.h"
 #include "tests/kernels/gpu_buffers.h"
 #include "tests/kernels/reuse_tools.h"
 
@@ -190,22 +189,17 @@ TEST_CASE("renderer: a picture in device memory is the one on the host, byte for
     for (const PixelFormat format : {PixelFormat::Rgb32f, PixelFormat::Rgba16f, PixelFormat::Rgba8}) {
         CAPTURE(uint32_t(format));
         const size_t pixel = pixelBytes(format), pitch = width * pixel + 32;
-        std::vector<unsigned char> wanted(pitch * height, 0xff);
-        for (uint32_t y = 0; y < height; ++y)
-            for (uint32_t x = 0; x < width; ++x) {
-                const float* const rgb = plain.data() + 3 * (size_t(y) * width + x);
-                const PixelBytes bytes = pixelBytesOf(rgb);
-                const PixelHalves halves = pixelHalvesOf(rgb);
-                const void* const from = format == PixelFormat::Rgb32f    ? static_cast<const void*>(rgb)
-                                         : format == PixelFormat::Rgba16f ? static_cast<const void*>(&halves)
-                                                                          : static_cast<const void*>(&bytes);
-                std::memcpy(wanted.data() + y * pitch + x * pixel, from, pixel);
-            }
+        const std::vector<unsigned char> wanted = inTarget(plain, width, format, pitch, 0xff);
         const GuardedBuffer<unsigned char> memory(pitch * height);
         std::vector<unsigned char> host(pitch * height, 0xff);
-        const FrameTarget device[2] = {{}, {FrameTarget::Kind::Device, format, memory.get(), pitch, 0}};
+        const size_t depth_pitch = (width + 5) * sizeof(float);
+        const GuardedBuffer<float> depths(depth_pitch / sizeof(float) * height);
+        std::vector<float> own_depths(depth_pitch / sizeof(float) * height, -7.0f);
+        const FrameTarget device[2] = {
+            {}, {FrameTarget::Kind::Device, format, memory.get(), pitch, 0, depths.get(), depth_pitch, 0}};
         const uint64_t ticket = gpu->submit({eyes, device, onGrey(Tier::Fast)});
-        const FrameTarget own[2] = {{}, {FrameTarget::Kind::Host, format, host.data(), pitch, 0}};
+        const FrameTarget own[2] = {
+            {}, {FrameTarget::Kind::Host, format, host.data(), pitch, 0, own_depths.data(), depth_pitch, 0}};
         const uint64_t second = gpu->submit({eyes, own, onGrey(Tier::Fast)});
         GSC_CUDA_CHECK(cudaEventSynchronize(static_cast<cudaEvent_t>(gpu->readyEvent(ticket))));
         CHECK(memory.read() == wanted); // before wait()
@@ -215,6 +209,12 @@ TEST_CASE("renderer: a picture in device memory is the one on the host, byte for
         CHECK(gpu->wait(second, result) == FrameState::Done);
         CHECK(host == wanted);
         CHECK(memory.intact());
+        const std::vector<float> device_depths = depths.read();
+        bool same = true;
+        for (size_t i = 0; i < own_depths.size(); ++i)
+            same = same && (i % (width + 5) < width ? own_depths[i] == device_depths[i] : own_depths[i] == -7);
+        CHECK(same);
+        CHECK(depths.intact());
     }
 }
 
@@ -225,29 +225,48 @@ TEST_CASE("renderer: a mapped surface has the bytes of memory")
     const std::vector<EyeParams> eyes = walk(0, 1);
     const size_t row = eyes[0].width * size_t(4);
     std::vector<unsigned char> wanted(row * eyes[0].height), got(wanted.size());
-    const FrameTarget host{FrameTarget::Kind::Host, PixelFormat::Rgba8, wanted.data(), 0, 0};
+    std::vector<float> depths(wanted.size() / 4), got_depths(depths.size());
+    const FrameTarget host{FrameTarget::Kind::Host, PixelFormat::Rgba8, wanted.data(), 0, 0, depths.data(), 0, 0};
     (void)render(*gpu, {eyes, {&host, 1}, onGrey(Tier::Fast)});
     FrameTarget target{FrameTarget::Kind::Surface, PixelFormat::Rgba8, nullptr, 0, 0};
 #ifdef GSC_CUDA_EMULATION
     const gsc_emulation::Surface surface{got.data(), row};
+    const gsc_emulation::Surface depth_surface{reinterpret_cast<unsigned char*>(got_depths.data()), row};
     target.surface = reinterpret_cast<uintptr_t>(&surface);
+    target.depth_surface = reinterpret_cast<uintptr_t>(&depth_surface);
     (void)render(*gpu, {eyes, {&target, 1}, onGrey(Tier::Fast)});
 #else
-    cudaArray_t array = nullptr;
-    const cudaChannelFormatDesc bytes{8, 8, 8, 8, cudaChannelFormatKindUnsigned};
-    GSC_CUDA_CHECK(cudaMallocArray(&array, &bytes, eyes[0].width, eyes[0].height, cudaArraySurfaceLoadStore));
-    cudaResourceDesc resource{};
-    resource.resType = cudaResourceTypeArray;
-    resource.res.array.array = array;
-    GSC_CUDA_CHECK(cudaCreateSurfaceObject(&target.surface, &resource));
+    struct Mapped { // an array of a word a pixel and its surface
+        cudaArray_t array = nullptr;
+        unsigned long long surface = 0;
+
+        Mapped(const cudaChannelFormatDesc& words, const EyeParams& eye)
+        {
+            GSC_CUDA_CHECK(cudaMallocArray(&array, &words, eye.width, eye.height, cudaArraySurfaceLoadStore));
+            cudaResourceDesc resource{};
+            resource.resType = cudaResourceTypeArray;
+            resource.res.array.array = array;
+            GSC_CUDA_CHECK(cudaCreateSurfaceObject(&surface, &resource));
+        }
+        void read(void* to, size_t row_bytes, size_t height) const
+        {
+            GSC_CUDA_CHECK(cudaMemcpy2DFromArrayAsync(to, row_bytes, array, 0, 0, row_bytes, height,
+                                                      cudaMemcpyDeviceToHost, testStream().handle));
+            GSC_CUDA_CHECK(cudaStreamSynchronize(testStream().handle));
+            cudaDestroySurfaceObject(surface);
+            cudaFreeArray(array);
+        }
+    };
+    const Mapped pixels({8, 8, 8, 8, cudaChannelFormatKindUnsigned}, eyes[0]);
+    const Mapped deep({32, 0, 0, 0, cudaChannelFormatKindFloat}, eyes[0]);
+    target.surface = pixels.surface;
+    target.depth_surface = deep.surface;
     (void)render(*gpu, {eyes, {&target, 1}, onGrey(Tier::Fast)});
-    GSC_CUDA_CHECK(cudaMemcpy2DFromArrayAsync(got.data(), row, array, 0, 0, row, eyes[0].height, cudaMemcpyDeviceToHost,
-                                              testStream().handle));
-    GSC_CUDA_CHECK(cudaStreamSynchronize(testStream().handle));
-    cudaDestroySurfaceObject(target.surface);
-    cudaFreeArray(array);
+    pixels.read(got.data(), row, eyes[0].height);
+    deep.read(got_depths.data(), row, eyes[0].height);
 #endif
     CHECK(got == wanted);
+    CHECK(got_depths == depths);
 }
 
 TEST_CASE("renderer: two on threads of their own, on two devices where there are two, draw the bytes of one")

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pieces of every class sorted on the device: by depth, then by emission order, and nothing beside them touched.
+#include "kernels/decode/decode_exact_cuda.h"
 #include "kernels/sort/sort_cuda.h"
 #include "tests/kernels/gpu_stage.h"
 
@@ -37,15 +38,6 @@ const Pattern kPatterns[] = {
     {"sorted", [](uint32_t i, Random&) { return 0x40000000u + i / 2; }},
 };
 const Pattern kEqual = {"equal", [](uint32_t, Random&) { return 0x41200000u; }};
-
-void launch(const SortCudaArgs& args, const PackedSplat*)
-{
-    sortFastCuda(args, kTestProcessors, testStream().handle);
-}
-void launch(const SortCudaArgs& args, const ExactSplat*)
-{
-    sortExactCuda(args, kTestProcessors, testStream().handle);
-}
 
 template <typename Splat>
 void checkSort(const std::vector<uint32_t>& counts, const Pattern& pattern, uint32_t seed)
@@ -93,9 +85,9 @@ void checkSort(const std::vector<uint32_t>& counts, const Pattern& pattern, uint
     const GuardedBuffer<Splat> device_splats(splats);
     const GuardedBuffer<Piece> device_pieces(pieces);
     const GuardedBuffer<FrameCounters> counters(std::vector<FrameCounters>{before});
-    prepareSortCuda();
-    launch({device_keys.get(), device_splats.get(), device_pieces.get(), piece_capacity, counters.get()},
-           static_cast<const Splat*>(nullptr));
+    sortCuda({device_keys.get(), &device_splats.get()->order, sizeof(Splat) / sizeof(uint32_t), device_pieces.get(),
+              piece_capacity, counters.get()},
+             kTestProcessors, testStream().handle);
     CHECK(device_keys.intact());
     CHECK(device_splats.intact());
     CHECK(device_pieces.intact());

@@ -112,31 +112,6 @@ TEST_CASE("a body's exception reaches the caller, and the workers go on working"
     }
 }
 
-TEST_CASE("a body may use its own workers, and those of another")
-{
-    const Workers outer(3), inner(2);
-    std::atomic<size_t> same{0}, other{0}, round{0};
-    std::atomic<bool> known{true};
-    outer.run(20, 1, [&](size_t, size_t, int) {
-        outer.run(30, 4, [&](size_t begin, size_t end, int worker) {
-            if (worker < 0 || worker >= 3)
-                known = false;
-            same += end - begin;
-        });
-        inner.run(40, 4, [&](size_t begin, size_t end, int) {
-            other += end - begin;
-            if (begin == 0)
-                outer.run(2, 1, [&](size_t first, size_t last, int) { round += last - first; });
-        });
-    });
-    CHECK(known);
-    CHECK(same == 20u * 30u);
-    CHECK(other == 20u * 40u);
-    CHECK(round == 20u * 2u);
-    CHECK_THROWS_AS(
-        outer.run(8, 1, [&](size_t, size_t, int) { outer.run(8, 1, [](size_t, size_t, int) { throw 1; }); }), int);
-}
-
 TEST_CASE("0 threads are as many as there are processors")
 {
     const Workers workers(0);

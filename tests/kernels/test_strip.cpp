@@ -135,11 +135,10 @@ Strip mixed(const ModelView& model, const Decoded& a, const Decoded* b, float t,
 Strip reference(const ModelView& model, const std::vector<VisibleAnchor>& anchors, const EyeParams& eye)
 {
     Strip strip;
-    const Networks nets = findNetworks(model);
     const double center[3] = {eye.center[0], eye.center[1], eye.center[2]};
     std::vector<double> scratch(decodeScratch(*model.params));
     for (uint32_t i = 0; i < anchors.size(); ++i)
-        decodeAnchor<double>(model, nets, center, 0, anchors[i].local, 1.0, -1, scratch.data(),
+        decodeAnchor<double>(model, center, 0, anchors[i].local, 1.0, -1, scratch.data(),
                              [&](const GaussianOf<double>& g) {
                                  const uint32_t K = model.params->n_offsets;
                                  Gaussian gaussian{};

@@ -38,24 +38,10 @@ std::map<uint32_t, Place> placesBySource(const ModelView& model)
 // Opacity network's outputs of all offsets, those below the floor too.
 std::vector<float> allOpacities(const ModelView& model, const ViewInput<float>& view, const Place& place)
 {
-    const ModelParams& params = *model.params;
-    const Networks nets = findNetworks(model);
-    const float* raw = model.arrays[place.chunk].feature + size_t(params.feat_dim) * place.local;
-    std::vector<float> feature(raw, raw + params.feat_dim);
-    std::vector<float> input(params.feat_dim + 5 + params.appearance_dim), hidden(params.feat_dim);
-    if (nets.bank) {
-        float weights[3];
-        assembleInput<float>(params, nets.bank->inputs, nullptr, view, input.data());
-        evaluateMlp(model, *nets.bank, input.data(), hidden.data(), weights);
-        softmax3(weights);
-        for (uint32_t j = 0; j < params.feat_dim; ++j)
-            feature[j] = bankFeature(raw, params.feat_dim, j, weights);
-    }
-    std::vector<float> out(params.n_offsets);
-    assembleInput(params, nets.opacity->inputs, feature.data(), view, input.data());
-    evaluateMlp(model, *nets.opacity, input.data(), hidden.data(), out.data());
+    std::vector<float> scratch(decodeScratch(*model.params)), out(model.params->n_offsets);
+    AnchorNetworks<float>(model, view, place.chunk, place.local, scratch.data()).evaluate(MlpKind::Opacity, out.data());
     for (float& value : out)
-        value = activate(Activation(nets.opacity->activation), value);
+        value = std::tanh(value);
     return out;
 }
 
@@ -76,18 +62,18 @@ Json anchorJson(const ModelView& model, const EyeParams& eye, const Place& place
     const RasterConstants rules = rasterConstants(*model.params, 0);
     Json gaussians = Json::array();
     std::vector<float> scratch(decodeScratch(*model.params));
-    decodeAnchor<float>(model, findNetworks(model), eye.center, place.chunk, place.local, 1.0f, appearance,
-                        scratch.data(), [&](const GaussianOf<float>& g) {
-                            const auto splat = footprint<float>(
-                                eye, rules, {g.position[0], g.position[1], g.position[2]}, g.scale, g.rotation);
-                            gaussians.push_back({{"k", g.order % model.params->n_offsets},
-                                                 {"xyz", g.position},
-                                                 {"scaling", g.scale},
-                                                 {"rot", g.rotation},
-                                                 {"opacity", {g.opacity}},
-                                                 {"color", g.color},
-                                                 {"radius", splat.visible ? splat.radius : 0}});
-                        });
+    decodeAnchor<float>(
+        model, eye.center, place.chunk, place.local, 1.0f, appearance, scratch.data(), [&](const GaussianOf<float>& g) {
+            const auto splat =
+                footprint<float>(eye, rules, {g.position[0], g.position[1], g.position[2]}, g.scale, g.rotation);
+            gaussians.push_back({{"k", g.order % model.params->n_offsets},
+                                 {"xyz", g.position},
+                                 {"scaling", g.scale},
+                                 {"rot", g.rotation},
+                                 {"opacity", {g.opacity}},
+                                 {"color", g.color},
+                                 {"radius", splat.visible ? splat.radius : 0}});
+        });
     return {{"anchor", {p.x, p.y, p.z}},
             {"view", view.direction},
             {"dist", view.distance},

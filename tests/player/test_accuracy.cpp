@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Scores of a run against values worked out by hand.
 #include "player/measure/accuracy.h"
+#include "player/report/run_row.h"
 
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
@@ -140,19 +141,19 @@ TEST_CASE("every nth frame, frames of another size, nothing at all")
     for (uint64_t frame = 0; frame < 3; ++frame)
         scorer.add(frame, 0, Flat(0.5f, uint32_t(2 + frame)).view(), Flat(0.4f, uint32_t(2 + frame)).view());
     CHECK(scorer.result().temporal.images == 0);
-    CHECK(accuracyJson(scorer.result())["temporal"].is_null());
+    CHECK(toJson(scorer.result())["temporal"].is_null());
     CHECK(Scorer({}).result().images == 0);
 }
 
 TEST_CASE("equal is null, not finite is as bad as can be")
 {
-    const nlohmann::ordered_json equal = accuracyJson(scoreFlat({0.5f, 0.5f}, {0.5f, 0.5f}));
+    const nlohmann::ordered_json equal = toJson(scoreFlat({0.5f, 0.5f}, {0.5f, 0.5f}));
     CHECK(equal["psnr"]["pooled"].is_null());
     CHECK(equal["psnr"]["min"].is_null());
     CHECK(equal["temporal"]["max"] == 0);
     CHECK(equal["ssim"].is_null());
     const float nan = std::numeric_limits<float>::quiet_NaN();
-    const nlohmann::ordered_json broken = accuracyJson(scoreFlat({0.5f, nan, 0.5f}, {0.5f, 0.5f, 0.5f}, {1, 1}));
+    const nlohmann::ordered_json broken = toJson(scoreFlat({0.5f, nan, 0.5f}, {0.5f, 0.5f, 0.5f}, {1, 1}));
     CHECK(broken["psnr"]["pooled"] == -999);
     CHECK(broken["psnr"]["min_frame"] == 1);
     CHECK(broken["max_error"] == 1e30);
@@ -208,10 +209,10 @@ TEST_CASE("pops need four pictures of a size in a row, and a pixel that is no nu
         scorer.add(frame++, 0, Flat(0.5f, width).view(), Flat(0.5f, width).view());
     CHECK(scorer.result().motion.images == 4);
     CHECK(scorer.result().pop.images == 0);
-    CHECK(accuracyJson(scorer.result())["pop"].is_null());
+    CHECK(toJson(scorer.result())["pop"].is_null());
     scorer.add(frame++, 0, Flat(0.5f, 3).view(), Flat(0.5f, 3).view());
     CHECK(scorer.result().pop.images == 1);
     scorer.add(frame++, 0, Flat(std::nanf(""), 3).view(), Flat(0.5f, 3).view());
-    CHECK(accuracyJson(scorer.result())["motion"]["max"] == 1e30);
-    CHECK(accuracyJson(scoreFlat({0.5f}, {0.5f}))["motion"].is_null());
+    CHECK(toJson(scorer.result())["motion"]["max"] == 1e30);
+    CHECK(toJson(scoreFlat({0.5f}, {0.5f}))["motion"].is_null());
 }

@@ -58,7 +58,7 @@ bool contains(const std::string& text, const std::string& part)
 
 TEST_CASE("T22, T23: upstream's cameras.json: camera-to-world rotation, source size, the -r -1 rule")
 {
-    const std::vector<UpstreamCamera> raw = parseUpstreamCameras(kUpstream, "f.json");
+    const std::vector<SourceCamera> raw = parseUpstreamCameras(kUpstream, "f.json");
     REQUIRE(raw.size() == 1);
     CHECK(raw[0].id == 3);
     CHECK(raw[0].width == 3200);
@@ -78,8 +78,8 @@ TEST_CASE("T22, T23: upstream's cameras.json: camera-to-world rotation, source s
     CHECK(camera.translation[1] == -3);
     CHECK(camera.translation[2] == -1);
 
-    const Camera small = cameraFromUpstream([&] {
-        UpstreamCamera c = raw[0];
+    const Camera small = cameraOf([&] {
+        SourceCamera c = raw[0];
         c.width = 1600;
         c.height = 1801;
         return c;

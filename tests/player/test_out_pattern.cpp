@@ -13,7 +13,7 @@ namespace {
 std::string refusal(const std::string& pattern)
 {
     try {
-        (void)OutPattern(pattern);
+        (void)expandPattern(pattern, "x", 0, Eye::Mono);
     } catch (const Error& e) {
         CHECK(e.code() == ErrorCode::Usage);
         return e.what();
@@ -24,7 +24,7 @@ std::string refusal(const std::string& pattern)
 std::string collision(const std::string& pattern, const std::vector<OutputFrame>& frames, int eyes)
 {
     try {
-        (void)outputPaths(OutPattern(pattern), frames, eyes);
+        (void)outputPaths(pattern, frames, eyes);
     } catch (const Error& e) {
         CHECK(e.code() == ErrorCode::Usage);
         return e.what();
@@ -36,13 +36,13 @@ std::string collision(const std::string& pattern, const std::vector<OutputFrame>
 
 TEST_CASE("placeholders are filled in")
 {
-    CHECK(OutPattern("o/{name}.png").expand("IMG_1", 7, Eye::Mono) == "o/IMG_1.png");
-    CHECK(OutPattern("{frame}_{frame:04}_{frame:2}").expand("x", 7, Eye::Mono) == "7_0007_07");
-    CHECK(OutPattern("{frame:04}").expand("x", 123456, Eye::Mono) == "123456");
-    CHECK(OutPattern("{eye}").expand("x", 0, Eye::Left) == "left");
-    CHECK(OutPattern("{eye}").expand("x", 0, Eye::Right) == "right");
-    CHECK(OutPattern("{eye}").expand("x", 0, Eye::Mono) == "mono");
-    CHECK(OutPattern("a{{b}}c%d").expand("x", 0, Eye::Mono) == "a{b}c%d");
+    CHECK(expandPattern("o/{name}.png", "IMG_1", 7, Eye::Mono) == "o/IMG_1.png");
+    CHECK(expandPattern("{frame}_{frame:04}_{frame:2}", "x", 7, Eye::Mono) == "7_0007_07");
+    CHECK(expandPattern("{frame:04}", "x", 123456, Eye::Mono) == "123456");
+    CHECK(expandPattern("{eye}", "x", 0, Eye::Left) == "left");
+    CHECK(expandPattern("{eye}", "x", 0, Eye::Right) == "right");
+    CHECK(expandPattern("{eye}", "x", 0, Eye::Mono) == "mono");
+    CHECK(expandPattern("a{{b}}c%d", "x", 0, Eye::Mono) == "a{b}c%d");
 }
 
 TEST_CASE("what is no placeholder is refused")
@@ -65,15 +65,15 @@ TEST_CASE("a camera's name cannot leave the folder")
     CHECK(safeFileName("") == "_");
     CHECK(safeFileName(".hidden") == "_hidden");
     CHECK(safeFileName("K\xc3\xb6ln 1.jpg") == "K\xc3\xb6ln 1.jpg");
-    CHECK(OutPattern("o/{name}.png").expand("../x", 0, Eye::Mono) == "o/_._x.png");
+    CHECK(expandPattern("o/{name}.png", "../x", 0, Eye::Mono) == "o/_._x.png");
 }
 
 TEST_CASE("two frames never go to the same file")
 {
     const std::vector<OutputFrame> frames = {{"a", 4}, {"b", 5}, {"a", 6}};
-    CHECK(outputPaths(OutPattern("{frame}_{eye}.png"), frames, 2) ==
-          std::vector<std::string>{"4_left.png", "4_right.png", "5_left.png", "5_right.png", "6_left.png",
-                                   "6_right.png"});
+    CHECK(outputPaths("{frame}_{eye}.png", frames, 2) == std::vector<std::string>{"4_left.png", "4_right.png",
+                                                                                  "5_left.png", "5_right.png",
+                                                                                  "6_left.png", "6_right.png"});
     CHECK(collision("{name}.png", frames, 1).find("add {frame}") != std::string::npos);
     CHECK(collision("{name}.png", frames, 1).find("frames 4 (a) and 6 (a)") != std::string::npos);
     CHECK(collision("{frame}.png", frames, 2).find("add {eye}") != std::string::npos);

@@ -3,8 +3,7 @@
 #include "player/sweep/run_rows.h"
 
 #include "format/error.h"
-#include "player/report/report_parts.h"
-#include "player/sweep/run_row.h"
+#include "player/sweep/run_facts.h"
 #include "player/measure/stability.h"
 
 #include <doctest/doctest.h>
@@ -65,7 +64,7 @@ RunResult someResult()
     RunResult result;
     result.frames.resize(3);
     for (size_t i = 0; i < 3; ++i) {
-        RunFrame& frame = result.frames[i];
+        TimedFrame& frame = result.frames[i];
         frame.wall_ms = double(i + 1);
         frame.result.eyes[0].anchors_decoded = 100 - 40 * i; // 100, 60, 20
         frame.result.eyes[0].anchors_reused = 40 * i;        // 0, 40, 80
@@ -80,25 +79,29 @@ RunResult someResult()
     result.accuracy.psnr_min = 55;
     result.accuracy.frame_psnr = {std::numeric_limits<double>::infinity(), 55, 60};
     result.accuracy.frame_temporal = {std::numeric_limits<double>::quiet_NaN(), 0.5, 0.25};
-    result.accuracy.temporal = {2, 0.4, 0.25, 0.5, 0.5, 1};
+    result.accuracy.temporal = {2, 0.4, 0.25, 0.5, 0.5, 0.5, 1};
     return result;
 }
 
 RunContext someContext()
 {
     RunContext context;
-    context.options.input = "m.gsc";
-    context.file_bytes = context.anchors = 1;
+    context.file = {"m.gsc", 1, 1};
     context.file_hash = 77;
     context.warmup = 1;
     context.reference = "cpu";
     return context;
 }
 
-OrderedJson someRow(const RunConfig& run)
+RunRow someRow(const RunConfig& run, const RunResult& result = someResult())
 {
     const RunContext context = someContext();
-    return runRowJson(context, runConfigJson(context, onePath(), run), run, someResult());
+    return runRow(context, rowConfig(context, onePath(), run), run, result);
+}
+
+std::string lineOf(const RunRow& row)
+{
+    return jsonText(toJson(row), -1);
 }
 
 RunConfig errorRun(float bound)
@@ -112,7 +115,7 @@ RunConfig errorRun(float bound)
 
 std::string idOf(const RunContext& context, const Path& path, const RunConfig& run)
 {
-    return runConfigJson(context, path, run).at("id").get<std::string>();
+    return rowConfig(context, path, run).id;
 }
 
 ErrorCode openError(const std::string& path)
@@ -130,7 +133,7 @@ ErrorCode openError(const std::string& path)
 
 TEST_CASE("the numbers of a row")
 {
-    const OrderedJson row = someRow(errorRun(1));
+    const OrderedJson row = toJson(someRow(errorRun(1)));
     CHECK(row["ms"]["wall"]["mean"] == 2.5); // without the first frame
     CHECK(row["repeats"] == 3);              // without it too
     CHECK(row["per_frame"]["wall_ms"] == OrderedJson{1.0, 2.0, 3.0});
@@ -142,20 +145,19 @@ TEST_CASE("the numbers of a row")
     CHECK(row["per_frame"]["psnr"] == OrderedJson{nullptr, 55.0, 60.0});
     CHECK(row["per_frame"]["temporal"] == OrderedJson{nullptr, 0.5, 0.25});
     CHECK(row["per_frame"]["decoded"] == OrderedJson{100, 60, 20});
-    const std::string line = runTableLine(row);
+    const std::string line = runTableLine(someRow(errorRun(1)));
     for (const char* word : {"walk", "cpu", "error 1 ", "55.00", "50.0"})
         CHECK(line.find(word) != std::string::npos);
     // more warm-up than frames leaves the last
-    CHECK(timesJson(someResult().frames, 9)["wall"]["mean"] == 3);
+    CHECK(timesOf(timedFrames(someResult().frames, 9)).wall.mean == 3);
 }
 
 TEST_CASE("a run that saw nothing has hit nothing")
 {
     RunResult nothing = someResult();
-    for (RunFrame& frame : nothing.frames)
+    for (TimedFrame& frame : nothing.frames)
         frame.result.eyes[0] = {};
-    const RunConfig run = errorRun(1);
-    const OrderedJson row = runRowJson(someContext(), runConfigJson(someContext(), onePath(), run), run, nothing);
+    const OrderedJson row = toJson(someRow(errorRun(1), nothing));
     CHECK(row["reuse"]["hit_rate"] == 0);
     CHECK(row["reuse"]["decoded_per_frame"]["mean"] == 0);
 }
@@ -176,7 +178,7 @@ TEST_CASE("an id is of everything that changes a result and of nothing else")
     CHECK(idOf(context, renamed, errorRun(1)) == id);
     RunContext labelled = context;
     labelled.label = "again";
-    labelled.options.input = "other/m.gsc";
+    labelled.file.path = "other/m.gsc";
     CHECK(idOf(labelled, path, errorRun(1)) == id);
     RunContext other = context;
     other.file_hash = 78;
@@ -191,44 +193,43 @@ TEST_CASE("an id is of everything that changes a result and of nothing else")
 
 TEST_CASE("rows are found again, a half-written one is cut off when the next comes")
 {
-    const OrderedJson first = someRow(errorRun(1)), second = someRow(errorRun(2));
-    const std::string whole = jsonText(first, -1) + "\n";
-    for (const size_t left : {size_t(2), size_t(10), size_t(300), jsonText(second, -1).size() - 1}) {
-        const TempFile file(whole + jsonText(second, -1).substr(0, left));
+    const RunRow first = someRow(errorRun(1)), second = someRow(errorRun(2));
+    const std::string whole = lineOf(first) + "\n";
+    for (const size_t left : {size_t(2), size_t(10), size_t(300), lineOf(second).size() - 1}) {
+        const TempFile file(whole + lineOf(second).substr(0, left));
         std::string cut_off;
         RunRows rows(file.path(), cut_off);
         CHECK(cut_off.find("line 2 is half-written") != std::string::npos);
-        REQUIRE(rows.find(first["config"]["id"].get<std::string>()) != nullptr);
-        CHECK(*rows.find(first["config"]["id"].get<std::string>()) == first);
-        CHECK(rows.find(second["config"]["id"].get<std::string>()) == nullptr);
+        REQUIRE(rows.find(first.config.id) != nullptr);
+        CHECK(lineOf(*rows.find(first.config.id)) == lineOf(first));
+        CHECK(rows.find(second.config.id) == nullptr);
         CHECK(file.content().size() == whole.size() + left); // nothing is lost before there is more
         rows.append(second);
-        CHECK(file.content() == whole + jsonText(second, -1) + "\n");
-        CHECK(rows.find(second["config"]["id"].get<std::string>()) != nullptr);
+        CHECK(file.content() == whole + lineOf(second) + "\n");
+        CHECK(rows.find(second.config.id) != nullptr);
     }
 }
 
 TEST_CASE("a whole last row that lacks its end alone is kept")
 {
-    const OrderedJson first = someRow(errorRun(1)), second = someRow(errorRun(2)), third = someRow(errorRun(3));
-    for (const std::string& before : {std::string(), jsonText(first, -1) + "\n"}) {
-        const TempFile file(before + jsonText(second, -1));
+    const RunRow first = someRow(errorRun(1)), second = someRow(errorRun(2)), third = someRow(errorRun(3));
+    for (const std::string& before : {std::string(), lineOf(first) + "\n"}) {
+        const TempFile file(before + lineOf(second));
         std::string cut_off;
         RunRows rows(file.path(), cut_off);
         CHECK(cut_off.empty());
-        CHECK(rows.find(second["config"]["id"].get<std::string>()) != nullptr);
+        CHECK(rows.find(second.config.id) != nullptr);
         rows.append(third);
-        CHECK(file.content() == before + jsonText(second, -1) + "\n" + jsonText(third, -1) + "\n");
+        CHECK(file.content() == before + lineOf(second) + "\n" + lineOf(third) + "\n");
         rows.append(first); // its own end is no surprise
-        CHECK(file.content() ==
-              before + jsonText(second, -1) + "\n" + jsonText(third, -1) + "\n" + jsonText(first, -1) + "\n");
+        CHECK(file.content() == before + lineOf(second) + "\n" + lineOf(third) + "\n" + lineOf(first) + "\n");
     }
 }
 
 TEST_CASE("whole, empty and missing files say nothing")
 {
     std::string cut_off = "x";
-    const TempFile whole(jsonText(someRow(errorRun(1)), -1) + "\n");
+    const TempFile whole(lineOf(someRow(errorRun(1))) + "\n");
     CHECK(RunRows(whole.path(), cut_off).find("0") == nullptr);
     CHECK(cut_off.empty());
     CHECK(openError(whole.path() + "none") == ErrorCode::Ok);
@@ -239,7 +240,7 @@ TEST_CASE("whole, empty and missing files say nothing")
 
 TEST_CASE("two sweeps on one file do not lose each other's rows: the second to write is told")
 {
-    const TempFile file(jsonText(someRow(errorRun(1)), -1) + "\n");
+    const TempFile file(lineOf(someRow(errorRun(1))) + "\n");
     std::string cut_off;
     RunRows first(file.path(), cut_off), second(file.path(), cut_off);
     first.append(someRow(errorRun(2)));
@@ -253,9 +254,9 @@ TEST_CASE("two sweeps on one file do not lose each other's rows: the second to w
 
 TEST_CASE("a file of something else is left alone")
 {
-    OrderedJson bare = someRow(errorRun(1));
+    OrderedJson bare = toJson(someRow(errorRun(1)));
     bare["per_frame"].erase("decoded");
-    OrderedJson no_time = someRow(errorRun(1));
+    OrderedJson no_time = toJson(someRow(errorRun(1)));
     no_time.erase("ms");
     for (const std::string& content :
          {std::string("precious notes"), std::string("precious\n"), std::string(R"({"schema":"gsc.bench/1"})") + "\n",
@@ -296,7 +297,7 @@ TEST_CASE("what nobody can see is no flicker, and a run that is not finite passe
 {
     StabilityOptions options;
     RunResult run = someResult();
-    run.accuracy.temporal = {2, 1e-7, 0, 1e-6, 1e-6, 1};
+    run.accuracy.temporal = {2, 1e-7, 0, 1e-6, 1e-6, 1e-6, 1};
     CHECK(judge(options, run)[1].passed);
     run.accuracy.temporal.max = 1e-3;
     CHECK_FALSE(judge(options, run)[1].passed);

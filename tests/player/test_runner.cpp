@@ -15,7 +15,7 @@ class NoScene final : public Scene {
 public:
     [[nodiscard]] const ModelView& view() const override { return m_view; }
     [[nodiscard]] const std::string& manifest() const override { return m_manifest; }
-    [[nodiscard]] const std::vector<SceneCamera>& cameras() const override { return m_cameras; }
+    [[nodiscard]] const std::vector<SourceCamera>& cameras() const override { return m_cameras; }
     [[nodiscard]] int appearanceRow(int row) const override { return row; }
     [[nodiscard]] std::vector<uint32_t> appearanceRows() const override { return {}; }
     [[nodiscard]] uint64_t anchorCount() const override { return 1; }
@@ -24,7 +24,7 @@ public:
 private:
     ModelView m_view{};
     std::string m_manifest;
-    std::vector<SceneCamera> m_cameras;
+    std::vector<SourceCamera> m_cameras;
 };
 
 // A frame is grey: its camera's x, and with reuse 0.01 more for each frame since the caches were dropped.

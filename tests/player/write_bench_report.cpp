@@ -11,11 +11,12 @@ int main(int argc, char**)
     gsc::BenchSummary summary;
     summary.backend = "device";
     summary.tier = gsc::Tier::Fast;
-    summary.anchors = summary.file_bytes = summary.shots = 1;
+    summary.file = {"model.gsc", 1, 1};
+    summary.shots = 1;
     summary.ceilings = {3e12, 4e12, 30e12, 500e12, 4e12};
     summary.anchor_cost = {168, 3072, 3808, 32, false};
     for (int i = 1; i <= 5; ++i) { // a million of everything in the middle frame
-        gsc::BenchFrame frame;
+        gsc::TimedFrame frame;
         frame.pixels = 1e6;
         gsc::EyeCounts& eye = frame.result.eyes[0];
         eye.groups_tested = eye.anchors_tested = eye.anchors_visible = eye.gaussians_visible = eye.pairs =

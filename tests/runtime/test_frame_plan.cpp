@@ -18,7 +18,8 @@ constexpr uint64_t kMiB = 1u << 20, kGiB = 1u << 30;
 constexpr uint32_t kGaps = 3000;
 
 // Of about the sizes that the backend has in `fast` for one eye.
-FrameRoom roomOf(uint64_t gaussians, uint64_t bytes, bool budgeted, uint64_t image = kMiB, uint32_t gaps = kGaps)
+FrameRoom roomOf(uint64_t gaussians, uint64_t bytes, bool budgeted, uint64_t image = kMiB, uint32_t gaps = kGaps,
+                 uint32_t one_pass_gaps = 0)
 {
     FrameRoom room{};
     room.anchors = uint32_t(gaussians / 10);
@@ -27,7 +28,9 @@ FrameRoom roomOf(uint64_t gaussians, uint64_t bytes, bool budgeted, uint64_t ima
     room.bins = 400;
     room.bytes = bytes;
     room.budgeted = budgeted;
-    room.gaps = [gaps](uint32_t) { return gaps; };
+    room.gaps = [gaps, one_pass_gaps](uint32_t, uint32_t passes) {
+        return passes == 1 ? std::max(gaps, one_pass_gaps) : gaps;
+    };
     room.bytes_of = [image](const FrameCapacity& c, uint32_t passes) {
         return 4 * uint64_t(c.visible) + (passes > 1 ? 2 : 1) * image + 72 * uint64_t(c.slots) + 8 * uint64_t(c.pairs);
     };
@@ -44,7 +47,7 @@ FrameNeeds needsOf(const Load& load, const FrameRoom& room, uint32_t passes)
 {
     const auto part = [passes](uint64_t all) { return (all + passes - 1) / passes; };
     const uint64_t slots = part(load.splats);
-    return {load.visible, uint32_t(slots) + room.gaps(uint32_t(slots)), part(load.pairs)};
+    return {load.visible, uint32_t(slots) + room.gaps(uint32_t(slots), passes), part(load.pairs)};
 }
 
 bool holds(const FrameCapacity& capacity, const FrameNeeds& needs)
@@ -90,7 +93,8 @@ public:
     {
         const auto gaps = uint32_t(upTo(1, 300'000));
         const uint64_t gaussians = upTo(10 + gaps / 10, 1u << 30);
-        FrameRoom room = roomOf(gaussians, upTo(kMiB, 100 * kGiB), budgeted, upTo(1000, 30 * kMiB), gaps);
+        FrameRoom room = roomOf(gaussians, upTo(kMiB, 100 * kGiB), budgeted, upTo(1000, 30 * kMiB), gaps,
+                                uint32_t(upTo(1, 8 * gaps)));
         room.bins = uint32_t(upTo(1, 60'000));
         return room;
     }
@@ -380,6 +384,20 @@ TEST_CASE("frame plan: slots that grow beside many pairs stay within what is fre
     CHECK(draw(far, room, capacity, near).fits);
 }
 
+// A frame that reuses has a writer more, which a frame of several passes does without.
+TEST_CASE("frame plan: where only one pass has many gaps, several are taken, and at once when the load is known")
+{
+    const FrameRoom room = roomOf(1'440'000, 60 * kMiB, true, kMiB, 10'000, 700'000);
+    FrameCapacity capacity = plannedCapacity(room, {});
+    const Load load{100'000, 500'000, 700'000};
+    const Drawn first = draw(load, room, capacity), next = draw(load, room, capacity, load);
+    CHECK(first.fits);
+    CHECK(first.passes > 1);
+    CHECK(next.fits);
+    CHECK(next.passes > 1);
+    CHECK(next.repeats == 0);
+}
+
 TEST_CASE("frame plan: in rooms and frames of any size")
 {
     Rooms rooms;
@@ -393,7 +411,7 @@ TEST_CASE("frame plan: in rooms and frames of any size")
             const Load load{uint32_t(rooms.upTo(1, room.anchors)), splats, splats * rooms.upTo(1, 40)};
             const FrameNeeds least = needsOf(load, room, kMaxPasses);
             const auto pairs = uint32_t(std::min<uint64_t>(4 * least.pairs + (1u << 20), UINT32_MAX));
-            if (bytesOf(room, {room.anchors, least.slots + 2 * room.gaps(0) + 4096, pairs}, 2) > room.bytes / 2)
+            if (bytesOf(room, {room.anchors, least.slots + 2 * room.gaps(0, 2) + 4096, pairs}, 2) > room.bytes / 2)
                 break; // that memory may be too little for
             ++drawn;
             try {

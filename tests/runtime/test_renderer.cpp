@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The renderer interface on the host: tickets, targets, two frames in flight, two renderers of one model.
+#include "kernels/blend/blend.h"
 #include "kernels/present/pixel.h"
 #include "runtime/cpu/frame_thread.h"
 #include "tests/kernels/render_tools.h"
@@ -87,25 +88,72 @@ TEST_CASE("a target has the picture in its format and its rows, and nothing else
     const std::vector<float> plain = render(*renderer, eyes, FrameOptions{})[0].pixels;
     for (const PixelFormat format : {PixelFormat::Rgb32f, PixelFormat::Rgba16f, PixelFormat::Rgba8}) {
         const size_t pixel = pixelBytes(format), pitch = width * pixel + 24;
-        std::vector<uint64_t> memory((pitch * height + 7) / 8, 0x5a5a5a5a5a5a5a5aull);
-        auto* const rows = reinterpret_cast<unsigned char*>(memory.data());
-        render(*renderer, oneEye(eyes[0], {FrameTarget::Kind::Host, format, rows, pitch, 0}));
-        bool same = true, untouched = true;
-        for (uint32_t y = 0; y < height; ++y) {
-            for (uint32_t x = 0; x < width; ++x) {
-                const float* const rgb = plain.data() + 3 * (size_t(y) * width + x);
-                const PixelBytes bytes = pixelBytesOf(rgb);
-                const PixelHalves halves = pixelHalvesOf(rgb);
-                const void* const wanted = format == PixelFormat::Rgb32f    ? static_cast<const void*>(rgb)
-                                           : format == PixelFormat::Rgba16f ? static_cast<const void*>(&halves)
-                                                                            : static_cast<const void*>(&bytes);
-                same = same && std::memcmp(rows + y * pitch + x * pixel, wanted, pixel) == 0;
+        std::vector<uint64_t> memory(pitch * height / 8, 0x5a5a5a5a5a5a5a5aull); // as aligned as any target
+        std::vector<float> depths((width + 3) * height, -7.0f);
+        render(*renderer, oneEye(eyes[0], {FrameTarget::Kind::Host, format, memory.data(), pitch, 0, depths.data(),
+                                           (width + 3) * sizeof(float), 0}));
+        for (uint32_t i = 0; i < depths.size(); ++i)
+            REQUIRE((depths[i] == -7) == (i % (width + 3) >= width));
+        const std::vector<unsigned char> wanted = inTarget(plain, width, format, pitch, 0x5a);
+        CHECK(std::memcmp(memory.data(), wanted.data(), wanted.size()) == 0);
+    }
+}
+
+TEST_CASE("a depth is that of the splat behind which less than half of the light goes on")
+{
+    // opacities of three splats in the middle of a pixel, from near to far, and which has its depth
+    for (const auto& [first, second, third, wanted] : {std::tuple{0.6f, 0.9f, 0.9f, 1.0f},
+                                                       {0.5f, 0.5f, 0.5f, 2.0f}, // half is not less than half
+                                                       {0.3f, 0.3f, 0.3f, 2.0f},
+                                                       {0.1f, 0.2f, 0.4f, 3.0f},
+                                                       {0.1f, 0.2f, 0.3f, INFINITY}}) {
+        std::vector<SplatOf<float>> splats;
+        for (const float opacity : {first, second, third})
+            splats.push_back({0, 0, {1, 0, 1}, opacity, {1, 1, 1}, float(splats.size() + 1), {}, splats.size()});
+        float depths[2] = {-7, -7}, image[3], black[3] = {};
+        RasterConstants rules{};
+        rules.alpha_cap = 0.99f;
+        rules.stop = 1e-4f;
+        blendReference<float>(splats, {{0, 3}, {0, 1, 2}}, 1, 1, rules, black, image, {depths, 2});
+        CHECK(depths[0] == wanted);
+        CHECK(depths[1] == -7);
+    }
+}
+
+TEST_CASE("the fast path finds the reference's depths, and draws the same picture beside them")
+{
+    for (const RasterRules rules : {RasterRules::DiffGaussian, RasterRules::Gsplat}) {
+        SyntheticOptions made = modelOptions(LevelRule::None);
+        made.raster_rules = rules;
+        const SyntheticModel model(made);
+        const std::vector<EyeParams> eyes = walk(0, 2);
+        const auto fast = open(model.view()), reference = makeCpuRenderer(CpuPath::Reference, 1);
+        reference->load(model.view());
+        std::vector<std::vector<float>> pictures;
+        const auto wanted = renderDepths(*reference, eyes, FrameOptions{}, pictures);
+        for (const ReusePolicy policy : {ReusePolicy::None, ReusePolicy::Depth}) {
+            FrameOptions options;
+            options.reuse.policy = policy;
+            const auto depths = renderDepths(*fast, eyes, options, pictures);
+            for (size_t e = 0; e < 2; ++e) {
+                CHECK(otherDepths(wanted[e], depths[e], 1e-4) < 2e-3);
+                CHECK(std::ranges::count(depths[e], INFINITY) > 100);
+                CHECK(std::ranges::count_if(depths[e], [](float z) { return z < 100; }) > 100);
             }
-            for (size_t i = width * pixel; i < pitch; ++i)
-                untouched = untouched && rows[y * pitch + i] == 0x5a;
+            CHECK(pictures[1] == render(*fast, eyes, options)[1].pixels);
         }
-        CHECK(same);
-        CHECK(untouched);
+    }
+    SyntheticOptions made;
+    made.anchors = 1;
+    const SyntheticModel model(made);
+    std::vector<EyeParams> behind = walk(0, 1);
+    behind[0].world_to_view[11] -= 100; // all of the model
+    std::vector<std::vector<float>> pictures;
+    for (const CpuPath path : {CpuPath::Fast, CpuPath::Reference}) {
+        const auto renderer = makeCpuRenderer(path, 1);
+        renderer->load(model.view());
+        const auto depths = renderDepths(*renderer, behind, FrameOptions{}, pictures)[0];
+        CHECK(size_t(std::ranges::count(depths, INFINITY)) == depths.size());
     }
 }
 
@@ -156,6 +204,12 @@ TEST_CASE("targets that cannot be written to are refused")
     refused({Kind::Host, PixelFormat::Rgba8, rows, size_t(eye.width) * 4 - 4, 0});
     refused({Kind::Host, PixelFormat::Rgba8, rows, size_t(eye.width) * 4 + 2, 0});
     refused({Kind::Surface, PixelFormat::Rgba8, nullptr, 0, 1});
+    float* const depths = reinterpret_cast<float*>(rows);
+    refused({Kind::None, PixelFormat::Rgba8, nullptr, 0, 0, depths, 0, 0});
+    refused({Kind::Host, PixelFormat::Rgba8, rows, 0, 0, depths, size_t(eye.width) * 4 - 4, 0});
+    refused({Kind::Host, PixelFormat::Rgba8, rows, 0, 0, depths, size_t(eye.width) * 4 + 2, 0});
+    refused({Kind::Host, PixelFormat::Rgba8, rows, 0, 0, reinterpret_cast<float*>(rows + 2), 0, 0});
+    refused({Kind::Host, PixelFormat::Rgba8, rows, 0, 0, nullptr, 0, 1});
     const FrameTarget two[2] = {};
     CHECK_THROWS_AS(renderer->submit({{&eye, 1}, two, FrameOptions{}}), Error);
     render(*renderer, oneEye(eye, {Kind::Device, PixelFormat::Rgba8, rows, 0, 0})); // the device is the host
@@ -190,7 +244,7 @@ TEST_CASE("submit does not wait, a wait may end before the frame, and what drawi
 {
     std::binary_semaphore go(0);
     FrameThread thread([&](const EyeParams*, uint32_t eye_count, const FrameOptions& options, float* const* images,
-                           FrameResult& result) {
+                           FrameResult& result, const DepthRows<float>*) {
         if (options.appearance == 1)
             throw Error(ErrorCode::OutOfMemory, "too little");
         go.acquire();

@@ -12,6 +12,5 @@ gsc_add_test(test_local_model SOURCES runtime/test_local_model.cpp LIBS gsc_test
 gsc_add_test(test_reuse SOURCES runtime/test_reuse.cpp runtime/test_reuse_error.cpp
                         LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
 gsc_add_test(test_camera_motion SOURCES runtime/test_camera_motion.cpp LIBS gsc_runtime gsc_kernels)
-gsc_add_test(test_stereo SOURCES runtime/test_stereo.cpp runtime/test_merged_view.cpp
-             LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
+gsc_add_test(test_stereo SOURCES runtime/test_stereo.cpp LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
 gsc_add_test(test_renderer SOURCES runtime/test_renderer.cpp LIBS gsc_test_synthetic gsc_runtime gsc_kernels)

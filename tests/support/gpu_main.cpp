@@ -12,7 +12,7 @@
 int main(int argc, char** argv)
 {
     constexpr int kSkipped = 77;
-    const gsc::DeviceInfo status = gsc::cudaDevice(0);
+    const gsc::DeviceInfo status = gsc::lookAtCudaDevice(0);
     std::printf("%s: %s\n", status.usable ? "device" : "no device", status.text.c_str());
     if (!status.usable)
         return std::getenv("GSC_REQUIRE_GPU") != nullptr ? 1 : kSkipped;

@@ -24,7 +24,7 @@ std::string take(const char* option, const char* text, Values& values)
 {
     CLI::App app;
     addNumber(app, "-a,--angle", values.angle, {0, 90, true}, " degrees", "DEGREES", "");
-    addFloat(app, "--bound", values.bound, {0, 255}, "", "B", "");
+    addNumber(app, "--bound", values.bound, {0, 255}, "", "B", "");
     addInteger(app, "--whole", values.whole, -3, std::numeric_limits<int64_t>::max(), "N", "");
     addByteSize(app, "--bytes", values.bytes, 1, "SIZE", "");
     addCount(app, "--count", values.count, 2, 1000000, "N", "");

@@ -3,25 +3,11 @@
 
 #include "format/error.h"
 
+#include <algorithm>
+#include <cstdlib>
 #include <utility>
 
 namespace gsc {
-
-namespace {
-
-[[noreturn]] void throwType(std::string_view path, const char* expected, const std::string& file)
-{
-    throw Error(ErrorCode::InvalidFile, file + ": '" + std::string(path) + "' has another type, expected " + expected +
-                                            "; restore the file that the trainer wrote");
-}
-
-const ConfigValue* present(const ConfigValue& root, std::string_view path)
-{
-    const ConfigValue* value = root.find(path);
-    return value && value->kind != ConfigValue::Kind::None ? value : nullptr;
-}
-
-} // namespace
 
 void ConfigValue::add(std::string key, ConfigValue value)
 {
@@ -47,31 +33,52 @@ const ConfigValue* ConfigValue::find(std::string_view path) const
 
 bool ConfigValue::states(std::string_view path) const
 {
-    return present(*this, path) != nullptr;
+    const ConfigValue* value = find(path);
+    return value && value->kind != Kind::None;
+}
+
+const ConfigValue* ConfigValue::typed(std::string_view path, std::initializer_list<Kind> kinds, const char* expected,
+                                      const std::string& file) const
+{
+    if (!states(path))
+        return nullptr;
+    const ConfigValue* value = find(path);
+    if (std::ranges::find(kinds, value->kind) == kinds.end())
+        throw Error(ErrorCode::InvalidFile, file + ": '" + std::string(path) + "' has another type, expected " +
+                                                expected + "; restore the file that the trainer wrote");
+    return value;
 }
 
 bool ConfigValue::getBool(std::string_view path, bool fallback, const std::string& file) const
 {
-    const ConfigValue* value = present(*this, path);
-    if (value && value->kind != Kind::Bool && value->kind != Kind::Int)
-        throwType(path, "True or False", file);
+    const ConfigValue* value = typed(path, {Kind::Bool, Kind::Int}, "True or False", file);
     return value ? value->integer != 0 : fallback;
 }
 
 double ConfigValue::getNumber(std::string_view path, double fallback, const std::string& file) const
 {
-    const ConfigValue* value = present(*this, path);
-    if (value && value->kind != Kind::Int && value->kind != Kind::Float)
-        throwType(path, "a number", file);
+    const ConfigValue* value = typed(path, {Kind::Int, Kind::Float}, "a number", file);
     return value ? value->number : fallback;
 }
 
 std::string ConfigValue::getString(std::string_view path, const std::string& fallback, const std::string& file) const
 {
-    const ConfigValue* value = present(*this, path);
-    if (value && value->kind != Kind::String)
-        throwType(path, "a string", file);
+    const ConfigValue* value = typed(path, {Kind::String}, "a string", file);
     return value ? value->text : fallback;
+}
+
+bool readNumber(const std::string& text, ConfigValue& value)
+{
+    char* end = nullptr;
+    const double number = std::strtod(text.c_str(), &end);
+    if (text.empty() || *end != '\0')
+        return false;
+    value.number = number;
+    const bool whole = text.find_first_not_of("+-0123456789") == std::string::npos;
+    value.kind = whole ? ConfigValue::Kind::Int : ConfigValue::Kind::Float;
+    if (whole)
+        value.integer = std::strtoll(text.c_str(), nullptr, 10);
+    return true;
 }
 
 } // namespace gsc

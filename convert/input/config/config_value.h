@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,7 +30,14 @@ struct ConfigValue {
     [[nodiscard]] double getNumber(std::string_view path, double fallback, const std::string& file) const;
     [[nodiscard]] std::string getString(std::string_view path, const std::string& fallback,
                                         const std::string& file) const;
+
+private:
+    [[nodiscard]] const ConfigValue* typed(std::string_view path, std::initializer_list<Kind> kinds,
+                                           const char* expected, const std::string& file) const;
 };
+
+// Sets `value` to the number that `text` is; false, and nothing is set, if it is none.
+bool readNumber(const std::string& text, ConfigValue& value);
 
 // "Namespace(key=value, ...)" as Python prints an argparse.Namespace: strings with escapes, numbers, None, True,
 // False, lists, tuples, dictionaries; values of any other type are kept as text. Throws Error(InvalidFile).

@@ -4,9 +4,7 @@
 
 #include "format/error.h"
 
-#include <cmath>
-#include <cstdlib>
-#include <limits>
+#include <charconv>
 
 namespace gsc {
 
@@ -23,19 +21,12 @@ void appendUtf8(std::string& out, uint32_t code)
 {
     if (code < 0x80) {
         out += char(code);
-    } else if (code < 0x800) {
-        out += char(0xc0 | code >> 6);
-        out += char(0x80 | (code & 0x3f));
-    } else if (code < 0x10000) {
-        out += char(0xe0 | code >> 12);
-        out += char(0x80 | (code >> 6 & 0x3f));
-        out += char(0x80 | (code & 0x3f));
-    } else {
-        out += char(0xf0 | (code >> 18 & 0x07));
-        out += char(0x80 | (code >> 12 & 0x3f));
-        out += char(0x80 | (code >> 6 & 0x3f));
-        out += char(0x80 | (code & 0x3f));
+        return;
     }
+    const int more = code < 0x800 ? 1 : code < 0x10000 ? 2 : 3; // bytes behind the first
+    out += char(0xf0 << (3 - more) | (code >> 6 * more & 0x3f >> more));
+    for (int i = more; i-- > 0;)
+        out += char(0x80 | (code >> 6 * i & 0x3f));
 }
 
 class ReprParser {
@@ -101,36 +92,59 @@ private:
         return std::string(m_text.substr(first, m_cursor - first));
     }
 
+    // What an opening bracket holds, up to `close`: `read_item` adds an item at the cursor to the result.
+    template <typename ReadItem>
+    ConfigValue items(Kind kind, char close, ReadItem&& read_item)
+    {
+        ConfigValue result;
+        result.kind = kind;
+        while (!accept(close)) {
+            read_item(result);
+            if (!accept(',')) {
+                require(close);
+                break;
+            }
+        }
+        return result;
+    }
+
     // (key=value, value, **{...}) after a class name; values without a key are dropped
     ConfigValue arguments(int depth)
     {
-        ConfigValue result;
-        result.kind = Kind::Dict;
         require('(');
-        while (!accept(')')) {
-            skipSpace();
+        return items(Kind::Dict, ')', [&](ConfigValue& result) {
+            const size_t start = m_cursor;
             if (m_text.substr(m_cursor, 2) == "**") { // keys that are no identifiers
                 m_cursor += 2;
                 ConfigValue more = value(depth + 1);
                 for (size_t i = 0; i < more.keys.size(); ++i)
                     result.add(more.keys[i], std::move(more.list[i]));
-            } else if (const size_t start = m_cursor; isNameCharacter(peek())) {
+                return;
+            }
+            if (isNameCharacter(peek())) {
                 std::string key = name();
-                if (accept('=')) {
-                    result.add(std::move(key), value(depth + 1));
-                } else {
-                    m_cursor = start;
-                    (void)value(depth + 1);
-                }
-            } else {
-                (void)value(depth + 1);
+                if (accept('='))
+                    return result.add(std::move(key), value(depth + 1));
+                m_cursor = start;
             }
-            if (!accept(',')) {
-                require(')');
-                break;
-            }
-        }
-        return result;
+            (void)value(depth + 1);
+        });
+    }
+
+    ConfigValue sequence(char close, int depth)
+    {
+        ++m_cursor;
+        return items(Kind::List, close, [&](ConfigValue& result) { result.list.push_back(value(depth + 1)); });
+    }
+
+    ConfigValue dictionary(int depth)
+    {
+        ++m_cursor;
+        return items(Kind::Dict, '}', [&](ConfigValue& result) {
+            ConfigValue key = value(depth + 1);
+            require(':');
+            result.add(std::move(key.text), value(depth + 1));
+        });
     }
 
     ConfigValue value(int depth)
@@ -183,47 +197,13 @@ private:
         const size_t digits = c == 'x' ? 2 : c == 'u' ? 4 : c == 'U' ? 8 : 0;
         if (digits == 0 || m_cursor + digits > m_text.size())
             fail("escape sequence in a string is unknown");
+        const char* first = m_text.data() + m_cursor;
         uint32_t code = 0;
-        for (size_t i = 0; i < digits; ++i) {
-            const char h = m_text[m_cursor++];
-            const bool digit = h >= '0' && h <= '9', letter = (h | 0x20) >= 'a' && (h | 0x20) <= 'f';
-            if (!digit && !letter)
-                fail("escape sequence in a string is broken");
-            code = code << 4 | uint32_t(digit ? h - '0' : (h | 0x20) - 'a' + 10);
-        }
+        if (const auto [end, error] = std::from_chars(first, first + digits, code, 16);
+            error != std::errc() || end != first + digits)
+            fail("escape sequence in a string is broken");
+        m_cursor += digits;
         appendUtf8(out, code);
-    }
-
-    ConfigValue sequence(char close, int depth)
-    {
-        ConfigValue result;
-        result.kind = Kind::List;
-        ++m_cursor;
-        while (!accept(close)) {
-            result.list.push_back(value(depth + 1));
-            if (!accept(',')) {
-                require(close);
-                break;
-            }
-        }
-        return result;
-    }
-
-    ConfigValue dictionary(int depth)
-    {
-        ConfigValue result;
-        result.kind = Kind::Dict;
-        ++m_cursor;
-        while (!accept('}')) {
-            ConfigValue key = value(depth + 1);
-            require(':');
-            result.add(std::move(key.text), value(depth + 1));
-            if (!accept(',')) {
-                require('}');
-                break;
-            }
-        }
-        return result;
     }
 
     ConfigValue number()
@@ -233,13 +213,8 @@ private:
             ++m_cursor;
         const std::string text(m_text.substr(first, m_cursor - first));
         ConfigValue result;
-        char* end = nullptr;
-        result.number = std::strtod(text.c_str(), &end);
-        if (end != text.c_str() + text.size())
+        if (!readNumber(text, result))
             fail("number '" + text.substr(0, 32) + "' is malformed");
-        result.kind = text.find_first_not_of("+-0123456789") == std::string::npos ? Kind::Int : Kind::Float;
-        if (result.kind == Kind::Int)
-            result.integer = std::strtoll(text.c_str(), nullptr, 10);
         return result;
     }
 
@@ -273,11 +248,8 @@ private:
             result.integer = text == "True";
             return result;
         }
-        if (text == "inf" || text == "nan") {
-            result.kind = Kind::Float;
-            result.number = text == "inf" ? std::numeric_limits<double>::infinity() : std::nan("");
+        if ((text == "inf" || text == "nan") && readNumber(text, result))
             return result;
-        }
         while (peek() == '.') {
             ++m_cursor;
             (void)name();

@@ -6,7 +6,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <cstdlib>
+#include <utility>
 
 namespace gsc {
 
@@ -14,6 +14,10 @@ namespace {
 
 constexpr int kMaxDepth = 32;
 constexpr size_t kMaxNodes = 20000; // aliases can unfold exponentially; upstream's files hold about 100
+
+constexpr std::pair<const char*, const char*> kBooleans[] = {{"false", "true"}, {"False", "True"}, {"FALSE", "TRUE"},
+                                                             {"no", "yes"},     {"No", "Yes"},     {"off", "on"},
+                                                             {"Off", "On"}};
 
 ConfigValue scalar(const std::string& text, bool quoted)
 {
@@ -24,25 +28,15 @@ ConfigValue scalar(const std::string& text, bool quoted)
         return value;
     if (text.empty() || text == "~" || text == "null" || text == "Null" || text == "NULL")
         return {};
-    for (const char* word : {"true", "True", "TRUE", "yes", "Yes", "on", "On"})
-        if (text == word) {
+    for (const auto& [no, yes] : kBooleans)
+        if (text == no || text == yes) {
             value.kind = ConfigValue::Kind::Bool;
-            value.integer = 1;
+            value.integer = text == yes;
         }
-    for (const char* word : {"false", "False", "FALSE", "no", "No", "off", "Off"})
-        if (text == word)
-            value.kind = ConfigValue::Kind::Bool;
     std::string digits = text;
     digits.erase(std::remove(digits.begin(), digits.end(), '_'), digits.end());
-    char* end = nullptr;
-    const double number = std::strtod(digits.c_str(), &end);
-    if (!digits.empty() && *end == '\0' && digits.find_first_of("0123456789") != std::string::npos) {
-        value.number = number;
-        const bool whole = digits.find_first_not_of("+-0123456789") == std::string::npos;
-        value.kind = whole ? ConfigValue::Kind::Int : ConfigValue::Kind::Float;
-        if (whole)
-            value.integer = std::strtoll(digits.c_str(), nullptr, 10);
-    }
+    if (digits.find_first_of("0123456789") != std::string::npos)
+        (void)readNumber(digits, value);
     return value;
 }
 

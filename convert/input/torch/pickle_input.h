@@ -2,6 +2,9 @@
 // Bounds-checked access to the bytes of a pickle, and its two kinds of complaint.
 #pragma once
 
+#include "format/error.h"
+
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -15,15 +18,70 @@ public:
     PickleInput(std::span<const std::byte> bytes, const std::string& name) : m_bytes(bytes), m_name(name) {}
 
     // Error(InvalidFile) and Error(Unsupported) at the opcode that was taken last.
-    [[noreturn]] void invalid(const std::string& text) const;
-    [[noreturn]] void unsupported(const std::string& what) const;
+    [[noreturn]] void invalid(const std::string& text) const
+    {
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: %s at byte %zu of the pickle, expected what PyTorch writes; save it again",
+                                 m_name.c_str(), text.c_str(), m_at));
+    }
 
-    void limitSize(size_t max_bytes) const;
-    uint8_t takeOpcode();
-    std::span<const std::byte> take(size_t count);
-    uint64_t takeUnsigned(size_t count); // little-endian, at most 8 bytes
-    std::string takeText(size_t count);
-    std::string takeLine(size_t max_characters); // up to a line feed, which is dropped
+    [[noreturn]] void unsupported(const std::string& what) const
+    {
+        throw Error(
+            ErrorCode::Unsupported,
+            formatString("%s: pickle holds %s (byte %zu), expected only tensors, modules and state dictionaries; "
+                         "export the state_dict of the MLPs with torch.save",
+                         m_name.c_str(), what.c_str(), m_at));
+    }
+
+    void limitSize(size_t max_bytes) const
+    {
+        if (m_bytes.size() > max_bytes)
+            invalid(formatString("pickle of %zu bytes, at most %zu are read", m_bytes.size(), max_bytes));
+    }
+
+    uint8_t takeOpcode()
+    {
+        m_at = m_cursor;
+        return uint8_t(take(1)[0]);
+    }
+
+    std::span<const std::byte> take(size_t count)
+    {
+        if (count > m_bytes.size() - m_cursor)
+            invalid("pickle ends too early");
+        const auto part = m_bytes.subspan(m_cursor, count);
+        m_cursor += count;
+        return part;
+    }
+
+    // Little-endian, at most 8 bytes.
+    uint64_t takeUnsigned(size_t count)
+    {
+        uint64_t value = 0;
+        const auto part = take(count);
+        for (size_t i = 0; i < count; ++i)
+            value |= uint64_t(part[i]) << (8 * i);
+        return value;
+    }
+
+    std::string takeText(size_t count)
+    {
+        const auto part = take(count);
+        return {reinterpret_cast<const char*>(part.data()), part.size()};
+    }
+
+    // Up to a line feed, which is dropped.
+    std::string takeLine(size_t max_characters)
+    {
+        const auto rest = m_bytes.subspan(m_cursor, std::min(m_bytes.size() - m_cursor, max_characters + 1));
+        const auto end = std::find(rest.begin(), rest.end(), std::byte('\n'));
+        if (end == rest.end())
+            invalid("unterminated or overlong name");
+        std::string line = takeText(size_t(end - rest.begin()));
+        ++m_cursor;
+        return line;
+    }
 
 private:
     std::span<const std::byte> m_bytes;

@@ -20,6 +20,18 @@ constexpr size_t kMaxGlobal = 512; // characters of a module or class name
 constexpr size_t kMaxDimensions = 8;
 constexpr uint32_t kNoValue = ~0u;
 
+bool allowedGlobal(std::string_view global)
+{
+    // classes of TorchScript modules: only their names are used
+    if (global.starts_with("__torch__.") || global.starts_with("__torch__ "))
+        return true;
+    // every type of storage is let in here so that its tensors can be refused by name, with the type
+    if (global.starts_with("torch ") && global.ends_with("Storage"))
+        return true;
+    return global == "torch._utils _rebuild_tensor_v2" || global == "torch._utils _rebuild_parameter" ||
+           global == "collections OrderedDict";
+}
+
 class Machine : private PickleInput {
 public:
     using PickleInput::PickleInput;
@@ -27,8 +39,9 @@ public:
     PickleGraph run()
     {
         limitSize(kMaxBytes);
-        while (!step()) {
-        }
+        constexpr uint8_t kStop = '.';
+        for (uint8_t opcode = takeOpcode(); opcode != kStop; opcode = takeOpcode())
+            execute(opcode);
         if (m_stack.size() != 1 || !m_marks.empty())
             invalid(formatString("pickle leaves %zu values, expected one", m_stack.size()));
         m_graph.root = m_stack.back();
@@ -48,21 +61,19 @@ private:
     void pushInt(int64_t integer) { push({PickleKind::Int, integer, 0, {}, {}}); }
     void pushEmpty(PickleKind kind) { push({kind, 0, 0, {}, {}}); }
 
-    uint32_t pop()
+    uint32_t top()
     {
         // values below the newest mark belong to whoever set the mark
         if (m_stack.size() <= (m_marks.empty() ? 0 : m_marks.back()))
             invalid("stack underflow");
-        const uint32_t top = m_stack.back();
-        m_stack.pop_back();
-        return top;
+        return m_stack.back();
     }
 
-    uint32_t top()
+    uint32_t pop()
     {
-        if (m_stack.size() <= (m_marks.empty() ? 0 : m_marks.back()))
-            invalid("stack underflow");
-        return m_stack.back();
+        const uint32_t value = top();
+        m_stack.pop_back();
+        return value;
     }
 
     std::vector<uint32_t> popToMark()
@@ -110,266 +121,228 @@ private:
             invalid(formatString("more than %zu values on the stack", kMaxValues));
     }
 
-    void pushGlobal();
-    void pushLong();
-    void appendItems(std::vector<uint32_t> items);
-    void setItems(std::vector<uint32_t> items);
-    void pushStorage();
-    void reduce();
-    void rebuildTensor(const std::vector<uint32_t>& arguments);
-    std::vector<uint64_t> dimensions(uint32_t tuple);
-    void newObject();
-    void build();
-    bool step();
+    void pushGlobal()
+    {
+        const std::string module = takeLine(kMaxGlobal);
+        std::string global = module + ' ' + takeLine(kMaxGlobal);
+        if (!allowedGlobal(global))
+            unsupported("the global '" + global + "'");
+        push({PickleKind::Global, 0, 0, std::move(global), {}});
+    }
+
+    void pushLong()
+    {
+        const size_t count = size_t(takeUnsigned(1));
+        if (count > 8)
+            invalid("integer of more than 64 bits");
+        uint64_t value = takeUnsigned(count);
+        if (count > 0 && count < 8 && (value >> (8 * count - 1)) != 0) // two's complement, sign extended
+            value |= ~uint64_t(0) << (8 * count);
+        pushInt(int64_t(value));
+    }
+
+    void appendItems(std::vector<uint32_t> items)
+    {
+        PickleValue& list = expect(top(), PickleKind::List, "list");
+        list.items.insert(list.items.end(), items.begin(), items.end());
+    }
+
+    void setItems(std::vector<uint32_t> items)
+    {
+        if (items.size() % 2 != 0)
+            invalid("key without a value");
+        PickleValue& dict = expect(top(), PickleKind::Dict, "dictionary");
+        dict.items.insert(dict.items.end(), items.begin(), items.end());
+    }
+
+    // ('storage', type, key, location, element count). The location ("cuda:0") is only a tag.
+    void pushStorage()
+    {
+        const std::vector<uint32_t> id = expect(pop(), PickleKind::Tuple, "persistent id tuple").items;
+        if (id.size() != 5 || expect(id[0], PickleKind::String, "'storage'").text != "storage")
+            invalid("persistent id that is no storage");
+        const std::string type = expect(id[1], PickleKind::Global, "storage type").text;
+        const int64_t count = expect(id[4], PickleKind::Int, "element count").integer;
+        if (count < 0)
+            invalid(formatString("storage of %lld elements", static_cast<long long>(count)));
+        (void)expect(id[3], PickleKind::String, "storage location");
+        PickleValue storage{
+            PickleKind::Storage, count, 0, expect(id[2], PickleKind::String, "storage key").text, {id[1]}};
+        push(std::move(storage));
+    }
+
+    void reduce()
+    {
+        const std::vector<uint32_t> arguments = expect(pop(), PickleKind::Tuple, "argument tuple").items;
+        const std::string function = expect(pop(), PickleKind::Global, "global").text;
+        if (function == "collections OrderedDict" && arguments.empty())
+            pushEmpty(PickleKind::Dict);
+        else if (function == "torch._utils _rebuild_tensor_v2")
+            rebuildTensor(arguments);
+        else if (function == "torch._utils _rebuild_parameter" && !arguments.empty() &&
+                 m_graph.values[arguments[0]].kind == PickleKind::Tensor)
+            m_stack.push_back(arguments[0]);
+        else
+            unsupported("a call of '" + function + "'");
+    }
+
+    std::vector<uint64_t> dimensions(uint32_t tuple)
+    {
+        const std::vector<uint32_t>& items = expect(tuple, PickleKind::Tuple, "tuple of dimensions").items;
+        if (items.size() > kMaxDimensions)
+            invalid(formatString("tensor of %zu dimensions", items.size()));
+        std::vector<uint64_t> values;
+        for (const uint32_t item : items) {
+            const int64_t value = expect(item, PickleKind::Int, "dimension").integer;
+            if (value < 0)
+                invalid(formatString("dimension of %lld", static_cast<long long>(value)));
+            values.push_back(uint64_t(value));
+        }
+        return values;
+    }
+
+    // (storage, offset, size, stride, requires_grad, hooks[, metadata])
+    void rebuildTensor(const std::vector<uint32_t>& arguments)
+    {
+        if (arguments.size() < 4 || arguments.size() > 7)
+            invalid(formatString("tensor with %zu arguments", arguments.size()));
+        const PickleValue& storage = expect(arguments[0], PickleKind::Storage, "storage");
+        const int64_t offset = expect(arguments[1], PickleKind::Int, "storage offset").integer;
+        if (offset < 0)
+            invalid(formatString("storage offset of %lld", static_cast<long long>(offset)));
+        PickleTensor tensor;
+        tensor.storage_key = storage.text;
+        tensor.storage_type = m_graph.values[storage.items[0]].text;
+        tensor.storage_count = uint64_t(storage.integer);
+        tensor.offset = uint64_t(offset);
+        tensor.shape = dimensions(arguments[2]);
+        tensor.stride = dimensions(arguments[3]);
+        if (tensor.shape.size() != tensor.stride.size())
+            invalid("shape and stride of different length");
+        m_graph.tensors.push_back(std::move(tensor));
+        push({PickleKind::Tensor, int64_t(m_graph.tensors.size() - 1), 0, {}, {}});
+    }
+
+    void newObject()
+    {
+        if (!expect(pop(), PickleKind::Tuple, "argument tuple").items.empty())
+            unsupported("an object with constructor arguments");
+        const std::string type = expect(pop(), PickleKind::Global, "class").text;
+        if (!std::string_view(type).starts_with("__torch__"))
+            unsupported("an object of '" + type + "'");
+        push({PickleKind::Object, 0, 0, type, {}});
+    }
+
+    void build()
+    {
+        const uint32_t state = pop();
+        (void)expect(state, PickleKind::Dict, "state dictionary");
+        PickleValue& target = m_graph.values[top()];
+        if (target.kind == PickleKind::Object && target.items.empty())
+            target.items.push_back(state);
+        else if (target.kind != PickleKind::Dict) // an OrderedDict's state is attributes ('_metadata'), never keys
+            invalid("state for a value that takes none");
+    }
+
+    void setProtocol()
+    {
+        if (const uint64_t protocol = takeUnsigned(1); protocol != 2 && protocol != 3)
+            unsupported(formatString("protocol %llu", static_cast<unsigned long long>(protocol)));
+    }
+
+    void pushFloat() // big-endian
+    {
+        uint64_t bits = 0;
+        for (const std::byte byte : take(8))
+            bits = bits << 8 | uint64_t(byte);
+        push({PickleKind::Float, 0, std::bit_cast<double>(bits), {}, {}});
+    }
+
+    void mark()
+    {
+        m_marks.push_back(m_stack.size());
+        if (m_marks.size() > kMaxValues)
+            invalid(formatString("more than %zu marks", kMaxValues));
+    }
+
+    void setItem()
+    {
+        const uint32_t value = pop();
+        setItems({pop(), value});
+    }
+
+    void execute(uint8_t opcode)
+    {
+        switch (opcode) {
+        case 0x80: // PROTO
+            return setProtocol();
+        case 'N':
+            return pushEmpty(PickleKind::None);
+        case 0x88: // NEWTRUE
+        case 0x89: // NEWFALSE
+            return push({PickleKind::Bool, opcode == 0x88, 0, {}, {}});
+        case 'J': // BININT
+            return pushInt(int32_t(uint32_t(takeUnsigned(4))));
+        case 'K': // BININT1
+            return pushInt(int64_t(takeUnsigned(1)));
+        case 'M': // BININT2
+            return pushInt(int64_t(takeUnsigned(2)));
+        case 0x8a: // LONG1
+            return pushLong();
+        case 'G': // BINFLOAT
+            return pushFloat();
+        case 'X': // BINUNICODE
+            return push({PickleKind::String, 0, 0, takeText(size_t(takeUnsigned(4))), {}});
+        case 'c': // GLOBAL
+            return pushGlobal();
+        case 'q': // BINPUT
+            return put(takeUnsigned(1));
+        case 'r': // LONG_BINPUT
+            return put(takeUnsigned(4));
+        case 'h': // BINGET
+            return get(takeUnsigned(1));
+        case 'j': // LONG_BINGET
+            return get(takeUnsigned(4));
+        case '(': // MARK
+            return mark();
+        case ')': // EMPTY_TUPLE
+            return pushEmpty(PickleKind::Tuple);
+        case 0x85: // TUPLE1
+        case 0x86: // TUPLE2
+        case 0x87: // TUPLE3
+            return pushTuple(opcode - 0x84u);
+        case 't': // TUPLE
+            return push({PickleKind::Tuple, 0, 0, {}, popToMark()});
+        case '}': // EMPTY_DICT
+            return pushEmpty(PickleKind::Dict);
+        case ']': // EMPTY_LIST
+            return pushEmpty(PickleKind::List);
+        case 'a': // APPEND
+            return appendItems({pop()});
+        case 'e': // APPENDS
+            return appendItems(popToMark());
+        case 's': // SETITEM
+            return setItem();
+        case 'u': // SETITEMS
+            return setItems(popToMark());
+        case 'Q': // BINPERSID
+            return pushStorage();
+        case 'R': // REDUCE
+            return reduce();
+        case 0x81: // NEWOBJ
+            return newObject();
+        case 'b': // BUILD
+            return build();
+        default:
+            unsupported(formatString("the opcode 0x%02x", unsigned(opcode)));
+        }
+    }
 
     PickleGraph m_graph;
     std::vector<uint32_t> m_stack;
     std::vector<size_t> m_marks; // heights of m_stack
     std::vector<uint32_t> m_memo;
 };
-
-bool allowedGlobal(std::string_view global)
-{
-    // classes of TorchScript modules: only their names are used
-    if (global.starts_with("__torch__.") || global.starts_with("__torch__ "))
-        return true;
-    // every type of storage is let in here so that its tensors can be refused by name, with the type
-    if (global.starts_with("torch ") && global.ends_with("Storage"))
-        return true;
-    return global == "torch._utils _rebuild_tensor_v2" || global == "torch._utils _rebuild_parameter" ||
-           global == "collections OrderedDict";
-}
-
-void Machine::pushGlobal()
-{
-    const std::string module = takeLine(kMaxGlobal);
-    std::string global = module + ' ' + takeLine(kMaxGlobal);
-    if (!allowedGlobal(global))
-        unsupported("the global '" + global + "'");
-    push({PickleKind::Global, 0, 0, std::move(global), {}});
-}
-
-void Machine::pushLong()
-{
-    const size_t count = size_t(takeUnsigned(1));
-    if (count > 8)
-        invalid("integer of more than 64 bits");
-    uint64_t value = takeUnsigned(count);
-    if (count > 0 && count < 8 && (value >> (8 * count - 1)) != 0) // two's complement, sign extended
-        value |= ~uint64_t(0) << (8 * count);
-    pushInt(int64_t(value));
-}
-
-void Machine::appendItems(std::vector<uint32_t> items)
-{
-    PickleValue& list = expect(top(), PickleKind::List, "list");
-    list.items.insert(list.items.end(), items.begin(), items.end());
-}
-
-void Machine::setItems(std::vector<uint32_t> items)
-{
-    if (items.size() % 2 != 0)
-        invalid("key without a value");
-    PickleValue& dict = expect(top(), PickleKind::Dict, "dictionary");
-    dict.items.insert(dict.items.end(), items.begin(), items.end());
-}
-
-// ('storage', type, key, location, element count). The location ("cuda:0") is only a tag.
-void Machine::pushStorage()
-{
-    const std::vector<uint32_t> id = expect(pop(), PickleKind::Tuple, "persistent id tuple").items;
-    if (id.size() != 5 || expect(id[0], PickleKind::String, "'storage'").text != "storage")
-        invalid("persistent id that is no storage");
-    const std::string type = expect(id[1], PickleKind::Global, "storage type").text;
-    const int64_t count = expect(id[4], PickleKind::Int, "element count").integer;
-    if (count < 0)
-        invalid(formatString("storage of %lld elements", static_cast<long long>(count)));
-    (void)expect(id[3], PickleKind::String, "storage location");
-    PickleValue storage{PickleKind::Storage, count, 0, expect(id[2], PickleKind::String, "storage key").text, {id[1]}};
-    push(std::move(storage));
-}
-
-void Machine::reduce()
-{
-    const std::vector<uint32_t> arguments = expect(pop(), PickleKind::Tuple, "argument tuple").items;
-    const std::string function = expect(pop(), PickleKind::Global, "global").text;
-    if (function == "collections OrderedDict" && arguments.empty())
-        pushEmpty(PickleKind::Dict);
-    else if (function == "torch._utils _rebuild_tensor_v2")
-        rebuildTensor(arguments);
-    else if (function == "torch._utils _rebuild_parameter" && !arguments.empty() &&
-             m_graph.values[arguments[0]].kind == PickleKind::Tensor)
-        m_stack.push_back(arguments[0]);
-    else
-        unsupported("a call of '" + function + "'");
-}
-
-std::vector<uint64_t> Machine::dimensions(uint32_t tuple)
-{
-    const std::vector<uint32_t>& items = expect(tuple, PickleKind::Tuple, "tuple of dimensions").items;
-    if (items.size() > kMaxDimensions)
-        invalid(formatString("tensor of %zu dimensions", items.size()));
-    std::vector<uint64_t> values;
-    for (const uint32_t item : items) {
-        const int64_t value = expect(item, PickleKind::Int, "dimension").integer;
-        if (value < 0)
-            invalid(formatString("dimension of %lld", static_cast<long long>(value)));
-        values.push_back(uint64_t(value));
-    }
-    return values;
-}
-
-// (storage, offset, size, stride, requires_grad, hooks[, metadata])
-void Machine::rebuildTensor(const std::vector<uint32_t>& arguments)
-{
-    if (arguments.size() < 4 || arguments.size() > 7)
-        invalid(formatString("tensor with %zu arguments", arguments.size()));
-    const PickleValue& storage = expect(arguments[0], PickleKind::Storage, "storage");
-    const int64_t offset = expect(arguments[1], PickleKind::Int, "storage offset").integer;
-    if (offset < 0)
-        invalid(formatString("storage offset of %lld", static_cast<long long>(offset)));
-    PickleTensor tensor;
-    tensor.storage_key = storage.text;
-    tensor.storage_type = m_graph.values[storage.items[0]].text;
-    tensor.storage_count = uint64_t(storage.integer);
-    tensor.offset = uint64_t(offset);
-    tensor.shape = dimensions(arguments[2]);
-    tensor.stride = dimensions(arguments[3]);
-    if (tensor.shape.size() != tensor.stride.size())
-        invalid("shape and stride of different length");
-    m_graph.tensors.push_back(std::move(tensor));
-    push({PickleKind::Tensor, int64_t(m_graph.tensors.size() - 1), 0, {}, {}});
-}
-
-void Machine::newObject()
-{
-    if (!expect(pop(), PickleKind::Tuple, "argument tuple").items.empty())
-        unsupported("an object with constructor arguments");
-    const std::string type = expect(pop(), PickleKind::Global, "class").text;
-    if (!std::string_view(type).starts_with("__torch__"))
-        unsupported("an object of '" + type + "'");
-    push({PickleKind::Object, 0, 0, type, {}});
-}
-
-void Machine::build()
-{
-    const uint32_t state = pop();
-    (void)expect(state, PickleKind::Dict, "state dictionary");
-    PickleValue& target = m_graph.values[top()];
-    if (target.kind == PickleKind::Object && target.items.empty())
-        target.items.push_back(state);
-    else if (target.kind != PickleKind::Dict) // an OrderedDict's state is attributes ('_metadata'), never keys
-        invalid("state for a value that takes none");
-}
-
-// Executes one opcode; true at STOP.
-bool Machine::step()
-{
-    const uint8_t opcode = takeOpcode();
-    switch (opcode) {
-    case 0x80: // PROTO
-        if (const uint64_t protocol = takeUnsigned(1); protocol != 2 && protocol != 3)
-            unsupported(formatString("protocol %llu", static_cast<unsigned long long>(protocol)));
-        break;
-    case '.': // STOP
-        return true;
-    case 'N':
-        pushEmpty(PickleKind::None);
-        break;
-    case 0x88: // NEWTRUE
-    case 0x89: // NEWFALSE
-        push({PickleKind::Bool, opcode == 0x88, 0, {}, {}});
-        break;
-    case 'J': // BININT
-        pushInt(int32_t(uint32_t(takeUnsigned(4))));
-        break;
-    case 'K': // BININT1
-        pushInt(int64_t(takeUnsigned(1)));
-        break;
-    case 'M': // BININT2
-        pushInt(int64_t(takeUnsigned(2)));
-        break;
-    case 0x8a: // LONG1
-        pushLong();
-        break;
-    case 'G': { // BINFLOAT, big-endian
-        uint64_t bits = 0;
-        for (const std::byte byte : take(8))
-            bits = bits << 8 | uint64_t(byte);
-        push({PickleKind::Float, 0, std::bit_cast<double>(bits), {}, {}});
-        break;
-    }
-    case 'X': // BINUNICODE
-        push({PickleKind::String, 0, 0, takeText(size_t(takeUnsigned(4))), {}});
-        break;
-    case 'c': // GLOBAL
-        pushGlobal();
-        break;
-    case 'q': // BINPUT
-        put(takeUnsigned(1));
-        break;
-    case 'r': // LONG_BINPUT
-        put(takeUnsigned(4));
-        break;
-    case 'h': // BINGET
-        get(takeUnsigned(1));
-        break;
-    case 'j': // LONG_BINGET
-        get(takeUnsigned(4));
-        break;
-    case '(': // MARK
-        m_marks.push_back(m_stack.size());
-        if (m_marks.size() > kMaxValues)
-            invalid(formatString("more than %zu marks", kMaxValues));
-        break;
-    case ')': // EMPTY_TUPLE
-        pushTuple(0);
-        break;
-    case 0x85: // TUPLE1
-    case 0x86: // TUPLE2
-    case 0x87: // TUPLE3
-        pushTuple(opcode - 0x84u);
-        break;
-    case 't': // TUPLE
-        push({PickleKind::Tuple, 0, 0, {}, popToMark()});
-        break;
-    case '}': // EMPTY_DICT
-        pushEmpty(PickleKind::Dict);
-        break;
-    case ']': // EMPTY_LIST
-        pushEmpty(PickleKind::List);
-        break;
-    case 'a': // APPEND
-        appendItems({pop()});
-        break;
-    case 'e': // APPENDS
-        appendItems(popToMark());
-        break;
-    case 's': { // SETITEM
-        const uint32_t value = pop();
-        setItems({pop(), value});
-        break;
-    }
-    case 'u': // SETITEMS
-        setItems(popToMark());
-        break;
-    case 'Q': // BINPERSID
-        pushStorage();
-        break;
-    case 'R': // REDUCE
-        reduce();
-        break;
-    case 0x81: // NEWOBJ
-        newObject();
-        break;
-    case 'b': // BUILD
-        build();
-        break;
-    default:
-        unsupported(formatString("the opcode 0x%02x", unsigned(opcode)));
-    }
-    return false;
-}
 
 } // namespace
 

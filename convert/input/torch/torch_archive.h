@@ -14,6 +14,8 @@
 
 namespace gsc {
 
+constexpr const char* kActivationClasses[] = {nullptr, "Tanh", "Sigmoid", "Softmax"}; // of each Activation
+
 struct NamedTensor {
     std::string name;            // dotted path of attribute names or keys, such as "0.weight" or "opacity_mlp.0.weight"
     std::vector<uint64_t> shape; // row-major, contiguous

@@ -5,7 +5,6 @@
 #include "convert/input/torch/zip_writer.h"
 #include "format/error.h"
 
-#include <algorithm>
 #include <map>
 
 namespace gsc {
@@ -18,12 +17,14 @@ class PickleWriter {
 public:
     PickleWriter() { m_bytes = {'\x80', 2}; }
 
-    void op(char opcode) { m_bytes.push_back(opcode); }
+    // By their letters: ( mark, ) empty tuple, t tuple, } empty dictionary, s item, u items, R call, Q storage, \x81 new
+    // object, b its state, N None, . end.
+    void ops(const char* opcodes) { m_bytes += opcodes; }
 
     void string(const std::string& text)
     {
         if (!pooled('X' + text)) {
-            op('X');
+            ops("X");
             little(text.size(), 4);
             m_bytes += text;
             memoize('X' + text);
@@ -41,69 +42,58 @@ public:
 
     void integer(uint64_t value)
     {
-        if (value < 256) {
-            op('K');
-            little(value, 1);
-        } else if (value < 65536) {
-            op('M');
-            little(value, 2);
-        } else {
-            op('J');
-            little(value, 4);
-        }
+        const size_t bytes = value < 256 ? 1 : value < 65536 ? 2 : 4;
+        ops(bytes == 1 ? "K" : bytes == 2 ? "M" : "J");
+        little(value, bytes);
     }
 
-    void boolean(bool value) { op(value ? '\x88' : '\x89'); }
+    void tensor(std::span<const float> values, const std::vector<uint64_t>& shape, bool requires_grad);
+    void boolean(bool value) { ops(value ? "\x88" : "\x89"); }
     void put() { memoize({}); } // the value on top of the stack gets the next slot
     [[nodiscard]] const std::string& bytes() const { return m_bytes; }
+
+    void addStorages(ZipWriter& zip) const
+    {
+        for (const auto& [key, values] : m_storages)
+            zip.add("data/" + key, std::as_bytes(values));
+    }
 
 private:
     void little(uint64_t value, size_t count)
     {
         for (size_t i = 0; i < count; ++i)
-            op(char(value >> (8 * i)));
+            m_bytes += char(value >> (8 * i));
     }
 
     bool pooled(const std::string& key)
     {
         const auto found = m_slots.find(key);
-        if (found == m_slots.end())
-            return false;
-        op(found->second < 256 ? 'h' : 'j');
-        little(found->second, found->second < 256 ? 1 : 4);
-        return true;
+        if (found != m_slots.end())
+            slot("h", "j", found->second);
+        return found != m_slots.end();
     }
 
     void memoize(const std::string& key)
     {
-        op(m_next < 256 ? 'q' : 'r');
-        little(m_next, m_next < 256 ? 1 : 4);
+        slot("q", "r", m_next);
         if (!key.empty())
             m_slots.emplace(key, m_next);
         ++m_next;
     }
 
+    void slot(const char* opcode, const char* long_opcode, uint32_t number)
+    {
+        ops(number < 256 ? opcode : long_opcode);
+        little(number, number < 256 ? 1 : 4);
+    }
+
     std::string m_bytes;
     std::map<std::string, uint32_t> m_slots;
     uint32_t m_next = 0;
+    std::map<std::string, std::span<const float>> m_storages; // by key, in string order: 0, 1, 10, 11, 2
 };
 
-struct Storages {
-    std::vector<std::span<const float>> data;
-
-    void addTo(ZipWriter& zip) const
-    {
-        std::vector<std::string> keys;
-        for (size_t i = 0; i < data.size(); ++i)
-            keys.push_back(std::to_string(i));
-        std::sort(keys.begin(), keys.end()); // string order: 0, 1, 10, 11, 2
-        for (const std::string& key : keys)
-            zip.add("data/" + key, std::as_bytes(data[std::stoul(key)]));
-    }
-};
-
-void writeTensor(PickleWriter& pickle, Storages& storages, std::span<const float> values,
-                 const std::vector<uint64_t>& shape, bool requires_grad)
+void PickleWriter::tensor(std::span<const float> values, const std::vector<uint64_t>& shape, bool requires_grad)
 {
     uint64_t count = 1;
     for (const uint64_t size : shape)
@@ -113,53 +103,35 @@ void writeTensor(PickleWriter& pickle, Storages& storages, std::span<const float
             ErrorCode::Internal,
             formatString("tensor: %zu values, expected the %llu of its shape; this is a bug of gsc, please report it",
                          values.size(), static_cast<unsigned long long>(count)));
-    pickle.global("torch._utils", "_rebuild_tensor_v2");
-    pickle.op('(');
-    pickle.op('(');
-    pickle.string("storage");
-    pickle.global("torch", "FloatStorage");
-    pickle.string(std::to_string(storages.data.size()));
-    pickle.string("cuda:0");
-    pickle.integer(count);
-    pickle.op('t');
-    pickle.op('Q');
-    pickle.put();
-    pickle.integer(0);
-    pickle.op('(');
+    global("torch._utils", "_rebuild_tensor_v2");
+    ops("((");
+    string("storage");
+    global("torch", "FloatStorage");
+    const std::string key = std::to_string(m_storages.size());
+    string(key);
+    string("cuda:0");
+    integer(count);
+    ops("tQ");
+    put();
+    integer(0);
+    ops("(");
     for (const uint64_t size : shape)
-        pickle.integer(size);
-    pickle.op('t');
-    pickle.op('(');
+        integer(size);
+    ops("t(");
     uint64_t stride = count;
     for (const uint64_t size : shape) {
         stride = size == 0 ? 1 : stride / size;
-        pickle.integer(stride);
+        integer(stride);
     }
-    pickle.op('t');
-    pickle.boolean(requires_grad);
-    pickle.global("collections", "OrderedDict");
-    pickle.op(')');
-    pickle.op('R');
-    pickle.op('t');
-    pickle.op('R');
-    pickle.put();
-    storages.data.push_back(values);
+    ops("t");
+    boolean(requires_grad);
+    global("collections", "OrderedDict");
+    ops(")RtR");
+    put();
+    m_storages.emplace(key, values);
 }
 
-const char* activationClass(Activation activation)
-{
-    switch (activation) {
-    case Activation::Tanh:
-        return "Tanh";
-    case Activation::Sigmoid:
-        return "Sigmoid";
-    case Activation::Softmax:
-        return "Softmax";
-    case Activation::None:
-        break;
-    }
-    return nullptr;
-}
+constexpr const char* kActivationSources[] = {nullptr, "torch.tanh(x)", "torch.sigmoid(x)", "torch.softmax(x, 1)"};
 
 // The attributes every traced module carries.
 void writeModuleFlags(PickleWriter& pickle)
@@ -167,22 +139,18 @@ void writeModuleFlags(PickleWriter& pickle)
     pickle.string("training");
     pickle.boolean(false);
     pickle.string("_is_full_backward_hook");
-    pickle.op('N');
+    pickle.ops("N");
 }
 
 void beginObject(PickleWriter& pickle, const std::string& module, const std::string& name)
 {
     pickle.global("__torch__." + module, name);
-    pickle.op(')');
-    pickle.op('\x81');
-    pickle.op('}');
-    pickle.op('(');
+    pickle.ops(")\x81}(");
 }
 
 void endObject(PickleWriter& pickle)
 {
-    pickle.op('u');
-    pickle.op('b');
+    pickle.ops("ub");
     pickle.put();
 }
 
@@ -202,11 +170,11 @@ std::string linearSource(const std::string& self)
                        "    return torch.linear(x, self.weight, self.bias)\n");
 }
 
-std::vector<std::byte> finishScript(const std::string& stem, const PickleWriter& pickle, const Storages& storages,
+std::vector<std::byte> finishScript(const std::string& stem, const PickleWriter& pickle,
                                     const std::vector<std::pair<std::string, std::string>>& sources)
 {
     ZipWriter zip(stem);
-    storages.addTo(zip);
+    pickle.addStorages(zip);
     zip.add("data.pkl", pickle.bytes());
     for (const auto& [path, source] : sources)
         zip.add("code/__torch__/" + path, source);
@@ -221,11 +189,10 @@ const std::string kModules = "torch.nn.modules.";
 
 std::vector<std::byte> writeTorchScriptMlp(const Mlp& mlp, const std::string& stem)
 {
-    const char* activation = activationClass(mlp.activation);
+    const char* activation = kActivationClasses[uint32_t(mlp.activation)];
     // the second Linear is a class of its own, as tracing makes it
     const std::string linear_modules[2] = {kModules + "linear", kModules + "linear.___torch_mangle_0"};
     PickleWriter pickle;
-    Storages storages;
     beginObject(pickle, kModules + "container", "Sequential");
     writeModuleFlags(pickle);
     for (const int child : {0, 1, 2, 3}) {
@@ -236,9 +203,9 @@ std::vector<std::byte> writeTorchScriptMlp(const Mlp& mlp, const std::string& st
             const LinearLayer& layer = mlp.layers[child / 2];
             beginObject(pickle, linear_modules[child / 2], "Linear");
             pickle.string("weight");
-            writeTensor(pickle, storages, layer.weight, {layer.out, layer.in}, true);
+            pickle.tensor(layer.weight, {layer.out, layer.in}, true);
             pickle.string("bias");
-            writeTensor(pickle, storages, layer.bias, {layer.out}, true);
+            pickle.tensor(layer.bias, {layer.out}, true);
         } else {
             beginObject(pickle, kModules + "activation", child == 1 ? "ReLU" : activation);
         }
@@ -246,10 +213,10 @@ std::vector<std::byte> writeTorchScriptMlp(const Mlp& mlp, const std::string& st
         endObject(pickle);
     }
     endObject(pickle);
-    pickle.op('.');
+    pickle.ops(".");
 
-    const auto plainSource = [](const std::string& name, const std::string& expression) {
-        return classSource(name, "", "", kModules + "activation." + name, "x", "    return " + expression + "\n");
+    const auto plainSource = [](const std::string& name, const std::string& result) {
+        return classSource(name, "", "", kModules + "activation." + name, "x", "    return " + result + "\n");
     };
     const auto attribute = [](int child, const std::string& type) {
         return "  __annotations__[\"" + std::to_string(child) + "\"] = __torch__." + type + "\n";
@@ -262,16 +229,14 @@ std::vector<std::byte> writeTorchScriptMlp(const Mlp& mlp, const std::string& st
     if (activation) {
         attributes += attribute(3, kModules + "activation." + activation);
         body += "    return (getattr(self, \"3\")).forward(y, )\n";
-        activations += plainSource(activation, mlp.activation == Activation::Tanh      ? "torch.tanh(x)"
-                                               : mlp.activation == Activation::Sigmoid ? "torch.sigmoid(x)"
-                                                                                       : "torch.softmax(x, 1)");
+        activations += plainSource(activation, kActivationSources[uint32_t(mlp.activation)]);
     } else {
         body += "    return y\n";
     }
     const std::string sequential =
         classSource("Sequential", "", attributes, kModules + "container.Sequential", "x", body);
     return finishScript(
-        stem, pickle, storages,
+        stem, pickle,
         {{"torch/nn/modules/container.py", sequential},
          {"torch/nn/modules/linear.py", linearSource(linear_modules[0] + ".Linear")},
          {"torch/nn/modules/activation.py", activations},
@@ -283,19 +248,18 @@ std::vector<std::byte> writeTorchScriptEmbedding(std::span<const float> values, 
 {
     const std::string inner = kModules + "sparse";
     PickleWriter pickle;
-    Storages storages;
     beginObject(pickle, "scene.embedding", "Embedding");
     writeModuleFlags(pickle);
     pickle.string("embedding");
     beginObject(pickle, inner, "Embedding");
     pickle.string("weight");
-    writeTensor(pickle, storages, values, {rows, columns}, true);
+    pickle.tensor(values, {rows, columns}, true);
     writeModuleFlags(pickle);
     endObject(pickle);
     endObject(pickle);
-    pickle.op('.');
+    pickle.ops(".");
     return finishScript(
-        stem, pickle, storages,
+        stem, pickle,
         {{"scene/embedding.py",
           classSource("Embedding", "", "  embedding : __torch__." + inner + ".Embedding\n", "scene.embedding.Embedding",
                       "index", "    return (self.embedding).forward(index, )\n")},
@@ -308,47 +272,42 @@ std::vector<std::byte> writeStateDictArchive(const std::vector<std::pair<std::st
                                              std::span<const float> embedding, uint32_t rows, uint32_t columns)
 {
     PickleWriter pickle;
-    Storages storages;
     // an OrderedDict, left on the stack with a mark for its items
     const auto beginDict = [&] {
         pickle.global("collections", "OrderedDict");
-        pickle.op(')');
-        pickle.op('R');
+        pickle.ops(")R");
         pickle.put();
-        pickle.op('(');
+        pickle.ops("(");
     };
     // its items, then its attributes: {'_metadata': OrderedDict((path, {'version': 1}))}
     const auto endDict = [&](const std::vector<std::string>& paths) {
-        pickle.op('u');
-        pickle.op('}');
+        pickle.ops("u}");
         pickle.put();
         pickle.string("_metadata");
         beginDict();
         for (const std::string& path : paths) {
             pickle.string(path);
-            pickle.op('}');
+            pickle.ops("}");
             pickle.put();
             pickle.string("version");
             pickle.integer(1);
-            pickle.op('s');
+            pickle.ops("s");
         }
-        pickle.op('u');
-        pickle.op('s');
-        pickle.op('b');
+        pickle.ops("usb");
     };
 
-    pickle.op('}');
+    pickle.ops("}");
     pickle.put();
-    pickle.op('(');
+    pickle.ops("(");
     for (const auto& [key, mlp] : mlps) {
         pickle.string(key);
         beginDict();
         for (const int child : {0, 2}) {
             const LinearLayer& layer = mlp->layers[child / 2];
             pickle.string(std::to_string(child) + ".weight");
-            writeTensor(pickle, storages, layer.weight, {layer.out, layer.in}, false);
+            pickle.tensor(layer.weight, {layer.out, layer.in}, false);
             pickle.string(std::to_string(child) + ".bias");
-            writeTensor(pickle, storages, layer.bias, {layer.out}, false);
+            pickle.tensor(layer.bias, {layer.out}, false);
         }
         endDict(mlp->activation == Activation::None ? std::vector<std::string>{"", "0", "1", "2"}
                                                     : std::vector<std::string>{"", "0", "1", "2", "3"});
@@ -357,15 +316,14 @@ std::vector<std::byte> writeStateDictArchive(const std::vector<std::pair<std::st
         pickle.string("appearance");
         beginDict();
         pickle.string("embedding.weight");
-        writeTensor(pickle, storages, embedding, {rows, columns}, false);
+        pickle.tensor(embedding, {rows, columns}, false);
         endDict({"", "embedding"});
     }
-    pickle.op('u');
-    pickle.op('.');
+    pickle.ops("u.");
 
     ZipWriter zip("archive");
     zip.add("data.pkl", pickle.bytes());
-    storages.addTo(zip);
+    pickle.addStorages(zip);
     zip.add("version", std::string("3\n"));
     return zip.finish();
 }

@@ -5,117 +5,99 @@
 
 #include <zip.h>
 
-#include <unordered_map>
-
 namespace gsc {
 
 // Why libzip and no reader of our own: libzip 1.7.3 opened every member of all 22 .pt files of the six trained models
 // (PyTorch 2.11) and of what PyTorch 1.13 wrote, also with ZIP_CHECKCONS: zero sizes and CRC in the local headers,
 // data descriptors, DOS date 0, the FB extra field, ZIP64 end records. It also checks every CRC-32.
-struct ZipArchive::State {
-    std::span<const std::byte> bytes;
-    std::string name;
-    zip_t* zip = nullptr;
-    std::unordered_map<std::string, zip_uint64_t> index;
-
-    ~State()
-    {
-        if (zip)
-            zip_discard(zip);
-    }
-    [[nodiscard]] zip_stat_t stat(const std::string& member) const;
-};
 
 namespace {
 
 constexpr zip_int64_t kMaxMembers = 65536; // PyTorch writes about 20
 
-[[noreturn]] void throwInvalid(const std::string& name, const std::string& text)
-{
-    throw Error(ErrorCode::InvalidFile, name + ": " + text + ", expected a complete PyTorch archive; save it again");
-}
-
 } // namespace
 
-zip_stat_t ZipArchive::State::stat(const std::string& member) const
+void ZipArchive::invalid(const std::string& text) const
 {
-    const auto found = index.find(member);
-    if (found == index.end())
-        throwInvalid(name, "archive has no member '" + member + "'");
+    throw Error(ErrorCode::InvalidFile, m_name + ": " + text + ", expected a complete PyTorch archive; save it again");
+}
+
+zip_stat_t ZipArchive::stat(const std::string& member) const
+{
+    const auto found = m_index.find(member);
+    if (found == m_index.end())
+        invalid("archive has no member '" + member + "'");
     zip_stat_t result;
     zip_stat_init(&result);
     constexpr zip_uint64_t needed = ZIP_STAT_INDEX | ZIP_STAT_SIZE | ZIP_STAT_COMP_METHOD | ZIP_STAT_ENCRYPTION_METHOD;
-    if (zip_stat_index(zip, found->second, 0, &result) != 0 || (result.valid & needed) != needed)
-        throwInvalid(name, "member '" + member + "' has no size");
+    if (zip_stat_index(m_zip.get(), found->second, 0, &result) != 0 || (result.valid & needed) != needed)
+        invalid("member '" + member + "' has no size");
     return result;
 }
 
-ZipArchive::ZipArchive(std::span<const std::byte> bytes, const std::string& name) : m_state(std::make_unique<State>())
+ZipArchive::ZipArchive(std::span<const std::byte> bytes, const std::string& name)
+    : m_bytes(bytes), m_name(name), m_zip(nullptr, zip_discard)
 {
-    m_state->bytes = bytes;
-    m_state->name = name;
     zip_error_t error;
     zip_error_init(&error);
     zip_source_t* source = zip_source_buffer_create(bytes.data(), bytes.size(), 0, &error);
-    m_state->zip = source ? zip_open_from_source(source, ZIP_RDONLY, &error) : nullptr;
-    if (!m_state->zip) {
+    m_zip.reset(source ? zip_open_from_source(source, ZIP_RDONLY, &error) : nullptr);
+    if (!m_zip) {
         const std::string text = zip_error_strerror(&error);
         zip_error_fini(&error);
         if (source)
             zip_source_free(source);
-        throwInvalid(name, "not a readable zip archive (" + text + ")");
+        invalid("not a readable zip archive (" + text + ")");
     }
     zip_error_fini(&error);
 
-    const zip_int64_t count = zip_get_num_entries(m_state->zip, 0);
+    const zip_int64_t count = zip_get_num_entries(m_zip.get(), 0);
     if (count <= 0 || count > kMaxMembers)
-        throwInvalid(name, formatString("archive has %lld members", static_cast<long long>(count)));
+        invalid(formatString("archive has %lld members", static_cast<long long>(count)));
     for (zip_int64_t i = 0; i < count; ++i) {
-        const char* member = zip_get_name(m_state->zip, zip_uint64_t(i), ZIP_FL_ENC_RAW);
+        const char* member = zip_get_name(m_zip.get(), zip_uint64_t(i), ZIP_FL_ENC_RAW);
         if (!member)
-            throwInvalid(name, formatString("member %lld has no name", static_cast<long long>(i)));
-        if (!m_state->index.emplace(member, zip_uint64_t(i)).second)
-            throwInvalid(name, formatString("archive lists the member '%s' twice", member));
+            invalid(formatString("member %lld has no name", static_cast<long long>(i)));
+        if (!m_index.emplace(member, zip_uint64_t(i)).second)
+            invalid(formatString("archive lists the member '%s' twice", member));
         m_members.emplace_back(member);
     }
 }
 
-ZipArchive::~ZipArchive() = default;
-
 bool ZipArchive::contains(const std::string& member) const
 {
-    return m_state->index.count(member) != 0;
+    return m_index.count(member) != 0;
 }
 
 uint64_t ZipArchive::size(const std::string& member) const
 {
-    return m_state->stat(member).size;
+    return stat(member).size;
 }
 
 std::vector<std::byte> ZipArchive::read(const std::string& member) const
 {
-    const zip_stat_t stat = m_state->stat(member);
-    if (stat.comp_method != ZIP_CM_STORE || stat.encryption_method != ZIP_EM_NONE)
+    const zip_stat_t info = stat(member);
+    if (info.comp_method != ZIP_CM_STORE || info.encryption_method != ZIP_EM_NONE)
         throw Error(ErrorCode::Unsupported,
                     formatString("%s: member '%s' is compressed or encrypted (method %u), expected a stored member as "
                                  "PyTorch writes it; save it again with torch.save or torch.jit.save",
-                                 m_state->name.c_str(), member.c_str(), unsigned(stat.comp_method)));
+                                 m_name.c_str(), member.c_str(), unsigned(info.comp_method)));
     // note: before anything is allocated; a stored member cannot be larger than the archive that holds it
-    if (stat.size > m_state->bytes.size())
-        throwInvalid(m_state->name, formatString("member '%s' claims %llu bytes, the archive has %zu", member.c_str(),
-                                                 static_cast<unsigned long long>(stat.size), m_state->bytes.size()));
+    if (info.size > m_bytes.size())
+        invalid(formatString("member '%s' claims %llu bytes, the archive has %zu", member.c_str(),
+                             static_cast<unsigned long long>(info.size), m_bytes.size()));
 
-    std::vector<std::byte> content(stat.size);
-    zip_file_t* file = zip_fopen_index(m_state->zip, stat.index, 0);
+    std::vector<std::byte> content(info.size);
+    zip_file_t* file = zip_fopen_index(m_zip.get(), info.index, 0);
     if (!file)
-        throwInvalid(m_state->name, "member '" + member + "' is damaged (" + zip_strerror(m_state->zip) + ")");
+        invalid("member '" + member + "' is damaged (" + zip_strerror(m_zip.get()) + ")");
     const zip_int64_t got = zip_fread(file, content.data(), content.size());
     std::byte beyond{};
     const zip_int64_t rest = got < 0 ? -1 : zip_fread(file, &beyond, 1); // the CRC is checked at the end of the data
     const std::string text = got < 0 || rest < 0 ? zip_file_strerror(file) : "its size differs from the directory's";
     zip_fclose(file);
     if (got != zip_int64_t(content.size()) || rest != 0)
-        throwInvalid(m_state->name, "member '" + member + "' is damaged (" + text + ")");
+        invalid("member '" + member + "' is damaged (" + text + ")");
     return content;
 }
 

@@ -7,7 +7,11 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <unordered_map>
 #include <vector>
+
+struct zip; // libzip's, whose header stays in zip_archive.cpp
+struct zip_stat;
 
 namespace gsc {
 
@@ -16,9 +20,6 @@ class ZipArchive {
 public:
     // `bytes` must outlive the archive; `name` is used in messages only. Throws Error(InvalidFile).
     ZipArchive(std::span<const std::byte> bytes, const std::string& name);
-    ~ZipArchive();
-    ZipArchive(const ZipArchive&) = delete;
-    ZipArchive& operator=(const ZipArchive&) = delete;
 
     // In the order of the central directory; no name occurs twice.
     [[nodiscard]] const std::vector<std::string>& members() const { return m_members; }
@@ -32,8 +33,13 @@ public:
     [[nodiscard]] std::vector<std::byte> read(const std::string& member) const;
 
 private:
-    struct State;
-    std::unique_ptr<State> m_state;
+    [[noreturn]] void invalid(const std::string& text) const;
+    [[nodiscard]] zip_stat stat(const std::string& member) const;
+
+    std::span<const std::byte> m_bytes;
+    std::string m_name;
+    std::unique_ptr<zip, void (*)(zip*)> m_zip;
+    std::unordered_map<std::string, uint64_t> m_index;
     std::vector<std::string> m_members;
 };
 

@@ -3,9 +3,6 @@
 
 #include "format/error.h"
 
-#include <array>
-#include <cstring>
-
 namespace gsc {
 
 namespace {
@@ -33,19 +30,12 @@ void put(std::vector<std::byte>& out, const std::string& text)
 
 uint32_t crc32(std::span<const std::byte> bytes)
 {
-    static const auto table = [] {
-        std::array<uint32_t, 256> t{};
-        for (uint32_t i = 0; i < 256; ++i) {
-            uint32_t c = i;
-            for (int bit = 0; bit < 8; ++bit)
-                c = (c >> 1) ^ ((c & 1) ? 0xedb88320u : 0u);
-            t[i] = c;
-        }
-        return t;
-    }();
     uint32_t crc = ~0u;
-    for (const std::byte byte : bytes)
-        crc = (crc >> 8) ^ table[(crc ^ uint32_t(byte)) & 0xff];
+    for (const std::byte byte : bytes) {
+        crc ^= uint32_t(byte);
+        for (int bit = 0; bit < 8; ++bit)
+            crc = (crc >> 1) ^ ((crc & 1) ? 0xedb88320u : 0u);
+    }
     return ~crc;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/sample/paths/camera_motions.h"
 
+#include "convert/sample/camera_view.h"
 #include "format/error.h"
 
 #include <algorithm>
@@ -24,16 +25,9 @@ PathMaker::PathMaker(const PathSite& site, const char* name, double fps, const P
 
 void PathMaker::look(Vec3 position, Vec3 forward)
 {
-    m_path.frames.push_back(lookingAlong(formatString("%s_%04zu", m_path.name.c_str(), m_path.frames.size()), position,
-                                         forward, m_site.up, m_lens.width, m_lens.height, m_lens.fov_x));
-}
-
-void moveAlong(PathMaker& path, int frames, Vec3 origin, Vec3 along, const Reach& reach, const Gaze& gaze)
-{
-    for (int i = 0; i < frames; ++i) {
-        const Vec3 position = origin + along * reach(i);
-        path.look(position, gaze(i, position));
-    }
+    std::string name = formatString("%s_%04zu", m_path.name.c_str(), m_path.frames.size());
+    m_path.frames.push_back(lookingAlong(position, forward, m_site.up, m_lens.width, m_lens.height, m_lens.fov_x));
+    m_path.frames.back().name = std::move(name);
 }
 
 void circle(PathMaker& path, int frames, Vec3 target, double distance, double heading, double step, double down)

@@ -4,18 +4,15 @@
 #pragma once
 
 #include "convert/sample/model_text.h"
-#include "convert/sample/vec3.h"
+#include "convert/sample/paths/ground_frame.h"
 #include "format/gsc_layout.h"
 #include "player/cameras/length.h"
 
 #include <cstdint>
-#include <functional>
-#include <string>
-#include <vector>
+#include <utility>
 
 namespace gsc {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kEyeHeight = 1.6;  // metres
 constexpr double kArmLength = 0.7;  // metres
 constexpr double kWalkSpeed = 1.4;  // metres per second
@@ -26,13 +23,10 @@ constexpr double degrees(double angle)
     return angle * kPi / 180;
 }
 
-// The place a set of paths is made for. World units, unless a field says otherwise.
-struct PathSite {
-    Vec3 axis[2], up;                 // unit vectors, right-handed
-    double low[2] = {}, high[2] = {}; // of the built ground, along the axes
-    double ground = 0;                // along up
-    double view_height = 0;           // above ground, from which the model was photographed
-    double metre = 1;                 // world units that stand for one metre of a viewer's body
+// The place a set of paths is made for. World units, unless a field says otherwise. `low` and `high` are those of the
+// built ground; the model was photographed from `view_height`.
+struct PathSite : GroundFrame {
+    double metre = 1; // world units that stand for one metre of a viewer's body
     // Octree-GS: level = round_rule(log(standard_dist / distance) / log(fork)) in 0..finest_level
     LevelRule level_rule = LevelRule::None;
     double standard_dist = 0;
@@ -43,14 +37,6 @@ struct PathSite {
 struct PathLens {
     uint32_t width = 2048, height = 2048; // pixels
     double fov_x = 0.5 * kPi;             // radians
-};
-
-struct CameraPath {
-    std::string name; // of the file too
-    double fps = 0, ipd = 0;
-    std::string description; // empty = none is written
-    double metre = 0;        // 0 = none is written
-    std::vector<NamedCamera> frames;
 };
 
 // Unit vector; the two angles in radians.
@@ -76,11 +62,6 @@ private:
     CameraPath m_path;
 };
 
-using Reach = std::function<double(int frame)>;             // world units from the origin
-using Gaze = std::function<Vec3(int frame, Vec3 position)>; // unit vector
-
-// Along a straight line: origin + along * reach(frame).
-void moveAlong(PathMaker& path, int frames, Vec3 origin, Vec3 along, const Reach& reach, const Gaze& gaze);
 // Round `target`, `step` degrees a frame, at a constant distance.
 void circle(PathMaker& path, int frames, Vec3 target, double distance, double heading, double step, double down);
 // Still, then `turning` frames of `step` degrees each, then still.

@@ -33,15 +33,10 @@ double eyeHeight(const PathSite& site)
     return kEyeHeight * site.metre;
 }
 
-Gaze always(Vec3 forward)
-{
-    return [forward](int, Vec3) { return forward; };
-}
-
 CameraPath aerial(const PathSite& site)
 {
     PathMaker path(site, "aerial", 30);
-    flyDiagonal(path, 40, 0.25, 0.75, 0.5 * site.view_height);
+    flyDiagonal(path, site, 40, 0.25, 0.75, 0.5 * site.view_height);
     return path.take();
 }
 
@@ -89,9 +84,8 @@ CameraPath walkThrough(const PathSite& site)
     const double way =
         std::min(30 * site.metre, 0.8 * std::min(side(site, 0) / std::cos(heading), side(site, 1) / std::sin(heading)));
     const Vec3 forward = radialDirection(site, heading, 0);
-    moveAlong(
-        path, 120, above(site, 0.5, 0.5, eyeHeight(site)), forward, [way](int i) { return way * (i / 119.0 - 0.5); },
-        always(forward));
+    for (int i = 0; i < 120; ++i)
+        path.look(above(site, 0.5, 0.5, eyeHeight(site)) + forward * (way * (i / 119.0 - 0.5)), forward);
     return path.take();
 }
 
@@ -116,18 +110,16 @@ CameraPath wideEyes(const PathSite& site)
     PathMaker path(site, "wide_eyes", kHeadsetRate);
     path.eyes(kWideEyes);
     const double heading = diagonal(site);
-    moveAlong(
-        path, 60, above(site, 0.5, 0.5, eyeHeight(site)), radialDirection(site, heading, 0),
-        [&site](int i) { return kWalkSpeed * site.metre * i / kHeadsetRate; },
-        always(radialDirection(site, heading, degrees(5))));
+    const Vec3 way = radialDirection(site, heading, 0), forward = radialDirection(site, heading, degrees(5));
+    for (int i = 0; i < 60; ++i)
+        path.look(above(site, 0.5, 0.5, eyeHeight(site)) + way * (kWalkSpeed * site.metre * i / kHeadsetRate), forward);
     return path.take();
 }
 
 } // namespace
 
-void flyDiagonal(PathMaker& path, int frames, double from, double to, double height)
+void flyDiagonal(PathMaker& path, const PathSite& site, int frames, double from, double to, double height)
 {
-    const PathSite& site = path.site();
     const Vec3 forward = radialDirection(site, diagonal(site), degrees(25));
     for (int i = 0; i < frames; ++i) {
         const double t = from + (to - from) * i / (frames - 1);
@@ -170,16 +162,10 @@ std::vector<CameraPath> cameraPaths(const PathSite& site)
             walkThrough(site), levelSwing(site), jitter(site),   wideEyes(site)};
 }
 
-std::string pathJson(const CameraPath& path)
-{
-    return trajectoryJson({path.name, path.fps, path.ipd, path.description, path.metre}, path.frames);
-}
-
-std::string writeCameraPaths(const ModelFolder& folder, const std::vector<CameraPath>& paths)
+void writeCameraPaths(const ModelFolder& folder, const std::vector<CameraPath>& paths)
 {
     for (const CameraPath& path : paths)
-        writeFile(folder.file("paths/" + path.name + ".json"), pathJson(path));
-    return "paths/aerial.json";
+        folder.append("paths/" + path.name + ".json", trajectoryJson(path));
 }
 
 } // namespace gsc

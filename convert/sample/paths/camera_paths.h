@@ -21,15 +21,15 @@ Vec3 pathTarget(const PathSite& site);
 
 constexpr double kWideEyes = 20; // times as far apart as eyes are
 
-// From `from` to `to` of the ground's diagonal, 0..1, `height` above it, looking ahead and 25 degrees down.
-void flyDiagonal(PathMaker& path, int frames, double from, double to, double height);
+// From `from` to `to` of the diagonal of the site's ground, 0..1, `height` above it, looking ahead and 25 degrees down.
+void flyDiagonal(PathMaker& path, const PathSite& site, int frames, double from, double to, double height);
 
 // aerial, orbit, head_turn, teleport, zoom_out, walk_through, level_swing, jitter, wide_eyes: same site, same frames.
 // Precondition: low < high, view_height and metre above 0.
 std::vector<CameraPath> cameraPaths(const PathSite& site);
 
-std::string pathJson(const CameraPath& path);
-// paths/NAME.json of each; returns where aerial.json lies, relative to the model folder.
-std::string writeCameraPaths(const ModelFolder& folder, const std::vector<CameraPath>& paths);
+constexpr const char* kFirstPath = "paths/aerial.json"; // in the model folder
+// paths/NAME.json of each.
+void writeCameraPaths(const ModelFolder& folder, const std::vector<CameraPath>& paths);
 
 } // namespace gsc

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/sample/paths/ground_frame.h"
 
+#include <glm/matrix.hpp>
+
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 namespace gsc {
 
 namespace {
 
-constexpr double kNear = 0.2; // upstream's near plane
-
-void setHeights(std::span<const Vec3> points, std::span<const PinholeView> views, double ground_share,
+void setHeights(std::span<const Vec3> points, std::span<const SourceCamera> cameras, double ground_share,
                 GroundFrame& frame)
 {
     for (int i = 0; i < 2; ++i) {
@@ -20,96 +19,61 @@ void setHeights(std::span<const Vec3> points, std::span<const PinholeView> views
     }
     frame.ground = quantileAlong(points, frame.up, ground_share);
     std::vector<double> heights;
-    for (const PinholeView& view : views)
-        heights.push_back(dot(view.position, frame.up) - frame.ground);
+    for (const SourceCamera& camera : cameras)
+        heights.push_back(dot(eyeOf(camera), frame.up) - frame.ground);
     if (!heights.empty())
-        frame.capture_height = quantile(heights, 0.5);
+        frame.view_height = quantile(heights, 0.5);
+}
+
+// Of the points' scatter about their mean.
+PrincipalAxes axesOf(std::span<const Vec3> points)
+{
+    const Vec3 mean = meanOf(points);
+    glm::dmat3 scatter(0);
+    for (const Vec3& p : points)
+        scatter += outerProduct(p - mean, p - mean);
+    return principalAxes(scatter);
 }
 
 } // namespace
 
-PinholeView pinholeView(const double position[3], const double rotation[9], double fx, double fy, double width,
-                        double height)
-{
-    PinholeView view;
-    view.position = {position[0], position[1], position[2]};
-    std::memcpy(view.rotation, rotation, sizeof(view.rotation));
-    view.fx = fx;
-    view.fy = fy;
-    view.width = width;
-    view.height = height;
-    return view;
-}
-
-bool sees(const PinholeView& c, Vec3 p)
-{
-    const double d[3] = {p.x - c.position.x, p.y - c.position.y, p.z - c.position.z};
-    double view[3];
-    for (int i = 0; i < 3; ++i)
-        view[i] = c.rotation[i] * d[0] + c.rotation[3 + i] * d[1] + c.rotation[6 + i] * d[2];
-    return view[2] > kNear && std::abs(view[0]) * c.fx <= view[2] * 0.5 * c.width &&
-           std::abs(view[1]) * c.fy <= view[2] * 0.5 * c.height;
-}
-
-bool wellSeen(std::span<const PinholeView> views, uint32_t least, Vec3 p)
-{
-    uint32_t count = 0;
-    for (const PinholeView& view : views)
-        if (sees(view, p) && ++count >= least)
-            return true;
-    return least == 0;
-}
-
 // Jacobi rotations.
-void principalAxes(double m[3][3], Vec3 axes[3], double values[3])
+PrincipalAxes principalAxes(glm::dmat3 m)
 {
-    double v[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    glm::dmat3 v(1);
     for (int sweep = 0; sweep < 32; ++sweep)
         for (int p = 0; p < 2; ++p)
             for (int q = p + 1; q < 3; ++q) {
-                if (std::abs(m[p][q]) < 1e-300)
+                if (std::abs(m[q][p]) < 1e-300)
                     continue;
-                const double theta = (m[q][q] - m[p][p]) / (2 * m[p][q]);
+                const double theta = (m[q][q] - m[p][p]) / (2 * m[q][p]);
                 const double t = (theta >= 0 ? 1 : -1) / (std::abs(theta) + std::sqrt(theta * theta + 1));
                 const double c = 1 / std::sqrt(t * t + 1), s = t * c;
-                for (int k = 0; k < 3; ++k) {
-                    const double a = m[k][p], b = m[k][q];
-                    m[k][p] = c * a - s * b;
-                    m[k][q] = s * a + c * b;
-                }
-                for (int k = 0; k < 3; ++k) {
-                    const double a = m[p][k], b = m[q][k];
-                    m[p][k] = c * a - s * b;
-                    m[q][k] = s * a + c * b;
-                    const double e = v[k][p], f = v[k][q];
-                    v[k][p] = c * e - s * f;
-                    v[k][q] = s * e + c * f;
-                }
+                glm::dmat3 turn(1);
+                turn[p][p] = turn[q][q] = c;
+                turn[q][p] = s;
+                turn[p][q] = -s;
+                m = transpose(turn) * (m * turn);
+                v = v * turn;
             }
+    PrincipalAxes found;
     int order[3] = {0, 1, 2};
     std::sort(order, order + 3, [&](int a, int b) { return m[a][a] > m[b][b]; });
     for (int i = 0; i < 3; ++i) {
-        const Vec3 axis{v[0][order[i]], v[1][order[i]], v[2][order[i]]};
+        const Vec3 axis = v[order[i]];
         // a sign that does not depend on the path of the iteration
         const double largest = std::max({axis.x, axis.y, axis.z}), smallest = std::min({axis.x, axis.y, axis.z});
-        axes[i] = axis * (largest >= -smallest ? 1.0 : -1.0);
-        values[i] = m[order[i]][order[i]];
+        found.axes[i] = axis * (largest >= -smallest ? 1.0 : -1.0);
+        found.values[i] = m[order[i]][order[i]];
     }
+    return found;
 }
 
-Vec3 principalAxesOf(std::span<const Vec3> points, Vec3 axes[3], double values[3])
+Vec3 meanOf(std::span<const Vec3> points)
 {
-    Vec3 mean;
+    Vec3 mean{};
     for (const Vec3& p : points)
-        mean = mean + p * (1.0 / double(points.size()));
-    double m[3][3] = {};
-    for (const Vec3& p : points) {
-        const double d[3] = {p.x - mean.x, p.y - mean.y, p.z - mean.z};
-        for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j)
-                m[i][j] += d[i] * d[j];
-    }
-    principalAxes(m, axes, values);
+        mean += p * (1.0 / double(points.size()));
     return mean;
 }
 
@@ -128,42 +92,39 @@ double quantileAlong(std::span<const Vec3> points, Vec3 axis, double q)
     return quantile(values, q);
 }
 
-GroundFrame fitGround(std::span<const Vec3> points, std::span<const PinholeView> views)
+GroundFrame fitGround(std::span<const Vec3> points, std::span<const SourceCamera> cameras)
 {
     GroundFrame frame;
-    Vec3 axes[3];
-    double values[3];
-    const Vec3 mean = principalAxesOf(points, axes, values);
+    const PrincipalAxes found = axesOf(points);
+    const Vec3 *const axes = found.axes, mean = meanOf(points);
     double side;
-    if (views.empty()) {
+    if (cameras.empty()) {
         side = dot(mean, axes[2]) - quantileAlong(points, axes[2], 0.5);
     } else {
-        Vec3 eye;
-        for (const PinholeView& view : views)
-            eye = eye + view.position * (1.0 / double(views.size()));
-        side = dot(eye - mean, axes[2]);
+        std::vector<Vec3> eyes;
+        for (const SourceCamera& camera : cameras)
+            eyes.push_back(eyeOf(camera));
+        side = dot(meanOf(eyes) - mean, axes[2]);
     }
     frame.up = axes[2] * (side >= 0 ? 1.0 : -1.0);
     frame.axis[0] = axes[0];
     frame.axis[1] = cross(frame.up, axes[0]);
-    setHeights(points, views, 0.5, frame);
+    setHeights(points, cameras, 0.5, frame);
     return frame;
 }
 
-GroundFrame fitGroundAlong(std::span<const Vec3> points, std::span<const PinholeView> views, Vec3 up,
+GroundFrame fitGroundAlong(std::span<const Vec3> points, std::span<const SourceCamera> cameras, Vec3 up,
                            double ground_share)
 {
     std::vector<Vec3> flat(points.begin(), points.end());
     for (Vec3& p : flat)
         p = p - up * dot(p, up);
-    Vec3 axes[3];
-    double values[3];
-    principalAxesOf(flat, axes, values);
+    const Vec3 longest = axesOf(flat).axes[0];
     GroundFrame frame;
     frame.up = up;
-    frame.axis[0] = normalized(axes[0] - up * dot(axes[0], up));
+    frame.axis[0] = normalized(longest - up * dot(longest, up));
     frame.axis[1] = cross(up, frame.axis[0]);
-    setHeights(points, views, ground_share, frame);
+    setHeights(points, cameras, ground_share, frame);
     return frame;
 }
 

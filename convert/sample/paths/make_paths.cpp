@@ -52,13 +52,7 @@ PathsReport makePaths(const PathsOptions& options)
 
     const MappedFile file(options.input);
     GscView view;
-    std::optional<Issue> first;
-    const auto sink = [&](const Issue& issue) {
-        if (!first && issue.info->severity != Severity::Warning)
-            first = issue;
-    };
-    if (!openGsc(file.bytes(), view, GscCheck::Index, sink))
-        throwIssue(options.input, first);
+    openGsc(file.bytes(), view, GscCheck::Index, throwFirstIssue(options.input));
     const ModelSurvey survey = surveyModel(view, options.input, metreOf(view, options));
     PathsReport report;
     report.paths = modelPaths(survey, {options.width, options.height, options.fov_x}, options.fps, options.only);
@@ -73,7 +67,7 @@ PathsReport makePaths(const PathsOptions& options)
     OutputFiles files(options.overwrite);
     files.makeFolder(options.output);
     for (const ModelPath& made : report.paths)
-        files.add(fileOf(options, made.path.name), OutputKind::Binary, pathJson(made.path));
+        files.add(fileOf(options, made.path.name), OutputKind::Binary, trajectoryJson(made.path));
     files.commit();
     return report;
 }

@@ -25,61 +25,46 @@ constexpr double kZoomPerSecond = 2; // times as far
 struct PathOrder {
     const ModelSurvey& survey;
     const PathPlaces& places;
-    PathLens lens;
     double fps;
 
     [[nodiscard]] double metre() const { return survey.site.metre; }
     [[nodiscard]] int frames(double seconds) const { return std::max(2, int(std::lround(seconds * fps))); }
-    [[nodiscard]] PathMaker maker(const char* name) const { return {survey.site, name, fps, lens}; }
 };
-
-CameraPath described(PathMaker& maker, std::string text)
-{
-    CameraPath path = maker.take();
-    path.description = std::move(text);
-    return path;
-}
 
 void walkAlong(const PathOrder& order, PathMaker& path, const Walk& walk)
 {
     const Vec3 way = walk.last.position - walk.first.position;
     const double step = kWalkSpeed * order.metre() / order.fps;
     const int frames = std::max(2, int(length(way) / step) + 1);
-    const Vec3 up = order.survey.site.up;
-    moveAlong(
-        path, frames, walk.first.position, normalized(way), [step](int i) { return step * i; },
-        [&walk, frames, up](int i, Vec3) {
-            return turned(walk.first.forward, walk.last.forward, up, i / double(frames - 1));
-        });
+    for (int i = 0; i < frames; ++i)
+        path.look(walk.first.position + normalized(way) * (step * i),
+                  turned(walk.first.forward, walk.last.forward, order.survey.site.up, i / double(frames - 1)));
 }
 
-CameraPath walk(const PathOrder& order)
+std::string walk(const PathOrder& order, PathMaker& path)
 {
-    PathMaker path = order.maker("walk");
     walkAlong(order, path, order.places.walk(kWalkSpeed * kWalkSeconds));
-    return described(path, "a walk at 1.4 m/s where the cameras stood, at eye height in an aerial model");
+    return "a walk at 1.4 m/s where the cameras stood, at eye height in an aerial model";
 }
 
-CameraPath wideEyes(const PathOrder& order)
+std::string wideEyes(const PathOrder& order, PathMaker& path)
 {
-    PathMaker path = order.maker("wide_eyes");
     path.eyes(kWideEyes);
     walkAlong(order, path, order.places.walk(kWalkSpeed * kWalkSeconds / 2));
-    return described(path, "a walk at 1.4 m/s with eyes 20 times as far apart");
+    return "a walk at 1.4 m/s with eyes 20 times as far apart";
 }
 
-CameraPath walkThrough(const PathOrder& order)
+std::string walkThrough(const PathOrder& order, PathMaker& path)
 {
-    PathMaker path = order.maker("walk_through");
     walkAlong(order, path, order.places.walkThrough(kWalkSpeed * kWalkSeconds));
-    return described(path, "straight on at 1.4 m/s, through whatever stands there");
+    return "straight on at 1.4 m/s, through whatever stands there";
 }
 
-CameraPath ascent(const PathOrder& order)
+std::string ascent(const PathOrder& order, PathMaker& path)
 {
     const PathSite& site = order.survey.site;
     const Walk from = order.places.walk(kWalkSpeed);
-    const bool ground = order.survey.kind == CaptureKind::Aerial || order.survey.kind == CaptureKind::None;
+    const bool ground = order.survey.fromAbove();
     const Vec3 start = from.first.position;
     const double above = order.survey.top - dot(start, site.up);
     // rooms end at their ceiling
@@ -89,68 +74,61 @@ CameraPath ascent(const PathOrder& order)
     const Vec3 ahead = normalized(from.first.forward - site.up * dot(from.first.forward, site.up));
     const Vec3 target = ground ? start + ahead * (6 * order.metre()) - site.up * (kEyeHeight * order.metre())
                                : start + from.first.forward * order.survey.viewing_distance;
-    PathMaker path = order.maker("ascent");
-    moveAlong(
-        path, frames, start, site.up, [&](int i) { return speed * i / order.fps; },
-        [target](int, Vec3 position) { return normalized(target - position); });
-    return described(
-        path, formatString("rises at %.3g m/s and looks at one place, more and more downwards", speed / order.metre()));
+    for (int i = 0; i < frames; ++i) {
+        const Vec3 position = start + site.up * (speed * i / order.fps);
+        path.look(position, normalized(target - position));
+    }
+    return formatString("rises at %.3g m/s and looks at one place, more and more downwards", speed / order.metre());
 }
 
-CameraPath orbit(const PathOrder& order)
+std::string orbit(const PathOrder& order, PathMaker& path)
 {
     const double width = kOrbitSpeed * kSeconds;
     const Arc arc = order.places.arc(width);
-    PathMaker path = order.maker("orbit");
     circle(path, order.frames(kSeconds), arc.target, arc.distance, arc.heading - 0.5 * width, kOrbitSpeed / order.fps,
            arc.down);
-    return described(path, "25 degrees per second round what the cameras looked at, at a constant distance");
+    return "25 degrees per second round what the cameras looked at, at a constant distance";
 }
 
-CameraPath zoomOut(const PathOrder& order)
+std::string zoomOut(const PathOrder& order, PathMaker& path)
 {
     const Arc arc = order.places.arc(30);
-    PathMaker path = order.maker("zoom_out");
     const double first = std::max(0.5 * arc.distance, 2 * order.survey.near_z);
     const int frames = order.frames(kSeconds);
     recede(path, frames, arc.target,
            path.direction(arc.heading, std::max(arc.down, order.survey.kind == CaptureKind::Aerial ? 40.0 : 15.0)),
            first, first * std::pow(kZoomPerSecond, (frames - 1) / order.fps));
-    return described(path, "away from what the cameras looked at, twice as far every second; no viewer moves so");
+    return "away from what the cameras looked at, twice as far every second; no viewer moves so";
 }
 
-CameraPath headTurn(const PathOrder& order)
+std::string headTurn(const PathOrder& order, PathMaker& path)
 {
-    double heading = 0;
-    const Vec3 eye = order.places.turn(heading);
-    PathMaker path = order.maker("head_turn");
+    const Turn turn = order.places.turn();
     const int half = order.frames(0.5);
-    turnHead(path, eye, heading, 180.0 / half, 0, half, half);
-    return described(path, "180 degrees in 0.5 s, then 0.5 s still");
+    turnHead(path, turn.eye, turn.heading, 180.0 / half, 0, half, half);
+    return "180 degrees in 0.5 s, then 0.5 s still";
 }
 
-CameraPath jitter(const PathOrder& order)
+std::string jitter(const PathOrder& order, PathMaker& path)
 {
     double distance = 0;
     const Place place = order.places.closeUp(distance);
-    PathMaker path = order.maker("jitter");
     const double rate = 2 * kPi * kShakeRate / order.fps;
     shake(path, order.frames(kSeconds), place.position + place.forward * distance, place.forward, distance, rate,
           0.34 * rate);
-    return described(path, formatString("a head %.3g m before a surface, shaking by 1 mm at first and 2 cm in the end, "
-                                        "at 3 to 5 Hz",
-                                        distance / order.metre()));
+    return formatString("a head %.3g m before a surface, shaking by 1 mm at first and 2 cm in the end, "
+                        "at 3 to 5 Hz",
+                        distance / order.metre());
 }
 
-CameraPath teleport(const PathOrder& order)
+std::string teleport(const PathOrder& order, PathMaker& path)
 {
-    PathMaker path = order.maker("teleport");
     for (const Place& place : order.places.apart(8))
         stand(path, 10, place.position, place.forward);
-    return described(path, "eight places, ten still frames each");
+    return "eight places, ten still frames each";
 }
 
-CameraPath levelSwing(const PathOrder& order)
+std::string levelSwing(const PathOrder& order, PathMaker& path)
 {
     const PathSite& site = order.survey.site;
     const Arc arc = order.places.arc(30);
@@ -168,12 +146,11 @@ CameraPath levelSwing(const PathOrder& order)
         }
     }
     const double share = std::min(0.1, kSwingReach * order.metre() / distance);
-    PathMaker path = order.maker("level_swing");
     swing(path, order.frames(kSeconds), target, forward, distance, share, order.fps);
-    return described(path, formatString("four swings of %.2g m about %s", share * distance / order.metre(), about));
+    return formatString("four swings of %.2g m about %s", share * distance / order.metre(), about);
 }
 
-CameraPath aerial(const PathOrder& order)
+std::string aerial(const PathOrder& order, PathMaker& path)
 {
     const PathSite& site = order.survey.site;
     const double diagonal = std::hypot(site.high[0] - site.low[0], site.high[1] - site.low[1]);
@@ -183,15 +160,13 @@ CameraPath aerial(const PathOrder& order)
     const double part = (frames - 1) * kFlightSpeed * order.metre() / order.fps / diagonal;
     double height = 0;
     const PathSite moved = order.places.flightSite(0.25, 0.25 + part, height);
-    PathMaker path(moved, "aerial", order.fps, order.lens);
-    flyDiagonal(path, frames, 0.25, 0.25 + part, height);
-    return described(
-        path, formatString("a flight at 10 m/s at %.3g m, looking ahead and 25 degrees down", height / order.metre()));
+    flyDiagonal(path, moved, frames, 0.25, 0.25 + part, height);
+    return formatString("a flight at 10 m/s at %.3g m, looking ahead and 25 degrees down", height / order.metre());
 }
 
 struct NamedPath {
     const char* name;
-    CameraPath (*make)(const PathOrder&);
+    std::string (*make)(const PathOrder&, PathMaker&); // adds the frames and says what they are
 };
 
 constexpr NamedPath kPaths[] = {{"walk", walk},
@@ -206,17 +181,12 @@ constexpr NamedPath kPaths[] = {{"walk", walk},
                                 {"wide_eyes", wideEyes},
                                 {"aerial", aerial}};
 
-bool fliesOver(const ModelSurvey& survey)
-{
-    return survey.kind == CaptureKind::Aerial || survey.kind == CaptureKind::None;
-}
-
 int appearanceNear(const ModelSurvey& survey, Vec3 position)
 {
     int row = -1;
     double nearest = 1e300;
-    for (const SurveyCamera& camera : survey.cameras) {
-        const double distance = length(camera.view.position - position);
+    for (const SourceCamera& camera : survey.cameras) {
+        const double distance = length(eyeOf(camera) - position);
         if (camera.appearance >= 0 && distance < nearest) {
             nearest = distance;
             row = camera.appearance;
@@ -228,9 +198,9 @@ int appearanceNear(const ModelSurvey& survey, Vec3 position)
 // The row of the camera nearest to the path's middle: one for all frames, because a change of row is a change of light.
 void addAppearance(const ModelSurvey& survey, bool each_place, CameraPath& path)
 {
-    const int middle = appearanceNear(survey, path.frames[path.frames.size() / 2].position);
-    for (NamedCamera& frame : path.frames)
-        frame.appearance = each_place ? appearanceNear(survey, frame.position) : middle;
+    const int middle = appearanceNear(survey, eyeOf(path.frames[path.frames.size() / 2]));
+    for (SourceCamera& frame : path.frames)
+        frame.appearance = each_place ? appearanceNear(survey, eyeOf(frame)) : middle;
 }
 
 ModelPath measured(const PathPlaces& places, double metre, bool teleports, CameraPath path)
@@ -238,12 +208,10 @@ ModelPath measured(const PathPlaces& places, double metre, bool teleports, Camer
     ModelPath made;
     made.least_share = 1;
     for (size_t i = 0; i < path.frames.size(); ++i) {
-        const NamedCamera& c = path.frames[i];
-        made.least_share =
-            std::min(made.least_share, places.share({c.position, {c.rotation[2], c.rotation[5], c.rotation[8]}}));
+        const SourceCamera& c = path.frames[i];
+        made.least_share = std::min(made.least_share, places.share({eyeOf(c), axisOf(c, 2)}));
         if (i && !teleports)
-            made.top_speed =
-                std::max(made.top_speed, length(c.position - path.frames[i - 1].position) * path.fps / metre);
+            made.top_speed = std::max(made.top_speed, length(eyeOf(c) - eyeOf(path.frames[i - 1])) * path.fps / metre);
     }
     made.path = std::move(path);
     return made;
@@ -266,23 +234,25 @@ std::vector<ModelPath> modelPaths(const ModelSurvey& survey, const PathLens& len
                                   const std::vector<std::string>& only)
 {
     const PathPlaces places(survey, lens);
-    const PathOrder order{survey, places, lens, fps};
+    const PathOrder order{survey, places, fps};
     std::vector<ModelPath> made;
     for (const NamedPath& named : kPaths) {
         throwIfInterrupted();
         const bool asked = std::find(only.begin(), only.end(), named.name) != only.end();
         if (!only.empty() && !asked)
             continue;
-        if (named.make == aerial && !fliesOver(survey)) {
+        if (named.make == aerial && !survey.fromAbove()) {
             if (asked)
                 throw Error(ErrorCode::Usage, "--only: the cameras of this model stand on the ground, expected some in "
                                               "the air for the path aerial; leave it out");
             continue;
         }
         const bool teleports = named.make == teleport;
-        CameraPath path = named.make(order);
+        PathMaker maker(survey.site, named.name, fps, lens);
+        std::string description = named.make(order, maker);
+        CameraPath path = maker.take();
         path.metre = survey.site.metre;
-        path.description += "; " + survey.metre_rule;
+        path.description = std::move(description) + "; " + survey.metre_rule;
         addAppearance(survey, teleports, path);
         made.push_back(measured(places, survey.site.metre, teleports, std::move(path)));
     }

@@ -21,12 +21,6 @@ enum class CaptureKind {
 
 const char* captureName(CaptureKind kind);
 
-struct SurveyCamera {
-    PinholeView view;
-    int appearance = -1; // row that the file holds, -1 = none
-    double distance = 0; // median depth of the well-seen anchors in the middle of its image; 0 = sees none
-};
-
 struct ModelSurvey {
     CaptureKind kind = CaptureKind::None;
     PathSite site;
@@ -36,7 +30,11 @@ struct ModelSurvey {
     double top = 0;                    // along up, 98 % of the seen anchors are below
     std::vector<Vec3> points;          // anchors, every n-th of a large model
     std::vector<Vec3> seen;            // those that the training cameras see well; all without cameras
-    std::vector<SurveyCamera> cameras; // that see something
+    std::vector<SourceCamera> cameras; // that see something; their appearance is a row that the file holds
+    std::vector<double> distances;     // of each: median depth of the well-seen anchors in the middle of its image
+
+    // Whether one looks down on it, from the air or because nobody knows better.
+    [[nodiscard]] bool fromAbove() const { return kind == CaptureKind::Aerial || kind == CaptureKind::None; }
 };
 
 // Anchors that a survey looks at; of larger models every n-th.
@@ -51,8 +49,9 @@ ModelSurvey surveyModel(const GscView& view, const std::string& name, const Metr
 void addSurveyPoints(const GscView& view, const ChunkRecord& chunk, const std::byte* payload,
                      std::vector<Vec3>& points);
 
-// The metre that surveyModel() derives, from the points of all chunks in order. Needs params, cameras and
-// embedding_rows of `view`. Throws as it does.
-Metre surveyMetre(const GscView& view, std::vector<Vec3> points, const std::string& name);
+// The survey of the points of all chunks in order. Needs params, cameras, their names and embedding_rows of `view`.
+// `metre` and errors are those of surveyModel().
+ModelSurvey surveyPoints(const GscView& view, std::vector<Vec3> points, const std::string& name,
+                         const Metre& metre = {});
 
 } // namespace gsc

@@ -22,23 +22,13 @@ constexpr double kSteepest = 75;       // degrees from the horizon: straight dow
 constexpr double kSteepestWalking = 35;
 constexpr int kGridSide = 8; // places tried along each side of the ground
 
-template <typename T>
-std::vector<T> everyNth(const std::vector<T>& all, size_t most)
-{
-    std::vector<T> some;
-    const size_t step = std::max<size_t>(1, (all.size() + most - 1) / most);
-    for (size_t i = 0; i < all.size(); i += step)
-        some.push_back(all[i]);
-    return some;
-}
-
 // A unit vector with the same heading, at most `steepest` degrees from the horizon.
 Vec3 pitched(Vec3 forward, Vec3 up, double steepest)
 {
     const double height = std::clamp(dot(forward, up), -std::sin(degrees(steepest)), std::sin(degrees(steepest)));
     Vec3 flat = forward - up * dot(forward, up);
     if (length(flat) < 1e-9) // some heading, the same each time
-        flat = std::abs(up.x) < 0.9 ? cross(up, {1, 0, 0}) : cross(up, {0, 1, 0});
+        flat = std::abs(up.x) < 0.9 ? cross(up, Vec3{1, 0, 0}) : cross(up, Vec3{0, 1, 0});
     return normalized(flat) * std::sqrt(1 - height * height) + up * height;
 }
 
@@ -80,15 +70,15 @@ Vec3 turned(Vec3 from, Vec3 to, Vec3 up, double t)
 PathPlaces::PathPlaces(const ModelSurvey& survey, const PathLens& lens)
     : m_survey(survey), m_lens(lens), m_sample(everyNth(survey.seen, kScorePoints))
 {
-    for (const SurveyCamera& camera : everyNth(survey.cameras, kMostPlaces))
+    for (const SourceCamera& camera : everyNth(survey.cameras, kMostPlaces))
         m_standing.push_back(
-            {camera.view.position, pitched(camera.view.forward(), survey.site.up,
-                                           survey.kind == CaptureKind::Aerial ? kSteepest : kSteepestWalking)});
+            {eyeOf(camera), pitched(axisOf(camera, 2), survey.site.up,
+                                    survey.kind == CaptureKind::Aerial ? kSteepest : kSteepestWalking)});
     for (const Vec3& p : everyNth(m_sample, kFamiliarPoints)) {
         Seen seen{p, {}};
-        for (const SurveyCamera& camera : everyNth(survey.cameras, kMostPlaces))
-            if (sees(camera.view, p))
-                seen.rays.push_back(normalized(p - camera.view.position));
+        for (const SourceCamera& camera : everyNth(survey.cameras, kMostPlaces))
+            if (sees(camera, p))
+                seen.rays.push_back(normalized(p - eyeOf(camera)));
         if (!seen.rays.empty())
             m_familiar.push_back(std::move(seen));
     }
@@ -112,10 +102,10 @@ void PathPlaces::findTarget()
     } else {
         m_target = best(candidates, [&](Vec3 p) {
             double sum = 0;
-            for (const SurveyCamera& camera : m_survey.cameras) {
-                const Vec3 d = p - camera.view.position;
-                const double depth = dot(d, camera.view.forward()) / camera.distance;
-                const double aside = length(cross(normalized(d), camera.view.forward()));
+            for (size_t i = 0; i < m_survey.cameras.size(); ++i) {
+                const Vec3 d = p - eyeOf(m_survey.cameras[i]), forward = axisOf(m_survey.cameras[i], 2);
+                const double depth = dot(d, forward) / m_survey.distances[i];
+                const double aside = length(cross(normalized(d), forward));
                 // in the middle, at the distance of what the photograph shows: farther ones may be hidden
                 if (depth > 0)
                     sum += std::exp(-8 * aside * aside - 4 * (depth - 1) * (depth - 1));
@@ -163,7 +153,7 @@ std::vector<Walk> PathPlaces::walks(double metres) const
 {
     const Vec3 up = m_survey.site.up;
     const double wanted = metres * m_survey.site.metre;
-    if (m_survey.kind == CaptureKind::Aerial || m_survey.kind == CaptureKind::None)
+    if (m_survey.fromAbove())
         return walksOnGround(metres);
     std::vector<Walk> found;
     double longest = 0;
@@ -200,7 +190,7 @@ Walk PathPlaces::walkThrough(double metres) const
 {
     const double way = metres * m_survey.site.metre;
     std::vector<Walk> found;
-    if (m_survey.kind == CaptureKind::Aerial || m_survey.kind == CaptureKind::None)
+    if (m_survey.fromAbove())
         found = walksOnGround(metres);
     for (const Place& place : m_standing) {
         const Vec3 forward = level(m_target - place.position);
@@ -252,10 +242,10 @@ Arc PathPlaces::arc(double width) const
     Arc arc;
     arc.target = m_target;
     std::vector<double> distances, downs, headings;
-    for (const SurveyCamera& camera : m_survey.cameras) {
-        if (!sees(camera.view, m_target))
+    for (const SourceCamera& camera : m_survey.cameras) {
+        if (!sees(camera, m_target))
             continue;
-        const Vec3 d = m_target - camera.view.position;
+        const Vec3 d = m_target - eyeOf(camera);
         distances.push_back(length(d));
         downs.push_back(std::asin(std::clamp(-dot(normalized(d), site.up), -1.0, 1.0)) / degrees(1));
         headings.push_back(std::atan2(dot(d, site.axis[1]), dot(d, site.axis[0])) / degrees(1));
@@ -292,15 +282,11 @@ Arc PathPlaces::arc(double width) const
     });
 }
 
-Vec3 PathPlaces::turn(double& heading) const
+Turn PathPlaces::turn() const
 {
-    struct Turn {
-        Vec3 eye;
-        double heading;
-    };
     std::vector<Turn> candidates;
     std::vector<Vec3> eyes;
-    if (m_survey.kind == CaptureKind::Aerial || m_survey.kind == CaptureKind::None)
+    if (m_survey.fromAbove())
         for (const Walk& walk : everyNth(walksOnGround(1), kMostPlaces))
             eyes.push_back(walk.first.position);
     else
@@ -309,7 +295,7 @@ Vec3 PathPlaces::turn(double& heading) const
     for (const Vec3& eye : eyes)
         for (int first = 0; first < 360; first += 30)
             candidates.push_back({eye, double(first)});
-    const Turn turn = best(candidates, [&](const Turn& t) {
+    return best(candidates, [&](const Turn& t) {
         double least = 1e300, sum = 0;
         for (int i = 0; i <= 4; ++i) {
             const double value = worth({t.eye, radialDirection(m_survey.site, degrees(t.heading + 45 * i), 0)});
@@ -318,8 +304,6 @@ Vec3 PathPlaces::turn(double& heading) const
         }
         return least + 0.05 * sum;
     });
-    heading = turn.heading;
-    return turn.eye;
 }
 
 Place PathPlaces::closeUp(double& distance) const
@@ -357,7 +341,7 @@ Place PathPlaces::closeUp(double& distance) const
 std::vector<Place> PathPlaces::apart(size_t count) const
 {
     std::vector<Place> from = m_standing;
-    if (m_survey.kind == CaptureKind::Aerial || m_survey.kind == CaptureKind::None) {
+    if (m_survey.fromAbove()) {
         // half of them on the ground
         std::vector<Walk> ground = walksOnGround(1);
         std::vector<std::pair<double, size_t>> order;

@@ -11,7 +11,7 @@
 namespace gsc {
 
 struct Place {
-    Vec3 position, forward; // forward is a unit vector
+    Vec3 position{}, forward{}; // forward is a unit vector
 };
 
 // A straight walk, gaze turning evenly from the first to the last.
@@ -21,8 +21,14 @@ struct Walk {
 
 // An arc round a target.
 struct Arc {
-    Vec3 target;
+    Vec3 target{};
     double distance = 0, heading = 0, down = 0; // degrees; the heading is that of the arc's middle
+};
+
+// Where a turn of the head begins.
+struct Turn {
+    Vec3 eye{};
+    double heading = 0; // degrees
 };
 
 // A unit vector between the two, at an even rate. Opposite ones turn about `up`.
@@ -35,19 +41,18 @@ public:
 
     // Share of the well-seen anchors in the image of `place`, 0..1; nearer ones than the near plane do not count.
     [[nodiscard]] double share(const Place& place) const;
-    // The same where photographs show the anchors from that side, less the more anchors crowd round the eye and close before it.
+    // The same where photographs show the anchors from that side, less the more anchors crowd round the eye and close
+    // before it.
     [[nodiscard]] double worth(const Place& place) const;
 
-    // What most photographs have in their middle.
-    [[nodiscard]] Vec3 target() const { return m_target; }
     // About `metres` long, among the cameras; of an aerial model above the ground at eye height.
     [[nodiscard]] Walk walk(double metres) const;
     // The same, through as many anchors as there are on a way of that length.
     [[nodiscard]] Walk walkThrough(double metres) const;
     // `width` degrees wide, as the cameras see the target.
     [[nodiscard]] Arc arc(double width) const;
-    // Where a turn by 180 degrees from the heading on has most in sight; `heading` in degrees.
-    [[nodiscard]] Vec3 turn(double& heading) const;
+    // Where a turn by 180 degrees from the heading on has most in sight.
+    [[nodiscard]] Turn turn() const;
     // At arm's length before a surface that a camera looked at, or as near as the near plane allows: `distance` before
     // it, world units.
     [[nodiscard]] Place closeUp(double& distance) const;
@@ -67,7 +72,7 @@ private:
     };
     // A well-seen anchor and the directions it was seen in.
     struct Seen {
-        Vec3 position;
+        Vec3 position{};
         std::vector<Vec3> rays;
     };
     [[nodiscard]] Sight sight(const Place& place) const;
@@ -87,7 +92,7 @@ private:
     std::vector<Vec3> m_sample;    // of the seen anchors, for scores
     std::vector<Place> m_standing; // the cameras, every n-th of many
     std::vector<Seen> m_familiar;
-    Vec3 m_target;
+    Vec3 m_target{}; // what most photographs have in their middle
 };
 
 } // namespace gsc

@@ -4,6 +4,8 @@
 #include "convert/sample/hash_random.h"
 #include "convert/sample/scenes/materials.h"
 
+#include <glm/gtc/type_ptr.hpp>
+
 #include <cmath>
 #include <cstring>
 
@@ -18,15 +20,6 @@ constexpr float kOpacityLogit = -2.1972246f; // logit(0.1), upstream's constant
 constexpr uint64_t kDuplicateEvery = 97;     // of the finest level of an octree model shares its cell (trap 12)
 constexpr uint32_t kExtraSteps = 100;
 constexpr double kOneLightCell = 0.05; // metres; soft light in a room hardly changes over less
-
-// Lattice of the Gaussians in a cell: (k, step * k) mod n is a square lattice for 10 and for 5, without a seam from
-// cell to cell.
-void latticePoint(uint32_t k, uint32_t n, double& a, double& b)
-{
-    const uint32_t step = n == 10 ? 3 : 2;
-    a = (k + 0.5) / n;
-    b = ((step * k) % n + 0.5) / n;
-}
 
 double logit(double display)
 {
@@ -59,19 +52,30 @@ Vec3 glossAxes(Vec3 normal, double gloss)
     return {part(normal.x), part(normal.y), std::max(0.0, part(normal.z))};
 }
 
-Bounds cellBounds(const Surface& surface, const Cell& cell)
+// Sum of that many steps of extra_up in fp32, as training leaves it.
+float extraLevel(uint32_t steps)
 {
-    Bounds bounds;
+    static const std::vector<float> sums = [] {
+        std::vector<float> all = {0};
+        while (all.size() <= kExtraSteps)
+            all.push_back(all.back() + 0.01f);
+        return all;
+    }();
+    return sums[steps];
+}
+
+Box cellBounds(const Surface& surface, const Cell& cell)
+{
+    Box bounds;
     const double us[2] = {cell.u0, cell.u1}, vs[2] = {cell.v0, cell.v1};
     for (int i = 0; i < 4; ++i) {
         const Vec3 p = surfacePoint(surface, us[i & 1], vs[i >> 1]).position;
         if (i == 0)
             bounds = {p, p};
-        bounds.min = {std::min(bounds.min.x, p.x), std::min(bounds.min.y, p.y), std::min(bounds.min.z, p.z)};
-        bounds.max = {std::max(bounds.max.x, p.x), std::max(bounds.max.y, p.y), std::max(bounds.max.z, p.z)};
+        bounds = {glm::min(bounds.min, p), glm::max(bounds.max, p)};
     }
     const double pad = 0.2 + 0.2 * std::max(cell.width, cell.height); // round bodies bulge between their corners
-    return {bounds.min - Vec3{pad, pad, pad}, bounds.max + Vec3{pad, pad, pad}};
+    return {bounds.min - pad, bounds.max + pad};
 }
 
 } // namespace
@@ -83,27 +87,16 @@ struct AnchorRows::Patch {
     Vec3 turn, gloss;
 };
 
-RowFormat rowFormat(SampleModel model)
+AnchorRows::AnchorRows(const SceneSpec& spec, const AnchorGrid& grid, SampleModel model, const SceneTile& tile)
+    : m_spec(spec), m_grid(grid), m_octree(model == SampleModel::Octree), m_light(spec, tile),
+      m_taken(grid, tile.bounded, tile.min, tile.max)
 {
-    RowFormat format;
-    format.octree = model == SampleModel::Octree;
-    float sum = 0;
-    for (uint32_t i = 0; i <= kExtraSteps; ++i, sum += 0.01f)
-        format.extra_steps.push_back(sum);
-    return format;
-}
-
-AnchorRows::AnchorRows(const SceneSpec& spec, const AnchorGrid& grid, const RowFormat& format, const SceneTile& tile)
-    : m_spec(spec), m_grid(grid), m_format(format), m_light(spec, tile)
-{
-    m_taken.begin(grid, tile.bounded, tile.min, tile.max);
 }
 
 void AnchorRows::evaluate(const Surface& surface, const Cell& cell, const NearOccluders& near, uint64_t key,
                           Patch& patch)
 {
-    const uint32_t n = surface.gaussians;
-    const double width = std::sqrt(cell.width * cell.height / n);
+    const double width = std::sqrt(cell.width * cell.height / K);
     SurfacePoint middle = surfacePoint(surface, 0.5 * (cell.u0 + cell.u1), 0.5 * (cell.v0 + cell.v1));
     sampleMaterial(m_spec, surface, middle, width);
     patch.center = middle.position;
@@ -112,19 +105,19 @@ void AnchorRows::evaluate(const Surface& surface, const Cell& cell, const NearOc
     double gloss = 0;
     Vec3 cell_light{};
     const bool one_light = m_spec.scene == SampleScene::Room && std::max(cell.width, cell.height) < kOneLightCell;
-    for (uint32_t k = 0; k < n; ++k) {
-        double a, b;
-        latticePoint(k, n, a, b);
+    for (uint32_t k = 0; k < K; ++k) {
+        // (k, 3 k) mod 10 is a square lattice, without a seam from cell to cell
+        const double a = (k + 0.5) / K, b = ((3 * k) % K + 0.5) / K;
         SurfacePoint p = surfacePoint(surface, lerp(cell.u0, cell.u1, a), lerp(cell.v0, cell.v1, b));
         if (surface.ragged > 0) {
             // twigs stand out by a share of the crown, however fine the Gaussians are
             const double shift = surface.ragged * std::max(0.7 * width, 0.09 * surface.radii.x);
             const Vec3 jitter{random.between(-1, 1), random.between(-1, 1), random.between(-1, 1)};
-            p.position = p.position + jitter * shift;
+            p.position += jitter * shift;
             p.normal = normalized(p.normal + jitter * (0.5 * surface.ragged));
         }
         const MaterialSample m = sampleMaterial(m_spec, surface, p, width);
-        gloss += m.gloss / n;
+        gloss += m.gloss / K;
         Vec3 display;
         if (surface.material == Material::Sky) {
             display = m.emission;
@@ -139,10 +132,6 @@ void AnchorRows::evaluate(const Surface& surface, const Cell& cell, const NearOc
         patch.target[k] = p.position;
         patch.tone[k] = {logit(display.x), logit(display.y), logit(display.z)};
     }
-    for (uint32_t k = n; k < K; ++k) { // below zero opacity; kept plausible
-        patch.target[k] = patch.target[k - n];
-        patch.tone[k] = patch.tone[k - n];
-    }
     patch.gloss = glossAxes(middle.normal, gloss);
 }
 
@@ -153,55 +142,50 @@ void AnchorRows::writeRow(const Surface& surface, const Cell& cell, uint32_t lev
     float* row = &m_rows[m_rows.size() - kSampleRowFloats];
     cellPosition(m_grid, level, at, row);
     float* next = row + 3; // normals, or level, extra_level and info
-    if (m_format.octree) {
+    if (m_octree) {
         // training raises the bias where photographs ask for detail: whole objects, unevenly
         const double object = hashUnit(surface.seed + 1), own = hashUnit(key + 1);
         next[0] = float(level);
-        next[1] =
-            object < 0.4 ? m_format.extra_steps[1 + uint32_t((object / 0.4 * 0.8 + 0.19 * own) * kExtraSteps)] : 0.0f;
+        next[1] = object < 0.4 ? extraLevel(1 + uint32_t((object / 0.4 * 0.8 + 0.19 * own) * kExtraSteps)) : 0.0f;
     }
     float* offset = row + 6;
     float* feature = offset + 3 * K;
     float* scale = feature + kSampleFeatures + 1;
 
-    const double n = surface.gaussians;
-    const double step_u = cell.width / std::sqrt(n), step_v = cell.height / std::sqrt(n);
+    const double step_u = cell.width / std::sqrt(K), step_v = cell.height / std::sqrt(K);
     const double share = surface.share != AnchorShare::Main ? kClosedSigma : m_inset > 0 ? kCoarseSigma : kSharpSigma;
     // coarse Gaussians must not stick out of small bodies
     const double largest = m_inset > 0 && !surface.flush ? 0.3 * m_body : 1e9;
     const double sigma_u = std::min(largest, share * step_u), sigma_v = std::min(largest, share * step_v);
     const double sigma[3] = {sigma_u, sigma_v, surface.thickness * std::min(sigma_u, sigma_v)};
     for (int axis = 0; axis < 3; ++axis) {
-        const auto along = [&](Vec3 v) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; };
         double reach = 0.12 * std::max(cell.width, cell.height);
         for (uint32_t k = 0; k < K; ++k)
-            reach = std::max(reach, std::abs(along(patch.target[k]) - double(row[axis])));
+            reach = std::max(reach, std::abs(patch.target[k][axis] - double(row[axis])));
         scale[axis] = float(std::log(reach * (0.9 + 0.2 * hashUnit(key + 2 + uint64_t(axis)))));
         const double extent = std::exp(double(scale[axis]));
         for (uint32_t k = 0; k < K; ++k)
-            offset[axis * K + k] = float((along(patch.target[k]) - double(row[axis])) / extent);
+            offset[axis * K + k] = float((patch.target[k][axis] - double(row[axis])) / extent);
         scale[3 + axis] = float(std::log(sigma[axis] / double(kSizeShare)));
     }
 
-    Vec3 base;
-    for (uint32_t k = 0; k < uint32_t(n); ++k)
-        base = base + patch.tone[k] * (1 / n);
-    const double tone[3] = {base.x, base.y, base.z}, turn[3] = {patch.turn.x, patch.turn.y, patch.turn.z};
-    const double gloss[3] = {patch.gloss.x, patch.gloss.y, patch.gloss.z};
+    Vec3 base{};
+    for (const Vec3& tone : patch.tone)
+        base += tone * (1.0 / K);
     const auto within = [](double x, float limit) { return std::clamp(float(x), -limit, limit); };
     for (int i = 0; i < 3; ++i) {
-        feature[kFeatureBase + uint32_t(i)] = within(tone[i], kBaseLimit);
-        feature[kFeatureTurn + uint32_t(i)] = within(turn[i], kTurnLimit);
-        feature[kFeatureGloss + uint32_t(i)] = float(gloss[i]);
+        feature[kFeatureBase + uint32_t(i)] = within(base[i], kBaseLimit);
+        feature[kFeatureTurn + uint32_t(i)] = within(patch.turn[i], kTurnLimit);
+        feature[kFeatureGloss + uint32_t(i)] = float(patch.gloss[i]);
     }
-    const Vec3 hue_axis{kHueAxis[0], kHueAxis[1], kHueAxis[2]};
+    const Vec3 hue_axis = glm::make_vec3(kHueAxis);
     for (uint32_t k = 0; k < K; ++k) {
         const Vec3 rest = patch.tone[k] - base;
         const double light = (rest.x + rest.y + rest.z) / 3;
         feature[kFeatureLight + k] = within(light, kLightLimit);
         feature[kFeatureHue + k] = within(dot(rest, hue_axis) / dot(hue_axis, hue_axis), kHueLimit);
     }
-    feature[kFeatureAlive] = float(n / K);
+    feature[kFeatureAlive] = 1;
     feature[kFeatureOpacity] = float(surface.ragged > 0 ? lerp(-0.3, 0.2, hashUnit(key + 7)) : 0.1);
     feature[kFeatureRagged] = float(surface.ragged);
     feature[kSampleFeatures] = kOpacityLogit;
@@ -217,7 +201,7 @@ void AnchorRows::add(const Surface& original, uint32_t level, const CellLayout& 
     if (level + 1 < m_grid.levels && surface.all_levels) {
         // note: a splat sorts by its centre, so a sunken one shows in front of the surface beyond depth / sin(2 angle)
         // from it; at 45 degrees this is 1.4 sigma * 2, where it is faint
-        const double step = std::sqrt(surfaceArea(surface) / double(layout.count) / surface.gaussians);
+        const double step = std::sqrt(surfaceArea(surface) / double(layout.count) / K);
         m_inset = step;
         m_body = surface.shape == Surface::Shape::Quad
                      ? 0.5 * std::min(original.texture_size[0], original.texture_size[1])
@@ -228,7 +212,7 @@ void AnchorRows::add(const Surface& original, uint32_t level, const CellLayout& 
     }
     const bool lit = surface.share == AnchorShare::Main;
     if (lit) {
-        Bounds all = cellBounds(surface, {0, 1, 0, 1, 0, 0});
+        Box all = cellBounds(surface, {0, 1, 0, 1, 0, 0});
         if (surface.shape != Surface::Shape::Quad)
             all = {surface.center - surface.radii * 1.3, surface.center + surface.radii * 1.3};
         m_light.gather(all, nullptr, m_near_surface);
@@ -244,7 +228,7 @@ void AnchorRows::add(const Surface& original, uint32_t level, const CellLayout& 
             m_light.gather(cellBounds(surface, cell), &m_near_surface, m_near_cell);
         Patch patch;
         evaluate(surface, cell, m_near_cell, key, patch);
-        const bool share_cell = m_format.octree && m_grid.levels > 1 && level + 1 == m_grid.levels && i > first &&
+        const bool share_cell = m_octree && m_grid.levels > 1 && level + 1 == m_grid.levels && i > first &&
                                 hashKey(key, 99) % kDuplicateEvery == 0;
         if (!share_cell)
             at = m_taken.take(level, cellOf(m_grid, level, patch.center));

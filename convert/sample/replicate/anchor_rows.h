@@ -13,18 +13,10 @@ namespace gsc {
 
 constexpr size_t kSampleRowFloats = 79; // F = 32, K = 10; Scaffold-GS and Octree-GS alike
 
-// What distinguishes the two models in a row.
-struct RowFormat {
-    bool octree = false;
-    std::vector<float> extra_steps; // fp32 running sums of extra_up, as training leaves them
-};
-
-RowFormat rowFormat(SampleModel model);
-
 // Writes the anchors of one tile. Not thread-safe; make one per task.
 class AnchorRows {
 public:
-    AnchorRows(const SceneSpec& spec, const AnchorGrid& grid, const RowFormat& format, const SceneTile& tile);
+    AnchorRows(const SceneSpec& spec, const AnchorGrid& grid, SampleModel model, const SceneTile& tile);
 
     // Cells [first, last) of `layout` on `surface`, which lies at `level`.
     void add(const Surface& surface, uint32_t level, const CellLayout& layout, uint64_t first, uint64_t last);
@@ -40,7 +32,7 @@ private:
 
     const SceneSpec& m_spec;
     const AnchorGrid& m_grid;
-    const RowFormat& m_format;
+    bool m_octree;
     SceneLight m_light;
     TakenCells m_taken;
     double m_inset = 0; // of the current surface, metres; 0 at its finest level

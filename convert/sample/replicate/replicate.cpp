@@ -12,6 +12,8 @@
 #include "format/gsc_layout.h"
 #include "format/interrupt.h"
 
+#include <glm/gtc/type_precision.hpp>
+
 #include <chrono>
 #include <cmath>
 #include <cstring>
@@ -52,81 +54,64 @@ double normalVariate(HashRandom& random)
     }
 }
 
-class TileWriter {
-public:
-    TileWriter(const ReplicateSource& source, uint64_t seed, float standard_dist, FileStream& ply)
-        : m_source(source), m_seed(seed), m_standard_dist(standard_dist), m_ply(ply)
-    {
-        // the finest quantum divides every coarser one, but a tile moves as a whole: in cells of the coarsest level
-        m_step = double(source.quantum[0]);
+// Moves a row by whole cells of its grid: `cells` of the coarsest level, and a little of its own.
+void placeRow(const ReplicateSource& source, const TileAnchor& anchor, const glm::i64vec3& cells, HashRandom random,
+              float* row)
+{
+    const float quantum = source.quantum[size_t(anchor.level)];
+    const int64_t per_step = std::llround(double(source.quantum[0]) / double(quantum));
+    const float* scale = row + source.row_floats - 10;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double sigma = kJitter * std::exp(double(scale[axis]));
+        const double jitter = std::isfinite(sigma) ? sigma * normalVariate(random) / double(quantum) : 0;
+        const int64_t k = anchor.quanta[axis] + cells[axis] * per_step + std::llround(jitter);
+        if (std::abs(k) >= int64_t(1) << 24)
+            throw Error(ErrorCode::Usage, "--anchors: the city would leave the range in which the voxel grid is "
+                                          "exact in single precision, expected a city within it; ask for fewer");
+        row[axis] = gridCoordinate(int32_t(k), quantum, source.origin, false);
     }
+}
 
-    void write(uint64_t tile, Vec3 move, uint64_t count)
-    {
-        const double moved[3] = {move.x, move.y, move.z};
-        int64_t cells[3];
-        for (int axis = 0; axis < 3; ++axis)
-            cells[axis] = std::llround(moved[axis] / m_step);
-        for (uint64_t i = 0; i < count; ++i, ++m_row) {
-            const float* from = &m_source.rows[i * m_source.row_floats];
-            m_rows.insert(m_rows.end(), from, from + m_source.row_floats);
-            float* row = &m_rows[m_rows.size() - m_source.row_floats];
-            place(tile, i, cells, row);
-            if (m_source.octree)
-                row[5] = m_row == 0 ? m_source.quantum[0] : m_row == 1 ? m_standard_dist : 0.0f;
-            if (m_rows.size() >= kFlushRows * m_source.row_floats)
+// All rows, tile by tile.
+void writeTiles(const ReplicateSource& source, const CityGrid& grid, const ReplicateOptions& options,
+                float standard_dist, const ModelFolder& folder, const std::string& ply, const SampleProgress& progress)
+{
+    std::vector<float> rows;
+    uint64_t written = 0;
+    const auto flush = [&] {
+        throwIfInterrupted();
+        folder.append(ply, std::as_bytes(std::span(rows)));
+        rows.clear();
+    };
+    for (uint64_t tile = 0; tile < grid.tiles; ++tile) {
+        const uint64_t column = tile % grid.columns, line = tile / grid.columns;
+        const Vec3 move = source.frame.axis[0] * (grid.size[0] * double(column)) +
+                          source.frame.axis[1] * (grid.size[1] * double(line));
+        // the finest quantum divides every coarser one, but a tile moves as a whole: in cells of the coarsest level
+        const Vec3 moved = move / double(source.quantum[0]);
+        const glm::i64vec3 cells(std::llround(moved.x), std::llround(moved.y), std::llround(moved.z));
+        const uint64_t count = std::min<uint64_t>(options.anchors - written, source.anchors.size());
+        for (uint64_t i = 0; i < count; ++i, ++written) {
+            const float* from = &source.rows[i * source.row_floats];
+            rows.insert(rows.end(), from, from + source.row_floats);
+            float* row = &rows[rows.size() - source.row_floats];
+            placeRow(source, source.anchors[i], cells, HashRandom(hashKey(options.seed, tile, i)), row);
+            if (source.octree)
+                row[5] = written == 0 ? source.quantum[0] : written == 1 ? standard_dist : 0.0f;
+            if (rows.size() >= kFlushRows * source.row_floats)
                 flush();
         }
+        if (progress)
+            progress("anchors", written, options.anchors);
     }
-
-    void flush()
-    {
-        throwIfInterrupted();
-        m_ply.write(m_rows.data(), m_rows.size() * sizeof(float));
-        m_rows.clear();
-    }
-
-private:
-    void place(uint64_t tile, uint64_t i, const int64_t cells[3], float* row)
-    {
-        const TileAnchor& anchor = m_source.anchors[i];
-        const float quantum = m_source.quantum[size_t(anchor.level)];
-        const int64_t per_step = std::llround(m_step / double(quantum));
-        const float* scale = row + m_source.row_floats - 10;
-        HashRandom random(hashKey(m_seed, tile, i));
-        for (int axis = 0; axis < 3; ++axis) {
-            const double sigma = kJitter * std::exp(double(scale[axis]));
-            const double jitter = std::isfinite(sigma) ? sigma * normalVariate(random) / double(quantum) : 0;
-            const int64_t k = anchor.quanta[axis] + cells[axis] * per_step + std::llround(jitter);
-            if (std::abs(k) >= int64_t(1) << 24)
-                throw Error(ErrorCode::Usage, "--anchors: the city would leave the range in which the voxel grid is "
-                                              "exact in single precision, expected a city within it; ask for fewer");
-            row[axis] = gridCoordinate(int32_t(k), quantum, m_source.origin, false);
-        }
-    }
-
-    const ReplicateSource& m_source;
-    uint64_t m_seed;
-    float m_standard_dist;
-    FileStream& m_ply;
-    double m_step;
-    uint64_t m_row = 0;
-    std::vector<float> m_rows;
-};
+    flush();
+}
 
 PathSite pathSite(const ReplicateSource& source, const CityGrid& grid, const Checkpoint& checkpoint)
 {
-    const GroundFrame& frame = source.frame;
-    const uint64_t tiles[2] = {grid.columns, grid.rows};
-    PathSite site;
-    site.up = frame.up;
-    for (int i = 0; i < 2; ++i) {
-        site.axis[i] = frame.axis[i];
-        site.low[i] = frame.low[i];
-        site.high[i] = frame.low[i] + grid.size[i] * double(tiles[i]);
-    }
-    site.ground = frame.ground;
-    site.view_height = frame.capture_height;
+    PathSite site{source.frame};
+    site.high[0] = site.low[0] + grid.size[0] * double(grid.columns);
+    site.high[1] = site.low[1] + grid.size[1] * double(grid.rows);
     // no model states its scale: the viewer is as large as puts his eyes 0.004 of a tile's side apart
     site.metre = metreOfGround(grid.size[0], grid.size[1]);
     if (source.octree) {
@@ -153,13 +138,13 @@ void refuseSource(const std::string& output, const std::string& path)
     }
 }
 
-void copyFile(const std::string& from, const std::string& to)
+std::string readWhole(const std::string& path)
 {
-    std::ifstream in(from, std::ios::binary);
-    const std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+    std::ifstream in(path, std::ios::binary);
+    std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
     if (!in)
-        throw Error(ErrorCode::Io, from + ": cannot be read, expected a readable file; check its rights and the disk");
-    writeFile(to, bytes);
+        throw Error(ErrorCode::Io, path + ": cannot be read, expected a readable file; check its rights and the disk");
+    return bytes;
 }
 
 } // namespace
@@ -183,38 +168,24 @@ SampleReport replicateCheckpoint(const ReplicateOptions& options, const SamplePr
 
     const std::string iteration = formatString("point_cloud/iteration_%d/", std::max(checkpoint.iteration, 0));
     for (const std::string& path : checkpoint.weight_paths)
-        copyFile(path, folder.file(iteration + std::filesystem::path(path).filename().string()));
+        folder.append(iteration + std::filesystem::path(path).filename().string(), readWhole(path));
     if (!checkpoint.cfg_args.empty())
-        writeFile(folder.file("cfg_args"), checkpoint.cfg_args);
+        folder.append("cfg_args", checkpoint.cfg_args);
     const std::vector<CameraPath> paths = cameraPaths(pathSite(source, grid, checkpoint));
-    writeFile(folder.file("cameras.json"), camerasJson(paths.front().frames));
-    const std::string path_file = writeCameraPaths(folder, paths);
+    folder.append("cameras.json", camerasJson(paths.front().frames));
+    writeCameraPaths(folder, paths);
 
-    FileStream ply(folder.file(iteration + "point_cloud.ply"));
-    const std::string header = plyHeader(options.anchors, source.octree, checkpoint.feat_dim, checkpoint.n_offsets);
-    ply.write(header.data(), header.size());
-    TileWriter writer(source, options.seed, checkpoint.standard_dist, ply);
-    uint64_t left = options.anchors;
-    for (uint64_t tile = 0; tile < grid.tiles; ++tile) {
-        const uint64_t column = tile % grid.columns, row = tile / grid.columns;
-        const Vec3 move = source.frame.axis[0] * (grid.size[0] * double(column)) +
-                          source.frame.axis[1] * (grid.size[1] * double(row));
-        const uint64_t count = std::min<uint64_t>(left, source.anchors.size());
-        writer.write(tile, move, count);
-        left -= count;
-        if (progress)
-            progress("anchors", options.anchors - left, options.anchors);
-    }
-    writer.flush();
-    ply.close();
+    const std::string ply = iteration + "point_cloud.ply";
+    folder.append(ply, plyHeader(options.anchors, source.octree, checkpoint.feat_dim, checkpoint.n_offsets));
+    writeTiles(source, grid, options, checkpoint.standard_dist, folder, ply, progress);
     throwIfInterrupted();
-    folder.commit();
 
     SampleReport report;
     report.anchors = options.anchors;
     report.tiles = grid.tiles;
-    report.ply_bytes = ply.bytes();
-    report.path_file = (std::filesystem::path(options.output) / path_file).string();
+    report.ply_bytes = std::filesystem::file_size(folder.file(ply));
+    folder.commit();
+    report.path_file = (std::filesystem::path(options.output) / kFirstPath).string();
     report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return report;
 }

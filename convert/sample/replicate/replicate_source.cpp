@@ -5,6 +5,8 @@
 #include "format/error.h"
 #include "format/interrupt.h"
 
+#include <glm/gtc/type_ptr.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -16,18 +18,16 @@ namespace {
 
 constexpr size_t kBatch = 65'536;
 
-std::vector<PinholeView> trainingViews(const Checkpoint& checkpoint)
+std::vector<SourceCamera> trainingCameras(const Checkpoint& checkpoint)
 {
-    std::vector<PinholeView> views;
-    for (const SourceCamera& c : checkpoint.cameras)
-        if (!c.is_test)
-            views.push_back(pinholeView(c.position, c.rotation, c.fx, c.fy, c.width, c.height));
-    if (views.size() < kMinViews)
+    std::vector<SourceCamera> cameras = checkpoint.cameras;
+    std::erase_if(cameras, [](const SourceCamera& camera) { return camera.is_test; });
+    if (cameras.size() < kMinViews)
         throw Error(ErrorCode::Usage,
                     formatString("%s: has %zu training cameras, expected at least %u in cameras.json; replicate needs "
                                  "the cameras of an aerial model to find the ground",
-                                 checkpoint.model_path.c_str(), views.size(), kMinViews));
-    return views;
+                                 checkpoint.model_path.c_str(), cameras.size(), kMinViews));
+    return cameras;
 }
 
 bool insideTile(const GroundFrame& frame, Vec3 p)
@@ -37,7 +37,7 @@ bool insideTile(const GroundFrame& frame, Vec3 p)
         if (!(x >= frame.low[i] && x < frame.high[i]))
             return false;
     }
-    return dot(p, frame.up) - frame.ground < kHighestShare * frame.capture_height;
+    return dot(p, frame.up) - frame.ground < kHighestShare * frame.view_height;
 }
 
 // One row in upstream's column order: what openAnchors() took apart.
@@ -94,20 +94,18 @@ ReplicateSource readReplicateSource(const Checkpoint& cp)
         throw Error(ErrorCode::Unsupported,
                     cp.model_path + ": is neither a Scaffold-GS nor an Octree-GS model, expected one of them; "
                                     "replicate writes these two layouts only");
-    const std::vector<PinholeView> views = trainingViews(cp);
+    const std::vector<SourceCamera> cameras = trainingCameras(cp);
     const auto anchors = openAnchors(cp);
     AnchorBatch batch;
     std::vector<Vec3> seen;
     std::vector<GridSample> samples;
-    const auto point = [&](size_t i) {
-        return Vec3{batch.position[3 * i], batch.position[3 * i + 1], batch.position[3 * i + 2]};
-    };
+    const auto point = [&](size_t i) { return Vec3(glm::make_vec3(&batch.position[3 * i])); };
     while (anchors->next(batch, kAnchorPlacement, kBatch)) {
         throwIfInterrupted();
         for (size_t i = 0; i < batch.count; ++i) {
             for (int axis = 0; axis < 3; ++axis)
                 samples.push_back({batch.position[3 * i + size_t(axis)], batch.level[i]});
-            if (wellSeen(views, kMinViews, point(i)))
+            if (wellSeen(cameras, kMinViews, point(i)))
                 seen.push_back(point(i));
         }
     }
@@ -118,8 +116,8 @@ ReplicateSource readReplicateSource(const Checkpoint& cp)
     ReplicateSource source;
     source.octree = cp.family == ModelFamily::OctreeGs;
     source.row_floats = 3 + 3 + 3 * cp.n_offsets + cp.feat_dim + 1 + 6 + 4;
-    source.frame = fitGround(seen, views);
-    if (!(source.frame.capture_height > 0))
+    source.frame = fitGround(seen, cameras);
+    if (!(source.frame.view_height > 0))
         throw Error(ErrorCode::Usage, cp.model_path + ": the cameras are not above the ground, expected them in the "
                                                       "air; replicate needs a model photographed from the air");
     anchors->rewind();
@@ -127,7 +125,7 @@ ReplicateSource readReplicateSource(const Checkpoint& cp)
         throwIfInterrupted();
         for (size_t i = 0; i < batch.count; ++i) {
             const Vec3 p = point(i);
-            if (!insideTile(source.frame, p) || !wellSeen(views, kMinViews, p))
+            if (!insideTile(source.frame, p) || !wellSeen(cameras, kMinViews, p))
                 continue;
             appendRow(cp, batch, i, source.rows);
             source.anchors.push_back({batch.level[i], {}});

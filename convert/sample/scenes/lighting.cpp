@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/sample/scenes/lighting.h"
 
+#include <algorithm>
+#include <iterator>
+
 namespace gsc {
 
 namespace {
@@ -12,116 +15,94 @@ constexpr Vec3 kSkyColor{0.29, 0.37, 0.54};
 constexpr Vec3 kBounceColor{0.20, 0.18, 0.15};
 
 // How far (metres) the ray from `p` towards `d` passes inside the box at most; negative: by how much it misses.
-double rayDepth(const BoxOccluder& b, Vec3 p, Vec3 d)
+double rayDepth(const Box& b, Vec3 p, Vec3 d)
 {
     double enter = 0, leave = 1e9;
-    const double low[3] = {b.x0, b.y0, b.z0}, high[3] = {b.x1, b.y1, b.z1};
-    const double from[3] = {p.x, p.y, p.z}, to[3] = {d.x, d.y, d.z};
     for (int axis = 0; axis < 3; ++axis) {
-        if (std::abs(to[axis]) < 1e-9) {
-            if (from[axis] < low[axis] || from[axis] > high[axis])
+        if (std::abs(d[axis]) < 1e-9) {
+            if (p[axis] < b.min[axis] || p[axis] > b.max[axis])
                 return -1e9;
             continue;
         }
-        const double a = (low[axis] - from[axis]) / to[axis], c = (high[axis] - from[axis]) / to[axis];
+        const double a = (b.min[axis] - p[axis]) / d[axis], c = (b.max[axis] - p[axis]) / d[axis];
         enter = std::max(enter, std::min(a, c));
         leave = std::min(leave, std::max(a, c));
     }
     return leave - enter;
 }
 
-double boxDistance(const BoxOccluder& b, Vec3 p)
+double boxDistance(const Box& b, Vec3 p)
 {
-    const double dx = std::max({b.x0 - p.x, 0.0, p.x - b.x1}), dy = std::max({b.y0 - p.y, 0.0, p.y - b.y1});
-    const double dz = std::max({b.z0 - p.z, 0.0, p.z - b.z1});
-    return std::sqrt(dx * dx + dy * dy + dz * dz);
+    return length(glm::max(glm::max(b.min - p, 0.0), p - b.max));
 }
 
-bool overlaps(const Bounds& a, const Vec3& low, const Vec3& high)
+bool overlaps(const Box& a, const Box& b)
 {
-    return a.min.x < high.x && a.max.x > low.x && a.min.y < high.y && a.max.y > low.y && a.min.z < high.z &&
-           a.max.z > low.z;
-}
-
-template <typename T>
-void pick(const std::vector<T>& all, const std::vector<const T*>* some, std::vector<const T*>& out, const auto& test)
-{
-    out.clear();
-    if (some) {
-        for (const T* item : *some)
-            if (test(*item))
-                out.push_back(item);
-    } else {
-        for (const T& item : all)
-            if (test(item))
-                out.push_back(&item);
-    }
+    // note: glm::all() looks at every axis, and this is asked for each cell and box
+    return a.min.x < b.max.x && a.max.x > b.min.x && a.min.y < b.max.y && a.max.y > b.min.y && a.min.z < b.max.z &&
+           a.max.z > b.min.z;
 }
 
 } // namespace
 
 SceneLight::SceneLight(const SceneSpec& spec, const SceneTile& tile)
-    : m_spec(spec), m_tile(tile), m_sun(sunDirection(spec.scene)), m_top(0)
+    : m_spec(spec), m_sun(sunDirection(spec.scene)), m_top(0)
 {
-    for (const BoxOccluder& b : tile.boxes)
-        m_top = std::max(m_top, b.z1);
-    for (const BlobOccluder& b : tile.blobs)
+    for (const Box& b : tile.boxes) {
+        m_top = std::max(m_top, b.max.z);
+        m_all.sun_boxes.push_back(&b);
+    }
+    m_all.close_boxes = m_all.sun_boxes;
+    for (const BlobOccluder& b : tile.blobs) {
         m_top = std::max(m_top, b.center.z + b.radii.z);
+        m_all.sun_blobs.push_back(&b);
+    }
 }
 
-void SceneLight::gather(const Bounds& region, const NearOccluders* from, NearOccluders& out) const
+void SceneLight::gather(const Box& region, const NearOccluders* from, NearOccluders& out) const
 {
     const double reach = std::max(0.0, m_top - region.min.z) / m_sun.z;
-    const Vec3 end = m_sun * reach;
-    Bounds swept = region;
-    swept.min = {std::min(region.min.x, region.min.x + end.x), std::min(region.min.y, region.min.y + end.y),
-                 region.min.z};
-    swept.max = {std::max(region.max.x, region.max.x + end.x), std::max(region.max.y, region.max.y + end.y), 1e9};
+    const Vec3 end = m_sun * reach; // upwards
+    Box swept{glm::min(region.min, region.min + end), glm::max(region.max, region.max + end)};
+    swept.max.z = 1e9;
     const bool room = m_spec.scene == SampleScene::Room;
     // a single cell also asks whether the ray from its centre comes near, which a box round the ray only guesses
     const Vec3 middle = (region.min + region.max) * 0.5, half = (region.max - region.min) * 0.5;
-    pick(m_tile.boxes, from ? &from->sun_boxes : nullptr, out.sun_boxes, [&](const BoxOccluder& b) {
-        if (room)
-            return true;
-        if (!overlaps(swept, {b.x0, b.y0, b.z0}, {b.x1, b.y1, b.z1}))
+    const NearOccluders& known = from ? *from : m_all;
+    const auto pick = [](const auto& all, auto& some, const auto& test) {
+        some.clear();
+        std::copy_if(all.begin(), all.end(), std::back_inserter(some), test);
+    };
+    pick(known.sun_boxes, out.sun_boxes, [&](const Box* b) {
+        return room || (overlaps(swept, *b) && (!from || rayDepth({b->min - half, b->max + half}, middle, m_sun) > 0));
+    });
+    pick(known.sun_blobs, out.sun_blobs, [&](const BlobOccluder* b) {
+        if (!overlaps(swept, {b->center - b->radii * 1.1, b->center + b->radii * 1.1}))
             return false;
-        const BoxOccluder wide{b.x0 - half.x, b.y0 - half.y, b.x1 + half.x,
-                               b.y1 + half.y, b.z0 - half.z, b.z1 + half.z};
-        return !from || rayDepth(wide, middle, m_sun) > 0;
+        const double reach_of = 1.5 * std::max(b->radii.x, b->radii.z) + length(half);
+        return !from || length(cross(b->center - middle, m_sun)) < reach_of;
     });
-    pick(m_tile.blobs, from ? &from->sun_blobs : nullptr, out.sun_blobs, [&](const BlobOccluder& b) {
-        if (!overlaps(swept, b.center - b.radii * 1.1, b.center + b.radii * 1.1))
-            return false;
-        const Vec3 to = b.center - middle;
-        const double reach_of = 1.5 * std::max(b.radii.x, b.radii.z) + length(half);
-        return !from || length(cross(to, m_sun)) < reach_of;
-    });
-    const Vec3 c{kCloseReach, kCloseReach, kCloseReach};
-    const Bounds wide{region.min - c, region.max + c};
-    pick(m_tile.boxes, from ? &from->close_boxes : nullptr, out.close_boxes, [&](const BoxOccluder& b) {
-        return overlaps(wide, {b.x0, b.y0, b.z0}, {b.x1, b.y1, b.z1});
-    });
+    const Box wide{region.min - kCloseReach, region.max + kCloseReach};
+    pick(known.close_boxes, out.close_boxes, [&](const Box* b) { return overlaps(wide, *b); });
 }
 
 double SceneLight::sunVisibility(const NearOccluders& near, Vec3 position, double blur) const
 {
     double visible = 1;
-    for (const BoxOccluder* b : near.sun_boxes) {
+    for (const Box* b : near.sun_boxes) {
         const double depth = rayDepth(*b, position, m_sun);
         if (depth > 0)
-            visible = std::min(visible, 1 - smoothstep(0, 2.5 * blur + 0.3, depth));
+            visible = std::min(visible, 1 - smoothstep(0.0, 2.5 * blur + 0.3, depth));
         if (visible <= 0)
             return 0;
     }
     for (const BlobOccluder* b : near.sun_blobs) {
-        const Vec3 r = b->radii;
-        const auto scaled = [&](Vec3 v) { return Vec3{v.x / r.x, v.y / r.y, v.z / r.z}; };
-        const Vec3 to = scaled(b->center - position), d = scaled(m_sun);
+        const Vec3 to = (b->center - position) / b->radii, d = m_sun / b->radii;
         const double along = std::max(0.0, dot(to, d) / dot(d, d));
         const double miss = length(to - d * along);
         const double inside = length(to);
         if (inside > 1.05) // leaves of the crown itself are shaded by their height
-            visible = std::min(visible, 0.25 + 0.75 * smoothstep(0.7, 1.1 + 0.3 * blur / r.x, miss));
+            visible = std::min(visible, 0.25 + 0.75 * smoothstep(0.7, 1.1 + 0.3 * blur / b->radii.x, miss));
     }
     return visible;
 }
@@ -130,9 +111,9 @@ double SceneLight::openness(const NearOccluders& near, Vec3 position, Vec3 norma
 {
     double open = 1;
     const Vec3 probe = position + normal * 0.3;
-    for (const BoxOccluder* b : near.close_boxes)
+    for (const Box* b : near.close_boxes)
         if (boxDistance(*b, position) > kOwnWall)
-            open = std::min(open, 0.58 + 0.42 * smoothstep(0, kCloseReach, boxDistance(*b, probe)));
+            open = std::min(open, 0.58 + 0.42 * smoothstep(0.0, kCloseReach, boxDistance(*b, probe)));
     return open;
 }
 
@@ -151,10 +132,10 @@ Vec3 SceneLight::roomLight(const NearOccluders& near, Vec3 position, Vec3 normal
             if (cosines <= 0)
                 continue;
             double open = 1;
-            for (const BoxOccluder* b : near.sun_boxes) {
+            for (const Box* b : near.sun_boxes) {
                 const double depth = rayDepth(*b, position + normal * 0.02, to);
                 if (depth > 0) // in units of `to`; beyond 1 the box lies behind the window
-                    open = std::min(open, 1 - smoothstep(0, 0.25, depth));
+                    open = std::min(open, 1 - smoothstep(0.0, 0.25, depth));
             }
             sky += open * cosines / distance2;
         }
@@ -172,7 +153,7 @@ Vec3 SceneLight::roomLight(const NearOccluders& near, Vec3 position, Vec3 normal
         double beam = inside(hit.y, w.y0, w.y1) * inside(hit.z, w.z0, w.z1);
         const double middle = 0.5 * (w.y0 + w.y1);
         beam *= 1 - inside(hit.y, middle - 0.05, middle + 0.05);
-        for (const BoxOccluder* b : near.sun_boxes)
+        for (const Box* b : near.sun_boxes)
             if (beam > 0 && rayDepth(*b, position + normal * 0.02, sun) > 0.02)
                 beam = 0;
         light = light + Vec3{3.4, 2.9, 2.1} * (beam * dot(sun, normal));
@@ -180,11 +161,12 @@ Vec3 SceneLight::roomLight(const NearOccluders& near, Vec3 position, Vec3 normal
     // what the walls and ceiling return: warm, brighter upwards, less in corners
     const double corner = std::min({kRoomHalf.x - std::abs(position.x), kRoomHalf.y - std::abs(position.y)});
     const double height = std::min(position.z, kRoomHeight - position.z);
-    const double open = (0.6 + 0.4 * smoothstep(0, 0.8, std::abs(corner))) * (0.75 + 0.25 * smoothstep(0, 0.5, height));
+    const double open =
+        (0.6 + 0.4 * smoothstep(0.0, 0.8, std::abs(corner))) * (0.75 + 0.25 * smoothstep(0.0, 0.5, height));
     double close = 1;
-    for (const BoxOccluder* b : near.close_boxes)
+    for (const Box* b : near.close_boxes)
         if (boxDistance(*b, position) > kOwnWall)
-            close = std::min(close, 0.45 + 0.55 * smoothstep(0, 0.4, boxDistance(*b, position + normal * 0.06)));
+            close = std::min(close, 0.45 + 0.55 * smoothstep(0.0, 0.4, boxDistance(*b, position + normal * 0.06)));
     return light + Vec3{0.80, 0.72, 0.61} * (open * close * (0.9 + 0.1 * normal.z));
 }
 

@@ -8,12 +8,8 @@ namespace gsc {
 
 // Occluders that matter for a region, gathered from a tile.
 struct NearOccluders {
-    std::vector<const BoxOccluder*> sun_boxes, close_boxes;
+    std::vector<const Box*> sun_boxes, close_boxes;
     std::vector<const BlobOccluder*> sun_blobs;
-};
-
-struct Bounds {
-    Vec3 min, max;
 };
 
 class SceneLight {
@@ -21,7 +17,7 @@ public:
     SceneLight(const SceneSpec& spec, const SceneTile& tile);
 
     // Occluders of `from` (of the tile if null) that can darken a point within `region`.
-    void gather(const Bounds& region, const NearOccluders* from, NearOccluders& out) const;
+    void gather(const Box& region, const NearOccluders* from, NearOccluders& out) const;
 
     // Irradiance / pi at a point: reflectance times this is the linear colour. `blur` is the width in metres over
     // which the edge of a shadow is softened; `wrap` lets light round the edge of bodies that scatter it.
@@ -34,8 +30,8 @@ private:
     [[nodiscard]] Vec3 roomLight(const NearOccluders& near, Vec3 position, Vec3 normal, double blur) const;
 
     const SceneSpec& m_spec;
-    const SceneTile& m_tile;
-    Vec3 m_sun;
+    NearOccluders m_all; // of the tile
+    Vec3 m_sun{};
     double m_top; // of the highest occluder
 };
 

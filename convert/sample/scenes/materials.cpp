@@ -25,7 +25,6 @@ MaterialSample cityGround(const Surface& s, const SurfacePoint& p, double w)
     const double ax = std::abs(x), ay = std::abs(y);
     const double gx = p.position.x, gy = p.position.y;
     const double outer = std::max(ax, ay);
-    MaterialSample out;
 
     Vec3 lot;
     switch (LotKind(int(s.param[0]))) {
@@ -63,14 +62,12 @@ MaterialSample cityGround(const Surface& s, const SurfacePoint& p, double w)
                                   band(across, 26.3, 30, w));
         color = lerp(color, kMarking, 0.9 * mark);
     }
-    out.reflectance = color;
-    return out;
+    return {.reflectance = color};
 }
 
 MaterialSample streetGround(const SurfacePoint& p, double w)
 {
     const double x = p.position.x, y = p.position.y, ay = std::abs(y);
-    MaterialSample out;
     const double road = band(ay, -1, 4.2, w);
     const double joint = std::max(pulse(x / 0.8, 0, 0.05, w / 0.8), pulse(y / 0.8, 0, 0.05, w / 0.8));
     Vec3 slabs =
@@ -82,10 +79,7 @@ MaterialSample streetGround(const SurfacePoint& p, double w)
     double mark = band(ay, 0, 0.09, w) * pulse(x / 4, 0.25, 0.75, w / 4);
     mark = std::max(mark, band(ay, 1.95, 2.05, w) * pulse(x / 5.5, 0, 0.92, w / 5.5)); // parking bays
     asphalt = lerp(asphalt, kMarking, 0.85 * mark);
-    out.reflectance = lerp(slabs, asphalt, road);
-    out.reflectance = lerp(out.reflectance, {0.46, 0.44, 0.41}, band(ay, 4.1, 4.35, w));
-    out.gloss = 0;
-    return out;
+    return {.reflectance = lerp(lerp(slabs, asphalt, road), {0.46, 0.44, 0.41}, band(ay, 4.1, 4.35, w))}; // kerb
 }
 
 // Glass shows a sky that brightens with height, a room behind it or a curtain.
@@ -107,7 +101,6 @@ MaterialSample facade(const Surface& s, const SurfacePoint& p, double w)
     const double t = p.t - shop_height;
     const double floors = std::floor((height - shop_height - 0.8) / floor_height);
     const double in_floors = band(t, 0, floors * floor_height, w) * band(p.s, 0.15, width - 0.15, w);
-    MaterialSample out;
 
     const double stain = fractalNoise(p.s * 0.3 + double(s.seed % 97), p.t * 0.15, s.seed, 2);
     Vec3 wall = s.color * (0.88 + 0.24 * stain);
@@ -149,10 +142,7 @@ MaterialSample facade(const Surface& s, const SurfacePoint& p, double w)
         mirror = lerp(mirror, inside, shops);
         shiny = lerp(shiny, front, shops);
     }
-    out.reflectance = wall * (1 - shiny);
-    out.emission = mirror * shiny;
-    out.gloss = shiny;
-    return out;
+    return {.reflectance = wall * (1 - shiny), .emission = mirror * shiny, .gloss = shiny};
 }
 
 double terrainHeight(const Surface& s, double x, double y)
@@ -162,7 +152,7 @@ double terrainHeight(const Surface& s, double x, double y)
     double height = far * e * 0.55 * std::pow(fractalNoise(x / (1.7 * e) + 11, y / (1.7 * e), 91, 4), 1.6);
     height += smoothstep(1.0, 1.5, r / e) * 9 * fractalNoise(x / 90, y / 90, 92, 2) * std::min(1.0, e / 150);
     const double shore = std::abs(y - s.param[2]);
-    return lerp(-2.5, height, smoothstep(14, 60, shore)) * smoothstep(e, e * 1.02, r);
+    return lerp(-2.5, height, smoothstep(14.0, 60.0, shore)) * smoothstep(e, e * 1.02, r);
 }
 
 MaterialSample terrain(const SceneSpec& spec, const Surface& s, SurfacePoint& p, double w)
@@ -172,7 +162,7 @@ MaterialSample terrain(const SceneSpec& spec, const Surface& s, SurfacePoint& p,
     p.position.z = terrainHeight(s, x, y);
     p.normal =
         normalized({p.position.z - terrainHeight(s, x + step, y), p.position.z - terrainHeight(s, x, y + step), step});
-    p.tangent_u = normalized(cross({0, 1, 0}, p.normal));
+    p.tangent_u = normalized(cross(Vec3{0, 1, 0}, p.normal));
     p.tangent_v = cross(p.normal, p.tangent_u);
 
     // parcels: the nearest of jittered points, a hedge where two are equally near
@@ -198,17 +188,14 @@ MaterialSample terrain(const SceneSpec& spec, const Surface& s, SurfacePoint& p,
     const double forest = smoothstep(0.53, 0.60, fractalNoise(x / 330 + 4, y / 330, 63, 3));
     color = lerp(color, Vec3{0.045, 0.095, 0.03} * (0.7 + 0.6 * valueNoise(x / 9, y / 9, 64)), forest);
 
-    MaterialSample out;
     const double water = 1 - smoothstep(15.5 - 0.5 * w, 16.5 + 0.5 * w, std::abs(y - s.param[2]));
     const double shade = 0.25 + 1.05 * std::max(0.0, dot(p.normal, sunDirection(spec.scene)));
     color = lerp(color, {0.05, 0.11, 0.13}, water);
-    out.gloss = water;
     // aerial perspective; no reflectance is left for the light, which knows no shadows out here
     const double far = std::max(0.0, std::hypot(x, y) - e);
     const double haze = 0.93 * (1 - std::exp(-far / (0.30 * s.param[1])));
     const Vec3 lit = color * (1.55 * shade + 0.15);
-    out.emission = lerp(lit, {0.50, 0.62, 0.78}, haze);
-    return out;
+    return {.emission = lerp(lit, {0.50, 0.62, 0.78}, haze), .gloss = water};
 }
 
 } // namespace
@@ -250,7 +237,6 @@ Vec3 skyColor(Vec3 d, uint64_t seed)
 
 MaterialSample sampleMaterial(const SceneSpec& spec, const Surface& s, SurfacePoint& p, double w)
 {
-    MaterialSample out;
     const double x = p.position.x, y = p.position.y, z = p.position.z;
     switch (s.material) {
     case Material::CityGround:
@@ -262,59 +248,44 @@ MaterialSample sampleMaterial(const SceneSpec& spec, const Surface& s, SurfacePo
     case Material::Terrain:
         return terrain(spec, s, p, w);
     case Material::Plain:
-        out.reflectance = s.color * (0.93 + 0.14 * valueNoise(x * 0.8 + z, y * 0.8 + z, s.seed));
-        break;
+        return {.reflectance = s.color * (0.93 + 0.14 * valueNoise(x * 0.8 + z, y * 0.8 + z, s.seed))};
     case Material::FlatRoof: {
         const double rim = std::min({p.s, p.t, s.texture_size[0] - p.s, s.texture_size[1] - p.t});
-        out.reflectance = s.color * (0.85 + 0.3 * fractalNoise(x * 0.25, y * 0.25, s.seed, 2));
-        out.reflectance = lerp(out.reflectance, {0.55, 0.53, 0.50}, band(rim, -1, 0.45, w));
-        break;
+        const Vec3 felt = s.color * (0.85 + 0.3 * fractalNoise(x * 0.25, y * 0.25, s.seed, 2));
+        return {.reflectance = lerp(felt, {0.55, 0.53, 0.50}, band(rim, -1, 0.45, w))};
     }
     case Material::TileRoof: {
         const double row = pulse(p.t / 0.7, 0, 0.35, w / 0.7);
-        out.reflectance = s.color * (0.82 + 0.3 * row + 0.22 * (fractalNoise(p.s * 0.5, p.t * 0.5, s.seed, 2) - 0.5));
-        break;
+        const double worn = 0.22 * (fractalNoise(p.s * 0.5, p.t * 0.5, s.seed, 2) - 0.5);
+        return {.reflectance = s.color * (0.82 + 0.3 * row + worn)};
     }
     case Material::Foliage: {
         const double level = std::clamp((z - s.param[0]) / (s.param[1] - s.param[0]), 0.0, 1.0);
         const double clump = valueNoise(x * 1.7 + z * 1.1, y * 1.7 - z * 0.9, s.seed);
         const double leaf =
             hashUnit(hashKey(s.seed, uint64_t(int64_t(x * 31)), uint64_t(int64_t(y * 31) * 7 + int64_t(z * 31))));
-        out.reflectance = s.color * ((0.45 + 0.65 * level) * (0.6 + 0.8 * clump) * (0.88 + 0.24 * leaf));
-        out.reflectance = out.reflectance + Vec3{0.03, 0.02, 0} * (level * clump);
-        out.wrap = 0.45;
-        break;
+        const Vec3 green = s.color * ((0.45 + 0.65 * level) * (0.6 + 0.8 * clump) * (0.88 + 0.24 * leaf));
+        return {.reflectance = green + Vec3{0.03, 0.02, 0} * (level * clump), .wrap = 0.45};
     }
     case Material::Bark:
-        out.reflectance = s.color * (0.8 + 0.4 * valueNoise(x * 9 + y * 9, z * 2, s.seed));
-        break;
+        return {.reflectance = s.color * (0.8 + 0.4 * valueNoise(x * 9 + y * 9, z * 2, s.seed))};
     case Material::Water: {
         const double ripple = fractalNoise(x * 0.12, y * 0.35, s.seed, 3);
-        out.reflectance = s.color * (0.7 + 0.3 * ripple);
-        out.emission = Vec3{0.035, 0.06, 0.075} * (0.7 + 0.6 * ripple);
-        out.gloss = 1;
-        break;
+        return {.reflectance = s.color * (0.7 + 0.3 * ripple),
+                .emission = Vec3{0.035, 0.06, 0.075} * (0.7 + 0.6 * ripple),
+                .gloss = 1};
     }
     case Material::Sky:
-        out.emission = skyColor(normalized(p.position), s.seed);
-        break;
-    case Material::CarPaint:
-        out.reflectance = s.color;
-        out.gloss = 0.5;
-        if (z < 0.42) // wheels and shadowed sills
-            out.reflectance = {0.02, 0.02, 0.02};
-        break;
+        return {.emission = skyColor(normalized(p.position), s.seed)};
+    case Material::CarPaint: // with wheels and shadowed sills
+        return {.reflectance = z < 0.42 ? Vec3{0.02, 0.02, 0.02} : s.color, .gloss = 0.5};
     case Material::CarGlass:
-        out.emission = Vec3{0.05, 0.07, 0.09};
-        out.gloss = 1;
-        break;
+        return {.emission = {0.05, 0.07, 0.09}, .gloss = 1};
     case Material::Glow:
-        out.emission = s.color;
-        break;
+        return {.emission = s.color};
     default:
         return sampleRoomMaterial(s, p, w);
     }
-    return out;
 }
 
 } // namespace gsc

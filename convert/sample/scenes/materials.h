@@ -7,10 +7,10 @@
 namespace gsc {
 
 struct MaterialSample {
-    Vec3 reflectance; // linear
-    Vec3 emission;    // linear; what does not depend on the light, such as a reflected sky
-    double gloss = 0; // 0..1, how strongly it mirrors the sky at grazing angles
-    double wrap = 0;  // light that passes round edges (leaves, fabric)
+    Vec3 reflectance{}; // linear
+    Vec3 emission{};    // linear; what does not depend on the light, such as a reflected sky
+    double gloss = 0;   // 0..1, how strongly it mirrors the sky at grazing angles
+    double wrap = 0;    // light that passes round edges (leaves, fabric)
 };
 
 // `width` in metres. Terrain also moves the point to its height.

@@ -90,46 +90,34 @@ Vec3 windowView(const Surface& s, const SurfacePoint& p, double w)
 
 MaterialSample sampleRoomMaterial(const Surface& s, const SurfacePoint& p, double w)
 {
-    MaterialSample out;
     switch (s.material) {
     case Material::Parquet:
-        out.reflectance = parquet(s, p, w);
-        out.gloss = 0.35;
-        break;
+        return {.reflectance = parquet(s, p, w), .gloss = 0.35};
     case Material::Rug:
-        out.reflectance = rug(s, p, w);
-        break;
+        return {.reflectance = rug(s, p, w)};
     case Material::RoomWall: {
-        out.reflectance = s.color * (0.97 + 0.06 * fractalNoise(p.s * 2, p.t * 2, s.seed, 2));
-        if (std::abs(p.normal.z) < 0.5) // skirting board
-            out.reflectance = lerp(out.reflectance, {0.76, 0.75, 0.72}, band(p.position.z, -1, 0.09, w));
-        break;
+        const Vec3 paint = s.color * (0.97 + 0.06 * fractalNoise(p.s * 2, p.t * 2, s.seed, 2));
+        if (std::abs(p.normal.z) >= 0.5) // the ceiling has no skirting board
+            return {.reflectance = paint};
+        return {.reflectance = lerp(paint, {0.76, 0.75, 0.72}, band(p.position.z, -1, 0.09, w))};
     }
     case Material::Books:
-        out.reflectance = books(s, p, w);
-        break;
+        return {.reflectance = books(s, p, w)};
     case Material::Painting:
-        out.reflectance = painting(s, p, w);
-        break;
+        return {.reflectance = painting(s, p, w)};
     case Material::WindowView:
-        out.emission = windowView(s, p, w);
-        break;
+        return {.emission = windowView(s, p, w)};
     case Material::Wood: {
         const double grain = fractalNoise(p.s * 6, p.t * 30, s.seed, 3);
-        out.reflectance = s.color * (0.75 + 0.5 * grain);
-        out.gloss = 0.2;
-        break;
+        return {.reflectance = s.color * (0.75 + 0.5 * grain), .gloss = 0.2};
     }
     case Material::Fabric: {
         const double fold = s.texture_size[1] > 2 ? 0.25 * std::sin(p.s * 42) : 0; // curtains
-        out.reflectance = s.color * (0.9 + fold + 0.2 * valueNoise(p.s * 50, p.t * 50, s.seed));
-        out.wrap = 0.2;
-        break;
+        return {.reflectance = s.color * (0.9 + fold + 0.2 * valueNoise(p.s * 50, p.t * 50, s.seed)), .wrap = 0.2};
     }
     default:
-        break;
+        return {};
     }
-    return out;
 }
 
 } // namespace gsc

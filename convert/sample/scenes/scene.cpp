@@ -1,7 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/sample/scenes/scene.h"
 
+#include "convert/sample/scenes/scene_parts.h"
+
 namespace gsc {
+
+namespace {
+
+struct SceneMaker {
+    void (*plan)(uint64_t anchors, SceneSpec& spec);
+    void (*build)(const SceneSpec& spec, uint32_t tile, SceneTile& out);
+    std::vector<SourceCamera> (*cameras)(const SceneSpec& spec);
+};
+
+const SceneMaker& makerOf(SampleScene scene)
+{
+    static constexpr SceneMaker kMakers[] = {{planCity, buildCityTile, cityCameras},
+                                             {planStreet, buildStreetTile, streetCameras},
+                                             {planRoom, buildRoomTile, roomCameras}};
+    return kMakers[size_t(scene)];
+}
+
+} // namespace
 
 Vec3 sunDirection(SampleScene scene)
 {
@@ -10,32 +30,20 @@ Vec3 sunDirection(SampleScene scene)
 
 SceneSpec planScene(const SampleOptions& options)
 {
-    switch (options.scene) {
-    case SampleScene::City:
-        return planCity(options);
-    case SampleScene::Street:
-        return planStreet(options);
-    case SampleScene::Room:
-        return planRoom(options);
-    }
-    return {};
+    SceneSpec spec;
+    spec.scene = options.scene;
+    spec.seed = options.seed;
+    makerOf(spec.scene).plan(options.anchors, spec);
+    return spec;
 }
 
 void buildTile(const SceneSpec& spec, uint32_t tile, SceneTile& out)
 {
     out = SceneTile{};
-    switch (spec.scene) {
-    case SampleScene::City:
-        buildCityTile(spec, tile, out);
-        break;
-    case SampleScene::Street:
-        buildStreetTile(spec, tile, out);
-        break;
-    case SampleScene::Room:
-        buildRoomTile(spec, tile, out);
-        break;
-    }
-    out.own_boxes = out.boxes.size();
+    if (tile < spec.main_tiles)
+        makerOf(spec.scene).build(spec, tile, out);
+    else
+        addSurroundings(spec, tile - spec.main_tiles, out);
 }
 
 void addNeighbourOccluders(const SceneSpec& spec, uint32_t tile, SceneTile& out)
@@ -64,17 +72,14 @@ void addNeighbourOccluders(const SceneSpec& spec, uint32_t tile, SceneTile& out)
     }
 }
 
-SceneCameras sceneCameras(const SceneSpec& spec)
+std::vector<SourceCamera> sceneCameras(const SceneSpec& spec)
 {
-    switch (spec.scene) {
-    case SampleScene::City:
-        return cityCameras(spec);
-    case SampleScene::Street:
-        return streetCameras(spec);
-    case SampleScene::Room:
-        return roomCameras(spec);
-    }
-    return {};
+    return makerOf(spec.scene).cameras(spec);
+}
+
+SourceCamera photograph(Vec3 from, Vec3 to, double fov_x)
+{
+    return lookingAlong(from, normalized(to - from), {0, 0, 1}, 1280, 720, fov_x * kPi / 180);
 }
 
 } // namespace gsc

@@ -3,6 +3,7 @@
 // World units are metres, z is up.
 #pragma once
 
+#include "convert/sample/camera_view.h"
 #include "convert/sample/sample.h"
 #include "convert/sample/scenes/surface.h"
 
@@ -23,32 +24,24 @@ struct SceneSpec {
     double share[size_t(AnchorShare::Count)] = {1, 0, 0}; // of the anchors
 };
 
-// Casts a shadow and darkens what lies close.
-struct BoxOccluder {
-    double x0, y0, x1, y1, z0, z1;
+struct Box {
+    Vec3 min{}, max{};
 };
 
 struct BlobOccluder {
-    Vec3 center, radii;
+    Vec3 center{}, radii{};
 };
 
 struct SceneTile {
     std::vector<Surface> surfaces;
-    std::vector<BoxOccluder> boxes;
+    // what casts shadows and darkens what lies close
+    std::vector<Box> boxes;
     std::vector<BlobOccluder> blobs;
-    size_t own_boxes = 0; // the first of `boxes` stand on this tile
     bool bounded = false; // anchors of this tile lie in [min, max) of x and y
     double min[2] = {}, max[2] = {};
-};
 
-struct SampleCamera {
-    Vec3 position, forward; // forward is a unit vector
-};
-
-struct SceneCameras {
-    std::vector<SampleCamera> cameras;
-    uint32_t width = 0, height = 0;
-    double fov_x = 0; // radians
+    // For what is to be said of it; good until the next one.
+    Surface& add(const Surface& surface) { return surfaces.emplace_back(surface); }
 };
 
 enum class LotKind { Grass, Paved, Court, Park };
@@ -64,18 +57,21 @@ SceneSpec planScene(const SampleOptions& options);
 void buildTile(const SceneSpec& spec, uint32_t tile, SceneTile& out);
 // Occluders of other tiles whose shadow may fall on this one.
 void addNeighbourOccluders(const SceneSpec& spec, uint32_t tile, SceneTile& out);
-SceneCameras sceneCameras(const SceneSpec& spec);
+// The photographs it was trained with.
+std::vector<SourceCamera> sceneCameras(const SceneSpec& spec);
+// One of them: `fov_x` is in degrees.
+SourceCamera photograph(Vec3 from, Vec3 to, double fov_x);
 
-// The three scenes behind the functions above.
-SceneSpec planCity(const SampleOptions& options);
-SceneSpec planStreet(const SampleOptions& options);
-SceneSpec planRoom(const SampleOptions& options);
+// The three scenes behind the functions above. Plans have scene and seed already; tiles are those of the built part.
+void planCity(uint64_t anchors, SceneSpec& spec);
+void planStreet(uint64_t anchors, SceneSpec& spec);
+void planRoom(uint64_t anchors, SceneSpec& spec);
 void buildCityTile(const SceneSpec& spec, uint32_t tile, SceneTile& out);
 void buildStreetTile(const SceneSpec& spec, uint32_t tile, SceneTile& out);
 void buildRoomTile(const SceneSpec& spec, uint32_t tile, SceneTile& out);
-SceneCameras cityCameras(const SceneSpec& spec);
-SceneCameras streetCameras(const SceneSpec& spec);
-SceneCameras roomCameras(const SceneSpec& spec);
+std::vector<SourceCamera> cityCameras(const SceneSpec& spec);
+std::vector<SourceCamera> streetCameras(const SceneSpec& spec);
+std::vector<SourceCamera> roomCameras(const SceneSpec& spec);
 double cityRiverY(const SceneSpec& spec); // 1e9 where there is none
 
 } // namespace gsc

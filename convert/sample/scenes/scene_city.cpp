@@ -6,7 +6,6 @@ namespace gsc {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kHalf = 0.5 * kBlockPitch;
 constexpr double kLot = 22.5;     // half width of what may be built on
 constexpr double kTreeRow = 24.6; // street trees, metres from the centre of the block
@@ -18,16 +17,14 @@ struct Rect {
     double x0, y0, x1, y1;
 };
 
-// The block at the given column and row of the city.
 struct Block {
     const SceneSpec& spec;
-    int column, row;
     double cx, cy;
     double radius; // 0 in the centre, about 1 at the edge
     HashRandom random;
     SceneTile& tile;
     LotKind lot = LotKind::Grass;
-    std::vector<Rect> covered; // ground that needs no anchors, local coordinates
+    std::vector<Rect> covered = {}; // ground that needs no anchors, local coordinates
 };
 
 int riverRow(const SceneSpec& spec)
@@ -71,23 +68,16 @@ void towerBlock(Block& b)
         const double half = b.random.between(10, 13), ox = b.random.between(-6, 6), oy = b.random.between(-6, 6);
         building(b, ox - half, oy - half, ox + half, oy + half, height);
         if (b.random.chance(0.6)) { // a set-back on top
-            const BuildingStyle style = randomStyle(b.random, height);
+            BuildingStyle style = randomStyle(b.random, height);
+            style.shops = false;
             const double in = half * 0.62;
             const double base = height - 1, top = height * b.random.between(1.12, 1.3);
-            const Vec3 p[4] = {{b.cx + ox - in, b.cy + oy - in, base},
-                               {b.cx + ox + in, b.cy + oy - in, base},
-                               {b.cx + ox + in, b.cy + oy + in, base},
-                               {b.cx + ox - in, b.cy + oy + in, base}};
-            for (int i = 0; i < 4; ++i) {
-                BuildingStyle upper = style;
-                upper.shops = false;
-                addFacade(b.tile, p[i], p[(i + 1) % 4], top - base, upper, b.random.bits());
-            }
-            Surface roof = makeFloor(p[0].x, p[0].y, p[2].x, p[2].y, top - 0.8, Material::FlatRoof, {0.4, 0.4, 0.39},
-                                     b.random.bits());
-            roof.flush = false;
-            b.tile.surfaces.push_back(roof);
-            b.tile.boxes.push_back({p[0].x, p[0].y, p[2].x, p[2].y, base, top});
+            const Corners p = rectangle(b.cx + ox - in, b.cy + oy - in, b.cx + ox + in, b.cy + oy + in, base);
+            for (size_t i = 0; i < 4; ++i)
+                addFacade(b.tile, p[i], p[(i + 1) % 4], top - base, style, b.random.bits());
+            b.tile.add(makeQuad(rectangle(p[0].x, p[0].y, p[2].x, p[2].y, top - 0.8), Material::FlatRoof,
+                                {0.4, 0.4, 0.39}, b.random.bits()));
+            b.tile.boxes.push_back({p[0], {p[2].x, p[2].y, top}});
         }
     } else {
         building(b, -21, -20, -3, 20, height * b.random.between(0.5, 0.9));
@@ -105,23 +95,17 @@ void perimeterBlock(Block& b)
     const auto height = [&] { return base * b.random.between(0.75, 1.25); };
     constexpr double kDeep = 10.5; // court half width
     for (const double side : {-1.0, 1.0}) {
+        const double low = side < 0 ? -kLot : kDeep, high = side < 0 ? -kDeep : kLot;
         double x = -kLot;
         while (x < kLot - 1) {
             double end = x + b.random.between(12, 20);
             if (kLot - end < 9)
                 end = kLot;
-            if (side < 0)
-                building(b, x, -kLot, end, -kDeep, height());
-            else
-                building(b, x, kDeep, end, kLot, height());
+            building(b, x, low, end, high, height());
             x = end;
         }
-        if (b.random.chance(0.8)) {
-            if (side < 0)
-                building(b, -kLot, -kDeep, -kDeep, kDeep, height());
-            else
-                building(b, kDeep, -kDeep, kLot, kDeep, height());
-        }
+        if (b.random.chance(0.8))
+            building(b, low, -kDeep, high, kDeep, height());
     }
     scatterTrees(b, 9, 9.5, 1.8, 5, 9);
 }
@@ -145,7 +129,7 @@ void suburbBlock(Block& b)
 void parkBlock(Block& b)
 {
     b.lot = LotKind::Park;
-    Surface pond;
+    Surface& pond = b.tile.add({});
     pond.shape = Surface::Shape::Disc;
     pond.material = Material::Water;
     pond.center = {b.cx + b.random.between(-5, 5), b.cy + b.random.between(-5, 5), 0.12};
@@ -154,11 +138,10 @@ void parkBlock(Block& b)
     pond.flush = true;
     pond.reference = pond.center;
     pond.seed = b.random.bits();
-    b.tile.surfaces.push_back(pond);
+    const Vec3 middle = pond.center, reach = pond.radii + 2.5;
     for (int i = 0; i < 34; ++i) {
         const double x = b.random.between(-22, 22), y = b.random.between(-22, 22);
-        const double dx = (b.cx + x - pond.center.x) / (pond.radii.x + 2.5);
-        const double dy = (b.cy + y - pond.center.y) / (pond.radii.y + 2.5);
+        const double dx = (b.cx + x - middle.x) / reach.x, dy = (b.cy + y - middle.y) / reach.y;
         if (dx * dx + dy * dy > 1 && std::abs(std::abs(x) - std::abs(y)) > 3.5)
             tree(b, x, y, 6, 12);
     }
@@ -170,24 +153,23 @@ void riverBlock(Block& b)
     constexpr double kDepth = 2.5, kRail = 1.0;
     const double x0 = b.cx - kHalf, x1 = b.cx + kHalf;
     const double y0 = b.cy - kRiverHalf, y1 = b.cy + kRiverHalf;
-    Surface water = makeFloor(x0, y0, x1, y1, -kDepth, Material::Water, {0.045, 0.10, 0.12}, hashKey(b.spec.seed, 31));
-    water.reference = {0, 0, 0};
-    b.tile.surfaces.push_back(water);
+    b.tile
+        .add(makeFlush(rectangle(x0, y0, x1, y1, -kDepth), Material::Water, {0.045, 0.10, 0.12},
+                       hashKey(b.spec.seed, 31)))
+        .reference = {};
     const Vec3 stone{0.40, 0.37, 0.32};
     const auto wall = [&](Vec3 a, Vec3 c, double low, double high, uint64_t part) {
         a.z = c.z = low;
         const Vec3 up{0, 0, high - low};
-        Surface s = makeQuad(a, c, c + up, a + up, Material::Plain, stone, hashKey(b.spec.seed, 40 + part));
-        s.flush = true;
-        b.tile.surfaces.push_back(s);
+        b.tile.add(makeFlush({a, c, c + up, a + up}, Material::Plain, stone, hashKey(b.spec.seed, 40 + part)));
     };
     // embankments face the water; the bridge has a wall to each side
     wall({x1, y0, 0}, {x0, y0, 0}, -kDepth, kRail, 0);
     wall({x0, y1, 0}, {x1, y1, 0}, -kDepth, kRail, 1);
     wall({b.cx + kBridge, y1, 0}, {b.cx + kBridge, y0, 0}, -1.4, kRail, 2);
     wall({b.cx - kBridge, y0, 0}, {b.cx - kBridge, y1, 0}, -1.4, kRail, 3);
-    b.tile.boxes.push_back({b.cx + kBridge, y0, x1, y1, -1.2, 0});
-    b.tile.boxes.push_back({x0, y0, b.cx - kBridge, y1, -1.2, 0});
+    b.tile.boxes.push_back({{b.cx + kBridge, y0, -1.2}, {x1, y1, 0}});
+    b.tile.boxes.push_back({{x0, y0, -1.2}, {b.cx - kBridge, y1, 0}});
     b.covered.push_back({-kBridge, -kRiverHalf, kBridge, kRiverHalf});
     for (const double y : {-19.5, 19.5})
         for (double x = -21; x < 22; x += 7)
@@ -216,11 +198,11 @@ void addGround(Block& b)
             size_t end = i + 1;
             while (end + 1 < xs.size() && !blocked(b, 0.5 * (xs[end] + xs[end + 1]), mid_y, 0))
                 ++end;
-            Surface s = makeFloor(b.cx + xs[i], b.cy + ys[j], b.cx + xs[end], b.cy + ys[j + 1], 0, Material::CityGround,
-                                  {}, hashKey(b.spec.seed, 3));
-            s.reference = {b.cx, b.cy, 0};
-            s.param[0] = double(b.lot);
-            b.tile.surfaces.push_back(s);
+            Surface& ground =
+                b.tile.add(makeFlush(rectangle(b.cx + xs[i], b.cy + ys[j], b.cx + xs[end], b.cy + ys[j + 1], 0),
+                                     Material::CityGround, {}, hashKey(b.spec.seed, 3)));
+            ground.reference = {b.cx, b.cy, 0};
+            ground.param[0] = double(b.lot);
             i = end;
         }
     }
@@ -265,13 +247,10 @@ double cityRiverY(const SceneSpec& spec)
     return riverRow(spec) < 0 ? 1e9 : (riverRow(spec) + 0.5) * kBlockPitch - spec.half_extent;
 }
 
-SceneSpec planCity(const SampleOptions& options)
+void planCity(uint64_t anchors, SceneSpec& spec)
 {
-    SceneSpec spec;
-    spec.scene = options.scene;
-    spec.seed = options.seed;
     // both the city and its detail grow with the anchors
-    const double wanted = 5 * std::pow(double(options.anchors) / 100'000, 0.3);
+    const double wanted = 5 * std::pow(double(anchors) / 100'000, 0.3);
     spec.side = uint32_t(std::clamp(std::round(wanted), 1.0, 64.0));
     spec.half_extent = 0.5 * kBlockPitch * spec.side;
     spec.horizon = 8 * std::max(spec.half_extent, 120.0);
@@ -280,21 +259,15 @@ SceneSpec planCity(const SampleOptions& options)
     spec.share[size_t(AnchorShare::Sky)] = 0.03;
     spec.share[size_t(AnchorShare::Terrain)] = 0.08;
     spec.share[size_t(AnchorShare::Main)] = 0.89;
-    return spec;
 }
 
 void buildCityTile(const SceneSpec& spec, uint32_t index, SceneTile& tile)
 {
-    if (index >= spec.main_tiles) {
-        addSurroundings(spec, index - spec.main_tiles, tile);
-        return;
-    }
     const int column = int(index % spec.side), row = int(index / spec.side);
     const double cx = (column + 0.5) * kBlockPitch - spec.half_extent;
     const double cy = (row + 0.5) * kBlockPitch - spec.half_extent;
     const double edge = std::max(spec.half_extent, 90.0);
-    Block b{spec, column,         row, cx, cy, std::hypot(cx, cy) / edge, HashRandom(hashKey(spec.seed, index, 1)),
-            tile, LotKind::Grass, {}};
+    Block b{spec, cx, cy, std::hypot(cx, cy) / edge, HashRandom(hashKey(spec.seed, index, 1)), tile};
     tile.bounded = true;
     tile.min[0] = cx - kHalf, tile.min[1] = cy - kHalf;
     tile.max[0] = cx + kHalf, tile.max[1] = cy + kHalf;
@@ -314,17 +287,13 @@ void buildCityTile(const SceneSpec& spec, uint32_t index, SceneTile& tile)
         suburbBlock(b);
     addGround(b);
     addTraffic(b, river);
-    tile.own_boxes = tile.boxes.size();
 }
 
-SceneCameras cityCameras(const SceneSpec& spec)
+std::vector<SourceCamera> cityCameras(const SceneSpec& spec)
 {
-    SceneCameras set;
-    set.width = 1280;
-    set.height = 720;
-    set.fov_x = 64 * kPi / 180;
+    std::vector<SourceCamera> cameras;
     const double reach = std::clamp(spec.half_extent, 60.0, 330.0); // an aerial photograph shows this much
-    const auto look = [&](Vec3 from, Vec3 to) { set.cameras.push_back({from, normalized(to - from)}); };
+    const auto look = [&](Vec3 from, Vec3 to) { cameras.push_back(photograph(from, to, 64)); };
     const double river_y = cityRiverY(spec);
     // two rounds, the second lower and closer
     for (int i = 0; i < 40; ++i) {
@@ -346,7 +315,7 @@ SceneCameras cityCameras(const SceneSpec& spec)
         const double y = lerp(-0.8, 0.2, i / 7.0) * reach;
         look({avenue + 1, y, 6}, {avenue, y + 60, 9});
     }
-    return set;
+    return cameras;
 }
 
 } // namespace gsc

@@ -5,32 +5,31 @@ namespace gsc {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kParapet = 0.9; // metres
 
-void addSides(SceneTile& tile, const Box& b, Material material, Vec3 color, uint64_t seed, double density)
+// The four walls of a building, their feet on the ground.
+void addWalls(SceneTile& tile, double x0, double y0, double x1, double y1, double height, const BuildingStyle& style,
+              uint64_t seed)
 {
-    const Vec3 p[4] = {{b.min.x, b.min.y, 0}, {b.max.x, b.min.y, 0}, {b.max.x, b.max.y, 0}, {b.min.x, b.max.y, 0}};
-    for (int i = 0; i < 4; ++i) {
-        Vec3 a = p[i], c = p[(i + 1) % 4];
-        a.z = c.z = b.min.z;
-        const Vec3 up{0, 0, b.max.z - b.min.z};
-        Surface s = makeQuad(a, c, c + up, a + up, material, color, hashKey(seed, uint64_t(i)));
-        s.density = density;
-        tile.surfaces.push_back(s);
-    }
+    const Corners p = rectangle(x0, y0, x1, y1, 0);
+    for (size_t i = 0; i < 4; ++i)
+        addFacade(tile, p[i], p[(i + 1) % 4], height, style, hashKey(seed, i));
 }
 
 } // namespace
 
-void addBox(SceneTile& tile, const Box& box, Material side, Vec3 color, Material top, Vec3 top_color, uint64_t seed,
-            double density)
+void addBox(SceneTile& tile, const Box& box, Material material, Vec3 color, uint64_t seed, double density)
 {
-    addSides(tile, box, side, color, seed, density);
-    Surface s = makeFloor(box.min.x, box.min.y, box.max.x, box.max.y, box.max.z, top, top_color, hashKey(seed, 9));
-    s.density = density;
-    s.flush = false;
-    tile.surfaces.push_back(s);
+    const Vec3 &low = box.min, &high = box.max, up{0, 0, high.z - low.z};
+    const Corners p = rectangle(low.x, low.y, high.x, high.y, low.z);
+    const auto face = [&](const Corners& corners, uint64_t part) {
+        tile.add(makeQuad(corners, material, color, hashKey(seed, part))).density = density;
+    };
+    for (size_t i = 0; i < 4; ++i) {
+        const Vec3 a = p[i], b = p[(i + 1) % 4];
+        face({a, b, b + up, a + up}, i);
+    }
+    face(rectangle(low.x, low.y, high.x, high.y, high.z), 9);
 }
 
 void addTurnedBox(SceneTile& tile, Vec3 center, Vec3 half, double angle, double taper, Material side, Vec3 color,
@@ -40,20 +39,18 @@ void addTurnedBox(SceneTile& tile, Vec3 center, Vec3 half, double angle, double 
     const auto corner = [&](double sx, double sy, double length, double z) {
         return center + ahead * (sx * length) + left * (sy * half.y) + Vec3{0, 0, z};
     };
-    Vec3 low[4], high[4];
+    Corners low, high;
     const double sx[4] = {-1, 1, 1, -1}, sy[4] = {-1, -1, 1, 1};
-    for (int i = 0; i < 4; ++i) {
+    for (size_t i = 0; i < 4; ++i) {
         low[i] = corner(sx[i], sy[i], half.x, -half.z);
         high[i] = corner(sx[i], sy[i], half.x - taper, half.z);
     }
-    const auto face = [&](Vec3 a, Vec3 b, Vec3 c, Vec3 d, Material material, Vec3 tone, uint64_t part) {
-        Surface s = makeQuad(a, b, c, d, material, tone, hashKey(seed, part));
-        s.density = density;
-        tile.surfaces.push_back(s);
+    const auto face = [&](const Corners& corners, Material material, Vec3 tone, uint64_t part) {
+        tile.add(makeQuad(corners, material, tone, hashKey(seed, part))).density = density;
     };
-    for (int i = 0; i < 4; ++i)
-        face(low[i], low[(i + 1) % 4], high[(i + 1) % 4], high[i], side, color, uint64_t(i));
-    face(high[0], high[1], high[2], high[3], top, top_color, 9);
+    for (size_t i = 0; i < 4; ++i)
+        face({low[i], low[(i + 1) % 4], high[(i + 1) % 4], high[i]}, side, color, i);
+    face(high, top, top_color, 9);
 }
 
 BuildingStyle randomStyle(HashRandom& random, double height)
@@ -101,7 +98,7 @@ BuildingStyle randomStyle(HashRandom& random, double height)
 void addFacade(SceneTile& tile, Vec3 a, Vec3 b, double height, const BuildingStyle& style, uint64_t seed)
 {
     const Vec3 up{0, 0, height};
-    Surface s = makeQuad(a, b, b + up, a + up, Material::Facade, style.wall, seed);
+    Surface& s = tile.add(makeQuad({a, b, b + up, a + up}, Material::Facade, style.wall, seed));
     const double width = length(b - a);
     s.accent = style.trim;
     s.param[0] = width / std::max(1.0, std::round(width / style.bay));
@@ -111,24 +108,19 @@ void addFacade(SceneTile& tile, Vec3 a, Vec3 b, double height, const BuildingSty
     s.param[4] = double(style.facade);
     s.param[5] = style.shops ? 1 : 0;
     s.density = 1.3; // windows are the finest detail of the scene
-    tile.surfaces.push_back(s);
 }
 
 void addBuilding(SceneTile& tile, double x0, double y0, double x1, double y1, double height, const BuildingStyle& style,
                  HashRandom& random)
 {
     const uint64_t seed = random.bits();
-    const Vec3 p[4] = {{x0, y0, 0}, {x1, y0, 0}, {x1, y1, 0}, {x0, y1, 0}};
-    for (int i = 0; i < 4; ++i)
-        addFacade(tile, p[i], p[(i + 1) % 4], height, style, hashKey(seed, uint64_t(i)));
+    addWalls(tile, x0, y0, x1, y1, height, style, seed);
     const double roof_z = height - kParapet;
     const double tone = random.between(0.25, 0.5);
     const bool green = random.chance(0.15);
-    Surface roof = makeFloor(x0, y0, x1, y1, roof_z, Material::FlatRoof,
-                             green ? Vec3{0.16, 0.26, 0.08} : Vec3{tone, tone * 0.97, tone * 0.92}, hashKey(seed, 7));
-    roof.flush = false;
-    tile.surfaces.push_back(roof);
-    tile.boxes.push_back({x0, y0, x1, y1, 0, height});
+    tile.add(makeQuad(rectangle(x0, y0, x1, y1, roof_z), Material::FlatRoof,
+                      green ? Vec3{0.16, 0.26, 0.08} : Vec3{tone, tone * 0.97, tone * 0.92}, hashKey(seed, 7)));
+    tile.boxes.push_back({{x0, y0, 0}, {x1, y1, height}});
 
     const double wx = x1 - x0, wy = y1 - y0;
     const uint32_t units = wx * wy > 60 ? 1 + random.below(3) : 0;
@@ -137,9 +129,9 @@ void addBuilding(SceneTile& tile, double x0, double y0, double x1, double y1, do
         const double cx = random.between(x0 + hx + 1, x1 - hx - 1), cy = random.between(y0 + hy + 1, y1 - hy - 1);
         const double top = roof_z + random.between(1.2, 2.8);
         const Vec3 grey = Vec3{0.5, 0.5, 0.5} * random.between(0.7, 1.1);
-        addBox(tile, {{cx - hx, cy - hy, roof_z}, {cx + hx, cy + hy, top}}, Material::Plain, grey, Material::Plain,
-               grey, hashKey(seed, 20 + i), 1);
-        tile.boxes.push_back({cx - hx, cy - hy, cx + hx, cy + hy, roof_z, top});
+        const Box unit{{cx - hx, cy - hy, roof_z}, {cx + hx, cy + hy, top}};
+        addBox(tile, unit, Material::Plain, grey, hashKey(seed, 20 + i), 1);
+        tile.boxes.push_back(unit);
     }
 }
 
@@ -155,9 +147,7 @@ void addHouse(SceneTile& tile, double x0, double y0, double x1, double y1, doubl
     style.floor = eaves / std::max(1.0, std::round(eaves / 2.9));
     style.window_x = 0.4;
     style.window_y = 0.45;
-    const Vec3 p[4] = {{x0, y0, 0}, {x1, y0, 0}, {x1, y1, 0}, {x0, y1, 0}};
-    for (int i = 0; i < 4; ++i)
-        addFacade(tile, p[i], p[(i + 1) % 4], eaves, style, hashKey(seed, uint64_t(i)));
+    addWalls(tile, x0, y0, x1, y1, eaves, style, seed);
 
     const Vec3 roof_color = kRoofs[random.below(4)] * random.between(0.85, 1.2);
     const double span = ridge_x ? y1 - y0 : x1 - x0;
@@ -166,12 +156,10 @@ void addHouse(SceneTile& tile, double x0, double y0, double x1, double y1, doubl
     const double drop = kOverhang * rise / (span * 0.5); // the eaves reach below the top of the wall
     const double mid_x = 0.5 * (x0 + x1), mid_y = 0.5 * (y0 + y1), top = eaves + rise;
     const auto slope = [&](Vec3 a, Vec3 b, Vec3 c, Vec3 d, uint64_t part) {
-        Surface s = makeQuad(a, b, c, d, Material::TileRoof, roof_color, hashKey(seed, part));
-        s.density = 1.1;
-        tile.surfaces.push_back(s);
+        tile.add(makeQuad({a, b, c, d}, Material::TileRoof, roof_color, hashKey(seed, part))).density = 1.1;
     };
     const auto gable = [&](Vec3 a, Vec3 b, Vec3 tip, uint64_t part) {
-        tile.surfaces.push_back(makeQuad(a, b, tip, tip, Material::Plain, style.wall, hashKey(seed, part)));
+        tile.add(makeQuad({a, b, tip, tip}, Material::Plain, style.wall, hashKey(seed, part)));
     };
     const double low = eaves - drop;
     if (ridge_x) {
@@ -187,7 +175,7 @@ void addHouse(SceneTile& tile, double x0, double y0, double x1, double y1, doubl
         gable({x0, y0, eaves}, {x1, y0, eaves}, {mid_x, y0, top}, 12);
         gable({x1, y1, eaves}, {x0, y1, eaves}, {mid_x, y1, top}, 13);
     }
-    tile.boxes.push_back({x0, y0, x1, y1, 0, eaves + 0.5 * rise});
+    tile.boxes.push_back({{x0, y0, 0}, {x1, y1, eaves + 0.5 * rise}});
 }
 
 void addTree(SceneTile& tile, double x, double y, double height, int lobes, HashRandom& random)
@@ -208,21 +196,19 @@ void addTree(SceneTile& tile, double x, double y, double height, int lobes, Hash
                          lobes == 1 ? 0
                          : i == 0   ? 0.24 * rz
                                     : random.between(-0.4, 0.0) * rz};
-        Surface crown =
-            makeEllipsoid(center + shift, Vec3{r, r, rz} * size, Material::Foliage, leaves, seed + 3 * uint64_t(i));
+        Surface& crown = tile.add(
+            makeEllipsoid(center + shift, Vec3{r, r, rz} * size, Material::Foliage, leaves, seed + 3 * uint64_t(i)));
         crown.bumps = 0.18;
         crown.ragged = 0.8;
         crown.thickness = 0.6;
         crown.density = 1.2;
         crown.param[0] = center.z - rz;
         crown.param[1] = height;
-        tile.surfaces.push_back(crown);
     }
     const double trunk = std::max(0.12, height * 0.025);
     const double trunk_top = center.z - rz * 0.5;
-    Surface bark = makeEllipsoid({x, y, trunk_top * 0.45}, {trunk, trunk, trunk_top * 0.6}, Material::Bark,
-                                 {0.16, 0.11, 0.075}, seed + 1);
-    tile.surfaces.push_back(bark);
+    tile.add(makeEllipsoid({x, y, trunk_top * 0.45}, {trunk, trunk, trunk_top * 0.6}, Material::Bark,
+                           {0.16, 0.11, 0.075}, seed + 1));
     tile.blobs.push_back({center, {r, r, rz}});
 }
 
@@ -240,21 +226,20 @@ void addCar(SceneTile& tile, double x, double y, double angle, HashRandom& rando
                  angle, 0.42, Material::CarGlass, {0.03, 0.035, 0.04}, Material::CarPaint, paint, seed + 1, 2.5);
     const double reach_x = std::abs(std::cos(angle)) * 0.5 * length + std::abs(std::sin(angle)) * 0.9;
     const double reach_y = std::abs(std::sin(angle)) * 0.5 * length + std::abs(std::cos(angle)) * 0.9;
-    tile.boxes.push_back({x - reach_x, y - reach_y, x + reach_x, y + reach_y, 0.1, 1.3});
+    tile.boxes.push_back({{x - reach_x, y - reach_y, 0.1}, {x + reach_x, y + reach_y, 1.3}});
 }
 
 void addSurroundings(const SceneSpec& spec, uint32_t part, SceneTile& tile)
 {
     const double e = spec.half_extent;
     if (part == 4) {
-        Surface sky = makeEllipsoid({0, 0, 0}, Vec3{1, 1, 1} * spec.horizon, Material::Sky, {}, hashKey(spec.seed, 77));
+        Surface& sky =
+            tile.add(makeEllipsoid({0, 0, 0}, Vec3(spec.horizon), Material::Sky, {}, hashKey(spec.seed, 77)));
         sky.share = AnchorShare::Sky;
         sky.polar[1] = 0.5 * kPi + 0.12; // a little below the horizon, behind the edge of the land
         sky.inward = true;
-        sky.param[0] = spec.horizon;
         sky.all_levels = false;
         sky.thickness = 0.05;
-        tile.surfaces.push_back(sky);
         return;
     }
     // rings whose cells grow with their distance, so that they look alike from the city
@@ -268,8 +253,8 @@ void addSurroundings(const SceneSpec& spec, uint32_t part, SceneTile& tile)
             return Vec3{ca[part] * x - sa[part] * y, sa[part] * x + ca[part] * y, 0};
         };
         // note: seen from above, the longer edge lies outside; the order keeps the normal up
-        Surface land = makeQuad(turn(r1, -r1), turn(r1, r1), turn(r0, r0), turn(r0, -r0), Material::Terrain, {},
-                                hashKey(spec.seed, 78));
+        Surface& land = tile.add(makeQuad({turn(r1, -r1), turn(r1, r1), turn(r0, r0), turn(r0, -r0)}, Material::Terrain,
+                                          {}, hashKey(spec.seed, 78)));
         land.share = AnchorShare::Terrain;
         land.flush = true;
         land.all_levels = false;
@@ -279,7 +264,6 @@ void addSurroundings(const SceneSpec& spec, uint32_t part, SceneTile& tile)
         land.param[0] = e;
         land.param[1] = spec.horizon;
         land.param[2] = spec.scene == SampleScene::City ? cityRiverY(spec) : 1e9;
-        tile.surfaces.push_back(land);
     }
 }
 

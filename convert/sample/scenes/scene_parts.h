@@ -7,13 +7,8 @@
 
 namespace gsc {
 
-struct Box {
-    Vec3 min, max;
-};
-
-// Five faces (no bottom); `top` may differ. No occluder.
-void addBox(SceneTile& tile, const Box& box, Material side, Vec3 color, Material top, Vec3 top_color, uint64_t seed,
-            double density);
+// Five faces (no bottom). No occluder.
+void addBox(SceneTile& tile, const Box& box, Material material, Vec3 color, uint64_t seed, double density);
 // A box turned by `angle` about the vertical through its centre; its top is shorter by `taper` at either end.
 void addTurnedBox(SceneTile& tile, Vec3 center, Vec3 half, double angle, double taper, Material side, Vec3 color,
                   Material top, Vec3 top_color, uint64_t seed, double density);
@@ -22,7 +17,7 @@ enum class FacadeStyle { Punched = 0, Ribbon = 1, Curtain = 2 };
 
 struct BuildingStyle {
     FacadeStyle facade = FacadeStyle::Punched;
-    Vec3 wall, trim;
+    Vec3 wall{}, trim{};
     double bay = 3, floor = 3.2, window_x = 0.5, window_y = 0.55;
     bool shops = false;
 };

@@ -7,36 +7,30 @@ namespace gsc {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kX = kRoomHalf.x, kY = kRoomHalf.y, kZ = kRoomHeight;
 constexpr Vec3 kOak{0.36, 0.22, 0.11}, kWalnut{0.17, 0.09, 0.05}, kPaint{0.70, 0.67, 0.60}, kSofa{0.10, 0.17, 0.19};
 
 void quad(SceneTile& tile, Vec3 a, Vec3 b, Vec3 c, Vec3 d, Material material, Vec3 color, uint64_t seed,
           double density = 1)
 {
-    Surface s = makeQuad(a, b, c, d, material, color, seed);
-    s.flush = true;
-    s.density = density;
-    tile.surfaces.push_back(s);
+    tile.add(makeFlush({a, b, c, d}, material, color, seed)).density = density;
 }
 
 void box(SceneTile& tile, Vec3 min, Vec3 max, Material material, Vec3 color, uint64_t seed, double density = 1.2)
 {
-    addBox(tile, {min, max}, material, color, material, color, seed, density);
-    tile.boxes.push_back({min.x, min.y, max.x, max.y, min.z, max.z});
+    addBox(tile, {min, max}, material, color, seed, density);
+    tile.boxes.push_back({min, max});
 }
 
 void body(SceneTile& tile, Vec3 center, Vec3 radii, Material material, Vec3 color, uint64_t seed, double density = 1.5)
 {
-    Surface s = makeEllipsoid(center, radii, material, color, seed);
-    s.density = density;
-    tile.surfaces.push_back(s);
+    tile.add(makeEllipsoid(center, radii, material, color, seed)).density = density;
 }
 
 void shell(SceneTile& t)
 {
     const RoomWindow& w = kRoomWindow;
-    t.surfaces.push_back(makeFloor(-kX, -kY, kX, kY, 0, Material::Parquet, kOak, 1));
+    t.add(makeFlush(rectangle(-kX, -kY, kX, kY, 0), Material::Parquet, kOak, 1));
     quad(t, {-kX, kY, kZ}, {kX, kY, kZ}, {kX, -kY, kZ}, {-kX, -kY, kZ}, Material::RoomWall, {0.80, 0.79, 0.76}, 2, 0.5);
     quad(t, {-kX, kY, 0}, {kX, kY, 0}, {kX, kY, kZ}, {-kX, kY, kZ}, Material::RoomWall, {0.42, 0.50, 0.47}, 3, 0.8);
     quad(t, {kX, -kY, 0}, {-kX, -kY, 0}, {-kX, -kY, kZ}, {kX, -kY, kZ}, Material::RoomWall, kPaint, 4, 0.8);
@@ -76,8 +70,7 @@ void picture(SceneTile& t, Vec3 corner, Vec3 along, double width, double height,
     const Vec3 up{0, 0, 1}, out = cross(along, up);
     const auto bar = [&](double u0, double u1, double v0, double v1, uint64_t part) {
         const Vec3 a = corner + along * u0 + up * v0, b = corner + along * u1 + up * v1 + out * kDeep;
-        const Box frame{{std::min(a.x, b.x), std::min(a.y, b.y), a.z}, {std::max(a.x, b.x), std::max(a.y, b.y), b.z}};
-        box(t, frame.min, frame.max, Material::Wood, kWalnut, seed + part, 1.5);
+        box(t, glm::min(a, b), glm::max(a, b), Material::Wood, kWalnut, seed + part, 1.5);
     };
     bar(0, width, 0, kBar, 0);
     bar(0, width, height - kBar, height, 1);
@@ -104,26 +97,18 @@ void sofaCorner(SceneTile& t)
              30 + uint64_t(i), 2);
     // pictures above it
     const double z0 = 1.25;
-    const struct {
-        double x, width, height;
-    } frames[] = {{-1.25, 0.62, 0.82}, {-0.45, 0.95, 0.82}, {0.68, 0.62, 0.82}};
-    for (int i = 0; i < 3; ++i) {
-        const auto& f = frames[i];
-        picture(t, {f.x, kY, z0}, {1, 0, 0}, f.width, f.height, 40 + 10 * uint64_t(i));
-    }
+    picture(t, {-1.25, kY, z0}, {1, 0, 0}, 0.62, 0.82, 40);
+    picture(t, {-0.45, kY, z0}, {1, 0, 0}, 0.95, 0.82, 50);
+    picture(t, {0.68, kY, z0}, {1, 0, 0}, 0.62, 0.82, 60);
     // lamp in the corner
     body(t, {-2.45, 1.95, 0.02}, {0.16, 0.16, 0.03}, Material::Plain, {0.05, 0.05, 0.05}, 50);
     box(t, {-2.465, 1.935, 0.02}, {-2.435, 1.965, 1.5}, Material::Plain, {0.05, 0.05, 0.05}, 51, 2);
-    Surface shade = makeEllipsoid({-2.45, 1.95, 1.62}, {0.24, 0.24, 0.2}, Material::Glow, {1.25, 0.95, 0.60}, 52);
-    shade.density = 2;
-    t.surfaces.push_back(shade);
+    body(t, {-2.45, 1.95, 1.62}, {0.24, 0.24, 0.2}, Material::Glow, {1.25, 0.95, 0.60}, 52, 2);
 }
 
 void tableAndRug(SceneTile& t)
 {
-    Surface rug = makeFloor(-1.75, -0.55, 1.35, 1.35, 0.012, Material::Rug, {0.45, 0.16, 0.11}, 60);
-    rug.density = 1.6;
-    t.surfaces.push_back(rug);
+    t.add(makeFlush(rectangle(-1.75, -0.55, 1.35, 1.35, 0.012), Material::Rug, {0.45, 0.16, 0.11}, 60)).density = 1.6;
     const Vec3 low{-0.75, -0.05, 0.36}, high{0.45, 0.60, 0.40};
     box(t, low, high, Material::Wood, kOak, 61, 2);
     for (int i = 0; i < 4; ++i) {
@@ -170,7 +155,7 @@ void shelves(SceneTile& t)
     quad(t, {door_x, -0.95, 0}, {-kX, -0.95, 0}, {-kX, -0.95, top_z}, {door_x, -0.95, top_z}, Material::Plain, white,
          127);
     quad(t, {-kX, -1.9, 0}, {door_x, -1.9, 0}, {door_x, -1.9, top_z}, {-kX, -1.9, top_z}, Material::Plain, white, 128);
-    t.boxes.push_back({-kX, -1.9, door_x, -0.95, 0, top_z});
+    t.boxes.push_back({{-kX, -1.9, 0}, {door_x, -0.95, top_z}});
     body(t, {-kX + 0.09, -1.05, 1.0}, {0.03, 0.03, 0.03}, Material::CarPaint, {0.6, 0.5, 0.2}, 126, 6);
 }
 
@@ -183,58 +168,51 @@ void chairAndPlant(SceneTile& t)
     addTurnedBox(t, {2.05 + 0.3 * std::sin(a), -1.55 - 0.3 * std::cos(a), 0.62}, {0.38, 0.09, 0.30}, a, 0,
                  Material::Fabric, leather * 1.1, Material::Fabric, leather * 1.1, 141, 1.4);
     body(t, {2.05, -1.55, 0.42}, {0.32, 0.30, 0.08}, Material::Fabric, leather * 1.3, 142);
-    t.boxes.push_back({1.7, -1.95, 2.4, -1.2, 0.12, 0.42});
+    t.boxes.push_back({{1.7, -1.95, 0.12}, {2.4, -1.2, 0.42}});
     // plant in a pot by the window
     const Vec3 at{2.5, 1.55, 0};
     body(t, {at.x, at.y, 0.22}, {0.2, 0.2, 0.24}, Material::Plain, {0.55, 0.50, 0.43}, 150, 2);
     for (int i = 0; i < 9; ++i) {
         const double turn = i * 2.4, lean = 0.10 + 0.028 * i;
         const Vec3 c{at.x + lean * std::cos(turn), at.y + lean * std::sin(turn), 0.72 + 0.07 * ((i * 5) % 9)};
-        Surface leaf = makeEllipsoid(c, {0.14, 0.14, 0.11}, Material::Foliage, {0.09, 0.24, 0.05}, 151 + uint64_t(i));
+        Surface& leaf =
+            t.add(makeEllipsoid(c, {0.14, 0.14, 0.11}, Material::Foliage, {0.09, 0.24, 0.05}, 151 + uint64_t(i)));
         leaf.bumps = 0.35;
         leaf.ragged = 0.7;
         leaf.thickness = 0.4;
         leaf.density = 1.6;
         leaf.param[0] = 0.3;
         leaf.param[1] = 1.4;
-        t.surfaces.push_back(leaf);
     }
     body(t, {at.x, at.y, 0.55}, {0.02, 0.02, 0.4}, Material::Bark, {0.15, 0.12, 0.06}, 170, 2);
-    t.boxes.push_back({at.x - 0.1, at.y - 0.1, at.x + 0.1, at.y + 0.1, 0.05, 0.38});
+    t.boxes.push_back({{at.x - 0.1, at.y - 0.1, 0.05}, {at.x + 0.1, at.y + 0.1, 0.38}});
 }
 
 // Cuts a parallelogram into pieces no larger than a tile.
 void splitSurface(const Surface& s, double largest, std::vector<Surface>& out)
 {
-    const double wide = length(s.corner[1] - s.corner[0]), high = length(s.corner[3] - s.corner[0]);
-    const int nu = s.shape == Surface::Shape::Quad ? std::max(1, int(std::ceil(wide / largest))) : 1;
-    const int nv = s.shape == Surface::Shape::Quad ? std::max(1, int(std::ceil(high / largest))) : 1;
+    const auto pieces = [&](Vec3 side) {
+        return s.shape == Surface::Shape::Quad ? std::max(1, int(std::ceil(length(side) / largest))) : 1;
+    };
+    const int nu = pieces(s.corner[1] - s.corner[0]), nv = pieces(s.corner[3] - s.corner[0]);
     for (int j = 0; j < nv; ++j)
         for (int i = 0; i < nu; ++i) {
-            Surface piece = s;
-            if (nu * nv > 1) {
-                const double u[2] = {double(i) / nu, double(i + 1) / nu}, v[2] = {double(j) / nv, double(j + 1) / nv};
-                piece.corner[0] = surfacePoint(s, u[0], v[0]).position;
-                piece.corner[1] = surfacePoint(s, u[1], v[0]).position;
-                piece.corner[2] = surfacePoint(s, u[1], v[1]).position;
-                piece.corner[3] = surfacePoint(s, u[0], v[1]).position;
-                piece.flush = true;
-            }
-            out.push_back(piece);
+            Surface& piece = out.emplace_back(s);
+            if (nu * nv == 1)
+                continue;
+            const auto at = [&](int u, int v) { return surfacePoint(s, double(u) / nu, double(v) / nv).position; };
+            piece.corner = {at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)};
+            piece.flush = true;
         }
 }
 
 } // namespace
 
-SceneSpec planRoom(const SampleOptions& options)
+void planRoom(uint64_t anchors, SceneSpec& spec)
 {
-    SceneSpec spec;
-    spec.scene = options.scene;
-    spec.seed = options.seed;
-    spec.side = uint32_t(std::clamp(std::ceil(std::sqrt(double(options.anchors) / 40'000)), 1.0, 40.0));
+    spec.side = uint32_t(std::clamp(std::ceil(std::sqrt(double(anchors) / 40'000)), 1.0, 40.0));
     spec.half_extent = kX + 0.5;
     spec.main_tiles = spec.tile_count = spec.side * spec.side;
-    return spec;
 }
 
 void buildRoomTile(const SceneSpec& spec, uint32_t index, SceneTile& tile)
@@ -266,19 +244,16 @@ void buildRoomTile(const SceneSpec& spec, uint32_t index, SceneTile& tile)
     }
 }
 
-SceneCameras roomCameras(const SceneSpec&)
+std::vector<SourceCamera> roomCameras(const SceneSpec&)
 {
-    SceneCameras set;
-    set.width = 1280;
-    set.height = 720;
-    set.fov_x = 78 * kPi / 180;
+    std::vector<SourceCamera> cameras;
     for (int i = 0; i < 48; ++i) {
         const double a = 2 * kPi * i / 48 - 0.79 * kPi;
         const Vec3 from{2.35 * std::cos(a), 1.75 * std::sin(a), 1.5 + 0.15 * std::sin(3 * a)};
         const Vec3 to{-1.2 * std::cos(a) + 0.2, -1.2 * std::sin(a) + 0.35, 0.85};
-        set.cameras.push_back({from, normalized(to - from)});
+        cameras.push_back(photograph(from, to, 78));
     }
-    return set;
+    return cameras;
 }
 
 } // namespace gsc

@@ -6,18 +6,14 @@ namespace gsc {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kWall = 7.6; // metres from the middle of the street to the facades
 constexpr double kDepth = 9;  // of the houses
 
 } // namespace
 
-SceneSpec planStreet(const SampleOptions& options)
+void planStreet(uint64_t anchors, SceneSpec& spec)
 {
-    SceneSpec spec;
-    spec.scene = options.scene;
-    spec.seed = options.seed;
-    const double wanted = 9 * std::pow(double(options.anchors) / 100'000, 0.3);
+    const double wanted = 9 * std::pow(double(anchors) / 100'000, 0.3);
     spec.side = uint32_t(std::clamp(std::round(wanted), 2.0, 128.0));
     spec.half_extent = 0.5 * kStreetPlot * spec.side;
     spec.horizon = 8 * std::max(spec.half_extent, 60.0);
@@ -26,15 +22,10 @@ SceneSpec planStreet(const SampleOptions& options)
     spec.share[size_t(AnchorShare::Sky)] = 0.04;
     spec.share[size_t(AnchorShare::Terrain)] = 0.02;
     spec.share[size_t(AnchorShare::Main)] = 0.94;
-    return spec;
 }
 
 void buildStreetTile(const SceneSpec& spec, uint32_t index, SceneTile& tile)
 {
-    if (index >= spec.main_tiles) {
-        addSurroundings(spec, index - spec.main_tiles, tile);
-        return;
-    }
     const int plot = int(index / 2);
     const double side = index % 2 ? -1 : 1;
     const double x0 = plot * kStreetPlot - spec.half_extent, x1 = x0 + kStreetPlot;
@@ -47,8 +38,8 @@ void buildStreetTile(const SceneSpec& spec, uint32_t index, SceneTile& tile)
     // the last plot at either end closes the street with a tree-lined green
     const bool end = plot == 0 || plot + 1 == int(spec.side);
     const double low = side > 0 ? 0 : -kWall, high = side > 0 ? kWall : 0;
-    tile.surfaces.push_back(makeFloor(x0, low, x1, high, 0, Material::StreetGround, {}, hashKey(spec.seed, 3)));
-    tile.surfaces.back().reference = {0, 0, 0};
+    tile.add(makeFlush(rectangle(x0, low, x1, high, 0), Material::StreetGround, {}, hashKey(spec.seed, 3)))
+        .reference = {};
 
     // one or two houses per plot
     double x = x0;
@@ -74,17 +65,16 @@ void buildStreetTile(const SceneSpec& spec, uint32_t index, SceneTile& tile)
         tile.surfaces.back().density = 1.6;
         const Vec3 corners[2][2] = {{side > 0 ? bl : fl, side > 0 ? fl : bl}, {side > 0 ? fr : br, side > 0 ? br : fr}};
         for (int i = 0; i < 2; ++i) {
-            Surface wall = makeQuad(corners[i][0], corners[i][1], corners[i][1] + up, corners[i][0] + up,
-                                    Material::Plain, style.wall * 0.9, hashKey(seed, 5 + uint64_t(i)));
-            wall.density = 0.35; // mostly hidden by the neighbour
-            tile.surfaces.push_back(wall);
+            const Vec3 &a = corners[i][0], &b = corners[i][1];
+            tile.add(
+                    makeQuad({a, b, b + up, a + up}, Material::Plain, style.wall * 0.9, hashKey(seed, 5 + uint64_t(i))))
+                .density = 0.35; // mostly hidden by the neighbour
         }
-        Surface roof = makeFloor(x, std::min(front, back), stop, std::max(front, back), height - 0.6,
-                                 Material::FlatRoof, {0.35, 0.33, 0.31}, hashKey(seed, 8));
-        roof.density = 0.3;
-        roof.flush = false;
-        tile.surfaces.push_back(roof);
-        tile.boxes.push_back({x, std::min(front, back), stop, std::max(front, back), 0, height});
+        const double y0 = std::min(front, back), y1 = std::max(front, back);
+        tile.add(makeQuad(rectangle(x, y0, stop, y1, height - 0.6), Material::FlatRoof, {0.35, 0.33, 0.31},
+                          hashKey(seed, 8)))
+            .density = 0.3;
+        tile.boxes.push_back({{x, y0, 0}, {stop, y1, height}});
         x = stop;
     }
     if (end || plot % 2 == 0)
@@ -104,19 +94,14 @@ void buildStreetTile(const SceneSpec& spec, uint32_t index, SceneTile& tile)
     if (plot % 2 == 1) {
         const double lx = x0 + 6, ly = side * 4.7;
         addBox(tile, {{lx - 0.06, ly - 0.06, 0}, {lx + 0.06, ly + 0.06, 5}}, Material::Plain, {0.07, 0.08, 0.08},
-               Material::Plain, {0.07, 0.08, 0.08}, hashKey(spec.seed, 80 + index), 4);
-        Surface globe = makeEllipsoid({lx, ly, 5.2}, {0.26, 0.26, 0.26}, Material::Glow, {1.6, 1.5, 1.25}, index);
-        globe.density = 3;
-        tile.surfaces.push_back(globe);
+               hashKey(spec.seed, 80 + index), 4);
+        tile.add(makeEllipsoid({lx, ly, 5.2}, Vec3(0.26), Material::Glow, {1.6, 1.5, 1.25}, index)).density = 3;
     }
 }
 
-SceneCameras streetCameras(const SceneSpec& spec)
+std::vector<SourceCamera> streetCameras(const SceneSpec& spec)
 {
-    SceneCameras set;
-    set.width = 1280;
-    set.height = 720;
-    set.fov_x = 75 * kPi / 180;
+    std::vector<SourceCamera> cameras;
     const double reach = std::min(spec.half_extent - kStreetPlot, 90.0);
     // there and back at eye height, on either pavement, looking a little to the other side
     for (int i = 0; i < 48; ++i) {
@@ -126,9 +111,9 @@ SceneCameras streetCameras(const SceneSpec& spec)
         const double y = (back ? 0.9 : -0.9) + 0.5 * std::sin(9 * t);
         const Vec3 from{x, y, 1.75 + 0.15 * std::sin(7 * t)};
         const Vec3 to{x + (back ? -20 : 20), 3.5 * std::sin(5 * t + 0.8), 3.6};
-        set.cameras.push_back({from, normalized(to - from)});
+        cameras.push_back(photograph(from, to, 75));
     }
-    return set;
+    return cameras;
 }
 
 } // namespace gsc

@@ -7,7 +7,7 @@ namespace gsc {
 
 namespace {
 
-constexpr double kTwoPi = 6.283185307179586;
+constexpr double kTwoPi = 2 * kPi;
 constexpr int kAreaRows = 32; // rows of the numeric area of an ellipsoid
 
 // Length of the row at v, metres.
@@ -52,23 +52,28 @@ double bumpAt(const Surface& s, double azimuth, double polar)
 
 } // namespace
 
-Surface makeQuad(Vec3 a, Vec3 b, Vec3 c, Vec3 d, Material material, Vec3 color, uint64_t seed)
+Corners rectangle(double x0, double y0, double x1, double y1, double z)
+{
+    return {{{x0, y0, z}, {x1, y0, z}, {x1, y1, z}, {x0, y1, z}}};
+}
+
+Surface makeQuad(const Corners& corners, Material material, Vec3 color, uint64_t seed)
 {
     Surface s;
-    s.corner[0] = a, s.corner[1] = b, s.corner[2] = c, s.corner[3] = d;
+    s.corner = corners;
     s.material = material;
     s.color = color;
     s.accent = color;
     s.seed = seed;
-    s.reference = a;
-    s.texture_size[0] = length(b - a);
+    s.reference = corners[0];
+    s.texture_size[0] = length(corners[1] - corners[0]);
     s.texture_size[1] = columnHeight(s);
     return s;
 }
 
-Surface makeFloor(double x0, double y0, double x1, double y1, double z, Material material, Vec3 color, uint64_t seed)
+Surface makeFlush(const Corners& corners, Material material, Vec3 color, uint64_t seed)
 {
-    Surface s = makeQuad({x0, y0, z}, {x1, y0, z}, {x1, y1, z}, {x0, y1, z}, material, color, seed);
+    Surface s = makeQuad(corners, material, color, seed);
     s.flush = true;
     return s;
 }
@@ -124,7 +129,7 @@ SurfacePoint surfacePoint(const Surface& s, double u, double v)
         p.position = s.center + Vec3{s.radii.x * sp * ca, s.radii.y * sp * sa, s.radii.z * cp} * swell;
         p.normal = normalized({sp * ca / s.radii.x, sp * sa / s.radii.y, cp / s.radii.z});
         if (s.inward)
-            p.normal = p.normal * -1;
+            p.normal = -p.normal;
         p.tangent_u = {-sa, ca, 0};
         p.tangent_v = normalized(cross(p.normal, p.tangent_u));
         p.tangent_u = cross(p.tangent_v, p.normal);
@@ -145,7 +150,7 @@ Surface sunkSurface(const Surface& surface, double inset)
         // walls keep their lower edge: they stand on something
         const bool wall = std::abs(middle.normal.z) < 0.5;
         const Vec3 low = lerp(surface.corner[0], surface.corner[1], 0.5);
-        for (int i = 0; i < 4; ++i)
+        for (size_t i = 0; i < 4; ++i)
             s.corner[i] =
                 lerp(surface.corner[i], wall && i < 2 ? low : middle.position, shrink) - middle.normal * inset;
     } else if (s.shape == Surface::Shape::Disc) {

@@ -4,6 +4,7 @@
 
 #include "convert/sample/vec3.h"
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -20,7 +21,7 @@ enum class Material : uint8_t {
     Foliage, // param[0] = bottom, param[1] = top of the crown
     Water,
     Terrain, // param = half extent of the city, horizon radius, river y or 1e9
-    Sky,     // param[0] = dome radius
+    Sky,
     CarPaint,
     CarGlass,
     Glow, // emits `color` whatever the light
@@ -36,6 +37,8 @@ enum class Material : uint8_t {
 
 enum class AnchorShare : uint8_t { Main, Sky, Terrain, Count };
 
+using Corners = std::array<Vec3, 4>;
+
 struct Surface {
     enum class Shape : uint8_t {
         Quad,      // corner A B C D counter-clockwise seen from outside; A->B is u, A->D is v
@@ -45,18 +48,17 @@ struct Surface {
     Shape shape = Shape::Quad;
     Material material = Material::Plain;
     AnchorShare share = AnchorShare::Main;
-    Vec3 corner[4];
-    Vec3 center, radii;
-    double polar[2] = {0, 3.14159265358979323846};
+    Corners corner{};
+    Vec3 center{}, radii{};
+    double polar[2] = {0, kPi};
     bool inward = false; // an ellipsoid seen from inside
 
-    Vec3 color, accent; // linear reflectance
+    Vec3 color{}, accent{}; // linear reflectance
     double param[6] = {};
-    Vec3 reference;              // origin of texture coordinates; quads: point A as first built
+    Vec3 reference{};            // origin of texture coordinates; quads: point A as first built
     double texture_size[2] = {}; // metres along u and v as first built
     uint64_t seed = 0;
     double density = 1;      // anchors per area, relative to the rest of its share
-    uint32_t gaussians = 10; // 10 or 5, those whose opacity is above zero
     double thickness = 0.15; // sigma along the normal, relative to that in the plane
     double ragged = 0;       // 0..1 spread of orientation, size and opacity of the Gaussians of an anchor
     double bumps = 0;        // relative displacement of an ellipsoid's radius
@@ -65,13 +67,16 @@ struct Surface {
 };
 
 struct SurfacePoint {
-    Vec3 position, normal, tangent_u, tangent_v; // orthonormal, right-handed
-    double s = 0, t = 0;                         // metres along u and v from the reference
+    Vec3 position{}, normal{}, tangent_u{}, tangent_v{}; // orthonormal, right-handed
+    double s = 0, t = 0;                                 // metres along u and v from the reference
 };
 
-Surface makeQuad(Vec3 a, Vec3 b, Vec3 c, Vec3 d, Material material, Vec3 color, uint64_t seed);
-// Axis-aligned rectangle z = const facing up.
-Surface makeFloor(double x0, double y0, double x1, double y1, double z, Material material, Vec3 color, uint64_t seed);
+// An axis-aligned rectangle, seen from above.
+Corners rectangle(double x0, double y0, double x1, double y1, double z);
+
+Surface makeQuad(const Corners& corners, Material material, Vec3 color, uint64_t seed);
+// A quad that joins its neighbours.
+Surface makeFlush(const Corners& corners, Material material, Vec3 color, uint64_t seed);
 Surface makeEllipsoid(Vec3 center, Vec3 radii, Material material, Vec3 color, uint64_t seed);
 
 double surfaceArea(const Surface& surface);

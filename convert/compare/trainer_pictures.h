@@ -4,7 +4,6 @@
 
 #include "convert/input/checkpoint.h"
 #include "runtime/camera.h"
-#include "runtime/scene.h"
 
 #include <string>
 #include <vector>
@@ -22,12 +21,9 @@ std::vector<TrainerPicture> picturesOfGolden(const std::string& folder);
 
 // Of the folder test/ours_<iteration>/renders that the trainers' render.py leaves: NNNNN.png is the NNNNN-th test
 // camera. Empty if there is none.
-std::vector<TrainerPicture> picturesOfTest(const std::string& folder, const std::vector<SceneCamera>& cameras);
+std::vector<TrainerPicture> picturesOfTest(const std::string& folder, const std::vector<SourceCamera>& cameras);
 
 // <model>/golden, else <model>/test/ours_<iteration>/renders; empty if there is neither.
 std::string findTrainerPictures(const Checkpoint& checkpoint);
-
-// A camera stored in a file, as the trainer renders it.
-Camera cameraOf(const SceneCamera& stored);
 
 } // namespace gsc

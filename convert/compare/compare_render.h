@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/input/checkpoint.h"
-#include "convert/commands/command.h"
+#include "player/tool/reporter.h"
 #include "kernels/frame/frame_types.h"
 #include "runtime/metrics/metrics.h"
 
@@ -33,15 +33,17 @@ struct RenderedView {
     double ssim = 0, flip = 0;
 };
 
+struct PictureSet {
+    std::vector<RenderedView> views;
+    PooledDifference pool;
+
+    void add(RenderedView view);
+};
+
 struct RenderComparison {
     Tier tier = Tier::Exact; // that the file was rendered in
-    // the file through the fast backend, against the scalar reference over a fresh bake of the checkpoint
-    std::vector<RenderedView> reference;
-    PooledDifference reference_pool;
-    // the file through the fast backend, against the trainer's own pictures; empty if there are none
-    std::vector<RenderedView> trainer;
-    PooledDifference trainer_pool;
-    std::string trainer_folder;
+    PictureSet reference;    // the file through the fast backend, against the scalar reference over a fresh bake
+    PictureSet trainer;      // the same against the trainer's own pictures; empty if there are none
 
     [[nodiscard]] bool passes(double min_psnr) const;
 };

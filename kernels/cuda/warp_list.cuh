@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A list that warps append to.
+// Lists that warps append to and counters that they add to.
 #pragma once
 
 #include <cuda_runtime.h>
@@ -16,6 +16,14 @@ __device__ __forceinline__ uint32_t appendPlace(bool appends, uint32_t lane, uin
     if (lane == 0 && some != 0)
         base = atomicAdd(count, uint32_t(__popc(some)));
     return __shfl_sync(~0u, base, 0) + __popc(some & ((1u << lane) - 1u));
+}
+
+// Adds the values of the lanes to a counter. All lanes of the warp call it together.
+__device__ __forceinline__ void addOfWarp(uint32_t* counter, uint32_t value, uint32_t lane)
+{
+    const uint32_t sum = __reduce_add_sync(~0u, value);
+    if (lane == 0 && sum != 0)
+        atomicAdd(counter, sum);
 }
 
 } // namespace gsc

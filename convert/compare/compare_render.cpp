@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/commands/compare_render.h"
+#include "convert/compare/compare_render.h"
 
 #include "convert/bake/bake.h"
-#include "convert/commands/trainer_pictures.h"
+#include "convert/compare/trainer_pictures.h"
 #include "format/interrupt.h"
 #include "format/file/output_paths.h"
 #include "format/file/temporary.h"
@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 
 namespace gsc {
 
@@ -22,47 +23,22 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A fresh bake of the checkpoint in a temporary folder, gone when this is.
-class FreshBake {
-public:
-    FreshBake(const Checkpoint& checkpoint, int threads, Reporter& report)
-        : m_folder(resolveOutput((fs::temp_directory_path() / "gsc-compare").string()), TemporaryKind::Folder, 0700),
-          m_path(m_folder.path() + "/fresh.gsc")
-    {
-        BakeOptions options;
-        options.output = m_path;
-        options.threads = threads;
-        options.drop_invalid = true;
-        options.sensitivity = SensitivityMode::None; // nothing that is rendered here reads it
-        bake(checkpoint, options,
-             [&](const char* stage, uint64_t done, uint64_t total) { report.progress(stage, done, total); });
-    }
-
-    [[nodiscard]] const std::string& path() const { return m_path; }
-
-private:
-    Temporary m_folder;
-    std::string m_path;
-};
-
-// What a frame of `scene` is rendered with, whatever renders it.
-FrameOptions frameOptions(const Scene& scene, Tier tier, int appearance)
+void bakeFresh(const Checkpoint& checkpoint, const std::string& path, int threads, Reporter& report)
 {
-    FrameOptions options;
-    options.tier = tier;
-    const ModelParams& params = *scene.view().params;
-    if (params.flags & kModelWhiteBackground)
-        std::fill(std::begin(options.background), std::end(options.background), 1.0f);
-    if (params.appearance_dim)
-        options.appearance = scene.appearanceRow(appearance);
-    return options;
+    BakeOptions options;
+    options.output = path;
+    options.threads = threads;
+    options.drop_invalid = true;
+    options.sensitivity = SensitivityMode::None; // nothing that is rendered here reads it
+    bake(checkpoint, options, std::bind_front(&Reporter::progress, &report));
 }
 
-// The file as a player shows it.
+// Draws a file, as a player shows it or in double precision.
 class FileRenderer {
 public:
-    FileRenderer(const std::string& path, CpuPath cpu_path, Tier tier, int threads)
-        : m_scene(Scene::open(path)), m_renderer(makeCpuRenderer(cpu_path, threads)), m_tier(tier)
+    FileRenderer(const std::string& path, CpuPath cpu_path, Tier tier, ReferencePrecision precision, int threads)
+        : m_scene(Scene::open(path)), m_renderer(makeCpuRenderer(cpu_path, threads)), m_tier(tier),
+          m_precision(precision)
     {
         m_renderer->load(m_scene);
     }
@@ -75,41 +51,38 @@ public:
     {
         Image image{camera.width, camera.height, {}};
         image.pixels.resize(3 * size_t(camera.width) * camera.height);
-        const EyeParams eye = eyeParams(camera, m_scene->view().origin);
-        float* const pixels = image.pixels.data();
-        (void)gsc::render(*m_renderer, {&eye, 1}, frameOptions(*m_scene, m_tier, appearance), &pixels);
+        const FrameOptions options = frameOptions(appearance);
+        if (m_precision == ReferencePrecision::Double) {
+            std::vector<double> exact(image.pixels.size());
+            double* const pixels = exact.data();
+            const EyeParams64 eye = eyeParams64(camera, m_scene->view().origin);
+            FrameResult result;
+            renderReference64(m_scene->view(), &eye, 1, options, &pixels, result);
+            image.pixels.assign(exact.begin(), exact.end());
+        } else {
+            float* const pixels = image.pixels.data();
+            const EyeParams eye = eyeParams(camera, m_scene->view().origin);
+            (void)gsc::render(*m_renderer, {&eye, 1}, options, &pixels);
+        }
         return image;
     }
 
 private:
+    [[nodiscard]] FrameOptions frameOptions(int appearance) const
+    {
+        FrameOptions options;
+        options.tier = m_tier;
+        const ModelParams& params = *m_scene->view().params;
+        if (params.flags & kModelWhiteBackground)
+            std::fill(std::begin(options.background), std::end(options.background), 1.0f);
+        if (params.appearance_dim)
+            options.appearance = m_scene->appearanceRow(appearance);
+        return options;
+    }
+
     std::shared_ptr<const Scene> m_scene;
     std::unique_ptr<Renderer> m_renderer;
     Tier m_tier;
-};
-
-// The flat scalar reference over a fresh bake of the checkpoint.
-class ReferenceRenderer {
-public:
-    ReferenceRenderer(const std::string& path, const RenderOptions& options)
-        : m_float(path, CpuPath::Reference, Tier::Exact, options.threads), m_precision(options.reference)
-    {
-    }
-
-    Image render(const Camera& camera, int appearance)
-    {
-        if (m_precision == ReferencePrecision::Float)
-            return m_float.render(camera, appearance);
-        std::vector<double> pixels(3 * size_t(camera.width) * camera.height);
-        double* const image = pixels.data();
-        const EyeParams64 eye = eyeParams64(camera, m_float.scene().view().origin);
-        FrameResult result;
-        renderReference64(m_float.scene().view(), &eye, 1, frameOptions(m_float.scene(), Tier::Exact, appearance),
-                          &image, result);
-        return {camera.width, camera.height, {pixels.begin(), pixels.end()}};
-    }
-
-private:
-    FileRenderer m_float;
     ReferencePrecision m_precision;
 };
 
@@ -135,7 +108,7 @@ std::vector<Camera> camerasToCompare(const Scene& scene, const RenderOptions& op
         for (Camera& camera : all)
             finishCamera(camera, 0, 0, 0);
     } else
-        for (const SceneCamera& stored : scene.cameras())
+        for (const SourceCamera& stored : scene.cameras())
             all.push_back(cameraOf(stored));
     if (options.views == 0 || all.size() <= options.views)
         return all;
@@ -200,7 +173,7 @@ void compareWithTrainer(const std::vector<TrainerPicture>& pictures, FileRendere
 {
     for (const TrainerPicture& source : pictures) {
         throwIfInterrupted();
-        report.progress("trainer's pictures", result.trainer.size(), pictures.size());
+        report.progress("trainer's pictures", result.trainer.views.size(), pictures.size());
         Image picture = readImage(source.path);
         Camera camera = source.camera;
         camera.width = picture.width;
@@ -211,44 +184,51 @@ void compareWithTrainer(const std::vector<TrainerPicture>& pictures, FileRendere
             undoRounding(picture, actual);
         RenderedView view = compareView(camera.name, picture, actual);
         view.picture_bits = eight_bit ? 8 : 16;
-        result.trainer_pool.add(view.difference);
-        result.trainer.push_back(std::move(view));
+        result.trainer.add(std::move(view));
     }
 }
 
 } // namespace
 
+void PictureSet::add(RenderedView view)
+{
+    pool.add(view.difference);
+    views.push_back(std::move(view));
+}
+
 bool RenderComparison::passes(double min_psnr) const
 {
     // written so that a NaN fails
     const auto good = [min_psnr](const RenderedView& view) { return view.difference.psnr >= min_psnr; };
-    return std::all_of(reference.begin(), reference.end(), good) && std::all_of(trainer.begin(), trainer.end(), good);
+    return std::ranges::all_of(reference.views, good) && std::ranges::all_of(trainer.views, good);
 }
 
 RenderComparison compareRenders(const Checkpoint& checkpoint, const std::string& file, const RenderOptions& options,
                                 Reporter& report)
 {
     RenderComparison result;
-    FileRenderer fast(file, CpuPath::Fast, options.tier, options.threads);
+    FileRenderer fast(file, CpuPath::Fast, options.tier, ReferencePrecision::Float, options.threads);
     result.tier = fast.tier();
     const std::vector<Camera> cameras = camerasToCompare(fast.scene(), options, report);
     // looked for before minutes of rendering
-    result.trainer_folder = options.golden.empty() ? findTrainerPictures(checkpoint) : options.golden;
-    const std::vector<TrainerPicture> pictures = picturesIn(result.trainer_folder, fast.scene());
+    const std::vector<TrainerPicture> pictures =
+        picturesIn(options.golden.empty() ? findTrainerPictures(checkpoint) : options.golden, fast.scene());
     if (!cameras.empty()) {
-        const FreshBake fresh(checkpoint, options.threads, report);
-        ReferenceRenderer reference(fresh.path(), options);
+        const Temporary folder(resolveOutput((fs::temp_directory_path() / "gsc-compare").string()),
+                               TemporaryKind::Folder, 0700);
+        const std::string fresh = folder.path() + "/fresh.gsc";
+        bakeFresh(checkpoint, fresh, options.threads, report);
+        FileRenderer reference(fresh, CpuPath::Reference, Tier::Exact, options.reference, options.threads);
         for (const Camera& camera : cameras) {
             throwIfInterrupted();
-            report.progress("reference pictures", result.reference.size(), cameras.size());
+            report.progress("reference pictures", result.reference.views.size(), cameras.size());
             const int appearance = appearanceFor(fast.scene(), camera);
             const Image expected = reference.render(camera, appearance);
-            result.reference.push_back(compareView(camera.name, expected, fast.render(camera, appearance)));
-            result.reference_pool.add(result.reference.back().difference);
+            result.reference.add(compareView(camera.name, expected, fast.render(camera, appearance)));
         }
     }
     compareWithTrainer(pictures, fast, report, result);
-    if (result.reference.empty() && result.trainer.empty())
+    if (result.reference.views.empty() && result.trainer.views.empty())
         throw Error(ErrorCode::Usage, file + ": stores no camera, expected views to render; pass --cameras FILE or "
                                              "--golden DIR");
     report.endProgress(false);

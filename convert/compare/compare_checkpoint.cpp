@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/bake/compare_checkpoint.h"
+#include "convert/compare/compare_checkpoint.h"
 
 #include "convert/bake/anchor_check.h"
+#include "convert/bake/anchor_record.h"
 #include "convert/bake/batch_stream.h"
+#include "convert/bake/chunk_values.h"
 #include "convert/bake/mlp_pack.h"
 #include "convert/bake/model_sections.h"
+#include "convert/input/model_names.h"
 #include "format/error.h"
 #include "format/file/mapped_file.h"
 
@@ -20,8 +23,6 @@
 namespace gsc {
 
 namespace {
-
-constexpr size_t kBatchRows = 8192;
 
 // Bit for bit, so that -0.0 and +0.0 differ and equal NaNs do not.
 template <typename T>
@@ -40,61 +41,14 @@ void compareValues(AttributeDifference& result, const T* a, const T* b, size_t c
     }
 }
 
-// Reads the anchors of a file by source index.
-class FileAnchors {
-public:
-    explicit FileAnchors(const GscView& view) : m_view(view) {}
-
-    void select(uint32_t anchor)
-    {
-        if (!m_chunk || anchor < m_chunk->anchor_first || anchor - m_chunk->anchor_first >= m_chunk->anchor_count) {
-            m_chunk = &*std::prev(
-                std::upper_bound(m_view.chunks.begin(), m_view.chunks.end(), anchor,
-                                 [](uint32_t value, const ChunkRecord& chunk) { return value < chunk.anchor_first; }));
-            m_layout = chunkArrayLayout(*m_view.params, m_chunk->anchor_count);
-            m_payload = chunkPayload(m_view, *m_chunk);
-        }
-        m_local = anchor - m_chunk->anchor_first;
-    }
-
-    [[nodiscard]] const float* floats(ChunkArray array) const
-    {
-        const uint32_t a = uint32_t(array);
-        if (m_layout.stride[a] == 0)
-            return nullptr;
-        return reinterpret_cast<const float*>(m_payload.data() + m_layout.offset[a] + m_layout.stride[a] * m_local);
-    }
-
-    [[nodiscard]] const LevelRecord& level() const { return m_view.levels[m_chunk->level_index]; }
-
-    [[nodiscard]] uint32_t sourceIndex() const
-    {
-        uint32_t value;
-        std::memcpy(&value, floats(ChunkArray::SourceIndex), sizeof(value));
-        return value;
-    }
-
-    void position(float out[3]) const
-    {
-        const float* stored = floats(ChunkArray::Position);
-        if (m_view.params->position_encoding == uint32_t(PositionEncoding::Float)) {
-            std::copy_n(stored, 3, out);
-            return;
-        }
-        GridPosition grid;
-        std::memcpy(&grid, stored, sizeof(grid));
-        for (int axis = 0; axis < 3; ++axis)
-            out[axis] = gridCoordinate(m_chunk->origin[axis] + grid.local[axis], level().quantum, level().origin,
-                                       grid.flags & (kNegativeZeroX << axis));
-    }
-
-private:
-    const GscView& m_view;
-    const ChunkRecord* m_chunk = nullptr;
-    ChunkArrayLayout m_layout{};
-    std::span<const std::byte> m_payload;
-    uint32_t m_local = 0;
-};
+// What the anchors have in an array that a file does not store.
+const float* constantOf(const ModelParams& params, ChunkArray array)
+{
+    static constexpr float kZero[3] = {};
+    return array == ChunkArray::Rotation  ? params.constant_rotation
+           : array == ChunkArray::Opacity ? &params.constant_opacity
+                                          : kZero;
+}
 
 class Comparison {
 public:
@@ -121,10 +75,10 @@ public:
 private:
     void readManifest()
     {
+        static const nlohmann::json::json_pointer kPlace("/source/dropped");
         const nlohmann::json manifest = nlohmann::json::parse(m_view.manifest, nullptr, false);
-        if (manifest.is_object() && manifest.contains("source") && manifest["source"].is_object() &&
-            manifest["source"].contains("dropped") && manifest["source"]["dropped"].is_number_unsigned())
-            m_report.dropped = manifest["source"]["dropped"].get<uint64_t>();
+        if (manifest.is_object() && manifest.contains(kPlace) && manifest[kPlace].is_number_unsigned())
+            m_report.dropped = manifest[kPlace].get<uint64_t>();
     }
 
     void problem(std::string text) { m_report.problems.push_back(std::move(text)); }
@@ -162,31 +116,34 @@ private:
         return shapes;
     }
 
+    // The chunk that an anchor lies in; neighbours in the checkpoint are often neighbours in the file.
+    const ChunkRecord& chunkOf(uint32_t anchor, const ChunkRecord* last) const
+    {
+        if (last && anchor >= last->anchor_first && anchor - last->anchor_first < last->anchor_count)
+            return *last;
+        return *std::prev(
+            std::upper_bound(m_view.chunks.begin(), m_view.chunks.end(), anchor,
+                             [](uint32_t value, const ChunkRecord& chunk) { return value < chunk.anchor_first; }));
+    }
+
     void compareAnchors(AnchorSource& source)
     {
-        enum {
-            kPosition,
-            kLevel,
-            kExtraLevel,
-            kScale,
-            kOffset,
-            kFeature,
-            kRotation,
-            kOpacity,
-            kNormal,
-            kSource,
-            kKinds
-        };
-        static const char* const kNames[kKinds] = {"position", "level",    "extra_level", "scale",  "offset",
-                                                   "feature",  "rotation", "opacity",     "normal", "source_index"};
-        std::array<AttributeDifference, kKinds> found;
-        for (int i = 0; i < kKinds; ++i)
-            found[i].name = kNames[i];
+        constexpr size_t kFirstCopied = 2;
+        std::vector<AttributeDifference> found(kFirstCopied + std::size(kCopiedArrays) + 1);
+        AttributeDifference &position = found[0], &level = found[1], &source_index = found.back();
+        position.name = "position";
+        level.name = "level";
+        source_index.name = "source_index";
+        for (size_t c = 0; c < std::size(kCopiedArrays); ++c)
+            found[kFirstCopied + c].name = kCopiedArrays[c].name;
         const ModelParams& p = *m_view.params;
-        const float zero[3] = {0, 0, 0};
-        FileAnchors file(m_view);
+        const ChunkRecord* chunk = nullptr;
+        std::optional<ChunkValues> file;
         uint64_t row = 0, skipped = 0, total = 0;
-        forEachBatch(source, kAnchorAll, kBatchRows, [&](const AnchorBatch& batch) {
+        forEachBatch(source, kAnchorAll, [&](const AnchorBatch& batch) {
+            std::array<size_t, std::size(kCopiedArrays)> width;
+            for (size_t c = 0; c < width.size(); ++c)
+                width[c] = (batch.*kCopiedArrays[c].values).size() / std::max<size_t>(batch.count, 1);
             for (size_t i = 0; i < batch.count; ++i) {
                 if (m_report.dropped && findAnchorFault(batch, i, p.feat_dim, p.n_offsets) != AnchorFault::None) {
                     ++skipped;
@@ -195,28 +152,22 @@ private:
                 const uint64_t id = row++;
                 if (id >= m_view.index.size())
                     continue;
-                file.select(m_view.index[id]);
-                const auto floats = [&](int kind, const float* a, const float* b, size_t count) {
-                    compareValues(found[kind], a, b, count, id, false);
-                };
-                const auto stored = [&](ChunkArray array, const float* constant) {
-                    const float* values = file.floats(array);
-                    return values ? values : constant;
-                };
-                float position[3];
-                file.position(position);
-                const uint32_t index = file.sourceIndex(), wanted = uint32_t(id);
-                floats(kPosition, &batch.position[3 * i], position, 3);
-                compareValues(found[kLevel], &batch.level[i], &file.level().level, 1, id, false);
-                compareValues(found[kSource], &wanted, &index, 1, id, false);
-                floats(kExtraLevel, &batch.extra_level[i], stored(ChunkArray::ExtraLevel, zero), 1);
-                floats(kScale, &batch.scale[6 * i], file.floats(ChunkArray::Scale), 6);
-                floats(kOffset, &batch.offset[3 * size_t(p.n_offsets) * i], file.floats(ChunkArray::Offset),
-                       3 * size_t(p.n_offsets));
-                floats(kFeature, &batch.feature[size_t(p.feat_dim) * i], file.floats(ChunkArray::Feature), p.feat_dim);
-                floats(kRotation, &batch.rotation[4 * i], stored(ChunkArray::Rotation, p.constant_rotation), 4);
-                floats(kOpacity, &batch.opacity[i], stored(ChunkArray::Opacity, &p.constant_opacity), 1);
-                floats(kNormal, &batch.normal[3 * i], stored(ChunkArray::Normal, zero), 3);
+                const uint32_t anchor = m_view.index[id];
+                if (const ChunkRecord& holder = chunkOf(anchor, chunk); &holder != chunk) {
+                    chunk = &holder;
+                    file.emplace(m_view, holder);
+                }
+                const uint32_t local = anchor - chunk->anchor_first;
+                const uint32_t stored_source = file->source(local), wanted = uint32_t(id);
+                compareValues(position, &batch.position[3 * i], file->position(local).data(), 3, id, false);
+                compareValues(level, &batch.level[i], &m_view.levels[chunk->level_index].level, 1, id, false);
+                compareValues(source_index, &wanted, &stored_source, 1, id, false);
+                for (size_t c = 0; c < width.size(); ++c) {
+                    const CopiedArray& copied = kCopiedArrays[c];
+                    const float* stored = file->values(copied.array, local);
+                    compareValues(found[kFirstCopied + c], (batch.*copied.values).data() + width[c] * i,
+                                  stored ? stored : constantOf(p, copied.array), width[c], id, false);
+                }
             }
             total += batch.count;
             if (m_progress && std::this_thread::get_id() == m_thread) // batches come from several threads
@@ -234,37 +185,32 @@ private:
 
     void compareMlps()
     {
-        static const char* const kMlps[] = {"opacity_mlp", "cov_mlp", "color_mlp", "feature_bank_mlp"};
         for (size_t m = 0; m < m_checkpoint.mlps.size() && m < m_view.mlps.size(); ++m) {
             const Mlp& mlp = m_checkpoint.mlps[m];
             const MlpRecord& record = m_view.mlps[m];
             if (uint32_t(mlp.kind) != record.kind || uint32_t(mlp.activation) != record.activation ||
                 mlp.inputs != record.inputs || mlp.layers[0].in != record.in || mlp.layers[0].out != record.hidden ||
                 mlp.layers[1].out != record.out) {
-                problem(formatString("%s has another shape, input or activation in the file", kMlps[m]));
+                problem(formatString("%s has another shape, input or activation in the file", kMlpNames[m]));
                 continue;
             }
-            const std::pair<const std::vector<float>*, uint64_t> arrays[] = {{&mlp.layers[0].weight, record.weight0},
-                                                                             {&mlp.layers[0].bias, record.bias0},
-                                                                             {&mlp.layers[1].weight, record.weight1},
-                                                                             {&mlp.layers[1].bias, record.bias1}};
-            static const char* const kArrays[] = {"weight0", "bias0", "weight1", "bias1"};
-            for (int a = 0; a < 4; ++a)
-                elements(std::string(kMlps[m]) + "." + kArrays[a], arrays[a].first->data(),
-                         reinterpret_cast<const float*>(m_view.weights.data() + arrays[a].second),
-                         arrays[a].first->size());
+            const auto array = [&](const char* name, const std::vector<float>& values, uint64_t offset) {
+                elements(std::string(kMlpNames[m]) + "." + name, values.data(),
+                         reinterpret_cast<const float*>(m_view.weights.data() + offset), values.size());
+            };
+            array("weight0", mlp.layers[0].weight, record.weight0);
+            array("bias0", mlp.layers[0].bias, record.bias0);
+            array("weight1", mlp.layers[1].weight, record.weight1);
+            array("bias1", mlp.layers[1].bias, record.bias1);
         }
-        const std::vector<std::byte> packed =
-            packMlps(m_checkpoint.mlps, m_checkpoint.feat_dim, m_checkpoint.appearance_dim);
-        if (packed.size() != m_view.packed.size() ||
-            std::memcmp(packed.data(), m_view.packed.data(), packed.size()) != 0)
+        if (!std::ranges::equal(packMlps(m_checkpoint.mlps, m_checkpoint.feat_dim, m_checkpoint.appearance_dim),
+                                m_view.packed))
             problem("the packed weights are not those of the checkpoint's mlps");
     }
 
     void compareEmbedding()
     {
-        const uint32_t columns = m_checkpoint.appearance_dim;
-        const uint32_t rows = columns ? uint32_t(m_checkpoint.embedding.size() / columns) : 0;
+        const uint32_t columns = m_checkpoint.appearance_dim, rows = m_checkpoint.embeddingRows();
         if (columns == 0)
             return;
         for (size_t i = 0; i < m_view.embedding_rows.size(); ++i) {
@@ -301,21 +247,15 @@ private:
         }
     }
 
-    // Consecutive calls with the same name continue one attribute.
+    // Calls with the same name continue one attribute.
     template <typename T>
     void elements(const std::string& name, const T* a, const T* b, size_t count)
     {
-        if (m_report.attributes.empty() || m_report.attributes.back().name != name) {
-            const auto known = std::find_if(m_report.attributes.begin(), m_report.attributes.end(),
-                                            [&](const AttributeDifference& x) { return x.name == name; });
-            if (known != m_report.attributes.end()) {
-                compareValues(*known, a, b, count, known->compared, true);
-                return;
-            }
-            m_report.attributes.emplace_back().name = name;
-        }
-        AttributeDifference& result = m_report.attributes.back();
-        compareValues(result, a, b, count, result.compared, true);
+        std::vector<AttributeDifference>& all = m_report.attributes;
+        auto known = std::find_if(all.begin(), all.end(), [&](const AttributeDifference& x) { return x.name == name; });
+        if (known == all.end())
+            known = all.insert(known, {name});
+        compareValues(*known, a, b, count, known->compared, true);
     }
 
     const Checkpoint& m_checkpoint;
@@ -351,13 +291,7 @@ CompareReport compareCheckpoint(const Checkpoint& checkpoint, const std::string&
 {
     const MappedFile file(gsc_path);
     GscView view;
-    std::optional<Issue> first;
-    const bool good = openGsc(file.bytes(), view, GscCheck::Index, [&](const Issue& issue) {
-        if (!first && issue.info->severity != Severity::Warning)
-            first = issue;
-    });
-    if (!good)
-        throwIssue(gsc_path, first);
+    openGsc(file.bytes(), view, GscCheck::Index, throwFirstIssue(gsc_path));
     const std::unique_ptr<AnchorSource> source = openAnchors(checkpoint);
     return compareCheckpoint(checkpoint, *source, view, progress);
 }

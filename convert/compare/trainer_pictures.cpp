@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/commands/trainer_pictures.h"
+#include "convert/compare/trainer_pictures.h"
 
 #include "format/file/read_file.h"
 #include "format/error.h"
@@ -68,11 +68,11 @@ std::vector<TrainerPicture> picturesOfGolden(const std::string& folder)
     return pictures;
 }
 
-std::vector<TrainerPicture> picturesOfTest(const std::string& folder, const std::vector<SceneCamera>& cameras)
+std::vector<TrainerPicture> picturesOfTest(const std::string& folder, const std::vector<SourceCamera>& cameras)
 {
     std::vector<TrainerPicture> pictures;
     int index = 0;
-    for (const SceneCamera& stored : cameras) {
+    for (const SourceCamera& stored : cameras) {
         if (!stored.is_test)
             continue;
         const std::string path = folder + formatString("/%05d.png", index++);
@@ -90,22 +90,6 @@ std::string findTrainerPictures(const Checkpoint& checkpoint)
         return (model / "golden").string();
     const fs::path renders = model / "test" / ("ours_" + std::to_string(checkpoint.iteration)) / "renders";
     return fs::is_directory(renders, ignored) ? renders.string() : "";
-}
-
-Camera cameraOf(const SceneCamera& stored)
-{
-    UpstreamCamera source;
-    source.name = stored.name;
-    source.id = stored.id;
-    source.width = stored.width;
-    source.height = stored.height;
-    std::copy(std::begin(stored.position), std::end(stored.position), source.position);
-    std::copy(std::begin(stored.rotation), std::end(stored.rotation), source.rotation);
-    source.fx = stored.fx;
-    source.fy = stored.fy;
-    Camera camera = cameraFromUpstream(source);
-    camera.appearance = stored.appearance;
-    return camera;
 }
 
 } // namespace gsc

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/sample/camera_view.h"
+
+#include <glm/gtc/type_ptr.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
+namespace gsc {
+
+namespace {
+
+constexpr double kNear = 0.2; // upstream's near plane
+
+} // namespace
+
+SourceCamera lookingAlong(Vec3 position, Vec3 forward, Vec3 up, uint32_t width, uint32_t height, double fov_x)
+{
+    SourceCamera camera;
+    camera.width = width;
+    camera.height = height;
+    const Vec3 right = normalized(cross(forward, up)), down = cross(forward, right);
+    const glm::dmat3 rows = transpose(glm::dmat3(right, down, forward));
+    std::copy_n(glm::value_ptr(position), 3, camera.position);
+    std::copy_n(glm::value_ptr(rows), 9, camera.rotation);
+    // tan(x / 2) this way is exact at a right angle
+    camera.fx = camera.fy = 0.5 * width * (1 + std::cos(fov_x)) / std::sin(fov_x);
+    return camera;
+}
+
+Vec3 eyeOf(const SourceCamera& camera)
+{
+    return glm::make_vec3(camera.position);
+}
+
+Vec3 axisOf(const SourceCamera& camera, int column)
+{
+    return {camera.rotation[column], camera.rotation[3 + column], camera.rotation[6 + column]};
+}
+
+bool sees(const SourceCamera& camera, Vec3 p, double share)
+{
+    // rows of the rotation read as columns: its inverse
+    const Vec3 view = glm::make_mat3(camera.rotation) * (p - eyeOf(camera));
+    return view.z > kNear && std::abs(view.x) * camera.fx <= view.z * 0.5 * (share * camera.width) &&
+           std::abs(view.y) * camera.fy <= view.z * 0.5 * (share * camera.height);
+}
+
+bool wellSeen(std::span<const SourceCamera> cameras, uint32_t least, Vec3 p)
+{
+    uint32_t count = 0;
+    for (const SourceCamera& camera : cameras)
+        if (sees(camera, p) && ++count >= least)
+            return true;
+    return least == 0;
+}
+
+} // namespace gsc

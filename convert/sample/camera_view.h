@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the cameras of photographs stand, where they look and what they see.
+#pragma once
+
+#include "convert/sample/vec3.h"
+#include "runtime/source_camera.h"
+
+#include <span>
+
+namespace gsc {
+
+// Camera without a name at `position` that looks along `forward` with `up` upwards.
+SourceCamera lookingAlong(Vec3 position, Vec3 forward, Vec3 up, uint32_t width, uint32_t height, double fov_x);
+
+Vec3 eyeOf(const SourceCamera& camera);
+// A column of its rotation: 0 points right, 1 down, 2 forward.
+Vec3 axisOf(const SourceCamera& camera, int column);
+
+// True if `p` projects into the middle of the image, of which that is a `share` in width and height. Upstream's near
+// plane, 0.2 world units, is the nearest it may lie.
+bool sees(const SourceCamera& camera, Vec3 p, double share = 1);
+// True if at least `least` of the cameras see `p`.
+bool wellSeen(std::span<const SourceCamera> cameras, uint32_t least, Vec3 p);
+
+} // namespace gsc

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// Depths of pixels (FrameTarget::depth) on a GPU.
+#include "tests/kernels/reuse_tools.h"
+
+#include <doctest/doctest.h>
+
+using namespace gsc;
+using namespace gsc::test;
+
+namespace {
+
+// Between the budget that one pass needs and the least that a frame does there is little on a large device.
+#ifdef GSC_CUDA_EMULATION
+constexpr uint64_t kBudgetStep = 22; // thirty-seconds
+#else
+constexpr uint64_t kBudgetStep = 31;
+#endif
+
+} // namespace
+
+TEST_CASE("depths are those of the host's renderer, whatever a frame is drawn by")
+{
+    for (const RasterRules rules : {RasterRules::DiffGaussian, RasterRules::Gsplat}) {
+        SyntheticOptions made;
+        made.anchors = 1500;
+        made.raster_rules = rules;
+        const SyntheticModel model(made);
+        const auto gpu = open(model.view()), cpu = open(model.view(), "cpu");
+        std::vector<EyeParams> eyes = walk(0, 2);
+        std::vector<std::vector<float>> pictures;
+        for (const FrameOptions& options :
+             {onGrey(Tier::Exact), onGrey(Tier::Fast), with(ReusePolicy::Error, 1), with(ReusePolicy::Depth, 0, 2)}) {
+            CAPTURE(uint32_t(options.tier));
+            CAPTURE(uint32_t(options.reuse.policy));
+            const auto wanted = renderDepths(*cpu, eyes, options, pictures);
+            const auto got = renderDepths(*gpu, eyes, options, pictures);
+            const auto plain = render(*gpu, eyes, options);
+            const bool exact = options.tier == Tier::Exact;
+            for (size_t e = 0; e < 2; ++e) {
+                CHECK(otherDepths(wanted[e], got[e], exact ? 1e-5 : 1e-4) < (exact ? 1e-3 : 1e-2));
+                CHECK(std::ranges::count_if(got[e], [](float z) { return z < 100; }) > 100);
+                CHECK(sameBytes(pictures[e], plain[e].pixels));
+            }
+        }
+    }
+}
+
+TEST_CASE("depths of several passes are those of one")
+{
+    SyntheticOptions many;
+    many.anchors = 6000 * kManyAnchors;
+    many.log_scale = -3.5f;
+    const SyntheticModel model(many);
+    const std::vector<EyeParams> eyes = walk(0, 2);
+    const uint64_t context = cudaRenderer().device().context_bytes;
+    for (const Tier tier : {Tier::Fast, Tier::Exact}) {
+        const auto whole = open(model.view());
+        std::vector<std::vector<float>> pictures;
+        const auto wanted = renderDepths(*whole, eyes, onGrey(tier), pictures);
+        const uint64_t all = render(*whole, eyes, onGrey(tier))[0].result.bytes_resident - context;
+        uint32_t passes = 1;
+        for (uint64_t part = all; part > all / 8 && passes == 1; part = part * kBudgetStep / 32) {
+            const auto gpu = makeRenderer({"cuda"}, {0, context + part});
+            gpu->load(model.view());
+            const auto got = renderDepths(*gpu, eyes, onGrey(tier), pictures);
+            std::vector<float> depth(wanted[0].size());
+            FrameTarget targets[2] = {hostTarget(pictures[0].data()), {}};
+            targets[0].depth = depth.data();
+            passes = render(*gpu, {eyes, targets, onGrey(tier)}).passes;
+            for (size_t e = 0; e < 2; ++e)
+                CHECK(otherDepths(wanted[e], got[e], 0) < (tier == Tier::Exact ? 1e-9 : 1e-3));
+            CHECK(depth == got[0]);
+        }
+        CHECK(passes > 1);
+    }
+}
