@@ -2,11 +2,7 @@
 // Error handling of CUDA calls. Destructors do not check: there is nothing left to act on.
 #pragma once
 
-#include "format/error.h"
-
 #include <cuda_runtime_api.h>
-
-#include <cstring>
 
 namespace gsc {
 
@@ -17,18 +13,8 @@ inline bool isUnsupportedDevice(cudaError_t code)
            code == cudaErrorInvalidDeviceFunction;
 }
 
-[[noreturn]] inline void throwCuda(cudaError_t code, const char* call)
-{
-    (void)cudaGetLastError(); // an error that is not sticky must not show up at the next launch
-    ErrorCode kind = ErrorCode::Device;
-    if (code == cudaErrorMemoryAllocation)
-        kind = ErrorCode::OutOfMemory;
-    else if (isUnsupportedDevice(code))
-        kind = ErrorCode::Unsupported;
-    throw Error(kind,
-                formatString("cuda: %.*s: %s (%s), expected success; try --backend cpu", int(std::strcspn(call, "(")),
-                             call, cudaGetErrorString(code), cudaGetErrorName(code)));
-}
+// Error(OutOfMemory, Unsupported or Device). Elsewhere, so that kernels, compiled once per architecture, need no strings.
+[[noreturn]] void throwCuda(cudaError_t code, const char* call);
 
 } // namespace gsc
 

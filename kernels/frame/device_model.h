@@ -115,6 +115,9 @@ struct PassCounters {
     uint32_t next_hot[2], next_bin[2], next_segment;        // work queues of the blend: of colours, of depths
 };
 
+enum class Stage : uint32_t { Select, Decode, Bin, Sort, Blend, None };
+constexpr uint32_t kStages = 6;
+
 // Written and read on the device only. One per frame; the host reads it after the frame to grow buffers and for counts.
 struct FrameCounters {
     PassCounters pass;
@@ -133,6 +136,8 @@ struct FrameCounters {
     unsigned long long pairs[kMaxEyes]; // under the first in shared bins
     unsigned long long evaluations[kMaxEyes];
     uint32_t overflow;
+    unsigned long long
+        stage_ns[kStages]; // what stages took that have ended (stage_clock_cuda.h); not cleared with the rest
 };
 
 // A buffer was too small: what follows would be drawn for nothing.

@@ -38,6 +38,7 @@ struct FrameTarget {
     size_t depth_pitch = 0;               // bytes from row to row, whole values; 0 = rows without a gap
     unsigned long long depth_surface = 0; // of Kind::Surface, one float a pixel; 0 = not wanted
 
+    [[nodiscard]] bool onHost() const { return kind == Kind::Host; }
     [[nodiscard]] constexpr bool hasDepth() const { return depth != nullptr || depth_surface != 0; }
 };
 

@@ -121,7 +121,9 @@ struct EyeCounts {
     uint64_t blend_evaluations = 0; // (pixel, splat) pairs evaluated
 };
 
-struct StageTimes { // milliseconds by the device's own clock (a CPU's: wall clock), all eyes together
+// Milliseconds by the device's own clock (a CPU's: wall clock), all eyes together. total: from when the device comes to
+// the frame until its pictures are ready; beside its stages a GPU's has its start and the copy of what it counted.
+struct StageTimes {
     double select = 0, decode = 0, project = 0, bin = 0, sort = 0, blend = 0, total = 0;
 
     void add(const StageTimes& other)

@@ -4,6 +4,8 @@
 #include "kernels/cuda/launch.cuh"
 #include "kernels/present/pixel.h"
 
+#include <algorithm>
+
 namespace gsc {
 
 namespace {
@@ -11,7 +13,7 @@ namespace {
 constexpr uint32_t kThreads = 256;
 
 template <typename Pixel, Pixel (*kOf)(const float*)>
-__device__ __forceinline__ void store(const PresentCudaArgs& args, uint32_t x, uint32_t y, const float* rgb)
+__device__ __forceinline__ void store(const PresentView& args, uint32_t x, uint32_t y, const float* rgb)
 {
     static_assert(sizeof(Pixel) == 4 || sizeof(Pixel) == 8);
     using Word = std::conditional_t<sizeof(Pixel) == 4, unsigned, uint2>;
@@ -24,10 +26,11 @@ __device__ __forceinline__ void store(const PresentCudaArgs& args, uint32_t x, u
         reinterpret_cast<Word*>(static_cast<unsigned char*>(args.target.pixels) + y * args.target.pitch)[x] = word;
 }
 
-__global__ void __launch_bounds__(kThreads) presentKernel(const __grid_constant__ PresentCudaArgs args)
+__global__ void __launch_bounds__(kThreads) presentKernel(const __grid_constant__ PresentCudaArgs all)
 {
+    const PresentView& args = all.views[blockIdx.z];
     const uint32_t x = blockIdx.x * kThreads + threadIdx.x, y = blockIdx.y;
-    if (x >= args.width)
+    if (x >= args.width || y >= args.height)
         return;
     if (args.target.depth_surface != 0)
         surf2Dwrite(args.depth[size_t(y) * args.width + x], cudaSurfaceObject_t(args.target.depth_surface),
@@ -58,7 +61,12 @@ __global__ void __launch_bounds__(kThreads) presentKernel(const __grid_constant_
 
 void presentCuda(const PresentCudaArgs& args, CUstream_st* stream)
 {
-    launchCuda(presentKernel, dim3((args.width + kThreads - 1) / kThreads, args.height), kThreads, 0, stream, args);
+    uint32_t width = 0, height = 0;
+    for (uint32_t v = 0; v < args.count; ++v) {
+        width = std::max(width, args.views[v].width);
+        height = std::max(height, args.views[v].height);
+    }
+    launchCuda(presentKernel, dim3((width + kThreads - 1) / kThreads, height, args.count), kThreads, 0, stream, args);
 }
 
 } // namespace gsc

@@ -3,16 +3,22 @@
 #pragma once
 
 #include "kernels/frame/frame_target.h"
+#include "kernels/frame/frame_types.h"
 
 struct CUstream_st;
 
 namespace gsc {
 
-struct PresentCudaArgs {
+struct PresentView {
     const float* image; // height x width x 3
     const float* depth; // height x width, where the target wants it
     FrameTarget target; // Device, with pitches, or Surface
     uint32_t width, height;
+};
+
+struct PresentCudaArgs {
+    PresentView views[kMaxEyes];
+    uint32_t count; // 1..
 };
 
 void presentCuda(const PresentCudaArgs& args, CUstream_st* stream); // asynchronous

@@ -142,11 +142,6 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks) keepKernel(cons
 
 } // namespace
 
-uint32_t decodeKeepGaps(uint32_t processors, uint32_t slot_capacity)
-{
-    return processors * kDecodeBlocks * kDecodeWarps * slotPiece(slot_capacity);
-}
-
 void decodeKeepCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
     const auto kernel = args.bank != nullptr ? (args.shared_bins ? keepKernel<true, true> : keepKernel<true, false>)

@@ -39,8 +39,7 @@ void selectStripsCuda(const StripSelectArgs& args, uint32_t processors, CUstream
 void decodeKeepCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream);
 // Draws what is listed to be drawn of entries. After decodeKeepCuda().
 void drawKeptCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream);
-// As decodeFastGaps().
-uint32_t decodeKeepGaps(uint32_t processors, uint32_t slot_capacity);
+// As decodeFastGaps(), which is also decodeKeepCuda()'s.
 uint32_t drawKeptGaps(uint32_t processors, uint32_t slot_capacity);
 
 } // namespace gsc

@@ -2,6 +2,7 @@
 #include "kernels/sort/sort_cuda.h"
 
 #include "kernels/cuda/launch.cuh"
+#include "kernels/decode/decode_cuda.h"
 #include "kernels/sort/bitonic.cuh"
 
 namespace gsc {
@@ -38,22 +39,22 @@ struct TeamMemory {
     uint32_t *sorted, *slots, *ties, *low, *high;
 };
 
+template <uint32_t kStride>
 struct Nearer {
     const uint32_t* orders; // SortCudaArgs
-    uint32_t stride;
 
     __device__ __forceinline__ bool operator()(const BinKey& a, const BinKey& b) const
     {
         if (a.depth_bits != b.depth_bits)
             return a.depth_bits < b.depth_bits;
-        return orders[size_t(a.slot) * stride] < orders[size_t(b.slot) * stride];
+        return orders[size_t(a.slot) * kStride] < orders[size_t(b.slot) * kStride];
     }
 };
 
 // A bitonic network over `count` keys in any memory, of which every `sorted` are sorted. Its merges begin with the second
 // half mirrored, so that keys beyond the end need not exist. For what registers cannot hold or order.
-template <typename Team>
-GSC_NO_INLINE __device__ void sortInMemory(BinKey* keys, uint32_t count, uint32_t sorted, const Nearer& nearer,
+template <typename Order, typename Team>
+GSC_NO_INLINE __device__ void sortInMemory(BinKey* keys, uint32_t count, uint32_t sorted, const Order& nearer,
                                            const Team& team)
 {
     const auto exchange = [&](uint32_t i, uint32_t j) {
@@ -103,8 +104,8 @@ __device__ __forceinline__ void extremes(uint32_t& low, uint32_t& high, const Te
 
 // Orders keys whose sorted bits are the same by all of their depth and by emission. The thread of a run's first key
 // orders the run. False, with nothing done, if a run is too long for that.
-template <uint32_t kItemCount, typename Team>
-__device__ __forceinline__ bool orderTies(const BinKey* keys, uint32_t count, uint32_t index_bits, const Nearer& nearer,
+template <uint32_t kItemCount, typename Order, typename Team>
+__device__ __forceinline__ bool orderTies(const BinKey* keys, uint32_t count, uint32_t index_bits, const Order& nearer,
                                           const TeamMemory& memory, const Team& team)
 {
     const uint32_t lane = team.thread & 31u;
@@ -156,9 +157,8 @@ __device__ __forceinline__ bool orderTies(const BinKey* keys, uint32_t count, ui
 
 // Sorts up to kItemCount keys per thread: as many bits of the depth, counted from the nearest, as fit into a word beside
 // the place of the key. kWhole: keys are moved, not their slots alone.
-template <uint32_t kItemCount, bool kWhole, typename Team>
-__device__ void sortPiece(BinKey* keys, uint32_t count, const Nearer& nearer, const TeamMemory& memory,
-                          const Team& team)
+template <uint32_t kItemCount, bool kWhole, typename Order, typename Team>
+__device__ void sortPiece(BinKey* keys, uint32_t count, const Order& nearer, const TeamMemory& memory, const Team& team)
 {
     const uint32_t index_bits = uint32_t(31 - __clz(int(team.threads * kItemCount)));
     uint32_t values[kItemCount], low = ~0u, high = 0;
@@ -218,7 +218,8 @@ __device__ void sortPiece(BinKey* keys, uint32_t count, const Nearer& nearer, co
 
 // A piece that is too long for a block: part by part, and then the parts together. Rare, and kept apart so that its
 // registers are not the other pieces'.
-GSC_NO_INLINE __device__ void sortLong(BinKey* keys, const Piece& piece, const Nearer& nearer, const TeamMemory& memory,
+template <typename Order>
+GSC_NO_INLINE __device__ void sortLong(BinKey* keys, const Piece& piece, const Order& nearer, const TeamMemory& memory,
                                        const SortTeam& block)
 {
     constexpr uint32_t kPart = kThreads * kItems;
@@ -240,13 +241,14 @@ __device__ __forceinline__ uint32_t takePiece(uint32_t* queue, uint32_t* shared,
 }
 
 // The longest pieces first, by whole blocks, then those for some warps, then those for one.
+template <uint32_t kStride>
 __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) sortKernel(const __grid_constant__ SortCudaArgs args)
 {
     if (willRepeat(*args.counters))
         return;
     GSC_DYNAMIC_SHARED(bytes);
     SortShared& shared = *reinterpret_cast<SortShared*>(bytes);
-    const Nearer nearer{args.orders, args.order_stride};
+    const Nearer<kStride> nearer{args.orders};
     const uint32_t warp = threadIdx.x / 32, lane = threadIdx.x & 31u;
     PassCounters& counters = args.counters->pass;
     const auto pieces = [&](uint32_t kind) { return args.pieces + size_t(kind) * args.piece_capacity; };
@@ -298,7 +300,9 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) sortKernel(cons
 
 void sortCuda(const SortCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
-    launchCuda(sortKernel, processors * kBlocksPerProcessor, kThreads, sizeof(SortShared), stream, args);
+    constexpr uint32_t kPacked = sizeof(PackedSplat) / sizeof(uint32_t), kExact = sizeof(ExactSplat) / sizeof(uint32_t);
+    launchCuda(args.order_stride == kPacked ? sortKernel<kPacked> : sortKernel<kExact>,
+               processors * kBlocksPerProcessor, kThreads, sizeof(SortShared), stream, args);
 }
 
 } // namespace gsc

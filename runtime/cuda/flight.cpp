@@ -8,15 +8,6 @@
 
 namespace gsc {
 
-namespace {
-
-bool isHost(const FrameTarget& target)
-{
-    return target.kind == FrameTarget::Kind::Host;
-}
-
-} // namespace
-
 uint64_t Flight::setTargets(const FrameRequest& request)
 {
     m_eye_count = uint32_t(request.eyes.size());
@@ -28,7 +19,7 @@ uint64_t Flight::setTargets(const FrameRequest& request)
         m_wanted[e].pitch = pitchOf(m_wanted[e], width);
         m_wanted[e].depth_pitch = depthPitchOf(m_wanted[e], width);
         m_written[e] = m_wanted[e];
-        if (isHost(m_wanted[e])) {
+        if (m_wanted[e].onHost()) {
             m_written[e].kind = FrameTarget::Kind::Device;
             m_written[e].pitch = width * pixelBytes(m_wanted[e].format);
             m_written[e].depth_pitch = width * sizeof(float);
@@ -39,61 +30,66 @@ uint64_t Flight::setTargets(const FrameRequest& request)
     return counted.bytes();
 }
 
-void Flight::placePictures()
-{
-    layOutIn(m_pictures, "the pictures", [this](ArenaLayout& layout) { layOut(layout); });
-}
-
 void Flight::layOut(ArenaLayout& layout)
 {
     for (uint32_t e = 0; e < m_eye_count; ++e) {
         FrameTarget& to = m_written[e];
-        if (isHost(m_wanted[e]))
+        if (m_wanted[e].onHost())
             to.pixels = layout.take<unsigned char>(m_height[e] * to.pitch);
-        if (isHost(m_wanted[e]) && m_wanted[e].depth != nullptr)
+        if (m_wanted[e].onHost() && m_wanted[e].depth != nullptr)
             to.depth = layout.take<float>(m_height[e] * to.depth_pitch / sizeof(float));
     }
 }
 
-bool Flight::presents() const
+void Flight::present(const FrameBuffers& buffers, const CudaStream& stream)
 {
-    return std::ranges::any_of(m_wanted, [](const FrameTarget& t) { return t.kind != FrameTarget::Kind::None; });
-}
-
-void Flight::present(const FrameBuffers& buffers, const CudaStream& stream) const
-{
+    PresentCudaArgs args{};
     for (uint32_t e = 0; e < m_eye_count; ++e)
         if (m_written[e].kind != FrameTarget::Kind::None)
-            presentCuda({buffers.image[e], buffers.depth[e], m_written[e], shape.width[e], shape.height[e]},
-                        stream.handle);
-    timers.ready.record(stream);
+            args.views[args.count++] = {buffers.image[e], buffers.depth[e], m_written[e], shape.width[e],
+                                        shape.height[e]};
+    presents = args.count > 0;
+    if (presents) {
+        drawn.record(stream);
+        presentCuda(args, stream.handle);
+    }
+    ready.record(stream);
 }
 
 bool Flight::passed(std::chrono::nanoseconds most) const
 {
     using Clock = std::chrono::steady_clock;
     if (most == std::chrono::nanoseconds::max()) {
-        GSC_CUDA_CHECK(cudaEventSynchronize(timers.ready.handle));
+        GSC_CUDA_CHECK(cudaEventSynchronize(ready.handle));
         return true;
     }
     constexpr auto kLook = std::chrono::microseconds(50);
-    const Clock::time_point start = Clock::now();
+    const Clock::time_point from = Clock::now();
     while (true) {
-        const cudaError_t code = cudaEventQuery(timers.ready.handle);
+        const cudaError_t code = cudaEventQuery(ready.handle);
         if (code == cudaSuccess)
             return true;
         if (code != cudaErrorNotReady)
             throwCuda(code, "cudaEventQuery(");
-        const auto left = most - (Clock::now() - start);
+        const auto left = most - (Clock::now() - from);
         if (left <= left.zero())
             return false;
         std::this_thread::sleep_for(std::min<std::chrono::nanoseconds>(left, kLook));
     }
 }
 
-void Flight::fillCounts()
+void Flight::fillResult()
 {
     const FrameCounters& c = *counters.data;
+    result = {};
+    StageTimes& times = result.times;
+    const auto of = [&c](Stage stage) { return 1e-6 * double(int64_t(c.stage_ns[uint32_t(stage)])); };
+    times.select = of(Stage::Select);
+    times.decode = of(Stage::Decode);
+    times.bin = of(Stage::Bin);
+    times.sort = of(Stage::Sort);
+    times.blend = of(Stage::Blend) + (presents ? ready.since(drawn) : 0.0);
+    times.total = ready.since(start); // the stages', and what the device does between frames
     for (uint32_t e = 0; e < shape.eye_count; ++e) {
         EyeCounts& eye = result.eyes[e];
         eye.groups_tested = c.groups_tested[e];
@@ -113,7 +109,7 @@ try {
     bool any = false;
     for (uint32_t e = 0; e < m_eye_count; ++e) {
         const FrameTarget &to = m_wanted[e], &from = m_written[e];
-        if (!isHost(to))
+        if (!to.onHost())
             continue;
         GSC_CUDA_CHECK(cudaMemcpy2DAsync(to.pixels, to.pitch, from.pixels, from.pitch, from.pitch, m_height[e],
                                          cudaMemcpyDeviceToHost, stream.handle));

@@ -17,16 +17,18 @@ struct Flight {
     // What the next frame writes to. Returns the bytes of its pictures for the host.
     uint64_t setTargets(const FrameRequest& request);
     [[nodiscard]] uint64_t pictureBytes() const { return m_pictures.bytes(); } // that are reserved
-    void placePictures();                                                      // Throws Error (OutOfMemory, Device)
-    [[nodiscard]] bool presents() const;
+    void placePictures()                                                       // Throws Error (OutOfMemory, Device)
+    {
+        layOutIn(m_pictures, "the pictures", [this](ArenaLayout& layout) { layOut(layout); });
+    }
     // Asynchronous, behind the frame's graph.
-    void present(const FrameBuffers& buffers, const CudaStream& stream) const;
+    void present(const FrameBuffers& buffers, const CudaStream& stream);
 
     // Has the frame been drawn? Waits at most `most` for it.
     [[nodiscard]] bool passed(std::chrono::nanoseconds most) const;
     // Of a frame that is drawn: fills the targets on the host.
     [[nodiscard]] std::exception_ptr copyToHost(const CudaStream& stream) const; // what went wrong, or null
-    void fillCounts();                                                           // of the result, from the counters
+    void fillResult();                                                           // times and counts alone
 
     uint64_t ticket = 0; // 0 = free
     bool ended = false;  // `result` and targets on the host are filled
@@ -35,7 +37,8 @@ struct Flight {
     bool overflowed = false;
     std::exception_ptr error{}; // of the copy to the host
     Pinned<FrameCounters> counters;
-    FrameTimers timers;
+    bool presents = false;         // there are targets
+    CudaEvent start, drawn, ready; // the device is at the frame; where it presents: images are ready; all is
     std::deque<std::unique_ptr<FrameGraph>> graphs; // the last used first
 
 private:

@@ -69,11 +69,6 @@ public:
     {
         GSC_CUDA_CHECK(cudaMemcpyAsync(host, data, bytes, cudaMemcpyDeviceToHost, m_stream.handle));
     }
-    // Recorded in every launch of the graph.
-    void mark(const CudaEvent& event) const
-    {
-        GSC_CUDA_CHECK(cudaEventRecordWithFlags(event.handle, m_stream.handle, cudaEventRecordExternal));
-    }
 
     [[nodiscard]] std::vector<std::unique_ptr<FrameNode>> takeNodes() { return std::move(m_nodes); }
 

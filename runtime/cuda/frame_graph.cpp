@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cuda/frame_graph.h"
 
+#include "kernels/cuda/stage_clock_cuda.h"
+
 namespace gsc {
 
 cudaGraphNode_t FrameCapture::last() const
@@ -16,20 +18,13 @@ cudaGraphNode_t FrameCapture::last() const
     return nodes[count - 1];
 }
 
-void FrameTimers::reserve(uint32_t count)
-{
-    while (passes.size() < count)
-        passes.push_back(std::make_unique<Pass>());
-}
-
-FrameGraph::FrameGraph(const FrameJob& job, const FrameReuse& reuse, FrameCounters* counters, const FrameTimers& timers,
-                       const CudaStream& stream)
+FrameGraph::FrameGraph(const FrameJob& job, const FrameReuse& reuse, FrameCounters* counters, const CudaStream& stream)
     : m_shape(job.shape), m_capacity(job.capacity)
 {
     FrameCapture recorded(stream, job.limits.processors);
     GSC_CUDA_CHECK(cudaStreamBeginCapture(stream.handle, cudaStreamCaptureModeThreadLocal));
     try {
-        capture(recorded, job, reuse, counters, timers);
+        capture(recorded, job, reuse, counters);
     } catch (...) {
         (void)cudaStreamEndCapture(stream.handle, &m_graph);
         (void)cudaGetLastError(); // that the capture is broken is known, and must not show up at the next launch
@@ -52,11 +47,13 @@ FrameGraph::~FrameGraph()
     cudaGraphDestroy(m_graph);
 }
 
-void FrameGraph::capture(FrameCapture& capture, const FrameJob& job, const FrameReuse& reuse, FrameCounters* counters,
-                         const FrameTimers& timers)
+void FrameGraph::capture(FrameCapture& capture, const FrameJob& job, const FrameReuse& reuse, FrameCounters* counters)
 {
     const bool reuses = job.shape.uses_reuse;
-    capture.mark(timers.start);
+    const auto next = [&](Stage ended, Stage begun) {
+        nextStageCuda(job.buffers.counters, ended, begun, capture.stream().handle);
+    };
+    startClockCuda(job.buffers.counters, capture.stream().handle);
     capture.clear(job.buffers.histogram, kClearedBytes);
     if (reuses)
         reuse.prepareFrame(capture, job);
@@ -66,8 +63,8 @@ void FrameGraph::capture(FrameCapture& capture, const FrameJob& job, const Frame
     else
         capture.add(selectArgs(job), selectAnchorsCuda);
     cutDepths(capture, job);
-    capture.mark(timers.selected);
     for (uint32_t p = 0; p < job.shape.passes; ++p) {
+        next(p > 0 ? Stage::Blend : Stage::Select, Stage::Decode);
         if (p > 0)
             capture.clear(&job.buffers.counters->pass, sizeof(PassCounters));
         capture.clear(job.buffers.cells, job.shape.cells() * sizeof(uint32_t));
@@ -75,14 +72,14 @@ void FrameGraph::capture(FrameCapture& capture, const FrameJob& job, const Frame
             reuse.decode(capture, job);
         else
             decodeFrame(capture, job, p);
-        capture.mark(timers.passes[p]->decoded);
+        next(Stage::Decode, Stage::Bin);
         binFrame(capture, job, p);
-        capture.mark(timers.passes[p]->binned);
+        next(Stage::Bin, Stage::Sort);
         sortFrame(capture, job);
-        capture.mark(timers.passes[p]->sorted);
+        next(Stage::Sort, Stage::Blend);
         blendFrame(capture, job, p);
-        capture.mark(timers.passes[p]->blended);
     }
+    next(Stage::Blend, Stage::None);
     capture.copyToHost(counters, job.buffers.counters, sizeof(FrameCounters));
     if (reuses)
         reuse.report(capture, job);
@@ -93,27 +90,6 @@ void FrameGraph::launch(const FrameNow& now, const CudaStream& stream)
     for (const std::unique_ptr<FrameNode>& node : m_nodes)
         node->refresh(m_exec, now);
     GSC_CUDA_CHECK(cudaGraphLaunch(m_exec, stream.handle));
-}
-
-StageTimes FrameTimers::times(uint32_t count, bool presented) const
-{
-    StageTimes times;
-    times.select = selected.since(start);
-    const CudaEvent* previous = &selected;
-    for (uint32_t p = 0; p < count; ++p) {
-        const Pass& pass = *passes[p];
-        times.decode += pass.decoded.since(*previous);
-        times.bin += pass.binned.since(pass.decoded);
-        times.sort += pass.sorted.since(pass.binned);
-        times.blend += pass.blended.since(pass.sorted);
-        previous = &pass.blended;
-    }
-    if (presented) {
-        times.blend += ready.since(*previous);
-        previous = &ready;
-    }
-    times.total = previous->since(start);
-    return times;
 }
 
 } // namespace gsc

@@ -9,27 +9,11 @@
 
 namespace gsc {
 
-// When the stages of a frame began and ended. Outlives the graphs that mark it.
-class FrameTimers {
-public:
-    struct Pass {
-        CudaEvent decoded, binned, sorted, blended;
-    };
-
-    void reserve(uint32_t passes);
-    // Of the last frame, which has ended. ready: marked behind the frame's graph.
-    [[nodiscard]] StageTimes times(uint32_t passes, bool presented) const;
-
-    CudaEvent start, selected, ready; // ready: the pictures are in their targets
-    std::vector<std::unique_ptr<Pass>> passes;
-};
-
 class FrameGraph {
 public:
-    // Captures the stages of `job` and the copy of the counters to `counters`; `timers` have room for the passes. reuse:
-    // where the shape uses it. Throws Error (Device, OutOfMemory).
-    FrameGraph(const FrameJob& job, const FrameReuse& reuse, FrameCounters* counters, const FrameTimers& timers,
-               const CudaStream& stream);
+    // Captures the stages of `job` and the copy of the counters to `counters`. reuse: where the shape uses it. Throws
+    // Error (Device, OutOfMemory).
+    FrameGraph(const FrameJob& job, const FrameReuse& reuse, FrameCounters* counters, const CudaStream& stream);
     ~FrameGraph();
     FrameGraph(const FrameGraph&) = delete;
     FrameGraph& operator=(const FrameGraph&) = delete;
@@ -41,8 +25,7 @@ public:
     void launch(const FrameNow& now, const CudaStream& stream);
 
 private:
-    void capture(FrameCapture& capture, const FrameJob& job, const FrameReuse& reuse, FrameCounters* counters,
-                 const FrameTimers& timers);
+    void capture(FrameCapture& capture, const FrameJob& job, const FrameReuse& reuse, FrameCounters* counters);
 
     FrameShape m_shape;
     FrameCapacity m_capacity;

@@ -175,11 +175,6 @@ uint32_t grownPasses(const FrameRoom& room, const FrameNeeds& needs, uint32_t pa
     return uint32_t(std::min<uint64_t>(std::max<uint64_t>(more, passes + 1), kMaxPasses));
 }
 
-void FrameHistory::forget()
-{
-    *this = {};
-}
-
 void FrameHistory::learn(Outcome& once, const FrameRoom& room, FrameCapacity& capacity)
 {
     const Outcome outcome = std::exchange(once, {});

@@ -65,7 +65,7 @@ public:
         uint32_t passes = 1;
     };
 
-    void forget(); // before the first frame; `capacity` stays
+    void forget() { *this = {}; } // before the first frame; `capacity` stays
 
     // A frame ended; before the second one after it begins.
     void add(const Outcome& outcome) { m_outcomes[outcome.ticket % 2] = outcome; }

@@ -128,7 +128,7 @@ FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const Fr
     const ModelParams& params = scene.model().params;
     FrameBuffers b{};
     // in one piece, which one memset clears
-    auto* cleared = layout.take<unsigned char>(kClearedBytes);
+    auto* cleared = layout.take<unsigned char>(kDepthBuckets * sizeof(uint32_t) + sizeof(FrameCounters));
     if (cleared != nullptr) {
         b.histogram = reinterpret_cast<uint32_t*>(cleared);
         b.counters = reinterpret_cast<FrameCounters*>(b.histogram + kDepthBuckets);

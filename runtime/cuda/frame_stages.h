@@ -49,8 +49,8 @@ struct FrameShape {
 FrameShape frameShape(const ModelParams& params, Tier tier, uint32_t eye_count, const FrameOptions& options,
                       EyeParams* eyes);
 
-// The histogram and the counters behind it, zero when a frame starts.
-constexpr size_t kClearedBytes = kDepthBuckets * sizeof(uint32_t) + sizeof(FrameCounters);
+// The histogram and the counters behind it, zero when a frame starts, but for the times.
+constexpr size_t kClearedBytes = kDepthBuckets * sizeof(uint32_t) + offsetof(FrameCounters, stage_ns);
 
 struct FrameBuffers { // device memory
     FrameCounters* counters;

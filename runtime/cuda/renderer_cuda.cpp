@@ -74,7 +74,7 @@ public:
     FrameState wait(uint64_t ticket, FrameResult& result, std::chrono::nanoseconds most) override;
     [[nodiscard]] void* readyEvent(uint64_t ticket) const override
     {
-        return const_cast<CudaRenderer*>(this)->flightOf(ticket).timers.ready.handle;
+        return const_cast<CudaRenderer*>(this)->flightOf(ticket).ready.handle;
     }
 
 private:
@@ -110,11 +110,10 @@ private:
     [[nodiscard]] uint32_t gapsOf(const FrameShape& shape, uint32_t slots, uint32_t passes) const
     {
         const CudaLimits& limits = m_device.limits();
-        return shape.exact
-                   ? decodeExactGaps(m_scene.exactWeights() != nullptr, limits.processors, limits.shared_bytes, slots)
-               : reuses(shape, passes)
-                   ? decodeKeepGaps(limits.processors, slots) + drawKeptGaps(limits.processors, slots)
-                   : decodeFastGaps(limits.processors, slots);
+        if (shape.exact)
+            return decodeExactGaps(m_scene.exactWeights() != nullptr, limits.processors, limits.shared_bytes, slots);
+        return decodeFastGaps(limits.processors, slots) +
+               (reuses(shape, passes) ? drawKeptGaps(limits.processors, slots) : 0);
     }
     [[nodiscard]] uint64_t freeForFrames() const;
     [[nodiscard]] FrameRoom roomFor(const FrameShape& shape) const;
@@ -136,7 +135,6 @@ private:
                              uint32_t flight);
     FrameGraph& graphFor(const FrameShape& shape, const FrameNow& now, uint32_t flight);
     void end(Flight& flight);
-    void report(Flight& flight);
 
     CudaDevice m_device;   // before everything that it holds
     MemoryBudget m_budget; // before everything that gives memory back to it
@@ -265,13 +263,12 @@ FrameGraph& CudaRenderer::graphFor(const FrameShape& shape, const FrameNow& now,
     m_buffers = layOutFrame(layout, m_scene, shape, m_capacity, m_device.limits());
     const FrameJob job{m_scene, shape, now, m_capacity, m_buffers, m_device.limits(), flight};
     Flight& own = m_flights[flight];
-    own.timers.reserve(shape.passes);
     const auto found =
         std::find_if(own.graphs.begin(), own.graphs.end(), [&](const auto& graph) { return graph->fits(job); });
     if (found != own.graphs.end()) {
         std::rotate(own.graphs.begin(), found, found + 1);
     } else {
-        own.graphs.push_front(std::make_unique<FrameGraph>(job, m_reuse, own.counters.data, own.timers, m_stream));
+        own.graphs.push_front(std::make_unique<FrameGraph>(job, m_reuse, own.counters.data, m_stream));
         if (own.graphs.size() > kGraphs)
             own.graphs.pop_back();
     }
@@ -318,6 +315,7 @@ uint64_t CudaRenderer::begin(const FrameRequest& request)
     shape.grid.slab_bits = m_history.slabBitsFor(m_capacity);
     FrameGraph& graph = graphFor(shape, now, index);
     flight.shape = shape;
+    flight.start.record(m_stream);
     graph.launch(now, m_stream);
     flight.present(m_buffers, m_stream);
     flight.ended = false;
@@ -358,23 +356,15 @@ void CudaRenderer::end(Flight& flight)
                    c.all_slots,
                    c.pairs[0] + c.pairs[1],
                    flight.shape.passes});
-    report(flight);
-    flight.error = flight.overflowed ? nullptr : flight.copyToHost(m_copies);
-    flight.ended = true;
-}
-
-void CudaRenderer::report(Flight& flight)
-{
-    const FrameShape& shape = flight.shape;
+    flight.fillResult();
     FrameResult& result = flight.result;
-    result = {};
-    flight.fillCounts();
-    if (shape.uses_reuse)
-        m_reuse.addCounts(uint32_t(&flight - m_flights), shape.eye_count, flight.overflowed, result);
-    result.times = flight.timers.times(shape.passes, flight.presents());
+    if (flight.shape.uses_reuse)
+        m_reuse.addCounts(uint32_t(&flight - m_flights), flight.shape.eye_count, flight.overflowed, result);
     result.cache_bytes = m_reuse.bytes();
     result.bytes_resident = m_budget.used;
-    result.passes = shape.passes;
+    result.passes = flight.shape.passes;
+    flight.error = flight.overflowed ? nullptr : flight.copyToHost(m_copies);
+    flight.ended = true;
 }
 
 } // namespace

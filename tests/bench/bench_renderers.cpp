@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the renderer interface costs beside the device's own time: one renderer, then one on each of several devices at
-// once, each with a thread of its own, two frames in flight, pictures on the device. And what a target costs, in bytes for
-// the host, and one that takes depths too.
+// once, each with a thread of its own, two frames in flight. And what a target costs: bytes on the device, bytes for the
+// host, and one that takes depths too.
 //
 //   bench_renderers FILE.gsc [devices = 1] [frames = 300] [backend = cuda]
 //
@@ -9,8 +9,11 @@
 // device time of a frame, their difference, and what submit() takes.
 #include "player/cameras/camera_file.h"
 #include "player/shots.h"
-#include "runtime/renderer.h"
 #include "player/tool/reporter.h"
+#include "runtime/renderer.h"
+#ifdef GSC_HAVE_CUDA
+#include "kernels/cuda/cuda_check.h"
+#endif
 
 #include <algorithm>
 #include <cstdio>
@@ -122,6 +125,18 @@ int main(int argc, char** argv)
             renderers.back()->load(scene);
         }
         print("alone", run(*renderers[0], poses, frames));
+#ifdef GSC_HAVE_CUDA
+        if (backend == "cuda") {
+            FrameTarget targets[kMaxEyes];
+            for (FrameTarget& to : targets) {
+                to = {FrameTarget::Kind::Device, PixelFormat::Rgba8, nullptr, 0, 0};
+                GSC_CUDA_CHECK(cudaMalloc(&to.pixels, size_t(4) * options.width * options.height));
+            }
+            print("on device", run(*renderers[0], poses, frames, targets));
+            for (const FrameTarget& to : targets)
+                GSC_CUDA_CHECK(cudaFree(to.pixels));
+        }
+#endif
         std::vector<uint32_t> pixels(size_t(options.width) * options.height); // of both eyes, which nobody looks at
         std::vector<float> depths(pixels.size());
         FrameTarget target{FrameTarget::Kind::Host, PixelFormat::Rgba8, pixels.data(), 0, 0};

@@ -5,6 +5,8 @@
 #include "tests/cuda_emulation/halves.h"
 #include "tests/cuda_emulation/intrinsics.h"
 
+#include <chrono>
+
 namespace gsc {
 
 // note: the sum of the seventeen is rounded once; the hardware's own rounding is not documented
@@ -75,6 +77,10 @@ template <typename T>
 T loadFresh(const T* at)
 {
     return *at;
+}
+inline unsigned long long deviceNanoseconds()
+{
+    return uint64_t(std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count());
 }
 inline void launchDependents() {}
 inline void waitForEarlier() {}

@@ -354,22 +354,15 @@ cudaError_t cudaEventDestroy(cudaEvent_t event)
     return cudaSuccess;
 }
 
-cudaError_t cudaEventRecordWithFlags(cudaEvent_t event, cudaStream_t stream, unsigned flags)
+cudaError_t cudaEventRecord(cudaEvent_t event, cudaStream_t stream)
 {
-    // note: without the flag a capture would take the event for a dependency, which nothing here needs
-    const bool captured = stream != nullptr && stream->captured != nullptr;
-    if (captured != ((flags & cudaEventRecordExternal) != 0))
+    if (stream != nullptr && stream->captured != nullptr) // a dependency, which nothing here needs
         return noted(cudaErrorIllegalState);
     return enqueue(stream, {nullptr, [=] {
                                 event->recorded = true;
                                 event->at = std::chrono::steady_clock::now();
                                 return cudaSuccess;
                             }});
-}
-
-cudaError_t cudaEventRecord(cudaEvent_t event, cudaStream_t stream)
-{
-    return cudaEventRecordWithFlags(event, stream, 0);
 }
 
 cudaError_t cudaEventElapsedTime(float* ms, cudaEvent_t from, cudaEvent_t to)

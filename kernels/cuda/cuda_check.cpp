@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernels/cuda/cuda_check.h"
+
+#include "format/error.h"
+
+#include <cstring>
+
+namespace gsc {
+
+void throwCuda(cudaError_t code, const char* call)
+{
+    (void)cudaGetLastError(); // an error that is not sticky must not show up at the next launch
+    ErrorCode kind = ErrorCode::Device;
+    if (code == cudaErrorMemoryAllocation)
+        kind = ErrorCode::OutOfMemory;
+    else if (isUnsupportedDevice(code))
+        kind = ErrorCode::Unsupported;
+    throw Error(kind,
+                formatString("cuda: %.*s: %s (%s), expected success; try --backend cpu", int(std::strcspn(call, "(")),
+                             call, cudaGetErrorString(code), cudaGetErrorName(code)));
+}
+
+} // namespace gsc

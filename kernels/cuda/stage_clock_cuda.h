@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// When the stages of a frame begin and end, by the device's own clock: a kernel of one thread between two stages. An
+// event in a captured graph does the same for seven times as much of the device's time and 1.5 us of the host's.
+#pragma once
+
+#include "kernels/frame/device_model.h"
+
+struct CUstream_st;
+
+namespace gsc {
+
+// Asynchronous, as the kernels that they stand between. Of the frame whose counters they are.
+void startClockCuda(FrameCounters* counters, CUstream_st* stream); // Stage::Select begins
+// After the last stage Stage::None begins.
+void nextStageCuda(FrameCounters* counters, Stage ended, Stage begun, CUstream_st* stream);
+
+} // namespace gsc
