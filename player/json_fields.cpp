@@ -49,14 +49,14 @@ std::string withoutNonFinite(std::string_view text, const std::string& file, con
     return out;
 }
 
-bool isPlainNumber(const Json& value)
+bool isPlainNumber(const ParsedJson& value)
 {
     return value.is_number() && std::abs(value.get<double>()) <= kMaxSize; // false for NaN
 }
 
 } // namespace
 
-std::string shownJson(const Json& value)
+std::string shownJson(const ParsedJson& value)
 {
     if (value.is_object())
         return "an object";
@@ -64,18 +64,18 @@ std::string shownJson(const Json& value)
         return formatString("an array of %zu", value.size());
     if (value.is_null())
         return "null or not finite";
-    std::string text = value.dump(-1, ' ', true, Json::error_handler_t::replace);
+    std::string text = value.dump(-1, ' ', true, ParsedJson::error_handler_t::replace);
     if (text.size() > 40)
         text = text.substr(0, 40) + "...";
     return text;
 }
 
-Json parseJson(std::string_view text, const std::string& file, const char* expected)
+ParsedJson parseJson(std::string_view text, const std::string& file, const char* expected)
 {
     const std::string clean = withoutNonFinite(text, file, expected);
     try {
-        return Json::parse(clean);
-    } catch (const Json::exception& e) {
+        return ParsedJson::parse(clean);
+    } catch (const ParsedJson::exception& e) {
         // note: nlohmann's text starts with its own tag, "[json.exception.parse_error.101] ", and may quote any bytes
         const char* tag = std::strchr(e.what(), ']');
         std::string what = std::string(tag ? tag + 2 : e.what()).substr(0, 200);
@@ -88,7 +88,7 @@ Json parseJson(std::string_view text, const std::string& file, const char* expec
     }
 }
 
-JsonObject::JsonObject(const Json& value, std::string where) : m_value(value), m_where(std::move(where))
+JsonObject::JsonObject(const ParsedJson& value, std::string where) : m_value(value), m_where(std::move(where))
 {
     if (!value.is_object())
         throw Error(ErrorCode::InvalidFile,
@@ -96,15 +96,15 @@ JsonObject::JsonObject(const Json& value, std::string where) : m_value(value), m
                                  shownJson(value).c_str()));
 }
 
-const Json* JsonObject::find(const char* key) const
+const ParsedJson* JsonObject::find(const char* key) const
 {
     const auto it = m_value.find(key);
     return it == m_value.end() ? nullptr : &*it;
 }
 
-const Json& JsonObject::at(const char* key) const
+const ParsedJson& JsonObject::at(const char* key) const
 {
-    const Json* value = find(key);
+    const ParsedJson* value = find(key);
     if (!value)
         throw Error(
             ErrorCode::InvalidFile,
@@ -123,7 +123,7 @@ void JsonObject::fail(const char* key, const std::string& found, const std::stri
 
 std::string JsonObject::text(const char* key) const
 {
-    const Json& value = at(key);
+    const ParsedJson& value = at(key);
     if (!value.is_string())
         fail(key, shownJson(value), "a string");
     return value.get<std::string>();
@@ -131,7 +131,7 @@ std::string JsonObject::text(const char* key) const
 
 double JsonObject::number(const char* key) const
 {
-    const Json& value = at(key);
+    const ParsedJson& value = at(key);
     if (!isPlainNumber(value))
         fail(key, shownJson(value), "a finite number, at most 1e15 in size");
     return value.get<double>();
@@ -172,7 +172,7 @@ void JsonObject::checkKeys(const std::vector<const char*>& known) const
 
 void JsonObject::vector3(const char* key, double out[3]) const
 {
-    const Json& value = at(key);
+    const ParsedJson& value = at(key);
     if (!value.is_array() || value.size() != 3)
         fail(key, shownJson(value), "an array of 3 numbers");
     for (size_t i = 0; i < 3; ++i) {
@@ -185,15 +185,15 @@ void JsonObject::vector3(const char* key, double out[3]) const
 void JsonObject::matrix(const char* key, int rows, int columns, double* out) const
 {
     const std::string expected = formatString("%d rows of %d finite numbers", rows, columns);
-    const Json& value = at(key);
+    const ParsedJson& value = at(key);
     if (!value.is_array() || value.size() != size_t(rows))
         fail(key, shownJson(value), expected);
     for (int r = 0; r < rows; ++r) {
-        const Json& row = value[size_t(r)];
+        const ParsedJson& row = value[size_t(r)];
         if (!row.is_array() || row.size() != size_t(columns))
             fail(key, formatString("%s in row %d", shownJson(row).c_str(), r), expected);
         for (int c = 0; c < columns; ++c) {
-            const Json& cell = row[size_t(c)];
+            const ParsedJson& cell = row[size_t(c)];
             if (!isPlainNumber(cell))
                 fail(key, formatString("%s in row %d, column %d", shownJson(cell).c_str(), r, c), expected);
             out[r * columns + c] = cell.get<double>();

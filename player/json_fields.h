@@ -13,33 +13,33 @@
 
 namespace gsc {
 
-using Json = nlohmann::json;
+using ParsedJson = nlohmann::json;
 
 constexpr uint32_t kMaxImageSide = 32768; // pixels
 
 // Parses `text`; NaN and Infinity, which Python's json module writes, become null, so that they only matter where a
 // value is needed. `expected` is what the file should have been, for the message. Throws Error(InvalidFile), also for
 // nesting deeper than any file we read has.
-Json parseJson(std::string_view text, const std::string& file, const char* expected = "a camera file");
+ParsedJson parseJson(std::string_view text, const std::string& file, const char* expected = "a camera file");
 
 // A value as a message quotes it, cut to a few words.
-std::string shownJson(const Json& value);
+std::string shownJson(const ParsedJson& value);
 
 // One object of a file, with the words that say where it is: "cameras.json: entry 3".
 class JsonObject {
 public:
     // Throws Error(InvalidFile) if `value` is no object. `value` must outlive this.
-    JsonObject(const Json& value, std::string where);
+    JsonObject(const ParsedJson& value, std::string where);
 
     [[nodiscard]] const std::string& where() const { return m_where; }
     void setWhere(std::string where) { m_where = std::move(where); }
 
     // Null if the key is missing.
-    [[nodiscard]] const Json* find(const char* key) const;
+    [[nodiscard]] const ParsedJson* find(const char* key) const;
     [[nodiscard]] bool has(const char* key) const { return find(key) != nullptr; }
 
     // All throw Error(InvalidFile) if the key is missing or its value is not what the name says.
-    [[nodiscard]] const Json& at(const char* key) const;
+    [[nodiscard]] const ParsedJson& at(const char* key) const;
     [[nodiscard]] std::string text(const char* key) const;
     [[nodiscard]] double number(const char* key) const; // finite
     [[nodiscard]] double positive(const char* key) const;
@@ -54,7 +54,7 @@ public:
     [[noreturn]] void fail(const char* key, const std::string& found, const std::string& expected) const;
 
 private:
-    const Json& m_value;
+    const ParsedJson& m_value;
     std::string m_where;
 };
 

@@ -7,6 +7,7 @@
 #include "format/file/output_paths.h"
 #include "player/lod_target.h"
 #include "player/measure/runner.h"
+#include "player/measure/stopwatch.h"
 #include "player/open_renderer.h"
 #include "player/out_pattern.h"
 #include "player/shots.h"
@@ -20,13 +21,6 @@
 namespace gsc {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double millisecondsSince(Clock::time_point start)
-{
-    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 // Paths of the images, checked before anything is rendered; their folders exist afterwards.
 std::vector<std::string> prepareOutputs(const std::vector<Shot>& shots, const PlayOptions& options, bool json_summary)
@@ -94,7 +88,7 @@ void noteFrame(Reporter& log, const FrameStats& stats)
 PlaySummary play(const PlayOptions& options, Reporter& log)
 {
     PlaySummary summary;
-    const Clock::time_point open_start = Clock::now();
+    const auto open_start = std::chrono::steady_clock::now();
     const std::shared_ptr<const Scene> scene = Scene::open(options.input, options.verify);
     summary.open_ms = millisecondsSince(open_start);
     summary.file = {options.input, scene->bytes(), scene->anchorCount()};

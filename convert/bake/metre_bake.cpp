@@ -10,8 +10,8 @@ namespace gsc {
 struct MetreBake::State {
     FileHeader header{};
     std::vector<LevelRecord> levels;
-    GscView view;                          // of what is known before the file is there
-    std::vector<std::vector<Vec3>> points; // per chunk
+    GscView view;                           // of what is known before the file is there
+    std::vector<std::vector<dvec3>> points; // per chunk
 };
 
 MetreBake::MetreBake(const ModelParams& params, const Partition& partition, uint64_t anchors)
@@ -34,8 +34,8 @@ void MetreBake::addChunk(size_t index, const ChunkRecord& chunk, std::span<const
 
 Metre MetreBake::derive(const Checkpoint& checkpoint)
 {
-    std::vector<Vec3> points;
-    for (const std::vector<Vec3>& part : m_state->points)
+    std::vector<dvec3> points;
+    for (const std::vector<dvec3>& part : m_state->points)
         points.insert(points.end(), part.begin(), part.end());
     const std::vector<std::byte> cameras = cameraSection(checkpoint);
     GscView& view = m_state->view;

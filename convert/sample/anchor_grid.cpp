@@ -33,7 +33,7 @@ AnchorGrid octreeGrid(float low, float high, double spacing, uint32_t levels)
     return grid;
 }
 
-GridCell cellOf(const AnchorGrid& grid, uint32_t level, Vec3 position)
+GridCell cellOf(const AnchorGrid& grid, uint32_t level, dvec3 position)
 {
     return GridCell(glm::floor((position - double(grid.origin)) / double(grid.quantum[level]) + 0.5));
 }

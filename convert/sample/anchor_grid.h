@@ -27,7 +27,7 @@ AnchorGrid scaffoldGrid(double spacing);
 // level 0).
 AnchorGrid octreeGrid(float low, float high, double spacing, uint32_t levels);
 
-GridCell cellOf(const AnchorGrid& grid, uint32_t level, Vec3 position);
+GridCell cellOf(const AnchorGrid& grid, uint32_t level, dvec3 position);
 // Bit for bit what the trainer stores.
 void cellPosition(const AnchorGrid& grid, uint32_t level, const GridCell& cell, float out[3]);
 

@@ -13,12 +13,12 @@ constexpr double kNear = 0.2; // upstream's near plane
 
 } // namespace
 
-SourceCamera lookingAlong(Vec3 position, Vec3 forward, Vec3 up, uint32_t width, uint32_t height, double fov_x)
+SourceCamera lookingAlong(dvec3 position, dvec3 forward, dvec3 up, uint32_t width, uint32_t height, double fov_x)
 {
     SourceCamera camera;
     camera.width = width;
     camera.height = height;
-    const Vec3 right = normalized(cross(forward, up)), down = cross(forward, right);
+    const dvec3 right = normalized(cross(forward, up)), down = cross(forward, right);
     const glm::dmat3 rows = transpose(glm::dmat3(right, down, forward));
     std::copy_n(glm::value_ptr(position), 3, camera.position);
     std::copy_n(glm::value_ptr(rows), 9, camera.rotation);
@@ -27,25 +27,25 @@ SourceCamera lookingAlong(Vec3 position, Vec3 forward, Vec3 up, uint32_t width, 
     return camera;
 }
 
-Vec3 eyeOf(const SourceCamera& camera)
+dvec3 eyeOf(const SourceCamera& camera)
 {
     return glm::make_vec3(camera.position);
 }
 
-Vec3 axisOf(const SourceCamera& camera, int column)
+dvec3 axisOf(const SourceCamera& camera, int column)
 {
     return {camera.rotation[column], camera.rotation[3 + column], camera.rotation[6 + column]};
 }
 
-bool sees(const SourceCamera& camera, Vec3 p, double share)
+bool sees(const SourceCamera& camera, dvec3 p, double share)
 {
     // rows of the rotation read as columns: its inverse
-    const Vec3 view = glm::make_mat3(camera.rotation) * (p - eyeOf(camera));
+    const dvec3 view = glm::make_mat3(camera.rotation) * (p - eyeOf(camera));
     return view.z > kNear && std::abs(view.x) * camera.fx <= view.z * 0.5 * (share * camera.width) &&
            std::abs(view.y) * camera.fy <= view.z * 0.5 * (share * camera.height);
 }
 
-bool wellSeen(std::span<const SourceCamera> cameras, uint32_t least, Vec3 p)
+bool wellSeen(std::span<const SourceCamera> cameras, uint32_t least, dvec3 p)
 {
     uint32_t count = 0;
     for (const SourceCamera& camera : cameras)

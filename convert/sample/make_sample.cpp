@@ -124,7 +124,7 @@ void writeWeights(const ModelFolder& folder, const std::string& iteration, const
     inputs.appearance = options.everything_on ? kSampleAppearance : 0;
     inputs.distance_unit = float(std::max(plan.spec.horizon, 2 * plan.spec.half_extent));
     // direction of sight in which water mirrors the sun
-    const Vec3 sun = sunDirection(options.scene);
+    const dvec3 sun = sunDirection(options.scene);
     const float glint[3] = {float(sun.x), float(sun.y), float(-sun.z)};
     static constexpr const char* kNames[] = {"opacity_mlp", "cov_mlp", "color_mlp", "feature_bank_mlp"};
     const std::vector<Mlp> mlps = sampleMlps(inputs, glint);

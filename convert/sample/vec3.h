@@ -14,11 +14,11 @@ namespace gsc {
 
 constexpr double kPi = std::numbers::pi;
 
-using Vec3 = glm::dvec3;
+using glm::dvec3;
 using glm::smoothstep;
 
 // note: glm::mix() rounds otherwise, and a sample's bytes must stay as they are
-inline Vec3 lerp(Vec3 a, Vec3 b, double t)
+inline dvec3 lerp(dvec3 a, dvec3 b, double t)
 {
     return a + (b - a) * t;
 }
@@ -28,7 +28,7 @@ inline double lerp(double a, double b, double t)
 }
 
 // Zero stays zero.
-inline Vec3 normalized(Vec3 a)
+inline dvec3 normalized(dvec3 a)
 {
     return dot(a, a) > 0 ? glm::normalize(a) : a;
 }

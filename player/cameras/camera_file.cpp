@@ -94,7 +94,7 @@ double readAngle(const JsonObject& object, const char* key)
 
 // What `read` makes of each object of an array; `what` it is, for messages.
 template <typename Read>
-auto readEach(const Json& array, const std::string& file, const char* what, std::vector<std::string>* ignored,
+auto readEach(const ParsedJson& array, const std::string& file, const char* what, std::vector<std::string>* ignored,
               const Read& read)
 {
     DistortionCheck distortion(file, ignored);
@@ -108,7 +108,8 @@ auto readEach(const Json& array, const std::string& file, const char* what, std:
     return cameras;
 }
 
-std::vector<SourceCamera> upstreamCameras(const Json& root, const std::string& file, std::vector<std::string>* ignored)
+std::vector<SourceCamera> upstreamCameras(const ParsedJson& root, const std::string& file,
+                                          std::vector<std::string>* ignored)
 {
     if (!root.is_array())
         throw Error(ErrorCode::InvalidFile,
@@ -223,7 +224,7 @@ std::vector<Camera> trajectoryCameras(const JsonObject& root, const std::string&
     const std::string schema = root.text("schema");
     if (schema != "gsc.trajectory/1")
         root.fail("schema", "\"" + schema.substr(0, 40) + "\"", "\"gsc.trajectory/1\"; a newer player may read it");
-    const Json& frames = root.at("frames");
+    const ParsedJson& frames = root.at("frames");
     if (!frames.is_array())
         root.fail("frames", "no array", "an array of frames");
     const auto read = [&root](const JsonObject& frame, DistortionCheck& distortion, size_t i) {
@@ -269,7 +270,7 @@ std::vector<EyeView> trajectoryViews(const JsonObject& root, const std::string& 
     std::vector<EyeView> views;
     if (!root.has("views"))
         return views;
-    const Json& array = root.at("views");
+    const ParsedJson& array = root.at("views");
     if (!array.is_array() || array.empty() || array.size() > 2)
         root.fail("views", "no array of one or two", "one eye, or the left and the right one");
     if (root.has("ipd"))
@@ -335,7 +336,7 @@ Camera cameraOf(const SourceCamera& source)
 std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, TrajectoryFacts* eyes,
                                     std::vector<std::string>* ignored)
 {
-    const Json root = parseJson(json, name);
+    const ParsedJson root = parseJson(json, name);
     std::vector<Camera> cameras;
     TrajectoryFacts stated;
     if (root.is_array()) {
@@ -348,7 +349,7 @@ std::vector<Camera> parseCameraFile(std::string_view json, const std::string& na
             stated.ipd = object.has("ipd") ? object.positive("ipd") : 0;
             stated.name = object.has("name") ? object.text("name") : "";
             stated.views = trajectoryViews(object, name);
-        } else if (const Json* frames = object.find("frames"); frames && frames->is_array())
+        } else if (const ParsedJson* frames = object.find("frames"); frames && frames->is_array())
             cameras = transformsCameras(object, name, ignored);
         else
             throw Error(

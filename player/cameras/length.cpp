@@ -42,12 +42,12 @@ Length parseLength(const std::string& text, const char* option)
 
 std::optional<Metre> metreOfManifest(std::string_view manifest)
 {
-    using Json = nlohmann::json;
-    static const Json::json_pointer kUnits("/model/metre/units"), kRule("/model/metre/rule");
-    const Json json = Json::parse(manifest, nullptr, false);
+    using Manifest = nlohmann::json;
+    static const Manifest::json_pointer kUnits("/model/metre/units"), kRule("/model/metre/rule");
+    const Manifest json = Manifest::parse(manifest, nullptr, false);
     if (!json.is_object() || !json.contains(kUnits) || !json.contains(kRule))
         return std::nullopt;
-    const Json &units = json[kUnits], &rule = json[kRule];
+    const Manifest &units = json[kUnits], &rule = json[kRule];
     if (!units.is_number() || !isLength(units.get<double>()) || !rule.is_string())
         return std::nullopt;
     return Metre{units.get<double>(), rule.get<std::string>()};

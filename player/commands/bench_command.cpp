@@ -15,7 +15,7 @@ namespace gsc {
 
 namespace {
 
-constexpr const char* kExamples = R"(examples:
+constexpr const char* kBenchExamples = R"(examples:
   gsc-play bench room.gsc --size 1920x1080
       300 frames round the stored cameras after 50 of warm-up, as a table
   gsc-play bench city.gsc --cameras flight.json --eyes 2 --ipd 0.065 --size 2048x2048 --fov 90 --quality 16 --out b.jsonl
@@ -106,7 +106,7 @@ void addBenchCommand(CLI::App& root, Invocation& invocation)
     addTargetOption(command, options->play);
     addBenchOptions(command, *options);
     addReporterOptions(command, invocation.reporter, true);
-    setFooter(command, kExamples);
+    setFooter(command, kBenchExamples);
     onParsed(command, [&command, &invocation, options] {
         checkBenchOptions(command, *options);
         invocation.run = [options](Reporter& report) {

@@ -17,7 +17,7 @@ namespace gsc {
 
 namespace {
 
-constexpr const char* kExamples = R"(examples:
+constexpr const char* kPlayExamples = R"(examples:
   gsc-play room.gsc --out 'frames/{name}.png'
       every camera stored in the file, at its own size
   gsc-play room.gsc --cameras path.json --frames 0:100 --size 1920x1080 --out 'out/{frame:04}.png' --stats out.jsonl
@@ -106,7 +106,7 @@ void addPlayCommand(CLI::App& root, Invocation& invocation)
     auto options = std::make_shared<PlayOptions>();
     addPlayOptions(root, *options);
     addReporterOptions(root, invocation.reporter, true);
-    setFooter(root, kExamples);
+    setFooter(root, kPlayExamples);
     onParsed(root, [&root, &invocation, options] {
         if (hasCommand(root))
             return;

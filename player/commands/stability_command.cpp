@@ -11,7 +11,7 @@ namespace gsc {
 
 namespace {
 
-constexpr const char* kExamples = R"(example:
+constexpr const char* kStabilityExamples = R"(example:
   gsc sample paths room.gsc -o paths && gsc-play stability room.gsc --trajectories paths --size 640x480 --reuse error
       every breaking path, each frame against the tier exact; exit code 8 if one passes a bound)";
 
@@ -56,7 +56,7 @@ void addStabilityCommand(CLI::App& root, Invocation& invocation)
     addViewOptions(command, options->play);
     addRunOptions(command, options->play);
     addReporterOptions(command, invocation.reporter, true);
-    setFooter(command, kExamples);
+    setFooter(command, kStabilityExamples);
     onParsed(command, [&command, &invocation, options] {
         checkRenderOptions(command, options->play, true);
         checkEyes(command, options->play);

@@ -5,6 +5,7 @@
 #include "format/interrupt.h"
 #include "player/lod_target.h"
 #include "player/measure/runner.h"
+#include "player/measure/stopwatch.h"
 #include "player/open_renderer.h"
 #include "player/sweep/row_file.h"
 #include "player/shots.h"
@@ -20,11 +21,6 @@ namespace gsc {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-double millisecondsSince(Clock::time_point start)
-{
-    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 class Bench {
 public:

@@ -63,16 +63,6 @@ void checkFrames(const PlayOptions& options, const std::vector<StabilityPath>& p
 
 } // namespace
 
-bool StabilityPath::passed() const
-{
-    return std::all_of(verdicts.begin(), verdicts.end(), [](const Verdict& v) { return v.passed; });
-}
-
-bool StabilitySummary::passed() const
-{
-    return std::all_of(paths.begin(), paths.end(), [](const StabilityPath& path) { return path.passed(); });
-}
-
 std::vector<Verdict> judge(const StabilityOptions& options, const RunResult& run)
 {
     // comparisons are written so that a NaN fails

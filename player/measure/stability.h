@@ -4,6 +4,7 @@
 
 #include "player/measure/runner.h"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -31,7 +32,7 @@ struct StabilityPath {
     RunResult run;
     std::vector<Verdict> verdicts;
 
-    [[nodiscard]] bool passed() const;
+    [[nodiscard]] bool passed() const { return std::ranges::all_of(verdicts, &Verdict::passed); }
 };
 
 struct StabilitySummary {
@@ -40,7 +41,7 @@ struct StabilitySummary {
     std::vector<StabilityPath> paths;
     std::vector<std::string> warnings;
 
-    [[nodiscard]] bool passed() const;
+    [[nodiscard]] bool passed() const { return std::ranges::all_of(paths, &StabilityPath::passed); }
 };
 
 // The bounds that are set, against a run.

@@ -20,7 +20,7 @@ constexpr size_t kMaxRuns = 100000; // of the axes, per trajectory, before equal
 // A value of a run by itself or one in the list of an axis; `where` names the key, with its index in a list.
 class Value {
 public:
-    Value(const JsonObject& object, std::string where, const Json& value)
+    Value(const JsonObject& object, std::string where, const ParsedJson& value)
         : m_object(object), m_where(std::move(where)), m_value(value)
     {
     }
@@ -65,7 +65,7 @@ public:
 private:
     const JsonObject& m_object;
     std::string m_where;
-    const Json& m_value;
+    const ParsedJson& m_value;
 };
 
 // Something that runs differ in, and how a run takes a value of it.
@@ -125,7 +125,7 @@ std::vector<RunConfig> productOf(const JsonObject& axes, Settings settings, cons
     std::rotate(settings.begin(), std::ranges::find(settings, std::string_view("tier"), &Setting::key), settings.end());
     std::vector<RunConfig> product = {base};
     for (const Setting& setting : settings) {
-        const Json* list = axes.find(setting.key);
+        const ParsedJson* list = axes.find(setting.key);
         if (!list)
             continue;
         if (!list->is_array() || list->empty())
@@ -149,7 +149,7 @@ RunConfig readRun(const JsonObject& object, const Settings& settings, const RunC
     checkKeys(object, settings);
     RunConfig run = base;
     for (const Setting& setting : settings)
-        if (const Json* value = object.find(setting.key))
+        if (const ParsedJson* value = object.find(setting.key))
             setting.take(run, Value(object, setting.key, *value));
     if (run.stereo == StereoMode::Merged && run.reuse.policy == ReusePolicy::Error)
         object.fail("stereo", "\"merged\" with a policy that bounds the change for each eye",
@@ -159,7 +159,7 @@ RunConfig readRun(const JsonObject& object, const Settings& settings, const RunC
 
 void readTrajectories(const JsonObject& root, SweepConfig& config)
 {
-    const Json& list = root.at("trajectories");
+    const ParsedJson& list = root.at("trajectories");
     if (!list.is_array() || list.empty())
         root.fail("trajectories", shownJson(list), "an array of at least one camera file or \"stored\"");
     for (size_t i = 0; i < list.size(); ++i) {
@@ -174,29 +174,29 @@ void readTrajectories(const JsonObject& root, SweepConfig& config)
 void readFrames(const JsonObject& root, SweepConfig& config)
 {
     const auto given = [&](const char* key) {
-        const Json* value = root.find(key);
+        const ParsedJson* value = root.find(key);
         return value && !value->is_null() ? value : nullptr;
     };
-    if (const Json* size = given("size")) {
+    if (const ParsedJson* size = given("size")) {
         if (!size->is_array() || size->size() != 2)
             root.fail("size", shownJson(*size), "[width, height] or null");
         config.width = uint32_t(Value(root, "size[0]", (*size)[0]).count(1, kMaxImageSide, " pixels"));
         config.height = uint32_t(Value(root, "size[1]", (*size)[1]).count(1, kMaxImageSide, " pixels"));
     }
-    if (const Json* fov = given("fov_degrees"))
+    if (const ParsedJson* fov = given("fov_degrees"))
         config.fov_degrees = Value(root, "fov_degrees", *fov).number(0.01, 179.9, "or null");
-    if (const Json* eyes = given("eyes"))
+    if (const ParsedJson* eyes = given("eyes"))
         config.eyes = int(Value(root, "eyes", *eyes).count(1, 2, ""));
-    if (const Json* frames = given("frames"))
+    if (const ParsedJson* frames = given("frames"))
         config.frames = Value(root, "frames", *frames).count(1, kMaxFrames, " or null for all");
-    if (const Json* warmup = given("warmup"))
+    if (const ParsedJson* warmup = given("warmup"))
         config.warmup = uint32_t(Value(root, "warmup", *warmup).count(0, kMaxFrames, " frames"));
-    if (const Json* quality = given("quality")) {
+    if (const ParsedJson* quality = given("quality")) {
         const JsonObject object(*quality, root.where() + ": quality");
         object.checkKeys({"ssim", "flip"});
         for (const auto& [key, every] :
              {std::pair<const char*, uint32_t*>{"ssim", &config.score.ssim_every}, {"flip", &config.score.flip_every}})
-            if (const Json* value = object.find(key); value && !value->is_null())
+            if (const ParsedJson* value = object.find(key); value && !value->is_null())
                 *every = uint32_t(Value(object, key, *value).count(0, kMaxFrames, ": every so many frames, 0 = none"));
     }
 }
@@ -206,7 +206,7 @@ void readFrames(const JsonObject& root, SweepConfig& config)
 SweepConfig parseSweepConfig(std::string_view json, const std::string& file, const RunConfig& base,
                              const std::vector<std::string>& backends)
 {
-    const Json parsed = parseJson(json, file, "a sweep (schemas/sweep.schema.json)");
+    const ParsedJson parsed = parseJson(json, file, "a sweep (schemas/sweep.schema.json)");
     const JsonObject root(parsed, file);
     if (const std::string schema = root.text("schema"); schema != "gsc.sweep/1")
         root.fail("schema", "\"" + schema.substr(0, 40) + "\"", "\"gsc.sweep/1\"; a newer player may read it");
@@ -216,11 +216,11 @@ SweepConfig parseSweepConfig(std::string_view json, const std::string& file, con
     readTrajectories(root, config);
     readFrames(root, config);
     const Settings settings = settingsFor(backends);
-    if (const Json* axes = root.find("axes")) {
+    if (const ParsedJson* axes = root.find("axes")) {
         config.runs = productOf(JsonObject(*axes, file + ": axes"), settings, base);
         config.matched = config.runs.front().reuse;
     }
-    if (const Json* runs = root.find("runs")) {
+    if (const ParsedJson* runs = root.find("runs")) {
         if (!runs->is_array() || runs->empty())
             root.fail("runs", shownJson(*runs), "an array of at least one run");
         for (size_t i = 0; i < runs->size(); ++i)

@@ -18,7 +18,7 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 
 struct Poses {
-    std::vector<Vec3> position, forward;
+    std::vector<dvec3> position, forward;
     double ipd = 0;
 
     [[nodiscard]] size_t size() const { return position.size(); }
@@ -43,12 +43,12 @@ Poses readPoses(const std::string& path)
     for (const Camera& c : cameras) {
         wrong += c.width != 2048 || c.height != 2048 || !(std::abs(c.fov_x - 0.5 * kPi) < 1e-12);
         const double* r = c.rotation;
-        const Vec3 right{r[0], r[3], r[6]}, down{r[1], r[4], r[7]}, forward{r[2], r[5], r[8]};
-        const Vec3 lack = cross(right, down) - forward; // zero for a rotation; NaN fails every comparison
+        const dvec3 right{r[0], r[3], r[6]}, down{r[1], r[4], r[7]}, forward{r[2], r[5], r[8]};
+        const dvec3 lack = cross(right, down) - forward; // zero for a rotation; NaN fails every comparison
         wrong += !(length(lack) < 1e-12) || !(std::abs(length(right) - 1) < 1e-12) ||
                  !(std::abs(length(down) - 1) < 1e-12) || !(std::abs(dot(right, down)) < 1e-12);
         const double* t = c.translation;
-        const Vec3 position = Vec3{} - right * t[0] - down * t[1] - forward * t[2];
+        const dvec3 position = dvec3{} - right * t[0] - down * t[1] - forward * t[2];
         wrong += !std::isfinite(length(position));
         poses.position.push_back(position);
         poses.forward.push_back(forward);
@@ -66,10 +66,10 @@ std::map<std::string, Poses> readPaths(const std::string& model)
 }
 
 // Every frame of `orbit` looks at one point from one distance: returns the two.
-Vec3 checkOrbit(const Poses& orbit, double& distance)
+dvec3 checkOrbit(const Poses& orbit, double& distance)
 {
     distance = length(orbit.position[0] - orbit.position[60]) / length(orbit.forward[0] - orbit.forward[60]);
-    const Vec3 target = orbit.position[0] + orbit.forward[0] * distance;
+    const dvec3 target = orbit.position[0] + orbit.forward[0] * distance;
     size_t wrong = 0;
     for (size_t i = 0; i < orbit.size(); ++i) {
         wrong += !(std::abs(length(orbit.position[i] - target) - distance) < 1e-9 * distance);
@@ -115,7 +115,7 @@ void checkMoving(std::map<std::string, Poses>& paths)
             CHECK(straight->turn(i) < 1e-9);
             CHECK(straight->step(i) == doctest::Approx(straight->step(1)).epsilon(1e-6));
         }
-    const Vec3 way = walk.position.back() - walk.position.front();
+    const dvec3 way = walk.position.back() - walk.position.front();
     CHECK(dot(normalized(way), walk.forward[0]) == doctest::Approx(1));
     CHECK(length(way) > 20 * walk.ipd); // 1.3 metres
     CHECK(length(way) < 500 * walk.ipd);
@@ -135,7 +135,7 @@ void checkMoving(std::map<std::string, Poses>& paths)
 void checkDistances(std::map<std::string, Poses>& paths, double standard_dist, bool floor)
 {
     double distance = 0;
-    const Vec3 target = checkOrbit(paths["orbit"], distance);
+    const dvec3 target = checkOrbit(paths["orbit"], distance);
     const Poses &zoom = paths["zoom_out"], &swing = paths["level_swing"], &shake = paths["jitter"];
     const auto away = [&](const Poses& path, size_t i) { return length(path.position[i] - target); };
     const double factor = away(zoom, 1) / away(zoom, 0);
@@ -180,10 +180,10 @@ void checkPaths(const std::string& model)
 size_t anchorsAlong(const std::string& model, const Poses& path, double reach)
 {
     const PlyRows ply = readPlyRows(plyOf(model));
-    const Vec3 from = path.position.front(), way = path.position.back() - from;
+    const dvec3 from = path.position.front(), way = path.position.back() - from;
     size_t count = 0;
     for (size_t i = 0; i < ply.count(); ++i) {
-        const Vec3 p = Vec3{ply.at(i, 0), ply.at(i, 1), ply.at(i, 2)} - from;
+        const dvec3 p = dvec3{ply.at(i, 0), ply.at(i, 1), ply.at(i, 2)} - from;
         const double t = std::clamp(dot(p, way) / dot(way, way), 0.0, 1.0);
         count += length(p - way * t) < reach;
     }

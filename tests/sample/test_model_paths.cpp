@@ -21,7 +21,7 @@ using namespace gsc::test;
 namespace {
 
 struct Pose {
-    Vec3 position, right, down, forward;
+    dvec3 position, right, down, forward;
 };
 
 struct Frames {
@@ -36,7 +36,7 @@ struct Frames {
     }
     [[nodiscard]] double turn(size_t i) const // degrees per second
     {
-        const Vec3 a = poses[i].forward, b = poses[i - 1].forward;
+        const dvec3 a = poses[i].forward, b = poses[i - 1].forward;
         return std::atan2(length(cross(a, b)), dot(a, b)) * fps / degrees(1);
     }
 };
@@ -52,7 +52,7 @@ Frames readFrames(const std::string& file, double metre)
         const double* r = c.rotation;
         const double* t = c.translation;
         Pose pose{{}, {r[0], r[3], r[6]}, {r[1], r[4], r[7]}, {r[2], r[5], r[8]}};
-        pose.position = Vec3{} - pose.right * t[0] - pose.down * t[1] - pose.forward * t[2];
+        pose.position = dvec3{} - pose.right * t[0] - pose.down * t[1] - pose.forward * t[2];
         wrong += !(length(cross(pose.right, pose.down) - pose.forward) < 1e-9) ||
                  !(std::abs(length(pose.right) - 1) < 1e-9) || !(std::abs(length(pose.down) - 1) < 1e-9) ||
                  !std::isfinite(length(pose.position));
@@ -66,9 +66,9 @@ Frames readFrames(const std::string& file, double metre)
     return frames;
 }
 
-std::vector<Vec3> anchorsOf(const Checkpoint& checkpoint)
+std::vector<dvec3> anchorsOf(const Checkpoint& checkpoint)
 {
-    std::vector<Vec3> anchors;
+    std::vector<dvec3> anchors;
     AnchorBatch batch;
     const auto source = openAnchors(checkpoint);
     while (source->next(batch, kAnchorPlacement, 65'536))
@@ -78,11 +78,11 @@ std::vector<Vec3> anchorsOf(const Checkpoint& checkpoint)
 }
 
 // Of the anchors, in a square image with 90 degrees of view; counted apart from the generator.
-double shareInImage(const std::vector<Vec3>& anchors, const Pose& pose)
+double shareInImage(const std::vector<dvec3>& anchors, const Pose& pose)
 {
     size_t count = 0;
-    for (const Vec3& p : anchors) {
-        const Vec3 d = p - pose.position;
+    for (const dvec3& p : anchors) {
+        const dvec3 d = p - pose.position;
         const double depth = dot(d, pose.forward);
         count += depth > 0.2 && std::abs(dot(d, pose.right)) < depth && std::abs(dot(d, pose.down)) < depth;
     }
@@ -172,7 +172,7 @@ void checkShapes(Made& made)
     const Frames& zoom = made.paths["zoom_out"];
     CHECK(zoom.speed(72) / zoom.speed(1) > 1.9); // twice as far a second later
     const Frames& rise = made.paths["ascent"];
-    const Vec3 up = normalized(rise.poses.back().position - rise.poses.front().position);
+    const dvec3 up = normalized(rise.poses.back().position - rise.poses.front().position);
     CHECK(dot(rise.poses.back().forward, up) < dot(rise.poses.front().forward, up)); // looks further down
     const Frames& orbit = made.paths["orbit"];
     double turned = 0;
@@ -188,7 +188,7 @@ void checkShapes(Made& made)
 }
 
 // Ordinary paths never lose sight of the model; those that go through it or turn away may.
-void checkSight(Made& made, const std::vector<Vec3>& anchors)
+void checkSight(Made& made, const std::vector<dvec3>& anchors)
 {
     for (const char* name : {"walk", "ascent", "orbit", "zoom_out", "jitter", "teleport", "level_swing", "wide_eyes"}) {
         CAPTURE(name);
@@ -268,7 +268,7 @@ TEST_CASE("model paths: an appearance row per path, of a camera nearby")
             int nearest = -1;
             double least = 1e300;
             for (const SourceCamera& c : checkpoint.cameras) {
-                const Vec3 at{c.position[0], c.position[1], c.position[2]};
+                const dvec3 at{c.position[0], c.position[1], c.position[2]};
                 if (const double d = length(at - frames.poses[from].position); !c.is_test && d < least) {
                     least = d;
                     nearest = c.appearance;

@@ -40,15 +40,15 @@ struct PathLens {
 };
 
 // Unit vector; the two angles in radians.
-Vec3 radialDirection(const PathSite& site, double heading, double down);
+dvec3 radialDirection(const PathSite& site, double heading, double down);
 
 // Adds frames to a path. Precondition: the site outlives it.
 class PathMaker {
 public:
     PathMaker(const PathSite& site, const char* name, double fps, const PathLens& lens = {});
 
-    void look(Vec3 position, Vec3 forward);
-    [[nodiscard]] Vec3 direction(double heading, double down) const
+    void look(dvec3 position, dvec3 forward);
+    [[nodiscard]] dvec3 direction(double heading, double down) const
     {
         return radialDirection(m_site, degrees(heading), degrees(down));
     }
@@ -63,16 +63,16 @@ private:
 };
 
 // Round `target`, `step` degrees a frame, at a constant distance.
-void circle(PathMaker& path, int frames, Vec3 target, double distance, double heading, double step, double down);
+void circle(PathMaker& path, int frames, dvec3 target, double distance, double heading, double step, double down);
 // Still, then `turning` frames of `step` degrees each, then still.
-void turnHead(PathMaker& path, Vec3 eye, double heading, double step, int still_before, int turning, int still_after);
-void stand(PathMaker& path, int frames, Vec3 position, Vec3 forward);
+void turnHead(PathMaker& path, dvec3 eye, double heading, double step, int still_before, int turning, int still_after);
+void stand(PathMaker& path, int frames, dvec3 position, dvec3 forward);
 // Away from `target`, from distance `first` to `last`, the same factor each frame.
-void recede(PathMaker& path, int frames, Vec3 target, Vec3 forward, double first, double last);
+void recede(PathMaker& path, int frames, dvec3 target, dvec3 forward, double first, double last);
 // `share` of `distance` to either side of it, `period` frames to a swing, no frame on the distance itself.
-void swing(PathMaker& path, int frames, Vec3 target, Vec3 forward, double distance, double share, double period);
+void swing(PathMaker& path, int frames, dvec3 target, dvec3 forward, double distance, double share, double period);
 // Eyes at `distance` before `target` that shake by 1 mm at first and 2 cm in the end. Radians per frame of the three
 // axes: rate, rate + spread, rate + 2 spread.
-void shake(PathMaker& path, int frames, Vec3 target, Vec3 forward, double distance, double rate, double spread);
+void shake(PathMaker& path, int frames, dvec3 target, dvec3 forward, double distance, double rate, double spread);
 
 } // namespace gsc

@@ -11,7 +11,7 @@ namespace gsc {
 namespace {
 
 // (0, 0) and (1, 1) are opposite corners of the ground.
-Vec3 above(const PathSite& site, double u, double v, double height)
+dvec3 above(const PathSite& site, double u, double v, double height)
 {
     return site.axis[0] * lerp(site.low[0], site.high[0], u) + site.axis[1] * lerp(site.low[1], site.high[1], v) +
            site.up * (site.ground + height);
@@ -83,7 +83,7 @@ CameraPath walkThrough(const PathSite& site)
     const double heading = 0.6 * diagonal(site);
     const double way =
         std::min(30 * site.metre, 0.8 * std::min(side(site, 0) / std::cos(heading), side(site, 1) / std::sin(heading)));
-    const Vec3 forward = radialDirection(site, heading, 0);
+    const dvec3 forward = radialDirection(site, heading, 0);
     for (int i = 0; i < 120; ++i)
         path.look(above(site, 0.5, 0.5, eyeHeight(site)) + forward * (way * (i / 119.0 - 0.5)), forward);
     return path.take();
@@ -110,7 +110,7 @@ CameraPath wideEyes(const PathSite& site)
     PathMaker path(site, "wide_eyes", kHeadsetRate);
     path.eyes(kWideEyes);
     const double heading = diagonal(site);
-    const Vec3 way = radialDirection(site, heading, 0), forward = radialDirection(site, heading, degrees(5));
+    const dvec3 way = radialDirection(site, heading, 0), forward = radialDirection(site, heading, degrees(5));
     for (int i = 0; i < 60; ++i)
         path.look(above(site, 0.5, 0.5, eyeHeight(site)) + way * (kWalkSpeed * site.metre * i / kHeadsetRate), forward);
     return path.take();
@@ -120,14 +120,14 @@ CameraPath wideEyes(const PathSite& site)
 
 void flyDiagonal(PathMaker& path, const PathSite& site, int frames, double from, double to, double height)
 {
-    const Vec3 forward = radialDirection(site, diagonal(site), degrees(25));
+    const dvec3 forward = radialDirection(site, diagonal(site), degrees(25));
     for (int i = 0; i < frames; ++i) {
         const double t = from + (to - from) * i / (frames - 1);
         path.look(above(site, t, t, height), forward);
     }
 }
 
-Vec3 pathTarget(const PathSite& site)
+dvec3 pathTarget(const PathSite& site)
 {
     return site.axis[0] * (0.5 * (site.low[0] + site.high[0])) + site.axis[1] * (0.5 * (site.low[1] + site.high[1])) +
            site.up * site.ground;

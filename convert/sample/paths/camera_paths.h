@@ -17,7 +17,7 @@ std::vector<double> levelBoundaries(const PathSite& site);
 double levelBoundary(const PathSite& site, double near_to);
 
 // The point on the ground that orbit, zoom_out and level_swing look at.
-Vec3 pathTarget(const PathSite& site);
+dvec3 pathTarget(const PathSite& site);
 
 constexpr double kWideEyes = 20; // times as far apart as eyes are
 

@@ -10,7 +10,7 @@ namespace gsc {
 
 namespace {
 
-void setHeights(std::span<const Vec3> points, std::span<const SourceCamera> cameras, double ground_share,
+void setHeights(std::span<const dvec3> points, std::span<const SourceCamera> cameras, double ground_share,
                 GroundFrame& frame)
 {
     for (int i = 0; i < 2; ++i) {
@@ -26,11 +26,11 @@ void setHeights(std::span<const Vec3> points, std::span<const SourceCamera> came
 }
 
 // Of the points' scatter about their mean.
-PrincipalAxes axesOf(std::span<const Vec3> points)
+PrincipalAxes axesOf(std::span<const dvec3> points)
 {
-    const Vec3 mean = meanOf(points);
+    const dvec3 mean = meanOf(points);
     glm::dmat3 scatter(0);
-    for (const Vec3& p : points)
+    for (const dvec3& p : points)
         scatter += outerProduct(p - mean, p - mean);
     return principalAxes(scatter);
 }
@@ -60,7 +60,7 @@ PrincipalAxes principalAxes(glm::dmat3 m)
     int order[3] = {0, 1, 2};
     std::sort(order, order + 3, [&](int a, int b) { return m[a][a] > m[b][b]; });
     for (int i = 0; i < 3; ++i) {
-        const Vec3 axis = v[order[i]];
+        const dvec3 axis = v[order[i]];
         // a sign that does not depend on the path of the iteration
         const double largest = std::max({axis.x, axis.y, axis.z}), smallest = std::min({axis.x, axis.y, axis.z});
         found.axes[i] = axis * (largest >= -smallest ? 1.0 : -1.0);
@@ -69,10 +69,10 @@ PrincipalAxes principalAxes(glm::dmat3 m)
     return found;
 }
 
-Vec3 meanOf(std::span<const Vec3> points)
+dvec3 meanOf(std::span<const dvec3> points)
 {
-    Vec3 mean{};
-    for (const Vec3& p : points)
+    dvec3 mean{};
+    for (const dvec3& p : points)
         mean += p * (1.0 / double(points.size()));
     return mean;
 }
@@ -84,7 +84,7 @@ double quantile(std::vector<double>& values, double q)
     return *at;
 }
 
-double quantileAlong(std::span<const Vec3> points, Vec3 axis, double q)
+double quantileAlong(std::span<const dvec3> points, dvec3 axis, double q)
 {
     std::vector<double> values(points.size());
     for (size_t i = 0; i < points.size(); ++i)
@@ -92,16 +92,16 @@ double quantileAlong(std::span<const Vec3> points, Vec3 axis, double q)
     return quantile(values, q);
 }
 
-GroundFrame fitGround(std::span<const Vec3> points, std::span<const SourceCamera> cameras)
+GroundFrame fitGround(std::span<const dvec3> points, std::span<const SourceCamera> cameras)
 {
     GroundFrame frame;
     const PrincipalAxes found = axesOf(points);
-    const Vec3 *const axes = found.axes, mean = meanOf(points);
+    const dvec3 *const axes = found.axes, mean = meanOf(points);
     double side;
     if (cameras.empty()) {
         side = dot(mean, axes[2]) - quantileAlong(points, axes[2], 0.5);
     } else {
-        std::vector<Vec3> eyes;
+        std::vector<dvec3> eyes;
         for (const SourceCamera& camera : cameras)
             eyes.push_back(eyeOf(camera));
         side = dot(meanOf(eyes) - mean, axes[2]);
@@ -113,13 +113,13 @@ GroundFrame fitGround(std::span<const Vec3> points, std::span<const SourceCamera
     return frame;
 }
 
-GroundFrame fitGroundAlong(std::span<const Vec3> points, std::span<const SourceCamera> cameras, Vec3 up,
+GroundFrame fitGroundAlong(std::span<const dvec3> points, std::span<const SourceCamera> cameras, dvec3 up,
                            double ground_share)
 {
-    std::vector<Vec3> flat(points.begin(), points.end());
-    for (Vec3& p : flat)
+    std::vector<dvec3> flat(points.begin(), points.end());
+    for (dvec3& p : flat)
         p = p - up * dot(p, up);
-    const Vec3 longest = axesOf(flat).axes[0];
+    const dvec3 longest = axesOf(flat).axes[0];
     GroundFrame frame;
     frame.up = up;
     frame.axis[0] = normalized(longest - up * dot(longest, up));

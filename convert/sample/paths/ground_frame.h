@@ -19,13 +19,13 @@ constexpr uint32_t kMinViews = 6;      // a well-seen anchor is in at least as m
 // Eigenvectors and eigenvalues of a symmetric matrix, the largest first. The signs do not depend on the path of the
 // iteration.
 struct PrincipalAxes {
-    Vec3 axes[3];
+    dvec3 axes[3];
     double values[3];
 };
 PrincipalAxes principalAxes(glm::dmat3 m);
 
 // Precondition of all: there are points, or values.
-Vec3 meanOf(std::span<const Vec3> points);
+dvec3 meanOf(std::span<const dvec3> points);
 // At most `most` of them, evenly.
 template <typename T>
 std::vector<T> everyNth(const std::vector<T>& all, size_t most)
@@ -39,20 +39,20 @@ std::vector<T> everyNth(const std::vector<T>& all, size_t most)
 
 // Value below which a share of `q` lies; the order of `values` changes.
 double quantile(std::vector<double>& values, double q);
-double quantileAlong(std::span<const Vec3> points, Vec3 axis, double q);
+double quantileAlong(std::span<const dvec3> points, dvec3 axis, double q);
 
 // The ground of a model. Its height is the median of the points, the view height the median of the cameras above it.
 struct GroundFrame {
-    Vec3 axis[2]{}, up{};               // unit vectors, right-handed
+    dvec3 axis[2]{}, up{};              // unit vectors, right-handed
     double ground = 0, view_height = 0; // along up
     double low[2] = {}, high[2] = {};   // 10 and 90 % of the points along the axes
 };
 
 // The plane is spanned by the two larger principal axes of the points; `up` is the third axis, turned to the side of
 // the cameras, or to where the points' tail is longer if there are none.
-GroundFrame fitGround(std::span<const Vec3> points, std::span<const SourceCamera> cameras);
+GroundFrame fitGround(std::span<const dvec3> points, std::span<const SourceCamera> cameras);
 // The same with a given up direction, a unit vector; ground lies at the `ground_share` quantile of the points.
-GroundFrame fitGroundAlong(std::span<const Vec3> points, std::span<const SourceCamera> cameras, Vec3 up,
+GroundFrame fitGroundAlong(std::span<const dvec3> points, std::span<const SourceCamera> cameras, dvec3 up,
                            double ground_share);
 
 // World units that stand for a metre of a viewer's body where nothing tells the scale: the eyes, 0.064 m apart, are

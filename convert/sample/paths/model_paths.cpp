@@ -33,7 +33,7 @@ struct PathOrder {
 
 void walkAlong(const PathOrder& order, PathMaker& path, const Walk& walk)
 {
-    const Vec3 way = walk.last.position - walk.first.position;
+    const dvec3 way = walk.last.position - walk.first.position;
     const double step = kWalkSpeed * order.metre() / order.fps;
     const int frames = std::max(2, int(length(way) / step) + 1);
     for (int i = 0; i < frames; ++i)
@@ -65,17 +65,17 @@ std::string ascent(const PathOrder& order, PathMaker& path)
     const PathSite& site = order.survey.site;
     const Walk from = order.places.walk(kWalkSpeed);
     const bool ground = order.survey.fromAbove();
-    const Vec3 start = from.first.position;
+    const dvec3 start = from.first.position;
     const double above = order.survey.top - dot(start, site.up);
     // rooms end at their ceiling
     const double rise = ground ? site.view_height : std::clamp(0.8 * above, 0.5 * order.metre(), 20 * order.metre());
     const double speed = std::min(kAscentSpeed * order.metre(), rise / 2);
     const int frames = order.frames(std::min(5.0, rise / speed));
-    const Vec3 ahead = normalized(from.first.forward - site.up * dot(from.first.forward, site.up));
-    const Vec3 target = ground ? start + ahead * (6 * order.metre()) - site.up * (kEyeHeight * order.metre())
-                               : start + from.first.forward * order.survey.viewing_distance;
+    const dvec3 ahead = normalized(from.first.forward - site.up * dot(from.first.forward, site.up));
+    const dvec3 target = ground ? start + ahead * (6 * order.metre()) - site.up * (kEyeHeight * order.metre())
+                                : start + from.first.forward * order.survey.viewing_distance;
     for (int i = 0; i < frames; ++i) {
-        const Vec3 position = start + site.up * (speed * i / order.fps);
+        const dvec3 position = start + site.up * (speed * i / order.fps);
         path.look(position, normalized(target - position));
     }
     return formatString("rises at %.3g m/s and looks at one place, more and more downwards", speed / order.metre());
@@ -133,7 +133,7 @@ std::string levelSwing(const PathOrder& order, PathMaker& path)
     const PathSite& site = order.survey.site;
     const Arc arc = order.places.arc(30);
     double distance = arc.distance, chosen = 0;
-    Vec3 forward = radialDirection(site, degrees(arc.heading), degrees(arc.down)), target = arc.target;
+    dvec3 forward = radialDirection(site, degrees(arc.heading), degrees(arc.down)), target = arc.target;
     const char* about = "the distance of the cameras: the model has no levels";
     if (const std::vector<double> boundaries = levelBoundaries(site); !boundaries.empty()) {
         about = "the distance of the cameras: no anchor is as far as where a level changes";
@@ -181,7 +181,7 @@ constexpr NamedPath kPaths[] = {{"walk", walk},
                                 {"wide_eyes", wideEyes},
                                 {"aerial", aerial}};
 
-int appearanceNear(const ModelSurvey& survey, Vec3 position)
+int appearanceNear(const ModelSurvey& survey, dvec3 position)
 {
     int row = -1;
     double nearest = 1e300;

@@ -26,8 +26,8 @@ constexpr double kAerialMetres = 20;     // the capture height of an aerial mode
 constexpr double kLeastEyeHeight = 0.02; // of the viewing distance: below it, the ground was hardly found
 constexpr double kInwardMetres = 3;      // the distance to what an inward capture looks at
 
-Vec3 anchorPosition(const ModelParams& params, const LevelRecord& level, const ChunkRecord& chunk,
-                    const std::byte* payload, const ChunkArrayLayout& layout, uint32_t i)
+dvec3 anchorPosition(const ModelParams& params, const LevelRecord& level, const ChunkRecord& chunk,
+                     const std::byte* payload, const ChunkArrayLayout& layout, uint32_t i)
 {
     const std::byte* at = payload + layout.offset[0] + layout.stride[0] * i;
     if (params.position_encoding != uint32_t(PositionEncoding::Grid)) {
@@ -37,7 +37,7 @@ Vec3 anchorPosition(const ModelParams& params, const LevelRecord& level, const C
     }
     GridPosition p;
     std::memcpy(&p, at, sizeof(p));
-    Vec3 out;
+    dvec3 out;
     for (int axis = 0; axis < 3; ++axis)
         out[axis] = double(
             gridCoordinate(int32_t(int64_t(chunk.origin[axis]) + p.local[axis]), level.quantum, level.origin, false));
@@ -68,7 +68,7 @@ void measureDistances(ModelSurvey& survey)
     for (SourceCamera& camera : survey.cameras) {
         throwIfInterrupted();
         depths.clear();
-        for (const Vec3& p : survey.seen)
+        for (const dvec3& p : survey.seen)
             if (sees(camera, p, 0.5))
                 depths.push_back(dot(p - eyeOf(camera), axisOf(camera, 2)));
         if (depths.empty())
@@ -83,10 +83,10 @@ void measureDistances(ModelSurvey& survey)
 
 // Photographs are hardly ever tilted sideways: up is what their right axes are most nearly perpendicular to. None if
 // the right axes are too much alike to tell.
-std::optional<Vec3> upOfCameras(const std::vector<SourceCamera>& cameras)
+std::optional<dvec3> upOfCameras(const std::vector<SourceCamera>& cameras)
 {
     glm::dmat3 m(0);
-    Vec3 sum{};
+    dvec3 sum{};
     for (const SourceCamera& c : cameras) {
         m += outerProduct(axisOf(c, 0), axisOf(c, 0));
         sum = sum - axisOf(c, 1) - axisOf(c, 2); // the sky is above the picture or behind the camera
@@ -97,21 +97,21 @@ std::optional<Vec3> upOfCameras(const std::vector<SourceCamera>& cameras)
     return axes[2] * (dot(sum, axes[2]) >= 0 ? 1.0 : -1.0);
 }
 
-double spread(const std::vector<Vec3>& points)
+double spread(const std::vector<dvec3>& points)
 {
-    const Vec3 mean = meanOf(points);
+    const dvec3 mean = meanOf(points);
     double sum = 0;
-    for (const Vec3& p : points)
+    for (const dvec3& p : points)
         sum += dot(p - mean, p - mean);
     return sum;
 }
 
-CaptureKind kindOf(const ModelSurvey& survey, Vec3 up)
+CaptureKind kindOf(const ModelSurvey& survey, dvec3 up)
 {
     std::vector<double> pitches, heights;
-    std::vector<Vec3> eyes, looked_at;
+    std::vector<dvec3> eyes, looked_at;
     for (size_t i = 0; i < survey.cameras.size(); ++i) {
-        const Vec3 eye = eyeOf(survey.cameras[i]), forward = axisOf(survey.cameras[i], 2);
+        const dvec3 eye = eyeOf(survey.cameras[i]), forward = axisOf(survey.cameras[i], 2);
         pitches.push_back(std::asin(std::clamp(-dot(forward, up), -1.0, 1.0)));
         heights.push_back(dot(eye, up));
         eyes.push_back(eye);
@@ -129,7 +129,7 @@ GroundFrame frameOf(ModelSurvey& survey)
     const GroundFrame flat = fitGround(survey.seen, cameras);
     if (cameras.empty())
         return flat;
-    const Vec3 up = upOfCameras(cameras).value_or(flat.up);
+    const dvec3 up = upOfCameras(cameras).value_or(flat.up);
     survey.kind = kindOf(survey, up);
     if (survey.kind != CaptureKind::Aerial)
         return fitGroundAlong(survey.seen, cameras, up, 0.05);
@@ -178,20 +178,21 @@ const char* captureName(CaptureKind kind)
     return kNames[int(kind)];
 }
 
-void addSurveyPoints(const GscView& view, const ChunkRecord& chunk, const std::byte* payload, std::vector<Vec3>& points)
+void addSurveyPoints(const GscView& view, const ChunkRecord& chunk, const std::byte* payload,
+                     std::vector<dvec3>& points)
 {
     const uint64_t step = (view.header->anchor_count + kSurveyAnchors - 1) / kSurveyAnchors;
     const ChunkArrayLayout layout = chunkArrayLayout(*view.params, chunk.anchor_count);
     const uint64_t first = (step - chunk.anchor_first % step) % step;
     for (uint64_t i = first; i < chunk.anchor_count; i += step) {
-        const Vec3 p =
+        const dvec3 p =
             anchorPosition(*view.params, view.levels[chunk.level_index], chunk, payload, layout, uint32_t(i));
         if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z))
             points.push_back(p);
     }
 }
 
-ModelSurvey surveyPoints(const GscView& view, std::vector<Vec3> points, const std::string& name, const Metre& metre)
+ModelSurvey surveyPoints(const GscView& view, std::vector<dvec3> points, const std::string& name, const Metre& metre)
 {
     ModelSurvey survey;
     survey.near_z = double(view.params->near_z);
@@ -205,7 +206,7 @@ ModelSurvey surveyPoints(const GscView& view, std::vector<Vec3> points, const st
     const std::vector<SourceCamera>& cameras = survey.cameras;
     for (const uint32_t least : {kMinViews, 1u}) {
         survey.seen.clear();
-        for (const Vec3& p : survey.points)
+        for (const dvec3& p : survey.points)
             if (!cameras.empty() && wellSeen(cameras, std::min(least, uint32_t(cameras.size())), p))
                 survey.seen.push_back(p);
         if (survey.seen.size() >= std::min(kLeastSeen, survey.points.size() / 2))
@@ -236,7 +237,7 @@ ModelSurvey surveyPoints(const GscView& view, std::vector<Vec3> points, const st
 
 ModelSurvey surveyModel(const GscView& view, const std::string& name, const Metre& metre)
 {
-    std::vector<Vec3> points;
+    std::vector<dvec3> points;
     for (const ChunkRecord& chunk : view.chunks) {
         throwIfInterrupted();
         addSurveyPoints(view, chunk, chunkPayload(view, chunk).data(), points);

@@ -28,8 +28,8 @@ struct ModelSurvey {
     double viewing_distance = 0; // median of the cameras' distances; the height of the bounds' view without cameras
     double near_z = 0;
     double top = 0;                    // along up, 98 % of the seen anchors are below
-    std::vector<Vec3> points;          // anchors, every n-th of a large model
-    std::vector<Vec3> seen;            // those that the training cameras see well; all without cameras
+    std::vector<dvec3> points;         // anchors, every n-th of a large model
+    std::vector<dvec3> seen;           // those that the training cameras see well; all without cameras
     std::vector<SourceCamera> cameras; // that see something; their appearance is a row that the file holds
     std::vector<double> distances;     // of each: median depth of the well-seen anchors in the middle of its image
 
@@ -47,11 +47,11 @@ ModelSurvey surveyModel(const GscView& view, const std::string& name, const Metr
 // The anchors that a survey of `view` looks at, chunk by chunk: addSurveyPoints() appends those of one chunk. Needs
 // header, params and levels of `view`; `payload` holds the chunk's arrays.
 void addSurveyPoints(const GscView& view, const ChunkRecord& chunk, const std::byte* payload,
-                     std::vector<Vec3>& points);
+                     std::vector<dvec3>& points);
 
 // The survey of the points of all chunks in order. Needs params, cameras, their names and embedding_rows of `view`.
 // `metre` and errors are those of surveyModel().
-ModelSurvey surveyPoints(const GscView& view, std::vector<Vec3> points, const std::string& name,
+ModelSurvey surveyPoints(const GscView& view, std::vector<dvec3> points, const std::string& name,
                          const Metre& metre = {});
 
 } // namespace gsc

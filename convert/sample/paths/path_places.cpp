@@ -23,16 +23,16 @@ constexpr double kSteepestWalking = 35;
 constexpr int kGridSide = 8; // places tried along each side of the ground
 
 // A unit vector with the same heading, at most `steepest` degrees from the horizon.
-Vec3 pitched(Vec3 forward, Vec3 up, double steepest)
+dvec3 pitched(dvec3 forward, dvec3 up, double steepest)
 {
     const double height = std::clamp(dot(forward, up), -std::sin(degrees(steepest)), std::sin(degrees(steepest)));
-    Vec3 flat = forward - up * dot(forward, up);
+    dvec3 flat = forward - up * dot(forward, up);
     if (length(flat) < 1e-9) // some heading, the same each time
-        flat = std::abs(up.x) < 0.9 ? cross(up, Vec3{1, 0, 0}) : cross(up, Vec3{0, 1, 0});
+        flat = std::abs(up.x) < 0.9 ? cross(up, dvec3{1, 0, 0}) : cross(up, dvec3{0, 1, 0});
     return normalized(flat) * std::sqrt(1 - height * height) + up * height;
 }
 
-Place along(const Walk& walk, Vec3 up, double t)
+Place along(const Walk& walk, dvec3 up, double t)
 {
     return {lerp(walk.first.position, walk.last.position, t), turned(walk.first.forward, walk.last.forward, up, t)};
 }
@@ -56,12 +56,12 @@ T best(const std::vector<T>& candidates, const Worth& worth)
 
 } // namespace
 
-Vec3 turned(Vec3 from, Vec3 to, Vec3 up, double t)
+dvec3 turned(dvec3 from, dvec3 to, dvec3 up, double t)
 {
     const double angle = std::atan2(length(cross(from, to)), dot(from, to));
     if (angle < 1e-9)
         return from;
-    Vec3 side = to - from * dot(to, from);
+    dvec3 side = to - from * dot(to, from);
     if (angle > kPi - 1e-6)
         side = cross(up, from);
     return normalized(from * std::cos(angle * t) + normalized(side) * std::sin(angle * t));
@@ -74,7 +74,7 @@ PathPlaces::PathPlaces(const ModelSurvey& survey, const PathLens& lens)
         m_standing.push_back(
             {eyeOf(camera), pitched(axisOf(camera, 2), survey.site.up,
                                     survey.kind == CaptureKind::Aerial ? kSteepest : kSteepestWalking)});
-    for (const Vec3& p : everyNth(m_sample, kFamiliarPoints)) {
+    for (const dvec3& p : everyNth(m_sample, kFamiliarPoints)) {
         Seen seen{p, {}};
         for (const SourceCamera& camera : everyNth(survey.cameras, kMostPlaces))
             if (sees(camera, p))
@@ -96,14 +96,14 @@ double PathPlaces::worthOf(const Walk& walk) const
 void PathPlaces::findTarget()
 {
     const PathSite& site = m_survey.site;
-    const std::vector<Vec3> candidates = everyNth(m_survey.seen, 1500);
+    const std::vector<dvec3> candidates = everyNth(m_survey.seen, 1500);
     if (m_survey.cameras.empty()) {
         m_target = pathTarget(site);
     } else {
-        m_target = best(candidates, [&](Vec3 p) {
+        m_target = best(candidates, [&](dvec3 p) {
             double sum = 0;
             for (size_t i = 0; i < m_survey.cameras.size(); ++i) {
-                const Vec3 d = p - eyeOf(m_survey.cameras[i]), forward = axisOf(m_survey.cameras[i], 2);
+                const dvec3 d = p - eyeOf(m_survey.cameras[i]), forward = axisOf(m_survey.cameras[i], 2);
                 const double depth = dot(d, forward) / m_survey.distances[i];
                 const double aside = length(cross(normalized(d), forward));
                 // in the middle, at the distance of what the photograph shows: farther ones may be hidden
@@ -115,8 +115,8 @@ void PathPlaces::findTarget()
     }
     // the middle of the anchors about it: a stray one is not looked at
     for (double radius = 0.15 * m_survey.viewing_distance; radius < 1e3 * m_survey.viewing_distance; radius *= 2) {
-        std::vector<Vec3> near;
-        for (const Vec3& p : m_survey.seen)
+        std::vector<dvec3> near;
+        for (const dvec3& p : m_survey.seen)
             if (dot(p - m_target, p - m_target) < radius * radius)
                 near.push_back(p);
         if (near.size() < 8)
@@ -134,15 +134,15 @@ std::vector<Walk> PathPlaces::walksOnGround(double metres) const
     for (int u = 0; u < kGridSide; ++u)
         for (int v = 0; v < kGridSide; ++v)
             for (int heading = 0; heading < 360; heading += 45) {
-                const Vec3 way = radialDirection(site, degrees(heading), 0) * (metres * site.metre);
-                Vec3 first = site.axis[0] * lerp(site.low[0], site.high[0], (u + 0.5) / kGridSide) +
-                             site.axis[1] * lerp(site.low[1], site.high[1], (v + 0.5) / kGridSide);
+                const dvec3 way = radialDirection(site, degrees(heading), 0) * (metres * site.metre);
+                dvec3 first = site.axis[0] * lerp(site.low[0], site.high[0], (u + 0.5) / kGridSide) +
+                              site.axis[1] * lerp(site.low[1], site.high[1], (v + 0.5) / kGridSide);
                 double ground = -1e300;
                 for (const double t : {0.0, 0.5, 1.0})
                     ground = std::max(ground, groundNear(first + way * t));
                 first = first + site.up * (ground + kEyeHeight * site.metre);
                 // photographed from above: the horizon is what such a model knows least
-                const Vec3 forward = radialDirection(site, degrees(heading), degrees(25));
+                const dvec3 forward = radialDirection(site, degrees(heading), degrees(25));
                 const bool roof = ground > site.ground + kHighestShare * site.view_height;
                 (roof ? high : found).push_back({{first, forward}, {first + way, forward}});
             }
@@ -151,7 +151,7 @@ std::vector<Walk> PathPlaces::walksOnGround(double metres) const
 
 std::vector<Walk> PathPlaces::walks(double metres) const
 {
-    const Vec3 up = m_survey.site.up;
+    const dvec3 up = m_survey.site.up;
     const double wanted = metres * m_survey.site.metre;
     if (m_survey.fromAbove())
         return walksOnGround(metres);
@@ -193,11 +193,11 @@ Walk PathPlaces::walkThrough(double metres) const
     if (m_survey.fromAbove())
         found = walksOnGround(metres);
     for (const Place& place : m_standing) {
-        const Vec3 forward = level(m_target - place.position);
+        const dvec3 forward = level(m_target - place.position);
         // from below or above the camera at most: what is behind it may be a wall
         const double before = dot(m_target - place.position, forward);
         for (const double beyond : {0.4, 0.2, 0.05})
-            if (const Vec3 last = m_target + forward * (beyond * way); m_survey.kind != CaptureKind::Aerial)
+            if (const dvec3 last = m_target + forward * (beyond * way); m_survey.kind != CaptureKind::Aerial)
                 found.push_back({{last - forward * std::min(way, before + beyond * way), forward}, {last, forward}});
     }
     return best(found, [&](const Walk& w) {
@@ -221,8 +221,8 @@ Place PathPlaces::amidLevels(const std::vector<double>& distances, double reach,
             candidates.push_back({place, distance});
     const auto hits = [&](const Choice& c) {
         size_t count = 0;
-        for (const Vec3& p : m_sample) {
-            const Vec3 d = p - c.place.position;
+        for (const dvec3& p : m_sample) {
+            const dvec3 d = p - c.place.position;
             count += std::abs(length(d) - c.distance) < reach && dot(d, c.place.forward) > 0.7 * length(d);
         }
         return double(count);
@@ -245,7 +245,7 @@ Arc PathPlaces::arc(double width) const
     for (const SourceCamera& camera : m_survey.cameras) {
         if (!sees(camera, m_target))
             continue;
-        const Vec3 d = m_target - eyeOf(camera);
+        const dvec3 d = m_target - eyeOf(camera);
         distances.push_back(length(d));
         downs.push_back(std::asin(std::clamp(-dot(normalized(d), site.up), -1.0, 1.0)) / degrees(1));
         headings.push_back(std::atan2(dot(d, site.axis[1]), dot(d, site.axis[0])) / degrees(1));
@@ -253,7 +253,7 @@ Arc PathPlaces::arc(double width) const
     const double distance = distances.empty() ? m_survey.viewing_distance : quantile(distances, 0.5);
     arc.down = std::clamp(downs.empty() ? 35.0 : quantile(downs, 0.5), -10.0, 55.0);
     std::vector<Arc> candidates;
-    const auto round = [&](Vec3 target, double away, int step) {
+    const auto round = [&](dvec3 target, double away, int step) {
         for (int heading = 0; heading < 360; heading += step) {
             arc.target = target;
             arc.distance = std::max(away, 2 * m_survey.near_z);
@@ -274,8 +274,8 @@ Arc PathPlaces::arc(double width) const
             within += std::abs(std::remainder(heading - a.heading, 360)) < 0.5 * width;
         double least = 1e300;
         for (const double t : {-0.5, -0.25, 0.0, 0.25, 0.5}) {
-            const Vec3 forward = radialDirection(site, degrees(a.heading + t * width), degrees(a.down));
-            const Vec3 eye = a.target - forward * a.distance;
+            const dvec3 forward = radialDirection(site, degrees(a.heading + t * width), degrees(a.down));
+            const dvec3 eye = a.target - forward * a.distance;
             least = std::min(least, worth({eye, forward}) * freedom(eye));
         }
         return least * (0.2 + double(within) / double(headings.size() + 1));
@@ -285,14 +285,14 @@ Arc PathPlaces::arc(double width) const
 Turn PathPlaces::turn() const
 {
     std::vector<Turn> candidates;
-    std::vector<Vec3> eyes;
+    std::vector<dvec3> eyes;
     if (m_survey.fromAbove())
         for (const Walk& walk : everyNth(walksOnGround(1), kMostPlaces))
             eyes.push_back(walk.first.position);
     else
         for (const Place& place : m_standing)
             eyes.push_back(place.position);
-    for (const Vec3& eye : eyes)
+    for (const dvec3& eye : eyes)
         for (int first = 0; first < 360; first += 30)
             candidates.push_back({eye, double(first)});
     return best(candidates, [&](const Turn& t) {
@@ -314,8 +314,8 @@ Place PathPlaces::closeUp(double& distance) const
     // what a photograph shows in its middle is a surface, and the way there is free
     for (const Place& place : m_standing) {
         depths.clear();
-        for (const Vec3& p : m_survey.seen) {
-            const Vec3 d = p - place.position;
+        for (const dvec3& p : m_survey.seen) {
+            const dvec3 d = p - place.position;
             if (const double depth = dot(d, place.forward); depth > 0 && dot(d, d) < depth * depth * kSurfaceCone)
                 depths.push_back(depth);
         }
@@ -327,7 +327,7 @@ Place PathPlaces::closeUp(double& distance) const
     }
     if (candidates.empty())
         for (int heading = 0; heading < 360; heading += 30) {
-            const Vec3 forward = radialDirection(m_survey.site, degrees(heading), degrees(45));
+            const dvec3 forward = radialDirection(m_survey.site, degrees(heading), degrees(45));
             candidates.push_back({m_target - forward * distance, forward});
         }
     return best(candidates, [&](const Place& place) {

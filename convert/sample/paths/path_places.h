@@ -11,7 +11,7 @@
 namespace gsc {
 
 struct Place {
-    Vec3 position{}, forward{}; // forward is a unit vector
+    dvec3 position{}, forward{}; // forward is a unit vector
 };
 
 // A straight walk, gaze turning evenly from the first to the last.
@@ -21,18 +21,18 @@ struct Walk {
 
 // An arc round a target.
 struct Arc {
-    Vec3 target{};
+    dvec3 target{};
     double distance = 0, heading = 0, down = 0; // degrees; the heading is that of the arc's middle
 };
 
 // Where a turn of the head begins.
 struct Turn {
-    Vec3 eye{};
+    dvec3 eye{};
     double heading = 0; // degrees
 };
 
 // A unit vector between the two, at an even rate. Opposite ones turn about `up`.
-Vec3 turned(Vec3 from, Vec3 to, Vec3 up, double t);
+dvec3 turned(dvec3 from, dvec3 to, dvec3 up, double t);
 
 class PathPlaces {
 public:
@@ -72,27 +72,27 @@ private:
     };
     // A well-seen anchor and the directions it was seen in.
     struct Seen {
-        Vec3 position{};
-        std::vector<Vec3> rays;
+        dvec3 position{};
+        std::vector<dvec3> rays;
     };
     [[nodiscard]] Sight sight(const Place& place) const;
-    [[nodiscard]] size_t crowd(Vec3 position, double radius) const;
+    [[nodiscard]] size_t crowd(dvec3 position, double radius) const;
     [[nodiscard]] double worthOf(const Walk& walk) const;
     [[nodiscard]] std::vector<Walk> walks(double metres) const;
     [[nodiscard]] std::vector<Walk> walksOnGround(double metres) const;
     // 0..1: behind a wall, or looking where no camera looked, it is low.
     [[nodiscard]] double familiarity(const Place& place) const;
-    [[nodiscard]] double freedom(Vec3 eye) const;
-    [[nodiscard]] double groundNear(Vec3 position) const;
+    [[nodiscard]] double freedom(dvec3 eye) const;
+    [[nodiscard]] double groundNear(dvec3 position) const;
     void findTarget();
-    [[nodiscard]] Vec3 level(Vec3 direction) const; // its horizontal part, as a unit vector
+    [[nodiscard]] dvec3 level(dvec3 direction) const; // its horizontal part, as a unit vector
 
     const ModelSurvey& m_survey;
     PathLens m_lens;
-    std::vector<Vec3> m_sample;    // of the seen anchors, for scores
+    std::vector<dvec3> m_sample;   // of the seen anchors, for scores
     std::vector<Place> m_standing; // the cameras, every n-th of many
     std::vector<Seen> m_familiar;
-    Vec3 m_target{}; // what most photographs have in their middle
+    dvec3 m_target{}; // what most photographs have in their middle
 };
 
 } // namespace gsc

@@ -21,12 +21,12 @@ double PathPlaces::familiarity(const Place& place) const
     double sum = 0;
     size_t count = 0;
     for (const Seen& seen : m_familiar) {
-        const Vec3 d = seen.position - place.position;
+        const dvec3 d = seen.position - place.position;
         if (const double depth = dot(d, place.forward); depth <= m_survey.near_z || depth < 0.6 * length(d))
             continue;
-        const Vec3 ray = normalized(d);
+        const dvec3 ray = normalized(d);
         double nearest = -1;
-        for (const Vec3& other : seen.rays)
+        for (const dvec3& other : seen.rays)
             nearest = std::max(nearest, dot(ray, other));
         sum += std::clamp((nearest - 0.5) / 0.45, 0.0, 1.0);
         ++count;
@@ -37,12 +37,12 @@ double PathPlaces::familiarity(const Place& place) const
 PathPlaces::Sight PathPlaces::sight(const Place& place) const
 {
     const double tan_x = std::tan(0.5 * m_lens.fov_x), tan_y = tan_x * m_lens.height / m_lens.width;
-    const Vec3 right = normalized(cross(place.forward, m_survey.site.up)), down = cross(place.forward, right);
+    const dvec3 right = normalized(cross(place.forward, m_survey.site.up)), down = cross(place.forward, right);
     const double close = kCloseMetres * m_survey.site.metre;
     size_t count = 0;
     Sight sight;
-    for (const Vec3& p : m_sample) {
-        const Vec3 d = p - place.position;
+    for (const dvec3& p : m_sample) {
+        const dvec3 d = p - place.position;
         const double depth = dot(d, place.forward), x = std::abs(dot(d, right)), y = std::abs(dot(d, down));
         if (depth <= m_survey.near_z || x > depth * tan_x || y > depth * tan_y)
             continue;
@@ -58,10 +58,10 @@ double PathPlaces::share(const Place& place) const
     return sight(place).share;
 }
 
-size_t PathPlaces::crowd(Vec3 position, double radius) const
+size_t PathPlaces::crowd(dvec3 position, double radius) const
 {
     size_t count = 0;
-    for (const Vec3& p : m_sample)
+    for (const dvec3& p : m_sample)
         count += dot(p - position, p - position) < radius * radius;
     return count;
 }
@@ -75,7 +75,7 @@ double PathPlaces::worth(const Place& place) const
 }
 
 // Where photographs were taken there is room: 1 there, less the farther away.
-double PathPlaces::freedom(Vec3 eye) const
+double PathPlaces::freedom(dvec3 eye) const
 {
     const bool high = m_survey.kind == CaptureKind::Aerial;
     const double reach = high ? 0.5 * m_survey.viewing_distance : m_survey.site.metre;
@@ -85,20 +85,20 @@ double PathPlaces::freedom(Vec3 eye) const
     return 1 / (1 + nearest * nearest / (reach * reach));
 }
 
-Vec3 PathPlaces::level(Vec3 direction) const
+dvec3 PathPlaces::level(dvec3 direction) const
 {
-    const Vec3 flat = direction - m_survey.site.up * dot(direction, m_survey.site.up);
+    const dvec3 flat = direction - m_survey.site.up * dot(direction, m_survey.site.up);
     return length(flat) > 1e-6 ? normalized(flat) : m_survey.site.axis[0];
 }
 
 // Height below which most anchors about a place on the ground are; the site's ground where there are none.
-double PathPlaces::groundNear(Vec3 position) const
+double PathPlaces::groundNear(dvec3 position) const
 {
     const PathSite& site = m_survey.site;
     std::vector<double> heights;
     const double radius = 1.5 * site.metre;
-    for (const Vec3& p : m_sample) {
-        const Vec3 d = p - position, flat = d - site.up * dot(d, site.up);
+    for (const dvec3& p : m_sample) {
+        const dvec3 d = p - position, flat = d - site.up * dot(d, site.up);
         if (dot(flat, flat) < radius * radius)
             heights.push_back(dot(p, site.up));
     }

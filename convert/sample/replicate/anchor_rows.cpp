@@ -29,24 +29,24 @@ double logit(double display)
 
 // (x, y, z) / w of a quaternion that turns the axes into (u, v, n), up to signs of axes, which an ellipsoid does not
 // show; chosen so that w >= 1/2 and the result stays below sqrt(3).
-Vec3 turnOf(Vec3 u, Vec3 v, Vec3 n)
+dvec3 turnOf(dvec3 u, dvec3 v, dvec3 n)
 {
-    Vec3 best{};
+    dvec3 best{};
     double best_trace = -2;
     const double signs[4][3] = {{1, 1, 1}, {-1, -1, 1}, {-1, 1, -1}, {1, -1, -1}};
     for (const auto& s : signs) {
-        const Vec3 a = u * s[0], b = v * s[1], c = n * s[2];
+        const dvec3 a = u * s[0], b = v * s[1], c = n * s[2];
         const double trace = a.x + b.y + c.z;
         if (trace > best_trace) {
             best_trace = trace;
-            best = Vec3{b.z - c.y, c.x - a.z, a.y - b.x} * (1 / (1 + trace));
+            best = dvec3{b.z - c.y, c.x - a.z, a.y - b.x} * (1 / (1 + trace));
         }
     }
     return best;
 }
 
 // Share of a mirror facing along each axis; only surfaces that do face along one take part.
-Vec3 glossAxes(Vec3 normal, double gloss)
+dvec3 glossAxes(dvec3 normal, double gloss)
 {
     const auto part = [&](double n) { return std::abs(n) > 0.85 ? (n > 0 ? gloss : -gloss) : 0.0; };
     return {part(normal.x), part(normal.y), std::max(0.0, part(normal.z))};
@@ -69,7 +69,7 @@ Box cellBounds(const Surface& surface, const Cell& cell)
     Box bounds;
     const double us[2] = {cell.u0, cell.u1}, vs[2] = {cell.v0, cell.v1};
     for (int i = 0; i < 4; ++i) {
-        const Vec3 p = surfacePoint(surface, us[i & 1], vs[i >> 1]).position;
+        const dvec3 p = surfacePoint(surface, us[i & 1], vs[i >> 1]).position;
         if (i == 0)
             bounds = {p, p};
         bounds = {glm::min(bounds.min, p), glm::max(bounds.max, p)};
@@ -81,10 +81,10 @@ Box cellBounds(const Surface& surface, const Cell& cell)
 } // namespace
 
 struct AnchorRows::Patch {
-    Vec3 center;
-    Vec3 target[K]; // centres of the Gaussians
-    Vec3 tone[K];   // logits of their colours
-    Vec3 turn, gloss;
+    dvec3 center;
+    dvec3 target[K]; // centres of the Gaussians
+    dvec3 tone[K];   // logits of their colours
+    dvec3 turn, gloss;
 };
 
 AnchorRows::AnchorRows(const SceneSpec& spec, const AnchorGrid& grid, SampleModel model, const SceneTile& tile)
@@ -103,7 +103,7 @@ void AnchorRows::evaluate(const Surface& surface, const Cell& cell, const NearOc
     patch.turn = turnOf(middle.tangent_u, middle.tangent_v, middle.normal);
     HashRandom random(key);
     double gloss = 0;
-    Vec3 cell_light{};
+    dvec3 cell_light{};
     const bool one_light = m_spec.scene == SampleScene::Room && std::max(cell.width, cell.height) < kOneLightCell;
     for (uint32_t k = 0; k < K; ++k) {
         // (k, 3 k) mod 10 is a square lattice, without a seam from cell to cell
@@ -112,19 +112,19 @@ void AnchorRows::evaluate(const Surface& surface, const Cell& cell, const NearOc
         if (surface.ragged > 0) {
             // twigs stand out by a share of the crown, however fine the Gaussians are
             const double shift = surface.ragged * std::max(0.7 * width, 0.09 * surface.radii.x);
-            const Vec3 jitter{random.between(-1, 1), random.between(-1, 1), random.between(-1, 1)};
+            const dvec3 jitter{random.between(-1, 1), random.between(-1, 1), random.between(-1, 1)};
             p.position += jitter * shift;
             p.normal = normalized(p.normal + jitter * (0.5 * surface.ragged));
         }
         const MaterialSample m = sampleMaterial(m_spec, surface, p, width);
         gloss += m.gloss / K;
-        Vec3 display;
+        dvec3 display;
         if (surface.material == Material::Sky) {
             display = m.emission;
         } else {
             const bool lit = surface.share == AnchorShare::Main && dot(m.reflectance, m.reflectance) > 0;
             // note: a coarse level lies inside the body and is lit where the surface is
-            const Vec3 at = p.position + p.normal * m_inset;
+            const dvec3 at = p.position + p.normal * m_inset;
             if (lit && (k == 0 || !one_light))
                 cell_light = m_light.irradiance(near, at, p.normal, width, m.wrap);
             display = displayColor(m.reflectance * cell_light + m.emission);
@@ -169,8 +169,8 @@ void AnchorRows::writeRow(const Surface& surface, const Cell& cell, uint32_t lev
         scale[3 + axis] = float(std::log(sigma[axis] / double(kSizeShare)));
     }
 
-    Vec3 base{};
-    for (const Vec3& tone : patch.tone)
+    dvec3 base{};
+    for (const dvec3& tone : patch.tone)
         base += tone * (1.0 / K);
     const auto within = [](double x, float limit) { return std::clamp(float(x), -limit, limit); };
     for (int i = 0; i < 3; ++i) {
@@ -178,9 +178,9 @@ void AnchorRows::writeRow(const Surface& surface, const Cell& cell, uint32_t lev
         feature[kFeatureTurn + uint32_t(i)] = within(patch.turn[i], kTurnLimit);
         feature[kFeatureGloss + uint32_t(i)] = float(patch.gloss[i]);
     }
-    const Vec3 hue_axis = glm::make_vec3(kHueAxis);
+    const dvec3 hue_axis = glm::make_vec3(kHueAxis);
     for (uint32_t k = 0; k < K; ++k) {
-        const Vec3 rest = patch.tone[k] - base;
+        const dvec3 rest = patch.tone[k] - base;
         const double light = (rest.x + rest.y + rest.z) / 3;
         feature[kFeatureLight + k] = within(light, kLightLimit);
         feature[kFeatureHue + k] = within(dot(rest, hue_axis) / dot(hue_axis, hue_axis), kHueLimit);

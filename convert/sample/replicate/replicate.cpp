@@ -85,10 +85,10 @@ void writeTiles(const ReplicateSource& source, const CityGrid& grid, const Repli
     };
     for (uint64_t tile = 0; tile < grid.tiles; ++tile) {
         const uint64_t column = tile % grid.columns, line = tile / grid.columns;
-        const Vec3 move = source.frame.axis[0] * (grid.size[0] * double(column)) +
-                          source.frame.axis[1] * (grid.size[1] * double(line));
+        const dvec3 move = source.frame.axis[0] * (grid.size[0] * double(column)) +
+                           source.frame.axis[1] * (grid.size[1] * double(line));
         // the finest quantum divides every coarser one, but a tile moves as a whole: in cells of the coarsest level
-        const Vec3 moved = move / double(source.quantum[0]);
+        const dvec3 moved = move / double(source.quantum[0]);
         const glm::i64vec3 cells(std::llround(moved.x), std::llround(moved.y), std::llround(moved.z));
         const uint64_t count = std::min<uint64_t>(options.anchors - written, source.anchors.size());
         for (uint64_t i = 0; i < count; ++i, ++written) {

@@ -30,7 +30,7 @@ std::vector<SourceCamera> trainingCameras(const Checkpoint& checkpoint)
     return cameras;
 }
 
-bool insideTile(const GroundFrame& frame, Vec3 p)
+bool insideTile(const GroundFrame& frame, dvec3 p)
 {
     for (int i = 0; i < 2; ++i) {
         const double x = dot(p, frame.axis[i]);
@@ -97,9 +97,9 @@ ReplicateSource readReplicateSource(const Checkpoint& cp)
     const std::vector<SourceCamera> cameras = trainingCameras(cp);
     const auto anchors = openAnchors(cp);
     AnchorBatch batch;
-    std::vector<Vec3> seen;
+    std::vector<dvec3> seen;
     std::vector<GridSample> samples;
-    const auto point = [&](size_t i) { return Vec3(glm::make_vec3(&batch.position[3 * i])); };
+    const auto point = [&](size_t i) { return dvec3(glm::make_vec3(&batch.position[3 * i])); };
     while (anchors->next(batch, kAnchorPlacement, kBatch)) {
         throwIfInterrupted();
         for (size_t i = 0; i < batch.count; ++i) {
@@ -124,7 +124,7 @@ ReplicateSource readReplicateSource(const Checkpoint& cp)
     while (anchors->next(batch, kAnchorAll, kBatch)) {
         throwIfInterrupted();
         for (size_t i = 0; i < batch.count; ++i) {
-            const Vec3 p = point(i);
+            const dvec3 p = point(i);
             if (!insideTile(source.frame, p) || !wellSeen(cameras, kMinViews, p))
                 continue;
             appendRow(cp, batch, i, source.rows);

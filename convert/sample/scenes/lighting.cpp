@@ -10,12 +10,12 @@ namespace {
 
 constexpr double kCloseReach = 3.5; // metres within which a wall darkens what is next to it
 constexpr double kOwnWall = 0.004;  // metres; a point this close to a box lies on it and is not darkened by it
-constexpr Vec3 kSunColor{1.70, 1.46, 1.08};
-constexpr Vec3 kSkyColor{0.29, 0.37, 0.54};
-constexpr Vec3 kBounceColor{0.20, 0.18, 0.15};
+constexpr dvec3 kSunColor{1.70, 1.46, 1.08};
+constexpr dvec3 kSkyColor{0.29, 0.37, 0.54};
+constexpr dvec3 kBounceColor{0.20, 0.18, 0.15};
 
 // How far (metres) the ray from `p` towards `d` passes inside the box at most; negative: by how much it misses.
-double rayDepth(const Box& b, Vec3 p, Vec3 d)
+double rayDepth(const Box& b, dvec3 p, dvec3 d)
 {
     double enter = 0, leave = 1e9;
     for (int axis = 0; axis < 3; ++axis) {
@@ -31,7 +31,7 @@ double rayDepth(const Box& b, Vec3 p, Vec3 d)
     return leave - enter;
 }
 
-double boxDistance(const Box& b, Vec3 p)
+double boxDistance(const Box& b, dvec3 p)
 {
     return length(glm::max(glm::max(b.min - p, 0.0), p - b.max));
 }
@@ -62,12 +62,12 @@ SceneLight::SceneLight(const SceneSpec& spec, const SceneTile& tile)
 void SceneLight::gather(const Box& region, const NearOccluders* from, NearOccluders& out) const
 {
     const double reach = std::max(0.0, m_top - region.min.z) / m_sun.z;
-    const Vec3 end = m_sun * reach; // upwards
+    const dvec3 end = m_sun * reach; // upwards
     Box swept{glm::min(region.min, region.min + end), glm::max(region.max, region.max + end)};
     swept.max.z = 1e9;
     const bool room = m_spec.scene == SampleScene::Room;
     // a single cell also asks whether the ray from its centre comes near, which a box round the ray only guesses
-    const Vec3 middle = (region.min + region.max) * 0.5, half = (region.max - region.min) * 0.5;
+    const dvec3 middle = (region.min + region.max) * 0.5, half = (region.max - region.min) * 0.5;
     const NearOccluders& known = from ? *from : m_all;
     const auto pick = [](const auto& all, auto& some, const auto& test) {
         some.clear();
@@ -86,7 +86,7 @@ void SceneLight::gather(const Box& region, const NearOccluders* from, NearOcclud
     pick(known.close_boxes, out.close_boxes, [&](const Box* b) { return overlaps(wide, *b); });
 }
 
-double SceneLight::sunVisibility(const NearOccluders& near, Vec3 position, double blur) const
+double SceneLight::sunVisibility(const NearOccluders& near, dvec3 position, double blur) const
 {
     double visible = 1;
     for (const Box* b : near.sun_boxes) {
@@ -97,7 +97,7 @@ double SceneLight::sunVisibility(const NearOccluders& near, Vec3 position, doubl
             return 0;
     }
     for (const BlobOccluder* b : near.sun_blobs) {
-        const Vec3 to = (b->center - position) / b->radii, d = m_sun / b->radii;
+        const dvec3 to = (b->center - position) / b->radii, d = m_sun / b->radii;
         const double along = std::max(0.0, dot(to, d) / dot(d, d));
         const double miss = length(to - d * along);
         const double inside = length(to);
@@ -107,27 +107,27 @@ double SceneLight::sunVisibility(const NearOccluders& near, Vec3 position, doubl
     return visible;
 }
 
-double SceneLight::openness(const NearOccluders& near, Vec3 position, Vec3 normal) const
+double SceneLight::openness(const NearOccluders& near, dvec3 position, dvec3 normal) const
 {
     double open = 1;
-    const Vec3 probe = position + normal * 0.3;
+    const dvec3 probe = position + normal * 0.3;
     for (const Box* b : near.close_boxes)
         if (boxDistance(*b, position) > kOwnWall)
             open = std::min(open, 0.58 + 0.42 * smoothstep(0.0, kCloseReach, boxDistance(*b, probe)));
     return open;
 }
 
-Vec3 SceneLight::roomLight(const NearOccluders& near, Vec3 position, Vec3 normal, double blur) const
+dvec3 SceneLight::roomLight(const NearOccluders& near, dvec3 position, dvec3 normal, double blur) const
 {
     const RoomWindow& w = kRoomWindow;
     constexpr int kSide = 3;
     double sky = 0;
     for (int i = 0; i < kSide; ++i)
         for (int j = 0; j < kSide; ++j) {
-            const Vec3 light{w.x, lerp(w.y0, w.y1, (i + 0.5) / kSide), lerp(w.z0, w.z1, (j + 0.5) / kSide)};
-            const Vec3 to = light - position;
+            const dvec3 light{w.x, lerp(w.y0, w.y1, (i + 0.5) / kSide), lerp(w.z0, w.z1, (j + 0.5) / kSide)};
+            const dvec3 to = light - position;
             const double distance2 = dot(to, to) + 0.05, distance = std::sqrt(distance2);
-            const Vec3 d = to * (1 / distance);
+            const dvec3 d = to * (1 / distance);
             const double cosines = std::max(0.0, dot(d, normal)) * std::max(0.0, d.x);
             if (cosines <= 0)
                 continue;
@@ -140,12 +140,12 @@ Vec3 SceneLight::roomLight(const NearOccluders& near, Vec3 position, Vec3 normal
             sky += open * cosines / distance2;
         }
     const double area = (w.y1 - w.y0) * (w.z1 - w.z0) / (kSide * kSide);
-    Vec3 light = Vec3{0.95, 1.0, 1.1} * (2.6 * sky * area);
+    dvec3 light = dvec3{0.95, 1.0, 1.1} * (2.6 * sky * area);
     // sunlight through the panes
-    const Vec3 sun = normalized({0.74, 0.30, 0.62});
+    const dvec3 sun = normalized({0.74, 0.30, 0.62});
     if (dot(sun, normal) > 0) {
         const double along = (w.x - position.x) / sun.x;
-        const Vec3 hit = position + sun * along;
+        const dvec3 hit = position + sun * along;
         const double soft = 0.04 + blur;
         const auto inside = [&](double x, double a, double b) {
             return smoothstep(a - soft, a + soft, x) * (1 - smoothstep(b - soft, b + soft, x));
@@ -156,7 +156,7 @@ Vec3 SceneLight::roomLight(const NearOccluders& near, Vec3 position, Vec3 normal
         for (const Box* b : near.sun_boxes)
             if (beam > 0 && rayDepth(*b, position + normal * 0.02, sun) > 0.02)
                 beam = 0;
-        light = light + Vec3{3.4, 2.9, 2.1} * (beam * dot(sun, normal));
+        light = light + dvec3{3.4, 2.9, 2.1} * (beam * dot(sun, normal));
     }
     // what the walls and ceiling return: warm, brighter upwards, less in corners
     const double corner = std::min({kRoomHalf.x - std::abs(position.x), kRoomHalf.y - std::abs(position.y)});
@@ -167,21 +167,21 @@ Vec3 SceneLight::roomLight(const NearOccluders& near, Vec3 position, Vec3 normal
     for (const Box* b : near.close_boxes)
         if (boxDistance(*b, position) > kOwnWall)
             close = std::min(close, 0.45 + 0.55 * smoothstep(0.0, 0.4, boxDistance(*b, position + normal * 0.06)));
-    return light + Vec3{0.80, 0.72, 0.61} * (open * close * (0.9 + 0.1 * normal.z));
+    return light + dvec3{0.80, 0.72, 0.61} * (open * close * (0.9 + 0.1 * normal.z));
 }
 
-Vec3 SceneLight::irradiance(const NearOccluders& near, Vec3 position, Vec3 normal, double blur, double wrap) const
+dvec3 SceneLight::irradiance(const NearOccluders& near, dvec3 position, dvec3 normal, double blur, double wrap) const
 {
     if (m_spec.scene == SampleScene::Room)
         return roomLight(near, position, normal, blur);
     const double facing = (dot(normal, m_sun) + wrap) / (1 + wrap);
     const double sun = facing > 0 ? facing * sunVisibility(near, position + normal * 0.05, blur) : 0;
     const double open = openness(near, position, normal);
-    const Vec3 sky = kSkyColor * (0.55 + 0.45 * normal.z) + kBounceColor * (0.5 - 0.5 * normal.z);
+    const dvec3 sky = kSkyColor * (0.55 + 0.45 * normal.z) + kBounceColor * (0.5 - 0.5 * normal.z);
     return kSunColor * sun + sky * open;
 }
 
-Vec3 displayColor(Vec3 linear)
+dvec3 displayColor(dvec3 linear)
 {
     const auto curve = [](double x) { return std::sqrt(std::max(0.0, 1 - std::exp(-1.1 * x))); };
     return {curve(linear.x), curve(linear.y), curve(linear.z)};

@@ -21,17 +21,17 @@ public:
 
     // Irradiance / pi at a point: reflectance times this is the linear colour. `blur` is the width in metres over
     // which the edge of a shadow is softened; `wrap` lets light round the edge of bodies that scatter it.
-    [[nodiscard]] Vec3 irradiance(const NearOccluders& near, Vec3 position, Vec3 normal, double blur,
-                                  double wrap) const;
+    [[nodiscard]] dvec3 irradiance(const NearOccluders& near, dvec3 position, dvec3 normal, double blur,
+                                   double wrap) const;
 
 private:
-    [[nodiscard]] double sunVisibility(const NearOccluders& near, Vec3 position, double blur) const;
-    [[nodiscard]] double openness(const NearOccluders& near, Vec3 position, Vec3 normal) const;
-    [[nodiscard]] Vec3 roomLight(const NearOccluders& near, Vec3 position, Vec3 normal, double blur) const;
+    [[nodiscard]] double sunVisibility(const NearOccluders& near, dvec3 position, double blur) const;
+    [[nodiscard]] double openness(const NearOccluders& near, dvec3 position, dvec3 normal) const;
+    [[nodiscard]] dvec3 roomLight(const NearOccluders& near, dvec3 position, dvec3 normal, double blur) const;
 
     const SceneSpec& m_spec;
     NearOccluders m_all; // of the tile
-    Vec3 m_sun{};
+    dvec3 m_sun{};
     double m_top; // of the highest occluder
 };
 
@@ -40,10 +40,10 @@ struct RoomWindow {
     double x, y0, y1, z0, z1;
 };
 constexpr RoomWindow kRoomWindow{3.0, -1.3, 1.1, 0.85, 2.25};
-constexpr Vec3 kRoomHalf{3.0, 2.4, 0}; // half width and depth, metres
+constexpr dvec3 kRoomHalf{3.0, 2.4, 0}; // half width and depth, metres
 constexpr double kRoomHeight = 2.7;
 
 // Linear colour as seen to a display value in (0, 1).
-Vec3 displayColor(Vec3 linear);
+dvec3 displayColor(dvec3 linear);
 
 } // namespace gsc

@@ -8,15 +8,15 @@ namespace gsc {
 
 namespace {
 
-constexpr Vec3 kAsphalt{0.085, 0.085, 0.09};
-constexpr Vec3 kMarking{0.62, 0.62, 0.58};
-constexpr Vec3 kPavement{0.34, 0.32, 0.29};
-constexpr Vec3 kGrass{0.115, 0.21, 0.045};
+constexpr dvec3 kAsphalt{0.085, 0.085, 0.09};
+constexpr dvec3 kMarking{0.62, 0.62, 0.58};
+constexpr dvec3 kPavement{0.34, 0.32, 0.29};
+constexpr dvec3 kGrass{0.115, 0.21, 0.045};
 
-Vec3 grassAt(double x, double y, uint64_t seed)
+dvec3 grassAt(double x, double y, uint64_t seed)
 {
     const double large = fractalNoise(x * 0.11, y * 0.11, seed, 2), fine = valueNoise(x * 0.9, y * 0.9, seed + 3);
-    return kGrass * (0.72 + 0.4 * large + 0.2 * fine) + Vec3{0.05, 0.03, 0} * large;
+    return kGrass * (0.72 + 0.4 * large + 0.2 * fine) + dvec3{0.05, 0.03, 0} * large;
 }
 
 MaterialSample cityGround(const Surface& s, const SurfacePoint& p, double w)
@@ -26,11 +26,11 @@ MaterialSample cityGround(const Surface& s, const SurfacePoint& p, double w)
     const double gx = p.position.x, gy = p.position.y;
     const double outer = std::max(ax, ay);
 
-    Vec3 lot;
+    dvec3 lot;
     switch (LotKind(int(s.param[0]))) {
     case LotKind::Paved: {
         const double joint = std::max(pulse(gx / 3, 0, 0.08, w / 3), pulse(gy / 3, 0, 0.08, w / 3));
-        lot = lerp(Vec3{0.42, 0.39, 0.34}, {0.28, 0.26, 0.23}, joint);
+        lot = lerp(dvec3{0.42, 0.39, 0.34}, {0.28, 0.26, 0.23}, joint);
         break;
     }
     case LotKind::Park: {
@@ -48,7 +48,7 @@ MaterialSample cityGround(const Surface& s, const SurfacePoint& p, double w)
         break;
     }
     const double paved = band(outer, 22.9, 26, w), road = band(outer, 26, 40, w);
-    Vec3 color = lerp(lot, kPavement * (0.92 + 0.16 * valueNoise(gx * 0.7, gy * 0.7, 8)), paved);
+    dvec3 color = lerp(lot, kPavement * (0.92 + 0.16 * valueNoise(gx * 0.7, gy * 0.7, 8)), paved);
     color = lerp(color, kAsphalt * (0.85 + 0.3 * fractalNoise(gx * 0.35, gy * 0.35, 9, 2)), road);
     color = lerp(color, {0.5, 0.48, 0.45}, 0.8 * band(outer, 25.8, 26.1, w)); // kerb
 
@@ -70,12 +70,12 @@ MaterialSample streetGround(const SurfacePoint& p, double w)
     const double x = p.position.x, y = p.position.y, ay = std::abs(y);
     const double road = band(ay, -1, 4.2, w);
     const double joint = std::max(pulse(x / 0.8, 0, 0.05, w / 0.8), pulse(y / 0.8, 0, 0.05, w / 0.8));
-    Vec3 slabs =
+    dvec3 slabs =
         kPavement *
         (1.05 + 0.22 * (hashUnit(uint64_t(int64_t(std::floor(x / 0.8)) * 977 + int64_t(std::floor(y / 0.8)))) - 0.5));
     slabs = lerp(slabs, kPavement * 0.6, joint);
     const double worn = fractalNoise(x * 0.5, y * 0.8, 12, 3);
-    Vec3 asphalt = kAsphalt * (0.75 + 0.5 * worn);
+    dvec3 asphalt = kAsphalt * (0.75 + 0.5 * worn);
     double mark = band(ay, 0, 0.09, w) * pulse(x / 4, 0.25, 0.75, w / 4);
     mark = std::max(mark, band(ay, 1.95, 2.05, w) * pulse(x / 5.5, 0, 0.92, w / 5.5)); // parking bays
     asphalt = lerp(asphalt, kMarking, 0.85 * mark);
@@ -83,11 +83,11 @@ MaterialSample streetGround(const SurfacePoint& p, double w)
 }
 
 // Glass shows a sky that brightens with height, a room behind it or a curtain.
-Vec3 windowColor(uint64_t seed, double bay, double floor, double height_share, double fade)
+dvec3 windowColor(uint64_t seed, double bay, double floor, double height_share, double fade)
 {
     const uint64_t key = seed ^ (uint64_t(int64_t(bay) + 512) << 24) ^ uint64_t(int64_t(floor) + 512);
     const double a = lerp(0.5, hashUnit(key), fade), b = hashUnit(key + 1);
-    Vec3 color = lerp(Vec3{0.025, 0.035, 0.05}, {0.14, 0.21, 0.30}, 0.15 + 0.5 * a + 0.3 * height_share);
+    dvec3 color = lerp(dvec3{0.025, 0.035, 0.05}, {0.14, 0.21, 0.30}, 0.15 + 0.5 * a + 0.3 * height_share);
     if (b < 0.13)
         color = lerp(color, {0.42, 0.36, 0.26}, 0.7 * fade);
     return color;
@@ -103,7 +103,7 @@ MaterialSample facade(const Surface& s, const SurfacePoint& p, double w)
     const double in_floors = band(t, 0, floors * floor_height, w) * band(p.s, 0.15, width - 0.15, w);
 
     const double stain = fractalNoise(p.s * 0.3 + double(s.seed % 97), p.t * 0.15, s.seed, 2);
-    Vec3 wall = s.color * (0.88 + 0.24 * stain);
+    dvec3 wall = s.color * (0.88 + 0.24 * stain);
     // string courses and cornice
     const double line = pulse(t / floor_height, 0.0, 0.07, w / floor_height) * (s.param[4] < 2 ? 1 : 0.2) * in_floors;
     wall = lerp(wall, s.accent, 0.6 * line);
@@ -121,8 +121,8 @@ MaterialSample facade(const Surface& s, const SurfacePoint& p, double w)
     const double pane = glass * (1 - mullion);
 
     const double fade = 1 / (1 + (w / bay) * (w / bay));
-    Vec3 mirror = windowColor(s.seed, std::floor(u), std::floor(v), std::clamp(p.t / 60, 0.0, 1.0), fade);
-    wall = lerp(wall, s.param[4] == 0 ? Vec3{0.66, 0.64, 0.60} : s.accent * 0.7, std::max(0.0, framed - pane));
+    dvec3 mirror = windowColor(s.seed, std::floor(u), std::floor(v), std::clamp(p.t / 60, 0.0, 1.0), fade);
+    wall = lerp(wall, s.param[4] == 0 ? dvec3{0.66, 0.64, 0.60} : s.accent * 0.7, std::max(0.0, framed - pane));
     double shiny = pane;
     if (shop_height > 0) {
         const double shops = band(p.t, 0, shop_height, w);
@@ -132,13 +132,13 @@ MaterialSample facade(const Surface& s, const SurfacePoint& p, double w)
         const double front = pulse(p.s / unit, 0.06, 0.94, w / unit) * band(p.t, 0.45, 2.8, w) *
                              (1 - pulse(p.s / unit * 3, 0.0, 0.05, 3 * w / unit));
         const double sign = pulse(p.s / unit, 0.04, 0.96, w / unit) * band(p.t, 2.95, 3.6, w);
-        static constexpr Vec3 kSigns[] = {{0.45, 0.06, 0.05}, {0.04, 0.16, 0.32}, {0.05, 0.25, 0.12},
-                                          {0.55, 0.38, 0.05}, {0.08, 0.08, 0.09}, {0.5, 0.48, 0.44},
-                                          {0.32, 0.08, 0.24}};
+        static constexpr dvec3 kSigns[] = {{0.45, 0.06, 0.05}, {0.04, 0.16, 0.32}, {0.05, 0.25, 0.12},
+                                           {0.55, 0.38, 0.05}, {0.08, 0.08, 0.09}, {0.5, 0.48, 0.44},
+                                           {0.32, 0.08, 0.24}};
         wall = lerp(wall, s.accent * 0.75, shops);
         wall = lerp(wall, kSigns[key % 7], shops * sign);
-        const Vec3 inside =
-            lerp(Vec3{0.05, 0.05, 0.055}, Vec3{0.50, 0.38, 0.22}, 0.65 * hashUnit(key + 2) * band(p.t, 1.0, 2.8, w));
+        const dvec3 inside =
+            lerp(dvec3{0.05, 0.05, 0.055}, dvec3{0.50, 0.38, 0.22}, 0.65 * hashUnit(key + 2) * band(p.t, 1.0, 2.8, w));
         mirror = lerp(mirror, inside, shops);
         shiny = lerp(shiny, front, shops);
     }
@@ -162,7 +162,7 @@ MaterialSample terrain(const SceneSpec& spec, const Surface& s, SurfacePoint& p,
     p.position.z = terrainHeight(s, x, y);
     p.normal =
         normalized({p.position.z - terrainHeight(s, x + step, y), p.position.z - terrainHeight(s, x, y + step), step});
-    p.tangent_u = normalized(cross(Vec3{0, 1, 0}, p.normal));
+    p.tangent_u = normalized(cross(dvec3{0, 1, 0}, p.normal));
     p.tangent_v = cross(p.normal, p.tangent_u);
 
     // parcels: the nearest of jittered points, a hedge where two are equally near
@@ -180,13 +180,13 @@ MaterialSample terrain(const SceneSpec& spec, const Surface& s, SurfacePoint& p,
             parcel = distance < nearest ? key : parcel;
             nearest = std::min(nearest, distance);
         }
-    static constexpr Vec3 kCrops[] = {{0.115, 0.21, 0.05}, {0.15, 0.24, 0.06}, {0.30, 0.27, 0.10}, {0.36, 0.31, 0.14},
-                                      {0.09, 0.17, 0.05},  {0.19, 0.17, 0.09}, {0.13, 0.22, 0.07}, {0.17, 0.25, 0.07}};
-    Vec3 color = kCrops[parcel % 8] * (0.88 + 0.24 * fractalNoise(x / 24, y / 24, 62, 2));
+    static constexpr dvec3 kCrops[] = {{0.115, 0.21, 0.05}, {0.15, 0.24, 0.06}, {0.30, 0.27, 0.10}, {0.36, 0.31, 0.14},
+                                       {0.09, 0.17, 0.05},  {0.19, 0.17, 0.09}, {0.13, 0.22, 0.07}, {0.17, 0.25, 0.07}};
+    dvec3 color = kCrops[parcel % 8] * (0.88 + 0.24 * fractalNoise(x / 24, y / 24, 62, 2));
     const double hedge = 1 - smoothstep(0.03, 0.06 + w / 160, second - nearest);
     color = lerp(color, {0.05, 0.10, 0.025}, 0.6 * hedge / (1 + w / 25));
     const double forest = smoothstep(0.53, 0.60, fractalNoise(x / 330 + 4, y / 330, 63, 3));
-    color = lerp(color, Vec3{0.045, 0.095, 0.03} * (0.7 + 0.6 * valueNoise(x / 9, y / 9, 64)), forest);
+    color = lerp(color, dvec3{0.045, 0.095, 0.03} * (0.7 + 0.6 * valueNoise(x / 9, y / 9, 64)), forest);
 
     const double water = 1 - smoothstep(15.5 - 0.5 * w, 16.5 + 0.5 * w, std::abs(y - s.param[2]));
     const double shade = 0.25 + 1.05 * std::max(0.0, dot(p.normal, sunDirection(spec.scene)));
@@ -194,7 +194,7 @@ MaterialSample terrain(const SceneSpec& spec, const Surface& s, SurfacePoint& p,
     // aerial perspective; no reflectance is left for the light, which knows no shadows out here
     const double far = std::max(0.0, std::hypot(x, y) - e);
     const double haze = 0.93 * (1 - std::exp(-far / (0.30 * s.param[1])));
-    const Vec3 lit = color * (1.55 * shade + 0.15);
+    const dvec3 lit = color * (1.55 * shade + 0.15);
     return {.emission = lerp(lit, {0.50, 0.62, 0.78}, haze), .gloss = water};
 }
 
@@ -218,11 +218,11 @@ double pulse(double x, double a, double b, double w)
     return (integral(x + 0.5 * w) - integral(x - 0.5 * w)) / w;
 }
 
-Vec3 skyColor(Vec3 d, uint64_t seed)
+dvec3 skyColor(dvec3 d, uint64_t seed)
 {
     const double up = std::clamp(d.z, 0.0, 1.0);
-    Vec3 color = lerp(Vec3{0.80, 0.87, 0.94}, {0.29, 0.52, 0.83}, std::pow(up, 0.55));
-    const Vec3 sun = normalized({-0.62, -0.42, 0.62});
+    dvec3 color = lerp(dvec3{0.80, 0.87, 0.94}, {0.29, 0.52, 0.83}, std::pow(up, 0.55));
+    const dvec3 sun = normalized({-0.62, -0.42, 0.62});
     const double glow = std::max(0.0, dot(d, sun));
     color = lerp(color, {1.0, 0.96, 0.86}, 0.45 * std::pow(glow, 10.0));
     if (d.z > 0.02) {
@@ -230,7 +230,7 @@ Vec3 skyColor(Vec3 d, uint64_t seed)
         const double cover = fractalNoise(d.x * k * 1.9 + 3.7, d.y * k * 1.9, seed, 5);
         const double cloud = smoothstep(0.52, 0.74, cover) * smoothstep(0.02, 0.16, d.z);
         const double thick = smoothstep(0.60, 0.85, cover);
-        color = lerp(color, lerp(Vec3{0.97, 0.97, 0.97}, {0.80, 0.83, 0.88}, thick), 0.85 * cloud);
+        color = lerp(color, lerp(dvec3{0.97, 0.97, 0.97}, {0.80, 0.83, 0.88}, thick), 0.85 * cloud);
     }
     return color;
 }
@@ -251,7 +251,7 @@ MaterialSample sampleMaterial(const SceneSpec& spec, const Surface& s, SurfacePo
         return {.reflectance = s.color * (0.93 + 0.14 * valueNoise(x * 0.8 + z, y * 0.8 + z, s.seed))};
     case Material::FlatRoof: {
         const double rim = std::min({p.s, p.t, s.texture_size[0] - p.s, s.texture_size[1] - p.t});
-        const Vec3 felt = s.color * (0.85 + 0.3 * fractalNoise(x * 0.25, y * 0.25, s.seed, 2));
+        const dvec3 felt = s.color * (0.85 + 0.3 * fractalNoise(x * 0.25, y * 0.25, s.seed, 2));
         return {.reflectance = lerp(felt, {0.55, 0.53, 0.50}, band(rim, -1, 0.45, w))};
     }
     case Material::TileRoof: {
@@ -264,21 +264,21 @@ MaterialSample sampleMaterial(const SceneSpec& spec, const Surface& s, SurfacePo
         const double clump = valueNoise(x * 1.7 + z * 1.1, y * 1.7 - z * 0.9, s.seed);
         const double leaf =
             hashUnit(hashKey(s.seed, uint64_t(int64_t(x * 31)), uint64_t(int64_t(y * 31) * 7 + int64_t(z * 31))));
-        const Vec3 green = s.color * ((0.45 + 0.65 * level) * (0.6 + 0.8 * clump) * (0.88 + 0.24 * leaf));
-        return {.reflectance = green + Vec3{0.03, 0.02, 0} * (level * clump), .wrap = 0.45};
+        const dvec3 green = s.color * ((0.45 + 0.65 * level) * (0.6 + 0.8 * clump) * (0.88 + 0.24 * leaf));
+        return {.reflectance = green + dvec3{0.03, 0.02, 0} * (level * clump), .wrap = 0.45};
     }
     case Material::Bark:
         return {.reflectance = s.color * (0.8 + 0.4 * valueNoise(x * 9 + y * 9, z * 2, s.seed))};
     case Material::Water: {
         const double ripple = fractalNoise(x * 0.12, y * 0.35, s.seed, 3);
         return {.reflectance = s.color * (0.7 + 0.3 * ripple),
-                .emission = Vec3{0.035, 0.06, 0.075} * (0.7 + 0.6 * ripple),
+                .emission = dvec3{0.035, 0.06, 0.075} * (0.7 + 0.6 * ripple),
                 .gloss = 1};
     }
     case Material::Sky:
         return {.emission = skyColor(normalized(p.position), s.seed)};
     case Material::CarPaint: // with wheels and shadowed sills
-        return {.reflectance = z < 0.42 ? Vec3{0.02, 0.02, 0.02} : s.color, .gloss = 0.5};
+        return {.reflectance = z < 0.42 ? dvec3{0.02, 0.02, 0.02} : s.color, .gloss = 0.5};
     case Material::CarGlass:
         return {.emission = {0.05, 0.07, 0.09}, .gloss = 1};
     case Material::Glow:

@@ -7,17 +7,17 @@
 namespace gsc {
 
 struct MaterialSample {
-    Vec3 reflectance{}; // linear
-    Vec3 emission{};    // linear; what does not depend on the light, such as a reflected sky
-    double gloss = 0;   // 0..1, how strongly it mirrors the sky at grazing angles
-    double wrap = 0;    // light that passes round edges (leaves, fabric)
+    dvec3 reflectance{}; // linear
+    dvec3 emission{};    // linear; what does not depend on the light, such as a reflected sky
+    double gloss = 0;    // 0..1, how strongly it mirrors the sky at grazing angles
+    double wrap = 0;     // light that passes round edges (leaves, fabric)
 };
 
 // `width` in metres. Terrain also moves the point to its height.
 MaterialSample sampleMaterial(const SceneSpec& spec, const Surface& surface, SurfacePoint& point, double width);
 
 // Colour of the sky in the direction `d`, display values.
-Vec3 skyColor(Vec3 d, uint64_t seed);
+dvec3 skyColor(dvec3 d, uint64_t seed);
 
 // Box-filtered pattern that is one in [a, b) of every unit and zero elsewhere: mean over [x - w/2, x + w/2].
 double pulse(double x, double a, double b, double w);

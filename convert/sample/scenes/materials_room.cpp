@@ -7,7 +7,7 @@ namespace gsc {
 
 namespace {
 
-Vec3 parquet(const Surface& s, const SurfacePoint& p, double w)
+dvec3 parquet(const Surface& s, const SurfacePoint& p, double w)
 {
     constexpr double kPlank = 0.14, kLength = 1.3;
     const double row = std::floor(p.t / kPlank);
@@ -20,11 +20,11 @@ Vec3 parquet(const Surface& s, const SurfacePoint& p, double w)
     return lerp(s.color * (0.72 + 0.5 * tone + 0.2 * (grain - 0.5)), s.color * 0.35, joint);
 }
 
-Vec3 rug(const Surface& s, const SurfacePoint& p, double w)
+dvec3 rug(const Surface& s, const SurfacePoint& p, double w)
 {
     const double edge = std::min({p.s, p.t, s.texture_size[0] - p.s, s.texture_size[1] - p.t});
-    const Vec3 cream{0.66, 0.58, 0.44}, navy{0.06, 0.09, 0.17};
-    Vec3 color = s.color;
+    const dvec3 cream{0.66, 0.58, 0.44}, navy{0.06, 0.09, 0.17};
+    dvec3 color = s.color;
     const double cell = 0.31;
     const double u = p.s / cell + 0.5, v = p.t / cell + 0.5;
     const double diamond = std::abs(u - std::floor(u) - 0.5) + std::abs(v - std::floor(v) - 0.5);
@@ -35,10 +35,10 @@ Vec3 rug(const Surface& s, const SurfacePoint& p, double w)
     return color * (0.85 + 0.3 * valueNoise(p.s * 60, p.t * 60, 6));
 }
 
-Vec3 books(const Surface& s, const SurfacePoint& p, double w)
+dvec3 books(const Surface& s, const SurfacePoint& p, double w)
 {
-    static constexpr Vec3 kCovers[] = {{0.45, 0.09, 0.06}, {0.07, 0.17, 0.30}, {0.58, 0.50, 0.36}, {0.08, 0.20, 0.11},
-                                       {0.50, 0.30, 0.06}, {0.12, 0.11, 0.12}, {0.60, 0.58, 0.54}, {0.30, 0.10, 0.20}};
+    static constexpr dvec3 kCovers[] = {{0.45, 0.09, 0.06}, {0.07, 0.17, 0.30}, {0.58, 0.50, 0.36}, {0.08, 0.20, 0.11},
+                                        {0.50, 0.30, 0.06}, {0.12, 0.11, 0.12}, {0.60, 0.58, 0.54}, {0.30, 0.10, 0.20}};
     // spines of uneven width: cut points of a jittered row
     constexpr double kSpine = 0.042;
     double index = std::floor(p.s / kSpine);
@@ -49,38 +49,38 @@ Vec3 books(const Surface& s, const SurfacePoint& p, double w)
     const double height = 0.22 + 0.10 * hashUnit(key + 1);
     if (hashUnit(key + 2) < 0.06)
         return {0.02, 0.015, 0.01}; // a gap
-    const Vec3 cover = kCovers[key % 8] * (0.8 + 0.4 * hashUnit(key + 3));
+    const dvec3 cover = kCovers[key % 8] * (0.8 + 0.4 * hashUnit(key + 3));
     const double title = band(p.t, 0.55 * height, 0.7 * height, w) * 0.6;
-    return lerp(lerp(Vec3{0.02, 0.015, 0.01}, cover, band(p.t, 0, height, w)), {0.6, 0.5, 0.25}, title);
+    return lerp(lerp(dvec3{0.02, 0.015, 0.01}, cover, band(p.t, 0, height, w)), {0.6, 0.5, 0.25}, title);
 }
 
-Vec3 painting(const Surface& s, const SurfacePoint& p, double w)
+dvec3 painting(const Surface& s, const SurfacePoint& p, double w)
 {
     const double u = p.s / s.texture_size[0], v = p.t / s.texture_size[1];
     const double mat = std::min({p.s, p.t, s.texture_size[0] - p.s, s.texture_size[1] - p.t});
     // hills one behind the other under an evening sky
-    Vec3 color = lerp(Vec3{0.72, 0.42, 0.20}, {0.16, 0.28, 0.46}, std::clamp(1.6 * v - 0.5, 0.0, 1.0));
+    dvec3 color = lerp(dvec3{0.72, 0.42, 0.20}, {0.16, 0.28, 0.46}, std::clamp(1.6 * v - 0.5, 0.0, 1.0));
     const double du = u - 0.62, dv = v - 0.66;
     color = lerp(color, {0.85, 0.66, 0.34},
                  1 - smoothstep(0.05, 0.075, std::hypot(du * s.texture_size[0] / s.texture_size[1], dv)));
     for (int i = 0; i < 4; ++i) {
         const double ridge =
             0.58 - 0.13 * i + 0.16 * (fractalNoise(u * (2 + i) + 7 * i, 0.5, s.seed + uint64_t(i), 3) - 0.5);
-        const Vec3 tone = lerp(Vec3{0.34, 0.34, 0.42}, {0.05, 0.10, 0.07}, i / 3.0);
+        const dvec3 tone = lerp(dvec3{0.34, 0.34, 0.42}, {0.05, 0.10, 0.07}, i / 3.0);
         color = lerp(tone, color, smoothstep(-0.01 - w, 0.01 + w, v - ridge));
     }
     return lerp(color, {0.74, 0.72, 0.67}, band(mat, -1, 0.06, w));
 }
 
 // The garden beyond the panes.
-Vec3 windowView(const Surface& s, const SurfacePoint& p, double w)
+dvec3 windowView(const Surface& s, const SurfacePoint& p, double w)
 {
     const double u = p.s, v = p.t;
-    Vec3 color = lerp(Vec3{1.7, 1.75, 1.8}, {0.75, 1.15, 1.8}, std::clamp(v / 1.4, 0.0, 1.0));
+    dvec3 color = lerp(dvec3{1.7, 1.75, 1.8}, {0.75, 1.15, 1.8}, std::clamp(v / 1.4, 0.0, 1.0));
     const double trees = 0.62 + 0.3 * (fractalNoise(u * 2.2, 3, 21, 3) - 0.5);
     const double leaf = fractalNoise(u * 9, v * 9, 22, 3);
-    color = lerp(Vec3{0.16, 0.34, 0.08} * (0.5 + 1.3 * leaf), color, smoothstep(-0.04, 0.04, v - trees));
-    color = lerp(Vec3{0.42, 0.62, 0.16} * (0.8 + 0.4 * leaf), color, smoothstep(0.22, 0.28, v));
+    color = lerp(dvec3{0.16, 0.34, 0.08} * (0.5 + 1.3 * leaf), color, smoothstep(-0.04, 0.04, v - trees));
+    color = lerp(dvec3{0.42, 0.62, 0.16} * (0.8 + 0.4 * leaf), color, smoothstep(0.22, 0.28, v));
     const double frame = std::min({u, v, s.texture_size[0] - u, s.texture_size[1] - v});
     const double bars = std::max(band(std::abs(u - 0.5 * s.texture_size[0]), -1, 0.035, w), band(frame, -1, 0.06, w));
     return lerp(color, {0.62, 0.62, 0.60}, std::min(1.0, bars));
@@ -96,7 +96,7 @@ MaterialSample sampleRoomMaterial(const Surface& s, const SurfacePoint& p, doubl
     case Material::Rug:
         return {.reflectance = rug(s, p, w)};
     case Material::RoomWall: {
-        const Vec3 paint = s.color * (0.97 + 0.06 * fractalNoise(p.s * 2, p.t * 2, s.seed, 2));
+        const dvec3 paint = s.color * (0.97 + 0.06 * fractalNoise(p.s * 2, p.t * 2, s.seed, 2));
         if (std::abs(p.normal.z) >= 0.5) // the ceiling has no skirting board
             return {.reflectance = paint};
         return {.reflectance = lerp(paint, {0.76, 0.75, 0.72}, band(p.position.z, -1, 0.09, w))};

@@ -23,9 +23,9 @@ const SceneMaker& makerOf(SampleScene scene)
 
 } // namespace
 
-Vec3 sunDirection(SampleScene scene)
+dvec3 sunDirection(SampleScene scene)
 {
-    return normalized(scene == SampleScene::Street ? Vec3{0.45, -0.5, 0.75} : Vec3{-0.62, -0.42, 0.62});
+    return normalized(scene == SampleScene::Street ? dvec3{0.45, -0.5, 0.75} : dvec3{-0.62, -0.42, 0.62});
 }
 
 SceneSpec planScene(const SampleOptions& options)
@@ -49,7 +49,7 @@ void buildTile(const SceneSpec& spec, uint32_t tile, SceneTile& out)
 void addNeighbourOccluders(const SceneSpec& spec, uint32_t tile, SceneTile& out)
 {
     std::vector<uint32_t> neighbours;
-    const Vec3 sun = sunDirection(spec.scene);
+    const dvec3 sun = sunDirection(spec.scene);
     if (spec.scene == SampleScene::City && tile < spec.main_tiles) {
         // the highest tower throws its shadow over two blocks
         const int column = int(tile % spec.side), row = int(tile / spec.side);
@@ -77,7 +77,7 @@ std::vector<SourceCamera> sceneCameras(const SceneSpec& spec)
     return makerOf(spec.scene).cameras(spec);
 }
 
-SourceCamera photograph(Vec3 from, Vec3 to, double fov_x)
+SourceCamera photograph(dvec3 from, dvec3 to, double fov_x)
 {
     return lookingAlong(from, normalized(to - from), {0, 0, 1}, 1280, 720, fov_x * kPi / 180);
 }

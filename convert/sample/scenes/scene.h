@@ -25,11 +25,11 @@ struct SceneSpec {
 };
 
 struct Box {
-    Vec3 min{}, max{};
+    dvec3 min{}, max{};
 };
 
 struct BlobOccluder {
-    Vec3 center{}, radii{};
+    dvec3 center{}, radii{};
 };
 
 struct SceneTile {
@@ -50,7 +50,7 @@ constexpr double kBlockPitch = 60; // metres from crossing to crossing
 constexpr double kStreetPlot = 12; // metres of facade per plot
 
 // World direction towards the sun.
-Vec3 sunDirection(SampleScene scene);
+dvec3 sunDirection(SampleScene scene);
 
 SceneSpec planScene(const SampleOptions& options);
 // Surfaces of the tile and the occluders that stand on it.
@@ -60,7 +60,7 @@ void addNeighbourOccluders(const SceneSpec& spec, uint32_t tile, SceneTile& out)
 // The photographs it was trained with.
 std::vector<SourceCamera> sceneCameras(const SceneSpec& spec);
 // One of them: `fov_x` is in degrees.
-SourceCamera photograph(Vec3 from, Vec3 to, double fov_x);
+SourceCamera photograph(dvec3 from, dvec3 to, double fov_x);
 
 // The three scenes behind the functions above. Plans have scene and seed already; tiles are those of the built part.
 void planCity(uint64_t anchors, SceneSpec& spec);

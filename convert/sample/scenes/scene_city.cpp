@@ -138,7 +138,7 @@ void parkBlock(Block& b)
     pond.flush = true;
     pond.reference = pond.center;
     pond.seed = b.random.bits();
-    const Vec3 middle = pond.center, reach = pond.radii + 2.5;
+    const dvec3 middle = pond.center, reach = pond.radii + 2.5;
     for (int i = 0; i < 34; ++i) {
         const double x = b.random.between(-22, 22), y = b.random.between(-22, 22);
         const double dx = (b.cx + x - middle.x) / reach.x, dy = (b.cy + y - middle.y) / reach.y;
@@ -157,10 +157,10 @@ void riverBlock(Block& b)
         .add(makeFlush(rectangle(x0, y0, x1, y1, -kDepth), Material::Water, {0.045, 0.10, 0.12},
                        hashKey(b.spec.seed, 31)))
         .reference = {};
-    const Vec3 stone{0.40, 0.37, 0.32};
-    const auto wall = [&](Vec3 a, Vec3 c, double low, double high, uint64_t part) {
+    const dvec3 stone{0.40, 0.37, 0.32};
+    const auto wall = [&](dvec3 a, dvec3 c, double low, double high, uint64_t part) {
         a.z = c.z = low;
-        const Vec3 up{0, 0, high - low};
+        const dvec3 up{0, 0, high - low};
         b.tile.add(makeFlush({a, c, c + up, a + up}, Material::Plain, stone, hashKey(b.spec.seed, 40 + part)));
     };
     // embankments face the water; the bridge has a wall to each side
@@ -293,7 +293,7 @@ std::vector<SourceCamera> cityCameras(const SceneSpec& spec)
 {
     std::vector<SourceCamera> cameras;
     const double reach = std::clamp(spec.half_extent, 60.0, 330.0); // an aerial photograph shows this much
-    const auto look = [&](Vec3 from, Vec3 to) { cameras.push_back(photograph(from, to, 64)); };
+    const auto look = [&](dvec3 from, dvec3 to) { cameras.push_back(photograph(from, to, 64)); };
     const double river_y = cityRiverY(spec);
     // two rounds, the second lower and closer
     for (int i = 0; i < 40; ++i) {

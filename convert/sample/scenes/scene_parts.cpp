@@ -18,26 +18,26 @@ void addWalls(SceneTile& tile, double x0, double y0, double x1, double y1, doubl
 
 } // namespace
 
-void addBox(SceneTile& tile, const Box& box, Material material, Vec3 color, uint64_t seed, double density)
+void addBox(SceneTile& tile, const Box& box, Material material, dvec3 color, uint64_t seed, double density)
 {
-    const Vec3 &low = box.min, &high = box.max, up{0, 0, high.z - low.z};
+    const dvec3 &low = box.min, &high = box.max, up{0, 0, high.z - low.z};
     const Corners p = rectangle(low.x, low.y, high.x, high.y, low.z);
     const auto face = [&](const Corners& corners, uint64_t part) {
         tile.add(makeQuad(corners, material, color, hashKey(seed, part))).density = density;
     };
     for (size_t i = 0; i < 4; ++i) {
-        const Vec3 a = p[i], b = p[(i + 1) % 4];
+        const dvec3 a = p[i], b = p[(i + 1) % 4];
         face({a, b, b + up, a + up}, i);
     }
     face(rectangle(low.x, low.y, high.x, high.y, high.z), 9);
 }
 
-void addTurnedBox(SceneTile& tile, Vec3 center, Vec3 half, double angle, double taper, Material side, Vec3 color,
-                  Material top, Vec3 top_color, uint64_t seed, double density)
+void addTurnedBox(SceneTile& tile, dvec3 center, dvec3 half, double angle, double taper, Material side, dvec3 color,
+                  Material top, dvec3 top_color, uint64_t seed, double density)
 {
-    const Vec3 ahead{std::cos(angle), std::sin(angle), 0}, left{-std::sin(angle), std::cos(angle), 0};
+    const dvec3 ahead{std::cos(angle), std::sin(angle), 0}, left{-std::sin(angle), std::cos(angle), 0};
     const auto corner = [&](double sx, double sy, double length, double z) {
-        return center + ahead * (sx * length) + left * (sy * half.y) + Vec3{0, 0, z};
+        return center + ahead * (sx * length) + left * (sy * half.y) + dvec3{0, 0, z};
     };
     Corners low, high;
     const double sx[4] = {-1, 1, 1, -1}, sy[4] = {-1, -1, 1, 1};
@@ -45,7 +45,7 @@ void addTurnedBox(SceneTile& tile, Vec3 center, Vec3 half, double angle, double 
         low[i] = corner(sx[i], sy[i], half.x, -half.z);
         high[i] = corner(sx[i], sy[i], half.x - taper, half.z);
     }
-    const auto face = [&](const Corners& corners, Material material, Vec3 tone, uint64_t part) {
+    const auto face = [&](const Corners& corners, Material material, dvec3 tone, uint64_t part) {
         tile.add(makeQuad(corners, material, tone, hashKey(seed, part))).density = density;
     };
     for (size_t i = 0; i < 4; ++i)
@@ -56,9 +56,9 @@ void addTurnedBox(SceneTile& tile, Vec3 center, Vec3 half, double angle, double 
 BuildingStyle randomStyle(HashRandom& random, double height)
 {
     // plaster, brick and stone as they reflect
-    static constexpr Vec3 kWalls[] = {{0.56, 0.45, 0.30}, {0.50, 0.34, 0.21}, {0.36, 0.12, 0.07}, {0.58, 0.52, 0.43},
-                                      {0.44, 0.20, 0.11}, {0.54, 0.38, 0.23}, {0.36, 0.36, 0.34}, {0.55, 0.45, 0.36},
-                                      {0.27, 0.14, 0.09}, {0.58, 0.48, 0.26}};
+    static constexpr dvec3 kWalls[] = {{0.56, 0.45, 0.30}, {0.50, 0.34, 0.21}, {0.36, 0.12, 0.07}, {0.58, 0.52, 0.43},
+                                       {0.44, 0.20, 0.11}, {0.54, 0.38, 0.23}, {0.36, 0.36, 0.34}, {0.55, 0.45, 0.36},
+                                       {0.27, 0.14, 0.09}, {0.58, 0.48, 0.26}};
     BuildingStyle style;
     style.wall = kWalls[random.below(10)] * random.between(0.9, 1.1);
     style.trim = lerp(style.wall, {0.75, 0.72, 0.66}, 0.6);
@@ -95,9 +95,9 @@ BuildingStyle randomStyle(HashRandom& random, double height)
     return style;
 }
 
-void addFacade(SceneTile& tile, Vec3 a, Vec3 b, double height, const BuildingStyle& style, uint64_t seed)
+void addFacade(SceneTile& tile, dvec3 a, dvec3 b, double height, const BuildingStyle& style, uint64_t seed)
 {
-    const Vec3 up{0, 0, height};
+    const dvec3 up{0, 0, height};
     Surface& s = tile.add(makeQuad({a, b, b + up, a + up}, Material::Facade, style.wall, seed));
     const double width = length(b - a);
     s.accent = style.trim;
@@ -119,7 +119,7 @@ void addBuilding(SceneTile& tile, double x0, double y0, double x1, double y1, do
     const double tone = random.between(0.25, 0.5);
     const bool green = random.chance(0.15);
     tile.add(makeQuad(rectangle(x0, y0, x1, y1, roof_z), Material::FlatRoof,
-                      green ? Vec3{0.16, 0.26, 0.08} : Vec3{tone, tone * 0.97, tone * 0.92}, hashKey(seed, 7)));
+                      green ? dvec3{0.16, 0.26, 0.08} : dvec3{tone, tone * 0.97, tone * 0.92}, hashKey(seed, 7)));
     tile.boxes.push_back({{x0, y0, 0}, {x1, y1, height}});
 
     const double wx = x1 - x0, wy = y1 - y0;
@@ -128,7 +128,7 @@ void addBuilding(SceneTile& tile, double x0, double y0, double x1, double y1, do
         const double hx = random.between(1, std::min(2.6, wx * 0.15)), hy = random.between(1, std::min(2.6, wy * 0.15));
         const double cx = random.between(x0 + hx + 1, x1 - hx - 1), cy = random.between(y0 + hy + 1, y1 - hy - 1);
         const double top = roof_z + random.between(1.2, 2.8);
-        const Vec3 grey = Vec3{0.5, 0.5, 0.5} * random.between(0.7, 1.1);
+        const dvec3 grey = dvec3{0.5, 0.5, 0.5} * random.between(0.7, 1.1);
         const Box unit{{cx - hx, cy - hy, roof_z}, {cx + hx, cy + hy, top}};
         addBox(tile, unit, Material::Plain, grey, hashKey(seed, 20 + i), 1);
         tile.boxes.push_back(unit);
@@ -139,7 +139,7 @@ void addHouse(SceneTile& tile, double x0, double y0, double x1, double y1, doubl
               HashRandom& random)
 {
     const uint64_t seed = random.bits();
-    static constexpr Vec3 kRoofs[] = {{0.46, 0.15, 0.08}, {0.38, 0.12, 0.07}, {0.30, 0.13, 0.09}, {0.20, 0.17, 0.16}};
+    static constexpr dvec3 kRoofs[] = {{0.46, 0.15, 0.08}, {0.38, 0.12, 0.07}, {0.30, 0.13, 0.09}, {0.20, 0.17, 0.16}};
     BuildingStyle style;
     style.wall = lerp({0.72, 0.66, 0.55}, {0.55, 0.40, 0.28}, random.unit());
     style.trim = style.wall;
@@ -149,16 +149,16 @@ void addHouse(SceneTile& tile, double x0, double y0, double x1, double y1, doubl
     style.window_y = 0.45;
     addWalls(tile, x0, y0, x1, y1, eaves, style, seed);
 
-    const Vec3 roof_color = kRoofs[random.below(4)] * random.between(0.85, 1.2);
+    const dvec3 roof_color = kRoofs[random.below(4)] * random.between(0.85, 1.2);
     const double span = ridge_x ? y1 - y0 : x1 - x0;
     const double rise = span * 0.5 * random.between(0.7, 0.95);
     constexpr double kOverhang = 0.5;
     const double drop = kOverhang * rise / (span * 0.5); // the eaves reach below the top of the wall
     const double mid_x = 0.5 * (x0 + x1), mid_y = 0.5 * (y0 + y1), top = eaves + rise;
-    const auto slope = [&](Vec3 a, Vec3 b, Vec3 c, Vec3 d, uint64_t part) {
+    const auto slope = [&](dvec3 a, dvec3 b, dvec3 c, dvec3 d, uint64_t part) {
         tile.add(makeQuad({a, b, c, d}, Material::TileRoof, roof_color, hashKey(seed, part))).density = 1.1;
     };
-    const auto gable = [&](Vec3 a, Vec3 b, Vec3 tip, uint64_t part) {
+    const auto gable = [&](dvec3 a, dvec3 b, dvec3 tip, uint64_t part) {
         tile.add(makeQuad({a, b, tip, tip}, Material::Plain, style.wall, hashKey(seed, part)));
     };
     const double low = eaves - drop;
@@ -182,22 +182,22 @@ void addTree(SceneTile& tile, double x, double y, double height, int lobes, Hash
 {
     const uint64_t seed = random.bits();
     const double rz = height * random.between(0.33, 0.4), r = height * random.between(0.26, 0.36);
-    static constexpr Vec3 kLeaves[] = {{0.10, 0.22, 0.035}, {0.14, 0.27, 0.05}, {0.075, 0.17, 0.04},
-                                       {0.18, 0.26, 0.05},  {0.12, 0.24, 0.07}, {0.30, 0.24, 0.05}};
+    static constexpr dvec3 kLeaves[] = {{0.10, 0.22, 0.035}, {0.14, 0.27, 0.05}, {0.075, 0.17, 0.04},
+                                        {0.18, 0.26, 0.05},  {0.12, 0.24, 0.07}, {0.30, 0.24, 0.05}};
     const uint32_t pick = random.below(24);
-    const Vec3 leaves = kLeaves[pick == 0 ? 5 : pick % 5] * random.between(0.85, 1.2);
-    const Vec3 center{x, y, height - rz};
+    const dvec3 leaves = kLeaves[pick == 0 ? 5 : pick % 5] * random.between(0.85, 1.2);
+    const dvec3 center{x, y, height - rz};
     const double turn = random.between(0, 2 * kPi);
     for (int i = 0; i < lobes; ++i) {
         // one lobe on top, the others round it
         const double a = turn + 2 * kPi * i / std::max(1, lobes - 1), out = i == 0 ? 0 : 0.5 * r;
         const double size = lobes == 1 ? 1 : i == 0 ? 0.74 : random.between(0.52, 0.66);
-        const Vec3 shift{out * std::cos(a), out * std::sin(a),
-                         lobes == 1 ? 0
-                         : i == 0   ? 0.24 * rz
-                                    : random.between(-0.4, 0.0) * rz};
+        const dvec3 shift{out * std::cos(a), out * std::sin(a),
+                          lobes == 1 ? 0
+                          : i == 0   ? 0.24 * rz
+                                     : random.between(-0.4, 0.0) * rz};
         Surface& crown = tile.add(
-            makeEllipsoid(center + shift, Vec3{r, r, rz} * size, Material::Foliage, leaves, seed + 3 * uint64_t(i)));
+            makeEllipsoid(center + shift, dvec3{r, r, rz} * size, Material::Foliage, leaves, seed + 3 * uint64_t(i)));
         crown.bumps = 0.18;
         crown.ragged = 0.8;
         crown.thickness = 0.6;
@@ -214,10 +214,11 @@ void addTree(SceneTile& tile, double x, double y, double height, int lobes, Hash
 
 void addCar(SceneTile& tile, double x, double y, double angle, HashRandom& random)
 {
-    static constexpr Vec3 kPaints[] = {{0.75, 0.75, 0.74}, {0.03, 0.03, 0.035}, {0.35, 0.36, 0.38}, {0.45, 0.03, 0.03},
-                                       {0.04, 0.09, 0.30}, {0.14, 0.15, 0.17},  {0.6, 0.6, 0.58},   {0.55, 0.35, 0.05}};
+    static constexpr dvec3 kPaints[] = {{0.75, 0.75, 0.74}, {0.03, 0.03, 0.035}, {0.35, 0.36, 0.38},
+                                        {0.45, 0.03, 0.03}, {0.04, 0.09, 0.30},  {0.14, 0.15, 0.17},
+                                        {0.6, 0.6, 0.58},   {0.55, 0.35, 0.05}};
     const uint64_t seed = random.bits();
-    const Vec3 paint = kPaints[random.below(8)];
+    const dvec3 paint = kPaints[random.below(8)];
     const double length = random.between(4.0, 4.7);
     addTurnedBox(tile, {x, y, 0.58}, {0.5 * length, 0.9, 0.33}, angle, 0.08, Material::CarPaint, paint,
                  Material::CarPaint, paint, seed, 2.5);
@@ -234,7 +235,7 @@ void addSurroundings(const SceneSpec& spec, uint32_t part, SceneTile& tile)
     const double e = spec.half_extent;
     if (part == 4) {
         Surface& sky =
-            tile.add(makeEllipsoid({0, 0, 0}, Vec3(spec.horizon), Material::Sky, {}, hashKey(spec.seed, 77)));
+            tile.add(makeEllipsoid({0, 0, 0}, dvec3(spec.horizon), Material::Sky, {}, hashKey(spec.seed, 77)));
         sky.share = AnchorShare::Sky;
         sky.polar[1] = 0.5 * kPi + 0.12; // a little below the horizon, behind the edge of the land
         sky.inward = true;
@@ -250,7 +251,7 @@ void addSurroundings(const SceneSpec& spec, uint32_t part, SceneTile& tile)
         const double r1 = std::min(end, r0 * kGrowth);
         const double ca[4] = {1, 0, -1, 0}, sa[4] = {0, 1, 0, -1};
         const auto turn = [&](double x, double y) {
-            return Vec3{ca[part] * x - sa[part] * y, sa[part] * x + ca[part] * y, 0};
+            return dvec3{ca[part] * x - sa[part] * y, sa[part] * x + ca[part] * y, 0};
         };
         // note: seen from above, the longer edge lies outside; the order keeps the normal up
         Surface& land = tile.add(makeQuad({turn(r1, -r1), turn(r1, r1), turn(r0, r0), turn(r0, -r0)}, Material::Terrain,

@@ -8,16 +8,16 @@
 namespace gsc {
 
 // Five faces (no bottom). No occluder.
-void addBox(SceneTile& tile, const Box& box, Material material, Vec3 color, uint64_t seed, double density);
+void addBox(SceneTile& tile, const Box& box, Material material, dvec3 color, uint64_t seed, double density);
 // A box turned by `angle` about the vertical through its centre; its top is shorter by `taper` at either end.
-void addTurnedBox(SceneTile& tile, Vec3 center, Vec3 half, double angle, double taper, Material side, Vec3 color,
-                  Material top, Vec3 top_color, uint64_t seed, double density);
+void addTurnedBox(SceneTile& tile, dvec3 center, dvec3 half, double angle, double taper, Material side, dvec3 color,
+                  Material top, dvec3 top_color, uint64_t seed, double density);
 
 enum class FacadeStyle { Punched = 0, Ribbon = 1, Curtain = 2 };
 
 struct BuildingStyle {
     FacadeStyle facade = FacadeStyle::Punched;
-    Vec3 wall{}, trim{};
+    dvec3 wall{}, trim{};
     double bay = 3, floor = 3.2, window_x = 0.5, window_y = 0.55;
     bool shops = false;
 };
@@ -27,7 +27,7 @@ BuildingStyle randomStyle(HashRandom& random, double height);
 void addBuilding(SceneTile& tile, double x0, double y0, double x1, double y1, double height, const BuildingStyle& style,
                  HashRandom& random);
 // One wall of a building: from a to b (seen from outside, left to right), `height` high.
-void addFacade(SceneTile& tile, Vec3 a, Vec3 b, double height, const BuildingStyle& style, uint64_t seed);
+void addFacade(SceneTile& tile, dvec3 a, dvec3 b, double height, const BuildingStyle& style, uint64_t seed);
 // House with a tiled gable roof, ridge along x or y.
 void addHouse(SceneTile& tile, double x0, double y0, double x1, double y1, double eaves, bool ridge_x,
               HashRandom& random);

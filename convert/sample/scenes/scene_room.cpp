@@ -8,21 +8,22 @@ namespace gsc {
 namespace {
 
 constexpr double kX = kRoomHalf.x, kY = kRoomHalf.y, kZ = kRoomHeight;
-constexpr Vec3 kOak{0.36, 0.22, 0.11}, kWalnut{0.17, 0.09, 0.05}, kPaint{0.70, 0.67, 0.60}, kSofa{0.10, 0.17, 0.19};
+constexpr dvec3 kOak{0.36, 0.22, 0.11}, kWalnut{0.17, 0.09, 0.05}, kPaint{0.70, 0.67, 0.60}, kSofa{0.10, 0.17, 0.19};
 
-void quad(SceneTile& tile, Vec3 a, Vec3 b, Vec3 c, Vec3 d, Material material, Vec3 color, uint64_t seed,
+void quad(SceneTile& tile, dvec3 a, dvec3 b, dvec3 c, dvec3 d, Material material, dvec3 color, uint64_t seed,
           double density = 1)
 {
     tile.add(makeFlush({a, b, c, d}, material, color, seed)).density = density;
 }
 
-void box(SceneTile& tile, Vec3 min, Vec3 max, Material material, Vec3 color, uint64_t seed, double density = 1.2)
+void box(SceneTile& tile, dvec3 min, dvec3 max, Material material, dvec3 color, uint64_t seed, double density = 1.2)
 {
     addBox(tile, {min, max}, material, color, seed, density);
     tile.boxes.push_back({min, max});
 }
 
-void body(SceneTile& tile, Vec3 center, Vec3 radii, Material material, Vec3 color, uint64_t seed, double density = 1.5)
+void body(SceneTile& tile, dvec3 center, dvec3 radii, Material material, dvec3 color, uint64_t seed,
+          double density = 1.5)
 {
     tile.add(makeEllipsoid(center, radii, material, color, seed)).density = density;
 }
@@ -46,7 +47,7 @@ void shell(SceneTile& t)
     part(-kY, w.y0, w.z0, w.z1, 8);
     part(w.y1, kY, w.z0, w.z1, 9);
     constexpr double kReveal = 0.18;
-    const Vec3 white{0.78, 0.77, 0.74};
+    const dvec3 white{0.78, 0.77, 0.74};
     quad(t, {w.x, w.y0, w.z0}, {w.x + kReveal, w.y0, w.z0}, {w.x + kReveal, w.y1, w.z0}, {w.x, w.y1, w.z0},
          Material::Plain, white, 10);
     quad(t, {w.x, w.y1, w.z1}, {w.x + kReveal, w.y1, w.z1}, {w.x + kReveal, w.y0, w.z1}, {w.x, w.y0, w.z1},
@@ -64,20 +65,20 @@ void shell(SceneTile& t)
 }
 
 // A framed picture on a wall; `corner` is its lower left one, seen from the room, `along` points to the right.
-void picture(SceneTile& t, Vec3 corner, Vec3 along, double width, double height, uint64_t seed)
+void picture(SceneTile& t, dvec3 corner, dvec3 along, double width, double height, uint64_t seed)
 {
     constexpr double kBar = 0.05, kDeep = 0.03;
-    const Vec3 up{0, 0, 1}, out = cross(along, up);
+    const dvec3 up{0, 0, 1}, out = cross(along, up);
     const auto bar = [&](double u0, double u1, double v0, double v1, uint64_t part) {
-        const Vec3 a = corner + along * u0 + up * v0, b = corner + along * u1 + up * v1 + out * kDeep;
+        const dvec3 a = corner + along * u0 + up * v0, b = corner + along * u1 + up * v1 + out * kDeep;
         box(t, glm::min(a, b), glm::max(a, b), Material::Wood, kWalnut, seed + part, 1.5);
     };
     bar(0, width, 0, kBar, 0);
     bar(0, width, height - kBar, height, 1);
     bar(0, kBar, kBar, height - kBar, 2);
     bar(width - kBar, width, kBar, height - kBar, 3);
-    const Vec3 a = corner + along * kBar + up * kBar + out * 0.02;
-    const Vec3 right = along * (width - 2 * kBar), top = up * (height - 2 * kBar);
+    const dvec3 a = corner + along * kBar + up * kBar + out * 0.02;
+    const dvec3 right = along * (width - 2 * kBar), top = up * (height - 2 * kBar);
     quad(t, a, a + right, a + right + top, a + top, Material::Painting, {}, seed + 4, 2.2);
 }
 
@@ -91,7 +92,7 @@ void sofaCorner(SceneTile& t)
     for (int i = 0; i < 3; ++i)
         body(t, {-0.95 + 0.8 * i, back - 0.52, 0.45}, {0.40, 0.34, 0.11}, Material::Fabric, kSofa * 1.25,
              24 + uint64_t(i));
-    const Vec3 pillows[] = {{0.60, 0.36, 0.05}, {0.62, 0.55, 0.44}, {0.48, 0.12, 0.07}};
+    const dvec3 pillows[] = {{0.60, 0.36, 0.05}, {0.62, 0.55, 0.44}, {0.48, 0.12, 0.07}};
     for (int i = 0; i < 3; ++i)
         body(t, {-1.05 + 0.95 * i, back - 0.34, 0.66}, {0.23, 0.11, 0.21}, Material::Fabric, pillows[i],
              30 + uint64_t(i), 2);
@@ -109,7 +110,7 @@ void sofaCorner(SceneTile& t)
 void tableAndRug(SceneTile& t)
 {
     t.add(makeFlush(rectangle(-1.75, -0.55, 1.35, 1.35, 0.012), Material::Rug, {0.45, 0.16, 0.11}, 60)).density = 1.6;
-    const Vec3 low{-0.75, -0.05, 0.36}, high{0.45, 0.60, 0.40};
+    const dvec3 low{-0.75, -0.05, 0.36}, high{0.45, 0.60, 0.40};
     box(t, low, high, Material::Wood, kOak, 61, 2);
     for (int i = 0; i < 4; ++i) {
         const double x = i % 2 ? high.x - 0.09 : low.x + 0.03, y = i / 2 ? high.y - 0.09 : low.y + 0.03;
@@ -117,12 +118,12 @@ void tableAndRug(SceneTile& t)
     }
     // a bowl of fruit and some books
     body(t, {-0.4, 0.28, 0.44}, {0.17, 0.17, 0.055}, Material::CarPaint, {0.55, 0.56, 0.58}, 70, 3);
-    const Vec3 fruit[] = {
+    const dvec3 fruit[] = {
         {0.62, 0.10, 0.05}, {0.70, 0.42, 0.05}, {0.35, 0.48, 0.08}, {0.66, 0.25, 0.04}, {0.6, 0.12, 0.06}};
     for (int i = 0; i < 5; ++i)
         body(t, {-0.4 + 0.075 * std::cos(i * 1.256), 0.28 + 0.075 * std::sin(i * 1.256), 0.50}, {0.048, 0.048, 0.046},
              Material::Plain, fruit[i], 71 + uint64_t(i), 4);
-    const Vec3 covers[] = {{0.10, 0.20, 0.34}, {0.60, 0.54, 0.42}, {0.45, 0.10, 0.08}};
+    const dvec3 covers[] = {{0.10, 0.20, 0.34}, {0.60, 0.54, 0.42}, {0.45, 0.10, 0.08}};
     for (int i = 0; i < 3; ++i)
         addTurnedBox(t, {0.15, 0.25, 0.415 + 0.03 * i}, {0.13 - 0.01 * i, 0.095, 0.015}, 0.3 * i - 0.2, 0,
                      Material::Plain, covers[i], Material::Plain, covers[i] * 1.1, 80 + uint64_t(i), 3);
@@ -148,7 +149,7 @@ void shelves(SceneTile& t)
     body(t, {-0.85, -kY + 0.22, 0.93}, {0.10, 0.10, 0.21}, Material::CarPaint, {0.08, 0.20, 0.30}, 123, 3);
     body(t, {0.55, -kY + 0.22, 0.82}, {0.13, 0.09, 0.10}, Material::CarPaint, {0.55, 0.34, 0.12}, 124, 3);
     // no back to the door: coarse levels of a thin body's back would lie in front of it
-    const Vec3 white{0.72, 0.70, 0.66};
+    const dvec3 white{0.72, 0.70, 0.66};
     const double door_x = -kX + 0.05, top_z = 2.05;
     quad(t, {door_x, -1.9, 0}, {door_x, -0.95, 0}, {door_x, -0.95, top_z}, {door_x, -1.9, top_z}, Material::Plain,
          white, 125, 0.8);
@@ -161,7 +162,7 @@ void shelves(SceneTile& t)
 
 void chairAndPlant(SceneTile& t)
 {
-    const Vec3 leather{0.30, 0.13, 0.06};
+    const dvec3 leather{0.30, 0.13, 0.06};
     addTurnedBox(t, {2.05, -1.55, 0.28}, {0.38, 0.38, 0.13}, 0.7, 0, Material::Fabric, leather, Material::Fabric,
                  leather, 140, 1.4);
     const double a = 0.7;
@@ -170,11 +171,11 @@ void chairAndPlant(SceneTile& t)
     body(t, {2.05, -1.55, 0.42}, {0.32, 0.30, 0.08}, Material::Fabric, leather * 1.3, 142);
     t.boxes.push_back({{1.7, -1.95, 0.12}, {2.4, -1.2, 0.42}});
     // plant in a pot by the window
-    const Vec3 at{2.5, 1.55, 0};
+    const dvec3 at{2.5, 1.55, 0};
     body(t, {at.x, at.y, 0.22}, {0.2, 0.2, 0.24}, Material::Plain, {0.55, 0.50, 0.43}, 150, 2);
     for (int i = 0; i < 9; ++i) {
         const double turn = i * 2.4, lean = 0.10 + 0.028 * i;
-        const Vec3 c{at.x + lean * std::cos(turn), at.y + lean * std::sin(turn), 0.72 + 0.07 * ((i * 5) % 9)};
+        const dvec3 c{at.x + lean * std::cos(turn), at.y + lean * std::sin(turn), 0.72 + 0.07 * ((i * 5) % 9)};
         Surface& leaf =
             t.add(makeEllipsoid(c, {0.14, 0.14, 0.11}, Material::Foliage, {0.09, 0.24, 0.05}, 151 + uint64_t(i)));
         leaf.bumps = 0.35;
@@ -191,7 +192,7 @@ void chairAndPlant(SceneTile& t)
 // Cuts a parallelogram into pieces no larger than a tile.
 void splitSurface(const Surface& s, double largest, std::vector<Surface>& out)
 {
-    const auto pieces = [&](Vec3 side) {
+    const auto pieces = [&](dvec3 side) {
         return s.shape == Surface::Shape::Quad ? std::max(1, int(std::ceil(length(side) / largest))) : 1;
     };
     const int nu = pieces(s.corner[1] - s.corner[0]), nv = pieces(s.corner[3] - s.corner[0]);
@@ -238,7 +239,7 @@ void buildRoomTile(const SceneSpec& spec, uint32_t index, SceneTile& tile)
         splitSurface(s, spec.side > 1 ? size : 1e9, pieces);
     }
     for (const Surface& s : pieces) {
-        const Vec3 c = s.shape == Surface::Shape::Quad ? surfacePoint(s, 0.5, 0.5).position : s.center;
+        const dvec3 c = s.shape == Surface::Shape::Quad ? surfacePoint(s, 0.5, 0.5).position : s.center;
         if (c.x >= tile.min[0] && c.x < tile.max[0] && c.y >= tile.min[1] && c.y < tile.max[1])
             tile.surfaces.push_back(s);
     }
@@ -249,8 +250,8 @@ std::vector<SourceCamera> roomCameras(const SceneSpec&)
     std::vector<SourceCamera> cameras;
     for (int i = 0; i < 48; ++i) {
         const double a = 2 * kPi * i / 48 - 0.79 * kPi;
-        const Vec3 from{2.35 * std::cos(a), 1.75 * std::sin(a), 1.5 + 0.15 * std::sin(3 * a)};
-        const Vec3 to{-1.2 * std::cos(a) + 0.2, -1.2 * std::sin(a) + 0.35, 0.85};
+        const dvec3 from{2.35 * std::cos(a), 1.75 * std::sin(a), 1.5 + 0.15 * std::sin(3 * a)};
+        const dvec3 to{-1.2 * std::cos(a) + 0.2, -1.2 * std::sin(a) + 0.35, 0.85};
         cameras.push_back(photograph(from, to, 78));
     }
     return cameras;

@@ -55,17 +55,18 @@ void buildStreetTile(const SceneSpec& spec, uint32_t index, SceneTile& tile)
         style.shops = true;
         const double front = side * kWall, back = side * (kWall + kDepth);
         const uint64_t seed = random.bits();
-        const Vec3 fl{x, front, 0}, fr{stop, front, 0}, bl{x, back, 0}, br{stop, back, 0};
-        const Vec3 up{0, 0, height};
+        const dvec3 fl{x, front, 0}, fr{stop, front, 0}, bl{x, back, 0}, br{stop, back, 0};
+        const dvec3 up{0, 0, height};
         // the facade faces the street; its left end, seen from outside, depends on the side
         if (side > 0)
             addFacade(tile, fl, fr, height, style, seed);
         else
             addFacade(tile, fr, fl, height, style, seed);
         tile.surfaces.back().density = 1.6;
-        const Vec3 corners[2][2] = {{side > 0 ? bl : fl, side > 0 ? fl : bl}, {side > 0 ? fr : br, side > 0 ? br : fr}};
+        const dvec3 corners[2][2] = {{side > 0 ? bl : fl, side > 0 ? fl : bl},
+                                     {side > 0 ? fr : br, side > 0 ? br : fr}};
         for (int i = 0; i < 2; ++i) {
-            const Vec3 &a = corners[i][0], &b = corners[i][1];
+            const dvec3 &a = corners[i][0], &b = corners[i][1];
             tile.add(
                     makeQuad({a, b, b + up, a + up}, Material::Plain, style.wall * 0.9, hashKey(seed, 5 + uint64_t(i))))
                 .density = 0.35; // mostly hidden by the neighbour
@@ -87,7 +88,7 @@ void buildStreetTile(const SceneSpec& spec, uint32_t index, SceneTile& tile)
         const double wall_x = plot == 0 ? x0 + 0.05 : x1 - 0.05;
         BuildingStyle style = randomStyle(random, 15);
         style.facade = FacadeStyle::Punched;
-        const Vec3 a{wall_x, plot == 0 ? low : high, 0}, b{wall_x, plot == 0 ? high : low, 0};
+        const dvec3 a{wall_x, plot == 0 ? low : high, 0}, b{wall_x, plot == 0 ? high : low, 0};
         addFacade(tile, a, b, 14.5, style, hashKey(spec.seed, 70 + index));
     }
     // lamp
@@ -95,7 +96,7 @@ void buildStreetTile(const SceneSpec& spec, uint32_t index, SceneTile& tile)
         const double lx = x0 + 6, ly = side * 4.7;
         addBox(tile, {{lx - 0.06, ly - 0.06, 0}, {lx + 0.06, ly + 0.06, 5}}, Material::Plain, {0.07, 0.08, 0.08},
                hashKey(spec.seed, 80 + index), 4);
-        tile.add(makeEllipsoid({lx, ly, 5.2}, Vec3(0.26), Material::Glow, {1.6, 1.5, 1.25}, index)).density = 3;
+        tile.add(makeEllipsoid({lx, ly, 5.2}, dvec3(0.26), Material::Glow, {1.6, 1.5, 1.25}, index)).density = 3;
     }
 }
 
@@ -109,8 +110,8 @@ std::vector<SourceCamera> streetCameras(const SceneSpec& spec)
         const bool back = i >= 24;
         const double x = lerp(-0.92, 0.55, t) * reach * (back ? -1 : 1);
         const double y = (back ? 0.9 : -0.9) + 0.5 * std::sin(9 * t);
-        const Vec3 from{x, y, 1.75 + 0.15 * std::sin(7 * t)};
-        const Vec3 to{x + (back ? -20 : 20), 3.5 * std::sin(5 * t + 0.8), 3.6};
+        const dvec3 from{x, y, 1.75 + 0.15 * std::sin(7 * t)};
+        const dvec3 to{x + (back ? -20 : 20), 3.5 * std::sin(5 * t + 0.8), 3.6};
         cameras.push_back(photograph(from, to, 75));
     }
     return cameras;

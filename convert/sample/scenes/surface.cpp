@@ -29,8 +29,8 @@ double columnHeight(const Surface& s)
     switch (s.shape) {
     case Surface::Shape::Quad: {
         // distance between the two horizontal edges, not along a slanted side
-        const Vec3 u = normalized(s.corner[1] - s.corner[0]);
-        const Vec3 side = lerp(s.corner[3], s.corner[2], 0.5) - lerp(s.corner[0], s.corner[1], 0.5);
+        const dvec3 u = normalized(s.corner[1] - s.corner[0]);
+        const dvec3 side = lerp(s.corner[3], s.corner[2], 0.5) - lerp(s.corner[0], s.corner[1], 0.5);
         return length(side - u * dot(side, u));
     }
     case Surface::Shape::Ellipsoid:
@@ -57,7 +57,7 @@ Corners rectangle(double x0, double y0, double x1, double y1, double z)
     return {{{x0, y0, z}, {x1, y0, z}, {x1, y1, z}, {x0, y1, z}}};
 }
 
-Surface makeQuad(const Corners& corners, Material material, Vec3 color, uint64_t seed)
+Surface makeQuad(const Corners& corners, Material material, dvec3 color, uint64_t seed)
 {
     Surface s;
     s.corner = corners;
@@ -71,14 +71,14 @@ Surface makeQuad(const Corners& corners, Material material, Vec3 color, uint64_t
     return s;
 }
 
-Surface makeFlush(const Corners& corners, Material material, Vec3 color, uint64_t seed)
+Surface makeFlush(const Corners& corners, Material material, dvec3 color, uint64_t seed)
 {
     Surface s = makeQuad(corners, material, color, seed);
     s.flush = true;
     return s;
 }
 
-Surface makeEllipsoid(Vec3 center, Vec3 radii, Material material, Vec3 color, uint64_t seed)
+Surface makeEllipsoid(dvec3 center, dvec3 radii, Material material, dvec3 color, uint64_t seed)
 {
     Surface s;
     s.shape = Surface::Shape::Ellipsoid;
@@ -118,7 +118,7 @@ SurfacePoint surfacePoint(const Surface& s, double u, double v)
     const double azimuth = kTwoPi * (u + hashUnit(s.seed + 5)); // the seam of each body lies elsewhere
     const double ca = std::cos(azimuth), sa = std::sin(azimuth);
     if (s.shape == Surface::Shape::Disc) {
-        p.position = s.center + Vec3{s.radii.x * v * ca, s.radii.y * v * sa, 0};
+        p.position = s.center + dvec3{s.radii.x * v * ca, s.radii.y * v * sa, 0};
         p.normal = {0, 0, 1};
         p.tangent_u = {1, 0, 0};
         p.tangent_v = {0, 1, 0};
@@ -126,7 +126,7 @@ SurfacePoint surfacePoint(const Surface& s, double u, double v)
         const double polar = lerp(s.polar[0], s.polar[1], v);
         const double cp = std::cos(polar), sp = std::sin(polar);
         const double swell = s.bumps > 0 ? 1 + s.bumps * bumpAt(s, azimuth, polar) : 1;
-        p.position = s.center + Vec3{s.radii.x * sp * ca, s.radii.y * sp * sa, s.radii.z * cp} * swell;
+        p.position = s.center + dvec3{s.radii.x * sp * ca, s.radii.y * sp * sa, s.radii.z * cp} * swell;
         p.normal = normalized({sp * ca / s.radii.x, sp * sa / s.radii.y, cp / s.radii.z});
         if (s.inward)
             p.normal = -p.normal;
@@ -149,7 +149,7 @@ Surface sunkSurface(const Surface& surface, double inset)
         const double shrink = s.flush || half <= 0 ? 0 : std::min(kMostShrink, inset / half);
         // walls keep their lower edge: they stand on something
         const bool wall = std::abs(middle.normal.z) < 0.5;
-        const Vec3 low = lerp(surface.corner[0], surface.corner[1], 0.5);
+        const dvec3 low = lerp(surface.corner[0], surface.corner[1], 0.5);
         for (size_t i = 0; i < 4; ++i)
             s.corner[i] =
                 lerp(surface.corner[i], wall && i < 2 ? low : middle.position, shrink) - middle.normal * inset;

@@ -37,7 +37,7 @@ enum class Material : uint8_t {
 
 enum class AnchorShare : uint8_t { Main, Sky, Terrain, Count };
 
-using Corners = std::array<Vec3, 4>;
+using Corners = std::array<dvec3, 4>;
 
 struct Surface {
     enum class Shape : uint8_t {
@@ -49,13 +49,13 @@ struct Surface {
     Material material = Material::Plain;
     AnchorShare share = AnchorShare::Main;
     Corners corner{};
-    Vec3 center{}, radii{};
+    dvec3 center{}, radii{};
     double polar[2] = {0, kPi};
     bool inward = false; // an ellipsoid seen from inside
 
-    Vec3 color{}, accent{}; // linear reflectance
+    dvec3 color{}, accent{}; // linear reflectance
     double param[6] = {};
-    Vec3 reference{};            // origin of texture coordinates; quads: point A as first built
+    dvec3 reference{};           // origin of texture coordinates; quads: point A as first built
     double texture_size[2] = {}; // metres along u and v as first built
     uint64_t seed = 0;
     double density = 1;      // anchors per area, relative to the rest of its share
@@ -67,17 +67,17 @@ struct Surface {
 };
 
 struct SurfacePoint {
-    Vec3 position{}, normal{}, tangent_u{}, tangent_v{}; // orthonormal, right-handed
-    double s = 0, t = 0;                                 // metres along u and v from the reference
+    dvec3 position{}, normal{}, tangent_u{}, tangent_v{}; // orthonormal, right-handed
+    double s = 0, t = 0;                                  // metres along u and v from the reference
 };
 
 // An axis-aligned rectangle, seen from above.
 Corners rectangle(double x0, double y0, double x1, double y1, double z);
 
-Surface makeQuad(const Corners& corners, Material material, Vec3 color, uint64_t seed);
+Surface makeQuad(const Corners& corners, Material material, dvec3 color, uint64_t seed);
 // A quad that joins its neighbours.
-Surface makeFlush(const Corners& corners, Material material, Vec3 color, uint64_t seed);
-Surface makeEllipsoid(Vec3 center, Vec3 radii, Material material, Vec3 color, uint64_t seed);
+Surface makeFlush(const Corners& corners, Material material, dvec3 color, uint64_t seed);
+Surface makeEllipsoid(dvec3 center, dvec3 radii, Material material, dvec3 color, uint64_t seed);
 
 double surfaceArea(const Surface& surface);
 SurfacePoint surfacePoint(const Surface& surface, double u, double v);
