@@ -118,7 +118,7 @@ struct PassCounters {
 enum class Stage : uint32_t { Select, Decode, Bin, Sort, Blend, None };
 constexpr uint32_t kStages = 6;
 
-// Written and read on the device only. One per frame; the host reads it after the frame to grow buffers and for counts.
+// One for all frames, which follow each other; a copy at a frame's end is the host's, for counts and to grow buffers.
 struct FrameCounters {
     PassCounters pass;
     uint32_t groups_visible;           // to be looked at

@@ -122,7 +122,8 @@ struct EyeCounts {
 };
 
 // Milliseconds by the device's own clock (a CPU's: wall clock), all eyes together. total: from when the device comes to
-// the frame until its pictures are ready; beside its stages a GPU's has its start and the copy of what it counted.
+// the frame until its pictures are ready. Beside the stages a GPU's has the start of their graph, which a device without
+// another frame waits for, and the copy of what they counted: some 12 us on an H200.
 struct StageTimes {
     double select = 0, decode = 0, project = 0, bin = 0, sort = 0, blend = 0, total = 0;
 

@@ -301,8 +301,8 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) sortKernel(cons
 void sortCuda(const SortCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
     constexpr uint32_t kPacked = sizeof(PackedSplat) / sizeof(uint32_t), kExact = sizeof(ExactSplat) / sizeof(uint32_t);
-    launchCuda(args.order_stride == kPacked ? sortKernel<kPacked> : sortKernel<kExact>,
-               processors * kBlocksPerProcessor, kThreads, sizeof(SortShared), stream, args);
+    launchCuda(args.exact ? sortKernel<kExact> : sortKernel<kPacked>, processors * kBlocksPerProcessor, kThreads,
+               sizeof(SortShared), stream, args);
 }
 
 } // namespace gsc

@@ -9,7 +9,7 @@ namespace gsc {
 struct SortCudaArgs {
     BinKey* keys;           // sorted in place piece by piece; afterwards only `slot` means something
     const uint32_t* orders; // emission order of the splat in slot 0; in shared bins the first eye's tell the order
-    uint32_t order_stride;  // words from one slot's to the next: of PackedSplat or ExactSplat
+    bool exact;             // slots are ExactSplats, not PackedSplats
     const Piece* pieces;
     uint32_t piece_capacity;
     FrameCounters* counters;

@@ -89,7 +89,7 @@ void Flight::fillResult()
     times.bin = of(Stage::Bin);
     times.sort = of(Stage::Sort);
     times.blend = of(Stage::Blend) + (presents ? ready.since(drawn) : 0.0);
-    times.total = ready.since(start); // the stages', and what the device does between frames
+    times.total = ready.since(start);
     for (uint32_t e = 0; e < shape.eye_count; ++e) {
         EyeCounts& eye = result.eyes[e];
         eye.groups_tested = c.groups_tested[e];

@@ -38,7 +38,7 @@ struct Flight {
     std::exception_ptr error{}; // of the copy to the host
     Pinned<FrameCounters> counters;
     bool presents = false;         // there are targets
-    CudaEvent start, drawn, ready; // the device is at the frame; where it presents: images are ready; all is
+    CudaEvent start, drawn, ready; // before its graph; where it presents, behind its images; behind all
     std::deque<std::unique_ptr<FrameGraph>> graphs; // the last used first
 
 private:

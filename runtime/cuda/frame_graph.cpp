@@ -85,10 +85,11 @@ void FrameGraph::capture(FrameCapture& capture, const FrameJob& job, const Frame
         reuse.report(capture, job);
 }
 
-void FrameGraph::launch(const FrameNow& now, const CudaStream& stream)
+void FrameGraph::launch(const FrameNow& now, const CudaEvent& start, const CudaStream& stream)
 {
     for (const std::unique_ptr<FrameNode>& node : m_nodes)
         node->refresh(m_exec, now);
+    start.record(stream);
     GSC_CUDA_CHECK(cudaGraphLaunch(m_exec, stream.handle));
 }
 

@@ -21,8 +21,8 @@ public:
     // Can it draw this job? Buffers are not compared: whoever moves them drops the graph.
     [[nodiscard]] bool fits(const FrameJob& job) const { return m_shape == job.shape && m_capacity == job.capacity; }
 
-    // Asynchronous. now: a ReuseNow where the shape uses reuse.
-    void launch(const FrameNow& now, const CudaStream& stream);
+    // Asynchronous, behind `start`. now: a ReuseNow where the shape uses reuse.
+    void launch(const FrameNow& now, const CudaEvent& start, const CudaStream& stream);
 
 private:
     void capture(FrameCapture& capture, const FrameJob& job, const FrameReuse& reuse, FrameCounters* counters);

@@ -236,9 +236,8 @@ void binFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass)
 void sortFrame(FrameCapture& capture, const FrameJob& job)
 {
     const size_t order = job.shape.exact ? offsetof(ExactSplat, order) : offsetof(PackedSplat, order);
-    sortCuda({job.buffers.keys, reinterpret_cast<const uint32_t*>(job.buffers.splats + order),
-              uint32_t(job.shape.splatBytes() / sizeof(uint32_t)), job.buffers.pieces,
-              pieceCapacity(job.shape.bins(), job.capacity.pairs), job.buffers.counters},
+    sortCuda({job.buffers.keys, reinterpret_cast<const uint32_t*>(job.buffers.splats + order), job.shape.exact,
+              job.buffers.pieces, pieceCapacity(job.shape.bins(), job.capacity.pairs), job.buffers.counters},
              capture.processors(), capture.stream().handle);
 }
 

@@ -315,8 +315,7 @@ uint64_t CudaRenderer::begin(const FrameRequest& request)
     shape.grid.slab_bits = m_history.slabBitsFor(m_capacity);
     FrameGraph& graph = graphFor(shape, now, index);
     flight.shape = shape;
-    flight.start.record(m_stream);
-    graph.launch(now, m_stream);
+    graph.launch(now, flight.start, m_stream);
     flight.present(m_buffers, m_stream);
     flight.ended = false;
     return flight.ticket = ++m_last;

@@ -357,7 +357,7 @@ TEST_CASE("null images: nothing is copied, the counts are those of a frame that 
     CHECK(std::memcmp(right.data(), with[1].pixels.data(), right.size() * sizeof(float)) == 0);
     CHECK(result.times.total > 0);
     CHECK(result.times.select + result.times.decode + result.times.bin + result.times.blend <=
-          result.times.total * 1.001);
+          result.times.total * 1.001 + 0.002); // two clocks
 }
 
 TEST_CASE("what the backend cannot render is refused, and it renders afterwards")

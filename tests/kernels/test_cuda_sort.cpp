@@ -85,7 +85,7 @@ void checkSort(const std::vector<uint32_t>& counts, const Pattern& pattern, uint
     const GuardedBuffer<Splat> device_splats(splats);
     const GuardedBuffer<Piece> device_pieces(pieces);
     const GuardedBuffer<FrameCounters> counters(std::vector<FrameCounters>{before});
-    sortCuda({device_keys.get(), &device_splats.get()->order, sizeof(Splat) / sizeof(uint32_t), device_pieces.get(),
+    sortCuda({device_keys.get(), &device_splats.get()->order, std::is_same_v<Splat, ExactSplat>, device_pieces.get(),
               piece_capacity, counters.get()},
              kTestProcessors, testStream().handle);
     CHECK(device_keys.intact());
