@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What --reuse decides about a strip, once for the CPU and the GPU (runtime/reuse.md): how far off what is kept may be,
+// What --reuse decides about a strip, once for the CPU and the GPU (runtime/reuse/reuse.md): how far off what is kept may be,
 // where to decode it from, and what comes first where a budget is short. `change(c0, c1)` is the caller's: the largest
 // predictedChange() of the anchors in question for a camera that goes from c0 to c1, +infinity where it cannot be told.
 #pragma once
