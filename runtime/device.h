@@ -24,12 +24,21 @@ struct DeviceInfo {
     DeviceId id;
     bool usable = false;
     ErrorCode why =
-        ErrorCode::Ok; // not usable: Device, no such device or driver; Unsupported, none this build has code for
-    std::string text;  // usable: what draws; otherwise what is wrong and what to do
+        ErrorCode::Ok;     // not usable: Device, no such device or driver; Unsupported, none this build has code for
+    std::string text;      // usable: what draws; otherwise what is wrong and what to do
+    std::string name = {}; // of a GPU, usable
+    uint64_t memory_bytes = 0; // its own; 0 = the host's
 };
+
+// How pictures come from one GPU to another: "NVLink", "PCIe" (both from memory to memory) or "host" (through its memory).
+std::string deviceLink(const DeviceId& from, const DeviceId& to);
 
 // Every device of every backend of this build, best first; a backend without a device once, with the reason.
 std::vector<DeviceInfo> devices();
+
+// Throws Error(Usage) for a backend or device that there is not, naming those there are. One that there is may still not
+// be usable.
+void checkDevice(const DeviceId& device);
 
 // Empty or 0 = unknown.
 struct DeviceFacts {

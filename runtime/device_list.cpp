@@ -3,6 +3,7 @@
 #include "runtime/cpu/renderer_cpu.h"
 #include "runtime/renderer.h"
 #if defined(GSC_HAVE_CUDA)
+#include "runtime/cuda/picture_cuda.h"
 #include "runtime/cuda/renderer_cuda.h"
 #endif
 
@@ -60,7 +61,16 @@ std::vector<DeviceInfo> devices()
     return all;
 }
 
-std::unique_ptr<Renderer> makeRenderer(const DeviceId& device, const RendererOptions& options, std::string* warning)
+std::string deviceLink([[maybe_unused]] const DeviceId& from, [[maybe_unused]] const DeviceId& to)
+{
+#if defined(GSC_HAVE_CUDA)
+    if (from.backend == "cuda" && to.backend == "cuda")
+        return cudaLink(from.ordinal, to.ordinal);
+#endif
+    return "host";
+}
+
+void checkDevice(const DeviceId& device)
 {
     const bool any = device.backend == "auto";
     std::string names = "auto";
@@ -69,20 +79,13 @@ std::unique_ptr<Renderer> makeRenderer(const DeviceId& device, const RendererOpt
         if (!any && device.backend != entry.name)
             continue;
         const int count = entry.count();
-        if (any && device.ordinal >= count && device.ordinal != 0)
-            continue;
-        if (device.ordinal < 0 || (device.ordinal != 0 && device.ordinal >= count))
+        if (device.ordinal == 0 || (device.ordinal > 0 && device.ordinal < count))
+            return;
+        if (!any)
             throw Error(ErrorCode::Usage,
                         formatString("backend %s: this machine has %d of its devices, expected a number below that; "
                                      "gsc-play backends lists them",
                                      deviceText(device).c_str(), count));
-        const DeviceInfo found = entry.look(device.ordinal);
-        if (found.usable)
-            return entry.make(device.ordinal, options);
-        if (!any)
-            throw Error(found.why, formatString("backend %s: %s", deviceText(device).c_str(), found.text.c_str()));
-        if (warning != nullptr)
-            *warning = formatString("backend %s is passed over: %s", entry.name, found.text.c_str());
     }
     if (any)
         throw Error(ErrorCode::Usage,
@@ -92,6 +95,23 @@ std::unique_ptr<Renderer> makeRenderer(const DeviceId& device, const RendererOpt
     throw Error(ErrorCode::Usage, formatString("backend %s: not part of this build, expected one of %s; choose one of "
                                                "those",
                                                device.backend.c_str(), names.c_str()));
+}
+
+std::unique_ptr<Renderer> makeRenderer(const DeviceId& device, const RendererOptions& options, std::string* warning)
+{
+    checkDevice(device);
+    const bool any = device.backend == "auto";
+    DeviceInfo found;
+    for (const Entry& entry : kEntries) {
+        if ((!any && device.backend != entry.name) || (any && device.ordinal != 0 && device.ordinal >= entry.count()))
+            continue;
+        found = entry.look(device.ordinal);
+        if (found.usable)
+            return entry.make(device.ordinal, options);
+        if (any && warning != nullptr)
+            *warning = formatString("backend %s is passed over: %s", entry.name, found.text.c_str());
+    }
+    throw Error(found.why, formatString("backend %s: %s", deviceText(device).c_str(), found.text.c_str()));
 }
 
 } // namespace gsc

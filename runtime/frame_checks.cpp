@@ -44,6 +44,18 @@ void checkSize(uint32_t width, uint32_t height)
                                                    width, height, kMaxPixels));
 }
 
+void checkColumns(const ColumnRange& columns, uint32_t width)
+{
+    const ColumnRange drawn = columns.within(width);
+    if (columns.first % kColumnStep != 0 || columns.end % kColumnStep != 0 || drawn.first >= drawn.end ||
+        (columns.all() && columns.first != 0))
+        throw Error(
+            ErrorCode::Usage,
+            formatString("frame: columns %u to %u of an image of %u, expected multiples of %u, of which the first "
+                         "is less than the second and lies in the image, or 0 to 0 for all; correct them",
+                         columns.first, columns.end, width, kColumnStep));
+}
+
 namespace {
 
 void checkTarget(const FrameTarget& target, const EyeParams& eye, bool on_host)
@@ -105,13 +117,13 @@ void checkOptions(const ModelView& model, const FrameOptions& options, uint32_t 
                                                    options.appearance));
 }
 
-void checkInFlight(size_t frames)
+void checkInFlight(size_t frames, uint32_t most)
 {
-    if (frames >= kFramesInFlight)
+    if (frames >= most)
         throw Error(ErrorCode::Internal, formatString("renderer: %zu frames are in flight, expected fewer than %u at a "
                                                       "submit(); wait() for one first; this "
                                                       "is a bug of the program that calls it, please report it",
-                                                      frames, kFramesInFlight));
+                                                      frames, most));
 }
 
 void throwNotInFlight(uint64_t ticket)
@@ -143,8 +155,10 @@ void checkRequest(const ModelView& model, const FrameRequest& request, bool on_h
     if (decodesMerged(options, eye_count) && options.reuse.policy == ReusePolicy::Error)
         throw Error(ErrorCode::Unsupported, "frame: stereo merged together with reuse policy error, which bounds the "
                                             "change for each eye, expected policy depth or none; use one of them");
-    for (const EyeParams& eye : request.eyes)
+    for (const EyeParams& eye : request.eyes) {
         checkSize(eye.width, eye.height);
+        checkColumns(options.columns, eye.width);
+    }
     if (!request.targets.empty() && request.targets.size() != request.eyes.size())
         throw Error(ErrorCode::Usage, formatString("frame: %zu targets for %u eyes, expected one for each or none; "
                                                    "correct them",

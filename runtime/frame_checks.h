@@ -11,13 +11,21 @@ void checkModel(const ModelView& model);
 // `model` has no params before the first load. on_host: of the renderer.
 void checkRequest(const ModelView& model, const FrameRequest& request, bool on_host);
 void checkOptions(const ModelView& model, const FrameOptions& options, uint32_t eye_count);
-void checkSize(uint32_t width, uint32_t height); // pixels
+void checkSize(uint32_t width, uint32_t height);               // pixels
+void checkColumns(const ColumnRange& columns, uint32_t width); // of an image
 // Of the program that calls: may another frame be submitted, and is this ticket's in flight?
-void checkInFlight(size_t frames);
+void checkInFlight(size_t frames, uint32_t most = kFramesInFlight);
 [[noreturn]] void throwNotInFlight(uint64_t ticket);
 
 // Bytes of a model's arrays as the stages read them.
 uint64_t modelBytes(const ModelView& model);
+
+// What an image of no Gaussian is: upstream's quirk (trap 25), or the background, as a band of columns always has it.
+inline const float* emptyColor(const FrameOptions& options)
+{
+    static constexpr float kBlack[3] = {0, 0, 0};
+    return options.empty_is_black && options.columns.all() ? kBlack : options.background;
+}
 
 // Whether both eyes are decoded at once, and where from: the middle between their centres.
 bool decodesMerged(const FrameOptions& options, uint32_t eye_count);

@@ -35,7 +35,7 @@ enum class FrameState {
     Overflowed, // a buffer was too small and targets hold nothing of use: draw it again (FrameRequest::repeats) or drop it
 };
 
-constexpr uint32_t kFramesInFlight = 2;
+constexpr uint32_t kFramesInFlight = 2; // of a renderer on one device
 
 class Renderer {
 public:
@@ -53,22 +53,26 @@ public:
     [[nodiscard]] virtual Tier tierOf(Tier asked) const = 0;
 
     // Forget frames in flight. Throw Error (OutOfMemory, Unsupported, Device).
-    void load(std::shared_ptr<const Scene> scene);
+    virtual void load(std::shared_ptr<const Scene> scene);
     virtual void load(const ModelView& model) = 0; // which, with all it points to, outlives this or the next load()
+
+    // Frames that may be between submit() and a wait() that ends them.
+    [[nodiscard]] virtual uint32_t framesInFlight() const { return kFramesInFlight; }
 
     // Forgets what was kept from earlier frames, as if the next frame were the first; buffers stay. None may be in flight.
     virtual void dropCaches() = 0;
 
     // Returns the frame's ticket, from 1 in order. Does not wait for the device, but where its memory must grow (in first
     // frames, at a new size, after an overflow) or the appearance is another than the frame before had. At most
-    // kFramesInFlight are in flight, which is from submit() to a wait() that does not say Pending. Frames are drawn in
+    // framesInFlight() are in flight, which is from submit() to a wait() that does not say Pending. Frames are drawn in
     // order; what is kept from frame to frame, and how a frame is cut into passes, follows from what was submitted, never
     // from what was ready when. Throws Error: Usage for what cannot be drawn, Unsupported, OutOfMemory, Device.
     virtual uint64_t submit(const FrameRequest& request) = 0;
 
     // Waits for a frame in flight until it is drawn, or `most` has passed. Copies a picture for the host, which is not part
     // of that. `result` is filled unless it says Pending. Throws Error: Device where the device is lost, after which all
-    // its renderers are to be destroyed before others are made (which the driver may refuse this process); what submit() throws where it is found out later.
+    // its renderers are to be destroyed before others are made (which the driver may refuse this process); what submit()
+    // throws where it is found out later.
     virtual FrameState wait(uint64_t ticket, FrameResult& result,
                             std::chrono::nanoseconds most = std::chrono::nanoseconds::max()) = 0;
 

@@ -113,6 +113,24 @@ __global__ void __launch_bounds__(kThreads) scatterKernel(const __grid_constant_
 }
 
 constexpr uint32_t kCellsPerThread = 4;
+constexpr uint32_t kNotDrawn = kBinClasses; // class of a bin outside of the columns that are drawn
+
+// Is bin `bin` of all lists among the columns that are drawn, of one of the eyes that read it? They begin and end where bins
+// do.
+__device__ __forceinline__ bool isDrawn(const BinCudaArgs& args, uint32_t bin)
+{
+    const ColumnRange& columns = args.counters->columns;
+    if (columns.all())
+        return true;
+    const uint32_t column = bin % args.grid.bins() % args.grid.columns;
+    bool drawn = false;
+#pragma unroll
+    for (uint32_t e = 0; e < kMaxEyes; ++e) {
+        const uint32_t x = (column - args.grid.shift[e]) * kBinWidth; // left of the eye's image it is large
+        drawn = drawn || (x >= columns.first && x < columns.end);
+    }
+    return drawn;
+}
 
 // A piece is the run of a bin's cells whose starts, counted from the bin's, fall into one multiple of kPieceAim. The
 // thread of a run's first cell writes it.
@@ -130,9 +148,12 @@ __global__ void __launch_bounds__(kThreads) pieceKernel(const __grid_constant__ 
         const uint32_t starts[kCellsPerThread] = {endBefore(four), e.x, e.y, e.z};
         uint32_t previous = four == first ? ~0u : (endBefore(four - 1) - origin) / kPieceAim;
         if (four == first) {
-            const uint32_t kind = uint32_t(__clz(int(ends[first + slabs - 1] - origin)));
-            args.bin_class[four >> args.grid.slab_bits] = kind;
-            shareAtomic(args.counters->pass.bin_classes, kind);
+            const uint32_t bin = four >> args.grid.slab_bits;
+            const bool drawn = isDrawn(args, bin);
+            const uint32_t kind = drawn ? uint32_t(__clz(int(ends[first + slabs - 1] - origin))) : kNotDrawn;
+            args.bin_class[bin] = kind;
+            if (drawn)
+                shareAtomic(args.counters->pass.bin_classes, kind);
         }
         if (starts[0] == e.w && previous != ~0u) // nothing here, and no number changes within
             if ((starts[0] - origin) / kPieceAim == previous)
@@ -216,12 +237,15 @@ __global__ void __launch_bounds__(kThreads) queueKernel(const __grid_constant__ 
             counters.overflow |= kPairOverflow;
         // a bin much longer than others would be the last to finish; on an H200 whole blocks are faster from here on
         const uint32_t hot = uint32_t(__clz(int(max(uint32_t(pairs / (2 * parts)), 1024u))));
+        counters.pass.bins = classed;
         counters.pass.hot_bins = before[hot] + counters.pass.bin_classes[hot];
     }
     const uint32_t bin = blockIdx.x * kThreads + threadIdx.x;
-    if (bin >= classed) // all bins, or none in a frame that will be drawn again
+    if (bin >= args.lists * args.grid.bins() || classed == 0) // none in a frame that will be drawn again
         return;
     const uint32_t kind = args.bin_class[bin];
+    if (kind == kNotDrawn)
+        return;
     unsigned long long pairs = 0;
     for (uint32_t e = 0; e < args.lists; ++e)
         pairs += counters.pass.pairs[e];

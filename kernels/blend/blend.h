@@ -25,6 +25,7 @@ struct BlendArgs {
     float* image; // height x width x 3, row 0 on top
     DepthRows<float> depth{};
     const SortKey* sorted = nullptr; // the splats' depths, where there are rows for them
+    ColumnRange columns{};           // of the image that are drawn
 };
 
 // Returns the number of (pixel, splat) pairs evaluated.
@@ -34,16 +35,20 @@ uint64_t blendCpu(const BlendArgs& args, const Workers& workers);
 template <typename Real>
 uint64_t blendReference(const std::vector<SplatOf<Real>>& splats, const TileLists& lists, uint32_t width,
                         uint32_t height, const RasterConstants& rules, const float* background, Real* image,
-                        const DepthRows<Real>& depth = {});
+                        const DepthRows<Real>& depth = {}, const ColumnRange& columns = {});
 
 // The image of no splat at all.
 template <typename Real>
-void blendNothing(uint32_t width, uint32_t height, const float* color, Real* image, const DepthRows<Real>& depth)
+void blendNothing(uint32_t width, uint32_t height, const float* color, Real* image, const DepthRows<Real>& depth,
+                  const ColumnRange& columns = {})
 {
-    for (size_t i = 0; i < size_t(width) * height; ++i)
-        std::copy_n(color, 3, image + 3 * i);
-    for (uint32_t y = 0; depth.z != nullptr && y < height; ++y)
-        std::fill_n(depth.z + y * depth.stride, width, Real(INFINITY));
+    const ColumnRange drawn = columns.within(width);
+    for (uint32_t y = 0; y < height; ++y) {
+        for (uint32_t x = drawn.first; x < drawn.end; ++x)
+            std::copy_n(color, 3, image + 3 * (size_t(y) * width + x));
+        if (depth.z != nullptr)
+            std::fill_n(depth.z + y * depth.stride + drawn.first, drawn.end - drawn.first, Real(INFINITY));
+    }
 }
 
 } // namespace gsc

@@ -21,6 +21,12 @@
 #define GSC_KERNELS_BLEND_PATCH
 namespace gsc {
 constexpr uint32_t kPatchX = 4, kPatchY = 4; // tiles of a task: their splats fit the second cache
+
+inline ColumnRange tileColumns(const BlendArgs& args) // that are drawn
+{
+    const ColumnRange pixels = args.columns.within(args.width);
+    return {pixels.first / kTileSize, tileCount(pixels.end)};
+}
 } // namespace gsc
 #endif
 
@@ -234,18 +240,21 @@ uint64_t blendTile(const BlendArgs& args, uint32_t tile)
     return blocks * kBlockPixels;
 }
 
-// Patches [first, last) of kPatchX x kPatchY tiles, row by row: neighbours share most of their splats.
+// Patches [first, last) of kPatchX x kPatchY tiles of the columns that are drawn, row by row: neighbours share most of their
+// splats.
 uint64_t blendPatches(const BlendArgs& args, size_t first, size_t last)
 {
-    const uint32_t patches_x = (args.grid_x + kPatchX - 1) / kPatchX;
     const bool gsplat = args.rules.gsplat, depth = args.depth.z != nullptr;
     const auto blend = gsplat ? (depth ? blendTile<true, true> : blendTile<true, false>)
                               : (depth ? blendTile<false, true> : blendTile<false, false>);
+    const ColumnRange tiles = tileColumns(args);
+    const uint32_t patches_x = (tiles.end - tiles.first + kPatchX - 1) / kPatchX;
     uint64_t evaluations = 0;
     for (size_t patch = first; patch < last; ++patch) {
-        const uint32_t x0 = uint32_t(patch % patches_x) * kPatchX, y0 = uint32_t(patch / patches_x) * kPatchY;
+        const uint32_t x0 = tiles.first + uint32_t(patch % patches_x) * kPatchX;
+        const uint32_t y0 = uint32_t(patch / patches_x) * kPatchY;
         for (uint32_t y = y0; y < std::min(y0 + kPatchY, args.grid_y); ++y)
-            for (uint32_t x = x0; x < std::min(x0 + kPatchX, args.grid_x); ++x)
+            for (uint32_t x = x0; x < std::min(x0 + kPatchX, tiles.end); ++x)
                 evaluations += blend(args, y * args.grid_x + x);
     }
     return evaluations;
@@ -266,7 +275,9 @@ uint64_t blendCpu(const BlendArgs& args, const Workers& workers)
 {
     const auto kernel = HWY_DYNAMIC_DISPATCH(blendPatches);
     std::atomic<uint64_t> evaluations{0};
-    const size_t patches = size_t((args.grid_x + kPatchX - 1) / kPatchX) * ((args.grid_y + kPatchY - 1) / kPatchY);
+    const ColumnRange tiles = tileColumns(args);
+    const size_t patches =
+        size_t((tiles.end - tiles.first + kPatchX - 1) / kPatchX) * ((args.grid_y + kPatchY - 1) / kPatchY);
     workers.run(patches, 1, [&](size_t begin, size_t end, int) {
         evaluations.fetch_add(kernel(args, begin, end), std::memory_order_relaxed);
     });

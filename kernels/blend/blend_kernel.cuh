@@ -21,7 +21,7 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks) blendKernel(const
     Shared& shared = *reinterpret_cast<Shared*>(memory);
     const uint32_t warp = threadIdx.x >> 5;
     const uint32_t readers = args.shared_bins ? kMaxEyes : 1u;
-    const uint32_t all_bins = args.eye_count * args.grid.bins(), hot = readers * args.counters->pass.hot_bins;
+    const uint32_t all_bins = readers * args.counters->pass.bins, hot = readers * args.counters->pass.hot_bins;
     uint32_t evaluations[kMaxEyes] = {};
     const auto tally = [&](uint32_t e, uint32_t seen) {
         evaluations[0] += e == 0 ? seen : 0u;

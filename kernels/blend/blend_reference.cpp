@@ -6,12 +6,13 @@ namespace gsc {
 template <typename Real>
 uint64_t blendReference(const std::vector<SplatOf<Real>>& splats, const TileLists& lists, uint32_t width,
                         uint32_t height, const RasterConstants& rules, const float* background, Real* image,
-                        const DepthRows<Real>& depth)
+                        const DepthRows<Real>& depth, const ColumnRange& columns)
 {
     const uint32_t grid_x = tileCount(width);
+    const ColumnRange drawn = columns.within(width);
     uint64_t evaluations = 0;
     for (uint32_t y = 0; y < height; ++y)
-        for (uint32_t x = 0; x < width; ++x) {
+        for (uint32_t x = drawn.first; x < drawn.end; ++x) {
             const uint32_t tile = y / kTileSize * grid_x + x / kTileSize;
             PixelState<Real> pixel{{0, 0, 0}, Real(1), false};
             Real z = INFINITY;
@@ -34,8 +35,10 @@ uint64_t blendReference(const std::vector<SplatOf<Real>>& splats, const TileList
 }
 
 template uint64_t blendReference<float>(const std::vector<SplatOf<float>>&, const TileLists&, uint32_t, uint32_t,
-                                        const RasterConstants&, const float*, float*, const DepthRows<float>&);
+                                        const RasterConstants&, const float*, float*, const DepthRows<float>&,
+                                        const ColumnRange&);
 template uint64_t blendReference<double>(const std::vector<SplatOf<double>>&, const TileLists&, uint32_t, uint32_t,
-                                         const RasterConstants&, const float*, double*, const DepthRows<double>&);
+                                         const RasterConstants&, const float*, double*, const DepthRows<double>&,
+                                         const ColumnRange&);
 
 } // namespace gsc

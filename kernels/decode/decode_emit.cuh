@@ -195,7 +195,7 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
             if (here) {
                 ++tally.alive;
                 finite = finite && isfinite(rgb[0] + rgb[1] + rgb[2]); // geometry is for projectFast to see
-                drawn = finite && projectFast(args, eye, position, sigma, q, opacity, rgb, model.source[anchor] * K + k,
+                drawn = finite && projectFast(args, e, position, sigma, q, opacity, rgb, model.source[anchor] * K + k,
                                               out, finite);
                 if (!finite) // rare
                     atomicAdd(&args.counters->dropped[e], 1u);

@@ -270,7 +270,7 @@ __device__ __forceinline__ void emitAlive(const DecodeExactArgs& args, uint32_t 
                 if (!f.finite) // rare
                     atomicAdd(&args.counters->dropped[e], 1u);
                 else if (f.visible)
-                    place = {__float_as_uint(f.depth), binBox(eye, args.grid.height, f, g.opacity)};
+                    place = {__float_as_uint(f.depth), binBox(args, e, f, g.opacity)};
                 splat = exactSplat(f, g);
             }
         }

@@ -42,7 +42,7 @@ __global__ void __launch_bounds__(kThreads) decodeAnyKernel(const __grid_constan
             }
             if (!f.visible)
                 return;
-            const uint32_t box = binBox(eye, args.grid.height, f, g.opacity);
+            const uint32_t box = binBox(args, e, f, g.opacity);
             if (box == kNoBins)
                 return;
             const uint32_t slot = atomicAdd(&args.counters->pass.slots[e], 1u);

@@ -13,11 +13,12 @@ struct Candidate {
     SplatPlace place;
 };
 
-// Projects one Gaussian. False if it cannot change a pixel.
-__device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, const EyeParams& eye, const float* position,
+// Projects one Gaussian. False if it cannot change a pixel of the columns that are drawn.
+__device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t e, const float* position,
                                             const float* sigma, const float* quaternion, float opacity,
                                             const float* color, uint32_t order, Candidate& out, bool& finite)
 {
+    const EyeParams& eye = args.eyes[e];
     finite = true;
     const Vec3<float> p{position[0], position[1], position[2]};
     const Vec3<float> t = viewPoint<float>(eye, p);
@@ -68,14 +69,15 @@ __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, const Ey
     const float y0 = fmaxf(y - ey, floorf((y - radius) * (1.0f / kTileSize)) * kTileSize);
     const float x1 = fminf(x + ex, ceilf((x + radius) * (1.0f / kTileSize)) * kTileSize + kTileSize - 1.0f);
     const float y1 = fminf(y + ey, ceilf((y + radius) * (1.0f / kTileSize)) * kTileSize + kTileSize - 1.0f);
-    if (!(x1 >= 0.0f && y1 >= 0.0f && x0 <= float(eye.width) - 1.0f && y0 <= float(eye.height) - 1.0f &&
-          ceilf(x0) <= x1 && ceilf(y0) <= y1)) {
+    const float left = args.bands[e].first, right = args.bands[e].last;
+    if (!(x1 >= left && y1 >= 0.0f && x0 <= right && y0 <= float(eye.height) - 1.0f && ceilf(x0) <= x1 &&
+          ceilf(y0) <= y1)) {
         finite = x == x && y == y && a == a && c == c;
         return false;
     }
     const uint32_t row_bits = args.grid.height == 16 ? 4u : 5u;
-    const uint32_t bx0 = uint32_t(fmaxf(x0, 0.0f)) / kBinWidth, by0 = uint32_t(ceilf(fmaxf(y0, 0.0f))) >> row_bits;
-    const uint32_t bx1 = uint32_t(fminf(x1, float(eye.width) - 1.0f)) / kBinWidth;
+    const uint32_t bx0 = uint32_t(fmaxf(x0, left)) / kBinWidth, by0 = uint32_t(ceilf(fmaxf(y0, 0.0f))) >> row_bits;
+    const uint32_t bx1 = uint32_t(fminf(x1, right)) / kBinWidth;
     const uint32_t by1 = uint32_t(fminf(y1, float(eye.height) - 1.0f)) >> row_bits;
     constexpr float kLog2E = 1.44269504088896341f;
     const float scale = kLog2E * inv_det; // power of two instead of e, and its halves, folded in here

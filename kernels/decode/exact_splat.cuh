@@ -32,10 +32,13 @@ __device__ __forceinline__ bool anchorMayBeIn(const DecodeFrame& frame, const Ey
     return mayBeIn(frame.pass, frame.grid, eye, p, float(kOffsetSteps) * norm3df(steps[0], steps[1], steps[2]));
 }
 
-// Bins of the pixels that upstream's tiles cover and alpha >= 1/255 can reach; kNoBins if there are none.
-__device__ __forceinline__ uint32_t binBox(const EyeParams& eye, uint32_t bin_height, const Footprint<float>& f,
+// Bins of the pixels that upstream's tiles cover and alpha >= 1/255 can reach, of the columns that are drawn; kNoBins if there
+// are none.
+__device__ __forceinline__ uint32_t binBox(const DecodeFrame& frame, uint32_t e, const Footprint<float>& f,
                                            float opacity)
 {
+    const EyeParams& eye = frame.eyes[e];
+    const uint32_t bin_height = frame.grid.height;
     float x0 = float(f.tiles.x0 * int32_t(kTileSize)), x1 = float(f.tiles.x1 * int32_t(kTileSize) - 1);
     float y0 = float(f.tiles.y0 * int32_t(kTileSize)), y1 = float(f.tiles.y1 * int32_t(kTileSize) - 1);
     // A needle's conic is made from a determinant of which rounding left little, and reaches further than its covariance
@@ -51,7 +54,8 @@ __device__ __forceinline__ uint32_t binBox(const EyeParams& eye, uint32_t bin_he
         y0 = fmaxf(y0, floorf(f.y - ey));
         y1 = fminf(y1, ceilf(f.y + ey));
     }
-    x1 = fminf(x1, float(eye.width) - 1.0f);
+    x0 = fmaxf(x0, frame.bands[e].first);
+    x1 = fminf(x1, frame.bands[e].last);
     y1 = fminf(y1, float(eye.height) - 1.0f);
     if (x0 > x1 || y0 > y1)
         return kNoBins;

@@ -7,8 +7,9 @@
 
 namespace gsc {
 
-constexpr uint32_t kAnchorBits = 30;      // a visible entry is anchor | eyes << kAnchorBits
-constexpr uint32_t kBinWidth = 32;        // pixels
+constexpr uint32_t kAnchorBits = 30; // a visible entry is anchor | eyes << kAnchorBits
+constexpr uint32_t kBinWidth = 32;   // pixels
+static_assert(kColumnStep == kBinWidth);
 constexpr uint32_t kMaxBins = 255;        // per axis: bin coordinates are bytes
 constexpr uint32_t kNoBins = 0x0000ffffu; // bin box of a slot that holds no splat: x0 = y0 = 255, x1 = y1 = 0
 // An offset of a Gaussian: x, y and z from the low bits on, 21 bits each, in steps of the anchor's largest counted from
@@ -77,6 +78,8 @@ struct alignas(16) GroupRun {
     uint32_t group_first;
     uint16_t group_count; // 1..
     uint16_t level_index;
+    float gaussian_sigma_max;
+    float gaussian_margin; // how far centres of Gaussians may lie outside of the anchors' box, along any axis
 };
 constexpr uint32_t kRunGroups = 32;
 
@@ -110,7 +113,8 @@ struct PassCounters {
     uint32_t gaps[kMaxEyes];  // slots of those that stayed unused
     uint32_t pieces[kPieceClasses], next_piece[kPieceClasses];
     uint32_t bin_classes[kBinClasses], queued[kBinClasses]; // fullest first
-    uint32_t hot_bins;                                      // blended by a whole block each
+    uint32_t bins;                                          // that are queued: those of the columns that are drawn
+    uint32_t hot_bins;                                      // of them: blended by a whole block each
     uint32_t segments;                                      // of long lists, for all their readers
     uint32_t next_hot[2], next_bin[2], next_segment;        // work queues of the blend: of colours, of depths
 };
@@ -126,7 +130,7 @@ struct FrameCounters {
     uint32_t groups_tested[kMaxEyes];  // of chunks that the eye may see
     uint32_t anchors_tested[kMaxEyes]; // of groups that are looked at
     uint32_t anchors_visible[kMaxEyes];
-    uint32_t any_positive[kMaxEyes];    // an opacity above zero existed (trap 25)
+    uint32_t any_positive[kMaxEyes];    // an opacity above zero existed (trap 25), or may exist outside of the columns
     uint32_t splats[kMaxEyes];          // on screen
     uint32_t gaussians[kMaxEyes];       // opacity >= 1/255
     uint32_t dropped[kMaxEyes];         // not finite
@@ -136,6 +140,7 @@ struct FrameCounters {
     unsigned long long pairs[kMaxEyes]; // under the first in shared bins
     unsigned long long evaluations[kMaxEyes];
     uint32_t overflow;
+    ColumnRange columns; // FrameOptions: told by select, for stages whose arguments stay as they were captured
     unsigned long long
         stage_ns[kStages]; // what stages took that have ended (stage_clock_cuda.h); not cleared with the rest
 };

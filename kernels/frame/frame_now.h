@@ -3,7 +3,7 @@
 // member, so that a captured graph is brought up to date by one loop (runtime/cuda/frame_graph.h). Plain data.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
+#include "kernels/math/band.h"
 
 namespace gsc {
 
@@ -11,7 +11,9 @@ struct FrameNow {
     EyeParams eyes[kMaxEyes];
     EyeParams level_eyes[kMaxEyes]; // the same at the places that levels are chosen from (LodLag)
     float look_from[3];             // of networks that look once for both eyes (StereoMode::Merged)
+    EyeBand bands[kMaxEyes];        // of `columns`
     float lod_bias, lod_fade;       // FrameOptions
+    ColumnRange columns;            // FrameOptions
 };
 
 inline void setNow(FrameNow& args, const FrameNow& now)

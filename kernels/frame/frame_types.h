@@ -3,6 +3,7 @@
 #pragma once
 
 #include "format/gsc_layout.h"
+#include "format/hostdev.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -10,7 +11,25 @@
 namespace gsc {
 
 constexpr uint32_t kMaxEyes = 2;
-constexpr uint32_t kTileSize = 16; // part of the image: every Gaussian reaches the whole of each tile it touches
+constexpr uint32_t kTileSize = 16;   // part of the image: every Gaussian reaches the whole of each tile it touches
+constexpr uint32_t kColumnStep = 32; // bands of an image begin and end at multiples of it
+
+// Columns of an image, from `first` up to but not including `end`, from the left; both are multiples of kColumnStep. end
+// may lie beyond the image, and {0, 0} is all of it.
+struct ColumnRange {
+    uint32_t first = 0, end = 0;
+
+    [[nodiscard]] GSC_HD constexpr bool all() const { return end == 0; }
+    // The columns that an image has, none left open.
+    [[nodiscard]] GSC_HD constexpr ColumnRange within(uint32_t width) const
+    {
+        return {first, end == 0 || end > width ? width : end};
+    }
+    GSC_HD constexpr bool operator==(const ColumnRange& other) const
+    {
+        return first == other.first && end == other.end;
+    }
+};
 
 // One eye in COLMAP axes (x right, y down, z forward), exactly the fp32 values upstream hands to its rasteriser.
 struct EyeParams {
@@ -103,6 +122,13 @@ struct FrameOptions {
     float lod_fade = 0;         // levels over which an anchor fades in, 0 to 1; 0 = upstream: it appears at once
     float lod_hysteresis = 0;   // levels that a switch back and forth may lag behind, 0 to 1; 0 = upstream: not at all
     ReuseOptions reuse;
+    // Columns of every eye that are drawn. Targets are of the whole image, and their other columns are not touched. Only
+    // what the columns can show is selected and decoded, and counts are of that. Pixels and depths are those of the whole
+    // image to the last byte in `exact`; in `fast` too, but for what kernels/README.md says of bands. With reuse every
+    // renderer keeps entries of its own: then they are within the bound that was asked for.
+    // empty_is_black means nothing here, because what one band does not show another may: the background is drawn. Where
+    // gaussians_visible is 0 in all bands of an eye, and the quirk is wanted, the caller draws the eye again as a whole.
+    ColumnRange columns;
 };
 
 // The numbers that carry the cost of a frame (design section 4), per eye.
@@ -119,6 +145,21 @@ struct EyeCounts {
     uint64_t gaussians_dropped = 0; // not finite: upstream's behaviour is undefined, ours drops and counts
     uint64_t pairs = 0;             // (tile, splat) pairs; of tiles that both eyes share, all under the first
     uint64_t blend_evaluations = 0; // (pixel, splat) pairs evaluated
+
+    void add(const EyeCounts& other)
+    {
+        groups_tested += other.groups_tested;
+        anchors_tested += other.anchors_tested;
+        anchors_visible += other.anchors_visible;
+        anchors_decoded += other.anchors_decoded;
+        anchors_reused += other.anchors_reused;
+        anchors_overdue += other.anchors_overdue;
+        gaussians_alive += other.gaussians_alive;
+        gaussians_visible += other.gaussians_visible;
+        gaussians_dropped += other.gaussians_dropped;
+        pairs += other.pairs;
+        blend_evaluations += other.blend_evaluations;
+    }
 };
 
 // Milliseconds by the device's own clock (a CPU's: wall clock), all eyes together. total: from when the device comes to

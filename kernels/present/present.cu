@@ -29,8 +29,8 @@ __device__ __forceinline__ void store(const PresentView& args, uint32_t x, uint3
 __global__ void __launch_bounds__(kThreads) presentKernel(const __grid_constant__ PresentCudaArgs all)
 {
     const PresentView& args = all.views[blockIdx.z];
-    const uint32_t x = blockIdx.x * kThreads + threadIdx.x, y = blockIdx.y;
-    if (x >= args.width || y >= args.height)
+    const uint32_t x = args.columns.first + blockIdx.x * kThreads + threadIdx.x, y = blockIdx.y;
+    if (x >= args.columns.end || y >= args.height)
         return;
     if (args.target.depth_surface != 0)
         surf2Dwrite(args.depth[size_t(y) * args.width + x], cudaSurfaceObject_t(args.target.depth_surface),
@@ -63,7 +63,7 @@ void presentCuda(const PresentCudaArgs& args, CUstream_st* stream)
 {
     uint32_t width = 0, height = 0;
     for (uint32_t v = 0; v < args.count; ++v) {
-        width = std::max(width, args.views[v].width);
+        width = std::max(width, args.views[v].columns.end - args.views[v].columns.first);
         height = std::max(height, args.views[v].height);
     }
     launchCuda(presentKernel, dim3((width + kThreads - 1) / kThreads, height, args.count), kThreads, 0, stream, args);

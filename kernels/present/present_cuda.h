@@ -14,6 +14,7 @@ struct PresentView {
     const float* depth; // height x width, where the target wants it
     FrameTarget target; // Device, with pitches, or Surface
     uint32_t width, height;
+    ColumnRange columns; // that were drawn
 };
 
 struct PresentCudaArgs {

@@ -30,6 +30,7 @@ struct ProjectArgs {
     const EyeParams* eye;
     RasterConstants rules;
     ReadAhead* ahead = nullptr; // asked for meanwhile: projecting computes and reads little
+    ColumnRange columns{};      // pixel boxes are cut to them, and what has none is left out
 };
 
 struct ProjectCounts {

@@ -223,8 +223,9 @@ HWY_INLINE M projectVector(D d, const ProjectArgs& args, const GaussianBlock& g,
 
     V width, height;
     const V cutoff = reachLane(d, cov, ac, det, load(g.opacity), width, height);
-    left = hn::Max(left, hn::Ceil(hn::Sub(x, width)));
-    right = hn::Min(right, hn::Floor(hn::Add(x, width)));
+    const ColumnRange columns = args.columns.within(eye.width);
+    left = hn::Max(hn::Max(left, hn::Set(d, float(columns.first))), hn::Ceil(hn::Sub(x, width)));
+    right = hn::Min(hn::Min(right, hn::Set(d, float(columns.end) - 1.0f)), hn::Floor(hn::Add(x, width)));
     top = hn::Max(top, hn::Ceil(hn::Sub(y, height)));
     bottom = hn::Min(bottom, hn::Floor(hn::Add(y, height)));
     keep = hn::And(keep, hn::And(hn::Le(left, right), hn::Le(top, bottom)));

@@ -60,7 +60,8 @@ __global__ void __launch_bounds__(kAnchorThreads, kAnchorResident)
             const int32_t level = args.model.levels[group.level_index].level;
             for (uint32_t e = 0; e < args.eye_count; ++e)
                 if ((entry >> kAnchorBits & 1u << e) != 0 &&
-                    anchorVisible(args, args.level_eyes[e], anchor, level, shift, placement, fraction[e]))
+                    anchorVisible(args, args.level_eyes[e], anchor, level, shift, placement, fraction[e]) &&
+                    anchorMayTouch(args.model, args.bands[e], anchor, placement))
                     eyes |= 1u << e;
         }
         const uint32_t any = __ballot_sync(~0u, eyes != 0);

@@ -19,13 +19,18 @@ __global__ void __launch_bounds__(kGroupThreads, kGroupBlocks) groupKernel(const
 {
     const uint32_t lane = threadIdx.x & 31u;
     const uint32_t warps = gridDim.x * (kGroupThreads / 32);
+    if (blockIdx.x == 0 && threadIdx.x == 0 && !args.columns.all()) {
+        args.counters->columns = args.columns;
+        for (uint32_t e = 0; e < kMaxEyes; ++e)
+            args.counters->any_positive[e] = 1; // nobody looks at what other columns show
+    }
     uint32_t groups[kMaxEyes] = {}, anchors[kMaxEyes] = {};
     // whole warps stay in the loop: they vote. A warp has every `warps`-th run, so that each has one where they are few
     for (uint32_t first = blockIdx.x * (kGroupThreads / 32) + (threadIdx.x >> 5); first < args.model.run_count;
          first += warps * kRunsAtOnce) {
         const uint32_t mine = first + lane / kMaxEyes * warps, eye = lane % kMaxEyes;
         uint32_t open = __ballot_sync(~0u, mine < args.model.run_count && eye < args.eye_count &&
-                                               mayShow(args, args.model.runs[mine], args.level_eyes[eye]));
+                                               mayShow(args, args.model.runs[mine], eye));
         while (open != 0) {
             const uint32_t at = uint32_t(__ffs(int(open)) - 1) / kMaxEyes * kMaxEyes;
             const uint32_t candidates = open >> at & kAllEyes;
@@ -38,7 +43,7 @@ __global__ void __launch_bounds__(kGroupThreads, kGroupBlocks) groupKernel(const
                 count = group.anchor_count;
 #pragma unroll
                 for (uint32_t e = 0; e < kMaxEyes; ++e)
-                    if ((candidates >> e & 1u) != 0 && mayShow(args, group, args.level_eyes[e]))
+                    if ((candidates >> e & 1u) != 0 && mayShow(args, group, e))
                         eyes |= 1u << e;
             }
 #pragma unroll

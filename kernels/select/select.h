@@ -26,6 +26,8 @@ struct SelectArgs {
     RasterConstants rules;
     float lod_bias;
     float lod_fade = 0;
+    ColumnRange
+        columns{}; // that are drawn: an anchor none of whose Gaussians can touch a tile of theirs is not visible
 };
 
 struct SelectCounts {
@@ -49,7 +51,8 @@ struct SelectScratch {
 };
 
 // Visible anchors in file order, all eyes in one list. Returns how many; `visible` grows to hold them. Chunks and
-// groups are rejected by bounds; the test of a single anchor is upstream's, so the set equals that of the flat pass.
+// groups are rejected by bounds; the test of a single anchor is upstream's, so the set equals that of the flat pass; of
+// a band of columns, it is what the band may show of it.
 size_t selectCpu(const SelectArgs& args, const Workers& workers, SelectScratch& scratch, Buffer<VisibleAnchor>& visible,
                  SelectCounts& counts);
 

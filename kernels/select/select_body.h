@@ -3,6 +3,7 @@
 #pragma once
 
 #include "kernels/math/anchor.h"
+#include "kernels/math/band.h"
 #include "kernels/math/lod.h"
 #include "kernels/math/projection.h"
 
@@ -47,6 +48,23 @@ GSC_HD AnchorDecision<Real> testAnchor(const ModelView& model, const EyeOf<Real>
     normalizeQuaternion(q);
     decision.visible = footprint<Real>(eye, rules, p, scale, q).visible;
     return decision;
+}
+
+// Can a Gaussian of the anchor touch a tile of the band? Errs towards yes.
+GSC_HD bool anchorMayTouch(const ModelView& model, const EyeBand& band, uint32_t chunk, uint32_t local)
+{
+    const Vec3<float> p = anchorPosition(model, chunk, local);
+    const uint32_t K = model.params->n_offsets;
+    const float* log_scale = model.arrays[chunk].scale + size_t(6) * local;
+    const float* offset = model.arrays[chunk].offset + size_t(3) * K * local;
+    const float extent[3] = {std::exp(log_scale[0]), std::exp(log_scale[1]), std::exp(log_scale[2])};
+    const float sigma = std::exp(maxNumber(log_scale[3], maxNumber(log_scale[4], log_scale[5])));
+    for (uint32_t k = 0; k < K; ++k, offset += 3) {
+        const float at[3] = {p.x + offset[0] * extent[0], p.y + offset[1] * extent[1], p.z + offset[2] * extent[2]};
+        if (mayTouch(band, at, at, sigma))
+            return true;
+    }
+    return false;
 }
 
 } // namespace gsc

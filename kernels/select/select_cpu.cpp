@@ -14,6 +14,7 @@ constexpr size_t kGroupsPerTask = 16;
 struct Frame {
     const SelectArgs& args;
     EyeClassifier eyes[kMaxEyes];
+    EyeBand bands[kMaxEyes];
 };
 
 // Eyes that may see something of the record, as bits.
@@ -27,7 +28,8 @@ uint32_t eyesOf(const Frame& frame, const Record& record, uint32_t level_index, 
         if ((candidates >> e & 1) &&
             !rejectsBox(bounds, record.anchor_min, record.anchor_max, record.anchor_sigma_max) &&
             !rejectsLevel(*model.params, bounds, model.levels[level_index].level, record.anchor_min, record.anchor_max,
-                          record.extra_level_max))
+                          record.extra_level_max) &&
+            mayTouch(frame.bands[e], record.gaussian_min, record.gaussian_max, record.gaussian_sigma_max))
             eyes |= 1u << e;
     }
     return eyes;
@@ -101,6 +103,11 @@ uint32_t testGroup(const Frame& frame, uint32_t candidates, GroupMask& mask, Sel
                         .visible)
                     visible |= uint64_t(1) << bit;
             }
+            for (uint64_t open = frame.bands[e].whole ? 0 : visible; open != 0; open &= open - 1) {
+                const uint32_t bit = uint32_t(__builtin_ctzll(open));
+                if (!anchorMayTouch(model, frame.bands[e], group.chunk, first + w * 64 + bit))
+                    visible &= ~(uint64_t(1) << bit);
+            }
             mask.visible[e][w] = visible;
             counts.anchors_visible[e] += uint64_t(__builtin_popcountll(visible));
         }
@@ -141,9 +148,11 @@ size_t selectCpu(const SelectArgs& args, const Workers& workers, SelectScratch& 
                  SelectCounts& counts)
 {
     const ModelView& model = *args.model;
-    Frame frame{args, {}};
-    for (uint32_t e = 0; e < args.eye_count; ++e)
+    Frame frame{args, {}, {}};
+    for (uint32_t e = 0; e < args.eye_count; ++e) {
         frame.eyes[e] = eyeClassifier(*model.params, args.eyes[e], args.rules, args.lod_bias, args.lod_fade);
+        frame.bands[e] = eyeBand(args.eyes[e], args.columns);
+    }
 
     scratch.chunk_eyes.reserve(model.params->chunk_count);
     scratch.groups.reserve(model.params->group_count);

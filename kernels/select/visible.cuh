@@ -10,11 +10,44 @@
 
 namespace gsc {
 
-// Can a chunk (by one of its runs) or a group hold an anchor upstream would show to this eye? Errs towards yes: every bound is
-// widened by more than fp32 rounding can move it.
-template <typename Record>
-__device__ __forceinline__ bool mayShow(const SelectCudaArgs& args, const Record& record, const EyeParams& eye)
+__device__ __forceinline__ bool mayTouch(const EyeBand& band, const GroupRecord& group)
 {
+    return mayTouch(band, group.gaussian_min, group.gaussian_max, group.gaussian_sigma_max);
+}
+
+__device__ __forceinline__ bool mayTouch(const EyeBand& band, const GroupRun& run)
+{
+    float low[3], high[3];
+    for (int i = 0; i < 3; ++i) {
+        low[i] = run.anchor_min[i] - run.gaussian_margin;
+        high[i] = run.anchor_max[i] + run.gaussian_margin;
+    }
+    return mayTouch(band, low, high, run.gaussian_sigma_max);
+}
+
+// Can a Gaussian of the anchor touch a tile of the band? Errs towards yes: its largest offsets say, of either sign.
+__device__ __forceinline__ bool anchorMayTouch(const DeviceModel& model, const EyeBand& band, uint32_t anchor,
+                                               const float4& placement)
+{
+    if (band.whole)
+        return true;
+    const float2* shape = reinterpret_cast<const float2*>(model.shape + size_t(6) * anchor);
+    const float2 s0 = shape[0], s1 = shape[1], s2 = shape[2];
+    constexpr float kSteps = float(kOffsetSteps) * 1.00001f;
+    const float x = kSteps * s0.x, y = kSteps * s0.y, z = kSteps * s1.x;
+    const float low[3] = {placement.x - x, placement.y - y, placement.z - z};
+    const float high[3] = {placement.x + x, placement.y + y, placement.z + z};
+    return mayTouch(band, low, high, fmaxf(s1.y, fmaxf(s2.x, s2.y)));
+}
+
+// Can a chunk (by one of its runs) or a group hold an anchor upstream would show to eye `e`, among the columns that are
+// drawn? Errs towards yes: every bound is widened by more than fp32 rounding can move it.
+template <typename Record>
+__device__ __forceinline__ bool mayShow(const SelectCudaArgs& args, const Record& record, uint32_t e)
+{
+    const EyeParams& eye = args.level_eyes[e];
+    if (!mayTouch(args.bands[e], record))
+        return false;
     const Vec3<float> c{0.5f * (record.anchor_min[0] + record.anchor_max[0]),
                         0.5f * (record.anchor_min[1] + record.anchor_max[1]),
                         0.5f * (record.anchor_min[2] + record.anchor_max[2])};

@@ -16,13 +16,13 @@ bool isPlain(const FrameTarget& target, const EyeParams& eye)
     return target.format == PixelFormat::Rgb32f && pitchOf(target, eye.width) == eye.width * size_t(12);
 }
 
-void store(const FrameTarget& target, const EyeParams& eye, const float* image)
+void store(const FrameTarget& target, const EyeParams& eye, const ColumnRange& drawn, const float* image)
 {
     auto* const rows = static_cast<unsigned char*>(target.pixels);
     for (uint32_t y = 0; y < eye.height; ++y) {
         const float* const from = image + size_t(y) * eye.width * 3;
         void* const row = rows + y * pitchOf(target, eye.width);
-        for (uint32_t x = 0; x < eye.width; ++x)
+        for (uint32_t x = drawn.first; x < drawn.end; ++x)
             switch (target.format) {
             case PixelFormat::Rgb32f:
                 std::copy_n(from + 3 * x, 3, static_cast<float*>(row) + 3 * x);
@@ -140,7 +140,7 @@ void FrameThread::draw(Frame& frame)
         m_draw(frame.eyes, frame.eye_count, frame.options, images, frame.result, depths);
         for (uint32_t e = 0; e < frame.eye_count; ++e)
             if (images[e] != nullptr && !isPlain(frame.targets[e], frame.eyes[e]))
-                store(frame.targets[e], frame.eyes[e], images[e]);
+                store(frame.targets[e], frame.eyes[e], frame.options.columns.within(frame.eyes[e].width), images[e]);
     } catch (...) {
         frame.error = std::current_exception();
     }

@@ -31,7 +31,12 @@ void renderEye(const ModelView& model, const EyeOf<Real>& eye, const Real* decod
     counts.gaussians_alive = gaussians.size();
     times.decode += watch.lap();
 
-    const std::vector<SplatOf<Real>> splats = projectReference<Real>(eye, rules, gaussians, counts.gaussians_dropped);
+    std::vector<SplatOf<Real>> splats = projectReference<Real>(eye, rules, gaussians, counts.gaussians_dropped);
+    const ColumnRange columns = options.columns.within(eye.width);
+    std::erase_if(splats, [&](const SplatOf<Real>& splat) {
+        return uint32_t(splat.tiles.x1) * kTileSize <= columns.first ||
+               uint32_t(splat.tiles.x0) * kTileSize >= columns.end;
+    });
     counts.gaussians_visible = splats.size();
     times.project += watch.lap();
 
@@ -41,12 +46,11 @@ void renderEye(const ModelView& model, const EyeOf<Real>& eye, const Real* decod
     counts.pairs = lists.entries.size();
     times.bin += watch.lap();
 
-    const float black[3] = {0, 0, 0};
     if (any_positive)
-        counts.blend_evaluations =
-            blendReference(splats, lists, eye.width, eye.height, rules, options.background, image, depth);
+        counts.blend_evaluations = blendReference(splats, lists, eye.width, eye.height, rules, options.background,
+                                                  image, depth, options.columns);
     else
-        blendNothing(eye.width, eye.height, options.empty_is_black ? black : options.background, image, depth);
+        blendNothing(eye.width, eye.height, emptyColor(options), image, depth, options.columns);
     times.blend += watch.lap();
 }
 
@@ -56,8 +60,10 @@ void renderReference(const ModelView& model, const EyeOf<Real>* eyes, uint32_t e
 {
     checkModel(model);
     checkOptions(model, options, eye_count);
-    for (uint32_t e = 0; e < eye_count; ++e)
+    for (uint32_t e = 0; e < eye_count; ++e) {
         checkSize(eyes[e].width, eyes[e].height);
+        checkColumns(options.columns, eyes[e].width);
+    }
     result = {};
     Stopwatch watch;
     const bool merged = decodesMerged(options, eye_count);

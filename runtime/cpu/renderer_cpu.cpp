@@ -105,7 +105,7 @@ private:
         Stopwatch watch;
         EyeParams chosen[kMaxEyes];
         m_lag.follow(m_model, options, eyes, eye_count, chosen);
-        const SelectArgs args{&m_model, chosen, eye_count, rules, options.lod_bias, options.lod_fade};
+        const SelectArgs args{&m_model, chosen, eye_count, rules, options.lod_bias, options.lod_fade, options.columns};
         SelectCounts counts{};
         const size_t visible = selectCpu(args, m_workers, m_select, m_visible, counts);
         for (uint32_t e = 0; e < eye_count; ++e) {
@@ -170,14 +170,14 @@ private:
                                               m_visible.data(), visible, options.appearance, m_bias);
         m_workers.run(blocks, 1, [&](size_t begin, size_t end, int worker) {
             for (size_t block = begin; block < end; ++block)
-                runBlock(args, eyes, eye_count, rules, block, m_states[size_t(worker)]);
+                runBlock(args, eyes, eye_count, rules, options.columns, block, m_states[size_t(worker)]);
         });
         addShares(m_states, watch.lap(), result.times);
     }
 
     // More eyes than `args` decodes for: both draw what it decodes.
     void runBlock(const DecodeArgs& args, const EyeParams* eyes, uint32_t eye_count, const RasterConstants& rules,
-                  size_t block, WorkerState& state)
+                  const ColumnRange& columns, size_t block, WorkerState& state)
     {
         Stopwatch watch;
         const size_t first = block * kDecodeBlock;
@@ -193,7 +193,8 @@ private:
                 merged ? gaussiansOfEye(state.scratch.blocks[0], args.visible + first, count, e,
                                         m_model.params->n_offsets, state.gathered.blocks[e])
                        : state.scratch.blocks[e];
-            projectInto(m_stores[e], block, block * blockCapacity(), {eyes + e, rules}, gaussians, e, state);
+            projectInto(m_stores[e], block, block * blockCapacity(), {eyes + e, rules, nullptr, columns}, gaussians, e,
+                        state);
         }
         state.project_ms += watch.lap();
     }
@@ -204,11 +205,8 @@ private:
         bool any_positive = false;
         for (const WorkerState& state : m_states)
             any_positive |= state.any_positive[e];
-        if (!any_positive) {
-            const float black[3] = {0, 0, 0};
-            const float* color = options.empty_is_black ? black : options.background; // trap 25
-            return blendNothing(eye.width, eye.height, color, image, depth);
-        }
+        if (!any_positive)
+            return blendNothing(eye.width, eye.height, emptyColor(options), image, depth, options.columns);
         Stopwatch watch;
         const SplatStore& store = m_stores[e];
         const bool by_group = options.reuse.policy != ReusePolicy::None;
@@ -238,7 +236,8 @@ private:
                        {},
                        image,
                        depth,
-                       m_sort.keys[0].data()};
+                       m_sort.keys[0].data(),
+                       options.columns};
         std::copy_n(options.background, 3, args.background);
         result.eyes[e].blend_evaluations = blendCpu(args, m_workers);
         result.times.blend += watch.lap();

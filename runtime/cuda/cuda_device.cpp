@@ -104,7 +104,9 @@ DeviceInfo lookAtCudaDevice(int ordinal)
             ErrorCode::Ok,
             formatString("%s, %.1f GiB, compute capability %d.%d, %d multiprocessors, driver for CUDA %s",
                          properties.name, double(properties.totalGlobalMem) / double(1 << 30), properties.major,
-                         properties.minor, properties.multiProcessorCount, versionText(driver).c_str())};
+                         properties.minor, properties.multiProcessorCount, versionText(driver).c_str()),
+            properties.name,
+            properties.totalGlobalMem};
 }
 
 CudaDevice::CudaDevice(int ordinal) : m_ordinal(ordinal)

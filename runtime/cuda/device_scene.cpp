@@ -46,6 +46,10 @@ std::vector<GroupRun> groupRuns(const ModelView& model)
         run.anchor_sigma_max = chunk.anchor_sigma_max;
         run.extra_level_max = chunk.extra_level_max;
         run.level_index = uint16_t(chunk.level_index);
+        run.gaussian_sigma_max = chunk.gaussian_sigma_max;
+        for (int i = 0; i < 3; ++i)
+            run.gaussian_margin = std::max({run.gaussian_margin, chunk.anchor_min[i] - chunk.gaussian_min[i],
+                                            chunk.gaussian_max[i] - chunk.anchor_max[i]});
         for (uint32_t g = 0; g < chunk.group_count; g += kRunGroups) {
             run.group_first = chunk.group_first + g;
             run.group_count = uint16_t(std::min(chunk.group_count - g, kRunGroups));

@@ -16,6 +16,7 @@ uint64_t Flight::setTargets(const FrameRequest& request)
     for (uint32_t e = 0; e < m_eye_count; ++e) {
         const uint32_t width = request.eyes[e].width;
         m_height[e] = request.eyes[e].height;
+        m_columns[e] = request.options.columns.within(width);
         m_wanted[e].pitch = pitchOf(m_wanted[e], width);
         m_wanted[e].depth_pitch = depthPitchOf(m_wanted[e], width);
         m_written[e] = m_wanted[e];
@@ -46,8 +47,8 @@ void Flight::present(const FrameBuffers& buffers, const CudaStream& stream)
     PresentCudaArgs args{};
     for (uint32_t e = 0; e < m_eye_count; ++e)
         if (m_written[e].kind != FrameTarget::Kind::None)
-            args.views[args.count++] = {buffers.image[e], buffers.depth[e], m_written[e], shape.width[e],
-                                        shape.height[e]};
+            args.views[args.count++] = {buffers.image[e], buffers.depth[e], m_written[e],
+                                        shape.width[e],   m_height[e],      m_columns[e]};
     presents = args.count > 0;
     if (presents) {
         drawn.record(stream);
@@ -111,11 +112,16 @@ try {
         const FrameTarget &to = m_wanted[e], &from = m_written[e];
         if (!to.onHost())
             continue;
-        GSC_CUDA_CHECK(cudaMemcpy2DAsync(to.pixels, to.pitch, from.pixels, from.pitch, from.pitch, m_height[e],
-                                         cudaMemcpyDeviceToHost, stream.handle));
+        const ColumnRange& columns = m_columns[e];
+        const auto copy = [&](void* into, size_t into_pitch, const void* data, size_t pitch, size_t pixel) {
+            GSC_CUDA_CHECK(cudaMemcpy2DAsync(static_cast<unsigned char*>(into) + columns.first * pixel, into_pitch,
+                                             static_cast<const unsigned char*>(data) + columns.first * pixel, pitch,
+                                             (columns.end - columns.first) * pixel, m_height[e], cudaMemcpyDeviceToHost,
+                                             stream.handle));
+        };
+        copy(to.pixels, to.pitch, from.pixels, from.pitch, pixelBytes(to.format));
         if (to.depth != nullptr)
-            GSC_CUDA_CHECK(cudaMemcpy2DAsync(to.depth, to.depth_pitch, from.depth, from.depth_pitch, from.depth_pitch,
-                                             m_height[e], cudaMemcpyDeviceToHost, stream.handle));
+            copy(to.depth, to.depth_pitch, from.depth, from.depth_pitch, sizeof(float));
         any = true;
     }
     if (any)

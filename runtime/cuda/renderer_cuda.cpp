@@ -291,6 +291,9 @@ uint64_t CudaRenderer::begin(const FrameRequest& request)
     std::ranges::copy(request.eyes, plain.eyes);
     FrameShape shape =
         frameShape(*m_scene.host().params, tierOf(options.tier), uint32_t(request.eyes.size()), options, plain.eyes);
+    plain.columns = options.columns;
+    for (size_t e = 0; e < request.eyes.size(); ++e)
+        plain.bands[e] = eyeBand(plain.eyes[e], options.columns);
     shape.limits_decoding = CudaReuse::limitsDecoding(options.reuse);
     shape.depths = std::ranges::any_of(request.targets, &FrameTarget::hasDepth);
     if (shape.exact && !m_scene.exactLoaded()) {

@@ -166,7 +166,7 @@ void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size
     const uint32_t count = stripAnchors(block, strip);
     const uint32_t offsets = m_model.params->n_offsets;
     EyeParams centers[kMaxEyes];
-    uint16_t* keys[kMaxEyes];
+    uint16_t* keys[kMaxEyes] = {};
     uint32_t eyes[kMaxEyes], eye_count = 0;
     for (uint32_t e = 0; e < frame.eye_count; ++e) {
         const EyeWork& eye = work.eye[e];
@@ -293,7 +293,8 @@ void CpuReuse::drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t
     for (uint32_t e = 0; e < frame.eye_count; ++e) {
         SplatStore& store = frame.stores[e];
         const uint32_t splats =
-            projectInto(store, block, first, {frame.eyes + e, frame.rules, &ahead}, state.gathered.blocks[e], e, state);
+            projectInto(store, block, first, {frame.eyes + e, frame.rules, &ahead, frame.options.columns},
+                        state.gathered.blocks[e], e, state);
         if (m_policy == ReusePolicy::Error)
             noteCover(frame, block, e, store.splats.data() + first, store.origins.data() + first, splats);
     }

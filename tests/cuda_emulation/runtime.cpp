@@ -177,9 +177,20 @@ cudaError_t cudaGetDeviceCount(int* count)
     return cudaSuccess;
 }
 
+static thread_local int s_device = 0;
+
 cudaError_t cudaSetDevice(int device)
 {
-    return noted(device >= 0 && device < kDevices ? cudaSuccess : cudaErrorInvalidDevice);
+    if (device < 0 || device >= kDevices)
+        return noted(cudaErrorInvalidDevice);
+    s_device = device;
+    return cudaSuccess;
+}
+
+cudaError_t cudaGetDevice(int* device)
+{
+    *device = s_device;
+    return cudaSuccess;
 }
 
 cudaError_t cudaGetDeviceProperties(cudaDeviceProp* properties, int device)
@@ -271,8 +282,20 @@ cudaError_t cudaFreeHost(void* data)
     return cudaSuccess;
 }
 
+cudaError_t cudaHostRegister(void*, size_t, unsigned)
+{
+    return cudaSuccess;
+}
+
+cudaError_t cudaHostUnregister(void*)
+{
+    return cudaSuccess;
+}
+
 cudaError_t cudaMemGetInfo(size_t* left, size_t* total)
 {
+    if (const cudaError_t code = deviceState(); code != cudaSuccess)
+        return code;
     const std::lock_guard lock(s_mutex);
     *left = kMemory - s_used;
     *total = kMemory;
@@ -311,6 +334,34 @@ cudaError_t cudaMemcpy2DAsync(void* to, size_t to_pitch, const void* from, size_
             code != cudaSuccess)
             return code;
     return cudaSuccess;
+}
+
+cudaError_t cudaDeviceCanAccessPeer(int* can, int, int)
+{
+    *can = 0;
+    return cudaSuccess;
+}
+
+cudaError_t cudaDeviceGetP2PAttribute(int* value, cudaDeviceP2PAttr, int, int)
+{
+    *value = 0;
+    return cudaSuccess;
+}
+
+cudaError_t cudaDeviceEnablePeerAccess(int, unsigned)
+{
+    return noted(cudaErrorPeerAccessUnsupported);
+}
+
+cudaError_t cudaMemcpyPeerAsync(void* to, int, const void* from, int, size_t bytes, cudaStream_t stream)
+{
+    return cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToDevice, stream);
+}
+
+cudaError_t cudaMemcpy3DPeerAsync(const cudaMemcpy3DPeerParms* copy, cudaStream_t stream)
+{
+    return cudaMemcpy2DAsync(copy->dstPtr.ptr, copy->dstPtr.pitch, copy->srcPtr.ptr, copy->srcPtr.pitch,
+                             copy->extent.width, copy->extent.height, cudaMemcpyDeviceToDevice, stream);
 }
 
 cudaError_t cudaStreamCreateWithFlags(cudaStream_t* stream, unsigned)

@@ -88,6 +88,7 @@ Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_
             }
         FrameCounters counters = drawn.counters;
         counters.pass = {};
+        counters.pass.bins = uint32_t(queue.size());
         counters.pass.hot_bins = std::min(hot, bins);
         counters.pass.segments = uint32_t(cut.size());
         const GuardedBuffer<ListSegment> segments(cut);
