@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/service/picture_memory.h"
+
+#include "format/error.h"
+#if defined(GSC_HAVE_CUDA)
+#include "runtime/cuda/picture_cuda.h"
+#endif
+
+#include <new>
+
+namespace gsc {
+
+namespace {
+
+// What a pool keeps for later: blocks, and bytes beyond the first few.
+constexpr size_t kMostSpare = 32, kFewSpare = 4, kSpareBytes = size_t(512) << 20;
+constexpr std::align_val_t kPage{4096};
+
+class HostPictures final : public PictureMemory {
+public:
+    explicit HostPictures(bool page_locked) : m_pool(makePool(page_locked)) {}
+
+    [[nodiscard]] FrameTarget::Kind kind() const override { return FrameTarget::Kind::Host; }
+    std::shared_ptr<std::byte> take(size_t bytes) override { return m_pool->take(bytes); }
+    [[nodiscard]] bool takesFrom(const Renderer&) const override { return true; }
+    void trim() override { m_pool->trim(); }
+
+private:
+    static std::shared_ptr<BlockPool> makePool([[maybe_unused]] bool page_locked)
+    {
+#if defined(GSC_HAVE_CUDA)
+        if (page_locked)
+            return std::make_shared<BlockPool>(allocatePageLocked, freePageLocked, 0);
+#endif
+        return std::make_shared<BlockPool>(allocatePages, freePages, 0);
+    }
+
+    std::shared_ptr<BlockPool> m_pool;
+};
+
+} // namespace
+
+std::byte* allocatePages(size_t bytes, int)
+{
+    auto* const block = static_cast<std::byte*>(::operator new(bytes, kPage, std::nothrow));
+    if (block == nullptr)
+        throw Error(
+            ErrorCode::OutOfMemory,
+            formatString("pictures: %zu bytes of memory are not there, expected enough; choose a smaller --size",
+                         bytes));
+    return block;
+}
+
+void freePages(std::byte* block, int)
+{
+    ::operator delete(block, kPage);
+}
+
+void BlockPool::forget()
+{
+    const std::lock_guard lock(m_mutex);
+    m_forgotten = true;
+    m_spare.clear();
+    m_spare_bytes = 0;
+}
+
+void BlockPool::trim()
+{
+    std::multimap<size_t, std::byte*> spare;
+    {
+        const std::lock_guard lock(m_mutex);
+        spare.swap(m_spare);
+        m_spare_bytes = 0;
+    }
+    for (const auto& [bytes, block] : spare)
+        m_free(block, m_place);
+}
+
+BlockPool::~BlockPool()
+{
+    for (const auto& [bytes, block] : m_spare)
+        m_free(block, m_place);
+}
+
+std::shared_ptr<std::byte> BlockPool::take(size_t bytes)
+{
+    std::byte* block = nullptr;
+    {
+        const std::lock_guard lock(m_mutex);
+        if (const auto found = m_spare.find(bytes); found != m_spare.end()) {
+            block = found->second;
+            m_spare.erase(found);
+            m_spare_bytes -= bytes;
+        }
+    }
+    if (block == nullptr)
+        block = m_allocate(bytes, m_place);
+    return {block, [pool = shared_from_this(), bytes](std::byte* given) { pool->giveBack(given, bytes); }};
+}
+
+// Where too many are spare, one of another size goes first.
+void BlockPool::giveBack(std::byte* block, size_t bytes)
+{
+    std::vector<std::byte*> dropped;
+    {
+        const std::lock_guard lock(m_mutex);
+        if (m_forgotten)
+            return;
+        m_spare.emplace(bytes, block);
+        m_spare_bytes += bytes;
+        while (m_spare.size() > kMostSpare || (m_spare.size() > kFewSpare && m_spare_bytes > kSpareBytes)) {
+            auto other = m_spare.begin();
+            while (std::next(other) != m_spare.end() && other->first == bytes)
+                ++other;
+            dropped.push_back(other->second);
+            m_spare_bytes -= other->first;
+            m_spare.erase(other);
+        }
+    }
+    for (std::byte* const old : dropped)
+        m_free(old, m_place);
+}
+
+std::shared_ptr<PictureMemory> hostPictures(bool page_locked)
+{
+    return std::make_shared<HostPictures>(page_locked);
+}
+
+std::shared_ptr<PictureMemory> devicePictures([[maybe_unused]] const DeviceId& device)
+{
+#if defined(GSC_HAVE_CUDA)
+    if (device.backend == "cuda")
+        return cudaPictures(device.ordinal);
+#endif
+    return hostPictures(false);
+}
+
+std::unique_ptr<PictureBridge> bridgeTo([[maybe_unused]] const PictureMemory& memory,
+                                        [[maybe_unused]] const Renderer& renderer)
+{
+#if defined(GSC_HAVE_CUDA)
+    return cudaBridge(memory, renderer);
+#else
+    return nullptr; // host memory takes from all
+#endif
+}
+
+} // namespace gsc

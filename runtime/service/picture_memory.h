@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// Memory that pictures are delivered in, and how workers bring theirs there.
+#pragma once
+
+#include "runtime/renderer.h"
+
+#include <map>
+#include <mutex>
+#include <vector>
+
+namespace gsc {
+
+// A place for pictures. Used from any thread; what take() gave goes back when nobody holds it any more, and may outlive
+// this.
+class PictureMemory {
+public:
+    virtual ~PictureMemory() = default;
+
+    [[nodiscard]] virtual FrameTarget::Kind kind() const = 0; // of targets in it: Host or Device
+
+    // At least `bytes`; content undefined. Throws Error (OutOfMemory, Device).
+    virtual std::shared_ptr<std::byte> take(size_t bytes) = 0;
+
+    // Can this renderer draw into it itself?
+    [[nodiscard]] virtual bool takesFrom(const Renderer& renderer) const = 0;
+
+    // Whether its device is lost: then all that it gave is of no use, and none of it is freed.
+    virtual bool lost() { return false; }
+
+    virtual void trim() = 0; // frees what nobody holds
+};
+
+// Rows of bytes, in memory of a picture.
+struct PicturePart {
+    size_t offset = 0, pitch = 0; // of the first; from row to row
+    size_t bytes = 0, rows = 0;   // of each
+};
+
+// One worker's way to pictures that its renderer cannot draw into. Used from the worker's thread.
+class PictureBridge {
+public:
+    virtual ~PictureBridge() = default;
+
+    // Memory that the renderer can draw into, for as many bytes; of `slot`, which nothing else uses until finish().
+    // Throws as take().
+    virtual FrameTarget buffer(uint32_t slot, size_t bytes) = 0;
+
+    // Begins to copy a part of the buffer to the same place of the picture. Throws Error(Device), as finish() does.
+    virtual void land(uint32_t slot, std::byte* picture, const PicturePart& part) = 0;
+    virtual void finish() = 0; // waits until all are there
+};
+
+// Memory of this process; page-locked for copies from a GPU, of a build that has CUDA.
+std::shared_ptr<PictureMemory> hostPictures(bool page_locked);
+
+// Memory of that device; the host's for one that is the host.
+std::shared_ptr<PictureMemory> devicePictures(const DeviceId& device);
+
+// For a renderer that `memory` does not take from. Throws Error(Device).
+std::unique_ptr<PictureBridge> bridgeTo(const PictureMemory& memory, const Renderer& renderer);
+
+// Whole pages of this process; `place` is of no matter. Throws Error(OutOfMemory).
+std::byte* allocatePages(size_t bytes, int place);
+void freePages(std::byte* block, int place);
+
+// Recycles blocks of memory by their size.
+class BlockPool : public std::enable_shared_from_this<BlockPool> {
+public:
+    using Allocate = std::byte* (*)(size_t bytes, int place);
+    using Free = void (*)(std::byte* block, int place);
+
+    BlockPool(Allocate allocate, Free free, int place) : m_allocate(allocate), m_free(free), m_place(place) {}
+    ~BlockPool();
+    BlockPool(const BlockPool&) = delete;
+    BlockPool& operator=(const BlockPool&) = delete;
+
+    std::shared_ptr<std::byte> take(size_t bytes);
+    void forget(); // a reset has freed all blocks, and others may lie there now
+    void trim();   // frees those that nobody holds
+
+private:
+    void giveBack(std::byte* block, size_t bytes);
+
+    Allocate m_allocate;
+    Free m_free;
+    int m_place;
+    std::mutex m_mutex; // guards what follows
+    bool m_forgotten = false;
+    std::multimap<size_t, std::byte*> m_spare; // by bytes
+    size_t m_spare_bytes = 0;
+};
+
+} // namespace gsc

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// Draws poses with several renderers, one worker (a thread and a renderer) per device: design section 6, and Algorithm 2 of
+// the GS-Cache paper. Poses go in, pictures come out in order; workers start and stop with the rate, and one that fails is
+// retired while the others go on.
+#pragma once
+
+#include "runtime/renderer.h"
+#include "runtime/service/mode_choice.h"
+#include "runtime/service/pace.h"
+#include "runtime/service/pose_ledger.h"
+#include "runtime/service/service_trace.h"
+
+#include <functional>
+
+namespace gsc {
+
+using MakeRenderer = std::function<std::unique_ptr<Renderer>(const DeviceId&, const RendererOptions&)>;
+
+struct ServiceOptions {
+    std::vector<DeviceId> devices{DeviceId{}}; // a worker each; one may be named more than once
+    RendererOptions renderer;
+    ServiceMode mode = ServiceMode::Frame;
+
+    // All poses are drawn and delivered in order, none is dropped: for files and benches. Otherwise the newest pose is
+    // drawn next and the newest picture delivered: for a viewer.
+    bool keeps_all = false;
+    ServiceTime timeout{0}; // LedgerRules::timeout
+    // A pose whose eyes are all this near to the pose accepted before (world units; degrees of direction) and that asks for
+    // the same picture is not drawn: what shows the former shows it. 0 = such a pose is drawn.
+    double still_distance = 0, still_degrees = 0;
+
+    PaceRules pace;         // without a limit all workers draw from the start
+    bool keeps_warm = true; // workers that do not draw hold the model, so that they join at once
+    ServiceTime deadline{std::chrono::seconds(10)}; // for a part of a frame; a worker that takes longer hangs. 0 = none
+    ServiceTime load_deadline{std::chrono::minutes(10)};    // the same for loading the model and for letting it go
+    ServiceTime comes_back{std::chrono::milliseconds(250)}; // after a fault, twice as long after every other
+    uint32_t most_faults = 4; // of a worker without a part drawn between them, before it stays away
+    uint32_t attempts = 3;    // LedgerRules::attempts
+
+    size_t trace_limit = 0; // poses and events that the trace holds
+    MakeRenderer make;      // empty = makeRenderer()
+};
+
+// What a pose is drawn from; copied by submit().
+struct PoseRequest {
+    std::span<const EyeParams> eyes; // 1 or 2; not shared by bands where they differ in width
+    FrameOptions options{};          // without columns; lod_hysteresis with one worker only, whose frames it follows
+    PixelFormat format = PixelFormat::Rgba8;
+    bool wants_depth = false; // of each pixel, see FrameTarget
+    bool on_device = false;   // delivered in memory of the first worker's device; otherwise of the host
+};
+
+struct Delivery {
+    uint64_t pose = 0;
+    PoseEnd end = PoseEnd::Shown; // or Failed, if all poses are kept
+    std::exception_ptr error{};   // of a pose that failed
+
+    // One that is shown has these. Targets are of whole pictures, rows without a gap, and live as long as `memory`.
+    FrameTarget eyes[kMaxEyes] = {};
+    std::shared_ptr<const std::byte> memory;
+    FrameResult result; // counts of all workers; times of the one that took longest
+    ServiceTime submitted{0}, begun{0}, drawn{0}, delivered{0};
+};
+
+class RendererService {
+public:
+    // Returns when the workers that draw from the start are ready, or have failed. Throws Error: Usage for a device that
+    // there is not or options that contradict each other; what all of them failed with where none is ready.
+    RendererService(std::shared_ptr<const Scene> scene, const ServiceOptions& options);
+    RendererService(const ModelView& model,
+                    const ServiceOptions& options); // `model` outlives it, and a worker that hangs
+    ~RendererService();                             // waits for what is being drawn, but not for a worker that hangs
+    RendererService(const RendererService&) = delete;
+    RendererService& operator=(const RendererService&) = delete;
+
+    // All may be called from any thread.
+
+    // Takes a pose to be drawn; its number, from 1, or that of the pose before if it is as good as still (still_distance).
+    // Does not wait. Throws Error(Usage) for what no worker could draw.
+    uint64_t submit(const PoseRequest& request);
+
+    // Waits for what is delivered next, at most so long. Nothing if the time has passed, or if no pose is open.
+    std::optional<Delivery> next(std::chrono::nanoseconds most = std::chrono::nanoseconds::max());
+
+    void giveMemoryBack(); // of workers that do not draw, which load again when they are needed, and of spare pictures
+    void setPace(double min_fps, double max_fps);
+    void dropCaches(); // every renderer draws its next frame as if it were the first; no pose may be open
+
+    [[nodiscard]] ServiceStats stats() const;
+    [[nodiscard]] ServiceTrace trace() const; // so far
+    [[nodiscard]] ServiceTime now() const;    // of the service's clock
+    // Of the first worker that is ready: what Renderer says.
+    [[nodiscard]] DeviceFacts device() const;
+    [[nodiscard]] Tier tierOf(Tier asked) const;
+
+private:
+    class Core;
+    std::shared_ptr<Core> m_core; // also held by a worker that hangs
+};
+
+} // namespace gsc

@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: Apache-2.0
+// A renderer service with several renderers on the host: the same bytes as one renderer in every mode, order, rates.
+#include "runtime/service/service_renderer.h"
+#include "tests/service/service_tools.h"
+
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <thread>
+
+using namespace gsc;
+using namespace gsc::test;
+
+namespace {
+
+using namespace std::chrono_literals;
+
+// Draws nothing, and takes so long for it, whatever the machine.
+class SleepingRenderer final : public Renderer {
+public:
+    explicit SleepingRenderer(const std::atomic<int>& us) : m_us(us) {}
+
+    [[nodiscard]] DeviceId id() const override { return {"cpu"}; }
+    [[nodiscard]] DeviceFacts device() const override { return {}; }
+    [[nodiscard]] bool onHost() const override { return true; }
+    [[nodiscard]] Tier tierOf(Tier) const override { return Tier::Exact; }
+    using Renderer::load;
+    void load(const ModelView&) override {}
+    void dropCaches() override {}
+    uint64_t submit(const FrameRequest&) override { return ++m_ticket; }
+    FrameState wait(uint64_t, FrameResult& result, std::chrono::nanoseconds) override
+    {
+        std::this_thread::sleep_for(std::chrono::microseconds(m_us.load()));
+        result = {};
+        result.eyes[0].gaussians_visible = 1;
+        return FrameState::Done;
+    }
+
+private:
+    const std::atomic<int>& m_us;
+    uint64_t m_ticket = 0;
+};
+
+MakeRenderer sleepingRenderers(const std::atomic<int>& us)
+{
+    return [&us](const DeviceId&, const RendererOptions&) -> std::unique_ptr<Renderer> {
+        return std::make_unique<SleepingRenderer>(us);
+    };
+}
+
+// Waits until `holds`, for 20 s at most.
+template <typename Holds>
+bool comesTrue(const Holds& holds)
+{
+    for (const auto end = std::chrono::steady_clock::now() + 20s; std::chrono::steady_clock::now() < end;) {
+        if (holds())
+            return true;
+        std::this_thread::sleep_for(2ms);
+    }
+    return false;
+}
+
+} // namespace
+
+TEST_CASE("every mode and number of workers delivers the bytes of one renderer, in order")
+{
+    const SyntheticModel model(modelOptions(LevelRule::Round));
+    const auto one = open(model.view());
+    constexpr int kPoses = 10;
+    for (const size_t eyes : {1, 2})
+        for (const StereoMode stereo : {StereoMode::Exact, StereoMode::Merged}) {
+            FrameOptions options = with(ReusePolicy::None);
+            options.tier = Tier::Exact;
+            options.stereo = stereo;
+            std::vector<std::vector<unsigned char>> expected;
+            for (int i = 0; i < kPoses; ++i)
+                expected.push_back(expectedBytes(*one, i, eyes, options));
+            for (const ServiceMode mode : {ServiceMode::Frame, ServiceMode::Eye, ServiceMode::Split, ServiceMode::Auto})
+                for (const size_t workers : {1, 2, 3}) {
+                    if (mode == ServiceMode::Eye && stereo == StereoMode::Merged)
+                        continue;
+                    CAPTURE(eyes);
+                    CAPTURE(serviceModeName(mode));
+                    CAPTURE(workers);
+                    RendererService service(model.view(), cpuWorkers(workers, mode));
+                    for (int i = 0; i < kPoses; ++i)
+                        submitWalk(service, i, eyes, options);
+                    for (int i = 0; i < kPoses; ++i) {
+                        const std::optional<Delivery> delivery = service.next();
+                        REQUIRE(delivery);
+                        CHECK(delivery->pose == uint64_t(i + 1));
+                        REQUIRE(delivery->end == PoseEnd::Shown);
+                        CHECK(bytesOf(*delivery, i, eyes) == expected[size_t(i)]);
+                        CHECK(delivery->result.eyes[0].gaussians_visible > 0);
+                        CHECK(delivery->result.eyes[eyes - 1].blend_evaluations > 0);
+                    }
+                    CHECK_FALSE(service.next());
+                    CHECK(service.stats().counts.of(PoseEnd::Shown) == kPoses);
+                }
+        }
+}
+
+TEST_CASE("merged eyes are not shared between workers")
+{
+    const SyntheticModel model(modelOptions());
+    RendererService service(model.view(), cpuWorkers(2, ServiceMode::Eye));
+    FrameOptions options;
+    options.stereo = StereoMode::Merged;
+    CHECK_THROWS_AS(submitWalk(service, 0, 2, options), Error);
+    CHECK_NOTHROW(submitWalk(service, 0, 1, options));
+}
+
+TEST_CASE("an empty picture is black in bands too, and without that rule has its background")
+{
+    const SyntheticModel model(modelOptions());
+    const auto one = open(model.view());
+    for (const bool black : {true, false}) {
+        RendererService service(model.view(), cpuWorkers(2, ServiceMode::Split));
+        std::vector<EyeParams> eyes = walk(0, 2);
+        for (EyeParams& eye : eyes)
+            eye.world_to_view[11] -= 1000; // all lies behind
+        PoseRequest request;
+        request.options = with(ReusePolicy::None);
+        request.options.empty_is_black = black;
+        request.eyes = eyes;
+        request.format = PixelFormat::Rgb32f;
+        service.submit(request);
+        const auto delivery = service.next();
+        REQUIRE(delivery);
+        const auto* const pixels = static_cast<const float*>(delivery->eyes[1].pixels);
+        const std::vector<float> wanted = render(*one, eyes, request.options)[1].pixels;
+        CHECK(wanted[0] == (black ? 0.0f : 0.5f));
+        CHECK(std::equal(wanted.begin(), wanted.end(), pixels));
+    }
+}
+
+TEST_CASE("depths come with the pictures")
+{
+    const SyntheticModel model(modelOptions());
+    const auto one = open(model.view());
+    std::vector<std::vector<float>> pictures;
+    const std::vector<EyeParams> eyes = walk(0, 2);
+    const auto wanted = renderDepths(*one, eyes, FrameOptions{}, pictures);
+    for (const ServiceMode mode : {ServiceMode::Eye, ServiceMode::Split}) {
+        RendererService service(model.view(), cpuWorkers(2, mode));
+        PoseRequest request;
+        request.eyes = eyes;
+        request.wants_depth = true;
+        service.submit(request);
+        const auto delivery = service.next();
+        REQUIRE(delivery);
+        for (size_t e = 0; e < 2; ++e)
+            CHECK(std::equal(wanted[e].begin(), wanted[e].end(), delivery->eyes[e].depth));
+    }
+}
+
+TEST_CASE("a viewer is shown the newest pose; a pose that has not moved is not drawn again")
+{
+    const SyntheticModel model(modelOptions());
+    std::atomic<int> us = 3000;
+    ServiceOptions options = cpuWorkers(2, ServiceMode::Frame);
+    options.keeps_all = false;
+    options.timeout = 20ms;
+    options.still_distance = options.still_degrees = 1e-6;
+    options.make = sleepingRenderers(us);
+    RendererService service(model.view(), options);
+    uint64_t shown = 0;
+    for (int i = 0; i < 150; ++i) {
+        const uint64_t pose = submitWalk(service, i, 2, FrameOptions{});
+        CHECK(submitWalk(service, i, 2, FrameOptions{}) == pose);
+        while (i % 5 == 4) { // poses come faster than pictures
+            const auto delivery = service.next(1ms);
+            if (!delivery)
+                break;
+            CHECK(delivery->pose > shown);
+            shown = delivery->pose;
+        }
+    }
+    while (const auto delivery = service.next())
+        shown = delivery->pose;
+    const ServiceStats stats = service.stats();
+    CHECK(stats.counts.submitted == 150);
+    CHECK(stats.still == 150);
+    CHECK(stats.counts.open() == 0);
+    CHECK(stats.counts.of(PoseEnd::Shown) > 10);
+    CHECK(stats.counts.of(PoseEnd::Expired) > 10);
+    CHECK(stats.counts.of(PoseEnd::Failed) == 0);
+}
+
+TEST_CASE("workers start and stop with the rate, warm ones without loading again")
+{
+    const SyntheticModel model(modelOptions());
+    std::atomic<int> us = 4000;
+    ServiceOptions options = cpuWorkers(2, ServiceMode::Frame);
+    options.keeps_all = false;
+    options.pace.min_fps = 25; // far from what the workers do: a machine that stalls for a while changes nothing
+    options.pace.max_fps = 60;
+    options.pace.stop_after = 100ms;
+    options.trace_limit = 1000;
+    options.make = sleepingRenderers(us);
+    RendererService service(model.view(), options);
+    std::atomic<bool> ends = false;
+    std::thread viewer([&] {
+        for (int i = 0; !ends; ++i) {
+            submitWalk(service, i % 50, 1, FrameOptions{});
+            while (service.next(5ms)) {
+            }
+        }
+    });
+    const auto working = [&](uint32_t count) { return [&service, count] { return service.stats().working == count; }; };
+    CHECK(comesTrue(working(1)));
+    us = 60000; // 17 of one, 33 of two
+    CHECK(comesTrue(working(2)));
+    us = 2000; // 500 of one: above (1 + 1/1) of 60
+    CHECK(comesTrue(working(1)));
+    ends = true;
+    viewer.join();
+    const ServiceStats stats = service.stats();
+    CHECK(stats.workers[1].starts == 1);
+    CHECK(stats.workers[1].stops == 1);
+    CHECK(stats.workers[1].state == WorkerState::Warm);
+    const ServiceTrace trace = service.trace();
+    size_t ready = 0, causes = 0;
+    for (const TraceEvent& event : trace.events) {
+        ready += event.kind == TraceEvent::Kind::Ready;
+        causes +=
+            (event.kind == TraceEvent::Kind::Start || event.kind == TraceEvent::Kind::Stop) && !event.cause.empty();
+    }
+    CHECK(ready == 2); // it never loaded twice
+    CHECK(causes == 3);
+    CHECK_FALSE(trace.poses.empty());
+    service.giveMemoryBack();
+    CHECK(comesTrue([&] { return service.stats().workers[1].state == WorkerState::Cold; }));
+    service.setPace(0, 0);
+    CHECK(comesTrue(working(2)));
+}
+
+TEST_CASE("a service is a renderer: tickets in any order, caller's memory, what cannot be drawn")
+{
+    const SyntheticModel model(modelOptions());
+    const auto one = open(model.view());
+    ServiceOptions service_options = cpuWorkers(2, ServiceMode::Frame);
+    service_options.still_distance = service_options.still_degrees = 1; // of viewers: here every frame is drawn
+    service_options.timeout = 1ms;
+    const auto shared = makeServiceRenderer(service_options);
+    CHECK_THROWS_AS((void)shared->device(), Error);
+    CHECK_THROWS_AS(shared->dropCaches(), Error);
+    shared->load(model.view());
+    CHECK(shared->id() == DeviceId{"cpu"});
+    CHECK(shared->onHost());
+    const std::vector<EyeParams> eyes = walk(0, 2);
+    const auto wanted = render(*one, eyes, FrameOptions{});
+    CHECK(render(*shared, eyes, FrameOptions{})[1].pixels == wanted[1].pixels);
+    std::vector<float> padded(size_t(eyes[0].width + 5) * 3 * eyes[0].height, -7.0f);
+    FrameTarget target = hostTarget(padded.data());
+    target.pitch = (eyes[0].width + 5) * size_t(12);
+    const uint64_t first = shared->submit({{eyes.data(), 1}, {&target, 1}, {}}),
+                   second = shared->submit({eyes, {}, {}});
+    FrameResult result;
+    CHECK(shared->wait(second, result) == FrameState::Done);
+    CHECK(shared->wait(first, result) == FrameState::Done);
+    CHECK(std::equal(wanted[0].pixels.begin(), wanted[0].pixels.begin() + 3 * eyes[0].width, padded.begin()));
+    CHECK(padded[3 * eyes[0].width] == -7);
+    CHECK_THROWS_AS((void)shared->wait(first, result), Error);
+    FrameOptions bad;
+    bad.lod_hysteresis = 0.5f;
+    CHECK_THROWS_AS((void)shared->submit({eyes, {}, bad}), Error);
+    for (uint32_t i = 0; i < shared->framesInFlight(); ++i)
+        (void)shared->submit({eyes, {}, {}});
+    CHECK_THROWS_AS((void)shared->submit({eyes, {}, {}}), Error);
+}
