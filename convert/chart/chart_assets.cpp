@@ -22,5 +22,8 @@ GSC_ASSET(pageStyle, "page/page.css");
 GSC_ASSET(partsScript, "page/parts.js");
 GSC_ASSET(figuresScript, "page/figures.js");
 GSC_ASSET(reportScript, "page/report.js");
+GSC_ASSET(servicePageTemplate, "page/service_page.html");
+GSC_ASSET(serviceFiguresScript, "page/service_figures.js");
+GSC_ASSET(serviceReportScript, "page/service_report.js");
 GSC_ASSET(stillScript, "page/still.js");
 GSC_ASSET(echartsScript, "echarts/echarts.common.min.js");

@@ -2,6 +2,7 @@
 #include "convert/chart/chart_figures.h"
 
 #include "convert/chart/chart_assets.h"
+#include "convert/chart/chart_page.h"
 #include "convert/chart/script_engine.h"
 #include "convert/chart/svg_png.h"
 #include "format/interrupt.h"
@@ -23,7 +24,10 @@ std::vector<FigureFile> drawFigures(const Json& model, const std::function<void(
     engine.run(stillScript(), "still.js"); // first: it has what ECharts expects of a browser
     engine.run(echartsScript(), "ECharts");
     engine.run(partsScript(), "parts.js");
-    engine.run(figuresScript(), "figures.js");
+    if (isServiceModel(model))
+        engine.run(serviceFiguresScript(), "service_figures.js");
+    else
+        engine.run(figuresScript(), "figures.js");
     engine.call("gscLoad", model.dump());
     const Json kinds = Json::parse(engine.call("gscKinds", ""));
     std::vector<FigureFile> files;

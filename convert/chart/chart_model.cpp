@@ -2,6 +2,7 @@
 #include "convert/chart/chart_model.h"
 
 #include "convert/chart/pareto.h"
+#include "convert/chart/rounded.h"
 #include "convert/chart/run_words.h"
 #include "convert/chart/verdict.h"
 #include "format/error.h"
@@ -9,8 +10,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <map>
 #include <numeric>
 #include <set>
@@ -20,20 +19,6 @@ namespace gsc {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-// Five digits are more than a measurement has, and half the page's size.
-Json rounded(double value)
-{
-    if (!std::isfinite(value))
-        return nullptr;
-    char text[40];
-    std::snprintf(text, sizeof(text), "%.5g", value);
-    const double short_value = std::strtod(text, nullptr);
-    constexpr double kWhole = 1e15;
-    if (std::abs(short_value) < kWhole && short_value == std::floor(short_value))
-        return int64_t(short_value);
-    return short_value;
-}
 
 template <typename Number>
 Json roundedSeries(const std::vector<Number>& values)

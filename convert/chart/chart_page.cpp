@@ -19,15 +19,24 @@ std::string scriptJson(const nlohmann::ordered_json& json)
     return text;
 }
 
+bool isServiceModel(const nlohmann::ordered_json& model)
+{
+    return model.contains("kind") && model["kind"] == "service";
+}
+
 std::string chartPage(const nlohmann::ordered_json& model)
 {
     const std::string json = scriptJson(model);
+    const bool service = isServiceModel(model);
     const std::pair<std::string_view, std::string_view> parts[] = {
-        {"@STYLE@", pageStyle()},       {"@MODEL@", json},
-        {"@ECHARTS@", echartsScript()}, {"@PARTS@", partsScript()},
-        {"@FIGURES@", figuresScript()}, {"@REPORT@", reportScript()}};
+        {"@STYLE@", pageStyle()},
+        {"@MODEL@", json},
+        {"@ECHARTS@", echartsScript()},
+        {"@PARTS@", partsScript()},
+        {"@FIGURES@", service ? serviceFiguresScript() : figuresScript()},
+        {"@REPORT@", service ? serviceReportScript() : reportScript()}};
     std::string page;
-    std::string_view rest = pageTemplate();
+    std::string_view rest = service ? servicePageTemplate() : pageTemplate();
     for (const auto& [mark, part] : parts) { // in the template's order; what is put in is not looked at again
         const size_t place = rest.find(mark);
         page.append(rest.substr(0, place)).append(part);

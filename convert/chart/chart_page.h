@@ -9,7 +9,9 @@ namespace gsc {
 
 // JSON that may stand inside <script>: no text in it can end the element or open a comment.
 std::string scriptJson(const nlohmann::ordered_json& json);
-// One HTML file that needs nothing else, from a model as chartModel() makes it. Same model, same bytes.
+// Is it one of traceModel(), rather than of chartModel()? The two have figures and pages of their own.
+bool isServiceModel(const nlohmann::ordered_json& model);
+// One HTML file that needs nothing else, from a model as chartModel() or traceModel() makes it. Same model, same bytes.
 std::string chartPage(const nlohmann::ordered_json& model);
 
 } // namespace gsc

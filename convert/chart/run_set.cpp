@@ -65,18 +65,12 @@ ChartRun folded(std::vector<ChartRun> group)
 
 std::optional<ChartRun> parseRunLine(std::string_view line, const std::string& where, std::string& other)
 {
-    OrderedJson json;
-    try {
-        // no row has as many keys, and an ordered object takes its time to find each
-        json = OrderedJson::parse(line, [keys = 0](int, OrderedJson::parse_event_t event, OrderedJson&) mutable {
-            return event != OrderedJson::parse_event_t::key || ++keys <= 1000;
-        });
-    } catch (const OrderedJson::exception& error) {
-        throw Error(ErrorCode::InvalidFile, where + ": is not JSON (" + error.what() +
-                                                "), expected one object per line as gsc-play bench --sweep writes "
+    const ParsedRow parsed = parseRow(line);
+    if (parsed.state != ParsedRow::State::Whole)
+        throw Error(ErrorCode::InvalidFile, where + ": " + parsed.fault +
+                                                ", expected one object per line as gsc-play bench --sweep writes "
                                                 "them; remove the line or run it again");
-    }
-    const Record record(json, where);
+    const Record record(parsed.json, where);
     std::string schema;
     record.field("schema", schema, kText);
     if (!schema.starts_with("gsc.run/")) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/report/play_report.h"
 
+#include "player/workers/worker_report.h"
 #include "player/report/frame_numbers.h"
 #include "player/report/reuse_names.h"
 #include "player/tool/version.h"
@@ -34,10 +35,23 @@ std::string reuseText(const PlayOptions& options, const PlaySummary& summary)
     return text + "\n";
 }
 
+// One line; empty for a run that is not split.
+std::string shardText(const PlayOptions& options, const PlaySummary& summary)
+{
+    if (!options.shard.isGiven())
+        return {};
+    return formatString("shard %s: %llu of %llu frames, %llu of them done before\n", options.shard.text().c_str(),
+                        static_cast<unsigned long long>(summary.shard_frames),
+                        static_cast<unsigned long long>(summary.set_frames),
+                        static_cast<unsigned long long>(summary.frames_before));
+}
+
 } // namespace
 
 std::string playReportText(const PlayOptions& options, const PlaySummary& summary)
 {
+    if (summary.frames.empty()) // a shard that had nothing left to do
+        return shardText(options, summary);
     const FrameTimes times = timesOf(summary.frames);
     const double median = times.device.median;
     std::string text =
@@ -57,7 +71,8 @@ std::string playReportText(const PlayOptions& options, const PlaySummary& summar
                          meanCount(options, summary, &EyeCounts::pairs));
     if (const double dropped = meanCount(options, summary, &EyeCounts::gaussians_dropped); dropped > 0)
         text += formatString("dropped: %.1f Gaussians per eye that are not finite\n", dropped);
-    text += reuseText(options, summary) + targetText(options, summary.frames);
+    text += reuseText(options, summary) + targetText(options, summary.frames) + workersText(summary.service);
+    text += shardText(options, summary);
     if (!summary.images.empty())
         text += formatString("%zu image%s: %s%s\n", summary.images.size(), summary.images.size() == 1 ? "" : "s",
                              summary.images.front().c_str(),
@@ -101,10 +116,17 @@ std::string playReportJson(const PlayOptions& options, const PlaySummary& summar
         {"bytes_resident", mostOf(summary.frames, &FrameResult::bytes_resident)},
         {"cache_bytes", mostOf(summary.frames, &FrameResult::cache_bytes)},
         {"cache_evictions", sumOf(summary.frames, &FrameResult::cache_evictions)},
+        {"workers", workersJson(summary.service)},
         {"images", summary.images},
         {"warnings", warnings},
     };
     json.update(lodJson(options, summary.frames));
+    if (options.shard.isGiven())
+        json["shard"] = {{"index", options.shard.index},
+                         {"count", options.shard.count},
+                         {"tasks", summary.set_frames},
+                         {"own", summary.shard_frames},
+                         {"done_before", summary.frames_before}};
     return jsonText(json, 2) + "\n";
 }
 

@@ -3,6 +3,9 @@
 
 #include "format/error.h"
 
+#include <array>
+#include <utility>
+
 namespace gsc {
 
 const FieldKind kText = {[](const OrderedJson& v) { return v.is_string(); }, "a text"};
@@ -17,6 +20,63 @@ const FieldKind kCount = {[](const OrderedJson& v) { return v.is_number_unsigned
 
 namespace {
 
+constexpr size_t kMostRowDepth = 16; // reports reach 6
+constexpr size_t kMostRowKeys = 100; // of one object; rows of a sweep have 25
+
+// Looks at a text without keeping anything of it.
+class RowLimits : public nlohmann::json_sax<OrderedJson> {
+public:
+    [[nodiscard]] ParsedRow::State state() const { return m_state; }
+    std::string fault;
+
+    bool null() override { return true; }
+    bool boolean(bool) override { return true; }
+    bool number_integer(number_integer_t) override { return true; }
+    bool number_unsigned(number_unsigned_t) override { return true; }
+    bool number_float(number_float_t, const string_t&) override { return true; }
+    bool string(string_t&) override { return true; }
+    bool binary(binary_t&) override { return true; }
+    bool start_object(std::size_t) override { return begin(); }
+    bool end_object() override { return end(); }
+    bool start_array(std::size_t) override { return begin(); }
+    bool end_array() override { return end(); }
+    bool key(string_t&) override
+    {
+        return ++m_keys[m_depth - 1] <= kMostRowKeys ||
+               stop(ParsedRow::State::BeyondLimits, formatString("has an object of more than %zu keys", kMostRowKeys));
+    }
+    bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception& error) override
+    {
+        return stop(ParsedRow::State::NoJson, std::string("is not JSON (") + error.what() + ")");
+    }
+
+private:
+    bool begin()
+    {
+        if (m_depth == kMostRowDepth)
+            return stop(ParsedRow::State::BeyondLimits, formatString("nests deeper than %zu levels", kMostRowDepth));
+        m_keys[m_depth++] = 0;
+        return true;
+    }
+
+    bool end()
+    {
+        --m_depth;
+        return true;
+    }
+
+    bool stop(ParsedRow::State state, std::string text)
+    {
+        m_state = state;
+        fault = std::move(text);
+        return false;
+    }
+
+    ParsedRow::State m_state = ParsedRow::State::Whole;
+    size_t m_depth = 0;
+    std::array<size_t, kMostRowDepth> m_keys{}; // of the objects around
+};
+
 // "per_frame.psnr[3]"
 std::string dotted(OrderedJson::json_pointer at)
 {
@@ -29,6 +89,13 @@ std::string dotted(OrderedJson::json_pointer at)
 }
 
 } // namespace
+
+ParsedRow parseRow(std::string_view text)
+{
+    RowLimits limits;
+    const bool is_whole = OrderedJson::sax_parse(text, &limits);
+    return {limits.state(), is_whole ? OrderedJson::parse(text) : OrderedJson(), std::move(limits.fault)};
+}
 
 Record Record::object(const char* key) const
 {
@@ -83,8 +150,8 @@ const OrderedJson& Record::read(const char* key) const
         return m_in->at(m_at / key);
     if (!m_in->at(m_at).is_object())
         fail(m_at, "an object");
-    throw Error(ErrorCode::InvalidFile, m_where + ": has no " + dotted(m_at / key) +
-                                            ", expected a whole line of gsc.run/1; remove the line or run it again");
+    throw Error(ErrorCode::InvalidFile, m_where + ": has no " + dotted(m_at / key) + ", expected a whole line of " +
+                                            m_form + "; remove the line or run it again");
 }
 
 const OrderedJson& Record::checked(const char* key, const FieldKind& kind) const

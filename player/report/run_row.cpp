@@ -175,6 +175,8 @@ void describe(const Record& at, RunRow& row)
                                                       {"decoded", row.decoded.size()}};
     for (const auto& [key, length] : lengths)
         frames.check(key, length == row.wall_ms.size(), formatString("an array of %zu values", row.wall_ms.size()));
+    if (at.hasPart("shard", row.shard.has_value())) // last, so that merged rows have the order of plain ones
+        describe(at.object("shard"), row.shard ? *row.shard : row.shard.emplace());
 }
 
 } // namespace gsc

@@ -5,8 +5,10 @@
 
 #include "player/measure/accuracy.h"
 #include "player/report/frame_numbers.h"
+#include "player/report/shard_facts.h"
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,6 +48,7 @@ struct RunRow {
     uint64_t peak_bytes = 0, repeats = 0;
     std::vector<double> wall_ms; // per frame, as the accuracy of frames
     std::vector<uint64_t> decoded;
+    std::optional<ShardFacts> shard; // of a row that a part of a sweep wrote
 };
 
 void describe(const Record& at, FrameTimes& times);

@@ -3,7 +3,7 @@
 
 #include "format/error.h"
 #include "format/file/output_file.h"
-#include "player/report/report_parts.h"
+#include "player/report/record.h"
 
 #include <nlohmann/json.hpp>
 
@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 
 namespace gsc {
@@ -19,10 +20,12 @@ const RowKind kBenchRow{R"({"schema":"gsc.bench/)", "a bench", "\"gsc.bench/1\" 
 
 namespace {
 
-[[noreturn]] void failLine(const std::string& path, size_t line, const RowKind& kind)
+[[noreturn]] void failLine(const std::string& path, size_t line, const RowKind& kind, const std::string& fault = {})
 {
-    throw Error(ErrorCode::InvalidFile, formatString("%s: line %zu is no row of %s, expected %s; choose another --out",
-                                                     path.c_str(), line, kind.command, kind.expected));
+    throw Error(ErrorCode::InvalidFile,
+                formatString("%s: line %zu is no row of %s%s, expected %s; choose another %s", path.c_str(), line,
+                             kind.command, fault.empty() ? "" : (" (" + fault + ")").c_str(), kind.expected,
+                             kind.option));
 }
 
 // Does `text` start as a row does, as far as both go?
@@ -48,8 +51,8 @@ std::string readAll(const std::string& path, const RowKind& kind)
     if (!file || std::ferror(file.get()))
         throw Error(ErrorCode::Io,
                     formatString("%s: cannot be read (%s), expected rows of %s or nothing; choose another "
-                                 "--out",
-                                 path.c_str(), std::strerror(errno), kind.command));
+                                 "%s",
+                                 path.c_str(), std::strerror(errno), kind.command, kind.option));
     return text;
 }
 
@@ -58,8 +61,13 @@ bool isBenchRow(const OrderedJson& row)
     const auto schema = row.find("schema");
     if (schema == row.end() || !schema->is_string())
         return false;
-    const std::string version = schema->get<std::string>().substr(std::strlen("gsc.bench/"));
-    return !version.empty() && version.find_first_not_of("0123456789") == std::string::npos;
+    // not what the line starts with where the key occurs twice
+    std::string_view version = schema->get_ref<const std::string&>();
+    constexpr std::string_view start = "gsc.bench/";
+    if (!version.starts_with(start))
+        return false;
+    version.remove_prefix(start.size());
+    return !version.empty() && version.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
 } // namespace
@@ -74,17 +82,23 @@ RowFile readRows(const std::string& path, const RowKind& kind, const std::functi
     size_t line = 1;
     for (size_t end = 0; (end = text.find('\n', file.whole)) != std::string::npos; ++line, file.whole = end + 1) {
         const std::string_view content(text.data() + file.whole, end - file.whole);
-        const OrderedJson row = OrderedJson::parse(content, nullptr, false);
-        if (!content.starts_with(kind.start) || !row.is_object() || !take(row))
+        if (!content.starts_with(kind.start))
+            failLine(path, line, kind);
+        const ParsedRow row = parseRow(content);
+        if (row.state == ParsedRow::State::BeyondLimits)
+            failLine(path, line, kind, row.fault);
+        if (!row.json.is_object() || !take(row.json))
             failLine(path, line, kind);
     }
     const std::string_view rest = std::string_view(text).substr(file.whole);
     if (rest.empty())
         return file;
-    const OrderedJson row = OrderedJson::parse(rest, nullptr, false);
-    file.needs_end = !row.is_discarded(); // such as where an editor or a copy left the end out
+    const ParsedRow row = parseRow(rest);
+    if (row.state == ParsedRow::State::BeyondLimits)
+        failLine(path, line, kind, row.fault);
+    file.needs_end = row.state == ParsedRow::State::Whole; // such as where an editor or a copy left the end out
     // only what is the start of a row for certain is thrown away
-    if (file.needs_end ? !rest.starts_with(kind.start) || !take(row) : !isCutLine(rest, kind.start))
+    if (file.needs_end ? !rest.starts_with(kind.start) || !take(row.json) : !isCutLine(rest, kind.start))
         failLine(path, line, kind);
     if (file.needs_end)
         file.whole = file.bytes;
@@ -99,6 +113,19 @@ RowFile readRows(const std::string& path, const RowKind& kind, const std::functi
 void addRow(const std::string& path, const RowKind& kind, std::string_view line)
 {
     appendLine(path, line, kind.start, [](std::string_view tail) { return OrderedJson::accept(tail); });
+}
+
+void checkUntouched(const std::string& path, uint64_t bytes, const RowKind& kind)
+{
+    std::error_code code;
+    const bool is_file = !path.empty() && !isStandardOutput(path) && std::filesystem::exists(path, code);
+    const uint64_t found = is_file ? std::filesystem::file_size(path, code) : 0;
+    if (is_file && !code && found != bytes)
+        throw Error(ErrorCode::Io,
+                    formatString("%s: has %llu bytes, expected the %llu that were there before: another program "
+                                 "writes to it; give every run %s of its own",
+                                 path.c_str(), static_cast<unsigned long long>(found),
+                                 static_cast<unsigned long long>(bytes), kind.option));
 }
 
 RowFile readBenchRows(const std::string& path)

@@ -16,9 +16,10 @@
 namespace gsc {
 
 struct RowKind {
-    std::string_view start; // of every line
-    const char* command;    // that writes such rows
-    const char* expected;   // for the message
+    std::string_view start;       // of every line
+    const char* command;          // that writes such rows
+    const char* expected;         // for the message
+    const char* option = "--out"; // that names the file
 };
 
 struct RowFile {
@@ -35,6 +36,9 @@ RowFile readRows(const std::string& path, const RowKind& kind,
 
 // Adds a line to a file that readRows() took. Throws Error as appendLine().
 void addRow(const std::string& path, const RowKind& kind, std::string_view line);
+
+// Throws Error(Io) where the file has not the `bytes` that it was left with: two programs cannot share one.
+void checkUntouched(const std::string& path, uint64_t bytes, const RowKind& kind);
 
 // The rows that gsc-play bench adds to --out.
 extern const RowKind kBenchRow;

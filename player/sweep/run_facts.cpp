@@ -17,18 +17,6 @@ namespace gsc {
 
 namespace {
 
-// Every pose as the backend gets it.
-void addPoses(const Path& path, Checksum64& sum)
-{
-    for (const Shot& shot : path.shots) {
-        EyeParams eyes[kMaxEyes];
-        std::memset(eyes, 0, sizeof(eyes)); // no stray bytes between fields
-        shotEyes(shot, path.eye_count, eyes);
-        sum.update(std::as_bytes(std::span(eyes)));
-        sum.update(std::as_bytes(std::span(&shot.appearance, 1)));
-    }
-}
-
 std::string idOf(const RunContext& context, const Path& path, const RunConfig& run)
 {
     const PlayOptions& options = context.options;
@@ -47,8 +35,8 @@ std::string idOf(const RunContext& context, const Path& path, const RunConfig& r
     Checksum64 sum;
     sum.update(std::as_bytes(std::span(text)));
     sum.update(std::as_bytes(std::span(&context.file_hash, 1)));
-    addPoses(path, sum);
-    return formatString("%016llx", static_cast<unsigned long long>(sum.digest()));
+    addPoses(path.shots, path.eye_count, sum);
+    return hashText(sum.digest());
 }
 
 // "error 0.5 budget 2000": a run in a few words.
@@ -76,6 +64,17 @@ std::string shortName(const RowConfig& config)
 }
 
 } // namespace
+
+void addPoses(std::span<const Shot> shots, uint32_t eye_count, Checksum64& sum)
+{
+    for (const Shot& shot : shots) {
+        EyeParams eyes[kMaxEyes];
+        std::memset(eyes, 0, sizeof(eyes)); // no stray bytes between fields
+        shotEyes(shot, eye_count, eyes);
+        sum.update(std::as_bytes(std::span(eyes)));
+        sum.update(std::as_bytes(std::span(&shot.appearance, 1)));
+    }
+}
 
 uint64_t fileHash(const std::string& path)
 {
@@ -109,6 +108,12 @@ RowConfig rowConfig(const RunContext& context, const Path& path, const RunConfig
     config.threads = options.threads;
     config.vram_budget = options.vram_budget;
     return config;
+}
+
+uint64_t sweepHash(const RunContext& context, const std::vector<std::string>& ids)
+{
+    const std::string text = jsonText({{"tool", toJson(thisTool())}, {"label", context.label}, {"ids", ids}}, -1);
+    return checksum64(std::as_bytes(std::span(text)));
 }
 
 RunRow runRow(const RunContext& context, const RowConfig& config, const RunConfig& run, const RunResult& result)

@@ -4,8 +4,6 @@
 #include "format/error.h"
 #include "player/sweep/row_file.h"
 
-#include <filesystem>
-
 namespace gsc {
 
 namespace {
@@ -21,6 +19,8 @@ RunRows::RunRows(const std::string& path, std::string& cut_off) : m_path(path)
         try {
             RunRow row;
             describe(Record(json, path), row);
+            if (row.shard)
+                m_tasks.insert(row.shard->task);
             m_rows.insert_or_assign(row.config.id, std::move(row));
             return true;
         } catch (const Error&) {
@@ -42,19 +42,13 @@ void RunRows::append(const RunRow& row)
 {
     if (!m_path.empty()) {
         const std::string line = jsonText(toJson(row), -1);
-        std::error_code code;
-        const bool is_file = !isStandardOutput(m_path) && std::filesystem::exists(m_path, code);
-        const uint64_t bytes = is_file ? std::filesystem::file_size(m_path, code) : 0;
-        if (is_file && !code && bytes != m_bytes)
-            throw Error(ErrorCode::Io,
-                        formatString("%s: has %llu bytes, expected the %llu that were there before: another program "
-                                     "writes to it; give every sweep an --out of its own",
-                                     m_path.c_str(), static_cast<unsigned long long>(bytes),
-                                     static_cast<unsigned long long>(m_bytes)));
+        checkUntouched(m_path, m_bytes, kRunRow);
         addRow(m_path, kRunRow, line);
         m_whole += line.size() + 1;
         m_bytes = m_whole;
     }
+    if (row.shard)
+        m_tasks.insert(row.shard->task);
     m_rows.insert_or_assign(row.config.id, row);
 }
 

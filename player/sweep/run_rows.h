@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 
 namespace gsc {
@@ -19,6 +20,9 @@ public:
     explicit RunRows(const std::string& path, std::string& cut_off);
 
     [[nodiscard]] const RunRow* find(const std::string& id) const;
+    [[nodiscard]] const std::map<std::string, RunRow>& all() const { return m_rows; }
+
+    [[nodiscard]] bool hasTask(uint64_t task) const { return m_tasks.contains(task); } // is there a shard's row of it?
 
     // Adds a line behind the last whole one; where that fails the file has what it had. Throws Error(Io), also where the
     // file is not as it was left: two sweeps cannot share one.
@@ -29,6 +33,7 @@ private:
     uint64_t m_bytes = 0; // of the file, with what a killed run left
     uint64_t m_whole = 0; // of its whole lines, each with its end
     std::map<std::string, RunRow> m_rows;
+    std::set<uint64_t> m_tasks;
 };
 
 } // namespace gsc

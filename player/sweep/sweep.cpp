@@ -2,9 +2,11 @@
 #include "player/sweep/sweep.h"
 
 #include "format/error.h"
+#include "format/file/output_file.h"
 #include "format/file/read_file.h"
 #include "player/lod_target.h"
 #include "player/measure/measurer.h"
+#include "player/shard/shard_rows.h"
 #include "player/sweep/row_file.h"
 #include "player/sweep/run_facts.h"
 #include "player/sweep/run_rows.h"
@@ -16,6 +18,8 @@
 #include <memory>
 #include <numbers>
 #include <numeric>
+#include <optional>
+#include <set>
 
 namespace gsc {
 
@@ -105,26 +109,27 @@ public:
                 checkLevelChoice(*m_scene, options.play.input, options.sweep + ": a run has " + axis, value);
         for (RunConfig& run : m_runs)
             run.backend = m_measurer->nameOf(run.backend);
-        for (const Path& path : m_paths)
-            m_total += path.shots.size() * m_runs.size();
+        plan(options);
     }
 
     void runAll(const std::function<void(const RunRow&)>& show)
     {
-        for (const Path& path : m_paths)
-            for (const RunConfig& run : m_runs) {
-                m_log.progressPart(
-                    formatString("run %zu/%zu %s", m_runs_done + 1, m_paths.size() * m_runs.size(), path.name.c_str()));
-                try {
-                    show(rowOf(path, run));
-                } catch (const Error& e) {
-                    if (e.code() != ErrorCode::Unsupported)
-                        throw;
-                    m_log.warning(formatString("left out: %s", e.what()));
-                    m_frames_done += path.shots.size();
-                }
-                ++m_runs_done;
+        for (const Task& task : m_tasks) {
+            const Path& path = *task.path;
+            m_log.progressPart(formatString("run %zu/%zu %s", m_runs_done + 1, m_tasks.size(), path.name.c_str()));
+            try {
+                show(rowOf(task));
+            } catch (const Error& e) {
+                if (e.code() != ErrorCode::Unsupported)
+                    throw;
+                m_log.warning(formatString("left out: %s", e.what()));
+                m_frames_done += path.shots.size();
             }
+            ++m_runs_done;
+        }
+        if (m_shard)
+            m_log.tell(formatString("shard %s: %zu of the %llu runs", m_given_shard.c_str(), m_tasks.size(),
+                                    static_cast<unsigned long long>(m_shard->tasks)));
         if (m_found > 0)
             m_log.tell(formatString("%zu of %zu runs were in the file already", m_found, m_runs_done));
     }
@@ -135,14 +140,61 @@ public:
         const bool is_kept = !out.empty() && !isStandardOutput(out);
         throw Error(ErrorCode::Interrupted,
                     formatString("interrupted: %zu of %zu runs are done%s, expected to run to the end; %s", m_runs_done,
-                                 m_paths.size() * m_runs.size(),
-                                 is_kept ? (" and in " + out + ", all complete").c_str() : "",
+                                 m_tasks.size(), is_kept ? (" and in " + out + ", all complete").c_str() : "",
                                  is_kept ? "the same command goes on there" : "run it again"));
     }
 
 private:
-    RunRow rowOf(const Path& path, RunConfig run)
+    struct Task {
+        const Path* path;
+        const RunConfig* run;
+        uint64_t number; // from 0, of all shards together
+    };
+
+    // The tasks, each once: trajectories may be listed twice, and backends fall together once they have their own names.
+    void plan(const BenchOptions& options)
     {
+        const Shard& shard = options.play.shard;
+        std::vector<std::string> ids;
+        std::set<std::string> known_ids;
+        std::vector<Task> tasks;
+        std::vector<uint64_t> frames;
+        for (const Path& path : m_paths)
+            for (const RunConfig& run : m_runs) {
+                m_context.reference = m_measurer->referenceOf(run.backend);
+                const std::string id = rowConfig(m_context, path, run).id;
+                const bool is_new = known_ids.insert(id).second;
+                tasks.push_back({&path, &run, ids.size()});
+                frames.push_back(is_new ? path.shots.size() : 0);
+                if (is_new)
+                    ids.push_back(id);
+            }
+        const std::vector<uint64_t> shards = sweepShards(m_config, m_runs, frames, std::max<uint64_t>(1, shard.count));
+        for (size_t i = 0; i < tasks.size(); ++i)
+            if (frames[i] > 0 && (!shard.isGiven() || shards[i] + 1 == shard.index)) {
+                m_tasks.push_back(tasks[i]);
+                m_total += frames[i];
+            }
+        if (!shard.isGiven())
+            return;
+        m_given_shard = shard.text();
+        m_shard = shardFacts(shard, ids.size(), m_context.file_hash, sweepHash(m_context, ids));
+        if (std::error_code code; !std::filesystem::exists(options.out, code)) // a shard without a task has a file too
+            writeTextFile(options.out, "", false);
+        for (const auto& [id, row] : m_rows.all()) {
+            if (!row.shard)
+                throw Error(ErrorCode::Usage,
+                            formatString("%s: has rows of a sweep that was not split, expected those of shard %s; give "
+                                         "every shard its own --out",
+                                         options.out.c_str(), m_given_shard.c_str()));
+            checkShardRow(*row.shard, *m_shard, options.out, "--out");
+        }
+    }
+
+    RunRow rowOf(const Task& task)
+    {
+        const Path& path = *task.path;
+        RunConfig run = *task.run;
         m_context.reference = m_measurer->referenceOf(run.backend);
         if (run.match_budget) {
             const RunConfig depth = depthRunOf(m_config, run);
@@ -158,7 +210,7 @@ private:
         if (const RunRow* row = known(config, run.backend)) {
             ++m_found;
             m_frames_done += frames;
-            return *row;
+            return m_shard && !m_rows.hasTask(task.number) ? appended(*row, task) : *row;
         }
         PlayOptions play = m_context.options;
         static_cast<RunChoice&>(play) = run;
@@ -167,17 +219,23 @@ private:
             m_log.progress("render", m_frames_done + done, m_total);
         });
         m_frames_done += frames;
-        RunRow row = runRow(m_context, config, run, result);
+        return appended(runRow(m_context, config, run, result), task);
+    }
+
+    RunRow appended(RunRow row, const Task& task)
+    {
+        if ((row.shard = m_shard))
+            row.shard->task = task.number;
         m_rows.append(row);
         return row;
     }
 
-    // The row of a run that this program made on this device.
+    // The row of a run that this program made on this device. A shard may go on on another: each task has one row.
     const RunRow* known(const RowConfig& config, const std::string& backend)
     {
         const RunRow* row = m_rows.find(config.id);
         const bool same =
-            row != nullptr && row->tool == thisTool() && row->device.name == m_measurer->deviceOf(backend);
+            row != nullptr && row->tool == thisTool() && (m_shard || row->device.name == m_measurer->deviceOf(backend));
         return same ? row : nullptr;
     }
 
@@ -190,6 +248,9 @@ private:
     std::vector<Path> m_paths;
     std::unique_ptr<Measurer> m_measurer;
     std::vector<RunConfig> m_runs;
+    std::vector<Task> m_tasks;         // of this shard
+    std::optional<ShardFacts> m_shard; // of its rows; none = the sweep is not split
+    std::string m_given_shard;
     uint64_t m_total = 0, m_frames_done = 0; // frames
     size_t m_runs_done = 0, m_found = 0;
 };

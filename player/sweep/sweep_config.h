@@ -43,6 +43,12 @@ std::vector<RunConfig> expandRuns(const SweepConfig& config);
 // budget, and otherwise the same.
 RunConfig depthRunOf(const SweepConfig& config, const RunConfig& run);
 
+// The shard of each task, from 0. `frames` has those of the tasks, all runs of a path side by side, 0 for one that is not
+// done. Shards are blocks of about as many frames, so that most paths have their exact images rendered by one only. A run
+// whose budget is that of another one goes with it.
+std::vector<uint64_t> sweepShards(const SweepConfig& config, const std::vector<RunConfig>& runs,
+                                  const std::vector<uint64_t>& frames, uint64_t count);
+
 // What makes a run differ from another, in the words of schemas/run.schema.json.
 nlohmann::ordered_json runKeyJson(const RunConfig& run);
 

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 namespace gsc {
@@ -108,6 +109,25 @@ std::vector<RunConfig> expandRuns(const SweepConfig& config)
                 if (run.backend == backend && run.match_budget == match)
                     ordered.push_back(run);
     return ordered;
+}
+
+std::vector<uint64_t> sweepShards(const SweepConfig& config, const std::vector<RunConfig>& runs,
+                                  const std::vector<uint64_t>& frames, uint64_t count)
+{
+    std::map<std::string, size_t> places;
+    for (size_t i = 0; i < runs.size(); ++i)
+        places.try_emplace(runKeyJson(runs[i]).dump(), i);
+    std::vector<size_t> leaders; // the run that each goes with
+    for (size_t i = 0; i < runs.size(); ++i)
+        leaders.push_back(runs[i].match_budget ? places.at(runKeyJson(depthRunOf(config, runs[i])).dump()) : i);
+    const auto leaderOf = [&](size_t task) { return task - task % runs.size() + leaders[task % runs.size()]; };
+    std::vector<uint64_t> weights(frames.size(), 0);
+    for (size_t task = 0; task < frames.size(); ++task)
+        weights[leaderOf(task)] += frames[task];
+    std::vector<uint64_t> shards = blockShards(weights, count);
+    for (size_t task = 0; task < frames.size(); ++task)
+        shards[task] = shards[leaderOf(task)];
+    return shards;
 }
 
 } // namespace gsc

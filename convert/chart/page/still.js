@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws the figures of figures.js as SVG outside a browser; called by chart_figures.cpp.
+// Draws the figures of figures.js or service_figures.js as SVG outside a browser; called by chart_figures.cpp.
 
 // what ECharts expects of a browser and does not need for pictures that stand still
 var setTimeout = function () { return 0; }, clearTimeout = function () {};
@@ -24,7 +24,7 @@ function gscKinds() { return JSON.stringify(gscFigures.kinds); }
 function gscDraw(text) {
   var wanted = JSON.parse(text), panel = gscModel.panels[wanted.panel];
   var built = gscFigures.build(panel, wanted.kind, {
-    dark: false, view: 'min', width: 1000, shown: panel.views.min.shown,
+    dark: false, view: 'min', width: 1000, shown: panel.views ? panel.views.min.shown : null,
     title: panel.title + ': ' + wanted.title.charAt(0).toLowerCase() + wanted.title.slice(1), subtitle: panel.words
   });
   var chart = echarts.init(null, null, {renderer: 'svg', ssr: true, width: 1000, height: built.height});

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a page of service traces shows, as data: page/service_figures.js turns it into figures, page/service_report.js into
+// text and tables.
+#pragma once
+
+#include "convert/chart/trace_set.h"
+
+#include <nlohmann/json.hpp>
+
+#include <vector>
+
+namespace gsc {
+
+// {"version": of gsc, "kind": "service",
+//  "facts": [[name, words], ...],
+//  "panels": [{"title", "file_name", "words",                     a trace each
+//    "verdict": words,
+//    "latency": {p50, p95, p99, max}, "min_fps", "max_fps",       the last two null where there is no limit
+//    "end": seconds,
+//    "rate": [[time, fps, workers], ...],
+//    "poses": {"shown" | "late" | "expired" | "failed": [[ended, ms from submitted], ...]},   thinned
+//    "distribution": {"step": ms, "counts": [...], "over": count,  of `step` wide from 0; above the last
+//                     "cdf": [[ms, percent], ...]},
+//    "stages": [name, ...],
+//    "workers": [{index, device, name, state, frames, parts, faults, busy_s, busy_share, load_ms, stage_s: [...],
+//                 untold_s, last_fault}],                          untold: busy, but in no stage
+//    "events": [{time, kind, worker, cause, rate, workers}],
+//    "events_cut": bool, some are missing}]}
+// Numbers have five digits. Traces must not be empty.
+nlohmann::ordered_json traceModel(const std::vector<ChartTrace>& traces);
+
+constexpr size_t kMostTracePoses = 4000; // of an end; a figure has fewer pixels
+
+} // namespace gsc

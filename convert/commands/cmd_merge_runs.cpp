@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/commands/command.h"
+
+#include "convert/merge/merge_runs.h"
+#include "format/file/output_file.h"
+#include "format/file/read_file.h"
+#include "player/tool/version.h"
+
+namespace gsc {
+
+namespace {
+
+constexpr uint64_t kMaxRows = uint64_t(1) << 32; // bytes of a file
+
+struct MergeOptions {
+    std::vector<std::string> inputs;
+    std::string output;
+    bool overwrite = false, allow_missing = false;
+};
+
+// Everything that can be said without reading a line.
+void checkMergeOutput(const MergeOptions& options, const Reporter& report)
+{
+    checkStandardOutput(options.output, "--output", report.json());
+    std::vector<NamedPath> inputs;
+    for (const std::string& input : options.inputs) // standard input may be a file too
+        inputs.push_back({isStandardOutput(input) ? "/dev/stdin" : input, "an input"});
+    const NamedPath output{options.output, "--output"};
+    checkOutputsDiffer(std::span(&output, 1), inputs);
+    checkOutput(options.output, OutputKind::Text, options.overwrite);
+}
+
+Json mergeReport(const MergeOptions& options, const MergedRuns& merged, const Reporter& report)
+{
+    return {{"schema", "gsc.merge/1"},   {"tool", {{"name", "gsc"}, {"version", toolVersion()}}},
+            {"output", options.output},  {"rows_schema", merged.schema},
+            {"shards", merged.shards},   {"tasks", merged.tasks},
+            {"rows", merged.rows},       {"missing", merged.missing},
+            {"devices", merged.devices}, {"warnings", report.warnings()}};
+}
+
+ErrorCode runMerge(const MergeOptions& options, Reporter& report)
+{
+    checkMergeOutput(options, report);
+    RunMerger merger;
+    for (const std::string& input : options.inputs)
+        merger.add(readInputText(input, kMaxRows, "rows of gsc-play --shard"), input);
+    const MergedRuns merged = merger.finish(options.allow_missing);
+    if (!merged.missing.empty())
+        report.warning(formatString("%zu of %llu tasks have no row", merged.missing.size(),
+                                    static_cast<unsigned long long>(merged.tasks)));
+    if (merged.devices.size() > 1)
+        report.warning(formatString("the shards ran on %zu kinds of devices (%s, %s%s): their times are not to be "
+                                    "compared",
+                                    merged.devices.size(), merged.devices[0].c_str(), merged.devices[1].c_str(),
+                                    merged.devices.size() > 2 ? ", ..." : ""));
+    if (merged.exceeded > 0)
+        report.warning(formatString("%llu of %llu trajectories exceed a bound",
+                                    static_cast<unsigned long long>(merged.exceeded),
+                                    static_cast<unsigned long long>(merged.rows)));
+    writeTextFile(options.output, merged.text, options.overwrite);
+    if (report.json())
+        report.object(mergeReport(options, merged, report));
+    report.done(formatString("merged %llu rows of %llu shards into %s", static_cast<unsigned long long>(merged.rows),
+                             static_cast<unsigned long long>(merged.shards), options.output.c_str()));
+    return merged.exceeded == 0 ? ErrorCode::Ok : ErrorCode::Difference;
+}
+
+} // namespace
+
+void addMergeRunsCommand(CLI::App& app, Invocation& invocation)
+{
+    auto options = std::make_shared<MergeOptions>();
+    CLI::App& command = addCommand(app, "merge-runs", "Join what the shards of gsc-play --shard wrote");
+    addTexts(command, "ROWS", options->inputs, "FILE.jsonl...",
+             "what each shard wrote: --stats of frames, --out of a sweep or of stability; - is standard input")
+        .required();
+    addText(command, "-o,--output", options->output, "FILE",
+            "what the run would have written in one piece; - is "
+            "standard output")
+        .required();
+    addFlag(command, "-w,--overwrite", options->overwrite, "replace a file that exists");
+    addFlag(command, "--allow-missing", options->allow_missing,
+            "join what there is, such as where a backend left runs of a sweep out");
+    addReporterOptions(command, invocation.reporter, false);
+    setFooter(
+        command,
+        "Rows stand in the order of the run, whatever the order of the files; those of gsc-play stability become "
+        "its one report. Refused: a task without a row or with two, and rows of another model, configuration, "
+        "number of shards or version of gsc-play. Exit code: 8 where a trajectory of gsc-play stability exceeds a "
+        "bound, after the report is written.\n\n"
+        "example:\n"
+        "  gsc merge-runs shard_*.jsonl -o runs.jsonl && gsc chart runs.jsonl -o report.html");
+    onParsed(command, invocation, options, runMerge);
+}
+
+} // namespace gsc

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/shard/frame_shard.h"
+
+#include "player/report/report_parts.h"
+#include "player/report/reuse_names.h"
+#include "player/sweep/run_facts.h"
+#include "runtime/frame_stats.h"
+
+#include <filesystem>
+
+namespace gsc {
+
+namespace {
+
+// All that changes the images, or what is said of a frame besides times and memory.
+uint64_t setHash(const PlayOptions& options, const std::vector<Shot>& shots, const std::string& backend, Tier tier)
+{
+    OrderedJson frames = OrderedJson::array();
+    for (const Shot& shot : shots)
+        frames.push_back({shot.index, shot.camera.name, shot.camera.width, shot.camera.height});
+    const std::string extension = std::filesystem::path(options.out).extension().string();
+    const OrderedJson said = {{"tool", toJson(thisTool())},
+                              {"backend", backend},
+                              {"tier", tierName(tier)},
+                              {"eyes", options.eyes},
+                              {"stereo", stereoName(options.stereo)},
+                              {"lod_bias", options.lod_bias},
+                              {"lod_fade", options.lod_fade},
+                              {"near", options.near_z},
+                              {"background", options.background ? OrderedJson(*options.background) : OrderedJson()},
+                              {"vram_budget", options.vram_budget},
+                              {"images", extension},
+                              {"depth", options.depth == PixelDepth::Sixteen ? 16 : 8},
+                              {"frames", std::move(frames)}};
+    const std::string text = jsonText(said, -1);
+    Checksum64 sum;
+    sum.update(std::as_bytes(std::span(text)));
+    addPoses(shots, uint32_t(options.eyes), sum);
+    return sum.digest();
+}
+
+} // namespace
+
+FrameShard::FrameShard(const PlayOptions& options) : m_options(options)
+{
+    if (options.shard.isGiven())
+        m_rows.emplace(options.stats, kFrameRow, options.shard);
+}
+
+bool FrameShard::isDone(size_t frame, const std::vector<std::string>& paths) const
+{
+    if (!m_rows || m_rows->find(frame) == nullptr)
+        return false;
+    const size_t eyes = paths.empty() ? 0 : size_t(m_options.eyes);
+    for (size_t eye = 0; eye < eyes; ++eye) {
+        std::error_code code;
+        const uint64_t bytes = std::filesystem::file_size(paths[frame * eyes + eye], code);
+        if (code || bytes == 0)
+            return false;
+    }
+    return true;
+}
+
+void FrameShard::plan(size_t frames, const std::vector<std::string>& paths, Reporter& log)
+{
+    for (size_t i = 0; i < frames; ++i) {
+        if (!takesTask(m_options.shard, i))
+            continue;
+        ++m_own;
+        if (isDone(i, paths))
+            continue;
+        if (m_rows && !m_rows->isNew() && !m_cut && m_rows->find(i) == nullptr)
+            m_cut = i; // frames are drawn in order
+        m_frames.push_back(i);
+    }
+    if (m_rows && !m_rows->cutOff().empty())
+        log.warning(m_rows->cutOff());
+}
+
+bool FrameShard::mayReplace(size_t frame) const
+{
+    const bool is_ours = m_rows && m_rows->find(frame) != nullptr; // one of its images went
+    return m_options.overwrite || m_cut == frame || is_ours;
+}
+
+void FrameShard::begin(const std::vector<Shot>& shots, const std::string& backend, Tier tier)
+{
+    if (m_rows)
+        m_rows->begin(shardFacts(m_options.shard, shots.size(), fileHash(m_options.input),
+                                 setHash(m_options, shots, backend, tier)));
+}
+
+void FrameShard::add(size_t frame, const std::string& line)
+{
+    if (m_rows->find(frame) == nullptr)
+        m_rows->add(frame, line);
+}
+
+} // namespace gsc

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/shard/shard_rows.h"
+
+#include "format/error.h"
+#include "format/file/output_file.h"
+
+#include <filesystem>
+
+namespace gsc {
+
+const RowKind kFrameRow{R"({"schema":"gsc.frame-stats/1",)", "gsc-play --shard",
+                        "\"gsc.frame-stats/1\" with a shard (schemas/frame-stats.schema.json)", "--stats"};
+const RowKind kStabilityRow{R"({"schema":"gsc.stability/1",)", "gsc-play stability --shard",
+                            "\"gsc.stability/1\" with a shard (schemas/stability-report.schema.json)"};
+
+ShardFacts shardFacts(const Shard& shard, uint64_t tasks, uint64_t model, uint64_t set)
+{
+    return {shard.index, shard.count, 0, tasks, hashText(model), hashText(set)};
+}
+
+void checkShardRow(const ShardFacts& row, const ShardFacts& expected, const std::string& path, const char* option)
+{
+    const auto number = [](uint64_t value) { return static_cast<unsigned long long>(value); };
+    std::string is;
+    if (row.index != expected.index || row.count != expected.count)
+        is = formatString("shard %llu/%llu", number(row.index), number(row.count));
+    else if (row.model != expected.model)
+        is = "another model";
+    else if (row.tasks != expected.tasks)
+        is = formatString("a run of %llu tasks", number(row.tasks));
+    else if (row.set != expected.set)
+        is = "other options, cameras or another version of gsc-play";
+    if (!is.empty())
+        throw Error(
+            ErrorCode::Usage,
+            formatString("%s: has rows of %s, expected those of shard %llu/%llu of this run of %llu tasks; give "
+                         "every shard of every run its own %s",
+                         path.c_str(), is.c_str(), number(expected.index), number(expected.count),
+                         number(expected.tasks), option));
+}
+
+ShardRows::ShardRows(const std::string& path, const RowKind& kind, const Shard& shard) : m_path(path), m_kind(kind)
+{
+    const RowFile file = readRows(path, kind, [&](const OrderedJson& json) {
+        try {
+            Row row;
+            describe(Record(json, path).object("shard"), row.facts);
+            row.json = json;
+            return m_rows.try_emplace(row.facts.task, std::move(row)).second;
+        } catch (const Error&) {
+            return false;
+        }
+    });
+    for (const auto& [task, row] : m_rows) {
+        ShardFacts expected = row.facts;
+        expected.index = shard.index;
+        expected.count = shard.count;
+        checkShardRow(row.facts, expected, path, kind.option);
+    }
+    std::error_code code;
+    m_is_new = !std::filesystem::exists(path, code);
+    m_cut_off = file.cut_off;
+    m_bytes = file.bytes;
+    m_whole = file.whole + (file.needs_end ? 1 : 0); // which comes with the next row
+}
+
+const OrderedJson* ShardRows::find(uint64_t task) const
+{
+    const auto found = m_rows.find(task);
+    return found == m_rows.end() ? nullptr : &found->second.json;
+}
+
+void ShardRows::begin(const ShardFacts& facts)
+{
+    m_facts = facts;
+    for (const auto& [task, row] : m_rows)
+        checkShardRow(row.facts, facts, m_path, m_kind.option);
+    if (m_is_new)
+        writeTextFile(m_path, "", false);
+}
+
+void ShardRows::add(uint64_t task, std::string_view line)
+{
+    checkUntouched(m_path, m_bytes, m_kind);
+    m_facts.task = task;
+    const std::string text = withShard(line, m_facts);
+    addRow(m_path, m_kind, text);
+    m_whole += text.size() + 1;
+    m_bytes = m_whole;
+}
+
+} // namespace gsc

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// The file that a shard writes a line to for every task it has done, and goes on from when it is started again.
+#pragma once
+
+#include "player/report/shard_facts.h"
+#include "player/shard/shard.h"
+#include "player/sweep/row_file.h"
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+
+namespace gsc {
+
+extern const RowKind kFrameRow, kStabilityRow;
+
+// What all rows of a shard's file have in common. `task` is not used.
+ShardFacts shardFacts(const Shard& shard, uint64_t tasks, uint64_t model, uint64_t set);
+
+// Throws Error(Usage) where a row is of another shard, plan, model or version of the program than `expected`.
+void checkShardRow(const ShardFacts& row, const ShardFacts& expected, const std::string& path, const char* option);
+
+class ShardRows {
+public:
+    // Reads the file, before any work; what a killed run left half-written goes with the next row. Throws Error:
+    // InvalidFile for a line that is no row of a shard; Io;
+    // Usage for rows of another shard.
+    ShardRows(const std::string& path, const RowKind& kind, const Shard& shard);
+
+    [[nodiscard]] bool isNew() const { return m_is_new; } // there was no such file
+    [[nodiscard]] const std::string& cutOff() const { return m_cut_off; }
+    [[nodiscard]] const OrderedJson* find(uint64_t task) const;
+
+    // Makes the file, so that a run that is killed before its first row is known as begun. Throws Error (Usage where
+    // the rows are not of this shard; Io).
+    void begin(const ShardFacts& facts);
+    // Throws Error(Io), also where another program writes there too.
+    void add(uint64_t task, std::string_view line);
+
+private:
+    struct Row {
+        ShardFacts facts;
+        OrderedJson json;
+    };
+    std::string m_path, m_cut_off;
+    const RowKind& m_kind;
+    ShardFacts m_facts;
+    std::map<uint64_t, Row> m_rows;
+    bool m_is_new = false;
+    uint64_t m_bytes = 0, m_whole = 0; // of the file, and of its whole lines
+};
+
+} // namespace gsc
