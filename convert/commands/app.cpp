@@ -24,8 +24,10 @@ int runGsc(int argc, const char* const* argv)
                            addValidateCommand(root, invocation);
                            addInfoCommand(root, invocation);
                            addCompareCommand(root, invocation);
+                           addComparePicturesCommand(root, invocation);
                            addExportCommand(root, invocation);
                            addChartCommand(root, invocation);
+                           addMergeRunsCommand(root, invocation);
                            addSampleCommand(root, invocation);
                        }},
                       argc, argv);

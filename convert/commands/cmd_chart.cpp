@@ -6,9 +6,11 @@
 #include "convert/chart/chart_model.h"
 #include "convert/chart/chart_page.h"
 #include "convert/chart/run_set.h"
+#include "convert/chart/trace_model.h"
 #include "format/file/output_file.h"
 #include "player/tool/version.h"
 
+#include <algorithm>
 #include <filesystem>
 
 namespace gsc {
@@ -67,11 +69,37 @@ void checkFigures(const ChartOptions& options, const std::vector<FigureFile>& fi
     checkOutputsDiffer(outputs, inputs);
 }
 
-RunSet readRuns(const ChartOptions& options, Reporter& report)
-{
+// Runs or traces, never both: they are drawn on pages of their own.
+struct ChartInput {
     RunSet runs;
-    for (const std::string& input : options.inputs)
-        addRuns(readInputText(input, kMaxRuns, "rows of gsc-play bench --sweep"), input, runs);
+    std::vector<ChartTrace> traces;
+};
+
+void checkOneKind(const ChartInput& input, const std::string& path, bool is_trace)
+{
+    const bool other = is_trace ? !input.runs.rows.empty() : !input.traces.empty();
+    if (other)
+        throw Error(ErrorCode::Usage, path + ": holds " + (is_trace ? "traces of a service" : "runs of a sweep") +
+                                          ", expected " + (is_trace ? "runs of a sweep" : "traces of a service") +
+                                          " as in the files before it; draw them with a command of their own");
+}
+
+ChartInput readInput(const ChartOptions& options, Reporter& report)
+{
+    ChartInput found;
+    RunSet& runs = found.runs;
+    for (const std::string& input : options.inputs) {
+        const std::string text =
+            readInputText(input, kMaxRuns, "rows of gsc-play bench --sweep, or the trace of a service");
+        const bool is_trace = isTraceText(text);
+        checkOneKind(found, input, is_trace);
+        if (is_trace)
+            addTraces(text, input, found.traces);
+        else
+            addRuns(text, input, runs);
+    }
+    if (!found.traces.empty())
+        return found;
     foldRepeats(runs);
     for (const std::string& note : runs.notes)
         report.warning(note);
@@ -79,11 +107,10 @@ RunSet readRuns(const ChartOptions& options, Reporter& report)
         throw Error(ErrorCode::InvalidFile,
                     options.inputs.front() + (options.inputs.size() > 1 ? " and the others" : "") +
                         ": no line of gsc.run/1 in it, expected at least one; gsc-play bench --sweep writes them");
-    return runs;
+    return found;
 }
 
-Json reportJson(const ChartOptions& options, const RunSet& runs, const Json& model,
-                const std::vector<FigureFile>& figures)
+Json comparisonsJson(const Json& model)
 {
     Json comparisons = Json::array();
     for (const Json& panel : model["panels"]) {
@@ -107,21 +134,45 @@ Json reportJson(const ChartOptions& options, const RunSet& runs, const Json& mod
                                {"verdict", std::move(verdict)},
                                {"front", std::move(front)}});
     }
+    return comparisons;
+}
+
+Json tracesJson(const std::vector<ChartTrace>& traces)
+{
+    Json list = Json::array();
+    for (const ChartTrace& trace : traces)
+        list.push_back({{"title", trace.title},
+                        {"submitted", trace.counts.submitted},
+                        {"shown", trace.counts.shown},
+                        {"latency_ms", {{"p50", trace.latency.p50}, {"p99", trace.latency.p99}}},
+                        {"workers", trace.workers.size()}});
+    return list;
+}
+
+Json reportJson(const ChartOptions& options, const ChartInput& input, const Json& model,
+                const std::vector<FigureFile>& figures)
+{
+    const RunSet& runs = input.runs;
     Json names = Json::array();
     for (const FigureFile& figure : figures)
         names.push_back(figure.name);
-    return {{"schema", "gsc.chart/1"},       {"tool", {{"name", "gsc"}, {"version", toolVersion()}}},
-            {"output", options.output},      {"runs", runs.rows.size()},
-            {"skipped", runs.skipped},       {"repeats", runs.repeats},
-            {"duplicates", runs.duplicates}, {"comparisons", std::move(comparisons)},
+    return {{"schema", "gsc.chart/1"},
+            {"tool", {{"name", "gsc"}, {"version", toolVersion()}}},
+            {"output", options.output},
+            {"runs", runs.rows.size()},
+            {"skipped", runs.skipped},
+            {"repeats", runs.repeats},
+            {"duplicates", runs.duplicates},
+            {"comparisons", isServiceModel(model) ? Json::array() : comparisonsJson(model)},
+            {"traces", tracesJson(input.traces)},
             {"figures", std::move(names)}};
 }
 
 ErrorCode runChart(const ChartOptions& options, Reporter& report)
 {
     checkOutputs(options, report);
-    const RunSet runs = readRuns(options, report);
-    const Json model = chartModel(runs.rows);
+    const ChartInput input = readInput(options, report);
+    const Json model = input.traces.empty() ? chartModel(input.runs.rows) : traceModel(input.traces);
     const std::string page = chartPage(model);
     std::vector<FigureFile> figures;
     if (!options.figures.empty())
@@ -138,9 +189,10 @@ ErrorCode runChart(const ChartOptions& options, Reporter& report)
     written.commit();
     report.endProgress(false);
     if (report.json())
-        report.object(reportJson(options, runs, model, figures));
-    report.done(formatString("charted %zu run%s in %s", runs.rows.size(), runs.rows.size() == 1 ? "" : "s",
-                             options.output.c_str()));
+        report.object(reportJson(options, input, model, figures));
+    const size_t count = std::max(input.runs.rows.size(), input.traces.size()); // one of them is 0
+    report.done(formatString("charted %zu %s%s in %s", count, input.traces.empty() ? "run" : "trace",
+                             count == 1 ? "" : "s", options.output.c_str()));
     return ErrorCode::Ok;
 }
 
@@ -149,9 +201,10 @@ ErrorCode runChart(const ChartOptions& options, Reporter& report)
 void addChartCommand(CLI::App& app, Invocation& invocation)
 {
     auto options = std::make_shared<ChartOptions>();
-    CLI::App& command = addCommand(app, "chart", "Draw speed against accuracy of measured runs, as one HTML page");
+    CLI::App& command = addCommand(
+        app, "chart", "Draw speed against accuracy of measured runs, or the trace of a service, as one HTML page");
     addTexts(command, "RUNS", options->inputs, "FILE.jsonl...",
-             "files of JSON lines from gsc-play bench --sweep; - is standard input")
+             "files of JSON lines from gsc-play bench --sweep, or traces of services; - is standard input")
         .required();
     addText(command, "-o,--output", options->output, "FILE.html", "page to write; - is standard output").required();
     addFlag(command, "-w,--overwrite", options->overwrite, "replace files that exist");

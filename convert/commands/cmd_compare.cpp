@@ -6,7 +6,6 @@
 #include "convert/compare/compare_checkpoint.h"
 #include "runtime/frame_stats.h"
 
-#include <cmath>
 #include <functional>
 #include <optional>
 
@@ -29,35 +28,6 @@ struct Comparison {
     std::optional<RenderComparison> pictures;
     bool pass = false;
 };
-
-Json viewsJson(const std::vector<RenderedView>& views)
-{
-    Json json = Json::array();
-    for (const RenderedView& view : views)
-        json.push_back({{"name", view.name},
-                        {"width", view.width},
-                        {"height", view.height},
-                        {"picture_bits", view.picture_bits ? Json(view.picture_bits) : Json(nullptr)},
-                        {"psnr", jsonNumber(view.difference.psnr)},
-                        {"max_error", jsonNumber(view.difference.max_error)},
-                        {"max_at", {view.difference.max_x, view.difference.max_y}},
-                        {"pixels_over_1_255", view.difference.over_1_255},
-                        {"ssim", jsonNumber(view.ssim)},
-                        {"flip", jsonNumber(view.flip)}});
-    return json;
-}
-
-Json pictureSetJson(const PictureSet& pictures)
-{
-    if (pictures.views.empty())
-        return nullptr;
-    const PooledDifference& pool = pictures.pool;
-    return {{"psnr", jsonNumber(pool.psnr())}, // null = no difference at all
-            {"worst_psnr", jsonNumber(pool.worst_psnr)},
-            {"worst_view", pictures.views[size_t(pool.worst_frame)].name},
-            {"max_error", jsonNumber(pool.max_error)},
-            {"views", viewsJson(pictures.views)}};
-}
 
 Json compareJson(const CompareOptions& options, const Comparison& comparison, double seconds)
 {
@@ -82,32 +52,15 @@ Json compareJson(const CompareOptions& options, const Comparison& comparison, do
                           {"min_psnr", options.rendering.min_psnr},
                           {"precision", options.rendering.reference == ReferencePrecision::Float ? "float" : "double"},
                           {"reference", pictureSetJson(comparison.pictures->reference)},
-                          {"trainer", pictureSetJson(comparison.pictures->trainer)}};
+                          {"trainer", pictureSetJson(comparison.pictures->trainer)},
+                          {"lpips_missing", comparison.pictures->lpips_missing.empty()
+                                                ? Json(nullptr)
+                                                : Json(comparison.pictures->lpips_missing)}};
     else
         json["render"] = nullptr;
     json["seconds"] = jsonNumber(seconds);
     json["peak_memory_bytes"] = peakMemoryBytes();
     return json;
-}
-
-std::string decibels(double psnr)
-{
-    return std::isfinite(psnr) ? formatString("%.2f dB", psnr) : "equal";
-}
-
-std::string picturesText(const char* title, const PictureSet& pictures)
-{
-    if (pictures.views.empty())
-        return formatString("%-24s none\n", title);
-    const PooledDifference& pool = pictures.pool;
-    std::string text = formatString("%-24s pooled %s, worst %s (%s), max error %.3g\n", title,
-                                    decibels(pool.psnr()).c_str(), decibels(pool.worst_psnr).c_str(),
-                                    pictures.views[size_t(pool.worst_frame)].name.c_str(), pool.max_error);
-    for (const RenderedView& view : pictures.views)
-        text += formatString("  %-22s %s, max error %.3g, SSIM %.6f, FLIP %.6f%s\n", view.name.c_str(),
-                             decibels(view.difference.psnr).c_str(), view.difference.max_error, view.ssim, view.flip,
-                             view.picture_bits == 8 ? ", beyond the rounding of an 8-bit picture" : "");
-    return text;
 }
 
 std::string compareText(const Comparison& comparison)
@@ -128,8 +81,10 @@ std::string compareText(const Comparison& comparison)
     text += formatString("%s anchors: %s\n", formatCount(comparison.values.anchors).c_str(),
                          comparison.values.summary().c_str());
     if (comparison.pictures) {
-        text += picturesText("pictures, reference", comparison.pictures->reference);
-        text += picturesText("pictures, trainer's own", comparison.pictures->trainer);
+        text += pictureSetText("pictures, reference", comparison.pictures->reference);
+        text += pictureSetText("pictures, trainer's own", comparison.pictures->trainer);
+        if (!comparison.pictures->lpips_missing.empty())
+            text += comparison.pictures->lpips_missing + '\n';
     }
     return text;
 }
@@ -173,6 +128,8 @@ void addRenderOptions(CLI::App& command, CompareOptions& options)
                  "cameras drawn against the reference, evenly spaced; 0 = all"));
     add(addNumber(command, "--min-psnr", rendering.min_psnr, {0, 1000}, " dB", "DB (default: 75)",
                   "a view below it is a difference"));
+    for (OptionHandle option : addLpipsOptions(command, rendering.lpips))
+        add(option);
     add(addChoice<Tier>(command, "--tier", rendering.tier, {{"exact", Tier::Exact}, {"fast", Tier::Fast}},
                         "default: exact", "how FILE is rendered; the CPU renders fast as exact"));
     add(addChoice<ReferencePrecision>(command, "--reference", rendering.reference,

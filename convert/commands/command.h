@@ -5,6 +5,7 @@
 #include "player/tool/options.h"
 #include "player/tool/tool.h"
 
+#include <array>
 #include <memory>
 
 namespace gsc {
@@ -15,10 +16,16 @@ void addConvertCommand(CLI::App& app, Invocation& invocation);
 void addValidateCommand(CLI::App& app, Invocation& invocation);
 void addInfoCommand(CLI::App& app, Invocation& invocation);
 void addCompareCommand(CLI::App& app, Invocation& invocation);
+void addComparePicturesCommand(CLI::App& app, Invocation& invocation);
 void addExportCommand(CLI::App& app, Invocation& invocation);
 void addChartCommand(CLI::App& app, Invocation& invocation);
+void addMergeRunsCommand(CLI::App& app, Invocation& invocation);
 void addSampleCommand(CLI::App& app, Invocation& invocation);
 void addSamplePathsCommand(CLI::App& sample, Invocation& invocation); // below `gsc sample`
+
+struct LpipsFiles; // convert/compare/picture_set.h
+// --lpips-backbone and --lpips-heads, both or none.
+std::array<OptionHandle, 2> addLpipsOptions(CLI::App& command, LpipsFiles& files);
 
 // Once the line is parsed, `run` is what the command does, with its options.
 template <typename Options>

@@ -118,20 +118,6 @@ std::vector<Camera> camerasToCompare(const Scene& scene, const RenderOptions& op
     return taken;
 }
 
-RenderedView compareView(const std::string& name, const Image& expected, const Image& actual)
-{
-    const ImageView a{expected.pixels.data(), expected.width, expected.height};
-    const ImageView b{actual.pixels.data(), actual.width, actual.height};
-    RenderedView view;
-    view.name = name;
-    view.width = actual.width;
-    view.height = actual.height;
-    view.difference = compareImages(a, b);
-    view.ssim = ssim(a, b);
-    view.flip = flip(a, b);
-    return view;
-}
-
 bool isEightBit(const Image& image)
 {
     return std::all_of(image.pixels.begin(), image.pixels.end(), [](float value) {
@@ -168,8 +154,8 @@ std::vector<TrainerPicture> picturesIn(const std::string& folder, const Scene& s
     return pictures;
 }
 
-void compareWithTrainer(const std::vector<TrainerPicture>& pictures, FileRenderer& renderer, Reporter& report,
-                        RenderComparison& result)
+void compareWithTrainer(const std::vector<TrainerPicture>& pictures, FileRenderer& renderer, const Lpips* lpips,
+                        Reporter& report, RenderComparison& result)
 {
     for (const TrainerPicture& source : pictures) {
         throwIfInterrupted();
@@ -182,7 +168,7 @@ void compareWithTrainer(const std::vector<TrainerPicture>& pictures, FileRendere
         const bool eight_bit = isEightBit(picture);
         if (eight_bit)
             undoRounding(picture, actual);
-        RenderedView view = compareView(camera.name, picture, actual);
+        ScoredPicture view = scorePicture(camera.name, picture, actual, lpips);
         view.picture_bits = eight_bit ? 8 : 16;
         result.trainer.add(std::move(view));
     }
@@ -190,23 +176,16 @@ void compareWithTrainer(const std::vector<TrainerPicture>& pictures, FileRendere
 
 } // namespace
 
-void PictureSet::add(RenderedView view)
-{
-    pool.add(view.difference);
-    views.push_back(std::move(view));
-}
-
 bool RenderComparison::passes(double min_psnr) const
 {
-    // written so that a NaN fails
-    const auto good = [min_psnr](const RenderedView& view) { return view.difference.psnr >= min_psnr; };
-    return std::ranges::all_of(reference.views, good) && std::ranges::all_of(trainer.views, good);
+    return reference.passes(min_psnr) && trainer.passes(min_psnr);
 }
 
 RenderComparison compareRenders(const Checkpoint& checkpoint, const std::string& file, const RenderOptions& options,
                                 Reporter& report)
 {
     RenderComparison result;
+    const std::unique_ptr<Lpips> lpips = openLpips(options.lpips, options.threads);
     FileRenderer fast(file, CpuPath::Fast, options.tier, ReferencePrecision::Float, options.threads);
     result.tier = fast.tier();
     const std::vector<Camera> cameras = camerasToCompare(fast.scene(), options, report);
@@ -224,14 +203,17 @@ RenderComparison compareRenders(const Checkpoint& checkpoint, const std::string&
             report.progress("reference pictures", result.reference.views.size(), cameras.size());
             const int appearance = appearanceFor(fast.scene(), camera);
             const Image expected = reference.render(camera, appearance);
-            result.reference.add(compareView(camera.name, expected, fast.render(camera, appearance)));
+            result.reference.add(scorePicture(camera.name, expected, fast.render(camera, appearance), lpips.get()));
         }
     }
-    compareWithTrainer(pictures, fast, report, result);
+    compareWithTrainer(pictures, fast, lpips.get(), report, result);
     if (result.reference.views.empty() && result.trainer.views.empty())
         throw Error(ErrorCode::Usage, file + ": stores no camera, expected views to render; pass --cameras FILE or "
                                              "--golden DIR");
     report.endProgress(false);
+    for (const PictureSet* set : {&result.reference, &result.trainer})
+        if (result.lpips_missing.empty())
+            result.lpips_missing = whyNoLpips(lpips.get(), *set);
     return result;
 }
 

@@ -2,13 +2,12 @@
 // `gsc compare --render`: pictures of a file against pictures of the checkpoint it was made from.
 #pragma once
 
+#include "convert/compare/picture_set.h"
 #include "convert/input/checkpoint.h"
 #include "player/tool/reporter.h"
 #include "kernels/frame/frame_types.h"
-#include "runtime/metrics/metrics.h"
 
 #include <string>
-#include <vector>
 
 namespace gsc {
 
@@ -22,28 +21,15 @@ struct RenderOptions {
     double min_psnr = 75;           // of every view, dB
     Tier tier = Tier::Exact;
     ReferencePrecision reference = ReferencePrecision::Float; // Float: the trainer's rounding; Double: no rounding
+    LpipsFiles lpips;
     int threads = 0;
 };
 
-struct RenderedView {
-    std::string name;
-    uint32_t width = 0, height = 0;
-    uint32_t picture_bits = 0; // of the trainer's picture; 0 = compared with the reference
-    ImageDifference difference;
-    double ssim = 0, flip = 0;
-};
-
-struct PictureSet {
-    std::vector<RenderedView> views;
-    PooledDifference pool;
-
-    void add(RenderedView view);
-};
-
 struct RenderComparison {
-    Tier tier = Tier::Exact; // that the file was rendered in
-    PictureSet reference;    // the file through the fast backend, against the scalar reference over a fresh bake
-    PictureSet trainer;      // the same against the trainer's own pictures; empty if there are none
+    Tier tier = Tier::Exact;   // that the file was rendered in
+    PictureSet reference;      // the file through the fast backend, against the scalar reference over a fresh bake
+    PictureSet trainer;        // the same against the trainer's own pictures; empty if there are none
+    std::string lpips_missing; // why a view has no LPIPS; empty = all have
 
     [[nodiscard]] bool passes(double min_psnr) const;
 };

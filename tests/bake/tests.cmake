@@ -5,6 +5,7 @@ if(TARGET gsc_bake)
     LIBS gsc_bake gsc_compare gsc_grids)
   gsc_add_test(test_bake SOURCES bake/test_bake.cpp bake/test_bake_errors.cpp bake/test_compare.cpp
     bake/test_sensitivity.cpp ${bake_model} LIBS gsc_bake gsc_compare gsc_grids gsc_kernels)
+  gsc_add_test(test_lpips_weights SOURCES bake/test_lpips_weights.cpp LIBS gsc_compare gsc_input_fixture)
   # the module's own, which are not known here
   list(APPEND CMAKE_MODULE_PATH ${GSC_OPENVDB_MODULE_DIR})
   find_package(OpenVDB REQUIRED)

@@ -6,9 +6,11 @@ import os
 import pickle
 import struct
 import subprocess
+import shutil
 import sys
 import types
 import zipfile
+from array import array
 from collections import OrderedDict
 from pathlib import Path
 
@@ -79,10 +81,36 @@ def models_and_row(gsc, data):
     _gsc(gsc, "convert", data / "octree", "-o", data / "octree_row2.gsc", "--appearance", 2)
 
 
+def _pfm(path, width, height, added):
+    """A ramp of colours, `added` to its first pixel."""
+    values = array("f", [i % 97 / 128 for i in range(3 * width * height)])
+    values[0] += added
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(f"PF\n{width} {height}\n-1.0\n".encode() + values.tobytes())
+
+
+def compared_pictures(gsc, data):
+    """vgg16.pth and heads.pth of LPIPS, made up; folders of pictures: right has a and b; other has them too, b changed, and
+    c; small has b smaller; one has a alone; twice has a twice; none has no picture."""
+    del gsc
+    _save_archive(data / "vgg16.pth", _vgg16())
+    shutil.copy(Path(__file__).parents[1] / "input/lpips_heads_legacy.pth", data / "heads.pth")
+    for folder, name, width, added in (("right", "a", 24, 0), ("right", "b", 24, 0), ("other", "a", 24, 0),
+                                       ("other", "b", 24, 0.5), ("other", "c", 24, 0), ("small", "a", 24, 0),
+                                       ("small", "b", 16, 0), ("one", "a", 24, 0), ("twice", "a", 24, 0)):
+        _pfm(data / folder / f"{name}.pfm", width, 20, added)
+    shutil.copy(data / "twice/a.pfm", data / "twice/a.exr")
+    (data / "none").mkdir()
+    (data / "none/note.txt").write_text("no picture\n")
+    (data / "right/note.txt").write_text("no picture\n")
+
+
 def compared_models(gsc, data):
-    """models() and where there are trained models fox.gsc and fox8: the same model without golden/, with 8-bit pictures
-    where the trainer's render.py would leave them."""
+    """models(), vgg16.pth and heads.pth of LPIPS, made up; where there are trained models fox.gsc and fox8: the same model
+    without golden/, with 8-bit pictures where the trainer's render.py would leave them."""
     models(gsc, data)
+    _save_archive(data / "vgg16.pth", _vgg16())
+    shutil.copy(Path(__file__).parents[1] / "input/lpips_heads_legacy.pth", data / "heads.pth")
     named = os.environ.get("GSC_CHECKPOINTS")
     fox = (Path(named) if named else Path(__file__).parents[2] / "../shared/checkpoints").resolve() / "fox_octree"
     if not fox.is_dir():
@@ -114,7 +142,8 @@ def large_model(gsc, data):
 def runs(gsc, data):
     """runs.jsonl: 24 runs on two trajectories; one.jsonl: one of a single frame; broken.jsonl: its second line is cut;
     mixed.jsonl: a run, a line of gsc.bench/1 and the run's line again; again.jsonl: that run, measured again;
-    unscored.jsonl: its second line has an error but no score; timeless.jsonl: a run of 0 ms."""
+    unscored.jsonl: its second line has an error but no score; timeless.jsonl: a run of 0 ms. service.jsonl: the trace of a
+    service; services.jsonl: two, the second of one worker; indented.json: the first over many lines; halftrace.jsonl: cut."""
     sys.path.insert(0, str(Path(__file__).parents[1] / "chart"))
     import make_runs
 
@@ -141,6 +170,16 @@ def runs(gsc, data):
     (data / "broken.jsonl").write_text(json.dumps(one[0]) + "\n" + json.dumps(one[0])[:500] + "\n")
     (data / "other.jsonl").write_text('{"schema": "gsc.bench/1"}\n')
     (data / "empty.jsonl").write_text("")
+    import make_traces
+
+    traces = [make_traces.trace(seconds=3), make_traces.trace(seconds=2, workers=1)]
+    schema = Path(__file__).parents[2] / "schemas/service-trace.schema.json"
+    for trace in traces:  # as for runs
+        jsonschema.validate(trace, json.loads(schema.read_text()))
+    write("service.jsonl", traces[:1])
+    write("services.jsonl", traces)
+    (data / "indented.json").write_text(json.dumps(traces[0], indent=2))
+    (data / "halftrace.jsonl").write_text(json.dumps(traces[0])[:5000] + "}\n")
 
 
 # ---- PLY
@@ -226,7 +265,7 @@ def _save_archive(path, value):
     with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
         archive.writestr("archive/data.pkl", buffer.getvalue())
         for key, storage in enumerate(storages):
-            archive.writestr(f"archive/data/{key}", struct.pack(f"<{len(storage.values)}f", *storage.values))
+            archive.writestr(f"archive/data/{key}", array("f", storage.values).tobytes())
         archive.writestr("archive/version", "3\n")
 
 
@@ -238,6 +277,20 @@ def _state_dict(width, out):
 def _v1_weights(width):
     return {"opacity_mlp": _state_dict(width, OFFSETS), "cov_mlp": _state_dict(width, 7 * OFFSETS),
             "color_mlp": _state_dict(width, 3 * OFFSETS)}
+
+
+def _vgg16():
+    layers = [(0, 3, 64), (2, 64, 64), (5, 64, 128), (7, 128, 128), (10, 128, 256), (12, 256, 256), (14, 256, 256),
+              (17, 256, 512)] + [(number, 512, 512) for number in (19, 21, 24, 26, 28)]
+    pattern = array("f", [(i * 733 % 997 - 498) / 498 for i in range(997)])  # both signs, and no period of the shapes
+    tensors = OrderedDict()
+    for number, inputs, outputs in layers:
+        count, scale = 9 * inputs * outputs, (6 / 9 / inputs) ** 0.5
+        scaled = array("f", [value * scale for value in pattern])
+        tensors[f"features.{number}.weight"] = _Tensor([outputs, inputs, 3, 3], (scaled * (count // 997 + 1))[:count])
+        tensors[f"features.{number}.bias"] = _Tensor([outputs], array("f", [0.0]) * outputs)
+    tensors["classifier.0.weight"] = _Tensor([2, 3])  # what LPIPS does not read
+    return tensors
 
 
 class _System:

@@ -147,7 +147,7 @@ TEST_CASE("a view that is NaN or below the threshold is a difference")
 {
     RenderComparison comparison;
     CHECK(comparison.passes(75));
-    RenderedView view;
+    ScoredPicture view;
     view.difference.psnr = std::numeric_limits<double>::infinity();
     comparison.reference.views.push_back(view);
     CHECK(comparison.passes(75));

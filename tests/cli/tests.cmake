@@ -17,7 +17,7 @@ if(TARGET gsc_commands)
   if(TARGET gsc-play)
     set(play --play $<TARGET_FILE:gsc-play>)
   endif()
-  foreach(suite general validate info export convert refused compare compare_render sample chart ${chart_figures} outputs interrupt killed)
+  foreach(suite general validate info export convert refused compare compare_pictures compare_render sample chart ${chart_figures} outputs interrupt killed)
     add_test(NAME cli_${suite}
              COMMAND ${GSC_SYSTEM_PYTHON} ${cli_dir}/run_cli_case.py --gsc $<TARGET_FILE:gsc> ${play} --source ${PROJECT_SOURCE_DIR}
                      --work ${CMAKE_CURRENT_BINARY_DIR}/cli_${suite} ${cli_dir}/cases/${suite}.json)
@@ -35,7 +35,7 @@ if(TARGET gsc_commands)
   endif()
   set_tests_properties(cli_${chart_figures} PROPERTIES ENVIRONMENT "${chart_environment}")
   # minutes under a sanitizer, and what they add is not about memory
-  set_tests_properties(cli_compare_render cli_interrupt cli_killed PROPERTIES LABELS "cpu;slow")
+  set_tests_properties(cli_compare_pictures cli_compare_render cli_interrupt cli_killed PROPERTIES LABELS "cpu;slow")
 endif()
 
 foreach(check check_traps check_messages check_includes)

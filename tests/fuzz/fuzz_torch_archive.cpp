@@ -6,6 +6,7 @@
 #include "convert/input/torch/zip_writer.h"
 #include "format/error.h"
 #include "tests/fuzz/input_seeds.h"
+#include "tests/input/legacy_file.h"
 
 #include <cstdint>
 #include <cstdlib>
@@ -33,6 +34,16 @@ std::string text(const std::vector<std::byte>& bytes)
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
+// Of PyTorch before 1.6: one tensor, and one that is a parameter.
+std::string legacyFile(bool parameter)
+{
+    gsc::test::OldFile file;
+    const std::string tensor = gsc::test::oldTensor();
+    file.object =
+        gsc::test::oldDict("w", parameter ? "ctorch.nn.parameter\nParameter\n)\x81(" + tensor + "\x88\x89Ntb" : tensor);
+    return file.text();
+}
+
 } // namespace
 
 extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv)
@@ -43,7 +54,7 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv)
     const auto table = gsc::writeTorchScriptEmbedding(embedding, 4, 2, "embedding_appearance");
     const auto dictionary = gsc::writeStateDictArchive({{"opacity_mlp", &mlp}, {"cov_mlp", &mlp}}, embedding, 4, 2);
     gsc::test::addSeeds(argc, argv,
-                        {text(script), text(table), text(dictionary),
+                        {text(script), text(table), text(dictionary), legacyFile(false), legacyFile(true),
                          text(gsc::ZipArchive(script, "seed").read("opacity_mlp/data.pkl")),
                          text(gsc::ZipArchive(table, "seed").read("embedding_appearance/data.pkl")),
                          text(gsc::ZipArchive(dictionary, "seed").read("archive/data.pkl"))});
@@ -54,7 +65,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size)
 {
     std::vector<std::byte> archive(reinterpret_cast<const std::byte*>(data),
                                    reinterpret_cast<const std::byte*>(data) + size);
-    if (size < 2 || data[0] != 'P' || data[1] != 'K') {
+    const bool zipped = size >= 2 && data[0] == 'P' && data[1] == 'K';
+    const bool legacy = size >= 3 && data[0] == 0x80 && data[2] == 0x8a; // a pickle whose first value is a long integer
+    if (!zipped && !legacy) {
         gsc::ZipWriter zip("archive");
         zip.add("data.pkl", archive);
         for (size_t i = 0; i < std::size(kStorageFloats); ++i)

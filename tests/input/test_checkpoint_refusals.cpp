@@ -218,7 +218,7 @@ TEST_CASE("refusals: a PLY without weights, and weights of another model")
     refuses(folder.path() / "m", ErrorCode::Unsupported, "layer 3 is Sigmoid", "only the MLPs");
 
     writeFile(iteration / "opacity_mlp.pt", std::string("\x80\x02\x8a\x0al\xfc\x9c"));
-    refuses(folder.path() / "m", ErrorCode::Unsupported, "before 1.6", "save it again");
+    refuses(folder.path() / "m", ErrorCode::InvalidFile, "magic number of torch.save", "copy the file again");
     writeFile(iteration / "opacity_mlp.pt", std::string(100, 'x'));
     refuses(folder.path() / "m", ErrorCode::InvalidFile, "opacity_mlp.pt", "save it again");
 

@@ -23,7 +23,7 @@ FOLDERS, MODELS = {"models", "my model"}, {"city.gsc", "my file.gsc", "it's.gsc"
 # line, what is offered and nothing else
 EXACTLY = [
     ("gsc con", {"convert"}),
-    ("gsc co", {"convert", "compare", "completion"}),
+    ("gsc co", {"convert", "compare", "compare-pictures", "completion"}),
     ("gsc sample ci", {"city"}),
     ("gsc sample r", {"room", "replicate"}),
     ("gsc help sam", {"sample"}),

@@ -40,6 +40,8 @@ public:
             invalid(formatString("pickle of %zu bytes, at most %zu are read", m_bytes.size(), max_bytes));
     }
 
+    [[nodiscard]] size_t position() const { return m_cursor; }
+
     uint8_t takeOpcode()
     {
         m_at = m_cursor;

@@ -4,6 +4,7 @@
 #include "convert/input/torch/pickle_input.h"
 #include "format/error.h"
 
+#include <algorithm>
 #include <bit>
 #include <string_view>
 #include <utility>
@@ -19,6 +20,14 @@ constexpr size_t kMaxMemo = 1u << 18;
 constexpr size_t kMaxGlobal = 512; // characters of a module or class name
 constexpr size_t kMaxDimensions = 8;
 constexpr uint32_t kNoValue = ~0u;
+// A value in the memo can be used again for two bytes of pickle, however large it is: copies have a budget of so many
+// bytes for each byte read so far, and some for small pickles. PyTorch's need less than one for each.
+constexpr size_t kCopiedForByte = 4;
+constexpr size_t kCopiedAlways = 1u << 20;
+
+// What PyTorch before 0.4 wrote, and with it the weights of torchvision's first models.
+constexpr std::string_view kOldTensor = "torch._utils _rebuild_tensor";
+constexpr std::string_view kOldParameter = "torch.nn.parameter Parameter";
 
 bool allowedGlobal(std::string_view global)
 {
@@ -29,16 +38,16 @@ bool allowedGlobal(std::string_view global)
     if (global.starts_with("torch ") && global.ends_with("Storage"))
         return true;
     return global == "torch._utils _rebuild_tensor_v2" || global == "torch._utils _rebuild_parameter" ||
-           global == "collections OrderedDict";
+           global == kOldTensor || global == kOldParameter || global == "collections OrderedDict";
 }
 
 class Machine : private PickleInput {
 public:
     using PickleInput::PickleInput;
+    using PickleInput::position;
 
     PickleGraph run()
     {
-        limitSize(kMaxBytes);
         constexpr uint8_t kStop = '.';
         for (uint8_t opcode = takeOpcode(); opcode != kStop; opcode = takeOpcode())
             execute(opcode);
@@ -95,6 +104,22 @@ private:
         push(std::move(tuple));
     }
 
+    // Before anything is copied that may be in the memo.
+    void charge(size_t bytes)
+    {
+        const size_t most = kCopiedAlways + kCopiedForByte * position();
+        if (bytes > most - std::min(m_copied, most))
+            invalid(formatString("values that are used again take more than %zu bytes", most));
+        m_copied += bytes;
+    }
+
+    std::string copyOf(const std::string& text)
+    {
+        charge(text.size());
+        return text;
+    }
+
+    // note: adding a value moves the others, so what this returns must not be used after push()
     PickleValue& expect(uint32_t value, PickleKind kind, const char* what)
     {
         PickleValue& found = m_graph.values[value];
@@ -155,29 +180,33 @@ private:
         dict.items.insert(dict.items.end(), items.begin(), items.end());
     }
 
-    // ('storage', type, key, location, element count). The location ("cuda:0") is only a tag.
+    // ('storage', type, key, location, element count[, view]). The location ("cuda:0") is only a tag.
     void pushStorage()
     {
-        const std::vector<uint32_t> id = expect(pop(), PickleKind::Tuple, "persistent id tuple").items;
-        if (id.size() != 5 || expect(id[0], PickleKind::String, "'storage'").text != "storage")
+        const std::vector<uint32_t>& id = expect(pop(), PickleKind::Tuple, "persistent id tuple").items;
+        if (id.size() < 5 || id.size() > 6 || expect(id[0], PickleKind::String, "'storage'").text != "storage")
             invalid("persistent id that is no storage");
-        const std::string type = expect(id[1], PickleKind::Global, "storage type").text;
+        if (id.size() == 6 && m_graph.values[id[5]].kind != PickleKind::None)
+            unsupported("a storage that is a part of another");
+        (void)expect(id[1], PickleKind::Global, "storage type");
         const int64_t count = expect(id[4], PickleKind::Int, "element count").integer;
         if (count < 0)
             invalid(formatString("storage of %lld elements", static_cast<long long>(count)));
         (void)expect(id[3], PickleKind::String, "storage location");
-        PickleValue storage{
-            PickleKind::Storage, count, 0, expect(id[2], PickleKind::String, "storage key").text, {id[1]}};
-        push(std::move(storage));
+        std::string key = copyOf(expect(id[2], PickleKind::String, "storage key").text);
+        push({PickleKind::Storage, count, 0, std::move(key), {id[1]}});
     }
 
     void reduce()
     {
-        const std::vector<uint32_t> arguments = expect(pop(), PickleKind::Tuple, "argument tuple").items;
-        const std::string function = expect(pop(), PickleKind::Global, "global").text;
+        const std::vector<uint32_t>& arguments = expect(pop(), PickleKind::Tuple, "argument tuple").items;
+        const std::string& function = expect(pop(), PickleKind::Global, "global").text;
         if (function == "collections OrderedDict" && arguments.empty())
             pushEmpty(PickleKind::Dict);
-        else if (function == "torch._utils _rebuild_tensor_v2")
+        else if (function == "collections OrderedDict" && arguments.size() == 1 &&
+                 m_graph.values[arguments[0]].kind == PickleKind::List)
+            pushDictOf(m_graph.values[arguments[0]].items);
+        else if (function == "torch._utils _rebuild_tensor_v2" || function == kOldTensor)
             rebuildTensor(arguments);
         else if (function == "torch._utils _rebuild_parameter" && !arguments.empty() &&
                  m_graph.values[arguments[0]].kind == PickleKind::Tensor)
@@ -186,12 +215,28 @@ private:
             unsupported("a call of '" + function + "'");
     }
 
+    // Of a list of [key, value], as Python 2 has it.
+    void pushDictOf(const std::vector<uint32_t>& pairs)
+    {
+        PickleValue dict{PickleKind::Dict, 0, 0, {}, {}};
+        charge(2 * pairs.size() * sizeof(pairs[0]));
+        dict.items.reserve(2 * pairs.size());
+        for (const uint32_t pair : pairs) {
+            const PickleValue& value = m_graph.values[pair];
+            if ((value.kind != PickleKind::List && value.kind != PickleKind::Tuple) || value.items.size() != 2)
+                invalid("entry of a dictionary that is no pair");
+            dict.items.insert(dict.items.end(), value.items.begin(), value.items.end());
+        }
+        push(std::move(dict));
+    }
+
     std::vector<uint64_t> dimensions(uint32_t tuple)
     {
         const std::vector<uint32_t>& items = expect(tuple, PickleKind::Tuple, "tuple of dimensions").items;
         if (items.size() > kMaxDimensions)
             invalid(formatString("tensor of %zu dimensions", items.size()));
         std::vector<uint64_t> values;
+        charge(items.size() * sizeof(values[0]));
         for (const uint32_t item : items) {
             const int64_t value = expect(item, PickleKind::Int, "dimension").integer;
             if (value < 0)
@@ -211,8 +256,8 @@ private:
         if (offset < 0)
             invalid(formatString("storage offset of %lld", static_cast<long long>(offset)));
         PickleTensor tensor;
-        tensor.storage_key = storage.text;
-        tensor.storage_type = m_graph.values[storage.items[0]].text;
+        tensor.storage_key = copyOf(storage.text);
+        tensor.storage_type = copyOf(m_graph.values[storage.items[0]].text);
         tensor.storage_count = uint64_t(storage.integer);
         tensor.offset = uint64_t(offset);
         tensor.shape = dimensions(arguments[2]);
@@ -225,23 +270,39 @@ private:
 
     void newObject()
     {
-        if (!expect(pop(), PickleKind::Tuple, "argument tuple").items.empty())
+        const std::vector<uint32_t>& arguments = expect(pop(), PickleKind::Tuple, "argument tuple").items;
+        const std::string& type = expect(pop(), PickleKind::Global, "class").text;
+        // a parameter is its tensor
+        if (type == kOldParameter && arguments.size() == 1 && m_graph.values[arguments[0]].kind == PickleKind::Tensor)
+            return m_stack.push_back(arguments[0]);
+        if (!arguments.empty())
             unsupported("an object with constructor arguments");
-        const std::string type = expect(pop(), PickleKind::Global, "class").text;
-        if (!std::string_view(type).starts_with("__torch__"))
+        if (!std::string_view(type).starts_with("__torch__") && type != kOldParameter)
             unsupported("an object of '" + type + "'");
-        push({PickleKind::Object, 0, 0, type, {}});
+        push({PickleKind::Object, 0, 0, copyOf(type), {}});
     }
 
     void build()
     {
         const uint32_t state = pop();
-        (void)expect(state, PickleKind::Dict, "state dictionary");
         PickleValue& target = m_graph.values[top()];
+        if (m_graph.values[state].kind == PickleKind::Tuple)
+            return buildParameter(target, m_graph.values[state].items);
+        (void)expect(state, PickleKind::Dict, "state dictionary");
         if (target.kind == PickleKind::Object && target.items.empty())
             target.items.push_back(state);
         else if (target.kind != PickleKind::Dict) // an OrderedDict's state is attributes ('_metadata'), never keys
             invalid("state for a value that takes none");
+    }
+
+    // The state is (tensor, needs a gradient, ...); whether one is needed does not matter here.
+    void buildParameter(PickleValue& target, const std::vector<uint32_t>& state)
+    {
+        if (target.kind == PickleKind::Tensor)
+            return;
+        if (target.kind != PickleKind::Object || target.text != kOldParameter || state.empty())
+            invalid("state for a value that takes none");
+        target = PickleValue(expect(state[0], PickleKind::Tensor, "tensor of a parameter"));
     }
 
     void setProtocol()
@@ -293,6 +354,10 @@ private:
             return pushFloat();
         case 'X': // BINUNICODE
             return push({PickleKind::String, 0, 0, takeText(size_t(takeUnsigned(4))), {}});
+        case 'U': // SHORT_BINSTRING
+            return push({PickleKind::String, 0, 0, takeText(size_t(takeUnsigned(1))), {}});
+        case 'T': // BINSTRING
+            return push({PickleKind::String, 0, 0, takeText(size_t(takeUnsigned(4))), {}});
         case 'c': // GLOBAL
             return pushGlobal();
         case 'q': // BINPUT
@@ -342,13 +407,23 @@ private:
     std::vector<uint32_t> m_stack;
     std::vector<size_t> m_marks; // heights of m_stack
     std::vector<uint32_t> m_memo;
+    size_t m_copied = 0; // bytes
 };
 
 } // namespace
 
 PickleGraph loadPickle(std::span<const std::byte> bytes, const std::string& name)
 {
+    PickleInput(bytes, name).limitSize(kMaxBytes);
     return Machine(bytes, name).run();
+}
+
+PickleGraph takePickle(std::span<const std::byte>& bytes, const std::string& name)
+{
+    Machine machine(bytes.first(std::min(bytes.size(), kMaxBytes)), name);
+    PickleGraph graph = machine.run();
+    bytes = bytes.subspan(machine.position());
+    return graph;
 }
 
 } // namespace gsc

@@ -41,4 +41,7 @@ struct PickleGraph {
 // outside the subset).
 PickleGraph loadPickle(std::span<const std::byte> bytes, const std::string& name);
 
+// The same of a pickle with more behind it; `bytes` becomes what is behind it.
+PickleGraph takePickle(std::span<const std::byte>& bytes, const std::string& name);
+
 } // namespace gsc

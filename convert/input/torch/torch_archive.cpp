@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/input/torch/torch_archive.h"
 
+#include "convert/input/torch/legacy_archive.h"
 #include "convert/input/torch/pickle_machine.h"
 #include "convert/input/torch/zip_archive.h"
 #include "format/error.h"
@@ -8,6 +9,7 @@
 #include <bit>
 #include <cstdlib>
 #include <cstring>
+#include <functional>
 #include <set>
 #include <string_view>
 
@@ -18,6 +20,7 @@ namespace gsc {
 namespace {
 
 constexpr size_t kMaxDepth = 16;      // of modules within modules; upstream's reach 2
+constexpr size_t kMaxPath = 512;      // characters of a tensor's or a module's name
 constexpr size_t kMaxVisits = 100000; // dictionary entries; a graph of shared values can unfold exponentially
 
 std::string text(const std::vector<std::byte>& bytes)
@@ -31,11 +34,14 @@ std::string shortClass(const std::string& global)
     return global.substr(global.find_last_of(" .") + 1);
 }
 
+// The bytes of a tensor's storage, as many as it states; they may be put into the scratch.
+using ReadStorage = std::function<std::span<const std::byte>(const PickleTensor&, std::vector<std::byte>& scratch)>;
+
 class Walker {
 public:
-    Walker(const PickleGraph& graph, const ZipArchive& zip, const std::string& prefix, size_t archive_bytes,
+    Walker(const PickleGraph& graph, const ReadStorage& read, const WantedTensor& wanted, size_t archive_bytes,
            const std::string& name)
-        : m_graph(graph), m_zip(zip), m_prefix(prefix), m_floats_left(archive_bytes / sizeof(float)), m_name(name)
+        : m_graph(graph), m_read(read), m_wanted(wanted), m_floats_left(archive_bytes / sizeof(float)), m_name(name)
     {
     }
 
@@ -81,6 +87,10 @@ private:
             const PickleValue& key = m_graph.values[dict.items[i]];
             if (key.kind != PickleKind::String)
                 continue; // nothing of ours has such a key
+            // before it is copied: one text can be a key of any number of dictionaries
+            if (path.size() + key.text.size() > kMaxPath)
+                invalid(formatString("key '%.64s' makes a name of %zu characters, expected at most %zu",
+                                     key.text.c_str(), path.size() + key.text.size(), kMaxPath));
             if (!seen.insert(key.text).second)
                 invalid("key '" + path + key.text + "' occurs twice, expected once");
             const PickleValue& value = m_graph.values[dict.items[i + 1]];
@@ -97,6 +107,8 @@ private:
 
     void addTensor(const PickleTensor& source, const std::string& path)
     {
+        if (m_wanted && !m_wanted(path))
+            return;
         if (source.storage_type != "torch FloatStorage")
             throw Error(ErrorCode::Unsupported,
                         formatString("%s: tensor '%s' is a %s, expected float32 as the trainers save it; convert it "
@@ -123,12 +135,8 @@ private:
             invalid("tensors hold more values than the archive has bytes for, expected one storage per tensor");
         m_floats_left -= source.storage_count;
 
-        const std::string member = m_prefix + "data/" + source.storage_key;
-        if (const uint64_t size = m_zip.size(member); size != source.storage_count * sizeof(float))
-            invalid(formatString("member '%s' has %llu bytes, expected %llu float32", member.c_str(),
-                                 static_cast<unsigned long long>(size),
-                                 static_cast<unsigned long long>(source.storage_count)));
-        const std::vector<std::byte> bytes = m_zip.read(member);
+        std::vector<std::byte> scratch;
+        const std::span<const std::byte> bytes = m_read(source, scratch);
         NamedTensor tensor{path, source.shape, std::vector<float>(count)};
         if (count != 0)
             std::memcpy(tensor.values.data(), bytes.data() + source.offset * sizeof(float), count * sizeof(float));
@@ -136,8 +144,8 @@ private:
     }
 
     const PickleGraph& m_graph;
-    const ZipArchive& m_zip;
-    const std::string& m_prefix;
+    const ReadStorage& m_read;
+    const WantedTensor& m_wanted;
     uint64_t m_floats_left;
     const std::string& m_name;
     size_t m_visits = 0;
@@ -162,13 +170,21 @@ void checkVersion(const ZipArchive& zip, const std::string& prefix, const std::s
                                                          name.c_str(), version.c_str()));
 }
 
+TorchArchive readLegacy(std::span<const std::byte> bytes, const std::string& name, const WantedTensor& wanted)
+{
+    const LegacyArchive archive = openLegacyArchive(bytes, name);
+    const ReadStorage read = [&](const PickleTensor& tensor, std::vector<std::byte>&) {
+        return archive.storages.at(tensor.storage_key);
+    };
+    return Walker(archive.graph, read, wanted, bytes.size(), name).run();
+}
+
 } // namespace
 
-TorchArchive readTorchArchive(std::span<const std::byte> bytes, const std::string& name)
+TorchArchive readTorchArchive(std::span<const std::byte> bytes, const std::string& name, const WantedTensor& wanted)
 {
     if (!bytes.empty() && bytes[0] == std::byte(0x80))
-        throw Error(ErrorCode::Unsupported, name + ": saved in the format of PyTorch before 1.6, expected a zip "
-                                                   "archive; load it and save it again with PyTorch 1.6 or newer");
+        return readLegacy(bytes, name, wanted);
     const ZipArchive zip(bytes, name);
     // Every member lies below one folder, the file's stem when it was saved; renaming a file does not change it.
     const std::string& first = zip.members().front();
@@ -180,7 +196,17 @@ TorchArchive readTorchArchive(std::span<const std::byte> bytes, const std::strin
     const std::string prefix = first.substr(0, slash + 1);
     checkVersion(zip, prefix, name);
     const PickleGraph graph = loadPickle(zip.read(prefix + "data.pkl"), name);
-    return Walker(graph, zip, prefix, bytes.size(), name).run();
+    const ReadStorage read = [&](const PickleTensor& tensor, std::vector<std::byte>& scratch) {
+        const std::string member = prefix + "data/" + tensor.storage_key;
+        if (const uint64_t size = zip.size(member); size != tensor.storage_count * sizeof(float))
+            throw Error(ErrorCode::InvalidFile,
+                        formatString("%s: member '%s' has %llu bytes, expected %llu float32; save it again",
+                                     name.c_str(), member.c_str(), static_cast<unsigned long long>(size),
+                                     static_cast<unsigned long long>(tensor.storage_count)));
+        scratch = zip.read(member);
+        return std::span<const std::byte>(scratch);
+    };
+    return Walker(graph, read, wanted, bytes.size(), name).run();
 }
 
 } // namespace gsc

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tensors in PyTorch's zip archives: TorchScript (.pt) and torch.save (.pth). A pickle-subset machine with
-// whitelisted opcodes and globals; nothing in a file is ever executed.
+// Tensors in PyTorch's files: zip archives of TorchScript (.pt) and torch.save (.pth), and what torch.save wrote before
+// PyTorch 1.6. A pickle-subset machine with whitelisted opcodes and globals; nothing in a file is ever executed.
 #pragma once
 
 #include "convert/input/checkpoint.h"
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <utility>
@@ -30,9 +31,12 @@ struct TorchArchive {
     std::vector<std::pair<std::string, std::string>> modules;
 };
 
-// `name` is used in messages only. Throws Error: InvalidFile, Unsupported (pre-1.6 archive, big endian, tensors that
-// are not float32, globals outside the whitelist).
-TorchArchive readTorchArchive(std::span<const std::byte> bytes, const std::string& name);
+using WantedTensor = std::function<bool(const std::string& name)>;
+
+// `name` is used in messages only; tensors that `wanted` (none = all are) does not want are neither read nor checked.
+// Throws Error: InvalidFile, Unsupported (big endian, tensors that are not float32, globals outside the whitelist).
+TorchArchive readTorchArchive(std::span<const std::byte> bytes, const std::string& name,
+                              const WantedTensor& wanted = {});
 
 // What `gsc sample` and the tests write: bytes as PyTorch 1.12 lays them out (stored members, data descriptors with
 // zero sizes in the local headers, 64-byte aligned payloads, ZIP64 end records).
@@ -44,5 +48,7 @@ std::vector<std::byte> writeTorchScriptEmbedding(std::span<const float> values, 
 // torch.save of {key: OrderedDict(state_dict)}, the "unite" and v1 containers.
 std::vector<std::byte> writeStateDictArchive(const std::vector<std::pair<std::string, const Mlp*>>& mlps,
                                              std::span<const float> embedding, uint32_t rows, uint32_t columns);
+// torch.save of an OrderedDict of tensors, for tests.
+std::vector<std::byte> writeTensorArchive(std::span<const NamedTensor> tensors);
 
 } // namespace gsc

@@ -328,4 +328,24 @@ std::vector<std::byte> writeStateDictArchive(const std::vector<std::pair<std::st
     return zip.finish();
 }
 
+std::vector<std::byte> writeTensorArchive(std::span<const NamedTensor> tensors)
+{
+    PickleWriter pickle;
+    pickle.global("collections", "OrderedDict");
+    pickle.ops(")R");
+    pickle.put();
+    pickle.ops("(");
+    for (const NamedTensor& tensor : tensors) {
+        pickle.string(tensor.name);
+        pickle.tensor(tensor.values, tensor.shape, false);
+    }
+    pickle.ops("u.");
+
+    ZipWriter zip("archive");
+    zip.add("data.pkl", pickle.bytes());
+    pickle.addStorages(zip);
+    zip.add("version", std::string("3\n"));
+    return zip.finish();
+}
+
 } // namespace gsc

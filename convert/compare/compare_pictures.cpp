@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/compare/compare_pictures.h"
+
+#include "format/error.h"
+#include "format/interrupt.h"
+
+#include <filesystem>
+#include <map>
+
+namespace gsc {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Paths by the name without extension.
+std::map<std::string, std::string> picturesOf(const std::string& folder)
+{
+    std::map<std::string, std::string> pictures;
+    std::error_code error;
+    fs::directory_iterator entry(folder, error);
+    for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
+        const fs::path& path = entry->path();
+        if (!entry->is_regular_file(error) || !isImageExtension(path.string()))
+            continue;
+        const auto [other, is_new] = pictures.emplace(path.stem().string(), path.string());
+        if (!is_new)
+            throw Error(ErrorCode::InvalidFile,
+                        formatString("%s: the same name as %s, expected one picture of a name; move one away",
+                                     path.string().c_str(), other->second.c_str()));
+    }
+    if (error)
+        throw Error(ErrorCode::Io,
+                    formatString("%s: cannot be read (%s), expected a folder of pictures; check the path",
+                                 folder.c_str(), error.message().c_str()));
+    if (pictures.empty())
+        throw Error(ErrorCode::InvalidFile, formatString("%s: holds no picture, expected files with the extension %s; "
+                                                         "pass another folder",
+                                                         folder.c_str(), imageExtensions().c_str()));
+    return pictures;
+}
+
+ScoredPicture compareFiles(const std::string& name, const std::string& reference, const std::string& picture,
+                           const Lpips* lpips)
+{
+    const Image expected = readImage(reference), actual = readImage(picture);
+    if (actual.width != expected.width || actual.height != expected.height)
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: %ux%u pixels, expected the %ux%u of %s; draw both with one --size",
+                                 picture.c_str(), actual.width, actual.height, expected.width, expected.height,
+                                 reference.c_str()));
+    return scorePicture(name, expected, actual, lpips);
+}
+
+} // namespace
+
+PictureSet comparePictures(const std::string& reference, const std::string& pictures, const Lpips* lpips,
+                           Reporter& report)
+{
+    PictureSet set;
+    if (!fs::is_directory(reference)) {
+        set.add(compareFiles(fs::path(reference).stem().string(), reference, pictures, lpips));
+        return set;
+    }
+    const std::map<std::string, std::string> wanted = picturesOf(reference), found = picturesOf(pictures);
+    for (const auto& [name, path] : wanted) // told before any is read
+        if (!found.contains(name))
+            throw Error(ErrorCode::Io, formatString("%s: no picture of the name %s, expected one for %s; draw it too",
+                                                    pictures.c_str(), name.c_str(), path.c_str()));
+    for (const auto& [name, path] : wanted) {
+        throwIfInterrupted();
+        report.progress("pictures", set.views.size(), wanted.size());
+        set.add(compareFiles(name, path, found.at(name), lpips));
+    }
+    report.endProgress(false);
+    if (found.size() > wanted.size())
+        report.warning(formatString("not compared: %zu of the pictures in %s, whose names %s does not have",
+                                    found.size() - wanted.size(), pictures.c_str(), reference.c_str()));
+    return set;
+}
+
+} // namespace gsc

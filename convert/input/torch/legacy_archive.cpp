@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/input/torch/legacy_archive.h"
+
+#include "format/error.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+#include <utility>
+
+namespace gsc {
+
+namespace {
+
+// A pickle of protocol 2 that holds one integer of 80 bits, which the machine does not read.
+constexpr uint8_t kMagic[] = {0x80, 2, 0x8a, 10, 0x6c, 0xfc, 0x9c, 0x46, 0xf9, 0x20, 0x6a, 0xa8, 0x50, 0x19, '.'};
+constexpr int64_t kProtocol = 1001; // the only one there has been
+
+constexpr std::pair<std::string_view, uint64_t> kElementBytes[] = {
+    {"torch FloatStorage", 4}, {"torch DoubleStorage", 8}, {"torch HalfStorage", 2},  {"torch BFloat16Storage", 2},
+    {"torch LongStorage", 8},  {"torch IntStorage", 4},    {"torch ShortStorage", 2}, {"torch CharStorage", 1},
+    {"torch ByteStorage", 1},  {"torch BoolStorage", 1}};
+
+class LegacyReader {
+public:
+    LegacyReader(std::span<const std::byte> bytes, const std::string& name) : m_left(bytes), m_name(name) {}
+
+    LegacyArchive run()
+    {
+        takeMagic();
+        checkProtocol(takePickle(m_left, m_name));
+        checkMachine(takePickle(m_left, m_name));
+        LegacyArchive archive{takePickle(m_left, m_name), {}};
+        collectStorages(archive.graph);
+        takeStorages(takePickle(m_left, m_name), archive);
+        for (const auto& [key, storage] : m_storages)
+            if (!storage.is_there)
+                invalid("storage '" + shown(key) + "' is missing, expected one for every tensor");
+        return archive;
+    }
+
+private:
+    struct Storage {
+        std::string_view type;
+        uint64_t count;
+        bool is_there = false; // its elements were found
+    };
+
+    static std::string shown(std::string_view text) { return std::string(text.substr(0, 64)); }
+
+    [[noreturn]] void invalid(const std::string& message) const
+    {
+        throw Error(ErrorCode::InvalidFile, m_name + ": " + message + "; copy the file again");
+    }
+
+    void takeMagic()
+    {
+        const auto same = [](uint8_t a, std::byte b) { return std::byte(a) == b; };
+        if (m_left.size() < sizeof(kMagic) || !std::equal(std::begin(kMagic), std::end(kMagic), m_left.begin(), same))
+            invalid("starts as a pickle but not with the magic number of torch.save, expected a file that torch.save "
+                    "wrote");
+        m_left = m_left.subspan(sizeof(kMagic));
+    }
+
+    void checkProtocol(const PickleGraph& graph) const
+    {
+        const PickleValue& version = graph.values[graph.root];
+        if (version.kind != PickleKind::Int || version.integer != kProtocol)
+            throw Error(ErrorCode::Unsupported, m_name + ": states an unknown protocol of torch.save, expected 1001; "
+                                                         "load it and save it again with a newer PyTorch");
+    }
+
+    void checkMachine(const PickleGraph& graph) const
+    {
+        const PickleValue& facts = graph.values[graph.root];
+        if (facts.kind != PickleKind::Dict)
+            invalid("holds no facts of the machine it was saved on, expected what torch.save writes");
+        for (size_t i = 0; i + 1 < facts.items.size(); i += 2) {
+            const PickleValue& value = graph.values[facts.items[i + 1]];
+            if (graph.values[facts.items[i]].text == "little_endian" && value.integer != 1)
+                throw Error(ErrorCode::Unsupported, m_name + ": was saved on a big-endian machine, expected "
+                                                             "little-endian numbers; save it again on another");
+        }
+    }
+
+    void collectStorages(const PickleGraph& graph)
+    {
+        for (const PickleValue& value : graph.values) {
+            if (value.kind != PickleKind::Storage)
+                continue;
+            const Storage storage{graph.values[value.items[0]].text, uint64_t(value.integer)};
+            const auto [found, is_new] = m_storages.emplace(value.text, storage);
+            if (!is_new && (found->second.type != storage.type || found->second.count != storage.count))
+                invalid("storage '" + shown(value.text) + "' is stated twice, expected the same both times");
+        }
+    }
+
+    // `graph` is the list of their keys.
+    void takeStorages(const PickleGraph& graph, LegacyArchive& archive)
+    {
+        const PickleValue& list = graph.values[graph.root];
+        if (list.kind != PickleKind::List)
+            invalid("holds no list of its storages, expected what torch.save writes");
+        for (const uint32_t item : list.items) {
+            const PickleValue& key = graph.values[item];
+            if (key.kind != PickleKind::String)
+                invalid("has a storage whose key is no text, expected what torch.save writes");
+            archive.storages.emplace(key.text, takeStorage(key.text));
+        }
+    }
+
+    [[nodiscard]] uint64_t elementBytes(std::string_view type) const
+    {
+        for (const auto& [known, bytes] : kElementBytes)
+            if (type == known)
+                return bytes;
+        throw Error(ErrorCode::Unsupported, m_name + ": holds a " + shown(type) +
+                                                ", expected a storage of "
+                                                "numbers; export the state_dict with torch.save");
+    }
+
+    std::span<const std::byte> takeStorage(std::string_view key)
+    {
+        const auto found = m_storages.find(key);
+        if (found == m_storages.end())
+            invalid("storage '" + shown(key) + "' belongs to nothing, expected those of its tensors");
+        if (found->second.is_there)
+            invalid("storage '" + shown(key) + "' occurs twice, expected once");
+        found->second.is_there = true;
+        const uint64_t element = elementBytes(found->second.type);
+        uint64_t count = 0;
+        if (m_left.size() >= sizeof(count))
+            std::memcpy(&count, m_left.data(), sizeof(count));
+        if (m_left.size() < sizeof(count) || count > (m_left.size() - sizeof(count)) / element)
+            invalid("ends within storage '" + shown(key) + "', expected all of it");
+        if (count != found->second.count)
+            invalid(formatString("storage '%s' has %llu elements, expected the %llu of its tensor", shown(key).c_str(),
+                                 static_cast<unsigned long long>(count),
+                                 static_cast<unsigned long long>(found->second.count)));
+        const auto values = m_left.subspan(sizeof(count), size_t(count * element));
+        m_left = m_left.subspan(sizeof(count) + values.size());
+        return values;
+    }
+
+    std::span<const std::byte> m_left;
+    const std::string& m_name;
+    // By key, as the pickle states them. Texts of the graph: one can be the key of any number of storages.
+    std::unordered_map<std::string_view, Storage> m_storages;
+};
+
+} // namespace
+
+LegacyArchive openLegacyArchive(std::span<const std::byte> bytes, const std::string& name)
+{
+    return LegacyReader(bytes, name).run();
+}
+
+} // namespace gsc
