@@ -5,11 +5,13 @@
 #include "format/interrupt.h"
 #include "format/file/output_file.h"
 #include "format/file/output_paths.h"
+#include "player/workers/worker_report.h"
 #include "player/lod_target.h"
 #include "player/measure/runner.h"
 #include "player/measure/stopwatch.h"
-#include "player/open_renderer.h"
+#include "player/workers/open_renderer.h"
 #include "player/out_pattern.h"
+#include "player/shard/frame_shard.h"
 #include "player/shots.h"
 #include "runtime/scene.h"
 
@@ -23,7 +25,8 @@ namespace gsc {
 namespace {
 
 // Paths of the images, checked before anything is rendered; their folders exist afterwards.
-std::vector<std::string> prepareOutputs(const std::vector<Shot>& shots, const PlayOptions& options, bool json_summary)
+std::vector<std::string> prepareOutputs(const std::vector<Shot>& shots, const PlayOptions& options, FrameShard& shard,
+                                        Reporter& log)
 {
     namespace fs = std::filesystem;
     std::vector<std::string> paths;
@@ -40,12 +43,16 @@ std::vector<std::string> prepareOutputs(const std::vector<Shot>& shots, const Pl
         outputs.push_back({options.stats, "--stats"});
     if (options.cameras != "stored")
         inputs.push_back({options.cameras, "the camera file"});
-    checkStandardOutput(options.stats, "--stats", json_summary);
+    checkStandardOutput(options.stats, "--stats", log.json());
     checkOutputsDiffer(outputs, inputs);
-    for (const std::string& path : paths)
-        checkOutput(path, OutputKind::Binary, options.overwrite, OutputFolder::IsMade);
+    shard.plan(shots.size(), paths, log);
+    for (const size_t frame : shard.frames())
+        for (size_t eye = 0; eye < size_t(options.eyes) && !paths.empty(); ++eye)
+            checkOutput(paths[frame * size_t(options.eyes) + eye], OutputKind::Binary, shard.mayReplace(frame),
+                        OutputFolder::IsMade);
     if (!options.stats.empty())
-        checkOutput(options.stats, OutputKind::Text, options.overwrite, OutputFolder::IsMade);
+        checkOutput(options.stats, OutputKind::Text, options.overwrite || options.shard.isGiven(),
+                    OutputFolder::IsMade);
     if (!paths.empty())
         loadImageWriter(paths.front());
     for (const NamedPath& file : outputs) {
@@ -62,14 +69,17 @@ std::vector<std::string> prepareOutputs(const std::vector<Shot>& shots, const Pl
 }
 
 // Images are kept, each is whole.
-void stopIfInterrupted(size_t frames, const PlaySummary& summary)
+void stopIfInterrupted(size_t frames, const PlaySummary& summary, const PlayOptions& options)
 {
-    if (interrupted())
-        throw Error(ErrorCode::Interrupted,
-                    formatString("interrupted: stopped after %zu of %zu frames, expected to run to the end; run it "
-                                 "again (%zu image%s written, all complete, and no statistics file)",
-                                 summary.frames.size(), frames, summary.images.size(),
-                                 summary.images.size() == 1 ? " was" : "s were"));
+    if (!interrupted())
+        return;
+    const bool goes_on = options.shard.isGiven();
+    throw Error(ErrorCode::Interrupted,
+                formatString("interrupted: stopped after %zu of %zu frames, expected to run to the end; run it "
+                             "again%s (%zu image%s written, all complete, and %s)",
+                             summary.frames.size(), frames, goes_on ? " to go on" : "", summary.images.size(),
+                             summary.images.size() == 1 ? " was" : "s were",
+                             goes_on ? ("their lines are in " + options.stats).c_str() : "no statistics file"));
 }
 
 void noteFrame(Reporter& log, const FrameStats& stats)
@@ -88,6 +98,7 @@ void noteFrame(Reporter& log, const FrameStats& stats)
 PlaySummary play(const PlayOptions& options, Reporter& log)
 {
     PlaySummary summary;
+    FrameShard shard(options);
     const auto open_start = std::chrono::steady_clock::now();
     const std::shared_ptr<const Scene> scene = Scene::open(options.input, options.verify);
     summary.open_ms = millisecondsSince(open_start);
@@ -95,42 +106,58 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
 
     const std::vector<Shot> shots = chooseShots(*scene, options, log);
     std::optional<LodControl> control = lodControl(*scene, options);
-    const std::vector<std::string> paths = prepareOutputs(shots, options, log.json());
+    const std::vector<std::string> paths = prepareOutputs(shots, options, shard, log);
     std::optional<OutputFile> stats_file;
-    if (!options.stats.empty())
+    if (!options.stats.empty() && !options.shard.isGiven())
         stats_file.emplace(options.stats, OutputKind::Text, options.overwrite);
 
     const std::unique_ptr<Renderer> renderer = openRenderer(options, scene, log, summary.load_ms);
     summary.backend = deviceText(renderer->id());
     summary.tier = renderer->tierOf(options.tier);
 
+    if (options.shard.isGiven())
+        summary.backend = renderer->id().backend; // shards of one machine have a device each
+    shard.begin(shots, summary.backend, summary.tier);
+    summary.set_frames = shots.size();
+    summary.shard_frames = shard.own();
+    summary.frames_before = shard.own() - shard.frames().size();
+
     FrameOptions frame_options = frameOptions(*scene, options);
     std::vector<float> pixels[kMaxEyes];
     const auto eye_count = uint32_t(options.eyes);
-    for (size_t i = 0; i < shots.size(); ++i) {
-        stopIfInterrupted(shots.size(), summary);
+    ShotsInFlight flying(*scene, eye_count, *renderer);
+    const size_t ahead = control ? 1 : renderer->framesInFlight(); // a target is held by what the frame before took
+    auto next = shard.frames().begin();
+    for (const size_t i : shard.frames()) {
+        stopIfInterrupted(shard.frames().size(), summary, options);
         const Camera& camera = shots[i].camera;
-        if (control)
-            frame_options.lod_bias = float(control->bias());
-        const TimedFrame frame = renderShot(*scene, shots[i], eye_count, frame_options, *renderer, pixels);
+        for (; next != shard.frames().end() && flying.count() < ahead; ++next) {
+            if (control)
+                frame_options.lod_bias = float(control->bias());
+            flying.begin(shots[*next], frame_options);
+        }
+        const TimedFrame frame = flying.end(pixels);
         const FrameStats stats{shots[i].index, camera.name, summary.backend,     summary.tier, camera.width,
                                camera.height,  eye_count,   shots[i].appearance, frame.result, frame.lod_bias};
-        stopIfInterrupted(shots.size(), summary);
+        stopIfInterrupted(shard.frames().size(), summary, options);
 
         for (uint32_t eye = 0; eye < eye_count && !paths.empty(); ++eye) {
             Image image{camera.width, camera.height, std::move(pixels[eye])};
-            writeImage(paths[i * eye_count + eye], image, options.depth, options.overwrite);
+            writeImage(paths[i * eye_count + eye], image, options.depth, shard.mayReplace(i));
             pixels[eye] = std::move(image.pixels); // the same memory for every frame
             summary.images.push_back(paths[i * eye_count + eye]);
         }
         if (stats_file)
             stats_file->write(frameStatsJson(stats) + "\n");
+        if (options.shard.isGiven())
+            shard.add(i, frameStatsJson(stats));
         noteFrame(log, stats);
         summary.frames.push_back(frame);
         if (control)
             control->add(frame.result.times.total);
-        log.progress("render", i + 1, shots.size());
+        log.progress("render", summary.frames.size(), shard.frames().size());
     }
+    summary.service = serviceStats(*renderer);
     if (stats_file)
         stats_file->commit();
     return summary;

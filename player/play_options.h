@@ -3,8 +3,10 @@
 #pragma once
 
 #include "kernels/frame/frame_types.h"
-#include "player/image/image_io.h"
 #include "player/cameras/length.h"
+#include "player/image/image_io.h"
+#include "player/shard/shard.h"
+#include "runtime/service/faulty_renderer.h"
 
 #include <cstdint>
 #include <limits>
@@ -24,6 +26,22 @@ struct RunChoice {
     ReuseOptions reuse; // what is kept between frames
 };
 
+// Devices that draw together, by their number.
+struct WorkerCount {
+    bool given = false, all = false, on_cpu = false;
+    uint32_t number = 0;
+};
+
+struct WorkerOptions {
+    WorkerCount count;
+    std::vector<DeviceId> devices; // by name; not with a count
+    ServiceMode mode = ServiceMode::Auto;
+    double min_fps = 0, max_fps = 0; // 0 = no such limit
+    std::optional<Faults> faults;
+
+    [[nodiscard]] bool several() const { return count.given || !devices.empty(); } // or one, which was named so
+};
+
 struct PlayOptions : RunChoice {
     std::string input;
     std::string cameras = "stored"; // a file, or "stored": those in the .gsc
@@ -40,12 +58,14 @@ struct PlayOptions : RunChoice {
     uint64_t vram_budget = 0;                     // bytes, 0 = all there is
     int appearance = -1;                          // the trainer's embedding row, -1 = the camera's
     std::optional<std::vector<float>> background; // 3 values; none = the model's
-    double near_z = 0;                            // world units, 0 = the model's
-    double target_ms = 0;                         // of a frame, held by a falling lod_bias; 0 = none
+    WorkerOptions workers;
+    double near_z = 0;    // world units, 0 = the model's
+    double target_ms = 0; // of a frame, held by a falling lod_bias; 0 = none
     uint64_t frame_first = 0, frame_end = std::numeric_limits<uint64_t>::max();
     std::string frame_range;           // as typed with its option, "--frames 0:100"
     bool frames_may_end_sooner = true; // frame_end is at most that
     bool overwrite = false, verify = false;
+    Shard shard; // of the tasks: frames, rows of a sweep or trajectories
 };
 
 // "2:5" is frames 2, 3 and 4; either end may be left out. False for anything else, and where A is not below B.

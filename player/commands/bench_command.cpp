@@ -4,6 +4,7 @@
 #include "player/measure/bench.h"
 #include "player/commands/commands.h"
 #include "player/commands/render_options.h"
+#include "player/workers/worker_options.h"
 #include "player/sweep/row_file.h"
 #include "player/sweep/run_facts.h"
 #include "player/sweep/sweep.h"
@@ -35,8 +36,10 @@ void addBenchOptions(CLI::App& app, BenchOptions& options)
     addInteger(app, "--warmup", options.warmup, 0, kMany, "N (default: 50)", "frames before the measured ones");
     addInteger(app, "--measure", options.measured, 1, kMany, "N (default: 300)",
                "frames to measure, going round the cameras");
-    addInteger(app, "--frames-in-flight", options.in_flight, 1, kFramesInFlight, "N (default: 1)",
-               "frames submitted before the first of them is waited for; with 2 the device has no pause between them");
+    addInteger(
+        app, "--frames-in-flight", options.in_flight, 1, 256, "N (default: 1)",
+        "frames submitted before the first of them is waited for, 2 or 3 for each device at most; with 2 a device "
+        "has no pause between them, 3 for each where several take turns");
     addInteger(app, "--quality", options.quality, 0, kMany, "N (default: 0)",
                "cameras to score against the tier exact");
     addBackend(app, "--reference", options.reference, false, "backend that renders exact for --quality or --sweep");
@@ -47,14 +50,18 @@ void addBenchOptions(CLI::App& app, BenchOptions& options)
                                  "runs every combination that the file asks for (schemas/sweep.schema.json), each from "
                                  "a cold start, scored against exact; --out takes a row for each "
                                  "(schemas/run.schema.json) and is gone on with where a sweep was stopped");
-    for (const char* fixed :
-         {"--cameras", "--frames", "--warmup", "--measure", "--quality", "--target-ms", "--frames-in-flight"})
+    for (const char* fixed : {"--cameras", "--frames", "--warmup", "--measure", "--quality", "--target-ms",
+                              "--frames-in-flight", "--gpus", "--devices"})
         sweep.excludes(optionOf(app, fixed)); // the file says these
+    addShard(app, options.play, "the runs of --sweep", "--out");
 }
 
 void checkBenchOptions(const CLI::App& app, const BenchOptions& options)
 {
     checkRenderOptions(app, options.play, !options.sweep.empty());
+    checkWorkerOptions(app, options.play);
+    checkEffect(app, "--shard", !options.sweep.empty(), "--sweep");
+    checkShardFile(options.play, "--out", options.out);
     checkEffect(app, "--reference", options.quality > 0 || !options.sweep.empty(), "--quality or --sweep");
     if (options.quality > 0 && options.play.reuse.policy != ReusePolicy::None)
         throw Error(ErrorCode::Usage, "--quality: scores single pictures and would not see what --reuse does to a "
@@ -103,6 +110,7 @@ void addBenchCommand(CLI::App& root, Invocation& invocation)
     addFrames(command, options->play);
     addViewOptions(command, options->play);
     addRunOptions(command, options->play);
+    addWorkerOptions(command, options->play);
     addTargetOption(command, options->play);
     addBenchOptions(command, *options);
     addReporterOptions(command, invocation.reporter, true);

@@ -9,6 +9,7 @@ namespace gsc {
 void addPlayCommand(CLI::App& root, Invocation& invocation);
 void addBenchCommand(CLI::App& root, Invocation& invocation);
 void addStabilityCommand(CLI::App& root, Invocation& invocation);
+void addLiveCommand(CLI::App& root, Invocation& invocation);
 void addBackendsCommand(CLI::App& root, Invocation& invocation);
 
 // Everything main() does. Returns the exit code; never throws.

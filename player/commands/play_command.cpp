@@ -5,6 +5,7 @@
 #include "player/commands/play_command.h"
 #include "player/commands/render_options.h"
 #include "player/image/image_io.h"
+#include "player/workers/worker_options.h"
 #include "player/play.h"
 #include "player/report/play_report.h"
 #include "player/tool/options.h"
@@ -30,6 +31,8 @@ constexpr const char* kPlayExamples = R"(examples:
       decoded Gaussians are drawn again while they change by less than 1/255
   gsc-play city.gsc --cameras flight.json --target-ms 11 --lod-fade 0.5 --lod-hysteresis 0.1 --stats out.jsonl
       detail falls where a frame would take longer than 11 ms, and no level pops
+  gsc-play room.gsc --out 'frames/{name}.png' --shard 2/4 --stats shard_2.jsonl
+      every fourth camera from the second on; gsc merge-runs shard_*.jsonl -o frames.jsonl joins the four files
   gsc-play bench room.gsc --eyes 2 --ipd 0.065 --size 2048x2048 --fov 90
       what a frame costs, stage by stage; gsc-play bench --help
 
@@ -51,6 +54,22 @@ void addOutputOptions(CLI::App& app, PlayOptions& options)
         "one JSON object per frame and line: time per stage, counts (schemas/frame-stats.schema.json); - is standard "
         "output");
     addFlag(app, "-w,--overwrite", options.overwrite, "replace files that exist");
+    addShard(app, options, "the frames", "--stats");
+}
+
+// A shard draws every so many frames, so none may depend on the one before.
+void checkShard(const PlayOptions& options)
+{
+    const bool keeps = options.reuse.policy != ReusePolicy::None;
+    if (options.shard.isGiven() && (keeps || options.lod_hysteresis > 0 || options.target_ms > 0))
+        throw Error(ErrorCode::Usage,
+                    formatString("--shard %s: with %s a frame depends on those before it, expected frames that can be "
+                                 "drawn apart; leave one of them out",
+                                 options.shard.text().c_str(),
+                                 keeps                        ? "--reuse"
+                                 : options.lod_hysteresis > 0 ? "--lod-hysteresis"
+                                                              : "--target-ms"));
+    checkShardFile(options, "--stats", options.stats);
 }
 
 void checkOut(const CLI::App& app, const PlayOptions& options)
@@ -88,6 +107,7 @@ void addPlayOptions(CLI::App& app, PlayOptions& options)
     addFrames(app, options);
     addViewOptions(app, options);
     addRunOptions(app, options);
+    addWorkerOptions(app, options);
     addTargetOption(app, options);
     addOutputOptions(app, options);
 }
@@ -97,19 +117,30 @@ void checkPlayOptions(const CLI::App& app, const PlayOptions& options)
     if (options.input.empty())
         throw Error(ErrorCode::Usage, "FILE: not given, expected a .gsc behind gsc-play; see gsc-play --help");
     checkRenderOptions(app, options, false);
+    checkWorkerOptions(app, options);
     checkEffect(app, "--device", !options.backend.starts_with("cpu"), "--backend cuda or auto");
     checkOut(app, options);
+    checkShard(options);
 }
 
 void addPlayCommand(CLI::App& root, Invocation& invocation)
 {
     auto options = std::make_shared<PlayOptions>();
+    auto lists = std::make_shared<bool>(false);
     addPlayOptions(root, *options);
+    addFlag(root, "--list-devices", *lists, "say what renders on this machine, its memory and links, and nothing else");
     addReporterOptions(root, invocation.reporter, true);
     setFooter(root, kPlayExamples);
-    onParsed(root, [&root, &invocation, options] {
+    onParsed(root, [&root, &invocation, options, lists] {
         if (hasCommand(root))
             return;
+        if (*lists) {
+            invocation.run = [](Reporter& report) {
+                report.text(report.json() ? deviceListJson() : deviceListText());
+                return ErrorCode::Ok;
+            };
+            return;
+        }
         checkPlayOptions(root, *options);
         invocation.run = [options](Reporter& report) { return runPlay(*options, report); };
     });
@@ -139,6 +170,7 @@ int runGscPlay(int argc, const char* const* argv)
                            addPlayCommand(root, invocation);
                            addBenchCommand(root, invocation);
                            addStabilityCommand(root, invocation);
+                           addLiveCommand(root, invocation);
                            addBackendsCommand(root, invocation);
                        }},
                       argc, argv);

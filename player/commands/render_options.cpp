@@ -2,9 +2,11 @@
 #include "player/commands/render_options.h"
 
 #include "format/error.h"
+#include "format/file/output_paths.h"
 #include "player/cameras/length.h"
 #include "player/report/reuse_names.h"
 #include "player/tool/options.h"
+#include "player/workers/worker_options.h"
 
 #include <cmath>
 #include <cstdio>
@@ -148,6 +150,28 @@ void addRunOptions(CLI::App& app, PlayOptions& options)
     addFlag(app, "--verify", options.verify, "check the checksum of every byte before the first frame");
     addReuseOptions(app, options);
     addLevelOptions(app, options);
+}
+
+void addShard(CLI::App& app, PlayOptions& options, const char* what, const char* file)
+{
+    detail::addValue(
+        app, "--shard", "I/N|auto (default: all)",
+        formatString("does the I-th of N parts of %s, I from 1: one process each, none knows of the others. auto takes "
+                     "both from Slurm's SLURM_ARRAY_TASK_ID and _COUNT or Open MPI's OMPI_COMM_WORLD_RANK and _SIZE; "
+                     "auto/N takes I also from the JOB_COMPLETION_INDEX of Kubernetes. What is done is kept in %s, one "
+                     "file for each shard: started again, a shard goes on there. gsc merge-runs joins the files",
+                     what, file),
+        [&options](const std::string& name, const std::string& text) {
+            options.shard = parseShard(text, name, processEnvironment, remoteWorkers() != nullptr);
+        });
+}
+
+void checkShardFile(const PlayOptions& options, const char* option, const std::string& file)
+{
+    if (options.shard.isGiven() && (file.empty() || isStandardOutput(file)))
+        throw Error(ErrorCode::Usage, formatString("--shard %s: nothing says where to keep what is done, expected a "
+                                                   "file of its own for each shard; pass %s FILE.jsonl",
+                                                   options.shard.text().c_str(), option));
 }
 
 void addTargetOption(CLI::App& app, PlayOptions& options)

@@ -16,10 +16,15 @@ void addIgnoreDistortion(CLI::App& app, PlayOptions& options);
 void addFrames(CLI::App& app, PlayOptions& options);      // --frames A:B
 void addViewOptions(CLI::App& app, PlayOptions& options); // size, angle, eyes, colours
 void addRunOptions(CLI::App& app, PlayOptions& options);  // tier, backend, memory, reuse, levels
+// --shard; `what` is split: "the frames". Every shard of it keeps what it has done in `file`, "--stats".
+void addShard(CLI::App& app, PlayOptions& options, const char* what, const char* file);
 void addTargetOption(CLI::App& app, PlayOptions& options);
 
 // A backend by name, or "auto" too: the names of every build; one that this build lacks is refused when it is opened.
 OptionHandle addBackend(CLI::App& app, const char* name, std::string& field, bool or_auto, const char* help);
+
+// --shard needs a `file` to keep what is done in, named by `option`. Throws Error(Usage).
+void checkShardFile(const PlayOptions& options, const char* option, const std::string& file);
 
 // What has an effect with two eyes only. Throws Error(Usage).
 void checkEyes(const CLI::App& app, const PlayOptions& options);

@@ -2,6 +2,7 @@
 #include "format/error.h"
 #include "player/commands/commands.h"
 #include "player/commands/render_options.h"
+#include "player/workers/worker_options.h"
 #include "player/measure/stability.h"
 #include "player/tool/options.h"
 
@@ -30,6 +31,10 @@ void addStabilityOptions(CLI::App& app, StabilityOptions& options)
               "most that the error image changes in one frame, in medians of the trajectory; 0 = no bound");
     addNumber(app, "--bound-p99", options.bound_p99, {0, kMost}, " medians", "X (default: 0)",
               "most of the time of a frame at p99, in medians; 0 = no bound");
+    addText(app, "--out", options.out, "FILE.jsonl",
+            "with --shard: file that takes a line for each trajectory (schemas/stability-report.schema.json); a shard "
+            "that was stopped goes on there. Bounds are judged by gsc merge-runs, which then exits with 8");
+    addShard(app, options.play, "the trajectories", "--out");
 }
 
 ErrorCode runStability(const StabilityOptions& options, Reporter& report)
@@ -37,7 +42,8 @@ ErrorCode runStability(const StabilityOptions& options, Reporter& report)
     const StabilitySummary summary = stability(options, report);
     report.endProgress(false);
     report.text(report.json() ? stabilityReportJson(options, summary) : stabilityReportText(options, summary));
-    return summary.passed() ? ErrorCode::Ok : ErrorCode::Difference;
+    // whether the test passed is known of all shards together: gsc merge-runs says so
+    return summary.passed() || options.play.shard.isGiven() ? ErrorCode::Ok : ErrorCode::Difference;
 }
 
 } // namespace
@@ -55,11 +61,15 @@ void addStabilityCommand(CLI::App& root, Invocation& invocation)
     addFrames(command, options->play);
     addViewOptions(command, options->play);
     addRunOptions(command, options->play);
+    addWorkerOptions(command, options->play);
     addReporterOptions(command, invocation.reporter, true);
     setFooter(command, kStabilityExamples);
     onParsed(command, [&command, &invocation, options] {
         checkRenderOptions(command, options->play, true);
         checkEyes(command, options->play);
+        checkWorkerOptions(command, options->play);
+        checkEffect(command, "--out", options->play.shard.isGiven(), "--shard");
+        checkShardFile(options->play, "--out", options->out);
         options->play.frames_may_end_sooner = true; // the longest trajectory is looked at, see stability()
         invocation.run = [options](Reporter& report) { return runStability(*options, report); };
     });

@@ -3,13 +3,16 @@
 
 #include "format/error.h"
 #include "format/interrupt.h"
+#include "player/workers/worker_report.h"
 #include "player/lod_target.h"
 #include "player/measure/runner.h"
 #include "player/measure/stopwatch.h"
-#include "player/open_renderer.h"
+#include "player/workers/open_renderer.h"
+#include "player/workers/worker_options.h"
 #include "player/sweep/row_file.h"
 #include "player/shots.h"
 #include "runtime/scene.h"
+#include "runtime/service/service_renderer.h"
 
 #include <algorithm>
 #include <chrono>
@@ -123,6 +126,7 @@ void scoreShots(const BenchOptions& options, const std::shared_ptr<const Scene>&
         if (!options.reference.empty()) {
             PlayOptions play = options.play;
             play.backend = options.reference;
+            play.workers = {}; // what several devices draw is measured against one
             double ignored = 0;
             other = openRenderer(play, scene, log, ignored);
         }
@@ -139,6 +143,18 @@ void scoreShots(const BenchOptions& options, const std::shared_ptr<const Scene>&
     }
 }
 
+// Before the model is loaded.
+void checkFramesInFlight(const BenchOptions& options)
+{
+    const uint32_t most =
+        drawsWithService(options.play) ? serviceFramesInFlight(workerDevices(options.play).size()) : kFramesInFlight;
+    if (options.in_flight > most)
+        throw Error(ErrorCode::Usage,
+                    formatString("--frames-in-flight %u: these devices take at most %u, expected that "
+                                 "or fewer; pass a smaller number",
+                                 options.in_flight, most));
+}
+
 } // namespace
 
 BenchSummary bench(const BenchOptions& options, Reporter& log)
@@ -149,6 +165,7 @@ BenchSummary bench(const BenchOptions& options, Reporter& log)
     checkRowOutput(options, inputs, log.json());
     if (const RowFile rows = readBenchRows(options.out); !rows.cut_off.empty())
         log.warning(rows.cut_off);
+    checkFramesInFlight(options);
     BenchSummary summary;
     const Clock::time_point open_start = Clock::now();
     const std::shared_ptr<const Scene> scene = Scene::open(options.play.input, options.play.verify);
@@ -174,6 +191,7 @@ BenchSummary bench(const BenchOptions& options, Reporter& log)
             summary.warm_bytes = std::max(summary.warm_bytes, frame.result.bytes_resident);
         log.progress("render", ended + 1, total);
     }
+    summary.service = serviceStats(*renderer);
     summary.device = renderer->device();
     summary.tier = renderer->tierOf(options.play.tier);
     summary.anchor_cost = anchorCost(scene->view(), summary.tier);

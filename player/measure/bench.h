@@ -7,6 +7,7 @@
 #include "player/measure/roofline.h"
 #include "player/report/frame_numbers.h"
 #include "runtime/renderer.h"
+#include "runtime/service/service_trace.h"
 #include "runtime/metrics/metrics.h"
 
 #include <cstdint>
@@ -18,7 +19,7 @@ namespace gsc {
 struct BenchOptions {
     PlayOptions play;                     // what and how to render; its outputs are not used
     uint32_t warmup = 50, measured = 300; // frames
-    uint32_t in_flight = 1;               // frames, at most kFramesInFlight
+    uint32_t in_flight = 1;               // frames, at most Renderer::framesInFlight()
     uint32_t quality = 0;                 // cameras scored against `exact`
     std::string reference;                // backend that renders `exact` for it; empty = the measured one
     std::string label;                    // free text for the report, such as what changed
@@ -40,8 +41,9 @@ struct BenchSummary {
     // wall_ms: from submit() to its end, or since the end of the frame before; images left on the device. The device's
     // own times are of every try, as that is
     std::vector<TimedFrame> frames;
-    std::string reference;    // backend that rendered `exact`
-    PooledDifference quality; // over frames and eyes, each eye a frame of it
+    std::optional<ServiceStats> service; // of several devices
+    std::string reference;               // backend that rendered `exact`
+    PooledDifference quality;            // over frames and eyes, each eye a frame of it
     std::vector<std::string> warnings;
 };
 

@@ -3,6 +3,7 @@
 #include "player/measure/bench.h"
 
 #include "format/error.h"
+#include "player/workers/worker_report.h"
 #include "player/report/reuse_names.h"
 #include "player/report/run_row.h"
 #include "runtime/frame_stats.h"
@@ -272,6 +273,7 @@ std::string benchReportJson(const BenchOptions& options, const BenchSummary& sum
           {"sum_ms", repeats.sum_ms},
           {"max_ms", repeats.max_ms}}},
         {"quality", qualityJson(summary)},
+        {"workers", workersJson(summary.service)},
         {"warnings", summary.warnings},
     };
     return jsonText(json, -1);
@@ -308,7 +310,7 @@ std::string benchReportText(const BenchOptions& options, const BenchSummary& sum
         for (const auto& count : kCacheCounts)
             text += tableRow(count.name, cacheCount(summary, count.field), 0);
     }
-    text += targetText(play, summary.frames) + rooflineText(options, summary);
+    text += targetText(play, summary.frames) + rooflineText(options, summary) + workersText(summary.service);
     text += formatString("peak memory %.3f GiB",
                          double(mostOf(summary.frames, &FrameResult::bytes_resident)) / double(1 << 30));
     if (device.context_bytes > 0)

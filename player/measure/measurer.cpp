@@ -2,7 +2,7 @@
 #include "player/measure/measurer.h"
 
 #include "format/error.h"
-#include "player/open_renderer.h"
+#include "player/workers/open_renderer.h"
 
 namespace gsc {
 
@@ -23,6 +23,8 @@ Renderer& Measurer::renderer(const std::string& name, bool second)
     if (!slot) {
         PlayOptions options = m_options;
         options.backend = name;
+        if (second || (name == m_reference && name != m_measured))
+            options.workers = {}; // devices that draw together are what is measured
         double ignored = 0;
         slot = openRenderer(options, m_scene, m_log, ignored);
     }
@@ -34,6 +36,7 @@ std::string Measurer::nameOf(const std::string& name)
     if (name != "auto")
         return name;
     const std::string own = renderer(name).id().backend;
+    m_measured = own;
     std::unique_ptr<Renderer>& slot = m_renderers[{own, false}];
     if (!slot)
         slot = std::move(m_renderers[{name, false}]);

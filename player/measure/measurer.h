@@ -30,7 +30,7 @@ private:
 
     std::shared_ptr<const Scene> m_scene;
     PlayOptions m_options;
-    std::string m_reference;
+    std::string m_reference, m_measured; // backends; m_measured: of "auto"
     Reporter& m_log;
     // a second one of a name renders exact images between the frames of the first
     std::map<std::pair<std::string, bool>, std::unique_ptr<Renderer>> m_renderers;

@@ -8,7 +8,9 @@
 #include "runtime/renderer.h"
 #include "runtime/scene.h"
 
+#include <deque>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -28,6 +30,31 @@ Path openPath(const Scene& scene, const PlayOptions& options, const std::string&
 // Renders a shot into `images`, one per eye, or leaves it on the device if that is null. Sets the appearance in `frame`.
 TimedFrame renderShot(const Scene& scene, const Shot& shot, uint32_t eye_count, FrameOptions& frame, Renderer& renderer,
                       std::vector<float>* images);
+
+// Shots that are drawn while pictures of those before are written.
+class ShotsInFlight {
+public:
+    // All must outlive this.
+    ShotsInFlight(const Scene& scene, uint32_t eye_count, Renderer& renderer);
+
+    ~ShotsInFlight();
+    ShotsInFlight(const ShotsInFlight&) = delete;
+    ShotsInFlight& operator=(const ShotsInFlight&) = delete;
+
+    // At most Renderer::framesInFlight(). Sets the appearance in `frame`.
+    void begin(const Shot& shot, FrameOptions& frame);
+    [[nodiscard]] size_t count() const { return m_flying.size(); }
+    // Ends the one begun first: its pictures, one per eye, take the place of what `images` had, whose memory is used again.
+    TimedFrame end(std::vector<float>* images);
+
+private:
+    struct Flying;
+    const Scene& m_scene;
+    uint32_t m_eye_count;
+    Renderer& m_renderer;
+    std::deque<std::unique_ptr<Flying>> m_flying;
+    std::unique_ptr<Flying> m_spare;
+};
 
 using FrameDone = std::function<void(uint64_t done)>; // frames, from 1
 

@@ -3,10 +3,15 @@
 
 #include "format/error.h"
 #include "player/measure/measurer.h"
+#include "player/shard/shard_rows.h"
+#include "player/sweep/run_facts.h"
+#include "player/workers/worker_options.h"
+#include "runtime/frame_stats.h"
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 
 namespace gsc {
 
@@ -49,16 +54,73 @@ std::vector<std::string> cameraFiles(const StabilityOptions& options)
 }
 
 // A range that ends behind the last camera of every trajectory is a mistake.
-void checkFrames(const PlayOptions& options, const std::vector<StabilityPath>& paths)
+void checkFrames(const PlayOptions& options, const std::vector<Path>& paths)
 {
     size_t most = 0;
-    for (const StabilityPath& entry : paths)
-        most = std::max(most, entry.path.shots.size());
+    for (const Path& path : paths)
+        most = std::max(most, path.shots.size());
     if (options.frame_end != std::numeric_limits<uint64_t>::max() && options.frame_first + most < options.frame_end)
         throw Error(
             ErrorCode::Usage,
             formatString("%s: ends behind the last camera of every trajectory, expected at most %llu; pass that",
                          options.frame_range.c_str(), static_cast<unsigned long long>(options.frame_first + most)));
+}
+
+// --out of a shard, before any work.
+void checkStabilityOutput(const StabilityOptions& options, const std::vector<std::string>& files)
+{
+    std::vector<NamedPath> inputs = {{options.play.input, "the model"}};
+    for (const std::string& file : files)
+        inputs.push_back({file, "a camera file"});
+    const NamedPath out{options.out, "--out"};
+    checkOutputsDiffer(std::span(&out, 1), inputs);
+    checkAppend(options.out);
+}
+
+// All that changes the report besides times and memory.
+uint64_t stabilityHash(const StabilityOptions& options, const StabilitySummary& summary, const std::vector<Path>& paths)
+{
+    StabilitySummary head = summary;
+    head.paths.clear();
+    head.file = {};
+    OrderedJson names = OrderedJson::array();
+    for (const Path& path : paths)
+        names.push_back({path.name, path.shots.size()});
+    OrderedJson workers = OrderedJson::array(); // each keeps entries of its own
+    for (const DeviceId& device : workerDevices(options.play))
+        workers.push_back(device.backend);
+    StabilityOptions whole = options;
+    whole.play.shard = {};
+    const PlayOptions& play = options.play;
+    const OrderedJson said = {{"report", stabilityReportJson(whole, head)},
+                              {"trajectories", std::move(names)},
+                              {"tier", tierName(play.tier)},
+                              {"near", play.near_z},
+                              {"background", play.background ? OrderedJson(*play.background) : OrderedJson()},
+                              {"mode", serviceModeName(play.workers.mode)},
+                              {"workers", std::move(workers)},
+                              {"vram_budget", play.vram_budget}};
+    const std::string text = jsonText(said, -1);
+    Checksum64 sum;
+    sum.update(std::as_bytes(std::span(text)));
+    for (const Path& path : paths)
+        addPoses(path.shots, path.eye_count, sum);
+    return sum.digest();
+}
+
+StabilityPath judged(const StabilityOptions& options, const Path& path, const RunResult& run)
+{
+    const double ipd = path.eye_count == 2 ? path.shots.front().ipd : 0;
+    return {path.name,
+            path.cameras,
+            path.shots.size(),
+            ipd,
+            timesOf(timedFrames(run.frames, options.warmup)),
+            run.accuracy,
+            reuseCounts(run.frames),
+            judge(options, run),
+            run.tier,
+            run.device};
 }
 
 } // namespace
@@ -90,27 +152,59 @@ std::vector<Verdict> judge(const StabilityOptions& options, const RunResult& run
 StabilitySummary stability(const StabilityOptions& options, Reporter& log)
 {
     const std::vector<std::string> files = cameraFiles(options);
+    const Shard& shard = options.play.shard;
+    std::optional<ShardRows> rows;
+    if (shard.isGiven()) {
+        checkStabilityOutput(options, files);
+        rows.emplace(options.out, kStabilityRow, shard);
+    }
     const std::shared_ptr<const Scene> scene = Scene::open(options.play.input, options.play.verify);
     StabilitySummary summary;
     summary.file = {options.play.input, scene->bytes(), scene->anchorCount()};
     PlayOptions reading = options.play;
-    uint64_t total = 0, before = 0;
+    std::vector<Path> paths;
+    std::vector<uint64_t> lengths;
     for (const std::string& file : files) {
         reading.cameras = file;
-        summary.paths.push_back({openPath(*scene, reading, file, log), {}, {}});
-        total += summary.paths.back().path.shots.size();
+        paths.push_back(openPath(*scene, reading, file, log));
+        lengths.push_back(paths.back().shots.size());
     }
-    checkFrames(options.play, summary.paths);
+    checkFrames(options.play, paths);
     Measurer measurer(scene, reading, options.reference, log);
     summary.backend = measurer.nameOf(reading.backend);
     summary.reference = measurer.referenceOf(summary.backend);
+    summary.all_paths = paths.size();
+    if (rows) {
+        rows->begin(
+            shardFacts(shard, paths.size(), fileHash(options.play.input), stabilityHash(options, summary, paths)));
+        if (!rows->cutOff().empty())
+            log.tell(rows->cutOff()); // no warning of the report: it says nothing of the pictures
+    }
+
+    const std::vector<uint64_t> shards = blockShards(lengths, std::max<uint64_t>(1, shard.count));
+    std::vector<size_t> own;
+    uint64_t total = 0, before = 0;
+    for (size_t i = 0; i < paths.size(); ++i)
+        if (!shard.isGiven() || shards[i] + 1 == shard.index) {
+            own.push_back(i);
+            total += lengths[i];
+        }
     const FrameOptions frame = frameOptions(*scene, reading);
-    for (StabilityPath& entry : summary.paths) {
-        log.progressPart(entry.path.name);
-        entry.run = measurer.run(entry.path, summary.backend, frame, {},
-                                 [&](uint64_t done) { log.progress("render", before + done, total); });
-        before += entry.path.shots.size();
-        entry.verdicts = judge(options, entry.run);
+    for (const size_t i : own) {
+        const OrderedJson* const row = rows ? rows->find(i) : nullptr;
+        if (row != nullptr) {
+            summary.paths.push_back(readStabilityRow(*row, options.out));
+            ++summary.paths_before;
+        } else {
+            log.progressPart(paths[i].name);
+            const RunResult run = measurer.run(paths[i], summary.backend, frame, {},
+                                               [&](uint64_t done) { log.progress("render", before + done, total); });
+            summary.paths.push_back(judged(options, paths[i], run));
+            summary.warnings = log.warnings();
+            if (rows)
+                rows->add(i, stabilityRow(options, summary, summary.paths.back()));
+        }
+        before += lengths[i];
     }
     summary.warnings = log.warnings();
     return summary;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "player/measure/runner.h"
+#include "player/tool/json.h"
 
 #include <algorithm>
 #include <string>
@@ -18,6 +19,7 @@ struct StabilityOptions {
     double bound_psnr = 50;                // least of any frame, dB; 0 = no bound
     double bound_temporal = 2;             // most of any frame, times the trajectory's median; 0 = no bound
     double bound_p99 = 0;                  // p99 of the frame time, times its median; 0 = no bound
+    std::string out;                       // of a shard: file that takes a line for each trajectory
 };
 
 struct Verdict {
@@ -28,9 +30,15 @@ struct Verdict {
 };
 
 struct StabilityPath {
-    Path path;
-    RunResult run;
+    std::string name, cameras;
+    uint64_t frames = 0;
+    double ipd = 0; // of two eyes
+    FrameTimes ms;  // of the frames after the warm-up
+    Accuracy accuracy;
+    ReuseCounts reuse;
     std::vector<Verdict> verdicts;
+    Tier tier = Tier::Exact; // that ran
+    DeviceFacts device;      // asked for after the last timed frame
 
     [[nodiscard]] bool passed() const { return std::ranges::all_of(verdicts, &Verdict::passed); }
 };
@@ -40,6 +48,7 @@ struct StabilitySummary {
     FileFacts file;
     std::vector<StabilityPath> paths;
     std::vector<std::string> warnings;
+    uint64_t all_paths = 0, paths_before = 0; // of all shards, and those that this one had done before
 
     [[nodiscard]] bool passed() const { return std::ranges::all_of(paths, &StabilityPath::passed); }
 };
@@ -53,5 +62,9 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log);
 std::string stabilityReportText(const StabilityOptions& options, const StabilitySummary& summary);
 // One object, schemas/stability-report.schema.json.
 std::string stabilityReportJson(const StabilityOptions& options, const StabilitySummary& summary);
+
+// The line of one trajectory: a report of it alone, without the shard. And back: what the report of all says of it.
+std::string stabilityRow(const StabilityOptions& options, const StabilitySummary& summary, const StabilityPath& path);
+StabilityPath readStabilityRow(const OrderedJson& row, const std::string& where);
 
 } // namespace gsc

@@ -5,8 +5,11 @@
 #include "player/measure/stability.h"
 #include "runtime/frame_stats.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <span>
 
 namespace gsc {
 
@@ -24,17 +27,21 @@ OrderedJson verdictsJson(const StabilityPath& entry)
     return json;
 }
 
-OrderedJson pathJson(const StabilityOptions& options, const StabilityPath& entry)
+OrderedJson pathJson(const StabilityPath& entry)
 {
-    return {{"trajectory", entry.path.name},
-            {"cameras", entry.path.cameras},
-            {"frames", entry.path.shots.size()},
-            {"ipd", entry.path.eye_count == 2 ? unknownIfZero(entry.path.shots.front().ipd) : OrderedJson()},
-            {"ms", toJson(timesOf(timedFrames(entry.run.frames, options.warmup)))},
-            {"accuracy", toJson(entry.run.accuracy)},
-            {"reuse", toJson(reuseCounts(entry.run.frames))},
-            {"verdicts", verdictsJson(entry)},
-            {"passed", entry.passed()}};
+    return {{"trajectory", entry.name},        {"cameras", entry.cameras},        {"frames", entry.frames},
+            {"ipd", unknownIfZero(entry.ipd)}, {"ms", toJson(entry.ms)},          {"accuracy", toJson(entry.accuracy)},
+            {"reuse", toJson(entry.reuse)},    {"verdicts", verdictsJson(entry)}, {"passed", entry.passed()}};
+}
+
+constexpr const char* kBounds[] = {"psnr", "temporal", "p99"};
+
+void describe(const Record& at, Verdict& verdict)
+{
+    at.field("limit", verdict.limit, kNumber);
+    at.fieldOrNull("value", verdict.value, kNumber, std::numeric_limits<double>::infinity());
+    at.field("frame", verdict.frame, kCount);
+    at.field("passed", verdict.passed, kFlag);
 }
 
 std::string valueText(const Verdict& verdict)
@@ -46,21 +53,25 @@ std::string valueText(const Verdict& verdict)
 
 } // namespace
 
-std::string stabilityReportJson(const StabilityOptions& options, const StabilitySummary& summary)
+namespace {
+
+OrderedJson reportJson(const StabilityOptions& options, const StabilitySummary& summary,
+                       std::span<const StabilityPath> shown)
 {
     const PlayOptions& play = options.play;
-    const RunResult& last = summary.paths.back().run;
     OrderedJson paths = OrderedJson::array();
-    for (const StabilityPath& entry : summary.paths)
-        paths.push_back(pathJson(options, entry));
-    const OrderedJson json = {
+    for (const StabilityPath& entry : shown)
+        paths.push_back(pathJson(entry));
+    // a shard may have none
+    const DeviceFacts device = shown.empty() ? DeviceFacts{} : shown.back().device;
+    return {
         {"schema", "gsc.stability/1"},
         {"tool", toJson(thisTool())},
         {"file", toJson(summary.file)},
         {"backend", summary.backend},
         {"reference", summary.reference},
-        {"device", toJson(last.device)},
-        {"tier", tierName(last.tier)},
+        {"device", toJson(device)},
+        {"tier", tierName(shown.empty() ? play.tier : shown.back().tier)},
         {"eyes", play.eyes},
         {"stereo", stereoName(play.stereo)},
         {"size", play.width > 0 ? OrderedJson{play.width, play.height} : OrderedJson()},
@@ -75,27 +86,78 @@ std::string stabilityReportJson(const StabilityOptions& options, const Stability
           {"temporal", unknownIfZero(options.bound_temporal)},
           {"p99", unknownIfZero(options.bound_p99)}}},
         {"trajectories", std::move(paths)},
-        {"passed", summary.passed()},
+        {"passed", std::ranges::all_of(shown, &StabilityPath::passed)},
         {"warnings", summary.warnings},
     };
+}
+
+} // namespace
+
+std::string stabilityReportJson(const StabilityOptions& options, const StabilitySummary& summary)
+{
+    OrderedJson json = reportJson(options, summary, summary.paths);
+    if (const Shard& shard = options.play.shard; shard.isGiven())
+        json["shard"] = {{"index", shard.index},
+                         {"count", shard.count},
+                         {"tasks", summary.all_paths},
+                         {"own", summary.paths.size()},
+                         {"done_before", summary.paths_before}};
     return jsonText(json, 2) + "\n";
+}
+
+std::string stabilityRow(const StabilityOptions& options, const StabilitySummary& summary, const StabilityPath& path)
+{
+    return jsonText(reportJson(options, summary, std::span(&path, 1)), -1);
+}
+
+StabilityPath readStabilityRow(const OrderedJson& row, const std::string& where)
+{
+    StabilityPath path;
+    constexpr const char* form = "gsc.stability/1";
+    const Record report(row, where, form);
+    describe(report.object("device"), path.device);
+    std::string tier;
+    report.field("tier", tier, kName);
+    path.tier = tier == tierName(Tier::Exact) ? Tier::Exact : Tier::Fast;
+    OrderedJson list;
+    report.field("trajectories", list, kOneTrajectory);
+    const Record at(list[0], where + ": trajectories[0]", form);
+    at.field("trajectory", path.name, kName);
+    at.field("cameras", path.cameras, kText);
+    at.field("frames", path.frames, kCount);
+    at.fieldOrNull("ipd", path.ipd, kPositive);
+    describe(at.object("ms"), path.ms);
+    describe(at.object("accuracy"), path.accuracy);
+    describe(at.object("reuse"), path.reuse);
+    for (const char* bound : kBounds)
+        if (const Record verdicts = at.object("verdicts"); verdicts.has(bound)) {
+            Verdict verdict{bound, 0, 0};
+            describe(verdicts.object(bound), verdict);
+            path.verdicts.push_back(verdict);
+        }
+    return path;
 }
 
 std::string stabilityReportText(const StabilityOptions& options, const StabilitySummary& summary)
 {
-    std::string text =
-        formatString("%s: %s, %s against exact of %s\n", options.play.input.c_str(), summary.backend.c_str(),
-                     tierName(summary.paths.back().run.tier), summary.reference.c_str());
+    std::string text = formatString(
+        "%s: %s, %s against exact of %s\n", options.play.input.c_str(), summary.backend.c_str(),
+        tierName(summary.paths.empty() ? options.play.tier : summary.paths.back().tier), summary.reference.c_str());
+    if (options.play.shard.isGiven())
+        text += formatString("shard %s: %zu of %llu trajectories, %llu of them done before\n",
+                             options.play.shard.text().c_str(), summary.paths.size(),
+                             static_cast<unsigned long long>(summary.all_paths),
+                             static_cast<unsigned long long>(summary.paths_before));
     text += formatString("%-20s %7s %9s %9s %9s %9s %9s %9s %9s  %s\n", "trajectory", "frames", "ms", "p99", "PSNR",
                          "worst", "flicker", "most", "hits %", "verdict");
     for (const StabilityPath& entry : summary.paths) {
-        const Accuracy& accuracy = entry.run.accuracy;
-        const Spread wall = timesOf(timedFrames(entry.run.frames, options.warmup)).wall;
-        text +=
-            formatString("%-20s %7zu %9.2f %9.2f %9s %9s %9.4f %9.4f %9.1f  %s\n", entry.path.name.c_str(),
-                         entry.path.shots.size(), wall.median, wall.p99, decibels(accuracy.psnr_pooled).c_str(),
-                         decibels(accuracy.psnr_min).c_str(), accuracy.temporal.p50 * 255, accuracy.temporal.max * 255,
-                         100 * reuseCounts(entry.run.frames).hit_rate, entry.passed() ? "ok" : "EXCEEDED");
+        const Accuracy& accuracy = entry.accuracy;
+        const Spread& wall = entry.ms.wall;
+        text += formatString("%-20s %7llu %9.2f %9.2f %9s %9s %9.4f %9.4f %9.1f  %s\n", entry.name.c_str(),
+                             static_cast<unsigned long long>(entry.frames), wall.median, wall.p99,
+                             decibels(accuracy.psnr_pooled).c_str(), decibels(accuracy.psnr_min).c_str(),
+                             accuracy.temporal.p50 * 255, accuracy.temporal.max * 255, 100 * entry.reuse.hit_rate,
+                             entry.passed() ? "ok" : "EXCEEDED");
         for (const Verdict& verdict : entry.verdicts)
             if (!verdict.passed)
                 text += formatString("    %s: %s in frame %llu, bound %g\n", verdict.bound, valueText(verdict).c_str(),

@@ -11,6 +11,7 @@ if(TARGET gsc_player)
   gsc_add_test(test_roofline SOURCES player/test_roofline.cpp LIBS gsc_player)
   gsc_add_test(test_accuracy SOURCES player/test_accuracy.cpp LIBS gsc_player nlohmann_json::nlohmann_json)
   gsc_add_test(test_sweep_config SOURCES player/test_sweep_config.cpp LIBS gsc_player nlohmann_json::nlohmann_json)
+  gsc_add_test(test_shard SOURCES player/test_shard.cpp LIBS gsc_player nlohmann_json::nlohmann_json)
   gsc_add_test(test_runner SOURCES player/test_runner.cpp LIBS gsc_player)
   gsc_add_test(test_run_rows SOURCES player/test_run_rows.cpp LIBS gsc_player nlohmann_json::nlohmann_json)
 
@@ -28,8 +29,28 @@ if(TARGET gsc_player)
              COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/${cli}.py ${PROJECT_SOURCE_DIR}
                      $<TARGET_FILE:gsc-play> $<TARGET_FILE:write_tiny_gsc> $<TARGET_FILE:write_bench_report>)
   endforeach()
+  add_test(NAME test_workers_cli COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/test_workers_cli.py
+                                         ${PROJECT_SOURCE_DIR} $<TARGET_FILE:gsc-play> $<TARGET_FILE:write_tiny_gsc>)
+  set_tests_properties(test_workers_cli PROPERTIES LABELS cpu TIMEOUT 600)
+  if(TARGET gsc-play-mpi)
+    add_test(NAME test_mpi_cli
+             COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/test_mpi_cli.py ${MPIEXEC_EXECUTABLE}
+                     $<TARGET_FILE:gsc-play> $<TARGET_FILE:gsc-play-mpi> $<TARGET_FILE:write_tiny_gsc>)
+    set_tests_properties(test_mpi_cli PROPERTIES LABELS cpu TIMEOUT 600 PROCESSORS 2)
+  endif()
   add_test(NAME test_sweep_cli COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/test_sweep_cli.py
                                        ${PROJECT_SOURCE_DIR} $<TARGET_FILE:gsc-play> $<TARGET_FILE:write_tiny_gsc>)
+  if(TARGET gsc)
+    set(shards ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/test_shards.py ${PROJECT_SOURCE_DIR}
+               $<TARGET_FILE:gsc-play> $<TARGET_FILE:write_tiny_gsc> $<TARGET_FILE:gsc>)
+    add_test(NAME test_shards COMMAND ${shards})
+    set_tests_properties(test_shards PROPERTIES LABELS cpu TIMEOUT 600)
+    add_test(NAME test_shards_parallel COMMAND ${shards} parallel)
+    set_tests_properties(test_shards_parallel PROPERTIES LABELS "cpu;slow;long" TIMEOUT 1200)
+    add_test(NAME test_paper COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/test_paper.py ${PROJECT_SOURCE_DIR}
+                                     $<TARGET_FILE:gsc> $<TARGET_FILE:gsc-play>)
+    set_tests_properties(test_paper PROPERTIES LABELS "cpu;slow" TIMEOUT 1200)
+  endif()
   add_test(NAME test_layers COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/package/check_package.py
                                     ${PROJECT_SOURCE_DIR} ${CMAKE_COMMAND} layers)
   set_tests_properties(test_play_cli test_play_outputs test_bench_cli test_sweep_cli test_layers PROPERTIES LABELS cpu TIMEOUT 300)

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/open_renderer.h"
+#include "player/workers/open_renderer.h"
 
 #include "format/error.h"
+#include "player/workers/worker_options.h"
+#include "runtime/service/service_renderer.h"
 
 #include <chrono>
 
@@ -28,6 +30,8 @@ bool isOfDevice(ErrorCode code)
 std::unique_ptr<Renderer> openRenderer(const PlayOptions& options, std::shared_ptr<const Scene> scene, Reporter& log,
                                        double& load_ms)
 {
+    if (drawsWithService(options))
+        return load(makeServiceRenderer(serviceOptions(options, log)), std::move(scene), load_ms);
     const RendererOptions limits{options.threads, options.vram_budget};
     std::string name = options.backend;
     try {

@@ -10,7 +10,8 @@
 
 namespace gsc {
 
-// With --backend auto what a better backend cannot load, for want of memory or of support, the CPU loads instead, after a
+// Several devices as one renderer (runtime/service/service_renderer.h) where the options ask for that. Otherwise, with
+// --backend auto, what a better backend cannot load, for want of memory or of support, the CPU loads instead, after a
 // warning. `load_ms`: how long the loading took. Throws Error.
 std::unique_ptr<Renderer> openRenderer(const PlayOptions& options, std::shared_ptr<const Scene> scene, Reporter& log,
                                        double& load_ms);

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "format/error.h"
+#include "player/commands/commands.h"
+#include "player/commands/render_options.h"
+#include "player/measure/live.h"
+#include "player/workers/worker_options.h"
+#include "player/tool/options.h"
+
+#include <memory>
+
+namespace gsc {
+
+namespace {
+
+constexpr const char* kLiveExamples = R"(examples:
+  gsc-play live city.gsc --cameras zoom-out.json --eyes 2 --size 2048x2048 --fov 90 --gpus all --rate 100 --min-fps 90
+      poses come 100 times a second; a GPU joins before the rate falls below 90
+  gsc-play live room.gsc --rate 72 --seconds 60 --devices cuda:0,cuda:1 --mode split --trace run.json
+      a minute round the stored cameras on two GPUs; gsc chart draws run.json
+
+Poses are fed in real time. The newest that waits is drawn next, and the newest that is drawn is shown: what a viewer
+without a screen would have shown, in order. Each pose ends as shown, late (a newer one was shown), expired (a newer one
+came, or it waited too long) or failed.)";
+
+void addLiveOptions(CLI::App& app, LiveOptions& options)
+{
+    const Heading heading(app, "Real time");
+    addNumber(app, "--rate", options.rate, {0.1, 10000}, " poses per second", "FPS (default: 90)",
+              "poses fed each second");
+    addNumber(app, "--seconds", options.seconds, {0, 1e6}, " seconds", "S (default: 0)",
+              "how long, going round the cameras; 0 = once through them");
+    addNumber(app, "--timeout-ms", options.timeout_ms, {0, 1e6}, " milliseconds", "MS (default: 50)",
+              "that a pose may wait before it is begun; 0 = until a newer one comes");
+    addText(app, "--trace", options.trace, "FILE.json",
+            "every pose, start and stop with its cause (schemas/service-trace.schema.json); gsc chart draws it");
+    addFlag(app, "-w,--overwrite", options.play.overwrite, "replace the trace file if it exists");
+}
+
+ErrorCode runLive(const LiveOptions& options, Reporter& report)
+{
+    const LiveSummary summary = live(options, report);
+    report.endProgress(false);
+    if (report.json()) {
+        ServiceTraceReport trace = liveTrace(options, summary);
+        trace.poses.clear(); // which --trace has
+        report.object(toJson(trace));
+    } else {
+        report.text(liveReportText(options, summary));
+    }
+    return ErrorCode::Ok;
+}
+
+} // namespace
+
+void addLiveCommand(CLI::App& root, Invocation& invocation)
+{
+    auto options = std::make_shared<LiveOptions>();
+    CLI::App& command = addCommand(root, "live", "Feed a trajectory in real time, and say what would have been shown");
+    addFile(command, options->play);
+    optionOf(command, "FILE").required();
+    addLiveOptions(command, *options);
+    addCameras(command, options->play);
+    addFrames(command, options->play);
+    addViewOptions(command, options->play);
+    addRunOptions(command, options->play);
+    addWorkerOptions(command, options->play);
+    addReporterOptions(command, invocation.reporter, true);
+    setFooter(command, kLiveExamples);
+    onParsed(command, [&command, &invocation, options] {
+        checkRenderOptions(command, options->play, false);
+        checkWorkerOptions(command, options->play);
+        checkEffect(command, "--overwrite", !options->trace.empty(), "--trace");
+        invocation.run = [options](Reporter& report) { return runLive(*options, report); };
+    });
+}
+
+} // namespace gsc

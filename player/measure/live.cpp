@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/measure/live.h"
+
+#include "format/error.h"
+#include "format/file/output_file.h"
+#include "format/file/output_paths.h"
+#include "format/interrupt.h"
+#include "player/workers/worker_options.h"
+#include "player/shots.h"
+#include "runtime/scene.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <optional>
+#include <thread>
+
+namespace gsc {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr size_t kTraced = 1000000; // poses and events
+
+// Takes pictures as a display does, and lets them go.
+class Display {
+public:
+    explicit Display(RendererService& service) : m_thread([this, &service] { run(service); }) {}
+    ~Display() { stop(); }
+    Display(const Display&) = delete;
+    Display& operator=(const Display&) = delete;
+
+    void stop()
+    {
+        m_ends = true;
+        if (m_thread.joinable())
+            m_thread.join();
+    }
+    [[nodiscard]] uint64_t shown() const { return m_shown; }
+
+private:
+    void run(RendererService& service)
+    {
+        constexpr auto kAsk = std::chrono::milliseconds(5);
+        while (!m_ends || service.stats().counts.open() > 0) {
+            if (service.next(kAsk))
+                ++m_shown;
+            else if (service.stats().counts.open() == 0)
+                std::this_thread::sleep_for(std::chrono::microseconds(200)); // no pose is there to wait for
+        }
+    }
+
+    std::atomic<bool> m_ends = false;
+    std::atomic<uint64_t> m_shown = 0;
+    std::thread m_thread; // last: it uses the others
+};
+
+// Everything that can be said without the model.
+void checkTrace(const LiveOptions& options, Reporter& log)
+{
+    if (options.trace.empty())
+        return;
+    checkStandardOutput(options.trace, "--trace", log.json());
+    std::vector<NamedPath> inputs = {{options.play.input, "the model"}};
+    if (options.play.cameras != "stored")
+        inputs.push_back({options.play.cameras, "the camera file"});
+    const NamedPath trace{options.trace, "--trace"};
+    checkOutputsDiffer(std::span(&trace, 1), inputs);
+}
+
+// What the better device cannot load, the CPU loads, where the options leave the choice.
+std::unique_ptr<RendererService> openService(const std::shared_ptr<const Scene>& scene, const PlayOptions& play,
+                                             ServiceOptions& options, Reporter& log)
+{
+    const bool may_fall_back = options.devices.size() == 1 && play.backend == "auto" && !play.workers.several();
+    try {
+        return std::make_unique<RendererService>(scene, options);
+    } catch (const Error& e) {
+        const DeviceId own = options.devices.front();
+        const bool of_device =
+            e.code() == ErrorCode::OutOfMemory || e.code() == ErrorCode::Unsupported || e.code() == ErrorCode::Device;
+        if (!may_fall_back || own.backend == "cpu" || !of_device)
+            throw;
+        log.warning(formatString("backend %s is passed over: %s", own.backend.c_str(), e.what()));
+        options.devices.front() = {"cpu"};
+        return std::make_unique<RendererService>(scene, options);
+    }
+}
+
+bool allGone(const ServiceStats& stats)
+{
+    return std::ranges::all_of(stats.workers,
+                               [](const WorkerStats& worker) { return worker.state == WorkerState::Gone; });
+}
+
+// A run that showed nothing for want of workers, or because no pose could be drawn, has failed.
+void throwIfFailed(const LiveOptions& options, const ServiceStats& stats)
+{
+    const auto last = std::ranges::find_if(stats.workers.rbegin(), stats.workers.rend(),
+                                           [](const WorkerStats& worker) { return !worker.last_fault.empty(); });
+    const std::string because = last == stats.workers.rend() ? "" : ", the last because: " + last->last_fault;
+    if (allGone(stats))
+        throw Error(ErrorCode::Device, formatString("%s: no worker is left%s, expected one; look at --list-devices and "
+                                                    "start again",
+                                                    options.play.input.c_str(), because.c_str()));
+    if (stats.counts.of(PoseEnd::Shown) == 0 && stats.counts.of(PoseEnd::Failed) > 0)
+        throw Error(ErrorCode::Device,
+                    formatString("%s: no pose was shown and %llu failed%s, expected pictures; render one frame with "
+                                 "gsc-play to see why",
+                                 options.play.input.c_str(),
+                                 static_cast<unsigned long long>(stats.counts.of(PoseEnd::Failed)), because.c_str()));
+}
+
+} // namespace
+
+LiveSummary live(const LiveOptions& options, Reporter& log)
+{
+    const PlayOptions& play = options.play;
+    checkTrace(options, log);
+    LiveSummary summary;
+    const std::shared_ptr<const Scene> scene = Scene::open(play.input, play.verify);
+    summary.file = {play.input, scene->bytes(), scene->anchorCount()};
+    const std::vector<Shot> shots = chooseShots(*scene, play, log);
+    FrameOptions frame = frameOptions(*scene, play);
+
+    ServiceOptions service_options = serviceOptions(play, log);
+    service_options.keeps_all = false;
+    service_options.timeout = std::chrono::nanoseconds(int64_t(options.timeout_ms * 1e6));
+    service_options.trace_limit = kTraced;
+    std::optional<OutputFile> file;
+    if (!options.trace.empty())
+        file.emplace(options.trace, OutputKind::Text, play.overwrite);
+    const std::unique_ptr<RendererService> owner = openService(scene, play, service_options, log);
+    RendererService& service = *owner;
+    for (const DeviceId& device : service_options.devices)
+        summary.devices.push_back(deviceText(device));
+    summary.tier = service.tierOf(play.tier);
+
+    const uint64_t poses = options.seconds > 0 ? uint64_t(std::ceil(options.seconds * options.rate)) : shots.size();
+    const auto eye_count = uint32_t(play.eyes);
+    Display display(service);
+    const Clock::time_point start = Clock::now();
+    uint64_t shown_before = 0;
+    double said = 0;
+    for (uint64_t i = 0; i < poses; ++i) {
+        throwIfInterrupted();
+        const double due = double(i) / options.rate;
+        std::this_thread::sleep_until(start +
+                                      std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(due)));
+        const Shot& shot = shots[i % shots.size()];
+        EyeParams eyes[kMaxEyes];
+        shotEyes(shot, eye_count, eyes);
+        frame.appearance = shotAppearance(*scene, shot);
+        PoseRequest request;
+        request.eyes = {eyes, eye_count};
+        request.options = frame;
+        request.on_device = true;
+        (void)service.submit(request);
+        if (due - said >= 0.5) {
+            const uint64_t shown = display.shown();
+            const ServiceStats stats = service.stats();
+            if (allGone(stats))
+                break;
+            log.progressPart(
+                formatString("%.0f fps, %u working", double(shown - shown_before) / (due - said), stats.working));
+            shown_before = shown;
+            said = due;
+        }
+        log.progress("live", i + 1, poses);
+    }
+    display.stop();
+    summary.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    summary.service = service.stats();
+    summary.trace = service.trace();
+    summary.warnings = log.warnings();
+    if (file) {
+        file->write(jsonText(toJson(liveTrace(options, summary)), -1) + "\n");
+        file->commit();
+    }
+    throwIfFailed(options, summary.service); // the trace of such a run is wanted, too
+    return summary;
+}
+
+} // namespace gsc

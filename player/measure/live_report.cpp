@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/measure/live.h"
+#include "player/report/make_service_trace.h"
+#include "player/workers/worker_report.h"
+
+namespace gsc {
+
+ServiceTraceReport liveTrace(const LiveOptions& options, const LiveSummary& summary)
+{
+    const WorkerOptions& workers = options.play.workers;
+    ServiceTraceReport report = makeServiceTrace(summary.trace, summary.service);
+    report.tool = thisTool();
+    report.file = summary.file.path;
+    report.options = {
+        serviceModeName(workers.mode), options.rate, workers.min_fps, workers.max_fps, false, summary.devices};
+    return report;
+}
+
+std::string liveReportText(const LiveOptions& options, const LiveSummary& summary)
+{
+    constexpr size_t kMostEvents = 40; // lines; the trace has them all
+    const LedgerCounts& counts = summary.service.counts;
+    const auto of = [&](PoseEnd end) { return static_cast<unsigned long long>(counts.of(end)); };
+    const LatencyStats& latency = summary.service.latency;
+    std::string text =
+        formatString("%llu poses at %g a second, %.2f s: %llu shown (%.1f fps), %llu late, %llu expired, "
+                     "%llu failed\n",
+                     static_cast<unsigned long long>(counts.submitted), options.rate, summary.seconds,
+                     of(PoseEnd::Shown), summary.seconds > 0 ? double(counts.of(PoseEnd::Shown)) / summary.seconds : 0,
+                     of(PoseEnd::Late), of(PoseEnd::Expired), of(PoseEnd::Failed));
+    text += formatString("latency from pose to picture: median %.2f ms, p95 %.2f, p99 %.2f, most %.2f\n", latency.p50,
+                         latency.p95, latency.p99, latency.most);
+    text += workersText(summary.service);
+    size_t lines = 0;
+    for (const TraceEvent& event : summary.trace.events) {
+        if (++lines > kMostEvents)
+            break;
+        text +=
+            formatString("%8.3f s  %-6s", std::chrono::duration<double>(event.at).count(), traceEventName(event.kind));
+        if (event.worker >= 0)
+            text += formatString(" %s", deviceText(summary.service.workers[size_t(event.worker)].device).c_str());
+        text += event.cause.empty() ? "\n" : ": " + event.cause + "\n";
+    }
+    if (lines > kMostEvents)
+        text += formatString("and %zu more; --trace FILE.json has all\n", summary.trace.events.size() - kMostEvents);
+    return text;
+}
+
+} // namespace gsc

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which devices draw together, and how: the switches --gpus, --devices, --mode, --min-fps, --max-fps and --inject.
+#pragma once
+
+#include "player/play_options.h"
+#include "player/tool/reporter.h"
+#include "runtime/service/renderer_service.h"
+
+#include <string>
+
+namespace CLI {
+class App;
+} // namespace CLI
+
+namespace gsc {
+
+void addWorkerOptions(CLI::App& app, PlayOptions& options);
+// What is wrong with several options together. Throws Error(Usage).
+void checkWorkerOptions(const CLI::App& app, const PlayOptions& options);
+
+// The devices that the options ask for, a worker each. Without --gpus and --devices that of --backend and --device, which
+// may be "auto"; then the ranks of an MPI job. Throws Error (Usage, Device).
+std::vector<DeviceId> workerDevices(const PlayOptions& options);
+
+// All that the options ask of a service. What "auto" passes over is a warning. Throws Error (Usage, Device).
+ServiceOptions serviceOptions(const PlayOptions& options, Reporter& log);
+
+// Bytes that came from other ranks to this one, and how many of them were pixels and depths.
+struct WireBytes {
+    uint64_t all = 0, pictures = 0;
+};
+
+// Workers beside this process's own, of a program that has some (player/mpi).
+struct RemoteWorkers {
+    std::vector<DeviceId> devices;
+    std::function<std::unique_ptr<Renderer>(const DeviceId&, const PlayOptions&, const RendererOptions&)> make;
+    std::function<WireBytes()> wire;
+};
+void setRemoteWorkers(RemoteWorkers workers); // before any other thread runs
+const RemoteWorkers* remoteWorkers();         // null = none
+
+// Whether a service draws, even one of a single worker.
+bool drawsWithService(const PlayOptions& options);
+
+// gsc-play --list-devices: name, memory and links. schemas/device-list.schema.json
+std::string deviceListText();
+std::string deviceListJson();
+
+} // namespace gsc
