@@ -1,8 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs what is missing, builds preset release and runs every test through CTest. Options go to ctest, such as
-#   ./test.sh -L cpu        only the tests with that label
-#   ./test.sh -R format     only the tests whose name matches
+# Installs what is missing, builds preset release and runs the tests through CTest, but not those with the label long,
+# which take minutes each. Options go to ctest, and then choose alone:
+#   ./test.sh -L cpu        the tests with that label
+#   ./test.sh -R format     the tests whose name matches
+#   ./test.sh -L long       those that are left out without options
 # Trained models are tested too where GSC_CHECKPOINTS (default: ../shared/checkpoints) holds them.
 set -euo pipefail
 cd "$(dirname "$0")"
@@ -17,4 +19,5 @@ else
 fi
 cmake --preset release -DGSC_CI_TESTS=$ci
 cmake --build --preset release -j "$jobs"
+[ $# -gt 0 ] || set -- -LE long
 exec ctest --preset release -j "$jobs" "$@"

@@ -14,7 +14,7 @@ packages=(
     doctest-dev libbenchmark-dev binutils python3 python3-numpy python3-jsonschema
 )
 if [ "${1:-}" = ci ]; then
-    packages+=(clang libclang-rt-dev clang-format-14 zsh fish man-db)
+    packages+=(clang libclang-rt-dev clang-format-14 zsh fish man-db libopenmpi-dev openmpi-bin)
 fi
 
 if ! command -v dpkg-query >/dev/null; then

@@ -20,6 +20,8 @@ RULES = {
     "runtime": "format kernels",
     "runtime/cuda/frame_": "format kernels !kernels/reuse runtime !runtime/reuse",
     "runtime/metrics": "",
+    "runtime/metrics/lpips": "runtime/metrics kernels/threads",
+    "runtime/metrics/convolve3x3": "runtime/metrics kernels/simd",
     "player": "format kernels/frame kernels/math runtime",
     "player/tool": "format",
     "player/cameras": "format runtime player/json_fields",

@@ -102,18 +102,22 @@ def pages_below(program: pathlib.Path, *path: str) -> list[str]:
 
 def check_shell_files(prefix: pathlib.Path) -> None:
     """Completions and manual pages of the programs that are there, and of no other."""
-    programs, share = sorted((prefix / "bin").iterdir()), prefix / "share"
+    share = prefix / "share"
+    programs = sorted(p for p in (prefix / "bin").iterdir() if p.name != "gsc-play-mpi")  # its page is gsc-play's
     expected = {f"{folder}/{before}{program.name}{after}" for program in programs for folder, before, after in (
         ("bash-completion/completions", "", ""), ("zsh/site-functions", "_", ""), ("fish/vendor_completions.d", "", ".fish"))}
     expected |= {f"man/man1/{page}" for program in programs for page in pages_below(program)}
+    if (prefix / "bin/gsc-play-mpi").exists():
+        expected.add("man/man1/gsc-play-mpi.1")
     found = {f.relative_to(share).as_posix() for f in share.rglob("*") if f.is_file() and f.stat().st_size > 0}
     found = {name for name in found if not name.startswith("doc/")}
     if found != expected:
         sys.exit(f"share/ lacks {sorted(expected - found)} and has {sorted(found - expected)} too many")
     if shutil.which("man"):
-        page = run("man", "-l", share / f"man/man1/{programs[-1].name}.1", env=os.environ | {"MANPAGER": "cat"})
-        if "SYNOPSIS" not in page:
-            sys.exit(f"man shows {page!r}")
+        for name in sorted(f.stem for f in share.glob("man/man1/gsc*.1") if (prefix / "bin" / f.stem).exists()):
+            page = run("man", "-M", share / "man", name, env=os.environ | {"MANPAGER": "cat"})
+            if "SYNOPSIS" not in page:
+                sys.exit(f"man {name} shows {page!r}")
     print(len(found), "completions and manual pages lie in share/")
 
 
