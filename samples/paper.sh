@@ -21,6 +21,8 @@ backend=${BACKEND:-auto}
 size=${SIZE:-2048x2048}
 frames=${FRAMES:-null}
 ssim=${SSIM:-8}
+each=$ssim # frame that LPIPS is computed for
+[ "$each" -gt 0 ] || each=8
 tables=$(dirname "$0")/paper_tables.py
 mkdir -p "$out"
 
@@ -44,7 +46,7 @@ draw() {
         --out "$folder/{frame:05}_{eye}.pfm" --progress plain "$@" >/dev/null
     for frame in "$folder"/*.pfm; do
         local number=${frame##*/}
-        [ $((10#${number%%_*} % ssim)) -eq 0 ] || rm "$frame"
+        [ $((10#${number%%_*} % each)) -eq 0 ] || rm "$frame"
     done
 }
 

@@ -70,23 +70,38 @@ void checkTrace(const LiveOptions& options, Reporter& log)
     checkOutputsDiffer(std::span(&trace, 1), inputs);
 }
 
-// What the better device cannot load, the CPU loads, where the options leave the choice.
-std::unique_ptr<RendererService> openService(const std::shared_ptr<const Scene>& scene, const PlayOptions& play,
-                                             ServiceOptions& options, Reporter& log)
+ServiceOptions liveService(const LiveOptions& options, const PlayOptions& play, Reporter& log)
 {
-    const bool may_fall_back = options.devices.size() == 1 && play.backend == "auto" && !play.workers.several();
+    ServiceOptions service = serviceOptions(play, log);
+    service.keeps_all = false;
+    service.timeout = std::chrono::nanoseconds(int64_t(options.timeout_ms * 1e6));
+    service.trace_limit = kTraced;
+    return service;
+}
+
+// What the better device cannot load, the CPU loads, where the options leave the choice. `devices`: what draws, as named.
+std::unique_ptr<RendererService> openService(const std::shared_ptr<const Scene>& scene, const LiveOptions& options,
+                                             std::vector<std::string>& devices, Reporter& log)
+{
+    PlayOptions play = options.play;
+    const auto open = [&](const ServiceOptions& service) {
+        devices.clear();
+        for (const DeviceId& device : service.devices)
+            devices.push_back(deviceText(device));
+        return std::make_unique<RendererService>(scene, service);
+    };
+    const ServiceOptions service = liveService(options, play, log);
     try {
-        return std::make_unique<RendererService>(scene, options);
+        return open(service);
     } catch (const Error& e) {
-        const DeviceId own = options.devices.front();
         const bool of_device =
             e.code() == ErrorCode::OutOfMemory || e.code() == ErrorCode::Unsupported || e.code() == ErrorCode::Device;
-        if (!may_fall_back || own.backend == "cpu" || !of_device)
+        if (play.backend != "auto" || drawsWithService(play) || devices.front() == "cpu" || !of_device)
             throw;
-        log.warning(formatString("backend %s is passed over: %s", own.backend.c_str(), e.what()));
-        options.devices.front() = {"cpu"};
-        return std::make_unique<RendererService>(scene, options);
+        log.warning(formatString("backend %s is passed over: %s", devices.front().c_str(), e.what()));
     }
+    play.backend = "cpu";
+    return open(liveService(options, play, log));
 }
 
 bool allGone(const ServiceStats& stats)
@@ -125,17 +140,11 @@ LiveSummary live(const LiveOptions& options, Reporter& log)
     const std::vector<Shot> shots = chooseShots(*scene, play, log);
     FrameOptions frame = frameOptions(*scene, play);
 
-    ServiceOptions service_options = serviceOptions(play, log);
-    service_options.keeps_all = false;
-    service_options.timeout = std::chrono::nanoseconds(int64_t(options.timeout_ms * 1e6));
-    service_options.trace_limit = kTraced;
     std::optional<OutputFile> file;
     if (!options.trace.empty())
         file.emplace(options.trace, OutputKind::Text, play.overwrite);
-    const std::unique_ptr<RendererService> owner = openService(scene, play, service_options, log);
+    const std::unique_ptr<RendererService> owner = openService(scene, options, summary.devices, log);
     RendererService& service = *owner;
-    for (const DeviceId& device : service_options.devices)
-        summary.devices.push_back(deviceText(device));
     summary.tier = service.tierOf(play.tier);
 
     const uint64_t poses = options.seconds > 0 ? uint64_t(std::ceil(options.seconds * options.rate)) : shots.size();

@@ -199,9 +199,11 @@ private:
         if (run.match_budget) {
             const RunConfig depth = depthRunOf(m_config, run);
             const RunRow* row = known(rowConfig(m_context, path, depth), depth.backend);
-            if (!row) // expandRuns() put it first
-                throw Error(ErrorCode::Internal, "sweep: no run to take the decode budget \"match\" from, expected "
-                                                 "one; this is a bug of gsc, please report it");
+            if (!row) // expandRuns() put it first, so it was left out
+                throw Error(
+                    ErrorCode::Unsupported,
+                    "sweep: the run that a decode budget of \"match\" is taken from was left out, expected it to "
+                    "be drawn; state a number, or a backend and tier that draw with policy depth");
             run.reuse.decode_budget = meanDecodes(*row);
             run.match_budget = false;
         }

@@ -20,6 +20,7 @@ struct Known {
     std::optional<uint64_t> context_bytes; // CudaDevice::contextBytes()
     int holders = 0;
     bool lost = false;
+    std::mutex starts; // held while it starts or is reset, which may take its time
 };
 
 std::mutex s_mutex; // guards what follows
@@ -41,12 +42,15 @@ uint64_t usedBytes(int ordinal)
 // context is made.
 cudaError_t start(int ordinal)
 {
+    std::mutex* starts = nullptr;
     {
         const std::lock_guard lock(s_mutex);
         Known& known = s_known[ordinal];
         if (!known.used_before)
             known.used_before = usedBytes(ordinal);
+        starts = &known.starts;
     }
+    const std::lock_guard lock(*starts);
     const cudaError_t code = cudaSetDevice(ordinal);
     return code == cudaSuccess ? cudaError_t(probeCuda()) : code;
 }
@@ -123,10 +127,15 @@ CudaDevice::CudaDevice(int ordinal) : m_ordinal(ordinal)
 
 CudaDevice::~CudaDevice()
 {
-    const std::lock_guard lock(s_mutex);
-    Known& known = s_known[m_ordinal];
-    if (--known.holders > 0 || !std::exchange(known.lost, false))
-        return;
+    std::mutex* starts = nullptr;
+    {
+        const std::lock_guard lock(s_mutex);
+        Known& known = s_known[m_ordinal];
+        if (--known.holders > 0 || !std::exchange(known.lost, false))
+            return;
+        starts = &known.starts;
+    }
+    const std::lock_guard lock(*starts); // other devices go on meanwhile
     // errors of a lost device stick to its context and go with it
     if (cudaSetDevice(m_ordinal) != cudaSuccess || cudaDeviceSynchronize() != cudaSuccess) {
         (void)cudaDeviceReset();

@@ -98,12 +98,13 @@ public:
     FrameTarget buffer(uint32_t slot, size_t bytes) override
     {
         auto& [block, size] = m_buffers[slot];
-        if (size < bytes) {
-            drop(std::exchange(block, nullptr));
-            size = 0;
-            block = m_from_host ? allocatePageLocked(bytes, 0) : allocateOnDevice(bytes, m_from);
-            size = bytes;
-        }
+        if (size < bytes)
+            guarded([&] {
+                drop(std::exchange(block, nullptr));
+                size = 0;
+                block = m_from_host ? allocatePageLocked(bytes, 0) : allocateOnDevice(bytes, m_from);
+                size = bytes;
+            });
         FrameTarget target;
         target.kind = m_from_host ? FrameTarget::Kind::Host : FrameTarget::Kind::Device;
         target.pixels = block;
@@ -112,31 +113,47 @@ public:
 
     void land(uint32_t slot, std::byte* picture, const PicturePart& part) override
     {
-        useDevice();
-        std::byte *const from = m_buffers.at(slot).first + part.offset, *const to = picture + part.offset;
-        if (m_from_host) {
-            GSC_CUDA_CHECK(cudaMemcpy2DAsync(to, part.pitch, from, part.pitch, part.bytes, part.rows,
-                                             cudaMemcpyHostToDevice, m_stream->handle));
-        } else if (part.bytes == part.pitch) {
-            GSC_CUDA_CHECK(cudaMemcpyPeerAsync(to, m_to, from, m_from, part.bytes * part.rows, m_stream->handle));
-        } else {
-            cudaMemcpy3DPeerParms copy{};
-            copy.srcDevice = m_from;
-            copy.dstDevice = m_to;
-            copy.srcPtr = {from, part.pitch, part.bytes, part.rows};
-            copy.dstPtr = {to, part.pitch, part.bytes, part.rows};
-            copy.extent = {part.bytes, part.rows, 1};
-            GSC_CUDA_CHECK(cudaMemcpy3DPeerAsync(&copy, m_stream->handle));
-        }
+        guarded([&] {
+            useDevice();
+            std::byte *const from = m_buffers.at(slot).first + part.offset, *const to = picture + part.offset;
+            if (m_from_host) {
+                GSC_CUDA_CHECK(cudaMemcpy2DAsync(to, part.pitch, from, part.pitch, part.bytes, part.rows,
+                                                 cudaMemcpyHostToDevice, m_stream->handle));
+            } else if (part.bytes == part.pitch) {
+                GSC_CUDA_CHECK(cudaMemcpyPeerAsync(to, m_to, from, m_from, part.bytes * part.rows, m_stream->handle));
+            } else {
+                cudaMemcpy3DPeerParms copy{};
+                copy.srcDevice = m_from;
+                copy.dstDevice = m_to;
+                copy.srcPtr = {from, part.pitch, part.bytes, part.rows};
+                copy.dstPtr = {to, part.pitch, part.bytes, part.rows};
+                copy.extent = {part.bytes, part.rows, 1};
+                GSC_CUDA_CHECK(cudaMemcpy3DPeerAsync(&copy, m_stream->handle));
+            }
+        });
     }
 
     void finish() override
     {
-        useDevice();
-        GSC_CUDA_CHECK(cudaStreamSynchronize(m_stream->handle));
+        guarded([&] {
+            useDevice();
+            GSC_CUDA_CHECK(cudaStreamSynchronize(m_stream->handle));
+        });
     }
 
 private:
+    // A loss may show here first.
+    template <typename Act>
+    void guarded(const Act& act)
+    {
+        try {
+            act();
+        } catch (const Error& e) {
+            if (e.code() == ErrorCode::Device)
+                m_device.noteLost();
+            throw;
+        }
+    }
     void useDevice() const { m_device.use(); }
     void drop(std::byte* block) const { m_from_host ? freePageLocked(block, 0) : freeOnDevice(block, m_from); }
 

@@ -86,7 +86,7 @@ bool ModeChoice::add(uint64_t serial, const SharedPose& pose)
         return false;
     Trial& trial = m_trials[m_current];
     if (m_decided) {
-        m_now_ms += (pose.ms - m_now_ms) / std::min(m_since + 1.0, double(kSettled));
+        m_now_ms += (pose.busy_ms - m_now_ms) / std::min(m_since + 1.0, double(kSettled));
         ++m_since;
         return false;
     }
@@ -159,7 +159,8 @@ void ModeChoice::compare()
         interval = interval.empty() ? any_interval : interval;
         trial.latency = mean * median(ms);
         trial.interval = mean * median(interval);
-        trial.rate = 1000 / std::max(mean * median(busy) / trial.turns(), kLeastMs);
+        trial.busy = mean * median(busy);
+        trial.rate = 1000 / std::max(trial.busy / trial.turns(), kLeastMs);
     }
 }
 
@@ -203,7 +204,7 @@ double ModeChoice::bestRate() const
 
 bool ModeChoice::drifted() const
 {
-    const double tried = m_trials[m_current].latency;
+    const double tried = m_trials[m_current].busy; // which does not depend on how many frames are in flight
     return m_decided && m_trials.size() > 1 && m_since >= kSettled &&
            (m_now_ms > kDrift * tried || m_now_ms * kDrift < tried);
 }

@@ -72,8 +72,9 @@ private:
         SharePlan plan;
         std::vector<SharedPose> turn; // that it has now
         std::vector<Counted> counted;
-        // Milliseconds of a mean frame, from frame to frame, and frames per second that the workers could draw.
-        double latency = 0, interval = 0, rate = 0;
+        // Milliseconds of a mean frame: since it was begun, from frame to frame, and that it keeps a worker busy; frames
+        // per second that the workers could draw.
+        double latency = 0, interval = 0, busy = 0, rate = 0;
 
         [[nodiscard]] uint32_t turns() const { return plan.mode == ServiceMode::Frame ? plan.workers : 1; }
         // Milliseconds, less is better: latency where the rate is held, otherwise from frame to frame.
@@ -96,7 +97,7 @@ private:
     size_t m_poses = 0;
     uint64_t m_serial = 0;
     bool m_decided = true;
-    double m_now_ms = 0; // that frames take by the plan decided, running mean
+    double m_now_ms = 0; // that frames keep a worker busy by the plan decided, running mean
     uint32_t m_since = 0;
     std::string m_cause;
 };

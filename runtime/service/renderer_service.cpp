@@ -76,7 +76,6 @@ void RendererService::Core::start()
             worker->order = m_options.keeps_warm ? Worker::Order::Hold : Worker::Order::Rest;
         launch(worker);
     }
-    m_keeper = std::thread([this] { keep(); }); // joined by stop(), before this ends
     const auto settled = [this](Worker::Order least) {
         return std::ranges::all_of(m_workers, [&](const WorkerPtr& worker) {
             return worker->order < least ||
@@ -88,9 +87,17 @@ void RendererService::Core::start()
         stop();
         std::rethrow_exception(error);
     };
+    try {
+        m_keeper = std::thread([this] { keep(); }); // joined by stop(), before this ends
+    } catch (const std::system_error& e) {
+        fail(std::make_exception_ptr(
+            Error(ErrorCode::OutOfMemory,
+                  formatString("service: no thread for it (%s), expected one; name fewer devices", e.what()))));
+    }
     m_done.wait(lock, [&] { return settled(Worker::Order::Work); });
-    for (const WorkerPtr& worker : m_workers) // a device that this build cannot use
-        if (worker->order == Worker::Order::Work && worker->state == WorkerState::Gone)
+    for (const WorkerPtr& worker : m_workers) // a device that this build cannot use, or a mistake of the caller's
+        if (worker->order == Worker::Order::Work && worker->state == WorkerState::Gone && worker->fault &&
+            isOfRequest(worker->fault))
             fail(worker->fault);
     if (!m_facts) // what is to draw cannot: something else may
         m_done.wait(lock, [&] { return settled(Worker::Order::Hold); });
@@ -120,10 +127,12 @@ void RendererService::Core::stop()
     for (const WorkerPtr& worker : all) {
         // one that draws is waited for, for as long as it does not hang
         const auto ends = [&] { return worker->finished || !worker->thread.joinable(); };
+        const ServiceTime deadline =
+            worker->state == WorkerState::Working ? m_options.deadline : m_options.load_deadline;
         if (worker->abandoned)
             m_done.wait_until(lock, until, ends);
-        else if (m_options.deadline.count() > 0)
-            m_done.wait_for(lock, std::max<std::chrono::nanoseconds>(m_options.deadline, kHangsAtEnd), ends);
+        else if (deadline.count() > 0)
+            m_done.wait_for(lock, std::max<std::chrono::nanoseconds>(deadline, kHangsAtEnd), ends);
         else
             m_done.wait(lock, ends);
         if (!worker->thread.joinable())
@@ -270,7 +279,7 @@ ServiceStats RendererService::Core::stats() const
     stats.still = m_still;
     stats.latency = m_latency.stats();
     stats.rate = measuredRate();
-    stats.predicted_rate = predictedRate();
+    stats.predicted_rate = foreseen(stats.rate);
     const std::vector<int> all = working();
     stats.plan =
         m_options.mode == ServiceMode::Auto ? m_choice.plan() : SharePlan{m_options.mode, uint32_t(all.size())};

@@ -272,10 +272,17 @@ double RendererService::Core::measuredRate() const
            m_span_ms;
 }
 
-double RendererService::Core::predictedRate() const
+// What `rate` becomes with the frames to come.
+double RendererService::Core::foreseen(double rate) const
 {
     const double now_ms = m_cost.predict(now() - kAhead), then_ms = m_cost.predict(now() + kAhead);
-    return now_ms > 0 && then_ms > 0 ? measuredRate() * now_ms / then_ms : 0;
+    return now_ms > 0 && then_ms > 0 ? rate * now_ms / then_ms : 0;
+}
+
+// That workers start and stop by: a plan that is only being tried says little of what they can do.
+double RendererService::Core::paceRate() const
+{
+    return m_choice.decided() ? measuredRate() : std::max(measuredRate(), m_choice.bestRate());
 }
 
 void RendererService::Core::lookAtPace()
@@ -297,10 +304,8 @@ void RendererService::Core::lookAtPace()
         if (can && (ready == nullptr || (ready->state != WorkerState::Warm && worker->state == WorkerState::Warm)))
             ready = worker;
     }
-    facts.rate = measuredRate();
-    if (!m_choice.decided()) // a plan that is only being tried says little of what the workers can do
-        facts.rate = std::max(facts.rate, m_choice.bestRate());
-    facts.predicted_rate = predictedRate();
+    facts.rate = paceRate();
+    facts.predicted_rate = foreseen(facts.rate);
     const PaceDecision decision = m_pace.look(now(), facts);
     if (decision.step == PaceStep::Start && ready != nullptr)
         order(*ready, Worker::Order::Work, decision.cause);
@@ -333,6 +338,7 @@ void RendererService::Core::abandon(size_t index, ServiceTime deadline)
     m_error = error;
     auto fresh = std::make_shared<Worker>(hung->index, hung->device);
     fresh->order = hung->order;
+    fresh->fault = error;
     fresh->stats = hung->stats;
     fresh->stats.last_fault = text;
     ++fresh->stats.faults;
@@ -344,6 +350,10 @@ void RendererService::Core::abandon(size_t index, ServiceTime deadline)
     note(TraceEvent::Kind::Retire, hung->index, text);
     giveBack(*hung, error);
     launch(fresh);
+    if (allGone()) { // there is no thread for it
+        m_ledger.failWaiting(m_error);
+        settle();
+    }
     m_work.notify_all();
     m_done.notify_all();
 }

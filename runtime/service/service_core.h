@@ -96,6 +96,9 @@ struct Worker {
     std::thread thread;
 };
 
+// Is it what was asked for that cannot be drawn, by any worker?
+bool isOfRequest(const std::exception_ptr& error);
+
 class RendererService::Core : public std::enable_shared_from_this<Core> {
 public:
     Core(std::shared_ptr<const Scene> scene, const ModelView& model, const ServiceOptions& options);
@@ -124,10 +127,11 @@ private:
     bool serve(const WorkerPtr& worker, Lock& lock, std::deque<PartInFlight>& flying);
     bool beginPart(Worker& worker, Lock& lock, std::deque<PartInFlight>& flying);
     void endPart(Worker& worker, Lock& lock, std::deque<PartInFlight>& flying);
-    void prepare(Worker& worker, PartInFlight& part);
+    void prepare(Worker& worker, PartInFlight& part, bool stale);
     void makePictures(const Worker& worker);
     void takeMemory(Worker& worker, Lock& lock, PoseWork& work);
     void forgetLost(Worker& worker, Lock& lock);
+    void failRequest(Worker& worker, const Job& job);
     void land(const PartInFlight& part);
     void retire(const WorkerPtr& worker, const std::exception_ptr& error);
     template <typename Call>
@@ -150,7 +154,8 @@ private:
     void order(Worker& worker, Worker::Order order, const std::string& cause);
     void note(TraceEvent::Kind kind, int worker, const std::string& cause);
     [[nodiscard]] double measuredRate() const;
-    [[nodiscard]] double predictedRate() const;
+    [[nodiscard]] double paceRate() const;
+    [[nodiscard]] double foreseen(double rate) const;
     [[nodiscard]] bool allGone() const;
     [[nodiscard]] size_t partsAhead() const { return m_options.keeps_all && m_choice.decided() ? kFramesInFlight : 1; }
     [[nodiscard]] bool isStill(const PoseWork& work) const;

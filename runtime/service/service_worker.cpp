@@ -12,7 +12,13 @@ namespace {
 
 constexpr uint32_t kFirstParts = 3; // of a renderer, which tell nothing of its speed
 
-// Is it what was asked for that cannot be drawn, by any worker?
+double milliseconds(ServiceTime time)
+{
+    return std::chrono::duration<double, std::milli>(time).count();
+}
+
+} // namespace
+
 bool isOfRequest(const std::exception_ptr& error)
 {
     try {
@@ -23,13 +29,6 @@ bool isOfRequest(const std::exception_ptr& error)
         return false;
     }
 }
-
-double milliseconds(ServiceTime time)
-{
-    return std::chrono::duration<double, std::milli>(time).count();
-}
-
-} // namespace
 
 // Runs `call`, which uses the renderer, outside of the mutex. A call that takes too long is what lookForHangs() looks for.
 template <typename Call>
@@ -170,7 +169,7 @@ void RendererService::Core::makePictures(const Worker& w)
     m_pictures[1] = devicePictures(first.backend == "auto" ? w.renderer->id() : first);
 }
 
-// Outside of the mutex: a driver may take its time. A device that is lost gives no memory for pictures any more: then they
+// Outside of the mutex: a driver may take its time. A device that is lost or full gives no memory for pictures: then they
 // are delivered on that of a worker that goes on.
 void RendererService::Core::takeMemory(Worker& w, Lock& lock, PoseWork& work)
 {
@@ -181,7 +180,8 @@ void RendererService::Core::takeMemory(Worker& w, Lock& lock, PoseWork& work)
         try {
             memory = pictures->take(work.bytes);
         } catch (const Error& e) {
-            if (!work.on_device || e.code() != ErrorCode::Device || pictures->takesFrom(*w.renderer))
+            const bool is_theirs = e.code() == ErrorCode::Device || e.code() == ErrorCode::OutOfMemory;
+            if (!work.on_device || !is_theirs || pictures->takesFrom(*w.renderer))
                 throw;
             pictures = devicePictures(w.renderer->id());
             memory = pictures->take(work.bytes);
@@ -206,6 +206,18 @@ void RendererService::Core::forgetLost(Worker& w, Lock& lock)
     m_pictures[1] = devicePictures(first.backend == "auto" ? w.stats.device : first);
 }
 
+// In a handler: the pose of `job` fails where no worker could draw it, otherwise the fault is the worker's and goes on.
+void RendererService::Core::failRequest(Worker& w, const Job& job)
+{
+    const std::exception_ptr error = std::current_exception();
+    if (!isOfRequest(error))
+        throw;
+    std::erase(w.jobs, job);
+    m_ledger.fail(job, error);
+    settle();
+    m_work.notify_all();
+}
+
 // Takes a part and submits it. False: there is none.
 bool RendererService::Core::beginPart(Worker& w, Lock& lock, std::deque<PartInFlight>& flying)
 {
@@ -223,32 +235,31 @@ bool RendererService::Core::beginPart(Worker& w, Lock& lock, std::deque<PartInFl
         if (part.work->memory == nullptr)
             takeMemory(w, lock, *part.work);
         part.bridged = !part.work->pictures->takesFrom(*w.renderer);
+        // a bridge to a device that was lost would keep it from beginning anew
+        const bool stale = w.bridge_to != m_pictures[0] && w.bridge_to != m_pictures[1];
         calling(w, lock, [&] {
-            prepare(w, part);
+            prepare(w, part, stale);
             part.ticket = w.renderer->submit(part.request());
         });
     } catch (...) {
-        const std::exception_ptr error = std::current_exception();
-        if (!isOfRequest(error))
-            throw;
-        std::erase(w.jobs, part.job);
-        m_ledger.fail(part.job, error);
+        failRequest(w, part.job);
         flying.pop_back();
-        settle();
-        m_work.notify_all();
     }
     return true;
 }
 
 // What the renderer is asked for.
-void RendererService::Core::prepare(Worker& w, PartInFlight& part)
+void RendererService::Core::prepare(Worker& w, PartInFlight& part, bool stale)
 {
     const PoseWork& work = *part.work;
     FrameTarget buffer{};
     buffer.kind = work.pictures->kind();
     buffer.pixels = work.memory.get();
-    if (part.bridged && w.bridge_to != work.pictures) {
+    if (stale || (part.bridged && w.bridge_to != work.pictures)) {
         w.bridge = nullptr;
+        w.bridge_to = nullptr;
+    }
+    if (part.bridged && w.bridge == nullptr) {
         w.bridge = bridgeTo(*work.pictures, *w.renderer);
         w.bridge_to = work.pictures;
     }
@@ -277,14 +288,8 @@ void RendererService::Core::endPart(Worker& w, Lock& lock, std::deque<PartInFlig
                 land(part);
         });
     } catch (...) {
-        const std::exception_ptr error = std::current_exception();
-        if (!isOfRequest(error))
-            throw;
-        std::erase(w.jobs, part.job);
-        m_ledger.fail(part.job, error);
+        failRequest(w, part.job);
         flying.pop_front();
-        settle();
-        m_work.notify_all();
         return;
     }
     const PartInFlight ended = std::move(part);

@@ -6,6 +6,8 @@
 #include <doctest/doctest.h>
 
 #include <atomic>
+#include <functional>
+#include <map>
 #include <thread>
 
 using namespace gsc;
@@ -15,10 +17,11 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Draws nothing, and takes so long for it, whatever the machine.
+// Draws nothing, and takes so many microseconds for it, whatever the machine.
+using FrameTime = std::function<int(const FrameRequest&)>;
 class SleepingRenderer final : public Renderer {
 public:
-    explicit SleepingRenderer(const std::atomic<int>& us) : m_us(us) {}
+    explicit SleepingRenderer(FrameTime us) : m_us(std::move(us)) {}
 
     [[nodiscard]] DeviceId id() const override { return {"cpu"}; }
     [[nodiscard]] DeviceFacts device() const override { return {}; }
@@ -27,23 +30,28 @@ public:
     using Renderer::load;
     void load(const ModelView&) override {}
     void dropCaches() override {}
-    uint64_t submit(const FrameRequest&) override { return ++m_ticket; }
-    FrameState wait(uint64_t, FrameResult& result, std::chrono::nanoseconds) override
+    uint64_t submit(const FrameRequest& request) override
     {
-        std::this_thread::sleep_for(std::chrono::microseconds(m_us.load()));
+        m_times[++m_ticket] = m_us(request);
+        return m_ticket;
+    }
+    FrameState wait(uint64_t ticket, FrameResult& result, std::chrono::nanoseconds) override
+    {
+        std::this_thread::sleep_for(std::chrono::microseconds(m_times.extract(ticket).mapped()));
         result = {};
         result.eyes[0].gaussians_visible = 1;
         return FrameState::Done;
     }
 
 private:
-    const std::atomic<int>& m_us;
+    FrameTime m_us;
+    std::map<uint64_t, int> m_times; // of frames in flight
     uint64_t m_ticket = 0;
 };
 
-MakeRenderer sleepingRenderers(const std::atomic<int>& us)
+MakeRenderer sleepingRenderers(FrameTime us)
 {
-    return [&us](const DeviceId&, const RendererOptions&) -> std::unique_ptr<Renderer> {
+    return [us = std::move(us)](const DeviceId&, const RendererOptions&) -> std::unique_ptr<Renderer> {
         return std::make_unique<SleepingRenderer>(us);
     };
 }
@@ -162,7 +170,7 @@ TEST_CASE("a viewer is shown the newest pose; a pose that has not moved is not d
     options.keeps_all = false;
     options.timeout = 20ms;
     options.still_distance = options.still_degrees = 1e-6;
-    options.make = sleepingRenderers(us);
+    options.make = sleepingRenderers([&us](const FrameRequest&) { return us.load(); });
     RendererService service(model.view(), options);
     uint64_t shown = 0;
     for (int i = 0; i < 150; ++i) {
@@ -197,7 +205,7 @@ TEST_CASE("workers start and stop with the rate, warm ones without loading again
     options.pace.max_fps = 60;
     options.pace.stop_after = 100ms;
     options.trace_limit = 1000;
-    options.make = sleepingRenderers(us);
+    options.make = sleepingRenderers([&us](const FrameRequest&) { return us.load(); });
     RendererService service(model.view(), options);
     std::atomic<bool> ends = false;
     std::thread viewer([&] {
@@ -233,6 +241,28 @@ TEST_CASE("workers start and stop with the rate, warm ones without loading again
     CHECK(comesTrue([&] { return service.stats().workers[1].state == WorkerState::Cold; }));
     service.setPace(0, 0);
     CHECK(comesTrue(working(2)));
+}
+
+TEST_CASE("a plan that is only tried, and draws too few frames, starts no worker")
+{
+    const SyntheticModel model(modelOptions());
+    ServiceOptions options = cpuWorkers(3, ServiceMode::Auto);
+    options.keeps_all = false;
+    options.pace.min_fps = 18; // one worker draws 12.5, two 25 in turn, 16 by an eye each
+    options.make = sleepingRenderers([](const FrameRequest& request) {
+        return !request.options.columns.all() ? 45000 : request.eyes.size() == 1 ? 62000 : 80000;
+    });
+    RendererService service(model.view(), options);
+    const auto end = std::chrono::steady_clock::now() + 3s;
+    for (int i = 0; std::chrono::steady_clock::now() < end; ++i) {
+        submitWalk(service, i % 50, 2, FrameOptions{});
+        (void)service.next(10ms);
+    }
+    const ServiceStats stats = service.stats();
+    CHECK(stats.workers[1].starts == 1);
+    CHECK(stats.workers[2].starts == 0);
+    CHECK(stats.working == 2);
+    CHECK(stats.workers[1].parts > 10);
 }
 
 TEST_CASE("a service is a renderer: tickets in any order, caller's memory, what cannot be drawn")
