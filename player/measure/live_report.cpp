@@ -35,10 +35,10 @@ std::string liveReportText(const LiveOptions& options, const LiveSummary& summar
     for (const TraceEvent& event : summary.trace.events) {
         if (++lines > kMostEvents)
             break;
-        text +=
-            formatString("%8.3f s  %-6s", std::chrono::duration<double>(event.at).count(), traceEventName(event.kind));
-        if (event.worker >= 0)
-            text += formatString(" %s", deviceText(summary.service.workers[size_t(event.worker)].device).c_str());
+        const std::string who =
+            event.worker < 0 ? "" : " " + deviceText(summary.service.workers[size_t(event.worker)].device);
+        text += formatString("%8.3f s  %s%s", std::chrono::duration<double>(event.at).count(),
+                             traceEventName(event.kind), who.c_str());
         text += event.cause.empty() ? "\n" : ": " + event.cause + "\n";
     }
     if (lines > kMostEvents)

@@ -48,11 +48,11 @@ std::string workersText(const std::optional<ServiceStats>& stats)
                                     stats->plan_cause.empty() ? "" : ": ", stats->plan_cause.c_str());
     for (const WorkerStats& worker : stats->workers) {
         text +=
-            formatString("  %-8s %-24s %s, %llu parts, busy %.0f ms, started %u times, stopped %u",
+            formatString("  %-8s %-24s %s, parts %llu, busy %.0f ms, starts %u, stops %u",
                          deviceText(worker.device).c_str(), worker.name.c_str(), workerStateName(worker.state),
                          static_cast<unsigned long long>(worker.parts), worker.busy_ms, worker.starts, worker.stops);
         text += worker.faults > 0
-                    ? formatString(", %u faults, the last: %s\n", worker.faults, worker.last_fault.c_str())
+                    ? formatString(", faults %u, the last: %s\n", worker.faults, worker.last_fault.c_str())
                     : "\n";
     }
     return text;

@@ -15,6 +15,8 @@ import tempfile
 import unittest
 
 SOURCE, GSC, PLAY = (pathlib.Path(a) for a in sys.argv[1:4])
+sys.path.insert(0, str(SOURCE / "tests/cli"))
+import fixtures  # noqa: E402
 
 
 class PaperTest(unittest.TestCase):
@@ -47,6 +49,20 @@ class PaperTest(unittest.TestCase):
             self.assertEqual(len(re.findall(r"^  [\d.]+( +[\d.]+){4}$", figure, re.M)), 6)
             self.assertIn("elastic: merged + depth on 2 devices", figure)
             self.assertIn("LPIPS is empty: set LPIPS_BACKBONE", text)
+            # with weights, made up: one number of each run and scene
+            fixtures.compared_pictures(None, folder)
+            weights = {"LPIPS_BACKBONE": str(folder / "vgg16.pth"), "LPIPS_HEADS": str(folder / "heads.pth")}
+            run = subprocess.run(command, cwd=folder, env=environment | weights, capture_output=True, text=True, check=False)
+            self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+            self.assertNotIn("LPIPS is empty", run.stdout)
+            quality = run.stdout[run.stdout.index("quality: city"):run.stdout.index("paper, its four scenes")]
+            rows = re.findall(r"^  (none|depth|merged \+ depth) .* ([\d.]+)$", quality, re.M)
+            self.assertEqual(len(rows), 6, quality)
+            self.assertTrue(all(float(value) == 0 for name, value in rows if name == "none"), rows)
+            self.assertTrue(any(float(value) > 0 for name, value in rows if name == "merged + depth"), rows)
+            self.assertFalse(list((folder / "out").glob("*.pictures")))
+            half = subprocess.run(command, cwd=folder, env=environment | {"LPIPS_HEADS": "x"}, capture_output=True, check=False)
+            self.assertEqual(half.returncode, 1)
             self.assertTrue((folder / "out/paper.html").stat().st_size > 100000)
 
 
