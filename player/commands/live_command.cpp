@@ -31,6 +31,11 @@ void addLiveOptions(CLI::App& app, LiveOptions& options)
               "how long, going round the cameras; 0 = once through them");
     addNumber(app, "--timeout-ms", options.timeout_ms, {0, 1e6}, " milliseconds", "MS (default: 50)",
               "that a pose may wait before it is begun; 0 = until a newer one comes");
+    addNumber(app, "--still-distance", options.still_distance, {0, 1e6}, " world units", "LENGTH (default: 0)",
+              "a pose whose eyes are this near to those of the pose before, and turned by --still-degrees at most, is "
+              "not drawn: what is shown shows it; 0 with --still-degrees 0 = every pose is drawn");
+    addNumber(app, "--still-degrees", options.still_degrees, {0, 180}, " degrees", "DEGREES (default: 0)",
+              "see --still-distance");
     addText(app, "--trace", options.trace, "FILE.json",
             "every pose, start and stop with its cause (schemas/service-trace.schema.json); gsc chart draws it");
     addFlag(app, "-w,--overwrite", options.play.overwrite, "replace the trace file if it exists");

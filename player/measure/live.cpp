@@ -75,6 +75,8 @@ ServiceOptions liveService(const LiveOptions& options, const PlayOptions& play, 
     ServiceOptions service = serviceOptions(play, log);
     service.keeps_all = false;
     service.timeout = std::chrono::nanoseconds(int64_t(options.timeout_ms * 1e6));
+    service.still_distance = options.still_distance;
+    service.still_degrees = options.still_degrees;
     service.trace_limit = kTraced;
     return service;
 }

@@ -35,6 +35,7 @@ def pictures(folder: pathlib.Path) -> dict[str, bytes]:
 def check_pictures(model: pathlib.Path, folder: pathlib.Path) -> None:
     run(model, *VIEW, "--backend", "cpu", "--out", folder / "one/{frame}_{eye}.pfm")
     wanted = pictures(folder / "one")
+    assert len(set(wanted.values())) > len(wanted) / 2, "the pictures are alike: the model is not in them"
     for mode in ("auto", "frame", "eye", "split"):
         out = folder / mode
         done = run(model, *VIEW, "--gpus", "cpu:2", "--mode", mode, "--out", out / "{frame}_{eye}.pfm", "--format", "json")
@@ -64,6 +65,9 @@ def check_reports(model: pathlib.Path) -> None:
                           "json").stdout)["workers"] is None
     done = run("live", model, *VIEW, "--gpus", "cpu:2", "--mode", "frame", "--rate", 40, "--seconds", 2, "--min-fps",
                "100000", "--inject", "throw:0.02")
+    still = run("live", model, *VIEW, "--gpus", "cpu:1", "--rate", 40, "--seconds", 1, "--still-distance", 1e6, "--still-degrees",
+                180)
+    assert "1 poses at 40" in still.stdout and "and 39 as good as the pose before" in still.stdout, still.stdout
     assert "80 poses at 40 a second" in done.stdout and "below 100000" in done.stdout, done.stdout
 
 
@@ -94,7 +98,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         model = folder / "tiny.gsc"
-        subprocess.run([WRITE_TINY, str(model)], check=True, capture_output=True)
+        subprocess.run([WRITE_TINY, str(model), "0", "40"], check=True, capture_output=True)  # whose cameras see it
         check_pictures(model, folder)
         check_reports(model)
         check_refusals(model)
