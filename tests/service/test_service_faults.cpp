@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
@@ -173,27 +174,30 @@ TEST_CASE("a worker that hangs while it loads is left alone, at the start and af
 {
     const SyntheticModel model(modelOptions());
     using Call = ActingRenderer::Call;
-    std::atomic<int> loads = 0, hangs_at = 1;
-    std::atomic<bool> throws = false, ends = false;
+    struct State {
+        std::atomic<int> loads = 0, hangs_at = 1;
+        std::atomic<bool> throws = false, ends = false;
+    };
+    const auto state = std::make_shared<State>(); // a thread that hangs goes on when this has ended
     ServiceOptions options = cpuWorkers(1, ServiceMode::Frame);
     options.load_deadline = 50ms;
     options.comes_back = 2ms;
-    options.make = [&](const DeviceId&, const RendererOptions&) {
-        return std::make_unique<ActingRenderer>([&](Call call) {
-            if (call == Call::Load && ++loads == hangs_at)
-                while (!ends)
+    options.make = [state](const DeviceId&, const RendererOptions&) {
+        return std::make_unique<ActingRenderer>([state](Call call) {
+            if (call == Call::Load && ++state->loads == state->hangs_at)
+                while (!state->ends)
                     std::this_thread::sleep_for(1ms);
-            if (call == Call::Submit && throws.exchange(false))
+            if (call == Call::Submit && state->throws.exchange(false))
                 throw std::runtime_error("once");
         });
     };
     CHECK_THROWS_AS(RendererService(model.view(), options), Error);
-    ends = true;
+    state->ends = true;
     std::this_thread::sleep_for(20ms);
-    ends = false;
-    loads = 0;
-    hangs_at = 2; // after the fault
-    throws = true;
+    state->ends = false;
+    state->loads = 0;
+    state->hangs_at = 2; // after the fault
+    state->throws = true;
     RendererService service(model.view(), options);
     submitWalk(service, 0, 1, FrameOptions{});
     const auto delivery = service.next(20s);
@@ -201,8 +205,8 @@ TEST_CASE("a worker that hangs while it loads is left alone, at the start and af
     CHECK(delivery->end == PoseEnd::Shown);
     CHECK(service.stats().workers[0].faults == 2);
     CHECK(service.stats().workers[0].last_fault.find("loading") != std::string::npos);
-    CHECK(loads == 3);
-    ends = true;
+    CHECK(state->loads == 3);
+    state->ends = true;
 }
 
 TEST_CASE("where the first worker cannot be made another draws, also one that rested")
