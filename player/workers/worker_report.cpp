@@ -43,8 +43,11 @@ std::string workersText(const std::optional<ServiceStats>& stats)
 {
     if (!stats)
         return {};
-    std::string text = formatString("mode %s, %u of %zu workers share a frame or take turns%s%s\n",
-                                    serviceModeName(stats->plan.mode), stats->plan.workers, stats->workers.size(),
+    std::string text = formatString("mode %s, %u of %zu workers %s%s%s\n", serviceModeName(stats->plan.mode),
+                                    stats->plan.workers, stats->workers.size(),
+                                    stats->plan.workers == 1                 ? "draws"
+                                    : stats->plan.mode == ServiceMode::Frame ? "take turns"
+                                                                             : "share each frame",
                                     stats->plan_cause.empty() ? "" : ": ", stats->plan_cause.c_str());
     for (const WorkerStats& worker : stats->workers) {
         text +=

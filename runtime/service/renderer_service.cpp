@@ -283,7 +283,9 @@ ServiceStats RendererService::Core::stats() const
     const std::vector<int> all = working();
     stats.plan =
         m_options.mode == ServiceMode::Auto ? m_choice.plan() : SharePlan{m_options.mode, uint32_t(all.size())};
-    stats.plan_cause = m_choice.cause();
+    stats.plan_cause = m_options.mode == ServiceMode::Auto && !m_choice.decided()
+                           ? "not decided yet, all modes are still tried in turn"
+                           : m_choice.cause();
     stats.working = uint32_t(all.size());
     for (const WorkerPtr& worker : m_workers) {
         stats.workers.push_back(worker->stats);

@@ -16,5 +16,8 @@ mkdir -p "$out"
 # --retries: a shard that was killed goes on; {} is its number
 seq "$shards" | parallel --quote --jobs "$shards" --retries 3 \
     gsc-play "$model" --cameras "$cameras" --threads 1 --progress none \
-    --out "$out/{frame:05}.png" --stats "$out/shard_{}.jsonl" --shard "{}/$shards" "$@"
+    --out "$out/{frame:05}.png" --stats "$out/shard_{}.jsonl" --shard "{}/$shards" "$@" || {
+    echo "gnu_parallel: some shards failed, see above; the same command goes on where they were" >&2
+    exit 2
+}
 gsc merge-runs "$out"/shard_*.jsonl -o "$out/frames.jsonl" -w
