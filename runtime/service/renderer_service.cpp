@@ -127,8 +127,8 @@ void RendererService::Core::stop()
     for (const WorkerPtr& worker : all) {
         // one that draws is waited for, for as long as it does not hang
         const auto ends = [&] { return worker->finished || !worker->thread.joinable(); };
-        const ServiceTime deadline =
-            worker->state == WorkerState::Working ? m_options.deadline : m_options.load_deadline;
+        const ServiceTime deadline = // a device that does not let go must not hold up the end for minutes
+            worker->state == WorkerState::Loading ? m_options.load_deadline : m_options.deadline;
         if (worker->abandoned)
             m_done.wait_until(lock, until, ends);
         else if (deadline.count() > 0)
