@@ -17,11 +17,6 @@ constexpr uint32_t kSlabBlock = 512; // threads, a bucket each
 static_assert(kDepthBuckets % (4 * kSlabBlock) == 0);
 constexpr uint32_t kThreads = 256;
 constexpr uint32_t kBlocksPerProcessor = 8; // all that a multiprocessor holds
-constexpr uint32_t kPartsPerProcessor = 32; // a bin is hot if it has more than half of such a part of all that is read
-// A list is cut into segments of as much as a processor reads, in four parts; shorter ones would not be worth the second
-// look.
-constexpr uint32_t kPartsPerSegment = 8, kLeastSegment = 8192;
-constexpr uint32_t kLeastSegments = 6; // of a list that is cut
 
 // The part of all of a histogram's counts that lies before the middle of each bucket; never falls. Below zero if there are
 // none. A bucket per thread; a block adds up all of the histogram by itself: it is small, and nothing waits for another
@@ -182,35 +177,32 @@ __global__ void __launch_bounds__(kThreads) pieceKernel(const __grid_constant__ 
     }
 }
 
-// Cuts the list of a bin that is long enough. All that are longer than a segment of `length` have at most twice as many as
-// all keys would make.
-__device__ bool cutList(const BinCudaArgs& args, uint32_t entry, uint32_t length)
+// Lists the units of the long lists that the lanes of a warp have, and returns the lane's first. begin, end: of its list;
+// equal if it has none. There is room for all (touchCapacity()). All lanes of the warp call it together.
+__device__ uint32_t listUnits(const BinCudaArgs& args, uint32_t entry, uint32_t begin, uint32_t end)
 {
-    const uint32_t slabs = args.grid.slabs();
-    const uint32_t begin = entry == 0 ? 0u : args.cells[entry * slabs - 1], end = args.cells[(entry + 1) * slabs - 1];
-    if (end - begin <= kLeastSegments * length || args.segment_capacity == 0)
-        return false;
-    const uint32_t count = (end - begin + length - 1) / length, all = count * args.readers;
-    const uint32_t first = atomicAdd(&args.counters->pass.segments, all);
-    const bool fits = first + all <= args.segment_capacity;
-    for (uint32_t i = 0; i < all && first + i < args.segment_capacity; ++i) {
-        const uint32_t reader = i / count;
-        args.segments[first + i] = {entry,
-                                    args.readers > 1 ? reader : entry / args.grid.bins(),
-                                    i % count,
-                                    fits ? count : 0u,
-                                    first + reader * count,
-                                    length,
-                                    0,
-                                    0};
+    const uint32_t lane = threadIdx.x & 31u, units = (end - begin + kTouchUnit - 1) / kTouchUnit * args.readers;
+    const uint32_t first = units != 0 ? atomicAdd(&args.counters->pass.touch_units, units) : 0u;
+    for (uint32_t rest = __ballot_sync(~0u, units != 0); rest != 0; rest &= rest - 1) {
+        const int owner = __ffs(int(rest)) - 1;
+        const uint32_t list = __shfl_sync(~0u, entry, owner), all = __shfl_sync(~0u, units, owner);
+        const uint32_t from = __shfl_sync(~0u, begin, owner), to = __shfl_sync(~0u, end, owner);
+        TouchUnit* const listed = args.touch_units + __shfl_sync(~0u, first, owner);
+        for (uint32_t i = lane; i < all; i += 32) {
+            const uint32_t each = all / args.readers, at = from + i % each * kTouchUnit;
+            listed[i] = {list, args.readers > 1 ? i / each : list / args.grid.bins(), i % each, at,
+                         min(kTouchUnit, to - at)};
+        }
     }
-    return fits;
+    return first;
 }
 
 // The bins by falling size, so that the longest lists are started first, and what the pass needed of the buffers.
-__global__ void __launch_bounds__(kThreads) queueKernel(const __grid_constant__ BinCudaArgs args, uint32_t parts)
+__global__ void __launch_bounds__(kThreads) queueKernel(const __grid_constant__ BinCudaArgs args)
 {
     __shared__ uint32_t before[kBinClasses], classed;
+    constexpr uint32_t kLongClass = 31 - kLongListBits;
+    constexpr uint32_t kLongestClass = 31 - kTouchUnitBits - kFirstUnitsBits; // also those of kFirstUnits and no more
     FrameCounters& counters = *args.counters;
     if (threadIdx.x == 0) {
         uint32_t sum = 0;
@@ -235,23 +227,28 @@ __global__ void __launch_bounds__(kThreads) queueKernel(const __grid_constant__ 
             counters.most_pairs = pairs;
         if (pairs > args.pair_capacity)
             counters.overflow |= kPairOverflow;
-        // a bin much longer than others would be the last to finish; on an H200 whole blocks are faster from here on
-        const uint32_t hot = uint32_t(__clz(int(max(uint32_t(pairs / (2 * parts)), 1024u))));
         counters.pass.bins = classed;
-        counters.pass.hot_bins = before[hot] + counters.pass.bin_classes[hot];
+        counters.pass.long_bins = before[kLongClass] + counters.pass.bin_classes[kLongClass];
+        counters.pass.longest_bins = before[kLongestClass] + counters.pass.bin_classes[kLongestClass];
     }
     const uint32_t bin = blockIdx.x * kThreads + threadIdx.x;
-    if (bin >= args.lists * args.grid.bins() || classed == 0) // none in a frame that will be drawn again
-        return;
-    const uint32_t kind = args.bin_class[bin];
-    if (kind == kNotDrawn)
-        return;
+    const bool exists = bin < args.lists * args.grid.bins() && classed != 0; // none in a frame that will be drawn again
+    const uint32_t kind = exists ? args.bin_class[bin] : kNotDrawn;
     unsigned long long pairs = 0;
     for (uint32_t e = 0; e < args.lists; ++e)
         pairs += counters.pass.pairs[e];
-    const bool cut = pairs <= args.pair_capacity &&
-                     cutList(args, bin, max(uint32_t(pairs * kPartsPerSegment / parts), kLeastSegment));
-    args.bin_queue[before[kind] + shareAtomic(counters.pass.queued, kind).mine()] = bin | (cut ? kSplitBin : 0u);
+    uint32_t begin = 0, end = 0;
+    if (kind <= kLongClass && pairs <= args.pair_capacity) { // with more it is drawn again
+        begin = bin == 0 ? 0u : args.cells[(bin << args.grid.slab_bits) - 1];
+        end = args.cells[((bin + 1) << args.grid.slab_bits) - 1];
+    }
+    const uint32_t first_unit = listUnits(args, bin, begin, end);
+    if (kind == kNotDrawn)
+        return;
+    for (uint32_t reader = 0; reader < args.readers; ++reader)
+        args.unfinished[reader * args.lists * args.grid.bins() + bin] = 0;
+    args.bin_units[bin] = first_unit;
+    args.bin_queue[before[kind] + shareAtomic(counters.pass.queued, kind).mine()] = bin;
 }
 
 } // namespace
@@ -274,10 +271,10 @@ uint32_t pieceCapacity(uint32_t bins, uint32_t pairs)
     return bins + pairs / kPieceAim + 1;
 }
 
-uint32_t segmentCapacity(uint32_t readers, uint32_t pairs, uint32_t processors)
+uint32_t touchCapacity(uint32_t readers, uint32_t bins, uint32_t pairs)
 {
-    const uint64_t by_length = uint64_t(2) * readers * pairs / kLeastSegment;
-    return uint32_t(std::min<uint64_t>(by_length, uint64_t(2) * processors * kPartsPerProcessor / kPartsPerSegment));
+    return readers *
+           (pairs / kTouchUnit + std::min(bins, pairs / kLongList)); // the last of a list may be all but empty
 }
 
 void binCuda(const BinCudaArgs& args, uint32_t processors, CUstream_st* stream)
@@ -288,8 +285,7 @@ void binCuda(const BinCudaArgs& args, uint32_t processors, CUstream_st* stream)
     launchCuda(scatterKernel, dim3(processors * kBlocksPerProcessor / args.lists, args.lists), kThreads, 0, stream,
                args);
     launchCuda(pieceKernel, processors * kBlocksPerProcessor, kThreads, 0, stream, args);
-    launchCuda(queueKernel, (args.lists * args.grid.bins() + kThreads - 1) / kThreads, kThreads, 0, stream, args,
-               processors * kPartsPerProcessor / args.readers);
+    launchCuda(queueKernel, (args.lists * args.grid.bins() + kThreads - 1) / kThreads, kThreads, 0, stream, args);
 }
 
 } // namespace gsc

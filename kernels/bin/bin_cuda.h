@@ -16,16 +16,18 @@ struct BinKey {
     uint32_t slot; // of the splat, counted over all lists
 };
 
-// Part of a bin's list that is so long that the block that blended it would be the last to finish by far.
-struct ListSegment {
-    uint32_t entry, eye;       // list x bins + bin; who reads it
-    uint32_t number, count;    // of `count` of the list, from near to far; 0: none
-    uint32_t first;            // index of the list's segment 0
-    uint32_t length;           // keys, of all but the last
-    uint32_t blended, settled; // of segment 0: how many of the list are done, once and for good
-};
+// A list of so many keys is long: which pixels its splats touch is found before it is blended, in units of so many keys.
+constexpr uint32_t kLongListBits = 10, kLongList = 1u << kLongListBits;
+constexpr uint32_t kTouchUnitBits = 11, kTouchUnit = 1u << kTouchUnitBits;
+constexpr uint32_t kFirstUnitsBits = 4,
+                   kFirstUnits = 1u << kFirstUnitsBits; // of a list: found before those behind them
 
-constexpr uint32_t kSplitBin = 1u << 31; // in the queue: its list is cut into segments
+// Part of a long list, for one of the eyes that read it.
+struct TouchUnit {
+    uint32_t entry, eye;   // list x bins + bin; who reads it
+    uint32_t number;       // in its list
+    uint32_t first, count; // of the keys
+};
 
 struct BinCudaArgs {
     BinGrid grid;
@@ -37,11 +39,12 @@ struct BinCudaArgs {
     uint32_t* cells; // lists x grid.cells(): counts; afterwards the end of each cell in `keys`
     BinKey* keys;    // pair_capacity; unordered within a cell
     uint32_t pair_capacity;
-    uint32_t* bin_class; // lists x grid.bins(): leading zeros of the count
-    uint32_t* bin_queue; // lists x grid.bins(): list x bins + bin, fullest first; kSplitBin
-    ListSegment* segments;
-    uint32_t segment_capacity; // 0: no list is cut
-    Piece* pieces;             // kPieceClasses x piece_capacity
+    uint32_t* bin_class;    // lists x grid.bins(): leading zeros of the count
+    uint32_t* bin_queue;    // lists x grid.bins(): list x bins + bin, fullest first
+    uint32_t* bin_units;    // lists x grid.bins(): a long list's first unit; those of a reader follow each other
+    TouchUnit* touch_units; // touchCapacity()
+    uint32_t* unfinished;   // readers x lists x grid.bins(): zero afterwards for bins that are drawn
+    Piece* pieces;          // kPieceClasses x piece_capacity
     uint32_t piece_capacity;
     void* scratch; // binScratchBytes()
     size_t scratch_bytes;
@@ -61,8 +64,8 @@ size_t binScratchBytes(uint32_t cells);
 // Pieces that a frame can have at most, of every class.
 uint32_t pieceCapacity(uint32_t bins, uint32_t pairs);
 
-// Segments that a pass can have at most.
-uint32_t segmentCapacity(uint32_t readers, uint32_t pairs, uint32_t processors);
+// Units that a pass can have at most.
+uint32_t touchCapacity(uint32_t readers, uint32_t bins, uint32_t pairs);
 
 void binCuda(const BinCudaArgs& args, uint32_t processors, CUstream_st* stream); // asynchronous
 

@@ -5,12 +5,9 @@ namespace gsc {
 
 void blendFastCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
-    const bool cut = args.segment_capacity > 0;
-    if (cut)
-        blendSegmentsCuda(args, processors, stream);
-    launchBlend<FastRules>(args, cut, processors, stream);
+    launchBlend<FastRules>(args, processors, stream);
     if (args.depth[0] != nullptr)
-        launchBlend<DepthRules<FastRules>>(args, false, processors, stream);
+        launchBlend<DepthRules<FastRules>>(args, processors, stream);
 }
 
 } // namespace gsc

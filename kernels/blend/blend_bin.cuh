@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a team of threads blends a bin's list, or a part of it.
+// How four warps blend a bin's list together.
 #pragma once
 
 #include "kernels/blend/blend_cuda.h"
@@ -10,23 +10,17 @@
 namespace gsc {
 
 constexpr uint32_t kBlendThreads = 512;
-constexpr uint32_t kGroup = 128; // threads that blend a bin together, unless it is hot: then it takes the whole block
+constexpr uint32_t kGroup = 128; // threads that blend a bin together, unless its list is long
 constexpr uint32_t kGroups = kBlendThreads / kGroup;
 constexpr uint32_t kBlendBlocks = 2; // of a multiprocessor
 static_assert(kBinWidth == 32);
 
-// Some threads of a block that synchronise among themselves.
+// Threads of a block that blend a bin together.
 struct Team {
-    uint32_t barrier, threads, thread;
+    uint32_t barrier, thread;
 
-    __device__ __forceinline__ void sync() const { barrierSync(barrier, threads); }
-    __device__ __forceinline__ bool any(bool value) const { return barrierAny(barrier, threads, value); }
-};
-
-// Where in its bin a splat draws.
-struct alignas(8) Touched {
-    uint32_t sub_tiles;           // bit per sub-tile
-    uint16_t first_row, last_row; // of pixels, counted from the bin's first
+    __device__ __forceinline__ void sync() const { barrierSync(barrier, kGroup); }
+    __device__ __forceinline__ bool any(bool value) const { return barrierAny(barrier, kGroup, value); }
 };
 
 // Blends `m` splats of shared memory, front to back, into the tile of this warp; the one after the team's last draws
@@ -34,36 +28,25 @@ struct alignas(8) Touched {
 // blends both keep all lanes busy. (row0, column0): of the tile in its bin, in sub-tiles. lists: this warp's, one entry
 // per sub-tile and thread of the team. Returns the sub-tiles still open.
 template <typename Rules, typename T>
-__device__ __forceinline__ uint32_t blendBatch(const typename Rules::Lit* splats, const Touched* touched, uint32_t m,
-                                               uint32_t threads, uint32_t row0, uint32_t column0, uint16_t* lists,
+__device__ __forceinline__ uint32_t blendBatch(const typename Rules::Lit* splats, const uint32_t* touched, uint32_t m,
+                                               uint32_t row0, uint32_t column0, uint16_t* lists,
                                                const BlendCudaArgs& args, uint32_t x0, uint32_t y0, uint32_t open,
                                                T& tile, uint32_t& evaluations)
 {
     using Lit = typename Rules::Lit;
-    constexpr bool kOne = T::kRows * T::kColumns == 1;
     if (open == 0)
         return 0;
     const uint32_t lane = threadIdx.x & 31u, shift = row0 * T::kBinColumns + column0;
-    uint32_t first_open = 0, last_open = 0;
-    if constexpr (kOne) { // what is finished shrinks the tile
-        const uint32_t pixels = __ballot_sync(~0u, tile.transmittance[0][0] > 0.0f);
-        first_open = row0 * T::kHeight + uint32_t(__ffs(int(pixels)) - 1) / T::kWidth;
-        last_open = row0 * T::kHeight + uint32_t(31 - __clz(int(pixels))) / T::kWidth;
-    }
     uint32_t counts[T::kRows * T::kColumns] = {};
     for (uint32_t start = 0; start < m; start += 32) {
-        uint32_t mask = start + lane < m ? touched[start + lane].sub_tiles >> shift : 0u;
-        if constexpr (kOne)
-            if (mask != 0 &&
-                (touched[start + lane].first_row > last_open || touched[start + lane].last_row < first_open))
-                mask = 0;
+        const uint32_t mask = start + lane < m ? touched[start + lane] >> shift : 0u;
 #pragma unroll
         for (uint32_t t = 0; t < T::kRows * T::kColumns; ++t) {
             const uint32_t bit = t / T::kColumns * T::kBinColumns + t % T::kColumns;
             const bool hit = (mask >> bit & open >> t & 1u) != 0;
             const uint32_t hits = __ballot_sync(~0u, hit);
             if (hit)
-                lists[t * threads + counts[t] + __popc(hits & ((1u << lane) - 1u))] =
+                lists[t * kGroup + counts[t] + __popc(hits & ((1u << lane) - 1u))] =
                     uint16_t((start + lane) * sizeof(Lit));
             counts[t] += __popc(hits);
         }
@@ -71,7 +54,7 @@ __device__ __forceinline__ uint32_t blendBatch(const typename Rules::Lit* splats
 #pragma unroll
     for (uint32_t t = 0; t < T::kRows * T::kColumns; ++t)
         if (lane < ((0u - counts[t]) & 3u)) // whole fours; a list of all the team's splats is one already
-            lists[t * threads + counts[t] + lane] = uint16_t(threads * sizeof(Lit));
+            lists[t * kGroup + counts[t] + lane] = uint16_t(kGroup * sizeof(Lit));
     __syncwarp();
 #pragma unroll
     for (uint32_t row = 0; row < T::kRows; ++row)
@@ -83,7 +66,7 @@ __device__ __forceinline__ uint32_t blendBatch(const typename Rules::Lit* splats
             float& transmittance = tile.transmittance[row][column];
             const float px = float(x0 + lane % T::kWidth + T::kWidth * column);
             const float py = float(y0 + lane / T::kWidth + T::kHeight * row);
-            const uint2* four = reinterpret_cast<const uint2*>(lists + t * threads);
+            const uint2* four = reinterpret_cast<const uint2*>(lists + t * kGroup);
             for (uint32_t i = 0; i < count; i += 4) {
                 const uint2 offsets = four[i / 4];
                 const char* base = reinterpret_cast<const char*>(splats);
@@ -101,24 +84,12 @@ __device__ __forceinline__ uint32_t blendBatch(const typename Rules::Lit* splats
     return open;
 }
 
-// What a splat draws in of the bin at pixel (x0, y0).
-template <typename Rules, typename T>
-__device__ __forceinline__ Touched touchedBy(const typename Rules::Splat& splat, const typename Rules::Lit& lit,
-                                             const RasterConstants& rules, uint32_t x0, uint32_t y0)
-{
-    const Bounds bounds = Rules::bounds(splat, lit);
-    const float top = lit.y - float(y0);
-    return {subTileMask<T>(bounds, Rules::box(splat, rules), lit.x, lit.y, float(x0), float(y0)),
-            uint16_t(fmaxf(floorf(top - bounds.extent_y), 0.0f)),
-            uint16_t(fminf(fmaxf(ceilf(top + bounds.extent_y), 0.0f), 65535.0f))};
-}
-
 // A team's room for splats: two batches, so that one is filled while slower warps still blend the other.
 template <typename Lit>
 struct Batches {
-    Lit* splats[2]; // one per thread of the team and one more
-    Touched* touched[2];
-    uint16_t* lists; // this warp's
+    Lit* splats[2];       // one per thread of the team and one more
+    uint32_t* touched[2]; // bit per sub-tile of the bin
+    uint16_t* lists;      // this warp's
 };
 
 // A bin as one eye draws it.
@@ -126,15 +97,11 @@ struct BinOfEye {
     uint32_t entry, eye; // entry: list x bins + bin
 };
 
-// Number `i` of the bins that are blended, fullest first. Eyes that share a list follow each other. False: its list is
-// cut into segments. Depths take whole lists: most pixels have spent half of their light early in a long one.
-template <bool kDepth>
-__device__ __forceinline__ bool binAt(const BlendCudaArgs& args, uint32_t i, BinOfEye& bin)
+// Number `i` of the bins that are blended, fullest first. Eyes that share a list follow each other.
+__device__ __forceinline__ BinOfEye binAt(const BlendCudaArgs& args, uint32_t i)
 {
-    const uint32_t readers = args.shared_bins ? kMaxEyes : 1u;
-    const uint32_t queued = args.bin_queue[i / readers], entry = kDepth ? queued & ~kSplitBin : queued;
-    bin = {entry, args.shared_bins ? i % kMaxEyes : entry >= args.grid.bins() ? 1u : 0u};
-    return (entry & kSplitBin) == 0;
+    const uint32_t readers = args.shared_bins ? kMaxEyes : 1u, entry = args.bin_queue[i / readers];
+    return {entry, args.shared_bins ? i % kMaxEyes : entry >= args.grid.bins() ? 1u : 0u};
 }
 
 // Where a bin lies in the image of its eye, and its list.
@@ -156,18 +123,18 @@ __device__ __forceinline__ bool areaOf(const BlendCudaArgs& args, const BinOfEye
     return eye_column < args.grid.columns;
 }
 
-// What a pixel of an eye starts this pass with. Transmittance: negative where it is finished, or there is none. Between
-// passes the image of depths holds the transmittance of pixels that have none yet, below zero.
+// What a pixel of an eye starts with, or goes on with. Transmittance: negative where it is finished, or there is none. Until
+// it goes on the image of depths holds the transmittance of a pixel that has none yet, below zero.
 struct Begun {
     float transmittance, color[3];
 };
 
 template <bool kDepth>
-__device__ __forceinline__ Begun begunPixel(const BlendCudaArgs& args, uint32_t e, uint32_t x, uint32_t y)
+__device__ __forceinline__ Begun begunPixel(const BlendCudaArgs& args, uint32_t e, uint32_t x, uint32_t y, bool goes_on)
 {
     const uint32_t width = e == 0 ? args.width[0] : args.width[1], height = e == 0 ? args.height[0] : args.height[1];
     Begun begun{x < width && y < height ? 1.0f : -1.0f, {0, 0, 0}};
-    if (args.pass.index != 0 && begun.transmittance > 0.0f) {
+    if (goes_on && begun.transmittance > 0.0f) {
         const size_t pixel = size_t(y) * width + x;
         if constexpr (kDepth) {
             const float depth = (e == 0 ? args.depth[0] : args.depth[1])[pixel];
@@ -182,12 +149,11 @@ __device__ __forceinline__ Begun begunPixel(const BlendCudaArgs& args, uint32_t 
 
 template <bool kDepth>
 __device__ __forceinline__ void endPixel(const BlendCudaArgs& args, uint32_t e, uint32_t x, uint32_t y,
-                                         float transmittance, const float* color)
+                                         float transmittance, const float* color, bool last)
 {
     const uint32_t width = e == 0 ? args.width[0] : args.width[1], height = e == 0 ? args.height[0] : args.height[1];
     if (x >= width || y >= height)
         return;
-    const bool last = args.pass.index + 1 == args.pass.count;
     const bool black = last && args.empty_is_black && args.counters->any_positive[e] == 0;
     const size_t at = size_t(y) * width + x;
     if constexpr (kDepth) {
@@ -217,18 +183,18 @@ __device__ __forceinline__ void forPixels(uint32_t row0, uint32_t column0, F&& f
               (row0 + row) * T::kHeight + lane / T::kWidth);
 }
 
-// Blends the keys from `begin` to `end` of a bin's list into the team's tiles. open: sub-tiles of this warp's that take
+// Blends a bin's list into the team's tiles. open: sub-tiles of this warp's that take
 // light.
 template <typename Rules, typename T>
-__device__ __forceinline__ void
-blendKeys(const BlendCudaArgs& args, const Team& team, const Batches<typename Rules::Lit>& batches, const Area& area,
-          uint32_t begin, uint32_t end, uint32_t row0, uint32_t column0, uint32_t open, T& tile, uint32_t& evaluations)
+__device__ __forceinline__ void blendKeys(const BlendCudaArgs& args, const Team& team,
+                                          const Batches<typename Rules::Lit>& batches, const Area& area, uint32_t row0,
+                                          uint32_t column0, uint32_t open, T& tile, uint32_t& evaluations)
 {
     using Splat = typename Rules::Splat;
     const Splat* all = static_cast<const Splat*>(args.splats);
-    const uint32_t first_slot = args.shared_bins ? area.eye * args.slot_capacity : 0u;
+    const uint32_t first_slot = args.shared_bins ? area.eye * args.slot_capacity : 0u, end = area.end;
     // the splat of the next batch is on its way while this one is blended, and the slot of the one after it
-    uint32_t at = begin + team.thread;
+    uint32_t at = area.begin + team.thread;
     const auto slotAt = [&](uint32_t i) { return i < end ? args.keys[i].slot + first_slot : 0u; };
     const auto fetch = [&](uint32_t i, uint32_t slot) {
         Splat s;
@@ -243,26 +209,27 @@ blendKeys(const BlendCudaArgs& args, const Team& team, const Batches<typename Ru
     };
     Splat splat = fetch(at, slotAt(at));
     float depth = depthOf(at, slotAt(at));
-    uint32_t slot = slotAt(at + team.threads), which = 0;
-    for (uint32_t first = begin; first < end; first += team.threads, which ^= 1u) {
+    uint32_t slot = slotAt(at + kGroup), which = 0;
+    for (uint32_t first = area.begin; first < end; first += kGroup, which ^= 1u) {
         typename Rules::Lit* const batch = which == 0 ? batches.splats[0] : batches.splats[1];
-        Touched* const touched = which == 0 ? batches.touched[0] : batches.touched[1];
+        uint32_t* const touched = which == 0 ? batches.touched[0] : batches.touched[1];
         if (at < end) {
             typename Rules::Lit lit = Rules::light(splat);
             if constexpr (Rules::kDepth)
                 lit.color[0] = depth;
             batch[team.thread] = lit;
-            touched[team.thread] = touchedBy<Rules, T>(splat, lit, args.rules, area.bin_x, area.bin_y);
+            touched[team.thread] = subTileMask<T>(Rules::bounds(splat, lit), Rules::box(splat, args.rules), lit.x,
+                                                  lit.y, float(area.bin_x), float(area.bin_y));
         }
-        at += team.threads;
+        at += kGroup;
         splat = fetch(at, slot);
         depth = depthOf(at, slot);
-        slot = slotAt(at + team.threads);
+        slot = slotAt(at + kGroup);
         if (!team.any(open != 0)) // also: the batch is complete, and nobody blends the one before the last any more
             break;
-        open = blendBatch<Rules>(batch, touched, min(team.threads, end - first), team.threads, row0, column0,
-                                 batches.lists, args, area.bin_x + column0 * T::kWidth, area.bin_y + row0 * T::kHeight,
-                                 open, tile, evaluations);
+        open = blendBatch<Rules>(batch, touched, min(kGroup, end - first), row0, column0, batches.lists, args,
+                                 area.bin_x + column0 * T::kWidth, area.bin_y + row0 * T::kHeight, open, tile,
+                                 evaluations);
     }
 }
 
@@ -275,33 +242,28 @@ __device__ __forceinline__ void blendBin(const BlendCudaArgs& args, const Team& 
     T tile;
     uint32_t open = 0;
     forPixels<T>(row0, column0, [&](uint32_t row, uint32_t column, uint32_t x, uint32_t y) {
-        const Begun begun = begunPixel<Rules::kDepth>(args, area.eye, area.bin_x + x, area.bin_y + y);
+        const Begun begun =
+            begunPixel<Rules::kDepth>(args, area.eye, area.bin_x + x, area.bin_y + y, args.pass.index != 0);
         for (int i = 0; i < 3; ++i)
             tile.color[row][column][i] = begun.color[i];
         tile.transmittance[row][column] = begun.transmittance;
         open |= __any_sync(~0u, begun.transmittance > 0.0f) ? 1u << (row * T::kColumns + column) : 0u;
     });
     if (args.pass.index == 0 || team.any(open != 0)) // nearer passes may have finished it
-        blendKeys<Rules>(args, team, batches, area, area.begin, area.end, row0, column0, open, tile, evaluations);
+        blendKeys<Rules>(args, team, batches, area, row0, column0, open, tile, evaluations);
     forPixels<T>(row0, column0, [&](uint32_t row, uint32_t column, uint32_t x, uint32_t y) {
         endPixel<Rules::kDepth>(args, area.eye, area.bin_x + x, area.bin_y + y, tile.transmittance[row][column],
-                                tile.color[row][column]);
+                                tile.color[row][column], args.pass.index + 1 == args.pass.count);
     });
 }
 
-// Of a block that blends a bin as a whole. Narrow: far splats crowd in a few rows of pixels, and this spreads a row over
-// many warps.
-template <uint32_t kRows>
-using HotTile = Tile<4, 8 * kRows, kRows / 2, 1>;
-
 template <typename Rules, uint32_t kRows>
 struct BlendShared {
-    static_assert((kBlendThreads + 1) * sizeof(typename Rules::Lit) < 1u << 16); // an offset of a list
+    static_assert((kGroup + 1) * sizeof(typename Rules::Lit) < 1u << 16); // an offset of a list
 
-    typename Rules::Lit batches[2][kGroups * (kGroup + 1)]; // one of all threads in a hot bin
-    Touched touched[2][kBlendThreads];
-    // per warp: sub-tiles x splats of a batch, of a group or of the whole block
-    alignas(8) uint16_t lists[kBlendThreads / 32][kRows * 2 * kGroup];
+    typename Rules::Lit batches[2][kGroups * (kGroup + 1)];
+    uint32_t touched[2][kBlendThreads];
+    alignas(8) uint16_t lists[kBlendThreads / 32][kRows * 2 * kGroup]; // per warp: sub-tiles x splats of a batch
     uint32_t next[kGroups];
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Blending of all eyes on the device: bins by a quarter of a block each, the longest by whole blocks.
+// Blending of all eyes on the device: bins by a quarter of a block each, those with long lists by a warp per sub-tile.
 #pragma once
 
 #include "kernels/bin/bin_cuda.h"
@@ -20,31 +20,28 @@ struct BlendCudaArgs {
     uint32_t slot_capacity; // from an eye's splats to the next's
     const uint32_t* cells;  // ends, from bin
     const uint32_t* bin_queue;
-    ListSegment* segments; // from bin
-    uint32_t segment_capacity;
-    float* partial;     // segmentValues() per segment
-    const BinKey* keys; // sorted
+    const uint32_t* bin_units; // from bin
+    const TouchUnit* touch_units;
+    uint32_t* touch;      // touchWords() per unit
+    uint32_t* unfinished; // from bin: bit per sub-tile of a long list that goes on behind its first units
+    const BinKey* keys;   // sorted
     uint32_t pair_capacity;
     FrameCounters* counters;
-    float* image[kMaxEyes];         // height x width x 3
-    float* transmittance[kMaxEyes]; // height x width, negative where finished; of no use to a single pass
-    const SplatPlace* places;       // with the splats' depths
-    float* depth[kMaxEyes];         // height x width; null where no depths are wanted
+    float* image[kMaxEyes]; // height x width x 3
+    float* transmittance
+        [kMaxEyes];           // height x width, negative where finished: what pixels that are taken up again have left
+    const SplatPlace* places; // with the splats' depths
+    float* depth[kMaxEyes];   // height x width; null where no depths are wanted
 };
 
-constexpr uint32_t kSegmentPlanes = 5;
-
-// Floats that a segment's result takes.
-inline size_t segmentValues(const BinGrid& grid)
+// Words per unit: a bit for every key and sub-tile of 32 pixels, and for every key and row.
+inline size_t touchWords(const BinGrid& grid)
 {
-    return size_t(kSegmentPlanes) * kBinWidth * grid.height;
+    return size_t(kTouchUnit / 32) * (kBinWidth * grid.height / 32 + grid.height);
 }
 
 // Asynchronous. Depths, where they are wanted, are found by a kernel of their own, from the same lists.
 void blendFastCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
 void blendExactCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
-
-// Part of the above, of a frame with segments.
-void blendSegmentsCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
 
 } // namespace gsc

@@ -7,11 +7,11 @@ namespace gsc {
 void blendExactCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
     if (args.rules.gsplat)
-        launchBlend<ExactRules<true>>(args, false, processors, stream);
+        launchBlend<ExactRules<true>>(args, processors, stream);
     else
-        launchBlend<ExactRules<false>>(args, false, processors, stream);
+        launchBlend<ExactRules<false>>(args, processors, stream);
     if (args.depth[0] != nullptr)
-        launchBlend<DepthRules<AnyExactRules>>(args, false, processors, stream);
+        launchBlend<DepthRules<AnyExactRules>>(args, processors, stream);
 }
 
 } // namespace gsc

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernel that blends whole lists, and its launch. Each tier has it in a file of its own, because they are compiled
-// with different rules for fused multiply-adds.
+// The kernel that blends, and its launch. Each tier has it in a file of its own, because they are compiled with different
+// rules for fused multiply-adds.
 #pragma once
 
-#include "kernels/blend/blend_bin.cuh"
+#include "kernels/blend/blend_tile.cuh"
 
 namespace gsc {
 
@@ -19,38 +19,16 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks) blendKernel(const
     using Shared = BlendShared<Rules, kRows>;
     static_assert(sizeof(Shared) <= 99 * 1024); // what a block can have on compute capability 8.6, 8.9 and 12.0
     Shared& shared = *reinterpret_cast<Shared*>(memory);
-    const uint32_t warp = threadIdx.x >> 5;
+    const uint32_t warp = threadIdx.x >> 5, g = threadIdx.x / kGroup;
     const uint32_t readers = args.shared_bins ? kMaxEyes : 1u;
-    const uint32_t all_bins = readers * args.counters->pass.bins, hot = readers * args.counters->pass.hot_bins;
+    const uint32_t all_bins = readers * args.counters->pass.bins, long_bins = readers * args.counters->pass.long_bins;
     uint32_t evaluations[kMaxEyes] = {};
     const auto tally = [&](uint32_t e, uint32_t seen) {
         evaluations[0] += e == 0 ? seen : 0u;
         evaluations[1] += e == 0 ? 0u : seen;
     };
 
-    const Team everyone{0, kBlendThreads, threadIdx.x};
-    const Batches<typename Rules::Lit> all{
-        {shared.batches[0], shared.batches[1]}, {shared.touched[0], shared.touched[1]}, shared.lists[warp]};
-    if (threadIdx.x < 2)
-        shared.batches[threadIdx.x][kBlendThreads] = Rules::nothing();
-    while (true) {
-        if (threadIdx.x == 0)
-            shared.next[0] = atomicAdd(&args.counters->pass.next_hot[Rules::kDepth], 1u);
-        everyone.sync();
-        const uint32_t i = shared.next[0];
-        everyone.sync();
-        if (i >= hot)
-            break;
-        BinOfEye bin{};
-        Area area{};
-        uint32_t seen = 0;
-        if (binAt<Rules::kDepth>(args, i, bin) && areaOf<HotTile<kRows>>(args, bin, area))
-            blendBin<Rules, HotTile<kRows>>(args, everyone, all, area, warp / 8 * (kRows / 2), warp % 8, seen);
-        tally(bin.eye, seen);
-    }
-
-    const uint32_t g = threadIdx.x / kGroup;
-    const Team group{1 + g, kGroup, threadIdx.x % kGroup};
+    const Team group{1 + g, threadIdx.x % kGroup};
     const Batches<typename Rules::Lit> own{{shared.batches[0] + g * (kGroup + 1), shared.batches[1] + g * (kGroup + 1)},
                                            {shared.touched[0] + g * kGroup, shared.touched[1] + g * kGroup},
                                            shared.lists[warp]};
@@ -58,23 +36,23 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks) blendKernel(const
         shared.batches[group.thread][g * (kGroup + 1) + kGroup] = Rules::nothing();
     while (true) {
         if (group.thread == 0)
-            shared.next[g] = hot + atomicAdd(&args.counters->pass.next_bin[Rules::kDepth], 1u);
+            shared.next[g] = long_bins + atomicAdd(&args.counters->pass.next_bin[Rules::kDepth], 1u);
         group.sync();
         const uint32_t i = shared.next[g];
         group.sync();
         if (i >= all_bins)
             break;
         using T = Tile<8, 8 * kRows, kRows, 2>;
-        BinOfEye bin{};
+        const BinOfEye bin = binAt(args, i);
         Area area{};
         uint32_t seen = 0;
-        if (binAt<Rules::kDepth>(args, i, bin) && areaOf<T>(args, bin, area))
+        if (areaOf<T>(args, bin, area))
             blendBin<Rules, T>(args, group, own, area, warp % 4 / 2 * kRows, warp % 2 * 2, seen);
         tally(bin.eye, seen);
     }
     if constexpr (!Rules::kDepth)
         countEvaluations(args, evaluations);
-    waitForEarlier(); // the frame is not done before its segments are
+    waitForEarlier(); // the frame is not done before its long lists are
 }
 
 // A kernel may start beside another if it waits for that one in the end, which code for older devices does not.
@@ -86,22 +64,39 @@ bool waitsInTheEnd(Kernel* kernel)
     return attributes.binaryVersion >= 90;
 }
 
-// beside: the segments of the same frame, which were launched just before.
 template <typename Rules, uint32_t kRows>
-void launchRows(const BlendCudaArgs& args, bool beside, uint32_t processors, CUstream_st* stream)
+void launchRows(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
     // blocks take bins from a queue, so more of them than the device holds at once would only wait for nothing
-    launchCudaAs(beside && waitsInTheEnd(blendKernel<Rules, kRows>), blendKernel<Rules, kRows>,
-                 processors * kBlendBlocks, kBlendThreads, sizeof(BlendShared<Rules, kRows>), stream, args);
+    const auto tiles = [&](LongPart part) {
+        launchCuda(tileKernel<Rules, kRows>, processors * kLoneBlocks, kLoneThreads, 0, stream, args, part);
+    };
+    const auto others = [&] {
+        launchCudaAs(waitsInTheEnd(blendKernel<Rules, kRows>), blendKernel<Rules, kRows>, processors * kBlendBlocks,
+                     kBlendThreads, sizeof(BlendShared<Rules, kRows>), stream, args);
+    };
+    if constexpr (Rules::kDepth) {
+        tiles(LongPart::All);
+        others();
+    } else {
+        const auto touch = [&](bool behind) {
+            launchCuda(touchKernel<Rules, kRows>, processors * kTouchBlocks, kTouchThreads, 0, stream, args, behind);
+        };
+        touch(false);
+        tiles(LongPart::First);
+        others();
+        touch(true);
+        tiles(LongPart::Behind);
+    }
 }
 
 template <typename Rules>
-void launchBlend(const BlendCudaArgs& args, bool beside, uint32_t processors, CUstream_st* stream)
+void launchBlend(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
     if (args.grid.height == 16)
-        launchRows<Rules, 2>(args, beside, processors, stream);
+        launchRows<Rules, 2>(args, processors, stream);
     else
-        launchRows<Rules, 4>(args, beside, processors, stream);
+        launchRows<Rules, 4>(args, processors, stream);
 }
 
 } // namespace gsc

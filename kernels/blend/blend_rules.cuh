@@ -24,8 +24,8 @@ __device__ __forceinline__ Bounds boundsOf(float a, float b, float c, float reac
         return {INFINITY, INFINITY, 0.0f, 1.0f, 0.0f, 0.0f, INFINITY};
     const float inv_det = __fdividef(1.0f, det);
     // note: 1.001 covers the determinant's rounding at the bound above
-    const float extent_x = sqrtf(reach * c * inv_det) * 1.001f + 0.02f;
-    const float extent_y = sqrtf(reach * a * inv_det) * 1.001f + 0.02f;
+    const float extent_x = sqrtApprox(reach * c * inv_det) * 1.001f + 0.02f;
+    const float extent_y = sqrtApprox(reach * a * inv_det) * 1.001f + 0.02f;
     return {extent_x, extent_y, __fdividef(b, c) * extent_x, __fdividef(1.0f, a), b, det, a * reach};
 }
 
@@ -253,13 +253,15 @@ __device__ __forceinline__ uint32_t subTileMask(const Bounds& q, const PixelBox&
         const float low = fmaxf(fmaxf(float(T::kHeight * row), box.y0 - y0) - top, -q.extent_y);
         const float high = fminf(fminf(float(T::kHeight * (row + 1) - 1), box.y1 - y0) - top, q.extent_y);
         const float tr = fminf(fmaxf(-q.lean, low), high), tl = fminf(fmaxf(q.lean, low), high);
-        const float right = fminf(
-            (sqrtf(fmaxf(q.a_reach - q.det * tr * tr, 0.0f)) - q.half_b * tr) * q.inv_a + 0.02f + left, box.x1 - x0);
-        const float begin = fmaxf(
-            left - 0.02f - (sqrtf(fmaxf(q.a_reach - q.det * tl * tl, 0.0f)) + q.half_b * tl) * q.inv_a, box.x0 - x0);
+        const float right =
+            fminf((sqrtApprox(fmaxf(q.a_reach - q.det * tr * tr, 0.0f)) - q.half_b * tr) * q.inv_a + 0.02f + left,
+                  box.x1 - x0);
+        const float begin =
+            fmaxf(left - 0.02f - (sqrtApprox(fmaxf(q.a_reach - q.det * tl * tl, 0.0f)) + q.half_b * tl) * q.inv_a,
+                  box.x0 - x0);
         // columns whose last pixel is not left of `begin` and whose first is not right of `right`
-        const int first = int(fmaxf(ceilf((begin + 1.0f) * (1.0f / T::kWidth)), 1.0f)) - 1;
-        const int last = int(fminf(floorf(right * (1.0f / T::kWidth)), float(T::kBinColumns - 1)));
+        const int first = max(__float2int_ru((begin + 1.0f) * (1.0f / T::kWidth)), 1) - 1;
+        const int last = min(__float2int_rd(right * (1.0f / T::kWidth)), int(T::kBinColumns) - 1);
         if (low <= high && right >= 0.0f && first <= last)
             mask |= ((2u << last) - (1u << first)) << (row * T::kBinColumns);
     }

@@ -39,6 +39,14 @@ __device__ __forceinline__ float exp2Approx(float v)
     return e;
 }
 
+// To 1 ulp or so.
+__device__ __forceinline__ float sqrtApprox(float v)
+{
+    float root;
+    asm("sqrt.approx.f32 %0, %1;" : "=f"(root) : "f"(v));
+    return root;
+}
+
 // Waits for `threads` threads of the block at barrier `id`; shared memory written before is seen after.
 __device__ __forceinline__ void barrierSync(uint32_t id, uint32_t threads)
 {
@@ -57,31 +65,6 @@ __device__ __forceinline__ bool barrierAny(uint32_t id, uint32_t threads, bool v
     return result != 0;
 }
 
-// What this thread has written is seen by the whole device before what it writes from here on.
-__device__ __forceinline__ void fenceDevice()
-{
-    __threadfence();
-}
-
-// Of a clock that all multiprocessors have in common; on an H200 in steps of 32.
-__device__ __forceinline__ unsigned long long deviceNanoseconds()
-{
-    unsigned long long now;
-    asm volatile("mov.u64 %0, %globaltimer;" : "=l"(now));
-    return now;
-}
-
-// Past the multiprocessor's own cache, which knows nothing of what others write.
-__device__ __forceinline__ float loadFresh(const float* at)
-{
-    return __ldcg(at);
-}
-
-__device__ __forceinline__ uint32_t loadFresh(const uint32_t* at)
-{
-    return *static_cast<const volatile uint32_t*>(at);
-}
-
 // Lets the kernel launched beside this one start (launchCudaAs()), once all blocks have said so or ended.
 __device__ __forceinline__ void launchDependents()
 {
@@ -96,6 +79,14 @@ __device__ __forceinline__ void waitForEarlier()
 #if __CUDA_ARCH__ >= 900
     asm volatile("griddepcontrol.wait;" : : : "memory");
 #endif
+}
+
+// Of a clock that all multiprocessors have in common; on an H200 in steps of 32.
+__device__ __forceinline__ unsigned long long deviceNanoseconds()
+{
+    unsigned long long now;
+    asm volatile("mov.u64 %0, %globaltimer;" : "=l"(now));
+    return now;
 }
 
 } // namespace gsc

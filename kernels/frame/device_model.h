@@ -37,8 +37,8 @@ struct BinGrid {
 };
 
 // A frame is drawn in one or more passes from near to far, each of which decodes, sorts and blends the Gaussians of its
-// depths, so that the memory a frame needs is bounded whatever it shows. The image depends on their number only by how the
-// sums of lists cut into segments round (bin_cuda.h).
+// depths, so that the memory a frame needs is bounded whatever it shows. The image does not depend on their number
+// (kernels/README.md: but for the ends of needles).
 struct DepthPass {
     const uint16_t* slab_of; // kDepthBuckets, counted over all passes
     uint32_t index, count;
@@ -114,9 +114,10 @@ struct PassCounters {
     uint32_t pieces[kPieceClasses], next_piece[kPieceClasses];
     uint32_t bin_classes[kBinClasses], queued[kBinClasses]; // fullest first
     uint32_t bins;                                          // that are queued: those of the columns that are drawn
-    uint32_t hot_bins;                                      // of them: blended by a whole block each
-    uint32_t segments;                                      // of long lists, for all their readers
-    uint32_t next_hot[2], next_bin[2], next_segment;        // work queues of the blend: of colours, of depths
+    uint32_t long_bins;                                     // of those, the first: with long lists (bin_cuda.h)
+    uint32_t longest_bins;              // of those, the first: with lists of kFirstUnits units or more
+    uint32_t touch_units;               // of long lists, for all their readers
+    uint32_t next_tile[3], next_bin[2]; // work queues of the blend: LongPart; of colours, of depths
 };
 
 enum class Stage : uint32_t { Select, Decode, Bin, Sort, Blend, None };

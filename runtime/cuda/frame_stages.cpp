@@ -58,12 +58,6 @@ DecodeExactArgs decodeExactArgs(const FrameJob& job, uint32_t pass)
     return args;
 }
 
-// The tier `exact` blends every list from its first splat to its last, as the trainers do.
-uint32_t segmentsOf(const FrameShape& shape, const FrameCapacity& capacity, const CudaLimits& limits)
-{
-    return shape.exact ? 0u : segmentCapacity(shape.eye_count / shape.lists(), capacity.pairs, limits.processors);
-}
-
 } // namespace
 
 void FrameShape::shareBins(EyeParams* eyes)
@@ -151,17 +145,18 @@ FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const Fr
     b.bin_class = layout.take<uint32_t>(shape.bins());
     b.bin_queue = layout.take<uint32_t>(shape.bins());
     b.pieces = layout.take<Piece>(size_t(kPieceClasses) * pieceCapacity(shape.bins(), capacity.pairs));
-    const uint32_t segments = segmentsOf(shape, capacity, limits);
-    b.segments = layout.take<ListSegment>(segments);
-    b.partial = layout.take<float>(segments * segmentValues(shape.grid));
+    b.bin_units = layout.take<uint32_t>(shape.bins());
+    const size_t units = touchCapacity(shape.eye_count / shape.lists(), shape.bins(), capacity.pairs);
+    b.touch_units = layout.take<TouchUnit>(units);
+    b.touch = layout.take<uint32_t>(units * touchWords(shape.grid));
+    b.unfinished = layout.take<uint32_t>(size_t(shape.eye_count) * shape.grid.bins());
     const size_t slots = size_t(shape.eye_count) * capacity.slots;
     b.splats = layout.take<unsigned char>(slots * shape.splatBytes());
     b.places = layout.take<SplatPlace>(size_t(shape.lists()) * capacity.slots);
     b.keys = layout.take<BinKey>(capacity.pairs);
     for (uint32_t e = 0; e < shape.eye_count; ++e) {
         b.image[e] = layout.take<float>(shape.pixels(e) * 3);
-        if (shape.passes > 1)
-            b.transmittance[e] = layout.take<float>(shape.pixels(e));
+        b.transmittance[e] = layout.take<float>(shape.pixels(e));
         if (shape.depths)
             b.depth[e] = layout.take<float>(shape.pixels(e));
     }
@@ -223,8 +218,9 @@ void binFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass)
     args.pair_capacity = job.capacity.pairs;
     args.bin_class = job.buffers.bin_class;
     args.bin_queue = job.buffers.bin_queue;
-    args.segments = job.buffers.segments;
-    args.segment_capacity = segmentsOf(job.shape, job.capacity, job.limits);
+    args.bin_units = job.buffers.bin_units;
+    args.touch_units = job.buffers.touch_units;
+    args.unfinished = job.buffers.unfinished;
     args.pieces = job.buffers.pieces;
     args.piece_capacity = pieceCapacity(job.shape.bins(), job.capacity.pairs);
     args.scratch = job.buffers.scan_scratch;
@@ -262,9 +258,10 @@ void blendFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass)
     args.slot_capacity = job.capacity.slots;
     args.cells = job.buffers.cells;
     args.bin_queue = job.buffers.bin_queue;
-    args.segments = job.buffers.segments;
-    args.segment_capacity = segmentsOf(job.shape, job.capacity, job.limits);
-    args.partial = job.buffers.partial;
+    args.bin_units = job.buffers.bin_units;
+    args.touch_units = job.buffers.touch_units;
+    args.touch = job.buffers.touch;
+    args.unfinished = job.buffers.unfinished;
     args.places = job.buffers.places;
     args.keys = job.buffers.keys;
     args.pair_capacity = job.capacity.pairs;

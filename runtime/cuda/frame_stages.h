@@ -54,15 +54,15 @@ constexpr size_t kClearedBytes = kDepthBuckets * sizeof(uint32_t) + offsetof(Fra
 
 struct FrameBuffers { // device memory
     FrameCounters* counters;
-    uint32_t *visible_groups, *visible, *histogram, *cells, *bin_class, *bin_queue;
+    uint32_t *visible_groups, *visible, *histogram, *cells, *bin_class, *bin_queue, *bin_units;
     float *fraction, *scratch; // or null
     uint16_t* slab_of;
     unsigned char* splats;
     SplatPlace* places;
     BinKey* keys;
     Piece* pieces;
-    ListSegment* segments;
-    float* partial;
+    TouchUnit* touch_units;
+    uint32_t *touch, *unfinished;
     unsigned char* scan_scratch;
     size_t scan_bytes;
     float *image[kMaxEyes], *transmittance[kMaxEyes], *depth[kMaxEyes];

@@ -254,12 +254,24 @@ inline uint32_t __float2uint_rn(float v)
     return r >= 0x1p32f ? UINT32_MAX : uint32_t(r);
 }
 
+namespace gsc_emulation {
+inline int wholeToInt(float v)
+{
+    return !(v == v) ? 0 : v >= 0x1p31f ? INT32_MAX : v < -0x1p31f ? INT32_MIN : int(v);
+}
+} // namespace gsc_emulation
+
 inline int __float2int_rn(float v)
 {
-    if (!(v == v))
-        return 0;
-    const float r = std::nearbyint(v);
-    return r >= 0x1p31f ? INT32_MAX : r < -0x1p31f ? INT32_MIN : int(r);
+    return gsc_emulation::wholeToInt(std::nearbyint(v));
+}
+inline int __float2int_ru(float v)
+{
+    return gsc_emulation::wholeToInt(std::ceil(v));
+}
+inline int __float2int_rd(float v)
+{
+    return gsc_emulation::wholeToInt(std::floor(v));
 }
 
 // note: macros, because the C library declares functions of these names

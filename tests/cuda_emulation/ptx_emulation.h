@@ -60,6 +60,11 @@ inline float exp2Approx(float v)
     return e < 0x1p-126f ? 0.0f : e;
 }
 
+inline float sqrtApprox(float v)
+{
+    return std::sqrt(v);
+}
+
 inline void barrierSync(uint32_t id, uint32_t threads, GSC_EMULATION_CALLER)
 {
     gsc_emulation::meetBlock({"bar.sync", caller, line}, id, threads, false);
@@ -70,19 +75,13 @@ inline bool barrierAny(uint32_t id, uint32_t threads, bool value, GSC_EMULATION_
     return gsc_emulation::meetBlock({"bar.red.or", caller, line}, id, threads, value);
 }
 
-// note: blocks follow each other here
-inline void fenceDevice() {}
+// note: kernels follow each other here
+inline void launchDependents() {}
+inline void waitForEarlier() {}
 
-template <typename T>
-T loadFresh(const T* at)
-{
-    return *at;
-}
 inline unsigned long long deviceNanoseconds()
 {
     return uint64_t(std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count());
 }
-inline void launchDependents() {}
-inline void waitForEarlier() {}
 
 } // namespace gsc

@@ -15,7 +15,7 @@ target_compile_definitions(gsc_cuda_emulation PUBLIC GSC_CUDA_EMULATION)
 
 set(emulated_kernels upload/upload.cu select/select.cu decode/decode.cu decode/decode_exact.cu
                      decode/decode_exact_any.cu bin/bin.cu present/present.cu cuda/stage_clock.cu sort/sort.cu reuse/select_strips.cu reuse/schedule.cu
-                     reuse/grant.cu reuse/decode_keep.cu reuse/draw_kept.cu blend/blend.cu blend/blend_exact.cu blend/blend_segments.cu)
+                     reuse/grant.cu reuse/decode_keep.cu reuse/draw_kept.cu blend/blend.cu blend/blend_exact.cu)
 list(TRANSFORM emulated_kernels PREPEND ${PROJECT_SOURCE_DIR}/kernels/)
 # note: a property of this directory alone; where there is a toolkit, kernels/ still gives the same files to nvcc.
 # The kernels read values as other types, as CUDA allows

@@ -65,7 +65,7 @@ constexpr PictureHash kPictureHashes[] = {
     {"large/exact_merged", 0xa5e3d8aaa208e52d, 0x3f46e93b5e98727f},
     {"large/fast", 0x06a8882297ef1ebe, 0x6f632cbbcc92b613},
     {"large/fast_merged", 0x2c209ef9d0fce870, 0x739fb293c45212ff},
-    {"large/fast_shared", 0x0ab799ae13b78369, 0xd58c5c1336cefa20},
+    {"large/fast_shared", 0x0ab799ae13b78369, 0x76c691b4392b8dfa},
     {"scaffold/exact_two", 0x41e27d5e213f4d04, 0xf48e95f2cb6ee889},
     {"scaffold/off_axis", 0xcfc80e364ee7f23c, 0xa2e1c2e6d45c0d9b},
     {"scaffold/near", 0x60d677dfba9dbabf, 0x51345483f1fffd4a},

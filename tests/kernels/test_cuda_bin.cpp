@@ -117,22 +117,22 @@ PieceSet expectedPieces(const Places& p, const Expected& expected, uint32_t pair
     return pieces;
 }
 
-void checkQueue(const Places& p, const Expected& expected, const FrameCounters& counters, uint32_t parts,
+void checkQueue(const Places& p, const Expected& expected, const FrameCounters& counters,
                 const std::vector<uint32_t>& bin_class, const std::vector<uint32_t>& queue)
 {
     const uint32_t slabs = p.grid.slabs(), bins = p.eye_count * p.grid.bins();
-    uint32_t wrong = 0, per_class[kBinClasses] = {}, hot = 0;
-    const uint32_t pairs = expected.ends.back();
-    const uint32_t bound = std::max(pairs / (2 * parts), 1024u);
+    uint32_t wrong = 0, per_class[kBinClasses] = {}, long_bins = 0, longest_bins = 0;
     for (uint32_t bin = 0; bin < bins; ++bin) {
         const uint32_t count = expected.ends[size_t(bin + 1) * slabs - 1] - expected.startOf(size_t(bin) * slabs);
         wrong += bin_class[bin] != uint32_t(std::countl_zero(count));
         ++per_class[std::countl_zero(count)];
-        hot += std::countl_zero(count) <= std::countl_zero(bound);
+        long_bins += count >= kLongList;
+        longest_bins += count >= kFirstUnits * kTouchUnit;
     }
     CHECK(wrong == 0);
     CHECK(std::equal(per_class, per_class + kBinClasses, counters.pass.bin_classes));
-    CHECK(counters.pass.hot_bins == hot);
+    CHECK(counters.pass.long_bins == long_bins);
+    CHECK(counters.pass.longest_bins == longest_bins);
     std::vector<uint32_t> sorted = queue;
     std::sort(sorted.begin(), sorted.end());
     bool permutation = true, fullest_first = true;
@@ -145,45 +145,35 @@ void checkQueue(const Places& p, const Expected& expected, const FrameCounters& 
     CHECK(fullest_first);
 }
 
-// Every list that is long enough, and no other, is cut into segments that follow each other; none is queued as a whole.
-void checkSegments(const Places& p, const Expected& expected, uint32_t pair_capacity, uint32_t readers,
-                   uint32_t processors, const FrameCounters& counters, std::vector<ListSegment> segments,
-                   std::vector<uint32_t>& queue)
+// Every long list, and no other, has units that follow each other, for each of its readers.
+void checkUnits(const Places& p, const Expected& expected, uint32_t pair_capacity, uint32_t readers,
+                const FrameCounters& counters, const std::vector<TouchUnit>& units,
+                const std::vector<uint32_t>& bin_units)
 {
-    const uint32_t slabs = p.grid.slabs(), bins = p.eye_count * p.grid.bins(), pairs = expected.ends.back();
-    const uint32_t length = std::max(uint32_t(uint64_t(pairs) * readers / (4 * processors)), 8192u);
+    const uint32_t slabs = p.grid.slabs(), pairs = expected.ends.back();
+    std::vector<bool> listed(units.size());
     uint32_t wrong = 0, total = 0;
-    for (uint32_t& entry : queue) {
-        const bool cut = (entry & kSplitBin) != 0;
-        entry &= ~kSplitBin;
-        if (entry >= bins)
-            continue; // nothing is queued
-        const uint32_t count = expected.ends[size_t(entry + 1) * slabs - 1] - expected.startOf(size_t(entry) * slabs);
-        wrong += cut != (pairs <= pair_capacity && count > 6 * length);
-        if (!cut)
+    for (uint32_t entry = 0; entry < bin_units.size(); ++entry) {
+        const uint32_t begin = expected.startOf(size_t(entry) * slabs),
+                       end = expected.ends[size_t(entry + 1) * slabs - 1];
+        if (pairs > pair_capacity || end - begin < kLongList)
             continue;
-        const uint32_t parts = (count + length - 1) / length;
-        total += parts * readers;
-        for (uint32_t reader = 0; reader < readers; ++reader) {
-            const uint32_t eye = readers > 1 ? reader : entry / p.grid.bins();
-            const auto first = std::find_if(segments.begin(), segments.end(), [&](const ListSegment& s) {
-                return s.entry == entry && s.eye == eye && s.number == 0;
-            });
-            REQUIRE(first + parts <= segments.end());
-            for (uint32_t i = 0; i < parts; ++i) {
-                const ListSegment& s = first[i];
-                wrong += s.entry != entry || s.eye != eye || s.number != i || s.count != parts ||
-                         s.first != uint32_t(first - segments.begin()) || s.length != length || s.blended != 0 ||
-                         s.settled != 0;
-            }
+        const uint32_t parts = (end - begin + kTouchUnit - 1) / kTouchUnit;
+        REQUIRE(bin_units[entry] + parts * readers <= units.size());
+        for (uint32_t i = 0; i < parts * readers; ++i, ++total) {
+            const TouchUnit& unit = units[bin_units[entry] + i];
+            const uint32_t first = begin + i % parts * kTouchUnit;
+            wrong += unit.entry != entry || unit.eye != (readers > 1 ? i / parts : entry / p.grid.bins()) ||
+                     unit.number != i % parts || unit.first != first ||
+                     unit.count != std::min(kTouchUnit, end - first) || listed[bin_units[entry] + i];
+            listed[bin_units[entry] + i] = true;
         }
     }
     CHECK(wrong == 0);
-    CHECK(counters.pass.segments == total);
-    CHECK(total <= segments.size());
+    CHECK(counters.pass.touch_units == total);
 }
 
-void checkBin(const Places& p, uint32_t pair_capacity, uint32_t readers = 1, uint32_t processors = kTestProcessors)
+void checkBin(const Places& p, uint32_t pair_capacity, uint32_t readers = 1)
 {
     const Expected expected(p);
     const uint32_t bins = p.eye_count * p.grid.bins();
@@ -200,15 +190,18 @@ void checkBin(const Places& p, uint32_t pair_capacity, uint32_t readers = 1, uin
     const GuardedBuffer<BinKey> keys(pair_capacity);
     const GuardedBuffer<Piece> pieces(size_t(kPieceClasses) * piece_capacity);
     const GuardedBuffer<unsigned char> scratch(scratch_bytes);
-    const GuardedBuffer<ListSegment> segments(segmentCapacity(readers, pair_capacity, processors));
+    const GuardedBuffer<uint32_t> bin_units(bins);
+    const GuardedBuffer<uint32_t> unfinished(size_t(readers) * bins);
+    const GuardedBuffer<TouchUnit> units(touchCapacity(readers, bins, pair_capacity));
     const GuardedBuffer<FrameCounters> counters(std::vector<FrameCounters>{before});
 
     BinCudaArgs args{};
     args.grid = p.grid;
     args.lists = p.eye_count;
     args.readers = readers;
-    args.segments = segments.get();
-    args.segment_capacity = segmentCapacity(readers, pair_capacity, processors);
+    args.bin_units = bin_units.get();
+    args.touch_units = units.get();
+    args.unfinished = unfinished.get();
     args.places = places.get();
     args.slot_capacity = p.slot_capacity;
     args.pass = {slab_of.get(), kOtherPass, kOtherPass + 1};
@@ -222,9 +215,10 @@ void checkBin(const Places& p, uint32_t pair_capacity, uint32_t readers = 1, uin
     args.scratch = scratch.get();
     args.scratch_bytes = scratch_bytes;
     args.counters = counters.get();
-    binCuda(args, processors, testStream().handle);
+    binCuda(args, kTestProcessors, testStream().handle);
     for (const bool whole : {places.intact(), slab_of.intact(), cells.intact(), bin_class.intact(), bin_queue.intact(),
-                             keys.intact(), pieces.intact(), scratch.intact(), counters.intact(), segments.intact()})
+                             keys.intact(), pieces.intact(), scratch.intact(), counters.intact(), bin_units.intact(),
+                             units.intact(), unfinished.intact()})
         CHECK(whole);
 
     const FrameCounters after = counters.read()[0];
@@ -269,9 +263,10 @@ void checkBin(const Places& p, uint32_t pair_capacity, uint32_t readers = 1, uin
     }
     CHECK(listed == expectedPieces(p, expected, pair_capacity));
     CHECK(listed.size() == pieces_total);
-    std::vector<uint32_t> queue = bin_queue.read();
-    checkSegments(p, expected, pair_capacity, readers, processors, after, segments.read(), queue);
-    checkQueue(p, expected, after, processors * 32 / readers, bin_class.read(), queue);
+    const std::vector<uint32_t> none = unfinished.read();
+    CHECK(std::count(none.begin(), none.end(), 0u) == std::ptrdiff_t(none.size()));
+    checkUnits(p, expected, pair_capacity, readers, after, units.read(), bin_units.read());
+    checkQueue(p, expected, after, bin_class.read(), bin_queue.read());
 }
 
 void checkWithRoom(const Places& p)
@@ -367,20 +362,6 @@ TEST_CASE("bin: a cell as long as a class of pieces ends")
     }
 }
 
-TEST_CASE("bin: where there are many pairs only bins longer than a part of all are hot")
-{
-    constexpr uint32_t kEverywhere = 45, kLong = 3000,
-                       kShort = 1500; // 6000 bins: a bin of 2048 is hot, one of 1500 not
-    Places p = emptyPlaces({100, 60, 16, 3}, 1, kEverywhere + kLong + kShort, kEverywhere + kLong + kShort);
-    for (uint32_t i = 0; i < p.places.size(); ++i)
-        p.places[i] = {floatBits(1.0f + 0.01f * float(i)), i < kEverywhere           ? 99u << 16 | 59u << 24
-                                                           : i < kEverywhere + kLong ? 0u
-                                                                                     : 7u | 7u << 16};
-    const uint32_t pairs = Expected(p).ends.back();
-    REQUIRE(pairs / (2 * kTestProcessors * 32) > 2048);
-    checkWithRoom(p);
-}
-
 TEST_CASE("bin: too few keys are filled, not overrun, and it is said")
 {
     const Places p = randomPlaces({5, 7, 16, 3}, 2, 700, 700, 99);
@@ -446,19 +427,20 @@ TEST_CASE("slabs: equal loads to within a bucket")
         }
 }
 
-TEST_CASE("bin: lists much longer than a processor's part of all are cut into segments, for every eye that reads them")
+TEST_CASE("bin: long lists are told from others and have units, for every eye that reads them")
 {
-    // 49152 keys are six segments of 8192 and stay whole, one more is cut
     for (const uint32_t readers : {1u, 2u})
-        for (const uint32_t longest : {49152u, 49153u, 70000u}) {
+        for (const uint32_t longest : {kLongList - 1, kLongList, 2 * kLongList, 70001u}) {
             CAPTURE(readers);
             CAPTURE(longest);
-            Places p = emptyPlaces({3, 2, 16, 6}, 1, longest + 49152 + 100, longest + 49152 + 100);
+            Places p = emptyPlaces({3, 2, 16, 6}, 1, longest + kLongList + 100, longest + kLongList + 100);
             Random random(longest);
             for (uint32_t i = 0; i < p.places.size(); ++i) {
-                const uint32_t x = i < longest ? 1u : i < longest + 49152 ? 2u : 0u;
+                const uint32_t x = i < longest ? 1u : i < longest + kLongList ? 2u : 0u;
                 p.places[i] = {floatBits(2 + 60 * random.uniform()), x | x << 16};
             }
-            checkBin(p, Expected(p).ends.back() + 5, readers, 64);
+            checkBin(p, Expected(p).ends.back() + 5, readers);
+            if (longest == 70001)
+                checkBin(p, Expected(p).ends.back() - 1, readers); // drawn again
         }
 }

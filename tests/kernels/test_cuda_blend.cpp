@@ -38,10 +38,9 @@ void launch(const BlendCudaArgs& args, const ExactSplat*)
     blendExactCuda(args, kTestProcessors, testStream().handle);
 }
 
-// Draws the scene in `passes`, each of which takes its part of the splats; the `hot` fullest bins by whole blocks; lists
-// longer than `length` in segments of as many.
+// Draws the scene in `passes`, each of which takes its part of the splats; the `longest` fullest bins as long lists.
 template <typename Splat>
-Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_t hot = 0, uint32_t length = ~0u)
+Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_t longest = 0)
 {
     const auto eye_count = uint32_t(scene.eyes.size());
     const uint32_t bins = eye_count * scene.grid.bins();
@@ -56,8 +55,7 @@ Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_
     for (size_t i = 0; i < splat_places.size(); ++i)
         splat_places[i] = {floatBits(float(i + 1)), 0}; // so that a depth tells the splat
     const GuardedBuffer<SplatPlace> places(splat_places);
-    const GuardedBuffer<float> left[kMaxEyes] = {GuardedBuffer<float>(passes > 1 ? pixels(0) : 0),
-                                                 GuardedBuffer<float>(passes > 1 ? pixels(1) : 0)};
+    const GuardedBuffer<float> left[kMaxEyes] = {GuardedBuffer<float>(pixels(0)), GuardedBuffer<float>(pixels(1))};
     FrameCounters before{};
     before.any_positive[0] = before.any_positive[1] = scene.any_positive;
     Drawn drawn{};
@@ -78,21 +76,30 @@ Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_
             queue[bin] = bin;
         }
         std::stable_sort(queue.begin(), queue.end(), [&](uint32_t a, uint32_t b) { return counts[a] > counts[b]; });
-        std::vector<ListSegment> cut;
-        for (uint32_t& entry : queue)
-            if (counts[entry] > length) {
-                const uint32_t count = (counts[entry] + length - 1) / length, start = uint32_t(cut.size());
-                for (uint32_t i = 0; i < count; ++i)
-                    cut.push_back({entry, entry / scene.grid.bins(), i, count, start, length, 0, 0});
-                entry |= kSplitBin;
-            }
+        std::vector<TouchUnit> units;
+        std::vector<uint32_t> unit_of(bins, ~0u);
+        uint32_t long_bins = std::min(longest, bins);
+        while (long_bins > 0 && counts[queue[long_bins - 1]] == 0) // no empty list is long
+            --long_bins;
+        for (uint32_t i = 0; i < long_bins; ++i) {
+            const uint32_t entry = queue[i], start = entry == 0 ? 0u : ends[entry * scene.grid.slabs() - 1];
+            unit_of[entry] = uint32_t(units.size());
+            for (uint32_t at = 0; at < counts[entry]; at += kTouchUnit)
+                units.push_back({entry, entry / scene.grid.bins(), at / kTouchUnit, start + at,
+                                 std::min(kTouchUnit, counts[entry] - at)});
+        }
         FrameCounters counters = drawn.counters;
         counters.pass = {};
         counters.pass.bins = uint32_t(queue.size());
-        counters.pass.hot_bins = std::min(hot, bins);
-        counters.pass.segments = uint32_t(cut.size());
-        const GuardedBuffer<ListSegment> segments(cut);
-        const GuardedBuffer<float> partial(cut.size() * segmentValues(scene.grid));
+        counters.pass.long_bins = long_bins;
+        while (
+            counters.pass.longest_bins < counters.pass.long_bins &&
+            (counters.pass.longest_bins == 0 || counts[queue[counters.pass.longest_bins]] > kFirstUnits * kTouchUnit))
+            ++counters.pass.longest_bins;
+        counters.pass.touch_units = uint32_t(units.size());
+        const GuardedBuffer<TouchUnit> device_units(units);
+        const GuardedBuffer<uint32_t> bin_units(unit_of), touch(units.size() * touchWords(scene.grid)),
+            unfinished(std::vector<uint32_t>(bins, 0u));
         const GuardedBuffer<BinKey> device_keys(keys);
         const GuardedBuffer<uint32_t> cells(ends), bin_queue(queue);
         const GuardedBuffer<FrameCounters> device_counters(std::vector<FrameCounters>{counters});
@@ -105,7 +112,7 @@ Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_
             args.height[e] = scene.eyes[e].height;
             args.image[e] = image[e].get();
             args.depth[e] = depth[e].get();
-            args.transmittance[e] = passes > 1 ? left[e].get() : nullptr;
+            args.transmittance[e] = left[e].get();
         }
         args.rules = scene.rules;
         std::copy_n(scene.background, 3, args.background);
@@ -114,9 +121,10 @@ Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_
         args.places = places.get();
         args.cells = cells.get();
         args.bin_queue = bin_queue.get();
-        args.segments = segments.get();
-        args.segment_capacity = uint32_t(cut.size());
-        args.partial = partial.get();
+        args.bin_units = bin_units.get();
+        args.touch_units = device_units.get();
+        args.touch = touch.get();
+        args.unfinished = unfinished.get();
         args.keys = device_keys.get();
         args.pair_capacity = uint32_t(keys.size());
         args.counters = device_counters.get();
@@ -124,7 +132,7 @@ Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_
         for (const bool whole :
              {splats.intact(), image[0].intact(), image[1].intact(), left[0].intact(), left[1].intact(),
               depth[0].intact(), depth[1].intact(), device_keys.intact(), cells.intact(), bin_queue.intact(),
-              device_counters.intact(), segments.intact(), partial.intact()})
+              device_counters.intact(), device_units.intact(), bin_units.intact(), touch.intact(), unfinished.intact()})
             CHECK(whole);
         drawn.counters = device_counters.read()[0];
     }
@@ -206,9 +214,9 @@ void checkSameBytes()
             const auto scene = randomScene<Splat>(eyes, bin_height, RasterRules::DiffGaussian, 1200, 9, shapes);
             const Drawn whole = blendOnDevice(scene);
             checkPixels(scene, whole, kUsualBound<Splat>);
-            for (const uint32_t hot : {1u, 3u, 1000u}) {
-                CAPTURE(hot);
-                CHECK(blendOnDevice(scene, 1, hot) == whole);
+            for (const uint32_t longest : {1u, 3u, 1000u}) {
+                CAPTURE(longest);
+                CHECK(blendOnDevice(scene, 1, longest) == whole);
             }
             for (const uint32_t passes : {2u, 3u}) {
                 CAPTURE(passes);
@@ -216,12 +224,12 @@ void checkSameBytes()
                 CHECK(blendOnDevice(scene, passes, 2) == whole);
             }
         }
-        // more than 4096 in one bin: many batches of a group and of a whole block
+        // many batches of a group, and more units than the longest lists have found at first
         Shapes faint;
         faint.opacity_max = 0.03f;
         faint.sigma_max = 4;
-        const auto crowded = randomScene<Splat>({{33, 17}}, bin_height, RasterRules::DiffGaussian, 8000, 4, faint);
-        REQUIRE(crowded.lists[0].size() > 4096);
+        const auto crowded = randomScene<Splat>({{33, 17}}, bin_height, RasterRules::DiffGaussian, 60000, 4, faint);
+        REQUIRE(crowded.lists[0].size() > (kFirstUnits + 1) * kTouchUnit);
         const Drawn ordinary = blendOnDevice(crowded);
         checkPixels(crowded, ordinary, 1e-4);
         CHECK(blendOnDevice(crowded, 1, 1) == ordinary);
@@ -257,7 +265,7 @@ void checkSaturation()
 {
     for (const RasterRules raster : {RasterRules::DiffGaussian, RasterRules::Gsplat})
         for (const uint32_t passes : {1u, 4u})
-            for (const uint32_t hot : {0u, 9u}) {
+            for (const uint32_t longest : {0u, 9u}) {
                 auto scene = emptyScene<Splat>({{50, 30}}, 16, raster);
                 Ellipse e{25, 15, 1e6f, 0, 1e6f, 1, {1, 0, 0}, {0, 0, 4, 2}};
                 for (int i = 0; i < 8; ++i) // the second would leave too little and is not drawn
@@ -266,7 +274,7 @@ void checkSaturation()
                 e.color[1] = 1;
                 for (int i = 0; i < 3000; ++i)
                     addSplat(scene, 0, e);
-                const Drawn drawn = blendOnDevice(scene, passes, hot);
+                const Drawn drawn = blendOnDevice(scene, passes, longest);
                 bool red = true, green = false;
                 const std::vector<float>& image = drawn.images[0];
                 const float at_least = raster == RasterRules::Gsplat ? 0.9989f : 0.9899f;
@@ -278,38 +286,6 @@ void checkSaturation()
                 CHECK_FALSE(green);
                 // a list ends with the batch in which the last pixel is finished
                 CHECK(drawn.counters.evaluations[0] <= 64u * 32 * 1024);
-            }
-}
-
-// Segments are what the whole list is, but for the order of rounding.
-void checkSegments()
-{
-    for (const uint32_t bin_height : {16u, 32u})
-        for (const float opacity_max : {0.1f, 1.0f}) // open to the end, and finished in any segment
-            for (const uint32_t passes : {1u, 2u}) {
-                CAPTURE(bin_height);
-                CAPTURE(opacity_max);
-                CAPTURE(passes);
-                Shapes shapes;
-                shapes.opacity_max = opacity_max;
-                const auto scene = randomScene<PackedSplat>({{70, 33}, {45, 60}}, bin_height, RasterRules::DiffGaussian,
-                                                            1200, 9, shapes);
-                const Drawn whole = blendOnDevice(scene, passes);
-                for (const uint32_t length : {1u, 100u, 513u, 700u}) {
-                    CAPTURE(length);
-                    if (length == 1 && (bin_height == 16 || passes > 1))
-                        continue; // a segment per splat, once
-                    const Drawn cut = blendOnDevice(scene, passes, 3, length);
-                    checkPixels(scene, cut, kUsualBound<PackedSplat>);
-                    float most = 0;
-                    for (uint32_t e = 0; e < 2; ++e)
-                        for (size_t i = 0; i < cut.images[e].size(); ++i)
-                            most = std::max(most, std::abs(cut.images[e][i] - whole.images[e][i]));
-                    CHECK(most < 3e-6f); // 4e-7 measured
-                    if (std::getenv("GSC_TEST_VERBOSE") != nullptr)
-                        MESSAGE(most);
-                    CHECK(blendOnDevice(scene, passes, 3, length).images[0] == cut.images[0]);
-                }
             }
 }
 
@@ -325,12 +301,12 @@ TEST_CASE("blend exact: image sizes around a bin, few splats and many, both rast
     checkSizes<ExactSplat>();
 }
 
-TEST_CASE("blend fast: hot bins and passes give the bytes of the ordinary way; two eyes of their own sizes")
+TEST_CASE("blend fast: long lists and passes give the bytes of the ordinary way; two eyes of their own sizes")
 {
     checkSameBytes<PackedSplat>();
 }
 
-TEST_CASE("blend exact: hot bins and passes give the bytes of the ordinary way; two eyes of their own sizes")
+TEST_CASE("blend exact: long lists and passes give the bytes of the ordinary way; two eyes of their own sizes")
 {
     checkSameBytes<ExactSplat>();
 }
@@ -339,6 +315,24 @@ TEST_CASE("trap 25: blend of nothing is the background, or black")
 {
     checkEmpty<PackedSplat>();
     checkEmpty<ExactSplat>();
+}
+
+TEST_CASE("blend: depths read no more of a list than was found because its light went on")
+{
+    for (const uint32_t bin_height : {16u, 32u}) {
+        auto scene = emptyScene<PackedSplat>({{32, 16}}, bin_height, RasterRules::DiffGaussian);
+        Ellipse e{16, -80, 2, 0, 2, 1, {1, 0, 0}, {0, 0, 2, 1}};
+        for (uint32_t i = 0; i < kFirstUnits * kTouchUnit + 9; ++i) {
+            const bool covers = i / 4 == kFirstUnits * kTouchUnit / 4 - 2; // four of them: all light ends there
+            e.y = covers ? 8.0f : -80.0f;
+            e.a = e.c = covers ? 1e6f : 2.0f;
+            addSplat(scene, 0, e);
+        }
+        REQUIRE(scene.lists[0].size() > kFirstUnits * kTouchUnit);
+        const Drawn whole = blendOnDevice(scene);
+        CHECK(blendOnDevice(scene, 1, 1) == whole);
+        CHECK(whole.images[0][0] > 0.98f);
+    }
 }
 
 TEST_CASE("blend: finished pixels take no more, and a finished bin ends its list")
@@ -379,9 +373,4 @@ TEST_CASE("blend: an image of as many bins as there can be")
         const auto scene = randomScene<PackedSplat>({size}, 32, RasterRules::DiffGaussian, 500, 8);
         checkPixels(scene, blendOnDevice(scene), kUsualBound<PackedSplat>);
     }
-}
-
-TEST_CASE("blend fast: long lists in segments")
-{
-    checkSegments();
 }
