@@ -7,6 +7,7 @@
 #include "format/file/output_paths.h"
 #include "player/workers/worker_report.h"
 #include "player/lod_target.h"
+#include "player/image/picture_stream.h"
 #include "player/measure/runner.h"
 #include "player/measure/stopwatch.h"
 #include "player/workers/open_renderer.h"
@@ -30,7 +31,7 @@ std::vector<std::string> prepareOutputs(const std::vector<Shot>& shots, const Pl
 {
     namespace fs = std::filesystem;
     std::vector<std::string> paths;
-    if (!options.out.empty()) {
+    if (!options.out.empty() && !isStandardOutput(options.out)) {
         std::vector<OutputFrame> named;
         for (const Shot& shot : shots)
             named.push_back({shot.camera.name, shot.index});
@@ -44,6 +45,7 @@ std::vector<std::string> prepareOutputs(const std::vector<Shot>& shots, const Pl
     if (options.cameras != "stored")
         inputs.push_back({options.cameras, "the camera file"});
     checkStandardOutput(options.stats, "--stats", log.json());
+    checkStandardOutput(options.out, "--out", log.json());
     checkOutputsDiffer(outputs, inputs);
     shard.plan(shots.size(), paths, log);
     for (const size_t frame : shard.frames())
@@ -66,6 +68,23 @@ std::vector<std::string> prepareOutputs(const std::vector<Shot>& shots, const Pl
                              folder.string().c_str(), code.message().c_str()));
     }
     return paths;
+}
+
+// Standard output as a stream, if that is asked for. Throws Error(Usage) where pictures are of different sizes.
+std::optional<PictureStream> openStream(const std::vector<Shot>& shots, const PlayOptions& options)
+{
+    if (!isStandardOutput(options.out))
+        return std::nullopt;
+    const Camera& first = shots.front().camera;
+    for (const Shot& shot : shots)
+        if (shot.camera.width != first.width || shot.camera.height != first.height)
+            throw Error(ErrorCode::Usage,
+                        formatString("--out -: camera %s has %u x %u pixels, expected %u x %u as all before it; choose "
+                                     "one --size for all, or write files",
+                                     shot.camera.name.c_str(), shot.camera.width, shot.camera.height, first.width,
+                                     first.height));
+    return std::optional<PictureStream>(std::in_place, options.stream, first.width, first.height,
+                                        uint32_t(options.eyes), options.stream_fps);
 }
 
 // Images are kept, each is whole.
@@ -111,6 +130,8 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
     if (!options.stats.empty() && !options.shard.isGiven())
         stats_file.emplace(options.stats, OutputKind::Text, options.overwrite);
 
+    std::optional<PictureStream> stream = openStream(shots, options);
+
     const std::unique_ptr<Renderer> renderer = openRenderer(options, scene, log, summary.load_ms);
     summary.backend = deviceText(renderer->id());
     summary.tier = renderer->tierOf(options.tier);
@@ -141,12 +162,17 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
                                camera.height,  eye_count,   shots[i].appearance, frame.result, frame.lod_bias};
         stopIfInterrupted(shard.frames().size(), summary, options);
 
+        Image images[kMaxEyes];
+        for (uint32_t eye = 0; eye < eye_count; ++eye)
+            images[eye] = {camera.width, camera.height, std::move(pixels[eye])};
         for (uint32_t eye = 0; eye < eye_count && !paths.empty(); ++eye) {
-            Image image{camera.width, camera.height, std::move(pixels[eye])};
-            writeImage(paths[i * eye_count + eye], image, options.depth, shard.mayReplace(i));
-            pixels[eye] = std::move(image.pixels); // the same memory for every frame
+            writeImage(paths[i * eye_count + eye], images[eye], options.depth, shard.mayReplace(i));
             summary.images.push_back(paths[i * eye_count + eye]);
         }
+        if (stream)
+            stream->add(std::span(images, eye_count));
+        for (uint32_t eye = 0; eye < eye_count; ++eye)
+            pixels[eye] = std::move(images[eye].pixels); // the same memory for every frame
         if (stats_file)
             stats_file->write(frameStatsJson(stats) + "\n");
         if (options.shard.isGiven())

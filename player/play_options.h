@@ -4,7 +4,7 @@
 
 #include "kernels/frame/frame_types.h"
 #include "player/cameras/length.h"
-#include "player/image/image_io.h"
+#include "player/image/picture_stream.h"
 #include "player/shard/shard.h"
 #include "runtime/service/faulty_renderer.h"
 
@@ -50,8 +50,10 @@ struct PlayOptions : RunChoice {
     uint32_t width = 0, height = 0; // 0 = the camera's
     double fov_x = 0;               // radians, 0 = the camera's
     bool ignore_distortion = false; // of the lenses in a camera file, which is refused otherwise
-    std::string out;                // pattern, empty = write nothing
+    std::string out;                // pattern, empty = write nothing, "-" = a stream on standard output
     PixelDepth depth = PixelDepth::Eight;
+    StreamFormat stream = StreamFormat::Y4m;      // of --out -
+    double stream_fps = 30;                       // that a Y4m states
     std::string stats;                            // file, empty = none
     int device = 0;                               // of the backend's
     int threads = 0;                              // 0 = all cores

@@ -41,6 +41,10 @@ int writeAll(int fd, int64_t offset, std::span<const std::byte> bytes)
 void writeStandardOutput(std::span<const std::byte> bytes)
 {
     const int code = std::fflush(stdout) != 0 ? errno : writeAll(STDOUT_FILENO, -1, bytes);
+    if (code == EPIPE)
+        throw Error(ErrorCode::Io,
+                    "standard output: the program that read it has ended, expected it to read on; let it "
+                    "take all, or redirect to a file");
     if (code != 0)
         throw Error(ErrorCode::Io, formatString("standard output: cannot be written (%s), expected room for the "
                                                 "output; redirect it to another place",

@@ -31,6 +31,8 @@ constexpr const char* kPlayExamples = R"(examples:
       decoded Gaussians are drawn again while they change by less than 1/255
   gsc-play city.gsc --cameras flight.json --target-ms 11 --lod-fade 0.5 --lod-hysteresis 0.1 --stats out.jsonl
       detail falls where a frame would take longer than 11 ms, and no level pops
+  gsc-play room.gsc --cameras path.json --size 1280x720 --out - | ffplay -
+      pictures to another program, as they are drawn
   gsc-play room.gsc --out 'frames/{name}.png' --shard 2/4 --stats shard_2.jsonl
       every fourth camera from the second on; gsc merge-runs shard_*.jsonl -o frames.jsonl joins the four files
   gsc-play bench room.gsc --eyes 2 --ipd 0.065 --size 2048x2048 --fov 90
@@ -46,7 +48,14 @@ void addOutputOptions(CLI::App& app, PlayOptions& options)
 {
     const Heading heading(app, "Files");
     addText(app, "--out", options.out, "PATTERN",
-            "images to write; {name}, {frame}, {frame:04} and {eye} are filled in (" + imageExtensions() + ")");
+            "images to write; {name}, {frame}, {frame:04} and {eye} are filled in (" + imageExtensions() +
+                "); - is a stream on standard output, two eyes side by side");
+    addChoice<StreamFormat>(
+        app, "--stream", options.stream,
+        {{"y4m", StreamFormat::Y4m}, {"rgb24", StreamFormat::Rgb24}, {"rgb48", StreamFormat::Rgb48}}, "default: y4m",
+        "what --out - writes: YUV4MPEG2 (4:4:4, 16 bits, full range), or 8 or 16 bits per channel and nothing else");
+    addNumber(app, "--fps", options.stream_fps, {0.001, 1000}, " frames a second", "N (default: 30)",
+              "the rate that a y4m stream states");
     addChoice<PixelDepth>(app, "--depth", options.depth, {{"8", PixelDepth::Eight}, {"16", PixelDepth::Sixteen}},
                           "default: 8", "bits per channel of a PNG");
     addText(
@@ -75,13 +84,21 @@ void checkShard(const PlayOptions& options)
 void checkOut(const CLI::App& app, const PlayOptions& options)
 {
     const bool is_png = options.out.size() > 4 && options.out.compare(options.out.size() - 4, 4, ".png") == 0;
-    checkEffect(app, "--depth", is_png || isStandardOutput(options.out), "--out of a .png");
+    const bool is_stream = isStandardOutput(options.out);
+    checkEffect(app, "--depth", is_png, "--out of a .png");
+    checkEffect(app, "--stream", is_stream, "--out -");
+    checkEffect(app, "--fps", is_stream && options.stream == StreamFormat::Y4m, "--out - --stream y4m");
     checkEffect(app, "--overwrite",
-                !options.out.empty() || (!options.stats.empty() && !isStandardOutput(options.stats)),
+                (!options.out.empty() && !is_stream) || (!options.stats.empty() && !isStandardOutput(options.stats)),
                 "--out or --stats");
-    if (isStandardOutput(options.out))
-        checkOutput(options.out, OutputKind::Binary, false);
-    if (!options.out.empty() && !isImageExtension(options.out))
+    if (is_stream && isStandardOutput(options.stats))
+        throw Error(ErrorCode::Usage,
+                    "--stats -: --out - has standard output, expected one of them; give --stats a file");
+    if (is_stream && options.shard.isGiven())
+        throw Error(ErrorCode::Usage, formatString("--out -: is one stream, expected the files of --shard %s; give a "
+                                                   "pattern of names, or leave --shard out",
+                                                   options.shard.text().c_str()));
+    if (!options.out.empty() && !is_stream && !isImageExtension(options.out))
         throw Error(
             ErrorCode::Unsupported,
             formatString("--out %s: this build cannot write such a file, expected one of %s; choose one of them",
@@ -94,7 +111,7 @@ ErrorCode runPlay(const PlayOptions& options, Reporter& report)
     report.endProgress(false);
     const std::string text =
         report.json() ? playReportJson(options, summary, report.warnings()) : playReportText(options, summary);
-    isStandardOutput(options.stats) ? report.tell(text) : report.text(text);
+    isStandardOutput(options.stats) || isStandardOutput(options.out) ? report.tell(text) : report.text(text);
     return ErrorCode::Ok;
 }
 

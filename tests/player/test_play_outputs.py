@@ -10,6 +10,7 @@ import os
 import resource
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import time
@@ -57,13 +58,79 @@ class PlayOutputsTest(PlayTest):
             error = json.loads(self.play(*arguments, "--format", "json", code=1).stdout)
             check_schema("error", error)
             self.assertIn("--format json puts its own", error["message"])
-        self.refused(*base, "--out", "-", code=1, says="./-")
         self.play(*base, "--stats", "./-")
         self.assertTrue((self.folder / "-").is_file())
         with open("/dev/full", "wb") as full:
             run = subprocess.run([PLAY, *base, "--stats", "-", "--backend", "cpu"], stdout=full, stderr=subprocess.PIPE,
                                  check=False)
         self.assertEqual(run.returncode, 2, run.stderr)
+
+    def stream(self, *arguments: object, code: int = 0) -> bytes:
+        run = subprocess.run([PLAY, self.model, "--cameras", self.path, "--backend", "cpu", "-q", "--out", "-",
+                              *map(str, arguments)], cwd=self.folder, capture_output=True, check=False)
+        self.assertEqual(run.returncode, code, run.stderr)
+        return run.stdout
+
+    def test_streams(self) -> None:
+        width, height, frames = 23, 16, len(TRAJECTORY["frames"])
+        view = ("--size", f"{width}x{height}", "--eyes", "2", "--ipd", "0.1")
+        self.play(self.model, "--cameras", self.path, *view, "--out", "s{frame}_{eye}.pfm")
+        wanted = []  # of both eyes side by side, as an image file of 8 bits has it
+        for frame in range(frames):
+            eyes = [pfm(self.folder / f"s{frame}_{eye}.pfm")[2] for eye in ("left", "right")]
+            for y in reversed(range(height)):  # a PFM begins at the bottom
+                for eye in eyes:
+                    wanted += eye[3 * width * y:3 * width * (y + 1)]
+        eight = [min(max(int(255 * value + 0.5), 0), 255) for value in wanted]
+        self.assertGreater(len(set(eight)), 20)
+        self.assertEqual(list(self.stream(*view, "--stream", "rgb24")), eight)
+        rgb48 = struct.unpack(f"<{len(wanted)}H", self.stream(*view, "--stream", "rgb48"))
+        self.assertLessEqual(max(abs(65535 * min(max(a, 0), 1) - b) for a, b in zip(wanted, rgb48)), 0.51)
+
+        y4m = self.stream(*view, "--fps", "29.97")
+        header, rest = y4m.split(b"\n", 1)
+        self.assertEqual(header, f"YUV4MPEG2 W{2 * width} H{height} F30000:1001 Ip A1:1 C444p16 XCOLORRANGE=FULL".encode())
+        pixels, decoded = 2 * width * height, []
+        for _ in range(frames):
+            self.assertEqual(rest[:6], b"FRAME\n")
+            planes = struct.unpack(f"<{3 * pixels}H", rest[6:6 + 6 * pixels])
+            rest = rest[6 + 6 * pixels:]
+            for luma, u, v in zip(planes, planes[pixels:], planes[2 * pixels:]):
+                red, blue = luma + 1.402 * (v - 32768), luma + 1.772 * (u - 32768)
+                green = (luma - 0.299 * red - 0.114 * blue) / 0.587
+                decoded += [round(value / 257) for value in (red, green, blue)]
+        self.assertEqual(rest, b"")
+        self.assertEqual(decoded, eight)
+        self.assertIn(b"F24000:1000 ", self.stream("--size", "8x8", "--frames", "0:1", "--fps", "24"))
+
+    def test_streams_refused(self) -> None:
+        base = (self.model, "--cameras", self.path, "--out", "-")
+        self.refused(*base, "--size", "8x8", "--stats", "-", code=1, says="--stats -")
+        self.refused(*base, "--size", "8x8", "--depth", "16", code=1, says="--depth")
+        self.refused(*base, "--size", "8x8", "--stream", "rgb24", "--fps", "24", code=1, says="--fps")
+        self.refused(*base, "--size", "8x8", "--shard", "1/2", "--stats", "s.jsonl", code=1, says="--shard 1/2")
+        self.refused(self.model, "--stream", "rgb24", code=1, says="--stream")
+        error = json.loads(self.play(*base, "--size", "8x8", "--format", "json", code=1).stdout)
+        check_schema("error", error)
+        trajectory = json.loads(self.path.read_text())
+        for i, frame in enumerate(trajectory["frames"]):
+            frame.update(width=20 + 2 * (i // 3), height=10)
+        self.path.write_text(json.dumps(trajectory))
+        self.refused(*base, code=1, says="choose one --size")
+
+    def test_stream_whose_reader_ends(self) -> None:
+        frames = TRAJECTORY["frames"][:1] * 200
+        self.path.write_text(json.dumps({"schema": "gsc.trajectory/1", "frames": frames}))
+        run = subprocess.Popen([PLAY, self.model, "--cameras", self.path, "--size", "320x200", "--backend", "cpu", "--out",
+                                "-", "--stats", "s.jsonl", "-q"], cwd=self.folder, stdout=subprocess.PIPE,
+                               stderr=subprocess.PIPE)
+        self.assertEqual(run.stdout.read(9), b"YUV4MPEG2")
+        run.stdout.close()
+        told = run.stderr.read().decode()
+        run.stderr.close()
+        self.assertEqual(run.wait(60), 2, told)
+        self.assertIn("has ended", told)
+        self.assertEqual([p.name for p in self.folder.iterdir() if "s.jsonl" in p.name], [])
 
     def test_links_and_modes(self) -> None:
         (self.folder / "data").mkdir()
