@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Installs what the build and the tests need and the machine lacks, from the distribution (Debian 12, Ubuntu 24.04).
 # usage: .ci/setup.sh [ci]    ci = also the tools of .ci/run: clang for the fuzz targets, clang-format, and what tests
-#                             skip where it is missing: zsh and fish, which complete, and man
+#                             skip where it is missing: zsh and fish, which complete, man and ffmpeg
 set -euo pipefail
 
 packages=(
@@ -14,7 +14,7 @@ packages=(
     doctest-dev libbenchmark-dev binutils python3 python3-numpy python3-jsonschema
 )
 if [ "${1:-}" = ci ]; then
-    packages+=(clang libclang-rt-dev clang-format-14 zsh fish man-db libopenmpi-dev openmpi-bin)
+    packages+=(clang libclang-rt-dev clang-format-14 zsh fish man-db libopenmpi-dev openmpi-bin ffmpeg)
 fi
 
 if ! command -v dpkg-query >/dev/null; then

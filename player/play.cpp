@@ -7,7 +7,7 @@
 #include "format/file/output_paths.h"
 #include "player/workers/worker_report.h"
 #include "player/lod_target.h"
-#include "player/image/picture_stream.h"
+#include "player/image/video_file.h"
 #include "player/measure/runner.h"
 #include "player/measure/stopwatch.h"
 #include "player/workers/open_renderer.h"
@@ -42,6 +42,8 @@ std::vector<std::string> prepareOutputs(const std::vector<Shot>& shots, const Pl
         outputs.push_back({path, "an image of --out"});
     if (!options.stats.empty())
         outputs.push_back({options.stats, "--stats"});
+    if (!options.video.empty())
+        outputs.push_back({options.video, "--video"});
     if (options.cameras != "stored")
         inputs.push_back({options.cameras, "the camera file"});
     checkStandardOutput(options.stats, "--stats", log.json());
@@ -55,6 +57,10 @@ std::vector<std::string> prepareOutputs(const std::vector<Shot>& shots, const Pl
     if (!options.stats.empty())
         checkOutput(options.stats, OutputKind::Text, options.overwrite || options.shard.isGiven(),
                     OutputFolder::IsMade);
+    if (!options.video.empty()) {
+        checkVideoProgram();
+        checkOutput(options.video, OutputKind::Binary, options.overwrite, OutputFolder::IsMade);
+    }
     if (!paths.empty())
         loadImageWriter(paths.front());
     for (const NamedPath& file : outputs) {
@@ -70,22 +76,39 @@ std::vector<std::string> prepareOutputs(const std::vector<Shot>& shots, const Pl
     return paths;
 }
 
-// Standard output as a stream, if that is asked for. Throws Error(Usage) where pictures are of different sizes.
-std::optional<PictureStream> openStream(const std::vector<Shot>& shots, const PlayOptions& options)
-{
-    if (!isStandardOutput(options.out))
-        return std::nullopt;
-    const Camera& first = shots.front().camera;
-    for (const Shot& shot : shots)
-        if (shot.camera.width != first.width || shot.camera.height != first.height)
-            throw Error(ErrorCode::Usage,
-                        formatString("--out -: camera %s has %u x %u pixels, expected %u x %u as all before it; choose "
-                                     "one --size for all, or write files",
-                                     shot.camera.name.c_str(), shot.camera.width, shot.camera.height, first.width,
-                                     first.height));
-    return std::optional<PictureStream>(std::in_place, options.stream, first.width, first.height,
-                                        uint32_t(options.eyes), options.stream_fps);
-}
+// Takes the pictures of every frame behind those of the one before.
+struct Streams {
+    std::optional<PictureStream> output; // standard output
+    std::optional<VideoFile> video;
+
+    // Throws Error(Usage) where pictures are of different sizes.
+    Streams(const std::vector<Shot>& shots, const PlayOptions& options)
+    {
+        if (!isStandardOutput(options.out) && options.video.empty())
+            return;
+        const Camera& first = shots.front().camera;
+        for (const Shot& shot : shots)
+            if (shot.camera.width != first.width || shot.camera.height != first.height)
+                throw Error(ErrorCode::Usage,
+                            formatString("%s: camera %s has %u x %u pixels, expected %u x %u as all before it; choose "
+                                         "one --size for all, or write files",
+                                         options.video.empty() ? "--out -" : "--video", shot.camera.name.c_str(),
+                                         shot.camera.width, shot.camera.height, first.width, first.height));
+        const auto eyes = uint32_t(options.eyes);
+        if (isStandardOutput(options.out))
+            output.emplace(options.stream, first.width, first.height, eyes, options.fps, standardOutputSink());
+        if (!options.video.empty())
+            video.emplace(options.video, first.width, first.height, eyes, options.fps, options.overwrite);
+    }
+
+    void add(std::span<const Image> eyes)
+    {
+        if (output)
+            output->add(eyes);
+        if (video)
+            video->add(eyes);
+    }
+};
 
 // Images are kept, each is whole.
 void stopIfInterrupted(size_t frames, const PlaySummary& summary, const PlayOptions& options)
@@ -130,7 +153,7 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
     if (!options.stats.empty() && !options.shard.isGiven())
         stats_file.emplace(options.stats, OutputKind::Text, options.overwrite);
 
-    std::optional<PictureStream> stream = openStream(shots, options);
+    Streams streams(shots, options);
 
     const std::unique_ptr<Renderer> renderer = openRenderer(options, scene, log, summary.load_ms);
     summary.backend = deviceText(renderer->id());
@@ -169,8 +192,7 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
             writeImage(paths[i * eye_count + eye], images[eye], options.depth, shard.mayReplace(i));
             summary.images.push_back(paths[i * eye_count + eye]);
         }
-        if (stream)
-            stream->add(std::span(images, eye_count));
+        streams.add(std::span(images, eye_count));
         for (uint32_t eye = 0; eye < eye_count; ++eye)
             pixels[eye] = std::move(images[eye].pixels); // the same memory for every frame
         if (stats_file)
@@ -184,6 +206,8 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
         log.progress("render", summary.frames.size(), shard.frames().size());
     }
     summary.service = serviceStats(*renderer);
+    if (streams.video)
+        streams.video->commit();
     if (stats_file)
         stats_file->commit();
     return summary;

@@ -53,7 +53,8 @@ struct PlayOptions : RunChoice {
     std::string out;                // pattern, empty = write nothing, "-" = a stream on standard output
     PixelDepth depth = PixelDepth::Eight;
     StreamFormat stream = StreamFormat::Y4m;      // of --out -
-    double stream_fps = 30;                       // that a Y4m states
+    std::string video;                            // file, empty = none
+    double fps = 30;                              // of a Y4m and of a video
     std::string stats;                            // file, empty = none
     int device = 0;                               // of the backend's
     int threads = 0;                              // 0 = all cores

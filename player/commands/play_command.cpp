@@ -33,6 +33,8 @@ constexpr const char* kPlayExamples = R"(examples:
       detail falls where a frame would take longer than 11 ms, and no level pops
   gsc-play room.gsc --cameras path.json --size 1280x720 --out - | ffplay -
       pictures to another program, as they are drawn
+  gsc-play room.gsc --cameras path.json --size 1920x1080 --video flight.mp4 --fps 60
+      a video, which needs the program ffmpeg
   gsc-play room.gsc --out 'frames/{name}.png' --shard 2/4 --stats shard_2.jsonl
       every fourth camera from the second on; gsc merge-runs shard_*.jsonl -o frames.jsonl joins the four files
   gsc-play bench room.gsc --eyes 2 --ipd 0.065 --size 2048x2048 --fov 90
@@ -54,8 +56,10 @@ void addOutputOptions(CLI::App& app, PlayOptions& options)
         app, "--stream", options.stream,
         {{"y4m", StreamFormat::Y4m}, {"rgb24", StreamFormat::Rgb24}, {"rgb48", StreamFormat::Rgb48}}, "default: y4m",
         "what --out - writes: YUV4MPEG2 (4:4:4, 16 bits, full range), or 8 or 16 bits per channel and nothing else");
-    addNumber(app, "--fps", options.stream_fps, {0.001, 1000}, " frames a second", "N (default: 30)",
-              "the rate that a y4m stream states");
+    addText(app, "--video", options.video, "FILE.mp4",
+            "a video through the program ffmpeg: H.264, nearly lossless, two eyes side by side");
+    addNumber(app, "--fps", options.fps, {0.001, 1000}, " frames a second", "N (default: 30)",
+              "the rate of a video, and that a y4m stream states");
     addChoice<PixelDepth>(app, "--depth", options.depth, {{"8", PixelDepth::Eight}, {"16", PixelDepth::Sixteen}},
                           "default: 8", "bits per channel of a PNG");
     addText(
@@ -87,17 +91,24 @@ void checkOut(const CLI::App& app, const PlayOptions& options)
     const bool is_stream = isStandardOutput(options.out);
     checkEffect(app, "--depth", is_png, "--out of a .png");
     checkEffect(app, "--stream", is_stream, "--out -");
-    checkEffect(app, "--fps", is_stream && options.stream == StreamFormat::Y4m, "--out - --stream y4m");
+    checkEffect(app, "--fps", !options.video.empty() || (is_stream && options.stream == StreamFormat::Y4m),
+                "--video or --out - --stream y4m");
     checkEffect(app, "--overwrite",
-                (!options.out.empty() && !is_stream) || (!options.stats.empty() && !isStandardOutput(options.stats)),
-                "--out or --stats");
+                (!options.out.empty() && !is_stream) || !options.video.empty() ||
+                    (!options.stats.empty() && !isStandardOutput(options.stats)),
+                "--out, --video or --stats");
     if (is_stream && isStandardOutput(options.stats))
         throw Error(ErrorCode::Usage,
                     "--stats -: --out - has standard output, expected one of them; give --stats a file");
-    if (is_stream && options.shard.isGiven())
-        throw Error(ErrorCode::Usage, formatString("--out -: is one stream, expected the files of --shard %s; give a "
+    if ((is_stream || !options.video.empty()) && options.shard.isGiven())
+        throw Error(ErrorCode::Usage, formatString("%s: is one stream, expected the files of --shard %s; give --out a "
                                                    "pattern of names, or leave --shard out",
-                                                   options.shard.text().c_str()));
+                                                   is_stream ? "--out -" : "--video", options.shard.text().c_str()));
+    if (!options.video.empty() && !options.video.ends_with(".mp4"))
+        throw Error(ErrorCode::Unsupported,
+                    formatString("--video %s: ends otherwise, expected .mp4; choose such a name, "
+                                 "or pipe --out - into ffmpeg",
+                                 options.video.c_str()));
     if (!options.out.empty() && !is_stream && !isImageExtension(options.out))
         throw Error(
             ErrorCode::Unsupported,

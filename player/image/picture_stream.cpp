@@ -2,11 +2,14 @@
 #include "player/image/picture_stream.h"
 
 #include "format/error.h"
+#include "format/file/output_file.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <string>
+#include <memory>
+#include <string_view>
+#include <utility>
 
 #include <unistd.h>
 
@@ -45,28 +48,39 @@ size_t pixelBytes(StreamFormat format)
     return format == StreamFormat::Rgb24 ? 3 : 6;
 }
 
-// A frame rate as a fraction; 30000/1001 and its like exactly.
-std::string rateText(double fps)
+void put(const ByteSink& sink, std::string_view text)
 {
-    const double ntsc = fps * 1001 / 1000;
-    if (std::abs(ntsc - std::round(ntsc)) < 1e-4 && std::abs(fps - std::round(fps)) > 1e-4)
-        return std::to_string(std::lround(ntsc) * 1000) + ":1001";
-    return std::to_string(std::lround(fps * 1000)) + ":1000";
+    sink(std::as_bytes(std::span(text)));
 }
 
 } // namespace
 
-PictureStream::PictureStream(StreamFormat format, uint32_t width, uint32_t height, uint32_t eye_count, double fps)
-    : m_format(format), m_width(width), m_height(height), m_output("-", OutputKind::Text, false),
-      m_frame(size_t(width) * eye_count * height * pixelBytes(format))
+ByteSink standardOutputSink()
 {
     if (::isatty(STDOUT_FILENO) != 0)
         throw Error(ErrorCode::Usage,
                     "--out -: standard output is a terminal, expected a program or a file to take the "
                     "pictures; put a pipe behind the command, such as | ffplay -");
+    auto output = std::make_shared<OutputFile>("-", OutputKind::Text, false);
+    return [output](std::span<const std::byte> bytes) { output->write(bytes); };
+}
+
+std::string rateText(double fps, char between)
+{
+    const double ntsc = fps * 1001 / 1000;
+    if (std::abs(ntsc - std::round(ntsc)) < 1e-4 && std::abs(fps - std::round(fps)) > 1e-4)
+        return std::to_string(std::lround(ntsc) * 1000) + between + "1001";
+    return std::to_string(std::lround(fps * 1000)) + between + "1000";
+}
+
+PictureStream::PictureStream(StreamFormat format, uint32_t width, uint32_t height, uint32_t eye_count, double fps,
+                             ByteSink sink)
+    : m_format(format), m_width(width), m_height(height), m_sink(std::move(sink)),
+      m_frame(size_t(width) * eye_count * height * pixelBytes(format))
+{
     if (format == StreamFormat::Y4m)
-        m_output.write(formatString("YUV4MPEG2 W%u H%u F%s Ip A1:1 C444p16 XCOLORRANGE=FULL\n", width * eye_count,
-                                    height, rateText(fps).c_str()));
+        put(m_sink, formatString("YUV4MPEG2 W%u H%u F%s Ip A1:1 C444p16 XCOLORRANGE=FULL\n", width * eye_count, height,
+                                 rateText(fps, ':').c_str()));
 }
 
 void PictureStream::add(std::span<const Image> eyes)
@@ -89,8 +103,8 @@ void PictureStream::add(std::span<const Image> eyes)
                            m_frame.data() + 2 * (2 * plane + at), bytes);
             }
     if (m_format == StreamFormat::Y4m)
-        m_output.write("FRAME\n");
-    m_output.write(m_frame);
+        put(m_sink, "FRAME\n");
+    m_sink(m_frame);
 }
 
 } // namespace gsc

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures one behind the other on standard output, for another program to read.
+// Pictures one behind the other, for another program to read.
 #pragma once
 
-#include "format/file/output_file.h"
 #include "player/image/image_io.h"
 
+#include <cstddef>
+#include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace gsc {
@@ -16,20 +18,27 @@ enum class StreamFormat {
     Rgb48, // 16 bits per channel, little end first
 };
 
+// Where the bytes go. Throws Error(Io), also where the reader has gone.
+using ByteSink = std::function<void(std::span<const std::byte>)>;
+
+// Throws Error(Usage) where standard output is a terminal.
+ByteSink standardOutputSink();
+
+// Pictures of a second as a fraction, "30000:1001"; rates of television exactly.
+std::string rateText(double fps, char between);
+
 // Values round as those of image files do (writeImage()).
 class PictureStream {
 public:
-    // width, height: of one eye; eyes lie side by side, the left one first. fps: stated in a Y4m. Throws Error(Usage) where
-    // standard output is a terminal.
-    PictureStream(StreamFormat format, uint32_t width, uint32_t height, uint32_t eye_count, double fps);
+    // width, height: of one eye; eyes lie side by side, the left one first. fps: stated in a Y4m.
+    PictureStream(StreamFormat format, uint32_t width, uint32_t height, uint32_t eye_count, double fps, ByteSink sink);
 
-    // Throws Error(Io), also where the reader has gone.
     void add(std::span<const Image> eyes);
 
 private:
     StreamFormat m_format;
     uint32_t m_width, m_height;
-    OutputFile m_output;
+    ByteSink m_sink;
     std::vector<std::byte> m_frame;
 };
 

@@ -77,6 +77,8 @@ std::string playReportText(const PlayOptions& options, const PlaySummary& summar
         text += formatString("%zu image%s: %s%s\n", summary.images.size(), summary.images.size() == 1 ? "" : "s",
                              summary.images.front().c_str(),
                              summary.images.size() > 1 ? (" .. " + summary.images.back()).c_str() : "");
+    if (!options.video.empty())
+        text += "video: " + options.video + "\n";
     return text;
 }
 
@@ -121,6 +123,8 @@ std::string playReportJson(const PlayOptions& options, const PlaySummary& summar
         {"warnings", warnings},
     };
     json.update(lodJson(options, summary.frames));
+    if (!options.video.empty())
+        json["video"] = options.video;
     if (options.shard.isGiven())
         json["shard"] = {{"index", options.shard.index},
                          {"count", options.shard.count},

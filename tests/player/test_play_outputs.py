@@ -132,6 +132,61 @@ class PlayOutputsTest(PlayTest):
         self.assertIn("has ended", told)
         self.assertEqual([p.name for p in self.folder.iterdir() if "s.jsonl" in p.name], [])
 
+    def video(self, program: str, *arguments: object, code: int = 0) -> str:
+        """With a folder of its own in PATH, where `program` is the script that ffmpeg is, if there is one."""
+        folder = self.folder / "bin"
+        folder.mkdir(exist_ok=True)
+        if program:
+            (folder / "ffmpeg").write_text(f"#!/bin/sh\n{program}\n")
+            (folder / "ffmpeg").chmod(0o755)
+        run = subprocess.run([PLAY, self.model, "--cameras", self.path, "--backend", "cpu", "-q", "--video", "v.mp4",
+                              *map(str, arguments)], cwd=self.folder, capture_output=True, text=True, check=False,
+                             env={**os.environ, "PATH": str(folder)})
+        self.assertEqual(run.returncode, code, run.stderr)
+        return run.stderr
+
+    def test_video_fails(self) -> None:
+        big = ("--size", "640x400")
+        self.assertIn("no ffmpeg in PATH", self.video("", *big, code=5))
+        for program in ("echo 'Unknown encoder' >&2; exit 3", "exec </dev/null; echo 'Unknown encoder' >&2; kill -9 $$"):
+            self.assertIn("Unknown encoder", self.video(program, *big, code=2))
+        # reads all, and then fails; says nothing; ends well without reading
+        self.assertIn("No space left", self.video("/bin/cat >/dev/null; echo 'No space left' >&2; exit 1", *big, code=2))
+        self.assertIn("it said nothing", self.video("exit 1", *big, code=2))
+        self.video("exit 0", *big, code=2)
+        self.assertEqual([p.name for p in self.folder.iterdir() if "v.mp4" in p.name], [])
+        (self.folder / "v.mp4").write_text("precious")
+        self.assertIn("-w", self.video("exit 0", *big, code=2))
+        self.video("exit 1", *big, "-w", code=2)
+        self.assertEqual((self.folder / "v.mp4").read_text(), "precious")
+        (self.folder / "v.mp4").unlink()
+        (self.folder / "model.mp4").symlink_to(self.model)
+        self.refused(self.model, "--size", "8x8", "--video", "model.mp4", "-w", code=1, says="overwrite the model")
+
+    @unittest.skipUnless(shutil.which("ffmpeg"), "no ffmpeg")
+    def test_video(self) -> None:
+        # small pictures of this model are of colours that change from pixel to pixel, which 4:2:0 cannot show
+        for size, eyes, least in (((160, 120), 2, 26), ((33, 31), 1, 30)):
+            width, height = size[0] * eyes, size[1]
+            view = ("--size", f"{size[0]}x{size[1]}", "--eyes", eyes, *(("--ipd", "0.1") if eyes == 2 else ()))
+            run = self.play(self.model, "--cameras", self.path, *map(str, view), "--video", "v.mp4", "--fps", "12", "-w",
+                            "--format", "json")
+            report = json.loads(run.stdout)
+            check_schema("play-report", report)
+            self.assertEqual((report["video"], report["images"]), ("v.mp4", []))
+            decoded = subprocess.run(["ffmpeg", "-v", "error", "-i", "v.mp4", "-f", "rawvideo", "-pix_fmt", "rgb24", "-"],
+                                     cwd=self.folder, capture_output=True, check=True).stdout
+            wanted = self.stream(*view, "--stream", "rgb24")
+            self.assertEqual(len(decoded), len(wanted))
+            one = 3 * width * height
+            for frame in range(len(TRAJECTORY["frames"])):  # none lost, doubled or in another's place
+                squares = [sum((a - b) ** 2 for a, b in zip(decoded[one * frame:one * (frame + 1)],
+                                                            wanted[one * other:one * (other + 1)])) / one
+                           for other in range(len(TRAJECTORY["frames"]))]
+                self.assertEqual(min(squares), squares[frame], (size, frame))
+                self.assertLess(squares[frame], 255 ** 2 / 10 ** (least / 10), (size, frame))
+        self.assertEqual(sorted(p.name for p in self.folder.iterdir() if "v.mp4" in p.name), ["v.mp4"])
+
     def test_links_and_modes(self) -> None:
         (self.folder / "data").mkdir()
         (self.folder / "s.jsonl").symlink_to("data/s.jsonl")
