@@ -183,8 +183,7 @@ __device__ __forceinline__ void forPixels(uint32_t row0, uint32_t column0, F&& f
               (row0 + row) * T::kHeight + lane / T::kWidth);
 }
 
-// Blends a bin's list into the team's tiles. open: sub-tiles of this warp's that take
-// light.
+// Blends a bin's list into the team's tiles. open: sub-tiles of this warp's that take light.
 template <typename Rules, typename T>
 __device__ __forceinline__ void blendKeys(const BlendCudaArgs& args, const Team& team,
                                           const Batches<typename Rules::Lit>& batches, const Area& area, uint32_t row0,

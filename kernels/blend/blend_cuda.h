@@ -27,11 +27,10 @@ struct BlendCudaArgs {
     const BinKey* keys;   // sorted
     uint32_t pair_capacity;
     FrameCounters* counters;
-    float* image[kMaxEyes]; // height x width x 3
-    float* transmittance
-        [kMaxEyes];           // height x width, negative where finished: what pixels that are taken up again have left
-    const SplatPlace* places; // with the splats' depths
-    float* depth[kMaxEyes];   // height x width; null where no depths are wanted
+    float* image[kMaxEyes];         // height x width x 3
+    float* transmittance[kMaxEyes]; // height x width, negative where finished: of pixels that are taken up again
+    const SplatPlace* places;       // with the splats' depths
+    float* depth[kMaxEyes];         // height x width; null where no depths are wanted
 };
 
 // Words per unit: a bit for every key and sub-tile of 32 pixels, and for every key and row.
