@@ -6,7 +6,8 @@ usage: bench_devices.py GSC_PLAY MODEL.gsc CAMERAS.json [--devices cuda:0,cuda:1
        [--keep FOLDER]] [--out FILE.json]
 
 Every configuration runs once in each round, one after the other, so that a slow minute touches all; what is told is the
-median over the rounds. Two eyes. Latency is with one frame in flight, rate with three for each device.
+median over the rounds. Two eyes. Latency is with one frame in flight, rate with three for each device. The zoom-out goes
+there and back and then stays where it began, so that a device which is not needed any more is given back.
 """
 import argparse
 import json
@@ -17,6 +18,7 @@ import sys
 import tempfile
 
 WINDOW = 0.1  # seconds: how soon after a start the rate has to be there, and what it is taken over
+REST = 2.5  # seconds at the first pose after the way back: a device stops when a second has shown that it is not needed
 
 
 def arguments() -> argparse.Namespace:
@@ -100,10 +102,18 @@ def bench(args: argparse.Namespace, devices: list[str]) -> dict:
     return found
 
 
+def there_and_back(cameras: str, rate: float, path: pathlib.Path) -> pathlib.Path:
+    way = json.loads(pathlib.Path(cameras).read_text())
+    frames = way["frames"]
+    way["frames"] = frames + frames[::-1] + [frames[0]] * round(REST * rate)
+    path.write_text(json.dumps(way))
+    return path
+
+
 def zoom_out(args: argparse.Namespace, devices: list[str], folder: pathlib.Path) -> dict:
     """Wherever all devices together can draw 5 % more than --min-fps, for WINDOW seconds: are so many poses shown there?
     Poses sooner than WINDOW after a worker's start do not count."""
-    seen = view(args, args.zoom_out)
+    seen = view(args, str(there_and_back(args.zoom_out, args.rate, folder / "there_and_back.json")))
     run(args.play, args.model, *seen, "--devices", devices[0], "--stats", folder / "one.jsonl", "-w")
     one = [json.loads(line)["ms"]["total"] for line in (folder / "one.jsonl").read_text().splitlines()]
     run(args.play, "live", args.model, *seen, "--devices", ",".join(devices), "--mode", "frame", "--rate", args.rate, "--min-fps",
