@@ -4,7 +4,7 @@
 #include "format/error.h"
 #include "player/cameras/camera_file.h"
 #include "player/json_fields.h"
-#include "player/lod_target.h"
+#include "player/measure/lod_target.h"
 
 #include <algorithm>
 

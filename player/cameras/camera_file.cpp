@@ -46,13 +46,6 @@ void readRotation(const JsonObject& object, double out[9], const char* what = "c
                     formatString("an orthonormal, right-handed %s matrix", what));
 }
 
-// t = -R^T p: the world-to-camera translation of a camera at p.
-void translationFromPosition(const double rotation[9], const double position[3], double out[3])
-{
-    const glm::dvec3 translation = -(glm::make_mat3(rotation) * glm::make_vec3(position)); // rows read as columns
-    std::copy_n(glm::value_ptr(translation), 3, out);
-}
-
 double angleOf(double pixels, double focal)
 {
     return 2 * std::atan(pixels / (2 * focal));
@@ -305,6 +298,12 @@ std::vector<EyeView> trajectoryViews(const JsonObject& root, const std::string& 
 }
 
 } // namespace
+
+void translationFromPosition(const double rotation[9], const double position[3], double out[3])
+{
+    const glm::dvec3 translation = -(glm::make_mat3(rotation) * glm::make_vec3(position)); // rows read as columns
+    std::copy_n(glm::value_ptr(translation), 3, out);
+}
 
 std::vector<SourceCamera> parseUpstreamCameras(std::string_view json, const std::string& name,
                                                std::vector<std::string>* ignored)

@@ -10,6 +10,10 @@
 
 namespace gsc {
 
+// t = -R^T p: Camera::translation of a camera at p (world) with Camera::rotation R. Everything that knows a position goes
+// through here, so that the same position gives the same bits.
+void translationFromPosition(const double rotation[9], const double position[3], double out[3]);
+
 // Upstream's cameras.json, without appearance and split, of which it says nothing. `name` is used in messages only.
 // `ignored` as for parseCameraFile(). Throws Error (InvalidFile, Unsupported).
 std::vector<SourceCamera> parseUpstreamCameras(std::string_view json, const std::string& name,

@@ -10,6 +10,7 @@ void addPlayCommand(CLI::App& root, Invocation& invocation);
 void addBenchCommand(CLI::App& root, Invocation& invocation);
 void addStabilityCommand(CLI::App& root, Invocation& invocation);
 void addLiveCommand(CLI::App& root, Invocation& invocation);
+void addWindowCommand(CLI::App& root, Invocation& invocation);
 void addBackendsCommand(CLI::App& root, Invocation& invocation);
 
 // Everything main() does. Returns the exit code; never throws.

@@ -191,7 +191,7 @@ void addBackendsCommand(CLI::App& root, Invocation& invocation)
 
 int runGscPlay(int argc, const char* const* argv)
 {
-    return runProgram({"gsc-play", "Plays a .gsc model: renders it from the cameras given, without a window.",
+    return runProgram({"gsc-play", "Plays a .gsc model: renders it from the cameras given, or in a window.",
                        versionText("gsc-play") + "\nimages " + imageExtensions(),
                        "version, commit, file format, CUDA and image files", "",
                        [](CLI::App& root, Invocation& invocation) {
@@ -199,6 +199,7 @@ int runGscPlay(int argc, const char* const* argv)
                            addBenchCommand(root, invocation);
                            addStabilityCommand(root, invocation);
                            addLiveCommand(root, invocation);
+                           addWindowCommand(root, invocation);
                            addBackendsCommand(root, invocation);
                        }},
                       argc, argv);

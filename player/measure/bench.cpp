@@ -4,7 +4,7 @@
 #include "format/error.h"
 #include "format/interrupt.h"
 #include "player/workers/worker_report.h"
-#include "player/lod_target.h"
+#include "player/measure/lod_target.h"
 #include "player/measure/runner.h"
 #include "player/measure/stopwatch.h"
 #include "player/workers/open_renderer.h"

@@ -5,7 +5,7 @@
 #include "format/file/output_file.h"
 #include "format/file/output_paths.h"
 #include "format/interrupt.h"
-#include "player/workers/worker_options.h"
+#include "player/workers/open_service.h"
 #include "player/shots.h"
 #include "runtime/scene.h"
 
@@ -70,46 +70,12 @@ void checkTrace(const LiveOptions& options, Reporter& log)
     checkOutputsDiffer(std::span(&trace, 1), inputs);
 }
 
-ServiceOptions liveService(const LiveOptions& options, const PlayOptions& play, Reporter& log)
+void setLive(const LiveOptions& options, ServiceOptions& service)
 {
-    ServiceOptions service = serviceOptions(play, log);
-    service.keeps_all = false;
     service.timeout = std::chrono::nanoseconds(int64_t(options.timeout_ms * 1e6));
     service.still_distance = options.still_distance;
     service.still_degrees = options.still_degrees;
     service.trace_limit = kTraced;
-    return service;
-}
-
-// What the better device cannot load, the CPU loads, where the options leave the choice. `devices`: what draws, as named.
-std::unique_ptr<RendererService> openService(const std::shared_ptr<const Scene>& scene, const LiveOptions& options,
-                                             std::vector<std::string>& devices, Reporter& log)
-{
-    PlayOptions play = options.play;
-    const auto open = [&](const ServiceOptions& service) {
-        devices.clear();
-        for (const DeviceId& device : service.devices)
-            devices.push_back(deviceText(device));
-        return std::make_unique<RendererService>(scene, service);
-    };
-    const ServiceOptions service = liveService(options, play, log);
-    try {
-        return open(service);
-    } catch (const Error& e) {
-        const bool of_device =
-            e.code() == ErrorCode::OutOfMemory || e.code() == ErrorCode::Unsupported || e.code() == ErrorCode::Device;
-        if (play.backend != "auto" || drawsWithService(play) || devices.front() == "cpu" || !of_device)
-            throw;
-        log.warning(formatString("backend %s is passed over: %s", devices.front().c_str(), e.what()));
-    }
-    play.backend = "cpu";
-    return open(liveService(options, play, log));
-}
-
-bool allGone(const ServiceStats& stats)
-{
-    return std::ranges::all_of(stats.workers,
-                               [](const WorkerStats& worker) { return worker.state == WorkerState::Gone; });
 }
 
 // A run that showed nothing for want of workers, or because no pose could be drawn, has failed.
@@ -145,7 +111,8 @@ LiveSummary live(const LiveOptions& options, Reporter& log)
     std::optional<OutputFile> file;
     if (!options.trace.empty())
         file.emplace(options.trace, OutputKind::Text, play.overwrite);
-    const std::unique_ptr<RendererService> owner = openService(scene, options, summary.devices, log);
+    const std::unique_ptr<RendererService> owner = openService(
+        scene, play, [&options](ServiceOptions& service) { setLive(options, service); }, summary.devices, log);
     RendererService& service = *owner;
     summary.tier = service.tierOf(play.tier);
 

@@ -4,7 +4,7 @@
 #include "format/error.h"
 #include "format/file/output_file.h"
 #include "format/file/read_file.h"
-#include "player/lod_target.h"
+#include "player/measure/lod_target.h"
 #include "player/measure/measurer.h"
 #include "player/shard/shard_rows.h"
 #include "player/sweep/row_file.h"

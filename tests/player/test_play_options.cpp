@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/error.h"
 #include "player/commands/play_command.h"
-#include "player/lod_target.h"
+#include "player/measure/lod_target.h"
 #include "player/play_options.h"
 #include "player/tool/command_words.h"
 #include "tests/format/scratch_dir.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/out_pattern.h"
+#include "player/image/out_pattern.h"
 
 #include "format/error.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/lod_target.h"
+#include "player/measure/lod_target.h"
 
 #include "format/error.h"
 #include "player/report/reuse_names.h"

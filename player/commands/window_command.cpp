@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "format/error.h"
+#include "player/commands/commands.h"
+#include "player/commands/render_options.h"
+#include "player/tool/options.h"
+#include "player/window/window.h"
+#include "player/workers/worker_options.h"
+
+#include <filesystem>
+#include <memory>
+
+namespace gsc {
+
+namespace {
+
+constexpr const char* kWindowExamples = R"(examples:
+  gsc-play window city.gsc
+      fly with W A S D and the left mouse button; F1 lists every key, Tab opens the panel
+  gsc-play window city.gsc --gpus all --min-fps 60 --tier exact
+      several GPUs; one joins before the rate falls below 60
+  gsc-play window city.gsc --cameras path.json --folder pictures
+      fly along a path with Space; screenshots (F12) and recorded paths (R) go to pictures
+
+The newest finished picture is shown; the window never waits for one. A recorded path is a trajectory that gsc-play FILE,
+bench, stability and --sweep take: gsc-play bench city.gsc --cameras path-0001.json.)";
+
+void addWindowOptions(CLI::App& app, WindowOptions& options)
+{
+    const Heading heading(app, "Window");
+    addText(app, "--folder", options.folder, "DIR (default: .)", "takes screenshots and recorded paths");
+    addText(app, "--log", options.log, "FILE", "a JSON line for every frame shown (schemas/window-log.schema.json)");
+    addFlag(app, "-w,--overwrite", options.play.overwrite, "replace the log if it exists");
+    addFlag(app, "--no-vsync", options.tears, "do not wait for the display between two frames");
+}
+
+void checkWindowOptions(const CLI::App& app, const WindowOptions& options)
+{
+    checkRenderOptions(app, options.play, false);
+    checkWorkerOptions(app, options.play);
+    checkEffect(app, "--overwrite", !options.log.empty(), "--log");
+    if (!std::filesystem::is_directory(options.folder))
+        throw Error(ErrorCode::Io,
+                    formatString("%s: no folder, expected one for screenshots and paths; make it, or pass "
+                                 "another with --folder",
+                                 options.folder.c_str()));
+}
+
+ErrorCode runWindowCommand(const WindowOptions& options, Reporter& report)
+{
+    const WindowSummary summary = runWindow(options, report);
+    if (report.json())
+        report.object(windowJson(summary));
+    else
+        report.text(windowText(summary));
+    return ErrorCode::Ok;
+}
+
+} // namespace
+
+void addWindowCommand(CLI::App& root, Invocation& invocation)
+{
+    auto options = std::make_shared<WindowOptions>();
+    CLI::App& command = addCommand(root, "window", "Fly through a model in a window");
+    addFile(command, options->play);
+    optionOf(command, "FILE").required();
+    addWindowOptions(command, *options);
+    addCameras(command, options->play);
+    addFrames(command, options->play);
+    addViewOptions(command, options->play);
+    addRunOptions(command, options->play);
+    addWorkerOptions(command, options->play);
+    addReporterOptions(command, invocation.reporter, false);
+    setFooter(command, kWindowExamples);
+    onParsed(command, [&command, &invocation, options] {
+        checkWindowOptions(command, *options);
+        invocation.run = [options](Reporter& report) { return runWindowCommand(*options, report); };
+    });
+}
+
+} // namespace gsc

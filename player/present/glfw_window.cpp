@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/present/glfw_window.h"
+
+#include "format/error.h"
+#include "player/present/keys.h"
+#include "player/present/vulkan_device.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <utility>
+
+#include <dlfcn.h>
+
+namespace gsc {
+
+namespace {
+
+static_assert(kKeySpace == GLFW_KEY_SPACE && kKeyComma == GLFW_KEY_COMMA && kKeyMinus == GLFW_KEY_MINUS &&
+              kKeyPeriod == GLFW_KEY_PERIOD && kKeyEqual == GLFW_KEY_EQUAL && 'A' == GLFW_KEY_A && '1' == GLFW_KEY_1);
+static_assert(kKeyLeftBracket == GLFW_KEY_LEFT_BRACKET && kKeyRightBracket == GLFW_KEY_RIGHT_BRACKET &&
+              kKeyEscape == GLFW_KEY_ESCAPE && kKeyTab == GLFW_KEY_TAB && kKeyRight == GLFW_KEY_RIGHT &&
+              kKeyLeft == GLFW_KEY_LEFT && kKeyDown == GLFW_KEY_DOWN && kKeyUp == GLFW_KEY_UP);
+static_assert(kKeyPageUp == GLFW_KEY_PAGE_UP && kKeyPageDown == GLFW_KEY_PAGE_DOWN && kKeyHome == GLFW_KEY_HOME &&
+              kKeyF1 == GLFW_KEY_F1 && kKeyF2 == GLFW_KEY_F2 && kKeyF12 == GLFW_KEY_F12);
+static_assert(kKeyLeftShift == GLFW_KEY_LEFT_SHIFT && kKeyLeftAlt == GLFW_KEY_LEFT_ALT &&
+              kKeyRightShift == GLFW_KEY_RIGHT_SHIFT && kKeyRightAlt == GLFW_KEY_RIGHT_ALT &&
+              kModifierControl == GLFW_MOD_CONTROL);
+static_assert(kMouseLeft == GLFW_MOUSE_BUTTON_LEFT && kMouseRight == GLFW_MOUSE_BUTTON_RIGHT &&
+              kMouseMiddle == GLFW_MOUSE_BUTTON_MIDDLE && kPadA == GLFW_GAMEPAD_BUTTON_A &&
+              kPadB == GLFW_GAMEPAD_BUTTON_B && kPadX == GLFW_GAMEPAD_BUTTON_X && kPadY == GLFW_GAMEPAD_BUTTON_Y);
+static_assert(kPadLeftBumper == GLFW_GAMEPAD_BUTTON_LEFT_BUMPER && kPadBack == GLFW_GAMEPAD_BUTTON_BACK &&
+              kPadRightBumper == GLFW_GAMEPAD_BUTTON_RIGHT_BUMPER && kPadStart == GLFW_GAMEPAD_BUTTON_START);
+static_assert(kAxisLeftX == GLFW_GAMEPAD_AXIS_LEFT_X && kAxisLeftY == GLFW_GAMEPAD_AXIS_LEFT_Y &&
+              kAxisRightX == GLFW_GAMEPAD_AXIS_RIGHT_X && kAxisRightY == GLFW_GAMEPAD_AXIS_RIGHT_Y &&
+              kAxisLeftTrigger == GLFW_GAMEPAD_AXIS_LEFT_TRIGGER &&
+              kAxisRightTrigger == GLFW_GAMEPAD_AXIS_RIGHT_TRIGGER);
+
+// A server that goes away would end the process from inside of Xlib. Its handler must not return; throwing from it leaves
+// the connection as it is, which nothing uses afterwards.
+bool g_display_gone = false;
+
+int displayGone(void*)
+{
+    g_display_gone = true;
+    throw Error(ErrorCode::Device,
+                "display: the X server has gone, expected it to stay; start again when it is back, or "
+                "play without a window");
+}
+
+// Xlib is GLFW's to load: where it is not in the process, the window is no X window.
+void catchDisplayLoss()
+{
+    void* const xlib = dlopen("libX11.so.6", RTLD_LAZY | RTLD_NOLOAD);
+    if (xlib == nullptr)
+        return;
+    using Handler = int (*)(void*);
+    if (auto* const set = reinterpret_cast<Handler (*)(Handler)>(dlsym(xlib, "XSetIOErrorHandler")))
+        set(displayGone);
+}
+
+std::string lastGlfwError()
+{
+    const char* text = nullptr;
+    glfwGetError(&text);
+    return text != nullptr ? text : "no reason given";
+}
+
+GamepadState gamepadState()
+{
+    GamepadState state;
+    for (int i = GLFW_JOYSTICK_1; i <= GLFW_JOYSTICK_LAST && !state.present; ++i) {
+        GLFWgamepadstate pad{};
+        if (!glfwJoystickIsGamepad(i) || !glfwGetGamepadState(i, &pad))
+            continue;
+        state.present = true;
+        std::copy_n(pad.axes, state.axes.size(), state.axes.begin());
+        for (uint32_t b = 0; b <= GLFW_GAMEPAD_BUTTON_LAST; ++b)
+            state.buttons |= uint32_t(pad.buttons[b] == GLFW_PRESS) << b;
+    }
+    return state;
+}
+
+} // namespace
+
+GlfwWindow::GlfwWindow(const std::string& title, uint32_t width, uint32_t height)
+{
+    if (!glfwInit())
+        throw Error(ErrorCode::Unsupported,
+                    formatString("display: none is there (%s), expected X11's DISPLAY to name one; start it from a "
+                                 "desktop, or play without a window",
+                                 lastGlfwError().c_str()));
+    catchDisplayLoss();
+    glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
+    m_window = glfwCreateWindow(int(width), int(height), title.c_str(), nullptr, nullptr);
+    if (m_window == nullptr) {
+        const std::string why = lastGlfwError();
+        glfwTerminate();
+        throw Error(ErrorCode::Unsupported,
+                    formatString("display: opens no window (%s), expected one; play without one", why.c_str()));
+    }
+    glfwSetWindowUserPointer(m_window, this);
+    glfwSetWindowRefreshCallback(m_window, [](GLFWwindow* w) { of(w).m_exposed = true; });
+    glfwSetKeyCallback(m_window, [](GLFWwindow* w, int key, int, int action, int modifiers) {
+        if (action == GLFW_REPEAT)
+            return;
+        InputEvent event;
+        event.code = key;
+        event.down = action == GLFW_PRESS;
+        event.modifiers = modifiers;
+        event.overlay = event.down && ImGui::GetIO().WantCaptureKeyboard;
+        of(w).add(event);
+    });
+    glfwSetMouseButtonCallback(m_window, [](GLFWwindow* w, int button, int action, int modifiers) {
+        InputEvent event{InputEvent::Kind::Button, button, action == GLFW_PRESS, modifiers};
+        event.overlay = event.down && ImGui::GetIO().WantCaptureMouse;
+        of(w).add(event);
+    });
+    glfwSetCursorPosCallback(m_window, [](GLFWwindow* w, double x, double y) {
+        int wide = 0, high = 0, pixels_wide = 0, pixels_high = 0; // the cursor comes in units of the screen
+        glfwGetWindowSize(w, &wide, &high);
+        glfwGetFramebufferSize(w, &pixels_wide, &pixels_high);
+        InputEvent event;
+        event.kind = InputEvent::Kind::Move;
+        event.x = wide > 0 ? x * pixels_wide / wide : x;
+        event.y = high > 0 ? y * pixels_high / high : y;
+        event.overlay = ImGui::GetIO().WantCaptureMouse;
+        of(w).add(event);
+    });
+    glfwSetScrollCallback(m_window, [](GLFWwindow* w, double x, double y) {
+        InputEvent event;
+        event.kind = InputEvent::Kind::Scroll;
+        event.x = x;
+        event.y = y;
+        event.overlay = ImGui::GetIO().WantCaptureMouse;
+        of(w).add(event);
+    });
+}
+
+GlfwWindow::~GlfwWindow()
+{
+    if (g_display_gone) // every call would end in the handler again
+        return;
+    glfwDestroyWindow(m_window);
+    glfwTerminate();
+}
+
+WindowInput GlfwWindow::poll(double seconds)
+{
+    if (seconds > 0)
+        glfwWaitEventsTimeout(seconds);
+    else
+        glfwPollEvents();
+    WindowInput input;
+    input.events = std::exchange(m_events, {});
+    input.gamepad = gamepadState();
+    int width = 0, height = 0;
+    glfwGetFramebufferSize(m_window, &width, &height);
+    const bool shown = glfwGetWindowAttrib(m_window, GLFW_ICONIFIED) == GLFW_FALSE &&
+                       glfwGetWindowAttrib(m_window, GLFW_VISIBLE) == GLFW_TRUE;
+    input.width = shown ? uint32_t(std::max(width, 0)) : 0;
+    input.height = shown ? uint32_t(std::max(height, 0)) : 0;
+    input.exposed = std::exchange(m_exposed, false) && shown;
+    input.scale = scale();
+    input.closed = glfwWindowShouldClose(m_window) == GLFW_TRUE;
+    return input;
+}
+
+VkSurfaceKHR GlfwWindow::makeSurface(VkInstance instance)
+{
+    VkSurfaceKHR surface = VK_NULL_HANDLE;
+    checkVulkan(glfwCreateWindowSurface(instance, m_window, nullptr, &surface), "glfwCreateWindowSurface");
+    return surface;
+}
+
+float GlfwWindow::scale() const
+{
+    float x = 1, y = 1;
+    glfwGetWindowContentScale(m_window, &x, &y);
+    return std::max(x, y);
+}
+
+bool GlfwWindow::gone()
+{
+    return g_display_gone;
+}
+
+std::vector<const char*> surfaceExtensions()
+{
+    uint32_t count = 0;
+    const char** const names = glfwGetRequiredInstanceExtensions(&count);
+    if (names == nullptr)
+        throw Error(ErrorCode::Unsupported, "display: its Vulkan driver shows no windows, expected one that does; "
+                                            "install one, such as mesa-vulkan-drivers, or play without a window");
+    return {names, names + count};
+}
+
+} // namespace gsc

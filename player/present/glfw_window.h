@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// A window of GLFW's, and what the person does in it.
+#pragma once
+
+#include "player/present/presenter.h"
+
+#define GLFW_INCLUDE_NONE
+#define GLFW_INCLUDE_VULKAN
+#include <GLFW/glfw3.h>
+
+namespace gsc {
+
+class GlfwWindow {
+public:
+    // Throws Error(Unsupported) where there is no display.
+    GlfwWindow(const std::string& title, uint32_t width, uint32_t height);
+    ~GlfwWindow();
+    GlfwWindow(const GlfwWindow&) = delete;
+    GlfwWindow& operator=(const GlfwWindow&) = delete;
+
+    // Throws Error(Device) where the display has gone.
+    WindowInput poll(double seconds);
+    VkSurfaceKHR makeSurface(VkInstance instance); // throws Error(Device)
+    [[nodiscard]] GLFWwindow* handle() const { return m_window; }
+    [[nodiscard]] float scale() const;
+    [[nodiscard]] static bool gone(); // the display: nothing may be asked of it any more
+
+private:
+    void add(const InputEvent& event) { m_events.push_back(event); }
+    static GlfwWindow& of(GLFWwindow* window) { return *static_cast<GlfwWindow*>(glfwGetWindowUserPointer(window)); }
+
+    GLFWwindow* m_window = nullptr;
+    std::vector<InputEvent> m_events;
+    bool m_exposed = true;
+};
+
+// Instance extensions that surfaces need. Precondition: a GlfwWindow was made.
+std::vector<const char*> surfaceExtensions();
+
+} // namespace gsc

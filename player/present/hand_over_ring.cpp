@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/present/hand_over_ring.h"
+
+namespace gsc {
+
+namespace {
+
+constexpr size_t kAlign = 256; // of a picture in its block: what copies to images want, and more
+
+size_t bytesOf(const ShownPicture& picture)
+{
+    return (size_t(picture.width) * picture.height * 4 + kAlign - 1) / kAlign * kAlign;
+}
+
+} // namespace
+
+HandOverRing::HandOverRing(Presenter& presenter, const DeviceId& device)
+    : m_presenter(presenter), m_device(makeHandOver(device, presenter.semaphoreFile()))
+{
+}
+
+HandOverRing::~HandOverRing()
+{
+    m_device.reset();
+    for (const SharedBlock& block : m_blocks)
+        if (block.id != 0)
+            m_presenter.freeShared(block.id);
+}
+
+void HandOverRing::handOver(std::span<ShownPicture> pictures, std::span<const void* const> from)
+{
+    size_t bytes = 0;
+    for (const ShownPicture& picture : pictures)
+        bytes += bytesOf(picture);
+    SharedBlock& block = m_blocks[m_next];
+    m_next = (m_next + 1) % m_blocks.size();
+    if (block.bytes < bytes) {
+        if (block.id != 0) {
+            m_device->dropBlock(block.id);
+            m_presenter.freeShared(block.id);
+            block = {};
+        }
+        block = m_presenter.makeShared(bytes);
+        m_device->addBlock(block.id, block.file, block.bytes);
+    }
+    size_t offset = 0;
+    ++m_value;
+    for (size_t i = 0; i < pictures.size(); ++i) {
+        ShownPicture& picture = pictures[i];
+        m_device->copy(block.id, offset, from[i], size_t(picture.width) * picture.height * 4);
+        picture.pixels = nullptr;
+        picture.block = block.id;
+        picture.offset = offset;
+        picture.ready = m_value;
+        offset += bytesOf(picture);
+    }
+    m_device->signal(m_value);
+}
+
+} // namespace gsc

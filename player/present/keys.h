@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// Keys and buttons as InputEvent names them. Letters and digits are their ASCII codes, letters in capitals. The values are
+// GLFW's, which glfw_window.cpp checks.
+#pragma once
+
+namespace gsc {
+
+enum Key : int {
+    kKeySpace = 32,
+    kKeyComma = 44,
+    kKeyMinus = 45,
+    kKeyPeriod = 46,
+    kKeyEqual = 61,
+    kKeyLeftBracket = 91,
+    kKeyRightBracket = 93,
+    kKeyEscape = 256,
+    kKeyTab = 258,
+    kKeyRight = 262,
+    kKeyLeft = 263,
+    kKeyDown = 264,
+    kKeyUp = 265,
+    kKeyPageUp = 266,
+    kKeyPageDown = 267,
+    kKeyHome = 268,
+    kKeyF1 = 290,
+    kKeyF2 = 291,
+    kKeyF12 = 301,
+    kKeyLeftShift = 340,
+    kKeyLeftAlt = 342,
+    kKeyRightShift = 344,
+    kKeyRightAlt = 346,
+};
+
+enum MouseButton : int { kMouseLeft = 0, kMouseRight = 1, kMouseMiddle = 2 };
+
+constexpr int kModifierControl = 2;
+
+// Buttons and axes of a gamepad.
+enum GamepadButton : int {
+    kPadA = 0,
+    kPadB = 1,
+    kPadX = 2,
+    kPadY = 3,
+    kPadLeftBumper = 4,
+    kPadRightBumper = 5,
+    kPadBack = 6,
+    kPadStart = 7,
+};
+enum GamepadAxis : int {
+    kAxisLeftX = 0,
+    kAxisLeftY = 1,
+    kAxisRightX = 2,
+    kAxisRightY = 3,
+    kAxisLeftTrigger = 4,
+    kAxisRightTrigger = 5,
+};
+
+} // namespace gsc

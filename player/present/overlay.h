@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// What lies over the picture: a panel of facts, plots and controls, help, and lines of text. Plain data; the presenter draws
+// it and writes into it what the person changes.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace gsc {
+
+struct OverlayItem {
+    enum class Kind : uint32_t { Heading, Text, Plot, Toggle, Choice, Slider, Button, Colour };
+    Kind kind = Kind::Text;
+    std::string label; // unique among the items of a heading
+    std::string text;  // of Text: its value; of the others: a hint, such as the key that does the same
+    bool enabled = true;
+
+    bool on = false;                      // Toggle; Heading: unfolded
+    int choice = 0;                       // Choice: index, -1 = none
+    std::vector<std::string> choices;     // Choice
+    float value = 0, least = 0, most = 1; // Slider
+    float colour[3] = {};                 // Colour: 0 to 1, as displayed
+    std::vector<float> history;           // Plot, oldest first; its last value is told beside
+    bool changed = false;                 // by the person, since this was set to false
+};
+
+// A line of text on the picture.
+struct OverlayNote {
+    float x = 0, y = 0; // share of the window's width and height
+    std::string text;
+};
+
+struct Overlay {
+    bool panel = false, help = false;
+    bool takes_keys = false; // the keyboard moves through the panel
+    std::vector<OverlayItem> items;
+    std::vector<std::pair<std::string, std::string>> keys; // of the help: key, what it does
+    std::vector<OverlayNote> notes;
+    std::string message; // at the bottom
+};
+
+} // namespace gsc

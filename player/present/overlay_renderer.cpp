@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/present/overlay_renderer.h"
+
+#include "format/error.h"
+
+#include <imgui.h>
+
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_vulkan.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace gsc {
+
+namespace {
+
+constexpr float kFontPixels = 14; // at 96 dots per inch
+constexpr ImGuiWindowFlags kNote = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize |
+                                   ImGuiWindowFlags_NoInputs | ImGuiWindowFlags_NoFocusOnAppearing |
+                                   ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoSavedSettings;
+
+void drawHint(const OverlayItem& item)
+{
+    if (!item.text.empty() && ImGui::IsItemHovered())
+        ImGui::SetTooltip("%s", item.text.c_str());
+}
+
+bool drawChoice(OverlayItem& item)
+{
+    const char* const now =
+        item.choice >= 0 && size_t(item.choice) < item.choices.size() ? item.choices[size_t(item.choice)].c_str() : "";
+    if (!ImGui::BeginCombo(item.label.c_str(), now))
+        return false;
+    bool changed = false;
+    for (size_t i = 0; i < item.choices.size(); ++i)
+        if (ImGui::Selectable((item.choices[i] + "##" + std::to_string(i)).c_str(), item.choice == int(i))) {
+            item.choice = int(i);
+            changed = true;
+        }
+    ImGui::EndCombo();
+    return changed;
+}
+
+void drawPlot(const OverlayItem& item)
+{
+    const auto& values = item.history;
+    const float most = values.empty() ? 1 : std::max(*std::ranges::max_element(values), 1e-6f);
+    const std::string now = values.empty() ? "" : formatString("%.3g, most %.3g", double(values.back()), double(most));
+    ImGui::PlotLines(item.label.c_str(), values.data(), int(values.size()), 0, now.c_str(), 0, most * 1.1f,
+                     ImVec2(0, 2.4f * ImGui::GetFontSize()));
+}
+
+void drawItem(OverlayItem& item)
+{
+    ImGui::BeginDisabled(!item.enabled);
+    switch (item.kind) {
+    case OverlayItem::Kind::Heading:
+        break;
+    case OverlayItem::Kind::Text:
+        ImGui::TextUnformatted((item.label.empty() ? item.text : item.label + ": " + item.text).c_str());
+        break;
+    case OverlayItem::Kind::Plot:
+        drawPlot(item);
+        break;
+    case OverlayItem::Kind::Toggle:
+        item.changed |= ImGui::Checkbox(item.label.c_str(), &item.on);
+        drawHint(item);
+        break;
+    case OverlayItem::Kind::Choice:
+        item.changed |= drawChoice(item);
+        drawHint(item);
+        break;
+    case OverlayItem::Kind::Slider:
+        item.changed |= ImGui::SliderFloat(item.label.c_str(), &item.value, item.least, item.most, "%.3g",
+                                           ImGuiSliderFlags_AlwaysClamp);
+        drawHint(item);
+        break;
+    case OverlayItem::Kind::Button:
+        item.changed |= ImGui::Button(item.label.c_str());
+        drawHint(item);
+        break;
+    case OverlayItem::Kind::Colour:
+        item.changed |= ImGui::ColorEdit3(item.label.c_str(), item.colour);
+        drawHint(item);
+        break;
+    }
+    ImGui::EndDisabled();
+}
+
+void drawPanel(Overlay& overlay)
+{
+    const ImVec2 screen = ImGui::GetIO().DisplaySize;
+    ImGui::SetNextWindowPos(ImVec2(8, 8), ImGuiCond_FirstUseEver);
+    ImGui::SetNextWindowSize(ImVec2(std::min(26 * ImGui::GetFontSize(), screen.x - 16), screen.y - 16),
+                             ImGuiCond_FirstUseEver);
+    if (overlay.takes_keys)
+        ImGui::SetNextWindowFocus();
+    if (ImGui::Begin("gsc", &overlay.panel, ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoSavedSettings)) {
+        ImGui::PushItemWidth(-10 * ImGui::GetFontSize());
+        bool open = true;
+        for (OverlayItem& item : overlay.items) {
+            if (item.kind == OverlayItem::Kind::Heading) {
+                ImGui::SetNextItemOpen(item.on, ImGuiCond_Once);
+                open = ImGui::CollapsingHeader(item.label.c_str());
+                continue;
+            }
+            if (open)
+                drawItem(item);
+        }
+        ImGui::PopItemWidth();
+    }
+    ImGui::End();
+    overlay.takes_keys = false;
+}
+
+void drawHelp(Overlay& overlay)
+{
+    const ImVec2 screen = ImGui::GetIO().DisplaySize;
+    ImGui::SetNextWindowPos(ImVec2(screen.x / 2, screen.y / 2), ImGuiCond_Always, ImVec2(0.5f, 0.5f));
+    ImGui::SetNextWindowSizeConstraints(ImVec2(0, 0), ImVec2(screen.x - 16, screen.y - 16));
+    if (ImGui::Begin("Keys", &overlay.help,
+                     ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoFocusOnAppearing |
+                         ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoCollapse) &&
+        ImGui::BeginTable("keys", 2, ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_RowBg)) {
+        for (const auto& [key, does] : overlay.keys) {
+            ImGui::TableNextRow();
+            ImGui::TableNextColumn();
+            ImGui::TextUnformatted(key.c_str());
+            ImGui::TableNextColumn();
+            ImGui::TextUnformatted(does.c_str());
+        }
+        ImGui::EndTable();
+    }
+    ImGui::End();
+}
+
+void drawNote(const char* name, const std::string& text, ImVec2 at, ImVec2 pivot)
+{
+    ImGui::SetNextWindowPos(at, ImGuiCond_Always, pivot);
+    ImGui::SetNextWindowBgAlpha(0.6f);
+    if (ImGui::Begin(name, nullptr, kNote))
+        ImGui::TextUnformatted(text.c_str());
+    ImGui::End();
+}
+
+} // namespace
+
+OverlayRenderer::OverlayRenderer(const VulkanDevice& device, GlfwWindow& window, VkRenderPass pass, VkCommandPool pool)
+    : m_device(device), m_pool(pool), m_window(window)
+{
+    const VkDescriptorPoolSize sizes{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 16};
+    auto descriptors = vulkanInfo<VkDescriptorPoolCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO);
+    descriptors.flags = VK_DESCRIPTOR_POOL_CREATE_FREE_DESCRIPTOR_SET_BIT;
+    descriptors.maxSets = 16;
+    descriptors.poolSizeCount = 1;
+    descriptors.pPoolSizes = &sizes;
+    checkVulkan(vkCreateDescriptorPool(device.handle, &descriptors, nullptr, &m_descriptors), "vkCreateDescriptorPool");
+
+    IMGUI_CHECKVERSION();
+    ImGui::CreateContext();
+    ImGui::GetIO().IniFilename = nullptr; // nothing is left in the folder
+    ImGui::GetIO().ConfigFlags |= ImGuiConfigFlags_NavEnableKeyboard;
+    ImGui::StyleColorsDark();
+    ImGui_ImplGlfw_InitForVulkan(window.handle(), true);
+    ImGui_ImplVulkan_InitInfo info{};
+    info.Instance = device.instance;
+    info.PhysicalDevice = device.physical;
+    info.Device = device.handle;
+    info.QueueFamily = device.family;
+    info.Queue = device.queue;
+    info.DescriptorPool = m_descriptors;
+    info.MinImageCount = 2;
+    info.ImageCount = 3; // buffers that it takes turns with: at least the frames in flight
+    info.MSAASamples = VK_SAMPLE_COUNT_1_BIT;
+    info.CheckVkResultFn = [](VkResult result) { checkVulkan(result, "the overlay"); };
+    ImGui_ImplVulkan_Init(&info, pass);
+}
+
+OverlayRenderer::~OverlayRenderer()
+{
+    ImGui_ImplVulkan_Shutdown();
+    ImGui_ImplGlfw_Shutdown();
+    ImGui::DestroyContext();
+    vkDestroyDescriptorPool(m_device.handle, m_descriptors, nullptr);
+}
+
+// In the size of the screen that the window is on. Waits for the GPU; a window rarely changes screens.
+void OverlayRenderer::makeFont(float scale)
+{
+    m_scale = scale;
+    ImGuiIO& io = ImGui::GetIO();
+    ImFontConfig font;
+    font.SizePixels = std::round(kFontPixels * scale);
+    io.Fonts->Clear();
+    io.Fonts->AddFontDefault(&font);
+    ImGui::GetStyle() = ImGuiStyle();
+    ImGui::StyleColorsDark();
+    ImGui::GetStyle().ScaleAllSizes(scale);
+
+    auto buffers = vulkanInfo<VkCommandBufferAllocateInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO);
+    buffers.commandPool = m_pool;
+    buffers.commandBufferCount = 1;
+    VkCommandBuffer commands = VK_NULL_HANDLE;
+    checkVulkan(vkDeviceWaitIdle(m_device.handle), "vkDeviceWaitIdle");
+    checkVulkan(vkAllocateCommandBuffers(m_device.handle, &buffers, &commands), "vkAllocateCommandBuffers");
+    auto begin = vulkanInfo<VkCommandBufferBeginInfo>(VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO);
+    begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+    checkVulkan(vkBeginCommandBuffer(commands, &begin), "vkBeginCommandBuffer");
+    ImGui_ImplVulkan_CreateFontsTexture(commands);
+    checkVulkan(vkEndCommandBuffer(commands), "vkEndCommandBuffer");
+    auto submit = vulkanInfo<VkSubmitInfo>(VK_STRUCTURE_TYPE_SUBMIT_INFO);
+    submit.commandBufferCount = 1;
+    submit.pCommandBuffers = &commands;
+    checkVulkan(vkQueueSubmit(m_device.queue, 1, &submit, VK_NULL_HANDLE), "vkQueueSubmit");
+    checkVulkan(vkQueueWaitIdle(m_device.queue), "vkQueueWaitIdle");
+    ImGui_ImplVulkan_DestroyFontUploadObjects();
+    vkFreeCommandBuffers(m_device.handle, m_pool, 1, &commands);
+}
+
+void OverlayRenderer::layOut(Overlay& overlay)
+{
+    if (m_window.scale() != m_scale)
+        makeFont(m_window.scale());
+    ImGui_ImplVulkan_NewFrame();
+    ImGui_ImplGlfw_NewFrame();
+    ImGui::NewFrame();
+    if (overlay.panel)
+        drawPanel(overlay);
+    else
+        ImGui::SetWindowFocus(nullptr); // the keyboard is the flight's again
+    if (overlay.help)
+        drawHelp(overlay);
+    const ImVec2 screen = ImGui::GetIO().DisplaySize;
+    for (size_t i = 0; i < overlay.notes.size(); ++i) {
+        const OverlayNote& note = overlay.notes[i];
+        drawNote(("note" + std::to_string(i)).c_str(), note.text, ImVec2(note.x * screen.x, note.y * screen.y),
+                 ImVec2(note.x, note.y));
+    }
+    if (!overlay.message.empty())
+        drawNote("message", overlay.message, ImVec2(screen.x / 2, screen.y - 12), ImVec2(0.5f, 1));
+    ImGui::Render();
+}
+
+void OverlayRenderer::record(VkCommandBuffer commands)
+{
+    ImGui_ImplVulkan_RenderDrawData(ImGui::GetDrawData(), commands);
+}
+
+} // namespace gsc

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Draws an overlay with Dear ImGui.
+#pragma once
+
+#include "player/present/glfw_window.h"
+#include "player/present/overlay.h"
+#include "player/present/vulkan_device.h"
+
+namespace gsc {
+
+class OverlayRenderer {
+public:
+    // Afterwards the window's callbacks reach ImGui, too. Throws Error.
+    OverlayRenderer(const VulkanDevice& device, GlfwWindow& window, VkRenderPass pass, VkCommandPool pool);
+    ~OverlayRenderer();
+    OverlayRenderer(const OverlayRenderer&) = delete;
+    OverlayRenderer& operator=(const OverlayRenderer&) = delete;
+
+    // Lays the overlay out and takes what the person changed in it.
+    void layOut(Overlay& overlay);
+    // Records what was laid out, inside of the pass.
+    void record(VkCommandBuffer commands);
+
+private:
+    void makeFont(float scale);
+
+    const VulkanDevice& m_device;
+    VkCommandPool m_pool;
+    VkDescriptorPool m_descriptors = VK_NULL_HANDLE;
+    GlfwWindow& m_window;
+    float m_scale = 0;
+};
+
+} // namespace gsc

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// Brings finished pictures to a display through Vulkan: the module gsc_present, loaded when it is first used, so that the
+// player starts where there is no Vulkan, no GLFW and no display. A picture lies in memory of this process, or in memory of
+// the display's GPU that was shared with whoever draws; either way one copy brings it to the image that is shown, so bytes
+// stay what they are. All calls from one thread, the process's first.
+#pragma once
+
+#include "player/present/overlay.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+using DeviceUuid = std::array<unsigned char, 16>;
+
+struct PresenterOptions {
+    std::string title;
+    uint32_t width = 1280, height = 720; // of the window, pixels
+    bool windowed = true;                // false: images without a window, to be read back
+    bool waits_for_display = true;       // pictures change between two refreshes only
+    std::optional<DeviceUuid> device;    // the GPU that draws: the display's is the same, if it may be
+};
+
+// Codes of keys, buttons and modifiers are GLFW's.
+struct InputEvent {
+    enum class Kind : uint32_t { Key, Button, Move, Scroll };
+    Kind kind = Kind::Key;
+    int code = 0;         // of Key and Button
+    bool down = false;    // of Key and Button; a key that repeats itself is told once
+    int modifiers = 0;    // of Key and Button
+    double x = 0, y = 0;  // Move: pixels of the picture, right and down; Scroll: notches
+    bool overlay = false; // the overlay has it, too: it is meant for that
+};
+
+// GLFW's layout of a gamepad: axes left x, left y, right x, right y, triggers (-1 to 1); bit b of buttons: button b.
+struct GamepadState {
+    bool present = false;
+    std::array<float, 6> axes{};
+    uint32_t buttons = 0;
+};
+
+struct WindowInput {
+    std::vector<InputEvent> events; // since the call before
+    GamepadState gamepad;
+    uint32_t width = 0, height = 0; // of the picture, pixels; 0 while the window is minimised
+    float scale = 1;                // of text: 1 = 96 dots per inch
+    bool exposed = false;           // what the window shows is gone: to be shown again
+    bool closed = false;            // the person wants it to
+};
+
+// A part of the GPU's memory that another program interface may open.
+struct SharedBlock {
+    uint32_t id = 0;
+    size_t bytes = 0; // of the allocation, at least those asked for
+    int file = -1;    // opaque file descriptor, whose importer owns it
+};
+
+// Rows of width x 4 bytes, red first, without a gap.
+struct ShownPicture {
+    const std::byte* pixels = nullptr; // in memory of this process; null: in a shared block
+    uint32_t block = 0;
+    size_t offset = 0; // in the block, bytes
+    uint64_t ready =
+        0; // value of the shared semaphore from which on the block may be read, and until which the display
+           // does not; 0 = at once
+    uint32_t width = 0, height = 0;
+    uint32_t x = 0, y = 0; // where in the window, if its size is that of the canvas
+};
+
+struct FrameToShow {
+    std::span<const ShownPicture> pictures;
+    // Of the canvas that pictures lie on: scaled to the window where that has another size. What they leave open is black;
+    // without a window they cover it.
+    uint32_t width = 0, height = 0;
+    bool reads_back = false; // the canvas as it is shown, without the overlay
+};
+
+struct PresentTimes {
+    double copy_ms = 0; // of the GPU, of the last frame that is done: from the hand-over to the picture in its image
+};
+
+class Presenter {
+public:
+    virtual ~Presenter() = default;
+
+    [[nodiscard]] virtual std::string deviceName() const = 0;
+    [[nodiscard]] virtual bool sharesMemory() const = 0; // with the GPU that was asked for
+
+    // Throws Error: OutOfMemory, Unsupported without sharesMemory().
+    virtual SharedBlock makeShared(size_t bytes) = 0;
+    virtual void freeShared(uint32_t id) = 0; // after the display has read it
+    virtual int semaphoreFile() = 0;          // of a timeline that starts at 0; the importer owns it
+
+    // Input that has come; waits for some for at most so long. Throws Error(Device) where the display has gone.
+    virtual WindowInput poll(double seconds) = 0;
+
+    // Shows a frame; returns when the display can take the next one. False: nothing was shown, because the window is
+    // minimised or being resized. `overlay`, if not null, is drawn over it, and takes what the person does there. Throws
+    // Error: Device where display or GPU are lost, OutOfMemory.
+    virtual bool show(const FrameToShow& frame, Overlay* overlay) = 0;
+
+    // Of the last frame shown that asked for it: height rows of width x 4 bytes, red first. Waits for it.
+    virtual std::vector<std::byte> readBack(uint32_t& width, uint32_t& height) = 0;
+
+    virtual PresentTimes times() = 0;
+    virtual void finish() = 0; // waits until no picture is being read
+};
+
+struct PresentFunctions {
+    // Throws Error: Unsupported without Vulkan 1.2 or a display, naming what is missing; Device.
+    std::unique_ptr<Presenter> (*open)(const PresenterOptions& options);
+};
+
+} // namespace gsc

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// A Vulkan instance and device with one queue.
+#pragma once
+
+#include "player/present/presenter.h"
+
+#include <vulkan/vulkan.h>
+
+namespace gsc {
+
+// Throws Error: OutOfMemory, or Device with `what` failed, for what is no success.
+void checkVulkan(VkResult result, const char* what);
+
+// A structure of Vulkan's that says what it is.
+template <typename Info>
+Info vulkanInfo(VkStructureType type, const void* next = nullptr)
+{
+    Info info{};
+    info.sType = type;
+    info.pNext = const_cast<void*>(next);
+    return info;
+}
+
+struct VulkanDeviceOptions {
+    std::vector<const char*> instance_extensions; // that a surface needs
+    std::optional<DeviceUuid> uuid;               // of the device that is best
+    bool presents = false;                        // to a surface
+};
+
+class VulkanDevice {
+public:
+    // Throws Error(Unsupported) where there is no Vulkan 1.2 device.
+    explicit VulkanDevice(const VulkanDeviceOptions& options);
+    ~VulkanDevice();
+    VulkanDevice(const VulkanDevice&) = delete;
+    VulkanDevice& operator=(const VulkanDevice&) = delete;
+
+    // Makes the device, of a physical one that can present to `surface`. Without one every queue family that can copy to
+    // images has a queue, and useFamily() takes one of `families`.
+    void open(VkSurfaceKHR surface);
+    void useFamily(uint32_t index);
+
+    [[nodiscard]] uint32_t memoryType(uint32_t bits, VkMemoryPropertyFlags wanted) const; // throws Error(Unsupported)
+
+    VkInstance instance = VK_NULL_HANDLE;
+    VkPhysicalDevice physical = VK_NULL_HANDLE;
+    VkDevice handle = VK_NULL_HANDLE;
+    VkQueue queue = VK_NULL_HANDLE;
+    uint32_t family = 0;
+    std::vector<uint32_t> families;
+    VkPipelineStageFlags stages = 0; // at which its queue writes images
+    std::string name;
+    bool shares = false; // it is the device of that UUID and exports memory and semaphores
+    double tick_ns = 0;  // of timestamps; 0 = it has none
+    VkPhysicalDeviceMemoryProperties memory{};
+
+private:
+    void choose(VkSurfaceKHR surface);
+
+    VulkanDeviceOptions m_options;
+};
+
+// A buffer or an image with memory of its own. Its device outlives it.
+struct VulkanBuffer {
+    VulkanBuffer() = default;
+    // `exported`: its memory can be opened by others.
+    VulkanBuffer(const VulkanDevice& device, size_t bytes, VkBufferUsageFlags usage, VkMemoryPropertyFlags properties,
+                 bool exported = false);
+    ~VulkanBuffer();
+    VulkanBuffer(VulkanBuffer&& other) noexcept { *this = std::move(other); }
+    VulkanBuffer& operator=(VulkanBuffer&& other) noexcept;
+
+    VkDevice device = VK_NULL_HANDLE;
+    VkBuffer handle = VK_NULL_HANDLE;
+    VkDeviceMemory memory = VK_NULL_HANDLE;
+    size_t bytes = 0, allocated = 0;
+    std::byte* mapped = nullptr; // where the host sees it
+};
+
+struct VulkanImage {
+    VulkanImage() = default;
+    VulkanImage(const VulkanDevice& device, uint32_t width, uint32_t height, VkFormat format, VkImageUsageFlags usage);
+    ~VulkanImage();
+    VulkanImage(VulkanImage&& other) noexcept { *this = std::move(other); }
+    VulkanImage& operator=(VulkanImage&& other) noexcept;
+
+    VkDevice device = VK_NULL_HANDLE;
+    VkImage handle = VK_NULL_HANDLE;
+    VkDeviceMemory memory = VK_NULL_HANDLE;
+    uint32_t width = 0, height = 0;
+};
+
+} // namespace gsc

@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/present/canvas.h"
+#include "player/present/glfw_window.h"
+#include "player/present/overlay_renderer.h"
+#include "player/present/swapchain.h"
+#include "player/module/load_module.h"
+
+#include "format/error.h"
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+#include <thread>
+
+namespace gsc {
+
+namespace {
+
+constexpr uint32_t kCanvases = 2; // frames that the display may still be reading
+
+// Pictures are copied to a canvas of theirs; a window's is then scaled into an image of the swapchain, byte for byte where
+// nothing is to be scaled, and the overlay drawn over it.
+class VulkanPresenter final : public Presenter {
+public:
+    explicit VulkanPresenter(const PresenterOptions& options)
+    {
+        if (options.windowed)
+            m_window = std::make_unique<GlfwWindow>(options.title, options.width, options.height);
+        VulkanDeviceOptions device;
+        device.uuid = options.device;
+        device.presents = options.windowed;
+        if (m_window)
+            device.instance_extensions = surfaceExtensions();
+        m_device = std::make_unique<VulkanDevice>(device);
+        const VkSurfaceKHR surface = m_window ? m_window->makeSurface(m_device->instance) : VK_NULL_HANDLE;
+        m_device->open(surface);
+        // note: an image of a headset stores sRGB, a window's takes bytes as they are; a copy changes neither
+        const VkFormat format = m_window ? VK_FORMAT_R8G8B8A8_UNORM : VK_FORMAT_R8G8B8A8_SRGB;
+        if (!m_window)
+            m_device->useFamily(fastestCopyFamily(*m_device, format));
+        auto pool = vulkanInfo<VkCommandPoolCreateInfo>(VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO);
+        pool.flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;
+        pool.queueFamilyIndex = m_device->family;
+        checkVulkan(vkCreateCommandPool(m_device->handle, &pool, nullptr, &m_pool), "vkCreateCommandPool");
+        for (auto& canvas : m_canvases)
+            canvas = std::make_unique<Canvas>(*m_device, m_pool, format);
+        if (m_window) {
+            m_chain = std::make_unique<Swapchain>(*m_device, surface, options.waits_for_display);
+            m_overlay = std::make_unique<OverlayRenderer>(*m_device, *m_window, m_chain->overlay, m_pool);
+        }
+        makeSemaphore();
+    }
+
+    ~VulkanPresenter() override
+    {
+        if (m_device->handle != VK_NULL_HANDLE)
+            (void)vkDeviceWaitIdle(m_device->handle);
+        if (GlfwWindow::gone())
+            (void)m_overlay.release(); // it has cursors of the display's
+        m_overlay.reset();
+        m_chain.reset();
+        for (auto& canvas : m_canvases)
+            canvas.reset();
+        m_blocks.clear();
+        vkDestroySemaphore(m_device->handle, m_shared, nullptr);
+        vkDestroyCommandPool(m_device->handle, m_pool, nullptr);
+        m_device.reset(); // before the window, whose surface it had
+    }
+
+    [[nodiscard]] std::string deviceName() const override { return m_device->name; }
+    [[nodiscard]] bool sharesMemory() const override { return m_device->shares; }
+
+    SharedBlock makeShared(size_t bytes) override
+    {
+        checkShares();
+        VulkanBuffer buffer(*m_device, bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT,
+                            true);
+        auto info = vulkanInfo<VkMemoryGetFdInfoKHR>(VK_STRUCTURE_TYPE_MEMORY_GET_FD_INFO_KHR);
+        info.memory = buffer.memory;
+        info.handleType = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT;
+        SharedBlock block{++m_last_block, buffer.allocated, -1};
+        checkVulkan(call<PFN_vkGetMemoryFdKHR>("vkGetMemoryFdKHR")(m_device->handle, &info, &block.file),
+                    "vkGetMemoryFdKHR");
+        m_blocks.emplace(block.id, std::move(buffer));
+        return block;
+    }
+
+    void freeShared(uint32_t id) override
+    {
+        finish();
+        m_blocks.erase(id);
+    }
+
+    int semaphoreFile() override
+    {
+        checkShares();
+        auto info = vulkanInfo<VkSemaphoreGetFdInfoKHR>(VK_STRUCTURE_TYPE_SEMAPHORE_GET_FD_INFO_KHR);
+        info.semaphore = m_shared;
+        info.handleType = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT;
+        int file = -1;
+        checkVulkan(call<PFN_vkGetSemaphoreFdKHR>("vkGetSemaphoreFdKHR")(m_device->handle, &info, &file),
+                    "vkGetSemaphoreFdKHR");
+        return file;
+    }
+
+    WindowInput poll(double seconds) override
+    {
+        if (m_window) {
+            m_input = m_window->poll(seconds);
+            return m_input;
+        }
+        return {};
+    }
+
+    bool show(const FrameToShow& frame, Overlay* overlay) override
+    {
+        Canvas& canvas = *m_canvases[m_next];
+        canvas.wait();
+        std::optional<uint32_t> image;
+        if (m_chain) {
+            image = nextImage(canvas);
+            if (!image)
+                return false;
+        }
+        if (m_overlay) {
+            Overlay none;
+            m_overlay->layOut(overlay != nullptr ? *overlay : none);
+        }
+        canvas.begin(frame, [this](uint32_t id) { return m_blocks.at(id).handle; });
+        if (image)
+            recordWindow(canvas, frame, m_chain->images[*image]);
+        else if (frame.reads_back)
+            canvas.readBack(canvas.image.handle, frame.width, frame.height);
+        canvas.end();
+        submit(canvas, image);
+        if (frame.reads_back)
+            m_read = m_next;
+        m_next = (m_next + 1) % kCanvases;
+        if (image && !m_chain->present(*image))
+            m_stale = true;
+        return true;
+    }
+
+    std::vector<std::byte> readBack(uint32_t& width, uint32_t& height) override
+    {
+        Canvas& canvas = *m_canvases[m_read];
+        canvas.wait();
+        width = canvas.read_width;
+        height = canvas.read_height;
+        std::vector<std::byte> bytes(size_t(width) * height * 4);
+        std::memcpy(bytes.data(), canvas.read.mapped, bytes.size());
+        if (m_chain && !m_chain->red_first)
+            for (size_t i = 0; i < bytes.size(); i += 4)
+                std::swap(bytes[i], bytes[i + 2]);
+        return bytes;
+    }
+
+    PresentTimes times() override { return {m_canvases[(m_next + kCanvases - 1) % kCanvases]->copyMs()}; }
+
+    void finish() override
+    {
+        for (const auto& canvas : m_canvases) {
+            while (canvas->busy()) // a driver that sleeps wakes late
+                std::this_thread::yield();
+            canvas->wait();
+        }
+    }
+
+private:
+    template <typename Function>
+    Function call(const char* name) const
+    {
+        return reinterpret_cast<Function>(vkGetDeviceProcAddr(m_device->handle, name));
+    }
+
+    void checkShares() const
+    {
+        if (!m_device->shares)
+            throw Error(
+                ErrorCode::Unsupported,
+                formatString("display: %s shares no memory with the GPU that draws, expected that GPU; draw into "
+                             "memory of the host",
+                             m_device->name.c_str()));
+    }
+
+    void makeSemaphore()
+    {
+        auto timeline = vulkanInfo<VkSemaphoreTypeCreateInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO);
+        timeline.semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE;
+        auto exported =
+            vulkanInfo<VkExportSemaphoreCreateInfo>(VK_STRUCTURE_TYPE_EXPORT_SEMAPHORE_CREATE_INFO, &timeline);
+        exported.handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT;
+        auto info = vulkanInfo<VkSemaphoreCreateInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO);
+        if (m_device->shares)
+            info.pNext = &exported;
+        else
+            info.pNext = &timeline;
+        checkVulkan(vkCreateSemaphore(m_device->handle, &info, nullptr, &m_shared), "vkCreateSemaphore");
+    }
+
+    // Of the swapchain, which is made anew where the window has another size. None while it has no size.
+    std::optional<uint32_t> nextImage(const Canvas& canvas)
+    {
+        if (m_input.width == 0 || m_input.height == 0)
+            return std::nullopt;
+        const bool resized = m_chain->extent.width != m_input.width || m_chain->extent.height != m_input.height;
+        if (m_stale || resized || m_chain->images.empty()) {
+            checkVulkan(vkDeviceWaitIdle(m_device->handle), "vkDeviceWaitIdle");
+            m_stale = false;
+            if (!m_chain->resize(m_input.width, m_input.height))
+                return std::nullopt;
+        }
+        const std::optional<uint32_t> image = m_chain->acquire(canvas.acquired);
+        m_stale = m_stale || !image;
+        return image;
+    }
+
+    void recordWindow(Canvas& canvas, const FrameToShow& frame, const Swapchain::Image& image)
+    {
+        const VkExtent2D to = m_chain->extent;
+        changeLayout(canvas.commands, m_device->stages, image.handle, VK_IMAGE_LAYOUT_UNDEFINED,
+                     VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
+        VkImageBlit all{};
+        all.srcSubresource = all.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+        all.srcOffsets[1] = {int32_t(frame.width), int32_t(frame.height), 1};
+        all.dstOffsets[1] = {int32_t(to.width), int32_t(to.height), 1};
+        const bool same = frame.width == to.width && frame.height == to.height;
+        vkCmdBlitImage(canvas.commands, canvas.image.handle, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, image.handle,
+                       VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &all, same ? VK_FILTER_NEAREST : VK_FILTER_LINEAR);
+        VkImageLayout layout = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
+        if (frame.reads_back) {
+            if (!m_chain->reads_back)
+                throw Error(ErrorCode::Unsupported, "display: its images cannot be read, expected that they can; write "
+                                                    "pictures with gsc-play --out");
+            changeLayout(canvas.commands, m_device->stages, image.handle, layout, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
+            layout = VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL;
+            canvas.readBack(image.handle, to.width, to.height);
+        }
+        changeLayout(canvas.commands, m_device->stages, image.handle, layout, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
+        auto pass = vulkanInfo<VkRenderPassBeginInfo>(VK_STRUCTURE_TYPE_RENDER_PASS_BEGIN_INFO);
+        pass.renderPass = m_chain->overlay;
+        pass.framebuffer = image.frame;
+        pass.renderArea.extent = to;
+        vkCmdBeginRenderPass(canvas.commands, &pass, VK_SUBPASS_CONTENTS_INLINE);
+        m_overlay->record(canvas.commands);
+        vkCmdEndRenderPass(canvas.commands);
+    }
+
+    void submit(Canvas& canvas, std::optional<uint32_t> image)
+    {
+        std::vector<VkSemaphore> waits;
+        std::vector<uint64_t> values;
+        std::vector<VkPipelineStageFlags> stages;
+        const auto wait_for = [&](VkSemaphore semaphore, uint64_t value) {
+            waits.push_back(semaphore);
+            values.push_back(value);
+            stages.push_back(VK_PIPELINE_STAGE_TRANSFER_BIT);
+        };
+        if (image)
+            wait_for(canvas.acquired, 0);
+        if (canvas.shared_value > 0)
+            wait_for(m_shared, canvas.shared_value);
+        const uint64_t drawn_value = 0;
+        auto timeline = vulkanInfo<VkTimelineSemaphoreSubmitInfo>(VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO);
+        timeline.waitSemaphoreValueCount = uint32_t(values.size());
+        timeline.pWaitSemaphoreValues = values.data();
+        timeline.signalSemaphoreValueCount = image ? 1 : 0;
+        timeline.pSignalSemaphoreValues = &drawn_value;
+        auto info = vulkanInfo<VkSubmitInfo>(VK_STRUCTURE_TYPE_SUBMIT_INFO, &timeline);
+        info.waitSemaphoreCount = uint32_t(waits.size());
+        info.pWaitSemaphores = waits.data();
+        info.pWaitDstStageMask = stages.data();
+        info.commandBufferCount = 1;
+        info.pCommandBuffers = &canvas.commands;
+        info.signalSemaphoreCount = image ? 1 : 0;
+        info.pSignalSemaphores = image ? &m_chain->images[*image].drawn : nullptr;
+        checkVulkan(vkResetFences(m_device->handle, 1, &canvas.done), "vkResetFences");
+        checkVulkan(vkQueueSubmit(m_device->queue, 1, &info, canvas.done), "vkQueueSubmit");
+    }
+
+    std::unique_ptr<GlfwWindow> m_window;
+    std::unique_ptr<VulkanDevice> m_device;
+    VkCommandPool m_pool = VK_NULL_HANDLE;
+    VkSemaphore m_shared = VK_NULL_HANDLE;
+    std::array<std::unique_ptr<Canvas>, kCanvases> m_canvases;
+    std::unique_ptr<Swapchain> m_chain;
+    std::unique_ptr<OverlayRenderer> m_overlay;
+    std::map<uint32_t, VulkanBuffer> m_blocks;
+    uint32_t m_last_block = 0;
+    WindowInput m_input; // of the last poll()
+    uint32_t m_next = 0, m_read = 0;
+    bool m_stale = false;
+};
+
+std::unique_ptr<Presenter> openPresenter(const PresenterOptions& options)
+{
+    return std::make_unique<VulkanPresenter>(options);
+}
+
+const PresentFunctions kFunctions = {openPresenter};
+
+} // namespace
+
+GSC_EXPORT_MODULE(kFunctions)
+
+} // namespace gsc

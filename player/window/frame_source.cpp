@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/window/frame_source.h"
+
+#include "format/error.h"
+#include "player/workers/open_service.h"
+#include "player/workers/worker_options.h"
+
+#include <algorithm>
+
+namespace gsc {
+
+double DrawnPose::latencyMs() const
+{
+    return std::chrono::duration<double, std::milli>(delivery.delivered - delivery.submitted).count();
+}
+
+FrameSource::FrameSource(std::shared_ptr<const Scene> scene, const PlayOptions& play, Presenter& presenter,
+                         Reporter& log)
+    : m_scene(std::move(scene)), m_input(play.input)
+{
+    m_service = openService(
+        m_scene, play, [](ServiceOptions&) {}, m_devices, log);
+    const DeviceId first = firstDevice(play);
+    if (presenter.sharesMemory() && m_devices.front() == deviceText(first))
+        m_ring = std::make_unique<HandOverRing>(presenter, first);
+}
+
+FrameSource::~FrameSource() = default;
+
+uint64_t FrameSource::submit(const AskedPose& pose, const FrameOptions& options)
+{
+    EyeParams eyes[kMaxEyes];
+    shotEyes(pose.shot, pose.eyes, eyes);
+    PoseRequest request;
+    request.eyes = {eyes, pose.eyes};
+    request.options = options;
+    request.options.appearance = shotAppearance(*m_scene, pose.shot);
+    request.format = pose.format;
+    request.wants_depth = pose.wants_depth;
+    request.on_device = m_ring != nullptr && pose.format == PixelFormat::Rgba8 && !pose.wants_depth;
+    const uint64_t number = m_service->submit(request);
+    m_open.insert_or_assign(number, pose);
+    return number;
+}
+
+std::optional<DrawnPose> FrameSource::next(std::chrono::nanoseconds most)
+{
+    if (m_open.empty())
+        return std::nullopt;
+    std::optional<Delivery> delivery = m_service->next(most);
+    if (!delivery) {
+        const ServiceStats stats = m_service->stats();
+        if (allGone(stats)) {
+            const std::string why = stats.workers.empty() ? "" : stats.workers.back().last_fault;
+            throw Error(ErrorCode::Device,
+                        formatString("%s: no worker is left%s%s, expected one; look at "
+                                     "--list-devices and start again",
+                                     m_input.c_str(), why.empty() ? "" : ", the last because: ", why.c_str()));
+        }
+        if (stats.counts.open() == 0) // what was asked for has expired or failed
+            m_open.clear();
+        return std::nullopt;
+    }
+    const auto asked = m_open.find(delivery->pose);
+    if (asked == m_open.end())
+        return std::nullopt;
+    DrawnPose drawn{std::move(asked->second), std::move(*delivery)};
+    m_open.erase(m_open.begin(), std::next(asked)); // older ones are late or expired
+    return drawn;
+}
+
+std::vector<ShownPicture> FrameSource::shown(const DrawnPose& drawn)
+{
+    const FrameTarget* const eyes = drawn.delivery.eyes;
+    const bool on_device = eyes[0].kind == FrameTarget::Kind::Device && m_ring != nullptr;
+    if (on_device && m_handed_pose == drawn.delivery.pose)
+        return m_handed;
+    std::vector<ShownPicture> pictures;
+    std::vector<const void*> from;
+    uint32_t x = 0;
+    for (uint32_t e = 0; e < drawn.asked.eyes; ++e) {
+        ShownPicture& picture = pictures.emplace_back();
+        picture.width = drawn.asked.shot.camera.width;
+        picture.height = drawn.asked.shot.camera.height;
+        picture.x = x;
+        picture.pixels = static_cast<const std::byte*>(eyes[e].pixels);
+        from.push_back(eyes[e].pixels);
+        x += picture.width;
+    }
+    if (on_device) {
+        m_ring->handOver(pictures, from);
+        m_handed = pictures;
+        m_handed_pose = drawn.delivery.pose;
+    }
+    return pictures;
+}
+
+DeviceId firstDevice(const PlayOptions& play)
+{
+    const DeviceId asked = workerDevices(play).front();
+    if (asked.backend != "auto")
+        return asked;
+    for (const DeviceInfo& device : devices())
+        if (device.usable)
+            return device.id;
+    return asked;
+}
+
+} // namespace gsc

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// Poses in, newest finished pictures out: what the window asks of the renderer service.
+#pragma once
+
+#include "player/present/hand_over_ring.h"
+#include "player/shots.h"
+#include "player/window/panel.h"
+#include "runtime/service/renderer_service.h"
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+// What a pose was asked with.
+struct AskedPose {
+    Shot shot;
+    uint32_t eyes = 1;
+    PixelFormat format = PixelFormat::Rgba8;
+    bool wants_depth = false; // for the host; the picture is not shown
+    std::string settings;     // for a person: "fast, reuse none"
+};
+
+struct DrawnPose {
+    AskedPose asked;
+    Delivery delivery;
+
+    [[nodiscard]] double latencyMs() const;
+};
+
+class FrameSource {
+public:
+    // Pictures come in memory that the presenter shares with the first device, or else in that of this process. Throws
+    // Error.
+    FrameSource(std::shared_ptr<const Scene> scene, const PlayOptions& play, Presenter& presenter, Reporter& log);
+    ~FrameSource();
+
+    // Does not wait; the number of the pose. Throws Error(Usage) for what cannot be drawn.
+    uint64_t submit(const AskedPose& pose, const FrameOptions& options);
+    // Waits at most so long. Throws Error(Device) where no worker is left.
+    std::optional<DrawnPose> next(std::chrono::nanoseconds most);
+
+    // How the presenter finds the pictures of a pose, side by side. Those on a GPU are handed over, once for each pose; the
+    // poses of the last two frames are still held by the caller.
+    [[nodiscard]] std::vector<ShownPicture> shown(const DrawnPose& drawn);
+
+    [[nodiscard]] bool waiting() const { return !m_open.empty(); } // for a pose
+    [[nodiscard]] ServiceStats stats() const { return m_service->stats(); }
+    [[nodiscard]] Tier tierOf(Tier asked) const { return m_service->tierOf(asked); }
+    [[nodiscard]] const std::vector<std::string>& devices() const { return m_devices; }
+    [[nodiscard]] std::string device() const { return m_service->device().name; }
+
+private:
+    std::shared_ptr<const Scene> m_scene;
+    std::vector<std::string> m_devices;
+    std::unique_ptr<RendererService> m_service;
+    std::map<uint64_t, AskedPose> m_open;
+    const std::string m_input;
+    std::unique_ptr<HandOverRing> m_ring; // null: pictures come in memory of this process
+    std::vector<ShownPicture> m_handed;   // of the pose that was handed over last
+    uint64_t m_handed_pose = 0;
+};
+
+// The device that pictures are delivered on, before it is opened; "auto" becomes the best there is. Throws Error(Usage).
+DeviceId firstDevice(const PlayOptions& play);
+
+} // namespace gsc

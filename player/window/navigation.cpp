@@ -1,0 +1,368 @@
+// SPDX-License-Identifier: Apache-2.0
+// Within a step yaw, pitch and speed change at even rates, so the way is an integral of exponentials, taken in closed
+// form. That is why the length of a step does not matter, however the camera turns while it moves.
+#include "player/window/navigation.h"
+
+#include <glm/geometric.hpp>
+#include <glm/gtc/type_ptr.hpp>
+#include <glm/matrix.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+namespace gsc {
+
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kSteepest = 89 * kDegree;
+constexpr double kFlyMetres = 5, kWalkMetres = 1.4; // a second
+constexpr double kSceneShare = 1.0 / 20;            // of the diagonal a second, where there is no metre
+constexpr double kOrbitPace = 0.5;                  // of the distance a second
+constexpr double kNotch = 1.25, kFast = 4, kSlow = 0.25;
+constexpr double kStickRate = 90 * kDegree;                      // a second
+constexpr double kSpeedRange = 1e3;                              // times slower or faster than at first
+constexpr double kNearest = 1e-6, kFarthest = 1e3, kReach = 1e6; // diagonals
+// far beyond any hand, and far from where squares and exponentials leave a double
+constexpr double kMostPixels = 1e6, kMostNotches = 100, kMostSeconds = 1e4, kMostTurn = 1e4;
+
+double checked(double value, double most)
+{
+    return std::isfinite(value) ? std::clamp(value, -most, most) : 0;
+}
+
+glm::dvec3 checkedPoint(const double v[3])
+{
+    return {checked(v[0], 1e100), checked(v[1], 1e100), checked(v[2], 1e100)};
+}
+
+// Pixels from the eye to the picture: a drag of one pixel turns by 1 / focal.
+double focalOf(uint32_t height, double fov_y)
+{
+    const bool known = height > 0 && fov_y >= 1e-6 && fov_y < std::numbers::pi - 1e-6;
+    return known ? 0.5 * height / std::tan(fov_y / 2) : 540;
+}
+
+// Integral of e^(zu) for u from 0 to 1.
+Complex meanExponential(Complex z)
+{
+    if (std::abs(z) > 1)
+        return (std::exp(z) - 1.0) / z;
+    // what that loses by the difference, a series does not: the 18th term is below 1e-16
+    Complex sum = 1, term = 1;
+    for (int n = 2; n <= 18; ++n)
+        sum += term *= z / double(n);
+    return sum;
+}
+
+// Share of a step after which `value`, which changes by `change` in all, meets the limit ahead of it: 0 to 1.
+double shareUntil(double value, double change, double low, double high)
+{
+    if (change == 0)
+        return 1;
+    return std::clamp(((change > 0 ? high : low) - value) / change, 0.0, 1.0);
+}
+
+// A unit vector across `axis`, a unit vector: the part of `wanted`, or of another axis where there is none.
+glm::dvec3 across(const glm::dvec3& axis, const glm::dvec3& wanted)
+{
+    glm::dvec3 part = wanted - axis * dot(axis, wanted);
+    if (!(length(part) > 1e-6)) {
+        const glm::dvec3 other = std::abs(axis.x) < 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+        part = other - axis * dot(axis, other);
+    }
+    return normalize(part);
+}
+
+} // namespace
+
+struct Navigator::Wish {
+    double seconds = 0;
+    glm::dvec3 move{};         // right, up, forward: times the speed, over the step
+    double pan[2] = {};        // right and down: times the distance, over the step
+    double yaw = 0, pitch = 0; // radians to the left and up, over the step
+    double growth = 0;         // of the speed or the distance: the logarithm, over the step
+
+    [[nodiscard]] bool isNone() const
+    {
+        return move == glm::dvec3(0.0) && pan[0] == 0 && pan[1] == 0 && yaw == 0 && pitch == 0 && growth == 0;
+    }
+};
+
+// Way over the step at scale 1, where the camera is turned by `pitch` about its right: even + cosine cos + sine sin.
+struct Navigator::Velocity {
+    glm::dvec3 even{}, cosine{}, sine{};
+};
+
+Navigator::Navigator(const NavigationWorld& world)
+{
+    const glm::dvec3 up = checkedPoint(world.up);
+    m_up = length(up) > 1e-9 && length(up) < 1e9 ? normalize(up) : glm::dvec3(0, -1, 0);
+    m_plane[0] = across(m_up, {0, 0, 1});
+    m_plane[1] = cross(m_up, m_plane[0]);
+
+    const glm::dvec3 low = checkedPoint(world.low), high = checkedPoint(world.high);
+    m_middle = (low + high) / 2.0;
+    m_diagonal = length(high - low);
+    if (!(m_diagonal > 1e-12))
+        m_diagonal = 1;
+
+    const bool has_metre = world.metre > 1e-15 && world.metre < 1e15;
+    m_default_speed[0] = has_metre ? kFlyMetres * world.metre : kSceneShare * m_diagonal;
+    m_default_speed[1] = m_default_speed[0] * (kWalkMetres / kFlyMetres);
+    std::copy_n(m_default_speed, 2, m_speed);
+
+    m_distance = m_diagonal;
+    const glm::dvec3 forward = m_plane[0] * std::cos(30 * kDegree) - m_up * std::sin(30 * kDegree);
+    m_pose.axes = orthonormal({glm::dvec3(0.0), -m_up, forward});
+    setPosition(m_middle - forward * m_distance);
+}
+
+double Navigator::speed() const
+{
+    return m_mode == NavigationMode::Orbit ? kOrbitPace * m_distance : m_speed[gait()];
+}
+
+void Navigator::setSpeed(double speed)
+{
+    if (m_mode == NavigationMode::Orbit || !(speed > 0))
+        return;
+    const double usual = m_default_speed[gait()];
+    m_speed[gait()] = std::clamp(speed, usual / kSpeedRange, usual * kSpeedRange);
+}
+
+void Navigator::setDistance(double distance)
+{
+    if (distance > 0) // false for NaN
+        m_distance = std::clamp(distance, kNearest * m_diagonal, kFarthest * m_diagonal);
+}
+
+std::array<double, 3> Navigator::target() const
+{
+    const glm::dvec3 t = m_pose.position + m_pose.axes[2] * m_distance;
+    return {t.x, t.y, t.z};
+}
+
+std::array<double, 3> Navigator::position() const
+{
+    return {m_pose.position.x, m_pose.position.y, m_pose.position.z};
+}
+
+Navigator::Wish Navigator::wishOf(const NavigationInput& input) const
+{
+    Wish wish;
+    wish.seconds = std::max(0.0, checked(input.seconds, kMostSeconds));
+    const double focal = focalOf(input.height, input.fov_y);
+    const double gear = (input.fast ? kFast : 1) * (input.slow ? kSlow : 1);
+    for (int i = 0; i < 3; ++i)
+        wish.move[i] = checked(input.move[i], 1);
+    wish.move *= wish.seconds * gear / std::max(1.0, length(wish.move));
+    // the picture goes right when the view turns left; a stick turns the view
+    double turn[2];
+    for (size_t i = 0; i < 2; ++i) {
+        const double drag = checked(input.look_pixels[i], kMostPixels) / focal;
+        const double stick = checked(input.look_rate[i], 1) * kStickRate * wish.seconds;
+        turn[i] = checked(drag - stick, kMostTurn);
+        wish.pan[i] = checked(input.pan_pixels[i], kMostPixels) / focal;
+    }
+    wish.yaw = turn[0];
+    wish.pitch = turn[1];
+    const double notches = checked(input.scroll, kMostNotches);
+    wish.growth = std::log(kNotch) * (m_mode == NavigationMode::Orbit ? -notches : notches);
+    return wish;
+}
+
+bool Navigator::step(const NavigationInput& input)
+{
+    const Wish wish = wishOf(input);
+    const CameraPose before = m_pose;
+    if (!wish.isNone()) {
+        m_flight.reset();
+        follow(wish);
+    } else if (m_flight) {
+        Flight flight = *m_flight;
+        advance(flight, wish.seconds);
+    }
+    return before.position != m_pose.position || before.axes != m_pose.axes;
+}
+
+void Navigator::follow(const Wish& wish)
+{
+    const bool orbits = m_mode == NavigationMode::Orbit;
+    const CameraPose before = m_pose;
+    // what the scale is of: the way of a step grows with it
+    double& scale = orbits ? m_distance : m_speed[gait()];
+    const double usual = orbits ? m_diagonal : m_default_speed[gait()];
+    const double low = orbits ? kNearest * usual : usual / kSpeedRange;
+    const double high = orbits ? kFarthest * usual : usual * kSpeedRange;
+
+    // a limit met on the way cuts the step there, or the rest of it would depend on where steps end
+    const double pitch = pitchAngle();
+    const double pitching = shareUntil(pitch, wish.pitch, std::min(pitch, -kSteepest), std::max(pitch, kSteepest));
+    const double scaling = shareUntil(std::log(scale), wish.growth, std::log(low), std::log(high));
+    const double scale_before = scale;
+    glm::dvec3 way_of_step(0.0); // of the camera, or of the target it turns about
+    double from = 0;
+    for (const double to : {std::min(pitching, scaling), std::max(pitching, scaling), 1.0}) {
+        const double part = to - from;
+        if (!(part > 0))
+            continue;
+        const double pitch_part = from < pitching ? wish.pitch * part : 0;
+        const double growth_part = from < scaling ? wish.growth * part : 0;
+        way_of_step += way(velocityOf(wish), wish.yaw * part, pitch_part, growth_part) * (part * scale);
+        turn(wish.yaw * part, pitch_part);
+        scale = std::clamp(scale * std::exp(growth_part), low, high);
+        from = to;
+    }
+    // a step that changes nothing, such as one against a limit, must not cost the bits of a given pose
+    if (way_of_step == glm::dvec3(0.0) && m_pose.axes == before.axes && (!orbits || scale == scale_before))
+        return;
+    CameraPose after{before.position + way_of_step, m_pose.axes};
+    if (orbits)
+        after.position += before.axes[2] * scale_before - after.axes[2] * scale;
+    if (isFinite(after))
+        setPosition(after.position);
+    else
+        m_pose = before;
+}
+
+Navigator::Velocity Navigator::velocityOf(const Wish& wish) const
+{
+    const glm::dvec3 right = m_pose.axes[0], down = m_pose.axes[1], forward = m_pose.axes[2];
+    if (m_mode == NavigationMode::Walk) { // no pitch moves these two, so it is the same however steep one looks
+        const glm::dvec3 level_right = across(m_up, right);
+        return {level_right * wish.move[0] + cross(m_up, level_right) * wish.move[2], {}, {}};
+    }
+    Velocity velocity;
+    velocity.even = right * wish.move[0] + m_up * wish.move[1];
+    double along_down = 0, along_forward = wish.move[2];
+    if (m_mode == NavigationMode::Orbit) {
+        velocity.even = velocity.even * kOrbitPace - right * wish.pan[0];
+        along_down = -wish.pan[1];
+        along_forward *= kOrbitPace;
+    }
+    // turned up by b: down is down cos b + forward sin b, forward is forward cos b - down sin b
+    velocity.cosine = down * along_down + forward * along_forward;
+    velocity.sine = forward * along_down - down * along_forward;
+    return velocity;
+}
+
+// Integral over a step of e^(growth u) Yaw(yaw u) velocity(pitch u), u from 0 to 1. Across the up axis the vectors are
+// complex numbers, which a yaw multiplies.
+glm::dvec3 Navigator::way(const Velocity& velocity, double yaw, double pitch, double growth) const
+{
+    const auto integral = [&](double turn) { return meanExponential(Complex(growth, turn)); };
+    const auto flat = [&](const glm::dvec3& v) { return Complex(dot(v, m_plane[0]), dot(v, m_plane[1])); };
+    const Complex still = integral(pitch);
+    const double along = dot(velocity.even, m_up) * integral(0).real() + dot(velocity.cosine, m_up) * still.real() +
+                         dot(velocity.sine, m_up) * still.imag();
+    const Complex plus = integral(yaw + pitch), minus = integral(yaw - pitch);
+    const Complex cosine = (plus + minus) / 2.0, sine = (plus - minus) / Complex(0, 2);
+    const Complex plane =
+        flat(velocity.even) * integral(yaw) + flat(velocity.cosine) * cosine + flat(velocity.sine) * sine;
+    return m_plane[0] * plane.real() + m_plane[1] * plane.imag() + m_up * along;
+}
+
+void Navigator::turn(double yaw, double pitch)
+{
+    if (yaw == 0 && pitch == 0)
+        return;
+    const glm::dvec3 down = m_pose.axes[1], forward = m_pose.axes[2];
+    glm::dmat3 turned = m_pose.axes;
+    turned[1] = down * std::cos(pitch) + forward * std::sin(pitch);
+    turned[2] = forward * std::cos(pitch) - down * std::sin(pitch);
+    for (int i = 0; i < 3; ++i) {
+        const glm::dvec3 axis = turned[i];
+        const Complex plane = Complex(dot(axis, m_plane[0]), dot(axis, m_plane[1])) * std::polar(1.0, yaw);
+        turned[i] = m_plane[0] * plane.real() + m_plane[1] * plane.imag() + m_up * dot(axis, m_up);
+    }
+    m_pose.axes = orthonormal(turned);
+}
+
+// How far the camera is turned up about its own right, from where that circle is most level; without roll this is the
+// elevation of forward.
+double Navigator::pitchAngle() const
+{
+    const double ahead = dot(m_pose.axes[2], m_up), above = -dot(m_pose.axes[1], m_up);
+    return std::hypot(ahead, above) < 1e-9 ? 0 : std::atan2(ahead, above); // right along up: nowhere is level
+}
+
+void Navigator::setPosition(glm::dvec3 position)
+{
+    const double reach = kReach * m_diagonal;
+    const glm::dvec3 offset = position - m_middle;
+    const double far = length(offset);
+    m_pose.position = far <= reach ? position : m_middle + offset * (reach / far);
+    m_given.reset();
+}
+
+void Navigator::jumpTo(const Camera& camera)
+{
+    const std::optional<CameraPose> pose = poseOf(camera);
+    if (!pose || !(length(pose->position) < 1e150))
+        return;
+    m_flight.reset();
+    m_pose.axes = pose->axes;
+    setPosition(pose->position);
+    if (m_pose.position == pose->position && hasRotation(camera)) {
+        m_given.emplace();
+        std::copy_n(camera.rotation, 9, m_given->rotation);
+        std::copy_n(camera.translation, 3, m_given->translation);
+    }
+}
+
+void Navigator::animateTo(const Camera& camera, double seconds)
+{
+    const std::optional<CameraPose> pose = poseOf(camera);
+    if (!pose || !(length(pose->position) < 1e150))
+        return;
+    m_flight.reset();
+    if (seconds > 0) // false for NaN
+        m_flight = Flight{m_pose, *pose, camera, std::min(seconds, kMostSeconds), 0};
+    else
+        jumpTo(camera);
+}
+
+void Navigator::advance(Flight& flight, double seconds)
+{
+    flight.elapsed += seconds;
+    const double t = flight.elapsed / flight.seconds;
+    if (!(t < 1)) {
+        jumpTo(flight.goal); // ends the flight
+        return;
+    }
+    const CameraPose pose = between(flight.from, flight.to, t * t * (3 - 2 * t));
+    m_pose.axes = pose.axes;
+    setPosition(pose.position);
+    m_flight = flight;
+}
+
+void Navigator::level()
+{
+    m_flight.reset();
+    const glm::dvec3 forward = m_pose.axes[2];
+    glm::dvec3 right = cross(forward, m_up);
+    if (!(length(right) > 1e-6))
+        right = across(forward, m_pose.axes[0]);
+    right = normalize(right);
+    m_pose.axes = orthonormal({right, cross(forward, right), forward});
+    m_given.reset();
+}
+
+Camera Navigator::camera(const Camera& lens) const
+{
+    Camera camera = lens;
+    if (m_given) {
+        std::copy_n(m_given->rotation, 9, camera.rotation);
+        std::copy_n(m_given->translation, 3, camera.translation);
+    } else {
+        setPose(m_pose, camera);
+    }
+    return camera;
+}
+
+} // namespace gsc

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// The panel over the picture: what it shows of frames, and what it switches.
+#pragma once
+
+#include "player/play_options.h"
+#include "player/present/overlay.h"
+#include "player/window/comparison.h"
+#include "runtime/service/renderer_service.h"
+
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+// What a person switches while the window is open.
+struct ViewSettings {
+    RunChoice choice;
+    bool two_eyes = false;
+    float background[3] = {};
+    FrameView view = FrameView::Picture;
+    CompareMode compare = CompareMode::Off;
+    double split = 0.5; // share of the width
+};
+
+// What cannot be switched, and why.
+struct ViewLimits {
+    bool has_levels = false;
+    bool has_error_reuse = false;
+    std::string no_stereo; // empty = two eyes can be shown
+};
+
+// One picture that was shown, in numbers.
+struct PanelFrame {
+    const FrameResult* result = nullptr;
+    uint32_t eyes = 1;
+    double latency_ms = 0; // from the pose to its picture
+};
+
+class Panel {
+public:
+    Panel(const ViewLimits& limits, std::vector<std::string> cameras, Overlay& overlay);
+
+    void setSettings(const ViewSettings& settings, int mode, double speed);
+    // Writes what was changed into the settings, and the chosen camera (-1 = none) and mode. False: nothing was.
+    bool take(ViewSettings& settings, int& camera, int& mode, bool& screenshot, bool& record);
+
+    void addFrame(const PanelFrame& frame);
+    void addRefresh(double ms); // from one refresh of the window to the next
+    void setFacts(const ServiceStats& stats, const FrameResult& last, const std::string& device,
+                  const std::string& pose, bool recording);
+
+private:
+    OverlayItem& item(const char* label);
+    void add(OverlayItem::Kind kind, const char* label, const char* hint = "");
+    void plot(const char* label, double value);
+
+    Overlay& m_overlay;
+};
+
+} // namespace gsc

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/window/window.h"
+
+#include "format/error.h"
+#include "format/interrupt.h"
+#include "player/module/load_module.h"
+#include "player/tool/version.h"
+#include "player/window/window_session.h"
+#include "player/workers/worker_report.h"
+
+namespace gsc {
+
+namespace {
+
+const PresentFunctions& presentFunctions()
+{
+#ifdef GSC_WITH_WINDOW
+    return loadModule<PresentFunctions>("gsc_present");
+#else
+    throw Error(ErrorCode::Unsupported,
+                "window: this build has none, expected one made with Vulkan, GLFW and Dear ImGui; install "
+                "libvulkan-dev, libglfw3-dev and libimgui-dev and build again, or play without a window");
+#endif
+}
+
+} // namespace
+
+WindowSummary runWindow(const WindowOptions& options, Reporter& log)
+{
+    const std::shared_ptr<const Scene> scene = Scene::open(options.play.input, options.play.verify);
+    PresenterOptions presenter;
+    presenter.title = options.play.input + " - gsc";
+    presenter.width = options.play.width > 0 ? options.play.width : 1280;
+    presenter.height = options.play.height > 0 ? options.play.height : 720;
+    presenter.waits_for_display = !options.tears;
+    presenter.device = deviceUuid(firstDevice(options.play));
+    const std::unique_ptr<Presenter> display = presentFunctions().open(presenter);
+    WindowSession session(options, scene, *display, log);
+    try {
+        while (session.step())
+            throwIfInterrupted();
+    } catch (...) {
+        session.keepRecording();
+        throw;
+    }
+    return session.finish();
+}
+
+OrderedJson windowJson(const WindowSummary& summary)
+{
+    const LedgerCounts& poses = summary.service.counts;
+    return {
+        {"schema", "gsc.window/1"},
+        {"tool", {{"name", "gsc-play"}, {"version", toolVersion()}}},
+        {"file", summary.file},
+        {"seconds", summary.seconds},
+        {"frames", summary.frames},
+        {"pictures", summary.pictures},
+        {"poses",
+         {{"submitted", poses.submitted},
+          {"shown", poses.of(PoseEnd::Shown)},
+          {"late", poses.of(PoseEnd::Late)},
+          {"expired", poses.of(PoseEnd::Expired)},
+          {"failed", poses.of(PoseEnd::Failed)}}},
+        {"workers", workersJson(summary.service)},
+        {"written", summary.files},
+    };
+}
+
+std::string windowText(const WindowSummary& summary)
+{
+    const LedgerCounts& poses = summary.service.counts;
+    const auto of = [&](PoseEnd end) { return formatCount(poses.of(end)); };
+    std::string text =
+        formatString("%s frames in %.1f s; %s poses: %s shown, %s late, %s expired, %s failed\n",
+                     formatCount(summary.frames).c_str(), summary.seconds, formatCount(poses.submitted).c_str(),
+                     of(PoseEnd::Shown).c_str(), of(PoseEnd::Late).c_str(), of(PoseEnd::Expired).c_str(),
+                     of(PoseEnd::Failed).c_str());
+    text += workersText(summary.service);
+    for (const std::string& file : summary.files)
+        text += "wrote " + file + "\n";
+    return text;
+}
+
+} // namespace gsc

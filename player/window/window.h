@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// gsc-play window: a model in a window, flown through by hand.
+#pragma once
+
+#include "player/play_options.h"
+#include "player/tool/json.h"
+#include "player/tool/reporter.h"
+#include "runtime/service/service_trace.h"
+
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+struct WindowOptions {
+    PlayOptions play;         // width, height: of the window, 0 = 1280 x 720; its outputs are not used
+    std::string folder = "."; // takes screenshots and recorded paths
+    std::string log;          // file of JSON lines, empty = none; PlayOptions::overwrite is its
+    bool tears = false;       // pictures change while the display refreshes: sooner, and with a seam
+};
+
+struct WindowSummary {
+    std::string file;
+    double seconds = 0;                // that the window was open
+    uint64_t frames = 0, pictures = 0; // that the window showed; that were drawn for it
+    ServiceStats service;
+    std::vector<std::string> files; // that were written
+};
+
+// Returns when the window is closed. Throws Error: Unsupported without a display, Vulkan 1.2 or a build that has windows;
+// Device where display or every device that draws is lost; others as the renderer has them.
+WindowSummary runWindow(const WindowOptions& options, Reporter& log);
+
+OrderedJson windowJson(const WindowSummary& summary); // schemas/window-report.schema.json
+std::string windowText(const WindowSummary& summary); // a line or some
+
+} // namespace gsc

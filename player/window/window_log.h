@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the window did, a JSON line for every frame that it showed (schemas/window-log.schema.json).
+#pragma once
+
+#include "runtime/camera.h"
+
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+struct WindowFrame {
+    uint64_t frame = 0;            // shown by the window, from 1
+    double seconds = 0;            // since it opened
+    uint64_t pose = 0;             // whose picture is shown; 0 = none yet
+    uint64_t asked = 0;            // newest pose that was submitted
+    std::vector<std::string> keys; // that went down since the frame before
+    uint32_t width = 0, height = 0;
+    double refresh_ms = 0, latency_ms = 0; // from frame to frame; from the pose to its picture
+    double position[3] = {};               // of the pose that is shown
+    std::string shows;                     // "picture", "split" or "difference"
+    double psnr = 0, flip = -1;            // of the last two; flip below 0 = not known
+    std::string wrote;                     // file that was written for this frame, empty = none
+};
+
+class WindowLog {
+public:
+    explicit WindowLog(const std::string& path, bool overwrite); // empty = none. Throws Error(Io)
+    ~WindowLog();
+    WindowLog(const WindowLog&) = delete;
+    WindowLog& operator=(const WindowLog&) = delete;
+
+    void add(const WindowFrame& frame); // each line is in the file at once. Throws Error(Io)
+
+private:
+    std::string m_path;
+    std::FILE* m_file = nullptr;
+};
+
+} // namespace gsc

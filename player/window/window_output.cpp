@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a window shows and writes.
+#include "player/window/window_session.h"
+
+#include "format/error.h"
+#include "player/image/image_io.h"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+#include <filesystem>
+
+namespace gsc {
+
+namespace {
+
+std::vector<Image> imagesOf(const DrawnPose& drawn)
+{
+    std::vector<Image> images;
+    for (uint32_t e = 0; e < drawn.asked.eyes; ++e) {
+        Image& image = images.emplace_back();
+        image.width = drawn.asked.shot.camera.width;
+        image.height = drawn.asked.shot.camera.height;
+        image.pixels.resize(size_t(image.width) * image.height * 3);
+        std::memcpy(image.pixels.data(), drawn.delivery.eyes[e].pixels, image.pixels.size() * sizeof(float));
+    }
+    return images;
+}
+
+constexpr double kRestSeconds = 0.15; // without a change, before a pose is compared
+constexpr double kRecordFps = 72;     // as the paths that `gsc sample paths` makes for headsets
+
+} // namespace
+
+void WindowSession::dropComparison()
+{
+    m_rest = Rest::Moving;
+    m_composed.clear();
+    if (m_comparison && !m_comparison->complete())
+        m_retired.push_back(std::move(m_comparison));
+    m_comparison.reset();
+}
+
+// The pose is drawn twice more, with all digits: as it is shown, and exactly.
+void WindowSession::compareAtRest()
+{
+    const bool wanted = m_settings.compare != CompareMode::Off && m_settings.view == FrameView::Picture;
+    if (!wanted || m_source.waiting() || now() - m_rests_since < kRestSeconds || m_shown.empty())
+        return;
+    if (m_rest == Rest::Moving) {
+        AskedPose asked = pose(m_view);
+        asked.format = PixelFormat::Rgb32f;
+        m_compared_pose = m_source.submit(asked, frameOptionsNow());
+        m_rest = Rest::Picture;
+    } else if (m_rest == Rest::Exact) {
+        AskedPose asked = pose(m_view);
+        asked.format = PixelFormat::Rgb32f;
+        FrameOptions exact = frameOptionsNow();
+        exact.tier = Tier::Exact;
+        exact.stereo = StereoMode::Exact;
+        exact.reuse = {};
+        exact.lod_bias = exact.lod_fade = exact.lod_hysteresis = 0;
+        m_compared_pose = m_source.submit(asked, exact);
+    }
+}
+
+void WindowSession::takeCompared(DrawnPose& drawn)
+{
+    if (drawn.delivery.pose != m_compared_pose || m_rest == Rest::Moving)
+        return; // of a pose that was left
+    if (m_rest == Rest::Picture) {
+        m_picture = imagesOf(drawn);
+        m_rest = Rest::Exact;
+        return;
+    }
+    m_comparison = std::make_unique<Comparison>(std::move(m_picture), imagesOf(drawn));
+    m_rest = Rest::Compared;
+    m_dirty = true;
+}
+
+std::vector<ShownPicture> WindowSession::pictures(FrameToShow& frame)
+{
+    std::vector<ShownPicture> shown;
+    frame.width = m_input.width;
+    frame.height = m_input.height;
+    if (m_shown.empty())
+        return shown;
+    const DrawnPose& newest = m_shown.back();
+    const bool compares = m_comparison && m_settings.compare != CompareMode::Off;
+    if (compares && m_composed.empty())
+        for (uint32_t e = 0; e < newest.asked.eyes; ++e)
+            m_composed.push_back(m_comparison->show(e, m_settings.compare, m_settings.split));
+    shown = m_source.shown(newest);
+    for (uint32_t e = 0; compares && e < newest.asked.eyes; ++e) {
+        const uint32_t x = shown[e].x;
+        shown[e] = {};
+        shown[e].pixels = m_composed[e].pixels.data();
+        shown[e].width = m_composed[e].width;
+        shown[e].height = m_composed[e].height;
+        shown[e].x = x;
+    }
+    // of the window as it was when the pose was asked for: a picture of another size is scaled
+    const uint32_t x = shown.back().x + shown.back().width;
+    frame.width = x;
+    frame.height = shown.front().height;
+    if (newest.asked.eyes == 2 && m_input.height == frame.height && m_input.width == x + 1)
+        frame.width = m_input.width; // an odd width leaves a column
+    return shown;
+}
+
+void WindowSession::fillOverlay()
+{
+    m_overlay.notes.clear();
+    if (now() > m_message_ends)
+        m_overlay.message.clear();
+    if (m_recorder.records())
+        m_overlay.notes.push_back({0.99f, 0.02f, "records"});
+    if (m_settings.compare != CompareMode::Off && !m_comparison)
+        m_overlay.notes.push_back({0.5f, 0.02f,
+                                   m_settings.view == FrameView::Picture ? "compared with exact when at rest"
+                                                                         : "false colours are not compared"});
+    if (m_comparison && m_settings.compare != CompareMode::Off) {
+        const ComparedNumbers numbers = m_comparison->numbers();
+        std::string text = formatString("PSNR %.2f dB, worst %.2f/255, FLIP ", numbers.psnr, numbers.worst_255);
+        text += numbers.flip ? formatString("%.5f", *numbers.flip) : "...";
+        if (m_settings.compare == CompareMode::Difference)
+            text += formatString("; difference times %g", double(Comparison::kGain));
+        m_overlay.notes.push_back({0.5f, 0.02f, text});
+        if (m_settings.compare == CompareMode::Split) {
+            m_overlay.notes.push_back({0.01f, 0.98f, settingsText()});
+            m_overlay.notes.push_back({0.99f, 0.98f, "exact"});
+        }
+    }
+    if (!m_overlay.panel)
+        return;
+    m_panel->setSettings(m_settings, int(m_navigator.mode()), m_navigator.speed());
+    const std::array<double, 3> position = m_navigator.position();
+    m_panel->setFacts(m_source.stats(), m_last, m_source.device() + ", shown by " + m_presenter.deviceName(),
+                      formatString("%.4g, %.4g, %.4g", position[0], position[1], position[2]), m_recorder.records());
+}
+
+void WindowSession::show(const WindowInput& input)
+{
+    FrameToShow frame;
+    const std::vector<ShownPicture> shown = pictures(frame);
+    frame.pictures = shown;
+    const bool fits = !shown.empty() && frame.width == input.width && frame.height == input.height;
+    frame.reads_back = m_wants_screenshot && fits && m_shown.back().delivery.pose == m_asked;
+    const double at = now();
+    const double refresh = 1000 * (at - m_last_show);
+    fillOverlay();
+    if (frame.width == 0 || frame.height == 0 || !m_presenter.show(frame, &m_overlay)) {
+        m_last_show = at;
+        m_dirty = input.width > 0 && input.height > 0; // again, unless the window is minimised
+        return;
+    }
+    m_last_show = at;
+    m_dirty = m_comparison && m_settings.compare != CompareMode::Off && !m_comparison->complete();
+    m_panel->addRefresh(refresh);
+    ++m_summary.frames;
+    if (frame.reads_back) {
+        m_wants_screenshot = false;
+        writeScreenshot();
+    }
+    WindowFrame line;
+    line.frame = m_summary.frames;
+    line.seconds = at;
+    line.pose = m_shown.empty() ? 0 : m_shown.back().delivery.pose;
+    line.asked = m_asked;
+    line.keys = std::exchange(m_keys, {});
+    line.width = input.width;
+    line.height = input.height;
+    line.refresh_ms = refresh;
+    line.latency_ms = m_shown.empty() ? 0 : m_shown.back().latencyMs();
+    std::ranges::copy(m_navigator.position(), line.position);
+    constexpr const char* kShows[] = {"picture", "split", "difference"};
+    line.shows = kShows[m_comparison ? size_t(m_settings.compare) : 0];
+    if (m_comparison) {
+        const ComparedNumbers numbers = m_comparison->numbers();
+        line.psnr = numbers.psnr;
+        line.flip = numbers.flip.value_or(-1);
+    }
+    line.wrote = std::exchange(m_wrote, {});
+    m_log.add(line);
+}
+
+std::string WindowSession::freeName(const char* stem, const std::vector<const char*>& endings) const
+{
+    for (int i = 1;; ++i) {
+        const std::string name = (std::filesystem::path(m_options.folder) / formatString("%s-%04d", stem, i)).string();
+        if (std::ranges::none_of(endings, [&](const char* ending) { return std::filesystem::exists(name + ending); }))
+            return name;
+    }
+}
+
+// The picture, and a camera file that draws it again.
+void WindowSession::writeScreenshot()
+{
+    uint32_t width = 0, height = 0;
+    const std::vector<std::byte> bytes = m_presenter.readBack(width, height);
+    Image image{width, height, std::vector<float>(size_t(width) * height * 3)};
+    for (size_t i = 0; i < size_t(width) * height; ++i)
+        for (size_t c = 0; c < 3; ++c)
+            image.pixels[3 * i + c] = float(bytes[4 * i + c]) / 255;
+    const char* const ending = isImageExtension("a.png") ? ".png" : ".pfm";
+    const std::string name = freeName("gsc", {ending, ".json"});
+    try {
+        writeImage(name + ending, image, PixelDepth::Eight, false);
+        const Shot& shot = m_shown.back().asked.shot;
+        PathRecorder camera;
+        camera.start(name, kRecordFps);
+        (void)camera.add(0, shot.camera, shot.ipd);
+        (void)camera.stop(name + ".json");
+    } catch (const Error& e) { // a full disk does not end the flight
+        say(e.what());
+        return;
+    }
+    m_wrote = name + ending;
+    m_summary.files.push_back(name + ending);
+    m_summary.files.push_back(name + ".json");
+    say("wrote " + m_wrote + " and its camera");
+}
+
+void WindowSession::keepRecording()
+{
+    if (!m_recorder.records())
+        return;
+    toggleRecording();
+    m_report.tell(m_overlay.message);
+}
+
+void WindowSession::toggleRecording()
+{
+    m_dirty = true;
+    if (!m_recorder.records()) {
+        m_recorder.start("recorded", kRecordFps);
+        return;
+    }
+    const std::string name = freeName("path", {".json"}) + ".json";
+    try {
+        (void)m_recorder.stop(name);
+    } catch (const Error& e) {
+        say(e.what());
+        return;
+    }
+    m_wrote = name;
+    m_summary.files.push_back(name);
+    say("wrote " + name + "; gsc-play bench --cameras " + name + " plays it");
+}
+
+} // namespace gsc

@@ -1,0 +1,437 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/window/window_session.h"
+
+#include "format/error.h"
+#include "player/cameras/length.h"
+#include "player/report/reuse_names.h"
+#include "runtime/frame_stats.h"
+#include "player/window/world_up.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gsc {
+
+namespace {
+
+constexpr double kIdleSeconds = 0.1;                         // between two looks at a window in which nothing happens
+constexpr auto kPictureWait = std::chrono::milliseconds(12); // for a picture, before the window is looked at again
+constexpr double kMessageSeconds = 4;
+constexpr double kCameraSeconds = 1;  // of a flight from one camera to the next
+constexpr double kSettingStep = 0.25; // levels
+constexpr double kSplitStep = 0.02;   // of the width
+
+std::vector<Camera> camerasOf(const std::vector<Shot>& shots)
+{
+    std::vector<Camera> cameras;
+    for (const Shot& shot : shots)
+        cameras.push_back(shot.camera);
+    return cameras;
+}
+
+NavigationWorld worldOf(const Scene& scene, const std::vector<Shot>& shots)
+{
+    NavigationWorld world;
+    std::ranges::copy(worldUp(camerasOf(shots)), world.up);
+    if (const std::optional<Metre> metre = metreOfManifest(scene.manifest()))
+        world.metre = metre->units;
+    const ModelView& view = scene.view();
+    for (int i = 0; i < 3; ++i) {
+        world.low[i] = double(view.params->bounds_min[i]) + view.origin[i];
+        world.high[i] = double(view.params->bounds_max[i]) + view.origin[i];
+    }
+    return world;
+}
+
+template <typename Names, typename Value>
+Value nextOf(const Names& names, Value value)
+{
+    for (size_t i = 0; i < names.size(); ++i)
+        if (names[i].second == value)
+            return names[(i + 1) % names.size()].second;
+    return value;
+}
+
+} // namespace
+
+bool WindowSession::View::operator==(const View& other) const
+{
+    const Camera &a = camera, &b = other.camera;
+    return width == other.width && height == other.height && std::ranges::equal(a.rotation, b.rotation) &&
+           std::ranges::equal(a.translation, b.translation) && a.fov_x == b.fov_x && a.fov_y == b.fov_y;
+}
+
+WindowSession::WindowSession(const WindowOptions& options, std::shared_ptr<const Scene> scene, Presenter& presenter,
+                             Reporter& log)
+    : m_options(options), m_scene(std::move(scene)), m_presenter(presenter), m_report(log),
+      m_source(m_scene, options.play, presenter, log), m_shots([&] {
+          PlayOptions one = options.play; // cameras as they are stored; the window has its own size
+          one.eyes = 1;
+          one.ipd = {};
+          one.width = one.width > 0 ? one.width : 1280;
+          one.height = one.height > 0 ? one.height : 720;
+          return chooseShots(*m_scene, one, log);
+      }()),
+      m_navigator(worldOf(*m_scene, m_shots)), m_log(options.log, options.play.overwrite)
+{
+    ViewLimits limits;
+    limits.has_levels = m_scene->view().params->level_count > 1;
+    limits.has_error_reuse = m_scene->view().sensitivity != nullptr;
+    try {
+        PlayOptions two = options.play;
+        two.eyes = 2;
+        two.width = two.width > 0 ? two.width : 1280;
+        two.height = two.height > 0 ? two.height : 720;
+        m_ipd = chooseShots(*m_scene, two, log).front().ipd;
+    } catch (const Error& e) {
+        if (options.play.eyes == 2)
+            throw;
+        limits.no_stereo = e.what();
+    }
+    if (m_ipd == 0 && limits.no_stereo.empty())
+        limits.no_stereo = "the cameras say where each eye of theirs is, not how far eyes are apart";
+
+    m_tan_y = std::tan(m_shots.front().camera.fov_y / 2);
+    m_settings.choice = options.play;
+    m_settings.two_eyes = options.play.eyes == 2 && m_ipd > 0;
+    std::copy_n(gsc::frameOptions(*m_scene, options.play).background, 3, m_settings.background);
+    m_worked = m_settings;
+    std::vector<std::string> names;
+    for (const Shot& shot : m_shots)
+        names.push_back(shot.camera.name);
+    m_panel = std::make_unique<Panel>(limits, std::move(names), m_overlay);
+    m_overlay.keys = helpLines();
+    jump(0, false);
+    say("F1: keys");
+}
+
+bool WindowSession::idle() const
+{
+    return !m_dirty && !m_changed && !m_seeks && !m_controls.moving() && !m_navigator.moves() && !m_plays &&
+           !m_source.waiting() && m_rest != Rest::Picture && m_rest != Rest::Exact;
+}
+
+bool WindowSession::step()
+{
+    m_input = m_presenter.poll(idle() ? kIdleSeconds : 0);
+    const double at = now(), seconds = std::min(at - m_last_step, 0.25); // a window that hung does not leap
+    m_last_step = at;
+    for (const Action action : m_controls.take(m_input))
+        act(action);
+    m_keys.insert(m_keys.end(), m_controls.pressed().begin(), m_controls.pressed().end());
+    const bool message_ends = !m_overlay.message.empty() && at > m_message_ends;
+    const bool panel_ages = m_overlay.panel && at - m_last_show >= kIdleSeconds;
+    m_dirty = m_dirty || m_input.exposed || !m_input.events.empty() || message_ends || panel_ages;
+    if (m_input.closed || m_closes)
+        return false;
+    takePanel();
+    move(seconds);
+    if (m_input.width > 0 && m_input.height > 0)
+        ask();
+    takePicture();
+    compareAtRest();
+    std::erase_if(m_retired, [](const auto& comparison) { return comparison->complete(); });
+    if (m_dirty)
+        show(m_input);
+    return true;
+}
+
+void WindowSession::act(Action action)
+{
+    ViewSettings settings = m_settings;
+    switch (action) {
+    case Action::Help:
+        m_overlay.help = !m_overlay.help;
+        break;
+    case Action::Panel:
+        m_overlay.panel = !m_overlay.panel;
+        break;
+    case Action::PanelKeys:
+        m_overlay.panel = m_overlay.takes_keys = true;
+        break;
+    case Action::Escape:
+        m_overlay.help = m_overlay.panel = false;
+        break;
+    case Action::Close:
+        m_closes = true;
+        break;
+    case Action::Screenshot:
+        m_wants_screenshot = true;
+        break;
+    case Action::Record:
+        toggleRecording();
+        break;
+    case Action::NextCamera:
+    case Action::PreviousCamera: {
+        const int count = int(m_shots.size());
+        jump((m_camera + (action == Action::NextCamera ? 1 : count - 1)) % count, true);
+        break;
+    }
+    case Action::FirstCamera:
+        jump(0, false);
+        break;
+    case Action::PlayCameras:
+        m_plays = !m_plays;
+        break;
+    case Action::Fly:
+        setMode(NavigationMode::Fly);
+        break;
+    case Action::Orbit:
+        setMode(NavigationMode::Orbit);
+        break;
+    case Action::Walk:
+        setMode(NavigationMode::Walk);
+        break;
+    case Action::LevelOut:
+        m_navigator.level();
+        break;
+    case Action::NextTier:
+        settings.choice.tier = nextOf(tiers(), settings.choice.tier);
+        break;
+    case Action::NextReuse:
+        settings.choice.reuse.policy = nextOf(reusePolicies(), settings.choice.reuse.policy);
+        break;
+    case Action::NextView:
+        settings.view = FrameView((uint32_t(settings.view) + 1) % 4);
+        break;
+    case Action::Stereo:
+        settings.two_eyes = !settings.two_eyes && m_ipd > 0;
+        if (m_ipd == 0)
+            say("two eyes: the model does not say how far they are apart; pass --ipd");
+        break;
+    case Action::LessDetail:
+        settings.choice.lod_bias -= kSettingStep;
+        break;
+    case Action::MoreDetail:
+        settings.choice.lod_bias += kSettingStep;
+        break;
+    case Action::Compare:
+        settings.compare = CompareMode((int(settings.compare) + 1) % 3);
+        break;
+    case Action::SplitLeft:
+        settings.split = std::max(0.0, settings.split - kSplitStep);
+        break;
+    case Action::SplitRight:
+        settings.split = std::min(1.0, settings.split + kSplitStep);
+        break;
+    }
+    changeSettings(settings);
+    m_dirty = true;
+}
+
+void WindowSession::takePanel()
+{
+    ViewSettings settings = m_settings;
+    int camera = -1, mode = -1;
+    bool screenshot = false, record = false;
+    if (!m_overlay.panel || !m_panel->take(settings, camera, mode, screenshot, record))
+        return;
+    if (camera >= 0)
+        jump(camera, false);
+    if (mode >= 0)
+        setMode(NavigationMode(mode));
+    m_wants_screenshot = m_wants_screenshot || screenshot;
+    if (record)
+        toggleRecording();
+    changeSettings(settings);
+}
+
+// A comparison that is shown otherwise needs no new picture; everything else does.
+void WindowSession::changeSettings(const ViewSettings& settings)
+{
+    const ViewSettings before = m_settings;
+    m_settings = settings;
+    const RunChoice &a = before.choice, &b = settings.choice;
+    const bool picture = a.tier != b.tier || a.reuse.policy != b.reuse.policy || a.reuse.bound != b.reuse.bound ||
+                         a.lod_bias != b.lod_bias || a.lod_fade != b.lod_fade || before.two_eyes != settings.two_eyes ||
+                         before.view != settings.view ||
+                         !std::equal(before.background, before.background + 3, settings.background);
+    m_changed = m_changed || picture;
+    if (picture)
+        say(settingsText());
+    if (before.compare != settings.compare || before.split != settings.split) {
+        m_composed.clear();
+        m_dirty = true;
+    }
+}
+
+// Orbit turns about what is seen in the middle: its depth is asked for once.
+void WindowSession::setMode(NavigationMode mode)
+{
+    m_seeks = mode == NavigationMode::Orbit;
+    m_navigator.setMode(mode);
+    constexpr const char* kModes[] = {"fly", "orbit", "walk"};
+    say(kModes[size_t(mode)]);
+}
+
+void WindowSession::findTarget(const DrawnPose& drawn)
+{
+    const Camera& camera = drawn.asked.shot.camera;
+    const float depth = drawn.delivery.eyes[0].depth[size_t(camera.height / 2) * camera.width + camera.width / 2];
+    if (std::isfinite(depth))
+        m_navigator.setDistance(double(depth));
+}
+
+void WindowSession::jump(int camera, bool animated)
+{
+    m_camera = camera;
+    if (animated)
+        m_navigator.animateTo(m_shots[size_t(camera)].camera, kCameraSeconds);
+    else
+        m_navigator.jumpTo(m_shots[size_t(camera)].camera);
+    say("camera " + m_shots[size_t(camera)].camera.name);
+}
+
+void WindowSession::move(double seconds)
+{
+    const NavigationInput motion = m_controls.motion(seconds, std::max(m_input.height, 1u), 2 * std::atan(m_tan_y));
+    const bool by_hand = m_controls.moving() || motion.look_pixels[0] != 0 || motion.look_pixels[1] != 0;
+    m_plays = m_plays && !by_hand;
+    if (m_plays && !m_navigator.moves())
+        jump(int((size_t(m_camera) + 1) % m_shots.size()), true);
+    (void)m_navigator.step(motion);
+}
+
+Camera WindowSession::lens(uint32_t width, uint32_t height) const
+{
+    Camera lens = m_shots[size_t(m_camera)].camera;
+    lens.width = width;
+    lens.height = height;
+    lens.tan_mid_x = lens.tan_mid_y = 0;
+    lens.fov_x = lens.fov_y = 0;
+    // through a focal length in pixels, which is what a camera file states: so the file of a screenshot gives the same lens
+    lens.focal_x = lens.focal_y = height / (2 * m_tan_y);
+    finishCamera(lens, width, height, 0);
+    return lens;
+}
+
+WindowSession::View WindowSession::view() const
+{
+    View view;
+    view.width = m_input.width;
+    view.height = m_input.height;
+    const uint32_t eye_width = m_settings.two_eyes ? std::max(m_input.width / 2, 1u) : m_input.width;
+    view.camera = m_navigator.camera(lens(eye_width, m_input.height));
+    return view;
+}
+
+AskedPose WindowSession::pose(const View& view) const
+{
+    AskedPose pose;
+    pose.shot = m_shots[size_t(m_camera)]; // its appearance and origin
+    pose.shot.camera = view.camera;
+    pose.shot.right_eye.reset();
+    pose.shot.ipd = m_settings.two_eyes ? m_ipd : 0;
+    pose.eyes = m_settings.two_eyes ? 2 : 1;
+    pose.settings = settingsText();
+    return pose;
+}
+
+FrameOptions WindowSession::frameOptionsNow() const
+{
+    PlayOptions play = m_options.play;
+    static_cast<RunChoice&>(play) = m_settings.choice;
+    FrameOptions frame = gsc::frameOptions(*m_scene, play);
+    std::copy_n(m_settings.background, 3, frame.background);
+    frame.view = m_settings.view;
+    return frame;
+}
+
+std::string WindowSession::settingsText() const
+{
+    const RunChoice& choice = m_settings.choice;
+    std::string text = formatString("%s, reuse %s", tierName(choice.tier), policyName(choice.reuse.policy));
+    if (choice.reuse.policy == ReusePolicy::Error)
+        text += formatString(" %g/255", double(choice.reuse.bound));
+    if (choice.lod_bias != 0)
+        text += formatString(", level bias %g", choice.lod_bias);
+    if (choice.lod_fade != 0)
+        text += formatString(", level fade %g", choice.lod_fade);
+    constexpr const char* kViews[] = {"", ", colours: level", ", colours: age of reuse", ", colours: cost"};
+    return text + kViews[size_t(m_settings.view)];
+}
+
+void WindowSession::ask()
+{
+    const View wanted = view();
+    if (m_recorder.records())
+        (void)m_recorder.add(now(), wanted.camera, m_settings.two_eyes ? m_ipd : 0);
+    if (m_seeking && m_source.waiting())
+        return; // nothing newer, which would take its place
+    m_seeking = false;
+    if (m_seeks && !m_source.waiting()) {
+        m_seeks = false;
+        m_seeking = true;
+        AskedPose seeks = pose(wanted);
+        seeks.wants_depth = true;
+        (void)m_source.submit(seeks, frameOptionsNow());
+        m_changed = true; // what is shown follows
+        return;
+    }
+    if (wanted == m_view && !m_changed)
+        return;
+    dropComparison();
+    m_rests_since = now();
+    m_view = wanted;
+    m_changed = false;
+    try {
+        m_asked = m_source.submit(pose(wanted), frameOptionsNow());
+        m_worked = m_settings;
+    } catch (const Error& e) {
+        if (e.code() != ErrorCode::Usage && e.code() != ErrorCode::Unsupported)
+            throw;
+        say(e.what()); // of a switch: back to what worked
+        const ViewSettings refused = m_settings;
+        m_settings = m_worked;
+        m_settings.compare = refused.compare;
+        m_asked = m_source.submit(pose(wanted), frameOptionsNow());
+    }
+}
+
+void WindowSession::takePicture()
+{
+    std::optional<DrawnPose> drawn =
+        m_source.next(m_dirty && m_shown.empty() ? std::chrono::milliseconds(0) : kPictureWait);
+    if (!drawn) {
+        const uint64_t failed = m_source.stats().counts.of(PoseEnd::Failed);
+        if (failed > m_failed)
+            say("a picture could not be drawn; the next pose is tried");
+        m_failed = failed;
+        return;
+    }
+    if (drawn->asked.wants_depth) {
+        findTarget(*drawn);
+        return;
+    }
+    if (drawn->asked.format != PixelFormat::Rgba8) {
+        takeCompared(*drawn);
+        return;
+    }
+    ++m_summary.pictures;
+    m_last = drawn->delivery.result;
+    m_panel->addFrame({&m_last, drawn->asked.eyes, drawn->latencyMs()});
+    m_shown.push_back(std::move(*drawn));
+    while (m_shown.size() > 3) // the newest, and two that the display may be reading
+        m_shown.pop_front();
+    m_dirty = true;
+}
+
+void WindowSession::say(const std::string& message)
+{
+    m_overlay.message = message;
+    m_message_ends = now() + kMessageSeconds;
+    m_dirty = true;
+}
+
+WindowSummary WindowSession::finish()
+{
+    if (m_recorder.records())
+        toggleRecording();
+    m_presenter.finish();
+    m_summary.file = m_options.play.input;
+    m_summary.seconds = now();
+    m_summary.service = m_source.stats();
+    return m_summary;
+}
+
+} // namespace gsc

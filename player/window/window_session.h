@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// A window while it is open: input, poses, pictures and what is written, one turn of the loop after the other.
+#pragma once
+
+#include "player/window/comparison.h"
+#include "player/window/controls.h"
+#include "player/window/frame_source.h"
+#include "player/window/navigation.h"
+#include "player/window/panel.h"
+#include "player/window/path_recorder.h"
+#include "player/window/window.h"
+#include "player/window/window_log.h"
+
+#include <chrono>
+#include <deque>
+
+namespace gsc {
+
+class WindowSession {
+public:
+    WindowSession(const WindowOptions& options, std::shared_ptr<const Scene> scene, Presenter& presenter,
+                  Reporter& log);
+
+    bool step(); // false: the window is to close. Throws Error
+    WindowSummary finish();
+    void keepRecording(); // writes the path that is being recorded, if one is; says where or why not
+
+private:
+    using Clock = std::chrono::steady_clock;
+
+    // What a picture follows from.
+    struct View {
+        Camera camera;
+        uint32_t width = 0, height = 0; // of the window
+        bool operator==(const View& other) const;
+    };
+    // How far the comparison of the pose at rest has come.
+    enum class Rest { Moving, Picture, Exact, Compared };
+
+    void act(Action action);
+    void takePanel();
+    void move(double seconds);
+    void ask();
+    void takePicture();
+    void setMode(NavigationMode mode);
+    void findTarget(const DrawnPose& drawn);
+    void compareAtRest();
+    void takeCompared(DrawnPose& drawn);
+    void dropComparison();
+    void show(const WindowInput& input);
+    std::vector<ShownPicture> pictures(FrameToShow& frame);
+    void fillOverlay();
+    void writeScreenshot();
+    void toggleRecording();
+    void jump(int camera, bool animated);
+    void changeSettings(const ViewSettings& settings);
+    void say(const std::string& message);
+    [[nodiscard]] bool idle() const;
+    [[nodiscard]] Camera lens(uint32_t width, uint32_t height) const;
+    [[nodiscard]] View view() const;
+    [[nodiscard]] AskedPose pose(const View& view) const;
+    [[nodiscard]] FrameOptions frameOptionsNow() const;
+    [[nodiscard]] std::string settingsText() const;
+    [[nodiscard]] std::string freeName(const char* stem, const std::vector<const char*>& endings) const;
+    [[nodiscard]] double now() const { return std::chrono::duration<double>(Clock::now() - m_start).count(); }
+
+    WindowOptions m_options;
+    std::shared_ptr<const Scene> m_scene;
+    Presenter& m_presenter;
+    Reporter& m_report;
+    FrameSource m_source;
+    std::vector<Shot> m_shots;
+    double m_ipd = 0;   // of two eyes; 0 = none are possible
+    double m_tan_y = 1; // half of what the window spans upwards at depth 1
+    Navigator m_navigator;
+    Controls m_controls;
+    ViewSettings m_settings, m_worked; // wanted; that a pose was last taken with
+    Overlay m_overlay;
+    std::unique_ptr<Panel> m_panel;
+    PathRecorder m_recorder;
+    WindowLog m_log;
+
+    Clock::time_point m_start = Clock::now();
+    double m_last_step = 0, m_last_show = 0, m_message_ends = 0;
+    WindowInput m_input;
+    View m_view;                             // that was asked for last
+    bool m_changed = true;                   // settings are others than those asked for
+    uint64_t m_asked = 0;                    // its pose
+    std::deque<DrawnPose> m_shown;           // newest last; the display may still read those before
+    FrameResult m_last;                      // of the newest
+    int m_camera = 0;                        // of the file, jumped to last
+    bool m_plays = false;                    // goes through the cameras
+    bool m_seeks = false, m_seeking = false; // what lies ahead, to turn about: to be asked for; has been
+    bool m_dirty = true, m_wants_screenshot = false, m_closes = false;
+    uint64_t m_failed = 0;
+    std::vector<std::string> m_keys; // since the frame shown last
+    std::string m_wrote;
+
+    Rest m_rest = Rest::Moving;
+    double m_rests_since = 0;
+    uint64_t m_compared_pose = 0;
+    std::vector<Image> m_picture;
+    std::unique_ptr<Comparison> m_comparison;
+    std::vector<std::unique_ptr<Comparison>> m_retired; // whose FLIP is not ready yet: nobody waits for it
+    std::vector<Picture8> m_composed;                   // what is shown of it
+    WindowSummary m_summary;
+};
+
+} // namespace gsc

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pictures of a GPU, handed over to a program interface that has memory and semaphores of its own on it, such as Vulkan.
+// Nothing here names a CUDA header.
+#pragma once
+
+#include "runtime/device.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+namespace gsc {
+
+// What both interfaces know a GPU by; none of a host.
+std::optional<std::array<unsigned char, 16>> deviceUuid(const DeviceId& device);
+
+// From one thread at a time. All throw Error(Device).
+class HandOver {
+public:
+    virtual ~HandOver() = default; // after the other side is done with the blocks
+
+    // Memory of the other side as an opaque file descriptor, which is this one's from now on.
+    virtual void addBlock(uint32_t id, int file, size_t bytes) = 0;
+    virtual void dropBlock(uint32_t id) = 0; // waits for copies to it
+
+    // Begins to copy from memory of the device, which stays what it is until the next but two copies to other blocks, and
+    // whose content is there.
+    virtual void copy(uint32_t id, size_t offset, const void* from, size_t bytes) = 0;
+    // Sets the other side's timeline semaphore when every copy before is done; values rise.
+    virtual void signal(uint64_t value) = 0;
+};
+
+// With the other side's timeline semaphore as an opaque file descriptor, which is this one's from now on. Null where the
+// device is no GPU. Throws Error(Device).
+std::unique_ptr<HandOver> makeHandOver(const DeviceId& device, int semaphore_file);
+
+} // namespace gsc
