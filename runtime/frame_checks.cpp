@@ -106,6 +106,9 @@ void checkOptions(const ModelView& model, const FrameOptions& options, uint32_t 
         throw Error(ErrorCode::Usage,
                     formatString("frame: LOD fade %g and hysteresis %g, expected 0 to 1 level each; correct them",
                                  double(options.lod_fade), double(options.lod_hysteresis)));
+    if (options.view > FrameView::Cost)
+        throw Error(ErrorCode::Usage, formatString("frame: view %u, expected 0 to %u; choose one that there is",
+                                                   uint32_t(options.view), uint32_t(FrameView::Cost)));
     const bool has_rows = params.appearance_dim > 0;
     if (has_rows && (options.appearance < 0 || uint32_t(options.appearance) >= params.appearance_rows))
         throw Error(ErrorCode::Usage,

@@ -21,10 +21,12 @@ void checkInFlight(size_t frames, uint32_t most = kFramesInFlight);
 uint64_t modelBytes(const ModelView& model);
 
 // What an image of no Gaussian is: upstream's quirk (trap 25), or the background, as a band of columns always has it.
+// FrameView::Cost shows no background.
 inline const float* emptyColor(const FrameOptions& options)
 {
     static constexpr float kBlack[3] = {0, 0, 0};
-    return options.empty_is_black && options.columns.all() ? kBlack : options.background;
+    return (options.empty_is_black && options.columns.all()) || options.view == FrameView::Cost ? kBlack
+                                                                                                : options.background;
 }
 
 // Whether both eyes are decoded at once, and where from: the middle between their centres.

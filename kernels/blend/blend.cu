@@ -7,7 +7,12 @@ void blendFastCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* 
 {
     launchBlend<FastRules>(args, processors, stream);
     if (args.depth[0] != nullptr)
-        launchBlend<DepthRules<FastRules>>(args, processors, stream);
+        blendDepthsFastCuda(args, processors, stream);
+}
+
+void blendDepthsFastCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream)
+{
+    launchBlend<DepthRules<FastRules>>(args, processors, stream);
 }
 
 } // namespace gsc

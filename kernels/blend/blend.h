@@ -26,6 +26,7 @@ struct BlendArgs {
     DepthRows<float> depth{};
     const SortKey* sorted = nullptr; // the splats' depths, where there are rows for them
     ColumnRange columns{};           // of the image that are drawn
+    bool cost = false;               // FrameView::Cost: pixels take the colour of their evaluations
 };
 
 // Returns the number of (pixel, splat) pairs evaluated.
@@ -35,7 +36,7 @@ uint64_t blendCpu(const BlendArgs& args, const Workers& workers);
 template <typename Real>
 uint64_t blendReference(const std::vector<SplatOf<Real>>& splats, const TileLists& lists, uint32_t width,
                         uint32_t height, const RasterConstants& rules, const float* background, Real* image,
-                        const DepthRows<Real>& depth = {}, const ColumnRange& columns = {});
+                        const DepthRows<Real>& depth = {}, const ColumnRange& columns = {}, bool cost = false);
 
 // The image of no splat at all.
 template <typename Real>

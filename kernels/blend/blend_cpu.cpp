@@ -9,6 +9,7 @@
 #include <hwy/highway.h>
 
 #include "kernels/blend/blend.h"
+#include "kernels/present/false_colour.h"
 #include "kernels/simd/ellipse-inl.h"
 #include "kernels/threads/parallel.h"
 #include "kernels/simd/simd_math-inl.h"
@@ -167,7 +168,7 @@ void startTile(const BlendArgs& args, uint32_t tile_x, uint32_t tile_y, TileStat
     std::fill_n(state.red, kPixels, 0.0f);
     std::fill_n(state.green, kPixels, 0.0f);
     std::fill_n(state.blue, kPixels, 0.0f);
-    if (args.depth.z != nullptr)
+    if (args.depth.z != nullptr || args.cost) // blending for the cost finds depths, wanted or not
         std::fill_n(state.z, kPixels, INFINITY);
     state.live = 0;
     for (uint32_t block = 0; block < kBlockPixels; ++block) {
@@ -204,19 +205,36 @@ void storeTile(const BlendArgs& args, uint32_t tile_x, uint32_t tile_y, const Ti
     }
 }
 
+// FrameView::Cost. evaluations: of each block's pixels.
+void storeCost(const BlendArgs& args, uint32_t tile_x, uint32_t tile_y, const uint32_t* evaluations)
+{
+    const uint32_t rows = std::min(kTileSize, args.height - tile_y);
+    const uint32_t columns = std::min(kTileSize, args.width - tile_x);
+    for (uint32_t y = 0; y < rows; ++y) {
+        float* row = args.image + 3 * (size_t(tile_y + y) * args.width + tile_x);
+        for (uint32_t x = 0; x < columns; ++x) {
+            const FalseColour colour = costColour(evaluations[y / kBlock * kBlock + x / kBlock]);
+            row[3 * x] = colour.r;
+            row[3 * x + 1] = colour.g;
+            row[3 * x + 2] = colour.b;
+        }
+    }
+}
+
 HWY_INLINE void prefetchSplat(const Splat* splat)
 {
     hwy::Prefetch(splat);
     hwy::Prefetch(&splat->y1); // may lie in the next cache line
 }
 
-template <bool kGsplat, bool kDepth>
+template <bool kGsplat, bool kDepth, bool kCost = false>
 uint64_t blendTile(const BlendArgs& args, uint32_t tile)
 {
     TileState state;
     const uint32_t tile_x = tile % args.grid_x * kTileSize, tile_y = tile / args.grid_x * kTileSize;
     startTile(args, tile_x, tile_y, state);
     uint64_t blocks = 0;
+    uint32_t evaluations[kCost ? kBlockPixels : 1] = {};
     const uint32_t* entries = args.entries;
     const uint32_t end = args.tile_first[tile + 1];
     for (uint32_t first = args.tile_first[tile]; first < end && state.live != 0; first += kBatch) {
@@ -231,12 +249,17 @@ uint64_t blendTile(const BlendArgs& args, uint32_t tile)
         for (uint32_t i = 0; i < count; ++i) {
             const uint32_t live = touched[i] & state.live;
             blocks += uint32_t(__builtin_popcount(live));
+            if constexpr (kCost)
+                for (uint32_t block = 0; block < kBlockPixels; ++block)
+                    evaluations[block] += live >> block & 1u;
             const uint32_t splat = entries[first + i];
             const float z = kDepth ? std::bit_cast<float>(args.sorted[splat].depth_bits) : 0.0f;
             blendSplat<kGsplat, kDepth>(args.splats[splat], z, args.rules, live, state);
         }
     }
     storeTile(args, tile_x, tile_y, state);
+    if constexpr (kCost)
+        storeCost(args, tile_x, tile_y, evaluations);
     return blocks * kBlockPixels;
 }
 
@@ -245,8 +268,9 @@ uint64_t blendTile(const BlendArgs& args, uint32_t tile)
 uint64_t blendPatches(const BlendArgs& args, size_t first, size_t last)
 {
     const bool gsplat = args.rules.gsplat, depth = args.depth.z != nullptr;
-    const auto blend = gsplat ? (depth ? blendTile<true, true> : blendTile<true, false>)
-                              : (depth ? blendTile<false, true> : blendTile<false, false>);
+    const auto blend = args.cost ? (gsplat ? blendTile<true, true, true> : blendTile<false, true, true>)
+                       : gsplat  ? (depth ? blendTile<true, true> : blendTile<true, false>)
+                                 : (depth ? blendTile<false, true> : blendTile<false, false>);
     const ColumnRange tiles = tileColumns(args);
     const uint32_t patches_x = (tiles.end - tiles.first + kPatchX - 1) / kPatchX;
     uint64_t evaluations = 0;

@@ -42,5 +42,11 @@ inline size_t touchWords(const BinGrid& grid)
 // Asynchronous. Depths, where they are wanted, are found by a kernel of their own, from the same lists.
 void blendFastCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
 void blendExactCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
+// FrameView::Cost: the same, but a pixel's red is the number of splats evaluated for it.
+void blendCostFastCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
+void blendCostExactCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
+// What the four do where depths are wanted.
+void blendDepthsFastCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
+void blendDepthsExactCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
 
 } // namespace gsc

@@ -11,7 +11,12 @@ void blendExactCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st*
     else
         launchBlend<ExactRules<false>>(args, processors, stream);
     if (args.depth[0] != nullptr)
-        launchBlend<DepthRules<AnyExactRules>>(args, processors, stream);
+        blendDepthsExactCuda(args, processors, stream);
+}
+
+void blendDepthsExactCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream)
+{
+    launchBlend<DepthRules<AnyExactRules>>(args, processors, stream);
 }
 
 } // namespace gsc

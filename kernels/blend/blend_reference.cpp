@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kernels/blend/blend.h"
 
+#include "kernels/present/false_colour.h"
+
 namespace gsc {
 
 template <typename Real>
 uint64_t blendReference(const std::vector<SplatOf<Real>>& splats, const TileLists& lists, uint32_t width,
                         uint32_t height, const RasterConstants& rules, const float* background, Real* image,
-                        const DepthRows<Real>& depth, const ColumnRange& columns)
+                        const DepthRows<Real>& depth, const ColumnRange& columns, bool cost)
 {
     const uint32_t grid_x = tileCount(width);
     const ColumnRange drawn = columns.within(width);
@@ -30,15 +32,20 @@ uint64_t blendReference(const std::vector<SplatOf<Real>>& splats, const TileList
             for (int c = 0; c < 3; ++c)
                 image[(size_t(y) * width + x) * 3 + c] =
                     std::fma(pixel.transmittance, Real(background[c]), pixel.color[c]);
+            if (cost) {
+                const FalseColour colour = costColour(i - lists.first[tile]);
+                const float rgb[3] = {colour.r, colour.g, colour.b};
+                std::copy_n(rgb, 3, image + (size_t(y) * width + x) * 3);
+            }
         }
     return evaluations;
 }
 
 template uint64_t blendReference<float>(const std::vector<SplatOf<float>>&, const TileLists&, uint32_t, uint32_t,
                                         const RasterConstants&, const float*, float*, const DepthRows<float>&,
-                                        const ColumnRange&);
+                                        const ColumnRange&, bool);
 template uint64_t blendReference<double>(const std::vector<SplatOf<double>>&, const TileLists&, uint32_t, uint32_t,
                                          const RasterConstants&, const float*, double*, const DepthRows<double>&,
-                                         const ColumnRange&);
+                                         const ColumnRange&, bool);
 
 } // namespace gsc

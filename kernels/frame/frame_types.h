@@ -111,6 +111,15 @@ enum class StereoMode : uint32_t {
     Merged = 1, // from the middle between them, once for both: the GS-Cache paper's; not with ReusePolicy::Error
 };
 
+// What the colours of a picture stand for (kernels/present/false_colour.h). Places, shapes, opacities and depths are the
+// same in all, and so is what is kept for later frames.
+enum class FrameView : uint32_t {
+    Picture = 0, // what the model looks like
+    Level = 1,   // of a Gaussian: the level of its anchor
+    Age = 2,     // of a Gaussian: frames since its anchor was decoded, 0 = in this one
+    Cost = 3,    // of a pixel: Gaussians evaluated for it, which EyeCounts::blend_evaluations sums up
+};
+
 struct FrameOptions {
     Tier tier = Tier::Fast;
     StereoMode stereo = StereoMode::Exact; // one eye is the same in both
@@ -122,6 +131,7 @@ struct FrameOptions {
     float lod_fade = 0;         // levels over which an anchor fades in, 0 to 1; 0 = upstream: it appears at once
     float lod_hysteresis = 0;   // levels that a switch back and forth may lag behind, 0 to 1; 0 = upstream: not at all
     ReuseOptions reuse;
+    FrameView view = FrameView::Picture;
     // Columns of every eye that are drawn. Targets are of the whole image, and their other columns are not touched. Only
     // what the columns can show is selected and decoded, and counts are of that. Pixels and depths are those of the whole
     // image to the last byte in `exact`; in `fast` too, but for what kernels/README.md says of bands. With reuse every

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "kernels/decode/decode_cuda.h"
+#include "kernels/present/paint_cuda.h"
 #include "kernels/reuse/reuse_cuda.h"
 #include "kernels/select/select_cuda.h"
 
@@ -33,12 +34,28 @@ struct KeepCudaArgs : DecodeCudaArgs {
     bool one_view; // ReuseNow::merged: what has no entry is decoded from look_from, too
 };
 
+// FrameView::Age.
+struct PaintKeptArgs {
+    using Now = ReuseNow;
+
+    PaintCudaArgs paint;
+    ReuseTables tables;
+    uint32_t frame; // ReuseNow
+};
+
+inline void setNow(PaintKeptArgs& args, const ReuseNow& now)
+{
+    args.frame = now.frame;
+}
+
 void selectStripsCuda(const StripSelectArgs& args, uint32_t processors, CUstream_st* stream); // of the visible groups
 
 // Decodes what is granted, all anchors of each strip, into its entry, or, without one, draws it. One pass.
 void decodeKeepCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream);
 // Draws what is listed to be drawn of entries. After decodeKeepCuda().
 void drawKeptCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream);
+// After both: paints what they wrote.
+void paintKeptCuda(const PaintKeptArgs& args, uint32_t processors, CUstream_st* stream);
 // As decodeFastGaps(), which is also decodeKeepCuda()'s.
 uint32_t drawKeptGaps(uint32_t processors, uint32_t slot_capacity);
 

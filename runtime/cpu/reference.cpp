@@ -3,14 +3,34 @@
 #include "runtime/frame_checks.h"
 
 #include "kernels/blend/blend.h"
+#include "kernels/present/false_colour.h"
 #include "kernels/threads/stopwatch.h"
 #include "kernels/math/anchor.h"
 
 #include <algorithm>
+#include <unordered_map>
 
 namespace gsc {
 
 namespace {
+
+// In place of the Gaussians' own colours. Nothing is kept here, so that every anchor is of this frame.
+template <typename Real>
+void paintGaussians(const ModelView& model, const std::vector<SelectedAnchor<Real>>& selected, FrameView view,
+                    std::vector<GaussianOf<Real>>& gaussians)
+{
+    std::unordered_map<uint64_t, FalseColour> of_source;
+    for (const SelectedAnchor<Real>& anchor : selected)
+        of_source[model.arrays[anchor.chunk].source_index[anchor.local]] =
+            view == FrameView::Age ? ageColour(0)
+                                   : levelColour(model.levels[model.chunks[anchor.chunk].level_index].level);
+    for (GaussianOf<Real>& gaussian : gaussians) {
+        const FalseColour& colour = of_source.at(gaussian.order / model.params->n_offsets);
+        gaussian.color[0] = Real(colour.r);
+        gaussian.color[1] = Real(colour.g);
+        gaussian.color[2] = Real(colour.b);
+    }
+}
 
 template <typename Real>
 void renderEye(const ModelView& model, const EyeOf<Real>& eye, const Real* decode_center, const FrameOptions& options,
@@ -26,9 +46,11 @@ void renderEye(const ModelView& model, const EyeOf<Real>& eye, const Real* decod
     times.select += watch.lap();
 
     bool any_positive = false;
-    const std::vector<GaussianOf<Real>> gaussians =
+    std::vector<GaussianOf<Real>> gaussians =
         decodeReference<Real>(model, decode_center, selected, options.appearance, any_positive);
     counts.gaussians_alive = gaussians.size();
+    if (paintsGaussians(options.view))
+        paintGaussians(model, selected, options.view, gaussians);
     times.decode += watch.lap();
 
     std::vector<SplatOf<Real>> splats = projectReference<Real>(eye, rules, gaussians, counts.gaussians_dropped);
@@ -48,7 +70,7 @@ void renderEye(const ModelView& model, const EyeOf<Real>& eye, const Real* decod
 
     if (any_positive)
         counts.blend_evaluations = blendReference(splats, lists, eye.width, eye.height, rules, options.background,
-                                                  image, depth, options.columns);
+                                                  image, depth, options.columns, options.view == FrameView::Cost);
     else
         blendNothing(eye.width, eye.height, emptyColor(options), image, depth, options.columns);
     times.blend += watch.lap();

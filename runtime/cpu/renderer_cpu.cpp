@@ -11,6 +11,7 @@
 #include "kernels/sort/sort.h"
 #include "runtime/view/lod_lag.h"
 #include "runtime/reuse/reuse_cpu.h"
+#include "runtime/cpu/paint_cpu.h"
 #include "runtime/cpu/stereo_cpu.h"
 
 #include <algorithm>
@@ -170,14 +171,14 @@ private:
                                               m_visible.data(), visible, options.appearance, m_bias);
         m_workers.run(blocks, 1, [&](size_t begin, size_t end, int worker) {
             for (size_t block = begin; block < end; ++block)
-                runBlock(args, eyes, eye_count, rules, options.columns, block, m_states[size_t(worker)]);
+                runBlock(args, eyes, eye_count, rules, options, block, m_states[size_t(worker)]);
         });
         addShares(m_states, watch.lap(), result.times);
     }
 
     // More eyes than `args` decodes for: both draw what it decodes.
     void runBlock(const DecodeArgs& args, const EyeParams* eyes, uint32_t eye_count, const RasterConstants& rules,
-                  const ColumnRange& columns, size_t block, WorkerState& state)
+                  const FrameOptions& options, size_t block, WorkerState& state)
     {
         Stopwatch watch;
         const size_t first = block * kDecodeBlock;
@@ -193,10 +194,22 @@ private:
                 merged ? gaussiansOfEye(state.scratch.blocks[0], args.visible + first, count, e,
                                         m_model.params->n_offsets, state.gathered.blocks[e])
                        : state.scratch.blocks[e];
-            projectInto(m_stores[e], block, block * blockCapacity(), {eyes + e, rules, nullptr, columns}, gaussians, e,
-                        state);
+            projectInto(m_stores[e], block, block * blockCapacity(), {eyes + e, rules, nullptr, options.columns},
+                        gaussians, e, state);
+            if (paintsGaussians(options.view))
+                paintBlock(m_stores[e], block, args.visible + first, options.view);
         }
         state.project_ms += watch.lap();
+    }
+
+    void paintBlock(SplatStore& store, size_t block, const VisibleAnchor* visible, FrameView view) const
+    {
+        const size_t first = block * blockCapacity();
+        const FalseColour fresh = ageColour(0); // nothing is kept
+        paintSplats(store.splats.data() + first, store.origins.data() + first, store.counts[block],
+                    m_model.params->n_offsets, [&](uint32_t entry) {
+                        return view == FrameView::Age ? fresh : chunkColour(m_model, visible[entry].chunk);
+                    });
     }
 
     void rasterize(uint32_t e, const EyeParams& eye, const FrameOptions& options, const RasterConstants& rules,
@@ -237,7 +250,8 @@ private:
                        image,
                        depth,
                        m_sort.keys[0].data(),
-                       options.columns};
+                       options.columns,
+                       options.view == FrameView::Cost};
         std::copy_n(options.background, 3, args.background);
         result.eyes[e].blend_evaluations = blendCpu(args, m_workers);
         result.times.blend += watch.lap();

@@ -123,6 +123,7 @@ void DeviceScene::load(const ModelView& model, const CudaStream& stream)
     m_fast_possible = canDecodeFast(model);
     m_exact_loaded = m_weights_ready = false;
     m_exact.release();
+    m_origins.release();
     m_inputs = 0;
     for (const MlpKind kind : {MlpKind::Opacity, MlpKind::Covariance, MlpKind::Color, MlpKind::FeatureBank})
         if (const MlpRecord* mlp = mlpRecord(model, kind))
@@ -197,6 +198,26 @@ void DeviceScene::uploadChunks(const AnchorArrays& to, const CudaStream& stream)
     }
     GSC_CUDA_CHECK(cudaStreamSynchronize(stream.handle));
     m_staging.release();
+}
+
+void DeviceScene::loadOrigins(const CudaStream& stream)
+{
+    if (m_origins.bytes() != 0)
+        return;
+    std::vector<uint32_t> origins(1);
+    for (uint64_t g = 0; g < m_model.params.group_count; ++g) {
+        const GroupRecord& group = m_host.groups[g];
+        const uint32_t* sources =
+            m_host.arrays[group.chunk].source_index + (group.anchor_first - m_host.chunks[group.chunk].anchor_first);
+        for (uint32_t i = 0; i < group.anchor_count; ++i) {
+            if (sources[i] >= origins.size())
+                origins.resize(size_t(sources[i]) + sources[i] / 2 + 1);
+            origins[sources[i]] = uint32_t(g) * kGroupSize + i;
+        }
+    }
+    m_origins.reserve(origins.size() * sizeof(uint32_t), "where the anchors of false colours lie");
+    copyIn(reinterpret_cast<uint32_t*>(m_origins.get()), origins.data(), origins.size(), stream);
+    GSC_CUDA_CHECK(cudaStreamSynchronize(stream.handle)); // the copy's source goes out of scope
 }
 
 void DeviceScene::loadExact(const CudaStream& stream)

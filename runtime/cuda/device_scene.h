@@ -14,13 +14,17 @@ struct AnchorArrays;
 
 class DeviceScene {
 public:
-    explicit DeviceScene(MemoryBudget& budget) : m_flat(budget), m_staging(budget), m_exact(budget) {}
+    explicit DeviceScene(MemoryBudget& budget) : m_flat(budget), m_staging(budget), m_exact(budget), m_origins(budget)
+    {
+    }
 
     // `model` must outlive this or the next load(). Throws Error (OutOfMemory, Unsupported, Device), as all do.
     void load(const ModelView& model, const CudaStream& stream);
     void forget() { m_host = {}; } // after a load() that failed: there is no model
     // Everything decode_exact reads; does nothing the second time.
     void loadExact(const CudaStream& stream);
+    // origins(), for false colours; does nothing the second time.
+    void loadOrigins(const CudaStream& stream);
     // Weights of both tiers with the row of the embedding folded in. Precondition: fastPossible().
     void useAppearance(int32_t appearance, const CudaStream& stream);
 
@@ -28,6 +32,8 @@ public:
     [[nodiscard]] const ModelView& host() const { return m_host; }
     [[nodiscard]] const ModelView& exactView() const { return m_exact_view; } // device pointers; after loadExact()
     [[nodiscard]] bool exactLoaded() const { return m_exact_loaded; }
+    // Per source index: kGroupSize x its group + its place there. Null before loadOrigins().
+    [[nodiscard]] const uint32_t* origins() const { return reinterpret_cast<const uint32_t*>(m_origins.get()); }
     [[nodiscard]] bool fastPossible() const { return m_fast_possible; }
     [[nodiscard]] bool takes(uint32_t input) const { return (m_inputs & input) != 0; } // MlpInputs of any network
     [[nodiscard]] const uint16_t* fragments() const { return m_fragments; }
@@ -48,8 +54,8 @@ private:
     int32_t m_appearance = 0; // of m_fragments
     bool m_weights_ready = false;
 
-    // the flat arrays, chunk arrays on their way into them, and what decode_exact reads
-    DeviceArena m_flat, m_staging, m_exact;
+    // the flat arrays, chunk arrays on their way into them, what decode_exact reads, and origins()
+    DeviceArena m_flat, m_staging, m_exact, m_origins;
     uint16_t* m_fragments = nullptr;
     float *m_biases = nullptr, *m_bank = nullptr;
     ExactWeights* m_weights = nullptr;

@@ -72,6 +72,7 @@ void FrameGraph::capture(FrameCapture& capture, const FrameJob& job, const Frame
             reuse.decode(capture, job);
         else
             decodeFrame(capture, job, p);
+        paintFrame(capture, job);
         next(Stage::Decode, Stage::Bin);
         binFrame(capture, job, p);
         next(Stage::Bin, Stage::Sort);

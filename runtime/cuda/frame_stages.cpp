@@ -6,6 +6,7 @@
 #include "kernels/decode/decode_exact_cuda.h"
 #include "kernels/math/lod.h"
 #include "kernels/math/projection.h"
+#include "kernels/present/false_colour.h"
 #include "kernels/sort/sort_cuda.h"
 #include "runtime/frame_checks.h"
 #include "runtime/view/stereo.h"
@@ -112,6 +113,7 @@ FrameShape frameShape(const ModelParams& params, Tier tier, uint32_t eye_count, 
     std::copy_n(options.background, 3, shape.background);
     shape.appearance = options.appearance;
     shape.empty_is_black = options.empty_is_black;
+    shape.view = options.view;
     shape.shareBins(eyes);
     return shape;
 }
@@ -204,6 +206,35 @@ void decodeFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass)
     });
 }
 
+PaintCudaArgs paintArgs(const FrameJob& job)
+{
+    const DeviceModel& model = job.scene.model();
+    PaintCudaArgs args{};
+    args.splats = job.buffers.splats;
+    args.exact = job.shape.exact;
+    args.shared_bins = job.shape.shared_bins;
+    args.eye_count = job.shape.eye_count;
+    args.slot_capacity = job.capacity.slots;
+    args.places = job.buffers.places;
+    args.counters = job.buffers.counters;
+    args.n_offsets = model.params.n_offsets;
+    args.origins = job.scene.origins();
+    args.groups = model.groups;
+    args.levels = model.levels;
+    return args;
+}
+
+void paintFrame(FrameCapture& capture, const FrameJob& job)
+{
+    const bool ages = job.shape.view == FrameView::Age;
+    if (!paintsGaussians(job.shape.view) || (ages && job.shape.uses_reuse))
+        return;
+    PaintCudaArgs args = paintArgs(job);
+    if (ages) // nothing is kept
+        args.origins = nullptr;
+    paintSplatsCuda(args, capture.processors(), capture.stream().handle);
+}
+
 void binFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass)
 {
     BinCudaArgs args{};
@@ -266,10 +297,20 @@ void blendFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass)
     args.keys = job.buffers.keys;
     args.pair_capacity = job.capacity.pairs;
     args.counters = job.buffers.counters;
-    if (job.shape.exact)
-        blendExactCuda(args, capture.processors(), capture.stream().handle);
-    else
-        blendFastCuda(args, capture.processors(), capture.stream().handle);
+    const bool cost = job.shape.view == FrameView::Cost;
+    const auto blend = cost ? (job.shape.exact ? blendCostExactCuda : blendCostFastCuda)
+                            : (job.shape.exact ? blendExactCuda : blendFastCuda);
+    blend(args, capture.processors(), capture.stream().handle);
+    if (!cost || pass + 1 != job.shape.passes)
+        return;
+    CostCudaArgs counts{};
+    for (uint32_t e = 0; e < job.shape.eye_count; ++e) {
+        counts.image[e] = job.buffers.image[e];
+        counts.pixels[e] = uint32_t(job.shape.pixels(e));
+    }
+    counts.eye_count = job.shape.eye_count;
+    counts.counters = job.buffers.counters;
+    paintCostCuda(counts, capture.processors(), capture.stream().handle);
 }
 
 } // namespace gsc

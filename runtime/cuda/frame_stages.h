@@ -4,6 +4,7 @@
 
 #include "kernels/bin/bin_cuda.h"
 #include "kernels/decode/decode_cuda.h"
+#include "kernels/present/paint_cuda.h"
 #include "kernels/select/select_cuda.h"
 #include "runtime/cuda/device_buffer.h"
 #include "runtime/cuda/device_scene.h"
@@ -29,6 +30,7 @@ struct FrameShape {
     float background[3];
     int32_t appearance;
     bool empty_is_black;
+    FrameView view;
 
     bool operator==(const FrameShape&) const = default;
 
@@ -99,6 +101,8 @@ SelectCudaArgs selectArgs(const FrameJob& job);
 DecodeCudaArgs decodeArgs(const FrameJob& job, uint32_t pass); // of the tier `fast`
 void cutDepths(FrameCapture& capture, const FrameJob& job);    // into slabs
 void decodeFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass);
+PaintCudaArgs paintArgs(const FrameJob& job);                // with the model's origins
+void paintFrame(FrameCapture& capture, const FrameJob& job); // false colours of Gaussians; reuse paints ages itself
 void binFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass);
 void sortFrame(FrameCapture& capture, const FrameJob& job);
 void blendFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass);

@@ -3,6 +3,7 @@
 
 #include "runtime/cuda/ceilings_cuda.h"
 #include "runtime/cuda/flight.h"
+#include "kernels/present/false_colour.h"
 #include "runtime/frame_checks.h"
 #include "runtime/view/lod_lag.h"
 #include "runtime/reuse/reuse_cuda.h"
@@ -299,6 +300,11 @@ uint64_t CudaRenderer::begin(const FrameRequest& request)
     if (shape.exact && !m_scene.exactLoaded()) {
         giveFramesBack(); // what frames in `fast` took may be what the model in fp32 needs
         m_scene.loadExact(m_stream);
+        m_free = freeForFrames();
+    }
+    if (paintsGaussians(shape.view) && m_scene.origins() == nullptr) {
+        giveFramesBack();
+        m_scene.loadOrigins(m_stream);
         m_free = freeForFrames();
     }
     if (m_scene.fastPossible())

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/reuse/reuse_cpu.h"
 
+#include "runtime/cpu/paint_cpu.h"
 #include "runtime/frame_checks.h"
 #include "kernels/threads/stopwatch.h"
 #include "kernels/sensitivity/sensitivity.h"
@@ -297,8 +298,29 @@ void CpuReuse::drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t
                         state.gathered.blocks[e], e, state);
         if (m_policy == ReusePolicy::Error)
             noteCover(frame, block, e, store.splats.data() + first, store.origins.data() + first, splats);
+        if (paintsGaussians(frame.options.view))
+            paintBlock(frame, block, e, store.splats.data() + first, store.origins.data() + first, splats);
     }
     state.project_ms += watch.lap();
+}
+
+// False colours. After decoding: what was decoded in this frame is of this frame.
+void CpuReuse::paintBlock(const ReuseFrame& frame, size_t block, uint32_t e, Splat* splats, const uint16_t* origins,
+                          uint32_t count) const
+{
+    FalseColour colours[kStripsPerGroup];
+    for (uint32_t s = 0; s < kStripsPerGroup; ++s) {
+        if (frame.options.view == FrameView::Level) {
+            colours[s] = chunkColour(m_model, m_model.groups[m_groups[block]].chunk);
+            continue;
+        }
+        const StripWork& work = m_work[block * kStripsPerGroup + s];
+        const uint32_t slot = work.eye[e].lanes != 0 ? drawnSlot(work, e) : kNoSlot;
+        const uint64_t frames = slot != kNoSlot ? m_frame - m_cache.entry(slot).decoded : 0; // what has none is new
+        colours[s] = ageColour(uint32_t(std::min<uint64_t>(frames, UINT32_MAX)));
+    }
+    paintSplats(splats, origins, count, m_model.params->n_offsets,
+                [&](uint32_t anchor) { return colours[anchor / kStripAnchors]; });
 }
 
 // Which strips of a block hold Gaussians that take much of eye `e`'s picture, for the next frame.

@@ -96,6 +96,8 @@ private:
     void drawStrip(const ReuseFrame& frame, uint32_t strip, uint32_t e, const StripWork& work, const float* fraction,
                    WorkerState& state) const;
     void groupFractions(const ReuseFrame& frame, const GroupMask& mask, float (*fraction)[kGroupSize]) const;
+    void paintBlock(const ReuseFrame& frame, size_t block, uint32_t e, Splat* splats, const uint16_t* origins,
+                    uint32_t count) const;
     void noteCover(const ReuseFrame& frame, size_t block, uint32_t e, const Splat* splats, const uint16_t* origins,
                    uint32_t count);
     void giveSlots(const ReuseFrame& frame, uint64_t limit);

@@ -175,6 +175,8 @@ void CudaReuse::decode(FrameCapture& capture, const FrameJob& job) const
     keep.merged = true;
     capture.add(keep, decodeKeepCuda);
     capture.add(keep, drawKeptCuda);
+    if (job.shape.view == FrameView::Age)
+        capture.add(PaintKeptArgs{paintArgs(job), m_tables, m_now.frame}, paintKeptCuda);
 }
 
 void CudaReuse::report(FrameCapture& capture, const FrameJob& job) const

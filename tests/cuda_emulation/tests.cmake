@@ -15,7 +15,8 @@ target_compile_definitions(gsc_cuda_emulation PUBLIC GSC_CUDA_EMULATION)
 
 set(emulated_kernels upload/upload.cu select/select.cu decode/decode.cu decode/decode_exact.cu
                      decode/decode_exact_any.cu bin/bin.cu present/present.cu cuda/stage_clock.cu sort/sort.cu reuse/select_strips.cu reuse/schedule.cu
-                     reuse/grant.cu reuse/decode_keep.cu reuse/draw_kept.cu blend/blend.cu blend/blend_exact.cu)
+                     reuse/grant.cu reuse/decode_keep.cu reuse/draw_kept.cu reuse/paint_kept.cu present/paint.cu
+                     blend/blend.cu blend/blend_exact.cu blend/blend_cost.cu blend/blend_cost_exact.cu)
 list(TRANSFORM emulated_kernels PREPEND ${PROJECT_SOURCE_DIR}/kernels/)
 # note: a property of this directory alone; where there is a toolkit, kernels/ still gives the same files to nvcc.
 # The kernels read values as other types, as CUDA allows
@@ -44,7 +45,7 @@ target_link_libraries(test_cuda_emulated PRIVATE gsc_test_synthetic gsc_runtime_
                                                  gsc_kernels_cuda_emulated gsc_kernels gsc_build_flags doctest::doctest)
 # in parts of about equal length, for machines with more than one core
 set(whole_frames "*test_cuda_frame*,*test_cuda_far*,*test_cuda_graph*,*test_cuda_renderer*")
-set(other_frames "*test_cuda_passes*,*test_cuda_shared*,*test_cuda_depth*,*test_cuda_service*,*test_cuda_bands*")
+set(other_frames "*test_cuda_passes*,*test_cuda_shared*,*test_cuda_depth*,*test_cuda_service*,*test_cuda_bands*,*test_cuda_false*")
 set(kept_frames "*test_cuda_reuse*")
 add_test(NAME test_cuda_emulated_reuse COMMAND test_cuda_emulated "--source-file=${kept_frames}")
 add_test(NAME test_cuda_emulated_frames COMMAND test_cuda_emulated "--source-file=${whole_frames}")

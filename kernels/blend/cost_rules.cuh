@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// FrameView::Cost: blending that counts in place of mixing colours. A kernel of its own, so that the one of pictures keeps
+// its registers.
+#pragma once
+
+#include "kernels/blend/blend_kernel.cuh"
+
+namespace gsc {
+
+// Counts in color[0] how many splats are evaluated for a pixel. As in the picture a pixel that is finished counts on until
+// all of its sub-tile are, and what fills up a four does not count. kExact: Base is AnyExactRules.
+template <typename Base, bool kExact>
+struct CostRules : Base {
+    static __device__ __forceinline__ typename Base::Lit light(const typename Base::Splat& s)
+    {
+        typename Base::Lit lit = Base::light(s);
+        lit.color[0] = 1.0f; // that of nothing() is 0
+        return lit;
+    }
+
+    static __device__ __forceinline__ void blend(const typename Base::Lit* const (&splats)[4],
+                                                 const BlendCudaArgs& args, float px, float py, float& T, float* color)
+    {
+        float alphas[4];
+#pragma unroll
+        for (uint32_t i = 0; i < 4; ++i)
+            alphas[i] = Base::alpha(*splats[i], args, px, py);
+#pragma unroll
+        for (uint32_t i = 0; i < 4; ++i) {
+            const float next = Base::behind(T, alphas[i]);
+            const bool drawn = kExact && args.rules.gsplat ? next > args.rules.stop : next >= args.rules.stop;
+            color[0] += splats[i]->color[0];
+            T = drawn ? next : -fabsf(T);
+        }
+    }
+};
+
+// Nothing is behind the counts.
+template <typename Rules>
+void launchCost(BlendCudaArgs args, uint32_t processors, CUstream_st* stream)
+{
+    args.empty_is_black = false;
+    for (float& value : args.background)
+        value = 0;
+    launchBlend<Rules>(args, processors, stream);
+}
+
+} // namespace gsc

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// FrameView::Age of a frame with reuse. After decoding: the entries that it filled are of this frame.
+#include "kernels/present/paint.cuh"
+#include "kernels/reuse/reuse_stages_cuda.h"
+
+namespace gsc {
+
+namespace {
+
+__global__ void __launch_bounds__(kPaintThreads) paintKeptKernel(const __grid_constant__ PaintKeptArgs args)
+{
+    paintAll<PackedSplat>(args.paint, [&](uint32_t eye, uint32_t source) {
+        const uint32_t slot = args.tables.decided[args.paint.origins[source] / kStripAnchors].slot[eye];
+        return ageColour(slot == kNoEntry ? 0u
+                                          : args.frame - args.tables.entries[slot].decoded); // what has none is new
+    });
+}
+
+} // namespace
+
+void paintKeptCuda(const PaintKeptArgs& args, uint32_t processors, CUstream_st* stream)
+{
+    launchCuda(paintKeptKernel, processors * kPaintBlocks, kPaintThreads, 0, stream, args);
+}
+
+} // namespace gsc
