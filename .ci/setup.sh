@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Installs what the build and the tests need and the machine lacks, from the distribution (Debian 12, Ubuntu 24.04).
 # usage: .ci/setup.sh [ci]    ci = also the tools of .ci/run: clang for the fuzz targets, clang-format, and what tests
-#                             skip where it is missing: zsh and fish, which complete, man and ffmpeg
+#                             skip where it is missing: zsh and fish, which complete, man, ffmpeg, and what opens a
+#                             window without a display
 set -euo pipefail
 
 packages=(
@@ -11,10 +12,12 @@ packages=(
     libopenimageio-dev openimageio-tools python3-imath # OpenImageIO's CMake package fails without the last two
     nlohmann-json3-dev libglm-dev libcli11-dev libhwy-dev libxxhash-dev libzip-dev libyaml-cpp-dev
     duktape-dev librsvg2-dev pkg-config # gsc chart --figures
+    libvulkan-dev libglfw3-dev libimgui-dev # gsc-play window
     doctest-dev libbenchmark-dev binutils python3 python3-numpy python3-jsonschema
 )
 if [ "${1:-}" = ci ]; then
-    packages+=(clang libclang-rt-dev clang-format-14 zsh fish man-db libopenmpi-dev openmpi-bin ffmpeg)
+    packages+=(clang libclang-rt-dev clang-format-14 zsh fish man-db libopenmpi-dev openmpi-bin ffmpeg
+               xvfb xdotool mesa-vulkan-drivers vulkan-validationlayers)
 fi
 
 if ! command -v dpkg-query >/dev/null; then

@@ -238,7 +238,8 @@ void OverlayRenderer::layOut(Overlay& overlay)
                  ImVec2(note.x, note.y));
     }
     if (!overlay.message.empty())
-        drawNote("message", overlay.message, ImVec2(screen.x / 2, screen.y - 12), ImVec2(0.5f, 1));
+        drawNote("message", overlay.message, ImVec2(screen.x / 2, screen.y - 3.5f * ImGui::GetFontSize()),
+                 ImVec2(0.5f, 1));
     ImGui::Render();
 }
 

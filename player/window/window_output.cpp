@@ -115,6 +115,11 @@ void WindowSession::fillOverlay()
         m_overlay.message.clear();
     if (m_recorder.records())
         m_overlay.notes.push_back({0.99f, 0.02f, "records"});
+    constexpr const char* kLegends[] = {nullptr, "a colour for each level",
+                                        "blue: decoded now; cyan 3 frames ago, green 15, yellow 63, red 255",
+                                        "Gaussians evaluated: black 0, blue 7, red 63, yellow 511, white 4095"};
+    if (const char* const legend = kLegends[size_t(m_settings.view)])
+        m_overlay.notes.push_back({0.5f, 0.09f, legend});
     if (m_settings.compare != CompareMode::Off && !m_comparison)
         m_overlay.notes.push_back({0.5f, 0.02f,
                                    m_settings.view == FrameView::Picture ? "compared with exact when at rest"

@@ -200,10 +200,11 @@ void WindowSession::act(Action action)
             say("two eyes: the model does not say how far they are apart; pass --ipd");
         break;
     case Action::LessDetail:
-        settings.choice.lod_bias -= kSettingStep;
-        break;
     case Action::MoreDetail:
-        settings.choice.lod_bias += kSettingStep;
+        if (m_scene->view().params->level_count > 1)
+            settings.choice.lod_bias += action == Action::MoreDetail ? kSettingStep : -kSettingStep;
+        else
+            say("level bias: the model has one level");
         break;
     case Action::Compare:
         settings.compare = CompareMode((int(settings.compare) + 1) % 3);
