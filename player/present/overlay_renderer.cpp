@@ -180,8 +180,10 @@ OverlayRenderer::OverlayRenderer(const VulkanDevice& device, GlfwWindow& window,
 OverlayRenderer::~OverlayRenderer()
 {
     ImGui_ImplVulkan_Shutdown();
-    ImGui_ImplGlfw_Shutdown();
-    ImGui::DestroyContext();
+    if (!GlfwWindow::gone()) { // its cursors are the display's
+        ImGui_ImplGlfw_Shutdown();
+        ImGui::DestroyContext();
+    }
     vkDestroyDescriptorPool(m_device.handle, m_descriptors, nullptr);
 }
 

@@ -55,8 +55,6 @@ public:
     {
         if (m_device->handle != VK_NULL_HANDLE)
             (void)vkDeviceWaitIdle(m_device->handle);
-        if (GlfwWindow::gone())
-            (void)m_overlay.release(); // it has cursors of the display's
         m_overlay.reset();
         m_chain.reset();
         for (auto& canvas : m_canvases)
