@@ -2,11 +2,14 @@
 #include "player/window/window.h"
 
 #include "format/error.h"
+#include "format/file/output_paths.h"
 #include "format/interrupt.h"
 #include "player/module/load_module.h"
 #include "player/tool/version.h"
 #include "player/window/window_session.h"
 #include "player/workers/worker_report.h"
+
+#include <span>
 
 namespace gsc {
 
@@ -23,10 +26,23 @@ const PresentFunctions& presentFunctions()
 #endif
 }
 
+// The log must not fall on what the window reads.
+void checkLog(const WindowOptions& options)
+{
+    if (options.log.empty())
+        return;
+    std::vector<NamedPath> inputs = {{options.play.input, "the model"}};
+    if (options.play.cameras != "stored")
+        inputs.push_back({options.play.cameras, "the camera file"});
+    const NamedPath out{options.log, "--log"};
+    checkOutputsDiffer(std::span(&out, 1), inputs);
+}
+
 } // namespace
 
 WindowSummary runWindow(const WindowOptions& options, Reporter& log)
 {
+    checkLog(options);
     const std::shared_ptr<const Scene> scene = Scene::open(options.play.input, options.play.verify);
     PresenterOptions presenter;
     presenter.title = options.play.input + " - gsc";
