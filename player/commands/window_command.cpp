@@ -35,7 +35,9 @@ void addWindowOptions(CLI::App& app, WindowOptions& options)
 
 void checkWindowOptions(const CLI::App& app, const WindowOptions& options)
 {
-    checkRenderOptions(app, options.play, false);
+    PlayOptions both = options.play; // the window switches between one eye and two
+    both.eyes = 2;
+    checkRenderOptions(app, both, false);
     checkWorkerOptions(app, options.play);
     checkEffect(app, "--overwrite", !options.log.empty(), "--log");
     if (!std::filesystem::is_directory(options.folder))

@@ -21,7 +21,6 @@ struct AskedPose {
     uint32_t eyes = 1;
     PixelFormat format = PixelFormat::Rgba8;
     bool wants_depth = false; // for the host; the picture is not shown
-    std::string settings;     // for a person: "fast, reuse none"
 };
 
 struct DrawnPose {

@@ -51,7 +51,6 @@ Panel::Panel(const ViewLimits& limits, std::vector<std::string> cameras, Overlay
     add(Kind::Text, "speed");
     add(Kind::Choice, "camera", "PageUp, PageDown");
     item("camera").choices = std::move(cameras);
-    item("camera").choice = -1;
     add(Kind::Button, "screenshot", "F12");
     add(Kind::Button, "record the path", "R");
 
@@ -78,7 +77,7 @@ Panel::Panel(const ViewLimits& limits, std::vector<std::string> cameras, Overlay
 
     add(Kind::Heading, "Time");
     add(Kind::Plot, "refresh, ms");
-    add(Kind::Plot, "pose to picture, ms");
+    add(Kind::Plot, "latency, ms");
     add(Kind::Plot, "frame, ms");
     for (const auto& stage : kStages)
         add(Kind::Plot, stageLabel(stage.name).c_str());
@@ -90,8 +89,7 @@ Panel::Panel(const ViewLimits& limits, std::vector<std::string> cameras, Overlay
     add(Kind::Heading, "Machine");
     for (const char* const label : {"device", "memory", "cache", "poses", "workers"})
         add(Kind::Text, label);
-    for (const char* const folded : {"Counts per eye"})
-        item(folded).on = false;
+    item("Counts per eye").on = false;
 }
 
 void Panel::add(Kind kind, const char* label, const char* hint)
@@ -121,8 +119,9 @@ void Panel::plot(const char* label, double value)
     history.push_back(float(value));
 }
 
-void Panel::setSettings(const ViewSettings& settings, int mode, double speed)
+void Panel::setSettings(const ViewSettings& settings, int camera, int mode, double speed)
 {
+    item("camera").choice = camera;
     item("movement").choice = mode;
     item("speed").text = formatString("%.3g world units a second", speed);
     item("tier").choice = indexOf(tiers(), settings.choice.tier);
@@ -167,7 +166,7 @@ bool Panel::take(ViewSettings& settings, int& camera, int& mode, bool& screensho
 
 void Panel::addFrame(const PanelFrame& frame)
 {
-    plot("pose to picture, ms", frame.latency_ms);
+    plot("latency, ms", frame.latency_ms);
     plot("frame, ms", frame.result->times.total);
     for (const auto& stage : kStages)
         plot(stageLabel(stage.name).c_str(), frame.result->times.*stage.field);

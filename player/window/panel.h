@@ -25,7 +25,6 @@ struct ViewSettings {
 // What cannot be switched, and why.
 struct ViewLimits {
     bool has_levels = false;
-    bool has_error_reuse = false;
     std::string no_stereo; // empty = two eyes can be shown
 };
 
@@ -40,7 +39,7 @@ class Panel {
 public:
     Panel(const ViewLimits& limits, std::vector<std::string> cameras, Overlay& overlay);
 
-    void setSettings(const ViewSettings& settings, int mode, double speed);
+    void setSettings(const ViewSettings& settings, int camera, int mode, double speed);
     // Writes what was changed into the settings, and the chosen camera (-1 = none) and mode. False: nothing was.
     bool take(ViewSettings& settings, int& camera, int& mode, bool& screenshot, bool& record);
 

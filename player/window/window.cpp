@@ -55,8 +55,12 @@ WindowSummary runWindow(const WindowOptions& options, Reporter& log)
     try {
         while (session.step())
             throwIfInterrupted();
-    } catch (...) {
+    } catch (const Error& e) {
         session.keepRecording();
+        if (e.code() == ErrorCode::Interrupted && session.hasWritten())
+            throw Error(ErrorCode::Interrupted,
+                        "interrupted: the window was ended by a signal, expected it to be closed; "
+                        "what it had written is whole, close it with Ctrl+Q");
         throw;
     }
     return session.finish();

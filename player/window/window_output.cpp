@@ -45,9 +45,9 @@ void WindowSession::dropComparison()
 void WindowSession::compareAtRest()
 {
     const bool wanted = m_settings.compare != CompareMode::Off && m_settings.view == FrameView::Picture;
-    if (!wanted || m_source.waiting() || now() - m_rests_since < kRestSeconds || m_shown.empty())
+    if (!wanted || m_attempts > 0 || m_source.waiting() || now() - m_rests_since < kRestSeconds || m_shown.empty())
         return;
-    if (m_rest == Rest::Moving) {
+    if (m_rest == Rest::Moving || m_rest == Rest::Picture) { // also one that could not be drawn
         AskedPose asked = pose(m_view);
         asked.format = PixelFormat::Rgb32f;
         m_compared_pose = m_source.submit(asked, frameOptionsNow());
@@ -138,7 +138,7 @@ void WindowSession::fillOverlay()
     }
     if (!m_overlay.panel)
         return;
-    m_panel->setSettings(m_settings, int(m_navigator.mode()), m_navigator.speed());
+    m_panel->setSettings(m_settings, m_camera, int(m_navigator.mode()), m_navigator.speed());
     const std::array<double, 3> position = m_navigator.position();
     m_panel->setFacts(m_source.stats(), m_last, m_source.device() + ", shown by " + m_presenter.deviceName(),
                       formatString("%.4g, %.4g, %.4g", position[0], position[1], position[2]), m_recorder.records());
@@ -150,7 +150,7 @@ void WindowSession::show(const WindowInput& input)
     const std::vector<ShownPicture> shown = pictures(frame);
     frame.pictures = shown;
     const bool fits = !shown.empty() && frame.width == input.width && frame.height == input.height;
-    frame.reads_back = m_wants_screenshot && fits && m_shown.back().delivery.pose == m_asked;
+    frame.reads_back = m_wants_screenshot && fits;
     const double at = now();
     const double refresh = 1000 * (at - m_last_show);
     fillOverlay();

@@ -4,7 +4,6 @@
 #include "format/error.h"
 #include "player/cameras/length.h"
 #include "player/report/reuse_names.h"
-#include "runtime/frame_stats.h"
 #include "player/window/world_up.h"
 
 #include <algorithm>
@@ -14,7 +13,9 @@ namespace gsc {
 
 namespace {
 
-constexpr double kIdleSeconds = 0.1;                         // between two looks at a window in which nothing happens
+constexpr double kIdleSeconds = 0.1;   // between two looks at a window in which nothing happens
+constexpr double kTurnSeconds = 0.004; // of a turn that finds nothing to do, though something is held or under way
+constexpr int kAttempts = 3;           // of a picture that cannot be drawn, before the next pose is waited for
 constexpr auto kPictureWait = std::chrono::milliseconds(12); // for a picture, before the window is looked at again
 constexpr double kMessageSeconds = 4;
 constexpr double kCameraSeconds = 1;  // of a flight from one camera to the next
@@ -54,13 +55,6 @@ Value nextOf(const Names& names, Value value)
 
 } // namespace
 
-bool WindowSession::View::operator==(const View& other) const
-{
-    const Camera &a = camera, &b = other.camera;
-    return width == other.width && height == other.height && std::ranges::equal(a.rotation, b.rotation) &&
-           std::ranges::equal(a.translation, b.translation) && a.fov_x == b.fov_x && a.fov_y == b.fov_y;
-}
-
 WindowSession::WindowSession(const WindowOptions& options, std::shared_ptr<const Scene> scene, Presenter& presenter,
                              Reporter& log)
     : m_options(options), m_scene(std::move(scene)), m_presenter(presenter), m_report(log),
@@ -76,7 +70,6 @@ WindowSession::WindowSession(const WindowOptions& options, std::shared_ptr<const
 {
     ViewLimits limits;
     limits.has_levels = m_scene->view().params->level_count > 1;
-    limits.has_error_reuse = m_scene->view().sensitivity != nullptr;
     try {
         PlayOptions two = options.play;
         two.eyes = 2;
@@ -113,7 +106,8 @@ bool WindowSession::idle() const
 
 bool WindowSession::step()
 {
-    m_input = m_presenter.poll(idle() ? kIdleSeconds : 0);
+    m_input = m_presenter.poll(idle() ? kIdleSeconds : m_worked_last_turn ? 0 : kTurnSeconds);
+    m_worked_last_turn = false;
     const double at = now(), seconds = std::min(at - m_last_step, 0.25); // a window that hung does not leap
     m_last_step = at;
     for (const Action action : m_controls.take(m_input))
@@ -131,8 +125,10 @@ bool WindowSession::step()
     takePicture();
     compareAtRest();
     std::erase_if(m_retired, [](const auto& comparison) { return comparison->complete(); });
-    if (m_dirty)
+    if (m_dirty) {
+        m_worked_last_turn = true;
         show(m_input);
+    }
     return true;
 }
 
@@ -293,65 +289,6 @@ void WindowSession::move(double seconds)
     (void)m_navigator.step(motion);
 }
 
-Camera WindowSession::lens(uint32_t width, uint32_t height) const
-{
-    Camera lens = m_shots[size_t(m_camera)].camera;
-    lens.width = width;
-    lens.height = height;
-    lens.tan_mid_x = lens.tan_mid_y = 0;
-    lens.fov_x = lens.fov_y = 0;
-    // through a focal length in pixels, which is what a camera file states: so the file of a screenshot gives the same lens
-    lens.focal_x = lens.focal_y = height / (2 * m_tan_y);
-    finishCamera(lens, width, height, 0);
-    return lens;
-}
-
-WindowSession::View WindowSession::view() const
-{
-    View view;
-    view.width = m_input.width;
-    view.height = m_input.height;
-    const uint32_t eye_width = m_settings.two_eyes ? std::max(m_input.width / 2, 1u) : m_input.width;
-    view.camera = m_navigator.camera(lens(eye_width, m_input.height));
-    return view;
-}
-
-AskedPose WindowSession::pose(const View& view) const
-{
-    AskedPose pose;
-    pose.shot = m_shots[size_t(m_camera)]; // its appearance and origin
-    pose.shot.camera = view.camera;
-    pose.shot.right_eye.reset();
-    pose.shot.ipd = m_settings.two_eyes ? m_ipd : 0;
-    pose.eyes = m_settings.two_eyes ? 2 : 1;
-    pose.settings = settingsText();
-    return pose;
-}
-
-FrameOptions WindowSession::frameOptionsNow() const
-{
-    PlayOptions play = m_options.play;
-    static_cast<RunChoice&>(play) = m_settings.choice;
-    FrameOptions frame = gsc::frameOptions(*m_scene, play);
-    std::copy_n(m_settings.background, 3, frame.background);
-    frame.view = m_settings.view;
-    return frame;
-}
-
-std::string WindowSession::settingsText() const
-{
-    const RunChoice& choice = m_settings.choice;
-    std::string text = formatString("%s, reuse %s", tierName(choice.tier), policyName(choice.reuse.policy));
-    if (choice.reuse.policy == ReusePolicy::Error)
-        text += formatString(" %g/255", double(choice.reuse.bound));
-    if (choice.lod_bias != 0)
-        text += formatString(", level bias %g", choice.lod_bias);
-    if (choice.lod_fade != 0)
-        text += formatString(", level fade %g", choice.lod_fade);
-    constexpr const char* kViews[] = {"", ", colours: level", ", colours: age of reuse", ", colours: cost"};
-    return text + kViews[size_t(m_settings.view)];
-}
-
 void WindowSession::ask()
 {
     const View wanted = view();
@@ -360,7 +297,10 @@ void WindowSession::ask()
     if (m_seeking && m_source.waiting())
         return; // nothing newer, which would take its place
     m_seeking = false;
-    if (m_seeks && !m_source.waiting()) {
+    if (wanted == m_view && !m_changed && !m_seeks)
+        return;
+    m_worked_last_turn = true;
+    if (m_seeks && !m_changed && !m_source.waiting()) { // once the settings have been taken
         m_seeks = false;
         m_seeking = true;
         AskedPose seeks = pose(wanted);
@@ -395,11 +335,16 @@ void WindowSession::takePicture()
         m_source.next(m_dirty && m_shown.empty() ? std::chrono::milliseconds(0) : kPictureWait);
     if (!drawn) {
         const uint64_t failed = m_source.stats().counts.of(PoseEnd::Failed);
-        if (failed > m_failed)
-            say("a picture could not be drawn; the next pose is tried");
+        if (failed > m_failed && !m_source.waiting()) {
+            m_changed = ++m_attempts < kAttempts; // the same again
+            say(m_changed ? "a picture could not be drawn; it is tried again"
+                          : "a picture could not be drawn; the next pose is tried");
+        }
         m_failed = failed;
         return;
     }
+    m_worked_last_turn = true;
+    m_attempts = 0;
     if (drawn->asked.wants_depth) {
         findTarget(*drawn);
         return;

@@ -23,6 +23,7 @@ public:
 
     bool step(); // false: the window is to close. Throws Error
     WindowSummary finish();
+    [[nodiscard]] bool hasWritten() const { return !m_summary.files.empty(); }
     void keepRecording(); // writes the path that is being recorded, if one is; says where or why not
 
 private:
@@ -92,7 +93,9 @@ private:
     bool m_plays = false;                    // goes through the cameras
     bool m_seeks = false, m_seeking = false; // what lies ahead, to turn about: to be asked for; has been
     bool m_dirty = true, m_wants_screenshot = false, m_closes = false;
-    uint64_t m_failed = 0;
+    bool m_worked_last_turn = true;
+    uint64_t m_failed = 0;           // poses so far
+    int m_attempts = 0;              // of the picture that failed last
     std::vector<std::string> m_keys; // since the frame shown last
     std::string m_wrote;
 

@@ -61,8 +61,10 @@ class WindowTest(unittest.TestCase):
         cls.models = pathlib.Path(cls._files.name)
         for name, more in MODELS.items():
             made = cls.models / name
-            subprocess.run([GSC, "sample", name, "-o", made, "--anchors", "3k", "-q", *more], check=True)
-            subprocess.run([GSC, "convert", made, "-o", made.with_suffix(".gsc"), "-q"], check=True)
+            subprocess.run([GSC, "sample", name, "-o", made, "--anchors", "3k", "-q", *more], check=True,
+                           stdout=subprocess.DEVNULL)
+            subprocess.run([GSC, "convert", made, "-o", made.with_suffix(".gsc"), "-q"], check=True,
+                           stdout=subprocess.DEVNULL)
         cls.display = Display(cls.models / "display")
 
     @classmethod
@@ -187,8 +189,17 @@ class WindowTest(unittest.TestCase):
         window.key("2")
         window.drag(1, (100, 100), (140, 105), (180, 90))
         self.check_screenshot(window, "--tier", "exact")
+        window.key("o")  # two eyes, side by side; of 401 columns the last is left
+        picture = window.screenshot()
+        out = self.headless("room", picture.with_suffix(".json"), "--eyes", "2", ending="_{eye}" + picture.suffix)
+        if picture.suffix == ".png":
+            both = read_png(picture)
+            self.assertEqual((both.width, both.height), (401, 277))
+            for x, eye in ((0, "left"), (200, "right")):
+                wanted = read_png(out.with_name(f"headless_{eye}.png"))
+                self.assertEqual(both.part(x, 0, x + 200, 277), wanted, eye)
         self.closed(window)
-        self.assertIn("wrote ./gsc-0005.json", window.out.read_text())
+        self.assertIn("wrote ./gsc-0006.json", window.out.read_text())
 
     def test_frames_from_key_to_picture(self) -> None:
         window = self.open("street", "--lod-bias", FEWER)
@@ -196,9 +207,10 @@ class WindowTest(unittest.TestCase):
         for key in ("period", "period", "comma", "comma", "v", "v", "v", "v", "u", "u", "u", "o", "o", "Next", "Home", "period"):
             before = window.settle()
             start = len(window.lines())
-            window.display.xdo("key", key)
+            window.display.xdo("keydown", key)
             pressed = window.line(lambda line: line["keys"], start)
             shown = window.line(lambda line: line["pose"] > before["pose"], pressed["frame"] - 1)
+            window.display.xdo("keyup", key)  # not before: it has a frame of its own
             frames.append(shown["frame"] - pressed["frame"])
             waits.append(1000 * (shown["seconds"] - pressed["seconds"]) + shown["latency_ms"])
         print("frames from the one that takes a key to the one that shows its picture:", *frames)
@@ -209,8 +221,7 @@ class WindowTest(unittest.TestCase):
     def compared(self, window: Window, key: str, shows: str) -> dict:
         start = len(window.lines())
         window.display.xdo("key", key)
-        line = window.line(lambda line: line["shows"] == shows and line["flip"] is not None, start)
-        return line
+        return window.line(lambda line: line["shows"] == shows and line["flip"] is not None, start)
 
     def test_compare_equal(self) -> None:
         window = self.open("room")  # fast is exact on the CPU
@@ -302,10 +313,15 @@ class WindowTest(unittest.TestCase):
             window.line(lambda line: line["size"] == [width, height] and line["pose"] == line["asked"], start)
             before = window.settle()["position"]
             self.assertNotEqual(window.hold("w", poses=3)["position"], before)
+        window.display.xdo("key", "space")  # flies from camera to camera
+        window.line(lambda line: "Space" in line["keys"], start)
         window.display.xdo("windowunmap", window.id)
-        window.process.poll()
+        window_case.until(lambda: window.rests() or None, "the end of the log's growth while nothing is to be seen")
+        seen = window.lines()[-1]
         window.display.xdo("windowmap", window.id)
-        window.focus()
+        window.line(lambda line: line["pose"] > seen["pose"] and line["size"] == seen["size"], seen["frame"])
+        window.display.xdo("windowfocus", window.id, "key", "space")
+        window.line(lambda line: "Space" in line["keys"], seen["frame"])
         before = window.settle()["position"]
         self.assertNotEqual(window.hold("s", poses=3)["position"], before)
         window.screenshot()
@@ -343,6 +359,22 @@ class WindowTest(unittest.TestCase):
             self.assertRegex(run.stderr, r"error: display: .*, expected .*; ")
             self.assertEqual((run.stdout, list(self.folder.iterdir())), ("", []))
 
+    def test_log_is_no_input(self) -> None:
+        model, bytes_before = self.folder / "model.gsc", (self.folder / "../room.gsc").read_bytes()
+        model.write_bytes(bytes_before)
+        self.play("window", model, "--log", model, "-w", code=1)
+        self.assertEqual(model.read_bytes(), bytes_before)
+
+    def test_screenshot_in_flight(self) -> None:
+        window = self.open("room")
+        window.display.xdo("keydown", "w")
+        picture = window.screenshot()
+        window.display.xdo("keyup", "w")
+        written = [line["wrote"] is not None for line in window.lines()].index(True)
+        self.assertNotEqual(window.lines()[written]["position"], window.settle()["position"])  # not that of the end
+        self.assertEqual(picture.read_bytes(), self.headless("room", picture.with_suffix(".json"), ending=picture.suffix).read_bytes())
+        self.closed(window)
+
     def test_workers_that_fault(self) -> None:
         window = self.open("room", "--inject", "throw:0.1,seed:1", "--format", "json", device=("--devices", "cpu,cpu"))
         for key in ("w", "s", "a", "d"):
@@ -359,6 +391,7 @@ class WindowTest(unittest.TestCase):
         self.assertEqual(window.signal(), 130, window.said())
         self.check_log(window)
         self.assertIn("wrote ./path-0001.json", window.err.read_text())
+        self.assertNotIn("nothing was written", window.err.read_text())
         self.assertGreater(len(cameras(self.folder / "path-0001.json")), 1)
         self.assertEqual(window.out.read_text(), "")
 

@@ -243,6 +243,12 @@ class Window:
                 return shown
             asked = shown["pose"]
 
+    def rests(self) -> bool:
+        """Shows nothing for a while in which a window that flies shows many frames."""
+        lines = len(self.lines())
+        time.sleep(0.5)
+        return len(self.lines()) == lines
+
     # --- a person
 
     def key(self, *names: str) -> dict:

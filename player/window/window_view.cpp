@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a window asks a picture of: where the viewer is, through which lens, and with which settings.
+#include "player/window/window_session.h"
+
+#include "format/error.h"
+#include "player/report/reuse_names.h"
+#include "runtime/frame_stats.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gsc {
+
+namespace {
+
+// A viewer who looks up as far as one can still turns by a rounding: that is no other picture.
+bool isNear(double a, double b)
+{
+    return std::abs(a - b) <= 1e-12 * (1 + std::abs(b));
+}
+
+} // namespace
+
+bool WindowSession::View::operator==(const View& other) const
+{
+    const Camera &a = camera, &b = other.camera;
+    return width == other.width && height == other.height && std::ranges::equal(a.rotation, b.rotation, isNear) &&
+           std::ranges::equal(a.translation, b.translation, isNear) && a.fov_x == b.fov_x && a.fov_y == b.fov_y;
+}
+
+Camera WindowSession::lens(uint32_t width, uint32_t height) const
+{
+    Camera lens = m_shots[size_t(m_camera)].camera;
+    lens.width = width;
+    lens.height = height;
+    lens.tan_mid_x = lens.tan_mid_y = 0;
+    lens.fov_x = lens.fov_y = 0;
+    // through a focal length in pixels, which is what a camera file states: so the file of a screenshot gives the same lens
+    lens.focal_x = lens.focal_y = height / (2 * m_tan_y);
+    finishCamera(lens, width, height, 0);
+    return lens;
+}
+
+WindowSession::View WindowSession::view() const
+{
+    View view;
+    view.width = m_input.width;
+    view.height = m_input.height;
+    const uint32_t eye_width = m_settings.two_eyes ? std::max(m_input.width / 2, 1u) : m_input.width;
+    view.camera = m_navigator.camera(lens(eye_width, m_input.height));
+    return view;
+}
+
+AskedPose WindowSession::pose(const View& view) const
+{
+    AskedPose pose;
+    pose.shot = m_shots[size_t(m_camera)]; // its appearance and origin
+    pose.shot.camera = view.camera;
+    pose.shot.right_eye.reset();
+    pose.shot.ipd = m_settings.two_eyes ? m_ipd : 0;
+    pose.eyes = m_settings.two_eyes ? 2 : 1;
+    return pose;
+}
+
+FrameOptions WindowSession::frameOptionsNow() const
+{
+    PlayOptions play = m_options.play;
+    static_cast<RunChoice&>(play) = m_settings.choice;
+    FrameOptions frame = gsc::frameOptions(*m_scene, play);
+    std::copy_n(m_settings.background, 3, frame.background);
+    frame.view = m_settings.view;
+    return frame;
+}
+
+std::string WindowSession::settingsText() const
+{
+    const RunChoice& choice = m_settings.choice;
+    std::string text = formatString("%s, reuse %s", tierName(choice.tier), policyName(choice.reuse.policy));
+    if (choice.reuse.policy == ReusePolicy::Error)
+        text += formatString(" %g/255", double(choice.reuse.bound));
+    if (choice.lod_bias != 0)
+        text += formatString(", level bias %g", choice.lod_bias);
+    if (choice.lod_fade != 0)
+        text += formatString(", level fade %g", choice.lod_fade);
+    constexpr const char* kViews[] = {"", ", colours: level", ", colours: age of reuse", ", colours: cost"};
+    return text + kViews[size_t(m_settings.view)];
+}
+
+} // namespace gsc
