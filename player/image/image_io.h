@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,17 @@ struct Image {
 
 enum class PixelDepth { Eight, Sixteen }; // of PNG
 
-// By file extension. PNG bytes follow torchvision's rule, trunc(clamp(max x + 0.5, 0, max)). Writes a temporary file
+// A value as files and streams of whole numbers hold it: torchvision's rule in its own precision, trunc(clamp(max x + 0.5,
+// 0, max)); NaN becomes 0.
+template <typename Whole>
+Whole wholeValue(float value)
+{
+    constexpr auto kMost = float(std::numeric_limits<Whole>::max());
+    const float scaled = kMost * value + 0.5f;
+    return scaled > 0.0f ? Whole(scaled < kMost ? scaled : kMost) : Whole(0);
+}
+
+// By file extension. PNG holds wholeValue(). Writes a temporary file
 // and renames it. Throws Error (Io: without `overwrite` also where the file is there by then; Unsupported: an extension
 // this build cannot write, naming those it can).
 void writeImage(const std::string& path, const Image& image, PixelDepth depth, bool overwrite);

@@ -16,15 +16,11 @@ namespace {
 
 constexpr int kMaxSide = 32768; // pixels
 
-// torchvision's rule in its own precision: trunc(clamp(max x + 0.5, 0, max)); NaN becomes 0.
 template <typename T>
-std::vector<T> quantised(const Image& image, float max)
+std::vector<T> quantised(const Image& image)
 {
     std::vector<T> out(image.pixels.size());
-    for (size_t i = 0; i < out.size(); ++i) {
-        const float value = max * image.pixels[i] + 0.5f;
-        out[i] = value > 0 ? T(std::min(value, max)) : T(0);
-    }
+    std::ranges::transform(image.pixels, out.begin(), wholeValue<T>);
     return out;
 }
 
@@ -77,10 +73,10 @@ std::vector<unsigned char> encodeOiioImage(const std::string& path, const std::s
         return encodeAs(*output, path, spec, OIIO::TypeDesc::FLOAT, image.pixels.data());
     }
     if (depth == PixelDepth::Sixteen) {
-        const std::vector<uint16_t> raw = quantised<uint16_t>(image, 65535);
+        const std::vector<uint16_t> raw = quantised<uint16_t>(image);
         return encodeAs(*output, path, spec, OIIO::TypeDesc::UINT16, raw.data());
     }
-    const std::vector<uint8_t> raw = quantised<uint8_t>(image, 255);
+    const std::vector<uint8_t> raw = quantised<uint8_t>(image);
     return encodeAs(*output, path, spec, OIIO::TypeDesc::UINT8, raw.data());
 }
 

@@ -23,15 +23,6 @@ void put16(std::byte* to, uint16_t value)
     to[1] = std::byte(value >> 8);
 }
 
-// The rule of writeImage(); NaN becomes 0.
-template <typename T>
-T quantised(float value)
-{
-    constexpr auto kMost = float(std::numeric_limits<T>::max());
-    const float scaled = kMost * value + 0.5f;
-    return scaled > 0.0f ? T(std::min(scaled, kMost)) : T(0);
-}
-
 // ITU-R BT.601's matrix at full range, of 8-bit values to 16-bit planes: each value is 257 times its 8-bit one, so that
 // rounding the way back never ends at another.
 void putYuv(std::byte* y, std::byte* u, std::byte* v, const uint8_t* rgb)
@@ -91,13 +82,13 @@ void PictureStream::add(std::span<const Image> eyes)
             for (size_t x = 0; x < m_width; ++x) {
                 const float* const pixel = eyes[eye].pixels.data() + (y * m_width + x) * 3;
                 const size_t at = y * row + eye * m_width + x;
-                const uint8_t bytes[3] = {quantised<uint8_t>(pixel[0]), quantised<uint8_t>(pixel[1]),
-                                          quantised<uint8_t>(pixel[2])};
+                const uint8_t bytes[3] = {wholeValue<uint8_t>(pixel[0]), wholeValue<uint8_t>(pixel[1]),
+                                          wholeValue<uint8_t>(pixel[2])};
                 for (size_t c = 0; c < 3 && m_format != StreamFormat::Y4m; ++c)
                     if (m_format == StreamFormat::Rgb24)
                         m_frame[3 * at + c] = std::byte(bytes[c]);
                     else
-                        put16(m_frame.data() + 6 * at + 2 * c, quantised<uint16_t>(pixel[c]));
+                        put16(m_frame.data() + 6 * at + 2 * c, wholeValue<uint16_t>(pixel[c]));
                 if (m_format == StreamFormat::Y4m)
                     putYuv(m_frame.data() + 2 * at, m_frame.data() + 2 * (plane + at),
                            m_frame.data() + 2 * (2 * plane + at), bytes);

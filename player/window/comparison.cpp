@@ -17,13 +17,6 @@ ImageView viewOf(const Image& image)
     return {image.pixels.data(), image.width, image.height};
 }
 
-// torchvision's rule, as image files and targets of eight bits have it.
-std::byte byteOf(float value)
-{
-    const float scaled = 255.0f * value + 0.5f;
-    return std::byte(scaled > 0 ? uint8_t(std::min(scaled, 255.0f)) : uint8_t(0));
-}
-
 } // namespace
 
 Picture8 quantise(const Image& image)
@@ -31,7 +24,7 @@ Picture8 quantise(const Image& image)
     Picture8 out{image.width, image.height, std::vector<std::byte>(size_t(image.width) * image.height * 4)};
     for (size_t i = 0; i < out.pixels.size() / 4; ++i) {
         for (size_t c = 0; c < 3; ++c)
-            out.pixels[4 * i + c] = byteOf(image.pixels[3 * i + c]);
+            out.pixels[4 * i + c] = std::byte(wholeValue<uint8_t>(image.pixels[3 * i + c]));
         out.pixels[4 * i + 3] = std::byte(255);
     }
     return out;

@@ -95,15 +95,4 @@ std::vector<ShownPicture> FrameSource::shown(const DrawnPose& drawn)
     return pictures;
 }
 
-DeviceId firstDevice(const PlayOptions& play)
-{
-    const DeviceId asked = workerDevices(play).front();
-    if (asked.backend != "auto")
-        return asked;
-    for (const DeviceInfo& device : devices())
-        if (device.usable)
-            return device.id;
-    return asked;
-}
-
 } // namespace gsc

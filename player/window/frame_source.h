@@ -63,7 +63,4 @@ private:
     uint64_t m_handed_pose = 0;
 };
 
-// The device that pictures are delivered on, before it is opened; "auto" becomes the best there is. Throws Error(Usage).
-DeviceId firstDevice(const PlayOptions& play);
-
 } // namespace gsc

@@ -7,6 +7,7 @@
 #include "player/module/load_module.h"
 #include "player/tool/version.h"
 #include "player/window/window_session.h"
+#include "player/workers/worker_options.h"
 #include "player/workers/worker_report.h"
 
 #include <span>

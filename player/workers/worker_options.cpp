@@ -130,21 +130,6 @@ std::vector<DeviceId> devicesOf(const WorkerCount& count)
 RemoteWorkers s_remote;
 bool s_has_remote = false;
 
-// What "auto" is here, and what it passes over.
-DeviceId ownDevice(const PlayOptions& options, Reporter& log)
-{
-    if (options.backend != "auto")
-        return {options.backend, options.device};
-    for (const DeviceInfo& device : devices()) {
-        if (device.id.ordinal != options.device)
-            continue;
-        if (device.usable)
-            return device.id;
-        log.warning(formatString("backend %s is passed over: %s", device.id.backend.c_str(), device.text.c_str()));
-    }
-    return {"auto", options.device}; // of which a renderer says that there is none
-}
-
 } // namespace
 
 void setRemoteWorkers(RemoteWorkers workers)
@@ -232,13 +217,28 @@ std::vector<DeviceId> workerDevices(const PlayOptions& options)
     return all;
 }
 
+DeviceId firstDevice(const PlayOptions& options, Reporter* log)
+{
+    const DeviceId asked = workerDevices(options).front();
+    if (asked.backend != "auto")
+        return asked;
+    for (const DeviceInfo& device : devices()) {
+        if (device.id.ordinal != asked.ordinal)
+            continue;
+        if (device.usable)
+            return device.id;
+        if (log != nullptr)
+            log->warning(formatString("backend %s is passed over: %s", device.id.backend.c_str(), device.text.c_str()));
+    }
+    return asked; // of which a renderer says that there is none
+}
+
 ServiceOptions serviceOptions(const PlayOptions& options, Reporter& log)
 {
     const WorkerOptions& workers = options.workers;
     ServiceOptions service;
     service.devices = workerDevices(options);
-    if (service.devices.front().backend == "auto")
-        service.devices.front() = ownDevice(options, log);
+    service.devices.front() = firstDevice(options, &log);
     if (const RemoteWorkers* const remote = remoteWorkers())
         service.make = [remote, options](const DeviceId& device, const RendererOptions& limits) {
             return device.backend == "rank" ? remote->make(device, options, limits) : makeRenderer(device, limits);

@@ -22,6 +22,10 @@ void checkWorkerOptions(const CLI::App& app, const PlayOptions& options);
 // may be "auto"; then the ranks of an MPI job. Throws Error (Usage, Device).
 std::vector<DeviceId> workerDevices(const PlayOptions& options);
 
+// The first of them; "auto" becomes the best that the machine can run. `log`, if not null, is warned of what that passes over.
+// Throws as workerDevices().
+DeviceId firstDevice(const PlayOptions& options, Reporter* log = nullptr);
+
 // All that the options ask of a service. What "auto" passes over is a warning. Throws Error (Usage, Device).
 ServiceOptions serviceOptions(const PlayOptions& options, Reporter& log);
 
