@@ -14,8 +14,8 @@ size_t bytesOf(const ShownPicture& picture)
 
 } // namespace
 
-HandOverRing::HandOverRing(Presenter& presenter, const DeviceId& device)
-    : m_presenter(presenter), m_device(makeHandOver(device, presenter.semaphoreFile()))
+HandOverRing::HandOverRing(SharedMemory& memory, const DeviceId& device)
+    : m_memory(memory), m_device(makeHandOver(device, memory.semaphoreFile()))
 {
 }
 
@@ -24,7 +24,7 @@ HandOverRing::~HandOverRing()
     m_device.reset();
     for (const SharedBlock& block : m_blocks)
         if (block.id != 0)
-            m_presenter.freeShared(block.id);
+            m_memory.freeShared(block.id);
 }
 
 void HandOverRing::handOver(std::span<ShownPicture> pictures, std::span<const void* const> from)
@@ -37,10 +37,10 @@ void HandOverRing::handOver(std::span<ShownPicture> pictures, std::span<const vo
     if (block.bytes < bytes) {
         if (block.id != 0) {
             m_device->dropBlock(block.id);
-            m_presenter.freeShared(block.id);
+            m_memory.freeShared(block.id);
             block = {};
         }
-        block = m_presenter.makeShared(bytes);
+        block = m_memory.makeShared(bytes);
         m_device->addBlock(block.id, block.file, block.bytes);
     }
     size_t offset = 0;

@@ -12,8 +12,8 @@ namespace gsc {
 // Three blocks in turn: the display may read two frames while a third is handed over.
 class HandOverRing {
 public:
-    // Precondition: presenter.sharesMemory() with that device. Throws Error(Device).
-    HandOverRing(Presenter& presenter, const DeviceId& device);
+    // Precondition: memory.sharesMemory() with that device. Throws Error(Device).
+    HandOverRing(SharedMemory& memory, const DeviceId& device);
     ~HandOverRing();
     HandOverRing(const HandOverRing&) = delete;
     HandOverRing& operator=(const HandOverRing&) = delete;
@@ -23,7 +23,7 @@ public:
     void handOver(std::span<ShownPicture> pictures, std::span<const void* const> from);
 
 private:
-    Presenter& m_presenter;
+    SharedMemory& m_memory;
     std::unique_ptr<HandOver> m_device;
     std::array<SharedBlock, 3> m_blocks;
     size_t m_next = 0;

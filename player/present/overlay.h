@@ -26,10 +26,22 @@ struct OverlayItem {
     bool changed = false;                 // by the person, since this was set to false
 };
 
-// A line of text on the picture.
+// A line of text over everything else.
 struct OverlayNote {
-    float x = 0, y = 0; // share of the window's width and height
+    enum class Align : uint32_t { Left, Middle, Right };
+    Align align = Align::Left; // of the text at x
+    float x = 0, y = 0;        // share of the window's width and height; at y = 0 the text hangs down, at 1 it stands
     std::string text;
+};
+
+// Colours and what they mean, under the notes at the top.
+struct OverlayLegend {
+    struct Colour {
+        float rgb[3];
+        std::string text;
+    };
+    std::string title;
+    std::vector<Colour> colours; // empty: nothing is shown
 };
 
 struct Overlay {
@@ -38,6 +50,7 @@ struct Overlay {
     std::vector<OverlayItem> items;
     std::vector<std::pair<std::string, std::string>> keys; // of the help: key, what it does
     std::vector<OverlayNote> notes;
+    OverlayLegend legend;
     std::string message; // at the bottom
 };
 

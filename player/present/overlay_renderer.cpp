@@ -15,10 +15,8 @@ namespace gsc {
 
 namespace {
 
-constexpr float kFontPixels = 14; // at 96 dots per inch
-constexpr ImGuiWindowFlags kNote = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize |
-                                   ImGuiWindowFlags_NoInputs | ImGuiWindowFlags_NoFocusOnAppearing |
-                                   ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoSavedSettings;
+constexpr float kFontPixels = 14;                                                      // at 96 dots per inch
+constexpr ImU32 kGround = IM_COL32(0, 0, 0, 160), kInk = IM_COL32(255, 255, 255, 255); // of notes
 
 void drawHint(const OverlayItem& item)
 {
@@ -128,20 +126,60 @@ void drawHelp(Overlay& overlay)
             ImGui::TableNextColumn();
             ImGui::TextUnformatted(key.c_str());
             ImGui::TableNextColumn();
+            const float column = ImGui::GetCursorPosX(); // the rest of the screen, less borders and a scroll bar
+            ImGui::PushTextWrapPos(std::max(screen.x - 3 * ImGui::GetFontSize(), column + 8 * ImGui::GetFontSize()));
             ImGui::TextUnformatted(does.c_str());
+            ImGui::PopTextWrapPos();
         }
         ImGui::EndTable();
     }
     ImGui::End();
 }
 
-void drawNote(const char* name, const std::string& text, ImVec2 at, ImVec2 pivot)
+// Text on a dark ground, over windows of the overlay as well; lines that are too long for the window are broken.
+void drawNote(const OverlayNote& note)
 {
-    ImGui::SetNextWindowPos(at, ImGuiCond_Always, pivot);
-    ImGui::SetNextWindowBgAlpha(0.6f);
-    if (ImGui::Begin(name, nullptr, kNote))
-        ImGui::TextUnformatted(text.c_str());
-    ImGui::End();
+    const ImVec2 screen = ImGui::GetIO().DisplaySize;
+    const float edge = 0.4f * ImGui::GetFontSize(), wrap = std::max(screen.x - 4 * edge, 1.0f);
+    const ImVec2 size = ImGui::CalcTextSize(note.text.c_str(), nullptr, false, wrap);
+    const float share = note.align == OverlayNote::Align::Left ? 0 : note.align == OverlayNote::Align::Right ? 1 : 0.5f;
+    ImVec2 at(note.x * screen.x - share * size.x, edge + note.y * (screen.y - size.y - 2 * edge));
+    at.x = std::clamp(at.x, 2 * edge, std::max(screen.x - size.x - 2 * edge, 2 * edge));
+    ImDrawList* const list = ImGui::GetForegroundDrawList();
+    list->AddRectFilled(ImVec2(at.x - edge, at.y - edge), ImVec2(at.x + size.x + edge, at.y + size.y + edge), kGround,
+                        edge);
+    list->AddText(nullptr, 0, at, kInk, note.text.c_str(), nullptr, wrap);
+}
+
+// In one row at the right, or from the left where the window is narrow, and then broken where it ends.
+void drawLegend(const OverlayLegend& legend)
+{
+    if (legend.colours.empty())
+        return;
+    const float font = ImGui::GetFontSize(), edge = 0.4f * font, screen = ImGui::GetIO().DisplaySize.x;
+    const auto width_of = [&](const std::string& text, bool square) {
+        return ImGui::CalcTextSize(text.c_str()).x + (square ? font + edge : 0) + 2 * edge;
+    };
+    float all = width_of(legend.title, false);
+    for (const OverlayLegend::Colour& colour : legend.colours)
+        all += width_of(colour.text, true);
+    const float left = 2 * edge;
+    ImVec2 at(std::max(screen - all, left), 2.5f * font);
+    ImDrawList* const list = ImGui::GetForegroundDrawList();
+    const auto write = [&](const std::string& text, const float* rgb) {
+        const float width = width_of(text, rgb != nullptr), square = rgb != nullptr ? font + edge : 0;
+        if (at.x + width - edge > screen)
+            at = ImVec2(left, at.y + font + 2 * edge);
+        list->AddRectFilled(ImVec2(at.x - edge, at.y - edge), ImVec2(at.x + width - edge, at.y + font + edge), kGround);
+        if (rgb != nullptr)
+            list->AddRectFilled(at, ImVec2(at.x + font, at.y + font),
+                                ImGui::ColorConvertFloat4ToU32(ImVec4(rgb[0], rgb[1], rgb[2], 1)));
+        list->AddText(ImVec2(at.x + square, at.y), kInk, text.c_str());
+        at.x += width;
+    };
+    write(legend.title, nullptr);
+    for (const OverlayLegend::Colour& colour : legend.colours)
+        write(colour.text, colour.rgb);
 }
 
 } // namespace
@@ -233,15 +271,11 @@ void OverlayRenderer::layOut(Overlay& overlay)
         ImGui::SetWindowFocus(nullptr); // the keyboard is the flight's again
     if (overlay.help)
         drawHelp(overlay);
-    const ImVec2 screen = ImGui::GetIO().DisplaySize;
-    for (size_t i = 0; i < overlay.notes.size(); ++i) {
-        const OverlayNote& note = overlay.notes[i];
-        drawNote(("note" + std::to_string(i)).c_str(), note.text, ImVec2(note.x * screen.x, note.y * screen.y),
-                 ImVec2(note.x, note.y));
-    }
+    drawLegend(overlay.legend);
+    for (const OverlayNote& note : overlay.notes)
+        drawNote(note);
     if (!overlay.message.empty())
-        drawNote("message", overlay.message, ImVec2(screen.x / 2, screen.y - 3.5f * ImGui::GetFontSize()),
-                 ImVec2(0.5f, 1));
+        drawNote({OverlayNote::Align::Middle, 0.5f, 0.93f, overlay.message});
     ImGui::Render();
 }
 

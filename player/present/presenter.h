@@ -86,17 +86,22 @@ struct PresentTimes {
     double copy_ms = 0; // of the GPU, of the last frame that is done: from the hand-over to the picture in its image
 };
 
-class Presenter {
+// Memory of the display's GPU that another program interface writes pictures to.
+class SharedMemory {
 public:
-    virtual ~Presenter() = default;
+    virtual ~SharedMemory() = default;
 
-    [[nodiscard]] virtual std::string deviceName() const = 0;
     [[nodiscard]] virtual bool sharesMemory() const = 0; // with the GPU that was asked for
 
     // Throws Error: OutOfMemory, Unsupported without sharesMemory().
     virtual SharedBlock makeShared(size_t bytes) = 0;
     virtual void freeShared(uint32_t id) = 0; // after the display has read it
     virtual int semaphoreFile() = 0;          // of a timeline that starts at 0; the importer owns it
+};
+
+class Presenter : public SharedMemory {
+public:
+    [[nodiscard]] virtual std::string deviceName() const = 0;
 
     // Input that has come; waits for some for at most so long. Throws Error(Device) where the display has gone.
     virtual WindowInput poll(double seconds) = 0;

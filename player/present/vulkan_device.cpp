@@ -99,7 +99,8 @@ VulkanDevice::VulkanDevice(const VulkanDeviceOptions& options) : m_options(optio
     info.pApplicationInfo = &application;
     info.enabledExtensionCount = uint32_t(m_options.instance_extensions.size());
     info.ppEnabledExtensionNames = m_options.instance_extensions.data();
-    const VkResult result = vkCreateInstance(&info, nullptr, &instance);
+    const VkResult result =
+        m_options.maker ? m_options.maker->instance(info, &instance) : vkCreateInstance(&info, nullptr, &instance);
     if (result != VK_SUCCESS)
         throw Error(
             ErrorCode::Unsupported,
@@ -119,8 +120,10 @@ VulkanDevice::~VulkanDevice()
 // The device that draws; otherwise the fastest kind.
 void VulkanDevice::choose(VkSurfaceKHR surface)
 {
-    const auto all = listOf<VkPhysicalDevice>(
+    auto all = listOf<VkPhysicalDevice>(
         [&](uint32_t* count, VkPhysicalDevice* items) { vkEnumeratePhysicalDevices(instance, count, items); });
+    if (m_options.maker)
+        all = {m_options.maker->physical(instance)};
     int best = -1;
     for (const VkPhysicalDevice candidate : all) {
         auto id = vulkanInfo<VkPhysicalDeviceIDProperties>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ID_PROPERTIES);
@@ -158,7 +161,8 @@ void VulkanDevice::open(VkSurfaceKHR surface)
         extensions.push_back(VK_KHR_SWAPCHAIN_EXTENSION_NAME);
     if (shares)
         extensions.insert(extensions.end(), std::begin(kShareExtensions), std::end(kShareExtensions));
-    families = surface == VK_NULL_HANDLE ? copyFamilies(physical) : std::vector<uint32_t>{family};
+    const bool one_queue = surface != VK_NULL_HANDLE || m_options.maker;
+    families = one_queue ? std::vector<uint32_t>{family} : copyFamilies(physical);
     if (std::ranges::find(families, family) == families.end())
         families.push_back(family);
     const float priority = 1;
@@ -177,7 +181,9 @@ void VulkanDevice::open(VkSurfaceKHR surface)
     info.pQueueCreateInfos = queues.data();
     info.enabledExtensionCount = uint32_t(extensions.size());
     info.ppEnabledExtensionNames = extensions.data();
-    checkVulkan(vkCreateDevice(physical, &info, nullptr, &handle), "vkCreateDevice");
+    checkVulkan(m_options.maker ? m_options.maker->device(physical, info, &handle)
+                                : vkCreateDevice(physical, &info, nullptr, &handle),
+                "vkCreateDevice");
     useFamily(family);
 }
 

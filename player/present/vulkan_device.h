@@ -6,6 +6,8 @@
 
 #include <vulkan/vulkan.h>
 
+#include <functional>
+
 namespace gsc {
 
 // Throws Error: OutOfMemory, or Device with `what` failed, for what is no success.
@@ -21,10 +23,18 @@ Info vulkanInfo(VkStructureType type, const void* next = nullptr)
     return info;
 }
 
+// Who makes Vulkan's objects, where that is not the program: an OpenXR runtime does so itself.
+struct VulkanMaker {
+    std::function<VkResult(const VkInstanceCreateInfo&, VkInstance*)> instance;
+    std::function<VkPhysicalDevice(VkInstance)> physical; // throws Error
+    std::function<VkResult(VkPhysicalDevice, const VkDeviceCreateInfo&, VkDevice*)> device;
+};
+
 struct VulkanDeviceOptions {
     std::vector<const char*> instance_extensions; // that a surface needs
     std::optional<DeviceUuid> uuid;               // of the device that is best
     bool presents = false;                        // to a surface
+    std::optional<VulkanMaker> maker;             // none = the program; one has a single queue, which draws
 };
 
 class VulkanDevice {

@@ -2,6 +2,7 @@
 #include "player/present/canvas.h"
 #include "player/present/glfw_window.h"
 #include "player/present/overlay_renderer.h"
+#include "player/present/shared_blocks.h"
 #include "player/present/swapchain.h"
 #include "player/module/load_module.h"
 
@@ -9,7 +10,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <map>
 #include <thread>
 
 namespace gsc {
@@ -48,7 +48,7 @@ public:
             m_chain = std::make_unique<Swapchain>(*m_device, surface, options.waits_for_display);
             m_overlay = std::make_unique<OverlayRenderer>(*m_device, *m_window, m_chain->overlay, m_pool);
         }
-        makeSemaphore();
+        m_blocks = std::make_unique<SharedBlocks>(*m_device);
     }
 
     ~VulkanPresenter() override
@@ -59,8 +59,7 @@ public:
         m_chain.reset();
         for (auto& canvas : m_canvases)
             canvas.reset();
-        m_blocks.clear();
-        vkDestroySemaphore(m_device->handle, m_shared, nullptr);
+        m_blocks.reset();
         vkDestroyCommandPool(m_device->handle, m_pool, nullptr);
         m_device.reset(); // before the window, whose surface it had
     }
@@ -68,38 +67,15 @@ public:
     [[nodiscard]] std::string deviceName() const override { return m_device->name; }
     [[nodiscard]] bool sharesMemory() const override { return m_device->shares; }
 
-    SharedBlock makeShared(size_t bytes) override
-    {
-        checkShares();
-        VulkanBuffer buffer(*m_device, bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT,
-                            true);
-        auto info = vulkanInfo<VkMemoryGetFdInfoKHR>(VK_STRUCTURE_TYPE_MEMORY_GET_FD_INFO_KHR);
-        info.memory = buffer.memory;
-        info.handleType = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT;
-        SharedBlock block{++m_last_block, buffer.allocated, -1};
-        checkVulkan(call<PFN_vkGetMemoryFdKHR>("vkGetMemoryFdKHR")(m_device->handle, &info, &block.file),
-                    "vkGetMemoryFdKHR");
-        m_blocks.emplace(block.id, std::move(buffer));
-        return block;
-    }
+    SharedBlock makeShared(size_t bytes) override { return m_blocks->make(bytes); }
 
     void freeShared(uint32_t id) override
     {
         finish();
-        m_blocks.erase(id);
+        m_blocks->free(id);
     }
 
-    int semaphoreFile() override
-    {
-        checkShares();
-        auto info = vulkanInfo<VkSemaphoreGetFdInfoKHR>(VK_STRUCTURE_TYPE_SEMAPHORE_GET_FD_INFO_KHR);
-        info.semaphore = m_shared;
-        info.handleType = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT;
-        int file = -1;
-        checkVulkan(call<PFN_vkGetSemaphoreFdKHR>("vkGetSemaphoreFdKHR")(m_device->handle, &info, &file),
-                    "vkGetSemaphoreFdKHR");
-        return file;
-    }
+    int semaphoreFile() override { return m_blocks->semaphoreFile(); }
 
     WindowInput poll(double seconds) override
     {
@@ -124,7 +100,7 @@ public:
             Overlay none;
             m_overlay->layOut(overlay != nullptr ? *overlay : none);
         }
-        canvas.begin(frame, [this](uint32_t id) { return m_blocks.at(id).handle; });
+        canvas.draw(frame, [this](uint32_t id) { return m_blocks->buffer(id); });
         if (image)
             recordWindow(canvas, frame, m_chain->images[*image]);
         else if (frame.reads_back)
@@ -165,37 +141,6 @@ public:
     }
 
 private:
-    template <typename Function>
-    Function call(const char* name) const
-    {
-        return reinterpret_cast<Function>(vkGetDeviceProcAddr(m_device->handle, name));
-    }
-
-    void checkShares() const
-    {
-        if (!m_device->shares)
-            throw Error(
-                ErrorCode::Unsupported,
-                formatString("display: %s shares no memory with the GPU that draws, expected that GPU; draw into "
-                             "memory of the host",
-                             m_device->name.c_str()));
-    }
-
-    void makeSemaphore()
-    {
-        auto timeline = vulkanInfo<VkSemaphoreTypeCreateInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO);
-        timeline.semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE;
-        auto exported =
-            vulkanInfo<VkExportSemaphoreCreateInfo>(VK_STRUCTURE_TYPE_EXPORT_SEMAPHORE_CREATE_INFO, &timeline);
-        exported.handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT;
-        auto info = vulkanInfo<VkSemaphoreCreateInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO);
-        if (m_device->shares)
-            info.pNext = &exported;
-        else
-            info.pNext = &timeline;
-        checkVulkan(vkCreateSemaphore(m_device->handle, &info, nullptr, &m_shared), "vkCreateSemaphore");
-    }
-
     // Of the swapchain, which is made anew where the window has another size. None while it has no size.
     std::optional<uint32_t> nextImage(const Canvas& canvas)
     {
@@ -257,7 +202,7 @@ private:
         if (image)
             wait_for(canvas.acquired, 0);
         if (canvas.shared_value > 0)
-            wait_for(m_shared, canvas.shared_value);
+            wait_for(m_blocks->semaphore(), canvas.shared_value);
         const uint64_t drawn_value = 0;
         auto timeline = vulkanInfo<VkTimelineSemaphoreSubmitInfo>(VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO);
         timeline.waitSemaphoreValueCount = uint32_t(values.size());
@@ -279,12 +224,10 @@ private:
     std::unique_ptr<GlfwWindow> m_window;
     std::unique_ptr<VulkanDevice> m_device;
     VkCommandPool m_pool = VK_NULL_HANDLE;
-    VkSemaphore m_shared = VK_NULL_HANDLE;
     std::array<std::unique_ptr<Canvas>, kCanvases> m_canvases;
     std::unique_ptr<Swapchain> m_chain;
     std::unique_ptr<OverlayRenderer> m_overlay;
-    std::map<uint32_t, VulkanBuffer> m_blocks;
-    uint32_t m_last_block = 0;
+    std::unique_ptr<SharedBlocks> m_blocks;
     WindowInput m_input; // of the last poll()
     uint32_t m_next = 0, m_read = 0;
     bool m_stale = false;

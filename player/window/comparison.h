@@ -34,6 +34,7 @@ public:
     // Split: the picture left of `share` of the width, the exact one right of it, a white line between. Difference: their
     // distance times kGain.
     [[nodiscard]] Picture8 show(uint32_t eye, CompareMode mode, double share) const;
+    [[nodiscard]] uint32_t eyes() const { return uint32_t(m_exact.size()); }
     [[nodiscard]] ComparedNumbers numbers();
     [[nodiscard]] bool complete();
 

@@ -14,15 +14,15 @@ double DrawnPose::latencyMs() const
     return std::chrono::duration<double, std::milli>(delivery.delivered - delivery.submitted).count();
 }
 
-FrameSource::FrameSource(std::shared_ptr<const Scene> scene, const PlayOptions& play, Presenter& presenter,
+FrameSource::FrameSource(std::shared_ptr<const Scene> scene, const PlayOptions& play, SharedMemory& memory,
                          Reporter& log)
     : m_scene(std::move(scene)), m_input(play.input)
 {
     m_service = openService(
         m_scene, play, [](ServiceOptions&) {}, m_devices, log);
     const DeviceId first = firstDevice(play);
-    if (presenter.sharesMemory() && m_devices.front() == deviceText(first))
-        m_ring = std::make_unique<HandOverRing>(presenter, first);
+    if (memory.sharesMemory() && m_devices.front() == deviceText(first))
+        m_ring = std::make_unique<HandOverRing>(memory, first);
 }
 
 FrameSource::~FrameSource() = default;

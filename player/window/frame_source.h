@@ -32,9 +32,9 @@ struct DrawnPose {
 
 class FrameSource {
 public:
-    // Pictures come in memory that the presenter shares with the first device, or else in that of this process. Throws
+    // Pictures come in memory that the display shares with the first device, or else in that of this process. Throws
     // Error.
-    FrameSource(std::shared_ptr<const Scene> scene, const PlayOptions& play, Presenter& presenter, Reporter& log);
+    FrameSource(std::shared_ptr<const Scene> scene, const PlayOptions& play, SharedMemory& memory, Reporter& log);
     ~FrameSource();
 
     // Does not wait; the number of the pose. Throws Error(Usage) for what cannot be drawn.

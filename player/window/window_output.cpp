@@ -4,9 +4,9 @@
 
 #include "format/error.h"
 #include "player/image/image_io.h"
+#include "player/window/false_colour_legend.h"
 
 #include <algorithm>
-#include <cstring>
 #include <utility>
 #include <filesystem>
 
@@ -14,68 +14,15 @@ namespace gsc {
 
 namespace {
 
-std::vector<Image> imagesOf(const DrawnPose& drawn)
-{
-    std::vector<Image> images;
-    for (uint32_t e = 0; e < drawn.asked.eyes; ++e) {
-        Image& image = images.emplace_back();
-        image.width = drawn.asked.shot.camera.width;
-        image.height = drawn.asked.shot.camera.height;
-        image.pixels.resize(size_t(image.width) * image.height * 3);
-        std::memcpy(image.pixels.data(), drawn.delivery.eyes[e].pixels, image.pixels.size() * sizeof(float));
-    }
-    return images;
-}
-
-constexpr double kRestSeconds = 0.15; // without a change, before a pose is compared
-constexpr double kRecordFps = 72;     // as the paths that `gsc sample paths` makes for headsets
+constexpr double kRecordFps = 72; // as the paths that `gsc sample paths` makes for headsets
 
 } // namespace
 
-void WindowSession::dropComparison()
-{
-    m_rest = Rest::Moving;
-    m_composed.clear();
-    if (m_comparison && !m_comparison->complete())
-        m_retired.push_back(std::move(m_comparison));
-    m_comparison.reset();
-}
-
-// The pose is drawn twice more, with all digits: as it is shown, and exactly.
 void WindowSession::compareAtRest()
 {
-    const bool wanted = m_settings.compare != CompareMode::Off && m_settings.view == FrameView::Picture;
-    if (!wanted || m_attempts > 0 || m_source.waiting() || now() - m_rests_since < kRestSeconds || m_shown.empty())
-        return;
-    if (m_rest == Rest::Moving || m_rest == Rest::Picture) { // also one that could not be drawn
-        AskedPose asked = pose(m_view);
-        asked.format = PixelFormat::Rgb32f;
-        m_compared_pose = m_source.submit(asked, frameOptionsNow());
-        m_rest = Rest::Picture;
-    } else if (m_rest == Rest::Exact) {
-        AskedPose asked = pose(m_view);
-        asked.format = PixelFormat::Rgb32f;
-        FrameOptions exact = frameOptionsNow();
-        exact.tier = Tier::Exact;
-        exact.stereo = StereoMode::Exact;
-        exact.reuse = {};
-        exact.lod_bias = exact.lod_fade = exact.lod_hysteresis = 0;
-        m_compared_pose = m_source.submit(asked, exact);
-    }
-}
-
-void WindowSession::takeCompared(DrawnPose& drawn)
-{
-    if (drawn.delivery.pose != m_compared_pose || m_rest == Rest::Moving)
-        return; // of a pose that was left
-    if (m_rest == Rest::Picture) {
-        m_picture = imagesOf(drawn);
-        m_rest = Rest::Exact;
-        return;
-    }
-    m_comparison = std::make_unique<Comparison>(std::move(m_picture), imagesOf(drawn));
-    m_rest = Rest::Compared;
-    m_dirty = true;
+    if (m_settings.compare != CompareMode::Off && m_settings.view == FrameView::Picture && m_attempts == 0 &&
+        !m_shown.empty())
+        m_comparison.advance(now(), pose(m_view), frameOptionsNow());
 }
 
 std::vector<ShownPicture> WindowSession::pictures(FrameToShow& frame)
@@ -86,17 +33,14 @@ std::vector<ShownPicture> WindowSession::pictures(FrameToShow& frame)
     if (m_shown.empty())
         return shown;
     const DrawnPose& newest = m_shown.back();
-    const bool compares = m_comparison && m_settings.compare != CompareMode::Off;
-    if (compares && m_composed.empty())
-        for (uint32_t e = 0; e < newest.asked.eyes; ++e)
-            m_composed.push_back(m_comparison->show(e, m_settings.compare, m_settings.split));
     shown = m_source.shown(newest);
-    for (uint32_t e = 0; compares && e < newest.asked.eyes; ++e) {
+    for (uint32_t e = 0; compares() && e < newest.asked.eyes; ++e) {
+        const Picture8& picture = m_comparison.pictures(m_settings.compare, m_settings.split)[e];
         const uint32_t x = shown[e].x;
         shown[e] = {};
-        shown[e].pixels = m_composed[e].pixels.data();
-        shown[e].width = m_composed[e].width;
-        shown[e].height = m_composed[e].height;
+        shown[e].pixels = picture.pixels.data();
+        shown[e].width = picture.width;
+        shown[e].height = picture.height;
         shown[e].x = x;
     }
     // of the window as it was when the pose was asked for: a picture of another size is scaled
@@ -108,34 +52,41 @@ std::vector<ShownPicture> WindowSession::pictures(FrameToShow& frame)
     return shown;
 }
 
+// Lines at the top and, of a split, at the lower edge of each eye.
+void WindowSession::fillNotes()
+{
+    using Align = OverlayNote::Align;
+    std::vector<OverlayNote>& notes = m_overlay.notes;
+    notes.clear();
+    if (m_recorder.records())
+        notes.push_back({Align::Right, 1, 0, "records"});
+    if (m_settings.compare == CompareMode::Off)
+        return;
+    if (!m_comparison.ready()) {
+        notes.push_back({Align::Middle, 0.5f, 0,
+                         m_settings.view == FrameView::Picture ? "compared with exact when at rest"
+                                                               : "false colours are not compared"});
+        return;
+    }
+    const ComparedNumbers numbers = m_comparison.numbers();
+    std::string text = formatString("PSNR %.2f dB, worst %.2f/255, FLIP ", numbers.psnr, numbers.worst_255);
+    text += numbers.flip ? formatString("%.5f", *numbers.flip) : "...";
+    if (m_settings.compare == CompareMode::Difference)
+        text += formatString("; difference times %g", double(Comparison::kGain));
+    notes.push_back({Align::Middle, 0.5f, 0, text});
+    const float eyes = m_settings.two_eyes ? 2 : 1;
+    for (float eye = 0; m_settings.compare == CompareMode::Split && eye < eyes; ++eye) {
+        notes.push_back({Align::Left, (eye + 0.01f) / eyes, 1, settingsText()});
+        notes.push_back({Align::Right, (eye + 0.99f) / eyes, 1, "exact"});
+    }
+}
+
 void WindowSession::fillOverlay()
 {
-    m_overlay.notes.clear();
     if (now() > m_message_ends)
         m_overlay.message.clear();
-    if (m_recorder.records())
-        m_overlay.notes.push_back({0.99f, 0.02f, "records"});
-    constexpr const char* kLegends[] = {nullptr, "a colour for each level",
-                                        "blue: decoded now; cyan 3 frames ago, green 15, yellow 63, red 255",
-                                        "Gaussians evaluated: black 0, blue 7, red 63, yellow 511, white 4095"};
-    if (const char* const legend = kLegends[size_t(m_settings.view)])
-        m_overlay.notes.push_back({0.5f, 0.09f, legend});
-    if (m_settings.compare != CompareMode::Off && !m_comparison)
-        m_overlay.notes.push_back({0.5f, 0.02f,
-                                   m_settings.view == FrameView::Picture ? "compared with exact when at rest"
-                                                                         : "false colours are not compared"});
-    if (m_comparison && m_settings.compare != CompareMode::Off) {
-        const ComparedNumbers numbers = m_comparison->numbers();
-        std::string text = formatString("PSNR %.2f dB, worst %.2f/255, FLIP ", numbers.psnr, numbers.worst_255);
-        text += numbers.flip ? formatString("%.5f", *numbers.flip) : "...";
-        if (m_settings.compare == CompareMode::Difference)
-            text += formatString("; difference times %g", double(Comparison::kGain));
-        m_overlay.notes.push_back({0.5f, 0.02f, text});
-        if (m_settings.compare == CompareMode::Split) {
-            m_overlay.notes.push_back({0.01f, 0.98f, settingsText()});
-            m_overlay.notes.push_back({0.99f, 0.98f, "exact"});
-        }
-    }
+    fillNotes();
+    m_overlay.legend = legendOf(m_settings.view, m_scene->view().params->level_count);
     if (!m_overlay.panel)
         return;
     m_panel->setSettings(m_settings, m_camera, int(m_navigator.mode()), m_navigator.speed());
@@ -160,7 +111,7 @@ void WindowSession::show(const WindowInput& input)
         return;
     }
     m_last_show = at;
-    m_dirty = m_comparison && m_settings.compare != CompareMode::Off && !m_comparison->complete();
+    m_dirty = compares() && !m_comparison.complete();
     m_panel->addRefresh(refresh);
     ++m_summary.frames;
     if (frame.reads_back) {
@@ -179,9 +130,9 @@ void WindowSession::show(const WindowInput& input)
     line.latency_ms = m_shown.empty() ? 0 : m_shown.back().latencyMs();
     std::ranges::copy(m_navigator.position(), line.position);
     constexpr const char* kShows[] = {"picture", "split", "difference"};
-    line.shows = kShows[m_comparison ? size_t(m_settings.compare) : 0];
-    if (m_comparison) {
-        const ComparedNumbers numbers = m_comparison->numbers();
+    line.shows = kShows[m_comparison.ready() ? size_t(m_settings.compare) : 0];
+    if (m_comparison.ready()) {
+        const ComparedNumbers numbers = m_comparison.numbers();
         line.psnr = numbers.psnr;
         line.flip = numbers.flip.value_or(-1);
     }

@@ -101,7 +101,7 @@ WindowSession::WindowSession(const WindowOptions& options, std::shared_ptr<const
 bool WindowSession::idle() const
 {
     return !m_dirty && !m_changed && !m_seeks && !m_controls.moving() && !m_navigator.moves() && !m_plays &&
-           !m_source.waiting() && m_rest != Rest::Picture && m_rest != Rest::Exact;
+           !m_source.waiting() && (m_settings.compare == CompareMode::Off || !m_comparison.underWay());
 }
 
 bool WindowSession::step()
@@ -124,7 +124,7 @@ bool WindowSession::step()
         ask();
     takePicture();
     compareAtRest();
-    std::erase_if(m_retired, [](const auto& comparison) { return comparison->complete(); });
+    m_comparison.forgetRetired();
     if (m_dirty) {
         m_worked_last_turn = true;
         show(m_input);
@@ -247,7 +247,7 @@ void WindowSession::changeSettings(const ViewSettings& settings)
     if (picture)
         say(settingsText());
     if (before.compare != settings.compare || before.split != settings.split) {
-        m_composed.clear();
+        m_comparison.showOtherwise();
         m_dirty = true;
     }
 }
@@ -311,8 +311,7 @@ void WindowSession::ask()
     }
     if (wanted == m_view && !m_changed)
         return;
-    dropComparison();
-    m_rests_since = now();
+    m_comparison.moved(now());
     m_view = wanted;
     m_changed = false;
     try {
@@ -350,7 +349,7 @@ void WindowSession::takePicture()
         return;
     }
     if (drawn->asked.format != PixelFormat::Rgba8) {
-        takeCompared(*drawn);
+        m_dirty = m_comparison.take(*drawn) || m_dirty;
         return;
     }
     ++m_summary.pictures;

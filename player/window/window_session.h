@@ -2,12 +2,12 @@
 // A window while it is open: input, poses, pictures and what is written, one turn of the loop after the other.
 #pragma once
 
-#include "player/window/comparison.h"
 #include "player/window/controls.h"
 #include "player/window/frame_source.h"
 #include "player/window/navigation.h"
 #include "player/window/panel.h"
 #include "player/window/path_recorder.h"
+#include "player/window/rest_comparison.h"
 #include "player/window/window.h"
 #include "player/window/window_log.h"
 
@@ -35,8 +35,6 @@ private:
         uint32_t width = 0, height = 0; // of the window
         bool operator==(const View& other) const;
     };
-    // How far the comparison of the pose at rest has come.
-    enum class Rest { Moving, Picture, Exact, Compared };
 
     void act(Action action);
     void takePanel();
@@ -46,10 +44,9 @@ private:
     void setMode(NavigationMode mode);
     void findTarget(const DrawnPose& drawn);
     void compareAtRest();
-    void takeCompared(DrawnPose& drawn);
-    void dropComparison();
     void show(const WindowInput& input);
     std::vector<ShownPicture> pictures(FrameToShow& frame);
+    void fillNotes();
     void fillOverlay();
     void writeScreenshot();
     void toggleRecording();
@@ -57,6 +54,7 @@ private:
     void changeSettings(const ViewSettings& settings);
     void say(const std::string& message);
     [[nodiscard]] bool idle() const;
+    [[nodiscard]] bool compares() const { return m_comparison.ready() && m_settings.compare != CompareMode::Off; }
     [[nodiscard]] Camera lens(uint32_t width, uint32_t height) const;
     [[nodiscard]] View view() const;
     [[nodiscard]] AskedPose pose(const View& view) const;
@@ -99,13 +97,7 @@ private:
     std::vector<std::string> m_keys; // since the frame shown last
     std::string m_wrote;
 
-    Rest m_rest = Rest::Moving;
-    double m_rests_since = 0;
-    uint64_t m_compared_pose = 0;
-    std::vector<Image> m_picture;
-    std::unique_ptr<Comparison> m_comparison;
-    std::vector<std::unique_ptr<Comparison>> m_retired; // whose FLIP is not ready yet: nobody waits for it
-    std::vector<Picture8> m_composed;                   // what is shown of it
+    RestComparison m_comparison{m_source};
     WindowSummary m_summary;
 };
 

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copies pictures from where they lie to images of Vulkan, with what one frame in flight needs.
+#pragma once
+
+#include "player/present/vulkan_device.h"
+
+#include <functional>
+
+namespace gsc {
+
+class PictureCopy {
+public:
+    PictureCopy(const VulkanDevice& device, VkCommandPool pool);
+    ~PictureCopy();
+    PictureCopy(const PictureCopy&) = delete;
+    PictureCopy& operator=(const PictureCopy&) = delete;
+
+    void wait(); // until the GPU is done with the frame before
+
+    // Begins to record: brings those in memory of this process to where the GPU reads.
+    void begin(std::span<const ShownPicture> pictures);
+    // Once for each of begin()'s, in their order: to `image` in layout TRANSFER_DST_OPTIMAL, at x, y. `block`: the buffer of
+    // a shared one.
+    void copy(const ShownPicture& picture, VkImage image, uint32_t x, uint32_t y,
+              const std::function<VkBuffer(uint32_t id)>& block);
+    void endCopies(); // what is timed ends here
+    void end();
+
+    VkCommandBuffer commands = VK_NULL_HANDLE;
+    VkFence done = VK_NULL_HANDLE;
+    uint64_t shared_value = 0; // of the semaphore that pictures wait for, 0 = none
+
+    // Milliseconds from begin() to endCopies() in the last frame that is done, 0 = unknown.
+    [[nodiscard]] double copyMs() const { return m_copy_ms; }
+    [[nodiscard]] bool busy() const { return vkGetFenceStatus(m_device.handle, done) == VK_NOT_READY; }
+
+private:
+    const VulkanDevice& m_device;
+    VkCommandPool m_pool;
+    VulkanBuffer m_staging; // of pictures in memory of this process
+    size_t m_staged = 0;    // bytes of it that were copied on
+    VkQueryPool m_clock = VK_NULL_HANDLE;
+    bool m_timed = false;
+    double m_copy_ms = 0;
+};
+
+// Moves an image from one layout to another, all writes before it seen by all reads after it. `stages`: VulkanDevice's.
+void changeLayout(VkCommandBuffer commands, VkPipelineStageFlags stages, VkImage image, VkImageLayout from,
+                  VkImageLayout to);
+
+} // namespace gsc

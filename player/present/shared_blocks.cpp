@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/present/shared_blocks.h"
+
+#include "format/error.h"
+
+namespace gsc {
+
+namespace {
+
+template <typename Function>
+Function function(const VulkanDevice& device, const char* name)
+{
+    return reinterpret_cast<Function>(vkGetDeviceProcAddr(device.handle, name));
+}
+
+} // namespace
+
+SharedBlocks::SharedBlocks(const VulkanDevice& device) : m_device(device)
+{
+    auto timeline = vulkanInfo<VkSemaphoreTypeCreateInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO);
+    timeline.semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE;
+    auto exported = vulkanInfo<VkExportSemaphoreCreateInfo>(VK_STRUCTURE_TYPE_EXPORT_SEMAPHORE_CREATE_INFO, &timeline);
+    exported.handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT;
+    auto info = vulkanInfo<VkSemaphoreCreateInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO);
+    if (device.shares)
+        info.pNext = &exported;
+    else
+        info.pNext = &timeline;
+    checkVulkan(vkCreateSemaphore(device.handle, &info, nullptr, &m_semaphore), "vkCreateSemaphore");
+}
+
+SharedBlocks::~SharedBlocks()
+{
+    m_blocks.clear();
+    vkDestroySemaphore(m_device.handle, m_semaphore, nullptr);
+}
+
+void SharedBlocks::checkShares() const
+{
+    if (!m_device.shares)
+        throw Error(ErrorCode::Unsupported,
+                    formatString("display: %s shares no memory with the GPU that draws, expected that GPU; draw into "
+                                 "memory of the host",
+                                 m_device.name.c_str()));
+}
+
+SharedBlock SharedBlocks::make(size_t bytes)
+{
+    checkShares();
+    VulkanBuffer buffer(m_device, bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, true);
+    auto info = vulkanInfo<VkMemoryGetFdInfoKHR>(VK_STRUCTURE_TYPE_MEMORY_GET_FD_INFO_KHR);
+    info.memory = buffer.memory;
+    info.handleType = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT;
+    SharedBlock block{++m_last_block, buffer.allocated, -1};
+    checkVulkan(function<PFN_vkGetMemoryFdKHR>(m_device, "vkGetMemoryFdKHR")(m_device.handle, &info, &block.file),
+                "vkGetMemoryFdKHR");
+    m_blocks.emplace(block.id, std::move(buffer));
+    return block;
+}
+
+int SharedBlocks::semaphoreFile()
+{
+    checkShares();
+    auto info = vulkanInfo<VkSemaphoreGetFdInfoKHR>(VK_STRUCTURE_TYPE_SEMAPHORE_GET_FD_INFO_KHR);
+    info.semaphore = m_semaphore;
+    info.handleType = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT;
+    int file = -1;
+    checkVulkan(function<PFN_vkGetSemaphoreFdKHR>(m_device, "vkGetSemaphoreFdKHR")(m_device.handle, &info, &file),
+                "vkGetSemaphoreFdKHR");
+    return file;
+}
+
+} // namespace gsc

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// The blocks of a device's memory that others open, and the timeline semaphore that hands them over.
+#pragma once
+
+#include "player/present/vulkan_device.h"
+
+#include <map>
+
+namespace gsc {
+
+class SharedBlocks {
+public:
+    explicit SharedBlocks(const VulkanDevice& device);
+    ~SharedBlocks();
+    SharedBlocks(const SharedBlocks&) = delete;
+    SharedBlocks& operator=(const SharedBlocks&) = delete;
+
+    // As SharedMemory has them.
+    SharedBlock make(size_t bytes);
+    void free(uint32_t id) { m_blocks.erase(id); } // precondition: nothing reads it any more
+    int semaphoreFile();
+
+    [[nodiscard]] VkBuffer buffer(uint32_t id) const { return m_blocks.at(id).handle; }
+    [[nodiscard]] VkSemaphore semaphore() const { return m_semaphore; }
+
+private:
+    void checkShares() const;
+
+    const VulkanDevice& m_device;
+    std::map<uint32_t, VulkanBuffer> m_blocks;
+    VkSemaphore m_semaphore = VK_NULL_HANDLE;
+    uint32_t m_last_block = 0;
+};
+
+} // namespace gsc
