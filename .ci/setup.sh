@@ -13,6 +13,7 @@ packages=(
     nlohmann-json3-dev libglm-dev libcli11-dev libhwy-dev libxxhash-dev libzip-dev libyaml-cpp-dev
     duktape-dev librsvg2-dev pkg-config # gsc chart --figures
     libvulkan-dev libglfw3-dev libimgui-dev # gsc-play window
+    libopenxr-dev                           # gsc-play xr, with libvulkan-dev
     doctest-dev libbenchmark-dev binutils python3 python3-numpy python3-jsonschema
 )
 if [ "${1:-}" = ci ]; then

@@ -3,7 +3,7 @@
 
 #include "format/error.h"
 #include "player/cameras/camera_file.h"
-#include "player/json_fields.h"
+#include "player/cameras/json_fields.h"
 #include "player/measure/lod_target.h"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 
 #include "player/cameras/camera_lens.h"
 #include "format/file/read_file.h"
-#include "player/json_fields.h"
+#include "player/cameras/json_fields.h"
 
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/mat3x3.hpp>

@@ -2,7 +2,7 @@
 // What a camera file says of a lens beside its focal length: distortion, and the pixel its axis meets.
 #pragma once
 
-#include "player/json_fields.h"
+#include "player/cameras/json_fields.h"
 
 #include <cstdint>
 #include <string>

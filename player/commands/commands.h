@@ -11,6 +11,7 @@ void addBenchCommand(CLI::App& root, Invocation& invocation);
 void addStabilityCommand(CLI::App& root, Invocation& invocation);
 void addLiveCommand(CLI::App& root, Invocation& invocation);
 void addWindowCommand(CLI::App& root, Invocation& invocation);
+void addXrCommand(CLI::App& root, Invocation& invocation);
 void addBackendsCommand(CLI::App& root, Invocation& invocation);
 
 // Everything main() does. Returns the exit code; never throws.

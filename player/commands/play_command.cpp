@@ -191,7 +191,8 @@ void addBackendsCommand(CLI::App& root, Invocation& invocation)
 
 int runGscPlay(int argc, const char* const* argv)
 {
-    return runProgram({"gsc-play", "Plays a .gsc model: renders it from the cameras given, or in a window.",
+    return runProgram({"gsc-play",
+                       "Plays a .gsc model: renders it from the cameras given, in a window or in a headset.",
                        versionText("gsc-play") + "\nimages " + imageExtensions(),
                        "version, commit, file format, CUDA and image files", "",
                        [](CLI::App& root, Invocation& invocation) {
@@ -200,6 +201,7 @@ int runGscPlay(int argc, const char* const* argv)
                            addStabilityCommand(root, invocation);
                            addLiveCommand(root, invocation);
                            addWindowCommand(root, invocation);
+                           addXrCommand(root, invocation);
                            addBackendsCommand(root, invocation);
                        }},
                       argc, argv);

@@ -102,10 +102,10 @@ void addFrames(CLI::App& app, PlayOptions& options)
                      });
 }
 
-void addViewOptions(CLI::App& app, PlayOptions& options)
+void addViewOptions(CLI::App& app, PlayOptions& options, const std::string& size)
 {
     const Heading heading(app, "View");
-    addImageSize(app, "--size", options.width, options.height, "WxH (default: the camera's)", "pixels of the image");
+    addImageSize(app, "--size", options.width, options.height, "WxH (default: " + size + ")", "pixels of the image");
     detail::addValue(app, "--fov", "DEGREES (default: the camera's)", "horizontal angle of view",
                      [&options](const std::string& name, const std::string& text) {
                          const double angle = detail::number(name, text, {0.01, 179.9}, " degrees");
@@ -117,6 +117,12 @@ void addViewOptions(CLI::App& app, PlayOptions& options)
                      [&options](const std::string& name, const std::string& text) {
                          options.ipd = parseLength(text, name.c_str());
                      });
+    addLookOptions(app, options);
+}
+
+void addLookOptions(CLI::App& app, PlayOptions& options)
+{
+    const Heading heading(app, "View");
     addChoice<StereoMode>(app, "--stereo", options.stereo, stereoModes(), "default: exact",
                           "exact: the networks look from each eye; merged: from the middle between the two, once for "
                           "both");

@@ -13,8 +13,10 @@ namespace gsc {
 void addFile(CLI::App& app, PlayOptions& options);
 void addCameras(CLI::App& app, PlayOptions& options);
 void addIgnoreDistortion(CLI::App& app, PlayOptions& options);
-void addFrames(CLI::App& app, PlayOptions& options);      // --frames A:B
-void addViewOptions(CLI::App& app, PlayOptions& options); // size, angle, eyes, colours
+void addFrames(CLI::App& app, PlayOptions& options); // --frames A:B
+// Size, angle, eyes, and those of addLookOptions().
+void addViewOptions(CLI::App& app, PlayOptions& options, const std::string& size = "the camera's");
+void addLookOptions(CLI::App& app, PlayOptions& options); // colours, and how two eyes are drawn
 void addRunOptions(CLI::App& app, PlayOptions& options);  // tier, backend, memory, reuse, levels
 // --shard; `what` is split: "the frames". Every shard of it keeps what it has done in `file`, "--stats".
 void addShard(CLI::App& app, PlayOptions& options, const char* what, const char* file);

@@ -2,6 +2,7 @@
 #include "format/error.h"
 #include "player/commands/commands.h"
 #include "player/commands/render_options.h"
+#include "player/present/presenter.h"
 #include "player/tool/options.h"
 #include "player/window/window.h"
 #include "player/workers/worker_options.h"
@@ -68,7 +69,7 @@ void addWindowCommand(CLI::App& root, Invocation& invocation)
     addWindowOptions(command, *options);
     addCameras(command, options->play);
     addFrames(command, options->play);
-    addViewOptions(command, options->play);
+    addViewOptions(command, options->play, formatString("%ux%u", kWindowWidth, kWindowHeight));
     addRunOptions(command, options->play);
     addWorkerOptions(command, options->play);
     addReporterOptions(command, invocation.reporter, false);

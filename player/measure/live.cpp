@@ -111,9 +111,10 @@ LiveSummary live(const LiveOptions& options, Reporter& log)
     std::optional<OutputFile> file;
     if (!options.trace.empty())
         file.emplace(options.trace, OutputKind::Text, play.overwrite);
-    const std::unique_ptr<RendererService> owner = openService(
-        scene, play, [&options](ServiceOptions& service) { setLive(options, service); }, summary.devices, log);
-    RendererService& service = *owner;
+    const OpenedService opened = openService(
+        scene, play, [&options](ServiceOptions& service) { setLive(options, service); }, log);
+    RendererService& service = *opened.service;
+    summary.devices = opened.devices;
     summary.tier = service.tierOf(play.tier);
 
     const uint64_t poses = options.seconds > 0 ? uint64_t(std::ceil(options.seconds * options.rate)) : shots.size();

@@ -101,8 +101,7 @@ uint32_t fastestCopyFamily(VulkanDevice& device, VkFormat format)
                 auto submit = vulkanInfo<VkSubmitInfo>(VK_STRUCTURE_TYPE_SUBMIT_INFO);
                 submit.commandBufferCount = 1;
                 submit.pCommandBuffers = &canvas.commands;
-                checkVulkan(vkResetFences(device.handle, 1, &canvas.done), "vkResetFences");
-                checkVulkan(vkQueueSubmit(device.queue, 1, &submit, canvas.done), "vkQueueSubmit");
+                canvas.submit(submit);
                 canvas.wait();
                 ms = canvas.copyMs();
             }

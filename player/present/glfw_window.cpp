@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <utility>
 
+#include <X11/Xlib.h>
 #include <dlfcn.h>
 
 namespace gsc {
@@ -27,8 +28,8 @@ static_assert(kKeyLeftShift == GLFW_KEY_LEFT_SHIFT && kKeyLeftAlt == GLFW_KEY_LE
               kKeyRightShift == GLFW_KEY_RIGHT_SHIFT && kKeyRightAlt == GLFW_KEY_RIGHT_ALT &&
               kModifierControl == GLFW_MOD_CONTROL);
 static_assert(kMouseLeft == GLFW_MOUSE_BUTTON_LEFT && kMouseRight == GLFW_MOUSE_BUTTON_RIGHT &&
-              kMouseMiddle == GLFW_MOUSE_BUTTON_MIDDLE && kPadA == GLFW_GAMEPAD_BUTTON_A &&
-              kPadB == GLFW_GAMEPAD_BUTTON_B && kPadX == GLFW_GAMEPAD_BUTTON_X && kPadY == GLFW_GAMEPAD_BUTTON_Y);
+              kPadA == GLFW_GAMEPAD_BUTTON_A && kPadB == GLFW_GAMEPAD_BUTTON_B && kPadX == GLFW_GAMEPAD_BUTTON_X &&
+              kPadY == GLFW_GAMEPAD_BUTTON_Y);
 static_assert(kPadLeftBumper == GLFW_GAMEPAD_BUTTON_LEFT_BUMPER && kPadBack == GLFW_GAMEPAD_BUTTON_BACK &&
               kPadRightBumper == GLFW_GAMEPAD_BUTTON_RIGHT_BUMPER && kPadStart == GLFW_GAMEPAD_BUTTON_START);
 static_assert(kAxisLeftX == GLFW_GAMEPAD_AXIS_LEFT_X && kAxisLeftY == GLFW_GAMEPAD_AXIS_LEFT_Y &&
@@ -36,27 +37,41 @@ static_assert(kAxisLeftX == GLFW_GAMEPAD_AXIS_LEFT_X && kAxisLeftY == GLFW_GAMEP
               kAxisLeftTrigger == GLFW_GAMEPAD_AXIS_LEFT_TRIGGER &&
               kAxisRightTrigger == GLFW_GAMEPAD_AXIS_RIGHT_TRIGGER);
 
-// A server that goes away would end the process from inside of Xlib. Its handler must not return; throwing from it leaves
-// the connection as it is, which nothing uses afterwards.
-bool g_display_gone = false;
+// Xlib ends the process when its server goes away or destroys a window that is still used. The handler of the first must not
+// return, and a connection that has gone crashes whoever uses it: so it throws, through GLFW, and nothing of the display is
+// used from then on.
+bool g_server_gone = false, g_window_gone = false;
+Window g_window = 0;
 
-int displayGone(void*)
+int serverGone(Display*)
 {
-    g_display_gone = true;
+    g_server_gone = true;
     throw Error(ErrorCode::Device,
                 "display: the X server has gone, expected it to stay; start again when it is back, or "
                 "play without a window");
 }
 
-// Xlib is GLFW's to load: where it is not in the process, the window is no X window.
-void catchDisplayLoss()
+int requestFailed(Display*, XErrorEvent* event)
 {
+    g_window_gone = g_window_gone || event->resourceid == g_window;
+    return 0;
+}
+
+// note: Xlib is GLFW's to load; where it is not in the process, the window is no X window
+void catchDisplayLoss(GLFWwindow* window)
+{
+    // as GLFW/glfw3native.h has it, which wants headers of extensions too
+    const auto window_of = reinterpret_cast<Window (*)(GLFWwindow*)>(dlsym(RTLD_DEFAULT, "glfwGetX11Window"));
     void* const xlib = dlopen("libX11.so.6", RTLD_LAZY | RTLD_NOLOAD);
-    if (xlib == nullptr)
+    if (xlib == nullptr || window_of == nullptr)
         return;
-    using Handler = int (*)(void*);
-    if (auto* const set = reinterpret_cast<Handler (*)(Handler)>(dlsym(xlib, "XSetIOErrorHandler")))
-        set(displayGone);
+    g_window = window_of(window);
+    using ServerHandler = int (*)(Display*);
+    using RequestHandler = int (*)(Display*, XErrorEvent*);
+    if (auto* const set = reinterpret_cast<ServerHandler (*)(ServerHandler)>(dlsym(xlib, "XSetIOErrorHandler")))
+        set(serverGone);
+    if (auto* const set = reinterpret_cast<RequestHandler (*)(RequestHandler)>(dlsym(xlib, "XSetErrorHandler")))
+        set(requestFailed);
 }
 
 std::string lastGlfwError()
@@ -90,7 +105,6 @@ GlfwWindow::GlfwWindow(const std::string& title, uint32_t width, uint32_t height
                     formatString("display: none is there (%s), expected X11's DISPLAY to name one; start it from a "
                                  "desktop, or play without a window",
                                  lastGlfwError().c_str()));
-    catchDisplayLoss();
     glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
     m_window = glfwCreateWindow(int(width), int(height), title.c_str(), nullptr, nullptr);
     if (m_window == nullptr) {
@@ -99,6 +113,7 @@ GlfwWindow::GlfwWindow(const std::string& title, uint32_t width, uint32_t height
         throw Error(ErrorCode::Unsupported,
                     formatString("display: opens no window (%s), expected one; play without one", why.c_str()));
     }
+    catchDisplayLoss(m_window);
     glfwSetWindowUserPointer(m_window, this);
     glfwSetWindowRefreshCallback(m_window, [](GLFWwindow* w) { of(w).m_exposed = true; });
     glfwSetKeyCallback(m_window, [](GLFWwindow* w, int key, int, int action, int modifiers) {
@@ -139,10 +154,19 @@ GlfwWindow::GlfwWindow(const std::string& title, uint32_t width, uint32_t height
 
 GlfwWindow::~GlfwWindow()
 {
-    if (g_display_gone) // every call would end in the handler again
-        return;
-    glfwDestroyWindow(m_window);
-    glfwTerminate();
+    GlfwWindow::unlessGone([this] {
+        glfwDestroyWindow(m_window);
+        glfwTerminate();
+    });
+}
+
+void GlfwWindow::unlessGone(const std::function<void()>& end)
+{
+    try {
+        if (!g_server_gone)
+            end();
+    } catch (const Error&) { // it goes right now
+    }
 }
 
 WindowInput GlfwWindow::poll(double seconds)
@@ -151,6 +175,10 @@ WindowInput GlfwWindow::poll(double seconds)
         glfwWaitEventsTimeout(seconds);
     else
         glfwPollEvents();
+    if (g_window_gone)
+        throw Error(ErrorCode::Device,
+                    "display: another program destroyed the window, expected that it asks to close it; "
+                    "start again");
     WindowInput input;
     input.events = std::exchange(m_events, {});
     input.gamepad = gamepadState();
@@ -178,11 +206,6 @@ float GlfwWindow::scale() const
     float x = 1, y = 1;
     glfwGetWindowContentScale(m_window, &x, &y);
     return std::max(x, y);
-}
-
-bool GlfwWindow::gone()
-{
-    return g_display_gone;
 }
 
 std::vector<const char*> surfaceExtensions()

@@ -8,6 +8,8 @@
 #define GLFW_INCLUDE_VULKAN
 #include <GLFW/glfw3.h>
 
+#include <functional>
+
 namespace gsc {
 
 class GlfwWindow {
@@ -23,7 +25,8 @@ public:
     VkSurfaceKHR makeSurface(VkInstance instance); // throws Error(Device)
     [[nodiscard]] GLFWwindow* handle() const { return m_window; }
     [[nodiscard]] float scale() const;
-    [[nodiscard]] static bool gone(); // the display: nothing may be asked of it any more
+    // For destructors: does what asks the display for something, unless that has gone.
+    static void unlessGone(const std::function<void()>& end);
 
 private:
     void add(const InputEvent& event) { m_events.push_back(event); }

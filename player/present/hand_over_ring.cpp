@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/present/hand_over_ring.h"
 
+#include "format/error.h"
+
 namespace gsc {
 
 namespace {
@@ -21,10 +23,12 @@ HandOverRing::HandOverRing(SharedMemory& memory, const DeviceId& device)
 
 HandOverRing::~HandOverRing()
 {
-    m_device.reset();
     for (const SharedBlock& block : m_blocks)
-        if (block.id != 0)
-            m_memory.freeShared(block.id);
+        try {
+            if (block.id != 0)
+                m_memory.freeShared(block.id); // once the display has read it
+        } catch (const Error&) {               // a display that is lost frees nothing and reads nothing
+        }
 }
 
 void HandOverRing::handOver(std::span<ShownPicture> pictures, std::span<const void* const> from)

@@ -31,7 +31,7 @@ enum Key : int {
     kKeyRightAlt = 346,
 };
 
-enum MouseButton : int { kMouseLeft = 0, kMouseRight = 1, kMouseMiddle = 2 };
+enum MouseButton : int { kMouseLeft = 0, kMouseRight = 1 };
 
 constexpr int kModifierControl = 2;
 

@@ -56,7 +56,7 @@ void drawItem(OverlayItem& item)
     case OverlayItem::Kind::Heading:
         break;
     case OverlayItem::Kind::Text:
-        ImGui::TextUnformatted((item.label.empty() ? item.text : item.label + ": " + item.text).c_str());
+        ImGui::TextUnformatted((item.label + ": " + item.text).c_str());
         break;
     case OverlayItem::Kind::Plot:
         drawPlot(item);
@@ -218,10 +218,10 @@ OverlayRenderer::OverlayRenderer(const VulkanDevice& device, GlfwWindow& window,
 OverlayRenderer::~OverlayRenderer()
 {
     ImGui_ImplVulkan_Shutdown();
-    if (!GlfwWindow::gone()) { // its cursors are the display's
+    GlfwWindow::unlessGone([] { // its cursors are the display's
         ImGui_ImplGlfw_Shutdown();
         ImGui::DestroyContext();
-    }
+    });
     vkDestroyDescriptorPool(m_device.handle, m_descriptors, nullptr);
 }
 
@@ -267,8 +267,9 @@ void OverlayRenderer::layOut(Overlay& overlay)
     ImGui::NewFrame();
     if (overlay.panel)
         drawPanel(overlay);
-    else
+    else if (m_had_panel)
         ImGui::SetWindowFocus(nullptr); // the keyboard is the flight's again
+    m_had_panel = overlay.panel;
     if (overlay.help)
         drawHelp(overlay);
     drawLegend(overlay.legend);

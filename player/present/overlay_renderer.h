@@ -29,6 +29,7 @@ private:
     VkDescriptorPool m_descriptors = VK_NULL_HANDLE;
     GlfwWindow& m_window;
     float m_scale = 0;
+    bool m_had_panel = false;
 };
 
 } // namespace gsc

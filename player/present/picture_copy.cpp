@@ -37,9 +37,7 @@ PictureCopy::PictureCopy(const VulkanDevice& device, VkCommandPool pool) : m_dev
     buffers.commandPool = pool;
     buffers.commandBufferCount = 1;
     checkVulkan(vkAllocateCommandBuffers(device.handle, &buffers, &commands), "vkAllocateCommandBuffers");
-    auto fence = vulkanInfo<VkFenceCreateInfo>(VK_STRUCTURE_TYPE_FENCE_CREATE_INFO);
-    fence.flags = VK_FENCE_CREATE_SIGNALED_BIT;
-    checkVulkan(vkCreateFence(device.handle, &fence, nullptr, &done), "vkCreateFence");
+    makeFence();
     if (device.tick_ns > 0) {
         auto queries = vulkanInfo<VkQueryPoolCreateInfo>(VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO);
         queries.queryType = VK_QUERY_TYPE_TIMESTAMP;
@@ -55,9 +53,29 @@ PictureCopy::~PictureCopy()
     vkFreeCommandBuffers(m_device.handle, m_pool, 1, &commands);
 }
 
+void PictureCopy::makeFence()
+{
+    auto fence = vulkanInfo<VkFenceCreateInfo>(VK_STRUCTURE_TYPE_FENCE_CREATE_INFO);
+    fence.flags = VK_FENCE_CREATE_SIGNALED_BIT;
+    checkVulkan(vkCreateFence(m_device.handle, &fence, nullptr, &done), "vkCreateFence");
+}
+
+void PictureCopy::submit(const VkSubmitInfo& info)
+{
+    checkVulkan(vkResetFences(m_device.handle, 1, &done), "vkResetFences");
+    const VkResult result = vkQueueSubmit(m_device.queue, 1, &info, done);
+    if (result != VK_SUCCESS) { // nothing will set the fence
+        vkDestroyFence(m_device.handle, done, nullptr);
+        done = VK_NULL_HANDLE;
+        makeFence();
+    }
+    checkVulkan(result, "vkQueueSubmit");
+}
+
 void PictureCopy::wait()
 {
-    checkVulkan(vkWaitForFences(m_device.handle, 1, &done, VK_TRUE, ~0ull), "vkWaitForFences");
+    constexpr uint64_t kLimit = 10'000'000'000; // ns
+    checkVulkan(vkWaitForFences(m_device.handle, 1, &done, VK_TRUE, kLimit), "vkWaitForFences");
     uint64_t ticks[2] = {};
     if (m_timed && vkGetQueryPoolResults(m_device.handle, m_clock, 0, 2, sizeof ticks, ticks, sizeof ticks[0],
                                          VK_QUERY_RESULT_64_BIT) == VK_SUCCESS)

@@ -15,7 +15,8 @@ public:
     PictureCopy(const PictureCopy&) = delete;
     PictureCopy& operator=(const PictureCopy&) = delete;
 
-    void wait(); // until the GPU is done with the frame before
+    // Until the GPU is done with the frame before. Throws Error(Device) where it is not after ten seconds.
+    void wait();
 
     // Begins to record: brings those in memory of this process to where the GPU reads.
     void begin(std::span<const ShownPicture> pictures);
@@ -25,6 +26,7 @@ public:
               const std::function<VkBuffer(uint32_t id)>& block);
     void endCopies(); // what is timed ends here
     void end();
+    void submit(const VkSubmitInfo& info); // what was recorded, in `info`
 
     VkCommandBuffer commands = VK_NULL_HANDLE;
     VkFence done = VK_NULL_HANDLE;
@@ -35,6 +37,8 @@ public:
     [[nodiscard]] bool busy() const { return vkGetFenceStatus(m_device.handle, done) == VK_NOT_READY; }
 
 private:
+    void makeFence();
+
     const VulkanDevice& m_device;
     VkCommandPool m_pool;
     VulkanBuffer m_staging; // of pictures in memory of this process

@@ -20,12 +20,14 @@ namespace gsc {
 
 using DeviceUuid = std::array<unsigned char, 16>;
 
+constexpr uint32_t kWindowWidth = 1280, kWindowHeight = 720; // where nobody says
+
 struct PresenterOptions {
     std::string title;
-    uint32_t width = 1280, height = 720; // of the window, pixels
-    bool windowed = true;                // false: images without a window, to be read back
-    bool waits_for_display = true;       // pictures change between two refreshes only
-    std::optional<DeviceUuid> device;    // the GPU that draws: the display's is the same, if it may be
+    uint32_t width = kWindowWidth, height = kWindowHeight; // of the window, pixels
+    bool windowed = true;                                  // false: images without a window, to be read back
+    bool waits_for_display = true;                         // pictures change between two refreshes only
+    std::optional<DeviceUuid> device; // the GPU that draws: the display's is the same, if it may be
 };
 
 // Codes of keys, buttons and modifiers are GLFW's.
@@ -66,10 +68,8 @@ struct SharedBlock {
 struct ShownPicture {
     const std::byte* pixels = nullptr; // in memory of this process; null: in a shared block
     uint32_t block = 0;
-    size_t offset = 0; // in the block, bytes
-    uint64_t ready =
-        0; // value of the shared semaphore from which on the block may be read, and until which the display
-           // does not; 0 = at once
+    size_t offset = 0;  // in the block, bytes
+    uint64_t ready = 0; // the display waits for this value of the shared semaphore before it reads; 0 = at once
     uint32_t width = 0, height = 0;
     uint32_t x = 0, y = 0; // where in the window, if its size is that of the canvas
 };
@@ -83,7 +83,7 @@ struct FrameToShow {
 };
 
 struct PresentTimes {
-    double copy_ms = 0; // of the GPU, of the last frame that is done: from the hand-over to the picture in its image
+    double copy_ms = 0; // of the GPU, of the copies alone, of the last frame that is done
 };
 
 // Memory of the display's GPU that another program interface writes pictures to.
@@ -102,6 +102,7 @@ public:
 class Presenter : public SharedMemory {
 public:
     [[nodiscard]] virtual std::string deviceName() const = 0;
+    [[nodiscard]] virtual bool readsBack() const = 0; // frames may ask for it
 
     // Input that has come; waits for some for at most so long. Throws Error(Device) where the display has gone.
     virtual WindowInput poll(double seconds) = 0;

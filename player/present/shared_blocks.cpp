@@ -17,16 +17,32 @@ Function function(const VulkanDevice& device, const char* name)
 
 SharedBlocks::SharedBlocks(const VulkanDevice& device) : m_device(device)
 {
+    makeSemaphore();
+}
+
+void SharedBlocks::makeSemaphore()
+{
     auto timeline = vulkanInfo<VkSemaphoreTypeCreateInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO);
     timeline.semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE;
     auto exported = vulkanInfo<VkExportSemaphoreCreateInfo>(VK_STRUCTURE_TYPE_EXPORT_SEMAPHORE_CREATE_INFO, &timeline);
     exported.handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT;
     auto info = vulkanInfo<VkSemaphoreCreateInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO);
-    if (device.shares)
+    if (m_device.shares)
         info.pNext = &exported;
     else
         info.pNext = &timeline;
-    checkVulkan(vkCreateSemaphore(device.handle, &info, nullptr, &m_semaphore), "vkCreateSemaphore");
+    checkVulkan(vkCreateSemaphore(m_device.handle, &info, nullptr, &m_semaphore), "vkCreateSemaphore");
+}
+
+void SharedBlocks::unblock()
+{
+    uint64_t value = 0;
+    if (vkGetSemaphoreCounterValue(m_device.handle, m_semaphore, &value) != VK_SUCCESS || value >= m_waited)
+        return;
+    auto info = vulkanInfo<VkSemaphoreSignalInfo>(VK_STRUCTURE_TYPE_SEMAPHORE_SIGNAL_INFO);
+    info.semaphore = m_semaphore;
+    info.value = m_waited;
+    (void)vkSignalSemaphore(m_device.handle, &info);
 }
 
 SharedBlocks::~SharedBlocks()
@@ -61,6 +77,15 @@ SharedBlock SharedBlocks::make(size_t bytes)
 int SharedBlocks::semaphoreFile()
 {
     checkShares();
+    if (m_exported) { // a timeline starts at 0 for whoever opens it
+        unblock();
+        checkVulkan(vkDeviceWaitIdle(m_device.handle), "vkDeviceWaitIdle");
+        vkDestroySemaphore(m_device.handle, m_semaphore, nullptr);
+        m_semaphore = VK_NULL_HANDLE;
+        m_waited = 0;
+        makeSemaphore();
+    }
+    m_exported = true;
     auto info = vulkanInfo<VkSemaphoreGetFdInfoKHR>(VK_STRUCTURE_TYPE_SEMAPHORE_GET_FD_INFO_KHR);
     info.semaphore = m_semaphore;
     info.handleType = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT;

@@ -4,6 +4,7 @@
 
 #include "player/present/vulkan_device.h"
 
+#include <algorithm>
 #include <map>
 
 namespace gsc {
@@ -21,14 +22,24 @@ public:
     int semaphoreFile();
 
     [[nodiscard]] VkBuffer buffer(uint32_t id) const { return m_blocks.at(id).handle; }
-    [[nodiscard]] VkSemaphore semaphore() const { return m_semaphore; }
+    // The semaphore, for a submission that waits for `value` of it.
+    VkSemaphore waited(uint64_t value)
+    {
+        m_waited = std::max(m_waited, value);
+        return m_semaphore;
+    }
+    // Sets the semaphore to what was waited for, in case whoever should cannot any more: before the device is waited for.
+    void unblock();
 
 private:
     void checkShares() const;
+    void makeSemaphore();
 
     const VulkanDevice& m_device;
     std::map<uint32_t, VulkanBuffer> m_blocks;
     VkSemaphore m_semaphore = VK_NULL_HANDLE;
+    bool m_exported = false;
+    uint64_t m_waited = 0;
     uint32_t m_last_block = 0;
 };
 

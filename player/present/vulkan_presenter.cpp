@@ -9,6 +9,7 @@
 #include "format/error.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 #include <thread>
 
@@ -53,6 +54,8 @@ public:
 
     ~VulkanPresenter() override
     {
+        if (m_blocks)
+            m_blocks->unblock();
         if (m_device->handle != VK_NULL_HANDLE)
             (void)vkDeviceWaitIdle(m_device->handle);
         m_overlay.reset();
@@ -64,6 +67,7 @@ public:
         m_device.reset(); // before the window, whose surface it had
     }
 
+    [[nodiscard]] bool readsBack() const override { return !m_chain || m_chain->reads_back; }
     [[nodiscard]] std::string deviceName() const override { return m_device->name; }
     [[nodiscard]] bool sharesMemory() const override { return m_device->shares; }
 
@@ -134,7 +138,8 @@ public:
     void finish() override
     {
         for (const auto& canvas : m_canvases) {
-            while (canvas->busy()) // a driver that sleeps wakes late
+            const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(5);
+            while (canvas->busy() && std::chrono::steady_clock::now() < until) // a driver that sleeps wakes late
                 std::this_thread::yield();
             canvas->wait();
         }
@@ -173,8 +178,8 @@ private:
         VkImageLayout layout = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
         if (frame.reads_back) {
             if (!m_chain->reads_back)
-                throw Error(ErrorCode::Unsupported, "display: its images cannot be read, expected that they can; write "
-                                                    "pictures with gsc-play --out");
+                throw Error(ErrorCode::Internal, "display: a frame reads back images that cannot be read, expected "
+                                                 "readsBack(); this is a bug of gsc, please report it");
             changeLayout(canvas.commands, m_device->stages, image.handle, layout, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
             layout = VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL;
             canvas.readBack(image.handle, to.width, to.height);
@@ -202,7 +207,7 @@ private:
         if (image)
             wait_for(canvas.acquired, 0);
         if (canvas.shared_value > 0)
-            wait_for(m_blocks->semaphore(), canvas.shared_value);
+            wait_for(m_blocks->waited(canvas.shared_value), canvas.shared_value);
         const uint64_t drawn_value = 0;
         auto timeline = vulkanInfo<VkTimelineSemaphoreSubmitInfo>(VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO);
         timeline.waitSemaphoreValueCount = uint32_t(values.size());
@@ -217,8 +222,7 @@ private:
         info.pCommandBuffers = &canvas.commands;
         info.signalSemaphoreCount = image ? 1 : 0;
         info.pSignalSemaphores = image ? &m_chain->images[*image].drawn : nullptr;
-        checkVulkan(vkResetFences(m_device->handle, 1, &canvas.done), "vkResetFences");
-        checkVulkan(vkQueueSubmit(m_device->queue, 1, &info, canvas.done), "vkQueueSubmit");
+        canvas.submit(info);
     }
 
     std::unique_ptr<GlfwWindow> m_window;

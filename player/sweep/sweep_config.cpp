@@ -2,7 +2,7 @@
 #include "player/sweep/sweep_config.h"
 
 #include "format/error.h"
-#include "player/json_fields.h"
+#include "player/cameras/json_fields.h"
 #include "player/report/reuse_names.h"
 
 #include <algorithm>

@@ -89,7 +89,7 @@ std::vector<std::pair<std::string, std::string>> helpLines()
         {"arrows", "look round"},
         {"Shift, Alt", "four times as fast, a quarter as fast"},
         {"left button", "look round, or turn about the target"},
-        {"right button", "move the picture"},
+        {"right button", "in orbit: move the picture"},
         {"wheel, - =", "speed, or distance from the target"},
         {"gamepad", "sticks move and look, triggers go down and up"},
     };
@@ -170,14 +170,20 @@ double Controls::stick(int axis) const
     return past > 0 ? std::copysign(past / (1 - kDeadZone), value) : 0;
 }
 
+// 0 to 1. A trigger rests at -1; one that was never touched may tell 0 instead.
+double Controls::trigger(int axis) const
+{
+    const double value = m_gamepad.present ? double(m_gamepad.axes[size_t(axis)]) : 0;
+    const double past = value == 0 ? 0 : (value + 1) / 2 - kDeadZone;
+    return std::max(past / (1 - kDeadZone), 0.0);
+}
+
 NavigationInput Controls::motion(double seconds, uint32_t height, double fov_y)
 {
     NavigationInput motion;
     motion.seconds = seconds;
-    const double triggers =
-        m_gamepad.present ? double(m_gamepad.axes[kAxisRightTrigger] - m_gamepad.axes[kAxisLeftTrigger]) / 2 : 0;
     motion.move[0] = std::clamp(axis('D', 'A') + stick(kAxisLeftX), -1.0, 1.0);
-    motion.move[1] = std::clamp(axis('E', 'Q') + triggers, -1.0, 1.0);
+    motion.move[1] = std::clamp(axis('E', 'Q') + trigger(kAxisRightTrigger) - trigger(kAxisLeftTrigger), -1.0, 1.0);
     motion.move[2] = std::clamp(axis('W', 'S') - stick(kAxisLeftY), -1.0, 1.0);
     motion.look_rate[0] = std::clamp(axis(kKeyRight, kKeyLeft) + stick(kAxisRightX), -1.0, 1.0);
     motion.look_rate[1] = std::clamp(axis(kKeyDown, kKeyUp) + stick(kAxisRightY), -1.0, 1.0);
@@ -204,7 +210,7 @@ bool Controls::moving() const
     for (const int axis : {kAxisLeftX, kAxisLeftY, kAxisRightX, kAxisRightY})
         if (stick(axis) != 0)
             return true;
-    return m_gamepad.present && m_gamepad.axes[kAxisLeftTrigger] != m_gamepad.axes[kAxisRightTrigger];
+    return trigger(kAxisLeftTrigger) != trigger(kAxisRightTrigger);
 }
 
 } // namespace gsc

@@ -59,6 +59,7 @@ private:
     [[nodiscard]] bool held(int key) const { return m_keys.contains(key); }
     [[nodiscard]] double axis(int positive, int negative) const;
     [[nodiscard]] double stick(int axis) const;
+    [[nodiscard]] double trigger(int axis) const;
 
     std::set<int> m_keys, m_buttons; // that are down
     double m_x = 0, m_y = 0;         // of the cursor

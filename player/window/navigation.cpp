@@ -167,7 +167,7 @@ Navigator::Wish Navigator::wishOf(const NavigationInput& input) const
         const double drag = checked(input.look_pixels[i], kMostPixels) / focal;
         const double stick = checked(input.look_rate[i], 1) * kStickRate * wish.seconds;
         turn[i] = checked(drag - stick, kMostTurn);
-        wish.pan[i] = checked(input.pan_pixels[i], kMostPixels) / focal;
+        wish.pan[i] = m_mode == NavigationMode::Orbit ? checked(input.pan_pixels[i], kMostPixels) / focal : 0;
     }
     wish.yaw = turn[0];
     wish.pitch = turn[1];

@@ -5,7 +5,7 @@
 
 #include "format/error.h"
 #include "format/file/output_file.h"
-#include "player/json_fields.h"
+#include "player/cameras/json_fields.h"
 #include "player/tool/json.h"
 #include "player/window/pose.h"
 

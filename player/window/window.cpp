@@ -37,6 +37,7 @@ void checkLog(const WindowOptions& options)
         inputs.push_back({options.play.cameras, "the camera file"});
     const NamedPath out{options.log, "--log"};
     checkOutputsDiffer(std::span(&out, 1), inputs);
+    checkOutput(options.log, OutputKind::Binary, options.play.overwrite);
 }
 
 } // namespace
@@ -47,8 +48,10 @@ WindowSummary runWindow(const WindowOptions& options, Reporter& log)
     const std::shared_ptr<const Scene> scene = Scene::open(options.play.input, options.play.verify);
     PresenterOptions presenter;
     presenter.title = options.play.input + " - gsc";
-    presenter.width = options.play.width > 0 ? options.play.width : 1280;
-    presenter.height = options.play.height > 0 ? options.play.height : 720;
+    if (options.play.width > 0) {
+        presenter.width = options.play.width;
+        presenter.height = options.play.height;
+    }
     presenter.waits_for_display = !options.tears;
     presenter.device = deviceUuid(firstDevice(options.play));
     const std::unique_ptr<Presenter> display = presentFunctions().open(presenter);
@@ -62,6 +65,9 @@ WindowSummary runWindow(const WindowOptions& options, Reporter& log)
             throw Error(ErrorCode::Interrupted,
                         "interrupted: the window was ended by a signal, expected it to be closed; "
                         "what it had written is whole, close it with Ctrl+Q");
+        throw;
+    } catch (const std::exception&) {
+        session.keepRecording();
         throw;
     }
     return session.finish();

@@ -45,6 +45,7 @@ void WindowLog::add(const WindowFrame& frame)
         {"psnr", compares ? jsonNumber(frame.psnr) : OrderedJson()},
         {"flip", compares && frame.flip >= 0 ? OrderedJson(frame.flip) : OrderedJson()},
         {"wrote", frame.wrote.empty() ? OrderedJson() : OrderedJson(frame.wrote)},
+        {"said", frame.said.empty() ? OrderedJson() : OrderedJson(frame.said)},
     };
     const std::string text = jsonText(line, -1) + "\n";
     if (std::fwrite(text.data(), 1, text.size(), m_file) != text.size() || std::fflush(m_file) != 0)

@@ -23,6 +23,7 @@ struct WindowFrame {
     std::string shows;                     // "picture", "split" or "difference"
     double psnr = 0, flip = -1;            // of the last two; flip below 0 = not known
     std::string wrote;                     // file that was written for this frame, empty = none
+    std::string said;                      // the message at the bottom, empty = none
 };
 
 class WindowLog {

@@ -3,8 +3,9 @@
 #include "player/window/window_session.h"
 
 #include "format/error.h"
+#include "player/cameras/length.h"
 #include "player/image/image_io.h"
-#include "player/window/false_colour_legend.h"
+#include "runtime/view/colour_legend.h"
 
 #include <algorithm>
 #include <utility>
@@ -34,6 +35,11 @@ std::vector<ShownPicture> WindowSession::pictures(FrameToShow& frame)
         return shown;
     const DrawnPose& newest = m_shown.back();
     shown = m_source.shown(newest);
+    if (shown.empty()) { // the GPU that had them is lost
+        m_shown.clear();
+        m_changed = true;
+        return shown;
+    }
     for (uint32_t e = 0; compares() && e < newest.asked.eyes; ++e) {
         const Picture8& picture = m_comparison.pictures(m_settings.compare, m_settings.split)[e];
         const uint32_t x = shown[e].x;
@@ -86,7 +92,11 @@ void WindowSession::fillOverlay()
     if (now() > m_message_ends)
         m_overlay.message.clear();
     fillNotes();
-    m_overlay.legend = legendOf(m_settings.view, m_scene->view().params->level_count);
+    constexpr const char* kMeanings[] = {"", "level", "frames since decoded", "Gaussians evaluated"};
+    m_overlay.legend = {kMeanings[size_t(m_settings.view)], {}};
+    for (const LegendColour& colour : colourLegend(m_settings.view, m_scene->view().params->level_count))
+        m_overlay.legend.colours.push_back(
+            {{colour.rgb[0], colour.rgb[1], colour.rgb[2]}, std::to_string(colour.value)});
     if (!m_overlay.panel)
         return;
     m_panel->setSettings(m_settings, m_camera, int(m_navigator.mode()), m_navigator.speed());
@@ -137,16 +147,32 @@ void WindowSession::show(const WindowInput& input)
         line.flip = numbers.flip.value_or(-1);
     }
     line.wrote = std::exchange(m_wrote, {});
-    m_log.add(line);
+    line.said = m_overlay.message;
+    try {
+        m_log->add(line);
+    } catch (const Error& e) { // a full disk does not end the flight
+        m_report.warning(e.what());
+        say(e.what());
+        m_log = std::make_unique<WindowLog>("", false);
+    }
 }
 
 std::string WindowSession::freeName(const char* stem, const std::vector<const char*>& endings) const
 {
     for (int i = 1;; ++i) {
         const std::string name = (std::filesystem::path(m_options.folder) / formatString("%s-%04d", stem, i)).string();
-        if (std::ranges::none_of(endings, [&](const char* ending) { return std::filesystem::exists(name + ending); }))
+        std::error_code unreadable; // then writing tells
+        if (std::ranges::none_of(
+                endings, [&](const char* ending) { return std::filesystem::exists(name + ending, unreadable); }))
             return name;
     }
+}
+
+void WindowSession::wantScreenshot()
+{
+    m_wants_screenshot = m_presenter.readsBack();
+    if (!m_wants_screenshot)
+        say("screenshot: this display's images cannot be read; write pictures with gsc-play FILE --out");
 }
 
 // The picture, and a camera file that draws it again.
@@ -177,31 +203,41 @@ void WindowSession::writeScreenshot()
     say("wrote " + m_wrote + " and its camera");
 }
 
-void WindowSession::keepRecording()
+void WindowSession::keepRecording() noexcept
 {
-    if (!m_recorder.records())
-        return;
-    toggleRecording();
-    m_report.tell(m_overlay.message);
+    try {
+        if (!m_recorder.records())
+            return;
+        writeRecording();
+        m_report.tell(m_overlay.message);
+    } catch (const std::exception& e) {
+        m_report.warning(e.what());
+    }
 }
 
 void WindowSession::toggleRecording()
 {
     m_dirty = true;
     if (!m_recorder.records()) {
-        m_recorder.start("recorded", kRecordFps);
+        const std::optional<Metre> metre = metreOfManifest(m_scene->manifest());
+        m_recorder.start("recorded", kRecordFps, metre ? metre->units : 0);
+        say("records; R writes the path");
         return;
     }
-    const std::string name = freeName("path", {".json"}) + ".json";
     try {
-        (void)m_recorder.stop(name);
+        writeRecording();
     } catch (const Error& e) {
         say(e.what());
-        return;
     }
+}
+
+void WindowSession::writeRecording()
+{
+    const std::string name = freeName("path", {".json"}) + ".json";
+    (void)m_recorder.stop(name);
     m_wrote = name;
     m_summary.files.push_back(name);
-    say("wrote " + name + "; gsc-play bench --cameras " + name + " plays it");
+    say("wrote " + name + "; gsc-play bench " + m_options.play.input + " --cameras " + name + " plays it");
 }
 
 } // namespace gsc

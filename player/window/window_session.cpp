@@ -4,7 +4,7 @@
 #include "format/error.h"
 #include "player/cameras/length.h"
 #include "player/report/reuse_names.h"
-#include "player/window/world_up.h"
+#include "player/cameras/world_up.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +14,7 @@ namespace gsc {
 namespace {
 
 constexpr double kIdleSeconds = 0.1;   // between two looks at a window in which nothing happens
+constexpr double kPadSeconds = 0.01;   // the same with a gamepad, which wakes nobody
 constexpr double kTurnSeconds = 0.004; // of a turn that finds nothing to do, though something is held or under way
 constexpr int kAttempts = 3;           // of a picture that cannot be drawn, before the next pose is waited for
 constexpr auto kPictureWait = std::chrono::milliseconds(12); // for a picture, before the window is looked at again
@@ -58,35 +59,46 @@ Value nextOf(const Names& names, Value value)
 WindowSession::WindowSession(const WindowOptions& options, std::shared_ptr<const Scene> scene, Presenter& presenter,
                              Reporter& log)
     : m_options(options), m_scene(std::move(scene)), m_presenter(presenter), m_report(log),
-      m_source(m_scene, options.play, presenter, log), m_shots([&] {
+      m_source(m_scene, options.play, presenter,
+               openService(
+                   m_scene, options.play, [](ServiceOptions&) {}, log)),
+      m_shots([&] {
           PlayOptions one = options.play; // cameras as they are stored; the window has its own size
           one.eyes = 1;
           one.ipd = {};
-          one.width = one.width > 0 ? one.width : 1280;
-          one.height = one.height > 0 ? one.height : 720;
+          one.width = one.width > 0 ? one.width : kWindowWidth;
+          one.height = one.height > 0 ? one.height : kWindowHeight;
           return chooseShots(*m_scene, one, log);
       }()),
-      m_navigator(worldOf(*m_scene, m_shots)), m_log(options.log, options.play.overwrite)
+      m_navigator(worldOf(*m_scene, m_shots))
 {
     ViewLimits limits;
     limits.has_levels = m_scene->view().params->level_count > 1;
     try {
         PlayOptions two = options.play;
         two.eyes = 2;
-        two.width = two.width > 0 ? two.width : 1280;
-        two.height = two.height > 0 ? two.height : 720;
-        m_ipd = chooseShots(*m_scene, two, log).front().ipd;
+        two.width = two.width > 0 ? two.width : kWindowWidth;
+        two.height = two.height > 0 ? two.height : kWindowHeight;
+        Reporter silent({ReportFormat::Text, ProgressMode::None, true}); // it is only a try
+        m_ipd = chooseShots(*m_scene, two, options.play.eyes == 2 ? log : silent).front().ipd;
     } catch (const Error& e) {
         if (options.play.eyes == 2)
             throw;
         limits.no_stereo = e.what();
     }
-    if (m_ipd == 0 && limits.no_stereo.empty())
+    if (m_ipd == 0 && limits.no_stereo.empty()) {
         limits.no_stereo = "the cameras say where each eye of theirs is, not how far eyes are apart";
+        if (options.play.eyes == 2)
+            throw Error(
+                ErrorCode::Usage,
+                formatString("%s: says where each eye is, expected how far they are apart, for the window moves "
+                             "both; pass other cameras, or leave out --eyes 2",
+                             options.play.cameras.c_str()));
+    }
+    m_no_stereo = limits.no_stereo;
 
-    m_tan_y = std::tan(m_shots.front().camera.fov_y / 2);
     m_settings.choice = options.play;
-    m_settings.two_eyes = options.play.eyes == 2 && m_ipd > 0;
+    m_settings.two_eyes = options.play.eyes == 2;
     std::copy_n(gsc::frameOptions(*m_scene, options.play).background, 3, m_settings.background);
     m_worked = m_settings;
     std::vector<std::string> names;
@@ -96,6 +108,8 @@ WindowSession::WindowSession(const WindowOptions& options, std::shared_ptr<const
     m_overlay.keys = helpLines();
     jump(0, false);
     say("F1: keys");
+    m_log =
+        std::make_unique<WindowLog>(options.log, options.play.overwrite); // last: an error before leaves a file alone
 }
 
 bool WindowSession::idle() const
@@ -106,8 +120,13 @@ bool WindowSession::idle() const
 
 bool WindowSession::step()
 {
-    m_input = m_presenter.poll(idle() ? kIdleSeconds : m_worked_last_turn ? 0 : kTurnSeconds);
+    const bool rested = idle();
+    m_input = m_presenter.poll(rested               ? (m_input.gamepad.present ? kPadSeconds : kIdleSeconds)
+                               : m_worked_last_turn ? 0
+                                                    : kTurnSeconds);
     m_worked_last_turn = false;
+    if (rested)
+        m_last_step = now(); // a key that went down just now was not held before
     const double at = now(), seconds = std::min(at - m_last_step, 0.25); // a window that hung does not leap
     m_last_step = at;
     for (const Action action : m_controls.take(m_input))
@@ -152,7 +171,7 @@ void WindowSession::act(Action action)
         m_closes = true;
         break;
     case Action::Screenshot:
-        m_wants_screenshot = true;
+        wantScreenshot();
         break;
     case Action::Record:
         toggleRecording();
@@ -185,7 +204,10 @@ void WindowSession::act(Action action)
         settings.choice.tier = nextOf(tiers(), settings.choice.tier);
         break;
     case Action::NextReuse:
-        settings.choice.reuse.policy = nextOf(reusePolicies(), settings.choice.reuse.policy);
+        do {
+            settings.choice.reuse.policy = nextOf(reusePolicies(), settings.choice.reuse.policy);
+        } while (settings.choice.reuse.policy == ReusePolicy::Error && settings.two_eyes &&
+                 settings.choice.stereo == StereoMode::Merged); // which the renderer refuses
         break;
     case Action::NextView:
         settings.view = FrameView((uint32_t(settings.view) + 1) % 4);
@@ -193,12 +215,14 @@ void WindowSession::act(Action action)
     case Action::Stereo:
         settings.two_eyes = !settings.two_eyes && m_ipd > 0;
         if (m_ipd == 0)
-            say("two eyes: the model does not say how far they are apart; pass --ipd");
+            say(m_no_stereo);
         break;
     case Action::LessDetail:
     case Action::MoreDetail:
         if (m_scene->view().params->level_count > 1)
-            settings.choice.lod_bias += action == Action::MoreDetail ? kSettingStep : -kSettingStep;
+            settings.choice.lod_bias =
+                std::clamp(settings.choice.lod_bias + (action == Action::MoreDetail ? kSettingStep : -kSettingStep),
+                           -double(kMaxLodBias), double(kMaxLodBias));
         else
             say("level bias: the model has one level");
         break;
@@ -227,7 +251,8 @@ void WindowSession::takePanel()
         jump(camera, false);
     if (mode >= 0)
         setMode(NavigationMode(mode));
-    m_wants_screenshot = m_wants_screenshot || screenshot;
+    if (screenshot)
+        wantScreenshot();
     if (record)
         toggleRecording();
     changeSettings(settings);
@@ -272,6 +297,7 @@ void WindowSession::findTarget(const DrawnPose& drawn)
 void WindowSession::jump(int camera, bool animated)
 {
     m_camera = camera;
+    m_tan_y = std::tan(m_shots[size_t(camera)].camera.fov_y / 2);
     if (animated)
         m_navigator.animateTo(m_shots[size_t(camera)].camera, kCameraSeconds);
     else
@@ -282,7 +308,8 @@ void WindowSession::jump(int camera, bool animated)
 void WindowSession::move(double seconds)
 {
     const NavigationInput motion = m_controls.motion(seconds, std::max(m_input.height, 1u), 2 * std::atan(m_tan_y));
-    const bool by_hand = m_controls.moving() || motion.look_pixels[0] != 0 || motion.look_pixels[1] != 0;
+    const auto any = [](const double(&way)[2]) { return way[0] != 0 || way[1] != 0; };
+    const bool by_hand = m_controls.moving() || any(motion.look_pixels) || any(motion.pan_pixels) || motion.scroll != 0;
     m_plays = m_plays && !by_hand;
     if (m_plays && !m_navigator.moves())
         jump(int((size_t(m_camera) + 1) % m_shots.size()), true);
@@ -371,7 +398,7 @@ void WindowSession::say(const std::string& message)
 WindowSummary WindowSession::finish()
 {
     if (m_recorder.records())
-        toggleRecording();
+        writeRecording();
     m_presenter.finish();
     m_summary.file = m_options.play.input;
     m_summary.seconds = now();

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "player/window/controls.h"
-#include "player/window/frame_source.h"
+#include "player/workers/frame_source.h"
 #include "player/window/navigation.h"
 #include "player/window/panel.h"
 #include "player/window/path_recorder.h"
@@ -21,10 +21,10 @@ public:
     WindowSession(const WindowOptions& options, std::shared_ptr<const Scene> scene, Presenter& presenter,
                   Reporter& log);
 
-    bool step(); // false: the window is to close. Throws Error
-    WindowSummary finish();
-    [[nodiscard]] bool hasWritten() const { return !m_summary.files.empty(); }
-    void keepRecording(); // writes the path that is being recorded, if one is; says where or why not
+    bool step();            // false: the window is to close. Throws Error
+    WindowSummary finish(); // throws Error(Io) where the path that is being recorded cannot be written
+    [[nodiscard]] bool hasWritten() const { return !m_summary.files.empty() || !m_options.log.empty(); }
+    void keepRecording() noexcept; // writes the path that is being recorded, if one is; says where or why not
 
 private:
     using Clock = std::chrono::steady_clock;
@@ -48,8 +48,10 @@ private:
     std::vector<ShownPicture> pictures(FrameToShow& frame);
     void fillNotes();
     void fillOverlay();
+    void wantScreenshot();
     void writeScreenshot();
     void toggleRecording();
+    void writeRecording(); // throws Error(Io)
     void jump(int camera, bool animated);
     void changeSettings(const ViewSettings& settings);
     void say(const std::string& message);
@@ -77,7 +79,8 @@ private:
     Overlay m_overlay;
     std::unique_ptr<Panel> m_panel;
     PathRecorder m_recorder;
-    WindowLog m_log;
+    std::unique_ptr<WindowLog> m_log;
+    std::string m_no_stereo; // why two eyes cannot be shown, empty = they can
 
     Clock::time_point m_start = Clock::now();
     double m_last_step = 0, m_last_show = 0, m_message_ends = 0;

@@ -25,7 +25,8 @@ bool WindowSession::View::operator==(const View& other) const
 {
     const Camera &a = camera, &b = other.camera;
     return width == other.width && height == other.height && std::ranges::equal(a.rotation, b.rotation, isNear) &&
-           std::ranges::equal(a.translation, b.translation, isNear) && a.fov_x == b.fov_x && a.fov_y == b.fov_y;
+           std::ranges::equal(a.translation, b.translation, isNear) && a.fov_x == b.fov_x && a.fov_y == b.fov_y &&
+           a.appearance == b.appearance;
 }
 
 Camera WindowSession::lens(uint32_t width, uint32_t height) const
@@ -33,6 +34,7 @@ Camera WindowSession::lens(uint32_t width, uint32_t height) const
     Camera lens = m_shots[size_t(m_camera)].camera;
     lens.width = width;
     lens.height = height;
+    lens.appearance = m_shots[size_t(m_camera)].appearance;
     lens.tan_mid_x = lens.tan_mid_y = 0;
     lens.fov_x = lens.fov_y = 0;
     // through a focal length in pixels, which is what a camera file states: so the file of a screenshot gives the same lens

@@ -8,11 +8,11 @@
 
 namespace gsc {
 
-std::unique_ptr<RendererService> openService(const std::shared_ptr<const Scene>& scene, const PlayOptions& options,
-                                             const std::function<void(ServiceOptions&)>& set,
-                                             std::vector<std::string>& devices, Reporter& log)
+OpenedService openService(const std::shared_ptr<const Scene>& scene, const PlayOptions& options,
+                          const std::function<void(ServiceOptions&)>& set, Reporter& log)
 {
     PlayOptions play = options;
+    std::vector<std::string> devices;
     const auto open = [&] {
         ServiceOptions service = serviceOptions(play, log);
         service.keeps_all = false;
@@ -20,7 +20,7 @@ std::unique_ptr<RendererService> openService(const std::shared_ptr<const Scene>&
         devices.clear();
         for (const DeviceId& device : service.devices)
             devices.push_back(deviceText(device));
-        return std::make_unique<RendererService>(scene, service);
+        return OpenedService{std::make_unique<RendererService>(scene, service), devices};
     };
     try {
         return open();

@@ -13,11 +13,15 @@
 
 namespace gsc {
 
+struct OpenedService {
+    std::unique_ptr<RendererService> service;
+    std::vector<std::string> devices; // that draw, as they are named
+};
+
 // What the better device cannot load, the CPU loads, where the options leave the choice. `set` changes what the options say
-// nothing of; `devices` takes what draws, as it is named. Throws Error.
-std::unique_ptr<RendererService> openService(const std::shared_ptr<const Scene>& scene, const PlayOptions& options,
-                                             const std::function<void(ServiceOptions&)>& set,
-                                             std::vector<std::string>& devices, Reporter& log);
+// nothing of. Throws Error.
+OpenedService openService(const std::shared_ptr<const Scene>& scene, const PlayOptions& options,
+                          const std::function<void(ServiceOptions&)>& set, Reporter& log);
 
 bool allGone(const ServiceStats& stats); // every worker
 

@@ -88,6 +88,8 @@ Faults parseFaults(const std::string& name, const std::string& text)
             *chance->second = detail::number(name, value, {0, 1}, "");
         } else if (key == "hang-ms") {
             faults.hang = std::chrono::milliseconds(detail::wholeNumber(name, value, 1, 3600000));
+        } else if (key == "slow-ms") {
+            faults.slow = std::chrono::milliseconds(detail::wholeNumber(name, value, 1, 3600000));
         } else if (key == "seed") {
             faults.seed = uint64_t(detail::wholeNumber(name, value, 0, int64_t(1) << 40));
         } else if (key == "device" && deviceOf(value)) {
@@ -95,7 +97,7 @@ Faults parseFaults(const std::string& name, const std::string& text)
         } else {
             detail::failValue(
                 name, text, "no fault",
-                "throw, hang, lost or memory with a chance such as lost:0.01, and hang-ms, seed or device");
+                "throw, hang, lost or memory with a chance such as lost:0.01, and hang-ms, slow-ms, seed or device");
         }
     }
     return faults;
@@ -178,8 +180,9 @@ void addWorkerOptions(CLI::App& app, PlayOptions& options)
               "a device leaves where the rate is above (1 + 1/N) times this, N devices remaining; 0 = none leaves");
     detail::addValue(
         app, "--inject", "KIND:CHANCE,...",
-        "faults for tests, with a chance for each frame: throw, hang, lost, memory; also hang-ms:N, seed:N, "
-        "device:cuda:1",
+        "faults for tests, with a chance for each frame: throw, hang, lost, memory; also hang-ms:N, slow-ms:N for "
+        "every "
+        "frame, seed:N, device:cuda:1",
         [&workers](const std::string& name, const std::string& text) { workers.faults = parseFaults(name, text); });
 }
 

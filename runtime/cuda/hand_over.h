@@ -19,14 +19,14 @@ std::optional<std::array<unsigned char, 16>> deviceUuid(const DeviceId& device);
 // From one thread at a time. All throw Error(Device).
 class HandOver {
 public:
-    virtual ~HandOver() = default; // after the other side is done with the blocks
+    virtual ~HandOver() = default; // waits for its copies; frees its view of the blocks
 
     // Memory of the other side as an opaque file descriptor, which is this one's from now on.
     virtual void addBlock(uint32_t id, int file, size_t bytes) = 0;
     virtual void dropBlock(uint32_t id) = 0; // waits for copies to it
 
-    // Begins to copy from memory of the device, which stays what it is until the next but two copies to other blocks, and
-    // whose content is there.
+    // Begins to copy. `from`: memory of the device whose content is there; it must not change until signal() of a value
+    // after this has been waited for.
     virtual void copy(uint32_t id, size_t offset, const void* from, size_t bytes) = 0;
     // Sets the other side's timeline semaphore when every copy before is done; values rise.
     virtual void signal(uint64_t value) = 0;

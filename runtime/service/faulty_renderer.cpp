@@ -90,6 +90,7 @@ public:
                         deviceText(id()) +
                             ": injected: answers only after a while, expected sooner; leave --inject out");
         }
+        std::this_thread::sleep_for(m_source->faults.slow);
         return state;
     }
 

@@ -13,10 +13,11 @@ struct Faults {
     double lost = 0;   // the device is lost: Error(Device), from then on
     double memory = 0; // Error(OutOfMemory)
     ServiceTime hang{std::chrono::seconds(1)};
+    ServiceTime slow{0};            // that every frame takes longer
     uint64_t seed = 1;              // of the same faults for the same frames, where one thread draws
     std::optional<DeviceId> device; // of which only; none = of all
 
-    [[nodiscard]] bool any() const { return throws > 0 || hangs > 0 || lost > 0 || memory > 0; }
+    [[nodiscard]] bool any() const { return throws > 0 || hangs > 0 || lost > 0 || memory > 0 || slow.count() > 0; }
 };
 
 // Makes what `make` makes (empty = makeRenderer()), with faults. May be called from several threads.

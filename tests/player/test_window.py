@@ -29,6 +29,9 @@ CPU = ("--backend", "cpu")
 SIZE = (320, 240)
 MOST_FRAMES = 2  # from a key to its picture
 FEWER = "-5.5"  # levels of the street, so that its pictures have about half of the anchors
+SAYS = {"1": "^fly$", "2": "^orbit$", "3": "^walk$", "PageDown": "^camera ", "PageUp": "^camera ", "Home": "^camera ",
+        "T": "^exact, ", "U": "reuse depth", "V": "colours: level", "O": "^exact, ", ",": "level bias -0.25", ".": "colours: level",
+        "R": "^records", "F12": "^wrote .*gsc-0001"}  # at the first press, in the order of the help
 MODELS = {"room": (), "street": ("--model", "octree")}  # without and with levels
 
 
@@ -76,9 +79,10 @@ class WindowTest(unittest.TestCase):
         self.folder = self.models / self.id().rsplit(".", 1)[-1]
         self.folder.mkdir()
 
-    def open(self, model: str, *arguments: object, display: Display | None = None, device: tuple = CPU) -> Window:
+    def open(self, model: str, *arguments: object, display: Display | None = None, device: tuple = CPU,
+             most_bytes: int | None = None) -> Window:
         window = Window(display or self.display, self.folder,
-                        [PLAY, "window", f"../{model}.gsc", "--size", "{}x{}".format(*SIZE), *device, *arguments])
+                        [PLAY, "window", f"../{model}.gsc", "--size", "{}x{}".format(*SIZE), *device, *arguments], most_bytes)
         self.addCleanup(window.kill)
         return window
 
@@ -95,9 +99,9 @@ class WindowTest(unittest.TestCase):
             self.assertLessEqual(before["seconds"], after["seconds"])
             self.assertLessEqual(before["pose"], after["pose"])
 
-    def play(self, *arguments: object, code: int = 0) -> subprocess.CompletedProcess:
+    def play(self, *arguments: object, code: int = 0, on_display: bool = False) -> subprocess.CompletedProcess:
         run = subprocess.run([str(PLAY), *map(str, arguments), *CPU], cwd=self.folder, capture_output=True, text=True,
-                             check=False)
+                             env=environment(self.display.name) if on_display else None, check=False)
         self.assertEqual(run.returncode, code, f"{arguments}\n{run.stdout}\n{run.stderr}")
         return run
 
@@ -124,14 +128,19 @@ class WindowTest(unittest.TestCase):
         window = self.open("room")
         position = lambda: window.lines()[-1]["position"]  # noqa: E731
         camera = lambda: cameras(window.screenshot().with_suffix(".json"))[0]  # noqa: E731
-        for key in ("w", "s", "a", "d", "q", "e"):
-            before = position()
-            self.assertGreater(math.dist(window.hold(key, poses=4)["position"], before), 1e-4, key)
-        for key in ("Left", "Right", "Up", "Down"):
+        axis = lambda frame, i: [row[i] for row in frame["rotation"]]  # noqa: E731
+        along = lambda way, of: sum(a * b for a, b in zip(way, of))  # noqa: E731
+        # right, down and forward of the view; up and down are the world's, which the view leans against
+        for key, i, sign in (("w", 2, 1), ("s", 2, -1), ("a", 0, -1), ("d", 0, 1), ("q", 1, 1), ("e", 1, -1)):
+            before, view = position(), camera()
+            way = [b - a for a, b in zip(before, window.hold(key, poses=4)["position"])]
+            self.assertGreater(sign * along(way, axis(view, i)), 1e-4, key)
+            self.assertGreater(abs(along(way, axis(view, i))), 0.5 * math.hypot(*way), key)
+        for key, i, sign in (("Left", 0, -1), ("Right", 0, 1), ("Up", 1, -1), ("Down", 1, 1)):
             before, at = camera(), position()
             window.hold(key, poses=4)
             self.assertEqual(position(), at, key)
-            self.assertNotEqual(camera()["rotation"], before["rotation"], key)
+            self.assertGreater(sign * along(axis(camera(), 2), axis(before, i)), 1e-3, key)
         before = camera()
         window.drag(1, (100, 100), (130, 110), (160, 120))
         after = camera()
@@ -163,7 +172,12 @@ class WindowTest(unittest.TestCase):
                 continue
             start = len(window.lines())
             window.display.xdo("key", names.get(name, name.lower() if len(name) == 1 else name))
-            window.line(lambda line: name in line["keys"], start)
+            line = window.line(lambda line: name in line["keys"], start)
+            if name in SAYS:
+                said = window.line(lambda line: line["said"], line["frame"] - 1)["said"]
+                self.assertRegex(said, SAYS[name], name)
+            if name == "F2":  # the keyboard is the panel's until this
+                window.key("Escape")
             if name == "Space":  # stops the flight through the cameras
                 window.display.xdo("key", "space")
             window.settle()
@@ -324,14 +338,14 @@ class WindowTest(unittest.TestCase):
         window.line(lambda line: "Space" in line["keys"], seen["frame"])
         before = window.settle()["position"]
         self.assertNotEqual(window.hold("s", poses=3)["position"], before)
-        window.screenshot()
+        picture = window.screenshot()
         window.display.ask_to_close(window.id)
         self.assertEqual(window.ended(), 0, window.said())
         report = json.loads(window.out.read_text())
         check_schema("window-report", report)
         self.check_log(window)
         self.assertEqual(report["frames"], len(window.lines()))
-        self.assertEqual(report["written"], ["./gsc-0001.png", "./gsc-0001.json"])
+        self.assertEqual(report["written"], [f"./gsc-0001{picture.suffix}", "./gsc-0001.json"])
         poses = report["poses"]
         self.assertEqual(poses["failed"], 0)
         self.assertGreaterEqual(poses["submitted"], window.lines()[-1]["pose"])
@@ -350,6 +364,57 @@ class WindowTest(unittest.TestCase):
         self.assertEqual(window.ended(), 7, window.said())
         self.assertRegex(window.err.read_text(), r"error: display: .*, expected .*; ")
         self.assertGreater(len(cameras(self.folder / "path-0001.json")), 1)  # it is not lost
+        for i in range(3):  # while it draws one frame after the other
+            display = Display(self.folder / f"display{i}")
+            try:
+                window = self.open("room", display=display)
+                display.xdo("keydown", "w", "keydown", "Left")
+                window.line(lambda line: line["pose"] > 3, 0)
+            finally:
+                display.close()
+            self.assertEqual(window.ended(), 7, window.said())
+
+    def test_window_goes(self) -> None:
+        window = self.open("room")
+        window.key("r")
+        window.hold("w", poses=3)
+        window.display.xdo("windowclose", window.id)  # destroys it
+        self.assertEqual(window.ended(), 7, window.said())
+        self.assertRegex(window.err.read_text(), r"error: display: another program destroyed .*, expected .*; ")
+        self.assertGreater(len(cameras(self.folder / "path-0001.json")), 1)
+
+    def test_folder_goes(self) -> None:
+        (self.folder / "taken").mkdir()
+        window = self.open("room", "--folder", "taken")
+        window.key("r")
+        window.hold("w", poses=3)
+        (self.folder / "taken").rmdir()
+        start = len(window.lines())
+        window.display.xdo("key", "F12")
+        window.line(lambda line: re.search("taken/gsc-0001.*, expected", line["said"] or ""), start)
+        window.display.ask_to_close(window.id)
+        self.assertEqual(window.ended(), 2, window.said())  # the path is lost, and it says so
+        self.assertRegex(window.err.read_text(), r"error: taken/path-0001.json: .*, expected .*; ")
+
+    def test_log_is_full(self) -> None:
+        window = self.open("room", most_bytes=20_000)
+        window.display.xdo("keydown", "w")
+        window_case.until(lambda: "warning" in window.err.read_text() or None, "a warning of a log that is full")
+        window.display.xdo("keyup", "w")
+        self.closed(window)
+
+    def test_refused_with_a_log(self) -> None:
+        log = self.folder / "log.jsonl"
+        log.write_text("as it was\n")
+        view = {"fov": {"left": -0.5, "right": 0.4, "up": 0.3, "down": -0.3},
+                "pose": {"position": [0, 0, 0], "rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}}
+        (self.folder / "views.json").write_text(json.dumps(
+            {"schema": "gsc.trajectory/1", "views": [view, view],
+             "frames": [{"rotation": view["pose"]["rotation"], "position": [0, 0, 0]}]}))
+        run = self.play("window", "../room.gsc", "--log", log, code=2, on_display=True)
+        self.assertIn("log.jsonl", run.stderr)
+        self.play("window", "../room.gsc", "--log", log, "-w", "--eyes", "2", "--cameras", "views.json", code=1, on_display=True)
+        self.assertEqual(log.read_text(), "as it was\n")
 
     def test_no_display(self) -> None:
         for display in ("", ":59999"):

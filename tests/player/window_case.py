@@ -6,6 +6,7 @@ import ctypes
 import json
 import os
 import pathlib
+import resource
 import select
 import shutil
 import signal
@@ -31,6 +32,8 @@ def missing() -> str:
     for program, package in (("Xvfb", "xvfb"), ("xdotool", "xdotool")):
         if shutil.which(program) is None:
             return f"no {program} here; install {package}"
+    if not any(layer.exists() for layer in LAYERS):
+        print("note: no validation layer here, Vulkan's use is not checked; install vulkan-validationlayers")
     return "" if lavapipe() else "no Vulkan driver without a GPU here; install mesa-vulkan-drivers"
 
 
@@ -174,12 +177,18 @@ class Display:
 class Window:
     """gsc-play window, open in `folder`, with its log in log.jsonl there."""
 
-    def __init__(self, display: Display, folder: pathlib.Path, command: list) -> None:
+    def __init__(self, display: Display, folder: pathlib.Path, command: list, most_bytes: int | None = None) -> None:
+        """`most_bytes`: of each file that it writes, as on a disk that is full then."""
+        def limit() -> None:
+            if most_bytes:
+                signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+                resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, most_bytes))
+
         self.display, self.folder, self._lines, self._rest = display, folder, [], ""
         self.log, self.out, self.err = folder / "log.jsonl", folder / "out.txt", folder / "err.txt"
         with self.out.open("wb") as out, self.err.open("wb") as err:
             self.process = subprocess.Popen([*map(str, command), "--log", "log.jsonl", "-w"], cwd=folder, stdout=out,
-                                            stderr=err, env=environment(display.name))
+                                            stderr=err, env=environment(display.name), preexec_fn=limit)
         self._file = None
         try:
             self.line(lambda line: line["pose"] > 0 and line["pose"] == line["asked"])

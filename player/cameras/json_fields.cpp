@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/json_fields.h"
+#include "player/cameras/json_fields.h"
 
 #include <algorithm>
 #include <cmath>

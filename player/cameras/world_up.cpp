@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/window/world_up.h"
+#include "player/cameras/world_up.h"
 
 #include <cmath>
 #include <cstddef>

@@ -4,7 +4,7 @@
 
 #include "player/present/hand_over_ring.h"
 #include "player/shots.h"
-#include "player/window/panel.h"
+#include "player/workers/open_service.h"
 #include "runtime/service/renderer_service.h"
 
 #include <map>
@@ -32,30 +32,33 @@ struct DrawnPose {
 
 class FrameSource {
 public:
-    // Pictures come in memory that the display shares with the first device, or else in that of this process. Throws
-    // Error.
-    FrameSource(std::shared_ptr<const Scene> scene, const PlayOptions& play, SharedMemory& memory, Reporter& log);
+    // Pictures come in memory that the display shares with the first device, or else in that of this process. `opened` is
+    // what openService() made of the same scene and options. Throws Error(Device).
+    FrameSource(std::shared_ptr<const Scene> scene, const PlayOptions& play, SharedMemory& memory,
+                OpenedService opened);
     ~FrameSource();
 
     // Does not wait; the number of the pose. Throws Error(Usage) for what cannot be drawn.
     uint64_t submit(const AskedPose& pose, const FrameOptions& options);
-    // Waits at most so long. Throws Error(Device) where no worker is left.
+    // Waits at most so long. Of a service that keeps all, one that failed has an error and no picture. Throws Error(Device)
+    // where no worker is left.
     std::optional<DrawnPose> next(std::chrono::nanoseconds most);
 
-    // How the presenter finds the pictures of a pose, side by side. Those on a GPU are handed over, once for each pose; the
-    // poses of the last two frames are still held by the caller.
+    // How the display finds the pictures of a pose, side by side. Those on a GPU are handed over, once for each pose; the
+    // poses of the last two frames are still held by the caller. Empty where the GPU is lost: from then on pictures come in
+    // memory of this process, and the pose is to be submitted again.
     [[nodiscard]] std::vector<ShownPicture> shown(const DrawnPose& drawn);
 
+    // The service, whose end may take long; nothing but the destructor may be called after this.
+    OpenedService release() { return std::move(m_opened); }
+
     [[nodiscard]] bool waiting() const { return !m_open.empty(); } // for a pose
-    [[nodiscard]] ServiceStats stats() const { return m_service->stats(); }
-    [[nodiscard]] Tier tierOf(Tier asked) const { return m_service->tierOf(asked); }
-    [[nodiscard]] const std::vector<std::string>& devices() const { return m_devices; }
-    [[nodiscard]] std::string device() const { return m_service->device().name; }
+    [[nodiscard]] ServiceStats stats() const { return m_opened.service->stats(); }
+    [[nodiscard]] std::string device() const { return m_opened.service->device().name; }
 
 private:
     std::shared_ptr<const Scene> m_scene;
-    std::vector<std::string> m_devices;
-    std::unique_ptr<RendererService> m_service;
+    OpenedService m_opened;
     std::map<uint64_t, AskedPose> m_open;
     const std::string m_input;
     std::unique_ptr<HandOverRing> m_ring; // null: pictures come in memory of this process

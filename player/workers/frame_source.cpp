@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/window/frame_source.h"
+#include "player/workers/frame_source.h"
 
 #include "format/error.h"
 #include "player/workers/open_service.h"
@@ -15,13 +15,11 @@ double DrawnPose::latencyMs() const
 }
 
 FrameSource::FrameSource(std::shared_ptr<const Scene> scene, const PlayOptions& play, SharedMemory& memory,
-                         Reporter& log)
-    : m_scene(std::move(scene)), m_input(play.input)
+                         OpenedService opened)
+    : m_scene(std::move(scene)), m_opened(std::move(opened)), m_input(play.input)
 {
-    m_service = openService(
-        m_scene, play, [](ServiceOptions&) {}, m_devices, log);
     const DeviceId first = firstDevice(play);
-    if (memory.sharesMemory() && m_devices.front() == deviceText(first))
+    if (memory.sharesMemory() && m_opened.devices.front() == deviceText(first))
         m_ring = std::make_unique<HandOverRing>(memory, first);
 }
 
@@ -38,7 +36,7 @@ uint64_t FrameSource::submit(const AskedPose& pose, const FrameOptions& options)
     request.format = pose.format;
     request.wants_depth = pose.wants_depth;
     request.on_device = m_ring != nullptr && pose.format == PixelFormat::Rgba8 && !pose.wants_depth;
-    const uint64_t number = m_service->submit(request);
+    const uint64_t number = m_opened.service->submit(request);
     m_open.insert_or_assign(number, pose);
     return number;
 }
@@ -47,9 +45,9 @@ std::optional<DrawnPose> FrameSource::next(std::chrono::nanoseconds most)
 {
     if (m_open.empty())
         return std::nullopt;
-    std::optional<Delivery> delivery = m_service->next(most);
+    std::optional<Delivery> delivery = m_opened.service->next(most);
     if (!delivery) {
-        const ServiceStats stats = m_service->stats();
+        const ServiceStats stats = m_opened.service->stats();
         if (allGone(stats)) {
             const std::string why = stats.workers.empty() ? "" : stats.workers.back().last_fault;
             throw Error(ErrorCode::Device,
@@ -80,15 +78,26 @@ std::vector<ShownPicture> FrameSource::shown(const DrawnPose& drawn)
     uint32_t x = 0;
     for (uint32_t e = 0; e < drawn.asked.eyes; ++e) {
         ShownPicture& picture = pictures.emplace_back();
-        picture.width = drawn.asked.shot.camera.width;
-        picture.height = drawn.asked.shot.camera.height;
+        const Shot& shot = drawn.asked.shot;
+        const Camera& camera = e == 1 && shot.right_eye ? *shot.right_eye : shot.camera;
+        picture.width = camera.width;
+        picture.height = camera.height;
         picture.x = x;
         picture.pixels = static_cast<const std::byte*>(eyes[e].pixels);
         from.push_back(eyes[e].pixels);
         x += picture.width;
     }
+    if (eyes[0].kind == FrameTarget::Kind::Device && m_ring == nullptr)
+        return {};
     if (on_device) {
-        m_ring->handOver(pictures, from);
+        try {
+            m_ring->handOver(pictures, from);
+        } catch (const Error& e) {
+            if (e.code() != ErrorCode::Device)
+                throw;
+            m_ring.reset(); // which also lets go of the device, so that the service can make it anew
+            return {};
+        }
         m_handed = pictures;
         m_handed_pose = drawn.delivery.pose;
     }

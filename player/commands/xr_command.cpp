@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "format/error.h"
+#include "player/commands/commands.h"
+#include "player/commands/render_options.h"
+#include "player/tool/options.h"
+#include "player/window/window.h"
+#include "player/workers/worker_options.h"
+#include "player/xr/xr.h"
+
+#include <memory>
+#include <string_view>
+
+namespace gsc {
+
+namespace {
+
+constexpr const char* kXrExamples = R"(examples:
+  gsc-play xr --info
+      what there is: OpenXR's runtime, the headset, its views, and whether its GPU is the one that draws
+  gsc-play xr city.gsc --keep-place --fallback window
+      the viewer starts at the first camera; where it was left is stored in city.gsc.place.json
+  gsc-play xr city.gsc --cameras flight.json --ride --target-ms 9 --log log.jsonl
+      carried along a path; levels fall while frames take longer
+
+The left stick walks, the right one turns by 30 degrees and goes up and down. A grip holds the world and pulls it; both turn
+and scale it. The trigger goes where the hand points, the menu button back to the start.
+
+Each refresh shows the newest finished picture with the pose it was drawn for, and the headset turns it to where the eyes are:
+no refresh waits for the renderer.)";
+
+struct XrChoice {
+    XrOptions xr;
+    bool info = false;
+    std::string fallback = "none";
+};
+
+void addXrOptions(CLI::App& app, XrChoice& choice)
+{
+    XrOptions& options = choice.xr;
+    const Heading heading(app, "Headset");
+    addFlag(app, "--info", choice.info, "tell what loader, runtime and headset there are, and end");
+    addChoice<std::string>(app, "--fallback", choice.fallback, {{"none", "none"}, {"window", "window"}},
+                           "default: none", "what to open where there is no headset, or when it goes away");
+    addNumber(app, "--xr-scale", options.scale, {0.05, 4}, " times", "X (default: 1)",
+              "size of pictures, of what the runtime recommends, each side");
+    addChoice<bool>(
+        app, "--xr-space", options.stage, {{"local", false}, {"stage", true}}, "default: local",
+        "local: the eyes start at the first camera, wherever the viewer sits; stage: it is 1.6 m above the floor of "
+        "the room");
+    addNumber(app, "--metre", options.metre, {0, 1e12, true}, " world units", "UNITS (default: the model's)",
+              "world units that are as large as a metre");
+    addFlag(app, "--ride", options.rides, "the cameras carry the viewer along, level, at --ride-fps");
+    addNumber(app, "--ride-fps", options.ride_fps, {1e-3, 1e4}, " a second", "FPS (default: 72)",
+              "cameras a second of --ride, by the clock of the headset");
+    addFlag(app, "--keep-place", options.keeps_place,
+            "start where the viewer was left, and store it at the end in FILE.place.json (schemas/place.schema.json)");
+    addFlag(app, "--xr-sync", options.waits,
+            "wait in each frame for the picture of its own pose: for tests and recordings, refreshes are missed");
+    addNumber(app, "--seconds", options.seconds, {0, 1e9}, " seconds", "S (default: 0)",
+              "end the session after that long; 0 = when it is left in the headset");
+    addText(app, "--log", options.log, "FILE", "a JSON line for every frame (schemas/xr-log.schema.json)");
+    addFlag(app, "-w,--overwrite", options.play.overwrite, "replace the log if it exists");
+}
+
+void checkXrOptions(const CLI::App& app, const XrChoice& choice)
+{
+    const XrOptions& options = choice.xr;
+    if (choice.info)
+        return;
+    if (options.play.input.empty())
+        throw Error(ErrorCode::Usage, "FILE: not given, expected a .gsc model; pass one, or --info");
+    PlayOptions both = options.play;
+    both.eyes = 2;
+    checkRenderOptions(app, both, false);
+    checkWorkerOptions(app, options.play);
+    checkEffect(app, "--overwrite", !options.log.empty(), "--log");
+    checkEffect(app, "--ride-fps", options.rides, "--ride");
+    if (options.rides)
+        checkEffect(app, "--keep-place", false, "a viewer who moves by hand, without --ride");
+}
+
+ErrorCode runXrCommand(const XrChoice& choice, Reporter& report)
+{
+    if (choice.info) {
+        const HeadsetFacts facts = headsetFacts(choice.xr);
+        if (report.json()) {
+            OrderedJson json = {{"schema", "gsc.xr-info/1"}};
+            json.update(headsetJson(facts));
+            report.object(json);
+        } else {
+            report.text(headsetText(facts));
+        }
+        return ErrorCode::Ok;
+    }
+    try {
+        const XrSummary summary = runXr(choice.xr, report);
+        if (report.json())
+            report.object(xrJson(summary));
+        else
+            report.text(xrText(summary));
+        return ErrorCode::Ok;
+    } catch (const Error& e) {
+        const bool of_headset = e.code() == ErrorCode::Unsupported ||
+                                (e.code() == ErrorCode::Device && std::string_view(e.what()).starts_with("headset: "));
+        if (choice.fallback != "window" || !of_headset)
+            throw;
+        report.warning(std::string(e.what()) + "; a window is opened instead");
+    }
+    WindowOptions window;
+    window.play = choice.xr.play;
+    const WindowSummary summary = runWindow(window, report);
+    if (report.json())
+        report.object(windowJson(summary));
+    else
+        report.text(windowText(summary));
+    return ErrorCode::Ok;
+}
+
+} // namespace
+
+void addXrCommand(CLI::App& root, Invocation& invocation)
+{
+    auto choice = std::make_shared<XrChoice>();
+    CLI::App& command = addCommand(root, "xr", "Walk through a model in a headset");
+    addFile(command, choice->xr.play);
+    addXrOptions(command, *choice);
+    addCameras(command, choice->xr.play);
+    addFrames(command, choice->xr.play);
+    addLookOptions(command, choice->xr.play);
+    addRunOptions(command, choice->xr.play);
+    addTargetOption(command, choice->xr.play);
+    addWorkerOptions(command, choice->xr.play);
+    addReporterOptions(command, invocation.reporter, false);
+    setFooter(command, kXrExamples);
+    onParsed(command, [&command, &invocation, choice] {
+        checkXrOptions(command, *choice);
+        invocation.run = [choice](Reporter& report) { return runXrCommand(*choice, report); };
+    });
+}
+
+} // namespace gsc

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// Brings finished pictures to a headset through OpenXR and Vulkan: the module gsc_headset, loaded when it is first used, so
+// that the player starts where there is no OpenXR. All calls from one thread, which owns the session and its queue. Poses
+// are in the headset's space, times OpenXR's: nanoseconds of a clock of the runtime's own.
+#pragma once
+
+#include "player/present/presenter.h"
+#include "player/xr/placement.h"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+struct HeadsetOptions {
+    std::optional<DeviceUuid> device; // the GPU that draws
+    double scale = 1;                 // of the recommended size of pictures, each side
+    bool stage = false;               // the space: STAGE, whose floor is at 0; otherwise LOCAL, whose eyes are at 0
+};
+
+struct HeadsetView {
+    uint32_t width = 0, height = 0; // of pictures, pixels
+    uint32_t recommended_width = 0, recommended_height = 0;
+    uint32_t most_width = 0, most_height = 0;
+};
+
+struct HeadsetFacts {
+    std::string loader, runtime, headset, gpu; // names; the first two with their version
+    bool draws = false;                        // its GPU is the one that was asked for, and shares memory with it
+    std::string configuration;                 // "stereo", "mono" or "quad"
+    std::vector<HeadsetView> views;
+    std::vector<std::string> formats; // of pictures, the runtime's order
+    std::string format;               // that was taken of them
+    std::vector<std::string> spaces;
+    std::vector<std::string> extensions;
+    bool tracks_gaze = false;
+};
+
+enum class HeadsetState : uint32_t {
+    Idle,    // no frames are wanted; they may be later
+    Running, // beginFrame() is to be called
+    Over,    // the person or the runtime ended it
+    Lost,    // the runtime or the headset has gone
+};
+
+struct HeadsetFrame {
+    int64_t display_time = 0; // when what is submitted is to be seen
+    int64_t period = 0;       // from one refresh to the next
+    bool visible = false;     // pictures are wanted
+};
+
+// One hand's controller. What is not there is 0.
+struct HandInput {
+    std::optional<SpacePose> grip, aim;  // none: not tracked
+    double grab = 0;                     // 0 to 1
+    double stick[2] = {};                // right and forward, -1 to 1
+    bool teleport = false, menu = false; // held down
+};
+
+struct HeadsetInput {
+    HandInput hands[2]; // left, right
+    std::optional<SpacePose> gaze;
+};
+
+// A picture for each view, and where its eye was.
+struct HeadsetPictures {
+    std::span<const ShownPicture> pictures;
+    std::span<const SpaceEye> eyes;
+};
+
+class Headset : public SharedMemory {
+public:
+    [[nodiscard]] virtual const HeadsetFacts& facts() const = 0;
+
+    // Makes what pictures are copied to. Once, before the first poll(). Throws Error: Unsupported where the runtime takes no
+    // format that leaves colours as they are; OutOfMemory.
+    virtual void prepare() = 0;
+
+    // Takes what the runtime has to say; begins and ends the session as it wants.
+    virtual HeadsetState poll() = 0;
+    virtual void requestExit() = 0; // the session ends as if the person had ended it
+
+    // Of the functions below: Throws Error(Device) where the runtime or the headset have gone.
+
+    virtual HeadsetFrame beginFrame() = 0; // waits until the runtime wants the next
+    // Eyes at that time, one per view. False: the headset is not tracked, and `eyes` stay what they were.
+    virtual bool locate(int64_t time, std::vector<SpaceEye>& eyes) = 0;
+    virtual HeadsetInput input(int64_t time) = 0;
+    // Of the newest pictures, once: each is copied to where the headset reads, and shown by every endFrame() from then on.
+    // Their memory is read until the next call, or finish().
+    virtual void take(const HeadsetPictures& pictures) = 0;
+    virtual void endFrame(bool shows) = 0; // the pictures taken last, if there are some, or nothing
+    virtual void finish() = 0;             // waits until no picture is being read
+
+    [[nodiscard]] virtual double copyMs() const = 0; // of the GPU, of the last pictures that are there; 0 = unknown
+};
+
+struct HeadsetFunctions {
+    // Throws Error: Unsupported without a runtime, a headset, a Vulkan device or the space that is wanted, naming which;
+    // Device.
+    std::unique_ptr<Headset> (*open)(const HeadsetOptions& options);
+};
+
+} // namespace gsc

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/present/headset/xr_call.h"
+
+#include "format/error.h"
+
+namespace gsc {
+
+void checkXr(XrResult result, const char* what)
+{
+    if (XR_SUCCEEDED(result))
+        return;
+    switch (result) {
+    case XR_ERROR_RUNTIME_UNAVAILABLE:
+    case XR_ERROR_RUNTIME_FAILURE:
+        throw Error(
+            ErrorCode::Unsupported,
+            formatString("headset: no OpenXR runtime answers (%s, code %d), expected one that runs; start SteamVR, "
+                         "Monado or WiVRn, or name its manifest in XR_RUNTIME_JSON",
+                         what, int(result)));
+    case XR_ERROR_FORM_FACTOR_UNAVAILABLE:
+    case XR_ERROR_FORM_FACTOR_UNSUPPORTED:
+        throw Error(
+            ErrorCode::Unsupported,
+            formatString("headset: the OpenXR runtime finds none (code %d), expected one; connect it and switch "
+                         "it on",
+                         int(result)));
+    case XR_ERROR_INSTANCE_LOST:
+    case XR_ERROR_SESSION_LOST:
+        throw Error(ErrorCode::Device,
+                    formatString("headset: %s: the OpenXR runtime has gone (code %d), expected that it stays; start it "
+                                 "and the player again",
+                                 what, int(result)));
+    default:
+        throw Error(
+            ErrorCode::Device,
+            formatString("headset: %s failed with OpenXR's code %d, expected success; start the runtime and the "
+                         "player again",
+                         what, int(result)));
+    }
+}
+
+SpacePose poseOf(const XrPosef& pose)
+{
+    const XrVector3f& p = pose.position;
+    const XrQuaternionf& q = pose.orientation;
+    return {{p.x, p.y, p.z}, {q.w, q.x, q.y, q.z}};
+}
+
+XrPosef xrPose(const SpacePose& pose)
+{
+    XrPosef out;
+    out.position = {float(pose.position.x), float(pose.position.y), float(pose.position.z)};
+    out.orientation = {float(pose.rotation.x), float(pose.rotation.y), float(pose.rotation.z), float(pose.rotation.w)};
+    return out;
+}
+
+} // namespace gsc

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// An OpenXR runtime and the headset that it finds, up to the Vulkan device that both use.
+#pragma once
+
+#include "player/present/headset/headset.h"
+#include "player/present/headset/xr_call.h"
+
+namespace gsc {
+
+class XrRuntime {
+public:
+    explicit XrRuntime(const HeadsetOptions& options); // throws Error: Unsupported, Device
+    ~XrRuntime();
+    XrRuntime(const XrRuntime&) = delete;
+    XrRuntime& operator=(const XrRuntime&) = delete;
+
+    [[nodiscard]] bool has(const char* extension) const;
+
+    XrInstance instance = XR_NULL_HANDLE;
+    XrSystemId system = XR_NULL_SYSTEM_ID;
+    XrViewConfigurationType configuration = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
+    XrEnvironmentBlendMode blend = XR_ENVIRONMENT_BLEND_MODE_OPAQUE;
+    bool tracks_gaze = false;
+    std::unique_ptr<VulkanDevice> device;
+    HeadsetFacts facts; // without what a session tells
+
+private:
+    void makeInstance();
+    void findHeadset();
+    void chooseViews(double scale);
+    void makeDevice(const std::optional<DeviceUuid>& uuid);
+
+    std::vector<const char*> m_extensions; // that are on
+};
+
+} // namespace gsc

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// A viewer who is carried along the cameras of a file, at the pace they were made for. Pure.
+#pragma once
+
+#include "player/xr/placement.h"
+
+#include <vector>
+
+namespace gsc {
+
+class Ride {
+public:
+    // At least one camera; `fps` of them a second. The rest is as Placement has it.
+    Ride(std::vector<Camera> cameras, double fps, const double (&up)[3], double metre, double eye_height);
+
+    [[nodiscard]] double seconds() const; // from the first camera to the last
+    // Where the space is after so many seconds: on the straight way between two cameras; before the first and after the last
+    // it stands there.
+    [[nodiscard]] Placement at(double seconds) const;
+
+private:
+    std::vector<Camera> m_cameras;
+    double m_fps, m_up[3], m_metre, m_eye_height;
+};
+
+} // namespace gsc

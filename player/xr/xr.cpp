@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/xr/xr.h"
+
+#include "format/error.h"
+#include "format/file/output_paths.h"
+#include "format/interrupt.h"
+#include "player/module/load_module.h"
+#include "player/workers/worker_options.h"
+#include "player/workers/worker_report.h"
+#include "player/xr/xr_session.h"
+
+#include <span>
+
+namespace gsc {
+
+namespace {
+
+constexpr double kExitSeconds = 2; // that a runtime has to end a session that was interrupted
+
+std::unique_ptr<Headset> openHeadset(const XrOptions& options)
+{
+#ifdef GSC_WITH_XR
+    HeadsetOptions headset;
+    headset.device = deviceUuid(firstDevice(options.play));
+    headset.scale = options.scale;
+    headset.stage = options.stage;
+    return loadModule<HeadsetFunctions>("gsc_headset").open(headset);
+#else
+    (void)options;
+    throw Error(ErrorCode::Unsupported,
+                "headset: this build has none, expected one made with Vulkan and OpenXR; install "
+                "libvulkan-dev and libopenxr-dev and build again, or play without a headset");
+#endif
+}
+
+void checkLog(const XrOptions& options)
+{
+    if (options.log.empty())
+        return;
+    std::vector<NamedPath> inputs = {{options.play.input, "the model"}};
+    if (options.play.cameras != "stored")
+        inputs.push_back({options.play.cameras, "the camera file"});
+    const NamedPath out{options.log, "--log"};
+    checkOutputsDiffer(std::span(&out, 1), inputs);
+    checkOutput(options.log, OutputKind::Binary, options.play.overwrite);
+}
+
+OrderedJson spreadJson(const Spread& spread)
+{
+    return {{"mean", spread.mean},
+            {"median", spread.median},
+            {"p95", spread.p95},
+            {"p99", spread.p99},
+            {"max", spread.max}};
+}
+
+} // namespace
+
+XrSummary runXr(const XrOptions& options, Reporter& log)
+{
+    checkLog(options);
+    const std::unique_ptr<Headset> headset = openHeadset(options);
+    const std::shared_ptr<const Scene> scene = Scene::open(options.play.input, options.play.verify);
+    const HeadsetFacts& facts = headset->facts();
+    log.tell(formatString("%s on %s, %zu views of %ux%u", facts.headset.c_str(), facts.runtime.c_str(),
+                          facts.views.size(), facts.views.front().width, facts.views.front().height));
+    if (!facts.draws)
+        log.detail(formatString("%s shows what another device draws: pictures go through memory of the host",
+                                facts.gpu.c_str()));
+    XrSession session(options, scene, *headset, log);
+    std::optional<std::chrono::steady_clock::time_point> since;
+    while (session.step()) {
+        if (!interrupted())
+            continue;
+        if (!since)
+            since = std::chrono::steady_clock::now();
+        session.requestExit();
+        if (std::chrono::steady_clock::now() - *since > std::chrono::duration<double>(kExitSeconds))
+            break;
+    }
+    const XrSummary summary = session.finish();
+    if (since)
+        throw Error(ErrorCode::Interrupted,
+                    "interrupted: the session was ended by a signal, expected that it is left in "
+                    "the headset; what was written is whole");
+    return summary;
+}
+
+HeadsetFacts headsetFacts(const XrOptions& options)
+{
+    return openHeadset(options)->facts();
+}
+
+OrderedJson headsetJson(const HeadsetFacts& facts)
+{
+    OrderedJson views = OrderedJson::array();
+    for (const HeadsetView& view : facts.views)
+        views.push_back({{"size", {view.width, view.height}},
+                         {"recommended", {view.recommended_width, view.recommended_height}},
+                         {"most", {view.most_width, view.most_height}}});
+    return {{"loader", facts.loader},
+            {"runtime", facts.runtime},
+            {"headset", facts.headset},
+            {"gpu", facts.gpu},
+            {"gpu_draws", facts.draws},
+            {"configuration", facts.configuration},
+            {"views", views},
+            {"formats", facts.formats},
+            {"format", facts.format.empty() ? OrderedJson() : OrderedJson(facts.format)},
+            {"spaces", facts.spaces},
+            {"extensions", facts.extensions},
+            {"tracks_gaze", facts.tracks_gaze}};
+}
+
+std::string headsetText(const HeadsetFacts& facts)
+{
+    const auto joined = [](const std::vector<std::string>& words) {
+        std::string text;
+        for (const std::string& word : words)
+            text += (text.empty() ? "" : ", ") + word;
+        return text.empty() ? std::string("none") : text;
+    };
+    std::string text = formatString("loader      %s\nruntime     %s\nheadset     %s\n", facts.loader.c_str(),
+                                    facts.runtime.c_str(), facts.headset.c_str());
+    text += formatString("gpu         %s, %s\n", facts.gpu.c_str(),
+                         facts.draws ? "which draws" : "not the device that draws: pictures go through the host");
+    text += formatString("views       %zu, %s\n", facts.views.size(), facts.configuration.c_str());
+    for (const HeadsetView& view : facts.views)
+        text += formatString("            %ux%u, recommended %ux%u, at most %ux%u\n", view.width, view.height,
+                             view.recommended_width, view.recommended_height, view.most_width, view.most_height);
+    text +=
+        "formats     " + joined(facts.formats) + "; taken: " + (facts.format.empty() ? "none" : facts.format) + "\n";
+    text += "spaces      " + joined(facts.spaces) + "\n";
+    text += std::string("gaze        ") + (facts.tracks_gaze ? "tracked" : "not tracked") + "\n";
+    text += "extensions  " + joined(facts.extensions) + "\n";
+    return text;
+}
+
+OrderedJson xrJson(const XrSummary& summary)
+{
+    return {
+        {"schema", "gsc.xr/1"},
+        {"tool", {{"name", "gsc-play"}, {"version", thisTool().version}}},
+        {"file", summary.file},
+        {"headset", headsetJson(summary.headset)},
+        {"seconds", summary.seconds},
+        {"frames",
+         {{"ended", summary.frames},
+          {"visible", summary.visible},
+          {"untracked", summary.untracked},
+          {"missed", summary.missed}}},
+        {"pictures", summary.pictures},
+        {"age", spreadJson(summary.age)},
+        {"ages", summary.ages},
+        {"off_ms", spreadJson(summary.off_ms)},
+        {"busy_ms", spreadJson(summary.busy_ms)},
+        {"latency_ms", spreadJson(summary.latency_ms)},
+        {"renewals", summary.renewals},
+        {"workers", workersJson(summary.service)},
+        {"place", summary.place.empty() ? OrderedJson() : OrderedJson(summary.place)},
+    };
+}
+
+std::string xrText(const XrSummary& summary)
+{
+    std::string text =
+        formatString("%s frames in %.1f s, %s visible, %s refreshes missed; %s pictures\n",
+                     formatCount(summary.frames).c_str(), summary.seconds, formatCount(summary.visible).c_str(),
+                     formatCount(summary.missed).c_str(), formatCount(summary.pictures).c_str());
+    uint64_t shown = 0;
+    for (const uint64_t count : summary.ages)
+        shown += count;
+    if (shown > 0) {
+        const uint64_t fresh = summary.ages[0] + summary.ages[1] + summary.ages[2];
+        text += formatString("age of what is shown: median %.0f refreshes, p99 %.0f, most %.0f; %.2f %% at most 2\n",
+                             summary.age.median, summary.age.p99, summary.age.max, 100 * double(fresh) / double(shown));
+        text += formatString("from pose to picture: median %.2f ms, p99 %.2f; of the thread per frame: median %.3f ms, "
+                             "p99 %.3f\n",
+                             summary.latency_ms.median, summary.latency_ms.p99, summary.busy_ms.median,
+                             summary.busy_ms.p99);
+    }
+    text += workersText(summary.service);
+    if (!summary.place.empty())
+        text += "wrote " + summary.place + "\n";
+    return text;
+}
+
+} // namespace gsc

@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/xr/xr_session.h"
+
+#include "format/error.h"
+#include "format/interrupt.h"
+#include "player/cameras/length.h"
+#include "player/cameras/world_up.h"
+#include "player/measure/lod_target.h"
+#include "player/xr/place_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <thread>
+
+namespace gsc {
+
+namespace {
+
+constexpr double kEyeHeight = 1.6; // metres, of a viewer who stands
+constexpr auto kIdle = std::chrono::milliseconds(10);
+constexpr double kLagShare = 0.1; // of the newest picture in m_lag
+constexpr double kMostLag = 3;    // refreshes; a pose further ahead is a guess
+
+std::vector<Shot> shotsOf(const Scene& scene, const XrOptions& options, Reporter& log)
+{
+    PlayOptions one = options.play; // places alone matter: lens and size are the headset's
+    one.eyes = 1;
+    one.width = one.height = 16;
+    return chooseShots(scene, one, log);
+}
+
+double metreOf(const Scene& scene, const XrOptions& options)
+{
+    if (options.metre > 0)
+        return options.metre;
+    const std::optional<Metre> metre = metreOfManifest(scene.manifest());
+    if (!metre)
+        throw Error(
+            ErrorCode::Usage,
+            formatString("%s: does not say how long a metre is, expected that for a headset, whose viewer has a "
+                         "size; pass --metre with its world units",
+                         options.play.input.c_str()));
+    return metre->units;
+}
+
+std::array<double, 3> upOf(const std::vector<Shot>& shots)
+{
+    std::vector<Camera> cameras;
+    for (const Shot& shot : shots)
+        cameras.push_back(shot.camera);
+    return worldUp(cameras);
+}
+
+SpacePose headOf(const std::vector<SpaceEye>& eyes)
+{
+    SpacePose head = eyes.front().pose;
+    if (eyes.size() > 1) { // displays may look past each other
+        head.position = (head.position + eyes[1].pose.position) / 2.0;
+        head.rotation = glm::slerp(head.rotation, eyes[1].pose.rotation, 0.5);
+    }
+    return head;
+}
+
+double milliseconds(std::chrono::steady_clock::duration time)
+{
+    return std::chrono::duration<double, std::milli>(time).count();
+}
+
+} // namespace
+
+XrSession::XrSession(const XrOptions& options, std::shared_ptr<const Scene> scene, Headset& headset, Reporter& log)
+    : m_options(options), m_scene(std::move(scene)), m_headset(headset), m_report(log),
+      m_shots(shotsOf(*m_scene, options, log)), m_metre(metreOf(*m_scene, options)),
+      m_floor(options.stage ? 0 : -kEyeHeight), m_place(startPlace()), m_hands(m_place, m_floor),
+      m_frame_options(frameOptions(*m_scene, options.play)), m_log(options.log, options.play.overwrite),
+      m_source(m_scene, options.play, headset, options.waits, headset.facts().views.size(), log)
+{
+    if (options.rides) {
+        std::vector<Camera> cameras;
+        for (const Shot& shot : m_shots)
+            cameras.push_back(shot.camera);
+        const std::array<double, 3> up = upOf(m_shots);
+        m_ride.emplace(std::move(cameras), options.ride_fps, reinterpret_cast<const double(&)[3]>(*up.data()), m_metre,
+                       options.stage ? kEyeHeight : 0);
+    } else if (options.keeps_place) {
+        if (const std::optional<Placement> kept = readPlace(options.play.input))
+            m_place = *kept;
+    }
+    m_guard = lodControl(*m_scene, options.play);
+    m_headset.prepare();
+}
+
+Placement XrSession::startPlace() const
+{
+    const std::array<double, 3> up = upOf(m_shots);
+    const double axis[3] = {up[0], up[1], up[2]};
+    return {m_shots.front().camera, axis, m_metre, m_options.stage ? kEyeHeight : 0};
+}
+
+void XrSession::requestExit()
+{
+    if (!m_exits)
+        m_headset.requestExit();
+    m_exits = true;
+}
+
+bool XrSession::step()
+{
+    switch (m_headset.poll()) {
+    case HeadsetState::Over:
+        return false;
+    case HeadsetState::Lost:
+        throw Error(ErrorCode::Device, "headset: the OpenXR runtime or the headset has gone, expected that they stay; "
+                                       "start the runtime and the player again");
+    case HeadsetState::Idle: // a picture may still come, but nobody sees it
+        std::this_thread::sleep_for(kIdle);
+        return true;
+    case HeadsetState::Running:
+        break;
+    }
+    frame();
+    return true;
+}
+
+// Whatever the renderer does, the frame is ended: it waits for pictures only where the options say so.
+void XrSession::frame()
+{
+    const HeadsetFrame frame = m_headset.beginFrame();
+    const Clock::time_point woken = Clock::now();
+    XrFrame line;
+    line.frame = ++m_frame;
+    line.display_time = frame.display_time;
+    line.period_ms = double(frame.period) / 1e6;
+    line.visible = frame.visible;
+    if (m_first_time == 0)
+        m_first_time = frame.display_time;
+    const double seconds = double(frame.display_time - m_first_time) / 1e9;
+    if (m_last_time != 0 && frame.period > 0)
+        line.missed =
+            uint64_t(std::max(std::llround(double(frame.display_time - m_last_time) / double(frame.period)) - 1, 0ll));
+    if (frame.visible) {
+        ask(frame, line);
+        take(line);
+        if (m_moved) {
+            line.moved = m_place;
+            m_moved = false;
+        }
+    }
+    m_headset.endFrame(frame.visible);
+    line.busy_ms = milliseconds(Clock::now() - woken);
+    line.copy_ms = m_headset.copyMs();
+    if (frame.visible && !m_shown.empty()) {
+        const AskedViews& asked = m_shown.back().asked;
+        line.shows = asked.frame;
+        line.age = m_frame - asked.frame;
+        line.off_ms = double(frame.display_time - asked.time) / 1e6;
+    }
+    m_log.add(line);
+    m_last_time = frame.display_time;
+    if (m_options.seconds > 0 && seconds >= m_options.seconds)
+        requestExit();
+}
+
+void XrSession::move(const HeadsetFrame& frame)
+{
+    const HeadsetInput input = m_headset.input(frame.display_time);
+    if (m_ride) {
+        m_place = m_ride->at(double(frame.display_time - m_first_time) / 1e9);
+        m_moved = true;
+        return;
+    }
+    const double seconds = m_last_time == 0 ? 0 : double(frame.display_time - m_last_time) / 1e9;
+    m_moved = m_hands.step(m_place, input, headOf(m_eyes), seconds) || m_moved;
+}
+
+// Eyes are located for when their picture will be seen, as far as that is known: the pose of a picture that comes two
+// refreshes later is the one predicted for then.
+void XrSession::ask(const HeadsetFrame& frame, XrFrame& line)
+{
+    const auto ahead = m_options.waits ? 0 : int64_t(std::lround(m_lag)) * frame.period;
+    const int64_t time = frame.display_time + ahead;
+    line.tracked = m_headset.locate(time, m_eyes);
+    if (m_eyes.empty())
+        return;
+    move(frame);
+    if (!line.tracked)
+        return; // what was drawn last stays where it was
+    if (m_guard)
+        m_frame_options.lod_bias = float(m_guard->bias());
+    (void)m_source.submit(views(time), m_frame_options);
+}
+
+AskedViews XrSession::views(int64_t time) const
+{
+    const Shot& lens = m_shots.front();
+    AskedViews views;
+    views.frame = m_frame;
+    views.time = time;
+    views.lod_bias = m_frame_options.lod_bias;
+    views.eyes = m_eyes;
+    const std::vector<HeadsetView>& sizes = m_headset.facts().views;
+    const auto camera = [&](size_t view) {
+        Camera eye = lens.camera;
+        eye.width = sizes[view].width;
+        eye.height = sizes[view].height;
+        return m_place.eye(m_eyes[view], eye);
+    };
+    for (size_t view = 0; view < m_eyes.size(); view += kMaxEyes) {
+        AskedPose& pair = views.pairs.emplace_back();
+        pair.shot = lens;
+        pair.shot.camera = camera(view);
+        pair.shot.ipd = 0;
+        pair.shot.right_eye.reset();
+        pair.eyes = 1;
+        if (view + 1 < m_eyes.size()) {
+            pair.shot.right_eye = camera(view + 1);
+            pair.eyes = 2;
+        }
+    }
+    return views;
+}
+
+void XrSession::take(XrFrame& line)
+{
+    std::optional<DrawnViews> drawn = m_source.next(std::chrono::nanoseconds(0));
+    while (m_options.waits && !drawn && m_source.waiting()) {
+        throwIfInterrupted();
+        drawn = m_source.next(std::chrono::milliseconds(100));
+    }
+    if (!drawn)
+        return;
+    m_headset.finish(); // of the picture before, whose memory is used again
+    const std::vector<ShownPicture> pictures = m_source.shown(*drawn);
+    if (pictures.size() != drawn->asked.eyes.size())
+        return; // its GPU is lost
+    m_headset.take({pictures, drawn->asked.eyes});
+    line.fresh = true;
+    for (const DrawnPose& pair : drawn->pairs) {
+        line.latency_ms = std::max(line.latency_ms, pair.latencyMs());
+        line.draw_ms += pair.delivery.result.times.total;
+    }
+    line.lod_bias = double(drawn->asked.lod_bias);
+    if (m_guard)
+        m_guard->add(line.draw_ms);
+    const double lag = double(m_frame - drawn->asked.frame);
+    m_lag = std::min(m_lag + kLagShare * (lag - m_lag), kMostLag);
+    m_shown.push_back(std::move(*drawn));
+    while (m_shown.size() > 2)
+        m_shown.pop_front();
+}
+
+XrSummary XrSession::finish()
+{
+    XrSummary summary;
+    summary.file = m_options.play.input;
+    summary.headset = m_headset.facts();
+    summary.seconds = milliseconds(Clock::now() - m_start) / 1000;
+    m_log.sumUp(summary);
+    summary.renewals = m_source.renewals();
+    summary.service = m_source.stats();
+    if (m_options.keeps_place)
+        summary.place = writePlace(m_options.play.input, m_place);
+    return summary;
+}
+
+} // namespace gsc

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the colours of a FrameView mean.
+#pragma once
+
+#include "kernels/frame/frame_types.h"
+
+#include <vector>
+
+namespace gsc {
+
+struct LegendColour {
+    float rgb[3];       // 0 to 1, as displayed
+    uint32_t value = 0; // level, frames or Gaussians evaluated; colours between two lie between them
+};
+
+// Empty for pictures. `levels`: of the model; from the thirteenth on colours repeat, and are not listed.
+std::vector<LegendColour> colourLegend(FrameView view, uint32_t levels);
+
+} // namespace gsc

@@ -1,0 +1,17 @@
+# SPDX-License-Identifier: Apache-2.0
+if(TARGET gsc_player)
+  gsc_add_test(test_placement SOURCES xr/test_placement.cpp xr/test_hands.cpp LIBS gsc_player glm::glm)
+endif()
+add_subdirectory(xr/fake)
+if(TARGET gsc_headset AND TARGET gsc_fake_xr AND TARGET gsc)
+  foreach(part XrTest XrPaceTest)
+    string(REPLACE XrTest test_xr name ${part})
+    string(REPLACE XrPaceTest test_xr_pace name ${name})
+    add_test(NAME ${name}
+             COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/xr/test_xr.py ${PROJECT_SOURCE_DIR}
+                     $<TARGET_FILE:gsc-play> $<TARGET_FILE:gsc> $<TARGET_FILE_DIR:gsc_fake_xr>/gsc_fake_xr.json ${part})
+    set_tests_properties(${name} PROPERTIES LABELS cpu TIMEOUT 600 SKIP_RETURN_CODE 77)
+  endforeach()
+  # a minute of refreshes on time: with nothing beside it, and not under a sanitizer
+  set_tests_properties(test_xr_pace PROPERTIES LABELS "cpu;slow" RUN_SERIAL ON)
+endif()
