@@ -16,6 +16,9 @@
 
 namespace gsc {
 
+// Where an eye looks, around which everything is drawn.
+enum class FoveationMode { None, Fixed, Gaze };
+
 // What a sweep varies from run to run.
 struct RunChoice {
     std::string backend = "auto";
@@ -62,8 +65,10 @@ struct PlayOptions : RunChoice {
     int appearance = -1;                          // the trainer's embedding row, -1 = the camera's
     std::optional<std::vector<float>> background; // 3 values; none = the model's
     WorkerOptions workers;
-    double near_z = 0;    // world units, 0 = the model's
-    double target_ms = 0; // of a frame, held by a falling lod_bias; 0 = none
+    FoveationMode foveation = FoveationMode::None;
+    double fovea_pixels = 2; // Foveation::smallest
+    double near_z = 0;       // world units, 0 = the model's
+    double target_ms = 0;    // of a frame, held by a falling lod_bias; 0 = none
     uint64_t frame_first = 0, frame_end = std::numeric_limits<uint64_t>::max();
     std::string frame_range;           // as typed with its option, "--frames 0:100"
     bool frames_may_end_sooner = true; // frame_end is at most that

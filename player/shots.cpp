@@ -203,9 +203,21 @@ FrameOptions frameOptions(const Scene& scene, const PlayOptions& options)
     frame.lod_fade = float(options.lod_fade);
     frame.lod_hysteresis = float(options.lod_hysteresis);
     frame.reuse = options.reuse;
+    if (options.foveation != FoveationMode::None)
+        frame.foveation.smallest = float(options.fovea_pixels);
     const bool white = (scene.view().params->flags & kModelWhiteBackground) != 0;
     for (size_t c = 0; c < 3; ++c)
         frame.background[c] = options.background ? (*options.background)[c] : white ? 1.0f : 0.0f;
+    return frame;
+}
+
+FrameOptions exactOptions(FrameOptions frame)
+{
+    frame.tier = Tier::Exact;
+    frame.stereo = StereoMode::Exact;
+    frame.lod_bias = frame.lod_fade = frame.lod_hysteresis = 0;
+    frame.reuse = {};
+    frame.foveation = {};
     return frame;
 }
 

@@ -31,6 +31,9 @@ std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, Re
 // Background, near plane, tier, stereo, what is said of levels, and reuse; the appearance is the shot's.
 FrameOptions frameOptions(const Scene& scene, const PlayOptions& options);
 
+// The same with nothing left out: what `frame` is compared with.
+FrameOptions exactOptions(FrameOptions frame);
+
 // The eyes of a shot, one or two, as its scene's backend takes them.
 void shotEyes(const Shot& shot, uint32_t eye_count, EyeParams* eyes);
 

@@ -106,6 +106,17 @@ void checkOptions(const ModelView& model, const FrameOptions& options, uint32_t 
         throw Error(ErrorCode::Usage,
                     formatString("frame: LOD fade %g and hysteresis %g, expected 0 to 1 level each; correct them",
                                  double(options.lod_fade), double(options.lod_hysteresis)));
+    const Foveation& fovea = options.foveation;
+    bool gazes = true;
+    for (const auto& gaze : fovea.gaze)
+        gazes = gazes && std::abs(gaze[0]) <= 100 && std::abs(gaze[1]) <= 100;
+    if (!(fovea.smallest >= 0 && fovea.smallest <= 100) || !gazes ||
+        (fovea.smallest > 0 && options.tier == Tier::Exact))
+        throw Error(
+            ErrorCode::Usage,
+            formatString("frame: foveation to %g pixels in tier %s, expected 0 to 100, gazes of 0 to 100 at depth "
+                         "1 and tier fast; correct them",
+                         double(fovea.smallest), options.tier == Tier::Exact ? "exact" : "fast"));
     if (options.view > FrameView::Cost)
         throw Error(ErrorCode::Usage, formatString("frame: view %u, expected 0 to %u; choose one that there is",
                                                    uint32_t(options.view), uint32_t(FrameView::Cost)));

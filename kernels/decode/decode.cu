@@ -24,8 +24,8 @@ __device__ __forceinline__ uint32_t slotsOfLeft(const Staging& staged, uint32_t 
     return written;
 }
 
-// kBank: the model has a feature bank, which makes the features depend on the eye. kShared: DecodeFrame::shared_bins.
-template <bool kBank, bool kShared>
+// kBank: the model has a feature bank, which makes the features depend on the eye. kShared, kThins: DecodeFrame.
+template <bool kBank, bool kShared, bool kThins>
 __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks)
     decodeKernel(const __grid_constant__ DecodeCudaArgs args)
 {
@@ -133,7 +133,8 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks)
                         factors[r] = args.fraction[2 * min(first + g + 8 * r, count - 1) + v];
                 const Turns turns = {v == 0 || (!args.merged && (seen & 1u) == 0),
                                      v == 1 || (!args.merged && (seen >> 1 & 1u) == 0)};
-                emitForEye<kShared>(args, v, staged, alive, turns, anchors, seen_by, factors, lane, left, right);
+                emitForEye<kShared, kThins>(args, v, staged, alive, turns, anchors, seen_by, factors, lane, left,
+                                            right);
             }
             __syncwarp();
         }
@@ -152,9 +153,13 @@ uint32_t decodeFastGaps(uint32_t processors, uint32_t slot_capacity)
 
 void decodeFastCuda(const DecodeCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
-    const auto kernel = args.bank != nullptr
-                            ? (args.shared_bins ? decodeKernel<true, true> : decodeKernel<true, false>)
-                            : (args.shared_bins ? decodeKernel<false, true> : decodeKernel<false, false>);
+    const auto kernel_of = [&args](auto thins) {
+        constexpr bool kThins = decltype(thins)::value;
+        return args.bank != nullptr
+                   ? (args.shared_bins ? decodeKernel<true, true, kThins> : decodeKernel<true, false, kThins>)
+                   : (args.shared_bins ? decodeKernel<false, true, kThins> : decodeKernel<false, false, kThins>);
+    };
+    const auto kernel = args.thins ? kernel_of(std::true_type()) : kernel_of(std::false_type());
     launchCuda(kernel, processors * kDecodeBlocks, kDecodeThreads, sizeof(DecodeShared), stream, args);
 }
 

@@ -44,6 +44,7 @@ struct DecodeFrame : FrameNow {
     uint32_t eye_count;
     bool merged;      // StereoMode::Merged, and there are two eyes: the networks look from look_from
     bool shared_bins; // both eyes' splats share slots, places and cells; tier `fast` only
+    bool thins;       // there is foveation: FrameNow::finest
     RasterConstants rules;
     BinGrid grid;
     DepthPass pass;

@@ -129,7 +129,7 @@ __device__ __forceinline__ void countCells(const DecodeFrame& args, uint32_t lis
 // takes a slot for each eye where a box round both would be larger than both together, and where blending could not tell
 // that it ends within an eye's own box (isNeedle()). Two such slots may meet in a bin; no eye sees both. Staged: Staging, or
 // what has its members.
-template <bool kShared, typename Staged>
+template <bool kShared, bool kThins, typename Staged>
 __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t e, Staged& staged, uint32_t count,
                                            const Turns& turns, const uint32_t (&anchors)[2],
                                            const uint32_t (&seen_by)[2], const float (&factors)[2], uint32_t lane,
@@ -195,8 +195,8 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
             if (here) {
                 ++tally.alive;
                 finite = finite && isfinite(rgb[0] + rgb[1] + rgb[2]); // geometry is for projectFast to see
-                drawn = finite && projectFast(args, e, position, sigma, q, opacity, rgb, model.source[anchor] * K + k,
-                                              out, finite);
+                drawn = finite && projectFast<kThins>(args, e, position, sigma, q, opacity, rgb,
+                                                      model.source[anchor] * K + k, out, finite);
                 if (!finite) // rare
                     atomicAdd(&args.counters->dropped[e], 1u);
             }

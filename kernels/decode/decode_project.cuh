@@ -4,6 +4,7 @@
 
 #include "kernels/cuda/halves.cuh"
 #include "kernels/decode/decode_cuda.h"
+#include "kernels/math/foveation.h"
 #include "kernels/math/projection.h"
 
 namespace gsc {
@@ -13,7 +14,8 @@ struct Candidate {
     SplatPlace place;
 };
 
-// Projects one Gaussian. False if it cannot change a pixel of the columns that are drawn.
+// Projects one Gaussian. False if it cannot change a pixel of the columns that are drawn. kThins: DecodeFrame::thins.
+template <bool kThins>
 __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t e, const float* position,
                                             const float* sigma, const float* quaternion, float opacity,
                                             const float* color, uint32_t order, Candidate& out, bool& finite)
@@ -52,10 +54,28 @@ __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t
         b = fmaf(pu, pv, b);
         c = fmaf(pv, pv, c);
     }
-    const float det = a * c - b * b;
+    float det = a * c - b * b;
     if (!(det > 0.0f)) {
         finite = det == det;
         return false;
+    }
+    if constexpr (kThins) {
+        const float ux = t.x * inv_z, uy = t.y * inv_z;
+        const float* gaze = args.gaze[e];
+        const float cosine =
+            __fdividef(fmaf(ux, gaze[0], fmaf(uy, gaze[1], gaze[2])), sqrtf(fmaf(ux, ux, fmaf(uy, uy, 1.0f))));
+        const float wanted = finestVariance(cosine, args.finest);
+        const float has = sqrtf(det); // geometric mean of both axes' variances
+        if (has < wanted) {
+            const float chance = __fdividef(has, wanted);
+            if (foveationRank(order) >= chance)
+                return false;
+            const float grows = __fdividef(wanted, has);
+            a *= grows;
+            b *= grows;
+            c *= grows;
+            det *= grows * grows;
+        }
     }
     const float inv_det = __fdividef(1.0f, det);
 

@@ -165,7 +165,7 @@ __device__ __forceinline__ void stageShapes(const DecodeNetworks& networks, uint
 }
 
 // emitStaged() for one of the two eyes that a warp counts for.
-template <bool kShared>
+template <bool kShared, bool kThins>
 __device__ __forceinline__ void emitForEye(const DecodeCudaArgs& args, uint32_t e, Staging& staged, uint32_t count,
                                            const Turns& turns, const uint32_t (&anchors)[2],
                                            const uint32_t (&seen_by)[2], const float (&factors)[2], uint32_t lane,
@@ -174,7 +174,7 @@ __device__ __forceinline__ void emitForEye(const DecodeCudaArgs& args, uint32_t 
     EyeTally tally = e == 0 ? left : right;
     if (kShared) // eyes that share their bins take the slots of both from the first one's
         tally.writer = left.writer;
-    emitStaged<kShared>(args, e, staged, count, turns, anchors, seen_by, factors, lane, tally);
+    emitStaged<kShared, kThins>(args, e, staged, count, turns, anchors, seen_by, factors, lane, tally);
     if (kShared)
         left.writer = tally.writer;
     if (e == 0)

@@ -13,6 +13,8 @@ struct FrameNow {
     float look_from[3];             // of networks that look once for both eyes (StereoMode::Merged)
     EyeBand bands[kMaxEyes];        // of `columns`
     float lod_bias, lod_fade;       // FrameOptions
+    float finest;                   // Foveation::smallest, as a variance
+    float gaze[kMaxEyes][3];        // unit vectors in the view's axes
     ColumnRange columns;            // FrameOptions
 };
 

@@ -120,6 +120,16 @@ enum class FrameView : uint32_t {
     Cost = 3,    // of a pixel: Gaussians evaluated for it, which EyeCounts::blend_evaluations sums up
 };
 
+// What may be left out away from where an eye looks (kernels/math/foveation.h): tier `fast` on a GPU; others draw everything.
+struct Foveation {
+    // Standard deviation, pixels, of the finest Gaussian at 40 degrees and beyond; within 12 degrees everything is drawn.
+    // 0 = everywhere.
+    float smallest = 0;
+    float gaze[kMaxEyes][2] = {}; // of each eye, right and down at depth 1; 0, 0 = along its axis
+
+    bool operator==(const Foveation&) const = default;
+};
+
 struct FrameOptions {
     Tier tier = Tier::Fast;
     StereoMode stereo = StereoMode::Exact; // one eye is the same in both
@@ -132,6 +142,7 @@ struct FrameOptions {
     float lod_hysteresis = 0;   // levels that a switch back and forth may lag behind, 0 to 1; 0 = upstream: not at all
     ReuseOptions reuse;
     FrameView view = FrameView::Picture;
+    Foveation foveation;
     // Columns of every eye that are drawn. Targets are of the whole image, and their other columns are not touched. Only
     // what the columns can show is selected and decoded, and counts are of that. Pixels and depths are those of the whole
     // image to the last byte in `exact`; in `fast` too, but for what kernels/README.md says of bands. With reuse every

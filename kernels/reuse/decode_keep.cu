@@ -15,8 +15,8 @@ constexpr uint32_t kItems = 2 * kItemsPerLane; // of a lane: 3 r + item
 // stand for its keys: nothing says that one of them may draw what the other sees.
 enum Look : uint32_t { kSecondOpacities = 0, kFirstKey = 1, kSecondKey = 2 }; // the last two: the bit of a key
 
-// kBank: the model has a feature bank, which makes the features depend on the place. kShared: DecodeFrame::shared_bins.
-template <bool kBank, bool kShared>
+// kBank: the model has a feature bank, which makes the features depend on the place. kShared, kThins: DecodeFrame.
+template <bool kBank, bool kShared, bool kThins>
 __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks) keepKernel(const __grid_constant__ KeepCudaArgs args)
 {
     GSC_DYNAMIC_SHARED(memory);
@@ -130,7 +130,8 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks) keepKernel(cons
                 float factors[2];
                 keptFactors(args.fraction, want.index, key, lane, factors);
                 const Turns turns = {!both || key == 0, !both || key == 1};
-                emitForEye<kShared>(args, key, staged, alive, turns, anchors, seen_by, factors, lane, left, right);
+                emitForEye<kShared, kThins>(args, key, staged, alive, turns, anchors, seen_by, factors, lane, left,
+                                            right);
             }
             __syncwarp();
         }
@@ -144,8 +145,13 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks) keepKernel(cons
 
 void decodeKeepCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
-    const auto kernel = args.bank != nullptr ? (args.shared_bins ? keepKernel<true, true> : keepKernel<true, false>)
-                                             : (args.shared_bins ? keepKernel<false, true> : keepKernel<false, false>);
+    const auto kernel_of = [&args](auto thins) {
+        constexpr bool kThins = decltype(thins)::value;
+        return args.bank != nullptr
+                   ? (args.shared_bins ? keepKernel<true, true, kThins> : keepKernel<true, false, kThins>)
+                   : (args.shared_bins ? keepKernel<false, true, kThins> : keepKernel<false, false, kThins>);
+    };
+    const auto kernel = args.thins ? kernel_of(std::true_type()) : kernel_of(std::false_type());
     launchCuda(kernel, processors * kDecodeBlocks, kDecodeThreads, sizeof(DecodeShared), stream, args);
 }
 

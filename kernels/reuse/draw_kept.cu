@@ -32,14 +32,14 @@ __device__ __forceinline__ void finishFirst(const KeepCudaArgs& args, Written& w
         if (!__any_sync(~0u, staged.slots.value != kNoSlot))
             continue;
         const uint32_t anchors[2] = {first, first};
-        emitStaged<true>(args, 1, staged, 32, {false, true}, anchors, none, factors, lane, tally);
+        emitStaged<true, false>(args, 1, staged, 32, {false, true}, anchors, none, factors, lane, tally);
         if (at + lane < kStaged)
             written.slot[at + lane] = kNoSlot;
     }
 }
 
-// kShared: DecodeFrame::shared_bins.
-template <bool kShared>
+// kShared, kThins: DecodeFrame.
+template <bool kShared, bool kThins>
 __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(const __grid_constant__ KeepCudaArgs args)
 {
     const uint32_t lane = threadIdx.x & 31u, g = lane >> 2;
@@ -89,8 +89,8 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(cons
                     staged.slots.value = written.of(staged.owner.value);
                     written.of(staged.owner.value) = kNoSlot;
                 }
-                emitStaged<kShared>(args, v, staged, min(count - first, 32u), turns, anchors, seen_by, factors, lane,
-                                    tally);
+                emitStaged<kShared, kThins>(args, v, staged, min(count - first, 32u), turns, anchors, seen_by, factors,
+                                            lane, tally);
                 if (kShared && !turns.last && some)
                     written.of(staged.owner.value) = staged.slots.value;
             }
@@ -118,8 +118,9 @@ uint32_t drawKeptGaps(uint32_t processors, uint32_t slot_capacity)
 
 void drawKeptCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
-    launchCuda(args.shared_bins ? drawKernel<true> : drawKernel<false>, processors * kBlocksPerProcessor, kThreads, 0,
-               stream, args);
+    const auto kernel = args.thins ? (args.shared_bins ? drawKernel<true, true> : drawKernel<false, true>)
+                                   : (args.shared_bins ? drawKernel<true, false> : drawKernel<false, false>);
+    launchCuda(kernel, processors * kBlocksPerProcessor, kThreads, 0, stream, args);
 }
 
 } // namespace gsc

@@ -135,6 +135,7 @@ void addPlayOptions(CLI::App& app, PlayOptions& options)
     addFrames(app, options);
     addViewOptions(app, options);
     addRunOptions(app, options);
+    addFoveationOptions(app, options, false);
     addWorkerOptions(app, options);
     addTargetOption(app, options);
     addOutputOptions(app, options);

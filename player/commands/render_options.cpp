@@ -140,6 +140,23 @@ void addLookOptions(CLI::App& app, PlayOptions& options)
               "nearest depth drawn, world units");
 }
 
+void addFoveationOptions(CLI::App& app, PlayOptions& options, bool knows_gaze)
+{
+    const Heading heading(app, "Rendering");
+    Choices<FoveationMode> modes = {{"none", FoveationMode::None}, {"fixed", FoveationMode::Fixed}};
+    if (knows_gaze)
+        modes.emplace_back("gaze", FoveationMode::Gaze);
+    addChoice<FoveationMode>(app, "--foveation", options.foveation, modes, "default: none",
+                             std::string("thin out Gaussians that are finer than an eye tells apart away from where it "
+                                         "looks, in tier fast on a GPU: "
+                                         "fixed: from the axis of each eye") +
+                                 (knows_gaze ? "; gaze: from where the eyes look, if the headset tells" : ""));
+    addNumber(
+        app, "--fovea-pixels", options.fovea_pixels, {0.1, 100}, " pixels", "X (default: 2)",
+        "with --foveation: standard deviation of the finest Gaussian 40 degrees away and beyond; up to 12 degrees "
+        "everything is drawn, and in between it grows with the angle");
+}
+
 void addRunOptions(CLI::App& app, PlayOptions& options)
 {
     const Heading heading(app, "Rendering");
@@ -210,6 +227,10 @@ void checkRenderOptions(const CLI::App& app, const PlayOptions& options, bool pa
         checkEffect(app, option, reuse.policy == ReusePolicy::Depth, "--reuse depth");
     for (const char* option : {"--reuse-bound", "--decode-budget"})
         checkEffect(app, option, reuse.policy == ReusePolicy::Error, "--reuse error");
+    checkEffect(app, "--fovea-pixels", options.foveation != FoveationMode::None, "--foveation");
+    if (options.foveation != FoveationMode::None && options.tier == Tier::Exact)
+        throw Error(ErrorCode::Usage, "--foveation: leaves Gaussians out, expected --tier fast; pass that or leave "
+                                      "--foveation out");
     checkEffect(app, "--cache-budget", reuse.policy != ReusePolicy::None, "--reuse depth or --reuse error");
     if (!paths_follow) {
         checkEyes(app, options);

@@ -18,6 +18,7 @@ void addFrames(CLI::App& app, PlayOptions& options); // --frames A:B
 void addViewOptions(CLI::App& app, PlayOptions& options, const std::string& size = "the camera's");
 void addLookOptions(CLI::App& app, PlayOptions& options); // colours, and how two eyes are drawn
 void addRunOptions(CLI::App& app, PlayOptions& options);  // tier, backend, memory, reuse, levels
+void addFoveationOptions(CLI::App& app, PlayOptions& options, bool knows_gaze);
 // --shard; `what` is split: "the frames". Every shard of it keeps what it has done in `file`, "--stats".
 void addShard(CLI::App& app, PlayOptions& options, const char* what, const char* file);
 void addTargetOption(CLI::App& app, PlayOptions& options);

@@ -69,9 +69,7 @@ void checkXrOptions(const CLI::App& app, const XrChoice& choice)
         return;
     if (options.play.input.empty())
         throw Error(ErrorCode::Usage, "FILE: not given, expected a .gsc model; pass one, or --info");
-    PlayOptions both = options.play;
-    both.eyes = 2;
-    checkRenderOptions(app, both, false);
+    checkRenderOptions(app, options.play, false);
     checkWorkerOptions(app, options.play);
     checkEffect(app, "--overwrite", !options.log.empty(), "--log");
     checkEffect(app, "--ride-fps", options.rides, "--ride");
@@ -108,6 +106,7 @@ ErrorCode runXrCommand(const XrChoice& choice, Reporter& report)
     }
     WindowOptions window;
     window.play = choice.xr.play;
+    window.play.eyes = 1;
     const WindowSummary summary = runWindow(window, report);
     if (report.json())
         report.object(windowJson(summary));
@@ -121,6 +120,7 @@ ErrorCode runXrCommand(const XrChoice& choice, Reporter& report)
 void addXrCommand(CLI::App& root, Invocation& invocation)
 {
     auto choice = std::make_shared<XrChoice>();
+    choice->xr.play.eyes = 2;
     CLI::App& command = addCommand(root, "xr", "Walk through a model in a headset");
     addFile(command, choice->xr.play);
     addXrOptions(command, *choice);
@@ -128,6 +128,7 @@ void addXrCommand(CLI::App& root, Invocation& invocation)
     addFrames(command, choice->xr.play);
     addLookOptions(command, choice->xr.play);
     addRunOptions(command, choice->xr.play);
+    addFoveationOptions(command, choice->xr.play, true);
     addTargetOption(command, choice->xr.play);
     addWorkerOptions(command, choice->xr.play);
     addReporterOptions(command, invocation.reporter, false);

@@ -74,6 +74,7 @@ public:
         exact.stereo = StereoMode::Exact;
         exact.lod_fade = 0;
         exact.reuse = {};
+        exact.foveation = {};
         (void)renderShot(m_scene, shot, eyeCount(), m_frame, m_renderer, m_images);
         (void)renderShot(m_scene, shot, eyeCount(), exact, reference, m_exact);
         for (uint32_t e = 0; e < eyeCount(); ++e)

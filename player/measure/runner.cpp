@@ -117,12 +117,8 @@ TimedFrame renderShot(const Scene& scene, const Shot& shot, uint32_t eye_count, 
 }
 
 ExactImages::ExactImages(const Scene& scene, const Path& path, const FrameOptions& frame, Renderer& renderer)
-    : m_scene(scene), m_path(path), m_frame(frame), m_renderer(renderer)
+    : m_scene(scene), m_path(path), m_frame(exactOptions(frame)), m_renderer(renderer)
 {
-    m_frame.tier = Tier::Exact;
-    m_frame.stereo = StereoMode::Exact;
-    m_frame.lod_bias = m_frame.lod_fade = m_frame.lod_hysteresis = 0;
-    m_frame.reuse = {};
 }
 
 bool ExactImages::fit(const Path& path, uint64_t budget)

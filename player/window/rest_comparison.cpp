@@ -39,16 +39,9 @@ void RestComparison::advance(double seconds, AskedPose pose, const FrameOptions&
     if (m_state == State::Compared || m_source.waiting() || seconds - m_rests_since < kRestSeconds)
         return;
     pose.format = PixelFormat::Rgb32f;
-    FrameOptions frame = options;
-    if (m_state == State::Exact) {
-        frame.tier = Tier::Exact;
-        frame.stereo = StereoMode::Exact;
-        frame.reuse = {};
-        frame.lod_bias = frame.lod_fade = frame.lod_hysteresis = 0;
-    } else {
-        m_state = State::Picture; // also after one that could not be drawn
-    }
-    m_pose = m_source.submit(pose, frame);
+    if (m_state == State::Moving)
+        m_state = State::Picture;
+    m_pose = m_source.submit(pose, m_state == State::Exact ? exactOptions(options) : options);
 }
 
 bool RestComparison::take(DrawnPose& drawn)

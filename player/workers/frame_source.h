@@ -20,7 +20,8 @@ struct AskedPose {
     Shot shot;
     uint32_t eyes = 1;
     PixelFormat format = PixelFormat::Rgba8;
-    bool wants_depth = false; // for the host; the picture is not shown
+    bool wants_depth = false;     // for the host; the picture is not shown
+    float gaze[kMaxEyes][2] = {}; // Foveation's
 };
 
 struct DrawnPose {

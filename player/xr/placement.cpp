@@ -132,6 +132,14 @@ void Placement::drag(const glm::dvec3 (&from)[2], const glm::dvec3 (&to)[2])
     m_origin = held - m_scale * (m_axes * ((to[0] + to[1]) / 2.0));
 }
 
+std::array<float, 2> gazeOf(const SpaceEye& eye, const SpacePose& gaze)
+{
+    const glm::dvec3 along = glm::inverse(eye.pose.rotation) * (gaze.rotation * glm::dvec3(0, 0, -1));
+    if (!isFinite(along) || !(-along.z > 0.5 * glm::length(along)))
+        return {0, 0};
+    return {float(along.x / -along.z), float(along.y / along.z)};
+}
+
 std::optional<glm::dvec3> pointOnFloor(const SpacePose& hand, double height, double most)
 {
     const glm::dvec3 along = glm::mat3_cast(hand.rotation) * glm::dvec3(0, 0, -1);

@@ -9,6 +9,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 
+#include <array>
 #include <optional>
 
 namespace gsc {
@@ -61,6 +62,10 @@ private:
     glm::dmat3 m_axes{1.0};
     double m_scale = 1, m_first_scale = 1;
 };
+
+// Where `gaze` points in an eye's view, right and down at depth 1: at what is far away, where eyes look about the same way. 0, 0
+// where that is more than 60 degrees off the axis.
+std::array<float, 2> gazeOf(const SpaceEye& eye, const SpacePose& gaze);
 
 // Where a ray from `hand` along its forward axis meets the plane at that height; at most `most` metres away from the hand
 // seen from above. None where it does not point down.

@@ -161,9 +161,8 @@ void XrSession::frame()
         requestExit();
 }
 
-void XrSession::move(const HeadsetFrame& frame)
+void XrSession::move(const HeadsetFrame& frame, const HeadsetInput& input)
 {
-    const HeadsetInput input = m_headset.input(frame.display_time);
     if (m_ride) {
         m_place = m_ride->at(double(frame.display_time - m_first_time) / 1e9);
         m_moved = true;
@@ -182,15 +181,17 @@ void XrSession::ask(const HeadsetFrame& frame, XrFrame& line)
     line.tracked = m_headset.locate(time, m_eyes);
     if (m_eyes.empty())
         return;
-    move(frame);
+    const HeadsetInput input = m_headset.input(frame.display_time);
+    move(frame, input);
     if (!line.tracked)
         return; // what was drawn last stays where it was
     if (m_guard)
         m_frame_options.lod_bias = float(m_guard->bias());
-    (void)m_source.submit(views(time), m_frame_options);
+    const bool gazes = m_options.play.foveation == FoveationMode::Gaze && input.gaze;
+    (void)m_source.submit(views(time, gazes ? &*input.gaze : nullptr), m_frame_options);
 }
 
-AskedViews XrSession::views(int64_t time) const
+AskedViews XrSession::views(int64_t time, const SpacePose* gaze) const
 {
     const Shot& lens = m_shots.front();
     AskedViews views;
@@ -215,6 +216,10 @@ AskedViews XrSession::views(int64_t time) const
         if (view + 1 < m_eyes.size()) {
             pair.shot.right_eye = camera(view + 1);
             pair.eyes = 2;
+        }
+        for (size_t e = 0; gaze != nullptr && e < pair.eyes; ++e) {
+            const std::array<float, 2> at = gazeOf(m_eyes[view + e], *gaze);
+            std::ranges::copy(at, pair.gaze[e]);
         }
     }
     return views;

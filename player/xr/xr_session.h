@@ -28,10 +28,10 @@ private:
     using Clock = std::chrono::steady_clock;
 
     void frame();
-    void move(const HeadsetFrame& frame);
+    void move(const HeadsetFrame& frame, const HeadsetInput& input);
     void ask(const HeadsetFrame& frame, XrFrame& line);
     void take(XrFrame& line);
-    [[nodiscard]] AskedViews views(int64_t time) const;
+    [[nodiscard]] AskedViews views(int64_t time, const SpacePose* gaze) const;
     [[nodiscard]] Placement startPlace() const;
 
     XrOptions m_options;

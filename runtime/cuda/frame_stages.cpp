@@ -31,6 +31,7 @@ void setDecodeFrame(DecodeFrame& frame, const FrameJob& job, uint32_t pass)
     frame.eye_count = job.shape.eye_count;
     frame.merged = job.shape.merged;
     frame.shared_bins = job.shape.shared_bins;
+    frame.thins = job.shape.thins;
     frame.rules = job.shape.rules;
     frame.grid = job.shape.grid;
     frame.pass = passOf(job, pass);
@@ -109,6 +110,7 @@ FrameShape frameShape(const ModelParams& params, Tier tier, uint32_t eye_count, 
     shape.exact = tier == Tier::Exact;
     shape.fades = levelsFade(params, options.lod_fade);
     shape.merged = decodesMerged(options, eye_count);
+    shape.thins = !shape.exact && options.foveation.smallest > 0;
     shape.uses_reuse = options.reuse.policy != ReusePolicy::None;
     std::copy_n(options.background, 3, shape.background);
     shape.appearance = options.appearance;
@@ -116,6 +118,17 @@ FrameShape frameShape(const ModelParams& params, Tier tier, uint32_t eye_count, 
     shape.view = options.view;
     shape.shareBins(eyes);
     return shape;
+}
+
+void setFoveation(const Foveation& foveation, FrameNow& now)
+{
+    now.finest = foveation.smallest * foveation.smallest;
+    for (size_t e = 0; e < kMaxEyes; ++e) {
+        const float x = foveation.gaze[e][0], y = foveation.gaze[e][1], length = std::sqrt(x * x + y * y + 1);
+        now.gaze[e][0] = x / length;
+        now.gaze[e][1] = y / length;
+        now.gaze[e][2] = 1 / length;
+    }
 }
 
 FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const FrameShape& shape,

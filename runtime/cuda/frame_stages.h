@@ -25,6 +25,7 @@ struct FrameShape {
     bool merged;          // one decode for both eyes
     bool shared_bins;     // one list of splats per bin for both eyes
     bool uses_reuse;      // one pass, `fast`
+    bool thins;           // foveation
     bool limits_decoding; // with reuse: there is a decode budget
     bool depths;          // of pixels, for a target that wants them
     float background[3];
@@ -50,6 +51,8 @@ struct FrameShape {
 // Error(Unsupported) for what cannot be drawn.
 FrameShape frameShape(const ModelParams& params, Tier tier, uint32_t eye_count, const FrameOptions& options,
                       EyeParams* eyes);
+
+void setFoveation(const Foveation& foveation, FrameNow& now);
 
 // The histogram and the counters behind it, zero when a frame starts, but for the times.
 constexpr size_t kClearedBytes = kDepthBuckets * sizeof(uint32_t) + offsetof(FrameCounters, stage_ns);

@@ -238,6 +238,7 @@ const FrameNow& CudaRenderer::beginNow(const FrameShape& shape, const FrameNow& 
             mergedCenter(m_now.eyes, m_now.look_from);
         m_now.lod_bias = options.lod_bias;
         m_now.lod_fade = options.lod_fade;
+        setFoveation(options.foveation, m_now);
         if (!shape.uses_reuse)
             m_reuse.skipFrame();
     }

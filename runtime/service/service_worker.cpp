@@ -267,13 +267,14 @@ void RendererService::Core::prepare(Worker& w, PartInFlight& part, bool stale)
         part.bridge = w.bridge;
         buffer = part.bridge->buffer(part.slot, work.bytes);
     }
+    part.options = work.options;
+    part.options.columns = part.part.columns;
     for (uint32_t e = 0; e < work.eye_count; ++e)
         if (part.part.eyes >> e & 1) {
+            std::ranges::copy(work.options.foveation.gaze[e], part.options.foveation.gaze[part.eyes.size()]);
             part.eyes.push_back(work.eyes[e]);
             part.targets.push_back(work.target(e, buffer.kind, static_cast<std::byte*>(buffer.pixels)));
         }
-    part.options = work.options;
-    part.options.columns = part.part.columns;
 }
 
 // Waits for the oldest part and brings it home.

@@ -179,6 +179,22 @@ TEST_CASE("placement: a hand points at the floor")
     CHECK_FALSE(pointOnFloor(hand, -1.6, 15));
 }
 
+TEST_CASE("placement: gaze is right and down in the view of each eye")
+{
+    const auto turned = [](double yaw, double pitch) {
+        return glm::angleAxis(yaw, glm::dvec3(0, 1, 0)) * glm::angleAxis(pitch, glm::dvec3(1, 0, 0));
+    };
+    const SpaceEye eye = eyeAt({1, 2, 3}, turned(0.3, 0)); // looks to the left
+    const std::array<float, 2> ahead = gazeOf(eye, {{0, 0, 0}, turned(0.3, 0)});
+    CHECK(std::abs(ahead[0]) < 1e-6f);
+    CHECK(std::abs(ahead[1]) < 1e-6f);
+    const std::array<float, 2> right = gazeOf(eye, {{0, 0, 0}, turned(0, 0)});
+    CHECK(double(right[0]) == doctest::Approx(std::tan(0.3)));
+    CHECK(double(gazeOf(eyeAt({0, 0, 0}), {{0, 0, 0}, turned(0, -0.2)})[1]) == doctest::Approx(std::tan(0.2))); // down
+    CHECK(gazeOf(eyeAt({0, 0, 0}), {{0, 0, 0}, turned(1.2, 0)}) == std::array<float, 2>{0, 0});
+    CHECK(gazeOf(eyeAt({0, 0, 0}), {{0, 0, 0}, turned(3.1, 0)}) == std::array<float, 2>{0, 0});
+}
+
 TEST_CASE("ride: at cameras it is their place, between them on the straight way, outside it stands")
 {
     const std::vector<Camera> cameras = {cameraAt({0, 0, 0}, 0, 0.2), cameraAt({2, 0, 4}, 0.6, 0.2),

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """gsc-play xr from the headset's side: a fake OpenXR runtime says where eyes, hands and gaze are, ends sessions in every way
-there is, and keeps what it was given. Exits with 77 where Mesa's lavapipe is missing.
+there is, and keeps what it was given. Exits with 77 where Mesa's lavapipe is missing. With GSC_XR_BACKEND=cuda a GPU draws, and
+its own Vulkan shows.
 
 test_xr.py SOURCE_FOLDER GSC_PLAY GSC RUNTIME_MANIFEST [TEST]...
 """
@@ -28,7 +29,8 @@ except ImportError:  # the schema checks are then left out, and the run says so
 
 SOURCE, PLAY, GSC, MANIFEST = (pathlib.Path(a).resolve() for a in sys.argv[1:5])
 SIZE = (96, 88)
-DEVICES = ("--devices", "cpu")
+BACKEND = ("--backend", xr_case.BACKEND)
+DEVICES = ("--devices", xr_case.BACKEND)
 HZ = 90
 FAR_AWAY = "hang:1,hang-ms:10000"  # no frame is drawn, and none ends for longer than the session lasts
 
@@ -70,7 +72,7 @@ class XrCase(unittest.TestCase):
         path.write_text(json.dumps(made))
         return path
 
-    def xr(self, model: str, *arguments: object, settings: pathlib.Path | None, code: int = 0, backend: tuple = ("--backend", "cpu"),
+    def xr(self, model: str, *arguments: object, settings: pathlib.Path | None, code: int = 0, backend: tuple = BACKEND,
            log: bool = True) -> Run:
         words = [PLAY, "xr", f"../{model}.gsc", *backend, *arguments] + (["--log", "log.jsonl", "-w"] if log else [])
         done = subprocess.run([str(word) for word in words], cwd=self.folder, capture_output=True, text=True, check=False,
@@ -119,7 +121,7 @@ class XrCase(unittest.TestCase):
             path = self.folder / f"view{index}.json"
             path.write_text(json.dumps(trajectory))
             stream = subprocess.run([PLAY, f"../{model}.gsc", "--cameras", path, "--out", "-", "--stream", "rgb24", "-q",
-                                     "--backend", "cpu", *map(str, arguments)], cwd=self.folder, check=True, capture_output=True).stdout
+                                     *BACKEND, *map(str, arguments)], cwd=self.folder, check=True, capture_output=True).stdout
             bytes_each = 3 * size[0] * size[1]
             self.assertEqual(len(stream), bytes_each * len(mine))
             for i, (_, number) in enumerate(mine):
@@ -182,7 +184,7 @@ class XrTest(XrCase):
         run = self.xr("room", settings=self.settings(40, clock="real", hz=30))
         fresh = [line for line in run.log if line["fresh"]]
         self.assertGreater(len(fresh), 5)
-        self.assertTrue(all(line["age"] >= 1 for line in fresh))
+        self.assertLess(len({line["shows"] for line in run.log if line["shows"]}), len(run.log))
         self.assertGreater(self.check_pictures(run, "room"), 10)
         again = [line for line in run.log if line["shows"] and not line["fresh"]]
         for line in again:  # the pose of the picture, not that of the frame
@@ -309,7 +311,7 @@ class XrTest(XrCase):
             with self.subTest(event):
                 settings = self.settings(events=[{"frame": 10, "do": event}])
                 (self.folder / "fake.jsonl").unlink(missing_ok=True)
-                done = subprocess.run([PLAY, "xr", "../room.gsc", "--backend", "cpu"], cwd=self.folder, capture_output=True, text=True,
+                done = subprocess.run([PLAY, "xr", "../room.gsc", *BACKEND], cwd=self.folder, capture_output=True, text=True,
                                       env=environment(MANIFEST, settings), timeout=xr_case.SECONDS, check=False)
                 self.assertEqual(done.returncode, 7, done.stderr)
                 self.assertRegex(done.stderr, r"error: headset: .*gone.*, expected .*; ")
@@ -331,7 +333,7 @@ class XrTest(XrCase):
         self.assertEqual({path.name for path in self.folder.iterdir()} - {"dump"}, {"fake.jsonl", "settings.json"})
 
     def ended(self, *arguments: object, settings: pathlib.Path | None) -> subprocess.CompletedProcess:
-        return subprocess.run([str(word) for word in (PLAY, "xr", *arguments, "--backend", "cpu")], cwd=self.folder, capture_output=True,
+        return subprocess.run([str(word) for word in (PLAY, "xr", *arguments, *BACKEND)], cwd=self.folder, capture_output=True,
                               text=True, env=environment(MANIFEST if settings else None, settings), timeout=xr_case.SECONDS, check=False)
 
     def test_fallback(self) -> None:
@@ -341,7 +343,7 @@ class XrTest(XrCase):
 
     def test_interrupted(self) -> None:
         settings = self.settings(clock="real", hz=HZ)
-        process = subprocess.Popen([str(PLAY), "xr", "../room.gsc", "--backend", "cpu", "--log", "log.jsonl"], cwd=self.folder,
+        process = subprocess.Popen([str(PLAY), "xr", "../room.gsc", *BACKEND, "--log", "log.jsonl"], cwd=self.folder,
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment(MANIFEST, settings))
         log = self.folder / "log.jsonl"
         end = time.monotonic() + xr_case.SECONDS
