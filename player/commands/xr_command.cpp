@@ -8,7 +8,6 @@
 #include "player/xr/xr.h"
 
 #include <memory>
-#include <string_view>
 
 namespace gsc {
 
@@ -65,8 +64,12 @@ void addXrOptions(CLI::App& app, XrChoice& choice)
 void checkXrOptions(const CLI::App& app, const XrChoice& choice)
 {
     const XrOptions& options = choice.xr;
-    if (choice.info)
+    if (choice.info) {
+        for (const char* option : {"FILE", "--fallback", "--ride", "--ride-fps", "--keep-place", "--xr-sync",
+                                   "--seconds", "--log", "--overwrite", "--metre", "--cameras", "--target-ms"})
+            checkEffect(app, option, false, "no --info");
         return;
+    }
     if (options.play.input.empty())
         throw Error(ErrorCode::Usage, "FILE: not given, expected a .gsc model; pass one, or --info");
     checkRenderOptions(app, options.play, false);
@@ -97,12 +100,10 @@ ErrorCode runXrCommand(const XrChoice& choice, Reporter& report)
         else
             report.text(xrText(summary));
         return ErrorCode::Ok;
-    } catch (const Error& e) {
-        const bool of_headset = e.code() == ErrorCode::Unsupported ||
-                                (e.code() == ErrorCode::Device && std::string_view(e.what()).starts_with("headset: "));
-        if (choice.fallback != "window" || !of_headset)
+    } catch (const HeadsetError& e) {
+        if (choice.fallback != "window")
             throw;
-        report.warning(std::string(e.what()) + "; a window is opened instead");
+        report.warning(std::string(e.what()) + "; a window is opened instead, without what is a headset's alone");
     }
     WindowOptions window;
     window.play = choice.xr.play;

@@ -23,6 +23,8 @@ HandOverRing::HandOverRing(SharedMemory& memory, const DeviceId& device)
 
 HandOverRing::~HandOverRing()
 {
+    m_device.reset(); // waits for its copies
+    m_memory.importerGone();
     for (const SharedBlock& block : m_blocks)
         try {
             if (block.id != 0)

@@ -83,16 +83,21 @@ void PictureCopy::wait()
     m_timed = false;
 }
 
+void PictureCopy::reserve(size_t bytes)
+{
+    if (bytes <= m_staging.bytes)
+        return;
+    m_staging = {};
+    m_staging = VulkanBuffer(m_device, bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
+                             VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT);
+}
+
 void PictureCopy::begin(std::span<const ShownPicture> pictures)
 {
     size_t bytes = 0;
     for (const ShownPicture& picture : pictures)
         bytes += picture.pixels != nullptr ? bytesOf(picture) : 0;
-    if (bytes > m_staging.bytes) {
-        m_staging = {};
-        m_staging = VulkanBuffer(m_device, bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
-                                 VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT);
-    }
+    reserve(bytes);
     std::byte* at = m_staging.mapped;
     for (const ShownPicture& picture : pictures)
         if (picture.pixels != nullptr) {

@@ -18,6 +18,7 @@ public:
     // Until the GPU is done with the frame before. Throws Error(Device) where it is not after ten seconds.
     void wait();
 
+    void reserve(size_t bytes); // for pictures in memory of this process: later frames then allocate nothing
     // Begins to record: brings those in memory of this process to where the GPU reads.
     void begin(std::span<const ShownPicture> pictures);
     // Once for each of begin()'s, in their order: to `image` in layout TRANSFER_DST_OPTIMAL, at x, y. `block`: the buffer of

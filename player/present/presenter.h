@@ -97,6 +97,8 @@ public:
     virtual SharedBlock makeShared(size_t bytes) = 0;
     virtual void freeShared(uint32_t id) = 0; // after the display has read it
     virtual int semaphoreFile() = 0;          // of a timeline that starts at 0; the importer owns it
+    // The importer has gone, and what the display waits for comes from nobody else.
+    virtual void importerGone() = 0;
 };
 
 class Presenter : public SharedMemory {

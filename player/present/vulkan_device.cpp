@@ -84,17 +84,18 @@ void checkVulkan(VkResult result, const char* what)
         return;
     const bool full = result == VK_ERROR_OUT_OF_HOST_MEMORY || result == VK_ERROR_OUT_OF_DEVICE_MEMORY;
     const bool lost = result == VK_ERROR_DEVICE_LOST || result == VK_ERROR_SURFACE_LOST_KHR;
-    throw Error(full ? ErrorCode::OutOfMemory : ErrorCode::Device,
-                formatString("display: %s failed with Vulkan's code %d%s, expected success; %s", what, int(result),
-                             lost ? " (lost)" : "",
-                             full ? "make the window smaller" : "start again, without a window if it stays so"));
+    throw Error(
+        full ? ErrorCode::OutOfMemory : ErrorCode::Device,
+        formatString("display: %s failed with Vulkan's code %d%s, expected success; %s", what, int(result),
+                     lost ? " (lost)" : "",
+                     full ? "make the pictures smaller" : "start again, or play without a display if it stays so"));
 }
 
 VulkanDevice::VulkanDevice(const VulkanDeviceOptions& options) : m_options(options)
 {
     auto application = vulkanInfo<VkApplicationInfo>(VK_STRUCTURE_TYPE_APPLICATION_INFO);
     application.pApplicationName = "gsc-play";
-    application.apiVersion = VK_API_VERSION_1_2;
+    application.apiVersion = m_options.version;
     auto info = vulkanInfo<VkInstanceCreateInfo>(VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO);
     info.pApplicationInfo = &application;
     info.enabledExtensionCount = uint32_t(m_options.instance_extensions.size());
@@ -105,7 +106,7 @@ VulkanDevice::VulkanDevice(const VulkanDeviceOptions& options) : m_options(optio
         throw Error(
             ErrorCode::Unsupported,
             formatString("display: no Vulkan driver (code %d), expected one of Vulkan 1.2; install one, such as "
-                         "mesa-vulkan-drivers, or play without a window",
+                         "mesa-vulkan-drivers, or play without a display",
                          int(result)));
 }
 
@@ -148,7 +149,7 @@ void VulkanDevice::choose(VkSurfaceKHR surface)
     if (best < 0)
         throw Error(ErrorCode::Unsupported,
                     formatString("display: none of %zu Vulkan devices shows pictures%s, expected one of Vulkan 1.2; "
-                                 "update the driver, or play without a window",
+                                 "update the driver, or play without a display",
                                  all.size(), m_options.presents ? " in a window" : ""));
 }
 
@@ -174,8 +175,12 @@ void VulkanDevice::open(VkSurfaceKHR surface)
         each.queueCount = 1;
         each.pQueuePriorities = &priority;
     }
-    auto features = vulkanInfo<VkPhysicalDeviceVulkan12Features>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES);
-    features.timelineSemaphore = features.hostQueryReset = VK_TRUE;
+    // not VkPhysicalDeviceVulkan12Features: an OpenXR runtime may add one of these itself, which must not stand beside that
+    auto timeline = vulkanInfo<VkPhysicalDeviceTimelineSemaphoreFeatures>(
+        VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_TIMELINE_SEMAPHORE_FEATURES);
+    auto features = vulkanInfo<VkPhysicalDeviceHostQueryResetFeatures>(
+        VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_HOST_QUERY_RESET_FEATURES, &timeline);
+    timeline.timelineSemaphore = features.hostQueryReset = VK_TRUE;
     auto info = vulkanInfo<VkDeviceCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO, &features);
     info.queueCreateInfoCount = uint32_t(queues.size());
     info.pQueueCreateInfos = queues.data();
@@ -207,7 +212,7 @@ uint32_t VulkanDevice::memoryType(uint32_t bits, VkMemoryPropertyFlags wanted) c
     throw Error(
         ErrorCode::Unsupported,
         formatString("display: %s has no memory of kind %u, expected some; update its driver, or play without a "
-                     "window",
+                     "display",
                      name.c_str(), wanted));
 }
 

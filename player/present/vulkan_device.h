@@ -34,6 +34,7 @@ struct VulkanDeviceOptions {
     std::vector<const char*> instance_extensions; // that a surface needs
     std::optional<DeviceUuid> uuid;               // of the device that is best
     bool presents = false;                        // to a surface
+    uint32_t version = VK_API_VERSION_1_2;        // at least
     std::optional<VulkanMaker> maker;             // none = the program; one has a single queue, which draws
 };
 

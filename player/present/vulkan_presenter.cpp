@@ -80,6 +80,7 @@ public:
     }
 
     int semaphoreFile() override { return m_blocks->semaphoreFile(); }
+    void importerGone() override { m_blocks->unblock(); }
 
     WindowInput poll(double seconds) override
     {

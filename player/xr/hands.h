@@ -20,6 +20,12 @@ public:
     //   menu     back to the start
     bool step(Placement& placement, const HeadsetInput& input, const SpacePose& head, double seconds);
 
+    void letGo() // of what hands hold: they are somewhere else at once
+    {
+        for (Hand& hand : m_hands)
+            hand.held.reset();
+    }
+
 private:
     struct Hand {
         std::optional<SpacePose> held; // the grip of the step before, while it grabs

@@ -16,17 +16,17 @@ constexpr const char* kWhat = "the place of a headset";
 constexpr uint64_t kMostBytes = 1 << 16;
 constexpr const char* kAxes[] = {"right", "up", "backward"};
 
-std::string pathOf(const std::string& model)
-{
-    return model + ".place.json";
-}
-
 OrderedJson vectorJson(const glm::dvec3& v)
 {
     return {v.x, v.y, v.z};
 }
 
 } // namespace
+
+std::string placePath(const std::string& model)
+{
+    return model + ".place.json";
+}
 
 OrderedJson placeJson(const Placement& place)
 {
@@ -39,7 +39,7 @@ OrderedJson placeJson(const Placement& place)
 
 std::optional<Placement> readPlace(const std::string& model)
 {
-    const std::string path = pathOf(model);
+    const std::string path = placePath(model);
     if (!std::filesystem::exists(path))
         return std::nullopt;
     const ParsedJson parsed = parseJson(readInputText(path, kMostBytes, kWhat), path, kWhat);
@@ -70,7 +70,7 @@ std::string writePlace(const std::string& model, const Placement& place)
 {
     OrderedJson json = {{"schema", kSchema}};
     json.update(placeJson(place));
-    const std::string path = pathOf(model);
+    const std::string path = placePath(model);
     writeTextFile(path, jsonText(json) + "\n", true);
     return path;
 }

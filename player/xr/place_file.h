@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a viewer was in a model, beside the model: MODEL.gsc.place.json (schemas/place.schema.json).
+// Where a viewer's eyes start in a model, beside the model: MODEL.gsc.place.json (schemas/place.schema.json).
 #pragma once
 
 #include "player/tool/json.h"
@@ -11,6 +11,8 @@
 namespace gsc {
 
 OrderedJson placeJson(const Placement& place); // without the schema's name
+
+std::string placePath(const std::string& model);
 
 // None where there is no such file. Throws Error: Io, InvalidFile.
 std::optional<Placement> readPlace(const std::string& model);

@@ -13,11 +13,6 @@ Ride::Ride(std::vector<Camera> cameras, double fps, const double (&up)[3], doubl
 {
 }
 
-double Ride::seconds() const
-{
-    return double(m_cameras.size() - 1) / m_fps;
-}
-
 Placement Ride::at(double seconds) const
 {
     const double frame = std::clamp(seconds * m_fps, 0.0, double(m_cameras.size() - 1));

@@ -13,7 +13,6 @@ public:
     // At least one camera; `fps` of them a second. The rest is as Placement has it.
     Ride(std::vector<Camera> cameras, double fps, const double (&up)[3], double metre, double eye_height);
 
-    [[nodiscard]] double seconds() const; // from the first camera to the last
     // Where the space is after so many seconds: on the straight way between two cameras; before the first and after the last
     // it stands there.
     [[nodiscard]] Placement at(double seconds) const;

@@ -12,8 +12,8 @@ namespace gsc {
 
 // Eyes as they were located, and the cameras of each pair.
 struct AskedViews {
-    uint64_t frame = 0; // of the headset, in which they were located
-    int64_t time = 0;   // that they were located for
+    uint64_t frame = 0;             // of the headset, in which they were located
+    int64_t shown_at = 0, time = 0; // when that frame was to be seen; that they were located for
     float lod_bias = 0;
     std::vector<SpaceEye> eyes;
     std::vector<AskedPose> pairs;
@@ -26,8 +26,8 @@ struct DrawnViews {
 
 class ViewSource {
 public:
-    // `waits`: every frame is drawn, in order, and one that cannot be is an error. `log` is used by another thread while a
-    // renderer is made anew: by nobody else then. Throws Error.
+    // `waits`: every frame is drawn, in order, and one that cannot be is an error. While a renderer is made anew, `log` belongs
+    // to the thread that does so. Throws Error.
     ViewSource(std::shared_ptr<const Scene> scene, const PlayOptions& play, SharedMemory& memory, bool waits,
                size_t views, Reporter& log);
 

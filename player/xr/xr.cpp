@@ -7,9 +7,10 @@
 #include "player/module/load_module.h"
 #include "player/workers/worker_options.h"
 #include "player/workers/worker_report.h"
+#include "player/xr/place_file.h"
 #include "player/xr/xr_session.h"
 
-#include <span>
+#include <string_view>
 
 namespace gsc {
 
@@ -33,16 +34,49 @@ std::unique_ptr<Headset> openHeadset(const XrOptions& options)
 #endif
 }
 
-void checkLog(const XrOptions& options)
+// Files that are written must not fall on others, and their folders must be there: nobody wants to hear that at the end.
+void checkFiles(const XrOptions& options)
 {
-    if (options.log.empty())
-        return;
-    std::vector<NamedPath> inputs = {{options.play.input, "the model"}};
+    std::vector<NamedPath> inputs = {{options.play.input, "the model"}}, outputs;
     if (options.play.cameras != "stored")
         inputs.push_back({options.play.cameras, "the camera file"});
-    const NamedPath out{options.log, "--log"};
-    checkOutputsDiffer(std::span(&out, 1), inputs);
-    checkOutput(options.log, OutputKind::Binary, options.play.overwrite);
+    if (options.keeps_place)
+        outputs.push_back({placePath(options.play.input), "--keep-place"});
+    if (!options.log.empty())
+        outputs.push_back({options.log, "--log"});
+    checkOutputsDiffer(outputs, inputs);
+    if (options.keeps_place)
+        checkOutput(placePath(options.play.input), OutputKind::Text, true);
+    if (!options.log.empty())
+        checkOutput(options.log, OutputKind::Binary, options.play.overwrite);
+}
+
+// An error of the headset's, which another way of showing the model does not have.
+[[noreturn]] void failHeadset(const Error& e)
+{
+    throw HeadsetError(e.code(), e.what());
+}
+
+bool isOfHeadset(const Error& e)
+{
+    const std::string_view text = e.what();
+    return (e.code() == ErrorCode::Device || e.code() == ErrorCode::Unsupported) &&
+           (text.starts_with("headset: ") || text.starts_with("display: "));
+}
+
+// Until the session is over, or does not end though it was interrupted.
+void play(XrSession& session)
+{
+    std::optional<std::chrono::steady_clock::time_point> since;
+    while (session.step()) {
+        if (!interrupted())
+            continue;
+        if (!since)
+            since = std::chrono::steady_clock::now();
+        session.requestExit();
+        if (std::chrono::steady_clock::now() - *since > std::chrono::duration<double>(kExitSeconds))
+            return;
+    }
 }
 
 OrderedJson spreadJson(const Spread& spread)
@@ -58,8 +92,13 @@ OrderedJson spreadJson(const Spread& spread)
 
 XrSummary runXr(const XrOptions& options, Reporter& log)
 {
-    checkLog(options);
-    const std::unique_ptr<Headset> headset = openHeadset(options);
+    checkFiles(options);
+    std::unique_ptr<Headset> headset;
+    try {
+        headset = openHeadset(options);
+    } catch (const Error& e) {
+        failHeadset(e);
+    }
     const std::shared_ptr<const Scene> scene = Scene::open(options.play.input, options.play.verify);
     const HeadsetFacts& facts = headset->facts();
     log.tell(formatString("%s on %s, %zu views of %ux%u", facts.headset.c_str(), facts.runtime.c_str(),
@@ -67,19 +106,23 @@ XrSummary runXr(const XrOptions& options, Reporter& log)
     if (!facts.draws)
         log.detail(formatString("%s shows what another device draws: pictures go through memory of the host",
                                 facts.gpu.c_str()));
-    XrSession session(options, scene, *headset, log);
-    std::optional<std::chrono::steady_clock::time_point> since;
-    while (session.step()) {
-        if (!interrupted())
-            continue;
-        if (!since)
-            since = std::chrono::steady_clock::now();
-        session.requestExit();
-        if (std::chrono::steady_clock::now() - *since > std::chrono::duration<double>(kExitSeconds))
-            break;
+    std::optional<XrSession> session;
+    try {
+        session.emplace(options, scene, *headset, log);
+        play(*session);
+    } catch (const Error& e) {
+        if (session && options.keeps_place)
+            try {
+                log.tell("wrote " + session->keepPlace());
+            } catch (const Error& of_place) {
+                log.warning(of_place.what());
+            }
+        if (isOfHeadset(e))
+            failHeadset(e);
+        throw;
     }
-    const XrSummary summary = session.finish();
-    if (since)
+    const XrSummary summary = session->finish();
+    if (interrupted())
         throw Error(ErrorCode::Interrupted,
                     "interrupted: the session was ended by a signal, expected that it is left in "
                     "the headset; what was written is whole");

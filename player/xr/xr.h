@@ -58,6 +58,11 @@ struct XrSummary {
     std::string place; // file that was written, empty = none
 };
 
+// What runXr() throws where the headset is the reason: another way of showing the model may do.
+struct HeadsetError : Error {
+    using Error::Error;
+};
+
 // Returns when the session is over. Throws Error: Unsupported without a runtime, a headset or a build that has one; Device
 // where they or every device that draws are lost; Interrupted; others as the renderer has them.
 XrSummary runXr(const XrOptions& options, Reporter& log);

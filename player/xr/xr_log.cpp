@@ -28,8 +28,14 @@ XrLog::XrLog(const std::string& path, bool overwrite) : m_path(path)
 
 XrLog::~XrLog()
 {
+    close();
+}
+
+void XrLog::close()
+{
     if (m_file != nullptr)
         std::fclose(m_file);
+    m_file = nullptr;
 }
 
 void XrLog::add(const XrFrame& frame)

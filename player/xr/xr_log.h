@@ -16,6 +16,7 @@ public:
     XrLog& operator=(const XrLog&) = delete;
 
     void add(const XrFrame& frame); // its line is in the file at once. Throws Error(Io)
+    void close();                   // the file takes no more
     void sumUp(XrSummary& summary) const;
 
 private:

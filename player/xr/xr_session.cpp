@@ -61,6 +61,17 @@ SpacePose headOf(const std::vector<SpaceEye>& eyes)
     return head;
 }
 
+// `place` so many metres higher, and as large.
+Placement placed(const Placement& place, double higher, double scale)
+{
+    return {place.toWorld({0, higher, 0}), place.axes(), scale};
+}
+
+int64_t refreshes(int64_t time, int64_t period)
+{
+    return period > 0 ? std::llround(double(time) / double(period)) : 0;
+}
+
 double milliseconds(std::chrono::steady_clock::duration time)
 {
     return std::chrono::duration<double, std::milli>(time).count();
@@ -72,7 +83,7 @@ XrSession::XrSession(const XrOptions& options, std::shared_ptr<const Scene> scen
     : m_options(options), m_scene(std::move(scene)), m_headset(headset), m_report(log),
       m_shots(shotsOf(*m_scene, options, log)), m_metre(metreOf(*m_scene, options)),
       m_floor(options.stage ? 0 : -kEyeHeight), m_place(startPlace()), m_hands(m_place, m_floor),
-      m_frame_options(frameOptions(*m_scene, options.play)), m_log(options.log, options.play.overwrite),
+      m_frame_options(frameOptions(*m_scene, options.play)),
       m_source(m_scene, options.play, headset, options.waits, headset.facts().views.size(), log)
 {
     if (options.rides) {
@@ -81,20 +92,21 @@ XrSession::XrSession(const XrOptions& options, std::shared_ptr<const Scene> scen
             cameras.push_back(shot.camera);
         const std::array<double, 3> up = upOf(m_shots);
         m_ride.emplace(std::move(cameras), options.ride_fps, reinterpret_cast<const double(&)[3]>(*up.data()), m_metre,
-                       options.stage ? kEyeHeight : 0);
+                       eyeHeight());
     } else if (options.keeps_place) {
         if (const std::optional<Placement> kept = readPlace(options.play.input))
-            m_place = *kept;
+            m_place = placed(*kept, -eyeHeight(), options.metre > 0 ? options.metre : kept->scale());
     }
     m_guard = lodControl(*m_scene, options.play);
     m_headset.prepare();
+    m_log = std::make_unique<XrLog>(options.log, options.play.overwrite); // last: an error before leaves a file alone
 }
 
 Placement XrSession::startPlace() const
 {
     const std::array<double, 3> up = upOf(m_shots);
     const double axis[3] = {up[0], up[1], up[2]};
-    return {m_shots.front().camera, axis, m_metre, m_options.stage ? kEyeHeight : 0};
+    return {m_shots.front().camera, axis, m_metre, eyeHeight()};
 }
 
 void XrSession::requestExit()
@@ -106,13 +118,21 @@ void XrSession::requestExit()
 
 bool XrSession::step()
 {
-    switch (m_headset.poll()) {
+    const HeadsetState state = m_headset.poll();
+    if (m_options.seconds > 0 && milliseconds(Clock::now() - m_start) >= 1000 * m_options.seconds &&
+        state == HeadsetState::Idle)
+        requestExit();
+    if (m_headset.spaceMoved())
+        forgetPictures();
+    switch (state) {
     case HeadsetState::Over:
         return false;
     case HeadsetState::Lost:
         throw Error(ErrorCode::Device, "headset: the OpenXR runtime or the headset has gone, expected that they stay; "
                                        "start the runtime and the player again");
     case HeadsetState::Idle: // a picture may still come, but nobody sees it
+        forgetPictures();
+        m_last_time = 0;
         std::this_thread::sleep_for(kIdle);
         return true;
     case HeadsetState::Running:
@@ -135,9 +155,8 @@ void XrSession::frame()
     if (m_first_time == 0)
         m_first_time = frame.display_time;
     const double seconds = double(frame.display_time - m_first_time) / 1e9;
-    if (m_last_time != 0 && frame.period > 0)
-        line.missed =
-            uint64_t(std::max(std::llround(double(frame.display_time - m_last_time) / double(frame.period)) - 1, 0ll));
+    if (m_last_time != 0)
+        line.missed = uint64_t(std::max(refreshes(frame.display_time - m_last_time, frame.period) - 1, int64_t(0)));
     if (frame.visible) {
         ask(frame, line);
         take(line);
@@ -145,17 +164,23 @@ void XrSession::frame()
             line.moved = m_place;
             m_moved = false;
         }
-    }
-    m_headset.endFrame(frame.visible);
+    } else
+        forgetPictures();
+    m_headset.endFrame(frame.visible && !m_stale);
     line.busy_ms = milliseconds(Clock::now() - woken);
     line.copy_ms = m_headset.copyMs();
-    if (frame.visible && !m_shown.empty()) {
+    if (frame.visible && !m_stale) {
         const AskedViews& asked = m_shown.back().asked;
         line.shows = asked.frame;
-        line.age = m_frame - asked.frame;
+        line.age = uint64_t(refreshes(frame.display_time - asked.shown_at, frame.period));
         line.off_ms = double(frame.display_time - asked.time) / 1e6;
     }
-    m_log.add(line);
+    try {
+        m_log->add(line);
+    } catch (const Error& e) { // a full disk does not end the session; who follows it has what there was
+        m_report.warning(e.what());
+        m_log->close();
+    }
     m_last_time = frame.display_time;
     if (m_options.seconds > 0 && seconds >= m_options.seconds)
         requestExit();
@@ -188,14 +213,15 @@ void XrSession::ask(const HeadsetFrame& frame, XrFrame& line)
     if (m_guard)
         m_frame_options.lod_bias = float(m_guard->bias());
     const bool gazes = m_options.play.foveation == FoveationMode::Gaze && input.gaze;
-    (void)m_source.submit(views(time, gazes ? &*input.gaze : nullptr), m_frame_options);
+    (void)m_source.submit(views(frame.display_time, time, gazes ? &*input.gaze : nullptr), m_frame_options);
 }
 
-AskedViews XrSession::views(int64_t time, const SpacePose* gaze) const
+AskedViews XrSession::views(int64_t shown_at, int64_t time, const SpacePose* gaze) const
 {
     const Shot& lens = m_shots.front();
     AskedViews views;
     views.frame = m_frame;
+    views.shown_at = shown_at;
     views.time = time;
     views.lod_bias = m_frame_options.lod_bias;
     views.eyes = m_eyes;
@@ -229,10 +255,11 @@ void XrSession::take(XrFrame& line)
 {
     std::optional<DrawnViews> drawn = m_source.next(std::chrono::nanoseconds(0));
     while (m_options.waits && !drawn && m_source.waiting()) {
-        throwIfInterrupted();
+        if (interrupted())
+            return; // the frame is ended, and the session then
         drawn = m_source.next(std::chrono::milliseconds(100));
     }
-    if (!drawn)
+    if (!drawn || drawn->asked.frame < m_valid_from)
         return;
     m_headset.finish(); // of the picture before, whose memory is used again
     const std::vector<ShownPicture> pictures = m_source.shown(*drawn);
@@ -240,6 +267,7 @@ void XrSession::take(XrFrame& line)
         return; // its GPU is lost
     m_headset.take({pictures, drawn->asked.eyes});
     line.fresh = true;
+    m_stale = false;
     for (const DrawnPose& pair : drawn->pairs) {
         line.latency_ms = std::max(line.latency_ms, pair.latencyMs());
         line.draw_ms += pair.delivery.result.times.total;
@@ -247,7 +275,7 @@ void XrSession::take(XrFrame& line)
     line.lod_bias = double(drawn->asked.lod_bias);
     if (m_guard)
         m_guard->add(line.draw_ms);
-    const double lag = double(m_frame - drawn->asked.frame);
+    const auto lag = double(refreshes(line.display_time - drawn->asked.shown_at, int64_t(line.period_ms * 1e6)));
     m_lag = std::min(m_lag + kLagShare * (lag - m_lag), kMostLag);
     m_shown.push_back(std::move(*drawn));
     while (m_shown.size() > 2)
@@ -260,12 +288,25 @@ XrSummary XrSession::finish()
     summary.file = m_options.play.input;
     summary.headset = m_headset.facts();
     summary.seconds = milliseconds(Clock::now() - m_start) / 1000;
-    m_log.sumUp(summary);
+    m_log->sumUp(summary);
     summary.renewals = m_source.renewals();
     summary.service = m_source.stats();
     if (m_options.keeps_place)
-        summary.place = writePlace(m_options.play.input, m_place);
+        summary.place = keepPlace();
     return summary;
+}
+
+// As the place of the eyes: the next session may stand on another floor.
+std::string XrSession::keepPlace() const
+{
+    return writePlace(m_options.play.input, placed(m_place, eyeHeight(), m_place.scale()));
+}
+
+void XrSession::forgetPictures()
+{
+    m_stale = true;
+    m_valid_from = m_frame + 1;
+    m_hands.letGo();
 }
 
 } // namespace gsc

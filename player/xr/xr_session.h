@@ -20,9 +20,10 @@ class XrSession {
 public:
     XrSession(const XrOptions& options, std::shared_ptr<const Scene> scene, Headset& headset, Reporter& log);
 
-    bool step();        // false: the session is over. Throws Error
-    void requestExit(); // it is over soon
-    XrSummary finish(); // throws Error(Io) where the place cannot be stored
+    bool step();                   // false: the session is over. Throws Error
+    void requestExit();            // it is over soon
+    XrSummary finish();            // throws Error(Io) where the place cannot be stored
+    std::string keepPlace() const; // its file. Throws Error(Io)
 
 private:
     using Clock = std::chrono::steady_clock;
@@ -31,7 +32,9 @@ private:
     void move(const HeadsetFrame& frame, const HeadsetInput& input);
     void ask(const HeadsetFrame& frame, XrFrame& line);
     void take(XrFrame& line);
-    [[nodiscard]] AskedViews views(int64_t time, const SpacePose* gaze) const;
+    [[nodiscard]] AskedViews views(int64_t shown_at, int64_t time, const SpacePose* gaze) const;
+    void forgetPictures(); // that were drawn or are being drawn: of another place, or of long ago
+    [[nodiscard]] double eyeHeight() const { return m_options.stage ? 1.6 : 0; } // above the space's origin, metres
     [[nodiscard]] Placement startPlace() const;
 
     XrOptions m_options;
@@ -46,7 +49,7 @@ private:
     std::optional<Ride> m_ride;
     std::optional<LodControl> m_guard;
     FrameOptions m_frame_options;
-    XrLog m_log;
+    std::unique_ptr<XrLog> m_log;
     ViewSource m_source;            // last but for what it drew: its end waits for the GPU
     std::deque<DrawnViews> m_shown; // newest last; the one before may still be read
 
@@ -56,6 +59,8 @@ private:
     int64_t m_first_time = 0, m_last_time = 0; // display times
     double m_lag = 1;                          // refreshes that pictures come after their pose, about
     bool m_exits = false, m_moved = true;
+    bool m_stale = true;       // nothing that was drawn may be shown
+    uint64_t m_valid_from = 1; // frame in which eyes of a picture to be shown were located, or later
 };
 
 } // namespace gsc

@@ -82,6 +82,7 @@ public:
 
     // Takes what the runtime has to say; begins and ends the session as it wants.
     virtual HeadsetState poll() = 0;
+    virtual bool spaceMoved() = 0;  // since the last call: poses from before are of another place
     virtual void requestExit() = 0; // the session ends as if the person had ended it
 
     // Of the functions below: Throws Error(Device) where the runtime or the headset have gone.

@@ -7,6 +7,7 @@
 #include "format/error.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace gsc {
 
@@ -51,6 +52,7 @@ public:
     [[nodiscard]] bool sharesMemory() const override { return m_runtime.device->shares; }
     SharedBlock makeShared(size_t bytes) override { return m_blocks->make(bytes); }
     int semaphoreFile() override { return m_blocks->semaphoreFile(); }
+    void importerGone() override { m_blocks->unblock(); }
     void freeShared(uint32_t id) override
     {
         finish();
@@ -84,18 +86,21 @@ public:
                 return m_state;
             if (event.type == XR_TYPE_EVENT_DATA_INSTANCE_LOSS_PENDING)
                 m_state = HeadsetState::Lost;
+            else if (event.type == XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING)
+                m_moved = true;
             else if (event.type == XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED)
                 follow(reinterpret_cast<const XrEventDataSessionStateChanged&>(event).state);
         }
     }
 
+    bool spaceMoved() override { return std::exchange(m_moved, false); }
+
     void requestExit() override
     {
-        const XrResult result = xrRequestExitSession(m_session);
-        if (result == XR_ERROR_SESSION_NOT_RUNNING)
+        if (m_state == HeadsetState::Running)
+            checkXr(xrRequestExitSession(m_session), "xrRequestExitSession");
+        else if (m_state == HeadsetState::Idle) // there is nothing to be ended
             m_state = HeadsetState::Over;
-        else
-            checkXr(result, "xrRequestExitSession");
     }
 
     HeadsetFrame beginFrame() override
@@ -213,6 +218,8 @@ private:
 
     void follow(XrSessionState state)
     {
+        if (m_state == HeadsetState::Lost || m_state == HeadsetState::Over)
+            return; // whatever a runtime says behind that
         switch (state) {
         case XR_SESSION_STATE_READY: {
             auto info = xrInfo<XrSessionBeginInfo>(XR_TYPE_SESSION_BEGIN_INFO);
@@ -258,6 +265,7 @@ private:
     std::unique_ptr<XrSwapchains> m_chains;
     std::vector<XrCompositionLayerProjectionView> m_shown;
     HeadsetState m_state = HeadsetState::Idle;
+    bool m_moved = false;
     XrTime m_display_time = 0;
 };
 

@@ -11,7 +11,6 @@ void checkXr(XrResult result, const char* what)
         return;
     switch (result) {
     case XR_ERROR_RUNTIME_UNAVAILABLE:
-    case XR_ERROR_RUNTIME_FAILURE:
         throw Error(
             ErrorCode::Unsupported,
             formatString("headset: no OpenXR runtime answers (%s, code %d), expected one that runs; start SteamVR, "
@@ -37,6 +36,11 @@ void checkXr(XrResult result, const char* what)
                          "player again",
                          what, int(result)));
     }
+}
+
+void checkXrStart(XrResult result, const char* what)
+{
+    checkXr(result == XR_ERROR_RUNTIME_FAILURE ? XR_ERROR_RUNTIME_UNAVAILABLE : result, what);
 }
 
 SpacePose poseOf(const XrPosef& pose)

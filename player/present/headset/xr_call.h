@@ -13,6 +13,8 @@ namespace gsc {
 
 // Throws Error, with `what` failed: Unsupported without a runtime or a headset, Device for all else that is no success.
 void checkXr(XrResult result, const char* what);
+// The same of the first calls, where a runtime that fails is one that is not there.
+void checkXrStart(XrResult result, const char* what);
 
 // A structure of OpenXR's that says what it is.
 template <typename Info>
@@ -29,7 +31,7 @@ template <typename Item, typename List>
 std::vector<Item> xrList(const char* what, const Item& empty, const List& list)
 {
     uint32_t count = 0;
-    checkXr(list(0, &count, static_cast<Item*>(nullptr)), what);
+    checkXrStart(list(0, &count, static_cast<Item*>(nullptr)), what);
     std::vector<Item> items(count, empty);
     checkXr(list(count, &count, items.data()), what);
     items.resize(count);

@@ -105,7 +105,7 @@ void XrRuntime::makeInstance()
     info.applicationInfo.apiVersion = XR_MAKE_VERSION(1, 0, XR_VERSION_PATCH(XR_CURRENT_API_VERSION));
     info.enabledExtensionCount = uint32_t(m_extensions.size());
     info.enabledExtensionNames = m_extensions.data();
-    checkXr(xrCreateInstance(&info, &instance), "xrCreateInstance");
+    checkXrStart(xrCreateInstance(&info, &instance), "xrCreateInstance");
     auto properties = xrInfo<XrInstanceProperties>(XR_TYPE_INSTANCE_PROPERTIES);
     checkXr(xrGetInstanceProperties(instance, &properties), "xrGetInstanceProperties");
     facts.runtime = std::string(properties.runtimeName) + " " + versionText(properties.runtimeVersion);
@@ -115,7 +115,7 @@ void XrRuntime::findHeadset()
 {
     auto wanted = xrInfo<XrSystemGetInfo>(XR_TYPE_SYSTEM_GET_INFO);
     wanted.formFactor = XR_FORM_FACTOR_HEAD_MOUNTED_DISPLAY;
-    checkXr(xrGetSystem(instance, &wanted, &system), "xrGetSystem");
+    checkXrStart(xrGetSystem(instance, &wanted, &system), "xrGetSystem");
     auto gaze = xrInfo<XrSystemEyeGazeInteractionPropertiesEXT>(XR_TYPE_SYSTEM_EYE_GAZE_INTERACTION_PROPERTIES_EXT);
     auto properties = xrInfo<XrSystemProperties>(XR_TYPE_SYSTEM_PROPERTIES);
     if (has(XR_EXT_EYE_GAZE_INTERACTION_EXTENSION_NAME))
@@ -176,6 +176,16 @@ void XrRuntime::makeDevice(const std::optional<DeviceUuid>& uuid)
             "xrGetVulkanGraphicsRequirements2KHR");
     VulkanDeviceOptions options;
     options.uuid = uuid;
+    const uint32_t least = VK_MAKE_API_VERSION(0, XR_VERSION_MAJOR(needs.minApiVersionSupported),
+                                               XR_VERSION_MINOR(needs.minApiVersionSupported), 0);
+    uint32_t there = 0;
+    if (vkEnumerateInstanceVersion(&there) == VK_SUCCESS && there < least)
+        throw Error(ErrorCode::Unsupported,
+                    formatString("headset: the OpenXR runtime wants Vulkan %u.%u, expected at most the %u.%u that this "
+                                 "machine's loader has; update Vulkan",
+                                 VK_API_VERSION_MAJOR(least), VK_API_VERSION_MINOR(least), VK_API_VERSION_MAJOR(there),
+                                 VK_API_VERSION_MINOR(there)));
+    options.version = std::max(options.version, least);
     VulkanMaker& maker = options.maker.emplace();
     maker.instance = [this](const VkInstanceCreateInfo& info, VkInstance* made) {
         auto create = xrInfo<XrVulkanInstanceCreateInfoKHR>(XR_TYPE_VULKAN_INSTANCE_CREATE_INFO_KHR);

@@ -13,6 +13,11 @@ XrSwapchains::XrSwapchains(const XrRuntime& runtime, XrSession session) : m_runt
     checkVulkan(vkCreateCommandPool(runtime.device->handle, &pool, nullptr, &m_pool), "vkCreateCommandPool");
     try {
         m_copy = std::make_unique<PictureCopy>(*runtime.device, m_pool);
+        size_t bytes = 0;
+        for (const HeadsetView& view : runtime.facts.views)
+            bytes += size_t(view.width) * view.height * 4;
+        if (!runtime.device->shares)
+            m_copy->reserve(bytes);
         for (const HeadsetView& view : runtime.facts.views) {
             Chain& chain = m_chains.emplace_back();
             chain.width = view.width;
