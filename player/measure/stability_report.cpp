@@ -81,6 +81,7 @@ OrderedJson reportJson(const StabilityOptions& options, const StabilitySummary& 
         {"lod_bias", play.lod_bias},
         {"lod_fade", play.lod_fade},
         {"lod_hysteresis", play.lod_hysteresis},
+        {"fovea_pixels", foveaJson(play)},
         {"bounds",
          {{"psnr", unknownIfZero(options.bound_psnr)},
           {"temporal", unknownIfZero(options.bound_temporal)},

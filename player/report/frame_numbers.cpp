@@ -85,6 +85,11 @@ ReuseCounts reuseCounts(TimedFrames frames)
             mostOf(frames, &FrameResult::cache_bytes)};
 }
 
+OrderedJson foveaJson(const PlayOptions& options)
+{
+    return options.foveation == FoveationMode::None ? OrderedJson() : OrderedJson(options.fovea_pixels);
+}
+
 OrderedJson lodJson(const PlayOptions& options, TimedFrames frames)
 {
     OrderedJson used;
@@ -95,6 +100,7 @@ OrderedJson lodJson(const PlayOptions& options, TimedFrames frames)
     return {{"lod_bias", options.lod_bias},
             {"lod_fade", options.lod_fade},
             {"lod_hysteresis", options.lod_hysteresis},
+            {"fovea_pixels", foveaJson(options)},
             {"target_ms", unknownIfZero(options.target_ms)},
             {"lod_bias_used", std::move(used)}};
 }

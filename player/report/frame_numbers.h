@@ -70,7 +70,9 @@ struct ReuseCounts {
 };
 ReuseCounts reuseCounts(TimedFrames frames);
 
-// "lod_bias", "lod_fade", "lod_hysteresis", and "target_ms" and "lod_bias_used", null without a target.
+OrderedJson foveaJson(const PlayOptions& options); // "fovea_pixels": null without foveation
+
+// "lod_bias", "lod_fade", "lod_hysteresis", "fovea_pixels", and "target_ms" and "lod_bias_used", null without a target.
 OrderedJson lodJson(const PlayOptions& options, TimedFrames frames);
 std::string targetText(const PlayOptions& options, TimedFrames frames); // a line; empty without a target
 

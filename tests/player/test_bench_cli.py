@@ -122,8 +122,8 @@ class BenchCliTest(PlayTest):
         run = self.play(*base, "--out", "soft/{frame}.pfm", "--lod-fade", "1", "--lod-hysteresis", "0.2", "--format", "json")
         report = json.loads(run.stdout)
         check_schema("play-report", report)
-        self.assertEqual([report[key] for key in ("lod_bias", "lod_fade", "lod_hysteresis", "target_ms", "lod_bias_used")],
-                         [0, 1, 0.2, None, None])
+        self.assertEqual([report[key] for key in ("lod_bias", "lod_fade", "lod_hysteresis", "fovea_pixels", "target_ms", "lod_bias_used")],
+                         [0, 1, 0.2, None, None, None])
         images = [[path.read_bytes() for path in sorted((self.folder / name).iterdir())] for name in ("plain", "soft")]
         self.assertNotEqual(images[0], images[1])
 
