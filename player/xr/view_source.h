@@ -14,7 +14,7 @@ namespace gsc {
 struct AskedViews {
     uint64_t frame = 0;             // of the headset, in which they were located
     int64_t shown_at = 0, time = 0; // when that frame was to be seen; that they were located for
-    float lod_bias = 0;
+    float lod_bias = 0, fovea_pixels = 0;
     std::vector<SpaceEye> eyes;
     std::vector<AskedPose> pairs;
 };

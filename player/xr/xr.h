@@ -40,8 +40,8 @@ struct XrFrame {
     bool fresh = false; // they were not shown before
     uint64_t age = 0;   // refreshes from then to this frame
     double off_ms = 0;  // when they are seen, less when they were located for
-    double latency_ms = 0, draw_ms = 0,
-           lod_bias = 0;            // of a fresh picture: from submit until it was there; of the device
+    double latency_ms = 0, draw_ms = 0, lod_bias = 0,
+           fovea_pixels = 0;        // of a fresh picture: from submit until it was there; of the device
     double busy_ms = 0;             // from the runtime's wake-up until the frame was ended
     double copy_ms = 0;             // of the GPU, of the last copy that is done; 0 = unknown
     std::optional<Placement> moved; // where the headset's space is, if not where it was in the frame before

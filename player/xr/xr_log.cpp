@@ -69,6 +69,7 @@ void XrLog::add(const XrFrame& frame)
         {"latency_ms", frame.fresh ? jsonNumber(frame.latency_ms) : OrderedJson()},
         {"draw_ms", frame.fresh ? jsonNumber(frame.draw_ms) : OrderedJson()},
         {"lod_bias", frame.fresh ? jsonNumber(frame.lod_bias) : OrderedJson()},
+        {"fovea_pixels", frame.fresh && frame.fovea_pixels > 0 ? OrderedJson(frame.fovea_pixels) : OrderedJson()},
         {"busy_ms", frame.busy_ms},
         {"copy_ms", frame.copy_ms},
         {"place", frame.moved ? placeJson(*frame.moved) : OrderedJson()},

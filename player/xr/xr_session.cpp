@@ -18,14 +18,23 @@ namespace {
 
 constexpr double kEyeHeight = 1.6; // metres, of a viewer who stands
 constexpr auto kIdle = std::chrono::milliseconds(10);
-constexpr double kLagShare = 0.1; // of the newest picture in m_lag
-constexpr double kMostLag = 3;    // refreshes; a pose further ahead is a guess
+constexpr double kLagShare = 0.1;     // of the newest picture in m_lag
+constexpr double kFoveaDoublings = 2; // of --fovea-pixels at most, while frames take too long
+constexpr double kMostLag = 3;        // refreshes; a pose further ahead is a guess
+
+// What holds the frame time of a model with one level: there are no levels to fall.
+bool guardsByFovea(const Scene& scene, const PlayOptions& play)
+{
+    return play.target_ms > 0 && play.foveation != FoveationMode::None && scene.view().params->level_count <= 1;
+}
 
 std::vector<Shot> shotsOf(const Scene& scene, const XrOptions& options, Reporter& log)
 {
     PlayOptions one = options.play; // places alone matter: lens and size are the headset's
     one.eyes = 1;
     one.width = one.height = 16;
+    if (guardsByFovea(scene, one))
+        one.target_ms = 0; // of levels
     return chooseShots(scene, one, log);
 }
 
@@ -97,7 +106,10 @@ XrSession::XrSession(const XrOptions& options, std::shared_ptr<const Scene> scen
         if (const std::optional<Placement> kept = readPlace(options.play.input))
             m_place = placed(*kept, -eyeHeight(), options.metre > 0 ? options.metre : kept->scale());
     }
-    m_guard = lodControl(*m_scene, options.play);
+    if (guardsByFovea(*m_scene, options.play))
+        m_fovea_guard.emplace(LodControlOptions{options.play.target_ms, 0, -kFoveaDoublings});
+    else
+        m_guard = lodControl(*m_scene, options.play);
     m_headset.prepare();
     m_log = std::make_unique<XrLog>(options.log, options.play.overwrite); // last: an error before leaves a file alone
 }
@@ -212,6 +224,8 @@ void XrSession::ask(const HeadsetFrame& frame, XrFrame& line)
         return; // what was drawn last stays where it was
     if (m_guard)
         m_frame_options.lod_bias = float(m_guard->bias());
+    if (m_fovea_guard)
+        m_frame_options.foveation.smallest = float(m_options.play.fovea_pixels * std::exp2(-m_fovea_guard->bias()));
     const bool gazes = m_options.play.foveation == FoveationMode::Gaze && input.gaze;
     (void)m_source.submit(views(frame.display_time, time, gazes ? &*input.gaze : nullptr), m_frame_options);
 }
@@ -224,6 +238,7 @@ AskedViews XrSession::views(int64_t shown_at, int64_t time, const SpacePose* gaz
     views.shown_at = shown_at;
     views.time = time;
     views.lod_bias = m_frame_options.lod_bias;
+    views.fovea_pixels = m_frame_options.foveation.smallest;
     views.eyes = m_eyes;
     const std::vector<HeadsetView>& sizes = m_headset.facts().views;
     const auto camera = [&](size_t view) {
@@ -273,8 +288,11 @@ void XrSession::take(XrFrame& line)
         line.draw_ms += pair.delivery.result.times.total;
     }
     line.lod_bias = double(drawn->asked.lod_bias);
+    line.fovea_pixels = double(drawn->asked.fovea_pixels);
     if (m_guard)
         m_guard->add(line.draw_ms);
+    if (m_fovea_guard)
+        m_fovea_guard->add(line.draw_ms);
     const auto lag = double(refreshes(line.display_time - drawn->asked.shown_at, int64_t(line.period_ms * 1e6)));
     m_lag = std::min(m_lag + kLagShare * (lag - m_lag), kMostLag);
     m_shown.push_back(std::move(*drawn));

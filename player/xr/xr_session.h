@@ -47,7 +47,7 @@ private:
     Placement m_place;
     Hands m_hands;
     std::optional<Ride> m_ride;
-    std::optional<LodControl> m_guard;
+    std::optional<LodControl> m_guard, m_fovea_guard; // in levels; in halvings of what the periphery shows
     FrameOptions m_frame_options;
     std::unique_ptr<XrLog> m_log;
     ViewSource m_source;            // last but for what it drew: its end waits for the GPU

@@ -284,6 +284,10 @@ class XrTest(XrCase):
         self.assertEqual(biases[0], 0)
         self.assertLess(biases[-1], -1)
         self.xr("room", "--target-ms", "5", settings=self.settings(5), code=1)  # it has one level
+        thinned = self.xr("room", "--xr-sync", "--target-ms", "0.001", "--foveation", "fixed", "--fovea-pixels", "1.5",
+                          settings=self.settings(30))
+        pixels = [line["fovea_pixels"] for line in thinned.log if line["fresh"]]
+        self.assertEqual((pixels[0], pixels[-1], pixels), (1.5, 6, sorted(pixels)))
 
     def test_gaze(self) -> None:
         info = subprocess.run([PLAY, "xr", "--info"], cwd=self.folder, capture_output=True, text=True, check=True,
