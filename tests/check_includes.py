@@ -24,7 +24,7 @@ RULES = {
     "runtime/metrics/convolve3x3": "runtime/metrics kernels/simd",
     "player": "format kernels/frame kernels/math runtime",
     "player/tool": "format",
-    "player/cameras": "format runtime player/json_fields",
+    "player/cameras": "format runtime",
     "convert": "format kernels/frame kernels/math kernels/sensitivity kernels/threads runtime player",
     "convert/input": "format player/cameras runtime/source_camera",
 }

@@ -110,7 +110,6 @@ void addBenchCommand(CLI::App& root, Invocation& invocation)
     addFrames(command, options->play);
     addViewOptions(command, options->play);
     addRunOptions(command, options->play);
-    addFoveationOptions(command, options->play, false);
     addWorkerOptions(command, options->play);
     addTargetOption(command, options->play);
     addBenchOptions(command, *options);

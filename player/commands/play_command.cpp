@@ -135,7 +135,6 @@ void addPlayOptions(CLI::App& app, PlayOptions& options)
     addFrames(app, options);
     addViewOptions(app, options);
     addRunOptions(app, options);
-    addFoveationOptions(app, options, false);
     addWorkerOptions(app, options);
     addTargetOption(app, options);
     addOutputOptions(app, options);

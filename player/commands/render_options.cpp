@@ -60,6 +60,22 @@ void addLevelOptions(CLI::App& app, PlayOptions& options)
               "levels that a switch may lag behind the camera, up to 1: one that trembles at it switches nothing");
 }
 
+void addFoveationOptions(CLI::App& app, PlayOptions& options, bool knows_gaze)
+{
+    Choices<FoveationMode> modes = {{"none", FoveationMode::None}, {"fixed", FoveationMode::Fixed}};
+    if (knows_gaze)
+        modes.emplace_back("gaze", FoveationMode::Gaze);
+    addChoice<FoveationMode>(app, "--foveation", options.foveation, modes, "default: none",
+                             std::string("thin out Gaussians that are finer than an eye tells apart away from where it "
+                                         "looks, in tier fast on a GPU: "
+                                         "fixed: from the axis of each eye") +
+                                 (knows_gaze ? "; gaze: from where the eyes look, if the headset tells" : ""));
+    addNumber(
+        app, "--fovea-pixels", options.fovea_pixels, {0.1, 100}, " pixels", "X (default: 2)",
+        "with --foveation: standard deviation of the finest Gaussian 40 degrees away and beyond; up to 12 degrees "
+        "everything is drawn, and in between it grows with the angle");
+}
+
 } // namespace
 
 OptionHandle addBackend(CLI::App& app, const char* name, std::string& field, bool or_auto, const char* help)
@@ -140,24 +156,7 @@ void addLookOptions(CLI::App& app, PlayOptions& options)
               "nearest depth drawn, world units");
 }
 
-void addFoveationOptions(CLI::App& app, PlayOptions& options, bool knows_gaze)
-{
-    const Heading heading(app, "Rendering");
-    Choices<FoveationMode> modes = {{"none", FoveationMode::None}, {"fixed", FoveationMode::Fixed}};
-    if (knows_gaze)
-        modes.emplace_back("gaze", FoveationMode::Gaze);
-    addChoice<FoveationMode>(app, "--foveation", options.foveation, modes, "default: none",
-                             std::string("thin out Gaussians that are finer than an eye tells apart away from where it "
-                                         "looks, in tier fast on a GPU: "
-                                         "fixed: from the axis of each eye") +
-                                 (knows_gaze ? "; gaze: from where the eyes look, if the headset tells" : ""));
-    addNumber(
-        app, "--fovea-pixels", options.fovea_pixels, {0.1, 100}, " pixels", "X (default: 2)",
-        "with --foveation: standard deviation of the finest Gaussian 40 degrees away and beyond; up to 12 degrees "
-        "everything is drawn, and in between it grows with the angle");
-}
-
-void addRunOptions(CLI::App& app, PlayOptions& options)
+void addRunOptions(CLI::App& app, PlayOptions& options, bool knows_gaze)
 {
     const Heading heading(app, "Rendering");
     addChoice<Tier>(
@@ -171,6 +170,7 @@ void addRunOptions(CLI::App& app, PlayOptions& options)
     addByteSize(app, "--vram-budget", options.vram_budget, 1, "SIZE (default: all there is)",
                 "most device memory for model and frame, such as 4G; frames that need more are drawn in more passes");
     addFlag(app, "--verify", options.verify, "check the checksum of every byte before the first frame");
+    addFoveationOptions(app, options, knows_gaze);
     addReuseOptions(app, options);
     addLevelOptions(app, options);
 }

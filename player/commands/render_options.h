@@ -17,8 +17,8 @@ void addFrames(CLI::App& app, PlayOptions& options); // --frames A:B
 // Size, angle, eyes, and those of addLookOptions().
 void addViewOptions(CLI::App& app, PlayOptions& options, const std::string& size = "the camera's");
 void addLookOptions(CLI::App& app, PlayOptions& options); // colours, and how two eyes are drawn
-void addRunOptions(CLI::App& app, PlayOptions& options);  // tier, backend, memory, reuse, levels
-void addFoveationOptions(CLI::App& app, PlayOptions& options, bool knows_gaze);
+// Tier, backend, memory, foveation, reuse, levels. `knows_gaze`: something tells where eyes look.
+void addRunOptions(CLI::App& app, PlayOptions& options, bool knows_gaze = false);
 // --shard; `what` is split: "the frames". Every shard of it keeps what it has done in `file`, "--stats".
 void addShard(CLI::App& app, PlayOptions& options, const char* what, const char* file);
 void addTargetOption(CLI::App& app, PlayOptions& options);

@@ -61,7 +61,6 @@ void addStabilityCommand(CLI::App& root, Invocation& invocation)
     addFrames(command, options->play);
     addViewOptions(command, options->play);
     addRunOptions(command, options->play);
-    addFoveationOptions(command, options->play, false);
     addWorkerOptions(command, options->play);
     addReporterOptions(command, invocation.reporter, true);
     setFooter(command, kStabilityExamples);

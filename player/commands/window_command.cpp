@@ -71,7 +71,6 @@ void addWindowCommand(CLI::App& root, Invocation& invocation)
     addFrames(command, options->play);
     addViewOptions(command, options->play, formatString("%ux%u", kWindowWidth, kWindowHeight));
     addRunOptions(command, options->play);
-    addFoveationOptions(command, options->play, false);
     addWorkerOptions(command, options->play);
     addReporterOptions(command, invocation.reporter, false);
     setFooter(command, kWindowExamples);

@@ -128,8 +128,7 @@ void addXrCommand(CLI::App& root, Invocation& invocation)
     addCameras(command, choice->xr.play);
     addFrames(command, choice->xr.play);
     addLookOptions(command, choice->xr.play);
-    addRunOptions(command, choice->xr.play);
-    addFoveationOptions(command, choice->xr.play, true);
+    addRunOptions(command, choice->xr.play, true);
     addTargetOption(command, choice->xr.play);
     addWorkerOptions(command, choice->xr.play);
     addReporterOptions(command, invocation.reporter, false);

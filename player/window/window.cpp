@@ -2,15 +2,13 @@
 #include "player/window/window.h"
 
 #include "format/error.h"
-#include "format/file/output_paths.h"
 #include "format/interrupt.h"
 #include "player/module/load_module.h"
+#include "player/tool/json_lines.h"
 #include "player/tool/version.h"
 #include "player/window/window_session.h"
 #include "player/workers/worker_options.h"
 #include "player/workers/worker_report.h"
-
-#include <span>
 
 namespace gsc {
 
@@ -27,24 +25,11 @@ const PresentFunctions& presentFunctions()
 #endif
 }
 
-// The log must not fall on what the window reads.
-void checkLog(const WindowOptions& options)
-{
-    if (options.log.empty())
-        return;
-    std::vector<NamedPath> inputs = {{options.play.input, "the model"}};
-    if (options.play.cameras != "stored")
-        inputs.push_back({options.play.cameras, "the camera file"});
-    const NamedPath out{options.log, "--log"};
-    checkOutputsDiffer(std::span(&out, 1), inputs);
-    checkOutput(options.log, OutputKind::Binary, options.play.overwrite);
-}
-
 } // namespace
 
 WindowSummary runWindow(const WindowOptions& options, Reporter& log)
 {
-    checkLog(options);
+    checkJsonLines(options.log, options.play.overwrite, options.play.input, options.play.cameras);
     const std::shared_ptr<const Scene> scene = Scene::open(options.play.input, options.play.verify);
     PresenterOptions presenter;
     presenter.title = options.play.input + " - gsc";

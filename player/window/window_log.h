@@ -2,10 +2,9 @@
 // What the window did, a JSON line for every frame that it showed (schemas/window-log.schema.json).
 #pragma once
 
-#include "runtime/camera.h"
+#include "player/tool/json.h"
 
 #include <cstdint>
-#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -26,18 +25,6 @@ struct WindowFrame {
     std::string said;                      // the message at the bottom, empty = none
 };
 
-class WindowLog {
-public:
-    explicit WindowLog(const std::string& path, bool overwrite); // empty = none. Throws Error(Io)
-    ~WindowLog();
-    WindowLog(const WindowLog&) = delete;
-    WindowLog& operator=(const WindowLog&) = delete;
-
-    void add(const WindowFrame& frame); // each line is in the file at once. Throws Error(Io)
-
-private:
-    std::string m_path;
-    std::FILE* m_file = nullptr;
-};
+OrderedJson windowLine(const WindowFrame& frame);
 
 } // namespace gsc

@@ -149,11 +149,11 @@ void WindowSession::show(const WindowInput& input)
     line.wrote = std::exchange(m_wrote, {});
     line.said = m_overlay.message;
     try {
-        m_log->add(line);
+        m_log->add(windowLine(line));
     } catch (const Error& e) { // a full disk does not end the flight
         m_report.warning(e.what());
         say(e.what());
-        m_log = std::make_unique<WindowLog>("", false);
+        m_log->close();
     }
 }
 

@@ -109,7 +109,7 @@ WindowSession::WindowSession(const WindowOptions& options, std::shared_ptr<const
     jump(0, false);
     say("F1: keys");
     m_log =
-        std::make_unique<WindowLog>(options.log, options.play.overwrite); // last: an error before leaves a file alone
+        std::make_unique<JsonLines>(options.log, options.play.overwrite); // last: an error before leaves a file alone
 }
 
 bool WindowSession::idle() const

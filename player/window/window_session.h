@@ -9,6 +9,7 @@
 #include "player/window/path_recorder.h"
 #include "player/window/rest_comparison.h"
 #include "player/window/window.h"
+#include "player/tool/json_lines.h"
 #include "player/window/window_log.h"
 
 #include <chrono>
@@ -79,7 +80,7 @@ private:
     Overlay m_overlay;
     std::unique_ptr<Panel> m_panel;
     PathRecorder m_recorder;
-    std::unique_ptr<WindowLog> m_log;
+    std::unique_ptr<JsonLines> m_log;
     std::string m_no_stereo; // why two eyes cannot be shown, empty = they can
 
     Clock::time_point m_start = Clock::now();

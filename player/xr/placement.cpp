@@ -37,9 +37,9 @@ glm::dmat3 aboutVertical(double angle)
 
 } // namespace
 
-Placement::Placement(const Camera& camera, const double (&up)[3], double metre, double eye_height)
+Placement::Placement(const Camera& camera, const std::array<double, 3>& up, double metre, double eye_height)
 {
-    glm::dvec3 world_up = glm::make_vec3(up);
+    glm::dvec3 world_up = glm::make_vec3(up.data());
     if (!isFinite(world_up) || glm::length(world_up) < 1e-6)
         world_up = {0, -1, 0};
     world_up = glm::normalize(world_up);

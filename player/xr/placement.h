@@ -33,7 +33,7 @@ public:
     // The space's origin, `eye_height` metres below `camera` along the world's up, looks where the camera does, level.
     // `metre`: world units. Where the camera looks straight up or down, its own up counts as forward. What makes no sense
     // is mended: up becomes (0, -1, 0), the metre 1.
-    Placement(const Camera& camera, const double (&up)[3], double metre, double eye_height);
+    Placement(const Camera& camera, const std::array<double, 3>& up, double metre, double eye_height);
     // As it was stored: origin in the world, columns of axes and the scale as above. Precondition: isPlace(), scale > 0.
     Placement(const glm::dvec3& origin, const glm::dmat3& axes, double scale);
     // Finite, and a rotation to within 1e-3.

@@ -8,8 +8,8 @@
 
 namespace gsc {
 
-Ride::Ride(std::vector<Camera> cameras, double fps, const double (&up)[3], double metre, double eye_height)
-    : m_cameras(std::move(cameras)), m_fps(fps), m_up{up[0], up[1], up[2]}, m_metre(metre), m_eye_height(eye_height)
+Ride::Ride(std::vector<Camera> cameras, double fps, const std::array<double, 3>& up, double metre, double eye_height)
+    : m_cameras(std::move(cameras)), m_fps(fps), m_up(up), m_metre(metre), m_eye_height(eye_height)
 {
 }
 

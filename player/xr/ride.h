@@ -11,7 +11,7 @@ namespace gsc {
 class Ride {
 public:
     // At least one camera; `fps` of them a second. The rest is as Placement has it.
-    Ride(std::vector<Camera> cameras, double fps, const double (&up)[3], double metre, double eye_height);
+    Ride(std::vector<Camera> cameras, double fps, const std::array<double, 3>& up, double metre, double eye_height);
 
     // Where the space is after so many seconds: on the straight way between two cameras; before the first and after the last
     // it stands there.
@@ -19,7 +19,9 @@ public:
 
 private:
     std::vector<Camera> m_cameras;
-    double m_fps, m_up[3], m_metre, m_eye_height;
+    double m_fps;
+    std::array<double, 3> m_up;
+    double m_metre, m_eye_height;
 };
 
 } // namespace gsc

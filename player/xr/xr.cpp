@@ -5,6 +5,7 @@
 #include "format/file/output_paths.h"
 #include "format/interrupt.h"
 #include "player/module/load_module.h"
+#include "player/tool/json_lines.h"
 #include "player/workers/worker_options.h"
 #include "player/workers/worker_report.h"
 #include "player/xr/place_file.h"
@@ -34,21 +35,16 @@ std::unique_ptr<Headset> openHeadset(const XrOptions& options)
 #endif
 }
 
-// Files that are written must not fall on others, and their folders must be there: nobody wants to hear that at the end.
+// Nobody wants to hear at the end that a file cannot be written, or lose one to another.
 void checkFiles(const XrOptions& options)
 {
-    std::vector<NamedPath> inputs = {{options.play.input, "the model"}}, outputs;
-    if (options.play.cameras != "stored")
-        inputs.push_back({options.play.cameras, "the camera file"});
-    if (options.keeps_place)
-        outputs.push_back({placePath(options.play.input), "--keep-place"});
-    if (!options.log.empty())
-        outputs.push_back({options.log, "--log"});
-    checkOutputsDiffer(outputs, inputs);
-    if (options.keeps_place)
-        checkOutput(placePath(options.play.input), OutputKind::Text, true);
-    if (!options.log.empty())
-        checkOutput(options.log, OutputKind::Binary, options.play.overwrite);
+    checkJsonLines(options.log, options.play.overwrite, options.play.input, options.play.cameras);
+    if (!options.keeps_place)
+        return;
+    const std::string place = placePath(options.play.input);
+    checkOutput(place, OutputKind::Text, true);
+    const NamedPath outputs[] = {{place, "--keep-place"}, {options.log, "--log"}};
+    checkOutputsDiffer({outputs, options.log.empty() ? 1u : 2u}, {});
 }
 
 // An error of the headset's, which another way of showing the model does not have.

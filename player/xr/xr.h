@@ -9,6 +9,7 @@
 #include "player/tool/reporter.h"
 #include "runtime/service/service_trace.h"
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,10 +42,11 @@ struct XrFrame {
     uint64_t age = 0;   // refreshes from then to this frame
     double off_ms = 0;  // when they are seen, less when they were located for
     double latency_ms = 0, draw_ms = 0, lod_bias = 0,
-           fovea_pixels = 0;        // of a fresh picture: from submit until it was there; of the device
-    double busy_ms = 0;             // from the runtime's wake-up until the frame was ended
-    double copy_ms = 0;             // of the GPU, of the last copy that is done; 0 = unknown
-    std::optional<Placement> moved; // where the headset's space is, if not where it was in the frame before
+           fovea_pixels = 0;                // of a fresh picture: from submit until it was there; of the device
+    double busy_ms = 0;                     // from the runtime's wake-up until the frame was ended
+    double copy_ms = 0;                     // of the GPU, of the last copy that is done; 0 = unknown
+    std::vector<std::array<float, 2>> gaze; // of a fresh picture: gazeOf() each view; empty: along the axes
+    std::optional<Placement> moved;         // where the headset's space is, if not where it was in the frame before
 };
 
 struct XrSummary {

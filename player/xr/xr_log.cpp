@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/xr/xr_log.h"
 
-#include "format/error.h"
-#include "format/file/output_paths.h"
 #include "player/xr/place_file.h"
-
-#include <cerrno>
 
 namespace gsc {
 
@@ -14,29 +10,6 @@ namespace {
 constexpr size_t kAges = 8; // that are counted one by one
 
 } // namespace
-
-// note: no temporary file, as elsewhere: whoever follows the session reads the lines while it runs
-XrLog::XrLog(const std::string& path, bool overwrite) : m_path(path)
-{
-    if (path.empty())
-        return;
-    checkOutput(path, OutputKind::Binary, overwrite);
-    m_file = std::fopen(path.c_str(), "w");
-    if (m_file == nullptr)
-        failOutput(path, "cannot be opened", errno);
-}
-
-XrLog::~XrLog()
-{
-    close();
-}
-
-void XrLog::close()
-{
-    if (m_file != nullptr)
-        std::fclose(m_file);
-    m_file = nullptr;
-}
 
 void XrLog::add(const XrFrame& frame)
 {
@@ -52,10 +25,10 @@ void XrLog::add(const XrFrame& frame)
     }
     if (frame.fresh)
         m_latency.push_back(frame.latency_ms);
-    if (m_file == nullptr)
+    if (!m_file.open())
         return;
     const bool shows = frame.shows > 0;
-    const OrderedJson line = {
+    m_file.add({
         {"frame", frame.frame},
         {"display_time", frame.display_time},
         {"period_ms", frame.period_ms},
@@ -70,13 +43,11 @@ void XrLog::add(const XrFrame& frame)
         {"draw_ms", frame.fresh ? jsonNumber(frame.draw_ms) : OrderedJson()},
         {"lod_bias", frame.fresh ? jsonNumber(frame.lod_bias) : OrderedJson()},
         {"fovea_pixels", frame.fresh && frame.fovea_pixels > 0 ? OrderedJson(frame.fovea_pixels) : OrderedJson()},
+        {"gaze", frame.fresh && !frame.gaze.empty() ? OrderedJson(frame.gaze) : OrderedJson()},
         {"busy_ms", frame.busy_ms},
         {"copy_ms", frame.copy_ms},
         {"place", frame.moved ? placeJson(*frame.moved) : OrderedJson()},
-    };
-    const std::string text = jsonText(line, -1) + "\n";
-    if (std::fwrite(text.data(), 1, text.size(), m_file) != text.size() || std::fflush(m_file) != 0)
-        failOutput(m_path, "cannot be written", errno);
+    });
 }
 
 void XrLog::sumUp(XrSummary& summary) const

@@ -2,26 +2,21 @@
 // What happened in each frame of a headset: lines in a file, and the sums of a whole run.
 #pragma once
 
+#include "player/tool/json_lines.h"
 #include "player/xr/xr.h"
-
-#include <cstdio>
 
 namespace gsc {
 
 class XrLog {
 public:
-    XrLog(const std::string& path, bool overwrite); // empty = no file. Throws Error(Io)
-    ~XrLog();
-    XrLog(const XrLog&) = delete;
-    XrLog& operator=(const XrLog&) = delete;
+    XrLog(const std::string& path, bool overwrite) : m_file(path, overwrite) {} // as JsonLines
 
-    void add(const XrFrame& frame); // its line is in the file at once. Throws Error(Io)
-    void close();                   // the file takes no more
+    void add(const XrFrame& frame);  // its line is in the file at once. Throws Error(Io)
+    void close() { m_file.close(); } // the sums go on
     void sumUp(XrSummary& summary) const;
 
 private:
-    std::string m_path;
-    std::FILE* m_file = nullptr;
+    JsonLines m_file;
     uint64_t m_frames = 0, m_visible = 0, m_untracked = 0, m_missed = 0, m_pictures = 0;
     std::vector<double> m_ages, m_off, m_busy, m_latency;
 };

@@ -16,7 +16,6 @@ namespace gsc {
 
 namespace {
 
-constexpr double kEyeHeight = 1.6; // metres, of a viewer who stands
 constexpr auto kIdle = std::chrono::milliseconds(10);
 constexpr double kLagShare = 0.1;     // of the newest picture in m_lag
 constexpr double kFoveaDoublings = 2; // of --fovea-pixels at most, while frames take too long
@@ -70,10 +69,10 @@ SpacePose headOf(const std::vector<SpaceEye>& eyes)
     return head;
 }
 
-// `place` so many metres higher, and as large.
-Placement placed(const Placement& place, double higher, double scale)
+// By so many metres.
+Placement raised(const Placement& place, double higher)
 {
-    return {place.toWorld({0, higher, 0}), place.axes(), scale};
+    return {place.toWorld({0, higher, 0}), place.axes(), place.scale()};
 }
 
 int64_t refreshes(int64_t time, int64_t period)
@@ -90,21 +89,19 @@ double milliseconds(std::chrono::steady_clock::duration time)
 
 XrSession::XrSession(const XrOptions& options, std::shared_ptr<const Scene> scene, Headset& headset, Reporter& log)
     : m_options(options), m_scene(std::move(scene)), m_headset(headset), m_report(log),
-      m_shots(shotsOf(*m_scene, options, log)), m_metre(metreOf(*m_scene, options)),
-      m_floor(options.stage ? 0 : -kEyeHeight), m_place(startPlace()), m_hands(m_place, m_floor),
-      m_frame_options(frameOptions(*m_scene, options.play)),
+      m_shots(shotsOf(*m_scene, options, log)), m_metre(metreOf(*m_scene, options)), m_floor(eyeHeight() - kEyeHeight),
+      m_place(startPlace()), m_hands(m_place, m_floor), m_frame_options(frameOptions(*m_scene, options.play)),
       m_source(m_scene, options.play, headset, options.waits, headset.facts().views.size(), log)
 {
     if (options.rides) {
         std::vector<Camera> cameras;
         for (const Shot& shot : m_shots)
             cameras.push_back(shot.camera);
-        const std::array<double, 3> up = upOf(m_shots);
-        m_ride.emplace(std::move(cameras), options.ride_fps, reinterpret_cast<const double(&)[3]>(*up.data()), m_metre,
-                       eyeHeight());
+        m_ride.emplace(std::move(cameras), options.ride_fps, upOf(m_shots), m_metre, eyeHeight());
     } else if (options.keeps_place) {
         if (const std::optional<Placement> kept = readPlace(options.play.input))
-            m_place = placed(*kept, -eyeHeight(), options.metre > 0 ? options.metre : kept->scale());
+            m_place =
+                raised({kept->origin(), kept->axes(), options.metre > 0 ? options.metre : kept->scale()}, -eyeHeight());
     }
     if (guardsByFovea(*m_scene, options.play))
         m_fovea_guard.emplace(LodControlOptions{options.play.target_ms, 0, -kFoveaDoublings});
@@ -116,9 +113,7 @@ XrSession::XrSession(const XrOptions& options, std::shared_ptr<const Scene> scen
 
 Placement XrSession::startPlace() const
 {
-    const std::array<double, 3> up = upOf(m_shots);
-    const double axis[3] = {up[0], up[1], up[2]};
-    return {m_shots.front().camera, axis, m_metre, eyeHeight()};
+    return {m_shots.front().camera, upOf(m_shots), m_metre, eyeHeight()};
 }
 
 void XrSession::requestExit()
@@ -176,8 +171,9 @@ void XrSession::frame()
             line.moved = m_place;
             m_moved = false;
         }
-    } else
+    } else {
         forgetPictures();
+    }
     m_headset.endFrame(frame.visible && !m_stale);
     line.busy_ms = milliseconds(Clock::now() - woken);
     line.copy_ms = m_headset.copyMs();
@@ -261,6 +257,7 @@ AskedViews XrSession::views(int64_t shown_at, int64_t time, const SpacePose* gaz
         for (size_t e = 0; gaze != nullptr && e < pair.eyes; ++e) {
             const std::array<float, 2> at = gazeOf(m_eyes[view + e], *gaze);
             std::ranges::copy(at, pair.gaze[e]);
+            views.gaze.push_back(at);
         }
     }
     return views;
@@ -289,6 +286,7 @@ void XrSession::take(XrFrame& line)
     }
     line.lod_bias = double(drawn->asked.lod_bias);
     line.fovea_pixels = double(drawn->asked.fovea_pixels);
+    line.gaze = drawn->asked.gaze;
     if (m_guard)
         m_guard->add(line.draw_ms);
     if (m_fovea_guard)
@@ -317,7 +315,7 @@ XrSummary XrSession::finish()
 // As the place of the eyes: the next session may stand on another floor.
 std::string XrSession::keepPlace() const
 {
-    return writePlace(m_options.play.input, placed(m_place, eyeHeight(), m_place.scale()));
+    return writePlace(m_options.play.input, raised(m_place, eyeHeight()));
 }
 
 void XrSession::forgetPictures()

@@ -27,6 +27,7 @@ public:
 
 private:
     using Clock = std::chrono::steady_clock;
+    static constexpr double kEyeHeight = 1.6; // metres, of a viewer who stands
 
     void frame();
     void move(const HeadsetFrame& frame, const HeadsetInput& input);
@@ -34,7 +35,7 @@ private:
     void take(XrFrame& line);
     [[nodiscard]] AskedViews views(int64_t shown_at, int64_t time, const SpacePose* gaze) const;
     void forgetPictures(); // that were drawn or are being drawn: of another place, or of long ago
-    [[nodiscard]] double eyeHeight() const { return m_options.stage ? 1.6 : 0; } // above the space's origin, metres
+    [[nodiscard]] double eyeHeight() const { return m_options.stage ? kEyeHeight : 0; } // above the space's origin
     [[nodiscard]] Placement startPlace() const;
 
     XrOptions m_options;

@@ -11,7 +11,7 @@ using namespace gsc;
 
 namespace {
 
-constexpr double kUp[3] = {0, -1, 0};
+constexpr std::array<double, 3> kUp = {0, -1, 0};
 constexpr double kStep = 0.01; // seconds
 
 struct Viewer {

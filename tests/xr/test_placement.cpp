@@ -16,7 +16,7 @@ using namespace gsc;
 namespace {
 
 constexpr double kMetre = 0.8; // world units
-constexpr double kUp[3] = {0, -1, 0};
+constexpr std::array<double, 3> kUp = {0, -1, 0};
 
 // Stands at `position` and looks along COLMAP's z, turned by `yaw` to the right and tilted down by `pitch`.
 Camera cameraAt(const glm::dvec3& position, double yaw, double pitch)
@@ -151,7 +151,7 @@ TEST_CASE("placement: what makes no sense changes nothing")
     CHECK(placement.scale() == doctest::Approx(kMetre / 1000));
     CHECK(std::isfinite(placement.origin().x));
 
-    const double no_up[3] = {0, 0, nan};
+    const std::array<double, 3> no_up = {0, 0, nan};
     const Placement mended(cameraAt({1, 2, 3}, 0.1, 0), no_up, -1, 0);
     CHECK(mended.scale() == 1);
     CHECK(near(mended.axes()[1], {0, -1, 0}));

@@ -257,6 +257,13 @@ class XrTest(XrCase):
         self.assertEqual(self.places(again), [self.places(run)[-1]])
         elsewhere = self.xr("room", "--xr-sync", settings=self.settings(5))
         self.assertEqual(self.places(elsewhere), [self.places(run)[0]])
+        # the eyes start there whatever the space, and with another metre too
+        for options, scale in ((("--xr-space", "stage"), kept["scale"]), (("--xr-space", "stage", "--metre", "0.5"), 0.5)):
+            path.write_text(json.dumps(kept))
+            place = self.places(self.xr("room", "--xr-sync", "--keep-place", *options, settings=self.settings(5)))[0]
+            self.assertEqual(place["scale"], scale)
+            for i in range(3):
+                self.assertAlmostEqual(place["position"][i] + 1.6 * scale * place["up"][i], kept["position"][i], places=9)
         for broken, says in (("{}", "schema"), (json.dumps({**kept, "up": [1, 2, 3]}), "no rotation"),
                              (json.dumps({**kept, "scale": 0}), "scale"), ("[", "place of a headset")):
             path.write_text(broken)
@@ -297,7 +304,17 @@ class XrTest(XrCase):
         told = subprocess.run([PLAY, "xr", "--info", "--format", "json"], cwd=self.folder, capture_output=True, text=True, check=True,
                               env=environment(MANIFEST, self.settings()))
         check_schema("xr-info", json.loads(told.stdout))
-        self.xr("room", "--xr-sync", "--foveation", "gaze", settings=self.settings(6, gaze=[{"t": 0, "rotation": [0, 0, 0, 1]}]))
+        yaw = math.radians(20)  # to the left, of the head; the eyes look outwards by five degrees
+        run = self.xr("room", "--xr-sync", "--foveation", "gaze", settings=self.settings(
+            6, gaze=[{"t": 0, "rotation": [0, math.sin(yaw / 2), 0, math.cos(yaw / 2)]}]))
+        looks = [line["gaze"] for line in run.log if line["fresh"]]
+        self.assertGreater(len(looks), 2)
+        for left, right in looks:
+            self.assertAlmostEqual(left[0], -math.tan(math.radians(15)), places=4)
+            self.assertAlmostEqual(right[0], -math.tan(math.radians(25)), places=4)
+            self.assertAlmostEqual(left[1], 0, places=4)
+        plain = self.xr("room", "--xr-sync", "--foveation", "fixed", settings=self.settings(6))
+        self.assertEqual({str(line["gaze"]) for line in plain.log}, {"None"})
 
     # --- sessions
 

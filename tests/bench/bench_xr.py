@@ -1,0 +1,97 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""How fresh a headset's pictures are, and what they cost: gsc-play xr on the fake OpenXR runtime, on the real clock at 90 Hz, two
+asymmetric eyes of 2064x2208. A line for each path: share of refreshes whose picture is at most 2 refreshes old, ages, milliseconds
+of the device, of the way from pose to picture and of the thread.
+
+bench_xr.py GSC_PLAY CITY.gsc PATHS RUNTIME_MANIFEST [--paths aerial,turn] [options of gsc-play xr]
+
+PATHS: the folder `paths` that `gsc sample replicate` makes beside a city. `turn` is its aerial.json's first camera while the head turns
+60 degrees either way, at up to 72 degrees a second; `dive` goes from there straight on, in 400 poses, to a height of eyes below the
+ground of walk_through.json and so through it.
+"""
+
+import json
+import math
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+SIZE = (2064, 2208)
+SECONDS = {"aerial": 9.7, "turn": 10, "dive": 9, "walk_through": 7.5, "zoom_out": 8}
+
+
+def about_y(degrees: float) -> list[float]:
+    return [0, math.sin(math.radians(degrees) / 2), 0, math.cos(math.radians(degrees) / 2)]
+
+
+def position(frame: dict) -> list[float]:
+    if "position" in frame:
+        return frame["position"]
+    rotation, moved = frame["rotation"], frame["translation"]
+    return [-sum(rotation[i][j] * moved[j] for j in range(3)) for i in range(3)]
+
+
+def dive(start: dict, walker: dict) -> dict:
+    down, forward = [row[1] for row in walker["rotation"]], [row[2] for row in start["rotation"]]
+    along = lambda a, b: sum(x * y for x, y in zip(a, b))  # noqa: E731
+    begin = position(start)
+    length = 1.15 * (along(position(walker), down) - along(begin, down)) / along(forward, down)
+    frame = {key: value for key, value in start.items() if key not in ("position", "translation", "name", "time")}
+    return {"schema": "gsc.trajectory/1", "frames": [
+        {**frame, "position": [begin[k] + forward[k] * length * i / 399 for k in range(3)]} for i in range(400)]}
+
+
+def percentile(values: list[float], share: float) -> float:
+    return sorted(values)[min(len(values) - 1, int(share * len(values)))]
+
+
+def run(play: str, city: str, manifest: str, folder: pathlib.Path, name: str, paths: pathlib.Path, options: list[str]) -> None:
+    settings = {"clock": "real", "hz": 90, "hash": False, "head": [{"t": 0}], "views": [
+        {"fov": [-54, 40, 44, -55], "position": [-0.032, 0, 0], "rotation": about_y(2), "width": SIZE[0], "height": SIZE[1]},
+        {"fov": [-40, 54, 44, -55], "position": [0.032, 0, 0], "rotation": about_y(-2), "width": SIZE[0], "height": SIZE[1]}]}
+    cameras = paths / f"{name}.json"
+    if name == "turn":
+        cameras = paths / "aerial.json"
+        settings["head"] = [{"t": 0.05 * i, "rotation": about_y(60 * math.sin(0.06 * i))} for i in range(400)]
+    elif name == "dive":
+        cameras = folder / "dive.json"
+        first = lambda file: json.loads((paths / file).read_text())["frames"][0]  # noqa: E731
+        cameras.write_text(json.dumps(dive(first("aerial.json"), first("walk_through.json"))))
+    seconds, frames = SECONDS[name], len(json.loads(cameras.read_text())["frames"])
+    way = ["--frames", "0:1"] if name == "turn" else ["--ride", "--ride-fps", f"{frames / seconds:.3f}"]
+    (folder / "settings.json").write_text(json.dumps(settings))
+    log = folder / f"{name}.jsonl"
+    subprocess.run([play, "xr", city, "--cameras", str(cameras), *way, "--seconds", str(seconds), "--log", str(log), "-w", "-q", *options],
+                   check=True, stdout=subprocess.DEVNULL,
+                   env={**os.environ, "XR_RUNTIME_JSON": manifest, "GSC_FAKE_XR": str(folder / "settings.json")})
+    lines = [json.loads(line) for line in log.read_text().splitlines()]
+    shown = [line for line in lines if line["age"] is not None]
+    fresh = [line for line in shown if line["fresh"]]
+    of = lambda key: [line[key] for line in fresh]  # noqa: E731
+    median, late = percentile(of("draw_ms"), 0.5), percentile(of("draw_ms"), 0.99)
+    ages = [sum(line["age"] == age for line in shown) for age in range(max(line["age"] for line in shown) + 1)]
+    pixels = [value for value in of("fovea_pixels") if value]
+    print(f"{name}: {100 * sum(ages[:3]) / len(shown):.1f} % of {len(shown)} refreshes at most 2 old, ages from 0 {ages}, "
+          f"{sum(line['missed'] for line in lines)} missed; device {median:.2f} ms, p99 {late:.2f}, {late / median:.2f} times; pose to "
+          f"picture {percentile(of('latency_ms'), 0.5):.1f}, p99 {percentile(of('latency_ms'), 0.99):.1f}; thread "
+          f"{percentile([line['busy_ms'] for line in shown], 0.5):.2f}, p99 {percentile([line['busy_ms'] for line in shown], 0.99):.2f}; "
+          f"copy {percentile(of('copy_ms'), 0.5):.3f}" + (f"; fovea pixels {min(pixels):.2f} to {max(pixels):.2f}" if pixels else ""), flush=True)
+
+
+def main() -> None:
+    play, city, paths, manifest, *options = sys.argv[1:]
+    names = ["aerial", "turn"]
+    if options[:1] == ["--paths"]:
+        names, options = options[1].split(","), options[2:]
+    with tempfile.TemporaryDirectory(prefix="gsc_bench_xr_") as folder:
+        for name in names:
+            run(play, city, str(pathlib.Path(manifest).resolve()), pathlib.Path(folder), name, pathlib.Path(paths), options)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 5:
+        sys.exit(__doc__)
+    main()
