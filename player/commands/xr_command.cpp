@@ -55,6 +55,8 @@ void addXrOptions(CLI::App& app, XrChoice& choice)
             "start where the viewer was left, and store it at the end in FILE.place.json (schemas/place.schema.json)");
     addFlag(app, "--xr-sync", options.waits,
             "wait in each frame for the picture of its own pose: for tests and recordings, refreshes are missed");
+    addFlag(app, "--xr-late", options.late,
+            "look up where the eyes are again when the drawing of their picture begins, for when it will be seen");
     addNumber(app, "--seconds", options.seconds, {0, 1e9}, " seconds", "S (default: 0)",
               "end the session after that long; 0 = when it is left in the headset");
     addText(app, "--log", options.log, "FILE", "a JSON line for every frame (schemas/xr-log.schema.json)");
@@ -65,8 +67,9 @@ void checkXrOptions(const CLI::App& app, const XrChoice& choice)
 {
     const XrOptions& options = choice.xr;
     if (choice.info) {
-        for (const char* option : {"FILE", "--fallback", "--ride", "--ride-fps", "--keep-place", "--xr-sync",
-                                   "--seconds", "--log", "--overwrite", "--metre", "--cameras", "--target-ms"})
+        for (const char* option :
+             {"FILE", "--fallback", "--ride", "--ride-fps", "--keep-place", "--xr-sync", "--xr-late", "--seconds",
+              "--log", "--overwrite", "--metre", "--cameras", "--target-ms"})
             checkEffect(app, option, false, "no --info");
         return;
     }

@@ -37,6 +37,14 @@ uint64_t FrameSource::submit(const AskedPose& pose, const FrameOptions& options)
     request.format = pose.format;
     request.wants_depth = pose.wants_depth;
     request.on_device = m_ring != nullptr && pose.format == PixelFormat::Rgba8 && !pose.wants_depth;
+    if (pose.late)
+        request.late = [late = pose.late, shot = pose.shot, count = pose.eyes](std::span<EyeParams> latest) {
+            Shot moved = shot;
+            if (!late(moved))
+                return false;
+            shotEyes(moved, count, latest.data());
+            return true;
+        };
     const uint64_t number = m_opened.service->submit(request);
     m_open.insert_or_assign(number, pose);
     return number;

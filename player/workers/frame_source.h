@@ -7,6 +7,7 @@
 #include "player/workers/open_service.h"
 #include "runtime/service/renderer_service.h"
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -22,6 +23,8 @@ struct AskedPose {
     PixelFormat format = PixelFormat::Rgba8;
     bool wants_depth = false;     // for the host; the picture is not shown
     float gaze[kMaxEyes][2] = {}; // Foveation's
+    // PoseRequest::late of the cameras in `shot`; may be empty.
+    std::function<bool(Shot& shot)> late{};
 };
 
 struct DrawnPose {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "player/workers/frame_source.h"
+#include "player/xr/late_eyes.h"
 #include "player/xr/placement.h"
 
 #include <future>
@@ -18,6 +19,7 @@ struct AskedViews {
     std::vector<SpaceEye> eyes;
     std::vector<std::array<float, 2>> gaze; // of each, if known
     std::vector<AskedPose> pairs;
+    std::shared_ptr<LateLook> late; // null: the eyes are those that were located
 };
 
 struct DrawnViews {

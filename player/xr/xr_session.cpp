@@ -85,6 +85,17 @@ double milliseconds(std::chrono::steady_clock::duration time)
     return std::chrono::duration<double, std::milli>(time).count();
 }
 
+// From when the renderer took the first pair until the last was drawn.
+double beganToThere(const DrawnViews& drawn)
+{
+    ServiceTime begun = drawn.pairs.front().delivery.begun, there = begun;
+    for (const DrawnPose& pair : drawn.pairs) {
+        begun = std::min(begun, pair.delivery.begun);
+        there = std::max(there, pair.delivery.drawn);
+    }
+    return milliseconds(there - begun);
+}
+
 } // namespace
 
 XrSession::XrSession(const XrOptions& options, std::shared_ptr<const Scene> scene, Headset& headset, Reporter& log)
@@ -107,8 +118,16 @@ XrSession::XrSession(const XrOptions& options, std::shared_ptr<const Scene> scen
         m_fovea_guard.emplace(LodControlOptions{options.play.target_ms, 0, -kFoveaDoublings});
     else
         m_guard = lodControl(*m_scene, options.play);
+    if (options.late)
+        m_late = std::make_shared<LateEyes>(headset, options.waits);
     m_headset.prepare();
     m_log = std::make_unique<XrLog>(options.log, options.play.overwrite); // last: an error before leaves a file alone
+}
+
+XrSession::~XrSession()
+{
+    if (m_late) // a renderer that hangs may come back behind the session's end
+        m_late->stop();
 }
 
 Placement XrSession::startPlace() const
@@ -159,6 +178,8 @@ void XrSession::frame()
     line.display_time = frame.display_time;
     line.period_ms = double(frame.period) / 1e6;
     line.visible = frame.visible;
+    if (m_late)
+        m_late->woke(woken, frame);
     if (m_first_time == 0)
         m_first_time = frame.display_time;
     const double seconds = double(frame.display_time - m_first_time) / 1e9;
@@ -237,12 +258,15 @@ AskedViews XrSession::views(int64_t shown_at, int64_t time, const SpacePose* gaz
     views.fovea_pixels = m_frame_options.foveation.smallest;
     views.eyes = m_eyes;
     const std::vector<HeadsetView>& sizes = m_headset.facts().views;
-    const auto camera = [&](size_t view) {
+    const auto lensOf = [&](size_t view) {
         Camera eye = lens.camera;
         eye.width = sizes[view].width;
         eye.height = sizes[view].height;
-        return m_place.eye(m_eyes[view], eye);
+        return eye;
     };
+    const auto camera = [&](size_t view) { return m_place.eye(m_eyes[view], lensOf(view)); };
+    if (m_late)
+        views.late = std::make_shared<LateLook>();
     for (size_t view = 0; view < m_eyes.size(); view += kMaxEyes) {
         AskedPose& pair = views.pairs.emplace_back();
         pair.shot = lens;
@@ -254,6 +278,20 @@ AskedViews XrSession::views(int64_t shown_at, int64_t time, const SpacePose* gaz
             pair.shot.right_eye = camera(view + 1);
             pair.eyes = 2;
         }
+        if (m_late)
+            pair.late = [late = m_late, look = views.late, place = m_place, lens = lensOf(view), view,
+                         count = m_eyes.size()](Shot& shot) {
+                if (!late->find(*look, count))
+                    return false;
+                shot.camera = place.eye(look->eyes[view], lens);
+                if (shot.right_eye) {
+                    Camera right = lens;
+                    right.width = shot.right_eye->width;
+                    right.height = shot.right_eye->height;
+                    shot.right_eye = place.eye(look->eyes[view + 1], right);
+                }
+                return true;
+            };
         for (size_t e = 0; gaze != nullptr && e < pair.eyes; ++e) {
             const std::array<float, 2> at = gazeOf(m_eyes[view + e], *gaze);
             std::ranges::copy(at, pair.gaze[e]);
@@ -273,6 +311,8 @@ void XrSession::take(XrFrame& line)
     }
     if (!drawn || drawn->asked.frame < m_valid_from)
         return;
+    if (m_late)
+        m_late->take(*drawn->asked.late, drawn->asked.eyes, drawn->asked.time);
     m_headset.finish(); // of the picture before, whose memory is used again
     const std::vector<ShownPicture> pictures = m_source.shown(*drawn);
     if (pictures.size() != drawn->asked.eyes.size())
@@ -284,6 +324,8 @@ void XrSession::take(XrFrame& line)
         line.latency_ms = std::max(line.latency_ms, pair.latencyMs());
         line.draw_ms += pair.delivery.result.times.total;
     }
+    if (m_late)
+        m_late->drew(beganToThere(*drawn));
     line.lod_bias = double(drawn->asked.lod_bias);
     line.fovea_pixels = double(drawn->asked.fovea_pixels);
     line.gaze = drawn->asked.gaze;

@@ -19,6 +19,9 @@ namespace gsc {
 class XrSession {
 public:
     XrSession(const XrOptions& options, std::shared_ptr<const Scene> scene, Headset& headset, Reporter& log);
+    ~XrSession();
+    XrSession(const XrSession&) = delete;
+    XrSession& operator=(const XrSession&) = delete;
 
     bool step();                   // false: the session is over. Throws Error
     void requestExit();            // it is over soon
@@ -50,6 +53,7 @@ private:
     std::optional<Ride> m_ride;
     std::optional<LodControl> m_guard, m_fovea_guard; // in levels; in halvings of what the periphery shows
     FrameOptions m_frame_options;
+    std::shared_ptr<LateEyes> m_late; // also held by what is being drawn; null: --xr-late was not asked for
     std::unique_ptr<XrLog> m_log;
     ViewSource m_source;            // last but for what it drew: its end waits for the GPU
     std::deque<DrawnViews> m_shown; // newest last; the one before may still be read

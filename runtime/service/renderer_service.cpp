@@ -174,6 +174,10 @@ uint64_t RendererService::Core::submit(const PoseRequest& request)
     work->format = request.format;
     work->wants_depth = request.wants_depth;
     work->on_device = request.on_device;
+    if (request.late) {
+        work->late = std::make_shared<PoseWork::Late>();
+        work->late->look = request.late;
+    }
     work->layOut();
 
     const Lock lock(m_mutex);

@@ -48,6 +48,9 @@ struct PoseRequest {
     PixelFormat format = PixelFormat::Rgba8;
     bool wants_depth = false; // of each pixel, see FrameTarget
     bool on_device = false;   // delivered in memory of the first worker's device; otherwise of the host
+    // Looks once more where the eyes are, right before the pose is begun: fills them, as many and as large, and returns
+    // true; false: they stay. Called at most once, by a thread of the service; throws nothing. May be empty.
+    std::function<bool(std::span<EyeParams> eyes)> late{};
 };
 
 struct Delivery {

@@ -23,6 +23,14 @@ struct PoseWork {
     PixelFormat format = PixelFormat::Rgba8;
     bool wants_depth = false, on_device = false;
 
+    struct Late { // PoseRequest::late, and what it found
+        std::function<bool(std::span<EyeParams>)> look;
+        std::once_flag looked;
+        EyeParams eyes[kMaxEyes] = {};
+        bool found = false;
+    };
+    std::shared_ptr<Late> late; // also of the copy that is drawn anew; null: the eyes stay
+
     ServiceTime submitted{0}, drawn{0};
     std::optional<ServiceTime> begun;
     SharePlan plan; // that it was begun by
@@ -44,6 +52,8 @@ struct PoseWork {
     bool first = false; // a part is among the first that its renderer drew, whose buffers grow
 
     void layOut();
+    // Where its eyes are drawn from: looks late, once for all parts. Called without the core's mutex.
+    [[nodiscard]] std::span<const EyeParams> latestEyes() const;
     [[nodiscard]] FrameResult result() const; // of parts that were drawn side by side: one of all
     // Are its eyes all so near to those of `other` (world units, degrees) that they show the same, of the same options?
     [[nodiscard]] bool showsSameAs(const PoseWork& other, double distance, double degrees) const;

@@ -108,6 +108,39 @@ TEST_CASE("every mode and number of workers delivers the bytes of one renderer, 
         }
 }
 
+TEST_CASE("eyes that are looked up late are drawn, the same by all workers of a pose")
+{
+    const SyntheticModel model(modelOptions(LevelRule::Round));
+    const auto one = open(model.view());
+    FrameOptions options = with(ReusePolicy::None);
+    options.tier = Tier::Exact;
+    const std::vector<unsigned char> early = expectedBytes(*one, 0, 2, options),
+                                     late = expectedBytes(*one, 3, 2, options);
+    REQUIRE(early != late);
+    for (const ServiceMode mode : {ServiceMode::Frame, ServiceMode::Eye, ServiceMode::Split})
+        for (const bool larger : {false, true}) { // than what there is memory for: the eyes stay
+            CAPTURE(serviceModeName(mode));
+            RendererService service(model.view(), cpuWorkers(2, mode));
+            std::atomic<int> looks{0};
+            const std::vector<EyeParams> first = walk(0, 2), then = walk(3, 2);
+            PoseRequest request;
+            request.eyes = first;
+            request.options = options;
+            request.late = [&](std::span<EyeParams> eyes) {
+                ++looks;
+                std::ranges::copy(then, eyes.begin());
+                eyes[1].width += larger ? 32 : 0;
+                return true;
+            };
+            service.submit(request);
+            const std::optional<Delivery> delivery = service.next();
+            REQUIRE(delivery);
+            REQUIRE(delivery->end == PoseEnd::Shown);
+            CHECK(bytesOf(*delivery, 0, 2) == (larger ? early : late));
+            CHECK(looks == 1);
+        }
+}
+
 TEST_CASE("merged eyes are not shared between workers")
 {
     const SyntheticModel model(modelOptions());

@@ -191,6 +191,21 @@ class XrTest(XrCase):
         for line in again:  # the pose of the picture, not that of the frame
             self.assertLess(line["shows"], line["frame"])
 
+    def test_late(self) -> None:
+        """--xr-late: pictures are of the eyes as they were when drawing began, for when they are seen."""
+        sync = self.xr("room", "--xr-sync", "--xr-late", settings=self.settings(12))
+        self.assertTrue(all(line["off_ms"] == 0 for line in sync.log if line["shows"]))
+        self.assertGreaterEqual(self.check_pictures(sync, "room"), 20)
+        self.assertGreater(self.check_pictures(self.xr("room", "--xr-late", settings=self.settings(40, clock="real", hz=30)), "room"), 10)
+        off = {}
+        for late in ((), ("--xr-late",)):
+            run = self.slow(3, "--inject", "slow-ms:25", *late, backend=DEVICES)
+            fresh = sorted(abs(line["off_ms"]) for line in run.log if line["fresh"])
+            off[late] = fresh[len(fresh) // 2]
+        print(f"pictures of a renderer that takes 25 ms are seen {off[()]:.1f} ms from the time their eyes were located for "
+              f"(median), {off['--xr-late',]:.1f} with --xr-late")
+        self.assertLess(off["--xr-late",], 12)  # a refresh: the machine may be busy
+
     def test_lost_tracking(self) -> None:
         run = self.xr("room", "--xr-sync", settings=self.settings(40, tracking_lost=[[0.1, 0.2]]))
         untracked = [line for line in run.log if line["visible"] and not line["tracked"]]

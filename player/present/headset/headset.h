@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Brings finished pictures to a headset through OpenXR and Vulkan: the module gsc_headset, loaded when it is first used, so
-// that the player starts where there is no OpenXR. All calls from one thread, which owns the session and its queue. Poses
-// are in the headset's space, times OpenXR's: nanoseconds of a clock of the runtime's own.
+// that the player starts where there is no OpenXR. All calls but locate() from one thread, which owns the session and its queue.
+// Poses are in the headset's space, times OpenXR's: nanoseconds of a clock of the runtime's own.
 #pragma once
 
 #include "player/present/presenter.h"
@@ -88,7 +88,7 @@ public:
     // Of the functions below: Throws Error(Device) where the runtime or the headset have gone.
 
     virtual HeadsetFrame beginFrame() = 0; // waits until the runtime wants the next
-    // Eyes at that time, one per view. False: the headset is not tracked, and `eyes` stay what they were.
+    // Eyes at that time, one per view. False: the headset is not tracked, and `eyes` stay what they were. From any thread.
     virtual bool locate(int64_t time, std::vector<SpaceEye>& eyes) = 0;
     virtual HeadsetInput input(int64_t time) = 0;
     // Of the newest pictures, once: each is copied to where the headset reads, and shown by every endFrame() from then on.

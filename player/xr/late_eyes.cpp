@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/xr/late_eyes.h"
+
+#include "format/error.h"
+
+namespace gsc {
+
+namespace {
+
+constexpr double kDrawsShare = 0.2; // of the newest picture in m_draws_ms
+
+} // namespace
+
+int64_t seenAt(std::chrono::steady_clock::time_point now, std::chrono::nanoseconds draws,
+               std::chrono::steady_clock::time_point woken, int64_t display_time, int64_t period)
+{
+    if (period <= 0)
+        return display_time;
+    const int64_t there = std::chrono::nanoseconds(now - woken).count() + draws.count();
+    return display_time + (there <= 0 ? 0 : (there + period - 1) / period * period);
+}
+
+void LateEyes::woke(std::chrono::steady_clock::time_point at, const HeadsetFrame& frame)
+{
+    const std::lock_guard lock(m_mutex);
+    m_woken = at;
+    m_frame = frame;
+}
+
+void LateEyes::drew(double ms)
+{
+    const std::lock_guard lock(m_mutex);
+    m_draws_ms = m_draws_ms == 0 ? ms : m_draws_ms + kDrawsShare * (ms - m_draws_ms);
+}
+
+void LateEyes::stop()
+{
+    const std::lock_guard lock(m_mutex);
+    m_headset = nullptr;
+}
+
+bool LateEyes::find(LateLook& look, size_t count)
+{
+    const std::lock_guard lock(m_mutex);
+    if (look.looked || m_headset == nullptr)
+        return look.found;
+    look.looked = true;
+    look.time = m_frame.display_time;
+    if (!m_waits)
+        look.time = seenAt(std::chrono::steady_clock::now(), std::chrono::nanoseconds(int64_t(1e6 * m_draws_ms)),
+                           m_woken, m_frame.display_time, m_frame.period);
+    try {
+        look.found = m_headset->locate(look.time, look.eyes) && look.eyes.size() == count;
+    } catch (const Error&) { // the headset has gone, which the frame loop finds out by itself
+        look.found = false;
+    }
+    return look.found;
+}
+
+void LateEyes::take(LateLook& look, std::vector<SpaceEye>& eyes, int64_t& time)
+{
+    const std::lock_guard lock(m_mutex);
+    if (!look.found)
+        return;
+    eyes = look.eyes;
+    time = look.time;
+}
+
+} // namespace gsc

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where eyes are when the drawing of their picture begins (--xr-late). A pose waits while the picture before it is drawn; by
+// then the headset knows better where the eyes will be, and the player when they will see the picture.
+#pragma once
+
+#include "player/present/headset/headset.h"
+
+#include <chrono>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+namespace gsc {
+
+// Of one frame of the headset, all views.
+struct LateLook {
+    bool looked = false, found = false;
+    std::vector<SpaceEye> eyes;
+    int64_t time = 0; // that they were located for
+};
+
+// When a picture is seen that is begun at `now`: the frame loop woke up at `woken` for what is seen at `display_time`, wakes
+// up every `period` (ns) from then on, and takes a picture that is there by then.
+int64_t seenAt(std::chrono::steady_clock::time_point now, std::chrono::nanoseconds draws,
+               std::chrono::steady_clock::time_point woken, int64_t display_time, int64_t period);
+
+// All members from any thread.
+class LateEyes {
+public:
+    // waits: each frame shows the picture of its own pose.
+    LateEyes(Headset& headset, bool waits) : m_headset(&headset), m_waits(waits) {}
+
+    void woke(std::chrono::steady_clock::time_point at, const HeadsetFrame& frame);
+    void drew(double ms); // from the begin of a picture until it was there
+    void stop();          // from now on nothing is found: the session is about to end
+
+    // Locates as many eyes as `count`, once for every look. False where the headset is not tracked.
+    bool find(LateLook& look, size_t count);
+    // What a look found, of a picture that is there.
+    void take(LateLook& look, std::vector<SpaceEye>& eyes, int64_t& time);
+
+private:
+    std::mutex m_mutex; // guards all
+    Headset* m_headset;
+    bool m_waits;
+    std::chrono::steady_clock::time_point m_woken{};
+    HeadsetFrame m_frame;
+    double m_draws_ms = 0;
+};
+
+} // namespace gsc

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// When a picture is seen, and that eyes are looked up once for each.
+#include "player/xr/late_eyes.h"
+
+#include "format/error.h"
+
+#include <doctest/doctest.h>
+
+using namespace gsc;
+
+namespace {
+
+using namespace std::chrono_literals;
+
+class ScriptedHeadset final : public Headset {
+public:
+    [[nodiscard]] const HeadsetFacts& facts() const override { return m_facts; }
+    [[nodiscard]] bool sharesMemory() const override { return false; }
+    SharedBlock makeShared(size_t) override { return {}; }
+    int semaphoreFile() override { return -1; }
+    void importerGone() override {}
+    void freeShared(uint32_t) override {}
+    void prepare() override {}
+    HeadsetState poll() override { return HeadsetState::Running; }
+    bool spaceMoved() override { return false; }
+    void requestExit() override {}
+    HeadsetFrame beginFrame() override { return {}; }
+    bool locate(int64_t time, std::vector<SpaceEye>& eyes) override
+    {
+        asked.push_back(time);
+        if (fails)
+            throw Error(ErrorCode::Device, "headset: gone");
+        if (tracked)
+            eyes.assign(2, {{{double(time), 0, 0}, {}}, -0.5, 0.5, 0.5, -0.5});
+        return tracked;
+    }
+    HeadsetInput input(int64_t) override { return {}; }
+    void take(const HeadsetPictures&) override {}
+    void endFrame(bool) override {}
+    void finish() override {}
+    [[nodiscard]] double copyMs() const override { return 0; }
+
+    bool tracked = true, fails = false;
+    std::vector<int64_t> asked;
+
+private:
+    HeadsetFacts m_facts;
+};
+
+} // namespace
+
+TEST_CASE("a picture is seen with the first refresh whose frame finds it drawn")
+{
+    const std::chrono::steady_clock::time_point woken{};
+    const auto seen = [&](auto after, auto draws) { return seenAt(woken + after, draws, woken, 1000000, 10000000); };
+    CHECK(seen(0ms, 0ms) == 1000000); // there at once
+    CHECK(seen(1ms, 5ms) == 11000000);
+    CHECK(seen(4ms, 6ms) == 11000000); // just there when the loop wakes up
+    CHECK(seen(4ms, 7ms) == 21000000);
+    CHECK(seen(9ms, 25ms) == 41000000);
+    CHECK(seen(35ms, 1ms) == 41000000);                                   // a loop that was held up
+    CHECK(seenAt(woken + 4ms, 7ms, woken, 1000000, 0) == 1000000);        // a runtime that knows no period
+    CHECK(seenAt(woken - 1ms, 0ms, woken, 1000000, 10000000) == 1000000); // woken meanwhile
+    CHECK(seenAt(woken + 1ms, 0ms, woken, INT64_MAX / 2, 10000000) > 0);
+}
+
+TEST_CASE("eyes are looked up once for a picture, and not behind the end")
+{
+    ScriptedHeadset headset;
+    LateEyes late(headset, true);
+    late.woke({}, {70, 10, true});
+    LateLook look;
+    CHECK(late.find(look, 2));
+    CHECK(late.find(look, 2)); // the second pair of four views
+    CHECK(headset.asked == std::vector<int64_t>{70});
+    std::vector<SpaceEye> eyes;
+    int64_t time = 0;
+    late.take(look, eyes, time);
+    CHECK(time == 70);
+    REQUIRE(eyes.size() == 2);
+    CHECK(eyes[0].pose.position.x == 70);
+
+    LateLook other;
+    CHECK_FALSE(late.find(other, 4)); // not the views that were asked for
+    late.take(other, eyes, time);
+    CHECK(time == 70); // as it was
+    headset.tracked = false;
+    LateLook lost;
+    CHECK_FALSE(late.find(lost, 2));
+    headset.fails = true;
+    LateLook gone;
+    CHECK_FALSE(late.find(gone, 2));
+    late.stop();
+    LateLook after;
+    CHECK_FALSE(late.find(after, 2));
+    CHECK(headset.asked.size() == 4);
+}
