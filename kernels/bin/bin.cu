@@ -108,21 +108,26 @@ __global__ void __launch_bounds__(kThreads) scatterKernel(const __grid_constant_
 }
 
 constexpr uint32_t kCellsPerThread = 4;
-constexpr uint32_t kNotDrawn = kBinClasses; // class of a bin outside of the columns that are drawn
+constexpr uint32_t kNotDrawn = kBinClasses; // class of a bin that no eye shows
+static_assert(kLensSquare == kBinWidth);    // and bins are as high or half as high
 
-// Is bin `bin` of all lists among the columns that are drawn, of one of the eyes that read it? They begin and end where bins
-// do.
+// Does one of the eyes that read it show bin `bin` of all lists: among the columns that are drawn, which begin and end where
+// bins do, and behind its lens?
 __device__ __forceinline__ bool isDrawn(const BinCudaArgs& args, uint32_t bin)
 {
     const ColumnRange& columns = args.counters->columns;
-    if (columns.all())
+    if (columns.all() && !args.lens[0].masks && !args.lens[1].masks)
         return true;
-    const uint32_t column = bin % args.grid.bins() % args.grid.columns;
+    const uint32_t list = bin / args.grid.bins(), in_list = bin % args.grid.bins();
+    const uint32_t column = in_list % args.grid.columns, row = in_list / args.grid.columns;
     bool drawn = false;
 #pragma unroll
     for (uint32_t e = 0; e < kMaxEyes; ++e) {
-        const uint32_t x = (column - args.grid.shift[e]) * kBinWidth; // left of the eye's image it is large
-        drawn = drawn || (x >= columns.first && x < columns.end);
+        if (args.readers == 1 && e != list)
+            continue;
+        const uint32_t square = column - args.grid.shift[e], x = square * kBinWidth; // left of the eye's image large
+        drawn = drawn || ((columns.all() || (x >= columns.first && x < columns.end)) &&
+                          args.lens[e].shows(square, row * args.grid.height / kLensSquare));
     }
     return drawn;
 }
@@ -140,16 +145,18 @@ __global__ void __launch_bounds__(kThreads) pieceKernel(const __grid_constant__ 
          four += gridDim.x * kThreads * kCellsPerThread) {
         const uint32_t first = four & ~(slabs - 1), origin = endBefore(first);
         const uint4 e = *reinterpret_cast<const uint4*>(ends + four);
+        const bool drawn = isDrawn(args, first >> args.grid.slab_bits);
         const uint32_t starts[kCellsPerThread] = {endBefore(four), e.x, e.y, e.z};
         uint32_t previous = four == first ? ~0u : (endBefore(four - 1) - origin) / kPieceAim;
         if (four == first) {
             const uint32_t bin = four >> args.grid.slab_bits;
-            const bool drawn = isDrawn(args, bin);
             const uint32_t kind = drawn ? uint32_t(__clz(int(ends[first + slabs - 1] - origin))) : kNotDrawn;
             args.bin_class[bin] = kind;
             if (drawn)
                 shareAtomic(args.counters->pass.bin_classes, kind);
         }
+        if (!drawn) // nothing reads its order
+            continue;
         if (starts[0] == e.w && previous != ~0u) // nothing here, and no number changes within
             if ((starts[0] - origin) / kPieceAim == previous)
                 continue;

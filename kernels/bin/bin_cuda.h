@@ -31,8 +31,9 @@ struct TouchUnit {
 
 struct BinCudaArgs {
     BinGrid grid;
-    uint32_t lists;           // per bin: one for every eye, or one for both
-    uint32_t readers;         // eyes that blend each list
+    uint32_t lists;   // per bin: one for every eye, or one for both
+    uint32_t readers; // eyes that blend each list
+    LensShape lens[kMaxEyes];
     const SplatPlace* places; // lists x slot_capacity
     uint32_t slot_capacity;
     DepthPass pass;

@@ -27,6 +27,7 @@ struct BlendArgs {
     const SortKey* sorted = nullptr; // the splats' depths, where there are rows for them
     ColumnRange columns{};           // of the image that are drawn
     bool cost = false;               // FrameView::Cost: pixels take the colour of their evaluations
+    LensShape lens{};                // tiles that it hides are not written
 };
 
 // Returns the number of (pixel, splat) pairs evaluated.
@@ -50,6 +51,22 @@ void blendNothing(uint32_t width, uint32_t height, const float* color, Real* ima
         if (depth.z != nullptr)
             std::fill_n(depth.z + y * depth.stride + drawn.first, drawn.end - drawn.first, Real(INFINITY));
     }
+}
+
+// What a lens hides of the columns that are drawn: black, as far away as can be.
+template <typename Real>
+void blendHidden(uint32_t width, uint32_t height, const LensShape& lens, Real* image, const DepthRows<Real>& depth,
+                 const ColumnRange& columns = {})
+{
+    const ColumnRange drawn = columns.within(width);
+    for (uint32_t y = 0; lens.masks && y < height; ++y)
+        for (uint32_t x = drawn.first; x < drawn.end; ++x) {
+            if (lens.shows(x / kLensSquare, y / kLensSquare))
+                continue;
+            std::fill_n(image + 3 * (size_t(y) * width + x), 3, Real(0));
+            if (depth.z != nullptr)
+                depth.z[y * depth.stride + x] = Real(INFINITY);
+        }
 }
 
 } // namespace gsc

@@ -110,7 +110,7 @@ struct Area {
     uint32_t begin, end;        // of the keys
 };
 
-// False: left of the eye's image.
+// False: left of the eye's image, or hidden by its lens.
 template <typename T>
 __device__ __forceinline__ bool areaOf(const BlendCudaArgs& args, const BinOfEye& target, Area& area)
 {
@@ -120,7 +120,7 @@ __device__ __forceinline__ bool areaOf(const BlendCudaArgs& args, const BinOfEye
     area = {e, eye_column * kBinWidth, bin / args.grid.columns * (T::kBinRows * T::kHeight),
             entry == 0 ? 0u : min(args.cells[(entry << args.grid.slab_bits) - 1], args.pair_capacity),
             min(args.cells[((entry + 1) << args.grid.slab_bits) - 1], args.pair_capacity)};
-    return eye_column < args.grid.columns;
+    return eye_column < args.grid.columns && args.lens[e].shows(eye_column, area.bin_y / kLensSquare);
 }
 
 // What a pixel of an eye starts with, or goes on with. Transmittance: negative where it is finished, or there is none. Until

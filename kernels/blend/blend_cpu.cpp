@@ -279,7 +279,8 @@ uint64_t blendPatches(const BlendArgs& args, size_t first, size_t last)
         const uint32_t y0 = uint32_t(patch / patches_x) * kPatchY;
         for (uint32_t y = y0; y < std::min(y0 + kPatchY, args.grid_y); ++y)
             for (uint32_t x = x0; x < std::min(x0 + kPatchX, tiles.end); ++x)
-                evaluations += blend(args, y * args.grid_x + x);
+                if (args.lens.shows(x * kTileSize / kLensSquare, y * kTileSize / kLensSquare))
+                    evaluations += blend(args, y * args.grid_x + x);
     }
     return evaluations;
 }

@@ -13,6 +13,7 @@ struct BlendCudaArgs {
     bool shared_bins; // one list per bin for both eyes
     DepthPass pass;   // the first starts the image, the others go on with it, the last adds the background
     uint32_t width[kMaxEyes], height[kMaxEyes];
+    LensShape lens[kMaxEyes];
     RasterConstants rules;
     float background[3];
     bool empty_is_black;

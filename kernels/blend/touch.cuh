@@ -77,9 +77,10 @@ __global__ void __launch_bounds__(kTouchThreads, kTouchBlocks)
             continue;
         const uint32_t bin = unit.entry < args.grid.bins() ? unit.entry : unit.entry - args.grid.bins();
         const uint32_t eye_column = bin % args.grid.columns - (unit.eye == 0 ? args.grid.shift[0] : args.grid.shift[1]);
-        if (eye_column >= args.grid.columns) // left of the eye's image
-            continue;
-        const auto x0 = float(eye_column * kBinWidth), y0 = float(bin / args.grid.columns * (8 * kRows));
+        const uint32_t bin_y = bin / args.grid.columns * (8 * kRows);
+        if (eye_column >= args.grid.columns || !args.lens[unit.eye].shows(eye_column, bin_y / kLensSquare))
+            continue; // as areaOf() has it
+        const auto x0 = float(eye_column * kBinWidth), y0 = float(bin_y);
         const Splat* splats =
             static_cast<const Splat*>(args.splats) + (args.shared_bins ? unit.eye * args.slot_capacity : 0u);
         const uint32_t first = warp * kWarpKeys + lane;

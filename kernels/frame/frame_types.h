@@ -130,6 +130,22 @@ struct Foveation {
     bool operator==(const Foveation&) const = default;
 };
 
+constexpr uint32_t kLensSquare = 32; // pixels, each side
+constexpr uint32_t kLensRows = 128;  // of squares that a LensShape tells about; what lies below is shown
+
+// What the lens in front of an eye lets be seen of its picture: of each row of squares, columns from `first` up to but not
+// including `end`, in squares. The others are black and cost no blending; their depths are infinity.
+struct LensShape {
+    uint8_t first[kLensRows] = {}, end[kLensRows] = {};
+    bool masks = false; // false: everything is seen
+
+    [[nodiscard]] GSC_HD constexpr bool shows(uint32_t column, uint32_t row) const
+    {
+        return !masks || row >= kLensRows || (column >= first[row] && column < end[row]);
+    }
+    bool operator==(const LensShape&) const = default;
+};
+
 struct FrameOptions {
     Tier tier = Tier::Fast;
     StereoMode stereo = StereoMode::Exact; // one eye is the same in both
@@ -150,6 +166,7 @@ struct FrameOptions {
     // empty_is_black means nothing here, because what one band does not show another may: the background is drawn. Where
     // gaussians_visible is 0 in all bands of an eye, and the quirk is wanted, the caller draws the eye again as a whole.
     ColumnRange columns;
+    LensShape lens[kMaxEyes];
 };
 
 // The numbers that carry the cost of a frame (design section 4), per eye.

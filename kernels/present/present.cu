@@ -32,14 +32,17 @@ __global__ void __launch_bounds__(kThreads) presentKernel(const __grid_constant_
     const uint32_t x = args.columns.first + blockIdx.x * kThreads + threadIdx.x, y = blockIdx.y;
     if (x >= args.columns.end || y >= args.height)
         return;
+    const bool seen = args.lens.shows(x / kLensSquare, y / kLensSquare); // what is not was never written
+    const size_t at = size_t(y) * args.width + x;
+    const auto depth = [&] { return seen ? args.depth[at] : INFINITY; };
     if (args.target.depth_surface != 0)
-        surf2Dwrite(args.depth[size_t(y) * args.width + x], cudaSurfaceObject_t(args.target.depth_surface),
-                    int(x * sizeof(float)), int(y));
+        surf2Dwrite(depth(), cudaSurfaceObject_t(args.target.depth_surface), int(x * sizeof(float)), int(y));
     else if (args.target.depth != nullptr)
         reinterpret_cast<float*>(reinterpret_cast<unsigned char*>(args.target.depth) + y * args.target.depth_pitch)[x] =
-            args.depth[size_t(y) * args.width + x];
-    const float* const from = args.image + (size_t(y) * args.width + x) * 3;
-    const float rgb[3] = {from[0], from[1], from[2]};
+            depth();
+    float rgb[3] = {};
+    for (uint32_t c = 0; seen && c < 3; ++c)
+        rgb[c] = args.image[at * 3 + c];
     switch (args.target.format) {
     case PixelFormat::Rgb32f: {
         float* const to =

@@ -15,6 +15,7 @@ struct PresentView {
     FrameTarget target; // Device, with pitches, or Surface
     uint32_t width, height;
     ColumnRange columns; // that were drawn
+    LensShape lens;
 };
 
 struct PresentCudaArgs {

@@ -99,8 +99,10 @@ void renderReference(const ModelView& model, const EyeOf<Real>* eyes, uint32_t e
             unwanted.resize(size_t(eyes[e].width) * eyes[e].height * 3);
             image = unwanted.data();
         }
-        renderEye<Real>(model, eyes[e], merged ? middle : eyes[e].center, options, image,
-                        depths != nullptr ? depths[e] : DepthRows<Real>{}, result.eyes[e], result.times);
+        const DepthRows<Real> depth = depths != nullptr ? depths[e] : DepthRows<Real>{};
+        renderEye<Real>(model, eyes[e], merged ? middle : eyes[e].center, options, image, depth, result.eyes[e],
+                        result.times);
+        blendHidden(eyes[e].width, eyes[e].height, options.lens[e], image, depth, options.columns);
     }
     result.times.total = watch.lap();
     result.bytes_resident = modelBytes(model);

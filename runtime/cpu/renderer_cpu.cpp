@@ -218,8 +218,10 @@ private:
         bool any_positive = false;
         for (const WorkerState& state : m_states)
             any_positive |= state.any_positive[e];
-        if (!any_positive)
-            return blendNothing(eye.width, eye.height, emptyColor(options), image, depth, options.columns);
+        if (!any_positive) {
+            blendNothing(eye.width, eye.height, emptyColor(options), image, depth, options.columns);
+            return blendHidden(eye.width, eye.height, options.lens[e], image, depth, options.columns);
+        }
         Stopwatch watch;
         const SplatStore& store = m_stores[e];
         const bool by_group = options.reuse.policy != ReusePolicy::None;
@@ -251,9 +253,11 @@ private:
                        depth,
                        m_sort.keys[0].data(),
                        options.columns,
-                       options.view == FrameView::Cost};
+                       options.view == FrameView::Cost,
+                       options.lens[e]};
         std::copy_n(options.background, 3, args.background);
         result.eyes[e].blend_evaluations = blendCpu(args, m_workers);
+        blendHidden(eye.width, eye.height, options.lens[e], image, depth, options.columns);
         result.times.blend += watch.lap();
     }
 

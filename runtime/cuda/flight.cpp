@@ -17,6 +17,7 @@ uint64_t Flight::setTargets(const FrameRequest& request)
         const uint32_t width = request.eyes[e].width;
         m_height[e] = request.eyes[e].height;
         m_columns[e] = request.options.columns.within(width);
+        m_lens[e] = request.options.lens[e];
         m_wanted[e].pitch = pitchOf(m_wanted[e], width);
         m_wanted[e].depth_pitch = depthPitchOf(m_wanted[e], width);
         m_written[e] = m_wanted[e];
@@ -47,8 +48,8 @@ void Flight::present(const FrameBuffers& buffers, const CudaStream& stream)
     PresentCudaArgs args{};
     for (uint32_t e = 0; e < m_eye_count; ++e)
         if (m_written[e].kind != FrameTarget::Kind::None)
-            args.views[args.count++] = {buffers.image[e], buffers.depth[e], m_written[e],
-                                        shape.width[e],   m_height[e],      m_columns[e]};
+            args.views[args.count++] = {buffers.image[e], buffers.depth[e], m_written[e], shape.width[e],
+                                        m_height[e],      m_columns[e],     m_lens[e]};
     presents = args.count > 0;
     if (presents) {
         drawn.record(stream);

@@ -46,7 +46,8 @@ private:
 
     uint32_t m_eye_count = 0;
     uint32_t m_height[kMaxEyes] = {};
-    ColumnRange m_columns[kMaxEyes] = {};                          // of each eye's that are drawn
+    ColumnRange m_columns[kMaxEyes] = {}; // of each eye's that are drawn
+    LensShape m_lens[kMaxEyes];
     FrameTarget m_wanted[kMaxEyes] = {}, m_written[kMaxEyes] = {}; // by the caller; by the device
     DeviceArena m_pictures;                                        // on their way to the host, in the format wanted
 };

@@ -116,6 +116,7 @@ FrameShape frameShape(const ModelParams& params, Tier tier, uint32_t eye_count, 
     shape.appearance = options.appearance;
     shape.empty_is_black = options.empty_is_black;
     shape.view = options.view;
+    std::copy_n(options.lens, eye_count, shape.lens);
     shape.shareBins(eyes);
     return shape;
 }
@@ -254,6 +255,7 @@ void binFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass)
     args.grid = job.shape.grid;
     args.lists = job.shape.lists();
     args.readers = job.shape.eye_count / args.lists;
+    std::ranges::copy(job.shape.lens, args.lens);
     args.places = job.buffers.places;
     args.slot_capacity = job.capacity.slots;
     args.pass = passOf(job, pass);
@@ -295,6 +297,7 @@ void blendFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass)
         args.transmittance[e] = job.buffers.transmittance[e];
         args.depth[e] = job.buffers.depth[e];
     }
+    std::ranges::copy(job.shape.lens, args.lens);
     args.rules = job.shape.rules;
     std::copy_n(job.shape.background, 3, args.background);
     args.empty_is_black = job.shape.empty_is_black;

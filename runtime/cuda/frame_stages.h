@@ -32,6 +32,7 @@ struct FrameShape {
     int32_t appearance;
     bool empty_is_black;
     FrameView view;
+    LensShape lens[kMaxEyes]; // as good as constant
 
     bool operator==(const FrameShape&) const = default;
 

@@ -2,6 +2,7 @@
 // Bands of an image on the device: together they are the image, and each looks at little beside what it shows.
 #include "tests/kernels/band_tools.h"
 #include "tests/kernels/gpu_tools.h"
+#include "tests/kernels/lens_tools.h"
 
 #include <doctest/doctest.h>
 
@@ -116,4 +117,28 @@ TEST_CASE("bands of an image: kept entries, nothing to show, columns that are no
     CHECK(std::ranges::count(render(*gpu, eyes, options)[0].pixels, 0.0f) == 3 * 64 * 96);
     options.columns = {32, 40};
     CHECK_THROWS_AS((void)render(*gpu, eyes, options), Error);
+}
+
+TEST_CASE("a lens hides squares of an image: both tiers, every format, depths, one list of splats and two, bands")
+{
+    const SyntheticModel model(scene(RasterRules::DiffGaussian));
+    Renderer& gpu = cudaRenderer();
+    gpu.load(model.view());
+    const std::vector<EyeParams> apart = {eyeAt(0.4f, -5, 243, 190), eyeAt(0.7f, -5, 243, 190)};
+    const std::vector<EyeParams> beside = {eyeAhead(0.4f, -5, 243, 190), eyeAhead(0.5f, -5, 243, 190)};
+    const LensShape wide = ellipseLens(apart[0], 0.9), narrow = ellipseLens(apart[0], 0.5);
+    for (const Tier tier : {Tier::Exact, Tier::Fast}) {
+        CAPTURE(uint32_t(tier));
+        CHECK(checkLens(gpu, apart, onGrey(tier), {wide, narrow}, PixelFormat::Rgb32f, true) < 0.95);
+        CHECK(checkLens(gpu, beside, onGrey(tier), {narrow, wide}, PixelFormat::Rgba8, true) < 0.95);
+        CHECK(checkLens(gpu, beside, onGrey(tier), {narrow, narrow}, PixelFormat::Rgba16f) < 0.9);
+        checkLens(gpu, {apart[0]}, onGrey(tier), {narrow});
+        FrameOptions band = onGrey(tier);
+        std::ranges::fill(band.lens, narrow);
+        checkBands(gpu, apart, band, {64, 128}, PixelFormat::Rgba8);
+    }
+    checkLens(gpu, {eyeAhead(0.4f, -6, 40, 4100)}, onGrey(Tier::Fast),
+              {ellipseLens(eyeAhead(0.4f, -6, 40, 4100), 0.8)});
+    const std::vector<LensShape> closed(2, LensShape{{}, {}, true});
+    CHECK(checkLens(gpu, beside, onGrey(Tier::Fast), closed) == 0); // nothing is seen
 }

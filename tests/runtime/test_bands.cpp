@@ -3,6 +3,7 @@
 #include "kernels/math/band.h"
 #include "kernels/math/projection.h"
 #include "tests/kernels/band_tools.h"
+#include "tests/kernels/lens_tools.h"
 #include "tests/kernels/synthetic_model.h"
 #include "tests/runtime/reuse_tools.h"
 
@@ -233,4 +234,28 @@ TEST_CASE("bands: columns that are none are refused")
     FrameOptions options;
     options.columns = {96, 4096};
     (void)render(*renderer, eyes, options);
+}
+
+TEST_CASE("a lens hides squares of an image on the CPU: they are black, cost nothing, and change no other")
+{
+    const SyntheticModel model(modelOf(RasterRules::DiffGaussian, -3));
+    const std::vector<EyeParams> eyes = twoEyes(203, 150);
+    const LensShape wide = ellipseLens(eyes[0], 0.9), narrow = ellipseLens(eyes[0], 0.5);
+    for (const CpuPath path : {CpuPath::Fast, CpuPath::Reference}) {
+        const std::unique_ptr<Renderer> cpu = makeCpuRenderer(path, 2);
+        cpu->load(model.view());
+        const double left = checkLens(*cpu, eyes, onGreyGround(), {wide, narrow}, PixelFormat::Rgb32f, true);
+        CHECK((path == CpuPath::Reference || left < 0.95));
+        checkLens(*cpu, eyes, onGreyGround(), {narrow, wide}, PixelFormat::Rgba8);
+        checkLens(*cpu, {eyes[0]}, onGreyGround(), {LensShape{{}, {}, true}}); // nothing is seen
+        FrameOptions band = onGreyGround();
+        std::ranges::fill(band.lens, narrow);
+        checkBands(*cpu, eyes, band, {64});
+    }
+    FrameOptions far = onGreyGround();
+    far.near_z = 1000; // no Gaussian at all: what is seen is the background
+    far.empty_is_black = false;
+    const std::unique_ptr<Renderer> cpu = makeCpuRenderer(CpuPath::Fast, 1);
+    cpu->load(model.view());
+    checkLens(*cpu, eyes, far, {wide, narrow}, PixelFormat::Rgba8);
 }
