@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """How fresh a headset's pictures are, and what they cost: gsc-play xr on the fake OpenXR runtime, on the real clock at 90 Hz, two
 asymmetric eyes of 2064x2208. A line for each path: share of refreshes whose picture is at most 2 refreshes old, ages, milliseconds
-of the device, of the way from pose to picture and of the thread.
+of the device, of the way from pose to picture, between the time that eyes were located for and the one they are seen at, and of the
+thread.
 
 bench_xr.py GSC_PLAY CITY.gsc PATHS RUNTIME_MANIFEST [--paths aerial,turn] [options of gsc-play xr]
 
@@ -73,10 +74,12 @@ def run(play: str, city: str, manifest: str, folder: pathlib.Path, name: str, pa
     of = lambda key: [line[key] for line in fresh]  # noqa: E731
     median, late = percentile(of("draw_ms"), 0.5), percentile(of("draw_ms"), 0.99)
     ages = [sum(line["age"] == age for line in shown) for age in range(max(line["age"] for line in shown) + 1)]
+    off = [abs(line["off_ms"]) for line in shown]
     pixels = [value for value in of("fovea_pixels") if value]
     print(f"{name}: {100 * sum(ages[:3]) / len(shown):.1f} % of {len(shown)} refreshes at most 2 old, ages from 0 {ages}, "
           f"{sum(line['missed'] for line in lines)} missed; device {median:.2f} ms, p99 {late:.2f}, {late / median:.2f} times; pose to "
-          f"picture {percentile(of('latency_ms'), 0.5):.1f}, p99 {percentile(of('latency_ms'), 0.99):.1f}; thread "
+          f"picture {percentile(of('latency_ms'), 0.5):.1f}, p99 {percentile(of('latency_ms'), 0.99):.1f}; seen "
+          f"{percentile(off, 0.5):.1f}, mean {sum(off) / len(off):.1f}, p99 {percentile(off, 0.99):.1f} ms off the time of their eyes; thread "
           f"{percentile([line['busy_ms'] for line in shown], 0.5):.2f}, p99 {percentile([line['busy_ms'] for line in shown], 0.99):.2f}; "
           f"copy {percentile(of('copy_ms'), 0.5):.3f}" + (f"; fovea pixels {min(pixels):.2f} to {max(pixels):.2f}" if pixels else ""), flush=True)
 
