@@ -8,12 +8,15 @@
 
 namespace gsc {
 
-void checkLevelChoice(const Scene& scene, const std::string& model, const std::string& what, double value)
+bool hasLevels(const Scene& scene)
 {
     const ModelParams& params = *scene.view().params;
-    // no rule chooses between levels: a Scaffold-GS model, or one that was trained with a single level
-    const bool has_one_level = !(params.flags & kModelHasLevels) || params.level_clamp < 1;
-    if (value != 0 && has_one_level)
+    return (params.flags & kModelHasLevels) && params.level_clamp >= 1;
+}
+
+void checkLevelChoice(const Scene& scene, const std::string& model, const std::string& what, double value)
+{
+    if (value != 0 && !hasLevels(scene))
         throw Error(ErrorCode::Usage,
                     formatString("%s %g: has no effect on %s, which has one level of detail, expected several; leave "
                                  "it out, or play an Octree-GS model",
@@ -28,14 +31,19 @@ void checkLevelOptions(const Scene& scene, const PlayOptions& options)
     checkLevelChoice(scene, options.input, "--target-ms", options.target_ms);
 }
 
+double coarsestBias(const Scene& scene, const PlayOptions& options)
+{
+    // all levels and, for forks of 2, what is up to sixteen times nearer than the finest asks for; no more, because it
+    // would have to be climbed again
+    const double coarsest = options.lod_bias - double(scene.view().params->level_clamp) - 4;
+    return std::max(coarsest, -kMaxLodBias);
+}
+
 std::optional<LodControl> lodControl(const Scene& scene, const PlayOptions& options)
 {
     if (!(options.target_ms > 0))
         return std::nullopt;
-    // all levels and, for forks of 2, what is up to sixteen times nearer than the finest asks for; no more, because it
-    // would have to be climbed again
-    const double coarsest = options.lod_bias - double(scene.view().params->level_clamp) - 4;
-    return LodControl({options.target_ms, options.lod_bias, std::max(coarsest, -kMaxLodBias)});
+    return LodControl({options.target_ms, options.lod_bias, coarsestBias(scene, options)});
 }
 
 } // namespace gsc

@@ -17,14 +17,25 @@ namespace gsc {
 namespace {
 
 constexpr auto kIdle = std::chrono::milliseconds(10);
-constexpr double kLagShare = 0.1;     // of the newest picture in m_lag
-constexpr double kFoveaDoublings = 2; // of --fovea-pixels at most, while frames take too long
-constexpr double kMostLag = 3;        // refreshes; a pose further ahead is a guess
+constexpr double kLagShare = 0.1; // of the newest picture in m_lag
+constexpr double kMostLag = 3;    // refreshes; a pose further ahead is a guess
 
-// What holds the frame time of a model with one level: there are no levels to fall.
+// What holds the frame time of a model with one level is what the periphery shows: there are no levels to fall.
 bool guardsByFovea(const Scene& scene, const PlayOptions& play)
 {
-    return play.target_ms > 0 && play.foveation != FoveationMode::None && scene.view().params->level_count <= 1;
+    return play.target_ms > 0 && play.foveation != FoveationMode::None && !hasLevels(scene);
+}
+
+FrameGuardOptions guardOptions(const Scene& scene, const PlayOptions& play)
+{
+    FrameGuardOptions guard;
+    guard.target_ms = play.target_ms;
+    guard.finest_bias = guard.coarsest_bias = play.lod_bias;
+    if (!guardsByFovea(scene, play))
+        guard.coarsest_bias = coarsestBias(scene, play);
+    if (play.foveation != FoveationMode::None)
+        guard.fovea_pixels = play.fovea_pixels;
+    return guard;
 }
 
 std::vector<Shot> shotsOf(const Scene& scene, const XrOptions& options, Reporter& log)
@@ -114,10 +125,8 @@ XrSession::XrSession(const XrOptions& options, std::shared_ptr<const Scene> scen
             m_place =
                 raised({kept->origin(), kept->axes(), options.metre > 0 ? options.metre : kept->scale()}, -eyeHeight());
     }
-    if (guardsByFovea(*m_scene, options.play))
-        m_fovea_guard.emplace(LodControlOptions{options.play.target_ms, 0, -kFoveaDoublings});
-    else
-        m_guard = lodControl(*m_scene, options.play);
+    if (options.play.target_ms > 0)
+        m_guard.emplace(guardOptions(*m_scene, options.play));
     if (options.late)
         m_late = std::make_shared<LateEyes>(headset, options.waits);
     m_headset.prepare();
@@ -239,10 +248,10 @@ void XrSession::ask(const HeadsetFrame& frame, XrFrame& line)
     move(frame, input);
     if (!line.tracked)
         return; // what was drawn last stays where it was
-    if (m_guard)
-        m_frame_options.lod_bias = float(m_guard->bias());
-    if (m_fovea_guard)
-        m_frame_options.foveation.smallest = float(m_options.play.fovea_pixels * std::exp2(-m_fovea_guard->bias()));
+    if (m_guard) {
+        m_frame_options.lod_bias = float(m_guard->lodBias());
+        m_frame_options.foveation.smallest = float(m_guard->foveaPixels());
+    }
     const bool gazes = m_options.play.foveation == FoveationMode::Gaze && input.gaze;
     (void)m_source.submit(views(frame.display_time, time, gazes ? &*input.gaze : nullptr), m_frame_options);
 }
@@ -331,8 +340,6 @@ void XrSession::take(XrFrame& line)
     line.gaze = drawn->asked.gaze;
     if (m_guard)
         m_guard->add(line.draw_ms);
-    if (m_fovea_guard)
-        m_fovea_guard->add(line.draw_ms);
     const auto lag = double(refreshes(line.display_time - drawn->asked.shown_at, int64_t(line.period_ms * 1e6)));
     m_lag = std::min(m_lag + kLagShare * (lag - m_lag), kMostLag);
     m_shown.push_back(std::move(*drawn));

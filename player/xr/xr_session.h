@@ -4,12 +4,12 @@
 #pragma once
 
 #include "player/shots.h"
+#include "player/xr/frame_guard.h"
 #include "player/xr/hands.h"
 #include "player/xr/ride.h"
 #include "player/xr/view_source.h"
 #include "player/xr/xr.h"
 #include "player/xr/xr_log.h"
-#include "runtime/view/lod_control.h"
 
 #include <chrono>
 #include <deque>
@@ -51,7 +51,7 @@ private:
     Placement m_place;
     Hands m_hands;
     std::optional<Ride> m_ride;
-    std::optional<LodControl> m_guard, m_fovea_guard; // in levels; in halvings of what the periphery shows
+    std::optional<FrameGuard> m_guard;
     FrameOptions m_frame_options;
     std::shared_ptr<LateEyes> m_late; // also held by what is being drawn; null: --xr-late was not asked for
     std::unique_ptr<XrLog> m_log;

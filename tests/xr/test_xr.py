@@ -310,6 +310,11 @@ class XrTest(XrCase):
                           settings=self.settings(30))
         pixels = [line["fovea_pixels"] for line in thinned.log if line["fresh"]]
         self.assertEqual((pixels[0], pixels[-1], pixels), (1.5, 6, sorted(pixels)))
+        both = self.xr("street", "--xr-sync", "--target-ms", "0.001", "--foveation", "fixed", settings=self.settings(40))
+        lines = [line for line in both.log if line["fresh"]]
+        self.assertEqual((lines[0]["lod_bias"], lines[0]["fovea_pixels"]), (0, 2))
+        begun = next(line for line in lines if line["fovea_pixels"] > 2)  # levels first
+        self.assertEqual(begun["lod_bias"], -2)
 
     def test_gaze(self) -> None:
         info = subprocess.run([PLAY, "xr", "--info"], cwd=self.folder, capture_output=True, text=True, check=True,
