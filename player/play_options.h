@@ -25,8 +25,12 @@ struct RunChoice {
     Tier tier = Tier::Fast;
     double lod_bias = 0;                     // levels added
     double lod_fade = 0, lod_hysteresis = 0; // levels, as FrameOptions has them
+    FoveationMode foveation = FoveationMode::None;
+    double fovea_pixels = 2; // of foveation: Foveation::smallest
     StereoMode stereo = StereoMode::Exact;
     ReuseOptions reuse; // what is kept between frames
+
+    [[nodiscard]] double foveaPixels() const { return foveation == FoveationMode::None ? 0 : fovea_pixels; }
 };
 
 // Devices that draw together, by their number.
@@ -65,10 +69,8 @@ struct PlayOptions : RunChoice {
     int appearance = -1;                          // the trainer's embedding row, -1 = the camera's
     std::optional<std::vector<float>> background; // 3 values; none = the model's
     WorkerOptions workers;
-    FoveationMode foveation = FoveationMode::None;
-    double fovea_pixels = 2; // Foveation::smallest
-    double near_z = 0;       // world units, 0 = the model's
-    double target_ms = 0;    // of a frame, held by a falling lod_bias; 0 = none
+    double near_z = 0;    // world units, 0 = the model's
+    double target_ms = 0; // of a frame, held by a falling lod_bias; 0 = none
     uint64_t frame_first = 0, frame_end = std::numeric_limits<uint64_t>::max();
     std::string frame_range;           // as typed with its option, "--frames 0:100"
     bool frames_may_end_sooner = true; // frame_end is at most that

@@ -203,8 +203,7 @@ FrameOptions frameOptions(const Scene& scene, const PlayOptions& options)
     frame.lod_fade = float(options.lod_fade);
     frame.lod_hysteresis = float(options.lod_hysteresis);
     frame.reuse = options.reuse;
-    if (options.foveation != FoveationMode::None)
-        frame.foveation.smallest = float(options.fovea_pixels);
+    frame.foveation.smallest = float(options.foveaPixels());
     const bool white = (scene.view().params->flags & kModelWhiteBackground) != 0;
     for (size_t c = 0; c < 3; ++c)
         frame.background[c] = options.background ? (*options.background)[c] : white ? 1.0f : 0.0f;

@@ -51,7 +51,7 @@ void addBenchOptions(CLI::App& app, BenchOptions& options)
                                  "a cold start, scored against exact; --out takes a row for each "
                                  "(schemas/run.schema.json) and is gone on with where a sweep was stopped");
     for (const char* fixed : {"--cameras", "--frames", "--warmup", "--measure", "--quality", "--target-ms",
-                              "--frames-in-flight", "--gpus", "--devices", "--foveation"})
+                              "--frames-in-flight", "--gpus", "--devices"})
         sweep.excludes(optionOf(app, fixed)); // the file says these
     addShard(app, options.play, "the runs of --sweep", "--out");
 }

@@ -131,7 +131,7 @@ void Scorer::move(uint64_t frame, uint32_t eye, const ImageView& image)
     eye_moves.last.assign(image.pixels, image.pixels + count);
 }
 
-void Scorer::add(uint64_t frame, uint32_t eye, const ImageView& image, const ImageView& exact)
+void Scorer::add(uint64_t frame, uint32_t eye, const ImageView& image, const ImageView& exact, const EyeGaze* gaze)
 {
     const ImageDifference difference = compareImages(image, exact);
     const double changed = change(eye, image, exact);
@@ -158,8 +158,13 @@ void Scorer::add(uint64_t frame, uint32_t eye, const ImageView& image, const Ima
     const auto isDue = [&](uint32_t every) { return every > 0 && frame % every == 0; };
     if (isDue(m_options.ssim_every))
         addScore(m_sums.ssim, m_ssim, eye, ssim(image, exact), std::less<>(), 0);
-    if (isDue(m_options.flip_every))
-        addScore(m_sums.flip, m_flip, eye, flip(exact, image), std::greater<>(), 1);
+    m_flip_map.clear();
+    if (isDue(m_options.flip_every)) {
+        m_flip_map.resize(gaze ? size_t(image.width) * image.height : 0);
+        addScore(m_sums.flip, m_flip, eye, flip(exact, image, kFlipPixelsPerDegree, m_flip_map), std::greater<>(), 1);
+    }
+    if (gaze)
+        m_fovea.add(frame, image, exact, *gaze, m_flip_map);
 }
 
 Accuracy Scorer::result() const
@@ -177,6 +182,8 @@ Accuracy Scorer::result() const
     rank(result.temporal, m_temporal);
     rank(result.motion, m_motion);
     rank(result.pop, m_pop);
+    if (!m_fovea.empty())
+        result.fovea = m_fovea.result();
     return result;
 }
 

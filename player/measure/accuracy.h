@@ -2,9 +2,11 @@
 // A run's images against the exact ones of the same poses: by themselves and from frame to frame.
 #pragma once
 
+#include "player/measure/fovea.h"
 #include "runtime/metrics/metrics.h"
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace gsc {
@@ -47,6 +49,8 @@ struct Accuracy {
     // that moves evenly has none of the latter; one in which something appears at once has.
     Changes motion, pop;
 
+    std::optional<FoveaAccuracy> fovea; // none without foveation
+
     // Of the worse eye, per frame; temporal is NaN where there is none.
     std::vector<double> frame_psnr, frame_temporal;
 };
@@ -55,8 +59,10 @@ class Scorer {
 public:
     explicit Scorer(const ScoreOptions& options) : m_options(options) {}
 
-    // Precondition: frames come in order from 0, each with the same eyes, `image` and `exact` of one size.
-    void add(uint64_t frame, uint32_t eye, const ImageView& image, const ImageView& exact);
+    // `gaze`: where there is foveation. Precondition: frames come in order from 0, each with the same eyes, `image` and
+    // `exact` of one size.
+    void add(uint64_t frame, uint32_t eye, const ImageView& image, const ImageView& exact,
+             const EyeGaze* gaze = nullptr);
 
     [[nodiscard]] Accuracy result() const;
 
@@ -84,6 +90,8 @@ private:
     std::vector<double> m_psnr, m_temporal, m_motion, m_pop, m_ssim, m_flip; // per image
     std::vector<ErrorImage> m_last;                                          // per eye
     std::vector<Movement> m_moves;                                           // per eye
+    FoveaScorer m_fovea;
+    std::vector<float> m_flip_map; // of the image at hand
 };
 
 } // namespace gsc

@@ -66,8 +66,9 @@ public:
         return frame;
     }
 
-    // Adds every eye of a shot, rendered in the tier asked for and in `exact` by `reference`.
-    void score(const Shot& shot, Renderer& reference, PooledDifference& pool)
+    // Adds every eye of a shot, the `number`-th that is scored, rendered in the tier asked for and in `exact` by `reference`. With foveation also to
+    // `fovea`.
+    void score(uint64_t number, const Shot& shot, Renderer& reference, PooledDifference& pool, FoveaScorer& fovea)
     {
         FrameOptions exact = m_frame;
         exact.tier = Tier::Exact;
@@ -77,9 +78,19 @@ public:
         exact.foveation = {};
         (void)renderShot(m_scene, shot, eyeCount(), m_frame, m_renderer, m_images);
         (void)renderShot(m_scene, shot, eyeCount(), exact, reference, m_exact);
-        for (uint32_t e = 0; e < eyeCount(); ++e)
-            pool.add(compareImages({m_images[e].data(), shot.camera.width, shot.camera.height},
-                                   {m_exact[e].data(), shot.camera.width, shot.camera.height}));
+        EyeParams eyes[kMaxEyes];
+        shotEyes(shot, eyeCount(), eyes);
+        for (uint32_t e = 0; e < eyeCount(); ++e) {
+            const ImageView image{m_images[e].data(), shot.camera.width, shot.camera.height};
+            const ImageView expected{m_exact[e].data(), shot.camera.width, shot.camera.height};
+            pool.add(compareImages(image, expected));
+            if (m_frame.foveation.smallest > 0) {
+                m_flip_map.resize(size_t(image.width) * image.height);
+                (void)flip(expected, image, kFlipPixelsPerDegree, m_flip_map);
+                const auto& gaze = m_frame.foveation.gaze[e];
+                fovea.add(number, image, expected, {eyes[e], gaze[0], gaze[1]}, m_flip_map);
+            }
+        }
     }
 
 private:
@@ -102,7 +113,7 @@ private:
     const std::vector<Shot>& m_shots;
     FrameOptions m_frame;
     std::optional<LodControl> m_control;
-    std::vector<float> m_images[kMaxEyes], m_exact[kMaxEyes];
+    std::vector<float> m_images[kMaxEyes], m_exact[kMaxEyes], m_flip_map;
 };
 
 // A device whose memory the model fills has no room left to measure in; the frames are measured all the same.
@@ -133,13 +144,17 @@ void scoreShots(const BenchOptions& options, const std::shared_ptr<const Scene>&
         }
         Renderer& reference = other ? *other : renderer;
         summary.reference = deviceText(reference.id());
+        FoveaScorer fovea;
         const uint64_t scored = std::min<uint64_t>(options.quality, shots.size());
         for (uint64_t i = 0; i < scored; ++i) // spread over the shots
-            run.score(shots[i * shots.size() / scored], reference, summary.quality);
+            run.score(i, shots[i * shots.size() / scored], reference, summary.quality, fovea);
+        if (!fovea.empty())
+            summary.fovea = fovea.result();
     } catch (const Error& e) {
         if (e.code() != ErrorCode::OutOfMemory)
             throw;
         summary.quality = {};
+        summary.fovea.reset();
         log.warning(formatString("no accuracy: %s", e.what()));
     }
 }

@@ -2,6 +2,7 @@
 // gsc-play bench: what frames cost, measured so that two runs can be compared.
 #pragma once
 
+#include "player/measure/fovea.h"
 #include "player/play_options.h"
 #include "player/tool/reporter.h"
 #include "player/measure/roofline.h"
@@ -11,6 +12,7 @@
 #include "runtime/metrics/metrics.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,6 +46,7 @@ struct BenchSummary {
     std::optional<ServiceStats> service; // of several devices
     std::string reference;               // backend that rendered `exact`
     PooledDifference quality;            // over frames and eyes, each eye a frame of it
+    std::optional<FoveaAccuracy> fovea;  // of the same; none without foveation
     std::vector<std::string> warnings;
 };
 

@@ -172,11 +172,14 @@ Json qualityJson(const BenchSummary& summary)
         return {};
     // equal images have no finite PSNR: null
     const auto decibels = [](double v) { return std::isfinite(v) ? Json(v) : Json(); };
-    return {{"reference", summary.reference},
-            {"images", quality.frames},
-            {"psnr_pooled", decibels(quality.psnr())},
-            {"psnr_worst", decibels(quality.worst_psnr)},
-            {"max_error", quality.max_error}};
+    Json json = {{"reference", summary.reference},
+                 {"images", quality.frames},
+                 {"psnr_pooled", decibels(quality.psnr())},
+                 {"psnr_worst", decibels(quality.worst_psnr)},
+                 {"max_error", quality.max_error}};
+    if (summary.fovea)
+        json["fovea"] = toJson(*summary.fovea);
+    return json;
 }
 
 Json rooflineJson(const BenchOptions& options, const BenchSummary& summary)
@@ -332,7 +335,8 @@ std::string benchReportText(const BenchOptions& options, const BenchSummary& sum
             formatString("\nagainst exact of %s, %llu images: PSNR %.2f dB pooled, %.2f dB worst, largest error %.5f",
                          summary.reference.c_str(), static_cast<unsigned long long>(summary.quality.frames),
                          summary.quality.psnr(), summary.quality.worst_psnr, summary.quality.max_error);
-    return text + "\n";
+    text += "\n";
+    return summary.fovea ? text + foveaText(*summary.fovea) : text;
 }
 
 } // namespace gsc

@@ -166,9 +166,14 @@ RunResult measureRun(const Scene& scene, const Path& path, const FrameOptions& f
         const Camera& camera = path.shots[i].camera;
         const std::vector<float>* expected = exact.images(i);
         const std::vector<float>* rendered = &images[i % block * kMaxEyes];
-        for (uint32_t e = 0; e < path.eye_count; ++e)
+        EyeParams eyes[kMaxEyes];
+        shotEyes(path.shots[i], path.eye_count, eyes);
+        for (uint32_t e = 0; e < path.eye_count; ++e) {
+            const EyeGaze gaze{eyes[e], frame.foveation.gaze[e][0], frame.foveation.gaze[e][1]};
             scorer.add(i, e, {rendered[e].data(), camera.width, camera.height},
-                       {expected[e].data(), camera.width, camera.height});
+                       {expected[e].data(), camera.width, camera.height},
+                       frame.foveation.smallest > 0 ? &gaze : nullptr);
+        }
         done(i + 1);
     };
 

@@ -159,6 +159,8 @@ std::string stabilityReportText(const StabilityOptions& options, const Stability
                              decibels(accuracy.psnr_pooled).c_str(), decibels(accuracy.psnr_min).c_str(),
                              accuracy.temporal.p50 * 255, accuracy.temporal.max * 255, 100 * entry.reuse.hit_rate,
                              entry.passed() ? "ok" : "EXCEEDED");
+        if (accuracy.fovea)
+            text += "    " + foveaText(*accuracy.fovea);
         for (const Verdict& verdict : entry.verdicts)
             if (!verdict.passed)
                 text += formatString("    %s: %s in frame %llu, bound %g\n", verdict.bound, valueText(verdict).c_str(),

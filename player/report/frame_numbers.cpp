@@ -87,7 +87,7 @@ ReuseCounts reuseCounts(TimedFrames frames)
 
 OrderedJson foveaJson(const PlayOptions& options)
 {
-    return options.foveation == FoveationMode::None ? OrderedJson() : OrderedJson(options.fovea_pixels);
+    return unknownIfZero(options.foveaPixels());
 }
 
 OrderedJson lodJson(const PlayOptions& options, TimedFrames frames)

@@ -30,6 +30,19 @@ void describePsnr(const Record& at, const char* key, double& psnr)
     at.fieldOrNull(key, psnr, kDecibels, kInfinity);
 }
 
+void describePart(const Record& in, const char* key, FoveaAccuracy::Part& part)
+{
+    if (!in.hasObject(key, part.share > 0))
+        return;
+    const Record at = in.object(key), psnr = at.object("psnr");
+    at.field("share", part.share, kPositive);
+    at.check("share", part.share > 0 && part.share <= 1, "a number above 0, at most 1");
+    describePsnr(psnr, "pooled", part.psnr_pooled);
+    describePsnr(psnr, "min", part.psnr_min);
+    psnr.field("min_frame", part.psnr_min_frame, kCount);
+    at.fieldOrNull("flip_mean", part.flip, kPositive, -1.0);
+}
+
 void describeError(const Record& at, const char* key, double& error)
 {
     error = error < kWorstError ? error : kWorstError;
@@ -86,6 +99,8 @@ void describe(const Record& at, RowConfig& config)
         at.field("lod_fade", config.lod_fade, kNumber);
     if (at.has("lod_hysteresis"))
         at.field("lod_hysteresis", config.lod_hysteresis, kNumber);
+    if (at.has("fovea_pixels"))
+        at.fieldOrNull("fovea_pixels", config.fovea_pixels, kPositive);
     at.field("stereo", config.stereo, kName);
     at.field("eyes", config.eyes, kCount);
     at.check("eyes", config.eyes == 1 || config.eyes == 2, "a whole number from 1 to 2");
@@ -109,6 +124,12 @@ void describe(const Record& at, FrameTimes& times)
         describe(at.object("stages").object(kStages[i].name), times.stages[i]);
 }
 
+void describe(const Record& at, FoveaAccuracy& accuracy)
+{
+    describePart(at, "inside", accuracy.inside);
+    describePart(at, "outside", accuracy.outside);
+}
+
 void describe(const Record& at, Accuracy& accuracy)
 {
     const Record psnr = at.object("psnr");
@@ -128,6 +149,8 @@ void describe(const Record& at, Accuracy& accuracy)
         describeChanges(at, "motion", accuracy.motion, false);
     if (at.has("pop"))
         describeChanges(at, "pop", accuracy.pop, false);
+    if (at.hasPart("fovea", accuracy.fovea.has_value()))
+        describe(at.object("fovea"), accuracy.fovea ? *accuracy.fovea : accuracy.fovea.emplace());
 }
 
 void describe(const Record& at, ReuseCounts& counts)

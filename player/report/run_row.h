@@ -23,6 +23,7 @@ struct RowConfig {
     ReuseFacts reuse;
     std::string tier;                                      // asked for
     double lod_bias = 0, lod_fade = 0, lod_hysteresis = 0; // levels
+    double fovea_pixels = 0;
     std::string stereo;
     uint32_t eyes = 1;
     double ipd = 0;
@@ -52,6 +53,7 @@ struct RunRow {
 };
 
 void describe(const Record& at, FrameTimes& times);
+void describe(const Record& at, FoveaAccuracy& accuracy);
 void describe(const Record& at, Accuracy& accuracy); // without its frames
 void describe(const Record& at, ReuseCounts& counts);
 void describe(const Record& at, RunRow& row);

@@ -60,6 +60,8 @@ std::string shortName(const RowConfig& config)
         text += formatString(" fade %g", config.lod_fade);
     if (config.lod_hysteresis != 0)
         text += formatString(" lag %g", config.lod_hysteresis);
+    if (config.fovea_pixels != 0)
+        text += formatString(" fovea %g", config.fovea_pixels);
     return text;
 }
 
@@ -98,6 +100,7 @@ RowConfig rowConfig(const RunContext& context, const Path& path, const RunConfig
     config.lod_bias = run.lod_bias;
     config.lod_fade = run.lod_fade;
     config.lod_hysteresis = run.lod_hysteresis;
+    config.fovea_pixels = run.foveaPixels();
     config.stereo = stereoName(run.stereo);
     config.eyes = path.eye_count;
     config.ipd = path.eye_count == 2 ? path.shots.front().ipd : 0;
@@ -150,13 +153,14 @@ std::string runTableHeader()
 std::string runTableLine(const RunRow& row)
 {
     const Accuracy& accuracy = row.accuracy;
-    return formatString(
-        "%-14s %-8s %-32s %9.2f %9.2f %9.2f %8s %8s %8s %8s %7.1f %9.1f\n", row.config.trajectory.c_str(),
-        row.backend.c_str(), shortName(row.config).c_str(), row.ms.wall.median, row.ms.wall.p99,
-        row.ms.stages[kDecodeStage].median, decibels(boundedPsnr(accuracy.psnr_pooled)).c_str(),
-        decibels(boundedPsnr(accuracy.psnr_p1)).c_str(), decibels(boundedPsnr(accuracy.psnr_min)).c_str(),
-        accuracy.temporal.images == 0 ? "-" : formatString("%.4f", accuracy.temporal.p99 * 255).c_str(),
-        100 * row.reuse.hit_rate, double(row.reuse.cache_bytes) / double(1 << 20));
+    const std::string line =
+        formatString("%-14s %-8s %-32s %9.2f %9.2f %9.2f %8s %8s %8s %8s %7.1f %9.1f\n", row.config.trajectory.c_str(),
+                     row.backend.c_str(), shortName(row.config).c_str(), row.ms.wall.median, row.ms.wall.p99,
+                     row.ms.stages[kDecodeStage].median, decibels(boundedPsnr(accuracy.psnr_pooled)).c_str(),
+                     decibels(boundedPsnr(accuracy.psnr_p1)).c_str(), decibels(boundedPsnr(accuracy.psnr_min)).c_str(),
+                     accuracy.temporal.images == 0 ? "-" : formatString("%.4f", accuracy.temporal.p99 * 255).c_str(),
+                     100 * row.reuse.hit_rate, double(row.reuse.cache_bytes) / double(1 << 20));
+    return line + (accuracy.fovea ? "    " + foveaText(*accuracy.fovea) : "");
 }
 
 } // namespace gsc

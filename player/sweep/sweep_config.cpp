@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kMaxCount = 1e15; // of anchors and bytes
 constexpr uint32_t kMaxFrames = 1000000;
+constexpr double kMaxFoveaPixels = 100;
 constexpr size_t kMaxRuns = 100000; // of the axes, per trajectory, before equal ones fall together
 
 // A value of a run by itself or one in the list of an axis; `where` names the key, with its index in a list.
@@ -103,6 +104,12 @@ Settings settingsFor(const std::vector<std::string>& backends)
         {"lod_fade", [](RunConfig& run, const Value& v) { run.lod_fade = v.number(0, kMaxLodWidth, "levels"); }},
         {"lod_hysteresis",
          [](RunConfig& run, const Value& v) { run.lod_hysteresis = v.number(0, kMaxLodWidth, "levels"); }},
+        {"fovea_pixels",
+         [](RunConfig& run, const Value& v) {
+             const double pixels = v.number(0, kMaxFoveaPixels, "pixels; 0 = without foveation");
+             run.foveation = pixels > 0 ? FoveationMode::Fixed : FoveationMode::None;
+             run.fovea_pixels = pixels;
+         }},
         {"stereo", [](RunConfig& run, const Value& v) { run.stereo = v.word(stereoModes()); }},
         {"backend", [names](RunConfig& run, const Value& v) { run.backend = v.word(names); }},
     };
@@ -154,6 +161,10 @@ RunConfig readRun(const JsonObject& object, const Settings& settings, const RunC
     if (run.stereo == StereoMode::Merged && run.reuse.policy == ReusePolicy::Error)
         object.fail("stereo", "\"merged\" with a policy that bounds the change for each eye",
                     "\"exact\", or the policy \"depth\" or \"none\"");
+    if (const ParsedJson* pixels = object.find("fovea_pixels");
+        pixels && run.foveaPixels() > 0 && run.tier == Tier::Exact)
+        object.fail("fovea_pixels", shownJson(*pixels) + " with tier exact, which leaves nothing out",
+                    "0, or the tier \"fast\"");
     return run;
 }
 

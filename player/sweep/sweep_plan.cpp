@@ -16,7 +16,7 @@ namespace gsc {
 
 namespace {
 
-// Sets what the policy does not look at to its default, so that equal runs are equal.
+// Sets what the policy or the tier does not look at to its default, so that equal runs are equal.
 RunConfig collapsed(RunConfig run)
 {
     const ReuseOptions defaults;
@@ -34,6 +34,8 @@ RunConfig collapsed(RunConfig run)
         reuse.cache_bytes = 0;
         run.match_budget = false;
     }
+    if (run.tier == Tier::Exact) // leaves nothing out
+        run.foveation = FoveationMode::None;
     return run;
 }
 
@@ -65,6 +67,8 @@ nlohmann::ordered_json runKeyJson(const RunConfig& run)
         json["lod_fade"] = run.lod_fade;
     if (run.lod_hysteresis != 0)
         json["lod_hysteresis"] = run.lod_hysteresis;
+    if (run.foveaPixels() > 0)
+        json["fovea_pixels"] = run.fovea_pixels;
     json.update(toJson(reuseFacts(run.reuse)));
     if (run.match_budget)
         json["decode_budget"] = "match";

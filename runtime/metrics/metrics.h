@@ -28,9 +28,10 @@ ImageDifference compareImages(const ImageView& a, const ImageView& b);
 // outside the image count as 0, as in the trainers' own metric, so that the numbers compare with their reports.
 double ssim(const ImageView& a, const ImageView& b);
 
+constexpr double kFlipPixelsPerDegree = 67.02; // the paper's: 0.7 m from a 0.7 m wide 3840-pixel display
+
 // LDR-FLIP (Andersson et al. 2020), mean over pixels; `map` (optional) takes the per-pixel error.
-// Pixels per degree 67.02 is the paper's default: 0.7 m from a 0.7 m wide 3840-pixel display.
-double flip(const ImageView& reference, const ImageView& test, double pixels_per_degree = 67.02,
+double flip(const ImageView& reference, const ImageView& test, double pixels_per_degree = kFlipPixelsPerDegree,
             std::span<float> map = {});
 
 // Pools over frames: PSNR of the pooled mean square error, worst frame, largest error.

@@ -154,6 +154,25 @@ class BenchCliTest(PlayTest):
         self.refused(*base, "--lod-fade", "2", code=1, says="--lod-fade")
         self.refused(*base, "--lod-hysteresis", "0.1", "--backend", "cpu-reference", code=5, says="hysteresis")
 
+    def test_bench_foveation(self) -> None:
+        base = ("--eyes", "2", "--ipd", "0.1", "--measure", "2", "--quality", "3", "--reference", "cpu-reference")
+        plain = json.loads(self.bench(*base, "--format", "json").stdout)
+        self.assertNotIn("fovea", plain["quality"])
+        thin = ("--foveation", "fixed", "--fovea-pixels", "1.5")
+        report = json.loads(self.bench(*base, *thin, "--format", "json").stdout)
+        check_schema("bench-report", report)
+        self.assertEqual(report["config"]["fovea_pixels"], 1.5)
+        fovea = report["quality"].pop("fovea")
+        self.assertEqual(report["quality"], plain["quality"])  # a CPU draws everything
+        for part in fovea.values():
+            self.assertLessEqual(part["psnr"]["min"], part["psnr"]["pooled"])
+            self.assertLess(part["psnr"]["min_frame"], 3)
+            self.assertGreaterEqual(part["flip_mean"], 0)
+        self.assertRegex(self.bench(*base, *thin).stdout,
+                         r"\nwithin 12 degrees of the gaze: PSNR .* dB pooled, .* dB worst, FLIP .*; around it: PSNR ")
+        self.assertNotIn("12 degrees", self.bench(*base).stdout)
+        self.assertNotIn("fovea", json.dumps(json.loads(self.bench("--measure", "2", *thin, "--format", "json").stdout)["quality"]))
+
     def test_bench_defaults(self) -> None:
         report = json.loads(self.play("bench", self.model, "--size", "8x8", "-q", "--format", "json").stdout)
         check_schema("bench-report", report)

@@ -191,6 +191,42 @@ TEST_CASE("an id is of everything that changes a result and of nothing else")
     CHECK(idOf(other, path, errorRun(1)) != id);
 }
 
+TEST_CASE("foveation makes another run, which is found again with what lies where")
+{
+    RunConfig plain = errorRun(1), thin = plain;
+    thin.foveation = FoveationMode::Fixed;
+    thin.fovea_pixels = 1.5;
+    RunConfig off = thin;
+    off.foveation = FoveationMode::None;
+    const std::string id = idOf(someContext(), onePath(), plain);
+    CHECK(idOf(someContext(), onePath(), thin) != id);
+    CHECK(idOf(someContext(), onePath(), off) == id);
+
+    RunResult result = someResult();
+    result.accuracy.fovea = FoveaAccuracy{{0.25, 80, 79, 1, -1}, {0.75, 40, 38, 2, 0.5}};
+    const RunRow row = someRow(thin, result);
+    const OrderedJson json = toJson(row);
+    CHECK(json["config"]["fovea_pixels"] == 1.5);
+    CHECK(json["accuracy"]["fovea"]["outside"]["psnr"] ==
+          OrderedJson{{"pooled", 40.0}, {"min", 38.0}, {"min_frame", 2}});
+    CHECK(json["accuracy"]["fovea"]["inside"]["flip_mean"].is_null());
+    const std::string line = runTableLine(row);
+    CHECK(line.find(" fovea 1.5 ") != std::string::npos);
+    CHECK(line.find("\n    within 12 degrees of the gaze: PSNR 80.00 dB pooled") != std::string::npos);
+
+    std::string cut_off;
+    const TempFile file(lineOf(someRow(plain)) + "\n" + lineOf(row) + "\n");
+    const RunRows rows(file.path(), cut_off);
+    REQUIRE(rows.find(row.config.id) != nullptr);
+    CHECK(lineOf(*rows.find(row.config.id)) == lineOf(row));
+    CHECK(toJson(*rows.find(id))["config"]["fovea_pixels"].is_null());
+    CHECK_FALSE(toJson(*rows.find(id))["accuracy"].contains("fovea"));
+    OrderedJson older = toJson(someRow(plain)); // of a player without such an axis
+    older["config"].erase("fovea_pixels");
+    const TempFile old(jsonText(older, -1) + "\n");
+    CHECK(RunRows(old.path(), cut_off).find(id)->config.fovea_pixels == 0);
+}
+
 TEST_CASE("rows are found again, a half-written one is cut off when the next comes")
 {
     const RunRow first = someRow(errorRun(1)), second = someRow(errorRun(2));

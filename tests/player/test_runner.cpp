@@ -27,7 +27,8 @@ private:
     std::vector<SourceCamera> m_cameras;
 };
 
-// A frame is grey: its camera's x, and with reuse 0.01 more for each frame since the caches were dropped.
+// A frame is grey: its camera's x, and with reuse 0.01 more for each frame since the caches were dropped. With foveation
+// its first pixel is 0.1 more.
 class GreyRenderer final : public Renderer {
 public:
     struct Call {
@@ -53,9 +54,13 @@ public:
         const EyeParams* eyes = request.eyes.data();
         calls.push_back({request.options, !request.targets.empty(), eyes[0].center[0]});
         const float off = request.options.reuse.policy == ReusePolicy::None ? 0 : 0.01f * float(m_age++);
-        for (size_t e = 0; e < request.targets.size(); ++e)
-            std::fill_n(static_cast<float*>(request.targets[e].pixels), size_t(eyes[e].width) * eyes[e].height * 3,
-                        eyes[e].center[0] + off);
+        for (size_t e = 0; e < request.targets.size(); ++e) {
+            auto* const pixels = static_cast<float*>(request.targets[e].pixels);
+            std::fill_n(pixels, size_t(eyes[e].width) * eyes[e].height * 3, eyes[e].center[0] + off);
+            if (request.options.foveation.smallest > 0)
+                for (size_t c = 0; c < 3; ++c)
+                    pixels[c] += 0.1f;
+        }
         return calls.size();
     }
     FrameState wait(uint64_t ticket, FrameResult& result, std::chrono::nanoseconds) override
@@ -200,4 +205,31 @@ TEST_CASE("what fits")
     CHECK_FALSE(ExactImages::fit(path, bytes - 1));
     path.eye_count = 2;
     CHECK_FALSE(ExactImages::fit(path, bytes));
+}
+
+TEST_CASE("with foveation the exact images have none, and what lies within and around the fovea is told")
+{
+    const NoScene scene;
+    const Path path = greyPath(2); // 12 x 12 pixels of 4.7 degrees and less
+    for (const bool on_host : {true, false}) {
+        GreyRenderer backend(on_host), reference(true);
+        FrameOptions options;
+        options.foveation.smallest = 2;
+        ExactImages exact(scene, path, options, reference);
+        const RunResult run = measureRun(scene, path, options, backend, exact, {0, 1}, [](uint64_t) {});
+        CHECK(backend.calls.back().options.foveation.smallest == 2);
+        for (const GreyRenderer::Call& call : reference.calls)
+            CHECK(call.options.foveation.smallest == 0);
+        REQUIRE(run.accuracy.fovea);
+        const FoveaAccuracy& fovea = *run.accuracy.fovea;
+        // the middles of 16 pixels lie within 12 degrees: 0.0911 n at depth 1, n half an odd number, up to 0.2126
+        CHECK(fovea.inside.share == doctest::Approx(16.0 / 144));
+        CHECK(std::isinf(fovea.inside.psnr_min));
+        CHECK(fovea.outside.psnr_pooled == doctest::Approx(-10 * std::log10(0.01 / 128)).epsilon(1e-4));
+        CHECK(fovea.outside.psnr_min == doctest::Approx(fovea.outside.psnr_pooled).epsilon(1e-4));
+        CHECK(fovea.outside.flip > 0);
+        CHECK(fovea.outside.flip > fovea.inside.flip);
+        options.foveation = {};
+        CHECK_FALSE(measureRun(scene, path, options, backend, exact, {}, [](uint64_t) {}).accuracy.fovea);
+    }
 }

@@ -75,10 +75,8 @@ class SweepTest(unittest.TestCase):
         rows = [json.loads(line) for line in self.out.read_text().splitlines()]
         for row in rows:
             check_schema("run", row)
-        self.assertEqual(
-            {(row["config"]["policy"], row["config"]["stereo"]) for row in rows},
-            {("none", "exact"), ("depth", "exact"), ("error", "exact"), ("none", "merged"), ("depth", "merged")},
-        )
+        self.assertEqual({(row["config"]["policy"], row["config"]["stereo"]) for row in rows},
+                         {("none", "exact"), ("depth", "exact"), ("error", "exact"), ("none", "merged"), ("depth", "merged")})
         self.out.unlink()
         self.write(axes={"stereo": ["merged"]}, eyes=1)
         self.refused(code=1, says="two eyes")
@@ -179,6 +177,46 @@ class SweepTest(unittest.TestCase):
             self.assertLess(motion["max_frame"], row["config"]["frames"])
             self.assertLessEqual(pop["p50"], pop["max"])
 
+    def test_foveation(self) -> None:
+        """A CPU draws everything: the same pictures, told apart by their configuration."""
+        axes = {"tier": ["fast", "exact"], "fovea_pixels": [0, 1.5, 3]}
+        swept = {"axes": axes, "trajectories": ["paths/first.json"], "eyes": 2, "quality": {"flip": 3}}
+        self.write(**swept)
+        check_schema("sweep", json.loads(self.config.read_text()))
+        run = self.sweep("--ipd", "0.2", "--reference", "cpu-reference")
+        rows = self.rows()
+        self.assertEqual([(r["config"]["tier"], r["config"]["fovea_pixels"]) for r in rows],
+                         [("fast", None), ("fast", 1.5), ("fast", 3), ("exact", None)])
+        for row in rows:
+            check_schema("run", row)
+            self.assertEqual("fovea" in row["accuracy"], row["config"]["fovea_pixels"] is not None)
+            self.assertEqual(row["per_frame"]["psnr"], rows[0]["per_frame"]["psnr"])
+        fovea = rows[1]["accuracy"]["fovea"]
+        inside, outside = fovea["inside"], fovea["outside"]
+        self.assertEqual(fovea, rows[2]["accuracy"]["fovea"])
+        self.assertAlmostEqual(inside["share"] + outside["share"], 1)
+        self.assertLess(inside["share"], 0.2)
+        # the parts pool to the whole
+        error = sum(part["share"] * 10 ** (-part["psnr"]["pooled"] / 10) for part in (inside, outside))
+        self.assertAlmostEqual(-10 * math.log10(error), rows[1]["accuracy"]["psnr"]["pooled"], 6)
+        flip = sum(part["share"] * part["flip_mean"] for part in (inside, outside))
+        self.assertAlmostEqual(flip, rows[1]["accuracy"]["flip"]["mean"], 6)
+        self.assertIn("none fovea 1.5", run.stdout)
+        self.assertEqual(run.stdout.count("within 12 degrees of the gaze: PSNR "), 2)
+        # gone on with: nothing is done again, a new value is
+        self.write(**{**swept, "axes": {**axes, "fovea_pixels": [0, 1.5, 3, 5]}})
+        again = self.sweep("--ipd", "0.2", "--reference", "cpu-reference")
+        self.assertIn("4 of 5 runs were in the file already", again.stderr)
+        self.assertEqual([r["config"]["fovea_pixels"] for r in self.rows()], [None, 1.5, 3, None, 5])
+        # the command line says what the file does not
+        self.out.unlink()
+        self.write(runs=[{}, {"fovea_pixels": 0}, {"tier": "exact"}], trajectories=["paths/first.json"])
+        self.sweep("--foveation", "fixed", "--fovea-pixels", "2.5")
+        self.assertEqual([r["config"]["fovea_pixels"] for r in self.rows()], [2.5, None, None])
+        self.out.unlink()
+        self.write(runs=[{"tier": "exact", "fovea_pixels": 2}])
+        self.refused(code=3, says='runs[0]: key "fovea_pixels" is 2 with tier exact')
+
     def test_resume(self) -> None:
         self.write(axes={"policy": ["none", "error"], "bound": [0.5, 1]})
         first = self.sweep().stdout
@@ -209,8 +247,7 @@ class SweepTest(unittest.TestCase):
         self.assertEqual(len(self.rows()), 12)
 
     def test_match(self) -> None:
-        self.write(trajectories=["paths/first.json"], eyes=2,
-                   axes={"policy": ["error"], "max_depth": [6, 9], "decode_budget": ["match"]})
+        self.write(trajectories=["paths/first.json"], eyes=2, axes={"policy": ["error"], "max_depth": [6, 9], "decode_budget": ["match"]})
         self.sweep()
         depth, error = self.rows()
         self.assertEqual((depth["config"]["policy"], depth["config"]["max_depth"]), ("depth", 6))
@@ -325,6 +362,21 @@ class SweepTest(unittest.TestCase):
         self.assertFalse(report["passed"])
         self.assertFalse(report["trajectories"][1]["verdicts"]["psnr"]["passed"])
         self.assertIsNone(report["bounds"]["p99"])
+
+    def test_stability_of_foveation(self) -> None:
+        base = ("--trajectories", "c/paths", "--reference", "cpu-reference", "--bound-temporal", "0", "--format", "json")
+        fixed = ("--foveation", "fixed", "--fovea-pixels", "3")
+        plain, thin = (json.loads(self.stability(*base, *more).stdout) for more in ((), fixed))
+        check_schema("stability-report", thin)
+        self.assertEqual((plain["fovea_pixels"], thin["fovea_pixels"]), (None, 3))
+        for before, after in zip(plain["trajectories"], thin["trajectories"]): # a CPU draws everything
+            self.assertEqual(before["verdicts"], after["verdicts"])
+            fovea = after["accuracy"].pop("fovea")
+            self.assertEqual(before["accuracy"], after["accuracy"])
+            self.assertLessEqual(min(part["psnr"]["min"] for part in fovea.values()), before["accuracy"]["psnr"]["min"])
+            self.assertIsNone(fovea["inside"]["flip_mean"])
+        text = self.stability(*base[:-2], "--foveation", "fixed", "--bound-psnr", "400", code=8).stdout
+        self.assertEqual([text.count(words) for words in ("    within 12 degrees of the gaze: PSNR ", "EXCEEDED")], [2, 2])
 
     def test_stability_refusals(self) -> None:
         (self.folder / "empty").mkdir()

@@ -125,6 +125,32 @@ TEST_CASE("transitions and hystereses multiply; where they are off a run has the
     CHECK(expandRuns(rest)[0].lod_fade == 0.75);
 }
 
+TEST_CASE("foveation is an axis: 0 is without it, and tier exact has none")
+{
+    const SweepConfig config =
+        withAxes(R"("tier":["fast","exact"],"fovea_pixels":[0,1.5,2])", R"(,"runs":[{"fovea_pixels":2}])");
+    const std::vector<RunConfig> runs = expandRuns(config);
+    REQUIRE(runs.size() == 4); // exact once
+    CHECK(runs[0].foveaPixels() == 0);
+    CHECK_FALSE(runKeyJson(runs[0]).contains("fovea_pixels")); // the key it always had
+    CHECK(runs[1].foveation == FoveationMode::Fixed);
+    CHECK(runKeyJson(runs[1])["fovea_pixels"] == 1.5);
+    CHECK(runKeyJson(runs[2])["fovea_pixels"] == 2);
+    CHECK(runs[3].tier == Tier::Exact);
+    CHECK(runs[3].foveaPixels() == 0);
+    // what the command line says holds where the file says nothing
+    RunConfig base;
+    base.foveation = FoveationMode::Fixed;
+    base.fovea_pixels = 3;
+    const std::vector<RunConfig> rest = expandRuns(parseSweepConfig(
+        R"({"schema":"gsc.sweep/1","trajectories":["a"],"runs":[{},{"fovea_pixels":0},{"tier":"exact"}]})", "s", base,
+        {"cpu"}));
+    REQUIRE(rest.size() == 3);
+    CHECK(rest[0].foveaPixels() == 3);
+    CHECK(rest[1].foveaPixels() == 0);
+    CHECK(rest[2].foveaPixels() == 0);
+}
+
 TEST_CASE("a matched budget comes after the run it is taken from")
 {
     const std::string axes = R"("policy":["error","depth"],"max_depth":[7,10],"guidance":["staged"])";
@@ -208,6 +234,10 @@ TEST_CASE("wrong files are refused with the place and what was expected")
         {head + R"(,"axes":{"lod_fade":[1.5]}})", "\"lod_fade[0]\"", "0 to 1"},
         {head + R"(,"runs":[{"lod_hysteresis":-0.5}]})", "\"lod_hysteresis\"", "0 to 1"},
         {head + R"(,"axes":{"lod_bias":[17]}})", "\"lod_bias[0]\"", "-16 to 16"},
+        {head + R"(,"axes":{"fovea_pixels":[2,-1]}})", "\"fovea_pixels[1]\"", "0 = without foveation"},
+        {head + R"(,"axes":{"fovea_pixels":[101]}})", "\"fovea_pixels[0]\"", "0 to 100"},
+        {head + R"(,"axes":{"fovea_pixels":[null]}})", "\"fovea_pixels[0]\"", "a number"},
+        {head + R"(,"runs":[{"fovea_pixels":2,"tier":"exact"}]})", "\"fovea_pixels\"", "\"fast\""},
         {head + R"(,"axes":{"stereo":["shared"]}})", "\"stereo[0]\"", "\"merged\""},
         {head + R"(,"runs":[{"stereo":"merged","policy":"error"}]})", "\"stereo\"", "\"none\""},
         {head + R"(,"axes":{"backend":["tpu"]}})", "\"backend[0]\"", "\"cuda\", \"cpu\""},
