@@ -53,8 +53,11 @@ std::vector<Panel> panelsOf(const std::vector<ChartRun>& rows)
 // How alike two runs are in what a speed-up should not be about; most important first.
 unsigned likeness(const ChartRun& none, const ChartRun& row)
 {
-    const bool alike[] = {none.label == row.label, none.tool == row.tool, none.config.cold == row.config.cold,
+    const bool alike[] = {none.label == row.label,
+                          none.tool == row.tool,
+                          none.config.cold == row.config.cold,
                           none.config.stereo == "exact",
+                          none.config.fovea_pixels == 0,
                           none.config.lod_bias == 0 && none.config.lod_fade == 0 && none.config.lod_hysteresis == 0};
     unsigned value = 0;
     for (const bool bit : alike)
@@ -82,6 +85,19 @@ Json repeatsJson(const ChartRun& row)
     return {{"count", row.rounds}, {"min", rounded(row.least_ms)}, {"max", rounded(row.most_ms)}};
 }
 
+Json foveaJson(const std::optional<FoveaAccuracy>& fovea)
+{
+    if (!fovea)
+        return nullptr;
+    const auto partJson = [](const FoveaAccuracy::Part& part) {
+        return part.share == 0 ? Json(nullptr)
+                               : Json{{"pooled", rounded(part.psnr_pooled)},
+                                      {"min", rounded(part.psnr_min)},
+                                      {"flip", part.flip < 0 ? Json() : rounded(part.flip)}};
+    };
+    return {{"inside", partJson(fovea->inside)}, {"outside", partJson(fovea->outside)}};
+}
+
 Json rowJson(const ChartRun& row, const std::string& name, const ChartRun* baseline)
 {
     const bool overlaps = baseline && baseline != &row && baseline->rounds * row.rounds > 1 &&
@@ -107,6 +123,7 @@ Json rowJson(const ChartRun& row, const std::string& name, const ChartRun* basel
             {"temporal_max", row.accuracy.temporal.images ? rounded(row.accuracy.temporal.max) : Json()},
             {"ssim", row.accuracy.ssim.frames ? rounded(row.accuracy.ssim.mean) : Json()},
             {"flip", row.accuracy.flip.frames ? rounded(row.accuracy.flip.mean) : Json()},
+            {"fovea", foveaJson(row.accuracy.fovea)},
             {"decoded", rounded(row.reuse.decoded.mean)},
             {"hit_rate", rounded(row.reuse.hit_rate)},
             {"cache_bytes", row.reuse.cache_bytes},

@@ -28,6 +28,13 @@ void keepWorse(Accuracy::Sampled& kept, const Accuracy::Sampled& other, Worse wo
         kept = other;
 }
 
+void keepWorse(FoveaAccuracy::Part& kept, const FoveaAccuracy::Part& other)
+{
+    kept.psnr_pooled = std::min(kept.psnr_pooled, other.psnr_pooled);
+    kept.psnr_min = std::min(kept.psnr_min, other.psnr_min);
+    kept.flip = std::max(kept.flip, other.flip);
+}
+
 void keepWorst(Accuracy& kept, const Accuracy& other)
 {
     kept.psnr_pooled = std::min(kept.psnr_pooled, other.psnr_pooled);
@@ -37,6 +44,10 @@ void keepWorst(Accuracy& kept, const Accuracy& other)
     keepWorse(kept.temporal, other.temporal);
     keepWorse(kept.ssim, other.ssim, std::less<>());
     keepWorse(kept.flip, other.flip, std::greater<>());
+    if (kept.fovea && other.fovea) { // repeats have the same cameras, and so the same parts
+        keepWorse(kept.fovea->inside, other.fovea->inside);
+        keepWorse(kept.fovea->outside, other.fovea->outside);
+    }
 }
 
 // `group` holds at least one row.

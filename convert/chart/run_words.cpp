@@ -56,20 +56,21 @@ std::vector<std::string> configWords(const ChartRun& row)
 {
     const RowConfig& config = row.config;
     const ReuseFacts& reuse = config.reuse;
-    return {policyWords(reuse),
-            reuse.decode_budget ? "decode budget " + std::to_string(reuse.decode_budget) : std::string(),
-            reuse.cache_budget ? "cache at most " + formatBytes(reuse.cache_budget) : std::string(),
-            "tier " + config.tier + (row.rendered_tier == config.tier ? "" : " drawn as " + row.rendered_tier),
-            numberWords("LOD bias %+g", config.lod_bias),
-            numberWords("LOD fade %g", config.lod_fade),
-            numberWords("LOD hysteresis %g", config.lod_hysteresis),
-            config.stereo != "exact" ? "stereo " + config.stereo : std::string(),
-            config.cold ? "cold start" : "warm start",
-            config.threads ? formatCount(config.threads) + (config.threads == 1 ? " thread" : " threads")
-                           : std::string(),
-            config.vram_budget ? "VRAM at most " + formatBytes(config.vram_budget) : std::string(),
-            row.label,
-            toolWords(row)};
+    return {
+        policyWords(reuse),
+        reuse.decode_budget ? "decode budget " + std::to_string(reuse.decode_budget) : std::string(),
+        reuse.cache_budget ? "cache at most " + formatBytes(reuse.cache_budget) : std::string(),
+        "tier " + config.tier + (row.rendered_tier == config.tier ? "" : " drawn as " + row.rendered_tier),
+        numberWords("LOD bias %+g", config.lod_bias),
+        numberWords("LOD fade %g", config.lod_fade),
+        numberWords("LOD hysteresis %g", config.lod_hysteresis),
+        numberWords(config.fovea_pixels == 1 ? "foveation to %g pixel" : "foveation to %g pixels", config.fovea_pixels),
+        config.stereo != "exact" ? "stereo " + config.stereo : std::string(),
+        config.cold ? "cold start" : "warm start",
+        config.threads ? formatCount(config.threads) + (config.threads == 1 ? " thread" : " threads") : std::string(),
+        config.vram_budget ? "VRAM at most " + formatBytes(config.vram_budget) : std::string(),
+        row.label,
+        toolWords(row)};
 }
 
 RunNames nameRuns(const std::vector<std::vector<std::string>>& words)

@@ -68,7 +68,7 @@ def row(trajectory, config, frames, eyes, label, rng):
     settings = {
         "id": f"{rng.getrandbits(64):016x}", "trajectory": trajectory, "cameras": f"paths/{trajectory}.json", "frames": frames, "warmup": 5,
         "cold": True, **{key: config[key] for key in ("policy", "max_depth", "guidance", "bound", "decode_budget")},
-        "cache_budget": None, "tier": config["tier"], "lod_bias": 0, "lod_fade": 0, "lod_hysteresis": 0,
+        "cache_budget": None, "tier": config["tier"], "lod_bias": 0, "lod_fade": 0, "lod_hysteresis": 0, "fovea_pixels": None,
         "stereo": "exact", "eyes": eyes, "ipd": 0.064 if eyes == 2 else None, "size": [640, 480], "fov_degrees": None, "near": None,
         "appearance": None, "threads": 0, "vram_budget": None}
     stages = {name: spread([value * share for value in wall]) for name, share in

@@ -93,6 +93,32 @@ TEST_CASE("speed-up is against none of the same tier and trajectory")
     CHECK(indices(model["panels"][0]["views"]["min"]["front"]) == Indices{4, 1, 2, 3});
 }
 
+TEST_CASE("foveation: named by its pixels, measured against the run without it, with what lies where")
+{
+    json thin = runOf("none", 3, 40), finer = runOf("none", 4, 45);
+    thin["config"]["fovea_pixels"] = 2;
+    thin["accuracy"]["fovea"] = json::parse(R"({
+        "inside": {"share": 0.0625, "psnr": {"pooled": 80.5, "min": null, "min_frame": 0}, "flip_mean": 0.0015},
+        "outside": {"share": 0.9375, "psnr": {"pooled": 39, "min": 37, "min_frame": 1}, "flip_mean": null}})");
+    finer["config"]["fovea_pixels"] = 1.5;
+    finer["accuracy"]["fovea"] = thin["accuracy"]["fovea"];
+    finer["accuracy"]["fovea"]["inside"] = nullptr;
+    const auto model = chartModel({parsed(finer), parsed(thin), parsed(runOf("none", 6, 60))});
+    REQUIRE(model["panels"].size() == 1);
+    const auto& rows = model["panels"][0]["rows"];
+    CHECK(rows[0]["name"] == "none, foveation to 1.5 pixels");
+    CHECK(rows[1]["name"] == "none, foveation to 2 pixels");
+    CHECK(rows[2]["name"] == "none");
+    CHECK(rows[1]["speedup"] == 2);
+    CHECK(rows[1]["baseline"] == false);
+    CHECK(rows[2]["baseline"] == true);
+    CHECK(rows[0]["fovea"]["inside"].is_null());
+    CHECK(json(rows[1]["fovea"]["inside"]) == json{{"pooled", 80.5}, {"min", nullptr}, {"flip", 0.0015}});
+    CHECK(json(rows[1]["fovea"]["outside"]) == json{{"pooled", 39}, {"min", 37}, {"flip", nullptr}});
+    CHECK(rows[2]["fovea"].is_null());
+    CHECK(rows[0]["shade"] != rows[1]["shade"]);
+}
+
 TEST_CASE("a run with other threads or memory bound has no baseline among the rest")
 {
     json threads = runOf("error", 3, 50), bound = runOf("error", 3, 50);

@@ -189,3 +189,25 @@ TEST_CASE("a run has its colour in every figure")
         CHECK(svg.find("#307cc3") != svg.npos); // of error
     }
 }
+
+TEST_CASE("a run with foveation has a second point, hollow, for what it draws where the eye looks")
+{
+    if (!figuresMissing().empty())
+        return;
+    json thin = runOf("none", 3, 40);
+    thin["config"]["fovea_pixels"] = 2;
+    thin["accuracy"]["fovea"] = {{"inside", nullptr}, {"outside", nullptr}};
+    const auto drawn = [&](const json& psnr) {
+        json run = thin;
+        if (!psnr.is_null())
+            run["accuracy"]["fovea"]["inside"] = {
+                {"share", 0.1}, {"psnr", {{"pooled", psnr}, {"min", psnr}, {"min_frame", 0}}}, {"flip_mean", nullptr}};
+        return svgOf({parsed(run), parsed(runOf("none", 6, 60))}, "accuracy");
+    };
+    const std::string without = drawn(nullptr), with = drawn(83);
+    CHECK(without.find("within 12") == without.npos); // no pixel of it is there
+    CHECK(with.find("within 12") != with.npos);
+    CHECK(with.find("foveation to 2 pixels") != with.npos);
+    CHECK(without.find(">80<") == without.npos); // the axis of decibels holds the point
+    CHECK(with.find(">80<") != with.npos);
+}

@@ -12,8 +12,15 @@ var gscFigures = (function () {
   var axis = parts.axis, merged = parts.merged, rangeOf = parts.rangeOf, drawn = parts.drawn;
   var three = words.three, digits = words.digits, decibels = words.decibels, of255 = words.of255;
   var VIEW_NAMES = {min: 'worst frame', pooled: 'pooled'};
+  var INSIDE = 'within 12° of the gaze';
   var MOST_BARS = 24; // rows of the figure of frame times
   var MOST_NAMED = 24; // of a front
+
+  function partWords(part) { // of the picture, with foveation
+    if (part === null) return 'no pixel';
+    return 'PSNR worst, pooled ' + [part.min, part.pooled].map(decibels).join(', ') + ' dB' +
+      (part.flip === null ? '' : ', FLIP ' + digits(part.flip, 3));
+  }
 
   function rowTip(row) {
     var lines = [
@@ -30,6 +37,7 @@ var gscFigures = (function () {
     );
     if (row.ssim !== null) lines.push(['SSIM, mean', String(row.ssim)]);
     if (row.flip !== null) lines.push(['FLIP, mean', String(row.flip)]);
+    if (row.fovea !== null) lines.push([INSIDE, partWords(row.fovea.inside)], ['around it', partWords(row.fovea.outside)]);
     lines.push(['decoded a frame', row.decoded === null ? '–' : words.grouped(row.decoded) + ' anchors']);
     lines.push(['hit rate', row.hit_rate === null ? '–' : (100 * row.hit_rate).toFixed(1) + ' %']);
     lines.push(['cache, peak memory', words.bytes(row.cache_bytes) + ', ' + words.bytes(row.peak_bytes)]);
@@ -41,7 +49,9 @@ var gscFigures = (function () {
 
   function accuracyFigure(panel, theme, options) {
     var rows = panel.rows, view = options.view, shown = options.shown, front = panel.views[view].front;
-    var scale = parts.decibelScale(rows.map(function (row) { return row[view]; }), 6);
+    var foveated = rows.filter(function (row) { return row.fovea !== null && row.fovea.inside !== null; });
+    function inside(row) { return row.fovea.inside[view]; }
+    var scale = parts.decibelScale(rows.map(function (row) { return row[view]; }).concat(foveated.map(inside)), 6);
     var peak = rangeOf(rows.map(function (row) { return row.peak_bytes; }))[1];
     var unit = peak >= Math.pow(1024, 3) ? ['GiB', Math.pow(1024, 3)] : ['MiB', Math.pow(1024, 2)];
     function memory(row) { return row.peak_bytes / unit[1]; }
@@ -121,6 +131,14 @@ var gscFigures = (function () {
         lineStyle: {color: colorOf(row), width: 2}, data: [[repeats.min, y], [repeats.max, y]]
       });
     });
+    if (foveated.length) option.series.push({ // beside the points of the whole pictures
+      type: 'scatter', name: INSIDE, clip: false, symbolSize: 10, z: 3, itemStyle: {color: theme.back}, cursor: 'pointer',
+      data: foveated.map(function (row) {
+        var place = rows.indexOf(row);
+        return {value: [time(row), drawn(scale, inside(row))], row: place, symbol: parts.symbolOf(row),
+                itemStyle: {color: theme.back, borderColor: colorOf(place), borderWidth: 1.5, opacity: 1}};
+      })
+    });
     [0, 1].forEach(function (index) {
       if (others.length) option.series.push(scatter('other runs', others, index, theme.other, 7));
       named.forEach(function (row) {
@@ -130,6 +148,7 @@ var gscFigures = (function () {
     var entries = named.map(function (row) { return {name: rows[row].name, icon: parts.symbolOf(rows[row])}; });
     var box = 'path://M0 0H13H0ZM0 12H13H0Z'; // of nothing, as high as the symbols
     if (others.length) entries.push({name: 'other runs', icon: 'circle'});
+    if (foveated.length) entries.push({name: INSIDE, icon: 'diamond', itemStyle: {color: theme.back, borderColor: theme.dim, borderWidth: 1.5}});
     entries.push({name: 'Pareto front', icon: box + 'M0 5H5V7H0ZM8 5H13V7H8Z'});
     if (repeated.length) entries.push({name: 'repeats, least to most', icon: box + 'M0 5H13V7H0Z', itemStyle: {color: theme.dim}});
     var numbers = {};

@@ -37,7 +37,21 @@
     ['worst\nframe,\ndB', function (row) { return words.decibels(row.min); }],
     ['Temporal\nerror,\n1/255', function (row) { return words.three(words.of255(row.temporal_max)); }]
   ];
-  if (!model.panels.some(function (panel) { return panel.rows.some(function (row) { return row.speedup !== null; }); }))
+  function anyRow(holds) {
+    return model.panels.some(function (panel) { return panel.rows.some(holds); });
+  }
+  function ofPart(part, key, words) { // of runs with foveation
+    return function (row) { return row.fovea && row.fovea[part] ? words(row.fovea[part][key]) : '–'; };
+  }
+  function flipWords(value) {
+    return value === null ? '–' : value.toFixed(4);
+  }
+  if (anyRow(function (row) { return row.fovea !== null; })) {
+    COLUMNS.push(['Pooled\nwithin\n12°, dB', ofPart('inside', 'pooled', words.decibels)], ['around\nit, dB', ofPart('outside', 'pooled', words.decibels)]);
+    if (anyRow(function (row) { return row.fovea && row.fovea.inside && row.fovea.inside.flip !== null; }))
+      COLUMNS.push(['FLIP\nwithin\n12°', ofPart('inside', 'flip', flipWords)], ['around\nit', ofPart('outside', 'flip', flipWords)]);
+  }
+  if (!anyRow(function (row) { return row.speedup !== null; }))
     COLUMNS.splice(1, 1); // the verdict says why
   var MOST_ROWS = 8; // of a front; the rest comes at a click
 
