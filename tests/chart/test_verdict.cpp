@@ -136,7 +136,7 @@ TEST_CASE("one policy has one hue and one configuration one look, whatever the p
 
 TEST_CASE("the sweeps that README charts hold a run without reuse")
 {
-    for (const char* name : {"policies", "reuse", "device", "device_reuse", "levels"}) {
+    for (const char* name : {"policies", "reuse", "device", "device_reuse", "levels", "foveation"}) {
         CAPTURE(name);
         std::ifstream file(std::string(GSC_SWEEPS) + "/" + name + ".json");
         const json config = json::parse(file);
