@@ -166,7 +166,7 @@ struct FrameOptions {
     // empty_is_black means nothing here, because what one band does not show another may: the background is drawn. Where
     // gaussians_visible is 0 in all bands of an eye, and the quirk is wanted, the caller draws the eye again as a whole.
     ColumnRange columns;
-    LensShape lens[kMaxEyes];
+    LensShape lens[kMaxEyes]; // of each eye
 };
 
 // The numbers that carry the cost of a frame (design section 4), per eye.

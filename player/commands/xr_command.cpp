@@ -86,7 +86,7 @@ void checkXrOptions(const CLI::App& app, const XrChoice& choice)
 ErrorCode runXrCommand(const XrChoice& choice, Reporter& report)
 {
     if (choice.info) {
-        const HeadsetFacts facts = headsetFacts(choice.xr);
+        const HeadsetFacts facts = headsetFacts(choice.xr, report);
         if (report.json()) {
             OrderedJson json = {{"schema", "gsc.xr-info/1"}};
             json.update(headsetJson(facts));

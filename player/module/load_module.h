@@ -14,7 +14,7 @@ struct ModuleEntry {
 
 // Raised with every change of what passes between a program and its modules; with the compiler it tells builds apart that
 // have the same version.
-#define GSC_MODULE_VERSION GSC_VERSION ", interface 3, compiler " __VERSION__
+#define GSC_MODULE_VERSION GSC_VERSION ", interface 4, compiler " __VERSION__
 
 // In one source of the module; `functions` is a struct of function pointers that both sides know.
 #define GSC_EXPORT_MODULE(functions)                                                                                   \

@@ -34,6 +34,7 @@ uint64_t FrameSource::submit(const AskedPose& pose, const FrameOptions& options)
     request.options = options;
     request.options.appearance = shotAppearance(*m_scene, pose.shot);
     std::copy_n(&pose.gaze[0][0], 2 * kMaxEyes, &request.options.foveation.gaze[0][0]);
+    std::ranges::copy(pose.lens, request.options.lens);
     request.format = pose.format;
     request.wants_depth = pose.wants_depth;
     request.on_device = m_ring != nullptr && pose.format == PixelFormat::Rgba8 && !pose.wants_depth;

@@ -23,6 +23,7 @@ struct AskedPose {
     PixelFormat format = PixelFormat::Rgba8;
     bool wants_depth = false;     // for the host; the picture is not shown
     float gaze[kMaxEyes][2] = {}; // Foveation's
+    LensShape lens[kMaxEyes];     // FrameOptions'
     // PoseRequest::late of the cameras in `shot`; may be empty.
     std::function<bool(Shot& shot)> late{};
 };

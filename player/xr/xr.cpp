@@ -84,6 +84,17 @@ OrderedJson spreadJson(const Spread& spread)
             {"max", spread.max}};
 }
 
+// What of each view's pixels is not drawn.
+std::string maskText(const HeadsetFacts& facts)
+{
+    if (!facts.tells_mask)
+        return "none (XR_KHR_visibility_mask is not offered)";
+    std::string text;
+    for (const HeadsetView& view : facts.views)
+        text += (text.empty() ? "" : ", ") + (view.hidden ? formatString("%.1f %%", 100 * *view.hidden) : "unknown");
+    return "hides " + text + " of the pixels";
+}
+
 } // namespace
 
 XrSummary runXr(const XrOptions& options, Reporter& log)
@@ -125,9 +136,22 @@ XrSummary runXr(const XrOptions& options, Reporter& log)
     return summary;
 }
 
-HeadsetFacts headsetFacts(const XrOptions& options)
+HeadsetFacts headsetFacts(const XrOptions& options, Reporter& log)
 {
-    return openHeadset(options)->facts();
+    const std::unique_ptr<Headset> headset = openHeadset(options);
+    HeadsetFacts facts = headset->facts();
+    if (!facts.tells_mask)
+        return facts;
+    ViewLenses lenses(*headset, log);
+    std::vector<SpaceEye> eyes;
+    try { // there is no frame to ask for: a runtime may not know where eyes are
+        if (const int64_t time = headset->now(); time > 0 && headset->locate(time, eyes))
+            lenses.follow(eyes);
+    } catch (const Error& e) {
+        log.detail(e.what());
+    }
+    lenses.tell(facts);
+    return facts;
 }
 
 OrderedJson headsetJson(const HeadsetFacts& facts)
@@ -136,7 +160,8 @@ OrderedJson headsetJson(const HeadsetFacts& facts)
     for (const HeadsetView& view : facts.views)
         views.push_back({{"size", {view.width, view.height}},
                          {"recommended", {view.recommended_width, view.recommended_height}},
-                         {"most", {view.most_width, view.most_height}}});
+                         {"most", {view.most_width, view.most_height}},
+                         {"hidden", view.hidden ? OrderedJson(*view.hidden) : OrderedJson()}});
     return {{"loader", facts.loader},
             {"runtime", facts.runtime},
             {"headset", facts.headset},
@@ -148,7 +173,8 @@ OrderedJson headsetJson(const HeadsetFacts& facts)
             {"format", facts.format.empty() ? OrderedJson() : OrderedJson(facts.format)},
             {"spaces", facts.spaces},
             {"extensions", facts.extensions},
-            {"tracks_gaze", facts.tracks_gaze}};
+            {"tracks_gaze", facts.tracks_gaze},
+            {"tells_mask", facts.tells_mask}};
 }
 
 std::string headsetText(const HeadsetFacts& facts)
@@ -171,6 +197,7 @@ std::string headsetText(const HeadsetFacts& facts)
         "formats     " + joined(facts.formats) + "; taken: " + (facts.format.empty() ? "none" : facts.format) + "\n";
     text += "spaces      " + joined(facts.spaces) + "\n";
     text += std::string("gaze        ") + (facts.tracks_gaze ? "tracked" : "not tracked") + "\n";
+    text += "lens mask   " + maskText(facts) + "\n";
     text += "extensions  " + joined(facts.extensions) + "\n";
     return text;
 }
@@ -218,6 +245,8 @@ std::string xrText(const XrSummary& summary)
                              summary.latency_ms.median, summary.latency_ms.p99, summary.busy_ms.median,
                              summary.busy_ms.p99);
     }
+    if (summary.headset.tells_mask)
+        text += "lens mask: " + maskText(summary.headset) + "\n";
     text += workersText(summary.service);
     if (!summary.place.empty())
         text += "wrote " + summary.place + "\n";

@@ -71,7 +71,7 @@ struct HeadsetError : Error {
 XrSummary runXr(const XrOptions& options, Reporter& log);
 
 // What `--info` tells.
-HeadsetFacts headsetFacts(const XrOptions& options);
+HeadsetFacts headsetFacts(const XrOptions& options, Reporter& log);
 OrderedJson headsetJson(const HeadsetFacts& facts); // schemas/xr-info.schema.json
 std::string headsetText(const HeadsetFacts& facts);
 

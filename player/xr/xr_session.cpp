@@ -113,7 +113,7 @@ XrSession::XrSession(const XrOptions& options, std::shared_ptr<const Scene> scen
     : m_options(options), m_scene(std::move(scene)), m_headset(headset), m_report(log),
       m_shots(shotsOf(*m_scene, options, log)), m_metre(metreOf(*m_scene, options)), m_floor(eyeHeight() - kEyeHeight),
       m_place(startPlace()), m_hands(m_place, m_floor), m_frame_options(frameOptions(*m_scene, options.play)),
-      m_source(m_scene, options.play, headset, options.waits, headset.facts().views.size(), log)
+      m_lenses(headset, log), m_source(m_scene, options.play, headset, options.waits, headset.facts().views.size(), log)
 {
     if (options.rides) {
         std::vector<Camera> cameras;
@@ -248,6 +248,7 @@ void XrSession::ask(const HeadsetFrame& frame, XrFrame& line)
     move(frame, input);
     if (!line.tracked)
         return; // what was drawn last stays where it was
+    m_lenses.follow(m_eyes);
     if (m_guard) {
         m_frame_options.lod_bias = float(m_guard->lodBias());
         m_frame_options.foveation.smallest = float(m_guard->foveaPixels());
@@ -301,6 +302,8 @@ AskedViews XrSession::views(int64_t shown_at, int64_t time, const SpacePose* gaz
                 }
                 return true;
             };
+        for (size_t e = 0; e < pair.eyes; ++e)
+            pair.lens[e] = m_lenses.of(view + e);
         for (size_t e = 0; gaze != nullptr && e < pair.eyes; ++e) {
             const std::array<float, 2> at = gazeOf(m_eyes[view + e], *gaze);
             std::ranges::copy(at, pair.gaze[e]);
@@ -352,6 +355,7 @@ XrSummary XrSession::finish()
     XrSummary summary;
     summary.file = m_options.play.input;
     summary.headset = m_headset.facts();
+    m_lenses.tell(summary.headset);
     summary.seconds = milliseconds(Clock::now() - m_start) / 1000;
     m_log->sumUp(summary);
     summary.renewals = m_source.renewals();

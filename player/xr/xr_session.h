@@ -7,6 +7,7 @@
 #include "player/xr/frame_guard.h"
 #include "player/xr/hands.h"
 #include "player/xr/ride.h"
+#include "player/xr/view_lenses.h"
 #include "player/xr/view_source.h"
 #include "player/xr/xr.h"
 #include "player/xr/xr_log.h"
@@ -54,6 +55,7 @@ private:
     std::optional<FrameGuard> m_guard;
     FrameOptions m_frame_options;
     std::shared_ptr<LateEyes> m_late; // also held by what is being drawn; null: --xr-late was not asked for
+    ViewLenses m_lenses;
     std::unique_ptr<XrLog> m_log;
     ViewSource m_source;            // last but for what it drew: its end waits for the GPU
     std::deque<DrawnViews> m_shown; // newest last; the one before may still be read

@@ -273,6 +273,7 @@ void RendererService::Core::prepare(Worker& w, PartInFlight& part, bool stale)
     for (uint32_t e = 0; e < work.eye_count; ++e)
         if (part.part.eyes >> e & 1) {
             std::ranges::copy(work.options.foveation.gaze[e], part.options.foveation.gaze[part.eyes.size()]);
+            part.options.lens[part.eyes.size()] = work.options.lens[e];
             part.eyes.push_back(eyes[e]);
             part.targets.push_back(work.target(e, buffer.kind, static_cast<std::byte*>(buffer.pixels)));
         }

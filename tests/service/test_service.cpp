@@ -8,6 +8,7 @@
 #include <atomic>
 #include <functional>
 #include <map>
+#include <mutex>
 #include <thread>
 
 using namespace gsc;
@@ -193,6 +194,45 @@ TEST_CASE("depths come with the pictures")
         for (size_t e = 0; e < 2; ++e)
             CHECK(std::equal(wanted[e].begin(), wanted[e].end(), delivery->eyes[e].depth));
     }
+}
+
+TEST_CASE("an eye that a worker draws alone has its own lens and gaze, and another lens is another pose")
+{
+    const SyntheticModel model(modelOptions());
+    const std::vector<EyeParams> eyes = walk(0, 2);
+    std::mutex mutex;
+    std::vector<FrameOptions> drawn; // of the second eye alone
+    ServiceOptions options = cpuWorkers(2, ServiceMode::Eye);
+    options.still_distance = options.still_degrees = 1e-6;
+    options.make = sleepingRenderers([&](const FrameRequest& request) {
+        const std::lock_guard lock(mutex);
+        if (request.eyes.size() == 1 && request.eyes[0].center[0] == eyes[1].center[0])
+            drawn.push_back(request.options);
+        return 0;
+    });
+    RendererService service(model.view(), options);
+    PoseRequest request;
+    request.eyes = eyes;
+    request.options.lens[1].masks = true;
+    request.options.lens[1].first[3] = 7;
+    request.options.foveation.gaze[1][0] = 0.25f;
+    const uint64_t first = service.submit(request);
+    CHECK(service.submit(request) == first);
+    request.options.lens[1].end[3] = 9;
+    const uint64_t second = service.submit(request);
+    CHECK(second != first);
+    while (service.next()) {
+    }
+    const std::lock_guard lock(mutex);
+    REQUIRE(drawn.size() == 2);
+    std::ranges::sort(drawn, {}, [](const FrameOptions& frame) { return frame.lens[0].end[3]; });
+    for (const FrameOptions& frame : drawn) {
+        CHECK(frame.lens[0].masks);
+        CHECK(frame.lens[0].first[3] == 7);
+        CHECK(frame.foveation.gaze[0][0] == 0.25f);
+    }
+    CHECK(drawn[0].lens[0].end[3] == 0);
+    CHECK(drawn[1].lens[0].end[3] == 9);
 }
 
 TEST_CASE("a viewer is shown the newest pose; a pose that has not moved is not drawn again")

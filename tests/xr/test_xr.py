@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import typing
 import unittest
 
 import xr_case
@@ -95,8 +96,9 @@ class XrCase(unittest.TestCase):
                 self.assertIsNotNone(view["located"], line)  # each pose was handed out in this session
                 self.assertLessEqual(view["located"], line["frame"])
 
-    def check_pictures(self, run: Run, model: str, *arguments: object) -> int:
-        """Every picture is the headless player's for its pose, byte by byte. Returns their number."""
+    def check_pictures(self, run: Run, model: str, *arguments: object, shown: typing.Callable | None = None) -> int:
+        """Every picture is the headless player's for its pose, byte by byte; with `shown`, which has shown_squares() of a
+        frame and a view, in the squares that are not hidden. Returns their number."""
         place, compared = None, 0
         wanted: list[tuple[dict, int, int]] = []
         places = []
@@ -127,12 +129,26 @@ class XrCase(unittest.TestCase):
             self.assertEqual(len(stream), bytes_each * len(mine))
             for i, (_, number) in enumerate(mine):
                 headless, given = stream[i * bytes_each:(i + 1) * bytes_each], run.picture(number, index)
+                if shown is not None:
+                    headless, given = self.seen_part(headless, given, size, shown(number, index))
                 if headless != given:
                     off = [abs(a - b) for a, b in zip(headless, given)]
                     self.fail(f"frame {number}, view {index}: not what gsc-play draws of its pose; {sum(map(bool, off))} of "
                               f"{len(off)} bytes differ, by at most {max(off)}")
                 compared += 1
         return compared
+
+    def seen_part(self, headless: bytes, given: bytes, size: tuple, ranges: list) -> tuple[bytes, bytes]:
+        """Of both pictures what is in squares that are not hidden."""
+        cut = [[], []]
+        for y in range(size[1]):
+            first, end = ranges[y // 32]
+            for rows, picture in zip(cut, (headless, given)):
+                row = picture[3 * size[0] * y:3 * size[0] * (y + 1)]
+                rows.append(row[3 * 32 * first:3 * 32 * end])
+            # LENS: once kernels leave hidden squares black, assert here that what is left of `given`'s row,
+            # row[:3 * 32 * first] + row[3 * 32 * end:], is all 0
+        return b"".join(cut[0]), b"".join(cut[1])
 
     def slow(self, seconds: float, *arguments: object, backend: tuple) -> Run:
         settings = self.settings(clock="real", hz=HZ, hash=False)
@@ -214,6 +230,63 @@ class XrTest(XrCase):
         self.assertEqual(kept, untracked[0]["frame"] - 1)
         self.assertTrue(all(not line["fresh"] for line in untracked))
         self.check_pictures(run, "room")
+
+    # --- lenses
+
+    def test_lens_mask(self) -> None:
+        size = (320, 280)
+        views = canted(*size)
+        outlines = [xr_case.lens(view["fov"], 0.92) for view in views]
+        wide = [xr_case.lens(view["fov"], 1.0) for view in views]
+        masks = {str(i): xr_case.hidden_mesh(outline) for i, outline in enumerate(outlines)}
+        events = [{"frame": 8, "do": "mask", "masks": {str(i): xr_case.hidden_mesh(outline) for i, outline in enumerate(wide)}}]
+        run = self.xr("room", "--xr-sync", "--format", "json", settings=self.settings(14, views=views, visibility_mask=masks, events=events))
+        fovs = [view["fov"] for view in next(line["views"] for line in run.frames if line["layers"])]
+
+        def share(ranges: list) -> float:
+            hidden = sum((size[0] - min(32 * end, size[0]) + 32 * first) * min(32, size[1] - 32 * row) for row, (first, end) in enumerate(ranges))
+            return hidden / (size[0] * size[1])
+
+        before, after = ([xr_case.shown_squares(outline, fov, size) for outline, fov in zip(each, fovs)] for each in (outlines, wide))
+        self.assertGreater(min(map(share, before)), min(map(share, after)))
+        self.assertGreater(min(map(share, after)), 0.02)
+        # the runtime changes the mask in its frame 8, which the player hears of before the next
+        shown = lambda frame, view: (before if frame <= 8 else after)[view]  # noqa: E731
+        self.assertGreaterEqual(self.check_pictures(run, "room", shown=shown), 20)
+        report = json.loads(run.out)
+        check_schema("xr-report", report)
+        self.assertTrue(report["headset"]["tells_mask"])
+        for view in (0, 1):  # as it was at the end
+            self.assertAlmostEqual(report["headset"]["views"][view]["hidden"], share(after[view]), places=9)
+        self.assertEqual(len(run.masks), 4)  # of two views at the start, and again of each that changed
+        self.assertTrue(all(mask["hidden"] for mask in run.masks))
+
+        settings = self.settings(views=views, visibility_mask=masks)
+        told = self.info("--format", "json", settings=settings)
+        check_schema("xr-info", json.loads(told))
+        for view in (0, 1):
+            self.assertAlmostEqual(json.loads(told)["views"][view]["hidden"], share(before[view]), places=9)
+        self.assertRegex(self.info(settings=settings), r"lens mask +hides \d+\.\d %, \d+\.\d % of the pixels")
+        self.assertRegex(self.info(settings=self.settings()), r"lens mask +none .*XR_KHR_visibility_mask")
+
+    def test_lens_masks_that_make_no_sense(self) -> None:
+        good = xr_case.hidden_mesh(xr_case.lens([-45, 45, 45, -45], 0.8))
+        bad = {"three of each triangle": {**good, "indices": good["indices"][:-1]},
+               "expected one of its 48 corners": {**good, "indices": good["indices"][:-1] + [48]},
+               "expected finite numbers": {**good, "vertices": good["vertices"][:-1] + [[None, 0]]},
+               "expected at most 65536": {**good, "indices": [0, 1, 2] * 30000}}
+        for says, mesh in bad.items():
+            with self.subTest(says):
+                (self.folder / "fake.jsonl").unlink(missing_ok=True)
+                run = self.xr("room", "--xr-sync", "--format", "json", settings=self.settings(4, visibility_mask={"0": mesh, "1": {"vertices": [], "indices": []}}))
+                self.assertRegex(run.err, f"warning: headset: the mask of view 0 .*{says}.*; its pictures are drawn whole")
+                self.assertEqual(run.err.count("the mask of view"), 1)
+                self.assertEqual([view["hidden"] for view in json.loads(run.out)["headset"]["views"]], [0, 0])
+                self.check_pictures(run, "room")
+
+    def info(self, *arguments: object, settings: pathlib.Path) -> str:
+        return subprocess.run([PLAY, "xr", "--info", *arguments], cwd=self.folder, capture_output=True, text=True, check=True,
+                              env=environment(MANIFEST, settings)).stdout
 
     # --- the viewer
 

@@ -60,6 +60,7 @@ class Run:
         self.frames = [line for line in told if "views" in line]
         for view in (view for line in self.frames for view in line["views"]):
             view["pose"], view["fov"] = single(view["pose"]), single(view["fov"])
+        self.masks = [line for line in told if "visibility_mask" in line]
         self.errors = [line for line in told if "error" in line]
         self.events = [line["event"] for line in told if "event" in line]
 
@@ -137,6 +138,47 @@ def canted(width: int, height: int) -> list[dict]:
     """Two eyes that look outwards by five degrees each, and further outwards than inwards."""
     return [{"fov": [-52, 40, 44, -50], "position": [-0.032, 0, 0.01], "rotation": about_y(5), "width": width, "height": height},
             {"fov": [-40, 52, 44, -50], "position": [0.032, 0, 0.01], "rotation": about_y(-5), "width": width, "height": height}]
+
+
+def lens(fov: list, size: float, corners: int = 24) -> list[list]:
+    """An ellipse's polygon in the middle of a view (left, right, up, down in degrees), `size` of its width and height: right
+    and up at depth 1, single precision."""
+    left, right, up, down = (math.tan(math.radians(angle)) for angle in fov)
+    turn = [2 * math.pi * i / corners for i in range(corners)]
+    return [single([(left + right) / 2 + size * (right - left) / 2 * math.cos(a), (up + down) / 2 + size * (up - down) / 2 * math.sin(a)])
+            for a in turn]
+
+
+def hidden_mesh(outline: list[list]) -> dict:
+    """What lies between a polygon around the axis and ten times it, as the fake runtime takes it."""
+    count = len(outline)
+    far = [[10 * x, 10 * y] for x, y in outline]
+    indices = []
+    for i in range(count):
+        after = (i + 1) % count
+        indices += [i, count + i, after, after, count + i, count + after]
+    return {"vertices": outline + far, "indices": indices}
+
+
+def shown_squares(outline: list[list], fov: list, size: tuple[int, int], side: int = 32, margin: int = 2) -> list[tuple[int, int]]:
+    """Of each row of squares the columns, from the first up to the last that is not hidden with the pixels around it. Angles
+    of `fov` are radians."""
+    left, right, up, down = map(math.tan, fov)
+    width, height = size
+    edges = list(zip(outline, outline[1:] + outline[:1]))
+
+    def seen(x: int, y: int) -> bool:
+        u, v = left + (x + 0.5) / width * (right - left), up - (y + 0.5) / height * (up - down)
+        return all((b[0] - a[0]) * (v - a[1]) - (b[1] - a[1]) * (u - a[0]) > 0 for a, b in edges)
+
+    pixels = [[seen(x, y) for x in range(width)] for y in range(height)]
+    ranges = []
+    for top in range(0, height, side):
+        rows = pixels[max(top - margin, 0):top + side + margin]
+        shown = [i for i, first in enumerate(range(0, width, side))
+                 if any(any(row[max(first - margin, 0):first + side + margin]) for row in rows)]
+        ranges.append((shown[0], shown[-1] + 1) if shown else (0, 0))
+    return ranges
 
 
 def moving_head(seconds: float) -> list[dict]:

@@ -7,6 +7,7 @@
 #include "player/present/presenter.h"
 #include "player/xr/placement.h"
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -24,6 +25,7 @@ struct HeadsetOptions {
 
 struct HeadsetView {
     uint32_t width = 0, height = 0; // of pictures, pixels
+    std::optional<double> hidden;   // of them, by the lens: 0 to 1; as the player works it out
     uint32_t recommended_width = 0, recommended_height = 0;
     uint32_t most_width = 0, most_height = 0;
 };
@@ -38,6 +40,14 @@ struct HeadsetFacts {
     std::vector<std::string> spaces;
     std::vector<std::string> extensions;
     bool tracks_gaze = false;
+    bool tells_mask = false; // what of a view its lens hides
+};
+
+// Triangles of a view that its lens hides. Counts and values are the runtime's, unchecked.
+struct HiddenMesh {
+    std::vector<std::array<float, 2>> vertices; // right and up at depth 1
+    std::vector<uint32_t> indices;
+    std::string fault; // why there are none although the runtime has some; empty: that is no matter
 };
 
 enum class HeadsetState : uint32_t {
@@ -82,8 +92,14 @@ public:
 
     // Takes what the runtime has to say; begins and ends the session as it wants.
     virtual HeadsetState poll() = 0;
-    virtual bool spaceMoved() = 0;  // since the last call: poses from before are of another place
-    virtual void requestExit() = 0; // the session ends as if the person had ended it
+    virtual bool spaceMoved() = 0; // since the last call: poses from before are of another place
+    // Of a view, as the runtime said last. Empty where it hides nothing or says nothing.
+    [[nodiscard]] virtual const HiddenMesh& hidden(size_t view) const = 0;
+    virtual bool hiddenChanged() = 0; // since the last call
+    virtual void requestExit() = 0;   // the session ends as if the person had ended it
+
+    // A time of OpenXR's clock at which eyes may be located without a frame; 0 where the runtime tells none.
+    virtual int64_t now() = 0;
 
     // Of the functions below: Throws Error(Device) where the runtime or the headset have gone.
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/present/headset/xr_actions.h"
+#include "player/present/headset/xr_masks.h"
 #include "player/present/headset/xr_runtime.h"
 #include "player/present/headset/xr_swapchains.h"
 #include "player/module/load_module.h"
@@ -39,6 +40,7 @@ public:
             makeSession();
             makeSpace(options.stage);
             m_actions->attach(m_session);
+            m_masks = std::make_unique<XrMasks>(m_runtime, m_session);
             listFormats();
         } catch (...) {
             destroy();
@@ -88,12 +90,16 @@ public:
                 m_state = HeadsetState::Lost;
             else if (event.type == XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING)
                 m_moved = true;
+            else if (event.type == XR_TYPE_EVENT_DATA_VISIBILITY_MASK_CHANGED_KHR)
+                m_masks->follow(reinterpret_cast<const XrEventDataVisibilityMaskChangedKHR&>(event));
             else if (event.type == XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED)
                 follow(reinterpret_cast<const XrEventDataSessionStateChanged&>(event).state);
         }
     }
 
     bool spaceMoved() override { return std::exchange(m_moved, false); }
+    [[nodiscard]] const HiddenMesh& hidden(size_t view) const override { return m_masks->of(view); }
+    bool hiddenChanged() override { return m_masks->changed(); }
 
     void requestExit() override
     {
@@ -101,6 +107,18 @@ public:
             checkXr(xrRequestExitSession(m_session), "xrRequestExitSession");
         else if (m_state == HeadsetState::Idle) // there is nothing to be ended
             m_state = HeadsetState::Over;
+    }
+
+    int64_t now() override
+    {
+        timespec machine{};
+        XrTime time = 0;
+        if (!m_runtime.has(XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME) ||
+            clock_gettime(CLOCK_MONOTONIC, &machine) != 0 ||
+            XR_FAILED(xrFunction<PFN_xrConvertTimespecTimeToTimeKHR>(
+                m_runtime.instance, "xrConvertTimespecTimeToTimeKHR")(m_runtime.instance, &machine, &time)))
+            return 0;
+        return time;
     }
 
     HeadsetFrame beginFrame() override
@@ -260,6 +278,7 @@ private:
     XrRuntime m_runtime;
     std::unique_ptr<SharedBlocks> m_blocks;
     std::unique_ptr<XrActions> m_actions;
+    std::unique_ptr<XrMasks> m_masks;
     XrSession m_session = XR_NULL_HANDLE;
     XrSpace m_space = XR_NULL_HANDLE;
     std::unique_ptr<XrSwapchains> m_chains;

@@ -5,7 +5,10 @@
 #include "player/present/vulkan_device.h"
 #include "player/xr/placement.h"
 
+#include <ctime> // before OpenXR's, which have a timespec
+
 #define XR_USE_GRAPHICS_API_VULKAN
+#define XR_USE_TIMESPEC
 #include <openxr/openxr.h>
 #include <openxr/openxr_platform.h>
 

@@ -15,7 +15,9 @@ namespace gsc {
 
 namespace {
 
-constexpr const char* kOptional[] = {XR_EXT_EYE_GAZE_INTERACTION_EXTENSION_NAME, XR_VARJO_QUAD_VIEWS_EXTENSION_NAME};
+constexpr const char* kOptional[] = {XR_EXT_EYE_GAZE_INTERACTION_EXTENSION_NAME, XR_VARJO_QUAD_VIEWS_EXTENSION_NAME,
+                                     XR_KHR_VISIBILITY_MASK_EXTENSION_NAME,
+                                     XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME};
 
 struct NamedConfiguration {
     XrViewConfigurationType type;
@@ -97,6 +99,7 @@ void XrRuntime::makeInstance()
         if (offered(name))
             m_extensions.push_back(name);
     facts.extensions.assign(m_extensions.begin(), m_extensions.end());
+    facts.tells_mask = has(XR_KHR_VISIBILITY_MASK_EXTENSION_NAME);
 
     auto info = xrInfo<XrInstanceCreateInfo>(XR_TYPE_INSTANCE_CREATE_INFO);
     setXrText(info.applicationInfo.applicationName, "gsc-play");

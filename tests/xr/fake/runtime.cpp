@@ -168,7 +168,9 @@ XrPath Runtime::pathOf(const std::string& text)
 // The virtual clock stands still between two calls of xrWaitFrame, one period before the newest frame shows.
 XrTime Runtime::now() const
 {
-    return settings.real_clock ? monotonicNow() : predicted - refreshes.period();
+    if (settings.real_clock)
+        return monotonicNow();
+    return (started ? predicted : refreshes.timeOf(0)) - refreshes.period();
 }
 
 void Runtime::setState(XrSessionState state)

@@ -45,8 +45,24 @@ void loseInstance(Runtime& rt)
     refuse(XR_ERROR_INSTANCE_LOST, "the settings' events say so");
 }
 
-void play(Runtime& rt, const std::string& what)
+// With the extension, an event for each view whose mask is another now.
+void changeMasks(Runtime& rt, const Masks& masks)
 {
+    if (!rt.enabled(XR_KHR_VISIBILITY_MASK_EXTENSION_NAME))
+        return;
+    for (const auto& [view, mask] : masks) {
+        (*rt.settings.visibility_mask)[view] = mask;
+        rt.send(XrEventDataVisibilityMaskChangedKHR{XR_TYPE_EVENT_DATA_VISIBILITY_MASK_CHANGED_KHR, nullptr,
+                                                    handleOf<XrSession>(rt.session->id), rt.session->configuration,
+                                                    view});
+        rt.log.line(formatString(R"({"event":"visibility_mask_changed","view":%u,"frame":%lld})", view,
+                                 static_cast<long long>(rt.frames - 1)));
+    }
+}
+
+void play(Runtime& rt, const ScriptedEvent& event)
+{
+    const std::string& what = event.what;
     Session& session = *rt.session;
     if (what == "hide")
         hide(rt);
@@ -58,6 +74,8 @@ void play(Runtime& rt, const std::string& what)
         stop(rt);
     if (what == "exit")
         session.exiting = true;
+    if (what == "mask")
+        changeMasks(rt, event.masks);
     if (what == "loss_pending") {
         rt.setState(XR_SESSION_STATE_LOSS_PENDING);
         session.lost = true; // this xrWaitFrame still succeeds
@@ -98,7 +116,7 @@ void playEvents(Runtime& rt, int64_t frame)
         if (event.what == "restart" && rt.session->state == XR_SESSION_STATE_STOPPING)
             return; // it waits for xrEndSession
         ++rt.next_event;
-        play(rt, event.what);
+        play(rt, event);
     }
 }
 

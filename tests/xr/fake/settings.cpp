@@ -117,14 +117,30 @@ Configuration configurationFrom(const std::string& name)
     bad("configuration is \"" + name + "\", expected stereo, mono or quad");
 }
 
+Masks masksFrom(const json& meshes)
+{
+    Masks masks;
+    for (const auto& [view, mesh] : meshes.items()) {
+        MaskSettings& mask = masks[uint32_t(std::stoul(view))];
+        for (const json& vertex : mesh.at("vertices")) {
+            const auto number = [](const json& value) { return value.is_null() ? NAN : value.get<float>(); };
+            mask.vertices.push_back({number(vertex.at(0)), number(vertex.at(1))});
+        }
+        mask.indices = mesh.at("indices").get<std::vector<uint32_t>>();
+    }
+    return masks;
+}
+
 std::vector<ScriptedEvent> eventsFrom(const json& list)
 {
-    static const std::set<std::string> kKnown{"hide",         "show",         "unfocus",       "focus", "exit",
-                                              "loss_pending", "session_lost", "instance_lost", "stop",  "restart"};
+    static const std::set<std::string> kKnown{"hide", "show",         "unfocus",      "focus",
+                                              "exit", "loss_pending", "session_lost", "instance_lost",
+                                              "stop", "restart",      "mask"};
     std::vector<ScriptedEvent> events;
     for (const json& item : list) {
-        allowOnly(item, "events", {"frame", "do", "polls"});
-        const ScriptedEvent event{item.at("frame"), item.at("do"), item.value("polls", 20u)};
+        allowOnly(item, "events", {"frame", "do", "polls", "masks"});
+        const ScriptedEvent event{item.at("frame"), item.at("do"), item.value("polls", 20u),
+                                  masksFrom(item.value("masks", json::object()))};
         if (!kKnown.contains(event.what))
             bad("events has \"" + event.what + "\", expected one of README.md");
         events.push_back(event);
@@ -195,13 +211,8 @@ Settings settingsFrom(const json& file)
     s.system = file.value("system", s.system);
     s.vulkan_min = versionFrom(file.value("vulkan_min", "1.0"));
     s.gpu = file.value("gpu", s.gpu);
-    const json masks = file.value("visibility_mask", json::object());
-    for (const auto& [view, mesh] : masks.items()) {
-        MaskSettings& mask = s.visibility_mask[uint32_t(std::stoul(view))];
-        for (const json& vertex : mesh.at("vertices"))
-            mask.vertices.push_back({vertex.at(0), vertex.at(1)});
-        mask.indices = mesh.at("indices").get<std::vector<uint32_t>>();
-    }
+    if (file.contains("visibility_mask"))
+        s.visibility_mask = masksFrom(file["visibility_mask"]);
     s.log = file.value("log", s.log);
     s.dump = file.value("dump", s.dump);
     s.hash = file.value("hash", s.hash);

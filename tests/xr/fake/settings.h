@@ -27,20 +27,22 @@ struct InputKey {
     float value;
 };
 
+struct MaskSettings {
+    std::vector<XrVector2f> vertices;
+    std::vector<uint32_t> indices;
+};
+using Masks = std::map<uint32_t, MaskSettings>; // by view
+
 struct ScriptedEvent {
     int64_t frame;
     std::string what;
     uint32_t polls; // "restart" only: calls of xrPollEvent without an event before READY
+    Masks masks;    // "mask" only: that hold from then on, of the views they name
 };
 
 struct RateChange {
     int64_t frame;
     double hz;
-};
-
-struct MaskSettings {
-    std::vector<XrVector2f> vertices;
-    std::vector<uint32_t> indices;
 };
 
 enum class Configuration { Stereo, Mono, Quad };
@@ -70,7 +72,7 @@ struct Settings {
     bool system = true;
     XrVersion vulkan_min = XR_MAKE_VERSION(1, 0, 0);
     uint32_t gpu = 0;
-    std::map<uint32_t, MaskSettings> visibility_mask; // by view
+    std::optional<Masks> visibility_mask; // none: the extension is not offered
 
     std::string log, dump; // empty = none
     bool hash = true;

@@ -29,11 +29,15 @@ XrResult xrGetVisibilityMaskKHR(XrSession session, XrViewConfigurationType type,
         requireType(out, XR_TYPE_VISIBILITY_MASK_KHR, "visibilityMask");
         if (view >= views)
             refuse(XR_ERROR_VALIDATION_FAILURE, formatString("view %u of %u", view, views));
-        const auto known = rt.settings.visibility_mask.find(view);
+        const Masks& masks = *rt.settings.visibility_mask;
+        const auto known = masks.find(view);
         const bool hidden = mask_type == XR_VISIBILITY_MASK_TYPE_HIDDEN_TRIANGLE_MESH_KHR;
-        const MaskSettings mask = hidden && known != rt.settings.visibility_mask.end() ? known->second : MaskSettings{};
+        const MaskSettings mask = hidden && known != masks.end() ? known->second : MaskSettings{};
         const XrResult result =
             listOut(mask.vertices, out->vertexCapacityInput, &out->vertexCountOutput, out->vertices);
+        if (out->vertexCapacityInput > 0 || out->indexCapacityInput > 0)
+            rt.log.line(formatString(R"({"visibility_mask":%u,"hidden":%s,"vertices":%zu,"indices":%zu})", view,
+                                     hidden ? "true" : "false", mask.vertices.size(), mask.indices.size()));
         return result == XR_SUCCESS
                    ? listOut(mask.indices, out->indexCapacityInput, &out->indexCountOutput, out->indices)
                    : result;

@@ -271,6 +271,33 @@ TEST_CASE("visibility masks are those of the settings")
     CHECK(vertices[2].y == 0.5f);
     CHECK(indices == std::vector<uint32_t>{0, 1, 2});
     CHECK(get(probe.session, probe.configuration, 2, hidden, &out) == XR_ERROR_VALIDATION_FAILURE);
+    CHECK(probe.logged("visibility_mask").back() ==
+          json{{"visibility_mask", 1}, {"hidden", true}, {"vertices", 3}, {"indices", 3}});
+}
+
+TEST_CASE("a visibility mask changes with an event")
+{
+    const json mask{{"1", {{"vertices", {{-1, -1}, {-1, 1}, {0, 0.5}}}, {"indices", {0, 1, 2}}}}};
+    const json events{{{"frame", 3}, {"do", "mask"}, {"masks", mask}}};
+    Probe probe("mask_changes", smallViews({{"visibility_mask", json::object()}, {"events", events}}),
+                {XR_KHR_VISIBILITY_MASK_EXTENSION_NAME});
+    start(probe);
+    const auto get = probe.load<PFN_xrGetVisibilityMaskKHR>("xrGetVisibilityMaskKHR");
+    for (int i = 0; i < 5; ++i) {
+        probe.runFrame();
+        (void)probe.readStates();
+        auto out = xrInfo<XrVisibilityMaskKHR>(XR_TYPE_VISIBILITY_MASK_KHR);
+        must(get(probe.session, probe.configuration, 1, XR_VISIBILITY_MASK_TYPE_HIDDEN_TRIANGLE_MESH_KHR, &out),
+             "xrGetVisibilityMaskKHR");
+        CHECK(out.indexCountOutput == (i < 3 ? 0 : 3));
+    }
+    CHECK(probe.other_events == std::vector{XR_TYPE_EVENT_DATA_VISIBILITY_MASK_CHANGED_KHR});
+    CHECK(probe.logged("event").back() == json{{"event", "visibility_mask_changed"}, {"view", 1}, {"frame", 3}});
+}
+
+TEST_CASE("visibility masks are offered where the settings have some")
+{
+    CHECK_THROWS(Probe("no_masks", smallViews(), {XR_KHR_VISIBILITY_MASK_EXTENSION_NAME}));
 }
 
 } // namespace gsc::fake_xr

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/xr/lens_mask.h"
+
+#include "format/error.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace gsc {
+
+namespace {
+
+struct Point {
+    double x, y; // pixels, right and down
+};
+
+// Pixels of a row from `first` up to but not including `end`.
+struct Span {
+    int64_t first, end;
+};
+
+bool isView(const SpaceEye& eye)
+{
+    constexpr double kMost = std::numbers::pi / 2;
+    const auto inside = [](double angle) { return angle > -kMost && angle < kMost; }; // false for NaN
+    return inside(eye.left) && inside(eye.right) && inside(eye.up) && inside(eye.down) && eye.left < eye.right &&
+           eye.down < eye.up;
+}
+
+uint32_t squaresOf(uint32_t pixels)
+{
+    return (pixels + kLensSquare - 1) / kLensSquare;
+}
+
+// A mesh in pixels of the picture. Rows are worked out one by one: a hostile mesh takes time, but no memory.
+class HiddenRows {
+public:
+    HiddenRows(const HiddenMesh& mesh, const SpaceEye& eye, uint32_t width, uint32_t height)
+        : m_indices(mesh.indices), m_width(width)
+    {
+        const double left = std::tan(eye.left), up = std::tan(eye.up);
+        const double across = width / (std::tan(eye.right) - left), along = height / (up - std::tan(eye.down));
+        for (const auto& [right, above] : mesh.vertices)
+            m_points.push_back({(double(right) - left) * across, (up - double(above)) * along});
+    }
+
+    // In order, with pixels between any two.
+    [[nodiscard]] std::vector<Span> row(uint32_t row) const
+    {
+        std::vector<Span> spans;
+        for (size_t i = 0; i < m_indices.size(); i += 3)
+            add({m_points[m_indices[i]], m_points[m_indices[i + 1]], m_points[m_indices[i + 2]]}, row + 0.5, spans);
+        std::ranges::sort(spans, {}, &Span::first);
+        std::vector<Span> merged;
+        for (const Span& span : spans)
+            if (merged.empty() || merged.back().end < span.first)
+                merged.push_back(span);
+            else
+                merged.back().end = std::max(merged.back().end, span.end);
+        return merged;
+    }
+
+private:
+    // Where the edge is at height y. The same bits whichever of two triangles asks, so that no pixel between them is lost.
+    [[nodiscard]] static double at(Point a, Point b, double y)
+    {
+        if (std::pair(b.y, b.x) < std::pair(a.y, a.x))
+            std::swap(a, b);
+        return a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y));
+    }
+
+    void add(const std::array<Point, 3>& corners, double y, std::vector<Span>& spans) const
+    {
+        double from = HUGE_VAL, to = -HUGE_VAL;
+        for (size_t i = 0; i < 3; ++i) {
+            const Point &p = corners[i], &q = corners[(i + 1) % 3];
+            if (p.y == q.y || y < std::min(p.y, q.y) || y > std::max(p.y, q.y))
+                continue;
+            const double x = at(p, q, y);
+            from = std::min(from, x);
+            to = std::max(to, x);
+        }
+        if (!(from <= to)) // it does not reach this row
+            return;
+        const Span span{int64_t(std::clamp(std::ceil(from - 0.5), 0.0, double(m_width))),
+                        int64_t(std::clamp(std::floor(to - 0.5) + 1, 0.0, double(m_width)))};
+        if (span.first < span.end)
+            spans.push_back(span);
+    }
+
+    const std::vector<uint32_t>& m_indices;
+    uint32_t m_width;
+    std::vector<Point> m_points;
+};
+
+} // namespace
+
+std::string meshFault(const HiddenMesh& mesh)
+{
+    if (!mesh.fault.empty())
+        return mesh.fault;
+    if (mesh.indices.size() % 3 != 0)
+        return formatString("has %zu indices, expected three of each triangle", mesh.indices.size());
+    for (const uint32_t index : mesh.indices)
+        if (index >= mesh.vertices.size())
+            return formatString("has an index of %u, expected one of its %zu corners", index, mesh.vertices.size());
+    for (const auto& [right, up] : mesh.vertices)
+        if (!std::isfinite(right) || !std::isfinite(up))
+            return formatString("has a corner at %g, %g, expected finite numbers", double(right), double(up));
+    return {};
+}
+
+LensShape lensShape(const HiddenMesh& mesh, const SpaceEye& eye, uint32_t width, uint32_t height)
+{
+    const uint32_t columns = squaresOf(width), rows = std::min(squaresOf(height), kLensRows);
+    if (mesh.indices.empty() || !meshFault(mesh).empty() || !isView(eye) || columns == 0 || columns > 255)
+        return {};
+    const HiddenRows hidden(mesh, eye, width, height);
+    LensShape lens;
+    std::ranges::fill(lens.end, uint8_t(columns));
+    bool shows = height > kLensRows * kLensSquare;
+    for (uint32_t r = 0; r < rows; ++r) {
+        std::vector<uint8_t> seen(columns, 0);
+        const int64_t first_row = std::max<int64_t>(int64_t(r) * kLensSquare - kLensMargin, 0),
+                      end_row = std::min<int64_t>(int64_t(r + 1) * kLensSquare + kLensMargin, height);
+        for (int64_t y = first_row; y < end_row; ++y) {
+            const std::vector<Span> spans = hidden.row(uint32_t(y));
+            for (uint32_t c = 0; c < columns; ++c) {
+                const int64_t first = std::max<int64_t>(int64_t(c) * kLensSquare - kLensMargin, 0),
+                              end = std::min<int64_t>(int64_t(c + 1) * kLensSquare + kLensMargin, width);
+                seen[c] |= uint8_t(std::ranges::none_of(
+                    spans, [&](const Span& span) { return span.first <= first && end <= span.end; }));
+            }
+        }
+        const auto from = std::ranges::find(seen, 1);
+        lens.first[r] = uint8_t(from == seen.end() ? 0 : from - seen.begin());
+        lens.end[r] = uint8_t(seen.rend() - std::find(seen.rbegin(), seen.rend(), 1));
+        lens.masks = lens.masks || lens.first[r] != 0 || lens.end[r] != columns;
+        shows = shows || lens.first[r] < lens.end[r];
+    }
+    return lens.masks && shows ? lens : LensShape{};
+}
+
+double hiddenShare(const LensShape& lens, uint32_t width, uint32_t height)
+{
+    if (!lens.masks || width == 0 || height == 0)
+        return 0;
+    uint64_t hidden = 0;
+    for (uint32_t r = 0; r < std::min(squaresOf(height), kLensRows); ++r) {
+        const uint64_t high = std::min(kLensSquare, height - r * kLensSquare);
+        const uint64_t first = std::min(lens.first[r] * kLensSquare, width),
+                       end = std::clamp(lens.end[r] * kLensSquare, uint32_t(first), width);
+        hidden += high * (width - (end - first));
+    }
+    return double(hidden) / (double(width) * height);
+}
+
+} // namespace gsc

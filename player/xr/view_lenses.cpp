@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/xr/view_lenses.h"
+
+#include "format/error.h"
+
+#include <algorithm>
+
+namespace gsc {
+
+namespace {
+
+bool sameAngles(const SpaceEye& a, const SpaceEye& b)
+{
+    return a.left == b.left && a.right == b.right && a.up == b.up && a.down == b.down;
+}
+
+} // namespace
+
+ViewLenses::ViewLenses(Headset& headset, Reporter& log)
+    : m_headset(headset), m_log(log), m_views(headset.facts().views.size())
+{
+    (void)headset.hiddenChanged(); // all of it is new
+}
+
+void ViewLenses::follow(const std::vector<SpaceEye>& eyes)
+{
+    if (m_headset.hiddenChanged())
+        for (View& view : m_views)
+            view.known = false;
+    for (size_t i = 0; i < std::min(eyes.size(), m_views.size()); ++i) {
+        View& view = m_views[i];
+        if (view.known && sameAngles(view.eye, eyes[i]))
+            continue;
+        const HiddenMesh& mesh = m_headset.hidden(i);
+        const std::string fault = view.known ? std::string() : meshFault(mesh); // told when it was new
+        if (!fault.empty())
+            m_log.warning(
+                formatString("headset: the mask of view %zu %s; its pictures are drawn whole", i, fault.c_str()));
+        const HeadsetView& size = m_headset.facts().views[i];
+        view = {true, eyes[i], lensShape(mesh, eyes[i], size.width, size.height)};
+    }
+}
+
+void ViewLenses::tell(HeadsetFacts& facts) const
+{
+    for (size_t i = 0; i < m_views.size(); ++i)
+        if (m_views[i].known)
+            facts.views[i].hidden = hiddenShare(m_views[i].shape, facts.views[i].width, facts.views[i].height);
+}
+
+} // namespace gsc
