@@ -53,6 +53,9 @@ void addXrOptions(CLI::App& app, XrChoice& choice)
               "cameras a second of --ride, by the clock of the headset");
     addFlag(app, "--keep-place", options.keeps_place,
             "start where the viewer was left, and store it at the end in FILE.place.json (schemas/place.schema.json)");
+    addFlag(app, "--xr-depth", options.depth,
+            "give the headset depths with the pictures, where its runtime takes them (XR_KHR_composition_layer_depth); "
+            "both then go through memory of the host");
     addFlag(app, "--xr-sync", options.waits,
             "wait in each frame for the picture of its own pose: for tests and recordings, refreshes are missed");
     addFlag(app, "--xr-late", options.late,

@@ -51,6 +51,6 @@ private:
 
 // Moves an image from one layout to another, all writes before it seen by all reads after it. `stages`: VulkanDevice's.
 void changeLayout(VkCommandBuffer commands, VkPipelineStageFlags stages, VkImage image, VkImageLayout from,
-                  VkImageLayout to);
+                  VkImageLayout to, VkImageAspectFlags aspect = VK_IMAGE_ASPECT_COLOR_BIT);
 
 } // namespace gsc

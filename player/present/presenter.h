@@ -72,6 +72,8 @@ struct ShownPicture {
     uint64_t ready = 0; // the display waits for this value of the shared semaphore before it reads; 0 = at once
     uint32_t width = 0, height = 0;
     uint32_t x = 0, y = 0; // where in the window, if its size is that of the canvas
+    // FrameTarget's depths in memory of this process, rows without a gap, for a display that wants them; null: there are none
+    const float* depth = nullptr;
 };
 
 struct FrameToShow {

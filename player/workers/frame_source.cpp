@@ -94,6 +94,7 @@ std::vector<ShownPicture> FrameSource::shown(const DrawnPose& drawn)
         picture.height = camera.height;
         picture.x = x;
         picture.pixels = static_cast<const std::byte*>(eyes[e].pixels);
+        picture.depth = eyes[e].depth;
         from.push_back(eyes[e].pixels);
         x += picture.width;
     }

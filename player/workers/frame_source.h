@@ -21,7 +21,7 @@ struct AskedPose {
     Shot shot;
     uint32_t eyes = 1;
     PixelFormat format = PixelFormat::Rgba8;
-    bool wants_depth = false;     // for the host; the picture is not shown
+    bool wants_depth = false;     // for the host, and so is the picture then
     float gaze[kMaxEyes][2] = {}; // Foveation's
     LensShape lens[kMaxEyes];     // FrameOptions'
     // PoseRequest::late of the cameras in `shot`; may be empty.

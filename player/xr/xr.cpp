@@ -26,6 +26,7 @@ std::unique_ptr<Headset> openHeadset(const XrOptions& options)
     headset.device = deviceUuid(firstDevice(options.play));
     headset.scale = options.scale;
     headset.stage = options.stage;
+    headset.depth = options.depth;
     return loadModule<HeadsetFunctions>("gsc_headset").open(headset);
 #else
     (void)options;
@@ -113,6 +114,10 @@ XrSummary runXr(const XrOptions& options, Reporter& log)
     if (!facts.draws)
         log.detail(formatString("%s shows what another device draws: pictures go through memory of the host",
                                 facts.gpu.c_str()));
+    if (options.depth && !facts.takes_depth)
+        log.warning(
+            "headset: the OpenXR runtime takes no depths, expected the extension XR_KHR_composition_layer_depth "
+            "and the format D32_SFLOAT for --xr-depth; pictures go without");
     std::optional<XrSession> session;
     try {
         session.emplace(options, scene, *headset, log);
@@ -174,7 +179,8 @@ OrderedJson headsetJson(const HeadsetFacts& facts)
             {"spaces", facts.spaces},
             {"extensions", facts.extensions},
             {"tracks_gaze", facts.tracks_gaze},
-            {"tells_mask", facts.tells_mask}};
+            {"tells_mask", facts.tells_mask},
+            {"takes_depth", facts.takes_depth}};
 }
 
 std::string headsetText(const HeadsetFacts& facts)

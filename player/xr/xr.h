@@ -23,6 +23,7 @@ struct XrOptions {
     double metre = 0;         // world units, 0 = the model's
     bool rides = false;       // along the cameras, at their pace
     double ride_fps = 72;     // cameras a second
+    bool depth = false;       // the headset gets depths with its pictures
     bool waits = false;       // each frame shows the picture of its own pose
     bool late = false;        // eyes are looked up again when their picture is begun
     double seconds = 0;       // after which the session is asked to end; 0 = when the person ends it

@@ -266,6 +266,7 @@ AskedViews XrSession::views(int64_t shown_at, int64_t time, const SpacePose* gaz
     views.time = time;
     views.lod_bias = m_frame_options.lod_bias;
     views.fovea_pixels = m_frame_options.foveation.smallest;
+    views.metre = m_place.scale();
     views.eyes = m_eyes;
     const std::vector<HeadsetView>& sizes = m_headset.facts().views;
     const auto lensOf = [&](size_t view) {
@@ -284,6 +285,7 @@ AskedViews XrSession::views(int64_t shown_at, int64_t time, const SpacePose* gaz
         pair.shot.ipd = 0;
         pair.shot.right_eye.reset();
         pair.eyes = 1;
+        pair.wants_depth = m_headset.facts().takes_depth;
         if (view + 1 < m_eyes.size()) {
             pair.shot.right_eye = camera(view + 1);
             pair.eyes = 2;
@@ -329,7 +331,7 @@ void XrSession::take(XrFrame& line)
     const std::vector<ShownPicture> pictures = m_source.shown(*drawn);
     if (pictures.size() != drawn->asked.eyes.size())
         return; // its GPU is lost
-    m_headset.take({pictures, drawn->asked.eyes});
+    m_headset.take({pictures, drawn->asked.eyes, drawn->asked.metre});
     line.fresh = true;
     m_stale = false;
     for (const DrawnPose& pair : drawn->pairs) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/xr/lens_mask.h"
 
+#include "player/present/headset/layer_depth.h"
+
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -188,4 +190,23 @@ TEST_CASE("lens mask: hostile meshes and views hide nothing")
     for (auto& vertex : huge.vertices)
         vertex = {vertex[0] * 1e37f, vertex[1] * 1e37f};
     CHECK(lensShape(huge, eye, kWidth, kHeight) == LensShape{});
+}
+
+TEST_CASE("layer depth: from 1 at the nearest to 0 at the farthest, and back within fp32")
+{
+    const auto metres = [](double depth) { // as OpenXR has it, of nearZ = the farthest and farZ = the nearest
+        const double near = double(kMostDepth), far = double(kLeastDepth);
+        return near * far / (far + depth * (near - far));
+    };
+    for (const float metre : {1.0f, 0.37f, 12.0f}) {
+        for (float z = 0.021f; z < 5000; z *= 1.07f)
+            REQUIRE(metres(double(layerDepth(z * metre, metre))) == doctest::Approx(double(z)).epsilon(1e-6));
+        CHECK(layerDepth(kLeastDepth * metre, metre) == doctest::Approx(1).epsilon(1e-6));
+        CHECK(layerDepth(0.001f * metre, metre) == 1);
+        CHECK(layerDepth(0, metre) == 1);
+        CHECK(layerDepth(kMostDepth * 1.01f * metre, metre) == 0);
+        CHECK(layerDepth(std::numeric_limits<float>::infinity(), metre) == 0);
+        CHECK(layerDepth(std::numeric_limits<float>::quiet_NaN(), metre) == 0);
+        CHECK(layerDepth(-1, metre) == 0);
+    }
 }

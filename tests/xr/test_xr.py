@@ -7,6 +7,7 @@ its own Vulkan shows.
 test_xr.py SOURCE_FOLDER GSC_PLAY GSC RUNTIME_MANIFEST [TEST]...
 """
 
+import array
 import json
 import math
 import os
@@ -96,12 +97,10 @@ class XrCase(unittest.TestCase):
                 self.assertIsNotNone(view["located"], line)  # each pose was handed out in this session
                 self.assertLessEqual(view["located"], line["frame"])
 
-    def check_pictures(self, run: Run, model: str, *arguments: object, shown: typing.Callable | None = None) -> int:
-        """Every picture is the headless player's for its pose, byte by byte; with `shown`, which has shown_squares() of a
-        frame and a view, in the squares that are not hidden. Returns their number."""
-        place, compared = None, 0
+    def cameras(self, run: Run) -> list[tuple[list, tuple, pathlib.Path]]:
+        """Of each view: place and frame of every picture, their size, and a camera file of their poses."""
+        place, places, made = None, [], []
         wanted: list[tuple[dict, int, int]] = []
-        places = []
         frames = {line["frame"]: line for line in run.frames}
         for line in run.log:
             place = line["place"] or place
@@ -123,6 +122,14 @@ class XrCase(unittest.TestCase):
                     trajectory["frames"] += one["frames"]
             path = self.folder / f"view{index}.json"
             path.write_text(json.dumps(trajectory))
+            made.append((mine, size, path))
+        return made
+
+    def check_pictures(self, run: Run, model: str, *arguments: object, shown: typing.Callable | None = None) -> int:
+        """Every picture is the headless player's for its pose, byte by byte; with `shown`, which has shown_squares() of a
+        frame and a view, in the squares that are not hidden. Returns their number."""
+        compared = 0
+        for index, (mine, size, path) in enumerate(self.cameras(run)):
             stream = subprocess.run([PLAY, f"../{model}.gsc", "--cameras", path, "--out", "-", "--stream", "rgb24", "-q",
                                      *BACKEND, *map(str, arguments)], cwd=self.folder, check=True, capture_output=True).stdout
             bytes_each = 3 * size[0] * size[1]
@@ -230,6 +237,63 @@ class XrTest(XrCase):
         self.assertEqual(kept, untracked[0]["frame"] - 1)
         self.assertTrue(all(not line["fresh"] for line in untracked))
         self.check_pictures(run, "room")
+
+    # --- depths
+
+    def check_depths(self, run: Run, model: str) -> int:
+        """Depths that were submitted are those of the renderer on the host. Returns how many pixels have one."""
+        tool, there = MANIFEST.parent / "write_depths", 0
+        for index, (mine, size, path) in enumerate(self.cameras(run)):
+            out = self.folder / f"view{index}.raw"
+            subprocess.run([tool, f"../{model}.gsc", path, out], cwd=self.folder, check=True)
+            wanted = array.array("f", out.read_bytes())
+            count = size[0] * size[1]
+            self.assertEqual(len(wanted), count * len(mine))
+            for i, (place, number) in enumerate(mine):
+                layer = next(line for line in run.frames if line["frame"] == number)["views"][index]["depth"]
+                near, far, metre = layer["near"], layer["far"], place["scale"]
+                given = array.array("f", (self.folder / f"dump/frame-{number:05}-view-{index}.depth").read_bytes())
+                self.assertEqual(len(given), count)
+                for depth, z in zip(given, wanted[i * count:(i + 1) * count]):
+                    if math.isinf(z):
+                        self.assertEqual(depth, 0)
+                        continue
+                    metres = near * far / (far + depth * (near - far))  # OpenXR's, of minDepth 0 and maxDepth 1
+                    self.assertLess(abs(metres * metre - z), 1e-5 * z)
+                    there += 1
+        return there
+
+    @unittest.skipUnless((MANIFEST.parent / "write_depths").exists() and xr_case.BACKEND == "cpu", "no write_depths, or a GPU draws")
+    def test_depth(self) -> None:
+        for name, more in {"moving": {}, "metre": {"metre": 0.5}}.items():
+            with self.subTest(name):
+                (self.folder / "fake.jsonl").unlink(missing_ok=True)
+                words = [word for key, value in more.items() for word in (f"--{key}", value)]
+                run = self.xr("room", "--xr-sync", "--xr-depth", "--format", "json", *words, settings=self.settings(12))
+                self.assertNotIn("warning", run.err)
+                report = json.loads(run.out)
+                check_schema("xr-report", report)
+                self.assertTrue(report["headset"]["takes_depth"])
+                shown = [line for line in run.frames if line["layers"]]
+                self.assertGreaterEqual(len(shown), 10)
+                self.assertGreater(self.check_depths(run, "room"), len(shown) * SIZE[0] * SIZE[1] // 2)
+                self.check_pictures(run, "room")
+        inner = [{**view, "fov": [angle / 3 for angle in view["fov"]], "width": 64, "height": 60} for view in canted(*SIZE)]
+        (self.folder / "fake.jsonl").unlink()
+        run = self.xr("street", "--xr-sync", "--xr-depth", settings=self.settings(5, configuration="quad", views=canted(*SIZE) + inner))
+        self.assertGreater(self.check_depths(run, "street"), 1000)
+
+    def test_no_depth(self) -> None:
+        for more in ({"extensions_withheld": ["XR_KHR_composition_layer_depth"]}, {"formats": [43]}):
+            with self.subTest(more):
+                (self.folder / "fake.jsonl").unlink(missing_ok=True)
+                run = self.xr("room", "--xr-sync", "--xr-depth", settings=self.settings(5, **more))
+                self.assertRegex(run.err, "warning: headset: .* takes no depths, expected .*XR_KHR_composition_layer_depth.*D32_SFLOAT")
+                self.assertEqual({str(view["depth"]) for line in run.frames for view in line["views"]}, {"None"})
+                self.check_pictures(run, "room")
+        (self.folder / "fake.jsonl").unlink()
+        plain = self.xr("room", "--xr-sync", settings=self.settings(5))
+        self.assertEqual({str(view["depth"]) for line in plain.frames for view in line["views"]}, {"None"})
 
     # --- lenses
 

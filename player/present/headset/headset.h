@@ -21,6 +21,7 @@ struct HeadsetOptions {
     std::optional<DeviceUuid> device; // the GPU that draws
     double scale = 1;                 // of the recommended size of pictures, each side
     bool stage = false;               // the space: STAGE, whose floor is at 0; otherwise LOCAL, whose eyes are at 0
+    bool depth = false;               // pictures go with their depths, where the runtime takes them
 };
 
 struct HeadsetView {
@@ -40,7 +41,8 @@ struct HeadsetFacts {
     std::vector<std::string> spaces;
     std::vector<std::string> extensions;
     bool tracks_gaze = false;
-    bool tells_mask = false; // what of a view its lens hides
+    bool tells_mask = false;  // what of a view its lens hides
+    bool takes_depth = false; // depths go with pictures: they were asked for, and the runtime takes them
 };
 
 // Triangles of a view that its lens hides. Counts and values are the runtime's, unchecked.
@@ -80,6 +82,7 @@ struct HeadsetInput {
 struct HeadsetPictures {
     std::span<const ShownPicture> pictures;
     std::span<const SpaceEye> eyes;
+    double metre = 1; // of depths: world units in a metre of the space
 };
 
 class Headset : public SharedMemory {

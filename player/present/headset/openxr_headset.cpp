@@ -25,6 +25,8 @@ std::string formatName(int64_t format)
         return "R8G8B8A8_UNORM";
     case VK_FORMAT_B8G8R8A8_UNORM:
         return "B8G8R8A8_UNORM";
+    case VK_FORMAT_D32_SFLOAT:
+        return "D32_SFLOAT";
     default:
         return formatString("format %lld of Vulkan", static_cast<long long>(format));
     }
@@ -154,7 +156,7 @@ public:
 
     void take(const HeadsetPictures& pictures) override
     {
-        m_chains->take(pictures.pictures, *m_blocks);
+        m_chains->take(pictures, *m_blocks);
         m_shown.clear();
         for (size_t view = 0; view < pictures.eyes.size(); ++view) {
             const SpaceEye& eye = pictures.eyes[view];
@@ -162,6 +164,7 @@ public:
             each.pose = xrPose(eye.pose);
             each.fov = {float(eye.left), float(eye.right), float(eye.up), float(eye.down)};
             each.subImage = m_chains->image(view);
+            each.next = m_chains->depth(view);
             m_shown.push_back(each);
         }
     }
@@ -229,6 +232,8 @@ private:
             });
         for (const int64_t format : offered) {
             m_runtime.facts.formats.push_back(formatName(format));
+            if (format == kDepthFormat)
+                m_runtime.facts.takes_depth = m_runtime.has(XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME);
             if (format == kHeadsetFormat)
                 m_runtime.facts.format = formatName(format);
         }

@@ -58,7 +58,7 @@ XrRuntime::XrRuntime(const HeadsetOptions& options)
     setenv("XR_LOADER_DEBUG", "none", 0); // what it would write to the terminal, the errors below say
     facts.loader = loaderName();
     try {
-        makeInstance();
+        makeInstance(options.depth);
         findHeadset();
         chooseViews(options.scale);
         makeDevice(options.device);
@@ -81,7 +81,7 @@ bool XrRuntime::has(const char* extension) const
     return std::ranges::any_of(m_extensions, [&](const char* on) { return std::strcmp(on, extension) == 0; });
 }
 
-void XrRuntime::makeInstance()
+void XrRuntime::makeInstance(bool depth)
 {
     const auto there =
         xrList("xrEnumerateInstanceExtensionProperties", xrInfo<XrExtensionProperties>(XR_TYPE_EXTENSION_PROPERTIES),
@@ -98,6 +98,8 @@ void XrRuntime::makeInstance()
     for (const char* name : kOptional)
         if (offered(name))
             m_extensions.push_back(name);
+    if (depth && offered(XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME))
+        m_extensions.push_back(XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME);
     facts.extensions.assign(m_extensions.begin(), m_extensions.end());
     facts.tells_mask = has(XR_KHR_VISIBILITY_MASK_EXTENSION_NAME);
 

@@ -25,7 +25,7 @@ public:
     HeadsetFacts facts; // without what a session tells
 
 private:
-    void makeInstance();
+    void makeInstance(bool depth);
     void findHeadset();
     void chooseViews(double scale);
     void makeDevice(const std::optional<DeviceUuid>& uuid);

@@ -2,6 +2,9 @@
 #include "player/present/headset/xr_swapchains.h"
 
 #include "format/error.h"
+#include "player/present/headset/layer_depth.h"
+
+#include <algorithm>
 
 namespace gsc {
 
@@ -18,26 +21,12 @@ XrSwapchains::XrSwapchains(const XrRuntime& runtime, XrSession session) : m_runt
             bytes += size_t(view.width) * view.height * 4;
         if (!runtime.device->shares)
             m_copy->reserve(bytes);
-        for (const HeadsetView& view : runtime.facts.views) {
-            Chain& chain = m_chains.emplace_back();
-            chain.width = view.width;
-            chain.height = view.height;
-            auto info = xrInfo<XrSwapchainCreateInfo>(XR_TYPE_SWAPCHAIN_CREATE_INFO);
-            info.usageFlags = XR_SWAPCHAIN_USAGE_COLOR_ATTACHMENT_BIT | XR_SWAPCHAIN_USAGE_TRANSFER_DST_BIT;
-            info.format = kHeadsetFormat;
-            info.sampleCount = info.faceCount = info.arraySize = info.mipCount = 1;
-            info.width = view.width;
-            info.height = view.height;
-            checkXr(xrCreateSwapchain(session, &info, &chain.handle), "xrCreateSwapchain");
-            const auto images = xrList(
-                "xrEnumerateSwapchainImages", xrInfo<XrSwapchainImageVulkan2KHR>(XR_TYPE_SWAPCHAIN_IMAGE_VULKAN2_KHR),
-                [&](uint32_t n, uint32_t* count, XrSwapchainImageVulkan2KHR* items) {
-                    return xrEnumerateSwapchainImages(chain.handle, n, count,
-                                                      reinterpret_cast<XrSwapchainImageBaseHeader*>(items));
-                });
-            for (const XrSwapchainImageVulkan2KHR& image : images)
-                chain.images.push_back(image.image);
-        }
+        for (const HeadsetView& view : runtime.facts.views)
+            m_chains.push_back(std::make_unique<XrChain>(session, view, kHeadsetFormat,
+                                                         XR_SWAPCHAIN_USAGE_COLOR_ATTACHMENT_BIT |
+                                                             XR_SWAPCHAIN_USAGE_TRANSFER_DST_BIT));
+        if (runtime.facts.takes_depth)
+            makeDepths(session);
     } catch (...) {
         destroy();
         throw;
@@ -52,47 +41,97 @@ XrSwapchains::~XrSwapchains()
 void XrSwapchains::destroy()
 {
     (void)vkDeviceWaitIdle(m_runtime.device->handle);
-    for (const Chain& chain : m_chains)
-        if (chain.handle != XR_NULL_HANDLE)
-            xrDestroySwapchain(chain.handle);
+    m_chains.clear();
+    m_depths.clear();
+    m_depth_staging = {};
     m_copy.reset();
     vkDestroyCommandPool(m_runtime.device->handle, m_pool, nullptr);
 }
 
-void XrSwapchains::take(std::span<const ShownPicture> pictures, SharedBlocks& blocks)
+void XrSwapchains::makeDepths(XrSession session)
 {
+    size_t bytes = 0;
+    for (const HeadsetView& view : m_runtime.facts.views) {
+        m_depths.push_back(std::make_unique<XrChain>(session, view, kDepthFormat,
+                                                     XR_SWAPCHAIN_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT |
+                                                         XR_SWAPCHAIN_USAGE_TRANSFER_DST_BIT));
+        auto& layer =
+            m_layers.emplace_back(xrInfo<XrCompositionLayerDepthInfoKHR>(XR_TYPE_COMPOSITION_LAYER_DEPTH_INFO_KHR));
+        layer.subImage = m_depths.back()->image();
+        layer.minDepth = 0;
+        layer.maxDepth = 1;
+        layer.nearZ = kMostDepth; // of minDepth
+        layer.farZ = kLeastDepth;
+        bytes += size_t(view.width) * view.height * sizeof(float);
+    }
+    m_depth_staging = VulkanBuffer(*m_runtime.device, bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
+                                   VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT);
+}
+
+void XrSwapchains::take(const HeadsetPictures& given, SharedBlocks& blocks)
+{
+    const std::span<const ShownPicture> pictures = given.pictures;
     if (pictures.size() != m_chains.size())
         throw Error(ErrorCode::Internal, "headset: not a picture for each view, expected one; this is a bug of gsc, "
                                          "please report it");
     const VkPipelineStageFlags stages = m_runtime.device->stages;
-    std::vector<VkImage> images;
-    for (const Chain& chain : m_chains) {
-        uint32_t index = 0;
-        checkXr(xrAcquireSwapchainImage(chain.handle, nullptr, &index), "xrAcquireSwapchainImage");
-        auto wait = xrInfo<XrSwapchainImageWaitInfo>(XR_TYPE_SWAPCHAIN_IMAGE_WAIT_INFO);
-        wait.timeout = XR_INFINITE_DURATION;
-        checkXr(xrWaitSwapchainImage(chain.handle, &wait), "xrWaitSwapchainImage");
-        images.push_back(chain.images.at(index));
-    }
+    const auto acquired = [](const Chains& chains) {
+        std::vector<VkImage> images;
+        for (const std::unique_ptr<XrChain>& chain : chains)
+            images.push_back(chain->acquire());
+        return images;
+    };
+    const std::vector<VkImage> images = acquired(m_chains), depths = acquired(m_depths);
     m_copy->wait();
     m_copy->begin(pictures);
     for (const VkImage image : images)
         changeLayout(m_copy->commands, stages, image, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
     for (size_t view = 0; view < images.size(); ++view) {
-        if (pictures[view].width != m_chains[view].width || pictures[view].height != m_chains[view].height)
+        if (pictures[view].width != m_chains[view]->width() || pictures[view].height != m_chains[view]->height())
             throw Error(ErrorCode::Internal,
                         "headset: a picture has not the size of its view, expected that; this is a "
                         "bug of gsc, please report it");
         m_copy->copy(pictures[view], images[view], 0, 0, [&](uint32_t id) { return blocks.buffer(id); });
     }
+    copyDepths(given, depths);
     m_copy->endCopies();
     for (const VkImage image : images)
         changeLayout(m_copy->commands, stages, image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
                      VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL); // as the runtime wants it back
     m_copy->end();
     submit(blocks);
-    for (const Chain& chain : m_chains)
-        checkXr(xrReleaseSwapchainImage(chain.handle, nullptr), "xrReleaseSwapchainImage");
+    for (const Chains* chains : {&m_chains, &m_depths})
+        for (const std::unique_ptr<XrChain>& chain : *chains)
+            chain->release();
+}
+
+// Precondition: nothing reads the staging buffer any more.
+void XrSwapchains::copyDepths(const HeadsetPictures& given, const std::vector<VkImage>& images)
+{
+    auto* const staging = reinterpret_cast<float*>(m_depth_staging.mapped);
+    const auto metre = float(given.metre);
+    size_t at = 0;
+    for (size_t view = 0; view < images.size(); ++view) {
+        const ShownPicture& picture = given.pictures[view];
+        if (picture.depth == nullptr)
+            throw Error(ErrorCode::Internal, "headset: a picture has no depths, expected some; this is a bug of gsc, "
+                                             "please report it");
+        const size_t count = size_t(picture.width) * picture.height;
+        std::transform(picture.depth, picture.depth + count, staging + at,
+                       [metre](float z) { return layerDepth(z, metre); });
+        const VkPipelineStageFlags stages = m_runtime.device->stages;
+        changeLayout(m_copy->commands, stages, images[view], VK_IMAGE_LAYOUT_UNDEFINED,
+                     VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_ASPECT_DEPTH_BIT);
+        VkBufferImageCopy region{};
+        region.bufferOffset = at * sizeof(float);
+        region.imageSubresource = {VK_IMAGE_ASPECT_DEPTH_BIT, 0, 0, 1};
+        region.imageExtent = {picture.width, picture.height, 1};
+        vkCmdCopyBufferToImage(m_copy->commands, m_depth_staging.handle, images[view],
+                               VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);
+        changeLayout(m_copy->commands, stages, images[view], VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+                     VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL, VK_IMAGE_ASPECT_DEPTH_BIT);
+        at += count;
+    }
 }
 
 void XrSwapchains::submit(SharedBlocks& blocks)
@@ -110,15 +149,6 @@ void XrSwapchains::submit(SharedBlocks& blocks)
     info.commandBufferCount = 1;
     info.pCommandBuffers = &m_copy->commands;
     m_copy->submit(info);
-}
-
-XrSwapchainSubImage XrSwapchains::image(size_t view) const
-{
-    const Chain& chain = m_chains[view];
-    XrSwapchainSubImage image{};
-    image.swapchain = chain.handle;
-    image.imageRect.extent = {int32_t(chain.width), int32_t(chain.height)};
-    return image;
 }
 
 } // namespace gsc

@@ -46,13 +46,18 @@ void checkFov(const XrFovf& fov)
                    double(fov.angleLeft), double(fov.angleRight), double(fov.angleUp), double(fov.angleDown)));
 }
 
-void checkDepth(Runtime& rt, const XrCompositionLayerDepthInfoKHR& depth)
+void checkDepth(Runtime& rt, const XrCompositionLayerDepthInfoKHR& depth, const XrRect2Di& picture)
 {
     if (!rt.enabled(XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME))
         refuse(XR_ERROR_VALIDATION_FAILURE, "XrCompositionLayerDepthInfoKHR without its extension");
     const Swapchain& swapchain = checkSubImage(rt, depth.subImage);
     if (!pixelFormat(swapchain.info.format)->depth)
         refuse(XR_ERROR_VALIDATION_FAILURE, "the depth's swapchain has a colour format");
+    const XrRect2Di& rect = depth.subImage.imageRect;
+    if (rect.offset.x != picture.offset.x || rect.offset.y != picture.offset.y ||
+        rect.extent.width != picture.extent.width || rect.extent.height != picture.extent.height)
+        refuse(XR_ERROR_SWAPCHAIN_RECT_INVALID, formatString("the depth's imageRect %s is not its picture's, %s",
+                                                             rectText(rect).c_str(), rectText(picture).c_str()));
     if (!(depth.minDepth >= 0 && depth.minDepth < depth.maxDepth && depth.maxDepth <= 1))
         refuse(XR_ERROR_VALIDATION_FAILURE, "minDepth and maxDepth are no range within 0 to 1");
     if (!(depth.nearZ >= 0 && depth.farZ >= 0) || depth.nearZ == depth.farZ)
@@ -75,7 +80,7 @@ void checkView(Runtime& rt, const XrCompositionLayerProjectionView& view, const 
                                                              rectText(view.subImage.imageRect).c_str()));
     if (const auto* depth =
             chained<XrCompositionLayerDepthInfoKHR>(view.next, XR_TYPE_COMPOSITION_LAYER_DEPTH_INFO_KHR))
-        checkDepth(rt, *depth);
+        checkDepth(rt, *depth, view.subImage.imageRect);
 }
 
 void checkProjection(Runtime& rt, const Session& session, const XrCompositionLayerProjection& layer)

@@ -42,6 +42,15 @@ void writePpm(const std::string& path, const Picture& picture)
     std::fclose(file);
 }
 
+void writeDepths(const std::string& path, const Picture& picture)
+{
+    std::FILE* file = std::fopen(path.c_str(), "wb");
+    if (file == nullptr)
+        throw std::runtime_error(path + ": the depths cannot be written");
+    std::fwrite(picture.pixels, picture.format.bytes, size_t(picture.size.width) * size_t(picture.size.height), file);
+    std::fclose(file);
+}
+
 const LocatedView* findLocated(const Session& session, uint32_t index, uint64_t space,
                                const XrCompositionLayerProjectionView& view)
 {
@@ -102,6 +111,14 @@ std::string viewText(Runtime& rt, Session& session, const XrCompositionLayerProj
         text += formatString(R"({"near":%.9g,"far":%.9g})", double(depth->nearZ), double(depth->farZ));
     else // infinity is allowed for one of them, and JSON has none
         text += formatString(R"({"near":"%g","far":"%g"})", double(depth->nearZ), double(depth->farZ));
+    if (depth != nullptr && !rt.settings.dump.empty()) {
+        const Swapchain& depths = rt.requireSwapchain(depth->subImage.swapchain);
+        const PixelFormat format = *pixelFormat(depths.info.format);
+        const XrRect2Di& part = depth->subImage.imageRect;
+        writeDepths(rt.settings.dump + "/" + picture_name + ".depth",
+                    {session.gpu->read(depths.images[*depths.released], format, depth->subImage.imageArrayIndex, part),
+                     format, part.extent});
+    }
     std::string hash = "null";
     if (rt.settings.hash || !rt.settings.dump.empty()) {
         const PixelFormat format = *pixelFormat(swapchain.info.format);

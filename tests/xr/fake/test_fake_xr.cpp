@@ -245,7 +245,7 @@ TEST_CASE("quad views and mono are loops over other counts")
 
 TEST_CASE("a depth layer is logged")
 {
-    Probe probe("depth", smallViews(), {XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME});
+    Probe probe("depth", smallViews({{"dump", true}}), {XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME});
     start(probe);
     XrSwapchainCreateInfo info = probe.swapchains[0].info;
     info.format = VK_FORMAT_D32_SFLOAT;
@@ -270,6 +270,8 @@ TEST_CASE("a depth layer is logged")
     const json line = probe.logged("views").back();
     CHECK(line["views"][0]["depth"] == json{{"near", 0.25}, {"far", 100.0}});
     CHECK(line["views"][1]["depth"].is_null());
+    CHECK(std::ifstream(probe.folder + "/frame-00001-view-0.depth", std::ios::ate | std::ios::binary).tellg() ==
+          64 * 48 * 4);
     depth.farZ = INFINITY;
     CHECK(submit() == XR_SUCCESS);
     CHECK(probe.logged("views").back()["views"][0]["depth"]["far"] == "inf");
@@ -279,6 +281,8 @@ TEST_CASE("a depth layer is logged")
     depth.subImage.swapchain = probe.swapchains[0].handle;
     CHECK(probe.end(probe.waitAndBegin(), [&](auto& views, auto&, auto&) { views[0].next = &depth; }) ==
           XR_ERROR_VALIDATION_FAILURE);
+    depth.subImage = {swapchain, {{0, 0}, {32, 48}}, 0};
+    CHECK(submit() == XR_ERROR_SWAPCHAIN_RECT_INVALID);
     must(xrDestroySwapchain(swapchain), "xrDestroySwapchain");
 }
 
