@@ -63,7 +63,7 @@ void checkTarget(const FrameTarget& target, const EyeParams& eye, bool on_host)
     using Kind = FrameTarget::Kind;
     const size_t pixel = pixelBytes(target.format), word = pixel == 8 ? 8 : 4;
     const bool memory = target.kind == Kind::Host || target.kind == Kind::Device;
-    if (target.kind > Kind::Surface || target.format > PixelFormat::Rgba8 ||
+    if (target.kind > Kind::Surface || target.format > PixelFormat::Bgra8 ||
         (target.kind == Kind::Surface && !on_host && target.surface == 0))
         throw Error(ErrorCode::Usage,
                     formatString("target: kind %u, format %u and surface %llu, expected kinds and formats "
@@ -73,8 +73,8 @@ void checkTarget(const FrameTarget& target, const EyeParams& eye, bool on_host)
         throw Error(ErrorCode::Unsupported, on_host
                                                 ? "target: a surface of a renderer on the host, expected memory; use "
                                                   "a target of kind Host"
-                                                : "target: a surface of three floats, expected Rgba16f or Rgba8; use "
-                                                  "one of them");
+                                                : "target: a surface of three floats, expected Rgba16f, Rgba8 or "
+                                                  "Bgra8; use one of them");
     if (memory && (target.pixels == nullptr || reinterpret_cast<uintptr_t>(target.pixels) % word != 0 ||
                    target.pitch % word != 0 || (target.pitch != 0 && target.pitch < pixel * eye.width)))
         throw Error(ErrorCode::Usage,

@@ -12,6 +12,7 @@ enum class PixelFormat : uint32_t {
     Rgb32f = 0,  // 12 bytes, unclamped
     Rgba16f = 1, // 8 bytes, nearest half, even on a tie
     Rgba8 = 2,   // 4 bytes, nearest of 0 to 255 as 8-bit image files have it; below 0 and NaN 0
+    Bgra8 = 3,   // the same, blue first
 };
 
 constexpr size_t pixelBytes(PixelFormat format)

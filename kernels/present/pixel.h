@@ -17,6 +17,9 @@ GSC_HD uint8_t pixelByte(float value)
 struct PixelBytes {
     uint8_t r, g, b, a;
 };
+struct PixelBytesBlueFirst {
+    uint8_t b, g, r, a;
+};
 struct PixelHalves {
     uint16_t r, g, b, a;
 };
@@ -24,6 +27,11 @@ struct PixelHalves {
 GSC_HD PixelBytes pixelBytesOf(const float* rgb)
 {
     return {pixelByte(rgb[0]), pixelByte(rgb[1]), pixelByte(rgb[2]), 255};
+}
+
+GSC_HD PixelBytesBlueFirst pixelBytesBlueFirstOf(const float* rgb)
+{
+    return {pixelByte(rgb[2]), pixelByte(rgb[1]), pixelByte(rgb[0]), 255};
 }
 
 GSC_HD PixelHalves pixelHalvesOf(const float* rgb)

@@ -57,6 +57,9 @@ __global__ void __launch_bounds__(kThreads) presentKernel(const __grid_constant_
     case PixelFormat::Rgba8:
         store<PixelBytes, pixelBytesOf>(args, x, y, rgb);
         break;
+    case PixelFormat::Bgra8:
+        store<PixelBytesBlueFirst, pixelBytesBlueFirstOf>(args, x, y, rgb);
+        break;
     }
 }
 

@@ -64,7 +64,7 @@ struct SharedBlock {
     int file = -1;    // opaque file descriptor, whose importer owns it
 };
 
-// Rows of width x 4 bytes, red first, without a gap.
+// Rows of width x 4 bytes, red first, or in the order that a headset wants (HeadsetFacts::pixels), without a gap.
 struct ShownPicture {
     const std::byte* pixels = nullptr; // in memory of this process; null: in a shared block
     uint32_t block = 0;

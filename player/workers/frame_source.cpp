@@ -37,7 +37,7 @@ uint64_t FrameSource::submit(const AskedPose& pose, const FrameOptions& options)
     std::ranges::copy(pose.lens, request.options.lens);
     request.format = pose.format;
     request.wants_depth = pose.wants_depth;
-    request.on_device = m_ring != nullptr && pose.format == PixelFormat::Rgba8 && !pose.wants_depth;
+    request.on_device = m_ring != nullptr && pixelBytes(pose.format) == 4 && !pose.wants_depth;
     if (pose.late)
         request.late = [late = pose.late, shot = pose.shot, count = pose.eyes](std::span<EyeParams> latest) {
             Shot moved = shot;

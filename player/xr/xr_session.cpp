@@ -285,6 +285,7 @@ AskedViews XrSession::views(int64_t shown_at, int64_t time, const SpacePose* gaz
         pair.shot.ipd = 0;
         pair.shot.right_eye.reset();
         pair.eyes = 1;
+        pair.format = m_headset.facts().pixels;
         pair.wants_depth = m_headset.facts().takes_depth;
         if (view + 1 < m_eyes.size()) {
             pair.shot.right_eye = camera(view + 1);

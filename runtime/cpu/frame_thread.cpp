@@ -33,6 +33,9 @@ void store(const FrameTarget& target, const EyeParams& eye, const ColumnRange& d
             case PixelFormat::Rgba8:
                 static_cast<PixelBytes*>(row)[x] = pixelBytesOf(from + 3 * x);
                 break;
+            case PixelFormat::Bgra8:
+                static_cast<PixelBytesBlueFirst*>(row)[x] = pixelBytesBlueFirstOf(from + 3 * x);
+                break;
             }
     }
 }

@@ -87,8 +87,10 @@ inline std::vector<unsigned char> inTarget(const std::vector<float>& picture, ui
     for (size_t i = 0; i < height * width; ++i) {
         const float* const rgb = picture.data() + 3 * i;
         const PixelBytes bytes = pixelBytesOf(rgb);
+        const PixelBytes turned{bytes.b, bytes.g, bytes.r, bytes.a};
         const PixelHalves halves = pixelHalvesOf(rgb);
         const void* const from = format == PixelFormat::Rgb32f    ? static_cast<const void*>(rgb)
+                                 : format == PixelFormat::Bgra8   ? static_cast<const void*>(&turned)
                                  : format == PixelFormat::Rgba16f ? static_cast<const void*>(&halves)
                                                                   : static_cast<const void*>(&bytes);
         std::memcpy(rows.data() + i / width * pitch + i % width * pixel, from, pixel);

@@ -185,7 +185,8 @@ TEST_CASE("renderer: a picture in device memory is the one on the host, byte for
     const std::vector<EyeParams> eyes = walk(0, 2);
     const uint32_t width = eyes[1].width, height = eyes[1].height;
     const Picture plain = render(*gpu, eyes, onGrey(Tier::Fast))[1].pixels;
-    for (const PixelFormat format : {PixelFormat::Rgb32f, PixelFormat::Rgba16f, PixelFormat::Rgba8}) {
+    for (const PixelFormat format :
+         {PixelFormat::Rgb32f, PixelFormat::Rgba16f, PixelFormat::Rgba8, PixelFormat::Bgra8}) {
         CAPTURE(uint32_t(format));
         const size_t pixel = pixelBytes(format), pitch = width * pixel + 32;
         const std::vector<unsigned char> wanted = inTarget(plain, width, format, pitch, 0xff);

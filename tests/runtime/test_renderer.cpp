@@ -86,7 +86,8 @@ TEST_CASE("a target has the picture in its format and its rows, and nothing else
     const std::vector<EyeParams> eyes = walk(0, 1);
     const uint32_t width = eyes[0].width, height = eyes[0].height;
     const std::vector<float> plain = render(*renderer, eyes, FrameOptions{})[0].pixels;
-    for (const PixelFormat format : {PixelFormat::Rgb32f, PixelFormat::Rgba16f, PixelFormat::Rgba8}) {
+    for (const PixelFormat format :
+         {PixelFormat::Rgb32f, PixelFormat::Rgba16f, PixelFormat::Rgba8, PixelFormat::Bgra8}) {
         const size_t pixel = pixelBytes(format), pitch = width * pixel + 24;
         std::vector<uint64_t> memory(pitch * height / 8, 0x5a5a5a5a5a5a5a5aull); // as aligned as any target
         std::vector<float> depths((width + 3) * height, -7.0f);
@@ -199,6 +200,7 @@ TEST_CASE("targets that cannot be written to are refused")
     };
     using Kind = FrameTarget::Kind;
     refused({Kind::Host, PixelFormat::Rgba8, nullptr, 0, 0});
+    refused({Kind::Host, PixelFormat(uint32_t(PixelFormat::Bgra8) + 1), rows, 0, 0});
     refused({Kind::Host, PixelFormat::Rgba8, rows + 2, 0, 0});
     refused({Kind::Host, PixelFormat::Rgba16f, rows + 4, 0, 0});
     refused({Kind::Host, PixelFormat::Rgba8, rows, size_t(eye.width) * 4 - 4, 0});

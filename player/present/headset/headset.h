@@ -4,6 +4,7 @@
 // Poses are in the headset's space, times OpenXR's: nanoseconds of a clock of the runtime's own.
 #pragma once
 
+#include "kernels/frame/frame_target.h"
 #include "player/present/presenter.h"
 #include "player/xr/placement.h"
 
@@ -36,8 +37,9 @@ struct HeadsetFacts {
     bool draws = false;                        // its GPU is the one that was asked for, and shares memory with it
     std::string configuration;                 // "stereo", "mono" or "quad"
     std::vector<HeadsetView> views;
-    std::vector<std::string> formats; // of pictures, the runtime's order
-    std::string format;               // that was taken of them
+    std::vector<std::string> formats;        // of pictures, the runtime's order
+    std::string format;                      // that was taken of them
+    PixelFormat pixels = PixelFormat::Rgba8; // as which pictures are to come for it: Rgba8 or Bgra8
     std::vector<std::string> spaces;
     std::vector<std::string> extensions;
     bool tracks_gaze = false;

@@ -70,9 +70,10 @@ public:
             for (const std::string& name : m_runtime.facts.formats)
                 offers += (offers.empty() ? "" : ", ") + name;
             throw Error(ErrorCode::Unsupported,
-                        formatString("headset: the OpenXR runtime takes pictures as %s, expected %s among them; update "
-                                     "it, or use another runtime",
-                                     offers.c_str(), formatName(kHeadsetFormat).c_str()));
+                        formatString("headset: the OpenXR runtime takes pictures as %s, expected %s or %s among them; "
+                                     "update it, or use another runtime",
+                                     offers.c_str(), formatName(kHeadsetFormats[0].format).c_str(),
+                                     formatName(kHeadsetFormats[1].format).c_str()));
         }
         m_chains = std::make_unique<XrSwapchains>(m_runtime, m_session);
     }
@@ -234,9 +235,13 @@ private:
             m_runtime.facts.formats.push_back(formatName(format));
             if (format == kDepthFormat)
                 m_runtime.facts.takes_depth = m_runtime.has(XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME);
-            if (format == kHeadsetFormat)
-                m_runtime.facts.format = formatName(format);
         }
+        for (const HeadsetFormat& known : kHeadsetFormats)
+            if (std::ranges::find(offered, int64_t(known.format)) != offered.end()) {
+                m_runtime.facts.format = formatName(known.format);
+                m_runtime.facts.pixels = known.pixels;
+                return;
+            }
     }
 
     void follow(XrSessionState state)

@@ -21,8 +21,9 @@ XrSwapchains::XrSwapchains(const XrRuntime& runtime, XrSession session) : m_runt
             bytes += size_t(view.width) * view.height * 4;
         if (!runtime.device->shares)
             m_copy->reserve(bytes);
+        const auto taken = std::ranges::find(kHeadsetFormats, runtime.facts.pixels, &HeadsetFormat::pixels);
         for (const HeadsetView& view : runtime.facts.views)
-            m_chains.push_back(std::make_unique<XrChain>(session, view, kHeadsetFormat,
+            m_chains.push_back(std::make_unique<XrChain>(session, view, taken->format,
                                                          XR_SWAPCHAIN_USAGE_COLOR_ATTACHMENT_BIT |
                                                              XR_SWAPCHAIN_USAGE_TRANSFER_DST_BIT));
         if (runtime.facts.takes_depth)

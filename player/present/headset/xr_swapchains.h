@@ -8,8 +8,14 @@
 
 namespace gsc {
 
-// Pictures are display-encoded, and a copy changes no byte: so the format must say that it stores sRGB, red first.
-constexpr VkFormat kHeadsetFormat = VK_FORMAT_R8G8B8A8_SRGB;
+// Pictures are display-encoded, and a copy changes no byte: so the format must say that it stores sRGB, in the order of the
+// bytes.
+struct HeadsetFormat {
+    VkFormat format;
+    PixelFormat pixels;
+};
+constexpr HeadsetFormat kHeadsetFormats[] = {{VK_FORMAT_R8G8B8A8_SRGB, PixelFormat::Rgba8}, // the first that is offered
+                                             {VK_FORMAT_B8G8R8A8_SRGB, PixelFormat::Bgra8}};
 constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
 
 class XrSwapchains {
