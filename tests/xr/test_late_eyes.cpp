@@ -23,6 +23,9 @@ public:
     void prepare() override {}
     HeadsetState poll() override { return HeadsetState::Running; }
     bool spaceMoved() override { return false; }
+    [[nodiscard]] const HiddenMesh& hidden(size_t) const override { return m_mesh; }
+    bool hiddenChanged() override { return false; }
+    int64_t now() override { return 0; }
     void requestExit() override {}
     HeadsetFrame beginFrame() override { return {}; }
     bool locate(int64_t time, std::vector<SpaceEye>& eyes) override
@@ -44,6 +47,7 @@ public:
     std::vector<int64_t> asked;
 
 private:
+    HiddenMesh m_mesh;
     HeadsetFacts m_facts;
 };
 

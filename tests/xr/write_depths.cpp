@@ -7,6 +7,9 @@
 #include <cstdio>
 #include <exception>
 #include <fstream>
+#include <memory>
+#include <stdexcept>
+#include <vector>
 
 namespace {
 
