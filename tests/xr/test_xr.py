@@ -20,7 +20,7 @@ import unittest
 import xr_case
 from xr_case import Run, environment
 from xr_pictures import PictureTest
-from xr_player import BACKEND, DEVICES, FAR_AWAY, HZ, MANIFEST, PLAY, XrCase, check_schema
+from xr_player import BACKEND, DEVICES, FAR_AWAY, HZ, MANIFEST, PLAY, SECONDS, XrCase, check_schema
 
 
 class XrTest(PictureTest):
@@ -276,7 +276,7 @@ class XrTest(PictureTest):
 
 class XrPaceTest(XrCase):
     def test_slow_renderer(self) -> None:
-        seconds = float(os.environ.get("GSC_XR_SECONDS", "60"))
+        seconds = SECONDS
         with xr_case.LateTicks(HZ) as ticks:
             run = self.slow(seconds, "--inject", "slow-ms:33", backend=DEVICES)
         missed = sum(line["missed"] for line in run.frames)

@@ -3,6 +3,7 @@
 every one of them."""
 
 import json
+import os
 import pathlib
 import subprocess
 import sys
@@ -24,6 +25,7 @@ SIZE = (96, 88)
 BACKEND = ("--backend", xr_case.BACKEND)
 DEVICES = ("--devices", xr_case.BACKEND)
 HZ = 90
+SECONDS = float(os.environ.get("GSC_XR_SECONDS", "60"))  # of the test of pace
 FAR_AWAY = "hang:1,hang-ms:10000"  # no frame is drawn, and none ends for longer than the session lasts
 
 
@@ -68,7 +70,7 @@ class XrCase(unittest.TestCase):
            log: bool = True) -> Run:
         words = [PLAY, "xr", f"../{model}.gsc", *backend, *arguments] + (["--log", "log.jsonl", "-w"] if log else [])
         done = subprocess.run([str(word) for word in words], cwd=self.folder, capture_output=True, text=True, check=False,
-                              env=environment(MANIFEST if settings else None, settings), timeout=600)
+                              env=environment(MANIFEST if settings else None, settings), timeout=600 + SECONDS)
         run = Run(self.folder, done)
         self.assertEqual(run.code, code, run.said())
         self.check(run)
