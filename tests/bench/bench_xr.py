@@ -5,7 +5,9 @@ asymmetric eyes of 2064x2208. A line for each path: share of refreshes whose pic
 of the device, of the way from pose to picture, between the time that eyes were located for and the one they are seen at, and of the
 thread.
 
-bench_xr.py GSC_PLAY CITY.gsc PATHS RUNTIME_MANIFEST [--paths aerial,turn] [options of gsc-play xr]
+bench_xr.py GSC_PLAY CITY.gsc PATHS RUNTIME_MANIFEST [--paths aerial,turn] [--lens] [options of gsc-play xr]
+
+--lens: the runtime says that lenses show an ellipse which touches the sides of the picture, and hide what lies outside of it.
 
 PATHS: the folder `paths` that `gsc sample replicate` makes beside a city. `turn` is its aerial.json's first camera while the head turns
 60 degrees either way, at up to 72 degrees a second; `dive` goes from there straight on, in 400 poses, to a height of eyes below the
@@ -45,14 +47,28 @@ def dive(start: dict, walker: dict) -> dict:
         {**frame, "position": [begin[k] + forward[k] * length * i / 399 for k in range(3)]} for i in range(400)]}
 
 
+def outside_of_ellipse(fov: list[float]) -> dict:
+    """Triangles of XR_KHR_visibility_mask, at depth 1: a ring from the ellipse out beyond the picture."""
+    left, right, up, down = (math.tan(math.radians(angle)) for angle in fov)
+    around = [(math.cos(math.tau * i / 96), math.sin(math.tau * i / 96)) for i in range(96)]
+    at = lambda size, c, s: [(left + right + size * c * (right - left)) / 2, (up + down + size * s * (up - down)) / 2]  # noqa: E731
+    indices = []
+    for i in range(96):
+        a, b = 2 * i, 2 * ((i + 1) % 96)
+        indices += [a, a + 1, b + 1, a, b + 1, b]
+    return {"vertices": [at(size, c, s) for c, s in around for size in (1, 2)], "indices": indices}
+
+
 def percentile(values: list[float], share: float) -> float:
     return sorted(values)[min(len(values) - 1, int(share * len(values)))]
 
 
-def run(play: str, city: str, manifest: str, folder: pathlib.Path, name: str, paths: pathlib.Path, options: list[str]) -> None:
+def run(play: str, city: str, manifest: str, folder: pathlib.Path, name: str, paths: pathlib.Path, lens: bool, options: list[str]) -> None:
     settings = {"clock": "real", "hz": 90, "hash": False, "head": [{"t": 0}], "views": [
         {"fov": [-54, 40, 44, -55], "position": [-0.032, 0, 0], "rotation": about_y(2), "width": SIZE[0], "height": SIZE[1]},
         {"fov": [-40, 54, 44, -55], "position": [0.032, 0, 0], "rotation": about_y(-2), "width": SIZE[0], "height": SIZE[1]}]}
+    if lens:
+        settings["visibility_mask"] = {str(i): outside_of_ellipse(view["fov"]) for i, view in enumerate(settings["views"])}
     cameras = paths / f"{name}.json"
     if name == "turn":
         cameras = paths / "aerial.json"
@@ -89,9 +105,11 @@ def main() -> None:
     names = ["aerial", "turn"]
     if options[:1] == ["--paths"]:
         names, options = options[1].split(","), options[2:]
+    lens = options[:1] == ["--lens"]
+    options = options[lens:]
     with tempfile.TemporaryDirectory(prefix="gsc_bench_xr_") as folder:
         for name in names:
-            run(play, city, str(pathlib.Path(manifest).resolve()), pathlib.Path(folder), name, pathlib.Path(paths), options)
+            run(play, city, str(pathlib.Path(manifest).resolve()), pathlib.Path(folder), name, pathlib.Path(paths), lens, options)
 
 
 if __name__ == "__main__":

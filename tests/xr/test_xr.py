@@ -9,7 +9,6 @@ test_xr.py SOURCE_FOLDER GSC_PLAY GSC RUNTIME_MANIFEST [TEST]...
 
 import json
 import math
-import os
 import resource
 import signal
 import subprocess
