@@ -13,6 +13,8 @@ namespace gsc {
 
 namespace {
 
+constexpr size_t kMostTriangles = 4096; // headsets have some hundreds
+
 struct Point {
     double x, y; // pixels, right and down
 };
@@ -35,7 +37,7 @@ uint32_t squaresOf(uint32_t pixels)
     return (pixels + kLensSquare - 1) / kLensSquare;
 }
 
-// A mesh in pixels of the picture. Rows are worked out one by one: a hostile mesh takes time, but no memory.
+// A mesh in pixels of the picture. Rows are worked out one by one.
 class HiddenRows {
 public:
     HiddenRows(const HiddenMesh& mesh, const SpaceEye& eye, uint32_t width, uint32_t height)
@@ -47,12 +49,25 @@ public:
             m_points.push_back({(double(right) - left) * across, (up - double(above)) * along});
     }
 
+    // Of the rows that row() is then asked about: the triangles that reach them.
+    void look(int64_t first_row, int64_t end_row)
+    {
+        m_near.clear();
+        for (size_t i = 0; i < m_indices.size(); i += 3) {
+            const std::array<Point, 3> corners = {m_points[m_indices[i]], m_points[m_indices[i + 1]],
+                                                  m_points[m_indices[i + 2]]};
+            const auto [low, high] = std::ranges::minmax(corners, {}, &Point::y);
+            if (low.y <= double(end_row) && high.y >= double(first_row))
+                m_near.push_back(corners);
+        }
+    }
+
     // In order, with pixels between any two.
     [[nodiscard]] std::vector<Span> row(uint32_t row) const
     {
         std::vector<Span> spans;
-        for (size_t i = 0; i < m_indices.size(); i += 3)
-            add({m_points[m_indices[i]], m_points[m_indices[i + 1]], m_points[m_indices[i + 2]]}, row + 0.5, spans);
+        for (const std::array<Point, 3>& corners : m_near)
+            add(corners, row + 0.5, spans);
         std::ranges::sort(spans, {}, &Span::first);
         std::vector<Span> merged;
         for (const Span& span : spans)
@@ -94,6 +109,7 @@ private:
     const std::vector<uint32_t>& m_indices;
     uint32_t m_width;
     std::vector<Point> m_points;
+    std::vector<std::array<Point, 3>> m_near;
 };
 
 } // namespace
@@ -104,6 +120,8 @@ std::string meshFault(const HiddenMesh& mesh)
         return mesh.fault;
     if (mesh.indices.size() % 3 != 0)
         return formatString("has %zu indices, expected three of each triangle", mesh.indices.size());
+    if (mesh.indices.size() / 3 > kMostTriangles) // the frame loop waits for it
+        return formatString("has %zu triangles, expected at most %zu", mesh.indices.size() / 3, kMostTriangles);
     for (const uint32_t index : mesh.indices)
         if (index >= mesh.vertices.size())
             return formatString("has an index of %u, expected one of its %zu corners", index, mesh.vertices.size());
@@ -118,7 +136,7 @@ LensShape lensShape(const HiddenMesh& mesh, const SpaceEye& eye, uint32_t width,
     const uint32_t columns = squaresOf(width), rows = std::min(squaresOf(height), kLensRows);
     if (mesh.indices.empty() || !meshFault(mesh).empty() || !isView(eye) || columns == 0 || columns > 255)
         return {};
-    const HiddenRows hidden(mesh, eye, width, height);
+    HiddenRows hidden(mesh, eye, width, height);
     LensShape lens;
     std::ranges::fill(lens.end, uint8_t(columns));
     bool shows = height > kLensRows * kLensSquare;
@@ -126,13 +144,15 @@ LensShape lensShape(const HiddenMesh& mesh, const SpaceEye& eye, uint32_t width,
         std::vector<uint8_t> seen(columns, 0);
         const int64_t first_row = std::max<int64_t>(int64_t(r) * kLensSquare - kLensMargin, 0),
                       end_row = std::min<int64_t>(int64_t(r + 1) * kLensSquare + kLensMargin, height);
+        hidden.look(first_row, end_row);
         for (int64_t y = first_row; y < end_row; ++y) {
             const std::vector<Span> spans = hidden.row(uint32_t(y));
             for (uint32_t c = 0; c < columns; ++c) {
                 const int64_t first = std::max<int64_t>(int64_t(c) * kLensSquare - kLensMargin, 0),
                               end = std::min<int64_t>(int64_t(c + 1) * kLensSquare + kLensMargin, width);
-                seen[c] |= uint8_t(std::ranges::none_of(
-                    spans, [&](const Span& span) { return span.first <= first && end <= span.end; }));
+                seen[c] = seen[c] != 0 || std::ranges::none_of(spans, [&](const Span& span) {
+                              return span.first <= first && end <= span.end;
+                          });
             }
         }
         const auto from = std::ranges::find(seen, 1);
