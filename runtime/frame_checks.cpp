@@ -110,7 +110,7 @@ void checkOptions(const ModelView& model, const FrameOptions& options, uint32_t 
     bool gazes = true;
     for (const auto& gaze : fovea.gaze)
         gazes = gazes && std::abs(gaze[0]) <= 100 && std::abs(gaze[1]) <= 100;
-    if (!(fovea.smallest >= 0 && fovea.smallest <= 100) || !gazes ||
+    if (!(fovea.smallest >= 0 && fovea.smallest <= kMostFoveaPixels) || !gazes ||
         (fovea.smallest > 0 && options.tier == Tier::Exact))
         throw Error(
             ErrorCode::Usage,

@@ -121,10 +121,12 @@ enum class FrameView : uint32_t {
 };
 
 // What may be left out away from where an eye looks (kernels/math/foveation.h): tier `fast` on a GPU; others draw everything.
+constexpr float kMostFoveaPixels = 100;
+
 struct Foveation {
     // Standard deviation, pixels, of the finest Gaussian at 40 degrees and beyond; within 12 degrees everything is drawn.
     // 0 = everywhere.
-    float smallest = 0;
+    float smallest = 0;           // at most kMostFoveaPixels
     float gaze[kMaxEyes][2] = {}; // of each eye, right and down at depth 1; 0, 0 = along its axis
 
     bool operator==(const Foveation&) const = default;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/xr/frame_guard.h"
 
+#include "kernels/frame/frame_types.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -13,11 +15,18 @@ double levelsOf(const FrameGuardOptions& options)
     return options.finest_bias - options.coarsest_bias;
 }
 
+// As many as there are below what a frame may be asked for.
+double doublingsOf(const FrameGuardOptions& options)
+{
+    if (!(options.fovea_pixels > 0))
+        return 0;
+    return std::clamp(std::log2(double(kMostFoveaPixels) / options.fovea_pixels), 0.0, FrameGuard::kFoveaDoublings);
+}
+
 } // namespace
 
 FrameGuard::FrameGuard(const FrameGuardOptions& options)
-    : m_options(options), m_levels_first(std::min(levelsOf(options), kLevelsFirst)),
-      m_doublings(options.fovea_pixels > 0 ? kFoveaDoublings : 0),
+    : m_options(options), m_levels_first(std::min(levelsOf(options), kLevelsFirst)), m_doublings(doublingsOf(options)),
       m_control({options.target_ms, 0, -(levelsOf(options) + m_doublings)})
 {
 }
@@ -30,7 +39,8 @@ double FrameGuard::lodBias() const
 
 double FrameGuard::foveaPixels() const
 {
-    return m_options.fovea_pixels * std::exp2(std::clamp(spent() - m_levels_first, 0.0, m_doublings));
+    const double pixels = m_options.fovea_pixels * std::exp2(std::clamp(spent() - m_levels_first, 0.0, m_doublings));
+    return std::min(pixels, double(kMostFoveaPixels)); // rounding
 }
 
 } // namespace gsc

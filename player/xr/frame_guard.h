@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Holds the time of a headset's frames (--target-ms): while they take too long, first the levels of detail fall, then what the
-// periphery shows, then the levels for good. Pure. Fewer pixels are not among it: they make frames slower (README.md).
+// periphery shows, then the other levels. Pure. Fewer pixels would make frames slower (README.md).
 #pragma once
 
 #include "runtime/view/lod_control.h"

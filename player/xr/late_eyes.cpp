@@ -3,18 +3,27 @@
 
 #include "format/error.h"
 
+#include <algorithm>
+
 namespace gsc {
 
 namespace {
 
 constexpr double kDrawsShare = 0.2; // of the newest picture in m_draws_ms
 
+constexpr int64_t kMostPeriod = 1000000000; // ns; a runtime that says more knows none
+
+bool sameLens(const SpaceEye& a, const SpaceEye& b)
+{
+    return a.left == b.left && a.right == b.right && a.up == b.up && a.down == b.down;
+}
+
 } // namespace
 
 int64_t seenAt(std::chrono::steady_clock::time_point now, std::chrono::nanoseconds draws,
                std::chrono::steady_clock::time_point woken, int64_t display_time, int64_t period)
 {
-    if (period <= 0)
+    if (period <= 0 || period > kMostPeriod)
         return display_time;
     const int64_t there = std::chrono::nanoseconds(now - woken).count() + draws.count();
     return display_time + (there <= 0 ? 0 : (there + period - 1) / period * period);
@@ -39,7 +48,7 @@ void LateEyes::stop()
     m_headset = nullptr;
 }
 
-bool LateEyes::find(LateLook& look, size_t count)
+bool LateEyes::find(LateLook& look, const std::vector<SpaceEye>& asked)
 {
     const std::lock_guard lock(m_mutex);
     if (look.looked || m_headset == nullptr)
@@ -50,7 +59,7 @@ bool LateEyes::find(LateLook& look, size_t count)
         look.time = seenAt(std::chrono::steady_clock::now(), std::chrono::nanoseconds(int64_t(1e6 * m_draws_ms)),
                            m_woken, m_frame.display_time, m_frame.period);
     try {
-        look.found = m_headset->locate(look.time, look.eyes) && look.eyes.size() == count;
+        look.found = m_headset->locate(look.time, look.eyes) && std::ranges::equal(look.eyes, asked, sameLens);
     } catch (const Error&) { // the headset has gone, which the frame loop finds out by itself
         look.found = false;
     }

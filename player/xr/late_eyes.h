@@ -34,8 +34,9 @@ public:
     void drew(double ms); // from the begin of a picture until it was there
     void stop();          // from now on nothing is found: the session is about to end
 
-    // Locates as many eyes as `count`, once for every look. False where the headset is not tracked.
-    bool find(LateLook& look, size_t count);
+    // Locates the eyes that were `asked` with, once for every look. False where the headset is not tracked, and where it has
+    // another number of them, or other lenses: what was made for those that were asked with would not fit.
+    bool find(LateLook& look, const std::vector<SpaceEye>& asked);
     // What a look found, of a picture that is there.
     void take(LateLook& look, std::vector<SpaceEye>& eyes, int64_t& time);
 

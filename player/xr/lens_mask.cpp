@@ -13,7 +13,7 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kMostTriangles = 4096; // headsets have some hundreds
+constexpr size_t kMostTriangles = 2048; // headsets have some hundreds
 
 struct Point {
     double x, y; // pixels, right and down

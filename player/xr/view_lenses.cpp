@@ -32,12 +32,12 @@ void ViewLenses::follow(const std::vector<SpaceEye>& eyes)
         if (view.known && sameAngles(view.eye, eyes[i]))
             continue;
         const HiddenMesh& mesh = m_headset.hidden(i);
-        const std::string fault = view.known ? std::string() : meshFault(mesh); // told when it was new
-        if (!fault.empty())
+        const std::string fault = meshFault(mesh);
+        if (!fault.empty() && fault != view.fault)
             m_log.warning(
                 formatString("headset: the mask of view %zu %s; its pictures are drawn whole", i, fault.c_str()));
         const HeadsetView& size = m_headset.facts().views[i];
-        view = {true, eyes[i], lensShape(mesh, eyes[i], size.width, size.height)};
+        view = {true, eyes[i], lensShape(mesh, eyes[i], size.width, size.height), fault};
     }
 }
 

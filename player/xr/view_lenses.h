@@ -12,7 +12,7 @@ class ViewLenses {
 public:
     ViewLenses(Headset& headset, Reporter& log);
 
-    // With the eyes of the views, as they were located last. Warns of a mask that makes no sense, once.
+    // With the eyes of the views, as they were located last. Warns of a mask that makes no sense, once for each that is wrong in another way.
     void follow(const std::vector<SpaceEye>& eyes);
     [[nodiscard]] const LensShape& of(size_t view) const { return m_views[view].shape; }
     // HeadsetView::hidden, of each view that eyes were known of.
@@ -23,6 +23,7 @@ private:
         bool known = false;
         SpaceEye eye; // that `shape` is of
         LensShape shape;
+        std::string fault; // that was told
     };
 
     Headset& m_headset;

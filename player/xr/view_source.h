@@ -44,6 +44,7 @@ public:
     // One picture for each view. Those of the frame before are not read any more.
     [[nodiscard]] std::vector<ShownPicture> shown(const DrawnViews& drawn);
 
+    [[nodiscard]] bool renewing() const { return m_opening.valid(); } // `log` is not the caller's
     [[nodiscard]] bool waiting() const { return !m_open.empty() || m_opening.valid(); }
     [[nodiscard]] std::optional<ServiceStats> stats() const; // of the renderer there is
     [[nodiscard]] uint64_t renewals() const { return m_renewals; }

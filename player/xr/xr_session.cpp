@@ -248,7 +248,8 @@ void XrSession::ask(const HeadsetFrame& frame, XrFrame& line)
     move(frame, input);
     if (!line.tracked)
         return; // what was drawn last stays where it was
-    m_lenses.follow(m_eyes);
+    if (!m_source.renewing())
+        m_lenses.follow(m_eyes);
     if (m_guard) {
         m_frame_options.lod_bias = float(m_guard->lodBias());
         m_frame_options.foveation.smallest = float(m_guard->foveaPixels());
@@ -293,8 +294,8 @@ AskedViews XrSession::views(int64_t shown_at, int64_t time, const SpacePose* gaz
         }
         if (m_late)
             pair.late = [late = m_late, look = views.late, place = m_place, lens = lensOf(view), view,
-                         count = m_eyes.size()](Shot& shot) {
-                if (!late->find(*look, count))
+                         eyes = m_eyes](Shot& shot) {
+                if (!late->find(*look, eyes))
                     return false;
                 shot.camera = place.eye(look->eyes[view], lens);
                 if (shot.right_eye) {

@@ -146,6 +146,8 @@ void RendererService::Core::stop()
 
 bool RendererService::Core::isStill(const PoseWork& work) const
 {
+    if (work.late != nullptr) // nobody knows yet where its eyes are
+        return false;
     if (m_last == nullptr || (m_options.still_distance <= 0 && m_options.still_degrees <= 0))
         return false;
     const bool shows = m_ledger.isOpen(m_last_pose) || m_last_end == PoseEnd::Shown;

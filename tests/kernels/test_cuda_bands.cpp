@@ -137,6 +137,10 @@ TEST_CASE("a lens hides squares of an image: both tiers, every format, depths, o
         std::ranges::fill(band.lens, narrow);
         checkBands(gpu, apart, band, {64, 128}, PixelFormat::Rgba8);
     }
+    // lenses off their axes: the second eye's columns are shifted in the lists of both
+    const std::vector<EyeParams> shifted = {offCentre(beside[0], -0.3f, 0), offCentre(beside[1], 0.3f, 0)};
+    CHECK(checkLens(gpu, shifted, onGrey(Tier::Fast), {wide, narrow}, PixelFormat::Rgb32f, true) < 0.95);
+    CHECK(checkLens(gpu, shifted, onGrey(Tier::Fast), {narrow, narrow}, PixelFormat::Rgba8) < 0.9);
     checkLens(gpu, {eyeAhead(0.4f, -6, 40, 4100)}, onGrey(Tier::Fast),
               {ellipseLens(eyeAhead(0.4f, -6, 40, 4100), 0.8)});
     const std::vector<LensShape> closed(2, LensShape{{}, {}, true});

@@ -50,6 +50,9 @@ TEST_CASE("a model with one level gives up the periphery alone; without foveatio
     const Fall one_level = fall(FrameGuard({10, 0, 0, 1.5}), 0, 1.5);
     CHECK(one_level.lod_bias == 0);
     CHECK(one_level.fovea_pixels == doctest::Approx(6));
+    CHECK(fall(FrameGuard({10, 0, 0, 30}), 0, 30).fovea_pixels ==
+          doctest::Approx(100)); // what a frame may be asked for
+    CHECK(fall(FrameGuard({10, 0, 0, 100}), 0, 100).fovea_pixels == 100);
     const Fall levels = fall(FrameGuard({10, 0, -8, 0}), 0, 0);
     CHECK(levels.lod_bias == doctest::Approx(-8));
     CHECK(levels.fovea_pixels == 0);

@@ -12,6 +12,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
+const SpaceEye kEye = {{}, -0.5, 0.5, 0.5, -0.5};
+
 class ScriptedHeadset final : public Headset {
 public:
     [[nodiscard]] const HeadsetFacts& facts() const override { return m_facts; }
@@ -33,8 +35,10 @@ public:
         asked.push_back(time);
         if (fails)
             throw Error(ErrorCode::Device, "headset: gone");
-        if (tracked)
-            eyes.assign(2, {{{double(time), 0, 0}, {}}, -0.5, 0.5, 0.5, -0.5});
+        if (tracked) {
+            eyes.assign(2, kEye);
+            eyes[0].pose.position.x = double(time);
+        }
         return tracked;
     }
     HeadsetInput input(int64_t) override { return {}; }
@@ -73,9 +77,10 @@ TEST_CASE("eyes are looked up once for a picture, and not behind the end")
     ScriptedHeadset headset;
     LateEyes late(headset, true);
     late.woke({}, {70, 10, true});
+    const std::vector<SpaceEye> two(2, kEye);
     LateLook look;
-    CHECK(late.find(look, 2));
-    CHECK(late.find(look, 2)); // the second pair of four views
+    CHECK(late.find(look, two));
+    CHECK(late.find(look, two)); // the second pair of four views
     CHECK(headset.asked == std::vector<int64_t>{70});
     std::vector<SpaceEye> eyes;
     int64_t time = 0;
@@ -85,17 +90,43 @@ TEST_CASE("eyes are looked up once for a picture, and not behind the end")
     CHECK(eyes[0].pose.position.x == 70);
 
     LateLook other;
-    CHECK_FALSE(late.find(other, 4)); // not the views that were asked for
+    CHECK_FALSE(late.find(other, std::vector<SpaceEye>(4, kEye))); // not the views that were asked for
     late.take(other, eyes, time);
     CHECK(time == 70); // as it was
     headset.tracked = false;
     LateLook lost;
-    CHECK_FALSE(late.find(lost, 2));
+    CHECK_FALSE(late.find(lost, two));
     headset.fails = true;
     LateLook gone;
-    CHECK_FALSE(late.find(gone, 2));
+    CHECK_FALSE(late.find(gone, two));
     late.stop();
     LateLook after;
-    CHECK_FALSE(late.find(after, 2));
+    CHECK_FALSE(late.find(after, two));
     CHECK(headset.asked.size() == 4);
+}
+
+TEST_CASE("eyes are looked up for when their picture will be seen, and for the lenses that were asked with")
+{
+    ScriptedHeadset headset;
+    LateEyes late(headset, false);
+    constexpr int64_t kPeriod = 1000000000;
+    const std::vector<SpaceEye> two(2, kEye);
+    late.woke(std::chrono::steady_clock::now(), {kPeriod, kPeriod, true});
+    LateLook quick;
+    CHECK(late.find(quick, two));
+    CHECK(quick.time == 2 * kPeriod); // nothing is known of how long pictures take
+    late.drew(1500);
+    late.woke(std::chrono::steady_clock::now(), {kPeriod, kPeriod, true});
+    LateLook slow;
+    CHECK(late.find(slow, two));
+    CHECK(slow.time == 3 * kPeriod);
+    late.drew(4000); // a fifth of the way from 1500
+    late.woke(std::chrono::steady_clock::now(), {kPeriod, kPeriod, true});
+    LateLook slower;
+    CHECK(late.find(slower, two));
+    CHECK(slower.time == 4 * kPeriod);
+    std::vector<SpaceEye> wider = two;
+    wider[1].right = 0.6;
+    LateLook other;
+    CHECK_FALSE(late.find(other, wider));
 }

@@ -18,7 +18,13 @@ XrMasks::XrMasks(const XrRuntime& runtime, XrSession session)
 {
     if (!runtime.facts.tells_mask)
         return;
-    m_get = xrFunction<PFN_xrGetVisibilityMaskKHR>(runtime.instance, "xrGetVisibilityMaskKHR");
+    try {
+        m_get = xrFunction<PFN_xrGetVisibilityMaskKHR>(runtime.instance, "xrGetVisibilityMaskKHR");
+    } catch (const Error& e) { // it lists an extension that it has not
+        for (HiddenMesh& mesh : m_meshes)
+            mesh.fault = formatString("cannot be had (%s), expected one", e.what());
+        return;
+    }
     for (uint32_t view = 0; view < m_meshes.size(); ++view)
         m_meshes[view] = ask(view);
 }
