@@ -29,7 +29,8 @@ private:
     VkDescriptorPool m_descriptors = VK_NULL_HANDLE;
     GlfwWindow& m_window;
     float m_scale = 0;
-    bool m_had_panel = false;
+    // True at first: ImGui begins by giving the keyboard to a window of its own, which is to lose it as a panel does.
+    bool m_had_panel = true;
 };
 
 } // namespace gsc

@@ -80,9 +80,9 @@ class WindowTest(unittest.TestCase):
         self.folder.mkdir()
 
     def open(self, model: str, *arguments: object, display: Display | None = None, device: tuple = CPU,
-             most_bytes: int | None = None) -> Window:
+             most_bytes: int | None = None, first: str = "") -> Window:
         window = Window(display or self.display, self.folder,
-                        [PLAY, "window", f"../{model}.gsc", "--size", "{}x{}".format(*SIZE), *device, *arguments], most_bytes)
+                        [PLAY, "window", f"../{model}.gsc", "--size", "{}x{}".format(*SIZE), *device, *arguments], most_bytes, first)
         self.addCleanup(window.kill)
         return window
 
@@ -189,6 +189,13 @@ class WindowTest(unittest.TestCase):
         before = window.settle()["position"]
         self.assertNotEqual(window.hold("w", poses=4)["position"], before)  # the keyboard is the flight's again
         self.closed(window)
+
+    def test_first_key(self) -> None:
+        """The first key of all acts: nothing of the overlay has the keyboard before somebody gives it that."""
+        window = self.open("room", first="r")
+        window.hold("w", poses=3)
+        self.assertEqual(window.signal(), 130, window.said())
+        self.assertGreater(len(cameras(self.folder / "path-0001.json")), 1)
 
     def test_screenshots(self) -> None:
         window = self.open("room")
@@ -465,4 +472,4 @@ if __name__ == "__main__":
     if why := window_case.missing():
         print(f"skipped: {why}")
         sys.exit(77)
-    unittest.main(argv=sys.argv[:1])
+    unittest.main(argv=[sys.argv[0], *sys.argv[4:]])

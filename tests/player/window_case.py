@@ -177,8 +177,10 @@ class Display:
 class Window:
     """gsc-play window, open in `folder`, with its log in log.jsonl there."""
 
-    def __init__(self, display: Display, folder: pathlib.Path, command: list, most_bytes: int | None = None) -> None:
-        """`most_bytes`: of each file that it writes, as on a disk that is full then."""
+    def __init__(self, display: Display, folder: pathlib.Path, command: list, most_bytes: int | None = None,
+                 first: str = "") -> None:
+        """`most_bytes`: of each file that it writes, as on a disk that is full then. `first`: a key pressed once, before any
+        other, as soon as there is a picture."""
         def limit() -> None:
             if most_bytes:
                 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -195,6 +197,11 @@ class Window:
             names = until(lambda: display.xdo("search", "--onlyvisible", "--name", " - gsc$", check=False).split() or None,
                           "the window", self.process)
             self.id = int(names[0])
+            if first:
+                until(lambda: self.display.xdo("windowfocus", self.id, "getwindowfocus", check=False).strip() == names[0] or None,
+                      "the keyboard", self.process)
+                self.display.xdo("key", first)
+                self.line(lambda line: first.upper() in line["keys"])
             self.focus()
         except BaseException:
             print(self.said(), file=sys.stderr)
