@@ -120,9 +120,9 @@ enum class FrameView : uint32_t {
     Cost = 3,    // of a pixel: Gaussians evaluated for it, which EyeCounts::blend_evaluations sums up
 };
 
-// What may be left out away from where an eye looks (kernels/math/foveation.h): tier `fast` on a GPU; others draw everything.
 constexpr float kMostFoveaPixels = 100;
 
+// What may be left out away from where an eye looks (kernels/math/foveation.h): tier `fast` on a GPU; others draw everything.
 struct Foveation {
     // Standard deviation, pixels, of the finest Gaussian at 40 degrees and beyond; within 12 degrees everything is drawn.
     // 0 = everywhere.
@@ -168,7 +168,7 @@ struct FrameOptions {
     // empty_is_black means nothing here, because what one band does not show another may: the background is drawn. Where
     // gaussians_visible is 0 in all bands of an eye, and the quirk is wanted, the caller draws the eye again as a whole.
     ColumnRange columns;
-    LensShape lens[kMaxEyes]; // of each eye
+    LensShape lens[kMaxEyes];
 };
 
 // The numbers that carry the cost of a frame (design section 4), per eye.

@@ -71,7 +71,7 @@ void addFoveationOptions(CLI::App& app, PlayOptions& options, bool knows_gaze)
                                          "fixed: from the axis of each eye") +
                                  (knows_gaze ? "; gaze: from where the eyes look, if the headset tells" : ""));
     addNumber(
-        app, "--fovea-pixels", options.fovea_pixels, {0.1, 100}, " pixels", "X (default: 2)",
+        app, "--fovea-pixels", options.fovea_pixels, {0.1, kMostFoveaPixels}, " pixels", "X (default: 2)",
         "with --foveation: standard deviation of the finest Gaussian 40 degrees away and beyond; up to 12 degrees "
         "everything is drawn, and in between it grows with the angle");
 }

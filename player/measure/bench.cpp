@@ -66,8 +66,8 @@ public:
         return frame;
     }
 
-    // Adds every eye of a shot, the `number`-th that is scored, rendered in the tier asked for and in `exact` by `reference`. With foveation also to
-    // `fovea`.
+    // Adds every eye of a shot, the `number`-th that is scored, rendered in the tier asked for and in `exact` by
+    // `reference`; with foveation also to `fovea`.
     void score(uint64_t number, const Shot& shot, Renderer& reference, PooledDifference& pool, FoveaScorer& fovea)
     {
         FrameOptions exact = m_frame;

@@ -15,7 +15,6 @@ namespace {
 
 constexpr double kMaxCount = 1e15; // of anchors and bytes
 constexpr uint32_t kMaxFrames = 1000000;
-constexpr double kMaxFoveaPixels = 100;
 constexpr size_t kMaxRuns = 100000; // of the axes, per trajectory, before equal ones fall together
 
 // A value of a run by itself or one in the list of an axis; `where` names the key, with its index in a list.
@@ -106,7 +105,7 @@ Settings settingsFor(const std::vector<std::string>& backends)
          [](RunConfig& run, const Value& v) { run.lod_hysteresis = v.number(0, kMaxLodWidth, "levels"); }},
         {"fovea_pixels",
          [](RunConfig& run, const Value& v) {
-             const double pixels = v.number(0, kMaxFoveaPixels, "pixels; 0 = without foveation");
+             const double pixels = v.number(0, kMostFoveaPixels, "pixels; 0 = without foveation");
              run.foveation = pixels > 0 ? FoveationMode::Fixed : FoveationMode::None;
              run.fovea_pixels = pixels;
          }},

@@ -13,11 +13,6 @@ constexpr double kDrawsShare = 0.2; // of the newest picture in m_draws_ms
 
 constexpr int64_t kMostPeriod = 1000000000; // ns; a runtime that says more knows none
 
-bool sameLens(const SpaceEye& a, const SpaceEye& b)
-{
-    return a.left == b.left && a.right == b.right && a.up == b.up && a.down == b.down;
-}
-
 } // namespace
 
 int64_t seenAt(std::chrono::steady_clock::time_point now, std::chrono::nanoseconds draws,
@@ -44,35 +39,32 @@ void LateEyes::drew(double ms)
 
 void LateEyes::stop()
 {
-    const std::lock_guard lock(m_mutex);
+    const std::lock_guard lock(m_calls);
     m_headset = nullptr;
+}
+
+int64_t LateEyes::nextTime()
+{
+    const std::lock_guard lock(m_mutex);
+    if (m_waits)
+        return m_frame.display_time;
+    return seenAt(std::chrono::steady_clock::now(), std::chrono::nanoseconds(int64_t(1e6 * m_draws_ms)), m_woken,
+                  m_frame.display_time, m_frame.period);
 }
 
 bool LateEyes::find(LateLook& look, const std::vector<SpaceEye>& asked)
 {
-    const std::lock_guard lock(m_mutex);
+    const std::lock_guard lock(m_calls);
     if (look.looked || m_headset == nullptr)
         return look.found;
     look.looked = true;
-    look.time = m_frame.display_time;
-    if (!m_waits)
-        look.time = seenAt(std::chrono::steady_clock::now(), std::chrono::nanoseconds(int64_t(1e6 * m_draws_ms)),
-                           m_woken, m_frame.display_time, m_frame.period);
+    look.time = nextTime();
     try {
         look.found = m_headset->locate(look.time, look.eyes) && std::ranges::equal(look.eyes, asked, sameLens);
     } catch (const Error&) { // the headset has gone, which the frame loop finds out by itself
         look.found = false;
     }
     return look.found;
-}
-
-void LateEyes::take(LateLook& look, std::vector<SpaceEye>& eyes, int64_t& time)
-{
-    const std::lock_guard lock(m_mutex);
-    if (!look.found)
-        return;
-    eyes = look.eyes;
-    time = look.time;
 }
 
 } // namespace gsc

@@ -12,7 +12,7 @@
 
 namespace gsc {
 
-// Of one frame of the headset, all views.
+// Of one frame of the headset, all views. Complete when its pictures are there.
 struct LateLook {
     bool looked = false, found = false;
     std::vector<SpaceEye> eyes;
@@ -24,7 +24,7 @@ struct LateLook {
 int64_t seenAt(std::chrono::steady_clock::time_point now, std::chrono::nanoseconds draws,
                std::chrono::steady_clock::time_point woken, int64_t display_time, int64_t period);
 
-// All members from any thread.
+// All members from any thread. The frame loop waits for no call of the runtime but in stop().
 class LateEyes {
 public:
     // waits: each frame shows the picture of its own pose.
@@ -37,13 +37,14 @@ public:
     // Locates the eyes that were `asked` with, once for every look. False where the headset is not tracked, and where it has
     // another number of them, or other lenses: what was made for those that were asked with would not fit.
     bool find(LateLook& look, const std::vector<SpaceEye>& asked);
-    // What a look found, of a picture that is there.
-    void take(LateLook& look, std::vector<SpaceEye>& eyes, int64_t& time);
 
 private:
-    std::mutex m_mutex; // guards all
+    int64_t nextTime(); // at which a picture that is begun now will be seen
+
+    std::mutex m_calls; // guards looks, and the headset while it is asked
     Headset* m_headset;
-    bool m_waits;
+    const bool m_waits;
+    std::mutex m_mutex; // guards what follows
     std::chrono::steady_clock::time_point m_woken{};
     HeadsetFrame m_frame;
     double m_draws_ms = 0;

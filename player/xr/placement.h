@@ -26,6 +26,12 @@ struct SpaceEye {
     double left = 0, right = 0, up = 0, down = 0; // XrFovf: radians, left and down below zero for most lenses
 };
 
+// Of the same angles, whatever the pose.
+inline bool sameLens(const SpaceEye& a, const SpaceEye& b)
+{
+    return a.left == b.left && a.right == b.right && a.up == b.up && a.down == b.down;
+}
+
 // World = origin + scale * axes * space. The space's y is the world's up; hands turn it about that axis alone, so that the
 // horizon stays level.
 class Placement {

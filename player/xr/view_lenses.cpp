@@ -7,15 +7,6 @@
 
 namespace gsc {
 
-namespace {
-
-bool sameAngles(const SpaceEye& a, const SpaceEye& b)
-{
-    return a.left == b.left && a.right == b.right && a.up == b.up && a.down == b.down;
-}
-
-} // namespace
-
 ViewLenses::ViewLenses(Headset& headset, Reporter& log)
     : m_headset(headset), m_log(log), m_views(headset.facts().views.size())
 {
@@ -29,7 +20,7 @@ void ViewLenses::follow(const std::vector<SpaceEye>& eyes)
             view.known = false;
     for (size_t i = 0; i < std::min(eyes.size(), m_views.size()); ++i) {
         View& view = m_views[i];
-        if (view.known && sameAngles(view.eye, eyes[i]))
+        if (view.known && sameLens(view.eye, eyes[i]))
             continue;
         const HiddenMesh& mesh = m_headset.hidden(i);
         const std::string fault = meshFault(mesh);

@@ -270,13 +270,12 @@ AskedViews XrSession::views(int64_t shown_at, int64_t time, const SpacePose* gaz
     views.metre = m_place.scale();
     views.eyes = m_eyes;
     const std::vector<HeadsetView>& sizes = m_headset.facts().views;
-    const auto lensOf = [&](size_t view) {
+    const auto camera = [&](size_t view) {
         Camera eye = lens.camera;
         eye.width = sizes[view].width;
         eye.height = sizes[view].height;
-        return eye;
+        return m_place.eye(m_eyes[view], eye);
     };
-    const auto camera = [&](size_t view) { return m_place.eye(m_eyes[view], lensOf(view)); };
     if (m_late)
         views.late = std::make_shared<LateLook>();
     for (size_t view = 0; view < m_eyes.size(); view += kMaxEyes) {
@@ -293,17 +292,12 @@ AskedViews XrSession::views(int64_t shown_at, int64_t time, const SpacePose* gaz
             pair.eyes = 2;
         }
         if (m_late)
-            pair.late = [late = m_late, look = views.late, place = m_place, lens = lensOf(view), view,
-                         eyes = m_eyes](Shot& shot) {
-                if (!late->find(*look, eyes))
+            pair.late = [late = m_late, look = views.late, place = m_place, view, asked = m_eyes](Shot& shot) {
+                if (!late->find(*look, asked))
                     return false;
-                shot.camera = place.eye(look->eyes[view], lens);
-                if (shot.right_eye) {
-                    Camera right = lens;
-                    right.width = shot.right_eye->width;
-                    right.height = shot.right_eye->height;
-                    shot.right_eye = place.eye(look->eyes[view + 1], right);
-                }
+                shot.camera = place.eye(look->eyes[view], shot.camera);
+                if (shot.right_eye)
+                    shot.right_eye = place.eye(look->eyes[view + 1], *shot.right_eye);
                 return true;
             };
         for (size_t e = 0; e < pair.eyes; ++e)
@@ -327,8 +321,10 @@ void XrSession::take(XrFrame& line)
     }
     if (!drawn || drawn->asked.frame < m_valid_from)
         return;
-    if (m_late)
-        m_late->take(*drawn->asked.late, drawn->asked.eyes, drawn->asked.time);
+    if (const LateLook* const look = drawn->asked.late.get(); look != nullptr && look->found) {
+        drawn->asked.eyes = look->eyes;
+        drawn->asked.time = look->time;
+    }
     m_headset.finish(); // of the picture before, whose memory is used again
     const std::vector<ShownPicture> pictures = m_source.shown(*drawn);
     if (pictures.size() != drawn->asked.eyes.size())

@@ -120,7 +120,8 @@ void XrSwapchains::copyDepths(const HeadsetPictures& given, const std::vector<Vk
         const size_t count = size_t(picture.width) * picture.height;
         std::transform(picture.depth, picture.depth + count, staging + at,
                        [metre](float z) { return layerDepth(z, metre); });
-        const VkPipelineStageFlags stages = m_runtime.device->stages;
+        const VkPipelineStageFlags stages = m_runtime.device->stages | VK_PIPELINE_STAGE_EARLY_FRAGMENT_TESTS_BIT |
+                                            VK_PIPELINE_STAGE_LATE_FRAGMENT_TESTS_BIT; // where the runtime may use it
         changeLayout(m_copy->commands, stages, images[view], VK_IMAGE_LAYOUT_UNDEFINED,
                      VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_ASPECT_DEPTH_BIT);
         VkBufferImageCopy region{};
