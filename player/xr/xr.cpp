@@ -11,7 +11,11 @@
 #include "player/xr/place_file.h"
 #include "player/xr/xr_session.h"
 
+#include <cerrno>
+#include <cstring>
 #include <string_view>
+
+#include <sched.h>
 
 namespace gsc {
 
@@ -60,6 +64,26 @@ bool isOfHeadset(const Error& e)
     return (e.code() == ErrorCode::Device || e.code() == ErrorCode::Unsupported) &&
            (text.starts_with("headset: ") || text.starts_with("display: "));
 }
+
+// While it lives, the thread that made it goes before those that draw, as a compositor's does, where the user may ask for
+// that (`ulimit -r`, CAP_SYS_NICE). Threads that it starts are ordinary.
+class RealTime {
+public:
+    explicit RealTime(Reporter& log)
+    {
+        sched_param priority = {};
+        priority.sched_priority = sched_get_priority_min(SCHED_FIFO);
+        if (sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &priority) != 0)
+            log.detail(formatString("the session's thread has no real-time priority (%s)", std::strerror(errno)));
+    }
+    ~RealTime()
+    {
+        const sched_param ordinary = {};
+        sched_setscheduler(0, SCHED_OTHER, &ordinary);
+    }
+    RealTime(const RealTime&) = delete;
+    RealTime& operator=(const RealTime&) = delete;
+};
 
 // Until the session is over, or does not end though it was interrupted.
 void play(XrSession& session)
@@ -121,6 +145,7 @@ XrSummary runXr(const XrOptions& options, Reporter& log)
     std::optional<XrSession> session;
     try {
         session.emplace(options, scene, *headset, log);
+        const RealTime first(log);
         play(*session);
     } catch (const Error& e) {
         if (session && options.keeps_place)
