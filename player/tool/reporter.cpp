@@ -71,6 +71,7 @@ void Reporter::object(const OrderedJson& json)
 
 void Reporter::line(const char* level, const char* color, const std::string& message)
 {
+    const std::lock_guard lock(m_saying);
     m_progress.breakLine();
     if (m_options.progress == ProgressMode::Json) {
         std::fprintf(stderr, "%s\n", jsonText({{"event", level}, {"message", message}}, -1).c_str());
@@ -91,7 +92,10 @@ void Reporter::error(const std::string& message)
 
 void Reporter::warning(const std::string& message)
 {
-    m_warnings.push_back(message);
+    {
+        const std::lock_guard lock(m_saying);
+        m_warnings.push_back(message);
+    }
     if (!m_options.quiet)
         line("warning", "1;33", message);
 }

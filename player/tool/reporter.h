@@ -7,6 +7,7 @@
 #include "player/tool/stage_progress.h"
 
 #include <cstdint>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,7 @@ std::string formatCount(uint64_t count);
 // Largest resident set of this process so far, bytes.
 uint64_t peakMemoryBytes();
 
+// What goes to stderr may be said from several threads.
 class Reporter {
 public:
     explicit Reporter(const ReporterOptions& options);
@@ -54,7 +56,7 @@ public:
     void progressPart(const std::string& part) { m_progress.setPart(part); }
     void endProgress(bool failed);
 
-    // Every warning so far, for the report; also those that -q did not show.
+    // Every warning so far, for the report, once nobody else warns; also those that -q did not show.
     [[nodiscard]] const std::vector<std::string>& warnings() const { return m_warnings; }
 
     // Throws Error(Io) if something written to stdout did not arrive (full disk, closed pipe).
@@ -66,6 +68,7 @@ private:
     ReporterOptions m_options;
     StageProgress m_progress;
     bool m_color = false;
+    std::mutex m_saying;
     std::vector<std::string> m_warnings;
 };
 

@@ -65,24 +65,31 @@ bool isOfHeadset(const Error& e)
            (text.starts_with("headset: ") || text.starts_with("display: "));
 }
 
-// While it lives, the thread that made it goes before those that draw, as a compositor's does, where the user may ask for
-// that (`ulimit -r`, CAP_SYS_NICE). Threads that it starts are ordinary.
+// While it lives, the thread that made it goes before ordinary ones, such as those that draw, where the user may ask for
+// that (`ulimit -r`, CAP_SYS_NICE) and has asked for no other scheduling. Threads that it starts are ordinary.
 class RealTime {
 public:
     explicit RealTime(Reporter& log)
     {
+        if (sched_getscheduler(0) != SCHED_OTHER)
+            return;
         sched_param priority = {};
         priority.sched_priority = sched_get_priority_min(SCHED_FIFO);
-        if (sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &priority) != 0)
+        m_taken = sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &priority) == 0;
+        if (!m_taken)
             log.detail(formatString("the session's thread has no real-time priority (%s)", std::strerror(errno)));
     }
     ~RealTime()
     {
         const sched_param ordinary = {};
-        sched_setscheduler(0, SCHED_OTHER, &ordinary);
+        if (m_taken) // note: only CAP_SYS_NICE may take SCHED_RESET_ON_FORK away again
+            sched_setscheduler(0, SCHED_OTHER | SCHED_RESET_ON_FORK, &ordinary);
     }
     RealTime(const RealTime&) = delete;
     RealTime& operator=(const RealTime&) = delete;
+
+private:
+    bool m_taken = false;
 };
 
 // Until the session is over, or does not end though it was interrupted.

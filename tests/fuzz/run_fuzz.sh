@@ -36,7 +36,7 @@ run_one() {
     fi
 }
 export -f run_one
-export ASAN_OPTIONS=${ASAN_OPTIONS:-detect_leaks=1:intercept_tls_get_addr=0:allocator_may_return_null=0}
+export ASAN_OPTIONS=intercept_tls_get_addr=0:${ASAN_OPTIONS:-detect_leaks=1:allocator_may_return_null=0}
 export UBSAN_OPTIONS=${UBSAN_OPTIONS:-print_stacktrace=1:halt_on_error=1}
 
 jobs=$(nproc)

@@ -193,6 +193,8 @@ class WindowTest(unittest.TestCase):
     def test_first_key(self) -> None:
         """The first key of all acts: nothing of the overlay has the keyboard before somebody gives it that."""
         window = self.open("room", first="r")
+        before = next(line for line in window.lines() if "R" in line["keys"])["frame"] - 1
+        self.assertIn("F1", window.lines()[before - 1]["said"] or "")  # the overlay still shows its first message
         window.hold("w", poses=3)
         self.assertEqual(window.signal(), 130, window.said())
         self.assertGreater(len(cameras(self.folder / "path-0001.json")), 1)

@@ -6,6 +6,9 @@
 
 #include <doctest/doctest.h>
 
+#include <latch>
+#include <thread>
+
 using namespace gsc;
 
 namespace {
@@ -33,6 +36,10 @@ public:
     bool locate(int64_t time, std::vector<SpaceEye>& eyes) override
     {
         asked.push_back(time);
+        if (begun)
+            begun->count_down();
+        if (goes_on)
+            goes_on->wait();
         if (fails)
             throw Error(ErrorCode::Device, "headset: gone");
         if (tracked) {
@@ -49,6 +56,7 @@ public:
 
     bool tracked = true, fails = false;
     std::vector<int64_t> asked;
+    std::latch *begun = nullptr, *goes_on = nullptr; // a runtime that takes its time
 
 private:
     HiddenMesh m_mesh;
@@ -98,6 +106,24 @@ TEST_CASE("eyes are looked up once for a picture, and not behind the end")
     LateLook after;
     CHECK_FALSE(late.find(after, two));
     CHECK(headset.asked.size() == 4);
+}
+
+TEST_CASE("the frame loop does not wait for a runtime that is slow to say where eyes are")
+{
+    ScriptedHeadset headset;
+    std::latch begun(1), goes_on(1);
+    headset.begun = &begun;
+    headset.goes_on = &goes_on;
+    LateEyes late(headset, true);
+    late.woke({}, {70, 10, true});
+    LateLook look;
+    std::jthread worker([&] { late.find(look, std::vector<SpaceEye>(2, kEye)); });
+    begun.wait();
+    late.woke({}, {80, 10, true});
+    late.drew(1);
+    goes_on.count_down();
+    worker.join();
+    CHECK(look.time == 70);
 }
 
 TEST_CASE("eyes are looked up for when their picture will be seen, and for the lenses that were asked with")

@@ -9,6 +9,8 @@ test_xr.py SOURCE_FOLDER GSC_PLAY GSC RUNTIME_MANIFEST [TEST]...
 
 import json
 import math
+import os
+import pathlib
 import resource
 import signal
 import subprocess
@@ -206,9 +208,14 @@ class XrTest(PictureTest):
         end = time.monotonic() + xr_case.SECONDS
         while not (log.exists() and '"fresh":true' in log.read_text()) and time.monotonic() < end:
             time.sleep(0.05)
+        scheduled = {int(task.name): os.sched_getscheduler(int(task.name)) & ~os.SCHED_RESET_ON_FORK
+                     for task in pathlib.Path(f"/proc/{process.pid}/task").iterdir()}
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=xr_case.SECONDS)
         self.assertEqual((process.returncode, out), (130, ""), err)
+        # the session's thread has real-time priority where it may, and no other
+        self.assertEqual(scheduled.pop(process.pid), os.SCHED_FIFO if may_have_priority() else os.SCHED_OTHER)
+        self.assertNotIn(os.SCHED_FIFO, scheduled.values())  # Mesa has some of SCHED_BATCH
         run = Run(self.folder, subprocess.CompletedProcess([], 130, out, err))
         self.assertIn("exit_requested", run.events)
         self.assertEqual(run.events[-2:], ["EXITING", "instance_destroyed"])  # it ended as sessions do
@@ -273,6 +280,15 @@ class XrTest(PictureTest):
         self.assertGreater(len(run.log), 100)
 
 
+def may_have_priority() -> bool:
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
+    except PermissionError:
+        return False
+    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    return True
+
+
 class XrPaceTest(XrCase):
     def test_slow_renderer(self) -> None:
         seconds = SECONDS
@@ -286,7 +302,7 @@ class XrPaceTest(XrCase):
               f"let {ticks.late} refreshes pass by itself")
         self.assertLess(pictures, 31 * seconds)
         self.assertGreater(pictures, 10 * seconds)
-        self.assertLessEqual(missed, ticks.late)
+        self.assertLessEqual(missed, ticks.late // 4)
 
 
 if __name__ == "__main__":

@@ -73,7 +73,8 @@ class Run:
 
 
 class LateTicks:
-    """Refreshes that a thread which only sleeps until each of them sees half over: the machine's own, of other programs."""
+    """Refreshes that a thread of ordinary priority, which only sleeps until each of them, sees half over: how busy the
+    machine is, the player's own drawing counted in."""
 
     def __init__(self, hz: float) -> None:
         self.late, self._period, self._ends = 0, 1 / hz, threading.Event()
