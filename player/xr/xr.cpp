@@ -152,7 +152,7 @@ XrSummary runXr(const XrOptions& options, Reporter& log)
     std::optional<XrSession> session;
     try {
         session.emplace(options, scene, *headset, log);
-        const RealTime first(log);
+        const RealTime real_time(log);
         play(*session);
     } catch (const Error& e) {
         if (session && options.keeps_place)

@@ -101,7 +101,31 @@ bool isWhole(const Navigator& navigator)
 
 } // namespace
 
-TEST_CASE("up of a model: the mean of the cameras', without one that of COLMAP's axes")
+TEST_CASE("up of a model: what the cameras turn about, wherever they look")
+{
+    using Up = std::array<double, 3>;
+    for (const double pitch : {0.0, 0.6, 1.4, std::numbers::pi / 2}) { // down; z is up
+        std::vector<Camera> cameras;
+        for (const double yaw : {0.0, 0.4, 0.8, 3.0, 3.6}) {
+            const double c = std::cos(yaw), s = std::sin(yaw), p = std::cos(pitch), q = std::sin(pitch);
+            const double columns[3][3] = {{s, -c, 0}, {-q * c, -q * s, -p}, {p * c, p * s, -q}};
+            Camera& camera = cameras.emplace_back();
+            for (int i = 0; i < 9; ++i)
+                camera.rotation[i] = columns[i % 3][i / 3];
+        }
+        const Up up = worldUp(cameras);
+        CHECK(up[2] == doctest::Approx(1));
+        CHECK(std::hypot(up[0], up[1]) < 1e-12);
+    }
+    std::vector<Camera> ahead; // that hardly turn, but tilt sideways: only the mean tells
+    for (const double roll : {-0.05, 0.0, 0.05}) {
+        const double rotation[9] = {std::cos(roll), -std::sin(roll), 0, std::sin(roll), std::cos(roll), 0, 0, 0, 1};
+        std::copy_n(rotation, 9, ahead.emplace_back().rotation);
+    }
+    CHECK(worldUp(ahead)[1] == doctest::Approx(-1));
+}
+
+TEST_CASE("up of a model whose cameras hardly turn: the mean of theirs, without one that of COLMAP's axes")
 {
     using Up = std::array<double, 3>;
     const Up usual{0, -1, 0};

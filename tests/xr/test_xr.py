@@ -7,6 +7,7 @@ its own Vulkan shows.
 test_xr.py SOURCE_FOLDER GSC_PLAY GSC RUNTIME_MANIFEST [TEST]...
 """
 
+import contextlib
 import json
 import math
 import os
@@ -208,8 +209,7 @@ class XrTest(PictureTest):
         end = time.monotonic() + xr_case.SECONDS
         while not (log.exists() and '"fresh":true' in log.read_text()) and time.monotonic() < end:
             time.sleep(0.05)
-        scheduled = {int(task.name): os.sched_getscheduler(int(task.name)) & ~os.SCHED_RESET_ON_FORK
-                     for task in pathlib.Path(f"/proc/{process.pid}/task").iterdir()}
+        scheduled = policies(process.pid)
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=xr_case.SECONDS)
         self.assertEqual((process.returncode, out), (130, ""), err)
@@ -278,6 +278,15 @@ class XrTest(PictureTest):
         run = self.xr("room", "--inject", "lost:1", settings=self.settings(clock="real", hz=HZ, hash=False), code=7, backend=DEVICES)
         self.assertRegex(run.err, r"error: .*no worker is left")
         self.assertGreater(len(run.log), 100)
+
+
+def policies(process: int) -> dict[int, int]:
+    """Scheduling policy of each thread that still lives when it is asked."""
+    found = {}
+    for task in pathlib.Path(f"/proc/{process}/task").iterdir():
+        with contextlib.suppress(ProcessLookupError):
+            found[int(task.name)] = os.sched_getscheduler(int(task.name)) & ~os.SCHED_RESET_ON_FORK
+    return found
 
 
 def may_have_priority() -> bool:

@@ -3,8 +3,7 @@
 #pragma once
 
 #include "convert/sample/camera_view.h"
-
-#include <glm/mat3x3.hpp>
+#include "player/cameras/principal_axes.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -15,14 +14,6 @@ namespace gsc {
 
 constexpr double kHighestShare = 0.35; // of the capture height, above ground: roofs, masts and kites are higher
 constexpr uint32_t kMinViews = 6;      // a well-seen anchor is in at least as many photographs
-
-// Eigenvectors and eigenvalues of a symmetric matrix, the largest first. The signs do not depend on the path of the
-// iteration.
-struct PrincipalAxes {
-    dvec3 axes[3];
-    double values[3];
-};
-PrincipalAxes principalAxes(glm::dmat3 m);
 
 // Precondition of all: there are points, or values.
 dvec3 meanOf(std::span<const dvec3> points);

@@ -3,6 +3,7 @@
 
 #include "format/error.h"
 #include "format/interrupt.h"
+#include "player/cameras/world_up.h"
 #include "runtime/camera.h"
 
 #include <glm/gtc/type_ptr.hpp>
@@ -81,20 +82,12 @@ void measureDistances(ModelSurvey& survey)
     survey.viewing_distance = distances.empty() ? 0 : quantile(distances, 0.5);
 }
 
-// Photographs are hardly ever tilted sideways: up is what their right axes are most nearly perpendicular to. None if
-// the right axes are too much alike to tell.
 std::optional<dvec3> upOfCameras(const std::vector<SourceCamera>& cameras)
 {
-    glm::dmat3 m(0);
-    dvec3 sum{};
-    for (const SourceCamera& c : cameras) {
-        m += outerProduct(axisOf(c, 0), axisOf(c, 0));
-        sum = sum - axisOf(c, 1) - axisOf(c, 2); // the sky is above the picture or behind the camera
-    }
-    const auto [axes, values] = principalAxes(m);
-    if (!(values[2] < 0.5 * values[1]))
-        return std::nullopt;
-    return axes[2] * (dot(sum, axes[2]) >= 0 ? 1.0 : -1.0);
+    std::vector<ViewAxes> views;
+    for (const SourceCamera& c : cameras)
+        views.push_back({axisOf(c, 0), axisOf(c, 1), axisOf(c, 2)});
+    return upOfViews(views);
 }
 
 double spread(const std::vector<dvec3>& points)
