@@ -15,7 +15,7 @@ HWY_BEFORE_NAMESPACE();
 namespace gsc {
 namespace HWY_NAMESPACE {
 
-constexpr size_t kPrefetch = 8; // splats ahead: they lie in the order of the anchors, not of depth
+constexpr size_t kPrefetch = 16; // splats ahead: they lie in the order of the anchors, not of depth
 
 // Gathers splats [begin, end) in depth order, notes the windows of 4 x 4 tiles that each touches, and counts them.
 void countTiles(const BinArgs& args, size_t begin, size_t end, Splat* splats, uint32_t* counts,
@@ -29,8 +29,9 @@ void countTiles(const BinArgs& args, size_t begin, size_t end, Splat* splats, ui
     windows.clear();
     for (size_t i = begin; i < end; ++i) {
         if (i + kPrefetch < end)
-            __builtin_prefetch(args.splats + args.sorted[i + kPrefetch].slot);
+            prefetchSplat(args.splats + args.sorted[i + kPrefetch].slot);
         const Splat& splat = splats[i] = args.splats[args.sorted[i].slot];
+        const Ellipse ellipse = ellipseOf(splat);
         const uint32_t x0 = splat.x0 / kTileSize, x1 = splat.x1 / kTileSize;
         const uint32_t y0 = splat.y0 / kTileSize, y1 = splat.y1 / kTileSize;
         for (uint32_t y = y0; y <= y1; y += kCellsPerSide)
@@ -38,8 +39,9 @@ void countTiles(const BinArgs& args, size_t begin, size_t end, Splat* splats, ui
                 const uint32_t columns = std::min(x1 - x + 1, kCellsPerSide);
                 const uint32_t rows = std::min(y1 - y + 1, kCellsPerSide);
                 uint32_t tiles = ((1u << columns) - 1) * 0x1111u & ((1u << rows * kCellsPerSide) - 1);
-                tiles &= touchedCells(splat, cell_x, cell_y, float(x * kTileSize), float(y * kTileSize),
-                                      float(kTileSize - 1));
+                if (x0 != x1 && y0 != y1) // the box is the ellipse's: what has one row or column touches all of it
+                    tiles &= touchedCells(ellipse, cell_x, cell_y, float(x * kTileSize), float(y * kTileSize),
+                                          float(kTileSize - 1));
                 windows.push_back(
                     {y * args.grid_x + x, uint16_t(tiles), uint16_t(x + kCellsPerSide > x1 && y + kCellsPerSide > y1)});
                 for (; tiles != 0; tiles &= tiles - 1) {

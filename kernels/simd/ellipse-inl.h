@@ -8,6 +8,8 @@
 #define GSC_KERNELS_ELLIPSE_INL_H
 #endif
 
+#include <hwy/cache_control.h>
+
 #include "kernels/simd/simd_math-inl.h"
 #include "kernels/project/project.h"
 
@@ -18,19 +20,43 @@ namespace HWY_NAMESPACE {
 constexpr uint32_t kCellsPerSide = 4;
 constexpr uint32_t kCells = kCellsPerSide * kCellsPerSide;
 
+HWY_INLINE void prefetchSplat(const Splat* splat)
+{
+    hwy::Prefetch(splat);
+    hwy::Prefetch(&splat->y1); // may lie in the next cache line
+}
+
+// The quadratic form a dx^2 + b2 dx dy + c dy^2 of a splat, and the largest value at which it is drawn.
+struct Ellipse {
+    float x, y, a, b2, c, slope_x, slope_y, level;
+    bool loose; // may be drawn anywhere
+};
+
+HWY_INLINE Ellipse ellipseOf(const Splat& s)
+{
+    return {s.x,
+            s.y,
+            s.conic[0],
+            2 * s.conic[1],
+            s.conic[2],
+            -s.conic[1] / s.conic[0],
+            -s.conic[1] / s.conic[2],
+            2 * s.cutoff,
+            s.cutoff >= kLooseCutoff};
+}
+
 // Cell i has its first pixel at (cell_x[i], cell_y[i]) + (x, y) and its last `side` further. Bit i is set if the
 // smallest value of the splat's quadratic form on the cell is at most 2 cutoff; for a positive definite form it lies
 // on one of the two sides nearest the centre. Conservative: the cutoff allows for twice the rounding of the form.
-HWY_INLINE uint32_t touchedCells(const Splat& splat, const float* cell_x, const float* cell_y, float x, float y,
+HWY_INLINE uint32_t touchedCells(const Ellipse& splat, const float* cell_x, const float* cell_y, float x, float y,
                                  float side)
 {
-    if (splat.cutoff >= kLooseCutoff)
+    if (splat.loose)
         return (1u << kCells) - 1;
     const D d;
-    const V a = hn::Set(d, splat.conic[0]), b2 = hn::Set(d, 2 * splat.conic[1]), c = hn::Set(d, splat.conic[2]);
-    const V slope_y = hn::Set(d, -splat.conic[1] / splat.conic[2]);
-    const V slope_x = hn::Set(d, -splat.conic[1] / splat.conic[0]);
-    const V zero = hn::Zero(d), extent = hn::Set(d, side), level = hn::Set(d, 2 * splat.cutoff);
+    const V a = hn::Set(d, splat.a), b2 = hn::Set(d, splat.b2), c = hn::Set(d, splat.c);
+    const V slope_y = hn::Set(d, splat.slope_y), slope_x = hn::Set(d, splat.slope_x);
+    const V zero = hn::Zero(d), extent = hn::Set(d, side), level = hn::Set(d, splat.level);
     // note: one rounding each, since the cells' pixels are small integers
     const V shift_x = hn::Set(d, x - splat.x), shift_y = hn::Set(d, y - splat.y);
     uint32_t touched = 0;

@@ -10,6 +10,9 @@
 
 #include <hwy/highway.h>
 
+#include <bit>
+#include <cmath>
+
 HWY_BEFORE_NAMESPACE();
 namespace gsc {
 namespace HWY_NAMESPACE {
@@ -78,22 +81,62 @@ HWY_INLINE V expInRange(D d, V x)
     return scaleByPower(d, hn::Add(hn::Set(d, 1.0f), expm1Reduced(d, r)), shifted);
 }
 
-// out[i] = factor * exp(x[i]) for x in [-16, 0], 2 ulp; outside the result is garbage, for callers that mask. One
-// reduction step is enough there, and the factor takes the place of the constant 1.
+// Steps of an octave that exp2Steps() looks up: as many as a vector has lanes, where a vector can be looked up in.
+constexpr size_t kOctaveSteps = HWY_TARGET <= HWY_AVX3 ? 16 : HWY_TARGET == HWY_AVX2 ? 8 : 1;
+
+// 2^(i / kOctaveSteps), its bits less i steps' part of the exponent, which scaling by the power adds.
+struct OctaveTable {
+    HWY_ALIGN int32_t bits[16] = {};
+
+    OctaveTable()
+    {
+        for (size_t i = 0; i < kOctaveSteps; ++i)
+            bits[i] = std::bit_cast<int32_t>(float(std::exp2(double(i) / kOctaveSteps))) -
+                      int32_t(i * ((size_t(1) << 23) / kOctaveSteps));
+    }
+};
+
+// out[i] = 2^x[i] for x in [-125, 127], 6e-7 relative; outside the result is garbage, for callers that mask.
 template <size_t kCount>
-HWY_INLINE void expTimes(D d, const V* x, V factor, V* out)
+HWY_INLINE void exp2Steps(D d, const OctaveTable& octave, const V* x, V* out)
 {
-    const V magic = hn::Set(d, 12582912.0f), log2e = hn::Set(d, 1.44269504f), ln2 = hn::Set(d, 0.693147182f);
+    const hn::RebindToSigned<D> di;
+    const V magic = hn::Set(d, 12582912.0f / kOctaveSteps); // adding it rounds to whole steps
     V shifted[kCount], r[kCount];
     for (size_t i = 0; i < kCount; ++i)
-        shifted[i] = hn::MulAdd(x[i], log2e, magic);
+        shifted[i] = hn::Add(x[i], magic);
     for (size_t i = 0; i < kCount; ++i)
-        r[i] = hn::NegMulAdd(hn::Sub(shifted[i], magic), ln2, x[i]);
-    for (size_t i = 0; i < kCount; ++i)
-        out[i] = expm1Reduced(d, r[i]);
+        r[i] = hn::Sub(x[i], hn::Sub(shifted[i], magic));
     for (size_t i = 0; i < kCount; ++i) {
-        const V scale = scaleByPower(d, factor, shifted[i]);
-        out[i] = hn::MulAdd(scale, out[i], scale);
+        // note: polynomials of the least relative error on half a step
+        if constexpr (kOctaveSteps == 16) {
+            out[i] = hn::MulAdd(hn::Set(d, 0.24021946f), r[i], hn::Set(d, 0.69318783f));
+        } else if constexpr (kOctaveSteps == 8) {
+            out[i] = hn::MulAdd(hn::Set(d, 0.0554988982f), r[i], hn::Set(d, 0.240264076f));
+            out[i] = hn::MulAdd(out[i], r[i], hn::Set(d, 0.693147209f));
+        } else {
+            const V r2 = hn::Mul(r[i], r[i]);
+            const V low = hn::MulAdd(hn::Set(d, 0.240226469f), r[i], hn::Set(d, 0.693147206f));
+            const V mid = hn::MulAdd(hn::Set(d, 0.00961848424f), r[i], hn::Set(d, 0.0555032808f));
+            const V high = hn::MulAdd(hn::Set(d, 1.53473201e-4f), r[i], hn::Set(d, 0.00134001545f));
+            out[i] = hn::MulAdd(hn::MulAdd(high, r2, mid), r2, low);
+        }
+        out[i] = hn::MulAdd(out[i], r[i], hn::Set(d, 1.0f));
+    }
+    for (size_t i = 0; i < kCount; ++i) {
+        const auto steps = hn::BitCast(di, shifted[i]);
+        const auto power = hn::ShiftLeft < kOctaveSteps == 16 ? 19 : kOctaveSteps == 8 ? 20 : 23 > (steps);
+        if constexpr (kOctaveSteps == 1) {
+            out[i] = hn::BitCast(d, hn::Add(hn::BitCast(di, out[i]), power));
+        } else {
+#if HWY_IS_DEBUG_BUILD
+            const auto step = hn::And(steps, hn::Set(di, int32_t(kOctaveSteps - 1)));
+#else
+            const auto step = steps; // the instruction reads no other bits
+#endif
+            const auto scale = hn::TableLookupLanes(hn::Load(di, octave.bits), hn::IndicesFromVec(di, step));
+            out[i] = hn::Mul(out[i], hn::BitCast(d, hn::Add(scale, power)));
+        }
     }
 }
 

@@ -5,14 +5,15 @@
 #include "kernels/math/anchor.h"
 
 #include <algorithm>
+#include <atomic>
+#include <bit>
 #include <cstring>
 
 namespace gsc {
 
 namespace {
 
-constexpr uint32_t kDigitBits = 11; // three passes over 32 bits; 2048 counters stay in the first cache
-constexpr uint32_t kDigits = 1u << kDigitBits;
+constexpr uint32_t kMostDigitBits = 11; // three passes over 32 bits
 constexpr size_t kMinChunkKeys = 32768; // the split depends on the count alone, never on the threads
 constexpr size_t kMaxChunks = 64;       // enough for as many workers; each costs a histogram
 
@@ -35,8 +36,21 @@ uint64_t orderOfSlot(const SortArgs& args, uint32_t slot)
     return emissionOrder(*args.model, anchor.chunk, anchor.local, origin % offsets);
 }
 
+// Depths of keys, in bits.
+struct DepthRange {
+    std::atomic<uint32_t> low{~0u}, high{0};
+
+    void add(uint32_t least, uint32_t most)
+    {
+        for (uint32_t now = low; least < now && !low.compare_exchange_weak(now, least);)
+            ;
+        for (uint32_t now = high; most > now && !high.compare_exchange_weak(now, most);)
+            ;
+    }
+};
+
 // Gathers the keys of all blocks densely into keys[0].
-size_t gatherKeys(const SortArgs& args, const Workers& workers, SortScratch& scratch)
+size_t gatherKeys(const SortArgs& args, const Workers& workers, SortScratch& scratch, DepthRange& range)
 {
     scratch.block_first.reserve(args.block_count + 1);
     uint32_t total = 0;
@@ -47,43 +61,57 @@ size_t gatherKeys(const SortArgs& args, const Workers& workers, SortScratch& scr
     scratch.keys[0].reserve(total);
     scratch.keys[1].reserve(total);
     workers.run(args.block_count, 64, [&](size_t begin, size_t end, int) {
+        uint32_t low = ~0u, high = 0;
         for (size_t b = begin; b < end; ++b) {
             SortKey* keys = scratch.keys[0].data() + scratch.block_first[b];
             const uint32_t slot = uint32_t(b) * args.block_capacity;
-            for (uint32_t i = 0; i < args.counts[b]; ++i)
-                keys[i] = {args.depth_bits[slot + i], slot + i};
+            for (uint32_t i = 0; i < args.counts[b]; ++i) {
+                const uint32_t bits = args.depth_bits[slot + i];
+                keys[i] = {bits, slot + i};
+                low = std::min(low, bits);
+                high = std::max(high, bits);
+            }
         }
+        range.add(low, high);
     });
     return total;
 }
 
+// A part of what a depth has above the least of all.
+struct Digit {
+    uint32_t low, shift, bits;
+
+    [[nodiscard]] uint32_t of(const SortKey& key) const { return (key.depth_bits - low) >> shift & ((1u << bits) - 1); }
+};
+
 // One stable counting pass from `from` to `to`.
-void radixPass(const Workers& workers, const SortKey* from, SortKey* to, size_t count, uint32_t shift,
+void radixPass(const Workers& workers, const SortKey* from, SortKey* to, size_t count, const Digit& digit,
                uint32_t* histograms, size_t chunks)
 {
     const size_t step = chunkKeys(count);
+    const uint32_t digits = 1u << digit.bits;
     workers.run(chunks, 1, [&](size_t begin, size_t end, int) {
         for (size_t c = begin; c < end; ++c) {
-            uint32_t* histogram = histograms + c * kDigits;
-            std::memset(histogram, 0, kDigits * sizeof(uint32_t));
+            uint32_t* histogram = histograms + c * digits;
+            std::memset(histogram, 0, digits * sizeof(uint32_t));
             const size_t last = std::min(count, (c + 1) * step);
             for (size_t i = c * step; i < last; ++i)
-                ++histogram[from[i].depth_bits >> shift & (kDigits - 1)];
+                ++histogram[digit.of(from[i])];
         }
     });
     uint32_t sum = 0;
-    for (uint32_t digit = 0; digit < kDigits; ++digit)
+    for (uint32_t d = 0; d < digits; ++d)
         for (size_t c = 0; c < chunks; ++c) {
-            const uint32_t n = histograms[c * kDigits + digit];
-            histograms[c * kDigits + digit] = sum;
+            const uint32_t n = histograms[c * digits + d];
+            histograms[c * digits + d] = sum;
             sum += n;
         }
     workers.run(chunks, 1, [&](size_t begin, size_t end, int) {
         for (size_t c = begin; c < end; ++c) {
-            uint32_t* next = histograms + c * kDigits;
+            uint32_t* next = histograms + c * digits;
             const size_t last = std::min(count, (c + 1) * step);
             for (size_t i = c * step; i < last; ++i)
-                to[next[from[i].depth_bits >> shift & (kDigits - 1)]++] = from[i];
+                to[next[digit.of(from[i])]++] = from[i];
         }
     });
 }
@@ -123,15 +151,21 @@ void orderTies(const SortArgs& args, const Workers& workers, SortKey* keys, size
 
 size_t sortCpu(const SortArgs& args, const Workers& workers, SortScratch& scratch)
 {
-    const size_t count = gatherKeys(args, workers, scratch);
+    DepthRange range;
+    const size_t count = gatherKeys(args, workers, scratch, range);
+    if (count == 0)
+        return 0;
     const size_t chunks = (count + chunkKeys(count) - 1) / chunkKeys(count);
-    scratch.histograms.reserve(chunks * kDigits);
-    SortKey* a = scratch.keys[0].data();
-    SortKey* b = scratch.keys[1].data();
-    radixPass(workers, a, b, count, 0, scratch.histograms.data(), chunks);
-    radixPass(workers, b, a, count, kDigitBits, scratch.histograms.data(), chunks);
-    radixPass(workers, a, b, count, 2 * kDigitBits, scratch.histograms.data(), chunks);
-    std::swap(scratch.keys[0], scratch.keys[1]);
+    // note: only the bits in which depths differ, in as few passes and then as short digits as they take: the fewer places
+    // keys go to at once, the better the first cache holds them
+    const uint32_t low = range.low, used = std::max(1u, uint32_t(std::bit_width(range.high - low)));
+    const uint32_t passes = (used + kMostDigitBits - 1) / kMostDigitBits, bits = (used + passes - 1) / passes;
+    scratch.histograms.reserve(chunks << bits);
+    for (uint32_t pass = 0; pass < passes; ++pass) {
+        radixPass(workers, scratch.keys[0].data(), scratch.keys[1].data(), count, {low, pass * bits, bits},
+                  scratch.histograms.data(), chunks);
+        std::swap(scratch.keys[0], scratch.keys[1]);
+    }
     orderTies(args, workers, scratch.keys[0].data(), count, chunks, scratch.runs);
     return count;
 }

@@ -51,7 +51,7 @@ struct BlendCase {
             return;
         const float condition = a * c / det;
         Splat f{x, y, {s.conic[0], s.conic[1], s.conic[2]}, opacity, {color[0], color[1], color[2]}, 0, 0, 0, 0, 0};
-        f.cutoff = std::log(255 * opacity) * (1 + 4e-6f * condition) + 1e-3f;
+        f.cutoff = det > 0 ? std::log(255 * opacity) * (1 + 4e-6f * condition) + 1e-3f : kLooseCutoff;
         f.x0 = uint16_t(s.tiles.x0 * 16);
         f.y0 = uint16_t(s.tiles.y0 * 16);
         f.x1 = uint16_t(std::min<int32_t>(s.tiles.x1 * 16, int32_t(width)) - 1);
@@ -151,6 +151,32 @@ TEST_CASE("image sizes round the edges of tiles, sparse and saturated, both rast
                               .worst == 0);
                 });
             }
+}
+
+TEST_CASE("trap 21: splats whose determinant is negative are drawn where their power is, among others")
+{
+    const float background[3] = {0.25f, 0.5f, 1};
+    for (const RasterRules raster : {RasterRules::DiffGaussian, RasterRules::Gsplat}) {
+        Random random(21);
+        BlendCase scene;
+        scene.width = 70;
+        scene.height = 40;
+        for (uint32_t i = 0; i < 120; ++i) {
+            const float color[3] = {random.uniform(), random.uniform(), random.uniform()};
+            const float a = random.uniform(4, 40), c = random.uniform(4, 40), b = std::sqrt(a * c);
+            scene.add(random.uniform(0, 70), random.uniform(0, 40), a, i % 4 == 0 ? 1.1f * b : 0.5f * b, c,
+                      random.uniform(0.02f, 0.6f), color, random.uniform(1, 5));
+        }
+        scene.order();
+        uint64_t pairs;
+        const std::vector<float> expected = blendScalar(scene, rulesOf(raster), background, pairs);
+        forEachTarget([&](const char* target) {
+            CAPTURE(target);
+            const Difference d = compare(blendFast(scene, rulesOf(raster), background, 1, pairs), expected);
+            CHECK(d.psnr > 95);
+            CHECK(d.above <= 1 + expected.size() / 10000);
+        });
+    }
 }
 
 TEST_CASE("an opacity of 1/255 is drawn where nothing falls off, and the next smaller one is not")

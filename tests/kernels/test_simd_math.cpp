@@ -13,17 +13,26 @@ HWY_BEFORE_NAMESPACE();
 namespace gsc {
 namespace HWY_NAMESPACE {
 
+V exp2Of(D d, const OctaveTable& octave, V v)
+{
+    V out;
+    exp2Steps<1>(d, octave, &v, &out);
+    return out;
+}
+
 // `count` is a multiple of 16.
 void evaluate(int which, const float* in, float* out, size_t count)
 {
     const LaneTag d;
+    const OctaveTable octave;
     for (size_t i = 0; i < count; i += hn::Lanes(d)) {
         const auto v = hn::LoadU(d, in + i);
         hn::StoreU(which == 0   ? expAny(d, v)
                    : which == 1 ? sigmoidAny(d, v)
                    : which == 2 ? tanhAny(d, v)
                    : which == 3 ? roughLog(d, v)
-                                : reciprocalSqrt(d, v),
+                   : which == 4 ? reciprocalSqrt(d, v)
+                                : exp2Of(d, octave, v),
                    d, out + i);
     }
 }
@@ -97,6 +106,20 @@ TEST_CASE("exp, sigmoid and tanh stay within their stated accuracy")
         CHECK(worstUlp(2, range(-1e-3f, 1e-3f, 20001), [](double v) { return std::tanh(v); }) < 4);
         for (const float scale : {1e-12f, 1.0f, 1e9f})
             CHECK(worstUlp(4, range(scale, 4 * scale, 200000), [](double v) { return 1 / std::sqrt(v); }) < 2);
+    });
+}
+
+TEST_CASE("powers of two by steps of an octave stay within their stated accuracy")
+{
+    test::forEachTarget([](const char* target) {
+        CAPTURE(target);
+        for (const float reach : {8.0f, 124.0f}) {
+            const std::vector<float> in = range(-reach, reach, 400000), out = apply(5, in);
+            double worst = 0;
+            for (size_t i = 0; i < in.size(); ++i)
+                worst = std::max(worst, std::abs(double(out[i]) / std::exp2(double(in[i])) - 1));
+            CHECK(worst < 6e-7);
+        }
     });
 }
 

@@ -1,0 +1,318 @@
+// SPDX-License-Identifier: Apache-2.0
+// A batch of a tile's splats on one vector of its pixels, with the pixels in registers. Included once per target.
+
+#if defined(GSC_KERNELS_BLEND_BLOCK_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef GSC_KERNELS_BLEND_BLOCK_INL_H
+#undef GSC_KERNELS_BLEND_BLOCK_INL_H
+#else
+#define GSC_KERNELS_BLEND_BLOCK_INL_H
+#endif
+
+#include "kernels/blend/blend.h"
+#include "kernels/simd/ellipse-inl.h"
+#include "kernels/simd/simd_math-inl.h"
+
+#include <hwy/contrib/math/math-inl.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+HWY_BEFORE_NAMESPACE();
+namespace gsc {
+namespace HWY_NAMESPACE {
+
+constexpr uint32_t kPixels = kTileSize * kTileSize;
+constexpr uint32_t kBlock = 4;                     // pixels
+constexpr uint32_t kBlockPixels = kBlock * kBlock; // and blocks per tile
+constexpr uint32_t kBatch = 32;                    // splats whose blocks are found before the first of them is blended
+using List = uint32_t;                             // a bit for each of them
+constexpr uint32_t kTogether = 3;                  // splats of a block whose falloffs do not wait for each other
+
+using M = hn::Mask<D>;
+
+// State of a tile while it is blended, block by block, row-major in a block.
+struct TileState {
+    HWY_ALIGN float transmittance[kPixels];
+    HWY_ALIGN float red[kPixels], green[kPixels], blue[kPixels];
+    HWY_ALIGN float z[kPixels];                                   // with depths
+    HWY_ALIGN float block_x[kBlockPixels], block_y[kBlockPixels]; // first pixel of each block
+    uint16_t undone[kBlockPixels];                                // per block, bit i: pixel i is not done
+    uint32_t live;                                                // bit b: some pixel of block b is not done
+};
+
+// A splat of a tile, prepared. alpha is 2^(log_opacity - u^2 - w^2), and u and w are linear in the pixel: their values at
+// a block's first pixel less those of a place in a block. Not so for splats whose ellipse is not trusted (Batch::loose).
+struct alignas(64) Lit {
+    float block_u[kBlockPixels], block_w[kBlockPixels]; // by block
+    float place_u[kBlockPixels], place_w[kBlockPixels];
+    float log_opacity, red, green, blue, z;
+    const Splat* splat;
+};
+
+struct Batch {
+    Lit lits[kBatch];
+    HWY_ALIGN uint16_t touched[kBatch]; // bit b: block b
+    List blocks[kBlockPixels];          // bit i of blocks[b]: bit b of touched[i]
+    List loose;                         // bit i: splat i
+};
+
+// What is the same for every splat.
+struct BlendRules {
+    float alpha_cap;
+    float faintest; // logarithm of the least alpha that is drawn
+    float bound;    // a pixel is done where less than this would go on
+    bool gsplat;
+    OctaveTable octave;
+};
+
+// Where a vector of pixels lies.
+struct Place {
+    uint32_t block, part; // first pixel of the block's 16
+};
+
+// Of one vector of pixels.
+struct Light {
+    V transmittance, red, green, blue, z;
+    M undone;
+};
+
+constexpr float kLog2E = 1.44269504f;
+constexpr float kFaintest = -7.99435344f; // log2(kOpacityFloor), to rounding
+
+// Logarithm of an opacity to base 2, without an end where nothing is drawn at all.
+HWY_INLINE V logOpacity(D d, V opacity)
+{
+    const V floor = hn::Set(d, kOpacityFloor);
+    return hn::IfThenElse(hn::Ge(opacity, floor), hn::Log2(d, hn::Max(opacity, floor)), hn::Set(d, -1e30f));
+}
+
+// Logarithm of a splat's alpha to base 2.
+HWY_INLINE V logAlpha(D d, const Lit& lit, Place at)
+{
+    const V u = hn::Sub(hn::Set(d, lit.block_u[at.block]), hn::Load(d, lit.place_u + at.part));
+    const V w = hn::Sub(hn::Set(d, lit.block_w[at.block]), hn::Load(d, lit.place_w + at.part));
+    return hn::NegMulAdd(w, w, hn::NegMulAdd(u, u, hn::Set(d, lit.log_opacity)));
+}
+
+// The same of a splat whose ellipse is not trusted: by the form that upstream evaluates, nothing where that is positive.
+HWY_INLINE V logAlphaLoose(D d, const Lit& lit, const TileState& state, Place at, bool gsplat)
+{
+    HWY_ALIGN float power[kBlockPixels];
+    for (uint32_t p = 0; p < kBlockPixels; ++p)
+        power[p] = gaussianPower(lit.splat->conic, lit.splat->x - (state.block_x[at.block] + float(p % kBlock)),
+                                 lit.splat->y - (state.block_y[at.block] + float(p / kBlock)), gsplat);
+    const V v = hn::Load(d, power + at.part);
+    const V log_alpha = hn::MulAdd(v, hn::Set(d, kLog2E), hn::Set(d, lit.log_opacity));
+    return hn::IfThenElse(hn::Le(v, hn::Zero(d)), log_alpha, hn::Set(d, -INFINITY)); // NaN draws nothing either
+}
+
+// Light that kCount splats take, one behind the other, on pixels none of which they finish or whose depth they are.
+// False, and nothing done, where there is such a pixel.
+template <bool kDepth, uint32_t kCount>
+HWY_INLINE bool blendTogether(D d, const BlendRules& rules, const Lit* const* lits, Place at, Light& light)
+{
+    V log_alpha[kCount], weight[kCount];
+    for (uint32_t i = 0; i < kCount; ++i)
+        log_alpha[i] = logAlpha(d, *lits[i], at);
+    exp2Steps<kCount>(d, rules.octave, log_alpha, weight);
+    V t = light.transmittance;
+    for (uint32_t i = 0; i < kCount; ++i) {
+        const M drawn = hn::And(light.undone, hn::Ge(log_alpha[i], hn::Set(d, rules.faintest)));
+        weight[i] = hn::IfThenElseZero(drawn, hn::Mul(t, hn::Min(hn::Set(d, rules.alpha_cap), weight[i])));
+        t = hn::Sub(t, weight[i]);
+    }
+    if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Lt(t, hn::Set(d, rules.bound)))))
+        return false;
+    if constexpr (kDepth) {
+        const V half = hn::Set(d, kHalfLight);
+        if (!hn::AllFalse(d, hn::And(hn::Ge(light.transmittance, half), hn::Lt(t, half))))
+            return false;
+    }
+    for (uint32_t i = 0; i < kCount; ++i) {
+        light.red = hn::MulAdd(weight[i], hn::Set(d, lits[i]->red), light.red);
+        light.green = hn::MulAdd(weight[i], hn::Set(d, lits[i]->green), light.green);
+        light.blue = hn::MulAdd(weight[i], hn::Set(d, lits[i]->blue), light.blue);
+    }
+    light.transmittance = t;
+    return true;
+}
+
+// Any splat, on any pixels.
+HWY_NOINLINE void blendOne(const Lit& lit, bool loose, const BlendRules& rules, const TileState& state, Place at,
+                           Light& light)
+{
+    const D d;
+    const V log_alpha = loose ? logAlphaLoose(d, lit, state, at, rules.gsplat) : logAlpha(d, lit, at);
+    V alpha;
+    exp2Steps<1>(d, rules.octave, &log_alpha, &alpha);
+    const M drawn = hn::And(light.undone, hn::Ge(log_alpha, hn::Set(d, rules.faintest)));
+    const V t = light.transmittance;
+    const V taken = hn::IfThenElseZero(drawn, hn::Mul(t, hn::Min(hn::Set(d, rules.alpha_cap), alpha)));
+    const V next = hn::Sub(t, taken);
+    const M finishes = hn::Lt(next, hn::Set(d, rules.bound)); // the Gaussian that crosses the bound is not drawn
+    const V weight = hn::IfThenZeroElse(finishes, taken);
+    light.undone = hn::AndNot(finishes, light.undone);
+    light.red = hn::MulAdd(weight, hn::Set(d, lit.red), light.red);
+    light.green = hn::MulAdd(weight, hn::Set(d, lit.green), light.green);
+    light.blue = hn::MulAdd(weight, hn::Set(d, lit.blue), light.blue);
+    light.transmittance = hn::IfThenElse(finishes, t, next);
+    const V half = hn::Set(d, kHalfLight);
+    const M spent = hn::And(hn::Ge(t, half), hn::Lt(light.transmittance, half));
+    light.z = hn::IfThenElse(spent, hn::Set(d, lit.z), light.z);
+}
+
+// Blends splats `list` of the batch on one vector of pixels. Returns how many were needed.
+template <bool kDepth>
+HWY_INLINE uint32_t blendVector(const Batch& batch, const BlendRules& rules, List list, Place at, TileState& state)
+{
+    const D d;
+    const uint32_t first = at.block * kBlockPixels + at.part;
+    Light light = {hn::Load(d, state.transmittance + first),
+                   hn::Load(d, state.red + first),
+                   hn::Load(d, state.green + first),
+                   hn::Load(d, state.blue + first),
+                   kDepth ? hn::Load(d, state.z + first) : hn::Zero(d),
+                   maskOf(uint32_t(state.undone[at.block]) >> at.part)};
+    uint32_t visited = 0;
+    bool undone = true;
+    while (list != 0 && undone) {
+        const Lit* lits[kTogether];
+        uint32_t count = 0;
+        List these = list;
+        do {
+            lits[count++] = batch.lits + std::countr_zero(list);
+            list &= list - 1;
+        } while (count < kTogether && list != 0);
+        these ^= list;
+        visited += count;
+        bool easy = (these & batch.loose) == 0;
+        if (HWY_LIKELY(easy))
+            easy = count == 3   ? blendTogether<kDepth, 3>(d, rules, lits, at, light)
+                   : count == 2 ? blendTogether<kDepth, 2>(d, rules, lits, at, light)
+                                : blendTogether<kDepth, 1>(d, rules, lits, at, light);
+        if (HWY_UNLIKELY(!easy)) {
+            Light careful = light; // note: a copy, since what a call may change is not kept in registers
+            for (uint32_t i = 0; i < count; ++i)
+                blendOne(*lits[i], (batch.loose >> (lits[i] - batch.lits) & 1) != 0, rules, state, at, careful);
+            light = careful;
+            undone = !hn::AllFalse(d, light.undone);
+        }
+    }
+    hn::Store(light.transmittance, d, state.transmittance + first);
+    hn::Store(light.red, d, state.red + first);
+    hn::Store(light.green, d, state.green + first);
+    hn::Store(light.blue, d, state.blue + first);
+    if constexpr (kDepth)
+        hn::Store(light.z, d, state.z + first);
+    const uint32_t lanes = (1u << hn::Lanes(d)) - 1;
+    const uint32_t others = state.undone[at.block] & ~(lanes << at.part);
+    state.undone[at.block] = uint16_t(others | maskBits(light.undone) << at.part);
+    return visited;
+}
+
+// Of one splat: the Cholesky factors of its form, and bounds.
+struct Factors {
+    HWY_ALIGN float u_x[kBatch], u_y[kBatch], w_y[kBatch]; // u and w per pixel
+    HWY_ALIGN float least_u[kBatch], most_u[kBatch];       // of the places in a block
+    HWY_ALIGN float reach[kBatch];                         // of u^2 + w^2, where alpha is 1/255
+};
+
+// Which blocks splat i may be drawn in: where the least u^2 and the least w^2 of a block, each by itself, leave alpha at
+// 1/255 or more. One per cent more than the ellipse touches, for a third of the work.
+HWY_INLINE uint32_t touchedBlocks(D d, const Lit& lit, const Factors& f, uint32_t i)
+{
+    const V zero = hn::Zero(d), reach = hn::Set(d, f.reach[i]), most_w = hn::Set(d, float(kBlock - 1) * f.w_y[i]);
+    const V least_u = hn::Set(d, f.least_u[i]), most_u = hn::Set(d, f.most_u[i]);
+    uint32_t touched = 0;
+    for (uint32_t b = 0; b < kBlockPixels; b += uint32_t(hn::Lanes(d))) {
+        const V u = hn::Load(d, lit.block_u + b), w = hn::Load(d, lit.block_w + b);
+        const V away_u = hn::Max(hn::Max(hn::Sub(u, most_u), hn::Sub(least_u, u)), zero);
+        const V away_w = hn::Max(hn::Max(hn::Sub(w, most_w), hn::Neg(w)), zero);
+        touched |= maskBits(hn::Le(hn::MulAdd(away_u, away_u, hn::Mul(away_w, away_w)), reach)) << b;
+    }
+    return touched;
+}
+
+// Prepares splats entries[0 .. count), count <= kBatch, and finds which blocks of the tile they touch. Asks for those of
+// the next batch meanwhile, up to entries[all].
+HWY_INLINE void prepareBatch(const BlendArgs& args, const uint32_t* entries, uint32_t count, uint32_t all, bool depth,
+                             const TileState& state, Batch& batch)
+{
+    HWY_ALIGN float a[kBatch], b[kBatch], c[kBatch], opacity[kBatch];
+    batch.loose = 0;
+    for (uint32_t i = 0; i < count; ++i) {
+        const Splat& s = args.splats[entries[i]];
+        Lit& lit = batch.lits[i];
+        lit.splat = &s;
+        a[i] = s.conic[0];
+        b[i] = s.conic[1];
+        c[i] = s.conic[2];
+        opacity[i] = s.opacity;
+        lit.red = s.color[0];
+        lit.green = s.color[1];
+        lit.blue = s.color[2];
+        lit.z = depth ? std::bit_cast<float>(args.sorted[entries[i]].depth_bits) : 0.0f;
+        batch.loose |= List(s.cutoff >= kLooseCutoff) << i;
+    }
+    const D d;
+    Factors f;
+    HWY_ALIGN float log_opacity[kBatch];
+    for (uint32_t i = 0; i < count; i += uint32_t(hn::Lanes(d))) {
+        const V scale = hn::Set(d, 0.5f * kLog2E), zero = hn::Zero(d), side = hn::Set(d, float(kBlock - 1));
+        const V root = hn::Sqrt(hn::Mul(scale, hn::Load(d, a + i)));
+        const V lean = hn::Div(hn::Mul(scale, hn::Load(d, b + i)), root);
+        const V logarithm = logOpacity(d, hn::Load(d, opacity + i));
+        hn::Store(root, d, f.u_x + i);
+        hn::Store(lean, d, f.u_y + i);
+        hn::Store(hn::Sqrt(hn::NegMulAdd(lean, lean, hn::Mul(scale, hn::Load(d, c + i)))), d, f.w_y + i);
+        hn::Store(hn::Mul(side, hn::Min(lean, zero)), d, f.least_u + i);
+        hn::Store(hn::Mul(side, hn::Add(root, hn::Max(lean, zero))), d, f.most_u + i);
+        // note: and as much more as rounding takes
+        hn::Store(hn::MulAdd(logarithm, hn::Set(d, 1.0001f), hn::Set(d, 1e-4f - 1.0001f * kFaintest)), d, f.reach + i);
+        hn::Store(logarithm, d, log_opacity + i);
+    }
+    HWY_ALIGN float place_x[kBlockPixels], place_y[kBlockPixels];
+    for (uint32_t p = 0; p < kBlockPixels; ++p) {
+        place_x[p] = float(p % kBlock);
+        place_y[p] = float(p / kBlock);
+    }
+    for (uint32_t i = 0; i < count; ++i) {
+        if (i + kBatch < all)
+            prefetchSplat(args.splats + entries[i + kBatch]);
+        Lit& lit = batch.lits[i];
+        lit.log_opacity = log_opacity[i];
+        const V ux = hn::Set(d, f.u_x[i]), uy = hn::Set(d, f.u_y[i]), wy = hn::Set(d, f.w_y[i]);
+        for (uint32_t p = 0; p < kBlockPixels; p += uint32_t(hn::Lanes(d))) {
+            const V dx = hn::Sub(hn::Set(d, lit.splat->x), hn::Load(d, state.block_x + p));
+            const V dy = hn::Sub(hn::Set(d, lit.splat->y), hn::Load(d, state.block_y + p));
+            hn::Store(hn::MulAdd(ux, dx, hn::Mul(uy, dy)), d, lit.block_u + p);
+            hn::Store(hn::Mul(wy, dy), d, lit.block_w + p);
+            const V px = hn::Load(d, place_x + p), py = hn::Load(d, place_y + p);
+            hn::Store(hn::MulAdd(ux, px, hn::Mul(uy, py)), d, lit.place_u + p);
+            hn::Store(hn::Mul(wy, py), d, lit.place_w + p);
+        }
+        const bool loose = (batch.loose >> i & 1) != 0;
+        batch.touched[i] = uint16_t(loose ? 0xffffu : touchedBlocks(d, lit, f, i));
+    }
+    std::fill(batch.touched + count, batch.touched + kBatch, uint16_t(0));
+    const hn::CappedTag<uint16_t, 32> d16;
+    for (uint32_t block = 0; block < kBlockPixels; ++block) {
+        batch.blocks[block] = 0;
+        for (uint32_t i = 0; i < kBatch; i += uint32_t(hn::Lanes(d16))) {
+            uint8_t bits[8] = {};
+            hn::StoreMaskBits(d16, hn::TestBit(hn::Load(d16, batch.touched + i), hn::Set(d16, uint16_t(1u << block))),
+                              bits);
+            uint32_t word;
+            std::memcpy(&word, bits, sizeof(word));
+            batch.blocks[block] |= List(word) << i;
+        }
+    }
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace gsc
+HWY_AFTER_NAMESPACE();
+
+#endif
