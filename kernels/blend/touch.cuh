@@ -40,17 +40,23 @@ __device__ __forceinline__ uint32_t rowMask(float top, float extent, uint32_t ro
     return first <= last ? (2u << last) - (1u << first) : 0u;
 }
 
-// Bit i of lane j to bit j of lane i.
-__device__ __forceinline__ uint32_t transposeBits(uint32_t word)
+// Bit i of lane j to bit j of lane i, of kCount words by themselves, so that their shuffles do not wait for each other.
+template <uint32_t kCount>
+__device__ __forceinline__ void transposeBits(uint32_t (&words)[kCount])
 {
     const uint32_t lane = threadIdx.x & 31u;
     uint32_t low = 0x0000ffffu; // the bits that a lane of the lower half of its group keeps
 #pragma unroll
     for (uint32_t half = 16; half != 0; half /= 2, low ^= low << half) {
-        const uint32_t other = __shfl_xor_sync(~0u, word, int(half));
-        word = (lane & half) == 0 ? (word & low) | (other & low) << half : (word & ~low) | (other & ~low) >> half;
+        uint32_t others[kCount];
+#pragma unroll
+        for (uint32_t i = 0; i < kCount; ++i)
+            others[i] = __shfl_xor_sync(~0u, words[i], int(half));
+#pragma unroll
+        for (uint32_t i = 0; i < kCount; ++i)
+            words[i] = (lane & half) == 0 ? (words[i] & low) | (others[i] & low) << half
+                                          : (words[i] & ~low) | (others[i] & ~low) >> half;
     }
-    return word;
 }
 
 // Which of unfinished: `entry` as eye `eye` draws it.
@@ -101,15 +107,13 @@ __global__ void __launch_bounds__(kTouchThreads, kTouchBlocks)
                     ? subTileMask<T>(bounds, Rules::box(fetched[i], args.rules), lit.x, lit.y, x0, y0)
                     : 0u;
             const uint32_t rows = rowMask(lit.y - y0, bounds.extent_y, Planes::kRows);
-            if constexpr (kWords == 1) {
-                words[0][i] = transposeBits(sub_tiles | rows << 16);
-            } else {
-                words[0][i] = transposeBits(sub_tiles);
-                words[kWords - 1][i] = transposeBits(rows);
-            }
+            words[0][i] = kWords == 1 ? sub_tiles | rows << 16 : sub_tiles;
+            if constexpr (kWords > 1)
+                words[kWords - 1][i] = rows;
         }
 #pragma unroll
         for (uint32_t w = 0; w < kWords; ++w) {
+            transposeBits(words[w]);
             auto* to = reinterpret_cast<uint4*>(Planes::words(args, u, 32 * w + lane) + warp * kAtOnce);
 #pragma unroll
             for (uint32_t i = 0; i < kAtOnce / 4; ++i)

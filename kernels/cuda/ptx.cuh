@@ -39,11 +39,11 @@ __device__ __forceinline__ float exp2Approx(float v)
     return e;
 }
 
-// To 1 ulp or so.
+// To 1 ulp or so; of subnormal numbers zero.
 __device__ __forceinline__ float sqrtApprox(float v)
 {
     float root;
-    asm("sqrt.approx.f32 %0, %1;" : "=f"(root) : "f"(v));
+    asm("sqrt.approx.ftz.f32 %0, %1;" : "=f"(root) : "f"(v));
     return root;
 }
 
@@ -63,6 +63,12 @@ __device__ __forceinline__ bool barrierAny(uint32_t id, uint32_t threads, bool v
                  : "r"(uint32_t(value)), "r"(id), "r"(threads)
                  : "memory");
     return result != 0;
+}
+
+// Asks for what lies at `address` in global memory, so that the second cache has it when it is read.
+__device__ __forceinline__ void prefetchGlobal(const void* address)
+{
+    asm volatile("prefetch.global.L2 [%0];" : : "l"(address));
 }
 
 // Lets the kernel launched beside this one start (launchCudaAs()), once all blocks have said so or ended.

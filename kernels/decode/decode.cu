@@ -24,6 +24,26 @@ __device__ __forceinline__ uint32_t slotsOfLeft(const Staging& staged, uint32_t 
     return written;
 }
 
+// Asks for what decoding reads of 16 anchors: lane i and i + 16 for that of entry i. They are not waited for until the next
+// step, by which they have come from memory.
+__device__ __forceinline__ void askForAnchors(const DecodeCudaArgs& args, uint32_t entry, uint32_t lane)
+{
+    const DeviceModel& model = args.model;
+    const uint32_t half = lane >> 4, K = model.params.n_offsets;
+    const size_t anchor = entry & ((1u << kAnchorBits) - 1u);
+    const auto ask = [anchor](const void* array, uint32_t bytes, uint32_t at) {
+        prefetchGlobal(static_cast<const char*>(array) + anchor * bytes + at);
+    };
+    ask(model.feature, 2 * kFastFeatures, 32 * half);
+    ask(model.offset, 8 * K, 4 * K * half);
+    ask(model.offset, 8 * K, 4 * K * half + 2 * K);
+    ask(model.shape, 24, 23 * half);
+    if (half == 0)
+        ask(model.placement, 16, 0);
+    else
+        ask(model.source, 4, 0);
+}
+
 // kBank: the model has a feature bank, which makes the features depend on the eye. kShared, kThins: DecodeFrame.
 template <bool kBank, bool kShared, bool kThins>
 __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks)
@@ -41,15 +61,18 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks)
     Staging& staged = shared.staging[threadIdx.x >> 5];
     EyeTally left, right;
     uint32_t positive = 0; // bit per eye
+    const auto entryAt = [&](uint32_t index) { return index < count ? args.visible[index] : 0u; };
 
+    uint32_t ahead = entryAt(warp * kRows + (lane & 15u)); // of this lane's anchor of the next step; 0: no anchor
     for (uint32_t first = warp * kRows; first < count; first += warps * kRows) {
+        const uint32_t entries = ahead;
+        ahead = entryAt(first + warps * kRows + (lane & 15u));
         uint32_t anchors[2], seen_by[2];
         float positions[2][3];
         uint32_t feature[2][4]; // per k tile
 #pragma unroll
         for (uint32_t r = 0; r < 2; ++r) {
-            const uint32_t index = first + g + 8 * r;
-            const uint32_t entry = index < count ? args.visible[index] : 0u;
+            const uint32_t entry = __shfl_sync(~0u, entries, g + 8 * r);
             anchors[r] = entry & ((1u << kAnchorBits) - 1u);
             seen_by[r] = entry >> kAnchorBits; // 0: no anchor
             const float4 p = reinterpret_cast<const float4*>(model.placement)[anchors[r]];
@@ -69,6 +92,7 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks)
             continue; // a group lies close together: often all of its anchors are in other passes
         float levels[2];
         gatherInputs(args, anchors, t, feature, levels);
+        askForAnchors(args, ahead, lane);
 
         const uint32_t decodes = args.merged ? 1 : args.eye_count;
         uint32_t keep_left = 0; // in shared bins: what the first eye has staged, like `keep`

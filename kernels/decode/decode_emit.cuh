@@ -167,6 +167,7 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
             const float2* shape = reinterpret_cast<const float2*>(model.shape + size_t(6) * anchor);
             const float2 s0 = shape[0], s1 = shape[1], s2 = shape[2];
             const uint64_t offset = model.offset[size_t(anchor) * K + k];
+            const uint32_t order = model.source[anchor] * K + k;
             const auto steps = [offset](uint32_t axis) {
                 return float(int32_t(uint32_t(offset >> (kOffsetBits * axis)) & ((1u << kOffsetBits) - 1u)) -
                              kOffsetSteps - 1);
@@ -187,16 +188,16 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
 #pragma unroll
             for (uint32_t c = 0; c < 4; ++c)
                 q[c] *= inverse;
-            bool finite = offset != kNoOffset;
             const bool here =
                 args.pass.count == 1 ||
                 passOf(args.pass, args.grid, viewPoint<float>(eye, {position[0], position[1], position[2]}).z) ==
                     args.pass.index;
             if (here) {
                 ++tally.alive;
-                finite = finite && isfinite(rgb[0] + rgb[1] + rgb[2]); // geometry is for projectFast to see
-                drawn = finite && projectFast<kThins>(args, e, position, sigma, q, opacity, rgb,
-                                                      model.source[anchor] * K + k, out, finite);
+                bool finite; // its geometry
+                drawn = projectFast<kThins>(args, e, position, sigma, q, opacity, rgb, order, out, finite);
+                finite = finite && offset != kNoOffset && isfinite(rgb[0] + rgb[1] + rgb[2]);
+                drawn = drawn && finite;
                 if (!finite) // rare
                     atomicAdd(&args.counters->dropped[e], 1u);
             }
@@ -236,9 +237,11 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
                 out.place.box = kNoBins;
             }
             if (turns.last) {
-                countCells(args, 0, out.place, tally);
-                if (__any_sync(~0u, first_alone.box != kNoBins))
-                    countCells(args, 0, first_alone, tally);
+                // note: twice, and rarely, round one copy of what is much code
+                for (bool more = true; more; out.place = first_alone, first_alone.box = kNoBins) {
+                    countCells(args, 0, out.place, tally);
+                    more = __any_sync(~0u, first_alone.box != kNoBins);
+                }
             } else if (i < count) {
                 staged.slots[i] = drawn ? slot : kNoSlot;
             }

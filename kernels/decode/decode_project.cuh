@@ -14,18 +14,18 @@ struct Candidate {
     SplatPlace place;
 };
 
-// Projects one Gaussian. False if it cannot change a pixel of the columns that are drawn. kThins: DecodeFrame::thins.
+// Projects one Gaussian. False if it cannot change a pixel of the columns that are drawn. finite: it can be projected, or
+// lies outside of the depths that are drawn. kThins: DecodeFrame::thins.
+// note: without a way out before the end, because nearly every Gaussian goes all the way and branches are waited for
 template <bool kThins>
 __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t e, const float* position,
                                             const float* sigma, const float* quaternion, float opacity,
                                             const float* color, uint32_t order, Candidate& out, bool& finite)
 {
     const EyeParams& eye = args.eyes[e];
-    finite = true;
     const Vec3<float> p{position[0], position[1], position[2]};
     const Vec3<float> t = viewPoint<float>(eye, p);
-    if (t.z <= args.rules.near_z || t.z > args.rules.far_z)
-        return false;
+    const bool outside = t.z <= args.rules.near_z || t.z > args.rules.far_z;
     const float inv_z = __fdividef(1.0f, t.z);
     const float x = fmaf(eye.focal_x * t.x, inv_z, axisPixel(eye.width, eye.focal_x, eye.tan_mid_x) - 0.5f);
     const float y = fmaf(eye.focal_y * t.y, inv_z, axisPixel(eye.height, eye.focal_y, eye.tan_mid_y) - 0.5f);
@@ -55,21 +55,16 @@ __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t
         c = fmaf(pv, pv, c);
     }
     float det = a * c - b * b;
-    if (!(det > 0.0f)) {
-        finite = det == det;
-        return false;
-    }
+    bool drawn = !outside && det > 0.0f;
     if constexpr (kThins) {
         const float ux = t.x * inv_z, uy = t.y * inv_z;
         const float* gaze = args.gaze[e];
         const float cosine =
             __fdividef(fmaf(ux, gaze[0], fmaf(uy, gaze[1], gaze[2])), sqrtf(fmaf(ux, ux, fmaf(uy, uy, 1.0f))));
         const float wanted = finestVariance(cosine, args.finest);
-        const float has = sqrtf(det); // geometric mean of both axes' variances
-        if (has < wanted) {
-            const float chance = __fdividef(has, wanted);
-            if (foveationRank(order) >= chance)
-                return false;
+        const float has = sqrtf(fmaxf(det, 0.0f)); // geometric mean of both axes' variances
+        if (drawn && has < wanted) {
+            drawn = foveationRank(order) < __fdividef(has, wanted); // its chance
             const float grows = __fdividef(wanted, has);
             a *= grows;
             b *= grows;
@@ -79,26 +74,25 @@ __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t
     }
     const float inv_det = __fdividef(1.0f, det);
 
-    // pixels that upstream's 3-sigma tiles cover, cut by the box of the ellipse on which alpha reaches 1/255
+    // pixels of the box of the ellipse on which alpha reaches 1/255, cut by upstream's 3-sigma tiles
     const float reach = 2.0f * __logf(255.0f * opacity) + 5e-3f; // of the squared Mahalanobis distance; an
     // opacity near 1/255 is rounded by up to half of one of 257 steps when it is packed
     const float ex = sqrtf(reach * a) + 0.01f, ey = sqrtf(reach * c) + 0.01f;
-    const float mid = 0.5f * (a + c);
-    const float radius = ceilf(3.0f * sqrtf(mid + sqrtf(fmaxf(args.rules.eigen_floor, mid * mid - det))));
-    const float x0 = fmaxf(x - ex, floorf((x - radius) * (1.0f / kTileSize)) * kTileSize);
-    const float y0 = fmaxf(y - ey, floorf((y - radius) * (1.0f / kTileSize)) * kTileSize);
-    const float x1 = fminf(x + ex, ceilf((x + radius) * (1.0f / kTileSize)) * kTileSize + kTileSize - 1.0f);
-    const float y1 = fminf(y + ey, ceilf((y + radius) * (1.0f / kTileSize)) * kTileSize + kTileSize - 1.0f);
-    const float left = args.bands[e].first, right = args.bands[e].last;
-    if (!(x1 >= left && y1 >= 0.0f && x0 <= right && y0 <= float(eye.height) - 1.0f && ceilf(x0) <= x1 &&
-          ceilf(y0) <= y1)) {
-        finite = x == x && y == y && a == a && c == c;
-        return false;
+    float x0 = x - ex, y0 = y - ey, x1 = x + ex, y1 = y + ey;
+    if (fmaxf(ex, ey) >= float(kTileSize)) { // the square of a smaller one ends at most 3 pixels before its ellipse
+        const float mid = 0.5f * (a + c);
+        const float radius = ceilf(3.0f * sqrtf(mid + sqrtf(fmaxf(args.rules.eigen_floor, mid * mid - det))));
+        x0 = fmaxf(x0, floorf((x - radius) * (1.0f / kTileSize)) * kTileSize);
+        y0 = fmaxf(y0, floorf((y - radius) * (1.0f / kTileSize)) * kTileSize);
+        x1 = fminf(x1, ceilf((x + radius) * (1.0f / kTileSize)) * kTileSize + kTileSize - 1.0f);
+        y1 = fminf(y1, ceilf((y + radius) * (1.0f / kTileSize)) * kTileSize + kTileSize - 1.0f);
     }
+    const float left = args.bands[e].first, right = args.bands[e].last, bottom = float(eye.height) - 1.0f;
+    drawn = drawn && x1 >= left && y1 >= 0.0f && x0 <= right && y0 <= bottom && ceilf(x0) <= x1 && ceilf(y0) <= y1;
+    finite = drawn || outside || (det == det && x == x && y == y);
     const uint32_t row_bits = args.grid.height == 16 ? 4u : 5u;
     const uint32_t bx0 = uint32_t(fmaxf(x0, left)) / kBinWidth, by0 = uint32_t(ceilf(fmaxf(y0, 0.0f))) >> row_bits;
-    const uint32_t bx1 = uint32_t(fminf(x1, right)) / kBinWidth;
-    const uint32_t by1 = uint32_t(fminf(y1, float(eye.height) - 1.0f)) >> row_bits;
+    const uint32_t bx1 = uint32_t(fminf(x1, right)) / kBinWidth, by1 = uint32_t(fminf(y1, bottom)) >> row_bits;
     constexpr float kLog2E = 1.44269504088896341f;
     const float scale = kLog2E * inv_det; // power of two instead of e, and its halves, folded in here
     out.words[0] = {__float_as_uint(x), __float_as_uint(y), __float_as_uint(0.5f * c * scale),
@@ -106,7 +100,7 @@ __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t
     out.words[1] = {__float_as_uint(0.5f * a * scale), packSteps(color[0], color[1]), packSteps(color[2], opacity),
                     order};
     out.place = {__float_as_uint(t.z), bx0 | by0 << 8 | bx1 << 16 | by1 << 24};
-    return true;
+    return drawn;
 }
 
 } // namespace gsc
