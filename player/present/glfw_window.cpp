@@ -24,8 +24,9 @@ static_assert(kKeyLeftBracket == GLFW_KEY_LEFT_BRACKET && kKeyRightBracket == GL
               kKeyLeft == GLFW_KEY_LEFT && kKeyDown == GLFW_KEY_DOWN && kKeyUp == GLFW_KEY_UP);
 static_assert(kKeyPageUp == GLFW_KEY_PAGE_UP && kKeyPageDown == GLFW_KEY_PAGE_DOWN && kKeyHome == GLFW_KEY_HOME &&
               kKeyF1 == GLFW_KEY_F1 && kKeyF2 == GLFW_KEY_F2 && kKeyF12 == GLFW_KEY_F12);
-static_assert(kKeyLeftShift == GLFW_KEY_LEFT_SHIFT && kKeyLeftAlt == GLFW_KEY_LEFT_ALT &&
-              kKeyRightShift == GLFW_KEY_RIGHT_SHIFT && kKeyRightAlt == GLFW_KEY_RIGHT_ALT &&
+static_assert(kKeyLeftShift == GLFW_KEY_LEFT_SHIFT && kKeyLeftControl == GLFW_KEY_LEFT_CONTROL &&
+              kKeyLeftAlt == GLFW_KEY_LEFT_ALT && kKeyRightShift == GLFW_KEY_RIGHT_SHIFT &&
+              kKeyRightControl == GLFW_KEY_RIGHT_CONTROL && kKeyRightAlt == GLFW_KEY_RIGHT_ALT &&
               kModifierControl == GLFW_MOD_CONTROL);
 static_assert(kMouseLeft == GLFW_MOUSE_BUTTON_LEFT && kMouseRight == GLFW_MOUSE_BUTTON_RIGHT &&
               kPadA == GLFW_GAMEPAD_BUTTON_A && kPadB == GLFW_GAMEPAD_BUTTON_B && kPadX == GLFW_GAMEPAD_BUTTON_X &&

@@ -26,8 +26,10 @@ enum Key : int {
     kKeyF2 = 291,
     kKeyF12 = 301,
     kKeyLeftShift = 340,
+    kKeyLeftControl = 341,
     kKeyLeftAlt = 342,
     kKeyRightShift = 344,
+    kKeyRightControl = 345,
     kKeyRightAlt = 346,
 };
 

@@ -74,6 +74,15 @@ std::string keyName(int key)
         return "Left";
     case kKeyRight:
         return "Right";
+    case kKeyLeftShift:
+    case kKeyRightShift:
+        return "Shift";
+    case kKeyLeftControl:
+    case kKeyRightControl:
+        return "Ctrl";
+    case kKeyLeftAlt:
+    case kKeyRightAlt:
+        return "Alt";
     default:
         return key > 32 && key < 127 ? std::string(1, char(key)) : "key " + std::to_string(key);
     }

@@ -116,7 +116,8 @@ class XrTest(PictureTest):
         biases = [line["lod_bias"] for line in run.log if line["fresh"]]
         self.assertEqual(biases[0], 0)
         self.assertLess(biases[-1], -1)
-        self.xr("room", "--target-ms", "5", settings=self.settings(5), code=1)  # it has one level
+        refused = self.xr("room", "--target-ms", "5", settings=self.settings(5), code=1)  # it has one level
+        self.assertRegex(refused.err, "error: --target-ms 5: .*one level of detail.*--foveation fixed")
         thinned = self.xr("room", "--xr-sync", "--target-ms", "0.001", "--foveation", "fixed", "--fovea-pixels", "1.5",
                           settings=self.settings(30))
         pixels = [line["fovea_pixels"] for line in thinned.log if line["fresh"]]
