@@ -34,12 +34,16 @@ void countTiles(const BinArgs& args, size_t begin, size_t end, Splat* splats, ui
         const Ellipse ellipse = ellipseOf(splat);
         const uint32_t x0 = splat.x0 / kTileSize, x1 = splat.x1 / kTileSize;
         const uint32_t y0 = splat.y0 / kTileSize, y1 = splat.y1 / kTileSize;
+        // one row or column of tiles round the centre: the ellipse touches all of them, unless the image cuts its box, and
+        // then what is listed in excess draws nothing
+        const bool fills = (x0 == x1 || y0 == y1) && splat.x >= splat.x0 && splat.x <= splat.x1 &&
+                           splat.y >= splat.y0 && splat.y <= splat.y1;
         for (uint32_t y = y0; y <= y1; y += kCellsPerSide)
             for (uint32_t x = x0; x <= x1; x += kCellsPerSide) {
                 const uint32_t columns = std::min(x1 - x + 1, kCellsPerSide);
                 const uint32_t rows = std::min(y1 - y + 1, kCellsPerSide);
                 uint32_t tiles = ((1u << columns) - 1) * 0x1111u & ((1u << rows * kCellsPerSide) - 1);
-                if (x0 != x1 && y0 != y1) // the box is the ellipse's: what has one row or column touches all of it
+                if (!fills)
                     tiles &= touchedCells(ellipse, cell_x, cell_y, float(x * kTileSize), float(y * kTileSize),
                                           float(kTileSize - 1));
                 windows.push_back(

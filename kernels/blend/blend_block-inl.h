@@ -27,7 +27,7 @@ constexpr uint32_t kPixels = kTileSize * kTileSize;
 constexpr uint32_t kBlock = 4;                     // pixels
 constexpr uint32_t kBlockPixels = kBlock * kBlock; // and blocks per tile
 constexpr uint32_t kBatch = 32;                    // splats whose blocks are found before the first of them is blended
-using List = uint32_t;                             // a bit for each of them
+using SplatList = uint32_t;                        // a bit for each of them
 constexpr uint32_t kTogether = 3;                  // splats of a block whose falloffs do not wait for each other
 
 using M = hn::Mask<D>;
@@ -38,12 +38,13 @@ struct TileState {
     HWY_ALIGN float red[kPixels], green[kPixels], blue[kPixels];
     HWY_ALIGN float z[kPixels];                                   // with depths
     HWY_ALIGN float block_x[kBlockPixels], block_y[kBlockPixels]; // first pixel of each block
+    HWY_ALIGN float place_x[kBlockPixels], place_y[kBlockPixels]; // pixels of a block, from its first
     uint16_t undone[kBlockPixels];                                // per block, bit i: pixel i is not done
     uint32_t live;                                                // bit b: some pixel of block b is not done
 };
 
 // A splat of a tile, prepared. alpha is 2^(log_opacity - u^2 - w^2), and u and w are linear in the pixel: their values at
-// a block's first pixel less those of a place in a block. Not so for splats whose ellipse is not trusted (Batch::loose).
+// a block's first pixel less those of a place in a block. Not so for splats whose ellipse is not trusted (SplatBatch::loose).
 struct alignas(64) Lit {
     float block_u[kBlockPixels], block_w[kBlockPixels]; // by block
     float place_u[kBlockPixels], place_w[kBlockPixels];
@@ -51,11 +52,11 @@ struct alignas(64) Lit {
     const Splat* splat;
 };
 
-struct Batch {
+struct SplatBatch {
     Lit lits[kBatch];
     HWY_ALIGN uint16_t touched[kBatch]; // bit b: block b
-    List blocks[kBlockPixels];          // bit i of blocks[b]: bit b of touched[i]
-    List loose;                         // bit i: splat i
+    SplatList blocks[kBlockPixels];     // bit i of blocks[b]: bit b of touched[i]
+    SplatList loose;                    // bit i: splat i
 };
 
 // What is the same for every splat.
@@ -68,12 +69,12 @@ struct BlendRules {
 };
 
 // Where a vector of pixels lies.
-struct Place {
+struct PixelPlace {
     uint32_t block, part; // first pixel of the block's 16
 };
 
 // Of one vector of pixels.
-struct Light {
+struct PixelLight {
     V transmittance, red, green, blue, z;
     M undone;
 };
@@ -81,7 +82,7 @@ struct Light {
 constexpr float kLog2E = 1.44269504f;
 constexpr float kFaintest = -7.99435344f; // log2(kOpacityFloor), to rounding
 
-// Logarithm of an opacity to base 2, without an end where nothing is drawn at all.
+// Logarithm of an opacity to base 2; -1e30 below 1/255, where nothing is drawn.
 HWY_INLINE V logOpacity(D d, V opacity)
 {
     const V floor = hn::Set(d, kOpacityFloor);
@@ -89,7 +90,7 @@ HWY_INLINE V logOpacity(D d, V opacity)
 }
 
 // Logarithm of a splat's alpha to base 2.
-HWY_INLINE V logAlpha(D d, const Lit& lit, Place at)
+HWY_INLINE V logAlpha(D d, const Lit& lit, PixelPlace at)
 {
     const V u = hn::Sub(hn::Set(d, lit.block_u[at.block]), hn::Load(d, lit.place_u + at.part));
     const V w = hn::Sub(hn::Set(d, lit.block_w[at.block]), hn::Load(d, lit.place_w + at.part));
@@ -97,21 +98,25 @@ HWY_INLINE V logAlpha(D d, const Lit& lit, Place at)
 }
 
 // The same of a splat whose ellipse is not trusted: by the form that upstream evaluates, nothing where that is positive.
-HWY_INLINE V logAlphaLoose(D d, const Lit& lit, const TileState& state, Place at, bool gsplat)
+HWY_INLINE V logAlphaLoose(D d, const Lit& lit, const TileState& state, PixelPlace at, bool gsplat)
 {
-    HWY_ALIGN float power[kBlockPixels];
-    for (uint32_t p = 0; p < kBlockPixels; ++p)
-        power[p] = gaussianPower(lit.splat->conic, lit.splat->x - (state.block_x[at.block] + float(p % kBlock)),
-                                 lit.splat->y - (state.block_y[at.block] + float(p / kBlock)), gsplat);
-    const V v = hn::Load(d, power + at.part);
+    const Splat& splat = *lit.splat;
+    const V x = hn::Add(hn::Set(d, state.block_x[at.block]), hn::Load(d, state.place_x + at.part));
+    const V y = hn::Add(hn::Set(d, state.block_y[at.block]), hn::Load(d, state.place_y + at.part));
+    const V dx = hn::Sub(hn::Set(d, splat.x), x), dy = hn::Sub(hn::Set(d, splat.y), y);
+    const V half_a = hn::Set(d, -0.5f * splat.conic[0]), half_c = hn::Set(d, -0.5f * splat.conic[2]);
+    // gaussianPower(); halving is exact
+    const V squares = hn::MulAdd(dx, hn::Mul(half_a, dx), hn::Mul(dy, hn::Mul(half_c, dy)));
+    const V b_dx = hn::Mul(hn::Set(d, splat.conic[1]), dx);
+    const V v = gsplat ? hn::NegMulAdd(b_dx, dy, squares) : hn::Sub(squares, hn::Mul(dy, b_dx));
     const V log_alpha = hn::MulAdd(v, hn::Set(d, kLog2E), hn::Set(d, lit.log_opacity));
     return hn::IfThenElse(hn::Le(v, hn::Zero(d)), log_alpha, hn::Set(d, -INFINITY)); // NaN draws nothing either
 }
 
-// Light that kCount splats take, one behind the other, on pixels none of which they finish or whose depth they are.
-// False, and nothing done, where there is such a pixel.
+// Blends kCount splats, one behind the other, if they finish no pixel and are the depth of none. False, and nothing done,
+// otherwise.
 template <bool kDepth, uint32_t kCount>
-HWY_INLINE bool blendTogether(D d, const BlendRules& rules, const Lit* const* lits, Place at, Light& light)
+HWY_INLINE bool blendTogether(D d, const BlendRules& rules, const Lit* const* lits, PixelPlace at, PixelLight& light)
 {
     V log_alpha[kCount], weight[kCount];
     for (uint32_t i = 0; i < kCount; ++i)
@@ -140,8 +145,8 @@ HWY_INLINE bool blendTogether(D d, const BlendRules& rules, const Lit* const* li
 }
 
 // Any splat, on any pixels.
-HWY_NOINLINE void blendOne(const Lit& lit, bool loose, const BlendRules& rules, const TileState& state, Place at,
-                           Light& light)
+HWY_NOINLINE void blendOne(const Lit& lit, bool loose, const BlendRules& rules, const TileState& state, PixelPlace at,
+                           PixelLight& light)
 {
     const D d;
     const V log_alpha = loose ? logAlphaLoose(d, lit, state, at, rules.gsplat) : logAlpha(d, lit, at);
@@ -163,24 +168,26 @@ HWY_NOINLINE void blendOne(const Lit& lit, bool loose, const BlendRules& rules, 
     light.z = hn::IfThenElse(spent, hn::Set(d, lit.z), light.z);
 }
 
-// Blends splats `list` of the batch on one vector of pixels. Returns how many were needed.
+// Blends splats `list` of the batch on one vector of pixels. Returns how many were evaluated.
 template <bool kDepth>
-HWY_INLINE uint32_t blendVector(const Batch& batch, const BlendRules& rules, List list, Place at, TileState& state)
+HWY_INLINE uint32_t blendVector(const SplatBatch& batch, const BlendRules& rules, SplatList list, PixelPlace at,
+                                TileState& state)
 {
     const D d;
     const uint32_t first = at.block * kBlockPixels + at.part;
-    Light light = {hn::Load(d, state.transmittance + first),
-                   hn::Load(d, state.red + first),
-                   hn::Load(d, state.green + first),
-                   hn::Load(d, state.blue + first),
-                   kDepth ? hn::Load(d, state.z + first) : hn::Zero(d),
-                   maskOf(uint32_t(state.undone[at.block]) >> at.part)};
+    PixelLight light = {hn::Load(d, state.transmittance + first),
+                        hn::Load(d, state.red + first),
+                        hn::Load(d, state.green + first),
+                        hn::Load(d, state.blue + first),
+                        kDepth ? hn::Load(d, state.z + first) : hn::Zero(d),
+                        maskOf(uint32_t(state.undone[at.block]) >> at.part)};
     uint32_t visited = 0;
-    bool undone = true;
+    bool undone = !hn::AllFalse(d, light.undone);
+    static_assert(kTogether == 3);
     while (list != 0 && undone) {
         const Lit* lits[kTogether];
         uint32_t count = 0;
-        List these = list;
+        SplatList these = list;
         do {
             lits[count++] = batch.lits + std::countr_zero(list);
             list &= list - 1;
@@ -193,7 +200,7 @@ HWY_INLINE uint32_t blendVector(const Batch& batch, const BlendRules& rules, Lis
                    : count == 2 ? blendTogether<kDepth, 2>(d, rules, lits, at, light)
                                 : blendTogether<kDepth, 1>(d, rules, lits, at, light);
         if (HWY_UNLIKELY(!easy)) {
-            Light careful = light; // note: a copy, since what a call may change is not kept in registers
+            PixelLight careful = light; // note: a copy, whose address the call gets: `light` stays in registers
             for (uint32_t i = 0; i < count; ++i)
                 blendOne(*lits[i], (batch.loose >> (lits[i] - batch.lits) & 1) != 0, rules, state, at, careful);
             light = careful;
@@ -213,7 +220,7 @@ HWY_INLINE uint32_t blendVector(const Batch& batch, const BlendRules& rules, Lis
 }
 
 // Of one splat: the Cholesky factors of its form, and bounds.
-struct Factors {
+struct SplatFactors {
     HWY_ALIGN float u_x[kBatch], u_y[kBatch], w_y[kBatch]; // u and w per pixel
     HWY_ALIGN float least_u[kBatch], most_u[kBatch];       // of the places in a block
     HWY_ALIGN float reach[kBatch];                         // of u^2 + w^2, where alpha is 1/255
@@ -221,7 +228,7 @@ struct Factors {
 
 // Which blocks splat i may be drawn in: where the least u^2 and the least w^2 of a block, each by itself, leave alpha at
 // 1/255 or more. One per cent more than the ellipse touches, for a third of the work.
-HWY_INLINE uint32_t touchedBlocks(D d, const Lit& lit, const Factors& f, uint32_t i)
+HWY_INLINE uint32_t touchedBlocks(D d, const Lit& lit, const SplatFactors& f, uint32_t i)
 {
     const V zero = hn::Zero(d), reach = hn::Set(d, f.reach[i]), most_w = hn::Set(d, float(kBlock - 1) * f.w_y[i]);
     const V least_u = hn::Set(d, f.least_u[i]), most_u = hn::Set(d, f.most_u[i]);
@@ -238,9 +245,9 @@ HWY_INLINE uint32_t touchedBlocks(D d, const Lit& lit, const Factors& f, uint32_
 // Prepares splats entries[0 .. count), count <= kBatch, and finds which blocks of the tile they touch. Asks for those of
 // the next batch meanwhile, up to entries[all].
 HWY_INLINE void prepareBatch(const BlendArgs& args, const uint32_t* entries, uint32_t count, uint32_t all, bool depth,
-                             const TileState& state, Batch& batch)
+                             const TileState& state, SplatBatch& batch)
 {
-    HWY_ALIGN float a[kBatch], b[kBatch], c[kBatch], opacity[kBatch];
+    HWY_ALIGN float a[kBatch] = {}, b[kBatch] = {}, c[kBatch] = {}, opacity[kBatch] = {};
     batch.loose = 0;
     for (uint32_t i = 0; i < count; ++i) {
         const Splat& s = args.splats[entries[i]];
@@ -254,10 +261,10 @@ HWY_INLINE void prepareBatch(const BlendArgs& args, const uint32_t* entries, uin
         lit.green = s.color[1];
         lit.blue = s.color[2];
         lit.z = depth ? std::bit_cast<float>(args.sorted[entries[i]].depth_bits) : 0.0f;
-        batch.loose |= List(s.cutoff >= kLooseCutoff) << i;
+        batch.loose |= SplatList(s.cutoff >= kLooseCutoff) << i;
     }
     const D d;
-    Factors f;
+    SplatFactors f;
     HWY_ALIGN float log_opacity[kBatch];
     for (uint32_t i = 0; i < count; i += uint32_t(hn::Lanes(d))) {
         const V scale = hn::Set(d, 0.5f * kLog2E), zero = hn::Zero(d), side = hn::Set(d, float(kBlock - 1));
@@ -273,11 +280,6 @@ HWY_INLINE void prepareBatch(const BlendArgs& args, const uint32_t* entries, uin
         hn::Store(hn::MulAdd(logarithm, hn::Set(d, 1.0001f), hn::Set(d, 1e-4f - 1.0001f * kFaintest)), d, f.reach + i);
         hn::Store(logarithm, d, log_opacity + i);
     }
-    HWY_ALIGN float place_x[kBlockPixels], place_y[kBlockPixels];
-    for (uint32_t p = 0; p < kBlockPixels; ++p) {
-        place_x[p] = float(p % kBlock);
-        place_y[p] = float(p / kBlock);
-    }
     for (uint32_t i = 0; i < count; ++i) {
         if (i + kBatch < all)
             prefetchSplat(args.splats + entries[i + kBatch]);
@@ -289,7 +291,7 @@ HWY_INLINE void prepareBatch(const BlendArgs& args, const uint32_t* entries, uin
             const V dy = hn::Sub(hn::Set(d, lit.splat->y), hn::Load(d, state.block_y + p));
             hn::Store(hn::MulAdd(ux, dx, hn::Mul(uy, dy)), d, lit.block_u + p);
             hn::Store(hn::Mul(wy, dy), d, lit.block_w + p);
-            const V px = hn::Load(d, place_x + p), py = hn::Load(d, place_y + p);
+            const V px = hn::Load(d, state.place_x + p), py = hn::Load(d, state.place_y + p);
             hn::Store(hn::MulAdd(ux, px, hn::Mul(uy, py)), d, lit.place_u + p);
             hn::Store(hn::Mul(wy, py), d, lit.place_w + p);
         }
@@ -306,7 +308,7 @@ HWY_INLINE void prepareBatch(const BlendArgs& args, const uint32_t* entries, uin
                               bits);
             uint32_t word;
             std::memcpy(&word, bits, sizeof(word));
-            batch.blocks[block] |= List(word) << i;
+            batch.blocks[block] |= SplatList(word) << i;
         }
     }
 }

@@ -41,6 +41,10 @@ void startTile(const BlendArgs& args, uint32_t tile_x, uint32_t tile_y, TileStat
     std::fill_n(state.blue, kPixels, 0.0f);
     if (args.depth.z != nullptr || args.cost) // blending for the cost finds depths, wanted or not
         std::fill_n(state.z, kPixels, INFINITY);
+    for (uint32_t p = 0; p < kBlockPixels; ++p) {
+        state.place_x[p] = float(p % kBlock);
+        state.place_y[p] = float(p / kBlock);
+    }
     state.live = 0;
     for (uint32_t block = 0; block < kBlockPixels; ++block) {
         const uint32_t x0 = tile_x + block % kBlock * kBlock, y0 = tile_y + block / kBlock * kBlock;
@@ -99,7 +103,7 @@ template <bool kDepth, bool kCost = false>
 uint64_t blendTile(const BlendArgs& args, const BlendRules& rules, uint32_t tile)
 {
     TileState state;
-    Batch batch;
+    SplatBatch batch;
     const uint32_t tile_x = tile % args.grid_x * kTileSize, tile_y = tile / args.grid_x * kTileSize;
     startTile(args, tile_x, tile_y, state);
     uint64_t blocks = 0;
@@ -131,7 +135,7 @@ uint64_t blendTile(const BlendArgs& args, const BlendRules& rules, uint32_t tile
 uint64_t blendPatches(const BlendArgs& args, size_t first, size_t last)
 {
     const auto blend = args.cost ? blendTile<true, true> : args.depth.z != nullptr ? blendTile<true> : blendTile<false>;
-    // gsplat's pixel is done where what goes on is the bound itself, too
+    // gsplat's pixel is done where what goes on equals the bound, too
     const float bound = args.rules.gsplat ? std::nextafter(args.rules.stop, 1.0f) : args.rules.stop;
     const D d;
     const float faintest = hn::GetLane(logOpacity(d, hn::Set(d, kOpacityFloor)));

@@ -35,8 +35,8 @@ __device__ __forceinline__ void askForAnchors(const DecodeCudaArgs& args, uint32
         prefetchGlobal(static_cast<const char*>(array) + anchor * bytes + at);
     };
     ask(model.feature, 2 * kFastFeatures, 32 * half);
-    ask(model.offset, 8 * K, 4 * K * half);
-    ask(model.offset, 8 * K, 4 * K * half + 2 * K);
+    ask(model.offset, 8 * K, half * (8 * K - 1)); // up to 96 bytes; thirds of them are no longer than a sector
+    ask(model.offset, 8 * K, (1 + half) * (8 * K - 1) / 3);
     ask(model.shape, 24, 23 * half);
     if (half == 0)
         ask(model.placement, 16, 0);

@@ -237,7 +237,7 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
                 out.place.box = kNoBins;
             }
             if (turns.last) {
-                // note: twice, and rarely, round one copy of what is much code
+                // note: a loop, rarely of two rounds, so that this long code is there once
                 for (bool more = true; more; out.place = first_alone, first_alone.box = kNoBins) {
                     countCells(args, 0, out.place, tally);
                     more = __any_sync(~0u, first_alone.box != kNoBins);

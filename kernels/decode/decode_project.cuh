@@ -16,7 +16,7 @@ struct Candidate {
 
 // Projects one Gaussian. False if it cannot change a pixel of the columns that are drawn. finite: it can be projected, or
 // lies outside of the depths that are drawn. kThins: DecodeFrame::thins.
-// note: without a way out before the end, because nearly every Gaussian goes all the way and branches are waited for
+// note: no early return: nearly every Gaussian goes all the way, and a branch costs more than it saves
 template <bool kThins>
 __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t e, const float* position,
                                             const float* sigma, const float* quaternion, float opacity,
@@ -92,7 +92,8 @@ __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t
     finite = drawn || outside || (det == det && x == x && y == y);
     const uint32_t row_bits = args.grid.height == 16 ? 4u : 5u;
     const uint32_t bx0 = uint32_t(fmaxf(x0, left)) / kBinWidth, by0 = uint32_t(ceilf(fmaxf(y0, 0.0f))) >> row_bits;
-    const uint32_t bx1 = uint32_t(fminf(x1, right)) / kBinWidth, by1 = uint32_t(fminf(y1, bottom)) >> row_bits;
+    const uint32_t bx1 = uint32_t(fmaxf(fminf(x1, right), 0.0f)) / kBinWidth,
+                   by1 = uint32_t(fmaxf(fminf(y1, bottom), 0.0f)) >> row_bits;
     constexpr float kLog2E = 1.44269504088896341f;
     const float scale = kLog2E * inv_det; // power of two instead of e, and its halves, folded in here
     out.words[0] = {__float_as_uint(x), __float_as_uint(y), __float_as_uint(0.5f * c * scale),

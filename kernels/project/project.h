@@ -23,7 +23,7 @@ struct Splat {
 static_assert(sizeof(Splat) == 48);
 
 // Cutoff of splats whose ellipse is not trusted, because they are too thin or their determinant is negative: larger
-// than any other, yet within the range of the blend's exponential. They fill upstream's tiles.
+// than any other. They fill upstream's tiles.
 constexpr float kLooseCutoff = 16;
 
 struct ProjectArgs {

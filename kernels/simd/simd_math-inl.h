@@ -47,7 +47,7 @@ HWY_INLINE void storeHalf(V v, uint16_t* to)
 // exp(r) - 1 for |r| <= ln(2) / 2: r + r^2 P(r), P interpolating at Chebyshev nodes, 1e-8 relative.
 HWY_INLINE V expm1Reduced(D d, V r)
 {
-    // note: Estrin's order; the blend waits for this chain more than for anything else
+    // note: Estrin's order, whose chain is short
     const V r2 = hn::Mul(r, r);
     const V low = hn::MulAdd(hn::Set(d, 0.16666576583158002f), r, hn::Set(d, 0.5f));
     const V high = hn::MulAdd(hn::Set(d, 0.008363246669753733f), r, hn::Set(d, 0.04166655410934578f));
@@ -101,6 +101,7 @@ template <size_t kCount>
 HWY_INLINE void exp2Steps(D d, const OctaveTable& octave, const V* x, V* out)
 {
     const hn::RebindToSigned<D> di;
+    constexpr int kShift = 23 - std::countr_zero(kOctaveSteps);
     const V magic = hn::Set(d, 12582912.0f / kOctaveSteps); // adding it rounds to whole steps
     V shifted[kCount], r[kCount];
     for (size_t i = 0; i < kCount; ++i)
@@ -125,7 +126,7 @@ HWY_INLINE void exp2Steps(D d, const OctaveTable& octave, const V* x, V* out)
     }
     for (size_t i = 0; i < kCount; ++i) {
         const auto steps = hn::BitCast(di, shifted[i]);
-        const auto power = hn::ShiftLeft < kOctaveSteps == 16 ? 19 : kOctaveSteps == 8 ? 20 : 23 > (steps);
+        const auto power = hn::ShiftLeft<kShift>(steps);
         if constexpr (kOctaveSteps == 1) {
             out[i] = hn::BitCast(d, hn::Add(hn::BitCast(di, out[i]), power));
         } else {
