@@ -65,7 +65,7 @@ struct BlendRules {
     float faintest; // logarithm of the least alpha that is drawn
     float bound;    // a pixel is done where less than this would go on
     bool gsplat;
-    OctaveTable octave;
+    const OctaveTable& octave;
 };
 
 // Where a vector of pixels lies.
@@ -227,7 +227,7 @@ struct SplatFactors {
 };
 
 // Which blocks splat i may be drawn in: where the least u^2 and the least w^2 of a block, each by itself, leave alpha at
-// 1/255 or more. One per cent more than the ellipse touches, for a third of the work.
+// 1/255 or more: one per cent more than the ellipse touches, and fewer operations.
 HWY_INLINE uint32_t touchedBlocks(D d, const Lit& lit, const SplatFactors& f, uint32_t i)
 {
     const V zero = hn::Zero(d), reach = hn::Set(d, f.reach[i]), most_w = hn::Set(d, float(kBlock - 1) * f.w_y[i]);

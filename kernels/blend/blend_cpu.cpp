@@ -139,7 +139,8 @@ uint64_t blendPatches(const BlendArgs& args, size_t first, size_t last)
     const float bound = args.rules.gsplat ? std::nextafter(args.rules.stop, 1.0f) : args.rules.stop;
     const D d;
     const float faintest = hn::GetLane(logOpacity(d, hn::Set(d, kOpacityFloor)));
-    const BlendRules rules = {args.rules.alpha_cap, faintest, bound, args.rules.gsplat, OctaveTable()};
+    static const OctaveTable octave;
+    const BlendRules rules = {args.rules.alpha_cap, faintest, bound, args.rules.gsplat, octave};
     const ColumnRange tiles = tileColumns(args);
     const uint32_t patches_x = (tiles.end - tiles.first + kPatchX - 1) / kPatchX;
     uint64_t evaluations = 0;

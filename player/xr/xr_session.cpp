@@ -43,14 +43,15 @@ std::vector<Shot> shotsOf(const Scene& scene, const XrOptions& options, Reporter
     PlayOptions one = options.play; // places alone matter: lens and size are the headset's
     one.eyes = 1;
     one.width = one.height = 16;
-    if (one.target_ms > 0 && one.foveation == FoveationMode::None && !hasLevels(scene))
-        throw Error(
-            ErrorCode::Usage,
-            formatString("--target-ms %g: has no effect on %s, which has one level of detail, expected several or "
-                         "a periphery to thin out; add --foveation fixed, or leave it out",
-                         one.target_ms, one.input.c_str()));
-    if (guardsByFovea(scene, one))
+    if (one.target_ms > 0 && !hasLevels(scene)) {
+        if (!guardsByFovea(scene, one))
+            throw Error(
+                ErrorCode::Usage,
+                formatString("--target-ms %g: has no effect on %s, which has one level of detail, expected several "
+                             "or a periphery to thin out; add --foveation fixed, or leave it out",
+                             one.target_ms, one.input.c_str()));
         one.target_ms = 0; // of levels
+    }
     return chooseShots(scene, one, log);
 }
 
