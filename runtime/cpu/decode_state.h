@@ -32,7 +32,7 @@ struct SplatStore {
 };
 
 // What one worker adds up while decoding and projecting.
-struct WorkerState {
+struct DecodeState {
     DecodeScratch scratch;
     // of reuse: what a block draws, and a strip that no entry holds
     DecodeScratch gathered;
@@ -57,7 +57,7 @@ struct WorkerState {
 
 // Projects what eye `e` has of a block into the block's slots, from `first` on, and counts it. Returns the number of splats.
 inline uint32_t projectInto(SplatStore& store, size_t block, size_t first, const ProjectArgs& args,
-                            const GaussianBlock& gaussians, uint32_t e, WorkerState& state)
+                            const GaussianBlock& gaussians, uint32_t e, DecodeState& state)
 {
     const ProjectCounts counts = projectBlockCpu(args, gaussians, store.splats.data() + first,
                                                  store.depth_bits.data() + first, store.origins.data() + first);
@@ -70,10 +70,10 @@ inline uint32_t projectInto(SplatStore& store, size_t block, size_t first, const
 }
 
 // Decode and project take turns in the workers: they share `ms` of wall clock as they share the workers' time.
-inline void addShares(const std::vector<WorkerState>& states, double ms, StageTimes& times)
+inline void addShares(const std::vector<DecodeState>& states, double ms, StageTimes& times)
 {
     double decode = 0, project = 0;
-    for (const WorkerState& state : states) {
+    for (const DecodeState& state : states) {
         decode += state.decode_ms;
         project += state.project_ms;
     }

@@ -41,7 +41,7 @@ public:
         checkModel(model);
         m_thread.clear();
         m_model = {}; // unless all of it succeeds
-        for (WorkerState& state : m_states)
+        for (DecodeState& state : m_states)
             reserveDecode(model, state.scratch);
         m_reuse.load(model);
         dropCaches();
@@ -73,7 +73,7 @@ private:
         Stopwatch total;
         const RasterConstants rules = rasterConstants(*m_model.params, options.near_z);
         const size_t visible = select(eyes, eye_count, options, rules, result);
-        for (WorkerState& state : m_states)
+        for (DecodeState& state : m_states)
             state.clearCounts();
         if (options.reuse.policy == ReusePolicy::None) {
             m_reuse.skipFrame();
@@ -124,7 +124,7 @@ private:
     // What the workers counted.
     void addCounts(uint32_t eye_count, FrameResult& result) const
     {
-        for (const WorkerState& state : m_states)
+        for (const DecodeState& state : m_states)
             for (uint32_t e = 0; e < eye_count; ++e) {
                 EyeCounts& eye = result.eyes[e];
                 eye.gaussians_alive += state.alive[e];
@@ -164,7 +164,7 @@ private:
             mergedCenter(eyes, middle.center);
             result.eyes[0].anchors_decoded = visible;
             result.eyes[1].anchors_decoded = 0;
-            for (WorkerState& state : m_states)
+            for (DecodeState& state : m_states)
                 reserveDecode(m_model, state.gathered);
         }
         const DecodeArgs args = prepareDecode(m_model, merged ? &middle : eyes, merged ? 1 : eye_count,
@@ -178,7 +178,7 @@ private:
 
     // More eyes than `args` decodes for: both draw what it decodes.
     void runBlock(const DecodeArgs& args, const EyeParams* eyes, uint32_t eye_count, const RasterConstants& rules,
-                  const FrameOptions& options, size_t block, WorkerState& state)
+                  const FrameOptions& options, size_t block, DecodeState& state)
     {
         Stopwatch watch;
         const size_t first = block * kDecodeBlock;
@@ -216,7 +216,7 @@ private:
                    size_t visible, float* image, const DepthRows<float>& depth, FrameResult& result)
     {
         bool any_positive = false;
-        for (const WorkerState& state : m_states)
+        for (const DecodeState& state : m_states)
             any_positive |= state.any_positive[e];
         if (!any_positive) {
             blendNothing(eye.width, eye.height, emptyColor(options), image, depth, options.columns);
@@ -269,14 +269,14 @@ private:
                          m_bin.entries.bytes() + m_bin.chunk_counts.bytes() + m_image.bytes();
         for (const SplatStore& store : m_stores)
             bytes += store.bytes();
-        for (const WorkerState& state : m_states)
+        for (const DecodeState& state : m_states)
             bytes += state.scratch.values.bytes() + state.scratch.origins.bytes() + state.gathered.values.bytes() +
                      state.gathered.origins.bytes() + state.strip_keys.bytes() + state.strip_fixed.bytes();
         return bytes + m_reuse.bytes();
     }
 
     Workers m_workers;
-    std::vector<WorkerState> m_states; // per worker
+    std::vector<DecodeState> m_states; // per worker
     ModelView m_model{};
     uint64_t m_model_bytes = 0;
     Buffer<VisibleAnchor> m_visible;

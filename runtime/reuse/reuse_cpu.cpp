@@ -45,7 +45,7 @@ uint64_t CpuReuse::bytes() const
     return bytes;
 }
 
-void CpuReuse::reserveStrip(WorkerState& state) const
+void CpuReuse::reserveStrip(DecodeState& state) const
 {
     reserveDecode(m_model, state.gathered);
     const uint32_t offsets = m_model.params->n_offsets;
@@ -110,7 +110,7 @@ void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
     } else if (m_model.sensitivity == nullptr && m_sensitivity.empty()) {
         m_sensitivity = modelSensitivity(m_model, m_workers);
     }
-    for (WorkerState& state : frame.states)
+    for (DecodeState& state : frame.states)
         reserveStrip(state);
     m_work.resize(blocks * kStripsPerGroup);
     m_workers.run(blocks, 8, [&](size_t begin, size_t end, int) {
@@ -160,7 +160,7 @@ void CpuReuse::giveSlots(const ReuseFrame& frame, uint64_t limit)
 
 // Decodes what was granted of a strip, into its entries or, without one, into the worker's memory.
 void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size_t block, uint32_t strip,
-                           const StripWork& work, WorkerState& state)
+                           const StripWork& work, DecodeState& state)
 {
     const GroupRecord& group = m_model.groups[m_groups[block]];
     const uint32_t first = group.anchor_first - m_model.chunks[group.chunk].anchor_first + strip * kStripAnchors;
@@ -210,7 +210,7 @@ void CpuReuse::decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size
 
 // Appends what eye `e` sees of a strip to the worker's block.
 void CpuReuse::drawStrip(const ReuseFrame& frame, uint32_t strip, uint32_t e, const StripWork& work,
-                         const float* fraction, WorkerState& state) const
+                         const float* fraction, DecodeState& state) const
 {
     const EyeWork& eye = work.eye[e];
     const auto seen = uint32_t(__builtin_popcount(eye.lanes));
@@ -262,7 +262,7 @@ void CpuReuse::lookAhead(size_t at, ReadAhead& ahead) const
     }
 }
 
-void CpuReuse::drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t block, WorkerState& state)
+void CpuReuse::drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t block, DecodeState& state)
 {
     Stopwatch watch;
     const GroupMask& mask = frame.selected.groups[m_candidates[block]];

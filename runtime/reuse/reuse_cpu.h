@@ -22,7 +22,7 @@ struct ReuseFrame {
     const SelectScratch& selected;
     const VisibleAnchor* visible; // in the order of selected.groups
     size_t visible_count;
-    std::vector<WorkerState>& states; // counts cleared
+    std::vector<DecodeState>& states; // counts cleared
     SplatStore* stores;               // per eye; a block is a group of groups()
     Buffer<float>& bias;
 };
@@ -90,11 +90,11 @@ private:
     float leadKey(LazyStrip& strip, uint32_t e, float rate, float target, StripKeys& keys) const;
     StripKeys planFor(LazyStrip& strip, uint32_t e, const EyeWork& eye, uint32_t seen, float cover) const;
     void grant(const ReuseFrame& frame);
-    void drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t block, WorkerState& state);
+    void drawBlock(const ReuseFrame& frame, const DecodeArgs& args, size_t block, DecodeState& state);
     void decodeStrip(const ReuseFrame& frame, const DecodeArgs& args, size_t block, uint32_t strip,
-                     const StripWork& work, WorkerState& state);
+                     const StripWork& work, DecodeState& state);
     void drawStrip(const ReuseFrame& frame, uint32_t strip, uint32_t e, const StripWork& work, const float* fraction,
-                   WorkerState& state) const;
+                   DecodeState& state) const;
     void groupFractions(const ReuseFrame& frame, const GroupMask& mask, float (*fraction)[kGroupSize]) const;
     void paintBlock(const ReuseFrame& frame, size_t block, uint32_t e, Splat* splats, const uint16_t* origins,
                     uint32_t count) const;
@@ -109,7 +109,7 @@ private:
     {
         return m_groups[work / kStripsPerGroup] * kStripsPerGroup + uint32_t(work % kStripsPerGroup);
     }
-    void reserveStrip(WorkerState& state) const;
+    void reserveStrip(DecodeState& state) const;
     void lookAhead(size_t work, ReadAhead& ahead) const;
     [[nodiscard]] uint32_t stripAnchors(size_t block, uint32_t strip) const;
 
