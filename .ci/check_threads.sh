@@ -6,6 +6,6 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 tests=(test_renderer test_reuse test_parallel_threads test_service)
 cmake --preset lean -B build/threads -DCMAKE_BUILD_TYPE=RelWithDebInfo -DGSC_BUILD_TESTS=ON -DGSC_WITH_CUDA=OFF \
-    -DGSC_STATIC_RUNTIME=OFF -DGSC_SANITIZE=thread
+    -DGSC_STATIC_RUNTIME=OFF -DGSC_SANITIZE=thread -DGSC_FAST_BUILD=OFF
 cmake --build build/threads -j "$(nproc)" --target "${tests[@]}"
 ctest --test-dir build/threads --output-on-failure -R "^($(IFS='|'; echo "${tests[*]}"))\$"

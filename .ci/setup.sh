@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Installs what the build and the tests need and the machine lacks, from the distribution (Debian 12, Ubuntu 24.04).
-# usage: .ci/setup.sh [ci]    ci = also the tools of .ci/run: clang for the fuzz targets, clang-format, and what tests
+# usage: .ci/setup.sh [ci]    ci = also the tools of .ci/run: ccache, clang for the fuzz targets, clang-format, and what tests
 #                             skip where it is missing: zsh and fish, which complete, man, ffmpeg, and what opens a
 #                             window without a display
 set -euo pipefail
@@ -17,7 +17,7 @@ packages=(
     doctest-dev libbenchmark-dev binutils python3 python3-numpy python3-jsonschema
 )
 if [ "${1:-}" = ci ]; then
-    packages+=(clang libclang-rt-dev clang-format-14 zsh fish man-db libopenmpi-dev openmpi-bin ffmpeg
+    packages+=(ccache clang libclang-rt-dev clang-format-14 zsh fish man-db libopenmpi-dev openmpi-bin ffmpeg
                xvfb xdotool mesa-vulkan-drivers vulkan-validationlayers)
 fi
 

@@ -13,4 +13,7 @@ if(TARGET gsc_bake)
     LIBS gsc_bake gsc_grids OpenVDB::openvdb TBB::tbb)
   target_include_directories(test_grids SYSTEM PRIVATE ${GSC_NANOVDB_INCLUDE_DIR})
   gsc_add_test(test_bake_trained SOURCES bake/test_trained_models.cpp ${bake_model} LIBS gsc_bake gsc_compare gsc_grids gsc_kernels)
+  if(GSC_SANITIZE) # minutes, of what test_bake and test_trained_models run too
+    set_tests_properties(test_bake_trained PROPERTIES LABELS "cpu;slow")
+  endif()
 endif()

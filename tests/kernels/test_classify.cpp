@@ -4,6 +4,7 @@
 #include "kernels/select/select_body.h"
 #include "tests/kernels/simd_targets.h"
 #include "tests/kernels/synthetic_model.h"
+#include "tests/support/sanitized.h"
 
 #include <doctest/doctest.h>
 
@@ -68,7 +69,7 @@ TEST_CASE("quick classes agree with the exact test for every rule and instructio
                 options.flags = rule == LevelRule::None ? 0 : kModelHasLevels | kModelLodHalfCell;
                 const SyntheticModel model(options);
                 Tally tally;
-                for (int i = 0; i < 6; ++i) {
+                for (int i = 0; i < casesOf(6); ++i) {
                     const float position[3] = {random.uniform(-6, 6), random.uniform(-6, 6), random.uniform(-6, 6)};
                     const float look_at[3] = {random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(-2, 2)};
                     classifyModel(model.view(), lookAt(position, look_at, random.uniform(0.3f, 2), 213, 117),

@@ -4,6 +4,7 @@
 #include "kernels/select/bounds.h"
 #include "kernels/select/select.h"
 #include "tests/kernels/synthetic_model.h"
+#include "tests/support/sanitized.h"
 
 #include <doctest/doctest.h>
 
@@ -89,7 +90,7 @@ TEST_CASE("every LOD rule and rasteriser, cameras inside, outside and far: the f
             options.flags = rule == LevelRule::None ? 0 : kModelHasLevels | kModelLodHalfCell;
             options.seed = 5 + uint32_t(rule);
             const SyntheticModel model(options);
-            for (int i = 0; i < 12; ++i) {
+            for (int i = 0; i < casesOf(12); ++i) {
                 const EyeParams eye = randomEye(random, i % 3 == 2 ? 80.0f : 6.0f);
                 visible += checkSameSet(model.view(), {eye}, i % 4 == 3 ? 0.7f : 0.0f);
                 visible += checkSameSet(model.view(), {eye, shifted(eye, 0.3f)}, 0);
@@ -121,7 +122,7 @@ TEST_CASE("a smooth transition: the flat pass's set and factors for every rule a
             CAPTURE(int(rule));
             CAPTURE(fade);
             size_t hard = 0, soft = 0, fading = 0;
-            for (int i = 0; i < 8; ++i) {
+            for (int i = 0; i < casesOf(8); ++i) {
                 const EyeParams eye = randomEye(random, i % 3 == 2 ? 80.0f : 6.0f);
                 const float bias = i % 4 == 3 ? 0.7f : 0.0f;
                 hard += checkSameSet(model.view(), {eye}, bias);
@@ -157,7 +158,7 @@ TEST_CASE("float positions, rotated and degenerate anchors: the flat pass's set"
     }
     const SyntheticModel model(syntheticParams(options), anchors, randomMlps(options), {}, 0);
     size_t visible = 0;
-    for (int i = 0; i < 40; ++i)
+    for (int i = 0; i < casesOf(40); ++i)
         visible += checkSameSet(model.view(), {randomEye(random, i % 2 ? 6.0f : 40.0f)}, 0);
     CHECK(visible > 1000);
 }

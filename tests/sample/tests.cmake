@@ -13,4 +13,7 @@ if(TARGET gsc_sample)
                LIBS gsc_sample_tools gsc_bake gsc_input gsc_cameras)
   gsc_add_test(test_model_paths SOURCES sample/test_model_paths.cpp TIMEOUT 1200
                LIBS gsc_sample_tools gsc_bake gsc_input gsc_cameras)
+  if(GSC_SANITIZE) # five minutes, of what test_camera_paths runs too
+    set_tests_properties(test_model_paths PROPERTIES LABELS "cpu;slow")
+  endif()
 endif()
