@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a stop by tiles could save at most (occlusion: design section 4). A tile of 16 x 16 pixels is finished where the
+// rasteriser's own stop has ended all of its pixels. Pairs of a tile and a Gaussian behind that place need no sort, and an
+// anchor all of whose pairs are behind it, in both eyes, need not have been decoded; nor a group of 128 such anchors. A
+// frame can use less of it: it learns where tiles finish while it draws. Runs on the CPU, in fp32.
+//
+//   bench_occlusion FILE.gsc [cameras = stored] [frames = 8] [size = 2048] [horizontal angle = 90] [threads = 0]
+//
+// Two eyes of size x size at cameras evenly spread over those of the file. Shares are of what the frame shows.
+#include "player/shots.h"
+#include "player/tool/reporter.h"
+
+#include "kernels/blend/blend.h"
+#include "kernels/math/anchor.h"
+#include "kernels/threads/parallel.h"
+#include "runtime/cpu/decode_state.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <numbers>
+#include <string>
+#include <vector>
+
+using namespace gsc;
+
+namespace {
+
+struct Totals {
+    uint64_t anchors = 0, anchors_needed = 0;
+    uint64_t groups = 0, groups_needed = 0;
+    uint64_t pairs = 0, pairs_needed = 0;
+
+    void add(const Totals& other)
+    {
+        anchors += other.anchors;
+        anchors_needed += other.anchors_needed;
+        groups += other.groups;
+        groups_needed += other.groups_needed;
+        pairs += other.pairs;
+        pairs_needed += other.pairs_needed;
+    }
+
+    void print(const char* name) const
+    {
+        const auto saved = [](uint64_t needed, uint64_t all) {
+            return all == 0 ? 0.0 : 100 * double(all - needed) / double(all);
+        };
+        std::printf(
+            "%-20s could be spared: anchors %5.1f %% of %9llu, groups %5.1f %% of %7llu, pairs %5.1f %% of %llu\n",
+            name, saved(anchors_needed, anchors), static_cast<unsigned long long>(anchors),
+            saved(groups_needed, groups), static_cast<unsigned long long>(groups), saved(pairs_needed, pairs),
+            static_cast<unsigned long long>(pairs));
+        std::fflush(stdout);
+    }
+};
+
+class OcclusionMeter {
+public:
+    OcclusionMeter(const ModelView& model, int threads)
+        : m_model(model), m_workers(threads), m_states(size_t(m_workers.count()))
+    {
+        for (DecodeState& state : m_states)
+            reserveDecode(model, state.scratch);
+    }
+
+    Totals measure(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options)
+    {
+        const RasterConstants rules = rasterConstants(*m_model.params, options.near_z);
+        SelectCounts counts{};
+        const size_t visible = selectCpu({&m_model, eyes, eye_count, rules, options.lod_bias, options.lod_fade},
+                                         m_workers, m_select, m_visible, counts);
+        Totals totals;
+        totals.anchors = visible;
+        m_needed.assign(visible, 0);
+        for (uint32_t e = 0; e < eye_count; ++e)
+            measureEye(eyes, eye_count, e, visible, rules, options, totals);
+        countNeeded(visible, totals);
+        return totals;
+    }
+
+private:
+    // Every stage of one eye, as the CPU's renderer runs them, up to the lists of the tiles.
+    void measureEye(const EyeParams* eyes, uint32_t eye_count, uint32_t e, size_t visible, const RasterConstants& rules,
+                    const FrameOptions& options, Totals& totals)
+    {
+        const size_t blocks = (visible + kDecodeBlock - 1) / kDecodeBlock;
+        const uint32_t capacity = kDecodeBlock * m_model.params->n_offsets;
+        m_store.reserve(blocks, blocks * capacity);
+        const DecodeArgs args =
+            prepareDecode(m_model, eyes, eye_count, m_visible.data(), visible, options.appearance, m_bias);
+        m_workers.run(blocks, 1, [&](size_t begin, size_t end, int worker) {
+            DecodeState& state = m_states[size_t(worker)];
+            for (size_t b = begin; b < end; ++b) {
+                const size_t first = b * kDecodeBlock;
+                decodeBlockCpu(args, first, uint32_t(std::min<size_t>(kDecodeBlock, visible - first)), state.scratch);
+                (void)projectInto(m_store, b, b * capacity, {eyes + e, rules}, state.scratch.blocks[e], e, state);
+            }
+        });
+        const size_t count = sortCpu({&m_model, m_visible.data(), m_store.depth_bits.data(), m_store.origins.data(),
+                                      m_store.counts.data(), uint32_t(blocks), capacity},
+                                     m_workers, m_sort);
+        const uint32_t grid_x = tileCount(eyes[e].width), grid_y = tileCount(eyes[e].height);
+        totals.pairs += binCpu({m_store.splats.data(), m_sort.keys[0].data(), count, grid_x, grid_y}, m_workers, m_bin);
+        std::vector<uint64_t> needed(size_t(m_workers.count()));
+        m_workers.run(size_t(grid_x) * grid_y, 4, [&](size_t begin, size_t end, int worker) {
+            for (size_t tile = begin; tile < end; ++tile)
+                needed[size_t(worker)] += walk(tile, grid_x, eyes[e], rules, capacity);
+        });
+        for (const uint64_t pairs : needed)
+            totals.pairs_needed += pairs;
+    }
+
+    // How many of a tile's pairs come before all of its pixels are done; marks their anchors.
+    uint64_t walk(size_t tile, uint32_t grid_x, const EyeParams& eye, const RasterConstants& rules, uint32_t capacity)
+    {
+        const auto x0 = uint32_t(tile % grid_x) * kTileSize, y0 = uint32_t(tile / grid_x) * kTileSize;
+        const uint32_t x1 = std::min(x0 + kTileSize, eye.width), y1 = std::min(y0 + kTileSize, eye.height);
+        PixelState<float> pixels[kTileSize * kTileSize];
+        for (PixelState<float>& pixel : pixels)
+            pixel = {{0, 0, 0}, 1, false};
+        uint32_t open = (x1 - x0) * (y1 - y0);
+        uint32_t i = m_bin.tile_first[tile];
+        for (; i < m_bin.tile_first[tile + 1] && open > 0; ++i) {
+            const uint32_t at = m_bin.entries[i];
+            const Splat& splat = m_bin.splats[at];
+            for (uint32_t y = std::max<uint32_t>(y0, splat.y0); y < std::min<uint32_t>(y1, splat.y1 + 1u); ++y)
+                for (uint32_t x = std::max<uint32_t>(x0, splat.x0); x < std::min<uint32_t>(x1, splat.x1 + 1u); ++x) {
+                    PixelState<float>& pixel = pixels[(y - y0) * kTileSize + x - x0];
+                    if (pixel.done)
+                        continue;
+                    blendStep(rules, splat.conic, splat.x - float(x), splat.y - float(y), splat.opacity, splat.color,
+                              pixel);
+                    open -= pixel.done;
+                }
+            const uint32_t slot = m_sort.keys[0][at].slot;
+            const size_t anchor =
+                size_t(slot / capacity) * kDecodeBlock + m_store.origins[slot] / m_model.params->n_offsets;
+            std::atomic_ref(m_needed[anchor]).store(1, std::memory_order_relaxed);
+        }
+        return i - m_bin.tile_first[tile];
+    }
+
+    void countNeeded(size_t visible, Totals& totals) const
+    {
+        uint64_t last = UINT64_MAX;
+        bool last_needed = false;
+        for (size_t i = 0; i < visible; ++i) { // in file order, so those of a group follow each other
+            const VisibleAnchor& anchor = m_visible[i];
+            const uint64_t group = m_model.chunks[anchor.chunk].group_first + anchor.local / kGroupSize;
+            if (group != last) {
+                totals.groups_needed += last_needed;
+                last_needed = false;
+                last = group;
+                ++totals.groups;
+            }
+            totals.anchors_needed += m_needed[i];
+            last_needed = last_needed || m_needed[i] != 0;
+        }
+        totals.groups_needed += last_needed;
+    }
+
+    const ModelView& m_model;
+    Workers m_workers;
+    std::vector<DecodeState> m_states;
+    SelectScratch m_select;
+    Buffer<VisibleAnchor> m_visible;
+    Buffer<float> m_bias;
+    SplatStore m_store;
+    SortScratch m_sort;
+    BinScratch m_bin;
+    std::vector<uint8_t> m_needed; // per visible anchor
+};
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    if (argc < 2)
+        return 2;
+    try {
+        PlayOptions options;
+        options.input = argv[1];
+        options.cameras = argc > 2 ? argv[2] : "stored";
+        const auto frames = size_t(argc > 3 ? std::atoi(argv[3]) : 8);
+        options.width = options.height = uint32_t(argc > 4 ? std::atoi(argv[4]) : 2048);
+        options.fov_x = (argc > 5 ? std::atof(argv[5]) : 90) * std::numbers::pi / 180;
+        options.eyes = 2;
+        const std::shared_ptr<const Scene> scene = Scene::open(options.input);
+        Reporter log({.quiet = true});
+        const std::vector<Shot> shots = chooseShots(*scene, options, log);
+        OcclusionMeter meter(scene->view(), argc > 6 ? std::atoi(argv[6]) : 0);
+        Totals all;
+        for (size_t i = 0; i < std::min(frames, shots.size()); ++i) {
+            const Shot& shot = shots[i * shots.size() / std::min(frames, shots.size())];
+            EyeParams eyes[kMaxEyes];
+            shotEyes(shot, 2, eyes);
+            FrameOptions frame = frameOptions(*scene, options);
+            frame.appearance = shotAppearance(*scene, shot);
+            const Totals totals = meter.measure(eyes, 2, frame);
+            totals.print(shot.camera.name.c_str());
+            all.add(totals);
+        }
+        all.print("all");
+        return 0;
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "%s\n", e.what());
+        return 1;
+    }
+}
