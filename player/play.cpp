@@ -142,7 +142,7 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
     PlaySummary summary;
     FrameShard shard(options);
     const auto open_start = std::chrono::steady_clock::now();
-    const std::shared_ptr<const Scene> scene = Scene::open(options.input, options.verify);
+    const std::shared_ptr<const Scene> scene = openScene(options);
     summary.open_ms = millisecondsSince(open_start);
     summary.file = {options.input, scene->bytes(), scene->anchorCount()};
 

@@ -66,6 +66,7 @@ struct PlayOptions : RunChoice {
     int device = 0;                               // of the backend's
     int threads = 0;                              // 0 = all cores
     uint64_t vram_budget = 0;                     // bytes, 0 = all there is
+    bool first_picture = false;                   // drawn while the model comes to the device
     int appearance = -1;                          // the trainer's embedding row, -1 = the camera's
     std::optional<std::vector<float>> background; // 3 values; none = the model's
     WorkerOptions workers;

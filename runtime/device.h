@@ -36,6 +36,10 @@ std::string deviceLink(const DeviceId& from, const DeviceId& to);
 // Every device of every backend of this build, best first; a backend without a device once, with the reason.
 std::vector<DeviceInfo> devices();
 
+// Starts a device, or the best that "auto" finds, which takes a GPU some tenths of a second; makeRenderer() would. Throws
+// nothing: what is wrong with it is makeRenderer()'s to say.
+void startDevice(const DeviceId& device) noexcept;
+
 // Throws Error(Usage) for a backend or device that there is not, naming those there are. One that there is may still not
 // be usable.
 void checkDevice(const DeviceId& device);

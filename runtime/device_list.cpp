@@ -97,6 +97,15 @@ void checkDevice(const DeviceId& device)
                                                device.backend.c_str(), names.c_str()));
 }
 
+void startDevice(const DeviceId& device) noexcept
+try {
+    for (const Entry& entry : kEntries)
+        if ((device.backend == "auto" || device.backend == entry.name) && device.ordinal >= 0 &&
+            device.ordinal < entry.count() && entry.look(device.ordinal).usable)
+            return;
+} catch (...) {
+}
+
 std::unique_ptr<Renderer> makeRenderer(const DeviceId& device, const RendererOptions& options, std::string* warning)
 {
     checkDevice(device);

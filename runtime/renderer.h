@@ -15,10 +15,13 @@
 namespace gsc {
 
 struct RendererOptions {
-    int threads = 0; // of a renderer on the host, 0 = all cores
+    int threads = 0; // of a renderer on the host; most of those that read a model for another. 0 = all cores
     uint64_t memory_bytes =
         0; // most of the device that this renderer may take, DeviceFacts::context_bytes included; 0 = all.
            // Too few for the model: load() throws OutOfMemory; for a frame: submit(). Not on the host
+    // load() does not wait for the anchors: frames show those that have come by then, coarse levels and near chunks first
+    // (FrameResult::anchors_absent). Tier exact waits for all.
+    bool first_picture = false;
 };
 
 // What a frame is drawn from, and where to. Copied by submit(), but for the memory of the targets.

@@ -16,6 +16,7 @@ struct FrameNow {
     float finest;                   // Foveation::smallest, as a variance
     float gaze[kMaxEyes][3];        // unit vectors in the view's axes
     ColumnRange columns;            // FrameOptions
+    uint32_t run_count;             // of DeviceModel::runs, the first, whose anchors are on the device
 };
 
 inline void setNow(FrameNow& args, const FrameNow& now)

@@ -229,6 +229,7 @@ struct FrameResult {
     uint64_t cache_bytes = 0;     // of decoded Gaussians, part of bytes_resident
     uint64_t cache_evictions = 0; // entries given up in this frame for others
     uint32_t passes = 1;          // from near to far; more than one where a device's memory is short
+    uint64_t anchors_absent = 0;  // of the model, that had not come to the device yet (RendererOptions::first_picture)
 };
 
 } // namespace gsc

@@ -26,10 +26,10 @@ __global__ void __launch_bounds__(kGroupThreads, kGroupBlocks) groupKernel(const
     }
     uint32_t groups[kMaxEyes] = {}, anchors[kMaxEyes] = {};
     // whole warps stay in the loop: they vote. A warp has every `warps`-th run, so that each has one where they are few
-    for (uint32_t first = blockIdx.x * (kGroupThreads / 32) + (threadIdx.x >> 5); first < args.model.run_count;
+    for (uint32_t first = blockIdx.x * (kGroupThreads / 32) + (threadIdx.x >> 5); first < args.run_count;
          first += warps * kRunsAtOnce) {
         const uint32_t mine = first + lane / kMaxEyes * warps, eye = lane % kMaxEyes;
-        uint32_t open = __ballot_sync(~0u, mine < args.model.run_count && eye < args.eye_count &&
+        uint32_t open = __ballot_sync(~0u, mine < args.run_count && eye < args.eye_count &&
                                                mayShow(args, args.model.runs[mine], eye));
         while (open != 0) {
             const uint32_t at = uint32_t(__ffs(int(open)) - 1) / kMaxEyes * kMaxEyes;

@@ -175,6 +175,12 @@ void addRunOptions(CLI::App& app, PlayOptions& options, bool knows_gaze)
     addLevelOptions(app, options);
 }
 
+void addFirstPicture(CLI::App& app, PlayOptions& options)
+{
+    addFlag(app, "--first-picture", options.first_picture,
+            "draw while the model is on its way to the GPU, coarse levels and near anchors first; --tier exact waits");
+}
+
 void addShard(CLI::App& app, PlayOptions& options, const char* what, const char* file)
 {
     detail::addValue(

@@ -20,6 +20,7 @@ void addLookOptions(CLI::App& app, PlayOptions& options); // colours, and how tw
 // Tier, backend, memory, foveation, reuse, levels. `knows_gaze`: something tells where eyes look.
 void addRunOptions(CLI::App& app, PlayOptions& options, bool knows_gaze = false);
 // --shard; `what` is split: "the frames". Every shard of it keeps what it has done in `file`, "--stats".
+void addFirstPicture(CLI::App& app, PlayOptions& options); // of what is watched while it loads
 void addShard(CLI::App& app, PlayOptions& options, const char* what, const char* file);
 void addTargetOption(CLI::App& app, PlayOptions& options);
 

@@ -31,6 +31,7 @@ void addWindowOptions(CLI::App& app, WindowOptions& options)
     addText(app, "--folder", options.folder, "DIR (default: .)", "takes screenshots and recorded paths");
     addText(app, "--log", options.log, "FILE", "a JSON line for every frame shown (schemas/window-log.schema.json)");
     addFlag(app, "-w,--overwrite", options.play.overwrite, "replace the log if it exists");
+    addFirstPicture(app, options.play);
     addFlag(app, "--no-vsync", options.tears, "do not wait for the display between two frames");
 }
 

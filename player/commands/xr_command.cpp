@@ -60,6 +60,7 @@ void addXrOptions(CLI::App& app, XrChoice& choice)
             "wait in each frame for the picture of its own pose: for tests and recordings, refreshes are missed");
     addFlag(app, "--xr-late", options.late,
             "look up where the eyes are again when the drawing of their picture begins, for when it will be seen");
+    addFirstPicture(app, options.play);
     addNumber(app, "--seconds", options.seconds, {0, 1e9}, " seconds", "S (default: 0)",
               "end the session after that long; 0 = when it is left in the headset");
     addText(app, "--log", options.log, "FILE", "a JSON line for every frame (schemas/xr-log.schema.json)");
@@ -72,7 +73,7 @@ void checkXrOptions(const CLI::App& app, const XrChoice& choice)
     if (choice.info) {
         for (const char* option :
              {"FILE", "--fallback", "--ride", "--ride-fps", "--keep-place", "--xr-sync", "--xr-late", "--seconds",
-              "--log", "--overwrite", "--metre", "--cameras", "--target-ms"})
+              "--log", "--overwrite", "--metre", "--cameras", "--target-ms", "--first-picture"})
             checkEffect(app, option, false, "no --info");
         return;
     }

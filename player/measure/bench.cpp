@@ -184,7 +184,7 @@ BenchSummary bench(const BenchOptions& options, Reporter& log)
     checkFramesInFlight(options);
     BenchSummary summary;
     const Clock::time_point open_start = Clock::now();
-    const std::shared_ptr<const Scene> scene = Scene::open(options.play.input, options.play.verify);
+    const std::shared_ptr<const Scene> scene = openScene(options.play);
     summary.open_ms = millisecondsSince(open_start);
     summary.file = {options.play.input, scene->bytes(), scene->anchorCount()};
     const std::vector<Shot> shots = chooseShots(*scene, options.play, log);

@@ -5,6 +5,7 @@
 #include "format/file/output_file.h"
 #include "format/file/output_paths.h"
 #include "format/interrupt.h"
+#include "player/workers/open_renderer.h"
 #include "player/workers/open_service.h"
 #include "player/shots.h"
 #include "runtime/scene.h"
@@ -103,7 +104,7 @@ LiveSummary live(const LiveOptions& options, Reporter& log)
     const PlayOptions& play = options.play;
     checkTrace(options, log);
     LiveSummary summary;
-    const std::shared_ptr<const Scene> scene = Scene::open(play.input, play.verify);
+    const std::shared_ptr<const Scene> scene = openScene(play);
     summary.file = {play.input, scene->bytes(), scene->anchorCount()};
     const std::vector<Shot> shots = chooseShots(*scene, play, log);
     FrameOptions frame = frameOptions(*scene, play);

@@ -5,6 +5,7 @@
 #include "player/measure/measurer.h"
 #include "player/shard/shard_rows.h"
 #include "player/sweep/run_facts.h"
+#include "player/workers/open_renderer.h"
 #include "player/workers/worker_options.h"
 #include "runtime/frame_stats.h"
 
@@ -158,7 +159,7 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
         checkStabilityOutput(options, files);
         rows.emplace(options.out, kStabilityRow, shard);
     }
-    const std::shared_ptr<const Scene> scene = Scene::open(options.play.input, options.play.verify);
+    const std::shared_ptr<const Scene> scene = openScene(options.play);
     StabilitySummary summary;
     summary.file = {options.play.input, scene->bytes(), scene->anchorCount()};
     PlayOptions reading = options.play;

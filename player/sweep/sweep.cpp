@@ -11,6 +11,7 @@
 #include "player/sweep/run_facts.h"
 #include "player/sweep/run_rows.h"
 #include "player/sweep/sweep_config.h"
+#include "player/workers/open_renderer.h"
 
 #include <algorithm>
 #include <cmath>
@@ -79,8 +80,7 @@ uint64_t meanDecodes(const RunRow& row)
 class Sweep {
 public:
     Sweep(const BenchOptions& options, const SweepConfig& config, Reporter& log)
-        : m_config(config), m_log(log), m_rows(options.out, m_cut_off),
-          m_scene(Scene::open(options.play.input, options.play.verify))
+        : m_config(config), m_log(log), m_rows(options.out, m_cut_off), m_scene(openScene(options.play))
     {
         m_context.options = withFrames(options.play, config);
         for (const std::string& trajectory : config.trajectories) {

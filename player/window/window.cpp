@@ -7,6 +7,7 @@
 #include "player/tool/json_lines.h"
 #include "player/tool/version.h"
 #include "player/window/window_session.h"
+#include "player/workers/open_renderer.h"
 #include "player/workers/worker_options.h"
 #include "player/workers/worker_report.h"
 
@@ -30,7 +31,7 @@ const PresentFunctions& presentFunctions()
 WindowSummary runWindow(const WindowOptions& options, Reporter& log)
 {
     checkJsonLines(options.log, options.play.overwrite, options.play.input, options.play.cameras);
-    const std::shared_ptr<const Scene> scene = Scene::open(options.play.input, options.play.verify);
+    const std::shared_ptr<const Scene> scene = openScene(options.play);
     PresenterOptions presenter;
     presenter.title = options.play.input + " - gsc";
     if (options.play.width > 0) {

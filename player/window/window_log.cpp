@@ -15,6 +15,7 @@ OrderedJson windowLine(const WindowFrame& frame)
         {"size", {frame.width, frame.height}},
         {"refresh_ms", frame.refresh_ms},
         {"latency_ms", frame.latency_ms},
+        {"anchors_absent", frame.anchors_absent},
         {"position", frame.position},
         {"shows", frame.shows},
         {"psnr", compares ? jsonNumber(frame.psnr) : OrderedJson()},

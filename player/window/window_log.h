@@ -18,6 +18,7 @@ struct WindowFrame {
     std::vector<std::string> keys; // that went down since the frame before
     uint32_t width = 0, height = 0;
     double refresh_ms = 0, latency_ms = 0; // from frame to frame; from the pose to its picture
+    uint64_t anchors_absent = 0;           // of the model, from the picture
     double position[3] = {};               // of the viewer
     std::string shows;                     // "picture", "split" or "difference"
     double psnr = 0, flip = -1;            // of the last two; flip below 0 = not known

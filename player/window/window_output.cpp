@@ -138,6 +138,7 @@ void WindowSession::show(const WindowInput& input)
     line.height = input.height;
     line.refresh_ms = refresh;
     line.latency_ms = m_shown.empty() ? 0 : m_shown.back().latencyMs();
+    line.anchors_absent = m_shown.empty() ? 0 : m_shown.back().delivery.result.anchors_absent;
     std::ranges::copy(m_navigator.position(), line.position);
     constexpr const char* kShows[] = {"picture", "split", "difference"};
     line.shows = kShows[m_comparison.ready() ? size_t(m_settings.compare) : 0];

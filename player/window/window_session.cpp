@@ -381,6 +381,11 @@ void WindowSession::takePicture()
     }
     ++m_summary.pictures;
     m_last = drawn->delivery.result;
+    if (m_last.anchors_absent > 0) {
+        say(formatString("loading: %s of %s anchors are still to come", formatCount(m_last.anchors_absent).c_str(),
+                         formatCount(m_scene->anchorCount()).c_str()));
+        m_changed = true; // the same view shows more
+    }
     m_panel->addFrame({&m_last, drawn->asked.eyes, drawn->latencyMs()});
     m_shown.push_back(std::move(*drawn));
     while (m_shown.size() > 3) // the newest, and two that the display may be reading

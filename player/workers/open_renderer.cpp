@@ -6,6 +6,7 @@
 #include "runtime/service/service_renderer.h"
 
 #include <chrono>
+#include <thread>
 
 namespace gsc {
 
@@ -26,6 +27,12 @@ bool isOfDevice(ErrorCode code)
 }
 
 } // namespace
+
+std::shared_ptr<const Scene> openScene(const PlayOptions& options)
+{
+    const std::jthread start([device = DeviceId{options.backend, options.device}] { startDevice(device); });
+    return Scene::open(options.input, options.verify);
+}
 
 std::unique_ptr<Renderer> openRenderer(const PlayOptions& options, std::shared_ptr<const Scene> scene, Reporter& log,
                                        double& load_ms)

@@ -10,6 +10,9 @@
 
 namespace gsc {
 
+// Opens the file that the options name, and checks it as Scene::open() does. Their device starts meanwhile.
+std::shared_ptr<const Scene> openScene(const PlayOptions& options);
+
 // Several devices as one renderer (runtime/service/service_renderer.h) where the options ask for that. Otherwise, with
 // --backend auto, what a better backend cannot load, for want of memory or of support, the CPU loads instead, after a
 // warning. `load_ms`: how long the loading took. Throws Error.

@@ -196,6 +196,10 @@ void checkWorkerOptions(const CLI::App& app, const PlayOptions& options)
             throw Error(ErrorCode::Usage, formatString("%s: the ranks of an MPI job are its devices, expected it left "
                                                        "out; say with mpirun -n N how many",
                                                        option));
+    if (options.first_picture && drawsWithService(options))
+        throw Error(ErrorCode::Usage,
+                    "--first-picture: several devices load each at its own pace and would show now more, "
+                    "now less, expected one device; leave --first-picture or the others out");
     if (workers.max_fps > 0 && workers.max_fps < workers.min_fps)
         throw Error(ErrorCode::Usage,
                     formatString("--max-fps %g: below --min-fps %g, expected at least that; raise it or "
@@ -247,7 +251,7 @@ ServiceOptions serviceOptions(const PlayOptions& options, Reporter& log)
             return device.backend == "rank" ? remote->make(device, options, limits) : makeRenderer(device, limits);
         };
     const auto on_cpu = size_t(std::ranges::count(service.devices, "cpu", &DeviceId::backend));
-    service.renderer = {options.threads, options.vram_budget};
+    service.renderer = {options.threads, options.vram_budget, options.first_picture};
     if (options.threads == 0 && on_cpu > 1) // they share the cores
         service.renderer.threads = std::max(1, int(std::thread::hardware_concurrency() / on_cpu));
     service.mode = service.devices.size() == 1 ? ServiceMode::Frame : workers.mode;

@@ -6,6 +6,7 @@
 #include "format/interrupt.h"
 #include "player/module/load_module.h"
 #include "player/tool/json_lines.h"
+#include "player/workers/open_renderer.h"
 #include "player/workers/worker_options.h"
 #include "player/workers/worker_report.h"
 #include "player/xr/place_file.h"
@@ -138,7 +139,7 @@ XrSummary runXr(const XrOptions& options, Reporter& log)
     } catch (const Error& e) {
         failHeadset(e);
     }
-    const std::shared_ptr<const Scene> scene = Scene::open(options.play.input, options.play.verify);
+    const std::shared_ptr<const Scene> scene = openScene(options.play);
     const HeadsetFacts& facts = headset->facts();
     log.tell(formatString("%s on %s, %zu views of %ux%u", facts.headset.c_str(), facts.runtime.c_str(),
                           facts.views.size(), facts.views.front().width, facts.views.front().height));

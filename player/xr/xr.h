@@ -45,6 +45,7 @@ struct XrFrame {
     double off_ms = 0;  // when they are seen, less when they were located for
     double latency_ms = 0, draw_ms = 0, lod_bias = 0,
            fovea_pixels = 0;                // of a fresh picture: from submit until it was there; of the device
+    uint64_t anchors_absent = 0;            // of a fresh picture: of the model, from it
     double busy_ms = 0;                     // from the runtime's wake-up until the frame was ended
     double copy_ms = 0;                     // of the GPU, of the last copy that is done; 0 = unknown
     std::vector<std::array<float, 2>> gaze; // of a fresh picture: gazeOf() each view; empty: along the axes

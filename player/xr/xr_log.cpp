@@ -44,6 +44,7 @@ void XrLog::add(const XrFrame& frame)
         {"lod_bias", frame.fresh ? jsonNumber(frame.lod_bias) : OrderedJson()},
         {"fovea_pixels", frame.fresh && frame.fovea_pixels > 0 ? OrderedJson(frame.fovea_pixels) : OrderedJson()},
         {"gaze", frame.fresh && !frame.gaze.empty() ? OrderedJson(frame.gaze) : OrderedJson()},
+        {"anchors_absent", frame.fresh ? OrderedJson(frame.anchors_absent) : OrderedJson()},
         {"busy_ms", frame.busy_ms},
         {"copy_ms", frame.copy_ms},
         {"place", frame.moved ? placeJson(*frame.moved) : OrderedJson()},

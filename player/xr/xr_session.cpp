@@ -342,6 +342,7 @@ void XrSession::take(XrFrame& line)
     for (const DrawnPose& pair : drawn->pairs) {
         line.latency_ms = std::max(line.latency_ms, pair.latencyMs());
         line.draw_ms += pair.delivery.result.times.total;
+        line.anchors_absent = std::max(line.anchors_absent, pair.delivery.result.anchors_absent);
     }
     if (m_late)
         m_late->drew(beganToThere(*drawn));

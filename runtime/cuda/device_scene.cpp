@@ -5,9 +5,11 @@
 #include "kernels/math/anchor.h"
 #include "kernels/math/lod.h"
 #include "kernels/math/mlp.h"
-#include "kernels/upload/upload_cuda.h"
+#include "kernels/math/eye.h"
 
 #include <algorithm>
+#include <numeric>
+#include <tuple>
 #include <vector>
 
 namespace gsc {
@@ -34,11 +36,16 @@ void copyIn(T* to, const T* from, size_t count, const CudaStream& stream)
         GSC_CUDA_CHECK(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyHostToDevice, stream.handle));
 }
 
-// The groups of every chunk, a warp's worth at a time.
-std::vector<GroupRun> groupRuns(const ModelView& model)
+uint32_t runsOf(const ChunkRecord& chunk)
+{
+    return (chunk.group_count + kRunGroups - 1) / kRunGroups;
+}
+
+// The groups of chunks, a warp's worth at a time.
+std::vector<GroupRun> groupRuns(const ModelView& model, const std::vector<uint32_t>& chunks)
 {
     std::vector<GroupRun> runs;
-    for (uint64_t c = 0; c < model.params->chunk_count; ++c) {
+    for (const uint32_t c : chunks) {
         const ChunkRecord& chunk = model.chunks[c];
         GroupRun run{};
         std::copy_n(chunk.anchor_min, 3, run.anchor_min);
@@ -57,6 +64,44 @@ std::vector<GroupRun> groupRuns(const ModelView& model)
         }
     }
     return runs;
+}
+
+std::vector<uint32_t> inFileOrder(const ModelView& model)
+{
+    std::vector<uint32_t> chunks(model.params->chunk_count);
+    std::iota(chunks.begin(), chunks.end(), 0u);
+    return chunks;
+}
+
+// In the order in which an eye wants them.
+std::vector<uint32_t> inViewOrder(const ModelView& model, const EyeParams& eye)
+{
+    struct Rank {
+        bool behind;
+        int32_t level;
+        float distance;
+        uint32_t chunk;
+    };
+    std::vector<Rank> ranks;
+    for (uint32_t c = 0; c < model.params->chunk_count; ++c) {
+        const ChunkRecord& chunk = model.chunks[c];
+        float depth = eye.world_to_view[11],
+              distance = 0; // of the box's farthest point along the view's z, to its nearest point
+        for (int i = 0; i < 3; ++i) {
+            const float z = eye.world_to_view[8 + i], centre = eye.center[i];
+            depth += std::max(z * chunk.gaussian_min[i], z * chunk.gaussian_max[i]);
+            const float apart = std::max({chunk.gaussian_min[i] - centre, centre - chunk.gaussian_max[i], 0.0f});
+            distance += apart * apart;
+        }
+        ranks.push_back({depth < 0, model.levels[chunk.level_index].level, distance, c});
+    }
+    std::ranges::sort(ranks, [](const Rank& a, const Rank& b) {
+        return std::tie(a.behind, a.level, a.distance, a.chunk) < std::tie(b.behind, b.level, b.distance, b.chunk);
+    });
+    std::vector<uint32_t> chunks;
+    for (const Rank& rank : ranks)
+        chunks.push_back(rank.chunk);
+    return chunks;
 }
 
 } // namespace
@@ -102,24 +147,29 @@ DeviceScene::FlatArrays DeviceScene::layOutFlat(ArenaLayout& layout, uint64_t an
 
 void DeviceScene::load(const ModelView& model, const CudaStream& stream)
 {
+    loadFrame(model, stream);
+    beginReading(inFileOrder(model));
+    m_reader->all([&](const ChunkPiece& piece) -> const CudaStream& { return upload(piece); });
+    waitForUploads();
+    endReading();
+}
+
+void DeviceScene::loadFrame(const ModelView& model, const CudaStream& stream)
+{
+    m_reader.reset(); // which reads the model before
+    m_anchors_there = 0;
+    m_runs_there = 0;
     m_host = model;
     m_model = {}; // what is thrown below leaves nothing that points into memory given back
     const ModelParams& params = *model.params;
-    uint64_t anchors = 0;
-    uint32_t last_source = 0; // a model cut down keeps the numbers its anchors had
+    m_anchors = 0;
     std::vector<uint32_t> level_first(params.level_count, UINT32_MAX);
     for (uint64_t c = 0; c < params.chunk_count; ++c) {
         const ChunkRecord& chunk = model.chunks[c];
-        anchors += chunk.anchor_count;
+        m_anchors += chunk.anchor_count;
         level_first[chunk.level_index] = std::min(level_first[chunk.level_index], chunk.anchor_first);
-        for (uint32_t i = 0; i < chunk.anchor_count; ++i)
-            last_source = std::max(last_source, model.arrays[c].source_index[i]);
     }
-    if (anchors >= 1ull << kAnchorBits || (uint64_t(last_source) + 1) * params.n_offsets >= 1ull << 32)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("cuda: model has %llu anchors numbered to %u, of %u Gaussians each, expected fewer "
-                                 "than 2^30 anchors and 2^32 Gaussians; use --backend cpu",
-                                 static_cast<unsigned long long>(anchors), last_source, params.n_offsets));
+    checkNumbers(0);
     m_fast_possible = canDecodeFast(model);
     m_exact_loaded = m_weights_ready = false;
     m_exact.release();
@@ -129,15 +179,16 @@ void DeviceScene::load(const ModelView& model, const CudaStream& stream)
         if (const MlpRecord* mlp = mlpRecord(model, kind))
             m_inputs |= mlp->inputs;
 
-    const std::vector<GroupRun> runs = groupRuns(model);
+    uint32_t runs = 0;
+    for (uint64_t c = 0; c < params.chunk_count; ++c)
+        runs += runsOf(model.chunks[c]);
     const FlatArrays arrays =
-        layOutIn(m_flat, "the model", [&](ArenaLayout& layout) { return layOutFlat(layout, anchors, runs.size()); });
+        layOutIn(m_flat, "the model", [&](ArenaLayout& layout) { return layOutFlat(layout, m_anchors, runs); });
     std::vector<float> shift(params.level_count);
     for (uint32_t l = 0; l < params.level_count; ++l)
         shift[l] = lodShift<float>(params, model.levels[l].level);
     copyIn(arrays.levels, model.levels, params.level_count, stream);
     copyIn(arrays.groups, model.groups, params.group_count, stream);
-    copyIn(arrays.runs, runs.data(), runs.size(), stream);
     copyIn(arrays.lod_shift, shift.data(), shift.size(), stream);
     copyIn(arrays.level_first, level_first.data(), level_first.size(), stream);
     const AnchorArrays& of_anchors = arrays.anchors;
@@ -154,50 +205,81 @@ void DeviceScene::load(const ModelView& model, const CudaStream& stream)
                of_anchors.feature,
                of_anchors.offset,
                of_anchors.source,
-               uint32_t(runs.size()),
-               uint32_t(anchors)};
+               runs,
+               uint32_t(m_anchors)};
     m_fragments = arrays.fragments;
     m_biases = arrays.biases;
     m_bank = arrays.bank;
     m_weights = arrays.weights;
-    uploadChunks(of_anchors, stream);
+    m_to = of_anchors;
+    m_runs = arrays.runs;
+    GSC_CUDA_CHECK(cudaStreamSynchronize(stream.handle)); // the copies' sources go out of scope
 }
 
-void DeviceScene::copyArrays(uint64_t chunk, const ChunkArrayLayout& layout, unsigned char* to,
-                             const CudaStream& stream) const
+void DeviceScene::bring(const EyeParams& eye, ChunkReader::Clock::time_point end, ChunkReader::Clock::duration patience)
 {
-    const ChunkArrays& arrays = m_host.arrays[chunk];
-    const void* position = arrays.grid_position;
-    if (position == nullptr)
-        position = arrays.float_position;
-    // in the order of ChunkArray; null where absent or of no use to a frame
-    const void* const from[uint32_t(ChunkArray::Count)] = {position,       arrays.source_index, arrays.extra_level,
-                                                           arrays.scale,   arrays.offset,       arrays.feature,
-                                                           arrays.rotation};
-    for (uint32_t a = 0; a < uint32_t(ChunkArray::Count); ++a)
-        if (layout.stride[a] != 0 && from[a] != nullptr)
-            GSC_CUDA_CHECK(cudaMemcpyAsync(to + layout.offset[a], from[a],
-                                           layout.stride[a] * m_host.chunks[chunk].anchor_count, cudaMemcpyHostToDevice,
-                                           stream.handle));
+    if (m_reader == nullptr)
+        beginReading(inViewOrder(m_host, eye));
+    const bool whole =
+        m_reader->some(end, patience, [&](const ChunkPiece& piece) -> const CudaStream& { return upload(piece); });
+    waitForUploads(); // before a frame reads what they write
+    if (whole)
+        endReading();
 }
 
-void DeviceScene::uploadChunks(const AnchorArrays& to, const CudaStream& stream)
+void DeviceScene::beginReading(const std::vector<uint32_t>& chunks)
 {
+    const std::vector<GroupRun> runs = groupRuns(m_host, chunks);
+    copyIn(m_runs, runs.data(), runs.size(), m_ways[0].stream);
+    layOutIn(m_staging, "pieces of the model on their way", [&](ArenaLayout& layout) {
+        for (Way& way : m_ways)
+            way.piece = layout.take<unsigned char>(ChunkReader::pieceBytes(m_host));
+        return 0;
+    });
+    m_reader = std::make_unique<ChunkReader>(m_host, chunks, m_threads);
+    waitForUploads(); // the copy's source goes out of scope
+}
+
+void DeviceScene::waitForUploads() const
+{
+    for (const Way& way : m_ways)
+        GSC_CUDA_CHECK(cudaStreamSynchronize(way.stream.handle));
+}
+
+const CudaStream& DeviceScene::upload(const ChunkPiece& piece)
+{
+    checkNumbers(piece.last_source); // a model cut down keeps the numbers its anchors had
     const ModelParams& params = m_model.params;
-    size_t largest = 0;
-    for (uint64_t c = 0; c < params.chunk_count; ++c)
-        largest = std::max<size_t>(largest, chunkArrayLayout(params, m_host.chunks[c].anchor_count).bytes);
-    m_staging.reserve(std::max<size_t>(largest, 1), "a chunk on its way");
-    for (uint64_t c = 0; c < params.chunk_count; ++c) {
-        const ChunkRecord& chunk = m_host.chunks[c];
-        const ChunkArrayLayout layout = chunkArrayLayout(params, chunk.anchor_count);
-        copyArrays(c, layout, m_staging.get(), stream);
-        uploadCuda({chunk, m_host.levels[chunk.level_index], layout, m_staging.get(), params.feat_dim, params.n_offsets,
-                    params.position_encoding == uint32_t(PositionEncoding::Grid), to},
-                   stream.handle);
+    const ChunkRecord& whole = m_host.chunks[piece.chunk];
+    ChunkRecord chunk = whole;
+    chunk.anchor_first += piece.first;
+    chunk.anchor_count = piece.count;
+    const Way& way = m_ways[m_way++ % std::size(m_ways)];
+    copyIn(way.piece, piece.bytes, piece.layout.bytes, way.stream);
+    uploadCuda({chunk, m_host.levels[chunk.level_index], piece.layout, way.piece, params.feat_dim, params.n_offsets,
+                params.position_encoding == uint32_t(PositionEncoding::Grid), m_to},
+               way.stream.handle);
+    if (piece.first + piece.count == whole.anchor_count) {
+        m_anchors_there += whole.anchor_count;
+        m_runs_there += runsOf(whole);
     }
-    GSC_CUDA_CHECK(cudaStreamSynchronize(stream.handle));
+    return way.stream;
+}
+
+void DeviceScene::endReading()
+{
+    m_reader.reset();
     m_staging.release();
+}
+
+void DeviceScene::checkNumbers(uint32_t last_source) const
+{
+    const ModelParams& params = *m_host.params;
+    if (m_anchors >= 1ull << kAnchorBits || (uint64_t(last_source) + 1) * params.n_offsets >= 1ull << 32)
+        throw Error(ErrorCode::Unsupported,
+                    formatString("cuda: model has %llu anchors numbered to %u, of %u Gaussians each, expected fewer "
+                                 "than 2^30 anchors and 2^32 Gaussians; use --backend cpu",
+                                 static_cast<unsigned long long>(m_anchors), last_source, params.n_offsets));
 }
 
 void DeviceScene::loadOrigins(const CudaStream& stream)
@@ -250,14 +332,22 @@ void DeviceScene::loadExact(const CudaStream& stream)
     const Arrays device = layOutIn(m_exact, "the model in fp32", layOut);
 
     std::vector<ChunkArrays> arrays(params.chunk_count);
+    std::vector<unsigned char*> payloads(params.chunk_count);
     unsigned char* to = device.payloads;
     for (uint64_t c = 0; c < params.chunk_count; ++c) {
         const uint32_t count = m_host.chunks[c].anchor_count;
-        const ChunkArrayLayout layout = chunkArrayLayout(params, count);
-        copyArrays(c, layout, to, stream);
+        payloads[c] = to;
         arrays[c] = chunkArrays(params, count, reinterpret_cast<const std::byte*>(to));
-        to += alignUp(layout.bytes, kPayloadAlign);
+        to += alignUp(chunkArrayLayout(params, count).bytes, kPayloadAlign);
     }
+    ChunkReader reader(m_host, inFileOrder(m_host), m_threads);
+    reader.all([&](const ChunkPiece& piece) -> const CudaStream& {
+        const ChunkArrayLayout whole = chunkArrayLayout(params, m_host.chunks[piece.chunk].anchor_count);
+        for (size_t a = 0; a < std::size(whole.stride); ++a) // 0 = absent, or of no use to a frame
+            copyIn(payloads[piece.chunk] + whole.offset[a] + whole.stride[a] * piece.first,
+                   piece.bytes + piece.layout.offset[a], piece.layout.stride[a] * piece.count, stream);
+        return stream;
+    });
     copyIn(device.arrays, arrays.data(), arrays.size(), stream);
     copyIn(device.params, &params, 1, stream);
     copyIn(device.chunks, m_host.chunks, params.chunk_count, stream);

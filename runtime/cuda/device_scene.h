@@ -5,23 +5,40 @@
 
 #include "kernels/frame/device_model.h"
 #include "kernels/decode/decode_exact_cuda.h"
-#include "runtime/cuda/cuda_device.h"
+#include "kernels/upload/upload_cuda.h"
+#include "runtime/cuda/chunk_reader.h"
 #include "runtime/cuda/device_buffer.h"
+
+#include <memory>
 
 namespace gsc {
 
-struct AnchorArrays;
-
 class DeviceScene {
 public:
-    explicit DeviceScene(MemoryBudget& budget) : m_flat(budget), m_staging(budget), m_exact(budget), m_origins(budget)
+    // `threads` read the model's file, 0 = as many as pay.
+    DeviceScene(MemoryBudget& budget, int threads)
+        : m_threads(threads), m_flat(budget), m_staging(budget), m_exact(budget), m_origins(budget)
     {
     }
 
     // `model` must outlive this or the next load(). Throws Error (OutOfMemory, Unsupported, Device), as all do.
     void load(const ModelView& model, const CudaStream& stream);
-    void forget() { m_host = {}; } // after a load() that failed: there is no model
-    // Everything decode_exact reads; does nothing the second time.
+    // The same without the anchors, which bring() brings.
+    void loadFrame(const ModelView& model, const CudaStream& stream);
+    void forget() // after a load() that failed: there is no model
+    {
+        m_reader.reset();
+        m_host = {};
+    }
+    // Whether all anchors are on the device.
+    [[nodiscard]] bool whole() const { return m_runs_there == m_model.run_count; }
+    // Brings chunks that have been read, until `end` has passed or none has come for `patience`; those behind `eye` last,
+    // coarse levels first, near ones before far ones: as the first call found it.
+    void bring(const EyeParams& eye, ChunkReader::Clock::time_point end, ChunkReader::Clock::duration patience);
+    // Runs of groups whose anchors are there, from the first on, and how many anchors are in none of them.
+    [[nodiscard]] uint32_t runsThere() const { return m_runs_there; }
+    [[nodiscard]] uint64_t anchorsAbsent() const { return m_anchors - m_anchors_there; }
+    // Everything decode_exact reads; does nothing the second time. Waits for the file.
     void loadExact(const CudaStream& stream);
     // origins(), for false colours; does nothing the second time.
     void loadOrigins(const CudaStream& stream);
@@ -44,9 +61,23 @@ public:
 private:
     struct FlatArrays;
     FlatArrays layOutFlat(ArenaLayout& layout, uint64_t anchors, size_t runs) const;
-    void uploadChunks(const AnchorArrays& to, const CudaStream& stream);
-    void copyArrays(uint64_t chunk, const ChunkArrayLayout& layout, unsigned char* to, const CudaStream& stream) const;
+    void beginReading(const std::vector<uint32_t>& chunks);
+    const CudaStream& upload(const ChunkPiece& piece);
+    void waitForUploads() const;
+    void endReading();
+    void checkNumbers(uint32_t last_source) const; // of the anchors; throws Error(Unsupported)
 
+    int m_threads;
+    uint64_t m_anchors = 0, m_anchors_there = 0;
+    uint32_t m_runs_there = 0;
+    std::unique_ptr<ChunkReader> m_reader; // while anchors come
+    // pieces take these in turns, so that one is converted while the next is copied; frames go on meanwhile
+    struct Way {
+        CudaStream stream;
+        unsigned char* piece = nullptr; // in m_staging
+    };
+    Way m_ways[2];
+    uint32_t m_way = 0;
     ModelView m_host{};
     DeviceModel m_model{};
     bool m_fast_possible = false, m_exact_loaded = false;
@@ -54,8 +85,10 @@ private:
     int32_t m_appearance = 0; // of m_fragments
     bool m_weights_ready = false;
 
-    // the flat arrays, chunk arrays on their way into them, what decode_exact reads, and origins()
+    // the flat arrays, pieces of the chunk arrays on their way into them, what decode_exact reads, and origins()
     DeviceArena m_flat, m_staging, m_exact, m_origins;
+    AnchorArrays m_to{};
+    GroupRun* m_runs = nullptr;
     uint16_t* m_fragments = nullptr;
     float *m_biases = nullptr, *m_bank = nullptr;
     ExactWeights* m_weights = nullptr;

@@ -34,6 +34,7 @@ struct Flight {
     bool ended = false;  // `result` and targets on the host are filled
     FrameShape shape{};
     FrameResult result;
+    uint64_t anchors_absent = 0; // when it was submitted
     bool overflowed = false;
     std::exception_ptr error{}; // of the copy to the host
     Pinned<FrameCounters> counters;

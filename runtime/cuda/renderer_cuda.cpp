@@ -19,7 +19,9 @@ constexpr size_t kGraphs = 8; // kept for frames to come, per frame in flight
 
 class CudaRenderer final : public Renderer {
 public:
-    CudaRenderer(int ordinal, const RendererOptions& options) : m_device(ordinal), m_budget{options.memory_bytes, 0}
+    CudaRenderer(int ordinal, const RendererOptions& options)
+        : m_device(ordinal), m_budget{options.memory_bytes, 0}, m_scene(m_budget, options.threads),
+          m_first_picture(options.first_picture)
     {
         m_budget.used = m_device.contextBytes();
     }
@@ -51,7 +53,7 @@ public:
         giveFramesBack(); // a model that is larger than the last may need it
         m_reuse.release();
         try {
-            guarded([&] { m_scene.load(model, m_stream); });
+            guarded([&] { m_first_picture ? m_scene.loadFrame(model, m_stream) : m_scene.load(model, m_stream); });
         } catch (...) {
             m_scene.forget();
             throw;
@@ -131,6 +133,7 @@ private:
             flight.graphs.clear();
         m_arena.release();
     }
+    void bringAnchors(const EyeParams& eye, bool all);
     // What the frame's graph is launched with.
     const FrameNow& beginNow(const FrameShape& shape, const FrameNow& plain, const FrameRequest& request,
                              uint32_t flight);
@@ -141,7 +144,8 @@ private:
     MemoryBudget m_budget; // before everything that gives memory back to it
     CudaStream m_stream, m_copies;
     Flight m_flights[kFramesInFlight] = {Flight(m_budget), Flight(m_budget)};
-    DeviceScene m_scene{m_budget};
+    DeviceScene m_scene;
+    bool m_first_picture;
     CudaReuse m_reuse{m_budget};
     DeviceArena m_arena{m_budget};
     LodLag m_lag;
@@ -223,6 +227,19 @@ void CudaRenderer::planCapacity(const FrameShape& shape, const FrameRoom& room)
     m_capacity = plannedCapacity(room, m_capacity);
 }
 
+// The first frame has time for what is near; later ones take what has been read and stay frames.
+void CudaRenderer::bringAnchors(const EyeParams& eye, bool all)
+{
+    using namespace std::chrono_literals;
+    using Clock = ChunkReader::Clock;
+    constexpr Clock::duration kFirst = 200ms, kLater = 4ms, kPatience = 200us;
+    const bool first = m_scene.runsThere() == 0;
+    do
+        m_scene.bring(eye, all ? Clock::time_point::max() : Clock::now() + (first ? kFirst : kLater),
+                      first ? kFirst : kPatience);
+    while (m_scene.runsThere() == 0 && !m_scene.whole());
+}
+
 // Memory of entries comes before that of frames, which take what it leaves.
 const FrameNow& CudaRenderer::beginNow(const FrameShape& shape, const FrameNow& plain, const FrameRequest& request,
                                        uint32_t flight)
@@ -298,6 +315,10 @@ uint64_t CudaRenderer::begin(const FrameRequest& request)
         plain.bands[e] = eyeBand(plain.eyes[e], options.columns);
     shape.limits_decoding = CudaReuse::limitsDecoding(options.reuse);
     shape.depths = std::ranges::any_of(request.targets, &FrameTarget::hasDepth);
+    if (!m_scene.whole())
+        bringAnchors(plain.eyes[0], shape.exact);
+    plain.run_count = m_scene.runsThere();
+    flight.anchors_absent = m_scene.anchorsAbsent();
     if (shape.exact && !m_scene.exactLoaded()) {
         giveFramesBack(); // what frames in `fast` took may be what the model in fp32 needs
         m_scene.loadExact(m_stream);
@@ -372,6 +393,7 @@ void CudaRenderer::end(Flight& flight)
     result.cache_bytes = m_reuse.bytes();
     result.bytes_resident = m_budget.used;
     result.passes = flight.shape.passes;
+    result.anchors_absent = flight.anchors_absent;
     flight.error = flight.overflowed ? nullptr : flight.copyToHost(m_copies);
     flight.ended = true;
 }

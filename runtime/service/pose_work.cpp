@@ -104,6 +104,7 @@ FrameResult PoseWork::result() const
         all.cache_bytes = std::max(all.cache_bytes, own.cache_bytes);
         all.cache_evictions += own.cache_evictions;
         all.passes = std::max(all.passes, own.passes);
+        all.anchors_absent = std::max(all.anchors_absent, own.anchors_absent);
     }
     return all;
 }

@@ -150,7 +150,7 @@ bool RendererService::Core::isStill(const PoseWork& work) const
         return false;
     if (m_last == nullptr || (m_options.still_distance <= 0 && m_options.still_degrees <= 0))
         return false;
-    const bool shows = m_ledger.isOpen(m_last_pose) || m_last_end == PoseEnd::Shown;
+    const bool shows = m_ledger.isOpen(m_last_pose) || (m_last_end == PoseEnd::Shown && !m_last_partial);
     return shows && work.showsSameAs(*m_last, m_options.still_distance, m_options.still_degrees);
 }
 

@@ -183,9 +183,11 @@ void RendererService::Core::noteDrawn(uint64_t pose, const std::shared_ptr<PoseW
 void RendererService::Core::settle()
 {
     for (const EndedPose& ended : m_ledger.takeEnded()) {
-        if (ended.pose == m_last_pose)
-            m_last_end = ended.end;
         const auto found = m_poses.find(ended.pose);
+        if (ended.pose == m_last_pose) {
+            m_last_end = ended.end;
+            m_last_partial = found != m_poses.end() && found->second->result().anchors_absent > 0;
+        }
         if (found == m_poses.end())
             continue;
         const PoseWork& work = *found->second;

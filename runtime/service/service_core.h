@@ -194,6 +194,7 @@ private:
     std::shared_ptr<PoseWork> m_last; // accepted
     uint64_t m_last_pose = 0;
     PoseEnd m_last_end = PoseEnd::Shown;
+    bool m_last_partial = false; // it shows some of the model only
     uint64_t m_drops = 0;
     uint64_t m_still = 0;
     LatencyCounts m_latency;

@@ -33,7 +33,7 @@ set(emulated_runtime
     model/local_model.cpp view/lod_lag.cpp model/model_sensitivity.cpp reuse/reuse_cpu.cpp reuse/reuse_schedule.cpp scene.cpp cpu/stereo_cpu.cpp
     service/bands.cpp service/faulty_renderer.cpp service/frame_cost.cpp service/mode_choice.cpp service/pace.cpp service/picture_memory.cpp
     service/pose_ledger.cpp service/pose_work.cpp service/renderer_service.cpp service/service_core.cpp service/service_renderer.cpp service/service_trace.cpp service/service_worker.cpp
-    cuda/renderer_cuda.cpp cuda/cuda_device.cpp cuda/device_scene.cpp cuda/flight.cpp cuda/picture_cuda.cpp cuda/frame_graph.cpp cuda/frame_stages.cpp cuda/nvml.cpp reuse/reuse_cuda.cpp)
+    cuda/renderer_cuda.cpp cuda/chunk_reader.cpp cuda/cuda_device.cpp cuda/device_scene.cpp cuda/flight.cpp cuda/picture_cuda.cpp cuda/frame_graph.cpp cuda/frame_stages.cpp cuda/nvml.cpp reuse/reuse_cuda.cpp)
 list(TRANSFORM emulated_runtime PREPEND ${PROJECT_SOURCE_DIR}/runtime/)
 add_library(gsc_runtime_cuda_emulated STATIC ${emulated_runtime} cuda_emulation/ceilings.cpp)
 target_link_libraries(gsc_runtime_cuda_emulated PUBLIC gsc_camera gsc_format

@@ -17,7 +17,7 @@ constexpr uint32_t kTestProcessors = 2;
 // The model as the stages read it.
 struct StageModel {
     MemoryBudget budget;
-    DeviceScene scene{budget};
+    DeviceScene scene{budget, 2};
 
     explicit StageModel(const ModelView& view) { scene.load(view, testStream()); }
 };

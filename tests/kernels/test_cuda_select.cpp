@@ -45,6 +45,7 @@ DeviceSelection selectOnDevice(const StageModel& model, const std::vector<EyePar
 
     SelectCudaArgs args{};
     args.model = model.scene.model();
+    args.run_count = model.scene.runsThere();
     std::copy(eyes.begin(), eyes.end(), args.level_eyes);
     args.eye_count = uint32_t(eyes.size());
     args.rules = rasterConstants(params, 0);
