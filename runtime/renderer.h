@@ -69,7 +69,8 @@ public:
     // frames, at a new size, after an overflow) or the appearance is another than the frame before had. At most
     // framesInFlight() are in flight, which is from submit() to a wait() that does not say Pending. Frames are drawn in
     // order; what is kept from frame to frame, and how a frame is cut into passes, follows from what was submitted, never
-    // from what was ready when. Throws Error: Usage for what cannot be drawn, Unsupported, OutOfMemory, Device.
+    // from what was ready when. RendererOptions::first_picture breaks both until the model has come: it waits for anchors,
+    // and shows those that are there. Throws Error: Usage for what cannot be drawn, Unsupported, OutOfMemory, Device.
     virtual uint64_t submit(const FrameRequest& request) = 0;
 
     // Waits for a frame in flight until it is drawn, or `most` has passed. Copies a picture for the host, which is not part

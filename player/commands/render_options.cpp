@@ -166,7 +166,8 @@ void addRunOptions(CLI::App& app, PlayOptions& options, bool knows_gaze)
     addBackend(app, "--backend", options.backend, true, "what renders; gsc-play backends lists what this machine has");
     addInteger(app, "--device", options.device, 0, 255, "N (default: 0)",
                "which of the backend's devices, as gsc-play backends numbers them");
-    addInteger(app, "--threads", options.threads, 0, 4096, "N (default: 0)", "CPU threads, 0 = all cores");
+    addInteger(app, "--threads", options.threads, 0, 4096, "N (default: 0)",
+               "CPU threads, 0 = all cores; most that read the file for a GPU");
     addByteSize(app, "--vram-budget", options.vram_budget, 1, "SIZE (default: all there is)",
                 "most device memory for model and frame, such as 4G; frames that need more are drawn in more passes");
     addFlag(app, "--verify", options.verify, "check the checksum of every byte before the first frame");

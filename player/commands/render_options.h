@@ -20,9 +20,9 @@ void addLookOptions(CLI::App& app, PlayOptions& options); // colours, and how tw
 // Tier, backend, memory, foveation, reuse, levels. `knows_gaze`: something tells where eyes look.
 void addRunOptions(CLI::App& app, PlayOptions& options, bool knows_gaze = false);
 // --shard; `what` is split: "the frames". Every shard of it keeps what it has done in `file`, "--stats".
-void addFirstPicture(CLI::App& app, PlayOptions& options); // of what is watched while it loads
 void addShard(CLI::App& app, PlayOptions& options, const char* what, const char* file);
 void addTargetOption(CLI::App& app, PlayOptions& options);
+void addFirstPicture(CLI::App& app, PlayOptions& options); // of what is watched while it loads
 
 // A backend by name, or "auto" too: the names of every build; one that this build lacks is refused when it is opened.
 OptionHandle addBackend(CLI::App& app, const char* name, std::string& field, bool or_auto, const char* help);

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace gsc {
 
@@ -327,7 +328,7 @@ void WindowSession::ask()
     if (wanted == m_view && !m_changed && !m_seeks)
         return;
     m_worked_last_turn = true;
-    if (m_seeks && !m_changed && !m_source.waiting()) { // once the settings have been taken
+    if (m_seeks && (!m_changed || m_loading) && !m_source.waiting()) { // once the settings have been taken
         m_seeks = false;
         m_seeking = true;
         AskedPose seeks = pose(wanted);
@@ -385,7 +386,9 @@ void WindowSession::takePicture()
         say(formatString("loading: %s of %s anchors are still to come", formatCount(m_last.anchors_absent).c_str(),
                          formatCount(m_scene->anchorCount()).c_str()));
         m_changed = true; // the same view shows more
-    }
+    } else if (std::exchange(m_loading, false))
+        say("loaded");
+    m_loading = m_last.anchors_absent > 0;
     m_panel->addFrame({&m_last, drawn->asked.eyes, drawn->latencyMs()});
     m_shown.push_back(std::move(*drawn));
     while (m_shown.size() > 3) // the newest, and two that the display may be reading

@@ -68,6 +68,7 @@ private:
 
     WindowOptions m_options;
     std::shared_ptr<const Scene> m_scene;
+    bool m_loading = false; // the last picture shows some of it only
     Presenter& m_presenter;
     Reporter& m_report;
     FrameSource m_source;

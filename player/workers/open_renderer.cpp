@@ -30,7 +30,11 @@ bool isOfDevice(ErrorCode code)
 
 std::shared_ptr<const Scene> openScene(const PlayOptions& options)
 {
-    const std::jthread start([device = DeviceId{options.backend, options.device}] { startDevice(device); });
+    const WorkerOptions& workers = options.workers;
+    DeviceId first{options.backend, options.device};
+    if (workers.several())
+        first = !workers.devices.empty() ? workers.devices.front() : DeviceId{workers.count.on_cpu ? "cpu" : "cuda", 0};
+    const std::jthread start([&first] { startDevice(first); });
     return Scene::open(options.input, options.verify);
 }
 

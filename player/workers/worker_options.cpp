@@ -251,7 +251,9 @@ ServiceOptions serviceOptions(const PlayOptions& options, Reporter& log)
             return device.backend == "rank" ? remote->make(device, options, limits) : makeRenderer(device, limits);
         };
     const auto on_cpu = size_t(std::ranges::count(service.devices, "cpu", &DeviceId::backend));
-    service.renderer = {options.threads, options.vram_budget, options.first_picture};
+    service.renderer = {options.threads, options.vram_budget, options.first_picture && options.tier != Tier::Exact};
+    if (service.renderer.first_picture) // a switch to exact waits for the file
+        service.deadline = std::chrono::minutes(1);
     if (options.threads == 0 && on_cpu > 1) // they share the cores
         service.renderer.threads = std::max(1, int(std::thread::hardware_concurrency() / on_cpu));
     service.mode = service.devices.size() == 1 ? ServiceMode::Frame : workers.mode;

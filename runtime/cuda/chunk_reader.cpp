@@ -58,6 +58,7 @@ ChunkReader::ChunkReader(const ModelView& model, const std::vector<uint32_t>& ch
         m_slots[s].bytes = memory + s * bytes;
         m_slots[s].passed = std::make_unique<CudaEvent>();
     }
+    m_threads.reserve(readers);
     try {
         for (size_t t = 0; t < readers; ++t)
             m_threads.emplace_back([this] { read(); });

@@ -38,6 +38,19 @@ uint64_t usedBytes(int ordinal)
     return cudaDeviceGetPCIBusId(bus, sizeof(bus), ordinal) == cudaSuccess ? nvmlFacts(bus).used_bytes : 0;
 }
 
+// What the context that the process has just made took of the device.
+void noteContext(int ordinal)
+{
+    constexpr uint64_t kMost = 2ull << 30;  // more is another process's
+    constexpr uint64_t kCode = 32ull << 20; // of kernels, which are loaded as they are launched
+    const uint64_t now = usedBytes(ordinal);
+    const std::lock_guard lock(s_mutex);
+    Known& known = s_known[ordinal];
+    const uint64_t before = known.used_before.value_or(0);
+    if (!known.context_bytes)
+        known.context_bytes = before == 0 || now < before || now - before > kMost ? 0 : now - before + kCode;
+}
+
 // Makes a device this thread's, with a context that runs this build's code. The first call for a device comes before its
 // context is made.
 cudaError_t start(int ordinal)
@@ -51,8 +64,12 @@ cudaError_t start(int ordinal)
         starts = &known.starts;
     }
     const std::lock_guard lock(*starts);
-    const cudaError_t code = cudaSetDevice(ordinal);
-    return code == cudaSuccess ? cudaError_t(probeCuda()) : code;
+    cudaError_t code = cudaSetDevice(ordinal);
+    if (code == cudaSuccess)
+        code = cudaError_t(probeCuda());
+    if (code == cudaSuccess)
+        noteContext(ordinal);
+    return code;
 }
 
 } // namespace
@@ -167,15 +184,8 @@ DeviceFacts CudaDevice::facts() const
 
 uint64_t CudaDevice::contextBytes() const
 {
-    constexpr uint64_t kMost = 2ull << 30;  // more is another process's
-    constexpr uint64_t kCode = 32ull << 20; // of kernels, which are loaded as they are launched
     const std::lock_guard lock(s_mutex);
-    Known& known = s_known[m_ordinal];
-    if (!known.context_bytes) {
-        const uint64_t before = known.used_before.value_or(0), now = usedBytes(m_ordinal);
-        known.context_bytes = before == 0 || now < before || now - before > kMost ? 0 : now - before + kCode;
-    }
-    return *known.context_bytes;
+    return s_known[m_ordinal].context_bytes.value_or(0);
 }
 
 } // namespace gsc

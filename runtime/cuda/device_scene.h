@@ -70,7 +70,6 @@ private:
     int m_threads;
     uint64_t m_anchors = 0, m_anchors_there = 0;
     uint32_t m_runs_there = 0;
-    std::unique_ptr<ChunkReader> m_reader; // while anchors come
     // pieces take these in turns, so that one is converted while the next is copied; frames go on meanwhile
     struct Way {
         CudaStream stream;
@@ -93,6 +92,8 @@ private:
     float *m_biases = nullptr, *m_bank = nullptr;
     ExactWeights* m_weights = nullptr;
     ModelView m_exact_view{};
+
+    std::unique_ptr<ChunkReader> m_reader; // while anchors come; last: it goes before what its threads use
 };
 
 } // namespace gsc

@@ -53,7 +53,12 @@ public:
         giveFramesBack(); // a model that is larger than the last may need it
         m_reuse.release();
         try {
-            guarded([&] { m_first_picture ? m_scene.loadFrame(model, m_stream) : m_scene.load(model, m_stream); });
+            guarded([&] {
+                if (m_first_picture && canDecodeFast(model)) // others draw in `exact`, which needs all of it
+                    m_scene.loadFrame(model, m_stream);
+                else
+                    m_scene.load(model, m_stream);
+            });
         } catch (...) {
             m_scene.forget();
             throw;
@@ -315,7 +320,7 @@ uint64_t CudaRenderer::begin(const FrameRequest& request)
         plain.bands[e] = eyeBand(plain.eyes[e], options.columns);
     shape.limits_decoding = CudaReuse::limitsDecoding(options.reuse);
     shape.depths = std::ranges::any_of(request.targets, &FrameTarget::hasDepth);
-    if (!m_scene.whole())
+    if (!m_scene.whole() && (request.repeats == 0 || request.repeats != m_last)) // which draws what it drew
         bringAnchors(plain.eyes[0], shape.exact);
     plain.run_count = m_scene.runsThere();
     flight.anchors_absent = m_scene.anchorsAbsent();

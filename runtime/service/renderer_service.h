@@ -26,8 +26,8 @@ struct ServiceOptions {
     bool keeps_all = false;
     ServiceTime timeout{0}; // LedgerRules::timeout
     // A pose whose eyes are all this near to the pose accepted before (world units; degrees of direction) and that asks for
-    // the same picture is not drawn: what shows the former shows it, but for a model that has not come whole. 0 = such a
-    // pose is drawn.
+    // the same picture is not drawn: what shows the former shows it, unless that was delivered without some of the
+    // model (RendererOptions::first_picture). 0 = such a pose is drawn.
     double still_distance = 0, still_degrees = 0;
 
     PaceRules pace;         // without a limit all workers draw from the start

@@ -205,12 +205,24 @@ TEST_CASE("load: coarse levels come first, then near chunks, and what lies behin
     REQUIRE(chunks.size() == view.params->chunk_count);
     const auto behind = [&](uint32_t c) { return view.chunks[c].gaussian_max[2] < -10; };
     const auto level = [&](uint32_t c) { return view.levels[view.chunks[c].level_index].level; };
+    const auto distance = [&](uint32_t c) {
+        double sum = 0;
+        for (int i = 0; i < 3; ++i) {
+            const float at = eye.center[i];
+            const float low = view.chunks[c].gaussian_min[i], high = view.chunks[c].gaussian_max[i];
+            sum += std::pow(at < low ? low - at : at > high ? at - high : 0.0f, 2.0);
+        }
+        return std::floor(1e4 * std::sqrt(sum));
+    };
     size_t behinds = 0, switches = 0;
     for (size_t i = 1; i < chunks.size(); ++i) {
         const uint32_t a = chunks[i - 1], b = chunks[i];
         CHECK_FALSE((behind(a) && !behind(b)));
-        if (behind(a) == behind(b))
+        if (behind(a) == behind(b)) {
             CHECK(level(a) <= level(b));
+            if (level(a) == level(b))
+                CHECK(distance(a) <= distance(b));
+        }
         behinds += behind(b);
         switches += level(a) != level(b);
     }
@@ -245,15 +257,22 @@ TEST_CASE("load: frames are drawn while the model comes, and are those of the wh
     CHECK(plain.anchors_absent == 0);
 }
 
-TEST_CASE("load: a renderer with a model on its way may go away, or take another")
+TEST_CASE("load: a model on its way gives way to another, and to the end")
 {
     const SyntheticModel model(manyPieces()), other(manyChunks());
-    RendererOptions options;
-    options.first_picture = true;
-    const std::unique_ptr<Renderer> renderer = makeRenderer({"cuda"}, options);
-    renderer->load(model.view());
-    renderer->load(other.view());
-    const std::vector<EyeParams> eyes = {eyeAt(1, -30, 96, 64)};
-    (void)render(*renderer, eyes, onGrey(Tier::Fast));
-    renderer->load(model.view());
+    const EyeParams eye = eyeAt(1, -30, 64, 64);
+    MemoryBudget budget;
+    DeviceScene scene(budget, 2);
+    const auto begin = [&] { // more pieces than there are slots: the threads wait for some of them
+        scene.loadFrame(model.view(), testStream());
+        scene.bring(eye, Clock::now(), 0us);
+        CHECK_FALSE(scene.whole());
+    };
+    begin();
+    scene.load(other.view(), testStream());
+    CHECK(scene.whole());
+    CHECK(scene.anchorsAbsent() == 0);
+    begin();
+    scene.forget();
+    begin(); // and it goes away
 }

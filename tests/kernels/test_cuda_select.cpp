@@ -33,7 +33,7 @@ struct DeviceSelection {
 };
 
 DeviceSelection selectOnDevice(const StageModel& model, const std::vector<EyeParams>& eyes, float lod_bias,
-                               uint32_t capacity, float lod_fade = 0)
+                               uint32_t capacity, float lod_fade = 0, uint32_t runs = UINT32_MAX)
 {
     const ModelParams& params = model.scene.model().params;
     const auto group_count = uint32_t(params.group_count);
@@ -45,7 +45,7 @@ DeviceSelection selectOnDevice(const StageModel& model, const std::vector<EyePar
 
     SelectCudaArgs args{};
     args.model = model.scene.model();
-    args.run_count = model.scene.runsThere();
+    args.run_count = std::min(runs, model.scene.runsThere());
     std::copy(eyes.begin(), eyes.end(), args.level_eyes);
     args.eye_count = uint32_t(eyes.size());
     args.rules = rasterConstants(params, 0);
@@ -375,4 +375,26 @@ TEST_CASE("select: needles so long that rounding leaves no determinant above zer
         }
     }
     CHECK(flattened >= 3);
+}
+
+TEST_CASE("of a model that is on its way, anchors of the first runs are selected as of the whole, and no others")
+{
+    SyntheticOptions options;
+    options.anchors = 3000;
+    options.extent = 40;
+    const SyntheticModel model(options);
+    const StageModel on_device(model.view());
+    const std::vector<EyeParams> eyes = {eyeAt(1, -30, 64, 64)};
+    const DeviceModel& device = on_device.scene.model();
+    const SeenAnchors all = selectOnDevice(on_device, eyes, 0, 3000).seen;
+    const uint32_t runs = device.run_count / 2;
+    const SeenAnchors some = selectOnDevice(on_device, eyes, 0, 3000, 0, runs).seen;
+    std::vector<GroupRun> listed(device.run_count);
+    GSC_CUDA_CHECK(cudaMemcpyAsync(listed.data(), device.runs, listed.size() * sizeof(GroupRun), cudaMemcpyDeviceToHost,
+                                   testStream().handle));
+    GSC_CUDA_CHECK(cudaStreamSynchronize(testStream().handle));
+    const uint32_t end = model.view().groups[listed[runs].group_first].anchor_first;
+    CHECK(some.size() == size_t(std::distance(all.begin(), all.lower_bound(end))));
+    CHECK((some.size() > 100 && some.size() < all.size()));
+    CHECK((some.empty() || some.rbegin()->first < end));
 }
