@@ -65,6 +65,8 @@ template <typename T>
 std::vector<T> fromDevice(const T* data, size_t count)
 {
     std::vector<T> values(count);
+    if (count == 0)
+        return values;
     GSC_CUDA_CHECK(
         cudaMemcpyAsync(values.data(), data, count * sizeof(T), cudaMemcpyDeviceToHost, testStream().handle));
     GSC_CUDA_CHECK(cudaStreamSynchronize(testStream().handle));
