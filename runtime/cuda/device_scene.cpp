@@ -3,9 +3,9 @@
 
 #include "kernels/decode/decode_fragments.h"
 #include "kernels/math/anchor.h"
+#include "kernels/math/eye.h"
 #include "kernels/math/lod.h"
 #include "kernels/math/mlp.h"
-#include "kernels/math/eye.h"
 
 #include <algorithm>
 #include <numeric>
@@ -85,8 +85,8 @@ std::vector<uint32_t> inViewOrder(const ModelView& model, const EyeParams& eye)
     std::vector<Rank> ranks;
     for (uint32_t c = 0; c < model.params->chunk_count; ++c) {
         const ChunkRecord& chunk = model.chunks[c];
-        float depth = eye.world_to_view[11],
-              distance = 0; // of the box's farthest point along the view's z, to its nearest point
+        float depth = eye.world_to_view[11]; // of the box's farthest point along the view's z
+        float distance = 0;                  // to its nearest point, squared
         for (int i = 0; i < 3; ++i) {
             const float z = eye.world_to_view[8 + i], centre = eye.center[i];
             depth += std::max(z * chunk.gaussian_min[i], z * chunk.gaussian_max[i]);
