@@ -7,9 +7,9 @@ function(gsc_add_ci_test name timeout)
 endfunction()
 
 gsc_add_ci_test(check_format 120)
-gsc_add_ci_test(check_sanitizers 2700)
-gsc_add_ci_test(check_threads 900)
-gsc_add_ci_test(check_fuzz 1200)
+gsc_add_ci_test(check_sanitizers 3600)
+gsc_add_ci_test(check_threads 1800)
+gsc_add_ci_test(check_fuzz 1800)
 
 # the converter once more, without optimisation and CUDA: a minute and a half on two cores
 add_test(NAME test_bundle

@@ -69,7 +69,8 @@ if(TARGET gsc_player)
   add_test(NAME test_installed
            COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/package/check_package.py ${PROJECT_SOURCE_DIR}
                    ${CMAKE_COMMAND} installed ${PROJECT_BINARY_DIR} $<TARGET_FILE:write_tiny_gsc>)
-  set_tests_properties(test_package test_installed PROPERTIES LABELS "cpu;slow" TIMEOUT 600)
+  # test_package builds the runtime and the player: ten minutes on a slow machine
+  set_tests_properties(test_package test_installed PROPERTIES LABELS "cpu;slow" TIMEOUT 1800)
 endif()
 
 # against the trainers' own renders and dumps
