@@ -91,7 +91,10 @@ static_assert(offsetof(FileHeader, file_bytes) == 16 && offsetof(FileHeader, pro
 static_assert(offsetof(FileHeader, header_checksum) == 120);
 static_assert(std::is_trivially_copyable_v<FileHeader> && std::is_standard_layout_v<FileHeader>);
 
-enum class Profile : uint8_t { Runtime = 0 }; // 1 is kept for the archive profile
+enum class Profile : uint8_t {
+    Runtime = 0, // this layout
+    Archive = 1, // stands for a file of this layout: archive/archive_layout.h
+};
 
 struct SectionEntry {
     uint32_t type;     // 0   fourCc

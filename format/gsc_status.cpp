@@ -52,6 +52,8 @@ bool isUnsupported(const IssueInfo& info)
     case issue::SectionVersion:
     case issue::SectionCodec:
     case issue::ParamPayloadVersion:
+    case issue::ArchiveCodecUnknown:
+    case issue::ArchiveCodecMissing:
         return true;
     default:
         return false;

@@ -2,8 +2,8 @@
 #include "runtime/scene.h"
 
 #include "format/error.h"
+#include "format/gsc_file.h"
 #include "format/gsc_reader.h"
-#include "format/file/mapped_file.h"
 #include "kernels/math/anchor.h"
 #include "runtime/camera.h"
 #include "runtime/model/local_model.h"
@@ -34,10 +34,11 @@ void prefetch(std::span<const std::byte> anchors)
 
 class MappedScene : public Scene {
 public:
-    MappedScene(const std::string& path, bool verify_payloads) : m_path(path), m_file(path)
+    MappedScene(const std::string& path, bool verify_payloads) : m_path(path), m_file(path, throwFirstIssue(path))
     {
         openGsc(m_file.bytes(), m_gsc, verify_payloads ? GscCheck::Full : GscCheck::Index, throwFirstIssue(m_path));
-        prefetch(m_gsc.anchors);
+        if (!m_file.isArchive())
+            prefetch(m_gsc.anchors);
         m_manifest.assign(m_gsc.manifest);
         m_arrays.reserve(m_gsc.chunks.size());
         for (const ChunkRecord& chunk : m_gsc.chunks)
@@ -86,7 +87,7 @@ public:
 
 private:
     std::string m_path;
-    MappedFile m_file;
+    GscFile m_file;
     GscView m_gsc;
     ModelView m_view{};
     std::string m_manifest;

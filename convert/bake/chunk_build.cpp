@@ -3,7 +3,7 @@
 
 #include "convert/bake/anchor_record.h"
 #include "convert/bake/chunk_values.h"
-#include "convert/bake/morton.h"
+#include "format/morton.h"
 #include "format/checksum.h"
 
 #include <algorithm>

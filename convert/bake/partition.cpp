@@ -2,7 +2,7 @@
 #include "convert/bake/partition.h"
 
 #include "convert/bake/model_sections.h"
-#include "convert/bake/morton.h"
+#include "format/morton.h"
 #include "format/error.h"
 
 #include <algorithm>

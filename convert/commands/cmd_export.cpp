@@ -2,8 +2,8 @@
 #include "convert/commands/command.h"
 
 #include "convert/grids/grid_files.h"
-#include "format/file/mapped_file.h"
 #include "format/file/output_file.h"
+#include "format/gsc_file.h"
 
 namespace gsc {
 
@@ -25,8 +25,8 @@ ErrorCode runExport(const ExportOptions& options, Reporter& report)
     checkOutputsDiffer(std::vector<NamedPath>{{options.output, "--output"}},
                        std::vector<NamedPath>{{options.file, "FILE"}});
     checkOutput(options.output, OutputKind::Binary, options.overwrite);
-    const MappedFile file(options.file);
     const IssueSink sink = throwFirstIssue(options.file);
+    const GscFile file(options.file, sink);
     GscView view;
     openGsc(file.bytes(), view, GscCheck::Index, sink);
     OutputFile output(options.output, OutputKind::Binary, options.overwrite);

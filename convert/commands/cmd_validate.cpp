@@ -3,8 +3,8 @@
 
 #include "convert/grids/nanovdb_check.h"
 #include "convert/commands/manifest_check.h"
+#include "format/gsc_file.h"
 #include "format/gsc_reader.h"
-#include "format/file/mapped_file.h"
 #include "player/tool/version.h"
 
 namespace gsc {
@@ -63,7 +63,6 @@ ErrorCode runValidate(const ValidateOptions& options, Reporter& report)
     if (options.input.empty())
         throw Error(ErrorCode::Usage, "FILE: not given, expected it behind gsc validate; see gsc validate --help");
 
-    const MappedFile file(options.input);
     IssueCounts counts;
     Json messages = Json::array();
     const IssueSink sink = [&](const Issue& issue) {
@@ -86,8 +85,9 @@ ErrorCode runValidate(const ValidateOptions& options, Reporter& report)
                                      issue.pointer.c_str(), issue.pointer.empty() ? "" : ", ",
                                      static_cast<unsigned long long>(issue.offset)));
     };
+    const GscFile file(options.input, sink);
     GscView view;
-    if (openGsc(file.bytes(), view, options.check, sink)) {
+    if (file.isSound() && openGsc(file.bytes(), view, options.check, sink)) {
         checkManifest(view, sink);
         checkNanoVdb(view, sink);
     }

@@ -9,7 +9,7 @@
 #include "convert/bake/model_sections.h"
 #include "convert/input/model_names.h"
 #include "format/error.h"
-#include "format/file/mapped_file.h"
+#include "format/gsc_file.h"
 
 #include <nlohmann/json.hpp>
 
@@ -289,9 +289,10 @@ CompareReport compareCheckpoint(const Checkpoint& checkpoint, AnchorSource& sour
 
 CompareReport compareCheckpoint(const Checkpoint& checkpoint, const std::string& gsc_path, const BakeProgress& progress)
 {
-    const MappedFile file(gsc_path);
+    const IssueSink sink = throwFirstIssue(gsc_path);
+    const GscFile file(gsc_path, sink);
     GscView view;
-    openGsc(file.bytes(), view, GscCheck::Index, throwFirstIssue(gsc_path));
+    openGsc(file.bytes(), view, GscCheck::Index, sink);
     const std::unique_ptr<AnchorSource> source = openAnchors(checkpoint);
     return compareCheckpoint(checkpoint, *source, view, progress);
 }

@@ -45,6 +45,7 @@ struct Context {
     ByteView file;
     GscView& view;
     IssueLog& log;
+    Profile profile = Profile::Runtime; // that the file must have
 
     // The entry of a known section, null if absent. Unique after checkTable().
     [[nodiscard]] const SectionEntry* entry(uint32_t type) const;
@@ -56,7 +57,10 @@ struct Context {
 bool checkHeader(Context& context);
 bool checkTable(Context& context);
 void checkPadding(Context& context);
-enum class SummaryOnly { No, Yes }; // No: all but ANCH, whose entry covers the chunks' checksums; Yes: META, PARM, LEVL
+enum class SummaryOnly {
+    No,
+    Yes
+}; // No: all but ANCH and DATA, whose entries cover those of their parts; Yes: META, PARM, LEVL
 void checkSectionChecksums(Context& context, SummaryOnly summary);
 void checkManifest(Context& context);
 bool checkParams(Context& context);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Header and section table: everything that must hold before a byte of content is looked at.
+#include "format/archive/archive_layout.h"
 #include "format/checksum.h"
 #include "format/validate/gsc_validate.h"
 
@@ -15,17 +16,26 @@ struct KnownSection {
     bool required;
 };
 
-constexpr KnownSection kKnownSections[] = {
+constexpr KnownSection kArchiveSections[] = {{kSectionData, true}, {kSectionParts, true}};
+constexpr KnownSection kRuntimeSections[] = {
     {kSectionAnchors, true},  {kSectionMeta, true},         {kSectionParams, true}, {kSectionLevels, true},
     {kSectionChunks, true},   {kSectionGroups, true},       {kSectionLeaves, true}, {kSectionNanoVdb, true},
     {kSectionIndex, true},    {kSectionWeights, true},      {kSectionPacked, true}, {kSectionEmbedding, false},
     {kSectionCameras, false}, {kSectionSensitivity, false},
 };
 
-bool isKnown(uint32_t type)
+// The first is the first of a file.
+std::span<const KnownSection> knownSections(const Context& context)
 {
-    return std::any_of(std::begin(kKnownSections), std::end(kKnownSections),
-                       [type](const KnownSection& known) { return known.type == type; });
+    if (context.profile == Profile::Archive)
+        return kArchiveSections;
+    return kRuntimeSections;
+}
+
+bool isKnown(const Context& context, uint32_t type)
+{
+    return std::ranges::any_of(knownSections(context),
+                               [type](const KnownSection& known) { return known.type == type; });
 }
 
 std::string hexText(std::span<const std::byte> bytes)
@@ -89,7 +99,7 @@ void checkEntry(Context& context, const SectionEntry& entry, uint32_t index)
     IssueLog& log = context.log;
     const uint64_t at = sizeof(FileHeader) + uint64_t(index) * sizeof(SectionEntry);
     const std::string name = fourCcText(entry.type);
-    if (!isKnown(entry.type)) {
+    if (!isKnown(context, entry.type)) {
         if (entry.flags & kSectionOptional)
             GSC_REPORT(log, SectionSkipped, at, place("sections", index, "type"), name.c_str(), kVersionMajor);
         else
@@ -197,8 +207,9 @@ bool checkHeader(Context& context)
                    header.header_checksum);
         return false;
     }
-    if (header.profile != uint8_t(Profile::Runtime))
-        GSC_REPORT(log, ProfileUnsupported, offsetof(FileHeader, profile), "/header/profile", header.profile);
+    if (header.profile != uint8_t(context.profile))
+        GSC_REPORT(log, ProfileUnsupported, offsetof(FileHeader, profile), "/header/profile", header.profile,
+                   unsigned(context.profile));
     if (header.anchor_count < 1 || header.anchor_count > kMaxAnchors)
         GSC_REPORT(log, AnchorTotal, offsetof(FileHeader, anchor_count), "/header/anchor_count", header.anchor_count,
                    kMaxAnchors);
@@ -220,14 +231,14 @@ bool checkTable(Context& context)
                 break;
             }
     }
-    for (const KnownSection& known : kKnownSections)
+    for (const KnownSection& known : knownSections(context))
         if (known.required && !context.entry(known.type))
             GSC_REPORT(log, SectionMissing, sizeof(FileHeader), "/sections", fourCcText(known.type).c_str());
     if (log.fatal())
         return false;
-    if (sections.front().type != kSectionAnchors)
+    if (const uint32_t first = knownSections(context).front().type; sections.front().type != first)
         GSC_REPORT(log, AnchorsNotFirst, sizeof(FileHeader), "/sections/0/type",
-                   fourCcText(sections.front().type).c_str());
+                   fourCcText(sections.front().type).c_str(), fourCcText(first).c_str());
     return checkOrder(context);
 }
 
@@ -250,7 +261,7 @@ void checkPadding(Context& context)
 void checkSectionChecksums(Context& context, SummaryOnly summary)
 {
     const auto wanted = [summary](uint32_t type) {
-        return summary == SummaryOnly::No ? type != kSectionAnchors
+        return summary == SummaryOnly::No ? type != kSectionAnchors && type != kSectionData
                                           : type == kSectionMeta || type == kSectionParams || type == kSectionLevels;
     };
     uint32_t index = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/bake/morton.h"
+#include "format/morton.h"
 
 #include <doctest/doctest.h>
 

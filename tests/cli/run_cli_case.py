@@ -22,9 +22,10 @@ case runs in an empty folder {out}. Keys of a case:
   leftovers  how many temporary files and folders (*.gsc-tmp) {out} holds afterwards
   contents   {file: expected text}
   links      {file: where the symbolic link leads}
+  same       list of [file, file] that hold the same bytes
   before     list of ["copy", from, to] | ["link", from, to] | ["symlink", target, path] | ["folder", path]
              | ["fifo", path] | ["write", path, text] | ["patch", path, offset, hex] | ["append", path, hex]
-             | ["truncate", path, size], done before the run; a negative offset or size counts from the end
+             | ["truncate", path, size] | ["gsc", argument, ...], which must work, done before the run; a negative offset or size counts from the end
   stdout_to  stdout goes to this file
   file_limit largest file the process may write, bytes: a stand-in for a full disk
   disk       size of a small file system mounted at {out}/disk (bytes); without the right to mount, file_limit = disk
@@ -88,9 +89,11 @@ def look_up(value, path):
     return value
 
 
-def prepare(step, expand):
+def prepare(step, expand, programs):
     kind, path, *rest = step[0], Path(expand(step[1])), *step[2:]
-    if kind == "copy":
+    if kind == "gsc":
+        subprocess.run([programs["gsc"], *map(expand, step[1:])], check=True, capture_output=True)
+    elif kind == "copy":
         shutil.copytree(path, expand(rest[0])) if path.is_dir() else shutil.copy(path, expand(rest[0]))
     elif kind == "write":
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -233,7 +236,7 @@ def run_case(case, programs, source, data, out, checkpoints, again=False):
         shutil.rmtree(out, ignore_errors=True)
         out.mkdir(parents=True)
     for step in case.get("before", []):
-        prepare(step, expand)
+        prepare(step, expand, programs)
     limit = case.get("file_limit")
     disk = SmallDisk(out / "disk", case["disk"]) if "disk" in case else None
     try:
@@ -268,6 +271,9 @@ def run_case(case, programs, source, data, out, checkpoints, again=False):
         for path, expected in case.get("contents", {}).items():
             if Path(expand(path)).read_text() != expected:
                 raise Failure(f"{path} holds {Path(expand(path)).read_text()[:200]!r}, expected {expected!r}")
+        for one, other in case.get("same", []):
+            if Path(expand(one)).read_bytes() != Path(expand(other)).read_bytes():
+                raise Failure(f"{one} and {other} differ")
         for path, expected in case.get("links", {}).items():
             if os.readlink(expand(path)) != expand(expected):
                 raise Failure(f"{path} leads to {os.readlink(expand(path))!r}, expected {expected!r}")

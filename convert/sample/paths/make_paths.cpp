@@ -4,8 +4,8 @@
 
 #include "convert/sample/paths/camera_paths.h"
 #include "format/error.h"
-#include "format/file/mapped_file.h"
 #include "format/file/output_file.h"
+#include "format/gsc_file.h"
 #include "player/cameras/length.h"
 
 #include <algorithm>
@@ -50,9 +50,10 @@ PathsReport makePaths(const PathsOptions& options)
         checkOutput(fileOf(options, name), OutputKind::Binary, options.overwrite, OutputFolder::IsMade);
     checkOutputFolder(options.output, true); // what else is in it stays
 
-    const MappedFile file(options.input);
+    const IssueSink sink = throwFirstIssue(options.input);
+    const GscFile file(options.input, sink);
     GscView view;
-    openGsc(file.bytes(), view, GscCheck::Index, throwFirstIssue(options.input));
+    openGsc(file.bytes(), view, GscCheck::Index, sink);
     const ModelSurvey survey = surveyModel(view, options.input, metreOf(view, options));
     PathsReport report;
     report.paths = modelPaths(survey, {options.width, options.height, options.fov_x}, options.fps, options.only);

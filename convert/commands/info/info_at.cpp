@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/commands/info_at.h"
+#include "convert/commands/info/info_at.h"
 
 #include "convert/grids/locate.h"
 #include "player/tool/options.h"

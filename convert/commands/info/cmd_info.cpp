@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/command.h"
-#include "convert/commands/info_at.h"
+#include "convert/commands/info/info_at.h"
 #include "convert/commands/model_facts.h"
 
+#include "format/gsc_file.h"
 #include "format/gsc_reader.h"
-#include "format/file/mapped_file.h"
 #include "player/cameras/length.h"
 
 #include <algorithm>
@@ -13,16 +13,6 @@
 namespace gsc {
 
 namespace {
-
-std::string sectionName(uint32_t type)
-{
-    std::string name;
-    for (int i = 0; i < 4; ++i) {
-        const char c = char(type >> (8 * i) & 0xff);
-        name += c >= 0x20 && c < 0x7f ? c : '?';
-    }
-    return name;
-}
 
 const SectionEntry* findSection(const GscView& view, uint32_t type)
 {
@@ -89,7 +79,7 @@ Json point(const float (&values)[3])
 }
 
 // Everything `info` tells, from the header, the section table, META, PARM and LEVL alone.
-Json infoJson(const std::string& path, const GscView& view, const Json& manifest)
+Json infoJson(const std::string& path, const GscFile& file, const GscView& view, const Json& manifest)
 {
     const ModelParams& params = *view.params;
     Json levels = Json::array();
@@ -110,8 +100,9 @@ Json infoJson(const std::string& path, const GscView& view, const Json& manifest
         {"path", path},
         {"format", "gsc"},
         {"version", formatString("%u.%u", unsigned(view.header->version_major), unsigned(view.header->version_minor))},
-        {"profile", view.header->profile == uint8_t(Profile::Runtime) ? "runtime" : "unknown"},
-        {"file_bytes", view.header->file_bytes},
+        {"profile", file.isArchive() ? "archive" : "runtime"},
+        {"file_bytes", file.storedBytes()},
+        {"runtime_bytes", view.header->file_bytes},
         {"source_hash", formatString("%016llx", static_cast<unsigned long long>(view.header->source_hash))},
         {"config_hash", formatString("%016llx", static_cast<unsigned long long>(view.header->config_hash))},
         {"model", modelJson(params, view.header->anchor_count)},
@@ -133,12 +124,15 @@ Json infoJson(const std::string& path, const GscView& view, const Json& manifest
     };
 }
 
-std::string infoText(const std::string& path, const GscView& view, const Json& manifest)
+std::string infoText(const std::string& path, const GscFile& file, const GscView& view, const Json& manifest)
 {
     const ModelParams& params = *view.params;
     std::string text =
-        formatString("file        %s, %s, .gsc %u.%u\n", path.c_str(), formatBytes(view.header->file_bytes).c_str(),
+        formatString("file        %s, %s, .gsc %u.%u\n", path.c_str(), formatBytes(file.storedBytes()).c_str(),
                      unsigned(view.header->version_major), unsigned(view.header->version_minor));
+    if (file.isArchive())
+        text += formatString("archive     of a file of %s, whose sections follow\n",
+                             formatBytes(view.header->file_bytes).c_str());
     text += modelText(params, view.header->anchor_count) + "\n";
     text += formatString("positions   %s\n", params.position_encoding == uint32_t(PositionEncoding::Grid)
                                                  ? "integers on the voxel grid, bit-exact"
@@ -176,8 +170,8 @@ struct InfoOptions {
 ErrorCode runInfo(const InfoOptions& options, Reporter& report)
 {
     const std::string& path = options.file;
-    const MappedFile file(path);
     const IssueSink sink = throwFirstIssue(path);
+    const GscFile file(path, sink, options.at ? GscFile::Read::All : GscFile::Read::Summary);
     GscView view;
     // a point is looked up in the records, which must then be safe
     if (options.at)
@@ -189,10 +183,10 @@ ErrorCode runInfo(const InfoOptions& options, Reporter& report)
         throw Error(ErrorCode::InvalidFile,
                     path + ": META is not JSON, expected the manifest; gsc validate lists everything wrong with it");
     if (!report.json()) {
-        report.text(options.at ? atText(path, view, *options.at) : infoText(path, view, manifest));
+        report.text(options.at ? atText(path, view, *options.at) : infoText(path, file, view, manifest));
         return ErrorCode::Ok;
     }
-    Json json = infoJson(path, view, manifest);
+    Json json = infoJson(path, file, view, manifest);
     if (options.at)
         json["at"] = atJson(path, view, *options.at);
     report.object(json);

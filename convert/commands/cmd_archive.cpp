@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/commands/command.h"
+#include "convert/commands/model_facts.h"
+
+#include "format/archive/archive.h"
+#include "format/file/output_file.h"
+#include "format/gsc_file.h"
+#include "format/gsc_reader.h"
+
+namespace gsc {
+
+namespace {
+
+struct ArchiveCommand {
+    std::string file, output;
+    ArchiveOptions archive;
+    bool extract = false, overwrite = false;
+};
+
+// Every byte that a player or a later reader would look at is good.
+void openWhole(const std::string& path, const GscFile& file, GscView& view)
+{
+    openGsc(file.bytes(), view, GscCheck::Full, throwFirstIssue(path));
+}
+
+void tell(const ArchiveCommand& options, const ArchiveSizes& sizes, uint64_t anchors, Reporter& report)
+{
+    Json sections = Json::array();
+    std::string text;
+    if (options.extract)
+        text = formatString("wrote       %s, %s, the file that %s of archive stand for\n", options.output.c_str(),
+                            formatBytes(sizes.raw_bytes).c_str(), formatBytes(sizes.stored_bytes).c_str());
+    else
+        text = formatString("wrote       %s, %s of %s (%.1f %%), %.1f bytes an anchor\n", options.output.c_str(),
+                            formatBytes(sizes.stored_bytes).c_str(), formatBytes(sizes.raw_bytes).c_str(),
+                            100.0 * double(sizes.stored_bytes) / double(sizes.raw_bytes),
+                            double(sizes.stored_bytes) / double(anchors));
+    for (const ArchiveSize& section : sizes.sections) {
+        const std::string name = sectionName(section.type);
+        sections.push_back({{"name", name}, {"bytes", section.stored_bytes}, {"runtime_bytes", section.raw_bytes}});
+        text += formatString("%-11s %s of %s\n", name.c_str(), formatBytes(section.stored_bytes).c_str(),
+                             formatBytes(section.raw_bytes).c_str());
+    }
+    if (report.json())
+        report.object({{"schema", "gsc.archive/1"},
+                       {"path", options.file},
+                       {"output", options.output},
+                       {"profile", options.extract ? "runtime" : "archive"},
+                       {"anchors", anchors},
+                       {"bytes", sizes.stored_bytes},
+                       {"runtime_bytes", sizes.raw_bytes},
+                       {"sections", std::move(sections)}});
+    else
+        report.text(text);
+}
+
+ErrorCode runArchive(const ArchiveCommand& options, Reporter& report)
+{
+    checkOutputsDiffer(std::vector<NamedPath>{{options.output, "--output"}},
+                       std::vector<NamedPath>{{options.file, "FILE"}});
+    checkOutput(options.output, OutputKind::Binary, options.overwrite);
+    const IssueSink sink = throwFirstIssue(options.file);
+    const GscFile file(options.file, sink, GscFile::Read::All, options.archive.threads);
+    if (file.isArchive() != options.extract)
+        throw Error(ErrorCode::Usage,
+                    options.extract
+                        ? options.file + ": a runtime file, expected an archive; leave --extract out to make one"
+                        : options.file + ": an archive already, expected a runtime file; --extract writes that");
+    GscView view;
+    openWhole(options.file, file, view);
+    const uint64_t anchors = view.header->anchor_count;
+    ArchiveSizes sizes;
+    if (options.extract) {
+        OutputFile output(options.output, OutputKind::Binary, options.overwrite);
+        output.write(file.bytes());
+        output.sync();
+        output.commit();
+        sizes.raw_bytes = file.bytes().size();
+        sizes.stored_bytes = file.storedBytes();
+    } else {
+        sizes = writeArchive(file.bytes(), view, options.output, options.overwrite, options.archive,
+                             [&](uint64_t done, uint64_t all) { report.progress("archive", done, all); });
+    }
+    tell(options, sizes, anchors, report);
+    report.done((options.extract ? "unpacked " : "archived ") + options.file);
+    return ErrorCode::Ok;
+}
+
+} // namespace
+
+void addArchiveCommand(CLI::App& app, Invocation& invocation)
+{
+    auto options = std::make_shared<ArchiveCommand>();
+    CLI::App& command = addCommand(app, "archive", "Pack a .gsc file for storage, or unpack it, without loss");
+    addText(command, "FILE", options->file, "FILE.gsc", "file to pack, or an archive to unpack").required();
+    addText(command, "-o,--output", options->output, "FILE.gsc", "file to write").required();
+    addFlag(command, "-x,--extract", options->extract, "unpack: write the runtime file, byte for byte");
+    addInteger(command, "--level", options->archive.level, 1, 19, "N", "effort of Zstandard, 1 to 19 (default: 3)");
+    addInteger(command, "-j,--threads", options->archive.threads, 0, 1024, "N",
+               "threads, 0: all cores (default); the file does not depend on it");
+    addFlag(command, "-w,--overwrite", options->overwrite, "replace a file that exists");
+    addReporterOptions(command, invocation.reporter, true);
+    setFooter(command, "gsc and gsc-play read an archive like any .gsc file: they unpack it into memory first.\n\n"
+                       "examples:\n"
+                       "  gsc archive city.gsc -o city.archive.gsc\n"
+                       "  gsc archive --extract city.archive.gsc -o city.gsc");
+    onParsed(command, invocation, options, runArchive);
+}
+
+} // namespace gsc

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "format/archive/archive.h"
+
+#include "format/archive/part_threads.h"
+#include "format/checksum.h"
+#include "format/error.h"
+#include "format/file/output_file.h"
+#include "format/interrupt.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace gsc {
+
+namespace {
+
+constexpr size_t kPartsAtOnce = 8; // per thread: as many wait in memory for those before them
+
+SectionEntry sectionEntry(uint32_t type, uint64_t offset, uint64_t bytes, uint64_t checksum, uint64_t count)
+{
+    SectionEntry entry{};
+    entry.type = type;
+    entry.version = 1;
+    entry.offset = offset;
+    entry.bytes = bytes;
+    entry.checksum = checksum;
+    entry.count = count;
+    return entry;
+}
+
+void checkGap(const std::string& path, std::span<const std::byte> file, uint64_t from, uint64_t to)
+{
+    const auto gap = file.subspan(size_t(from), size_t(to - from));
+    const auto bad = std::ranges::find_if(gap, [](std::byte b) { return b != std::byte{0}; });
+    if (bad != gap.end())
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: byte %llu of the file to be archived is 0x%02x, expected zero between its parts; "
+                                 "gsc validate lists everything wrong with it",
+                                 path.c_str(), (unsigned long long)(from + uint64_t(bad - gap.begin())),
+                                 unsigned(*bad)));
+}
+
+void checkCodec()
+{
+    if (!hasCodec(Codec::Zstd))
+        throw Error(ErrorCode::Unsupported,
+                    "codec zstd: not part of this build, expected one that has it; build gsc with "
+                    "GSC_WITH_ZSTD");
+}
+
+void addTo(ArchiveSizes& sizes, const ArchivePart& part)
+{
+    if (sizes.sections.empty() || sizes.sections.back().type != part.type)
+        sizes.sections.push_back({part.type});
+    sizes.sections.back().raw_bytes += part.raw_bytes;
+    sizes.sections.back().stored_bytes += part.bytes;
+}
+
+} // namespace
+
+ArchiveSizes writeArchive(std::span<const std::byte> file, const GscView& view, const std::string& path, bool overwrite,
+                          const ArchiveOptions& options, const std::function<void(uint64_t, uint64_t)>& progress)
+{
+    checkCodec();
+    const std::vector<RawPart> raw = cutIntoParts(file, view);
+    uint64_t end = 0;
+    for (const RawPart& part : raw) {
+        checkGap(path, file, end, part.raw_offset);
+        end = part.raw_offset + part.bytes.size();
+    }
+    checkGap(path, file, end, file.size());
+
+    OutputFile output(path, OutputKind::Binary, overwrite);
+    std::vector<ArchivePart> parts;
+    std::vector<uint64_t> checksums;
+    ArchiveSizes sizes;
+    uint64_t cursor = kSectionAlign;
+    std::vector<PartEncoder> encoders; // kept from batch to batch
+    const size_t threads = partThreads(raw.size(), options.threads);
+    for (size_t i = 0; i < threads; ++i)
+        encoders.emplace_back(view, options.level);
+    for (size_t first = 0; first < raw.size();) {
+        const size_t count = std::min(raw.size() - first, threads * kPartsAtOnce);
+        std::vector<StoredPart> batch(count);
+        std::atomic<size_t> thread{0};
+        onPartThreads(count, options.threads, [&] {
+            return [&, &encoder = encoders[thread++]](size_t i) {
+                throwIfInterrupted();
+                batch[i] = encoder.encode(raw[first + i]);
+            };
+        });
+        for (StoredPart& stored : batch) {
+            stored.record.offset = cursor - kSectionAlign;
+            output.writeAt(cursor, stored.bytes);
+            cursor += stored.bytes.size();
+            checksums.push_back(stored.record.checksum);
+            addTo(sizes, stored.record);
+            parts.push_back(stored.record);
+        }
+        first += count;
+        const RawPart& last = raw[first - 1];
+        progress(last.raw_offset + last.bytes.size(), file.size());
+    }
+
+    ArchiveHeader archive{};
+    archive.raw_bytes = file.size();
+    archive.part_count = uint32_t(parts.size());
+    std::vector<std::byte> list(sizeof(archive) + parts.size() * sizeof(ArchivePart));
+    std::memcpy(list.data(), &archive, sizeof(archive));
+    std::memcpy(list.data() + sizeof(archive), parts.data(), parts.size() * sizeof(ArchivePart));
+    const uint64_t list_at = alignUp(cursor, kSectionAlign);
+    const SectionEntry entries[] = {sectionEntry(kSectionData, kSectionAlign, cursor - kSectionAlign,
+                                                 checksum64(std::as_bytes(std::span(checksums))), parts.size()),
+                                    sectionEntry(kSectionParts, list_at, list.size(), checksum64(list), parts.size())};
+
+    FileHeader header = *view.header; // what says which model it is
+    header.profile = uint8_t(Profile::Archive);
+    header.file_bytes = alignUp(list_at + list.size(), kSectionAlign);
+    header.section_count = uint32_t(std::size(entries));
+    header.header_checksum = 0;
+    std::vector<std::byte> front(sizeof(header) + sizeof(entries));
+    std::memcpy(front.data(), &header, sizeof(header));
+    std::memcpy(front.data() + sizeof(header), entries, sizeof(entries));
+    header.header_checksum = checksum64(front);
+    std::memcpy(front.data(), &header, sizeof(header));
+
+    list.resize(size_t(header.file_bytes - list_at));
+    output.writeAt(list_at, list);
+    output.writeAt(0, front);
+    output.sync();
+    output.commit();
+    sizes.raw_bytes = file.size();
+    sizes.stored_bytes = header.file_bytes;
+    return sizes;
+}
+
+} // namespace gsc

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// Work on the parts of an archive, one after another on several threads. The layers above have pools (Workers); this one
+// has no layer below.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace gsc {
+
+[[nodiscard]] inline size_t partThreads(size_t count, int threads)
+{
+    const size_t wanted = threads > 0 ? size_t(threads) : std::max<size_t>(1, std::thread::hardware_concurrency());
+    return std::min(wanted, std::max<size_t>(1, count));
+}
+
+// Calls make() on each thread, and what it returns with each number in [0, count), ascending per thread. The first
+// exception reaches the caller, and no number is begun after it.
+template <typename Make>
+void onPartThreads(size_t count, int threads, const Make& make)
+{
+    std::atomic<size_t> next{0};
+    std::atomic<bool> failed{false};
+    std::mutex mutex;
+    std::exception_ptr error;
+    const auto work = [&] {
+        try {
+            auto body = make();
+            for (size_t i; !failed && (i = next++) < count;)
+                body(i);
+        } catch (...) {
+            const std::lock_guard lock(mutex);
+            if (!failed.exchange(true))
+                error = std::current_exception();
+        }
+    };
+    {
+        std::vector<std::jthread> others;
+        for (size_t i = 1; i < partThreads(count, threads); ++i)
+            others.emplace_back(work);
+        work();
+    }
+    if (error)
+        std::rethrow_exception(error);
+}
+
+} // namespace gsc

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "format/gsc_file.h"
+
+#include "format/archive/archive.h"
+#include "format/error.h"
+
+#include <new>
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+namespace gsc {
+
+namespace {
+
+uint64_t machineMemory()
+{
+    const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
+    return pages > 0 && page > 0 ? uint64_t(pages) * uint64_t(page) : UINT64_MAX;
+}
+
+// Zero pages, which take memory when they are written.
+std::span<std::byte> zeroPages(const std::string& path, uint64_t bytes, uint64_t memory)
+{
+    void* const data = bytes <= memory ? ::mmap(nullptr, size_t(bytes), PROT_READ | PROT_WRITE,
+                                                MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0)
+                                       : MAP_FAILED;
+    if (data == MAP_FAILED)
+        throw Error(
+            ErrorCode::OutOfMemory,
+            formatString("%s: an archive that takes %.1f GB when it is read, expected one that fits the %.1f GB of "
+                         "this machine; unpack it with gsc archive --extract, the file is then read in place",
+                         path.c_str(), double(bytes) * 1e-9, double(memory) * 1e-9));
+#if defined(__linux__)
+    (void)::madvise(data, size_t(bytes), MADV_HUGEPAGE); // advice only
+#endif
+    return {static_cast<std::byte*>(data), size_t(bytes)};
+}
+
+} // namespace
+
+GscFile::GscFile(const std::string& path, const IssueSink& sink, Read read, int threads)
+    : m_file(path), m_bytes(m_file.bytes()), m_stored_bytes(m_file.bytes().size())
+{
+    m_is_archive = gsc::isArchive(m_file.bytes());
+    if (!m_is_archive)
+        return;
+    const Archive archive(m_file.bytes(), sink);
+    m_sound = archive.isSound();
+    m_bytes = {};
+    if (!m_sound)
+        return;
+    const bool all = read == Read::All;
+    m_decoded = zeroPages(path, archive.rawBytes(), all ? machineMemory() : UINT64_MAX);
+    try {
+        m_sound = archive.decode(m_decoded, all ? Archive::Scope::All : Archive::Scope::Summary, threads, sink);
+    } catch (...) {
+        ::munmap(m_decoded.data(), m_decoded.size());
+        throw;
+    }
+    m_bytes = m_decoded;
+}
+
+GscFile::~GscFile()
+{
+    if (!m_decoded.empty())
+        ::munmap(m_decoded.data(), m_decoded.size());
+}
+
+} // namespace gsc

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/format/tiny_archive.h"
+
+#include "format/archive/archive.h"
+#include "format/checksum.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+
+namespace gsc::test {
+
+std::vector<std::byte> archiveOf(std::span<const std::byte> file, const std::string& folder, int threads, int level)
+{
+    GscView view;
+    if (!openGsc(file, view, GscCheck::Index, nullptr))
+        std::abort();
+    const std::string path = folder + "/tiny_archive.gsc";
+    ArchiveOptions options;
+    options.threads = threads;
+    options.level = level;
+    writeArchive(file, view, path, true, options, [](uint64_t, uint64_t) {});
+    std::ifstream in(path, std::ios::binary | std::ios::ate);
+    std::vector<std::byte> bytes(size_t(in.tellg()));
+    in.seekg(0);
+    in.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(bytes.size()));
+    return bytes;
+}
+
+ArchiveHeader& archiveHeader(std::span<std::byte> archive)
+{
+    return *reinterpret_cast<ArchiveHeader*>(section(archive, kSectionParts).data());
+}
+
+std::span<ArchivePart> archiveParts(std::span<std::byte> archive)
+{
+    const std::span<std::byte> list = section(archive, kSectionParts);
+    // the fuzzer's tables are not sound
+    if (list.size() < sizeof(ArchiveHeader) || reinterpret_cast<uintptr_t>(list.data()) % alignof(ArchivePart) != 0)
+        return {};
+    return {reinterpret_cast<ArchivePart*>(list.data() + sizeof(ArchiveHeader)),
+            (list.size() - sizeof(ArchiveHeader)) / sizeof(ArchivePart)};
+}
+
+std::span<std::byte> storedPart(std::span<std::byte> archive, const ArchivePart& part)
+{
+    const std::span<std::byte> data = section(archive, kSectionData);
+    if (part.offset > data.size() || part.bytes > data.size() - part.offset)
+        return {};
+    return data.subspan(size_t(part.offset), size_t(part.bytes));
+}
+
+void resealArchive(std::span<std::byte> archive)
+{
+    if (archive.size() < sizeof(FileHeader) || header(archive).section_count > kMaxSections)
+        return;
+    std::vector<uint64_t> checksums;
+    for (ArchivePart& part : archiveParts(archive)) {
+        part.checksum = checksum64(storedPart(archive, part));
+        checksums.push_back(part.checksum);
+    }
+    reseal(archive);
+    if (SectionEntry* const data = sectionEntry(archive, kSectionData)) {
+        data->checksum = checksum64(std::as_bytes(std::span(checksums)));
+        header(archive).header_checksum = 0;
+        const size_t front = sizeof(FileHeader) + header(archive).section_count * sizeof(SectionEntry);
+        if (front <= archive.size())
+            header(archive).header_checksum = checksum64(archive.first(front));
+    }
+}
+
+} // namespace gsc::test

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Small archives in memory, to read and to break.
+#pragma once
+
+#include "format/archive/archive_layout.h"
+#include "tests/format/tiny_gsc.h"
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace gsc::test {
+
+// An archive of `file`, which must open with GscCheck::Index. It is written to a file in `folder`, which stays.
+std::vector<std::byte> archiveOf(std::span<const std::byte> file, const std::string& folder, int threads = 2,
+                                 int level = 3);
+
+// Records of an archive; precondition: its tables are sound.
+ArchiveHeader& archiveHeader(std::span<std::byte> archive);
+std::span<ArchivePart> archiveParts(std::span<std::byte> archive);
+std::span<std::byte> storedPart(std::span<std::byte> archive, const ArchivePart& part);
+
+// Makes every checksum but those of decoded bytes true again. Safe on any bytes.
+void resealArchive(std::span<std::byte> archive);
+
+} // namespace gsc::test
