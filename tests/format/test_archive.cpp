@@ -93,9 +93,14 @@ ArchivePart& partOf(std::span<std::byte> archive, uint32_t type)
     return *std::ranges::find(parts, type, &ArchivePart::type);
 }
 
-ArchiveStream& streamOf(std::span<std::byte> archive, uint32_t type, size_t i = 0)
+// The first stream of a part; parts are not aligned.
+void changeStream(std::span<std::byte> archive, uint32_t type, const std::function<void(ArchiveStream&)>& change)
 {
-    return reinterpret_cast<ArchiveStream*>(storedPart(archive, partOf(archive, type)).data())[i];
+    std::byte* const at = storedPart(archive, partOf(archive, type)).data();
+    ArchiveStream stream;
+    std::memcpy(&stream, at, sizeof(stream));
+    change(stream);
+    std::memcpy(at, &stream, sizeof(stream));
 }
 
 } // namespace
@@ -236,7 +241,7 @@ TEST_CASE("what an archive claims is checked before anything is taken")
         return found(a, [&](Bytes& b) { change(partOf(b, type)); });
     };
     const auto editStream = [&](uint32_t type, const std::function<void(ArchiveStream&)>& change) {
-        return found(a, [&](Bytes& b) { change(streamOf(b, type)); });
+        return found(a, [&](Bytes& b) { changeStream(b, type, change); });
     };
 
     CHECK(found(a, [](Bytes& b) { ++archiveHeader(b).part_count; }) == Ids{ArchiveList});
@@ -291,7 +296,7 @@ TEST_CASE("what an archive claims is checked before anything is taken")
     storedPart(unread, partOf(unread, kSectionGroups)).back() ^= std::byte{1};
     CHECK(decode(unread).ids == Ids{ArchiveChecksum});
     Bytes unknown = a;
-    streamOf(unknown, kSectionGroups).codec = 99;
+    changeStream(unknown, kSectionGroups, [](ArchiveStream& s) { s.codec = 99; });
     resealArchive(unknown);
     CHECK(decode(unknown).unsupported);
     CHECK(isUnsupported(issueInfo(ArchiveCodecMissing)));

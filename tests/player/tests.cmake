@@ -59,7 +59,7 @@ if(TARGET gsc_player)
   if(TARGET gsc_present AND TARGET gsc)
     add_test(NAME test_window COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/test_window.py
                                       ${PROJECT_SOURCE_DIR} $<TARGET_FILE:gsc-play> $<TARGET_FILE:gsc>)
-    set_tests_properties(test_window PROPERTIES LABELS cpu TIMEOUT 600 SKIP_RETURN_CODE 77)
+    set_tests_properties(test_window PROPERTIES LABELS cpu TIMEOUT 1200 SKIP_RETURN_CODE 77 PROCESSORS 2)
   endif()
   set_tests_properties(test_play_cli test_play_outputs test_bench_cli test_sweep_cli test_layers PROPERTIES LABELS cpu TIMEOUT 300)
   add_test(NAME test_package

@@ -15,7 +15,7 @@ if(TARGET gsc_headset AND TARGET gsc_fake_xr AND TARGET gsc)
     add_test(NAME ${name}
              COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/xr/test_xr.py ${PROJECT_SOURCE_DIR}
                      $<TARGET_FILE:gsc-play> $<TARGET_FILE:gsc> $<TARGET_FILE_DIR:gsc_fake_xr>/gsc_fake_xr.json ${part})
-    set_tests_properties(${name} PROPERTIES LABELS cpu TIMEOUT 600 SKIP_RETURN_CODE 77)
+    set_tests_properties(${name} PROPERTIES LABELS cpu TIMEOUT 1200 SKIP_RETURN_CODE 77 PROCESSORS 2)
   endforeach()
   # a minute of refreshes on time: with nothing beside it, and not under a sanitizer
   set_tests_properties(test_xr_pace PROPERTIES LABELS "cpu;slow" RUN_SERIAL ON)

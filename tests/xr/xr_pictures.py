@@ -9,7 +9,7 @@ import unittest
 
 import xr_case
 from xr_case import Run, canted
-from xr_player import BACKEND, DEVICES, MANIFEST, SIZE, XrCase, check_schema
+from xr_player import BACKEND, DEVICES, MANIFEST, PLAY, SIZE, XrCase, check_schema
 
 
 class PictureTest(XrCase):
@@ -83,7 +83,8 @@ class PictureTest(XrCase):
         print(f"pictures of a renderer that takes 25 ms are seen {off[()]:.1f} ms from the time their eyes were located for "
               f"(median), {off['--xr-late',]:.1f} with --xr-late")
         self.assertLessEqual(off["--xr-late",], off[()])
-        self.assertLess(off["--xr-late",], 12)  # a refresh: the machine may be busy
+        if b"__asan_init" not in PLAY.read_bytes():  # which is too slow for a refresh
+            self.assertLess(off["--xr-late",], 12)  # a refresh: the machine may be busy
 
     def test_lost_tracking(self) -> None:
         run = self.xr("room", "--xr-sync", settings=self.settings(40, tracking_lost=[[0.1, 0.2]]))
