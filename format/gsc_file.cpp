@@ -4,8 +4,6 @@
 #include "format/archive/archive.h"
 #include "format/error.h"
 
-#include <new>
-
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -19,18 +17,23 @@ uint64_t machineMemory()
     return pages > 0 && page > 0 ? uint64_t(pages) * uint64_t(page) : UINT64_MAX;
 }
 
-// Zero pages, which take memory when they are written.
-std::span<std::byte> zeroPages(const std::string& path, uint64_t bytes, uint64_t memory)
+// Zero pages, which take memory when they are written: `taken` of `bytes`.
+std::span<std::byte> zeroPages(const std::string& path, uint64_t bytes, uint64_t taken)
 {
-    void* const data = bytes <= memory ? ::mmap(nullptr, size_t(bytes), PROT_READ | PROT_WRITE,
-                                                MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0)
-                                       : MAP_FAILED;
+    if (const uint64_t memory = machineMemory(); taken > memory)
+        throw Error(
+            ErrorCode::OutOfMemory,
+            formatString("%s: an archive that takes %.1f GB to read, expected one that fits the %.1f GB of this "
+                         "machine; unpack it on a larger one with gsc archive --extract, its file is read in place",
+                         path.c_str(), double(taken) * 1e-9, double(memory) * 1e-9));
+    void* const data =
+        ::mmap(nullptr, size_t(bytes), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     if (data == MAP_FAILED)
         throw Error(
             ErrorCode::OutOfMemory,
-            formatString("%s: an archive that takes %.1f GB when it is read, expected one that fits the %.1f GB of "
-                         "this machine; unpack it with gsc archive --extract, the file is then read in place",
-                         path.c_str(), double(bytes) * 1e-9, double(memory) * 1e-9));
+            formatString("%s: there is no address space for the %.1f GB of this archive, expected as much; raise "
+                         "the limit of this process",
+                         path.c_str(), double(bytes) * 1e-9));
 #if defined(__linux__)
     (void)::madvise(data, size_t(bytes), MADV_HUGEPAGE); // advice only
 #endif
@@ -50,10 +53,10 @@ GscFile::GscFile(const std::string& path, const IssueSink& sink, Read read, int 
     m_bytes = {};
     if (!m_sound)
         return;
-    const bool all = read == Read::All;
-    m_decoded = zeroPages(path, archive.rawBytes(), all ? machineMemory() : UINT64_MAX);
+    const Archive::Scope scope = read == Read::All ? Archive::Scope::All : Archive::Scope::Summary;
+    m_decoded = zeroPages(path, archive.rawBytes(), archive.decodedBytes(scope));
     try {
-        m_sound = archive.decode(m_decoded, all ? Archive::Scope::All : Archive::Scope::Summary, threads, sink);
+        m_sound = archive.decode(m_decoded, scope, threads, sink);
     } catch (...) {
         ::munmap(m_decoded.data(), m_decoded.size());
         throw;

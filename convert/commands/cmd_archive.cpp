@@ -6,6 +6,9 @@
 #include "format/file/output_file.h"
 #include "format/gsc_file.h"
 #include "format/gsc_reader.h"
+#include "format/interrupt.h"
+
+#include <algorithm>
 
 namespace gsc {
 
@@ -72,8 +75,14 @@ ErrorCode runArchive(const ArchiveCommand& options, Reporter& report)
     ArchiveSizes sizes;
     if (options.extract) {
         OutputFile output(options.output, OutputKind::Binary, options.overwrite);
-        output.write(file.bytes());
+        constexpr size_t kBlock = 64 << 20;
+        for (size_t at = 0; at < file.bytes().size(); at += kBlock) {
+            throwIfInterrupted();
+            output.write(file.bytes().subspan(at, std::min(kBlock, file.bytes().size() - at)));
+            report.progress("extract", std::min(at + kBlock, file.bytes().size()), file.bytes().size());
+        }
         output.sync();
+        throwIfInterrupted();
         output.commit();
         sizes.raw_bytes = file.bytes().size();
         sizes.stored_bytes = file.storedBytes();

@@ -52,6 +52,8 @@ public:
         All,
         Summary, // header, table, META, PARM and LEVL, which openGscSummary() reads
     };
+    // What decode() writes, padding not counted. Precondition: isSound().
+    [[nodiscard]] uint64_t decodedBytes(Scope scope) const;
     // The runtime file into `out`: rawBytes() bytes, zero, aligned to 4096. False if something was reported; then `out` is
     // of no use. Throws Error(Interrupted). Precondition: isSound().
     bool decode(std::span<std::byte> out, Scope scope, int threads, const IssueSink& sink) const;

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <mutex>
 #include <optional>
+#include <set>
 
 namespace gsc {
 
@@ -36,7 +37,7 @@ bool checkParts(IssueLog& log, const ArchiveHeader& header, std::span<const Arch
     if (header.raw_bytes % kSectionAlign != 0)
         GSC_REPORT(log, ArchiveRawBytes, list_offset, "/parts/raw_bytes", header.raw_bytes);
     uint64_t raw_end = 0, end = 0;
-    bool inverse = false;
+    std::set<uint32_t> seen; // of sections, which have one part each but ANCH
     for (size_t i = 0; i < parts.size() && !log.fatal(); ++i) {
         const ArchivePart& part = parts[i];
         const uint64_t at = list_offset + sizeof(ArchiveHeader) + i * sizeof(ArchivePart);
@@ -49,11 +50,12 @@ bool checkParts(IssueLog& log, const ArchiveHeader& header, std::span<const Arch
         else if ((i == 0) != (part.type == kArchiveFront) || (i == 0 && part.raw_offset != 0))
             GSC_REPORT(log, ArchiveFront, at, partPlace(i, "type"), fourCcText(part.type).c_str(), part.raw_offset);
         // INDX is no larger than the chunk payloads that it follows from, and it is one
-        else if (part.type == kSectionIndex ? inverse || part.raw_bytes > raw_end
+        else if (part.type == kSectionIndex ? part.raw_bytes > raw_end
                                             : part.raw_bytes > kFreeExpansion &&
                                                   (part.raw_bytes - kFreeExpansion) / kMaxExpansion > part.bytes)
             GSC_REPORT(log, ArchiveExpansion, at, partPlace(i, "raw_bytes"), part.raw_bytes, part.bytes);
-        inverse |= part.type == kSectionIndex;
+        else if (part.type != kSectionAnchors && !seen.insert(part.type).second)
+            GSC_REPORT(log, ArchiveFront, at, partPlace(i, "type"), fourCcText(part.type).c_str(), part.raw_offset);
         raw_end = part.raw_offset + part.raw_bytes;
         end = part.offset + part.bytes;
     }
@@ -110,11 +112,25 @@ Archive::Archive(std::span<const std::byte> file, const IssueSink& sink) : m_fil
     }
     if (!checkParts(log, *header, *parts, list.offset, data.bytes) || !checkEnd(log, *header, *parts, list.offset))
         return;
+    std::vector<uint64_t> checksums;
+    for (const ArchivePart& part : *parts)
+        checksums.push_back(part.checksum);
+    if (const uint64_t sum = checksum64(std::as_bytes(std::span(checksums))); sum != data.checksum)
+        GSC_REPORT(log, SectionChecksum, data.offset, "/sections/DATA/checksum", "DATA", sum, data.checksum);
     m_data = context.content(data);
     m_data_offset = data.offset;
     m_parts = *parts;
     m_raw_bytes = header->raw_bytes;
     m_sound = log.errors() == 0;
+}
+
+uint64_t Archive::decodedBytes(Scope scope) const
+{
+    uint64_t bytes = 0;
+    for (const ArchivePart& part : m_parts)
+        if (scope == Scope::All || isSummary(part.type))
+            bytes += part.raw_bytes;
+    return bytes;
 }
 
 bool Archive::decode(std::span<std::byte> out, Scope scope, int threads, const IssueSink& sink) const
@@ -174,6 +190,7 @@ bool Archive::decode(std::span<std::byte> out, Scope scope, int threads, const I
     });
     if (log.errors() > 0)
         return false;
+    std::ranges::sort(sources, {}, &SourceArray::offset); // the order does not depend on threads
     if (inverse && invertSources(out, sources, rawOf(m_parts[*inverse])))
         checkContent(*inverse);
     else if (inverse)

@@ -128,6 +128,7 @@ ArchiveSizes writeArchive(std::span<const std::byte> file, const GscView& view, 
     output.writeAt(list_at, list);
     output.writeAt(0, front);
     output.sync();
+    throwIfInterrupted();
     output.commit();
     sizes.raw_bytes = file.size();
     sizes.stored_bytes = header.file_bytes;

@@ -218,10 +218,25 @@ StoredPart PartEncoder::encode(const RawPart& part)
         if (givesBack(part, stored))
             return stored;
     }
-    Stream whole{};
-    whole.record = {uint16_t(Codec::Raw), 1, 1, 0, 0, 0, part.bytes.size(), part.bytes.size()};
-    whole.bytes.assign(part.bytes.begin(), part.bytes.end());
-    return assemble(part, {whole});
+    // raw, in two where INDX must find the source indices
+    uint64_t cut = 0;
+    uint32_t anchors = 0;
+    if (part.type == kSectionAnchors) {
+        anchors = m_view.chunks[part.chunk].anchor_count;
+        const ChunkArrayLayout layout = chunkArrayLayout(*m_view.params, anchors);
+        cut = layout.offset[uint32_t(ChunkArray::SourceIndex)] + sizeof(uint32_t) * uint64_t(anchors);
+    }
+    std::vector<Stream> whole;
+    const auto addRaw = [&](uint64_t from, uint64_t to, uint32_t sources) {
+        if (from == to)
+            return;
+        const auto bytes = part.bytes.subspan(size_t(from), size_t(to - from));
+        whole.push_back(
+            {{uint16_t(Codec::Raw), 1, 1, 0, sources, from, bytes.size(), bytes.size()}, {bytes.begin(), bytes.end()}});
+    };
+    addRaw(0, cut, anchors);
+    addRaw(cut, part.bytes.size(), 0);
+    return assemble(part, whole);
 }
 
 } // namespace gsc

@@ -4,6 +4,7 @@
 
 #include "format/archive/archive.h"
 #include "format/archive/ordered_positions.h"
+#include "format/checksum.h"
 #include "format/error.h"
 #include "format/gsc_file.h"
 #include "format/gsc_issues.h"
@@ -139,6 +140,23 @@ TEST_CASE("what a bake does not write is kept too")
     CHECK(decoded.bytes == file);
 }
 
+TEST_CASE("a chunk that is stored raw is still in the index")
+{
+    const ScratchDir folder;
+    for (const bool floats : {false, true}) {
+        TinyGscOptions options;
+        options.float_positions = floats;
+        Bytes file = tinyGsc(options);
+        reinterpret_cast<std::byte*>(payloadArray<float>(file, 0, ChunkArray::Scale))[-1] = std::byte{7}; // padding
+        reseal(file);
+        Bytes archive = archiveOf(file, folder.path().string());
+        CHECK(partOf(archive, kSectionIndex).bytes == sizeof(ArchiveStream)); // nothing but its record
+        const Decoded decoded = decode(archive);
+        CHECK(decoded.good);
+        CHECK(decoded.bytes == file);
+    }
+}
+
 TEST_CASE("a file of either profile opens the same")
 {
     const ScratchDir folder;
@@ -256,6 +274,7 @@ TEST_CASE("what an archive claims is checked before anything is taken")
     CHECK(edit(kSectionGroups, [](ArchivePart& p) { p.raw_bytes = ~uint64_t(0); }) == Ids{ArchivePartRaw});
     CHECK(edit(kSectionGroups, [](ArchivePart& p) { p.type = kArchiveFront; }) == Ids{ArchiveFront});
     CHECK(edit(kArchiveFront, [](ArchivePart& p) { p.type = kSectionMeta; }) == Ids{ArchiveFront});
+    CHECK(edit(kSectionGroups, [](ArchivePart& p) { p.type = kSectionMeta; }) == Ids{ArchiveFront});
     // a part, and the file with it, of 64 GiB from its few bytes
     CHECK(found(a, [](Bytes& b) {
               ArchivePart& last = archiveParts(b).back();
@@ -298,7 +317,13 @@ TEST_CASE("what an archive claims is checked before anything is taken")
     Bytes unknown = a;
     changeStream(unknown, kSectionGroups, [](ArchiveStream& s) { s.codec = 99; });
     resealArchive(unknown);
+    CHECK(decode(unknown).ids == Ids{ArchiveCodecUnknown});
     CHECK(decode(unknown).unsupported);
+    Bytes data = a; // the checksum of the whole
+    ++sectionEntry(data, kSectionData)->checksum;
+    header(data).header_checksum = 0;
+    header(data).header_checksum = checksum64(std::span(data).first(sizeof(FileHeader) + 2 * sizeof(SectionEntry)));
+    CHECK(decode(data).ids == Ids{SectionChecksum});
     CHECK(isUnsupported(issueInfo(ArchiveCodecMissing)));
     CHECK(!hasCodec(Codec(99)));
 }
