@@ -60,6 +60,16 @@ bool isUnsupported(const IssueInfo& info)
     }
 }
 
+std::string fourCcText(uint32_t type)
+{
+    std::string text;
+    for (int i = 0; i < 4; ++i) {
+        const unsigned char c = uint8_t(type >> 8 * i);
+        text += c >= 0x20 && c < 0x7f ? std::string(1, char(c)) : formatString("\\x%02x", c);
+    }
+    return text;
+}
+
 IssueSink throwFirstIssue(const std::string& path)
 {
     return [path](const Issue& issue) {

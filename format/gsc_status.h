@@ -38,6 +38,9 @@ const IssueInfo& issueInfo(uint16_t id);
 // Does the issue say that the file is newer than this reader, rather than damaged? Its exit code is then Unsupported.
 bool isUnsupported(const IssueInfo& info);
 
+// The type of a section, "ANCH", printable.
+std::string fourCcText(uint32_t type);
+
 // For who cannot go on with a file that is not good: throws Error (InvalidFile, Unsupported) with the first issue of the
 // file at `path` that is more than a warning.
 IssueSink throwFirstIssue(const std::string& path);

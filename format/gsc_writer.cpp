@@ -133,6 +133,26 @@ void GscWriter::addSection(uint32_t type, std::span<const std::byte> content, ui
     s.file.writeAt(offset, content);
 }
 
+void GscWriter::beginSection(uint32_t type)
+{
+    m_state->append(type, 0, 0, 0, 0);
+}
+
+void GscWriter::append(std::span<const std::byte> piece)
+{
+    SectionEntry& entry = m_state->entries.back();
+    m_state->file.writeAt(entry.offset + entry.bytes, piece);
+    entry.bytes += piece.size();
+}
+
+void GscWriter::endSection(uint64_t count, uint64_t checksum)
+{
+    SectionEntry& entry = m_state->entries.back();
+    entry.count = count;
+    entry.checksum = checksum;
+    m_state->cursor = alignUp(entry.offset + entry.bytes, kSectionAlign);
+}
+
 uint64_t GscWriter::finish(const FileHeader& header, uint64_t anchors_checksum)
 {
     State& s = *m_state;

@@ -3,8 +3,8 @@
 
 #include "convert/bake/anchor_record.h"
 #include "convert/bake/chunk_values.h"
-#include "format/morton.h"
 #include "format/checksum.h"
+#include "format/morton.h"
 
 #include <algorithm>
 #include <array>

@@ -2,8 +2,8 @@
 #include "convert/bake/partition.h"
 
 #include "convert/bake/model_sections.h"
-#include "format/morton.h"
 #include "format/error.h"
+#include "format/morton.h"
 
 #include <algorithm>
 #include <cmath>

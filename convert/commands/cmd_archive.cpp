@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/command.h"
-#include "convert/commands/model_facts.h"
 
 #include "format/archive/archive.h"
+#include "format/file/mapped_file.h"
 #include "format/file/output_file.h"
 #include "format/gsc_file.h"
 #include "format/gsc_reader.h"
@@ -20,12 +20,6 @@ struct ArchiveCommand {
     bool extract = false, overwrite = false;
 };
 
-// Every byte that a player or a later reader would look at is good.
-void openWhole(const std::string& path, const GscFile& file, GscView& view)
-{
-    openGsc(file.bytes(), view, GscCheck::Full, throwFirstIssue(path));
-}
-
 void tell(const ArchiveCommand& options, const ArchiveSizes& sizes, uint64_t anchors, Reporter& report)
 {
     Json sections = Json::array();
@@ -39,7 +33,7 @@ void tell(const ArchiveCommand& options, const ArchiveSizes& sizes, uint64_t anc
                             100.0 * double(sizes.stored_bytes) / double(sizes.raw_bytes),
                             double(sizes.stored_bytes) / double(anchors));
     for (const ArchiveSize& section : sizes.sections) {
-        const std::string name = sectionName(section.type);
+        const std::string name = fourCcText(section.type);
         sections.push_back({{"name", name}, {"bytes", section.stored_bytes}, {"runtime_bytes", section.raw_bytes}});
         text += formatString("%-11s %s of %s\n", name.c_str(), formatBytes(section.stored_bytes).c_str(),
                              formatBytes(section.raw_bytes).c_str());
@@ -62,15 +56,15 @@ ErrorCode runArchive(const ArchiveCommand& options, Reporter& report)
     checkOutputsDiffer(std::vector<NamedPath>{{options.output, "--output"}},
                        std::vector<NamedPath>{{options.file, "FILE"}});
     checkOutput(options.output, OutputKind::Binary, options.overwrite);
-    const IssueSink sink = throwFirstIssue(options.file);
-    const GscFile file(options.file, sink, GscFile::Read::All, options.archive.threads);
-    if (file.isArchive() != options.extract)
+    if (isArchive(MappedFile(options.file).bytes()) != options.extract)
         throw Error(ErrorCode::Usage,
                     options.extract
                         ? options.file + ": a runtime file, expected an archive; leave --extract out to make one"
                         : options.file + ": an archive already, expected a runtime file; --extract writes that");
+    const IssueSink sink = throwFirstIssue(options.file);
+    const GscFile file(options.file, sink, GscFile::Read::All, options.archive.threads);
     GscView view;
-    openWhole(options.file, file, view);
+    openGsc(file.bytes(), view, GscCheck::Full, sink);
     const uint64_t anchors = view.header->anchor_count;
     ArchiveSizes sizes;
     if (options.extract) {

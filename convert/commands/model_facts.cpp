@@ -5,16 +5,6 @@
 
 namespace gsc {
 
-std::string sectionName(uint32_t type)
-{
-    std::string name;
-    for (int i = 0; i < 4; ++i) {
-        const char c = char(type >> (8 * i) & 0xff);
-        name += c >= 0x20 && c < 0x7f ? c : '?';
-    }
-    return name;
-}
-
 Json modelJson(const ModelParams& params, uint64_t anchors)
 {
     const bool has_levels = params.flags & kModelHasLevels;

@@ -14,7 +14,4 @@ namespace gsc {
 Json modelJson(const ModelParams& params, uint64_t anchors);
 std::string modelText(const ModelParams& params, uint64_t anchors);
 
-// "ANCH"; what is no letter is shown as a question mark.
-std::string sectionName(uint32_t type);
-
 } // namespace gsc

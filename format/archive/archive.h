@@ -29,8 +29,8 @@ struct ArchiveSizes {
 };
 
 // Writes an archive of `file`, a runtime file, to `path`. Every part is decoded again before it is written. `progress` is
-// told the raw bytes that are done and all of them, from one thread at a time. Throws Error: as checkOutput() and
-// OutputFile; Unsupported where this build lacks a codec; InvalidFile where a byte that belongs to nothing is not zero;
+// told the raw bytes that are done and all of them, from one thread at a time. Throws Error: as
+// GscWriter; Unsupported where this build lacks a codec; InvalidFile where a byte that belongs to nothing is not zero;
 // Interrupted. Precondition: `view` came from openGsc() on `file` without errors.
 ArchiveSizes writeArchive(std::span<const std::byte> file, const GscView& view, const std::string& path, bool overwrite,
                           const ArchiveOptions& options, const std::function<void(uint64_t, uint64_t)>& progress);
@@ -59,7 +59,7 @@ public:
     bool decode(std::span<std::byte> out, Scope scope, int threads, const IssueSink& sink) const;
 
 private:
-    std::span<const std::byte> m_file, m_data;
+    std::span<const std::byte> m_data;
     std::span<const ArchivePart> m_parts;
     uint64_t m_data_offset = 0;
     uint64_t m_raw_bytes = 0;

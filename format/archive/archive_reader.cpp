@@ -91,7 +91,7 @@ bool isArchive(std::span<const std::byte> file)
            header.profile == uint8_t(Profile::Archive);
 }
 
-Archive::Archive(std::span<const std::byte> file, const IssueSink& sink) : m_file(file)
+Archive::Archive(std::span<const std::byte> file, const IssueSink& sink)
 {
     IssueLog log(sink);
     GscView view;

@@ -4,10 +4,11 @@
 #include "format/archive/part_threads.h"
 #include "format/checksum.h"
 #include "format/error.h"
-#include "format/file/output_file.h"
+#include "format/gsc_writer.h"
 #include "format/interrupt.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 
 namespace gsc {
@@ -15,18 +16,6 @@ namespace gsc {
 namespace {
 
 constexpr size_t kPartsAtOnce = 8; // per thread: as many wait in memory for those before them
-
-SectionEntry sectionEntry(uint32_t type, uint64_t offset, uint64_t bytes, uint64_t checksum, uint64_t count)
-{
-    SectionEntry entry{};
-    entry.type = type;
-    entry.version = 1;
-    entry.offset = offset;
-    entry.bytes = bytes;
-    entry.checksum = checksum;
-    entry.count = count;
-    return entry;
-}
 
 void checkGap(const std::string& path, std::span<const std::byte> file, uint64_t from, uint64_t to)
 {
@@ -70,11 +59,12 @@ ArchiveSizes writeArchive(std::span<const std::byte> file, const GscView& view, 
     }
     checkGap(path, file, end, file.size());
 
-    OutputFile output(path, OutputKind::Binary, overwrite);
+    GscWriter writer(path, overwrite);
+    writer.beginSection(kSectionData);
     std::vector<ArchivePart> parts;
     std::vector<uint64_t> checksums;
     ArchiveSizes sizes;
-    uint64_t cursor = kSectionAlign;
+    uint64_t offset = 0;
     std::vector<PartEncoder> encoders; // kept from batch to batch
     const size_t threads = partThreads(raw.size(), options.threads);
     for (size_t i = 0; i < threads; ++i)
@@ -90,9 +80,9 @@ ArchiveSizes writeArchive(std::span<const std::byte> file, const GscView& view, 
             };
         });
         for (StoredPart& stored : batch) {
-            stored.record.offset = cursor - kSectionAlign;
-            output.writeAt(cursor, stored.bytes);
-            cursor += stored.bytes.size();
+            stored.record.offset = offset;
+            writer.append(stored.bytes);
+            offset += stored.bytes.size();
             checksums.push_back(stored.record.checksum);
             addTo(sizes, stored.record);
             parts.push_back(stored.record);
@@ -102,36 +92,20 @@ ArchiveSizes writeArchive(std::span<const std::byte> file, const GscView& view, 
         progress(last.raw_offset + last.bytes.size(), file.size());
     }
 
+    writer.endSection(parts.size(), checksum64(std::as_bytes(std::span(checksums))));
     ArchiveHeader archive{};
     archive.raw_bytes = file.size();
     archive.part_count = uint32_t(parts.size());
     std::vector<std::byte> list(sizeof(archive) + parts.size() * sizeof(ArchivePart));
     std::memcpy(list.data(), &archive, sizeof(archive));
     std::memcpy(list.data() + sizeof(archive), parts.data(), parts.size() * sizeof(ArchivePart));
-    const uint64_t list_at = alignUp(cursor, kSectionAlign);
-    const SectionEntry entries[] = {sectionEntry(kSectionData, kSectionAlign, cursor - kSectionAlign,
-                                                 checksum64(std::as_bytes(std::span(checksums))), parts.size()),
-                                    sectionEntry(kSectionParts, list_at, list.size(), checksum64(list), parts.size())};
-
+    writer.addSection(kSectionParts, list, parts.size());
     FileHeader header = *view.header; // what says which model it is
     header.profile = uint8_t(Profile::Archive);
-    header.file_bytes = alignUp(list_at + list.size(), kSectionAlign);
-    header.section_count = uint32_t(std::size(entries));
-    header.header_checksum = 0;
-    std::vector<std::byte> front(sizeof(header) + sizeof(entries));
-    std::memcpy(front.data(), &header, sizeof(header));
-    std::memcpy(front.data() + sizeof(header), entries, sizeof(entries));
-    header.header_checksum = checksum64(front);
-    std::memcpy(front.data(), &header, sizeof(header));
-
-    list.resize(size_t(header.file_bytes - list_at));
-    output.writeAt(list_at, list);
-    output.writeAt(0, front);
-    output.sync();
+    sizes.stored_bytes = writer.finish(header, 0);
     throwIfInterrupted();
-    output.commit();
+    writer.commit();
     sizes.raw_bytes = file.size();
-    sizes.stored_bytes = header.file_bytes;
     return sizes;
 }
 

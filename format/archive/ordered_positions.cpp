@@ -44,7 +44,7 @@ bool orderPositions(std::span<const GridPosition> positions, std::span<const uin
     return true;
 }
 
-void restorePositions(OrderedPositions& ordered, uint32_t cell_log2, std::span<GridPosition> positions,
+void restorePositions(const OrderedPositions& ordered, uint32_t cell_log2, std::span<GridPosition> positions,
                       std::span<uint32_t> sources)
 {
     const size_t n = positions.size();

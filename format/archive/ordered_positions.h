@@ -26,7 +26,7 @@ bool orderPositions(std::span<const GridPosition> positions, std::span<const uin
                     OrderedPositions& out);
 
 // The anchors in their own order again. Precondition: as many keys, flags, sources and positions; keys ascend.
-void restorePositions(OrderedPositions& ordered, uint32_t cell_log2, std::span<GridPosition> positions,
+void restorePositions(const OrderedPositions& ordered, uint32_t cell_log2, std::span<GridPosition> positions,
                       std::span<uint32_t> sources);
 
 } // namespace gsc

@@ -41,16 +41,6 @@ uint64_t Context::offsetOf(uint32_t type) const
     return found ? found->offset : 0;
 }
 
-std::string fourCcText(uint32_t type)
-{
-    std::string text;
-    for (int i = 0; i < 4; ++i) {
-        const unsigned char c = uint8_t(type >> 8 * i);
-        text += c >= 0x20 && c < 0x7f ? std::string(1, char(c)) : formatString("\\x%02x", c);
-    }
-    return text;
-}
-
 std::string place(const char* array, uint64_t index, const char* field)
 {
     return formatString("/%s/%" PRIu64 "%s%s", array, index, *field ? "/" : "", field);

@@ -57,10 +57,8 @@ struct Context {
 bool checkHeader(Context& context);
 bool checkTable(Context& context);
 void checkPadding(Context& context);
-enum class SummaryOnly {
-    No,
-    Yes
-}; // No: all but ANCH and DATA, whose entries cover those of their parts; Yes: META, PARM, LEVL
+// No: all but ANCH and DATA, whose entries cover those of their parts; Yes: META, PARM, LEVL
+enum class SummaryOnly { No, Yes };
 void checkSectionChecksums(Context& context, SummaryOnly summary);
 void checkManifest(Context& context);
 bool checkParams(Context& context);
@@ -82,7 +80,6 @@ void checkCameras(Context& context);
 void checkPayloads(Context& context); // precondition: the ranges of chunks, groups and leaves are sound
 
 // Shared by the parts.
-std::string fourCcText(uint32_t type); // printable, for messages
 std::string place(const char* array, uint64_t index, const char* field);
 [[nodiscard]] bool allFinite(std::span<const float> values);
 // Position of the first byte that is not zero, or bytes.size().

@@ -68,10 +68,8 @@ Decoded decode(std::span<const std::byte> bytes, int threads = 2)
     if (!archive.isSound())
         return result;
     REQUIRE(archive.rawBytes() < (64u << 20));
-    // as aligned as a mapping is
-    std::vector<std::byte> room(size_t(archive.rawBytes()) + kSectionAlign);
-    const size_t skip = (kSectionAlign - reinterpret_cast<uintptr_t>(room.data()) % kSectionAlign) % kSectionAlign;
-    const std::span<std::byte> out(room.data() + skip, size_t(archive.rawBytes()));
+    const AlignedRoom room(archive.rawBytes());
+    const std::span<std::byte> out = room.bytes();
     result.good = archive.decode(out, Archive::Scope::All, threads, sink);
     result.bytes.assign(out.begin(), out.end());
     return result;

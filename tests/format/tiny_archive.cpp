@@ -11,7 +11,7 @@
 
 namespace gsc::test {
 
-std::vector<std::byte> archiveOf(std::span<const std::byte> file, const std::string& folder, int threads, int level)
+std::vector<std::byte> archiveOf(std::span<const std::byte> file, const std::string& folder, int threads)
 {
     GscView view;
     if (!openGsc(file, view, GscCheck::Index, nullptr))
@@ -19,7 +19,6 @@ std::vector<std::byte> archiveOf(std::span<const std::byte> file, const std::str
     const std::string path = folder + "/tiny_archive.gsc";
     ArchiveOptions options;
     options.threads = threads;
-    options.level = level;
     writeArchive(file, view, path, true, options, [](uint64_t, uint64_t) {});
     std::ifstream in(path, std::ios::binary | std::ios::ate);
     std::vector<std::byte> bytes(size_t(in.tellg()));
@@ -49,6 +48,12 @@ std::span<std::byte> storedPart(std::span<std::byte> archive, const ArchivePart&
     if (part.offset > data.size() || part.bytes > data.size() - part.offset)
         return {};
     return data.subspan(size_t(part.offset), size_t(part.bytes));
+}
+
+AlignedRoom::AlignedRoom(uint64_t bytes) : m_room(size_t(bytes) + kSectionAlign)
+{
+    const size_t skip = (kSectionAlign - reinterpret_cast<uintptr_t>(m_room.data()) % kSectionAlign) % kSectionAlign;
+    m_bytes = std::span(m_room).subspan(skip, size_t(bytes));
 }
 
 void resealArchive(std::span<std::byte> archive)

@@ -13,13 +13,23 @@
 namespace gsc::test {
 
 // An archive of `file`, which must open with GscCheck::Index. It is written to a file in `folder`, which stays.
-std::vector<std::byte> archiveOf(std::span<const std::byte> file, const std::string& folder, int threads = 2,
-                                 int level = 3);
+std::vector<std::byte> archiveOf(std::span<const std::byte> file, const std::string& folder, int threads = 2);
 
 // Records of an archive; precondition: its tables are sound.
 ArchiveHeader& archiveHeader(std::span<std::byte> archive);
 std::span<ArchivePart> archiveParts(std::span<std::byte> archive);
 std::span<std::byte> storedPart(std::span<std::byte> archive, const ArchivePart& part);
+
+// Room for a file that is decoded: zero, and as aligned as a mapping.
+class AlignedRoom {
+public:
+    explicit AlignedRoom(uint64_t bytes);
+    [[nodiscard]] std::span<std::byte> bytes() const { return m_bytes; }
+
+private:
+    std::vector<std::byte> m_room;
+    std::span<std::byte> m_bytes;
+};
 
 // Makes every checksum but those of decoded bytes true again. Safe on any bytes.
 void resealArchive(std::span<std::byte> archive);

@@ -3,6 +3,7 @@
 // it calls good opens or is refused as any file. The mutator changes fields of small archives, and mostly makes the
 // checksums fit again; the rest of the time bytes are just bytes.
 #include "tests/format/tiny_archive.h"
+#include "tests/fuzz/input_limit.h"
 
 #include "format/archive/archive.h"
 #include "format/gsc_issues.h"
@@ -61,12 +62,7 @@ void mutateFields(std::span<std::byte> file, std::mt19937_64& random)
 
 extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv)
 {
-    static char limit[] = "-max_len=65536"; // the smallest archive has three pages
-    static std::vector<char*> arguments(*argv, *argv + *argc);
-    arguments.insert(arguments.begin() + 1, limit);
-    *argc = int(arguments.size());
-    arguments.push_back(nullptr);
-    *argv = arguments.data();
+    gsc::test::limitInputs(argc, argv, 65536); // the smallest archive has three pages
     return 0;
 }
 
@@ -111,10 +107,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size)
         std::abort();
     if (archive.rawBytes() > (64u << 20))
         return 0;
-    std::vector<std::byte> room(size_t(archive.rawBytes()) + gsc::kSectionAlign);
-    const size_t skip =
-        (gsc::kSectionAlign - reinterpret_cast<uintptr_t>(room.data()) % gsc::kSectionAlign) % gsc::kSectionAlign;
-    const std::span<std::byte> out(room.data() + skip, size_t(archive.rawBytes()));
+    const gsc::test::AlignedRoom room(archive.rawBytes());
+    const std::span<std::byte> out = room.bytes();
     const bool good = archive.decode(out, gsc::Archive::Scope::All, 1, sink);
     if (good == error)
         std::abort();

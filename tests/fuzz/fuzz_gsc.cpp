@@ -3,6 +3,7 @@
 // calls good can be walked as a player walks it. The mutator changes fields of small valid files and mostly makes the
 // checksums fit again, so that the checks behind them are reached; the rest of the time bytes are just bytes.
 #include "tests/format/tiny_gsc.h"
+#include "tests/fuzz/input_limit.h"
 
 #include "format/gsc_issues.h"
 #include "format/gsc_reader.h"
@@ -184,15 +185,7 @@ void mutateFields(std::span<std::byte> file, std::mt19937_64& random)
 // The smallest file has a page per section; libFuzzer's own limit of 4 KiB would keep every one of them out.
 extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv)
 {
-    static char limit[] = "-max_len=131072";
-    static std::vector<char*> arguments(*argv, *argv + *argc);
-    const bool given =
-        std::any_of(arguments.begin(), arguments.end(), [](const char* a) { return !std::strncmp(a, "-max_len=", 9); });
-    if (!given)
-        arguments.insert(arguments.begin() + 1, limit);
-    *argc = int(arguments.size());
-    arguments.push_back(nullptr);
-    *argv = arguments.data();
+    gsc::test::limitInputs(argc, argv, 131072);
     return 0;
 }
 

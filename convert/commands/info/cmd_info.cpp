@@ -93,7 +93,7 @@ Json infoJson(const std::string& path, const GscFile& file, const GscView& view,
                           {"cell_log2", level.cell_log2}});
     Json bytes = Json::object();
     for (const SectionEntry& entry : view.sections)
-        bytes[sectionName(entry.type)] = entry.bytes;
+        bytes[fourCcText(entry.type)] = entry.bytes;
     const SectionEntry* cameras = findSection(view, kSectionCameras);
     return {
         {"schema", "gsc.info/1"},
@@ -156,7 +156,7 @@ std::string infoText(const std::string& path, const GscFile& file, const GscView
                                                  ? "baked, of every anchor"
                                                  : "not baked; a player computes it where it needs it");
     for (const SectionEntry& entry : view.sections)
-        text += formatString("%-11s %s\n", sectionName(entry.type).c_str(), formatBytes(entry.bytes).c_str());
+        text += formatString("%-11s %s\n", fourCcText(entry.type).c_str(), formatBytes(entry.bytes).c_str());
     if (manifest.is_object() && manifest.contains("source"))
         text += "source      " + oneLine(manifest["source"]) + "\n";
     return text;
