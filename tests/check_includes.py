@@ -26,6 +26,7 @@ RULES = {
     "player/tool": "format",
     "player/cameras": "format runtime",
     "convert": "format kernels/frame kernels/math kernels/sensitivity kernels/threads runtime player",
+    "convert/explicit": "format kernels",
     "convert/input": "format player/cameras runtime/source_camera",
 }
 MOST_ROOMS = 18  # a source with its header is one, a folder is one

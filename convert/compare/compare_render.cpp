@@ -6,7 +6,7 @@
 #include "format/interrupt.h"
 #include "format/file/output_paths.h"
 #include "format/file/temporary.h"
-#include "player/cameras/camera_file.h"
+#include "player/cameras/scene_cameras.h"
 #include "player/image/image_io.h"
 #include "runtime/renderer.h"
 #include "runtime/cpu/renderer_cpu.h"
@@ -86,30 +86,12 @@ private:
     ReferencePrecision m_precision;
 };
 
-// The row the camera asks for if the file kept it, else the first it has; -1 without embedding.
-int appearanceFor(const Scene& scene, const Camera& camera)
-{
-    const std::vector<uint32_t> rows = scene.appearanceRows();
-    if (rows.empty())
-        return -1;
-    const bool kept =
-        camera.appearance >= 0 && std::find(rows.begin(), rows.end(), uint32_t(camera.appearance)) != rows.end();
-    return kept ? camera.appearance : int(rows.front());
-}
-
 std::vector<Camera> camerasToCompare(const Scene& scene, const RenderOptions& options, Reporter& report)
 {
-    std::vector<Camera> all;
-    if (!options.cameras.empty() && options.cameras != "stored") {
-        std::vector<std::string> ignored;
-        all = readCameraFile(options.cameras, nullptr, options.ignore_distortion ? &ignored : nullptr);
-        for (const std::string& text : ignored)
-            report.warning(text);
-        for (Camera& camera : all)
-            finishCamera(camera, 0, 0, 0);
-    } else
-        for (const SourceCamera& stored : scene.cameras())
-            all.push_back(cameraOf(stored));
+    std::vector<std::string> ignored;
+    std::vector<Camera> all = sceneCameras(scene, options.cameras, options.ignore_distortion ? &ignored : nullptr);
+    for (const std::string& text : ignored)
+        report.warning(text);
     if (options.views == 0 || all.size() <= options.views)
         return all;
     std::vector<Camera> taken;

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/commands/command.h"
+
+#include "convert/commands/export/export_gaussians.h"
+#include "convert/grids/grid_files.h"
+#include "format/file/output_file.h"
+#include "format/gsc_file.h"
+
+#include <algorithm>
+
+namespace gsc {
+
+namespace {
+
+enum class ExportForm { NanoVdb, OpenVdb, Ply, Spz, Glb };
+
+struct FormName {
+    ExportForm form;
+    const char* name;
+    const char* what;
+};
+
+constexpr FormName kForms[] = {{ExportForm::Ply, "ply", "3DGS PLY"},
+                               {ExportForm::Spz, "spz", "SPZ, version 3"},
+                               {ExportForm::Glb, "glb", "glTF with KHR_gaussian_splatting"},
+                               {ExportForm::NanoVdb, "nvdb", "NanoVDB mask grids"},
+                               {ExportForm::OpenVdb, "vdb", "OpenVDB mask grids"}};
+
+const FormName& nameOf(ExportForm form)
+{
+    return *std::ranges::find(kForms, form, &FormName::form);
+}
+
+struct ExportOptions {
+    ExportForm to = ExportForm::Ply;
+    GaussianExportOptions gaussians; // with what all forms need
+};
+
+std::string writtenText(const ExportOptions& options, uint64_t bytes)
+{
+    return formatString("wrote       %s, %s, %s\n", options.gaussians.output.c_str(), formatBytes(bytes).c_str(),
+                        nameOf(options.to).what);
+}
+
+Json reportHead(const ExportOptions& options, uint64_t bytes)
+{
+    return {{"schema", "gsc.export/1"},
+            {"path", options.gaussians.file},
+            {"output", options.gaussians.output},
+            {"to", nameOf(options.to).name},
+            {"bytes", bytes}};
+}
+
+void exportGrids(const ExportOptions& options, Reporter& report)
+{
+    const std::string& path = options.gaussians.file;
+    const IssueSink sink = throwFirstIssue(path);
+    const GscFile file(path, sink);
+    GscView view;
+    openGsc(file.bytes(), view, GscCheck::Index, sink);
+    OutputFile output(options.gaussians.output, OutputKind::Binary, options.gaussians.overwrite);
+    uint64_t bytes = 0;
+    const GridFileFormat format = options.to == ExportForm::NanoVdb ? GridFileFormat::NanoVdb : GridFileFormat::OpenVdb;
+    const std::vector<ExportedGrid> grids = writeGridFile(view, format, sink, [&](std::string_view piece) {
+        output.write(piece);
+        bytes += piece.size();
+    });
+    output.sync();
+    output.commit();
+
+    Json levels = Json::array();
+    std::string text = writtenText(options, bytes);
+    for (const ExportedGrid& grid : grids) {
+        levels.push_back({{"level", grid.level},
+                          {"name", grid.name},
+                          {"leaves", grid.leaves},
+                          {"voxels", grid.voxels},
+                          {"voxel_size", grid.voxel_size}});
+        text += formatString("level %-5d %s: %s leaves, %s voxels that hold anchors, %g wide\n", grid.level,
+                             grid.name.c_str(), formatCount(grid.leaves).c_str(), formatCount(grid.voxels).c_str(),
+                             grid.voxel_size);
+    }
+    Json json = reportHead(options, bytes);
+    json["grids"] = std::move(levels);
+    if (report.json())
+        report.object(json);
+    else
+        report.text(text);
+}
+
+Json lossJson(const std::optional<GaussianLoss>& loss)
+{
+    if (!loss)
+        return nullptr;
+    return {{"cameras", loss->cameras},
+            {"psnr_pooled", jsonNumber(loss->psnr)},
+            {"psnr_worst", jsonNumber(loss->worst_psnr)},
+            {"worst_camera", loss->worst},
+            {"ssim_mean", jsonNumber(loss->ssim)}};
+}
+
+void exportExplicit(const ExportOptions& options, Reporter& report)
+{
+    GaussianExportOptions gaussians = options.gaussians;
+    gaussians.to = options.to == ExportForm::Ply   ? GaussianFileFormat::Ply
+                   : options.to == ExportForm::Spz ? GaussianFileFormat::Spz
+                                                   : GaussianFileFormat::Glb;
+    const GaussianExport result = exportGaussians(gaussians, report);
+    Json json = reportHead(options, result.bytes);
+    json["gaussians"] = {{"count", result.gaussians},
+                         {"fitted", result.fitted},
+                         {"sh_degree", result.degree},
+                         {"fit_cameras", result.fit_cameras},
+                         {"loss", lossJson(result.loss)}};
+    if (report.json())
+        return report.object(json);
+    std::string text = writtenText(options, result.bytes);
+    text += formatString("gaussians   %s", formatCount(result.gaussians).c_str());
+    if (result.gaussians < result.fitted)
+        text += formatString(" of %s, those that matter most", formatCount(result.fitted).c_str());
+    text += formatString("; colours of degree %d, %s\n", result.degree,
+                         options.gaussians.at.empty()
+                             ? formatString("fitted over %s cameras", formatCount(result.fit_cameras).c_str()).c_str()
+                             : ("as camera " + options.gaussians.at + " sees them").c_str());
+    if (!result.loss)
+        text += "loss        not measured: no camera is left that the fit did not use; pass more with --cameras\n";
+    else
+        text += formatString("loss        %.2f dB against exact, pooled over %s; worst %.2f dB (%s); SSIM %.4f\n",
+                             result.loss->psnr,
+                             options.gaussians.at.empty()
+                                 ? (formatCount(result.loss->cameras) + " cameras that the fit did not use").c_str()
+                                 : "that camera",
+                             result.loss->worst_psnr, result.loss->worst.c_str(), result.loss->ssim);
+    report.text(text);
+}
+
+ErrorCode runExport(const ExportOptions& options, Reporter& report)
+{
+    const GaussianExportOptions& common = options.gaussians;
+    std::vector<NamedPath> inputs = {{common.file, "FILE"}};
+    if (!common.cameras.empty() && common.cameras != "stored")
+        inputs.push_back({common.cameras, "--cameras"});
+    checkOutputsDiffer(std::vector<NamedPath>{{common.output, "--output"}}, inputs);
+    checkOutput(common.output, OutputKind::Binary, common.overwrite);
+    const bool grids = options.to == ExportForm::NanoVdb || options.to == ExportForm::OpenVdb;
+    if (grids && (!common.at.empty() || !common.cameras.empty()))
+        throw Error(ErrorCode::Usage,
+                    formatString("--%s: grids have no views, expected it with --to ply, spz or glb; leave it out",
+                                 common.at.empty() ? "cameras" : "at"));
+    if (grids)
+        exportGrids(options, report);
+    else
+        exportExplicit(options, report);
+    report.done("exported " + common.file);
+    return ErrorCode::Ok;
+}
+
+} // namespace
+
+void addExportCommand(CLI::App& app, Invocation& invocation)
+{
+    auto options = std::make_shared<ExportOptions>();
+    GaussianExportOptions& gaussians = options->gaussians;
+    CLI::App& command = addCommand(app, "export", "Write what a .gsc file holds in a form that other programs read");
+    addText(command, "FILE", gaussians.file, "FILE.gsc", "file to read").required();
+    std::vector<std::pair<std::string, ExportForm>> forms;
+    for (const FormName& form : kForms)
+        forms.emplace_back(form.name, form.form);
+    addChoice<ExportForm>(command, "--to", options->to, forms, "",
+                          "Gaussians for viewers of 3DGS (ply, spz, glb), or the grids, one per level, for NanoVDB's "
+                          "or OpenVDB's tools")
+        .required();
+    addText(command, "-o,--output", gaussians.output, "FILE", "file to write").required();
+    addFlag(command, "-w,--overwrite", gaussians.overwrite, "replace a file that exists");
+    {
+        const Heading heading(command, "Gaussians");
+        addInteger(command, "--sh", gaussians.degree, 0, kMostShDegree, "0..3 (default: 3)",
+                   "degree of the spherical harmonics that colours are fitted with");
+        addText(command, "--at", gaussians.at, "CAMERA", "the Gaussians as one camera sees them: its name or number");
+        addText(command, "--cameras", gaussians.cameras, "FILE.json|stored (default: stored)",
+                "cameras to fit over, every other one; the rest tell what was lost");
+        addFlag(command, "--ignore-distortion", gaussians.ignore_distortion,
+                "take cameras that state lens distortion as pinholes instead of refusing them");
+        addCount(command, "--max-gaussians", gaussians.most, 1, UINT32_MAX, "N",
+                 "keep the N that take most of the cameras' pictures");
+        addInteger(command, "-j,--threads", gaussians.threads, 0, 4096, "N (default: 0)", "threads, 0 = all cores");
+    }
+    addReporterOptions(command, invocation.reporter, true);
+    setFooter(command, "Other viewers have no networks: what depends on the view becomes spherical harmonics, and the\n"
+                       "report says what that lost against `exact`, on cameras that the fit did not use.\n"
+                       "A grid is a mask: its voxels are the cells that hold anchors, in the model's world space.\n\n"
+                       "examples:\n"
+                       "  gsc export room.gsc --to ply -o room.ply\n"
+                       "  gsc export room.gsc --to spz --sh 1 --max-gaussians 500K -o room.spz\n"
+                       "  gsc export city.gsc --to vdb -o city.vdb");
+    onParsed(command, invocation, options, runExport);
+}
+
+} // namespace gsc

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/commands/export/export_gaussians.h"
+
+#include "convert/explicit/gaussian_fit.h"
+#include "convert/explicit/gaussian_render.h"
+#include "format/file/mapped_file.h"
+#include "format/file/output_file.h"
+#include "format/interrupt.h"
+#include "player/cameras/scene_cameras.h"
+#include "runtime/metrics/metrics.h"
+#include "runtime/renderer.h"
+
+#include <charconv>
+
+namespace gsc {
+
+namespace {
+
+constexpr size_t kMostFitCameras = 96,
+                 kMostJudges = 12; // spread evenly; more change the fit by hundredths of a decibel
+
+struct View {
+    std::string name;
+    EyeParams eye;
+    int32_t appearance; // row of the file's embedding
+};
+
+View viewOf(const Scene& scene, const Camera& camera)
+{
+    const int row = appearanceFor(scene, camera);
+    return {camera.name, eyeParams(camera, scene.view().origin), row < 0 ? -1 : scene.appearanceRow(row)};
+}
+
+size_t cameraNumber(const std::vector<Camera>& cameras, const std::string& at)
+{
+    for (size_t i = 0; i < cameras.size(); ++i)
+        if (cameras[i].name == at)
+            return i;
+    size_t number = cameras.size();
+    const auto [end, fault] = std::from_chars(at.data(), at.data() + at.size(), number);
+    if (fault != std::errc() || end != at.data() + at.size() || number >= cameras.size())
+        throw Error(ErrorCode::Usage,
+                    formatString("--at %s: no such camera, expected a name or a number from 0 to %zu; "
+                                 "see gsc info --format json",
+                                 at.c_str(), cameras.size() - 1));
+    return number;
+}
+
+std::vector<View> spread(const std::vector<View>& views, size_t most)
+{
+    const size_t count = std::min(views.size(), most);
+    std::vector<View> chosen;
+    for (size_t i = 0; i < count; ++i)
+        chosen.push_back(views[i * views.size() / count]);
+    return chosen;
+}
+
+// Those that are fitted, and those that judge.
+struct Views {
+    std::vector<View> fit, judges;
+};
+
+Views chooseViews(const Scene& scene, const GaussianExportOptions& options, Reporter& report)
+{
+    std::vector<std::string> ignored;
+    const std::vector<Camera> cameras =
+        sceneCameras(scene, options.cameras, options.ignore_distortion ? &ignored : nullptr);
+    for (const std::string& text : ignored)
+        report.warning(text);
+    if (cameras.empty())
+        throw Error(ErrorCode::Usage, options.file + ": no camera stored, expected some to fit colours over; pass a "
+                                                     "camera file with --cameras");
+    if (!options.at.empty()) {
+        const View view = viewOf(scene, cameras[cameraNumber(cameras, options.at)]);
+        return {{view}, {view}};
+    }
+    Views views;
+    for (size_t i = 0; i < cameras.size(); ++i)
+        (i % 2 == 0 ? views.fit : views.judges).push_back(viewOf(scene, cameras[i]));
+    return {spread(views.fit, kMostFitCameras), spread(views.judges, kMostJudges)};
+}
+
+GaussianLoss lossOf(const GaussianSet& set, const std::shared_ptr<const Scene>& scene, const std::vector<View>& judges,
+                    const GaussianExportOptions& options, Reporter& report)
+{
+    FrameOptions frame;
+    frame.tier = Tier::Exact;
+    if (scene->view().params->flags & kModelWhiteBackground)
+        std::fill(std::begin(frame.background), std::end(frame.background), 1.0f);
+    const std::unique_ptr<Renderer> exact = makeRenderer({"cpu"}, {options.threads});
+    exact->load(scene);
+    GaussianRenderer renderer(set, scene->view().origin, options.threads);
+    const RasterConstants rules = rasterConstants(*scene->view().params, 0);
+    GaussianLoss loss;
+    PooledDifference pooled;
+    for (size_t i = 0; i < judges.size(); ++i) {
+        throwIfInterrupted();
+        report.progress("compare", i, judges.size());
+        const View& view = judges[i];
+        std::vector<float> wanted(3 * size_t(view.eye.width) * view.eye.height), drawn(wanted.size());
+        float* const image = wanted.data();
+        frame.appearance = view.appearance;
+        (void)render(*exact, {&view.eye, 1}, frame, &image);
+        renderer.draw(view.eye, rules, frame.background, drawn.data());
+        const ImageView a{wanted.data(), view.eye.width, view.eye.height};
+        const ImageView b{drawn.data(), view.eye.width, view.eye.height};
+        pooled.add(compareImages(a, b));
+        loss.ssim += ssim(a, b) / double(judges.size());
+    }
+    loss.cameras = judges.size();
+    loss.psnr = pooled.psnr();
+    loss.worst_psnr = pooled.worst_psnr;
+    loss.worst = judges[pooled.worst_frame].name;
+    return loss;
+}
+
+void writeFile(const GaussianSet& set, GaussianFileFormat to, const PieceSink& write)
+{
+    switch (to) {
+    case GaussianFileFormat::Ply:
+        return writeGaussianPly(set, write);
+    case GaussianFileFormat::Spz:
+        return writeGaussianSpz(set, write);
+    case GaussianFileFormat::Glb:
+        return writeGaussianGlb(set, write);
+    }
+}
+
+} // namespace
+
+GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& report)
+{
+    const std::shared_ptr<const Scene> scene = Scene::open(options.file);
+    const Views views = chooseViews(*scene, options, report);
+    std::vector<FitView> fit;
+    for (const View& view : views.fit)
+        fit.push_back({view.eye, view.appearance});
+    const FitOptions fit_options{options.at.empty() ? options.degree : 0, options.threads,
+                                 rasterConstants(*scene->view().params, 0)};
+    GaussianSet set = fitGaussians(scene->view(), fit, fit_options, [&](uint64_t done, uint64_t all) {
+        throwIfInterrupted();
+        report.progress("fit", done, all);
+    });
+    if (set.size() == 0)
+        throw Error(ErrorCode::Difference, options.file + ": none of the cameras shows a Gaussian, expected some; pass "
+                                                          "cameras that look at the model with --cameras");
+    GaussianExport result;
+    result.fitted = set.size();
+    keepBest(set, size_t(options.most));
+    result.gaussians = set.size();
+    result.degree = set.degree;
+    result.fit_cameras = fit.size();
+
+    OutputFile output(options.output, OutputKind::Binary, options.overwrite);
+    writeFile(set, options.to, [&](std::span<const std::byte> piece) {
+        throwIfInterrupted();
+        output.write(piece);
+        result.bytes += piece.size();
+    });
+    output.sync();
+    if (options.to == GaussianFileFormat::Spz) // the only one that rounds
+        set = readGaussianSpz(MappedFile(output.temporaryPath()).bytes(), options.output);
+    if (!views.judges.empty())
+        result.loss = lossOf(set, scene, views.judges, options, report);
+    report.endProgress(false);
+    output.commit();
+    return result;
+}
+
+} // namespace gsc

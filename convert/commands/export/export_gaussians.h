@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// `gsc export --to ply|spz|glb`: explicit Gaussians, and what they lost.
+#pragma once
+
+#include "convert/explicit/gaussian_files.h"
+#include "player/tool/reporter.h"
+
+#include <limits>
+#include <optional>
+#include <string>
+
+namespace gsc {
+
+struct GaussianExportOptions {
+    std::string file, output;
+    GaussianFileFormat to = GaussianFileFormat::Ply;
+    std::string cameras;            // file, empty = those stored
+    bool ignore_distortion = false; // of their lenses
+    std::string at;                 // name or number of the camera whose view is exported; empty = fit over all
+    int degree = kMostShDegree;
+    uint64_t most = std::numeric_limits<uint64_t>::max(); // Gaussians
+    int threads = 0;
+    bool overwrite = false;
+};
+
+// What pictures of the exported file differ by from `exact`.
+struct GaussianLoss {
+    uint64_t cameras = 0;
+    double psnr = 0, worst_psnr = 0, ssim = 0; // dB, pooled and of the worst; mean
+    std::string worst;                         // camera
+};
+
+struct GaussianExport {
+    uint64_t gaussians = 0, fitted = 0; // in the file; before the best were chosen
+    int degree = 0;
+    uint64_t bytes = 0, fit_cameras = 0;
+    std::optional<GaussianLoss> loss; // none where no camera is left that the fit did not use
+};
+
+// Throws Error; leaves nothing behind.
+GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& report);
+
+} // namespace gsc

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files of explicit Gaussians.
+//
+//   ply   what 3DGS' own code writes, little-endian floats; axes as they are
+//   spz   version 3 of Niantic's format (github.com/nianticlabs/spz), gzip; right, up, back: y and z change their signs
+//   glb   glTF 2.0 with KHR_gaussian_splatting as its release candidate of February 2026 has it (sizes and opacities as
+//         they are, drafts before took logarithms of sizes); y is up there, so its node turns the Gaussians about z by
+//         180 degrees
+#pragma once
+
+#include "convert/explicit/gaussian_set.h"
+
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <string>
+
+namespace gsc {
+
+enum class GaussianFileFormat { Ply, Spz, Glb };
+
+// Takes pieces of a file in their order. May throw.
+using PieceSink = std::function<void(std::span<const std::byte>)>;
+
+void writeGaussianPly(const GaussianSet& set, const PieceSink& write);
+// Throws Error(Unsupported) where there are more Gaussians than 4 GiB hold.
+void writeGaussianGlb(const GaussianSet& set, const PieceSink& write);
+// Throws Error(Unsupported) where a place lies further from the origin than 24 bits say.
+void writeGaussianSpz(const GaussianSet& set, const PieceSink& write);
+
+// What a viewer reads of an SPZ file, scores apart. `name` is used in messages. Throws Error(InvalidFile).
+GaussianSet readGaussianSpz(std::span<const std::byte> file, const std::string& name);
+
+} // namespace gsc

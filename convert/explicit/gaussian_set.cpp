@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/explicit/gaussian_set.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace gsc {
+
+void keepBest(GaussianSet& set, size_t most)
+{
+    if (set.size() <= most)
+        return;
+    std::vector<size_t> kept(set.size());
+    std::iota(kept.begin(), kept.end(), size_t(0));
+    const auto better = [&](size_t a, size_t b) {
+        return set.score[a] != set.score[b] ? set.score[a] > set.score[b] : a < b;
+    };
+    std::nth_element(kept.begin(), kept.begin() + std::ptrdiff_t(most), kept.end(), better);
+    kept.resize(most);
+    std::sort(kept.begin(), kept.end());
+    const auto compact = [&](std::vector<float>& values, size_t each) {
+        for (size_t i = 0; i < most; ++i)
+            std::copy_n(values.begin() + std::ptrdiff_t(kept[i] * each), each,
+                        values.begin() + std::ptrdiff_t(i * each));
+        values.resize(most * each);
+    };
+    compact(set.position, 3);
+    compact(set.log_scale, 3);
+    compact(set.rotation, 4);
+    compact(set.color, set.colorValues());
+    compact(set.score, 1);
+    compact(set.opacity, 1);
+}
+
+} // namespace gsc

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/cameras/scene_cameras.h"
+
+#include "player/cameras/camera_file.h"
+
+#include <algorithm>
+
+namespace gsc {
+
+std::vector<Camera> sceneCameras(const Scene& scene, const std::string& cameras, std::vector<std::string>* ignored)
+{
+    std::vector<Camera> all;
+    if (!cameras.empty() && cameras != "stored") {
+        all = readCameraFile(cameras, nullptr, ignored);
+        for (Camera& camera : all)
+            finishCamera(camera, 0, 0, 0);
+    } else {
+        for (const SourceCamera& stored : scene.cameras())
+            all.push_back(cameraOf(stored));
+    }
+    return all;
+}
+
+int appearanceFor(const Scene& scene, const Camera& camera)
+{
+    const std::vector<uint32_t> rows = scene.appearanceRows();
+    if (rows.empty())
+        return -1;
+    const bool kept =
+        camera.appearance >= 0 && std::find(rows.begin(), rows.end(), uint32_t(camera.appearance)) != rows.end();
+    return kept ? camera.appearance : int(rows.front());
+}
+
+} // namespace gsc

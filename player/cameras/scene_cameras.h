@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// The cameras that a command looks at a scene with: those stored in its file, or a camera file's.
+#pragma once
+
+#include "runtime/camera.h"
+#include "runtime/scene.h"
+
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+// `cameras`: a camera file, or "stored" or empty. Sizes and angles are the cameras' own. `ignored` as for readCameraFile().
+// Throws Error (Io, InvalidFile, Unsupported, Usage).
+std::vector<Camera> sceneCameras(const Scene& scene, const std::string& cameras, std::vector<std::string>* ignored);
+
+// The trainer's row of the embedding that the camera asks for if the file kept it, else the first it has; -1 without embedding.
+int appearanceFor(const Scene& scene, const Camera& camera);
+
+} // namespace gsc

@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: Apache-2.0
+// Explicit Gaussians: fit, drawing and files.
+#include "convert/explicit/gaussian_files.h"
+#include "convert/explicit/gaussian_fit.h"
+#include "convert/explicit/gaussian_render.h"
+#include "convert/explicit/symmetric.h"
+#include "format/error.h"
+#include "runtime/camera.h"
+#include "runtime/metrics/metrics.h"
+#include "tests/kernels/render_tools.h"
+#include "tests/kernels/synthetic_model.h"
+
+#include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <numbers>
+#include <string>
+
+using namespace gsc;
+using namespace gsc::test;
+
+namespace {
+
+constexpr double kNowhere[3] = {};
+
+EyeParams eyeAround(double angle)
+{
+    Camera camera;
+    const double s = std::sin(angle), c = std::cos(angle);
+    const double axes[9] = {c, 0, s, 0, 1, 0, -s, 0, c}; // looks inwards from a circle of 9 units
+    std::copy_n(axes, 9, camera.rotation);
+    camera.translation[2] = 9;
+    camera.width = 96;
+    camera.height = 80;
+    camera.fov_x = 1.0;
+    camera.fov_y = 2 * std::atan(std::tan(0.5) * 80 / 96);
+    return eyeParams(camera, kNowhere);
+}
+
+GaussianSet randomSet(int degree, size_t count)
+{
+    Random random(7);
+    GaussianSet set;
+    set.degree = degree;
+    for (size_t i = 0; i < count; ++i) {
+        float q[4], length = 0;
+        for (float& v : q) {
+            v = random.normal();
+            length += v * v;
+        }
+        for (const float v : q)
+            set.rotation.push_back(v / std::sqrt(length));
+        for (int c = 0; c < 3; ++c) {
+            set.position.push_back(random.uniform(-40, 40));
+            set.log_scale.push_back(random.uniform(-6, 0));
+        }
+        set.opacity.push_back(random.uniform(0.01f, 1));
+        set.score.push_back(random.uniform());
+        for (size_t c = 0; c < set.colorValues(); ++c)
+            set.color.push_back(random.uniform(-0.9f, 0.9f));
+    }
+    return set;
+}
+
+std::string written(void (*write)(const GaussianSet&, const PieceSink&), const GaussianSet& set)
+{
+    std::string file;
+    write(set, [&](std::span<const std::byte> piece) {
+        file.append(reinterpret_cast<const char*>(piece.data()), piece.size());
+    });
+    return file;
+}
+
+template <typename T>
+T valueAt(const std::string& file, size_t offset)
+{
+    T value{};
+    REQUIRE(offset + sizeof(T) <= file.size());
+    std::memcpy(&value, file.data() + offset, sizeof(T));
+    return value;
+}
+
+float farthest(const std::vector<float>& a, const std::vector<float>& b)
+{
+    REQUIRE(a.size() == b.size());
+    float most = 0;
+    for (size_t i = 0; i < a.size(); ++i)
+        most = std::max(most, std::abs(a[i] - b[i]));
+    return most;
+}
+
+double psnrOfFit(const ModelView& model, const std::vector<FitView>& views, const EyeParams& judge, int degree)
+{
+    const RasterConstants rules = rasterConstants(*model.params, 0);
+    const GaussianSet set = fitGaussians(model, views, {degree, 0, rules}, [](uint64_t, uint64_t) {});
+    const std::unique_ptr<Renderer> exact = makeCpuRenderer(CpuPath::Fast, 0);
+    exact->load(model);
+    FrameOptions options;
+    options.tier = Tier::Exact;
+    const auto wanted = render(*exact, {judge}, options);
+    std::vector<float> drawn(wanted[0].pixels.size());
+    const float black[3] = {};
+    GaussianRenderer(set, kNowhere, 0).draw(judge, rules, black, drawn.data());
+    return compareImages({wanted[0].pixels.data(), judge.width, judge.height},
+                         {drawn.data(), judge.width, judge.height})
+        .psnr;
+}
+
+} // namespace
+
+TEST_CASE("spherical harmonics: orthonormal, and their signs where y and z change theirs")
+{
+    std::array<std::array<double, kMostShValues>, kMostShValues> products{};
+    constexpr int kSteps = 200;
+    for (int i = 0; i < kSteps; ++i) // by equal areas
+        for (int j = 0; j < kSteps; ++j) {
+            const double z = -1 + (2 * i + 1.0) / kSteps, phi = 2 * std::numbers::pi * j / kSteps,
+                         r = std::sqrt(1 - z * z);
+            const float d[3] = {float(r * std::cos(phi)), float(r * std::sin(phi)), float(z)};
+            const float flipped[3] = {d[0], -d[1], -d[2]};
+            float basis[kMostShValues], other[kMostShValues];
+            shBasis(3, d, basis);
+            shBasis(3, flipped, other);
+            for (size_t a = 0; a < kMostShValues; ++a) {
+                if (std::abs(other[a] - kShFlipYz[a] * basis[a]) > 1e-5f)
+                    FAIL("coefficient ", a);
+                for (size_t b = 0; b < kMostShValues; ++b)
+                    products[a][b] += double(basis[a]) * basis[b] * 4 * std::numbers::pi / (kSteps * kSteps);
+            }
+        }
+    for (size_t a = 0; a < kMostShValues; ++a)
+        for (size_t b = 0; b < kMostShValues; ++b)
+            CHECK(products[a][b] == doctest::Approx(a == b ? 1 : 0).epsilon(2e-3));
+}
+
+TEST_CASE("axes of an ellipsoid give its covariance back, and systems are solved")
+{
+    Random random(3);
+    for (int i = 0; i < 200; ++i) {
+        const bool round = i % 10 == 0;
+        double s[3], m[3][3], c[6];
+        for (double& v : s)
+            v = round ? 0.5 : std::exp(random.uniform(-6, 1));
+        for (auto& row : m)
+            for (double& v : row)
+                v = random.normal();
+        size_t at = 0;
+        for (size_t a = 0; a < 3; ++a)
+            for (size_t b = a; b < 3; ++b) {
+                c[at] = 0;
+                for (size_t k = 0; k < 3; ++k)
+                    c[at] += round ? (a == b ? 0.25 / 3 : 0) : m[a][k] * m[b][k] * s[k];
+                ++at;
+            }
+        double q[4], d[3];
+        ellipsoidAxes(c, q, d);
+        CHECK(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] == doctest::Approx(1).epsilon(1e-9));
+        const double r[3][3] = {
+            {1 - 2 * (q[2] * q[2] + q[3] * q[3]), 2 * (q[1] * q[2] - q[0] * q[3]), 2 * (q[1] * q[3] + q[0] * q[2])},
+            {2 * (q[1] * q[2] + q[0] * q[3]), 1 - 2 * (q[1] * q[1] + q[3] * q[3]), 2 * (q[2] * q[3] - q[0] * q[1])},
+            {2 * (q[1] * q[3] - q[0] * q[2]), 2 * (q[2] * q[3] + q[0] * q[1]), 1 - 2 * (q[1] * q[1] + q[2] * q[2])}};
+        at = 0;
+        double worst = 0;
+        for (size_t a = 0; a < 3; ++a)
+            for (size_t b = a; b < 3; ++b) {
+                double value = 0;
+                for (size_t k = 0; k < 3; ++k)
+                    value += r[a][k] * r[b][k] * d[k] * d[k];
+                worst = std::max(worst, std::abs(value - c[at++]));
+            }
+        CHECK(worst <= 1e-9 * (c[0] + c[3] + c[5]));
+    }
+    double a[6] = {4, 2, 5, 1, 3, 6},
+           b[6] = {4 * 1 + 2 * 2 + 1 * 3, 0, 2 * 1 + 5 * 2 + 3 * 3, 0, 1 * 1 + 3 * 2 + 6 * 3, 0};
+    REQUIRE(solveSymmetric(a, b, 3, 2));
+    for (size_t i = 0; i < 3; ++i) {
+        CHECK(b[2 * i] == doctest::Approx(double(i + 1)));
+        CHECK(b[2 * i + 1] == 0);
+    }
+    double flat[3] = {1, 1, 1}, any[2] = {1, 1};
+    CHECK_FALSE(solveSymmetric(flat, any, 2, 1));
+}
+
+TEST_CASE("the best are kept in their order")
+{
+    GaussianSet set = randomSet(1, 50);
+    const GaussianSet all = set;
+    keepBest(set, 7);
+    REQUIRE(set.size() == 7);
+    CHECK(set.color.size() == 7 * set.colorValues());
+    size_t from = 0;
+    for (size_t i = 0; i < 7; ++i) {
+        while (all.score[from] != set.score[i])
+            ++from;
+        CHECK(std::equal(set.rotation.begin() + long(4 * i), set.rotation.begin() + long(4 * i + 4),
+                         all.rotation.begin() + long(4 * from)));
+        CHECK(std::count_if(all.score.begin(), all.score.end(), [&](float s) { return s > set.score[i]; }) < 7);
+    }
+}
+
+TEST_CASE("SPZ: read back to within its steps, every degree")
+{
+    for (int degree = 0; degree <= 3; ++degree) {
+        CAPTURE(degree);
+        const GaussianSet set = randomSet(degree, 300);
+        const std::string file = written(writeGaussianSpz, set);
+        const GaussianSet back = readGaussianSpz(std::as_bytes(std::span(file)), "a.spz");
+        REQUIRE(back.size() == set.size());
+        CHECK(back.degree == degree);
+        CHECK(farthest(back.position, set.position) < 1e-5f);
+        CHECK(farthest(back.log_scale, set.log_scale) <= 1 / 32.0f + 1e-4f);
+        CHECK(farthest(back.opacity, set.opacity) <= 0.5f / 255 + 1e-4f);
+        float worst = 0, colors = 0;
+        for (size_t i = 0; i < set.size(); ++i) {
+            float dot = 0;
+            for (size_t c = 0; c < 4; ++c)
+                dot += back.rotation[4 * i + c] * set.rotation[4 * i + c];
+            worst = std::max(worst, 1 - std::abs(dot));    // a quaternion and its negative are the same
+            for (size_t c = 0; c < set.colorValues(); ++c) // steps: 1 / 38.25, 1 / 16 and 1 / 8
+                colors = std::max(
+                    colors, std::abs(back.color[i * set.colorValues() + c] - set.color[i * set.colorValues() + c]) /
+                                (c < 3    ? 0.5f / 38.25f
+                                 : c < 12 ? 0.5f / 16 + 0.5f / 128
+                                          : 0.5f / 8 + 0.5f / 128));
+        }
+        CHECK(worst < 1e-5f);
+        CHECK(colors <= 1.01f);
+        CHECK_THROWS_AS((void)readGaussianSpz(std::as_bytes(std::span(file)).first(file.size() / 2), "a.spz"), Error);
+    }
+    GaussianSet far = randomSet(0, 1);
+    far.position[1] = 9e6f;
+    CHECK_THROWS_AS(written(writeGaussianSpz, far), Error);
+}
+
+TEST_CASE("PLY: the header of 3DGS, and rows of floats")
+{
+    const GaussianSet set = randomSet(2, 5000); // more than a piece
+    const std::string file = written(writeGaussianPly, set);
+    const size_t data = file.find("end_header\n") + 11;
+    CHECK(file.starts_with("ply\nformat binary_little_endian 1.0\nelement vertex 5000\nproperty float x\n"));
+    CHECK(file.find("property float f_rest_23\nproperty float opacity\n") != std::string::npos);
+    constexpr size_t kRow = 9 + 24 + 8;
+    REQUIRE(file.size() == data + 5000 * kRow * 4);
+    const size_t i = 4321;
+    const auto at = [&](size_t column) { return valueAt<float>(file, data + (i * kRow + column) * 4); };
+    CHECK(at(1) == set.position[3 * i + 1]);
+    CHECK(at(7) == set.color[i * 27 + 1]);
+    CHECK(at(9 + 8 + 2) == set.color[i * 27 + 3 * 3 + 1]); // green's third above degree 0
+    CHECK(1 / (1 + std::exp(-at(33))) == doctest::Approx(set.opacity[i]));
+    CHECK(at(34) == set.log_scale[3 * i]);
+    CHECK(at(40) == set.rotation[4 * i + 3]);
+}
+
+TEST_CASE("GLB: chunks, accessors and bounds")
+{
+    const GaussianSet set = randomSet(1, 70);
+    const std::string file = written(writeGaussianGlb, set);
+    CHECK(file.starts_with("glTF"));
+    CHECK(valueAt<uint32_t>(file, 8) == file.size());
+    const auto json_bytes = valueAt<uint32_t>(file, 12);
+    CHECK(json_bytes % 4 == 0);
+    const auto json = nlohmann::json::parse(file.substr(20, json_bytes));
+    const size_t binary = 20 + json_bytes + 8;
+    CHECK(valueAt<uint32_t>(file, 20 + json_bytes) + binary == file.size());
+    const auto& primitive = json["meshes"][0]["primitives"][0];
+    CHECK(primitive["extensions"]["KHR_gaussian_splatting"]["kernel"] == "ellipse");
+    const auto value = [&](const std::string& name, size_t i, size_t c) {
+        const auto& accessor =
+            json["accessors"][primitive["attributes"]["KHR_gaussian_splatting:" + name].get<size_t>()];
+        CHECK(accessor["count"] == 70);
+        const std::string type = accessor["type"];
+        const size_t each = type == "SCALAR" ? 1 : type == "VEC3" ? 3 : 4;
+        const auto& view = json["bufferViews"][accessor["bufferView"].get<size_t>()];
+        return valueAt<float>(file, binary + view["byteOffset"].get<size_t>() + (i * each + c) * 4);
+    };
+    CHECK(value("ROTATION", 9, 3) == set.rotation[4 * 9]);
+    CHECK(value("SCALE", 8, 1) == doctest::Approx(std::exp(set.log_scale[3 * 8 + 1])));
+    CHECK(value("OPACITY", 69, 0) == set.opacity[69]);
+    CHECK(value("SH_DEGREE_1_COEF_2", 33, 0) == set.color[33 * 12 + 9]);
+    float least = 1e9f;
+    for (size_t i = 0; i < 70; ++i)
+        least = std::min(least, set.position[3 * i + 2]);
+    CHECK(json["accessors"][0]["min"][2].get<float>() == least);
+}
+
+TEST_CASE("fit: one view is drawn as it was, colours follow the view with the degree, threads change nothing")
+{
+    SyntheticOptions options;
+    options.anchors = 300;
+    options.log_scale = -2.2f;
+    options.extent = 2;
+    const SyntheticModel model(options);
+    const EyeParams judge = eyeAround(0.15);
+    CHECK(psnrOfFit(model.view(), {{judge, -1}}, judge, 0) > 60);
+
+    std::vector<FitView> views;
+    for (int i = 0; i < 16; ++i)
+        views.push_back({eyeAround(0.1 * i - 0.7), -1});
+    const double flat = psnrOfFit(model.view(), views, judge, 0), curved = psnrOfFit(model.view(), views, judge, 3);
+    MESSAGE("degree 0 ", flat, " dB, degree 3 ", curved, " dB");
+    CHECK(curved > flat + 0.2);
+
+    const RasterConstants rules = rasterConstants(*model.view().params, 0);
+    const auto none = [](uint64_t, uint64_t) {};
+    const GaussianSet one = fitGaussians(model.view(), views, {2, 1, rules}, none);
+    const GaussianSet many = fitGaussians(model.view(), views, {2, 3, rules}, none);
+    CHECK(one.color == many.color);
+    CHECK(one.rotation == many.rotation);
+    CHECK(one.opacity == many.opacity);
+    CHECK(one.size() > 1000);
+}

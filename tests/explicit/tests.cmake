@@ -1,0 +1,6 @@
+# SPDX-License-Identifier: Apache-2.0
+if(TARGET gsc_explicit)
+  find_package(nlohmann_json REQUIRED)
+  gsc_add_test(test_explicit SOURCES explicit/test_explicit.cpp
+               LIBS gsc_explicit gsc_test_synthetic gsc_runtime gsc_metrics gsc_format nlohmann_json::nlohmann_json)
+endif()
