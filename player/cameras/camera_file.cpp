@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/cameras/camera_file.h"
 
-#include "player/cameras/camera_lens.h"
+#include "player/cameras/camera_fields.h"
+#include "player/cameras/colmap_cameras.h"
 #include "format/file/read_file.h"
 #include "player/cameras/json_fields.h"
 
@@ -24,17 +25,8 @@ namespace gsc {
 
 namespace {
 
-constexpr double kRotationTolerance = 1e-3; // files with six printed digits pass, scaled or sheared matrices do not
 constexpr uint32_t kUpstreamMaxWidth = 1600;
 constexpr uint64_t kMaxFileBytes = uint64_t(1) << 30;
-
-// Largest deviation of m^T m from `scale2` times the identity.
-double orthogonalityError(const glm::dmat3& m, double scale2)
-{
-    const glm::dmat3 off = transpose(m) * m - glm::dmat3(scale2);
-    const double* const entries = glm::value_ptr(off);
-    return std::accumulate(entries, entries + 9, 0.0, [](double a, double b) { return std::max(a, std::abs(b)); });
-}
 
 void readRotation(const JsonObject& object, double out[9], const char* what = "camera-to-world")
 {
@@ -49,56 +41,6 @@ void readRotation(const JsonObject& object, double out[9], const char* what = "c
 double angleOf(double pixels, double focal)
 {
     return 2 * std::atan(pixels / (2 * focal));
-}
-
-// A focal length in pixels; outside these bounds the tangents of the view leave fp32.
-double readFocal(const JsonObject& object, const char* key)
-{
-    const double focal = object.positive(key);
-    if (focal < 1e-3 || focal > 1e9)
-        object.fail(key, formatString("%g", focal), "a focal length between 0.001 and 1e9 pixels");
-    return focal;
-}
-
-// File name without folders, cut at the first dot, as upstream names images.
-std::string imageName(std::string path)
-{
-    const size_t slash = path.find_last_of("/\\");
-    if (slash != std::string::npos)
-        path.erase(0, slash + 1);
-    return path.substr(0, path.find('.', 1));
-}
-
-// Moves the image so that its middle lies these shares of its sides right and down of the axis. Precondition: the
-// camera's angles are known.
-void setMiddle(Camera& camera, double share_x, double share_y)
-{
-    camera.tan_mid_x = 2 * share_x * std::tan(camera.fov_x / 2);
-    camera.tan_mid_y = 2 * share_y * std::tan(camera.fov_y / 2);
-}
-
-double readAngle(const JsonObject& object, const char* key)
-{
-    const double angle = object.number(key);
-    if (!(angle >= 1e-6 && angle < std::numbers::pi - 1e-6))
-        object.fail(key, formatString("%g", angle), "an angle in radians between 0 and pi");
-    return angle;
-}
-
-// What `read` makes of each object of an array; `what` it is, for messages.
-template <typename Read>
-auto readEach(const ParsedJson& array, const std::string& file, const char* what, std::vector<std::string>* ignored,
-              const Read& read)
-{
-    DistortionCheck distortion(file, ignored);
-    std::vector<decltype(read(std::declval<JsonObject&>(), distortion, 0))> cameras;
-    cameras.reserve(array.size());
-    for (size_t i = 0; i < array.size(); ++i) {
-        JsonObject object(array[i], formatString("%s: %s %zu", file.c_str(), what, i));
-        cameras.push_back(read(object, distortion, i));
-    }
-    distortion.finish();
-    return cameras;
 }
 
 std::vector<SourceCamera> upstreamCameras(const ParsedJson& root, const std::string& file,
@@ -126,67 +68,6 @@ std::vector<SourceCamera> upstreamCameras(const ParsedJson& root, const std::str
         camera.middle_y = middle.y;
         return camera;
     });
-}
-
-// Upstream inverts the 4x4 matrix after turning OpenGL axes into COLMAP's; a uniform scale in it survives, as
-// MatrixCity's files have one.
-void poseFromOpenGl(const JsonObject& frame, Camera& camera)
-{
-    double entries[16];
-    frame.matrix("transform_matrix", 4, 4, entries);
-    const glm::dmat4 m = transpose(glm::make_mat4(entries)); // from rows
-    const double* const last = entries + 12;
-    if (last[0] != 0 || last[1] != 0 || last[2] != 0 || last[3] == 0)
-        frame.fail("transform_matrix", formatString("ending in %g %g %g %g", last[0], last[1], last[2], last[3]),
-                   "a last row of 0 0 0 1");
-    const glm::dmat3 c2w{m[0], -m[1], -m[2]};
-    const glm::dvec3 position = glm::dvec3(m[3]) / last[3];
-    const double det = determinant(c2w);
-    const double scale2 = std::cbrt(det) * std::cbrt(det);
-    if (!(det > 0) || !(1 / det < 1e30) || !(orthogonalityError(c2w, scale2) < kRotationTolerance * scale2))
-        frame.fail("transform_matrix", formatString("no rotation (determinant %g)", det),
-                   "a right-handed rotation, uniformly scaled at most");
-    // the inverse of s R is R^T / s; its transpose is what Camera stores
-    const glm::dmat3 rows = transpose(c2w / scale2);
-    std::copy_n(glm::value_ptr(rows), 9, camera.rotation);
-    translationFromPosition(camera.rotation, glm::value_ptr(position), camera.translation);
-}
-
-std::vector<Camera> transformsCameras(const JsonObject& root, const std::string& file,
-                                      std::vector<std::string>* ignored)
-{
-    const auto read = [&root](const JsonObject& frame, DistortionCheck& distortion, size_t) {
-        const LensKeys lens{frame, &root};
-        Camera camera;
-        camera.name = imageName(frame.text("file_path"));
-        poseFromOpenGl(frame, camera);
-        const JsonObject* width = lens.holder("w");
-        const JsonObject* height = lens.holder("h");
-        if (width && height) {
-            camera.width = width->imageSide("w");
-            camera.height = height->imageSide("h");
-        }
-        if (const JsonObject* angle = lens.holder("camera_angle_x")) {
-            camera.fov_x = readAngle(*angle, "camera_angle_x");
-        } else if (const JsonObject* fx = lens.holder("fl_x")) {
-            const JsonObject* fy = lens.holder("fl_y");
-            camera.focal_x = readFocal(*fx, "fl_x");
-            camera.focal_y = fy ? readFocal(*fy, "fl_y") : camera.focal_x;
-        } else {
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: neither \"camera_angle_x\" nor \"fl_x\" is there, expected one of them in "
-                                     "the frame or in the file; add one, or export the cameras again",
-                                     frame.where().c_str()));
-        }
-        distortion.add(lens);
-        const MiddleOffset middle = readMiddleOffset(lens, camera.width, camera.height);
-        if (camera.width > 0) {
-            finishCamera(camera, 0, 0, 0);
-            setMiddle(camera, middle.x / camera.width, middle.y / camera.height);
-        }
-        return camera;
-    };
-    return readEach(root.at("frames"), file, "frame", ignored, read);
 }
 
 void readLens(const JsonObject& frame, Camera& camera)
@@ -299,6 +180,35 @@ std::vector<EyeView> trajectoryViews(const JsonObject& root, const std::string& 
 
 } // namespace
 
+double orthogonalityError(const glm::dmat3& m, double scale2)
+{
+    const glm::dmat3 off = transpose(m) * m - glm::dmat3(scale2);
+    const double* const entries = glm::value_ptr(off);
+    return std::accumulate(entries, entries + 9, 0.0, [](double a, double b) { return std::max(a, std::abs(b)); });
+}
+
+double readFocal(const JsonObject& object, const char* key)
+{
+    const double focal = object.positive(key);
+    if (focal < 1e-3 || focal > 1e9)
+        object.fail(key, formatString("%g", focal), "a focal length between 0.001 and 1e9 pixels");
+    return focal;
+}
+
+double readAngle(const JsonObject& object, const char* key)
+{
+    const double angle = object.number(key);
+    if (!(angle >= 1e-6 && angle < std::numbers::pi - 1e-6))
+        object.fail(key, formatString("%g", angle), "an angle in radians between 0 and pi");
+    return angle;
+}
+
+void setMiddle(Camera& camera, double share_x, double share_y)
+{
+    camera.tan_mid_x = 2 * share_x * std::tan(camera.fov_x / 2);
+    camera.tan_mid_y = 2 * share_y * std::tan(camera.fov_y / 2);
+}
+
 void translationFromPosition(const double rotation[9], const double position[3], double out[3])
 {
     const glm::dvec3 translation = -(glm::make_mat3(rotation) * glm::make_vec3(position)); // rows read as columns
@@ -350,11 +260,14 @@ std::vector<Camera> parseCameraFile(std::string_view json, const std::string& na
             stated.views = trajectoryViews(object, name);
         } else if (const ParsedJson* frames = object.find("frames"); frames && frames->is_array())
             cameras = transformsCameras(object, name, ignored);
+        else if (const ParsedJson* path = object.find("camera_path"); path && path->is_array())
+            cameras = nerfstudioCameras(object, name, ignored);
         else
             throw Error(
                 ErrorCode::InvalidFile,
                 formatString("%s: no camera file, expected upstream's cameras.json (an array), a transforms.json "
-                             "(\"frames\") or a trajectory (\"schema\": \"gsc.trajectory/1\"); pass one of these",
+                             "(\"frames\"), nerfstudio's camera_path.json or a trajectory (\"schema\": "
+                             "\"gsc.trajectory/1\"); pass one of these",
                              name.c_str()));
     }
     if (cameras.empty())
@@ -369,6 +282,11 @@ std::vector<Camera> parseCameraFile(std::string_view json, const std::string& na
 
 std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eyes, std::vector<std::string>* ignored)
 {
+    if (isColmapModel(path)) {
+        if (eyes)
+            *eyes = {};
+        return readColmapCameras(path, ignored);
+    }
     const std::string text = readInputText(path, kMaxFileBytes, "a camera file, or \"stored\" for those in the model");
     const size_t first = text.find_first_not_of(" \t\r\n\xef\xbb\xbf"); // and a byte order mark
     if (first == std::string::npos || (text[first] != '[' && text[first] != '{'))

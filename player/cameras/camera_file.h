@@ -30,8 +30,8 @@ struct TrajectoryFacts {
     std::vector<EyeView> views; // left eye first; empty = not stated
 };
 
-// Upstream's cameras.json, a transforms*.json, or our trajectory (schemas/trajectory.schema.json), told apart by
-// content. Sizes are those of the file, upstream's `-r -1` rule applied to cameras.json (section 6.2). A file that
+// Upstream's cameras.json, a transforms*.json, nerfstudio's camera_path.json, or our trajectory
+// (schemas/trajectory.schema.json), told apart by content. Sizes are those of the file, upstream's `-r -1` rule applied to cameras.json (section 6.2). A file that
 // states no size leaves width and height 0: finishCamera() then takes it from the command line.
 // `eyes`, if given, takes what a trajectory states beside its frames. Without it, a trajectory that gives the eyes
 // views of their own is refused, because its cameras alone are not what it shows.
@@ -41,7 +41,7 @@ struct TrajectoryFacts {
 // Throws Error (InvalidFile, Unsupported).
 std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, TrajectoryFacts* eyes = nullptr,
                                     std::vector<std::string>* ignored = nullptr);
-// Throws Error (Io, InvalidFile, Unsupported).
+// The same of a file, or the cameras of a COLMAP model (colmap_cameras.h). Throws Error (Io, InvalidFile, Unsupported).
 std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eyes = nullptr,
                                    std::vector<std::string>* ignored = nullptr);
 

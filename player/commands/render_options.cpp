@@ -101,7 +101,8 @@ void addIgnoreDistortion(CLI::App& app, PlayOptions& options)
 void addCameras(CLI::App& app, PlayOptions& options)
 {
     addText(app, "--cameras", options.cameras, "stored|FILE.json (default: stored)",
-            "cameras.json of a trained model, transforms.json or a trajectory (schemas/trajectory.schema.json), or "
+            "cameras.json of a trained model, transforms.json, nerfstudio's camera_path.json, a COLMAP model's folder, "
+            "or a trajectory (schemas/trajectory.schema.json), or "
             "those stored in FILE");
     addIgnoreDistortion(app, options);
 }

@@ -335,3 +335,20 @@ TEST_CASE("a trajectory carries the golden cameras exactly, and upstream's own f
         CHECK(cameras[0].fov_x == doctest::Approx(test::readGoldenCameras(model)[0].camera.fov_x));
     }
 }
+
+TEST_CASE("camera_path.json: nerfstudio's matrices and vertical angles")
+{
+    const std::string path = R"({"camera_type": "perspective", "render_width": 800, "render_height": 400, "fps": 24,
+        "camera_path": [{"camera_to_world": [1, 0, 0, 4, 0, 1, 0, 5, 0, 0, 1, 6, 0, 0, 0, 1], "fov": 90, "aspect": 2}]})";
+    const std::vector<Camera> cameras = parseCameraFile(path, "f.json");
+    REQUIRE(cameras.size() == 1);
+    CHECK(cameras[0].width == 800);
+    CHECK(cameras[0].height == 400);
+    CHECK(std::tan(cameras[0].fov_y / 2) == doctest::Approx(1));
+    CHECK(std::tan(cameras[0].fov_x / 2) == doctest::Approx(2));
+    CHECK(cameras[0].rotation[4] == -1);
+    CHECK(cameras[0].translation[1] == 5);
+    CHECK_THROWS_AS((void)parseCameraFile(with(path, "perspective", "fisheye"), "f.json"), Error);
+    CHECK(refusal(with(path, ", 0, 0, 0, 1]", "]")).find("\"camera_to_world\"") != std::string::npos);
+    CHECK(refusal(with(path, "\"fov\": 90", "\"fov\": 190")).find("\"fov\"") != std::string::npos);
+}

@@ -88,6 +88,11 @@ void exportGrids(const ExportOptions& options, Reporter& report)
         report.text(text);
 }
 
+std::string camerasText(uint64_t count)
+{
+    return formatCount(count) + (count == 1 ? " camera" : " cameras");
+}
+
 Json lossJson(const std::optional<GaussianLoss>& loss)
 {
     if (!loss)
@@ -119,18 +124,16 @@ void exportExplicit(const ExportOptions& options, Reporter& report)
     if (result.gaussians < result.fitted)
         text += formatString(" of %s, those that matter most", formatCount(result.fitted).c_str());
     text += formatString("; colours of degree %d, %s\n", result.degree,
-                         options.gaussians.at.empty()
-                             ? formatString("fitted over %s cameras", formatCount(result.fit_cameras).c_str()).c_str()
-                             : ("as camera " + options.gaussians.at + " sees them").c_str());
+                         options.gaussians.at.empty() ? ("fitted over " + camerasText(result.fit_cameras)).c_str()
+                                                      : ("as camera " + options.gaussians.at + " sees them").c_str());
     if (!result.loss)
         text += "loss        not measured: no camera is left that the fit did not use; pass more with --cameras\n";
     else
-        text += formatString("loss        %.2f dB against exact, pooled over %s; worst %.2f dB (%s); SSIM %.4f\n",
-                             result.loss->psnr,
-                             options.gaussians.at.empty()
-                                 ? (formatCount(result.loss->cameras) + " cameras that the fit did not use").c_str()
-                                 : "that camera",
-                             result.loss->worst_psnr, result.loss->worst.c_str(), result.loss->ssim);
+        text += formatString(
+            "loss        %.2f dB against exact, pooled over %s; worst %.2f dB (%s); SSIM %.4f\n", result.loss->psnr,
+            options.gaussians.at.empty() ? (camerasText(result.loss->cameras) + " that the fit did not use").c_str()
+                                         : "that camera",
+            result.loss->worst_psnr, result.loss->worst.c_str(), result.loss->ssim);
     report.text(text);
 }
 
