@@ -131,7 +131,12 @@ enum ModelFlags : uint32_t {
     kModelHasRotation = 1u << 6, // ChunkArray::Rotation present; else constant_rotation holds for every anchor
     kModelHasOpacity = 1u << 7,  // ChunkArray::Opacity present; else constant_opacity (never used to render)
     kModelHasNormal = 1u << 8,   // ChunkArray::Normal present; else zero (never used to render)
+    // Some slots (Gaussians of an anchor) are masked, their offsets kMaskedOffset: never drawn, whatever the networks say.
+    // Came after 1.1; a reader from before refuses the flag
+    kModelMaskedSlots = 1u << 9,
 };
+
+constexpr uint32_t kMaskedOffset = 0x7fc00000u; // bits of each coordinate of a masked slot's offset: a quiet NaN
 
 // What the runtime needs of the hyper-parameters. 256 bytes.
 struct ModelParams {
@@ -295,7 +300,7 @@ enum class ChunkArray : uint32_t {
     SourceIndex = 1, // uint32_t x n: row of the source PLY, not counting rows that were left out
     ExtraLevel = 2,  // float x n, only with kModelHasLevels
     Scale = 3,       // float[6] x n: natural logs as trained; 0..2 offset extent, 3..5 base scale of the Gaussians
-    Offset = 4,      // float[K][3] x n
+    Offset = 4,      // float[K][3] x n; kMaskedOffset with kModelMaskedSlots
     Feature = 5,     // float[F] x n
     Rotation = 6,    // float[4] x n (w, x, y, z), only with kModelHasRotation
     Opacity = 7,     // float x n, only with kModelHasOpacity

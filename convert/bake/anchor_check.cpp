@@ -19,15 +19,27 @@ bool allFinite(const float* values, size_t count)
     return bad == 0;
 }
 
+// Every slot's offset is finite, or masked as a whole.
+bool offsetsGood(const float* offset, uint32_t n_offsets, bool masks)
+{
+    if (allFinite(offset, 3 * size_t(n_offsets)))
+        return true;
+    const auto is_masked = [](float v) { return std::bit_cast<uint32_t>(v) == kMaskedOffset; };
+    for (uint32_t k = 0; masks && k < n_offsets; ++k, offset += 3)
+        if (!allFinite(offset, 3) && !(is_masked(offset[0]) && is_masked(offset[1]) && is_masked(offset[2])))
+            return false;
+    return masks;
+}
+
 } // namespace
 
-AnchorFault findAnchorFault(const AnchorBatch& batch, size_t i, uint32_t feat_dim, uint32_t n_offsets)
+AnchorFault findAnchorFault(const AnchorBatch& batch, size_t i, uint32_t feat_dim, uint32_t n_offsets, bool masks)
 {
     const float* position = &batch.position[3 * i];
     const float* scale = &batch.scale[6 * i];
     const float* offset = &batch.offset[3 * n_offsets * i];
     if (!allFinite(position, 3) || !allFinite(&batch.extra_level[i], 1) || !allFinite(&batch.rotation[4 * i], 4) ||
-        !allFinite(offset, 3 * size_t(n_offsets)) || !allFinite(&batch.feature[size_t(feat_dim) * i], feat_dim))
+        !offsetsGood(offset, n_offsets, masks) || !allFinite(&batch.feature[size_t(feat_dim) * i], feat_dim))
         return AnchorFault::NotFinite;
     for (int c = 0; c < 6; ++c)
         if (!(scale[c] <= FLT_MAX)) // NaN or +inf

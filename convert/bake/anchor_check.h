@@ -26,6 +26,8 @@ constexpr float kMaxLogScale = 44.0f;
 constexpr float kMaxCoordinate = 1e30f;
 
 // The fault of anchor `i` of a batch that holds all fields. Opacity and normal are never looked at: they do not render.
-[[nodiscard]] AnchorFault findAnchorFault(const AnchorBatch& batch, size_t i, uint32_t feat_dim, uint32_t n_offsets);
+// `masks`: slots may be masked (kModelMaskedSlots).
+[[nodiscard]] AnchorFault findAnchorFault(const AnchorBatch& batch, size_t i, uint32_t feat_dim, uint32_t n_offsets,
+                                          bool masks);
 
 } // namespace gsc

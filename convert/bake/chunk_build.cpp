@@ -103,11 +103,14 @@ public:
             const float* scale = anchors.values(ChunkArray::Scale, i);
             const float* offset = anchors.values(ChunkArray::Offset, i);
             for (int axis = 0; axis < 3; ++axis) {
-                float low = offset[axis], high = offset[axis];
-                for (uint32_t k = 1; k < m_params.n_offsets; ++k) {
+                float low = FLT_MAX, high = -FLT_MAX;
+                for (uint32_t k = 0; k < m_params.n_offsets; ++k) {
+                    // note: a masked slot is NaN, which either comparison passes over
                     low = std::min(low, offset[3 * k + axis]);
                     high = std::max(high, offset[3 * k + axis]);
                 }
+                if (low > high) // all masked
+                    low = high = 0;
                 const double a = position[axis], extent = std::exp(double(scale[axis]));
                 const double near = low * extent, far = high * extent;
                 const double slack = std::max(std::fabs(near), std::fabs(far)) * kProductSlack +

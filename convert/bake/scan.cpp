@@ -35,7 +35,8 @@ public:
     void add(const AnchorBatch& batch)
     {
         for (size_t i = 0; i < batch.count; ++i) {
-            const AnchorFault fault = findAnchorFault(batch, i, m_checkpoint.feat_dim, m_checkpoint.n_offsets);
+            const AnchorFault fault = findAnchorFault(batch, i, m_checkpoint.feat_dim, m_checkpoint.n_offsets,
+                                                      (m_checkpoint.flags & kModelMaskedSlots) != 0);
             if (fault != AnchorFault::None) {
                 FaultCount& seen = m_faults[size_t(fault)];
                 if (seen.count++ == 0)

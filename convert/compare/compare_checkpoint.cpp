@@ -145,7 +145,8 @@ private:
             for (size_t c = 0; c < width.size(); ++c)
                 width[c] = (batch.*kCopiedArrays[c].values).size() / std::max<size_t>(batch.count, 1);
             for (size_t i = 0; i < batch.count; ++i) {
-                if (m_report.dropped && findAnchorFault(batch, i, p.feat_dim, p.n_offsets) != AnchorFault::None) {
+                if (m_report.dropped &&
+                    findAnchorFault(batch, i, p.feat_dim, p.n_offsets, false) != AnchorFault::None) {
                     ++skipped;
                     continue;
                 }

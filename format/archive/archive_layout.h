@@ -35,6 +35,13 @@ enum class Codec : uint16_t {
     // position flags and the source indices. Anchors are in the order of (key >> 3 cell_log2, source index) again.
     Morton = 2,
     Inverse = 3, // INDX: nothing is stored, it follows from the source indices of all chunks
+    // Floats that are multiples of a power of two, which the values of a span share: StepsHeader, then up to six pieces,
+    // coded as Zstd does, or raw where one has its raw size. An exponent per span, as signed bytes, kNoStep where all of its
+    // values are zero or masked; a bit for every three values, from the lowest on, set where all are kMaskedOffset; and
+    // planes of bytes, the lowest first, of every value of a span with a step that is not masked. Those lie by the
+    // exponent of their spans, the least first, then by their place. A plane's value of 2 s stands for s steps, of
+    // 2 s - 1 for -s.
+    Steps = 4,
 };
 
 struct ArchiveHeader {
@@ -72,6 +79,20 @@ struct ArchiveStream {
     uint64_t bytes;      // 32  stored
 };
 static_assert(sizeof(ArchiveStream) == 40 && std::is_trivially_copyable_v<ArchiveStream>);
+
+constexpr uint32_t kMostStepPlanes = 3;
+constexpr int8_t kNoStep = -128; // else -126..127
+
+struct StepsHeader {
+    uint32_t span;                         // 0   values that share an exponent: divides the stream's columns
+    uint32_t masks;                        // 4   1: there are masks, and columns are a multiple of 3; else 0
+    uint32_t planes;                       // 8   0..kMostStepPlanes
+    uint32_t reserved;                     // 12  zero
+    uint64_t exponent_bytes;               // 16
+    uint64_t mask_bytes;                   // 24
+    uint64_t plane_bytes[kMostStepPlanes]; // 32
+};
+static_assert(sizeof(StepsHeader) == 56 && std::is_trivially_copyable_v<StepsHeader>);
 
 struct OrderedHeader {
     uint64_t key_bytes;    // 0

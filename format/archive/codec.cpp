@@ -18,6 +18,7 @@ bool hasCodec(Codec codec)
         return true;
     case Codec::Zstd:
     case Codec::Morton:
+    case Codec::Steps:
         return GSC_HAS_ZSTD;
     }
     return false;
@@ -34,6 +35,8 @@ const char* codecName(Codec codec)
         return "morton";
     case Codec::Inverse:
         return "inverse";
+    case Codec::Steps:
+        return "steps";
     }
     return "?";
 }

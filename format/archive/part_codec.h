@@ -49,6 +49,7 @@ private:
              uint32_t columns);
     bool addOrdered(std::vector<Stream>& streams, const RawPart& part, uint32_t anchors, uint32_t cell_log2,
                     uint64_t sources_at);
+    void trySteps(Stream& stream, const RawPart& part, ChunkArray array);
     void addChunk(std::vector<Stream>& streams, const RawPart& part, bool ordered);
     [[nodiscard]] std::vector<Stream> streamsOf(const RawPart& part, bool ordered);
     [[nodiscard]] StoredPart assemble(const RawPart& part, const std::vector<Stream>& streams) const;

@@ -2,6 +2,7 @@
 #include "format/archive/part_codec.h"
 
 #include "format/archive/ordered_positions.h"
+#include "format/archive/steps.h"
 #include "format/byte_view.h"
 
 #include <algorithm>
@@ -20,6 +21,8 @@ bool isSound(const ArchiveStream& stream, Codec codec)
         return stream.element == 1 && stream.cell_log2 <= kMaxCellLog2 && stream.columns == stream.sources &&
                stream.raw_bytes == alignUp(sizeof(GridPosition) * uint64_t(stream.columns), kArrayAlign) +
                                        sizeof(uint32_t) * uint64_t(stream.columns);
+    if (codec == Codec::Steps && stream.element != sizeof(float))
+        return false;
     const bool element = stream.element == 1 || stream.element == 2 || stream.element == 4 || stream.element == 8;
     return element && stream.columns >= 1 && stream.columns <= kMaxColumns && stream.cell_log2 == 0 &&
            stream.raw_bytes % (uint64_t(stream.element) * stream.columns) == 0 &&
@@ -40,7 +43,7 @@ PartFault PartDecoder::decode(const ArchivePart& record, std::span<const std::by
         const ArchiveStream stream = *view.load<ArchiveStream>(i * sizeof(ArchiveStream));
         const auto bytes = view.slice(from, stream.bytes);
         m_codec = Codec(stream.codec);
-        if (stream.codec > uint16_t(Codec::Inverse))
+        if (stream.codec > uint16_t(Codec::Steps))
             return PartFault::UnknownCodec;
         if (!hasCodec(m_codec))
             return PartFault::MissingCodec;
@@ -69,8 +72,9 @@ PartFault PartDecoder::decodeStream(const ArchiveStream& stream, std::span<const
         m_is_inverse = true;
         return PartFault::None;
     }
-    const bool good = m_codec == Codec::Morton ? decodeOrdered(stream, stored, out)
-                                               : m_coder.decode(m_codec, stored, stream.element, stream.columns, out);
+    const bool good = m_codec == Codec::Morton  ? decodeOrdered(stream, stored, out)
+                      : m_codec == Codec::Steps ? decodeSteps(stored, stream.columns, m_coder, out)
+                                                : m_coder.decode(m_codec, stored, stream.element, stream.columns, out);
     return good ? PartFault::None : PartFault::Content;
 }
 

@@ -2,6 +2,7 @@
 #include "format/archive/part_codec.h"
 
 #include "format/archive/ordered_positions.h"
+#include "format/archive/steps.h"
 #include "format/checksum.h"
 
 #include <algorithm>
@@ -134,6 +135,24 @@ bool PartEncoder::addOrdered(std::vector<Stream>& streams, const RawPart& part, 
     return true;
 }
 
+// Stores the stream of an array on steps where that is smaller.
+void PartEncoder::trySteps(Stream& stream, const RawPart& part, ChunkArray array)
+{
+    // an anchor's offsets share a step, and so do its features; the extent of its offsets has another than their sizes
+    const uint32_t columns = stream.record.columns;
+    const bool masks = array == ChunkArray::Offset && (m_view.params->flags & kModelMaskedSlots) != 0;
+    const uint32_t span = array == ChunkArray::Scale ? 3 : columns;
+    if (array != ChunkArray::Scale && array != ChunkArray::Offset && array != ChunkArray::Feature)
+        return;
+    std::vector<std::byte> steps;
+    const auto raw = part.bytes.subspan(size_t(stream.record.raw_offset), size_t(stream.record.raw_bytes));
+    if (!encodeSteps(raw, columns, span, masks, m_coder, steps) || steps.size() >= stream.bytes.size())
+        return;
+    stream.record.codec = uint16_t(Codec::Steps);
+    stream.record.bytes = steps.size();
+    stream.bytes = std::move(steps);
+}
+
 void PartEncoder::addChunk(std::vector<Stream>& streams, const RawPart& part, bool ordered)
 {
     const ChunkRecord& chunk = m_view.chunks[part.chunk];
@@ -151,6 +170,8 @@ void PartEncoder::addChunk(std::vector<Stream>& streams, const RawPart& part, bo
             continue;
         const Shape shape = arrayShape(params, ChunkArray(array), stride);
         add(streams, part, layout.offset[array], stride * chunk.anchor_count, shape.element, shape.columns);
+        if (ordered)
+            trySteps(streams.back(), part, ChunkArray(array));
         if (array == sources)
             streams.back().record.sources = chunk.anchor_count;
     }

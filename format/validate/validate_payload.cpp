@@ -5,6 +5,7 @@
 #include "format/interrupt.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -183,6 +184,34 @@ private:
         return false;
     }
 
+    // Of a model with masked slots: each is finite, or masked as a whole.
+    bool checkOffsets(uint32_t i) const
+    {
+        if (!hasMasks())
+            return checkFinite(ChunkArray::Offset, i, "offset");
+        const float* const values = at<float>(ChunkArray::Offset, i);
+        bool good = true;
+        for (uint32_t k = 0; k < 3 * m_view.params->n_offsets; k += 3) {
+            if (isMasked(values + k) || allFinite({values + k, 3}))
+                continue;
+            good = false;
+            for (uint32_t c = k; c < k + 3; ++c)
+                if (!std::isfinite(values[c]))
+                    GSC_REPORT(m_log, AttributeValue, fileOffset(ChunkArray::Offset, i) + 4 * c, where(i, "offset"),
+                               "offset", c, double(values[c]));
+        }
+        return good;
+    }
+
+    [[nodiscard]] bool hasMasks() const { return (m_view.params->flags & kModelMaskedSlots) != 0; }
+
+    static bool isMasked(const float* offset)
+    {
+        return std::bit_cast<uint32_t>(offset[0]) == kMaskedOffset &&
+               std::bit_cast<uint32_t>(offset[1]) == kMaskedOffset &&
+               std::bit_cast<uint32_t>(offset[2]) == kMaskedOffset;
+    }
+
     // The centres in exact arithmetic, near enough: bounds must leave room for the rounding of any renderer.
     void checkGaussians(const GroupRecord& group, uint32_t i, const float (&position)[3],
                         const double (&extent)[3]) const
@@ -194,17 +223,21 @@ private:
             return centre < double(group.gaussian_min[axis]) || centre > double(group.gaussian_max[axis]);
         };
         // the centre is monotone in the offset, so the smallest and the largest of an axis speak for all
-        float low[3] = {offset[0], offset[1], offset[2]}, high[3] = {offset[0], offset[1], offset[2]};
-        for (uint32_t c = 3; c < count; c += 3)
+        constexpr float kInfinity = std::numeric_limits<float>::infinity();
+        float low[3] = {kInfinity, kInfinity, kInfinity}, high[3] = {-kInfinity, -kInfinity, -kInfinity};
+        for (uint32_t c = 0; c < count; c += 3)
             for (uint32_t axis = 0; axis < 3; ++axis) {
+                // note: a masked slot is NaN, which either comparison passes over
                 low[axis] = std::min(low[axis], offset[c + axis]);
                 high[axis] = std::max(high[axis], offset[c + axis]);
             }
+        if (low[0] > high[0])
+            return; // all masked
         bool good = true;
         for (uint32_t axis = 0; axis < 3; ++axis)
             good &= !outside(axis, low[axis]) && !outside(axis, high[axis]);
         for (uint32_t c = 0; c < count && !good; ++c)
-            if (outside(c % 3, offset[c]))
+            if (outside(c % 3, offset[c])) // not of a masked one
                 GSC_REPORT(m_log, GaussianBounds, fileOffset(ChunkArray::Offset, i) + 4 * c, where(i, "offset"), c / 3,
                            c % 3, double(position[c % 3]) + double(offset[c]) * extent[c % 3],
                            double(group.gaussian_min[c % 3]), double(group.gaussian_max[c % 3]));
@@ -219,7 +252,7 @@ private:
             double extent[3];
             bool placed = checkPosition(group, i, position);
             placed &= checkScale(group, harmless, i, extent);
-            placed &= checkFinite(ChunkArray::Offset, i, "offset");
+            placed &= checkOffsets(i);
             if (placed)
                 checkGaussians(group, i, position, extent);
             checkFinite(ChunkArray::Feature, i, "feature");

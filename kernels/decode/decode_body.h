@@ -104,10 +104,14 @@ GSC_HD bool decodeAnchor(const ModelView& model, const Real* center, uint32_t ch
     const AnchorNetworks<Real> anchor(model, view, chunk, local, scratch);
     Real* const opacity = anchor.opacity;
     anchor.evaluate(MlpKind::Opacity, opacity);
+    const bool masks = (model.params->flags & kModelMaskedSlots) != 0;
+    const float* offset = model.arrays[chunk].offset + size_t(3) * K * local;
     bool any_positive = false, any_drawn = false;
     for (uint32_t k = 0; k < K; ++k) {
         opacity[k] = std::tanh(opacity[k]) * fraction;
         any_positive |= opacity[k] > Real(0);
+        if (isMaskedSlot(masks, offset + 3 * k))
+            opacity[k] = Real(0);
         any_drawn |= opacity[k] >= Real(kOpacityFloor);
     }
     if (!any_drawn)
@@ -115,7 +119,6 @@ GSC_HD bool decodeAnchor(const ModelView& model, const Real* center, uint32_t ch
     anchor.evaluate(MlpKind::Covariance, anchor.covariance);
     anchor.evaluate(MlpKind::Color, anchor.color);
 
-    const float* offset = model.arrays[chunk].offset + size_t(3) * K * local;
     for (uint32_t k = 0; k < K; ++k) {
         if (!(opacity[k] >= Real(kOpacityFloor)))
             continue;

@@ -77,12 +77,17 @@ void decodeEye(const DecodeArgs& args, const PackedMlpHeader& packed, const Visi
     const V floor = hn::Set(d, kOpacityFloor);
     const hn::RebindToSigned<D> di;
     const auto origin = hn::Mul(hn::Iota(di, int32_t(first_entry)), hn::Set(di, int32_t(K))); // of offset 0
+    const bool masks = (params.flags & kModelMaskedSlots) != 0;
     M positive = hn::Lt(floor, hn::Zero(d));
     for (uint32_t k = 0; k < K; ++k) {
         const V raw = hn::Load(d, batch.opacity + size_t(k) * kMaxLanes);
         const V opacity = hn::Mul(tanhAny(d, raw), weight);
         positive = hn::Or(positive, hn::Gt(opacity, hn::Zero(d)));
-        const M alive = hn::Ge(opacity, floor);
+        M alive = hn::Ge(opacity, floor);
+        if (masks) {
+            const V x = hn::Load(d, batch.offset + size_t(3) * k * kMaxLanes); // NaN of a masked slot
+            alive = hn::And(alive, hn::Eq(x, x));
+        }
         if (!hn::AllFalse(d, alive))
             emitOffset(args, packed, batch, k, opacity, alive, origin, block);
     }

@@ -189,9 +189,10 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
             for (uint32_t c = 0; c < 4; ++c)
                 q[c] *= inverse;
             const bool here =
-                args.pass.count == 1 ||
-                passOf(args.pass, args.grid, viewPoint<float>(eye, {position[0], position[1], position[2]}).z) ==
-                    args.pass.index;
+                offset != kMaskedSlot &&
+                (args.pass.count == 1 ||
+                 passOf(args.pass, args.grid, viewPoint<float>(eye, {position[0], position[1], position[2]}).z) ==
+                     args.pass.index);
             if (here) {
                 ++tally.alive;
                 bool finite; // its geometry

@@ -202,13 +202,14 @@ __device__ __forceinline__ uint32_t listAlive(const DecodeExactArgs& args, uint3
     const uint32_t K = args.model.params.n_offsets, row = lane % kRows;
     const bool present = (rows >> row & 1u) != 0;
     const float fraction = args.fraction != nullptr && present ? args.fraction[2 * (first + row) + e] : 1.0f;
+    const bool masks = (args.model.params.flags & kModelMaskedSlots) != 0;
     uint32_t total = 0;
     for (uint32_t k = lane / kRows; k < (K + 1) / 2 * 2; k += 2) { // whole warps stay together
         bool alive = false;
         if (present && k < K) {
             const float opacity = tanhf(room.outputs[k][row]) * fraction;
             positive |= opacity > 0.0f;
-            alive = opacity >= kOpacityFloor;
+            alive = opacity >= kOpacityFloor && !isMaskedSlot(masks, room.offsets[row] + 3 * k);
             room.outputs[k][row] = opacity;
         }
         const uint32_t mask = __ballot_sync(~0u, alive);

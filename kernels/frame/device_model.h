@@ -18,6 +18,7 @@ constexpr uint32_t kNoBins = 0x0000ffffu; // bin box of a slot that holds no spl
 constexpr uint32_t kOffsetBits = 21;
 constexpr int32_t kOffsetSteps = (1 << (kOffsetBits - 1)) - 1; // of the largest
 constexpr uint64_t kNoOffset = 0;                              // not finite: its Gaussian is dropped and counted
+constexpr uint64_t kMaskedSlot = 1ull << 63;                   // its Gaussian is never drawn, and not counted
 constexpr uint32_t kDepthBuckets = 32768;                      // of the depth histogram: 1024 per octave of view z
 constexpr uint32_t kMaxSlabs = 1024;                           // of a pass
 constexpr uint32_t kMaxPasses = 31;                            // kMaxPasses x kMaxSlabs fits 16 bits

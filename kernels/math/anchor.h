@@ -65,6 +65,12 @@ GSC_HD const float* anchorRotation(const ModelView& model, uint32_t chunk, uint3
     return rotation != nullptr ? rotation + size_t(4) * local : model.params->constant_rotation;
 }
 
+// Is the slot of this offset never drawn? `masks`: the model has kModelMaskedSlots.
+GSC_HD bool isMaskedSlot(bool masks, const float* offset)
+{
+    return masks && offset[0] != offset[0];
+}
+
 // Breaks depth ties: upstream emits Gaussians in the order of its file's anchors, offsets within (trap 28).
 GSC_HD uint64_t emissionOrder(const ModelView& model, uint32_t chunk, uint32_t local, uint32_t k)
 {

@@ -12,6 +12,8 @@ HWY_BEFORE_NAMESPACE();
 namespace gsc {
 namespace HWY_NAMESPACE {
 
+using M = hn::Mask<D>;
+
 // Positions and base scales of the anchors of a batch that starts at lane `first` of the strip.
 HWY_INLINE void storeFixed(const Batch& batch, uint32_t K, uint32_t first, float* fixed)
 {
@@ -37,7 +39,12 @@ HWY_INLINE void storeOffset(const DecodeArgs& args, const PackedMlpHeader& packe
     const size_t H = size_t(packed.hidden_pad) * kMaxLanes;
     V head[kCovariancePerOffset + kColorPerOffset];
     offsetHeads(d, *args.model, packed, batch.hidden + H, batch.hidden + 2 * H, k, head);
-    storeHalf(hn::IfThenElse(hn::Eq(opacity, opacity), opacity, hn::Set(d, kNoOpacity)), key);
+    M drawn = hn::Eq(opacity, opacity);
+    if ((args.model->params->flags & kModelMaskedSlots) != 0) {
+        const V x = hn::Load(d, batch.offset + size_t(3) * k * kMaxLanes); // NaN of a masked slot
+        drawn = hn::And(drawn, hn::Eq(x, x));
+    }
+    storeHalf(hn::IfThenElse(drawn, opacity, hn::Set(d, kNoOpacity)), key);
     for (size_t i = 0; i < 3; ++i) {
         storeHalf(sigmoidAny(d, head[kCovariancePerOffset + i]), key + (1 + i) * kStripAnchors);
         storeHalf(sigmoidAny(d, head[i]), key + (4 + i) * kStripAnchors);

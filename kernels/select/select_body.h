@@ -59,7 +59,10 @@ GSC_HD bool anchorMayTouch(const ModelView& model, const EyeBand& band, uint32_t
     const float* offset = model.arrays[chunk].offset + size_t(3) * K * local;
     const float extent[3] = {std::exp(log_scale[0]), std::exp(log_scale[1]), std::exp(log_scale[2])};
     const float sigma = std::exp(maxNumber(log_scale[3], maxNumber(log_scale[4], log_scale[5])));
+    const bool masks = (model.params->flags & kModelMaskedSlots) != 0;
     for (uint32_t k = 0; k < K; ++k, offset += 3) {
+        if (isMaskedSlot(masks, offset))
+            continue;
         const float at[3] = {p.x + offset[0] * extent[0], p.y + offset[1] * extent[1], p.z + offset[2] * extent[2]};
         if (mayTouch(band, at, at, sigma))
             return true;

@@ -2,6 +2,7 @@
 #include "kernels/upload/upload_cuda.h"
 
 #include "kernels/cuda/launch.cuh"
+#include "kernels/math/anchor.h"
 
 #include <cuda_fp16.h>
 
@@ -93,7 +94,8 @@ __global__ void __launch_bounds__(kThreads) uploadKernel(const __grid_constant__
                 packed |= uint64_t(min(max(count, -kOffsetSteps), kOffsetSteps) + kOffsetSteps + 1)
                           << (kOffsetBits * a);
             }
-            args.to.offset[base * args.n_offsets + i] = finite ? packed : kNoOffset;
+            const uint64_t none = isMaskedSlot(args.masked_slots, offset) ? kMaskedSlot : kNoOffset;
+            args.to.offset[base * args.n_offsets + i] = finite ? packed : none;
         }
 }
 

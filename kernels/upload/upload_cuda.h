@@ -23,7 +23,7 @@ struct UploadArgs {
     ChunkArrayLayout layout;
     const unsigned char* payload; // device copy of the chunk's arrays, at the offsets of `layout`
     uint32_t feat_dim, n_offsets;
-    bool grid_positions;
+    bool grid_positions, masked_slots; // masked_slots: kModelMaskedSlots
     AnchorArrays to;
 };
 

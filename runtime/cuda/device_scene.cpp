@@ -257,7 +257,8 @@ const CudaStream& DeviceScene::upload(const ChunkPiece& piece)
     const Way& way = m_ways[m_way++ % std::size(m_ways)];
     copyIn(way.piece, piece.bytes, piece.layout.bytes, way.stream);
     uploadCuda({chunk, m_host.levels[chunk.level_index], piece.layout, way.piece, params.feat_dim, params.n_offsets,
-                params.position_encoding == uint32_t(PositionEncoding::Grid), m_to},
+                params.position_encoding == uint32_t(PositionEncoding::Grid), (params.flags & kModelMaskedSlots) != 0,
+                m_to},
                way.stream.handle);
     if (piece.first + piece.count == whole.anchor_count) {
         m_anchors_there += whole.anchor_count;

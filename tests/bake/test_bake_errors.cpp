@@ -145,7 +145,7 @@ TEST_CASE("the largest scales, positions and offsets that can be shown are taken
     const auto faultOf = [&](const std::function<void(AnchorBatch&)>& change) {
         AnchorBatch batch = good;
         change(batch);
-        return findAnchorFault(batch, 0, shape.feat_dim, shape.n_offsets);
+        return findAnchorFault(batch, 0, shape.feat_dim, shape.n_offsets, false);
     };
     CHECK(faultOf([](AnchorBatch&) {}) == AnchorFault::None);
     for (size_t c = 0; c < 6; ++c) {

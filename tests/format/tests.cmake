@@ -18,7 +18,7 @@ gsc_add_test(
   LIBS
   gsc_test_tiny)
 if(GSC_HAVE_ZSTD)
-  gsc_add_test(test_archive SOURCES format/test_archive.cpp format/tiny_archive.cpp LIBS gsc_test_tiny)
+  gsc_add_test(test_archive SOURCES format/test_archive.cpp format/test_steps.cpp format/tiny_archive.cpp LIBS gsc_test_tiny)
 endif()
 gsc_add_test(test_format_writer SOURCES format/test_writer.cpp format/mutation.cpp LIBS gsc_test_tiny Threads::Threads)
 gsc_add_test(test_format_output_file SOURCES format/test_output_file.cpp LIBS gsc_format Threads::Threads)

@@ -5,6 +5,8 @@
 #include "format/checksum.h"
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
@@ -25,6 +27,27 @@ std::vector<std::byte> archiveOf(std::span<const std::byte> file, const std::str
     in.seekg(0);
     in.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(bytes.size()));
     return bytes;
+}
+
+std::vector<std::byte> tinyStepsGsc(const TinyGscOptions& options)
+{
+    std::vector<std::byte> file = tinyGsc(options);
+    ModelParams& params = *records<ModelParams>(file, kSectionParams);
+    params.flags |= kModelMaskedSlots;
+    const auto round = [](float* values, size_t count, float steps) {
+        for (size_t i = 0; i < count; ++i)
+            values[i] = std::nearbyint(values[i] * steps) / steps + 0.0f; // and no -0
+    };
+    for (uint32_t c = 0; c < params.chunk_count; ++c) {
+        const size_t n = records<ChunkRecord>(file, kSectionChunks)[c].anchor_count;
+        float* const offset = payloadArray<float>(file, c, ChunkArray::Offset);
+        round(offset, 3 * n * params.n_offsets, 64);
+        for (size_t slot = 0; slot < n * params.n_offsets; slot += 4)
+            std::fill_n(offset + 3 * slot, 3, std::bit_cast<float>(kMaskedOffset));
+        round(payloadArray<float>(file, c, ChunkArray::Feature), n * params.feat_dim, 256);
+    }
+    reseal(file);
+    return file;
 }
 
 ArchiveHeader& archiveHeader(std::span<std::byte> archive)

@@ -15,6 +15,9 @@ namespace gsc::test {
 // An archive of `file`, which must open with GscCheck::Index. It is written to a file in `folder`, which stays.
 std::vector<std::byte> archiveOf(std::span<const std::byte> file, const std::string& folder, int threads = 2);
 
+// tinyGsc() with features and offsets on power-of-two steps, and some slots masked.
+std::vector<std::byte> tinyStepsGsc(const TinyGscOptions& options);
+
 // Records of an archive; precondition: its tables are sound.
 ArchiveHeader& archiveHeader(std::span<std::byte> archive);
 std::span<ArchivePart> archiveParts(std::span<std::byte> archive);

@@ -30,7 +30,8 @@ std::vector<std::byte> freshArchive(uint64_t kind)
     o.float_positions = kind % 5 == 2;
     o.rotation = o.opacity = o.normal = kind % 7 == 3;
     o.sensitivity = kind % 3 == 1;
-    return gsc::test::archiveOf(gsc::test::tinyGsc(o), std::filesystem::temp_directory_path().string(), 1);
+    const auto file = kind % 2 ? gsc::test::tinyStepsGsc(o) : gsc::test::tinyGsc(o);
+    return gsc::test::archiveOf(file, std::filesystem::temp_directory_path().string(), 1);
 }
 
 // Changes up to four fields of the tables or of what is stored.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <tuple>
 
@@ -256,6 +257,20 @@ SyntheticModel::SyntheticModel(const ModelParams& params, const SyntheticAnchors
     s.view = {&s.params,       s.levels.data(),  s.chunks.data(), s.groups.data(),
               s.arrays.data(), s.weights.data(), s.packed.data(), s.embedding.empty() ? nullptr : s.embedding.data(),
               nullptr};
+}
+
+bool isSlotMasked(uint32_t anchor, uint32_t k)
+{
+    return anchor % 11 == 0 || (anchor * 7 + k * 5) % 4 == 0;
+}
+
+void maskSlots(SyntheticAnchors& anchors, uint32_t n_offsets)
+{
+    for (uint32_t i = 0; i < anchors.count(); ++i)
+        for (uint32_t k = 0; k < n_offsets; ++k)
+            if (isSlotMasked(i, k))
+                std::fill_n(anchors.offset.begin() + ptrdiff_t(3 * (size_t(i) * n_offsets + k)), 3,
+                            std::bit_cast<float>(kMaskedOffset));
 }
 
 SyntheticModel::~SyntheticModel() = default;

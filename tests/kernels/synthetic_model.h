@@ -57,6 +57,9 @@ private:
 };
 
 SyntheticAnchors randomAnchors(const SyntheticOptions& options);
+// Masks slots of every kind of place: some of an anchor, and all of some. The model's flags need kModelMaskedSlots.
+void maskSlots(SyntheticAnchors& anchors, uint32_t n_offsets);
+[[nodiscard]] bool isSlotMasked(uint32_t anchor, uint32_t k); // by maskSlots()
 std::vector<Mlp> randomMlps(const SyntheticOptions& options);
 ModelParams syntheticParams(const SyntheticOptions& options);
 

@@ -288,6 +288,35 @@ TEST_CASE("decode: feature bank of any inputs, beside heads that have them or no
         }
 }
 
+TEST_CASE("decode: masked slots draw nothing and count as nothing, in tiles and one by one")
+{
+    for (const uint32_t offsets : {10u, 12u}) { // 12: one thread per anchor and eye in `exact`
+        CAPTURE(offsets);
+        SyntheticOptions options = someModel(300);
+        options.n_offsets = offsets;
+        options.flags |= kModelMaskedSlots;
+        SyntheticAnchors anchors = randomAnchors(options);
+        maskSlots(anchors, offsets);
+        const SyntheticModel synthetic = opaqueModel(options, anchors);
+        StageModel model(synthetic.view());
+        const auto check = [&]<typename Splat>(const Splat*) {
+            const DecodeJob job = decodeJob(synthetic.view(), model, kTwoEyes, 300);
+            const Decoded<Splat> decoded = decodeOnDevice<Splat>(job);
+            checkSplats(job, decoded, kTolerance<Splat>);
+            for (uint32_t e = 0; e < 2; ++e) {
+                CHECK(decoded.counters.dropped[e] == 0);
+                CHECK(decoded.counters.gaussians[e] == decodeOnHost(job, e).gaussians.size());
+                CHECK(decoded.eyes[e].size() > 300);
+                for (const auto& [order, splat] : decoded.eyes[e])
+                    CHECK(!isSlotMasked(uint32_t(order / offsets), uint32_t(order % offsets)));
+            }
+        };
+        if (offsets <= 10)
+            check(static_cast<const PackedSplat*>(nullptr));
+        check(static_cast<const ExactSplat*>(nullptr));
+    }
+}
+
 TEST_CASE("decode fast: networks that halves hold exactly give the reference's values")
 {
     SyntheticOptions options = someModel(300);

@@ -240,6 +240,36 @@ TEST_CASE("trap 17: a camera exactly on an anchor drops that anchor's Gaussians 
     });
 }
 
+TEST_CASE("masked slots draw nothing, and the others what they drew")
+{
+    SyntheticOptions options;
+    options.anchors = 200;
+    SyntheticAnchors anchors = randomAnchors(options);
+    const SyntheticModel whole(syntheticParams(options), anchors, randomMlps(options), {}, 0);
+    options.flags |= kModelMaskedSlots;
+    maskSlots(anchors, options.n_offsets);
+    const SyntheticModel masked(syntheticParams(options), anchors, randomMlps(options), {}, 0);
+    const std::vector<VisibleAnchor> visible = everyAnchor(masked.view(), 200, 1);
+    const std::vector<EyeParams> eyes = {someEye(0)};
+    forEachTarget([&](const char* target) {
+        CAPTURE(target);
+        bool fast_positive, scalar_positive;
+        const auto all = decodeFast(whole.view(), eyes, visible, -1, 0, fast_positive);
+        const auto fast = decodeFast(masked.view(), eyes, visible, -1, 0, fast_positive);
+        const auto scalar = decodeScalar<float>(masked.view(), eyes[0].center, visible, -1, 0, scalar_positive);
+        checkClose(difference(fast, scalar));
+        CHECK(fast_positive == scalar_positive);
+        size_t kept = 0;
+        for (const auto& [order, g] : all) {
+            const bool gone = isSlotMasked(uint32_t(order / options.n_offsets), uint32_t(order % options.n_offsets));
+            kept += gone ? 0 : 1;
+            CHECK(fast.contains(order) == !gone);
+        }
+        CHECK(fast.size() == kept);
+        CHECK(kept * 3 > all.size());
+    });
+}
+
 TEST_CASE("trap 18: NaN features drop the anchor's Gaussians and no other")
 {
     SyntheticOptions options;
