@@ -28,6 +28,7 @@ RULES = {
     "convert": "format kernels/frame kernels/math kernels/sensitivity kernels/threads runtime player",
     "convert/explicit": "format kernels",
     "convert/input": "format player/cameras runtime/source_camera",
+    "convert/reduce": "format kernels !kernels/reuse runtime player convert",
 }
 MOST_ROOMS = 18  # a source with its header is one, a folder is one
 SUFFIXES = {".h", ".cpp", ".cu", ".cuh"}

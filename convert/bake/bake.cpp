@@ -62,9 +62,10 @@ public:
 
         // the second reader of the file keeps close behind the first, so it reads what is still in memory
         std::stop_source stop;
-        std::future<SourceHash> hash =
-            std::async(m_options.threads == 1 ? std::launch::deferred : std::launch::async,
-                       [this, token = stop.get_token()] { return hashSources(m_checkpoint, token); });
+        std::future<SourceHash> hash = std::async(
+            m_options.threads == 1 ? std::launch::deferred : std::launch::async, [this, token = stop.get_token()] {
+                return m_options.source ? SourceHash{m_options.source->hash, 0} : hashSources(m_checkpoint, token);
+            });
         const StopOnExit guard{stop}; // the future waits for its thread when an error unwinds it
         stage("scan", [&] { scan(); });
         stage("hash", [&] { m_hash = hash.get(); });

@@ -7,12 +7,20 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace gsc {
 
 enum class SensitivityMode { None, Sampled }; // section SENS: left out, or the largest of six directions
+
+// Of a file that is made from another: what both say of the checkpoint they came from, and what was taken away.
+struct BakedSource {
+    uint64_t hash = 0;     // FileHeader::source_hash
+    std::string manifest;  // JSON of the other's META
+    std::string reduction; // JSON, for the manifest
+};
 
 struct BakeOptions {
     std::string output;
@@ -23,6 +31,7 @@ struct BakeOptions {
     bool drop_invalid = false;      // leave out anchors upstream never shows (NaN) or that would paint the image (inf)
     SensitivityMode sensitivity = SensitivityMode::Sampled;
     uint64_t memory_budget = 0; // bytes for buffers, 0 = 1 GiB
+    std::optional<BakedSource> source;
     // Called with where the finished file lies before it has its name; what it throws leaves the output as it was.
     std::function<void(const std::string& path)> verify;
 };

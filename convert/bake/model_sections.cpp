@@ -128,6 +128,19 @@ Json encodingJson(const ModelParams& p)
             {"mlp", "float32 canonical, float32 and float16 packed"}};
 }
 
+// Of a file made from another: the checkpoint is the other's, and values are not what they were.
+void tellReduction(const BakedSource& source, Json& manifest)
+{
+    const Json other = Json::parse(source.manifest, nullptr, false);
+    if (other.is_object() && other.contains("source"))
+        manifest["source"] = other["source"];
+    manifest["reduction"] = Json::parse(source.reduction);
+    for (const char* name : {"scale", "offset", "feature"})
+        manifest["encoding"][name] = "float32, multiples of a power of two of each anchor";
+    manifest["loss"] = {{"max_abs", {{"position", 0}}},
+                        {"verified", "by rendering: see reduction; every position was reproduced bit for bit"}};
+}
+
 } // namespace
 
 std::vector<uint32_t> keptEmbeddingRows(const Checkpoint& checkpoint, int appearance)
@@ -222,7 +235,7 @@ std::string manifestText(const ManifestFacts& facts)
     Json weights = Json::array();
     for (const std::string& path : checkpoint.weight_paths)
         weights.push_back(fileName(path));
-    const Json manifest = {
+    Json manifest = {
         {"format", "gsc-manifest"},
         {"version", 1},
         {"generator", {{"name", "gsc"}, {"version", GSC_VERSION}}},
@@ -243,6 +256,8 @@ std::string manifestText(const ManifestFacts& facts)
         {"loss",
          {{"max_abs", {{"position", 0}, {"scale", 0}, {"offset", 0}, {"feature", 0}, {"mlp", 0}}},
           {"verified", "every position was reproduced bit for bit while baking; the other values are copied"}}}};
+    if (facts.options->source)
+        tellReduction(*facts.options->source, manifest);
     // text from file names may be anything
     return manifest.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

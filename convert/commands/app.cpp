@@ -25,6 +25,7 @@ int runGsc(int argc, const char* const* argv)
                            addInfoCommand(root, invocation);
                            addCompareCommand(root, invocation);
                            addComparePicturesCommand(root, invocation);
+                           addBakeCommand(root, invocation);
                            addArchiveCommand(root, invocation);
                            addExportCommand(root, invocation);
                            addChartCommand(root, invocation);

@@ -17,6 +17,7 @@ void addValidateCommand(CLI::App& app, Invocation& invocation);
 void addInfoCommand(CLI::App& app, Invocation& invocation);
 void addCompareCommand(CLI::App& app, Invocation& invocation);
 void addComparePicturesCommand(CLI::App& app, Invocation& invocation);
+void addBakeCommand(CLI::App& app, Invocation& invocation);
 void addArchiveCommand(CLI::App& app, Invocation& invocation);
 void addExportCommand(CLI::App& app, Invocation& invocation);
 void addChartCommand(CLI::App& app, Invocation& invocation);

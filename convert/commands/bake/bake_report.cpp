@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/commands/bake/bake_report.h"
+
+#include "player/tool/version.h"
+
+namespace gsc {
+
+namespace {
+
+Json storedJson(const ReduceSizes& sizes)
+{
+    const StoredBytes& archive = sizes.archive;
+    return {{"bytes", sizes.file},
+            {"archive",
+             {{"bytes", archive.file},
+              {"positions", archive.positions},
+              {"scales", archive.scales},
+              {"offsets", archive.offsets},
+              {"features", archive.features},
+              {"other_anchors", archive.other_anchors},
+              {"networks", archive.networks},
+              {"rest", archive.rest}}}};
+}
+
+Json setJson(const SetScore& score)
+{
+    Json views = Json::array();
+    for (const PoseScore& pose : score.poses)
+        views.push_back({{"name", pose.name}, {"psnr", jsonNumber(pose.psnr)}});
+    return {{"psnr", jsonNumber(score.psnr)},
+            {"worst_psnr", jsonNumber(score.worstPose().psnr)},
+            {"worst", score.worstPose().name},
+            {"poses", std::move(views)}};
+}
+
+std::string setText(const char* name, const SetScore& score)
+{
+    return formatString("%-11s %zu poses, %.2f dB together, worst %.2f dB at %s\n", name, score.poses.size(),
+                        score.psnr, score.worstPose().psnr, score.worstPose().name.c_str());
+}
+
+std::string bytesText(const char* name, const ReduceSizes& sizes, uint64_t anchors)
+{
+    return formatString("%-11s %s; archive %s, %.1f bytes an anchor\n", name, formatBytes(sizes.file).c_str(),
+                        formatBytes(sizes.archive.file).c_str(), double(sizes.archive.file) / double(anchors));
+}
+
+} // namespace
+
+Json bakeJson(const ReduceOptions& options, const ReduceReport& report)
+{
+    Json levers = Json::array(), stages = Json::array();
+    const std::vector<int64_t> shares = leverShares(report);
+    for (uint32_t i = 0; i < kLevers; ++i)
+        levers.push_back({{"name", kLeverNames[i]}, {"used", (report.levers >> i & 1u) != 0}, {"bytes", shares[i]}});
+    for (const ReduceStage& stage : report.stages)
+        stages.push_back({{"name", stage.name}, {"seconds", jsonNumber(stage.seconds)}});
+    return {{"schema", "gsc.bake/1"},
+            {"generator", {{"name", "gsc"}, {"version", toolVersion()}}},
+            {"path", options.name},
+            {"output", options.output},
+            {"target_psnr", options.target_psnr ? Json(report.target) : Json(nullptr)},
+            {"min_view_psnr", options.target_psnr ? Json(report.min_view) : Json(nullptr)},
+            {"anchors",
+             {{"source", report.anchors}, {"left_out", report.anchors_left_out}, {"unseen", report.anchors_unseen}}},
+            {"slots", {{"source", report.slots}, {"masked", report.slots_masked}}},
+            {"error", report.plan.error},
+            {"costs",
+             {{"feature", report.plan.costs.feature},
+              {"place", report.plan.costs.place},
+              {"size", report.plan.costs.size}}},
+            {"before", storedJson(report.before)},
+            {"after", storedJson(report.after)},
+            {"archive_bytes_per_anchor", jsonNumber(double(report.after.archive.file) / double(report.anchors))},
+            {"levers", std::move(levers)},
+            {"weight_poses", report.weight_poses},
+            {"search", setJson(report.search)},
+            {"verdict", setJson(report.verdict)},
+            {"probes", report.probes},
+            {"stages", std::move(stages)},
+            {"seconds", jsonNumber(report.seconds)},
+            {"peak_memory_bytes", peakMemoryBytes()}};
+}
+
+std::string bakeText(const ReduceOptions& options, const ReduceReport& report)
+{
+    std::string text = formatString("wrote       %s\n", options.output.c_str());
+    text += formatString("left out    %s of %s anchors; masked %s of %s slots of the others\n",
+                         formatCount(report.anchors_left_out).c_str(), formatCount(report.anchors).c_str(),
+                         formatCount(report.slots_masked).c_str(), formatCount(report.slots).c_str());
+    if (report.anchors_unseen > 0)
+        text += formatString("unseen      %s anchors that no pose looked at, kept\n",
+                             formatCount(report.anchors_unseen).c_str());
+    text += bytesText("before", report.before, report.anchors) + bytesText("after", report.after, report.anchors);
+    const std::vector<int64_t> shares = leverShares(report);
+    for (uint32_t i = 0; i < kLevers; ++i)
+        if (report.levers >> i & 1u)
+            text += formatString("  %-9s %.1f bytes an anchor less\n", kLeverNames[i],
+                                 double(shares[i]) / double(report.anchors));
+    text += formatString("weights     %zu poses\n", report.weight_poses);
+    return text + setText("search", report.search) + setText("verdict", report.verdict);
+}
+
+} // namespace gsc

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/reduce/gsc_checkpoint.h"
+
+#include "convert/bake/chunk_values.h"
+#include "format/half.h"
+#include "format/morton.h"
+#include "runtime/camera.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+#include <tuple>
+
+namespace gsc {
+
+namespace {
+
+LinearLayer layerOf(const GscView& view, uint32_t in, uint32_t out, uint64_t weight, uint64_t bias)
+{
+    LinearLayer layer{in, out, std::vector<float>(size_t(in) * out), std::vector<float>(out)};
+    std::memcpy(layer.weight.data(), view.weights.data() + weight, layer.weight.size() * sizeof(float));
+    std::memcpy(layer.bias.data(), view.weights.data() + bias, layer.bias.size() * sizeof(float));
+    return layer;
+}
+
+// Chunk of every anchor.
+std::vector<uint32_t> chunksOf(const GscView& view)
+{
+    std::vector<uint32_t> chunks(view.header->anchor_count);
+    for (uint32_t c = 0; c < view.chunks.size(); ++c)
+        std::fill_n(chunks.begin() + view.chunks[c].anchor_first, view.chunks[c].anchor_count, c);
+    return chunks;
+}
+
+} // namespace
+
+Checkpoint checkpointOf(const GscView& view, const std::string& path)
+{
+    const ModelParams& p = *view.params;
+    Checkpoint result;
+    result.model_path = result.ply_path = path;
+    const auto manifest = nlohmann::json::parse(view.manifest, nullptr, false);
+    if (manifest.is_object() && manifest.contains("source") && manifest["source"].is_object()) {
+        const nlohmann::json& source = manifest["source"];
+        result.container = source.value("container", "");
+        if (const auto iteration = source.find("iteration");
+            iteration != source.end() && iteration->is_number_integer())
+            result.iteration = iteration->get<int>();
+    }
+    result.family = ModelFamily(p.family);
+    result.anchor_count = view.header->anchor_count;
+    result.feat_dim = p.feat_dim;
+    result.n_offsets = p.n_offsets;
+    result.appearance_dim = p.appearance_dim;
+    result.flags = p.flags & ~uint32_t(kModelHasRotation | kModelHasOpacity | kModelHasNormal);
+    result.level_rule = LevelRule(p.level_rule);
+    result.raster_rules = RasterRules(p.raster_rules);
+    result.fork = p.fork;
+    result.level_min = p.level_min;
+    result.level_clamp = p.level_clamp;
+    result.standard_dist = p.standard_dist;
+    result.voxel_size = p.voxel_size;
+    for (const MlpRecord& m : view.mlps)
+        result.mlps.push_back(
+            {MlpKind(m.kind),
+             Activation(m.activation),
+             m.inputs,
+             {layerOf(view, m.in, m.hidden, m.weight0, m.bias0), layerOf(view, m.hidden, m.out, m.weight1, m.bias1)}});
+    const uint32_t A = p.appearance_dim;
+    if (A != 0 && !view.embedding_rows.empty()) { // rows that the file does not have are zero, and not kept again
+        result.embedding.resize(size_t(A) * (view.embedding_rows.back() + 1));
+        for (size_t i = 0; i < view.embedding_rows.size(); ++i)
+            std::copy_n(view.embedding.data() + i * A, A, result.embedding.data() + size_t(A) * view.embedding_rows[i]);
+    }
+    for (const CameraRecord& record : view.cameras)
+        result.cameras.push_back(sourceCamera(record, view.camera_names));
+    return result;
+}
+
+int appearanceOf(const GscView& view)
+{
+    return view.embedding_rows.size() == 1 ? int(view.embedding_rows[0]) : -1;
+}
+
+void roundToHalves(std::vector<Mlp>& mlps)
+{
+    const auto nearest = [](std::vector<float>& values) {
+        for (float& v : values)
+            if (std::fabs(v) <= 65504)
+                v = halfToFloat(floatToHalf(v));
+    };
+    for (Mlp& mlp : mlps)
+        for (LinearLayer& layer : mlp.layers) {
+            nearest(layer.weight);
+            nearest(layer.bias);
+        }
+}
+
+std::vector<uint32_t> anchorOrder(const GscView& view, bool by_source)
+{
+    const size_t n = view.header->anchor_count;
+    std::vector<uint32_t> order(n);
+    std::iota(order.begin(), order.end(), 0u);
+    if (by_source)
+        return {view.index.begin(), view.index.end()};
+    if (view.params->position_encoding != uint32_t(PositionEncoding::Grid))
+        return order;
+    std::vector<std::pair<uint64_t, uint64_t>> keys(
+        n); // of the node of 128 quanta, and in it: together they are too long
+    for (const ChunkRecord& chunk : view.chunks) {
+        const ChunkValues values(view, chunk);
+        for (uint32_t i = 0; i < chunk.anchor_count; ++i) {
+            const std::array<int32_t, 3> q = values.quanta(i);
+            constexpr int32_t kMask = (1 << kChunkLog2) - 1;
+            keys[chunk.anchor_first + i] = {
+                mortonKey(q[0] >> kChunkLog2, q[1] >> kChunkLog2, q[2] >> kChunkLog2),
+                mortonEncode(uint32_t(q[0] & kMask), uint32_t(q[1] & kMask), uint32_t(q[2] & kMask))};
+        }
+    }
+    for (const LevelRecord& level : view.levels) // whose anchors follow each other
+        std::sort(order.begin() + ptrdiff_t(level.anchor_first),
+                  order.begin() + ptrdiff_t(level.anchor_first + level.anchor_count),
+                  [&](uint32_t a, uint32_t b) { return std::tuple(keys[a], a) < std::tuple(keys[b], b); });
+    return order;
+}
+
+ReducedAnchors::ReducedAnchors(const GscView& view, const ReducedModel& model, const std::vector<uint32_t>& order)
+    : m_view(view), m_model(model)
+{
+    const std::vector<uint32_t> chunks = chunksOf(view);
+    for (const uint32_t anchor : order)
+        if (!model.isLeftOut(anchor))
+            m_kept.push_back({anchor, chunks[anchor]});
+}
+
+bool ReducedAnchors::next(AnchorBatch& batch, uint32_t fields, size_t max_rows)
+{
+    const ModelParams& p = *m_view.params;
+    const size_t rows = std::min(max_rows, m_kept.size() - m_next);
+    batch.first = m_next;
+    batch.count = rows;
+    const size_t rest = fields == kAnchorAll ? rows : 0;
+    batch.position.resize(3 * rows);
+    batch.level.resize(rows);
+    batch.extra_level.resize(rows);
+    batch.offset.resize(3 * size_t(p.n_offsets) * rest);
+    batch.feature.resize(size_t(p.feat_dim) * rest);
+    batch.scale.resize(6 * rest);
+    batch.rotation.resize(4 * rest);
+    batch.opacity.resize(rest);
+    batch.normal.assign(3 * rest, 0.0f);
+    for (size_t i = 0; i < rows; ++i)
+        put(m_kept[m_next + i], fields, i, batch);
+    m_next += rows;
+    return rows != 0;
+}
+
+void ReducedAnchors::put(const Place& place, uint32_t fields, size_t at, AnchorBatch& batch) const
+{
+    const ModelParams& p = *m_view.params;
+    const ChunkRecord& chunk = m_view.chunks[place.chunk];
+    const ChunkValues values(m_view, chunk);
+    const uint32_t local = place.anchor - chunk.anchor_first;
+    const std::array<float, 3> position = values.position(local);
+    std::copy_n(position.data(), 3, &batch.position[3 * at]);
+    batch.level[at] = m_view.levels[chunk.level_index].level;
+    const float* const extra = values.values(ChunkArray::ExtraLevel, local);
+    batch.extra_level[at] = extra != nullptr ? *extra : 0;
+    if (fields != kAnchorAll)
+        return;
+    std::copy_n(m_model.scale(place.anchor), 6, &batch.scale[6 * at]);
+    std::copy_n(m_model.offset(place.anchor), 3 * p.n_offsets, &batch.offset[3 * size_t(p.n_offsets) * at]);
+    std::copy_n(m_model.feature(place.anchor), p.feat_dim, &batch.feature[size_t(p.feat_dim) * at]);
+    const float* const rotation = values.values(ChunkArray::Rotation, local);
+    std::copy_n(rotation != nullptr ? rotation : p.constant_rotation, 4, &batch.rotation[4 * at]);
+    const float* const opacity = values.values(ChunkArray::Opacity, local);
+    batch.opacity[at] = opacity != nullptr ? *opacity : p.constant_opacity;
+    if (const float* const normal = values.values(ChunkArray::Normal, local))
+        std::copy_n(normal, 3, &batch.normal[3 * at]);
+}
+
+} // namespace gsc

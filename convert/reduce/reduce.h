@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// `gsc bake`: the smallest file that keeps a stated quality, found by rendering.
+#pragma once
+
+#include "convert/reduce/archive_size.h"
+#include "convert/reduce/picture_probe.h"
+#include "convert/reduce/pose_sets.h"
+#include "convert/reduce/reduced_model.h"
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+struct ReduceOptions {
+    std::string input; // a .gsc file
+    std::string name;  // of the input in messages and in the report, where it is another
+    std::string output;
+    bool overwrite = false;
+    std::vector<std::string> cameras; // camera files; none = those stored
+    uint32_t levers = kAllLevers;
+    std::optional<double> target_psnr;   // dB; none = only what never draws is left out
+    std::optional<double> min_view_psnr; // dB; none = 4 below the target
+    uint64_t max_bytes = 0;              // of the archive, 0 = any
+    PoseLimits limits;
+    int threads = 0;
+};
+
+struct ReduceSizes {
+    uint64_t file = 0;
+    StoredBytes archive;
+};
+
+struct ReduceStage {
+    std::string name;
+    double seconds;
+};
+
+struct ReduceReport {
+    uint64_t anchors = 0, anchors_left_out = 0, anchors_unseen = 0;
+    uint64_t slots = 0, slots_masked = 0; // of the anchors that stay
+    uint32_t levers = 0;                  // those that were used
+    ReducePlan plan;
+    uint32_t probes = 0; // of the search
+    size_t weight_poses = 0;
+    SetScore search, verdict;
+    double target = 0, min_view = 0; // dB, 0 = none
+    ReduceSizes before, after;
+    std::vector<ReduceStage> stages;
+    double seconds = 0;
+};
+
+// Told how far it is, in pictures that were drawn and will be.
+using ReduceProgress = std::function<void(const char* stage, uint64_t done, uint64_t total)>;
+
+// Throws Error: Difference where the target cannot be kept, naming the pose; Usage for too few cameras; as Scene::open()
+// and bake(). Then no file is left. The same bytes on any number of threads.
+ReduceReport reduce(const ReduceOptions& options, const ReduceProgress& progress);
+
+// Bytes that each lever took off the archive, in the order of kLeverNames; together, the difference of both archives but for
+// what is not of anchors or networks.
+[[nodiscard]] std::vector<int64_t> leverShares(const ReduceReport& report);
+
+} // namespace gsc

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/reduce/reduce_manifest.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+namespace gsc {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json decibels(double value)
+{
+    return std::isfinite(value) ? Json(std::round(value * 100) / 100) : Json(nullptr);
+}
+
+Json setJson(const SetScore& score)
+{
+    return {{"poses", score.poses.size()},
+            {"psnr", decibels(score.psnr)},
+            {"worst_psnr", decibels(score.worstPose().psnr)},
+            {"worst", score.worstPose().name}};
+}
+
+} // namespace
+
+std::string reductionText(const ReduceReport& report, const ReduceOptions& options)
+{
+    Json levers = Json::array();
+    for (uint32_t i = 0; i < kLevers; ++i)
+        if (report.levers >> i & 1u)
+            levers.push_back(kLeverNames[i]);
+    const Json json = {{"target_psnr", options.target_psnr ? Json(*options.target_psnr) : Json(nullptr)},
+                       {"levers", levers},
+                       {"anchors_left_out", report.anchors_left_out},
+                       {"slots_masked", report.slots_masked},
+                       {"error", report.plan.error},
+                       {"source_order", !(report.levers & kLeverOrder)},
+                       {"against", "exact pictures of the whole model"},
+                       {"weight_poses", report.weight_poses},
+                       {"search", setJson(report.search)},
+                       {"verdict", setJson(report.verdict)}};
+    return json.dump();
+}
+
+} // namespace gsc

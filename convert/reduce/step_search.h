@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// How coarse a model may be: one knob, the error that a value may cost, turned until pictures keep a target.
+#pragma once
+
+#include "convert/reduce/picture_probe.h"
+#include "convert/reduce/reduced_model.h"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace gsc {
+
+// Other poses than those of the search keep a target that those keep with this much to spare, dB.
+constexpr double kSearchMargin = 0.6;
+
+struct SearchTask {
+    ReducedModel& model;
+    PictureProbe& probe; // its first poses are those of the search
+    size_t poses;
+    uint64_t weight_pixels; // of the poses that importance was found from
+    size_t weight_poses;
+    uint32_t levers;
+    double target = 0, min_view = 0;  // dB
+    double margin = kSearchMargin;    // dB above both that are aimed at
+    const ReducePlan* from = nullptr; // where to begin, its costs measured already
+};
+
+struct SearchResult {
+    ReducePlan plan;
+    SetScore score; // of the plan; `task.model` is as it says
+    bool kept = false;
+    uint32_t probes = 0;
+};
+
+// The largest error that keeps the target and a margin above it.
+[[nodiscard]] SearchResult searchSteps(const SearchTask& task);
+// At most, for a bar that knows the whole.
+[[nodiscard]] size_t searchPictures(size_t poses);
+
+} // namespace gsc

@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+// A bake keeps what it promises, the same on any number of threads, and leaves nothing where it cannot.
+#include "convert/bake/bake.h"
+#include "convert/reduce/gsc_checkpoint.h"
+#include "convert/reduce/reduce.h"
+#include "format/error.h"
+#include "format/gsc_file.h"
+#include "player/cameras/camera_file.h"
+#include "sample/sample_tools.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+using namespace gsc;
+using namespace gsc::test;
+
+namespace {
+
+// A made-up model as a file, and what is made of it.
+struct Model {
+    explicit Model(SampleScene scene = SampleScene::Room, SampleModel kind = SampleModel::Scaffold)
+    {
+        SampleOptions options = sampleOptions(scene, kind, 1500, folder / "model");
+        options.everything_on = kind == SampleModel::Octree;
+        REQUIRE(tryMake(options).code == 0);
+        BakeOptions bake_options;
+        bake_options.output = whole();
+        Checkpoint checkpoint = readCheckpoint(folder / "model", {});
+        for (size_t k = 0; k < 2; ++k) // slots that are alive nowhere
+            checkpoint.mlps[0].layers[1].bias[k] = -100;
+        (void)bake(checkpoint, bake_options, {});
+    }
+
+    [[nodiscard]] std::string whole() const { return folder / "whole.gsc"; }
+
+    [[nodiscard]] ReduceOptions options(const char* output, int threads = 2) const
+    {
+        ReduceOptions result;
+        result.input = result.name = whole();
+        result.output = folder / output;
+        result.threads = threads;
+        result.limits = {12, 4, 4, 20'000};
+        return result;
+    }
+
+    ScratchFolder folder;
+};
+
+struct Opened {
+    explicit Opened(const std::string& path) : file(path, throwFirstIssue(path))
+    {
+        openGsc(file.bytes(), view, GscCheck::Full, throwFirstIssue(path));
+    }
+    GscFile file;
+    GscView view;
+};
+
+PoseSets posesOf(const Scene& scene, const PoseLimits& limits)
+{
+    std::vector<Camera> cameras;
+    for (const SourceCamera& camera : scene.cameras())
+        cameras.push_back(cameraOf(camera));
+    return splitPoses(cameras, limits);
+}
+
+} // namespace
+
+TEST_CASE("importance does not depend on threads, and what draws nothing has none")
+{
+    const Model model;
+    const std::shared_ptr<const Scene> scene = Scene::open(model.whole());
+    const PoseSets poses = posesOf(*scene, model.options("").limits);
+    Importance results[2];
+    for (int i = 0; i < 2; ++i) {
+        PictureProbe probe(scene, 1, [] {});
+        ImportanceMeter meter(scene->view(), i == 0 ? 1 : 3);
+        for (const Camera& camera : poses.weights) {
+            meter.add(probe.eyeOf(camera), probe.optionsOf(camera));
+            meter.lookFrom(probe.eyeOf(camera).center, -1);
+        }
+        results[i] = meter.result();
+    }
+    CHECK(results[0].weight == results[1].weight);
+    CHECK(results[0].place == results[1].place);
+    CHECK(results[0].seen == results[1].seen);
+    CHECK(results[0].alive == results[1].alive);
+    const uint32_t K = scene->view().params->n_offsets;
+    size_t drawn = 0;
+    for (size_t slot = 0; slot < results[0].weight.size(); ++slot) {
+        drawn += results[0].weight[slot] > 0;
+        if (results[0].weight[slot] > 0) { // from where it is alive, and only if its anchor was seen
+            CHECK(results[0].alive[slot] > 0);
+            CHECK(results[0].seen[slot / K] > 0);
+            CHECK(results[0].place[slot] > 0);
+        }
+    }
+    CHECK(drawn * 20 > results[0].weight.size());
+}
+
+TEST_CASE("a bake keeps its target, says what it did, and its file shows what was judged")
+{
+    const Model model;
+    ReduceOptions options = model.options("baked.gsc");
+    options.target_psnr = 45;
+    const ReduceReport report = reduce(options, {});
+    CHECK(report.search.psnr >= 45);
+    CHECK(report.verdict.psnr >= 45);
+    CHECK(report.verdict.worstPose().psnr >= 41);
+    CHECK(report.after.archive.file * 2 < report.before.archive.file);
+
+    const Opened whole(model.whole()), baked(options.output);
+    CHECK(baked.view.header->anchor_count == report.anchors - report.anchors_left_out);
+    CHECK(baked.view.header->source_hash == whole.view.header->source_hash);
+    CHECK(baked.view.manifest.find("\"reduction\"") != std::string_view::npos);
+    CHECK(archiveSize(baked.file.bytes(), baked.view, 1).file == report.after.archive.file);
+    // the pictures of the file are those of the model in memory, to the last bit of their scores
+    const std::shared_ptr<const Scene> scene = Scene::open(model.whole()), made = Scene::open(options.output);
+    PictureProbe probe(scene, 2, [] {});
+    const PoseSets poses = posesOf(*scene, options.limits);
+    probe.addPoses(poses.verdict);
+    const SetScore score = probe.score(made->view(), 0, poses.verdict.size());
+    CHECK(score.mse == report.verdict.mse);
+    // levers: what each took is what the archive lost, but for the index
+    int64_t sum = 0;
+    for (const int64_t bytes : leverShares(report))
+        sum += bytes;
+    const auto of_anchors = [](const ReduceSizes& sizes) {
+        return int64_t(sizes.archive.anchors() + sizes.archive.networks - sizes.archive.other_anchors);
+    };
+    CHECK(std::abs(sum - (of_anchors(report.before) - of_anchors(report.after))) < 4096);
+}
+
+TEST_CASE("a bake gives the same bytes on any number of threads, of every kind of model")
+{
+    for (const SampleModel kind : {SampleModel::Scaffold, SampleModel::Octree}) {
+        CAPTURE(int(kind));
+        const Model model(SampleScene::Street, kind);
+        std::string bytes[2];
+        for (int i = 0; i < 2; ++i) {
+            ReduceOptions options = model.options(i == 0 ? "one.gsc" : "three.gsc", i == 0 ? 1 : 3);
+            options.target_psnr = 40;
+            options.min_view_psnr = 30;
+            (void)reduce(options, {});
+            bytes[i] = readText(options.output);
+        }
+        CHECK(bytes[0] == bytes[1]);
+    }
+}
+
+TEST_CASE("without a target only what never draws goes, and no pose that judged shows it")
+{
+    const Model model;
+    const ReduceOptions options = model.options("never.gsc");
+    const ReduceReport report = reduce(options, {});
+    CHECK(report.slots_masked >= 2 * (report.anchors - report.anchors_left_out));
+    const Opened whole(model.whole()), baked(options.output);
+    CHECK((baked.view.params->flags & kModelMaskedSlots) != 0);
+    const std::shared_ptr<const Scene> scene = Scene::open(model.whole()), made = Scene::open(options.output);
+    PictureProbe probe(scene, 2, [] {});
+    const PoseSets poses = posesOf(*scene, options.limits);
+    probe.addPoses(poses.weights);
+    CHECK(probe.score(made->view(), 0, poses.weights.size()).worstPose().psnr >= 90);
+}
+
+TEST_CASE("levers that are off leave values as they were")
+{
+    const Model model;
+    ReduceOptions options = model.options("some.gsc");
+    options.target_psnr = 40;
+    options.levers = kLeverFeatures;
+    const ReduceReport report = reduce(options, {});
+    CHECK(report.anchors_left_out == 0);
+    CHECK(report.slots_masked == 0);
+    const Opened whole(model.whole()), baked(options.output);
+    CHECK((baked.view.params->flags & kModelMaskedSlots) == 0);
+    CHECK(std::ranges::equal(whole.view.weights, baked.view.weights));
+    CHECK(std::ranges::equal(whole.view.index, baked.view.index)); // the order of the checkpoint
+    for (size_t c = 0; c < whole.view.chunks.size(); ++c) {
+        const ChunkArrayLayout layout = chunkArrayLayout(*whole.view.params, whole.view.chunks[c].anchor_count);
+        const auto a = chunkPayload(whole.view, whole.view.chunks[c]),
+                   b = chunkPayload(baked.view, baked.view.chunks[c]);
+        const size_t features = layout.offset[uint32_t(ChunkArray::Feature)];
+        CHECK(std::ranges::equal(a.first(features), b.first(features)));
+        CHECK(!std::ranges::equal(a.subspan(features), b.subspan(features)));
+    }
+}
+
+TEST_CASE("where a target cannot be kept nothing is written")
+{
+    const Model model;
+    const auto code = [](const ReduceOptions& options) {
+        try {
+            (void)reduce(options, {});
+        } catch (const Error& error) {
+            CHECK(std::string(error.what()).find("nothing was written") != std::string::npos);
+            return error.code();
+        }
+        return ErrorCode::Ok;
+    };
+    ReduceOptions options = model.options("none.gsc");
+    options.target_psnr = 40;
+    options.max_bytes = 1000;
+    const size_t before = model.folder.entries();
+    CHECK(code(options) == ErrorCode::Difference);
+    options.max_bytes = 0;
+    options.min_view_psnr = 5000; // no pose is as good as that
+    CHECK(code(options) == ErrorCode::Difference);
+    CHECK(model.folder.entries() == before);
+}
+
+TEST_CASE("three sets of poses share none")
+{
+    std::vector<Camera> cameras(20);
+    for (size_t i = 0; i < cameras.size(); ++i) {
+        cameras[i].name = std::string(1, char('a' + i));
+        cameras[i].translation[0] = -double(i);
+        cameras[i].width = 4000;
+        cameras[i].height = 3000;
+        cameras[i].fov_x = cameras[i].fov_y = 1;
+    }
+    const PoseSets sets = splitPoses(cameras, PoseLimits{});
+    std::vector<double> places;
+    for (const auto* set : {&sets.weights, &sets.search, &sets.verdict}) {
+        CHECK(!set->empty());
+        for (const Camera& camera : *set) {
+            places.push_back(camera.translation[0]);
+            CHECK(camera.width * camera.height <= 1'001'000);
+        }
+    }
+    std::ranges::sort(places);
+    CHECK(std::ranges::adjacent_find(places) == places.end());
+    CHECK(sets.weights.size() == 20);
+    CHECK(sets.search.size() == 10);
+    CHECK(sets.verdict.size() == 9);
+    // half a turn of a quarter: an eighth
+    Camera a = cameras[0], b = cameras[0];
+    const double turned[9] = {0, 0, 1, 0, 1, 0, -1, 0, 0};
+    std::copy_n(turned, 9, b.rotation);
+    b.translation[0] = 0;
+    const Camera half = betweenCameras(a, b, 0.5);
+    CHECK(half.rotation[0] == doctest::Approx(std::sqrt(0.5)));
+    CHECK(half.rotation[2] == doctest::Approx(std::sqrt(0.5)));
+}
