@@ -2,6 +2,8 @@
 // 8xxx: what the chunk payloads hold.
 #include "tests/format/mutation.h"
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace gsc::test {
@@ -52,6 +54,17 @@ std::function<void(Bytes&)> besideLeaf(int quanta)
             ++leaf;
         payloadArray<GridPosition>(f, 1, ChunkArray::Position)[leaf->anchor_first - chunk.anchor_first].local[0] =
             uint16_t(leaf->origin[0] * kQuantaPerCell - chunk.origin[0] + quanta);
+    };
+}
+
+// A file of masked slots one of which is masked in two coordinates alone, or with other bits.
+std::function<void(Bytes&)> halfMasked(float third)
+{
+    return [=](Bytes& f) {
+        records<ModelParams>(f, kSectionParams)->flags |= kModelMaskedSlots;
+        float* const offset = payloadArray<float>(f, 1, ChunkArray::Offset);
+        std::fill_n(offset + 3, 2, std::bit_cast<float>(kMaskedOffset));
+        offset[5] = third;
     };
 }
 
@@ -134,6 +147,8 @@ std::vector<Mutation> payloadMutations()
         {SigmaBound, value<float>(ChunkArray::Scale, 4, 0.0f)},
         {SigmaBound, value<float>(ChunkArray::Scale, 0, 0.0f), {GaussianBounds}},
         {AttributeValue, value<float>(ChunkArray::Offset, 5, NAN)},
+        {AttributeValue, halfMasked(0.0f)},
+        {AttributeValue, halfMasked(-NAN)},
         {AttributeValue, value<float>(ChunkArray::Feature, 6, INFINITY)},
         {AttributeValue, value<float>(ChunkArray::Rotation, 7, NAN), {}, rotations()},
         {GaussianBounds, value<float>(ChunkArray::Offset, 5, 1e6f)},

@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <vector>
 
@@ -62,6 +63,20 @@ TEST_CASE("valid files of every kind open without a word")
         }
         CHECK(tinyGsc(options) == file);
     }
+}
+
+TEST_CASE("masked slots are good, even all of an anchor, where the model says that it has them")
+{
+    Bytes file = tinyGsc();
+    float* const offset = payloadArray<float>(file, 1, ChunkArray::Offset);
+    std::fill_n(offset, 9, std::bit_cast<float>(kMaskedOffset));      // all three of the first anchor
+    std::fill_n(offset + 12, 3, std::bit_cast<float>(kMaskedOffset)); // the second of the second
+    reseal(file);
+    GscView view;
+    CHECK(!openGsc(file, view, GscCheck::Full, nullptr));
+    records<ModelParams>(file, kSectionParams)->flags |= kModelMaskedSlots;
+    reseal(file);
+    CHECK(openGsc(file, view, GscCheck::Full, nullptr));
 }
 
 TEST_CASE("the view is what the file holds")
