@@ -7,6 +7,7 @@
 #include "format/gsc_file.h"
 #include "player/cameras/camera_file.h"
 #include "sample/sample_tools.h"
+#include "tests/support/checkpoints.h"
 
 #include <doctest/doctest.h>
 
@@ -209,6 +210,28 @@ TEST_CASE("where a target cannot be kept nothing is written")
     options.min_view_psnr = 5000; // no pose is as good as that
     CHECK(code(options) == ErrorCode::Difference);
     CHECK(model.folder.entries() == before);
+}
+
+TEST_CASE("a trained model keeps 45 dB in a fifth of its archive")
+{
+    for (const std::string& path : trainedModels()) {
+        if (!path.ends_with("/fox_scaffold"))
+            continue;
+        const ScratchFolder folder;
+        BakeOptions convert;
+        convert.output = folder / "whole.gsc";
+        convert.sensitivity = SensitivityMode::None;
+        (void)bake(readCheckpoint(path, {}), convert, {});
+        ReduceOptions options;
+        options.input = options.name = convert.output;
+        options.output = folder / "baked.gsc";
+        options.target_psnr = 45;
+        options.limits.most_pixels = 60'000;
+        const ReduceReport report = reduce(options, {});
+        CHECK(report.verdict.psnr >= 45);
+        CHECK(report.verdict.worstPose().psnr >= 41);
+        CHECK(report.after.archive.file * 5 < report.before.archive.file + report.before.archive.file / 10);
+    }
 }
 
 TEST_CASE("three sets of poses share none")
