@@ -22,10 +22,11 @@ enum class GaussianFileFormat { Ply, Spz, Glb };
 // Takes pieces of a file in their order. May throw.
 using PieceSink = std::function<void(std::span<const std::byte>)>;
 
+// Precondition of all: there is a Gaussian.
 void writeGaussianPly(const GaussianSet& set, const PieceSink& write);
 // Throws Error(Unsupported) where there are more Gaussians than 4 GiB hold.
 void writeGaussianGlb(const GaussianSet& set, const PieceSink& write);
-// Throws Error(Unsupported) where a place lies further from the origin than 24 bits say.
+// Throws Error(Unsupported) where a place lies further from the origin than 24 bits say, and for 2^31 Gaussians.
 void writeGaussianSpz(const GaussianSet& set, const PieceSink& write);
 
 // What a viewer reads of an SPZ file, scores apart. `name` is used in messages. Throws Error(InvalidFile).

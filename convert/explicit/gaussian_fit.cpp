@@ -2,6 +2,7 @@
 #include "convert/explicit/gaussian_fit.h"
 
 #include "convert/explicit/symmetric.h"
+#include "format/error.h"
 #include "kernels/decode/decode.h"
 #include "kernels/select/select.h"
 #include "kernels/threads/parallel.h"
@@ -21,6 +22,7 @@ constexpr double kRidge = 1e-3;
 // height, at a small weight, which decides where no picture shows an anchor.
 constexpr float kBeside = 3;
 constexpr float kBesideWeight = 0.1f;
+constexpr double kThinnest = 1e-4; // axis, of the longest: sums of floats tell no thinner ones apart
 
 // The same eye with a picture that much wider.
 EyeParams widened(EyeParams eye)
@@ -73,8 +75,8 @@ void addCovariance(const float* scale, const float* q, double weight, float* sum
 class Fitter {
 public:
     Fitter(const ModelView& model, std::span<const FitView> views, const FitOptions& options)
-        : m_model(model), m_views(views), m_options(options), m_layout(views.size() == 1 ? 0 : options.degree),
-          m_workers(options.threads), m_scratch(size_t(m_workers.count()))
+        : m_model(model), m_views(views), m_options(options), m_layout(options.degree), m_workers(options.threads),
+          m_scratch(size_t(m_workers.count()))
     {
         for (DecodeScratch& scratch : m_scratch)
             reserveDecode(model, scratch);
@@ -97,6 +99,12 @@ public:
                 addView(m_views[v], first, end);
             }
             append(end - first, set);
+            if (set.size() > m_options.most)
+                throw Error(
+                    ErrorCode::OutOfMemory,
+                    formatString("export: more than %zu Gaussians, expected as many as memory holds; choose a lower "
+                                 "--sh, fewer cameras with --cameras, or a smaller model (gsc bake)",
+                                 m_options.most));
         }
         return set;
     }
@@ -110,7 +118,7 @@ private:
     void addView(const FitView& view, uint64_t first, uint64_t end)
     {
         SelectCounts counts{};
-        const EyeParams wide = m_views.size() == 1 ? view.eye : widened(view.eye);
+        const EyeParams wide = m_options.as_seen ? view.eye : widened(view.eye);
         const size_t all =
             selectCpu({&m_model, &wide, 1, m_options.rules, 0, 0}, m_workers, m_select, m_visible, counts);
         // in the order of the file
@@ -138,7 +146,7 @@ private:
         float weights[kDecodeBlock];
         for (size_t i = 0; i < count; ++i) {
             const VisibleAnchor& visible = args.visible[at + i];
-            weights[i] = m_views.size() == 1 ? 1 : weightOf(eye, anchorPosition(m_model, visible.chunk, visible.local));
+            weights[i] = m_options.as_seen ? 1 : weightOf(eye, anchorPosition(m_model, visible.chunk, visible.local));
             m_seen[anchorOf(visible) - first] += weights[i];
         }
         for (uint32_t g = 0; g < block.count; ++g) {
@@ -169,7 +177,7 @@ private:
         const float opacity = block.opacity[g];
         const float weight = seen * opacity / (distance * distance); // a near view shows it larger
         float basis[kMostShValues];
-        shBasis(m_layout.n == 1 ? 0 : m_options.degree, direction, basis);
+        shBasis(m_options.degree, direction, basis);
         size_t at = 0;
         for (size_t i = 0; i < m_layout.n; ++i) {
             for (size_t j = 0; j <= i; ++j)
@@ -183,7 +191,8 @@ private:
         std::copy_n(position, 3, sums + m_layout.position); // the same from everywhere
         std::sort(scale, scale + 3);
         const float focal = eye.focal_x / distance;
-        sums[m_layout.score] += seen * opacity * (scale[2] * focal + 0.55f) * (scale[1] * focal + 0.55f);
+        const float area = (scale[2] * focal + 0.55f) * (scale[1] * focal + 0.55f);
+        sums[m_layout.score] += seen * opacity * std::min(area, float(eye.width) * float(eye.height));
     }
 
     void append(uint64_t anchors, GaussianSet& set)
@@ -210,18 +219,23 @@ private:
         }
         if (!solveSymmetric(matrix, color, n, 3)) // a Gaussian of hardly any weight
             return;
-        double covariance[6], rotation[4], deviation[3];
+        double covariance[6], rotation[4], deviation[3], finite = sums[m_layout.score];
         for (size_t i = 0; i < 6; ++i)
-            covariance[i] = sums[m_layout.covariance + i] / weight;
+            finite += covariance[i] = sums[m_layout.covariance + i] / weight;
+        for (const double value : color)
+            finite += value;
+        const float opacity = std::min(sums[m_layout.opacity] / seen, 1.0f);
+        if (!(opacity >= kOpacityFloor) || !std::isfinite(finite)) // no rasteriser draws it
+            return;
         ellipsoidAxes(covariance, rotation, deviation);
+        const double least = std::max({deviation[0], deviation[1], deviation[2], 1e-12}) * kThinnest;
         for (size_t i = 0; i < 3; ++i) {
             set.position.push_back(float(sums[m_layout.position + i] + m_model.origin[i]));
-            set.log_scale.push_back(float(std::log(std::max(deviation[i], 1e-12))));
+            set.log_scale.push_back(float(std::log(std::max(deviation[i], least))));
         }
         for (const double q : rotation)
             set.rotation.push_back(float(q));
-        // where a view of its anchor does not show it, it had none
-        set.opacity.push_back(std::min(sums[m_layout.opacity] / seen, 1.0f));
+        set.opacity.push_back(opacity); // where a view of its anchor does not show it, it had none
         for (size_t i = 0; i < 3 * shValues(m_options.degree); ++i)
             set.color.push_back(float(color[i]));
         set.score.push_back(sums[m_layout.score]);

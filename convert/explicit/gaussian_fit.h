@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Explicit Gaussians from anchors and networks. A Gaussian's place is the model's own. Its colour is fitted over the
-// directions from which cameras see it, by spherical harmonics, least squares weighted by opacity. Its opacity and shape are
+// directions from which cameras see it, by spherical harmonics, least squares weighted by opacity over distance squared. Its opacity and shape are
 // weighted means of what those cameras see.
 #pragma once
 
 #include "convert/explicit/gaussian_set.h"
 #include "kernels/math/eye.h"
 
+#include <cstdint>
 #include <functional>
 #include <span>
 
@@ -20,12 +21,14 @@ struct FitView {
 struct FitOptions {
     int degree = kMostShDegree;
     int threads = 0;
+    bool as_seen = false; // by the first view, which is the only one: its own Gaussians, whose colours are of degree 0
     RasterConstants rules{};
+    size_t most = SIZE_MAX; // Gaussians that there is memory for
 };
 
 // The Gaussians that some of the views show, in the order of the file. Positions are the world's (ModelView::origin is
 // added). progress(done, all) is called between anchors' ranges and views; it may throw. The same result on any number of
-// threads. One view gives that camera's own Gaussians, whatever the degree.
+// threads. Throws Error(OutOfMemory) for more than `most`.
 GaussianSet fitGaussians(const ModelView& model, std::span<const FitView> views, const FitOptions& options,
                          const std::function<void(uint64_t, uint64_t)>& progress);
 

@@ -15,7 +15,7 @@ public:
     // `origin`: ModelView::origin of the model whose eyes look. Both outlive this.
     GaussianRenderer(const GaussianSet& set, const double (&origin)[3], int threads);
 
-    // `image`: height x width x 3 floats. Asymptotically one CPU frame.
+    // `image`: height x width x 3 floats.
     void draw(const EyeParams& eye, const RasterConstants& rules, const float* background, float* image);
 
 private:

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <memory>
 #include <vector>
 
 namespace gsc {
@@ -125,8 +126,8 @@ int fractionBits(const GaussianSet& set)
 
 void writeGaussianSpz(const GaussianSet& set, const PieceSink& write)
 {
-    if (set.size() > UINT32_MAX)
-        throw Error(ErrorCode::Unsupported, formatString("spz: %zu Gaussians, expected fewer than 2^32; choose "
+    if (set.size() > INT32_MAX)
+        throw Error(ErrorCode::Unsupported, formatString("spz: %zu Gaussians, expected fewer than 2^31; choose "
                                                          "--max-gaussians",
                                                          set.size()));
     const int fraction = fractionBits(set);
@@ -186,6 +187,7 @@ GaussianSet readGaussianSpz(std::span<const std::byte> file, const std::string& 
     z_stream stream{};
     if (inflateInit2(&stream, 15 + 16) != Z_OK)
         throw Error(ErrorCode::OutOfMemory, name + ": no memory, expected 40 KB; close other programs");
+    const std::unique_ptr<z_stream, int (*)(z_stream*)> guard(&stream, inflateEnd);
     std::vector<uint8_t> bytes, piece(kPieceBytes);
     int state = Z_OK;
     std::span<const std::byte> rest = file;
@@ -201,7 +203,6 @@ GaussianSet readGaussianSpz(std::span<const std::byte> file, const std::string& 
         state = inflate(&stream, Z_NO_FLUSH);
         bytes.insert(bytes.end(), piece.begin(), piece.end() - stream.avail_out);
     }
-    inflateEnd(&stream);
     uint32_t head[3] = {};
     if (state == Z_STREAM_END && bytes.size() >= kHeaderBytes)
         std::memcpy(head, bytes.data(), sizeof(head));

@@ -95,7 +95,8 @@ float farthest(const std::vector<float>& a, const std::vector<float>& b)
 double psnrOfFit(const ModelView& model, const std::vector<FitView>& views, const EyeParams& judge, int degree)
 {
     const RasterConstants rules = rasterConstants(*model.params, 0);
-    const GaussianSet set = fitGaussians(model, views, {degree, 0, rules}, [](uint64_t, uint64_t) {});
+    const GaussianSet set =
+        fitGaussians(model, views, {degree, 0, views.size() == 1, rules}, [](uint64_t, uint64_t) {});
     const std::unique_ptr<Renderer> exact = makeCpuRenderer(CpuPath::Fast, 0);
     exact->load(model);
     FrameOptions options;
@@ -134,6 +135,30 @@ TEST_CASE("spherical harmonics: orthonormal, and their signs where y and z chang
     for (size_t a = 0; a < kMostShValues; ++a)
         for (size_t b = 0; b < kMostShValues; ++b)
             CHECK(products[a][b] == doctest::Approx(a == b ? 1 : 0).epsilon(2e-3));
+}
+
+TEST_CASE("spherical harmonics: the values of 3DGS' own formulas at one direction")
+{
+    // graphdeco's constants written out for (2, -3, 6) / 7
+    const float d[3] = {2 / 7.0f, -3 / 7.0f, 6 / 7.0f};
+    float basis[kMostShValues];
+    shBasis(3, d, basis);
+    CHECK(basis[0] == doctest::Approx(0.28209479));
+    CHECK(basis[1] == doctest::Approx(0.48860251 * 3 / 7));
+    CHECK(basis[2] == doctest::Approx(0.48860251 * 6 / 7));
+    CHECK(basis[3] == doctest::Approx(-0.48860251 * 2 / 7));
+    CHECK(basis[4] == doctest::Approx(1.09254843 * -6 / 49));
+    CHECK(basis[5] == doctest::Approx(-1.09254843 * -18 / 49));
+    CHECK(basis[6] == doctest::Approx(0.31539157 * (72 - 4 - 9) / 49));
+    CHECK(basis[7] == doctest::Approx(-1.09254843 * 12 / 49));
+    CHECK(basis[8] == doctest::Approx(0.54627422 * (4 - 9) / 49));
+    CHECK(basis[9] == doctest::Approx(-0.59004359 * -3 * (12 - 9) / 343));
+    CHECK(basis[10] == doctest::Approx(2.89061144 * -36 / 343));
+    CHECK(basis[11] == doctest::Approx(-0.45704580 * -3 * (144 - 4 - 9) / 343));
+    CHECK(basis[12] == doctest::Approx(0.37317633 * 6 * (72 - 12 - 27) / 343));
+    CHECK(basis[13] == doctest::Approx(-0.45704580 * 2 * (144 - 4 - 9) / 343));
+    CHECK(basis[14] == doctest::Approx(1.44530572 * 6 * (4 - 9) / 343));
+    CHECK(basis[15] == doctest::Approx(-0.59004359 * 2 * (4 - 27) / 343));
 }
 
 TEST_CASE("axes of an ellipsoid give its covariance back, and systems are solved")
@@ -305,8 +330,8 @@ TEST_CASE("fit: one view is drawn as it was, colours follow the view with the de
 
     const RasterConstants rules = rasterConstants(*model.view().params, 0);
     const auto none = [](uint64_t, uint64_t) {};
-    const GaussianSet one = fitGaussians(model.view(), views, {2, 1, rules}, none);
-    const GaussianSet many = fitGaussians(model.view(), views, {2, 3, rules}, none);
+    const GaussianSet one = fitGaussians(model.view(), views, {2, 1, false, rules}, none);
+    const GaussianSet many = fitGaussians(model.view(), views, {2, 3, false, rules}, none);
     CHECK(one.color == many.color);
     CHECK(one.rotation == many.rotation);
     CHECK(one.opacity == many.opacity);

@@ -122,7 +122,7 @@ void exportExplicit(const ExportOptions& options, Reporter& report)
     std::string text = writtenText(options, result.bytes);
     text += formatString("gaussians   %s", formatCount(result.gaussians).c_str());
     if (result.gaussians < result.fitted)
-        text += formatString(" of %s, those that matter most", formatCount(result.fitted).c_str());
+        text += formatString(" of %s, those that may cover most", formatCount(result.fitted).c_str());
     text += formatString("; colours of degree %d, %s\n", result.degree,
                          options.gaussians.at.empty() ? ("fitted over " + camerasText(result.fit_cameras)).c_str()
                                                       : ("as camera " + options.gaussians.at + " sees them").c_str());
@@ -179,13 +179,14 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
         const Heading heading(command, "Gaussians");
         addInteger(command, "--sh", gaussians.degree, 0, kMostShDegree, "0..3 (default: 3)",
                    "degree of the spherical harmonics that colours are fitted with");
-        addText(command, "--at", gaussians.at, "CAMERA", "the Gaussians as one camera sees them: its name or number");
+        addText(command, "--at", gaussians.at, "CAMERA",
+                "the Gaussians as one camera sees them, colours of degree 0: its name or number");
         addText(command, "--cameras", gaussians.cameras, "FILE.json|stored (default: stored)",
-                "cameras to fit over, every other one; the rest tell what was lost");
+                "cameras to fit over, every other one, at most 96; at most 12 of the rest tell what was lost");
         addFlag(command, "--ignore-distortion", gaussians.ignore_distortion,
                 "take cameras that state lens distortion as pinholes instead of refusing them");
         addCount(command, "--max-gaussians", gaussians.most, 1, UINT32_MAX, "N",
-                 "keep the N that take most of the cameras' pictures");
+                 "keep the N that may cover most of the cameras' pictures");
         addInteger(command, "-j,--threads", gaussians.threads, 0, 4096, "N (default: 0)", "threads, 0 = all cores");
     }
     addReporterOptions(command, invocation.reporter, true);

@@ -8,6 +8,7 @@
 #include "format/interrupt.h"
 #include "player/cameras/scene_cameras.h"
 #include "runtime/metrics/metrics.h"
+#include "runtime/cpu/renderer_cpu.h"
 #include "runtime/renderer.h"
 
 #include <charconv>
@@ -40,9 +41,9 @@ size_t cameraNumber(const std::vector<Camera>& cameras, const std::string& at)
     const auto [end, fault] = std::from_chars(at.data(), at.data() + at.size(), number);
     if (fault != std::errc() || end != at.data() + at.size() || number >= cameras.size())
         throw Error(ErrorCode::Usage,
-                    formatString("--at %s: no such camera, expected a name or a number from 0 to %zu; "
-                                 "see gsc info --format json",
-                                 at.c_str(), cameras.size() - 1));
+                    formatString("--at %s: no such camera, expected a name (the first is %s) or a number "
+                                 "from 0 to %zu; choose one of them",
+                                 at.c_str(), cameras[0].name.c_str(), cameras.size() - 1));
     return number;
 }
 
@@ -135,15 +136,18 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
     std::vector<FitView> fit;
     for (const View& view : views.fit)
         fit.push_back({view.eye, view.appearance});
-    const FitOptions fit_options{options.at.empty() ? options.degree : 0, options.threads,
-                                 rasterConstants(*scene->view().params, 0)};
+    const int degree = options.at.empty() ? options.degree : 0;
+    const size_t bytes = (12 + 3 * shValues(degree)) * sizeof(float); // of a Gaussian
+    const FitOptions fit_options{degree, options.threads, !options.at.empty(),
+                                 rasterConstants(*scene->view().params, 0),
+                                 size_t(cpuFacts(1).memory_bytes / 2 / bytes)};
     GaussianSet set = fitGaussians(scene->view(), fit, fit_options, [&](uint64_t done, uint64_t all) {
         throwIfInterrupted();
         report.progress("fit", done, all);
     });
     if (set.size() == 0)
-        throw Error(ErrorCode::Difference, options.file + ": none of the cameras shows a Gaussian, expected some; pass "
-                                                          "cameras that look at the model with --cameras");
+        throw Error(ErrorCode::Usage, options.file + ": none of the cameras shows a Gaussian, expected some; pass "
+                                                     "cameras that look at the model with --cameras");
     GaussianExport result;
     result.fitted = set.size();
     keepBest(set, size_t(options.most));
@@ -158,8 +162,10 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
         result.bytes += piece.size();
     });
     output.sync();
-    if (options.to == GaussianFileFormat::Spz) // the only one that rounds
+    if (options.to == GaussianFileFormat::Spz) { // the only one that rounds
+        set = {};
         set = readGaussianSpz(MappedFile(output.temporaryPath()).bytes(), options.output);
+    }
     if (!views.judges.empty())
         result.loss = lossOf(set, scene, views.judges, options, report);
     report.endProgress(false);
