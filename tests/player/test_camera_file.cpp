@@ -344,8 +344,8 @@ TEST_CASE("camera_path.json: nerfstudio's matrices and vertical angles")
     REQUIRE(cameras.size() == 1);
     CHECK(cameras[0].width == 800);
     CHECK(cameras[0].height == 400);
-    CHECK(std::tan(cameras[0].fov_y / 2) == doctest::Approx(1));
-    CHECK(std::tan(cameras[0].fov_x / 2) == doctest::Approx(2));
+    CHECK(std::tan(cameras[0].fov_y / 2) == doctest::Approx(1).epsilon(1e-9));
+    CHECK(std::tan(cameras[0].fov_x / 2) == doctest::Approx(2).epsilon(1e-9));
     CHECK(cameras[0].rotation[4] == -1);
     CHECK(cameras[0].translation[1] == 5);
     CHECK_THROWS_AS((void)parseCameraFile(with(path, "perspective", "fisheye"), "f.json"), Error);

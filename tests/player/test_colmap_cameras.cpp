@@ -70,19 +70,19 @@ void check(const std::vector<Camera>& cameras)
     CHECK(a.name == "a");
     CHECK(b.name == "b two");
     CHECK(a.width == 100);
-    CHECK(std::tan(a.fov_x / 2) == doctest::Approx(50.0 / 70));
+    CHECK(std::tan(a.fov_x / 2) == doctest::Approx(50.0 / 70).epsilon(1e-9));
     CHECK(a.tan_mid_x == 0);
     CHECK(a.translation[0] == -4);
     CHECK(a.rotation[0] == 1);
     CHECK(b.height == 400);
-    CHECK(std::tan(b.fov_y / 2) == doctest::Approx(200.0 / 600));
-    CHECK(b.tan_mid_x == doctest::Approx(10.0 / 500)); // the middle lies right of the axis
-    CHECK(b.tan_mid_y == doctest::Approx(-10.0 / 600));
+    CHECK(std::tan(b.fov_y / 2) == doctest::Approx(200.0 / 600).epsilon(1e-9));
+    CHECK(b.tan_mid_x == doctest::Approx(10.0 / 500).epsilon(1e-9)); // the middle lies right of the axis
+    CHECK(b.tan_mid_y == doctest::Approx(-10.0 / 600).epsilon(1e-9));
     CHECK(b.translation[2] == 3);
     // the camera looks along -x, its right is z
-    CHECK(b.rotation[2] == doctest::Approx(-1)); // forward, x
-    CHECK(b.rotation[6] == doctest::Approx(1));  // right, z
-    CHECK(b.rotation[4] == doctest::Approx(1));
+    CHECK(b.rotation[2] == doctest::Approx(-1).epsilon(1e-9)); // forward, x
+    CHECK(b.rotation[6] == doctest::Approx(1).epsilon(1e-9));  // right, z
+    CHECK(b.rotation[4] == doctest::Approx(1).epsilon(1e-9));
 }
 
 ErrorCode refusal(const std::string& cameras, const std::string& images, bool binary = false)
