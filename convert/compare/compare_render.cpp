@@ -92,12 +92,7 @@ std::vector<Camera> camerasToCompare(const Scene& scene, const RenderOptions& op
     std::vector<Camera> all = sceneCameras(scene, options.cameras, options.ignore_distortion ? &ignored : nullptr);
     for (const std::string& text : ignored)
         report.warning(text);
-    if (options.views == 0 || all.size() <= options.views)
-        return all;
-    std::vector<Camera> taken;
-    for (uint64_t i = 0; i < options.views; ++i)
-        taken.push_back(all[size_t(i * all.size() / options.views)]);
-    return taken;
+    return options.views == 0 ? all : takeEvenly(std::move(all), size_t(options.views));
 }
 
 bool isEightBit(const Image& image)

@@ -7,6 +7,10 @@
 #include "kernels/select/select.h"
 #include "kernels/threads/parallel.h"
 
+#include <glm/gtc/quaternion.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
 #include <algorithm>
 #include <cmath>
 
@@ -58,18 +62,13 @@ struct SumLayout {
 
 void addCovariance(const float* scale, const float* q, double weight, float* sum)
 {
-    const double w = q[0], x = q[1], y = q[2], z = q[3];
-    const double r[3][3] = {{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
-                            {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
-                            {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}};
-    size_t at = 0;
-    for (size_t i = 0; i < 3; ++i)
-        for (size_t j = i; j < 3; ++j) {
-            double value = 0;
-            for (size_t k = 0; k < 3; ++k)
-                value += r[i][k] * r[j][k] * scale[k] * scale[k];
-            sum[at++] += float(weight * value);
-        }
+    glm::dmat3 axes = glm::mat3_cast(glm::dquat(q[0], q[1], q[2], q[3]));
+    for (int i = 0; i < 3; ++i)
+        axes[i] *= double(scale[i]);
+    const glm::dmat3 covariance = axes * transpose(axes);
+    for (int i = 0, at = 0; i < 3; ++i)
+        for (int j = i; j < 3; ++j)
+            sum[at++] += float(weight * covariance[i][j]);
 }
 
 class Fitter {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/explicit/symmetric.h"
 
+#include <glm/gtc/quaternion.hpp>
+#include <glm/mat3x3.hpp>
+
 #include <algorithm>
 #include <cmath>
 
@@ -36,37 +39,13 @@ bool solveSymmetric(double* a, double* b, size_t n, size_t columns)
     return true;
 }
 
-namespace {
-
-// The quaternion of a rotation matrix whose columns are `axes`, by the largest of the four squares (Shepperd 1978).
-void quaternionOf(const double (&m)[3][3], double q[4])
-{
-    const double squares[4] = {m[0][0] + m[1][1] + m[2][2], m[0][0] - m[1][1] - m[2][2], m[1][1] - m[0][0] - m[2][2],
-                               m[2][2] - m[0][0] - m[1][1]};
-    const auto largest = size_t(std::max_element(squares, squares + 4) - squares);
-    const double root = std::sqrt(squares[largest] + 1), part = 0.5 / root;
-    q[largest] = 0.5 * root;
-    if (largest == 0) {
-        q[1] = (m[2][1] - m[1][2]) * part;
-        q[2] = (m[0][2] - m[2][0]) * part;
-        q[3] = (m[1][0] - m[0][1]) * part;
-        return;
-    }
-    const size_t i = largest - 1, j = (i + 1) % 3, k = (i + 2) % 3;
-    q[0] = (m[k][j] - m[j][k]) * part;
-    q[j + 1] = (m[j][i] + m[i][j]) * part;
-    q[k + 1] = (m[k][i] + m[i][k]) * part;
-}
-
-} // namespace
-
 void ellipsoidAxes(const double covariance[6], double rotation[4], double deviation[3])
 {
     double a[3][3] = {{covariance[0], covariance[1], covariance[2]},
                       {covariance[1], covariance[3], covariance[4]},
                       {covariance[2], covariance[4], covariance[5]}};
-    double axes[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}; // columns
-    constexpr int kSweeps = 12;                            // six do for any 3 x 3 matrix
+    glm::dmat3 axes(1);         // columns
+    constexpr int kSweeps = 12; // six do for any 3 x 3 matrix
     for (int sweep = 0; sweep < kSweeps; ++sweep)
         for (size_t p = 0; p < 2; ++p)
             for (size_t q = p + 1; q < 3; ++q) {
@@ -85,15 +64,17 @@ void ellipsoidAxes(const double covariance[6], double rotation[4], double deviat
                     a[p][i] = c * x - s * y;
                     a[q][i] = s * x + c * y;
                 }
-                for (auto& r : axes) {
-                    const double x = r[p], y = r[q];
-                    r[p] = c * x - s * y;
-                    r[q] = s * x + c * y;
-                }
+                const glm::dvec3 first = axes[int(p)], second = axes[int(q)];
+                axes[int(p)] = c * first - s * second;
+                axes[int(q)] = s * first + c * second;
             }
     for (size_t i = 0; i < 3; ++i)
         deviation[i] = std::sqrt(std::max(a[i][i], 0.0));
-    quaternionOf(axes, rotation); // a product of rotations: no mirror
+    const glm::dquat turned = glm::normalize(glm::quat_cast(axes)); // a product of rotations: no mirror
+    rotation[0] = turned.w;
+    rotation[1] = turned.x;
+    rotation[2] = turned.y;
+    rotation[3] = turned.z;
 }
 
 } // namespace gsc

@@ -2,6 +2,7 @@
 #include "convert/reduce/picture_probe.h"
 
 #include "format/interrupt.h"
+#include "player/cameras/scene_cameras.h"
 #include "runtime/cpu/renderer_cpu.h"
 #include "runtime/metrics/metrics.h"
 
@@ -22,16 +23,7 @@ EyeParams PictureProbe::eyeOf(const Camera& camera) const
 
 FrameOptions PictureProbe::optionsOf(const Camera& camera) const
 {
-    FrameOptions options;
-    options.tier = Tier::Exact;
-    if (m_scene->view().params->flags & kModelWhiteBackground)
-        std::fill(std::begin(options.background), std::end(options.background), 1.0f);
-    const std::vector<uint32_t> rows = m_scene->appearanceRows();
-    if (!rows.empty()) { // the row the camera asks for if the file kept it, else the first it has
-        const bool kept = camera.appearance >= 0 && std::ranges::find(rows, uint32_t(camera.appearance)) != rows.end();
-        options.appearance = m_scene->appearanceRow(kept ? camera.appearance : int(rows.front()));
-    }
-    return options;
+    return exactOptionsFor(*m_scene, camera);
 }
 
 void PictureProbe::draw(const Camera& camera, std::vector<float>& pixels)

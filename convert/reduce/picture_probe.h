@@ -38,7 +38,6 @@ public:
     // As an eye of a frame, with the options it is drawn with.
     [[nodiscard]] EyeParams eyeOf(const Camera& camera) const;
     [[nodiscard]] FrameOptions optionsOf(const Camera& camera) const;
-    [[nodiscard]] size_t poses() const { return m_cameras.size(); }
 
 private:
     void draw(const Camera& camera, std::vector<float>& pixels);

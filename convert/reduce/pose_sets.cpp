@@ -1,62 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/reduce/pose_sets.h"
 
+#include "player/cameras/camera_file.h"
+#include "player/cameras/scene_cameras.h"
+
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/gtc/type_ptr.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace gsc {
 
 namespace {
 
-using Quaternion = std::array<double, 4>; // w, x, y, z
-
-// Of a rotation, row-major.
-Quaternion quaternionOf(const double* r)
+glm::dmat3 rotationOf(const Camera& camera)
 {
-    const double trace = r[0] + r[4] + r[8];
-    Quaternion q;
-    if (trace > 0) {
-        const double s = 2 * std::sqrt(trace + 1);
-        q = {s / 4, (r[7] - r[5]) / s, (r[2] - r[6]) / s, (r[3] - r[1]) / s};
-    } else {
-        const int i = r[0] > r[4] && r[0] > r[8] ? 0 : r[4] > r[8] ? 1 : 2, j = (i + 1) % 3, k = (i + 2) % 3;
-        const double s = 2 * std::sqrt(std::max(1e-30, 1 + r[4 * i] - r[4 * j] - r[4 * k]));
-        q[0] = (r[3 * k + j] - r[3 * j + k]) / s;
-        q[size_t(i) + 1] = s / 4;
-        q[size_t(j) + 1] = (r[3 * j + i] + r[3 * i + j]) / s;
-        q[size_t(k) + 1] = (r[3 * k + i] + r[3 * i + k]) / s;
-    }
-    return q;
+    return transpose(glm::make_mat3(camera.rotation)); // from rows
 }
 
-void rotationOf(Quaternion q, double* r)
+glm::dvec3 positionOf(const Camera& camera)
 {
-    double norm = 0;
-    for (const double v : q)
-        norm += v * v;
-    for (double& v : q)
-        v /= std::sqrt(norm);
-    const auto [w, x, y, z] = q;
-    const double m[9] = {1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
-                         2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-                         2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};
-    std::copy_n(m, 9, r);
-}
-
-std::array<double, 3> positionOf(const Camera& c) // -R t
-{
-    std::array<double, 3> p{};
-    for (size_t i = 0; i < 3; ++i)
-        for (size_t j = 0; j < 3; ++j)
-            p[i] -= c.rotation[3 * i + j] * c.translation[j];
-    return p;
+    return -(rotationOf(camera) * glm::make_vec3(camera.translation));
 }
 
 double distance(const Camera& a, const Camera& b)
 {
-    const auto p = positionOf(a), q = positionOf(b);
-    return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
+    return glm::distance(positionOf(a), positionOf(b));
 }
 
 double cosineBetween(const Camera& a, const Camera& b) // of where they look
@@ -89,16 +62,6 @@ const Camera& nearestEven(const std::vector<Camera>& cameras, size_t of, double 
     return cameras[best];
 }
 
-void thin(std::vector<Camera>& cameras, size_t most)
-{
-    if (cameras.size() <= most)
-        return;
-    std::vector<Camera> kept;
-    for (size_t i = 0; i < most; ++i)
-        kept.push_back(cameras[i * cameras.size() / most]);
-    cameras = std::move(kept);
-}
-
 void shrink(Camera& camera, uint32_t most_pixels)
 {
     const double pixels = double(camera.width) * camera.height;
@@ -115,20 +78,11 @@ Camera betweenCameras(const Camera& from, const Camera& to, double share)
 {
     Camera result = from;
     result.name = from.name + "+" + to.name;
-    Quaternion p = quaternionOf(from.rotation);
-    const Quaternion q = quaternionOf(to.rotation);
-    double dot = 0;
-    for (size_t i = 0; i < 4; ++i)
-        dot += p[i] * q[i];
-    for (size_t i = 0; i < 4; ++i) // near enough to turning evenly
-        p[i] = (1 - share) * p[i] + (dot < 0 ? -share : share) * q[i];
-    rotationOf(p, result.rotation);
-    const auto a = positionOf(from), b = positionOf(to);
-    for (size_t i = 0; i < 3; ++i) {
-        result.translation[i] = 0;
-        for (size_t j = 0; j < 3; ++j)
-            result.translation[i] -= result.rotation[3 * j + i] * ((1 - share) * a[j] + share * b[j]);
-    }
+    const glm::dquat turned = glm::slerp(glm::quat_cast(rotationOf(from)), glm::quat_cast(rotationOf(to)), share);
+    const glm::dmat3 rows = transpose(glm::mat3_cast(glm::normalize(turned)));
+    std::copy_n(glm::value_ptr(rows), 9, result.rotation);
+    const glm::dvec3 position = glm::mix(positionOf(from), positionOf(to), share);
+    translationFromPosition(result.rotation, glm::value_ptr(position), result.translation);
     return result;
 }
 
@@ -156,8 +110,8 @@ PoseSets splitPoses(std::vector<Camera> cameras, const PoseLimits& limits)
     // as many of the cameras themselves as there is room for, then of the others
     const auto join = [](std::vector<Camera>& set, std::vector<Camera>& between, size_t most) {
         const size_t room = most - std::min(most, set.size());
-        thin(between, std::max(room, most / 2));
-        thin(set, most - std::min(most / 2, between.size()));
+        between = takeEvenly(std::move(between), std::max(room, most / 2));
+        set = takeEvenly(std::move(set), most - std::min(most / 2, between.size()));
         set.insert(set.end(), between.begin(), between.end());
     };
     join(sets.weights, weights_between, limits.weights);

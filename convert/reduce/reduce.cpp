@@ -10,12 +10,13 @@
 #include "format/gsc_file.h"
 #include "format/interrupt.h"
 #include "kernels/threads/parallel.h"
-#include "player/cameras/camera_file.h"
+#include "player/cameras/scene_cameras.h"
 #include "runtime/scene.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 
 namespace gsc {
 
@@ -87,7 +88,6 @@ private:
     void stage(const char* name, Work&& work)
     {
         throwIfInterrupted();
-        m_stage = name;
         const auto start = Clock::now();
         work();
         m_report.stages.push_back({name, std::chrono::duration<double>(Clock::now() - start).count()});
@@ -112,13 +112,9 @@ private:
     {
         std::vector<Camera> cameras;
         for (const std::string& path : m_options.cameras)
-            for (Camera& camera : readCameraFile(path)) {
-                finishCamera(camera, 0, 0, 0);
-                cameras.push_back(std::move(camera));
-            }
+            std::ranges::move(sceneCameras(*m_scene, path, nullptr), std::back_inserter(cameras));
         if (m_options.cameras.empty())
-            for (const SourceCamera& stored : m_scene->cameras())
-                cameras.push_back(cameraOf(stored));
+            cameras = sceneCameras(*m_scene, "stored", nullptr);
         if (cameras.size() < kFewestCameras)
             throw Error(ErrorCode::Usage,
                         formatString("%s: %zu cameras, expected %zu or more to find weights, steps and a verdict from; "
@@ -145,7 +141,7 @@ private:
 
     void search(ReducedModel& model, PictureProbe& probe)
     {
-        SearchTask task{model, probe, m_poses.search.size(), m_weight_pixels, m_poses.weights.size(), m_options.levers};
+        SearchTask task{model, probe, m_poses.search.size(), m_weight_pixels, m_options.levers};
         if (!m_options.target_psnr) {
             m_report.plan.levers = m_options.levers & (kLeverSlots | kLeverAnchors);
             model.apply(m_report.plan);
@@ -244,7 +240,6 @@ private:
     uint64_t m_weight_pixels = 0;
     double m_margin = kSearchMargin;
     uint64_t m_drawn = 0, m_pictures = 0;
-    const char* m_stage = "";
     ReduceReport m_report;
 };
 

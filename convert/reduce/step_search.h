@@ -18,7 +18,6 @@ struct SearchTask {
     PictureProbe& probe; // its first poses are those of the search
     size_t poses;
     uint64_t weight_pixels; // of the poses that importance was found from
-    size_t weight_poses;
     uint32_t levers;
     double target = 0, min_view = 0;  // dB
     double margin = kSearchMargin;    // dB above both that are aimed at

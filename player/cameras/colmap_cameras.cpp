@@ -4,6 +4,9 @@
 #include "format/error.h"
 #include "format/file/read_file.h"
 
+#include <glm/gtc/quaternion.hpp>
+#include <glm/gtc/type_ptr.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -135,14 +138,10 @@ private:
         Camera camera;
         const std::string file = pose.name.substr(pose.name.find_last_of("/\\") + 1);
         camera.name = file.substr(0, file.find('.', 1));
-        const double w = pose.rotation[0] / length, x = pose.rotation[1] / length, y = pose.rotation[2] / length,
-                     z = pose.rotation[3] / length;
-        const double to_camera[9] = {1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
-                                     2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-                                     2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};
-        for (size_t i = 0; i < 3; ++i)
-            for (size_t j = 0; j < 3; ++j)
-                camera.rotation[3 * i + j] = to_camera[3 * j + i];
+        const auto& q = pose.rotation;
+        // its columns, world to camera, are the rows of camera to world
+        const glm::dmat3 to_camera = glm::mat3_cast(glm::dquat(q[0], q[1], q[2], q[3]) / length);
+        std::copy_n(glm::value_ptr(to_camera), 9, camera.rotation);
         std::copy_n(pose.translation, 3, camera.translation);
         const double fx = lens.values[0], fy = lens.values[lens.model->two_focals ? 1 : 0];
         const double* middle = lens.values.data() + (lens.model->two_focals ? 2 : 1);

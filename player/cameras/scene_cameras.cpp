@@ -4,6 +4,7 @@
 #include "player/cameras/camera_file.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace gsc {
 
@@ -29,6 +30,17 @@ int appearanceFor(const Scene& scene, const Camera& camera)
     const bool kept =
         camera.appearance >= 0 && std::find(rows.begin(), rows.end(), uint32_t(camera.appearance)) != rows.end();
     return kept ? camera.appearance : int(rows.front());
+}
+
+FrameOptions exactOptionsFor(const Scene& scene, const Camera& camera)
+{
+    FrameOptions options;
+    options.tier = Tier::Exact;
+    if (scene.view().params->flags & kModelWhiteBackground)
+        std::fill(std::begin(options.background), std::end(options.background), 1.0f);
+    if (const int row = appearanceFor(scene, camera); row >= 0)
+        options.appearance = scene.appearanceRow(row);
+    return options;
 }
 
 } // namespace gsc

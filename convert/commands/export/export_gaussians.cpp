@@ -23,13 +23,12 @@ constexpr size_t kMostFitCameras = 96,
 struct View {
     std::string name;
     EyeParams eye;
-    int32_t appearance; // row of the file's embedding
+    FrameOptions options; // of the exact picture
 };
 
 View viewOf(const Scene& scene, const Camera& camera)
 {
-    const int row = appearanceFor(scene, camera);
-    return {camera.name, eyeParams(camera, scene.view().origin), row < 0 ? -1 : scene.appearanceRow(row)};
+    return {camera.name, eyeParams(camera, scene.view().origin), exactOptionsFor(scene, camera)};
 }
 
 size_t cameraNumber(const std::vector<Camera>& cameras, const std::string& at)
@@ -45,15 +44,6 @@ size_t cameraNumber(const std::vector<Camera>& cameras, const std::string& at)
                                  "from 0 to %zu; choose one of them",
                                  at.c_str(), cameras[0].name.c_str(), cameras.size() - 1));
     return number;
-}
-
-std::vector<View> spread(const std::vector<View>& views, size_t most)
-{
-    const size_t count = std::min(views.size(), most);
-    std::vector<View> chosen;
-    for (size_t i = 0; i < count; ++i)
-        chosen.push_back(views[i * views.size() / count]);
-    return chosen;
 }
 
 // Those that are fitted, and those that judge.
@@ -78,16 +68,12 @@ Views chooseViews(const Scene& scene, const GaussianExportOptions& options, Repo
     Views views;
     for (size_t i = 0; i < cameras.size(); ++i)
         (i % 2 == 0 ? views.fit : views.judges).push_back(viewOf(scene, cameras[i]));
-    return {spread(views.fit, kMostFitCameras), spread(views.judges, kMostJudges)};
+    return {takeEvenly(std::move(views.fit), kMostFitCameras), takeEvenly(std::move(views.judges), kMostJudges)};
 }
 
 GaussianLoss lossOf(const GaussianSet& set, const std::shared_ptr<const Scene>& scene, const std::vector<View>& judges,
                     const GaussianExportOptions& options, Reporter& report)
 {
-    FrameOptions frame;
-    frame.tier = Tier::Exact;
-    if (scene->view().params->flags & kModelWhiteBackground)
-        std::fill(std::begin(frame.background), std::end(frame.background), 1.0f);
     const std::unique_ptr<Renderer> exact = makeRenderer({"cpu"}, {options.threads});
     exact->load(scene);
     GaussianRenderer renderer(set, scene->view().origin, options.threads);
@@ -100,9 +86,8 @@ GaussianLoss lossOf(const GaussianSet& set, const std::shared_ptr<const Scene>& 
         const View& view = judges[i];
         std::vector<float> wanted(3 * size_t(view.eye.width) * view.eye.height), drawn(wanted.size());
         float* const image = wanted.data();
-        frame.appearance = view.appearance;
-        (void)render(*exact, {&view.eye, 1}, frame, &image);
-        renderer.draw(view.eye, rules, frame.background, drawn.data());
+        (void)render(*exact, {&view.eye, 1}, view.options, &image);
+        renderer.draw(view.eye, rules, view.options.background, drawn.data());
         const ImageView a{wanted.data(), view.eye.width, view.eye.height};
         const ImageView b{drawn.data(), view.eye.width, view.eye.height};
         pooled.add(compareImages(a, b));
@@ -135,7 +120,7 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
     const Views views = chooseViews(*scene, options, report);
     std::vector<FitView> fit;
     for (const View& view : views.fit)
-        fit.push_back({view.eye, view.appearance});
+        fit.push_back({view.eye, view.options.appearance});
     const int degree = options.at.empty() ? options.degree : 0;
     const size_t bytes = (12 + 3 * shValues(degree)) * sizeof(float); // of a Gaussian
     const FitOptions fit_options{degree, options.threads, !options.at.empty(),
