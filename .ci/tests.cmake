@@ -11,8 +11,8 @@ gsc_add_ci_test(check_sanitizers 3600)
 gsc_add_ci_test(check_threads 1800)
 gsc_add_ci_test(check_fuzz 1800)
 
-# the converter once more, without optimisation and CUDA: a minute and a half on two cores
-add_test(NAME test_bundle
+# all programs once more, as others get them
+add_test(NAME test_package
          COMMAND ${Python3_EXECUTABLE} ${PROJECT_SOURCE_DIR}/tests/package/check_package.py ${PROJECT_SOURCE_DIR}
-                 ${CMAKE_COMMAND} bundle)
-set_tests_properties(test_bundle PROPERTIES LABELS ci TIMEOUT 1200 RUN_SERIAL TRUE SKIP_RETURN_CODE 77)
+                 ${CMAKE_COMMAND} portable)
+set_tests_properties(test_package PROPERTIES LABELS ci TIMEOUT 1800 RUN_SERIAL TRUE SKIP_RETURN_CODE 77)

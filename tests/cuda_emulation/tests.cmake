@@ -27,20 +27,20 @@ add_library(gsc_kernels_cuda_emulated STATIC ${emulated_kernels} ${PROJECT_SOURC
                                                ${PROJECT_SOURCE_DIR}/kernels/decode/decode_exact_pack.cpp)
 target_link_libraries(gsc_kernels_cuda_emulated PUBLIC gsc_cuda_emulation gsc_format PRIVATE gsc_build_flags)
 
-# the whole runtime once more, so that there is one list of backends in the program
-set(emulated_runtime
-    cpu/renderer_cpu.cpp cpu/frame_thread.cpp frame_checks.cpp cpu/reference.cpp cpu/cpu_facts.cpp device_list.cpp renderer.cpp view/camera_motion.cpp reuse/decoded_cache.cpp cuda/frame_plan.cpp frame_stats.cpp
-    model/local_model.cpp view/lod_lag.cpp model/model_sensitivity.cpp reuse/reuse_cpu.cpp reuse/reuse_schedule.cpp scene.cpp cpu/stereo_cpu.cpp
-    service/bands.cpp service/faulty_renderer.cpp service/frame_cost.cpp service/mode_choice.cpp service/pace.cpp service/picture_memory.cpp
-    service/pose_ledger.cpp service/pose_work.cpp service/renderer_service.cpp service/service_core.cpp service/service_renderer.cpp service/service_trace.cpp service/service_worker.cpp
-    cuda/renderer_cuda.cpp cuda/chunk_reader.cpp cuda/cuda_device.cpp cuda/device_scene.cpp cuda/flight.cpp cuda/picture_cuda.cpp cuda/frame_graph.cpp cuda/frame_stages.cpp cuda/nvml.cpp reuse/reuse_cuda.cpp)
+# the runtime with this backend in the place of the other, so that there is one list of backends in the program
+set(emulated_runtime device_list.cpp service/picture_memory.cpp
+    cuda/renderer_cuda.cpp cuda/chunk_reader.cpp cuda/cuda_device.cpp cuda/device_scene.cpp cuda/flight.cpp
+    cuda/picture_cuda.cpp cuda/frame_graph.cpp cuda/frame_stages.cpp cuda/nvml.cpp reuse/reuse_cuda.cpp)
 list(TRANSFORM emulated_runtime PREPEND ${PROJECT_SOURCE_DIR}/runtime/)
-add_library(gsc_runtime_cuda_emulated STATIC ${emulated_runtime} cuda_emulation/ceilings.cpp)
+add_library(gsc_runtime_cuda_emulated STATIC ${emulated_runtime} cuda_emulation/ceilings.cpp
+                                             $<TARGET_OBJECTS:gsc_runtime_host>)
 target_link_libraries(gsc_runtime_cuda_emulated PUBLIC gsc_camera gsc_format
                       PRIVATE gsc_kernels gsc_kernels_cuda_emulated gsc_build_flags glm::glm ${CMAKE_DL_LIBS})
 target_compile_definitions(gsc_runtime_cuda_emulated PRIVATE GSC_HAVE_CUDA)
 
 add_executable(test_cuda_emulated ${gsc_test_cuda_sources} cuda_emulation/test_emulation.cpp)
+target_compile_definitions(test_cuda_emulated PRIVATE ${gsc_test_definitions})
+gsc_compile_test_fast(test_cuda_emulated REUSE_FROM gsc_test_main)
 target_link_libraries(test_cuda_emulated PRIVATE gsc_test_synthetic gsc_runtime_cuda_emulated
                                                  gsc_kernels_cuda_emulated gsc_kernels gsc_build_flags doctest::doctest)
 # in parts of about equal length, for machines with more than one core

@@ -9,6 +9,7 @@ if(TARGET gsc_headset AND TARGET gsc_fake_xr AND TARGET gsc)
   target_link_libraries(write_depths PRIVATE gsc_player gsc_build_flags)
   # beside the manifest, where test_xr looks for it
   set_target_properties(write_depths PROPERTIES RUNTIME_OUTPUT_DIRECTORY $<TARGET_FILE_DIR:gsc_fake_xr>)
+  set(sessions controllers states losses lost_renderer)
   foreach(part XrTest XrPaceTest)
     string(REPLACE XrTest test_xr name ${part})
     string(REPLACE XrPaceTest test_xr_pace name ${name})
@@ -17,6 +18,15 @@ if(TARGET gsc_headset AND TARGET gsc_fake_xr AND TARGET gsc)
                      $<TARGET_FILE:gsc-play> $<TARGET_FILE:gsc> $<TARGET_FILE_DIR:gsc_fake_xr>/gsc_fake_xr.json ${part})
     set_tests_properties(${name} PROPERTIES LABELS cpu TIMEOUT 1200 SKIP_RETURN_CODE 77 PROCESSORS 2)
   endforeach()
+  if(GSC_SANITIZE) # all of them take minutes there: a few go through every file of the session
+    set_tests_properties(test_xr PROPERTIES LABELS "cpu;slow")
+    list(TRANSFORM sessions PREPEND XrTest.test_ OUTPUT_VARIABLE some_sessions)
+    add_test(NAME test_xr_some
+             COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/xr/test_xr.py ${PROJECT_SOURCE_DIR}
+                     $<TARGET_FILE:gsc-play> $<TARGET_FILE:gsc> $<TARGET_FILE_DIR:gsc_fake_xr>/gsc_fake_xr.json
+                     ${some_sessions})
+    set_tests_properties(test_xr_some PROPERTIES LABELS cpu TIMEOUT 600 SKIP_RETURN_CODE 77 PROCESSORS 2)
+  endif()
   # a minute of refreshes on time: with nothing beside it, and not under a sanitizer
   set_tests_properties(test_xr_pace PROPERTIES LABELS "cpu;slow" RUN_SERIAL ON)
 endif()
