@@ -69,9 +69,10 @@ def configure(preset: str, build: pathlib.Path, *more: str) -> None:
 
 
 def check_portable() -> None:
+    build = SOURCE / "build/package"  # kept: another run compiles what changed
     with tempfile.TemporaryDirectory(prefix="gsc_portable_") as name:
         folder = pathlib.Path(name)
-        build, prefix, consumer = folder / "build", folder / "prefix", folder / "consumer"
+        prefix, consumer = folder / "prefix", folder / "consumer"
         configure("portable", build, "-DCMAKE_CXX_FLAGS_RELEASE=-O0", "-DGSC_WITH_CUDA=OFF")
         for target in ("all", "bundle"):
             run(CMAKE, "--build", build, "--parallel", os.cpu_count() or 1, "--target", target)
