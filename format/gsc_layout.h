@@ -48,7 +48,8 @@ constexpr uint32_t fourCc(const char (&text)[5])
            uint32_t(uint8_t(text[3])) << 24;
 }
 
-// Sections of version 1. EMBD, CAMS and SENS may be absent, no other may; none may occur twice. SENS came with 1.1.
+// Sections of version 1. EMBD, CAMS, SENS and TILE may be absent, no other may; none may occur twice. SENS came with 1.1,
+// TILE after it.
 constexpr uint32_t kSectionMeta = fourCc("META");      // UTF-8 JSON manifest, schemas/manifest.schema.json
 constexpr uint32_t kSectionParams = fourCc("PARM");    // ModelParams x 1
 constexpr uint32_t kSectionLevels = fourCc("LEVL");    // LevelRecord x level_count
@@ -64,6 +65,7 @@ constexpr uint32_t kSectionCameras = fourCc("CAMS");   // CameraRecord x n, then
 constexpr uint32_t kSectionAnchors = fourCc("ANCH");   // chunk payloads
 // AnchorSensitivity x anchor_count, marked optional
 constexpr uint32_t kSectionSensitivity = fourCc("SENS");
+constexpr uint32_t kSectionTile = fourCc("TILE"); // TileRecord, then uint32_t x anchor_count; marked optional
 
 enum SectionFlags : uint32_t {
     kSectionOptional = 1u << 0, // a reader that does not know the section may skip it
@@ -266,6 +268,13 @@ struct AnchorSensitivity {
     uint16_t distance;  // 2 per relative change of the distance, 0 where no network takes the distance
 };
 static_assert(sizeof(AnchorSensitivity) == 4 && std::is_trivially_copyable_v<AnchorSensitivity>);
+
+// Of a file that was cut from another: what it is a part of. The source indices that its rows have there follow, ascending.
+struct TileRecord {
+    uint64_t whole;         // 0   FileHeader::header_checksum of the other: it stands for all of its bytes
+    uint64_t whole_anchors; // 8
+};
+static_assert(sizeof(TileRecord) == 16 && std::is_trivially_copyable_v<TileRecord>);
 
 enum GridPositionFlags : uint16_t {
     kNegativeZeroX = 1u << 0, // the coordinate is -0.0f; comparison with the source is bit for bit

@@ -35,6 +35,7 @@ bool openGsc(std::span<const std::byte> file, GscView& view, GscCheck check, con
     const bool sound = checkChunks(context) && checkGroups(context) && checkLeaves(context);
     checkIndex(context);
     checkSensitivity(context, sound);
+    checkTile(context);
     const bool mlps_sound = checkMlps(context);
     const bool packed_sound = checkPacked(context);
     checkEmbedding(context);

@@ -24,6 +24,8 @@ struct GscView {
     std::span<const std::byte> nanovdb;
     std::span<const uint32_t> index;                // source index -> anchor
     std::span<const AnchorSensitivity> sensitivity; // per anchor, empty if the file has none
+    const TileRecord* tile = nullptr;               // null if the file was not cut from another
+    std::span<const uint32_t> tile_rows;            // source index -> that of the other file
     std::span<const MlpRecord> mlps;
     std::span<const std::byte> weights; // whole MLPW section
     std::span<const std::byte> packed;  // whole MLPP section

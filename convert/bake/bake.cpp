@@ -271,6 +271,8 @@ private:
         if (m_sensitivity)
             writer.addSection(kSectionSensitivity, std::as_bytes(m_sensitivity->records()), m_scan.kept,
                               kSectionOptional);
+        if (m_options.source && !m_options.source->tile.empty())
+            writer.addSection(kSectionTile, m_options.source->tile, m_scan.kept, kSectionOptional);
         writer.addSection(kSectionWeights, canonicalMlps(m_checkpoint.mlps), m_checkpoint.mlps.size());
         writer.addSection(kSectionPacked,
                           packMlps(m_checkpoint.mlps, m_checkpoint.feat_dim, m_checkpoint.appearance_dim), 1);

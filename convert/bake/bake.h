@@ -5,6 +5,7 @@
 
 #include "convert/input/checkpoint.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -15,11 +16,13 @@ namespace gsc {
 
 enum class SensitivityMode { None, Sampled }; // section SENS: left out, or the largest of six directions
 
-// Of a file that is made from another: what both say of the checkpoint they came from, and what was taken away.
+// Of a file that is made from others: what they say of the checkpoint they came from, and what was taken away.
 struct BakedSource {
-    uint64_t hash = 0;     // FileHeader::source_hash
-    std::string manifest;  // JSON of the other's META
-    std::string reduction; // JSON, for the manifest
+    uint64_t hash = 0; // FileHeader::source_hash
+    // JSON object: what the manifest says of "source", and keys that it has besides: "reduction" or "reductions" where
+    // values are not the checkpoint's, "crop"
+    std::string facts;
+    std::vector<std::byte> tile; // section TILE, empty = none
 };
 
 struct BakeOptions {

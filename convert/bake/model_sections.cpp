@@ -128,13 +128,13 @@ Json encodingJson(const ModelParams& p)
             {"mlp", "float32 canonical, float32 and float16 packed"}};
 }
 
-// Of a file made from another: the checkpoint is the other's, and values are not what they were.
-void tellReduction(const BakedSource& source, Json& manifest)
+// Of a file made from others: the checkpoint is theirs, and values may not be what they were.
+void tellFacts(const Json& facts, Json& manifest)
 {
-    const Json other = Json::parse(source.manifest, nullptr, false);
-    if (other.is_object() && other.contains("source"))
-        manifest["source"] = other["source"];
-    manifest["reduction"] = Json::parse(source.reduction);
+    for (const auto& [name, fact] : facts.items())
+        manifest[name] = fact;
+    if (!facts.contains("reduction") && !facts.contains("reductions"))
+        return;
     for (const char* name : {"scale", "offset", "feature"})
         manifest["encoding"][name] = "float32, multiples of a power of two of each anchor";
     manifest["loss"] = {{"max_abs", {{"position", 0}}},
@@ -257,7 +257,7 @@ std::string manifestText(const ManifestFacts& facts)
          {{"max_abs", {{"position", 0}, {"scale", 0}, {"offset", 0}, {"feature", 0}, {"mlp", 0}}},
           {"verified", "every position was reproduced bit for bit while baking; the other values are copied"}}}};
     if (facts.options->source)
-        tellReduction(*facts.options->source, manifest);
+        tellFacts(Json::parse(facts.options->source->facts), manifest);
     // text from file names may be anything
     return manifest.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -25,15 +25,6 @@ LinearLayer layerOf(const GscView& view, uint32_t in, uint32_t out, uint64_t wei
     return layer;
 }
 
-// Chunk of every anchor.
-std::vector<uint32_t> chunksOf(const GscView& view)
-{
-    std::vector<uint32_t> chunks(view.header->anchor_count);
-    for (uint32_t c = 0; c < view.chunks.size(); ++c)
-        std::fill_n(chunks.begin() + view.chunks[c].anchor_first, view.chunks[c].anchor_count, c);
-    return chunks;
-}
-
 } // namespace
 
 Checkpoint checkpointOf(const GscView& view, const std::string& path)
@@ -84,6 +75,26 @@ int appearanceOf(const GscView& view)
     return view.embedding_rows.size() == 1 ? int(view.embedding_rows[0]) : -1;
 }
 
+BakeOptions bakeOptionsOf(const GscView& view)
+{
+    BakeOptions result;
+    result.appearance = appearanceOf(view);
+    result.sensitivity = view.sensitivity.empty() ? SensitivityMode::None : SensitivityMode::Sampled;
+    const auto manifest = nlohmann::json::parse(view.manifest, nullptr, false);
+    if (!manifest.is_object() || !manifest.contains("options") || !manifest["options"].is_object())
+        return result;
+    const nlohmann::json& options = manifest["options"];
+    if (const auto anchors = options.find("chunk_anchors"); anchors != options.end() && anchors->is_number_unsigned() &&
+                                                            anchors->get<uint64_t>() >= 1 &&
+                                                            anchors->get<uint64_t>() <= kMaxAnchors)
+        result.chunk_anchors = anchors->get<uint64_t>();
+    if (const auto drop = options.find("drop_invalid"); drop != options.end() && drop->is_boolean())
+        result.drop_invalid = drop->get<bool>(); // nothing of a file is invalid
+    if (const auto row = options.find("appearance"); row != options.end() && row->is_string() && result.appearance == 0)
+        result.appearance = -1; // all, of one
+    return result;
+}
+
 void roundToHalves(std::vector<Mlp>& mlps)
 {
     const auto nearest = [](std::vector<float>& values) {
@@ -124,61 +135,6 @@ std::vector<uint32_t> anchorOrder(const GscView& view, bool by_source)
                   order.begin() + ptrdiff_t(level.anchor_first + level.anchor_count),
                   [&](uint32_t a, uint32_t b) { return std::tuple(keys[a], a) < std::tuple(keys[b], b); });
     return order;
-}
-
-ReducedAnchors::ReducedAnchors(const GscView& view, const ReducedModel& model, const std::vector<uint32_t>& order)
-    : m_view(view), m_model(model)
-{
-    const std::vector<uint32_t> chunks = chunksOf(view);
-    for (const uint32_t anchor : order)
-        if (!model.isLeftOut(anchor))
-            m_kept.push_back({anchor, chunks[anchor]});
-}
-
-bool ReducedAnchors::next(AnchorBatch& batch, uint32_t fields, size_t max_rows)
-{
-    const ModelParams& p = *m_view.params;
-    const size_t rows = std::min(max_rows, m_kept.size() - m_next);
-    batch.first = m_next;
-    batch.count = rows;
-    const size_t rest = fields == kAnchorAll ? rows : 0;
-    batch.position.resize(3 * rows);
-    batch.level.resize(rows);
-    batch.extra_level.resize(rows);
-    batch.offset.resize(3 * size_t(p.n_offsets) * rest);
-    batch.feature.resize(size_t(p.feat_dim) * rest);
-    batch.scale.resize(6 * rest);
-    batch.rotation.resize(4 * rest);
-    batch.opacity.resize(rest);
-    batch.normal.assign(3 * rest, 0.0f);
-    for (size_t i = 0; i < rows; ++i)
-        put(m_kept[m_next + i], fields, i, batch);
-    m_next += rows;
-    return rows != 0;
-}
-
-void ReducedAnchors::put(const Place& place, uint32_t fields, size_t at, AnchorBatch& batch) const
-{
-    const ModelParams& p = *m_view.params;
-    const ChunkRecord& chunk = m_view.chunks[place.chunk];
-    const ChunkValues values(m_view, chunk);
-    const uint32_t local = place.anchor - chunk.anchor_first;
-    const std::array<float, 3> position = values.position(local);
-    std::copy_n(position.data(), 3, &batch.position[3 * at]);
-    batch.level[at] = m_view.levels[chunk.level_index].level;
-    const float* const extra = values.values(ChunkArray::ExtraLevel, local);
-    batch.extra_level[at] = extra != nullptr ? *extra : 0;
-    if (fields != kAnchorAll)
-        return;
-    std::copy_n(m_model.scale(place.anchor), 6, &batch.scale[6 * at]);
-    std::copy_n(m_model.offset(place.anchor), 3 * p.n_offsets, &batch.offset[3 * size_t(p.n_offsets) * at]);
-    std::copy_n(m_model.feature(place.anchor), p.feat_dim, &batch.feature[size_t(p.feat_dim) * at]);
-    const float* const rotation = values.values(ChunkArray::Rotation, local);
-    std::copy_n(rotation != nullptr ? rotation : p.constant_rotation, 4, &batch.rotation[4 * at]);
-    const float* const opacity = values.values(ChunkArray::Opacity, local);
-    batch.opacity[at] = opacity != nullptr ? *opacity : p.constant_opacity;
-    if (const float* const normal = values.values(ChunkArray::Normal, local))
-        std::copy_n(normal, 3, &batch.normal[3 * at]);
 }
 
 } // namespace gsc

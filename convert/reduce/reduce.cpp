@@ -3,6 +3,7 @@
 
 #include "convert/bake/bake.h"
 #include "convert/bake/mlp_pack.h"
+#include "convert/reduce/file_anchors.h"
 #include "convert/reduce/gsc_checkpoint.h"
 #include "convert/reduce/reduce_manifest.h"
 #include "convert/reduce/step_search.h"
@@ -196,8 +197,10 @@ private:
             checkpoint = checkpointOf(m_view, m_options.name);
         if (model.masked() > 0)
             checkpoint.flags |= kModelMaskedSlots;
-        ReducedAnchors source(m_view, model, order);
-        checkpoint.anchor_count = source.count();
+        const std::vector<AnchorPlace> places = keptPlaces(m_view, model, order);
+        const std::vector<GscView> files{m_view};
+        FileAnchors source(files, places, &model);
+        checkpoint.anchor_count = places.size();
         if (checkpoint.anchor_count == 0)
             throw Error(ErrorCode::Difference, m_options.name + ": no anchor would be left, expected one; no pose sees "
                                                                 "any, pass other --cameras");
@@ -208,8 +211,8 @@ private:
         bake.threads = m_options.threads;
         bake.appearance = appearanceOf(m_view);
         bake.sensitivity = SensitivityMode::None;
-        bake.source.emplace(
-            BakedSource{m_view.header->source_hash, std::string(m_view.manifest), reductionText(m_report, m_options)});
+        bake.source.emplace(BakedSource{
+            m_view.header->source_hash, reducedFacts(m_view.manifest, reductionText(m_report, m_options)), {}});
         bake.verify = [&](const std::string& path) { measureFile(path); };
         (void)bakeFrom(checkpoint, source, bake, [](const char*, uint64_t, uint64_t) {});
     }

@@ -45,4 +45,16 @@ std::string reductionText(const ReduceReport& report, const ReduceOptions& optio
     return json.dump();
 }
 
+std::string reducedFacts(std::string_view manifest, const std::string& reduction)
+{
+    const Json other = Json::parse(manifest, nullptr, false);
+    Json facts = Json::object();
+    if (other.is_object() && other.contains("source"))
+        facts["source"] = other["source"];
+    facts["reduction"] = Json::parse(reduction);
+    if (other.is_object() && other.contains("crop"))
+        facts["crop"] = other["crop"];
+    return facts.dump();
+}
+
 } // namespace gsc

@@ -25,6 +25,7 @@ Shape sectionShape(uint32_t type)
     case kSectionPacked:
     case kSectionEmbedding:
     case kSectionIndex:
+    case kSectionTile:
         return {4, 1};
     case kSectionLevels:
         return {4, sizeof(LevelRecord) / 4};

@@ -72,6 +72,7 @@ bool checkLeaves(Context& context);
 void checkIndex(Context& context);
 // whether the ranges of chunks and groups are sound
 void checkSensitivity(Context& context, bool ranges_sound);
+void checkTile(Context& context);
 bool checkMlps(Context& context);          // false if a shape or an offset is wrong
 bool checkPacked(Context& context);        // the same
 void checkPackedContent(Context& context); // precondition: the two returned true

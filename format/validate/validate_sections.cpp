@@ -66,6 +66,26 @@ void bindEmbedding(Context& context)
     context.view.embedding = values.value_or(context.view.embedding);
 }
 
+void bindTile(Context& context)
+{
+    const SectionEntry* const entry = context.entry(kSectionTile);
+    const uint64_t anchors = context.view.header->anchor_count; // fits 32 bits
+    if (!entry || !checkCount(context, *entry, "TILE", anchors))
+        return;
+    const uint64_t expected = sizeof(TileRecord) + anchors * sizeof(uint32_t);
+    if (entry->bytes != expected) {
+        GSC_REPORT(context.log, SectionBytes, entry->offset, "/sections/TILE", "TILE", entry->bytes, entry->count,
+                   expected, "");
+        return;
+    }
+    const auto record = context.file.array<TileRecord>(entry->offset, 1);
+    const auto rows = context.file.array<uint32_t>(entry->offset + sizeof(TileRecord), anchors);
+    if (record && rows) {
+        context.view.tile = record->data();
+        context.view.tile_rows = *rows;
+    }
+}
+
 void bindCameras(Context& context)
 {
     const SectionEntry* const entry = context.entry(kSectionCameras);
@@ -97,6 +117,7 @@ bool bindSections(Context& context)
     bindRecords(context, kSectionPacked, "MLPP", 1, Size::AtLeast, packed);
     if (context.entry(kSectionSensitivity))
         bindRecords(context, kSectionSensitivity, "SENS", view.header->anchor_count, Size::Exact, view.sensitivity);
+    bindTile(context);
     bindEmbedding(context);
     bindCameras(context);
     view.anchors = context.content(*context.entry(kSectionAnchors));

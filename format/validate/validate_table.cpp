@@ -21,7 +21,7 @@ constexpr KnownSection kRuntimeSections[] = {
     {kSectionAnchors, true},  {kSectionMeta, true},         {kSectionParams, true}, {kSectionLevels, true},
     {kSectionChunks, true},   {kSectionGroups, true},       {kSectionLeaves, true}, {kSectionNanoVdb, true},
     {kSectionIndex, true},    {kSectionWeights, true},      {kSectionPacked, true}, {kSectionEmbedding, false},
-    {kSectionCameras, false}, {kSectionSensitivity, false},
+    {kSectionCameras, false}, {kSectionSensitivity, false}, {kSectionTile, false},
 };
 
 // The first is the first of a file.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// 51xx: view sensitivities.
+// 51xx: view sensitivities; 52xx: tiles.
 #include "tests/format/mutation.h"
 
 #include <cmath>
@@ -18,6 +18,19 @@ TinyGscOptions baked()
 std::function<void(Bytes&)> anchor(void (*change)(AnchorSensitivity&))
 {
     return edit<AnchorSensitivity>(kSectionSensitivity, 131, change);
+}
+
+TinyGscOptions cut()
+{
+    TinyGscOptions o;
+    o.tile = true;
+    return o;
+}
+
+// Rows follow the record of 16 bytes.
+std::function<void(Bytes&)> row(size_t index, uint32_t value)
+{
+    return [=](Bytes& file) { records<uint32_t>(file, kSectionTile)[sizeof(TileRecord) / 4 + index] = value; };
 }
 
 } // namespace
@@ -46,6 +59,15 @@ std::vector<Mutation> sensitivityMutations()
          {},
          baked()},
         {SectionVersion, editEntry(kSectionSensitivity, [](SectionEntry& e) { e.version = 2; }), {}, baked()},
+        {TileWhole, edit<TileRecord>(kSectionTile, 0, [](TileRecord& t) { t.whole_anchors /= 2; }), {TileRow}, cut()},
+        {TileWhole, edit<TileRecord>(kSectionTile, 0, [](TileRecord& t) { t.whole_anchors = UINT64_MAX; }), {}, cut()},
+        {TileRow, row(7, 13), {}, cut()}, // the one before is 13
+        {TileRow, row(0, UINT32_MAX), {}, cut()},
+        {SectionCount, editEntry(kSectionTile, [](SectionEntry& e) { e.count -= 1; }), {}, cut()},
+        {SectionBytes,
+         editSections([](std::vector<TinySection>& s) { find(s, kSectionTile).content.resize(8); }),
+         {},
+         cut()},
         // a value of a group that is none is one issue, not two
         {GroupValue,
          edit<GroupRecord>(kSectionGroups, 1, [](GroupRecord& g) { g.view_sensitivity = INFINITY; }),

@@ -87,7 +87,7 @@ public:
             entry.type = type;
             entry.version = 1;
             entry.count = count;
-            entry.flags = type == kSectionSensitivity ? uint32_t(kSectionOptional) : 0;
+            entry.flags = type == kSectionSensitivity || type == kSectionTile ? uint32_t(kSectionOptional) : 0;
             sections.push_back({entry, std::move(content)});
         };
         const auto text = std::as_bytes(std::span(m_options.manifest));
@@ -102,6 +102,8 @@ public:
         add(kSectionIndex, m_index.size(), bytesOf(m_index));
         if (m_options.sensitivity)
             add(kSectionSensitivity, sensitivity.size(), bytesOf(sensitivity));
+        if (m_options.tile)
+            add(kSectionTile, m_index.size(), tile());
         add(kSectionWeights, m_params.mlp_count, mlps.canonical);
         add(kSectionPacked, 1, mlps.packed);
         if (m_options.appearance_dim > 0)
@@ -118,6 +120,17 @@ public:
 private:
     // Multiples of 2^-10 in [low, high): the same bits on every platform.
     float uniform(float low, float high) { return low + float(m_random() % 1024) / 1024.0f * (high - low); }
+
+    std::vector<std::byte> tile() const
+    {
+        std::vector<uint32_t> rows(m_index.size());
+        for (uint32_t i = 0; i < rows.size(); ++i)
+            rows[i] = 2 * i + 1;
+        std::vector<std::byte> bytes = bytesOf(std::vector<TileRecord>{{0x5555, 2 * rows.size()}});
+        const std::vector<std::byte> more = bytesOf(rows);
+        bytes.insert(bytes.end(), more.begin(), more.end());
+        return bytes;
+    }
 
     void makeParams()
     {

@@ -31,6 +31,7 @@ struct TinyGscOptions {
     bool level_inputs = false;   // of the three heads; needs levels >= 2
     bool rotation = false, opacity = false, normal = false;
     bool sensitivity = false;
+    bool tile = false; // of every second row of a model of twice the size
     uint64_t seed = 1;
     std::string manifest = R"({"schema":"gsc.manifest/1","generator":"tiny_gsc"})";
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/bake/bake_report.h"
+#include "convert/commands/bake/tile_report.h"
 #include "convert/commands/checkpoint_options.h"
 #include "convert/commands/command.h"
 
@@ -19,6 +20,8 @@ namespace gsc {
 namespace {
 
 struct BakeCommand {
+    std::vector<std::string> inputs;
+    std::optional<CropBox> crop;
     ReduceOptions reduce;
     CheckpointOptions checkpoint;
     std::vector<std::string> levers;
@@ -54,9 +57,90 @@ bool isGscFile(const std::string& path)
     return file && std::memcmp(magic, kMagic, sizeof(kMagic)) == 0;
 }
 
+CropBox parseBox(const std::string& name, const std::string& text)
+{
+    std::array<double, 6> ends{};
+    size_t count = 0, at = 0;
+    const char* const expected = "six numbers X0,Y0,Z0,X1,Y1,Z1, such as 0,0,0,8,8,4";
+    for (; at <= text.size(); ++count) {
+        const size_t end = std::min(text.find(',', at), text.size());
+        if (count == ends.size())
+            detail::failValue(name, text, "has more numbers", expected);
+        ends[count] = detail::number(name, text.substr(at, end - at), {-1e30, 1e30}, "");
+        at = end + 1;
+    }
+    if (count != ends.size())
+        detail::failValue(name, text, "has fewer numbers", expected);
+    CropBox box;
+    std::copy_n(ends.begin(), 3, box.from.begin());
+    std::copy_n(ends.begin() + 3, 3, box.to.begin());
+    for (size_t axis = 0; axis < 3; ++axis)
+        if (!(box.from[axis] < box.to[axis]))
+            detail::failValue(name, text, "is empty", "the first three numbers below the last three");
+    return box;
+}
+
+// What only a search can do.
+void refuseWithoutTarget(const BakeCommand& command)
+{
+    const ReduceOptions& reduce = command.reduce;
+    const char* const given = !command.levers.empty()   ? "--levers"
+                              : !reduce.cameras.empty() ? "--cameras"
+                              : reduce.max_bytes > 0    ? "--max-bytes"
+                                                        : nullptr;
+    if (given != nullptr)
+        throw Error(ErrorCode::Usage, formatString("%s: given without --target-psnr, expected no such option where "
+                                                   "files are cut or joined as they are; pass the target or leave it "
+                                                   "out",
+                                                   given));
+}
+
+// Where files lie that only this run reads: made when the first is asked for.
+class Workplace {
+public:
+    std::string file(const std::string& name)
+    {
+        if (!m_folder)
+            m_folder.emplace(resolveOutput((std::filesystem::temp_directory_path() / "gsc-bake").string()),
+                             TemporaryKind::Folder, 0700);
+        return m_folder->path() + "/" + name;
+    }
+
+private:
+    std::optional<Temporary> m_folder;
+};
+
+// Every input as a .gsc file. `keep_all`: with what a player needs beside pictures.
+std::vector<std::string> filesOf(const BakeCommand& command, bool keep_all, Workplace& workplace, Reporter& report)
+{
+    std::vector<std::string> files;
+    for (const std::string& input : command.inputs) {
+        if (isGscFile(input)) {
+            files.push_back(input);
+            continue;
+        }
+        const Checkpoint checkpoint = readCheckpoint(input, command.checkpoint);
+        for (const std::string& warning : checkpoint.warnings)
+            report.warning(warning);
+        BakeOptions convert;
+        convert.output = workplace.file(formatString("whole%zu.gsc", files.size()));
+        convert.threads = command.reduce.threads;
+        convert.sensitivity = keep_all ? SensitivityMode::Sampled : SensitivityMode::None;
+        (void)bake(checkpoint, convert, std::bind_front(&Reporter::progress, &report));
+        files.push_back(convert.output);
+    }
+    return files;
+}
+
+std::string nameOf(const std::vector<std::string>& inputs)
+{
+    return inputs.size() == 1 ? inputs[0] : formatString("%s and %zu more", inputs[0].c_str(), inputs.size() - 1);
+}
+
 ErrorCode runBake(const BakeCommand& command, Reporter& report)
 {
     ReduceOptions options = command.reduce;
+    options.name = nameOf(command.inputs);
     options.levers = leversOf(command.levers);
     if (command.target > 0)
         options.target_psnr = command.target;
@@ -64,23 +148,38 @@ ErrorCode runBake(const BakeCommand& command, Reporter& report)
         options.min_view_psnr = command.min_view;
     if (options.min_view_psnr && !options.target_psnr)
         throw Error(ErrorCode::Usage, "--min-view-psnr: given alone, expected --target-psnr beside it; pass that too");
-    checkOutputsDiffer(std::vector<NamedPath>{{options.output, "--output"}},
-                       std::vector<NamedPath>{{options.name, "INPUT"}});
+    const bool makes_tile = command.crop || command.inputs.size() > 1, reduces = options.target_psnr || !makes_tile;
+    if (!reduces)
+        refuseWithoutTarget(command);
+    std::vector<NamedPath> inputs;
+    for (const std::string& input : command.inputs)
+        inputs.push_back({input, "INPUT"});
+    checkOutputsDiffer(std::vector<NamedPath>{{options.output, "--output"}}, inputs);
     checkOutput(options.output, OutputKind::Binary, options.overwrite);
     const auto progress = std::bind_front(&Reporter::progress, &report);
-    std::optional<Temporary> folder;
-    options.input = options.name;
-    if (!isGscFile(options.name)) {
-        const Checkpoint checkpoint = readCheckpoint(options.name, command.checkpoint);
-        for (const std::string& warning : checkpoint.warnings)
+    Workplace workplace;
+    const std::vector<std::string> files = filesOf(command, !reduces, workplace, report);
+    options.input = files[0];
+    if (makes_tile) {
+        TileOptions tiles;
+        tiles.inputs = files;
+        tiles.names = command.inputs;
+        tiles.output = options.input = reduces ? workplace.file("tile.gsc") : options.output;
+        tiles.overwrite = options.overwrite;
+        tiles.crop = command.crop;
+        tiles.threads = options.threads;
+        const TileReport result = joinTiles(tiles, progress);
+        for (const std::string& warning : result.warnings)
             report.warning(warning);
-        folder.emplace(resolveOutput((std::filesystem::temp_directory_path() / "gsc-bake").string()),
-                       TemporaryKind::Folder, 0700);
-        BakeOptions convert;
-        convert.output = options.input = folder->path() + "/whole.gsc";
-        convert.threads = options.threads;
-        convert.sensitivity = SensitivityMode::None;
-        (void)bake(checkpoint, convert, progress);
+        if (!reduces) {
+            report.endProgress(false);
+            if (report.json())
+                report.object(tilesJson(tiles, result));
+            else
+                report.text(tilesText(tiles, result));
+            report.done("baked " + options.name);
+            return ErrorCode::Ok;
+        }
     }
     const ReduceReport result = reduce(options, progress);
     report.endProgress(false);
@@ -98,15 +197,21 @@ void addBakeCommand(CLI::App& app, Invocation& invocation)
 {
     auto options = std::make_shared<BakeCommand>();
     ReduceOptions& reduce = options->reduce;
-    CLI::App& command = addCommand(app, "bake", "Make the smallest file that keeps a stated quality");
-    addText(command, "INPUT", reduce.name, "FILE.gsc|MODEL", "a .gsc file, or a model as `gsc convert` takes it")
+    CLI::App& command =
+        addCommand(app, "bake", "Make the smallest file that keeps a stated quality; cut files, and join tiles");
+    addTexts(command, "INPUT", options->inputs, "FILE.gsc|MODEL",
+             "a .gsc file, or a model as `gsc convert` takes it; tiles of one model, to be joined")
         .required();
     addText(command, "-o,--output", reduce.output, "FILE.gsc", "file to write").required();
     addFlag(command, "-w,--overwrite", reduce.overwrite, "replace a file that exists");
+    detail::addValue(
+        command, "--crop", "X0,Y0,Z0,X1,Y1,Z1",
+        "keep the anchors that lie in this box of the world, its upper ends not being part of it",
+        [options](const std::string& name, const std::string& text) { options->crop = parseBox(name, text); });
     addNumber(
         command, "--target-psnr", options->target, {10, 100}, " dB", "DB",
         "of all judged poses together, against exact pictures of the whole model; without it only what never draws "
-        "is left out");
+        "is left out, and nothing where files are cut or joined");
     addNumber(command, "--min-view-psnr", options->min_view, {5, 100}, " dB", "DB (default: 4 below the target)",
               "of the worst judged pose");
     addByteSize(command, "--max-bytes", reduce.max_bytes, 1, "SIZE", "most bytes of the file's archive, such as 4M");
@@ -127,7 +232,9 @@ void addBakeCommand(CLI::App& app, Invocation& invocation)
         "with 8 where the target cannot be kept, and writes nothing. `gsc archive` then packs the file.\n\n"
         "examples:\n"
         "  gsc bake city.gsc -o city50.gsc --target-psnr 50\n"
-        "  gsc bake output/room -o room.gsc --target-psnr 45 --min-view-psnr 40 --format json");
+        "  gsc bake output/room -o room.gsc --target-psnr 45 --min-view-psnr 40 --format json\n"
+        "  gsc bake city.gsc --crop -40,-40,-10,0,0,30 -o tile0.gsc\n"
+        "  gsc bake tile0.gsc tile1.gsc -o both.gsc");
     onParsed(command, invocation, options, runBake);
 }
 

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files cut to a box and joined again. Exact: nothing is drawn, and no value of an anchor that stays changes.
+#pragma once
+
+#include "convert/bake/bake.h"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+// Of the world; its ends do not belong to it, so boxes side by side share no anchor.
+struct CropBox {
+    std::array<double, 3> from{}, to{};
+};
+
+struct TileOptions {
+    std::vector<std::string> inputs; // .gsc files
+    std::vector<std::string> names;  // of the inputs in messages
+    std::string output;
+    bool overwrite = false;
+    std::optional<CropBox> crop;
+    int threads = 0;
+};
+
+struct TileReport {
+    struct Tile {
+        uint64_t anchors, kept;
+    };
+    std::vector<Tile> tiles; // in the order of the inputs
+    uint64_t anchors = 0, bytes = 0;
+    uint64_t whole_anchors = 0;   // of the model that all are parts of, 0 where there is none
+    bool is_whole = false;        // the output is that model again, byte for byte
+    bool in_source_order = false; // rows follow each other as in that model; else tile by tile
+    std::vector<std::string> warnings;
+    double seconds = 0;
+};
+
+// Files that were cut from one model are joined in the order of its rows; others one after another. A file that was not cut
+// is a model of which it is the whole. Throws Error: Usage for a box that holds no anchor; Difference, naming file and
+// field, for files that are not of one model or share an anchor; as openGsc() and bake(). Then no file is left. The same
+// bytes on any number of threads.
+TileReport joinTiles(const TileOptions& options, const BakeProgress& progress);
+
+} // namespace gsc
