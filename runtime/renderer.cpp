@@ -1,14 +1,58 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/renderer.h"
 
+#include "format/error.h"
+
 #include <algorithm>
+#include <utility>
 
 namespace gsc {
+
+namespace {
+
+// Is it the device that cannot, so that another may?
+bool isOfDevice(ErrorCode code)
+{
+    return code == ErrorCode::OutOfMemory || code == ErrorCode::Unsupported || code == ErrorCode::Device;
+}
+
+std::unique_ptr<Renderer> loaded(std::unique_ptr<Renderer> renderer, std::shared_ptr<const Scene> scene,
+                                 double* load_ms)
+{
+    const auto start = std::chrono::steady_clock::now();
+    renderer->load(std::move(scene));
+    if (load_ms != nullptr)
+        *load_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    return renderer;
+}
+
+} // namespace
 
 void Renderer::load(std::shared_ptr<const Scene> scene)
 {
     load(scene->view());
     m_scene = std::move(scene);
+}
+
+std::unique_ptr<Renderer> makeLoadedRenderer(const DeviceId& device, const RendererOptions& options,
+                                             std::shared_ptr<const Scene> scene, std::vector<std::string>& passed_over,
+                                             double* load_ms)
+{
+    std::string name = device.backend;
+    try {
+        std::string warning;
+        const int ordinal = device.backend.starts_with("cpu") ? 0 : device.ordinal; // which a reference may have
+        std::unique_ptr<Renderer> renderer = makeRenderer({device.backend, ordinal}, options, &warning);
+        if (!warning.empty())
+            passed_over.push_back(warning);
+        name = renderer->id().backend;
+        return loaded(std::move(renderer), scene, load_ms);
+    } catch (const Error& e) {
+        if (device.backend != "auto" || name == "cpu" || !isOfDevice(e.code()))
+            throw;
+        passed_over.push_back(formatString("backend %s is passed over: %s", name.c_str(), e.what()));
+    }
+    return loaded(makeRenderer({"cpu"}, options), std::move(scene), load_ms);
 }
 
 FrameResult finish(Renderer& renderer, const FrameRequest& request, uint64_t ticket)

@@ -11,6 +11,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace gsc {
 
@@ -91,6 +92,12 @@ private:
 // that this machine cannot run; OutOfMemory. `warning`, if not null, says what "auto" passes over and why.
 std::unique_ptr<Renderer> makeRenderer(const DeviceId& device, const RendererOptions& options = {},
                                        std::string* warning = nullptr);
+
+// The same with the model loaded. With "auto", what a better backend cannot load, for want of memory or of support, the CPU
+// loads instead. What is passed over and why is added to `passed_over`; `load_ms`, if not null, is how long loading took.
+std::unique_ptr<Renderer> makeLoadedRenderer(const DeviceId& device, const RendererOptions& options,
+                                             std::shared_ptr<const Scene> scene, std::vector<std::string>& passed_over,
+                                             double* load_ms = nullptr);
 
 // Waits for a frame, and submits it again for as long as it overflows. The times are those of every try. Throws as both.
 FrameResult finish(Renderer& renderer, const FrameRequest& request, uint64_t ticket);

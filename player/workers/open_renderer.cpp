@@ -10,24 +10,6 @@
 
 namespace gsc {
 
-namespace {
-
-std::unique_ptr<Renderer> load(std::unique_ptr<Renderer> renderer, std::shared_ptr<const Scene> scene, double& load_ms)
-{
-    const auto start = std::chrono::steady_clock::now();
-    renderer->load(std::move(scene));
-    load_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-    return renderer;
-}
-
-// Is it the device that cannot, so that another may?
-bool isOfDevice(ErrorCode code)
-{
-    return code == ErrorCode::OutOfMemory || code == ErrorCode::Unsupported || code == ErrorCode::Device;
-}
-
-} // namespace
-
 std::shared_ptr<const Scene> openScene(const PlayOptions& options)
 {
     const WorkerOptions& workers = options.workers;
@@ -41,24 +23,20 @@ std::shared_ptr<const Scene> openScene(const PlayOptions& options)
 std::unique_ptr<Renderer> openRenderer(const PlayOptions& options, std::shared_ptr<const Scene> scene, Reporter& log,
                                        double& load_ms)
 {
-    if (drawsWithService(options))
-        return load(makeServiceRenderer(serviceOptions(options, log)), std::move(scene), load_ms);
-    const RendererOptions limits{options.threads, options.vram_budget};
-    std::string name = options.backend;
-    try {
-        std::string passed_over;
-        const int ordinal = options.backend.starts_with("cpu") ? 0 : options.device; // which a reference may have
-        std::unique_ptr<Renderer> renderer = makeRenderer({options.backend, ordinal}, limits, &passed_over);
-        if (!passed_over.empty())
-            log.warning(passed_over);
-        name = renderer->id().backend;
-        return load(std::move(renderer), scene, load_ms);
-    } catch (const Error& e) {
-        if (options.backend != "auto" || name == "cpu" || !isOfDevice(e.code()))
-            throw;
-        log.warning(formatString("backend %s is passed over: %s", name.c_str(), e.what()));
+    if (drawsWithService(options)) {
+        std::unique_ptr<Renderer> service = makeServiceRenderer(serviceOptions(options, log));
+        const auto start = std::chrono::steady_clock::now();
+        service->load(std::move(scene));
+        load_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+        return service;
     }
-    return load(makeRenderer({"cpu"}, limits), scene, load_ms);
+    std::vector<std::string> passed_over;
+    std::unique_ptr<Renderer> renderer =
+        makeLoadedRenderer({options.backend, options.device}, {options.threads, options.vram_budget}, std::move(scene),
+                           passed_over, &load_ms);
+    for (const std::string& text : passed_over)
+        log.warning(text);
+    return renderer;
 }
 
 } // namespace gsc
