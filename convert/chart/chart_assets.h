@@ -11,9 +11,10 @@ std::string_view pageStyle();
 std::string_view partsScript();
 std::string_view figuresScript();
 std::string_view reportScript();
-std::string_view servicePageTemplate(); // page/service_page.html, of a model of trace_model.h
+std::string_view plainPageTemplate(); // page/plain_page.html, of a model of trace_model.h or curve_model.h
 std::string_view serviceFiguresScript();
-std::string_view serviceReportScript();
+std::string_view curveFiguresScript();
+std::string_view plainReportScript();
 std::string_view stillScript();
 std::string_view echartsScript();
 

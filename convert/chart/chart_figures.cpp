@@ -24,10 +24,7 @@ std::vector<FigureFile> drawFigures(const Json& model, const std::function<void(
     engine.run(stillScript(), "still.js"); // first: it has what ECharts expects of a browser
     engine.run(echartsScript(), "ECharts");
     engine.run(partsScript(), "parts.js");
-    if (isServiceModel(model))
-        engine.run(serviceFiguresScript(), "service_figures.js");
-    else
-        engine.run(figuresScript(), "figures.js");
+    engine.run(figuresScriptOf(kindOf(model)), "figures");
     engine.call("gscLoad", model.dump());
     const Json kinds = Json::parse(engine.call("gscKinds", ""));
     std::vector<FigureFile> files;

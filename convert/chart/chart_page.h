@@ -4,14 +4,18 @@
 #include <nlohmann/json.hpp>
 
 #include <string>
+#include <string_view>
 
 namespace gsc {
 
 // JSON that may stand inside <script>: no text in it can end the element or open a comment.
 std::string scriptJson(const nlohmann::ordered_json& json);
-// Is it one of traceModel(), rather than of chartModel()? The two have figures and pages of their own.
-bool isServiceModel(const nlohmann::ordered_json& model);
-// One HTML file that needs nothing else, from a model as chartModel() or traceModel() makes it. Same model, same bytes.
+// What a model is of: of chartModel(), traceModel() or curveModel(), which have figures and pages of their own.
+enum class PageKind { Runs, Service, Curve };
+PageKind kindOf(const nlohmann::ordered_json& model);
+// The script that draws its figures.
+std::string_view figuresScriptOf(PageKind kind);
+// One HTML file that needs nothing else, from a model as one of those makes it. Same model, same bytes.
 std::string chartPage(const nlohmann::ordered_json& model);
 
 } // namespace gsc

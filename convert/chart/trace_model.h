@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a page of service traces shows, as data: page/service_figures.js turns it into figures, page/service_report.js into
+// What a page of service traces shows, as data: page/service_figures.js turns it into figures, page/plain_report.js into
 // text and tables.
 #pragma once
 

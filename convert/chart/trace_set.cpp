@@ -26,14 +26,19 @@ OrderedJson parsedTrace(std::string_view text, const std::string& where)
 
 } // namespace
 
-bool isTraceText(std::string_view text)
+bool startsWithSchema(std::string_view text, std::string_view schema)
 {
     text = text.substr(0, kSchemaWithin);
     const size_t key = text.find("\"schema\"");
     if (key == text.npos || text.find_first_not_of(std::string(kBlank) + "{") != key)
         return false;
     const size_t value = text.find_first_not_of(" \t\r\n:", key + std::string_view("\"schema\"").size());
-    return value != text.npos && text.substr(value).starts_with("\"gsc.service-trace/");
+    return value != text.npos && text.substr(value).starts_with('"') && text.substr(value + 1).starts_with(schema);
+}
+
+bool isTraceText(std::string_view text)
+{
+    return startsWithSchema(text, "gsc.service-trace/");
 }
 
 void addTraces(std::string_view text, const std::string& path, std::vector<ChartTrace>& traces)

@@ -5,6 +5,7 @@
 #include "convert/chart/chart_figures.h"
 #include "convert/chart/chart_model.h"
 #include "convert/chart/chart_page.h"
+#include "convert/chart/curve_model.h"
 #include "convert/chart/run_set.h"
 #include "convert/chart/trace_model.h"
 #include "format/file/output_file.h"
@@ -12,6 +13,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 
 namespace gsc {
 
@@ -69,18 +71,25 @@ void checkFigures(const ChartOptions& options, const std::vector<FigureFile>& fi
     checkOutputsDiffer(outputs, inputs);
 }
 
-// Runs or traces, never both: they are drawn on pages of their own.
+// Of one kind: each has pages of its own.
 struct ChartInput {
+    std::optional<PageKind> kind;
     RunSet runs;
     std::vector<ChartTrace> traces;
+    std::vector<ChartCurve> curves;
 };
 
-void checkOneKind(const ChartInput& input, const std::string& path, bool is_trace)
+const char* nameOf(PageKind kind)
 {
-    const bool other = is_trace ? !input.runs.rows.empty() : !input.traces.empty();
-    if (other)
-        throw Error(ErrorCode::Usage, path + ": holds " + (is_trace ? "traces of a service" : "runs of a sweep") +
-                                          ", expected " + (is_trace ? "runs of a sweep" : "traces of a service") +
+    return kind == PageKind::Service ? "traces of a service"
+           : kind == PageKind::Curve ? "curves of models"
+                                     : "runs of a sweep";
+}
+
+void checkOneKind(const ChartInput& input, const std::string& path, PageKind kind)
+{
+    if (input.kind && *input.kind != kind)
+        throw Error(ErrorCode::Usage, path + ": holds " + nameOf(kind) + ", expected " + nameOf(*input.kind) +
                                           " as in the files before it; draw them with a command of their own");
 }
 
@@ -89,16 +98,22 @@ ChartInput readInput(const ChartOptions& options, Reporter& report)
     ChartInput found;
     RunSet& runs = found.runs;
     for (const std::string& input : options.inputs) {
-        const std::string text =
-            readInputText(input, kMaxRuns, "rows of gsc-play bench --sweep, or the trace of a service");
-        const bool is_trace = isTraceText(text);
-        checkOneKind(found, input, is_trace);
-        if (is_trace)
+        const std::string text = readInputText(
+            input, kMaxRuns, "rows of gsc-play bench --sweep, the trace of a service, or a curve of gsc bake");
+        const PageKind kind = isTraceText(text)   ? PageKind::Service
+                              : isCurveText(text) ? PageKind::Curve
+                                                  : PageKind::Runs;
+        checkOneKind(found, input, kind);
+        if (kind == PageKind::Service)
             addTraces(text, input, found.traces);
+        else if (kind == PageKind::Curve)
+            addCurves(text, input, found.curves);
         else
             addRuns(text, input, runs);
+        if (kind != PageKind::Runs || !runs.rows.empty()) // a file may have no run
+            found.kind = kind;
     }
-    if (!found.traces.empty())
+    if (found.kind && found.kind != PageKind::Runs)
         return found;
     foldRepeats(runs);
     for (const std::string& note : runs.notes)
@@ -149,6 +164,14 @@ Json tracesJson(const std::vector<ChartTrace>& traces)
     return list;
 }
 
+Json curvesJson(const std::vector<ChartCurve>& curves)
+{
+    Json list = Json::array();
+    for (const ChartCurve& curve : curves)
+        list.push_back({{"model", curve.rows.front().model}, {"points", curve.rows.size()}});
+    return list;
+}
+
 Json reportJson(const ChartOptions& options, const ChartInput& input, const Json& model,
                 const std::vector<FigureFile>& figures)
 {
@@ -163,8 +186,9 @@ Json reportJson(const ChartOptions& options, const ChartInput& input, const Json
             {"skipped", runs.skipped},
             {"repeats", runs.repeats},
             {"duplicates", runs.duplicates},
-            {"comparisons", isServiceModel(model) ? Json::array() : comparisonsJson(model)},
+            {"comparisons", input.kind == PageKind::Runs ? comparisonsJson(model) : Json::array()},
             {"traces", tracesJson(input.traces)},
+            {"curves", curvesJson(input.curves)},
             {"figures", std::move(names)}};
 }
 
@@ -172,7 +196,9 @@ ErrorCode runChart(const ChartOptions& options, Reporter& report)
 {
     checkOutputs(options, report);
     const ChartInput input = readInput(options, report);
-    const Json model = input.traces.empty() ? chartModel(input.runs.rows) : traceModel(input.traces);
+    const Json model = input.kind == PageKind::Service ? traceModel(input.traces)
+                       : input.kind == PageKind::Curve ? curveModel(input.curves)
+                                                       : chartModel(input.runs.rows);
     const std::string page = chartPage(model);
     std::vector<FigureFile> figures;
     if (!options.figures.empty())
@@ -190,9 +216,11 @@ ErrorCode runChart(const ChartOptions& options, Reporter& report)
     report.endProgress(false);
     if (report.json())
         report.object(reportJson(options, input, model, figures));
-    const size_t count = std::max(input.runs.rows.size(), input.traces.size()); // one of them is 0
-    report.done(formatString("charted %zu %s%s in %s", count, input.traces.empty() ? "run" : "trace",
-                             count == 1 ? "" : "s", options.output.c_str()));
+    const size_t count = input.runs.rows.size() + input.traces.size() + input.curves.size(); // two of them are 0
+    const char* const what = input.kind == PageKind::Service ? "trace"
+                             : input.kind == PageKind::Curve ? "curve"
+                                                             : "run";
+    report.done(formatString("charted %zu %s%s in %s", count, what, count == 1 ? "" : "s", options.output.c_str()));
     return ErrorCode::Ok;
 }
 
@@ -201,10 +229,13 @@ ErrorCode runChart(const ChartOptions& options, Reporter& report)
 void addChartCommand(CLI::App& app, Invocation& invocation)
 {
     auto options = std::make_shared<ChartOptions>();
-    CLI::App& command = addCommand(
-        app, "chart", "Draw speed against accuracy of measured runs, or the trace of a service, as one HTML page");
+    CLI::App& command = addCommand(app, "chart",
+                                   "Draw speed against accuracy of measured runs, the trace of a service, or what "
+                                   "quality costs, as one HTML page");
     addTexts(command, "RUNS", options->inputs, "FILE.jsonl...",
-             "files of JSON lines from gsc-play bench --sweep, or traces of services; - is standard input")
+             "files of JSON lines from gsc-play bench --sweep, traces of services, or files of gsc bake --curve; - is "
+             "standard "
+             "input")
         .required();
     addText(command, "-o,--output", options->output, "FILE.html", "page to write; - is standard output").required();
     addFlag(command, "-w,--overwrite", options->overwrite, "replace files that exist");

@@ -3,7 +3,6 @@
 
 #include "format/interrupt.h"
 #include "player/cameras/scene_cameras.h"
-#include "runtime/cpu/renderer_cpu.h"
 #include "runtime/metrics/metrics.h"
 
 #include <algorithm>
@@ -11,8 +10,9 @@
 
 namespace gsc {
 
-PictureProbe::PictureProbe(std::shared_ptr<const Scene> scene, int threads, std::function<void()> told)
-    : m_scene(std::move(scene)), m_renderer(makeCpuRenderer(CpuPath::Fast, threads)), m_told(std::move(told))
+PictureProbe::PictureProbe(std::shared_ptr<const Scene> scene, std::unique_ptr<Renderer> renderer,
+                           std::function<void()> told)
+    : m_scene(std::move(scene)), m_renderer(std::move(renderer)), m_told(std::move(told))
 {
 }
 
@@ -26,22 +26,22 @@ FrameOptions PictureProbe::optionsOf(const Camera& camera) const
     return exactOptionsFor(*m_scene, camera);
 }
 
-void PictureProbe::draw(const Camera& camera, std::vector<float>& pixels)
+FrameResult PictureProbe::draw(const Camera& camera, std::vector<float>& pixels)
 {
     throwIfInterrupted();
     pixels.resize(size_t(3) * camera.width * camera.height);
     float* const image = pixels.data();
     const EyeParams eye = eyeOf(camera);
-    (void)render(*m_renderer, {&eye, 1}, optionsOf(camera), &image);
+    const FrameResult result = render(*m_renderer, {&eye, 1}, optionsOf(camera), &image);
     m_told();
+    return result;
 }
 
 void PictureProbe::addPoses(const std::vector<Camera>& cameras)
 {
-    m_renderer->load(m_scene);
     for (const Camera& camera : cameras) {
         m_cameras.push_back(camera);
-        draw(camera, m_pictures.emplace_back());
+        (void)draw(camera, m_pictures.emplace_back());
     }
 }
 
@@ -50,20 +50,62 @@ SetScore PictureProbe::score(const ModelView& model, size_t first, size_t count)
     m_renderer->load(model);
     SetScore result;
     std::vector<float> pixels;
-    double worst = INFINITY;
     for (size_t i = first; i < first + count; ++i) {
-        const Camera& camera = m_cameras[i];
-        draw(camera, pixels);
-        const ImageDifference difference = compareImages({m_pictures[i].data(), camera.width, camera.height},
-                                                         {pixels.data(), camera.width, camera.height});
-        result.poses.push_back({camera.name, difference.psnr});
-        result.mse += difference.mse / double(count);
-        if (difference.psnr < worst) {
-            worst = difference.psnr;
-            result.worst = i - first;
-        }
+        (void)draw(m_cameras[i], pixels);
+        add(i, pixels, count, result);
     }
+    return result;
+}
+
+// A pose of `count` to what is known of those before it.
+void PictureProbe::add(size_t pose, const std::vector<float>& pixels, size_t count, SetScore& result) const
+{
+    const Camera& camera = m_cameras[pose];
+    ImageDifference difference = compareImages({m_pictures[pose].data(), camera.width, camera.height},
+                                               {pixels.data(), camera.width, camera.height});
+    if (!(difference.mse < INFINITY)) { // a pixel that is no number is as wrong as can be
+        difference.mse = INFINITY;
+        difference.psnr = -INFINITY;
+    }
+    result.poses.push_back({camera.name, difference.psnr});
+    result.mse += difference.mse / double(count);
+    if (difference.psnr < result.worstPose().psnr)
+        result.worst = result.poses.size() - 1;
     result.psnr = result.mse > 0 ? -10 * std::log10(result.mse) : INFINITY;
+}
+
+FileScore PictureProbe::measure(std::shared_ptr<const Scene> file, size_t first, size_t count)
+{
+    m_renderer->load(std::move(file));
+    FileScore result;
+    result.worst_ssim = 1;
+    std::vector<float> pixels;
+    std::vector<double> frame, decode;
+    for (size_t i = first; i < first + count; ++i) {
+        for (size_t turn = 0; turn < kDrawsToMeasure; ++turn) {
+            const FrameResult drawn = draw(m_cameras[i], pixels);
+            result.resident_bytes = std::max(result.resident_bytes, drawn.bytes_resident);
+            if (turn == 0)
+                continue;
+            frame.push_back(drawn.times.total);
+            decode.push_back(drawn.times.decode);
+        }
+        add(i, pixels, count, result.set);
+        const ImageView whole{m_pictures[i].data(), m_cameras[i].width, m_cameras[i].height};
+        const ImageView now{pixels.data(), whole.width, whole.height};
+        const double likeness = ssim(whole, now), error = flip(whole, now);
+        result.ssim += likeness / double(count);
+        result.flip += error / double(count);
+        result.worst_ssim = std::min(result.worst_ssim, likeness);
+        result.worst_flip = std::max(result.worst_flip, error);
+    }
+    const auto median = [](std::vector<double>& values) {
+        const auto middle = values.begin() + ptrdiff_t(values.size() / 2);
+        std::ranges::nth_element(values, middle);
+        return *middle;
+    };
+    result.frame_ms = median(frame);
+    result.decode_ms = median(decode);
     return result;
 }
 

@@ -26,21 +26,36 @@ struct SetScore {
     [[nodiscard]] const PoseScore& worstPose() const { return poses[worst]; }
 };
 
-// Draws in tier `exact` on the CPU.
+// Pictures of a file against those of the whole model, and what drawing them took.
+struct FileScore {
+    SetScore set;
+    double ssim = 0, worst_ssim = 0, flip = 0, worst_flip = 0; // mean of the poses', and of the worst
+    double frame_ms = 0, decode_ms = 0;                        // median of all draws but the first of each pose
+    uint64_t resident_bytes = 0;                               // most that the renderer had
+};
+
+constexpr size_t kDrawsToMeasure = 4; // of each pose; the first one warms up
+
+// Draws in tier `exact`.
 class PictureProbe {
 public:
-    // `told` is called after each picture. `scene` is the whole model.
-    PictureProbe(std::shared_ptr<const Scene> scene, int threads, std::function<void()> told);
+    // `scene` is the whole model, which `renderer` has loaded. `told` is called after each picture.
+    PictureProbe(std::shared_ptr<const Scene> scene, std::unique_ptr<Renderer> renderer, std::function<void()> told);
 
-    void addPoses(const std::vector<Camera>& cameras); // draws what they are held against
+    // Draws what they are held against. To be called before score().
+    void addPoses(const std::vector<Camera>& cameras);
     // Of the poses [first, first + count).
     [[nodiscard]] SetScore score(const ModelView& model, size_t first, size_t count);
+    // The same of a file, with times.
+    [[nodiscard]] FileScore measure(std::shared_ptr<const Scene> file, size_t first, size_t count);
     // As an eye of a frame, with the options it is drawn with.
     [[nodiscard]] EyeParams eyeOf(const Camera& camera) const;
     [[nodiscard]] FrameOptions optionsOf(const Camera& camera) const;
 
 private:
-    void draw(const Camera& camera, std::vector<float>& pixels);
+    FrameResult draw(const Camera& camera, std::vector<float>& pixels);
+
+    void add(size_t pose, const std::vector<float>& pixels, size_t count, SetScore& result) const;
 
     std::shared_ptr<const Scene> m_scene;
     std::unique_ptr<Renderer> m_renderer;

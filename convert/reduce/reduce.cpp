@@ -12,12 +12,14 @@
 #include "format/interrupt.h"
 #include "kernels/threads/parallel.h"
 #include "player/cameras/scene_cameras.h"
+#include "runtime/renderer.h"
 #include "runtime/scene.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <iterator>
+#include <memory>
 
 namespace gsc {
 
@@ -29,10 +31,11 @@ constexpr size_t kFewestCameras = 4;
 constexpr int kMostAgain = 4;
 constexpr double kAgainShare = 0.6, kAgainMargin = 0.1; // dB
 
-// One bake; the members are its state from stage to stage.
-class Reducer {
-public:
-    Reducer(const ReduceOptions& options, const ReduceProgress& progress)
+} // namespace
+
+// The members are its state from stage to stage.
+struct Reducer::State {
+    State(const ReduceOptions& options, const ReduceProgress& progress)
         : m_options(options), m_progress(progress), m_workers(options.threads),
           m_file(options.input, throwFirstIssue(options.name), GscFile::Read::All, options.threads)
     {
@@ -40,47 +43,74 @@ public:
         m_scene = Scene::open(options.input);
     }
 
-    ReduceReport run()
+    // What no target has a part in. `bakes`: how many will follow.
+    void prepare(size_t bakes)
     {
         const auto start = Clock::now();
+        stage("sizes", [&] {
+            m_report.before = {m_file.bytes().size(), archiveSize(m_file.bytes(), m_view, m_options.threads)};
+        });
         m_report.anchors = m_view.header->anchor_count;
         m_report.slots = m_report.anchors * m_view.params->n_offsets;
-        stage("poses", [&] { choosePoses(); });
-        ImportanceMeter meter(m_scene->view(), m_options.threads);
-        PictureProbe probe(m_scene, m_options.threads, [this] { tell(); });
-        stage("weights", [&] { weigh(meter, probe); });
-        m_report.anchors_unseen = uint64_t(std::ranges::count(meter.result().seen, 0u));
+        stage("poses", [&] { choosePoses(bakes); });
+        m_probe.emplace(m_scene, openDevice(), [this] { tell(); });
+        m_meter.emplace(m_scene->view(), m_options.threads);
+        stage("weights", [&] { weigh(); });
+        m_report.anchors_unseen = uint64_t(std::ranges::count(m_meter->result().seen, 0u));
         stage("references", [&] {
-            probe.addPoses(m_poses.search);
-            probe.addPoses(m_poses.verdict);
+            std::vector<Camera> cameras = m_poses.search;
+            cameras.insert(cameras.end(), m_poses.verdict.begin(), m_poses.verdict.end());
+            m_probe->addPoses(cameras);
         });
-        Checkpoint checkpoint = checkpointOf(m_view, m_options.name);
-        roundToHalves(checkpoint.mlps);
-        const std::vector<std::byte> weights = canonicalMlps(checkpoint.mlps);
-        const std::vector<std::byte> packed = packMlps(checkpoint.mlps, checkpoint.feat_dim, checkpoint.appearance_dim);
-        ReducedModel model(m_scene->view(), meter.result(), m_workers, weights, packed);
+        std::vector<Mlp> halves = checkpointOf(m_view, m_options.name).mlps;
+        roundToHalves(halves);
+        m_weights = canonicalMlps(halves);
+        m_packed = packMlps(halves, m_view.params->feat_dim, m_view.params->appearance_dim);
+        m_model.emplace(m_scene->view(), m_meter->result(), m_workers, m_weights, m_packed);
         // another order draws ties otherwise: 78 dB in the worst view of a trained model
         const bool by_source = !(m_options.levers & kLeverOrder) || !m_options.target_psnr;
-        const std::vector<uint32_t> order = anchorOrder(m_view, by_source);
+        m_order = anchorOrder(m_view, by_source);
         if (!by_source)
-            model.setOrder(numbersOf(order));
+            m_model->setOrder(numbersOf(m_order));
+        m_report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+        m_prepared = m_report;
+    }
+
+    // One file, with a target of its own.
+    ReduceReport bakeTo(const std::string& output, std::optional<double> target, std::optional<double> min_view)
+    {
+        const auto start = Clock::now();
+        m_report = m_prepared;
+        m_output = output;
+        m_target = target;
+        m_report.target = target.value_or(0);
+        m_report.min_view = target ? min_view.value_or(*target - 4) : 0;
         m_report.plan.levers = m_options.levers;
-        stage("search", [&] { search(model, probe); });
-        stage("verdict", [&] { judge(model, probe); });
+        m_margin = kSearchMargin;
+        stage("search", [&] { search(); });
+        stage("verdict", [&] { judge(); });
         for (int again = 0; lack() > 0; ++again) {
             if (again == kMostAgain)
                 refuse(m_report.verdict, "verdict", "though poses of the search keep more");
             m_margin += kAgainShare * lack() + kAgainMargin;
             m_pictures += 3 * m_poses.search.size() + m_poses.verdict.size();
-            stage("search", [&] { search(model, probe); });
-            stage("verdict", [&] { judge(model, probe); });
+            stage("search", [&] { search(); });
+            stage("verdict", [&] { judge(); });
         }
-        m_report.anchors_left_out = model.leftOut();
-        m_report.slots_masked = model.masked();
-        stage("write", [&] { write(std::move(checkpoint), model, order); });
-        m_report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+        m_report.anchors_left_out = m_model->leftOut();
+        m_report.slots_masked = m_model->masked();
+        stage("write", [&] { write(); });
+        m_report.seconds += std::chrono::duration<double>(Clock::now() - start).count();
         return std::move(m_report);
     }
+
+    FileScore measure(const std::string& path)
+    {
+        m_pictures += kDrawsToMeasure * m_poses.verdict.size();
+        return m_probe->measure(Scene::open(path), m_poses.search.size(), m_poses.verdict.size());
+    }
+
+    [[nodiscard]] const ReduceReport& prepared() const { return m_prepared; }
 
 private:
     using Clock = std::chrono::steady_clock;
@@ -109,7 +139,18 @@ private:
         return numbers;
     }
 
-    void choosePoses()
+    // What draws, with the whole model loaded.
+    std::unique_ptr<Renderer> openDevice()
+    {
+        std::vector<std::string> passed_over;
+        std::unique_ptr<Renderer> renderer =
+            makeLoadedRenderer(m_options.device, {m_options.threads}, m_scene, passed_over);
+        m_report.device = deviceText(renderer->id());
+        m_report.warnings = std::move(passed_over);
+        return renderer;
+    }
+
+    void choosePoses(size_t bakes)
     {
         std::vector<Camera> cameras;
         for (const std::string& path : m_options.cameras)
@@ -123,35 +164,34 @@ private:
                                      m_options.name.c_str(), cameras.size(), kFewestCameras));
         m_poses = splitPoses(std::move(cameras), m_options.limits);
         m_report.weight_poses = m_poses.weights.size();
-        m_pictures = m_poses.weights.size() + m_poses.search.size() + 2 * m_poses.verdict.size() +
-                     (m_options.target_psnr ? searchPictures(m_poses.search.size()) : m_poses.search.size());
+        const size_t search = m_poses.search.size(), verdict = m_poses.verdict.size();
+        m_pictures = m_poses.weights.size() + search + verdict +
+                     bakes * (verdict + (m_options.target_psnr ? searchPictures(search) : search));
     }
 
-    void weigh(ImportanceMeter& meter, const PictureProbe& probe)
+    void weigh()
     {
         for (const Camera& camera : m_poses.weights) {
             throwIfInterrupted();
-            const EyeParams eye = probe.eyeOf(camera);
-            const FrameOptions options = probe.optionsOf(camera);
-            meter.add(eye, options);
-            meter.lookFrom(eye.center, options.appearance);
+            const EyeParams eye = m_probe->eyeOf(camera);
+            const FrameOptions options = m_probe->optionsOf(camera);
+            m_meter->add(eye, options);
+            m_meter->lookFrom(eye.center, options.appearance);
             m_weight_pixels += uint64_t(camera.width) * camera.height;
             tell();
         }
     }
 
-    void search(ReducedModel& model, PictureProbe& probe)
+    void search()
     {
-        SearchTask task{model, probe, m_poses.search.size(), m_weight_pixels, m_options.levers};
-        if (!m_options.target_psnr) {
+        if (!m_target) {
             m_report.plan.levers = m_options.levers & (kLeverSlots | kLeverAnchors);
-            model.apply(m_report.plan);
-            m_report.search = probe.score(model.view(), 0, m_poses.search.size());
+            m_model->apply(m_report.plan);
+            m_report.search = m_probe->score(m_model->view(), 0, m_poses.search.size());
             m_report.levers = m_report.plan.levers;
             return;
         }
-        m_report.target = *m_options.target_psnr;
-        m_report.min_view = m_options.min_view_psnr.value_or(m_report.target - 4);
+        SearchTask task{*m_model, *m_probe, m_poses.search.size(), m_weight_pixels, m_options.levers};
         task.target = m_report.target;
         task.min_view = m_report.min_view;
         task.margin = m_margin;
@@ -167,17 +207,14 @@ private:
             refuse(found.score, "search", "the steps could be no finer");
     }
 
-    void judge(const ReducedModel& model, PictureProbe& probe)
-    {
-        m_report.verdict = probe.score(model.view(), m_poses.search.size(), m_poses.verdict.size());
-    }
+    void judge() { m_report.verdict = m_probe->score(m_model->view(), m_poses.search.size(), m_poses.verdict.size()); }
 
     // dB that the verdict is short of what was asked for.
     [[nodiscard]] double lack() const
     {
-        return m_options.target_psnr ? std::max(m_report.target - m_report.verdict.psnr,
-                                                m_report.min_view - m_report.verdict.worstPose().psnr)
-                                     : 0;
+        return m_target ? std::max(m_report.target - m_report.verdict.psnr,
+                                   m_report.min_view - m_report.verdict.worstPose().psnr)
+                        : 0;
     }
 
     [[noreturn]] void refuse(const SetScore& score, const char* set, const char* why) const
@@ -191,28 +228,28 @@ private:
                                  m_report.target, m_report.min_view, why));
     }
 
-    void write(Checkpoint checkpoint, const ReducedModel& model, const std::vector<uint32_t>& order)
+    void write()
     {
-        if (!(m_report.levers & kLeverNetworks))
-            checkpoint = checkpointOf(m_view, m_options.name);
-        if (model.masked() > 0)
+        Checkpoint checkpoint = checkpointOf(m_view, m_options.name);
+        if (m_report.levers & kLeverNetworks)
+            roundToHalves(checkpoint.mlps);
+        if (m_model->masked() > 0)
             checkpoint.flags |= kModelMaskedSlots;
-        const std::vector<AnchorPlace> places = keptPlaces(m_view, model, order);
+        const std::vector<AnchorPlace> places = keptPlaces(m_view, *m_model, m_order);
         const std::vector<GscView> files{m_view};
-        FileAnchors source(files, places, &model);
+        FileAnchors source(files, places, &*m_model);
         checkpoint.anchor_count = places.size();
         if (checkpoint.anchor_count == 0)
             throw Error(ErrorCode::Difference, m_options.name + ": no anchor would be left, expected one; no pose sees "
                                                                 "any, pass other --cameras");
-        m_report.before = {m_file.bytes().size(), archiveSize(m_file.bytes(), m_view, m_options.threads)};
         BakeOptions bake;
-        bake.output = m_options.output;
+        bake.output = m_output;
         bake.overwrite = m_options.overwrite;
         bake.threads = m_options.threads;
         bake.appearance = appearanceOf(m_view);
         bake.sensitivity = SensitivityMode::None;
         bake.source.emplace(BakedSource{
-            m_view.header->source_hash, reducedFacts(m_view.manifest, reductionText(m_report, m_options)), {}});
+            m_view.header->source_hash, reducedFacts(m_view.manifest, reductionText(m_report, m_target)), {}});
         bake.verify = [&](const std::string& path) { measureFile(path); };
         (void)bakeFrom(checkpoint, source, bake, [](const char*, uint64_t, uint64_t) {});
     }
@@ -220,7 +257,7 @@ private:
     // The file before it has its name.
     void measureFile(const std::string& path)
     {
-        const IssueSink sink = throwFirstIssue(m_options.output);
+        const IssueSink sink = throwFirstIssue(m_output);
         const GscFile file(path, sink);
         GscView view;
         openGsc(file.bytes(), view, GscCheck::Full, sink);
@@ -229,7 +266,7 @@ private:
             throw Error(ErrorCode::Difference,
                         formatString("%s: its archive would have %llu bytes, expected at most %llu of --max-bytes; "
                                      "nothing was written, pass a lower --target-psnr or more bytes",
-                                     m_options.output.c_str(), (unsigned long long)m_report.after.archive.file,
+                                     m_output.c_str(), (unsigned long long)m_report.after.archive.file,
                                      (unsigned long long)m_options.max_bytes));
     }
 
@@ -240,17 +277,45 @@ private:
     GscView m_view;
     std::shared_ptr<const Scene> m_scene;
     PoseSets m_poses;
+    std::optional<ImportanceMeter> m_meter;
+    std::vector<std::byte> m_weights, m_packed; // networks in halves
+    std::optional<ReducedModel> m_model;
+    std::optional<PictureProbe> m_probe; // goes before what its renderer has loaded
+    std::vector<uint32_t> m_order;       // of the anchors in a file that is written
+    std::string m_output;                // of the bake that is under way
+    std::optional<double> m_target;
     uint64_t m_weight_pixels = 0;
     double m_margin = kSearchMargin;
     uint64_t m_drawn = 0, m_pictures = 0;
-    ReduceReport m_report;
+    ReduceReport m_prepared, m_report;
 };
 
-} // namespace
+Reducer::Reducer(const ReduceOptions& options, const ReduceProgress& progress, size_t bakes)
+    : m_state(std::make_unique<State>(options, progress))
+{
+    m_state->prepare(bakes);
+}
+
+Reducer::~Reducer() = default;
+
+ReduceReport Reducer::bakeTo(const std::string& output, std::optional<double> target, std::optional<double> min_view)
+{
+    return m_state->bakeTo(output, target, min_view);
+}
+
+FileScore Reducer::measure(const std::string& path)
+{
+    return m_state->measure(path);
+}
+
+const ReduceReport& Reducer::prepared() const
+{
+    return m_state->prepared();
+}
 
 ReduceReport reduce(const ReduceOptions& options, const ReduceProgress& progress)
 {
-    return Reducer(options, progress).run();
+    return Reducer(options, progress, 1).bakeTo(options.output, options.target_psnr, options.min_view_psnr);
 }
 
 std::vector<int64_t> leverShares(const ReduceReport& report)

@@ -6,9 +6,11 @@
 #include "convert/reduce/picture_probe.h"
 #include "convert/reduce/pose_sets.h"
 #include "convert/reduce/reduced_model.h"
+#include "runtime/device.h"
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,6 +28,7 @@ struct ReduceOptions {
     std::optional<double> min_view_psnr; // dB; none = 4 below the target
     uint64_t max_bytes = 0;              // of the archive, 0 = any
     PoseLimits limits;
+    DeviceId device; // what draws the pictures of the search and of the verdict
     int threads = 0;
 };
 
@@ -49,6 +52,8 @@ struct ReduceReport {
     SetScore search, verdict;
     double target = 0, min_view = 0; // dB, 0 = none
     ReduceSizes before, after;
+    std::string device;                // what drew
+    std::vector<std::string> warnings; // what was passed over and why
     std::vector<ReduceStage> stages;
     double seconds = 0;
 };
@@ -56,8 +61,30 @@ struct ReduceReport {
 // Told how far it is, in pictures that were drawn and will be.
 using ReduceProgress = std::function<void(const char* stage, uint64_t done, uint64_t total)>;
 
+// A model that is baked to one target or several: what no target has a part in is done once. What both are made from must
+// outlive it. Throws as reduce().
+class Reducer {
+public:
+    // `bakes`: how many there will be, for a bar that knows the whole.
+    Reducer(const ReduceOptions& options, const ReduceProgress& progress, size_t bakes);
+    ~Reducer();
+    Reducer(const Reducer&) = delete;
+    Reducer& operator=(const Reducer&) = delete;
+
+    // Output and target instead of those of the options. Without a target where the options have none, with one where they
+    // have one.
+    ReduceReport bakeTo(const std::string& output, std::optional<double> target, std::optional<double> min_view);
+    // A file, one of those or the model's, as it is drawn from the poses of the verdict.
+    [[nodiscard]] FileScore measure(const std::string& path);
+    [[nodiscard]] const ReduceReport& prepared() const; // as far as no target has a part in it
+
+private:
+    struct State;
+    std::unique_ptr<State> m_state;
+};
+
 // Throws Error: Difference where the target cannot be kept, naming the pose; Usage for too few cameras; as Scene::open()
-// and bake(). Then no file is left. The same bytes on any number of threads.
+// and bake(). Then no file is left. The same bytes on any number of threads, but not on any device: rounding of pictures differs.
 ReduceReport reduce(const ReduceOptions& options, const ReduceProgress& progress);
 
 // Bytes that each lever took off the archive, in the order of kLeverNames; together, the difference of both archives but for

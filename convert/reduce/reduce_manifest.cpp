@@ -26,13 +26,13 @@ Json setJson(const SetScore& score)
 
 } // namespace
 
-std::string reductionText(const ReduceReport& report, const ReduceOptions& options)
+std::string reductionText(const ReduceReport& report, std::optional<double> target)
 {
     Json levers = Json::array();
     for (uint32_t i = 0; i < kLevers; ++i)
         if (report.levers >> i & 1u)
             levers.push_back(kLeverNames[i]);
-    const Json json = {{"target_psnr", options.target_psnr ? Json(*options.target_psnr) : Json(nullptr)},
+    const Json json = {{"target_psnr", target ? Json(*target) : Json(nullptr)},
                        {"levers", levers},
                        {"anchors_left_out", report.anchors_left_out},
                        {"slots_masked", report.slots_masked},

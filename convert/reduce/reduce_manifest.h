@@ -4,13 +4,14 @@
 
 #include "convert/reduce/reduce.h"
 
+#include <optional>
 #include <string>
 #include <string_view>
 
 namespace gsc {
 
 // JSON of the manifest's "reduction": levers, poses and measured loss. The same for the same input and options.
-[[nodiscard]] std::string reductionText(const ReduceReport& report, const ReduceOptions& options);
+[[nodiscard]] std::string reductionText(const ReduceReport& report, std::optional<double> target);
 // BakedSource::facts of a file with that reduction, made from one with this manifest.
 [[nodiscard]] std::string reducedFacts(std::string_view manifest, const std::string& reduction);
 

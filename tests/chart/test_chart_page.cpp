@@ -31,7 +31,7 @@ std::string between(const std::string& text, std::string_view from, std::string_
 TEST_CASE("what is embedded cannot end its element")
 {
     for (const std::string_view script : {echartsScript(), partsScript(), figuresScript(), reportScript(),
-                                          serviceFiguresScript(), serviceReportScript()}) {
+                                          serviceFiguresScript(), curveFiguresScript(), plainReportScript()}) {
         CHECK(script.size() > 1000);
         CHECK(script.find("</script") == script.npos);
         CHECK(script.find("<!--") == script.npos);

@@ -120,7 +120,7 @@ TEST_CASE("traces: what is no trace is refused with its line")
 TEST_CASE("the model of a trace: distribution, shares, times")
 {
     const auto model = traceModel({longTrace(), emptyTrace(), longTrace()});
-    CHECK(isServiceModel(model));
+    CHECK(kindOf(model) == PageKind::Service);
     REQUIRE(model["panels"].size() == 3);
     CHECK(model["panels"][2]["file_name"] == "long-2");
     const auto& panel = model["panels"][0];

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // A bake keeps what it promises, the same on any number of threads, and leaves nothing where it cannot.
 #include "convert/bake/bake.h"
-#include "convert/reduce/gsc_checkpoint.h"
+#include "convert/reduce/curve.h"
 #include "convert/reduce/reduce.h"
 #include "format/error.h"
 #include "format/gsc_file.h"
 #include "player/cameras/camera_file.h"
+#include "runtime/renderer.h"
 #include "sample/sample_tools.h"
 #include "tests/support/checkpoints.h"
 
@@ -14,6 +15,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <filesystem>
 
 using namespace gsc;
 using namespace gsc::test;
@@ -44,6 +46,7 @@ struct Model {
         result.output = folder / output;
         result.threads = threads;
         result.limits = {12, 4, 4, 20'000};
+        result.device = {"cpu"};
         return result;
     }
 
@@ -67,6 +70,13 @@ PoseSets posesOf(const Scene& scene, const PoseLimits& limits)
     return splitPoses(cameras, limits);
 }
 
+PictureProbe probeOf(const std::shared_ptr<const Scene>& scene)
+{
+    std::unique_ptr<Renderer> renderer = makeRenderer({"cpu"}, {2});
+    renderer->load(scene);
+    return {scene, std::move(renderer), [] {}};
+}
+
 } // namespace
 
 TEST_CASE("importance does not depend on threads, and what draws nothing has none")
@@ -76,7 +86,7 @@ TEST_CASE("importance does not depend on threads, and what draws nothing has non
     const PoseSets poses = posesOf(*scene, model.options("").limits);
     Importance results[2];
     for (int i = 0; i < 2; ++i) {
-        PictureProbe probe(scene, 1, [] {});
+        PictureProbe probe = probeOf(scene);
         ImportanceMeter meter(scene->view(), i == 0 ? 1 : 3);
         for (const Camera& camera : poses.weights) {
             meter.add(probe.eyeOf(camera), probe.optionsOf(camera));
@@ -119,7 +129,7 @@ TEST_CASE("a bake keeps its target, says what it did, and its file shows what wa
     CHECK(archiveSize(baked.file.bytes(), baked.view, 1).file == report.after.archive.file);
     // the pictures of the file are those of the model in memory, to the last bit of their scores
     const std::shared_ptr<const Scene> scene = Scene::open(model.whole()), made = Scene::open(options.output);
-    PictureProbe probe(scene, 2, [] {});
+    PictureProbe probe = probeOf(scene);
     const PoseSets poses = posesOf(*scene, options.limits);
     probe.addPoses(poses.verdict);
     const SetScore score = probe.score(made->view(), 0, poses.verdict.size());
@@ -160,7 +170,7 @@ TEST_CASE("without a target only what never draws goes, and no pose that judged 
     const Opened whole(model.whole()), baked(options.output);
     CHECK((baked.view.params->flags & kModelMaskedSlots) != 0);
     const std::shared_ptr<const Scene> scene = Scene::open(model.whole()), made = Scene::open(options.output);
-    PictureProbe probe(scene, 2, [] {});
+    PictureProbe probe = probeOf(scene);
     const PoseSets poses = posesOf(*scene, options.limits);
     probe.addPoses(poses.weights);
     CHECK(probe.score(made->view(), 0, poses.weights.size()).worstPose().psnr >= 90);
@@ -212,6 +222,36 @@ TEST_CASE("where a target cannot be kept nothing is written")
     CHECK(model.folder.entries() == before);
 }
 
+TEST_CASE("a curve is what bakes one by one are, and a target that cannot be kept is left out of it")
+{
+    const Model model;
+    const ReduceOptions options = model.options("");
+    const Curve curve = bakeCurve(options, {300, 50, 40}, model.folder / "scratch.gsc", {});
+    REQUIRE(curve.points.size() == 3); // the model and two
+    REQUIRE(curve.warnings.size() == 1);
+    CHECK(curve.warnings[0].find("expected 300.00 and 296.00") != std::string::npos);
+    const CurvePoint &whole = curve.points[0], &fine = curve.points[1], &coarse = curve.points[2];
+    CHECK(!whole.target);
+    CHECK(whole.score.set.mse == 0);
+    CHECK(whole.score.ssim == doctest::Approx(1));
+    CHECK(whole.score.flip == 0);
+    CHECK(fine.sizes.archive.file < whole.sizes.archive.file);
+    CHECK(coarse.sizes.archive.file < fine.sizes.archive.file);
+    CHECK(coarse.score.set.psnr < fine.score.set.psnr);
+    CHECK(coarse.score.ssim < fine.score.ssim);
+    CHECK(coarse.score.worst_flip >= coarse.score.flip);
+    CHECK(coarse.score.frame_ms > 0);
+    CHECK(coarse.score.resident_bytes > 0);
+    CHECK(!std::filesystem::exists(model.folder / "scratch.gsc"));
+    ReduceOptions alone = model.options("alone.gsc");
+    alone.target_psnr = 40;
+    const ReduceReport report = reduce(alone, {});
+    CHECK(report.after.archive.file == coarse.sizes.archive.file);
+    CHECK(report.verdict.mse == coarse.score.set.mse);
+    ReduceOptions none = options;
+    CHECK_THROWS_AS((void)bakeCurve(none, {300}, model.folder / "scratch.gsc", {}), Error);
+}
+
 TEST_CASE("a trained model keeps 45 dB in a fifth of its archive")
 {
     for (const std::string& path : trainedModels()) {
@@ -227,6 +267,7 @@ TEST_CASE("a trained model keeps 45 dB in a fifth of its archive")
         options.output = folder / "baked.gsc";
         options.target_psnr = 45;
         options.limits.most_pixels = 60'000;
+        options.device = {"cpu"};
         const ReduceReport report = reduce(options, {});
         CHECK(report.verdict.psnr >= 45);
         CHECK(report.verdict.worstPose().psnr >= 41);

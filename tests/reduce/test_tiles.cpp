@@ -141,6 +141,7 @@ TEST_CASE("masked slots and what bake said of a file stay")
     options.input = options.name = model.folder / "whole.gsc";
     options.output = model.folder / "baked.gsc";
     options.limits = {12, 4, 4, 20'000};
+    options.device = {"cpu"};
     CHECK(reduce(options, {}).slots_masked > 0);
     const std::vector<std::string> tiles = cutInEight(model, "baked.gsc");
     CHECK(model.join(tiles, "again.gsc").is_whole);

@@ -237,6 +237,27 @@ var gscFigures = (function () {
     return {option: option, height: head.top + key.height + 6 + height + 50};
   }
 
+  var EVENT_NAMES = {start: 'start', ready: 'ready', stop: 'stop', retire: 'retired', 'return': 'back', plan: 'plan'};
+  var WORKER_COLUMNS = [
+    ['Worker', function (worker) { return worker.index + ': ' + worker.device + (worker.name ? ', ' + worker.name : ''); }, true],
+    ['At the end', function (worker) { return worker.state; }],
+    ['Frames', function (worker) { return words.grouped(worker.frames); }],
+    ['Parts', function (worker) { return words.grouped(worker.parts); }],
+    ['ms a part', function (worker) { return worker.parts ? words.three(1000 * worker.busy_s / worker.parts) : '–'; }],
+    ['Busy, %', function (worker) { return worker.busy_share === null ? '–' : (100 * worker.busy_share).toFixed(1); }],
+    ['Load, ms', function (worker) { return words.three(worker.load_ms); }],
+    ['Faults', function (worker) { return words.grouped(worker.faults); }],
+    ['Last fault', function (worker) { return worker.last_fault; }, true]
+  ];
+  var EVENT_COLUMNS = [
+    ['Time, s', function (event) { return words.three(event.time); }],
+    ['Event', function (event) { return EVENT_NAMES[event.kind]; }],
+    ['Worker', function (event) { return event.worker === null ? 'all' : String(event.worker); }],
+    ['Workers then', function (event) { return String(event.workers); }],
+    ['Pictures a second', function (event) { return words.three(event.rate); }],
+    ['Why', function (event) { return event.cause; }, true]
+  ];
+
   var KINDS = [
     {id: 'over-time', title: 'Rate, workers and latency over time', draw: overTimeFigure},
     {id: 'latency', title: 'Latency of poses shown', draw: latencyFigure},
@@ -245,7 +266,9 @@ var gscFigures = (function () {
 
   return {
     kinds: KINDS.map(function (kind) { return {id: kind.id, title: kind.title}; }),
-    eventNames: {start: 'start', ready: 'ready', stop: 'stop', retire: 'retired', 'return': 'back', plan: 'plan'},
+    tables: function (panel) {
+      return [{title: 'Workers', rows: panel.workers, columns: WORKER_COLUMNS}, {title: 'Events', rows: panel.events, columns: EVENT_COLUMNS}];
+    },
     build: function (panel, id, options) {
       var kind = KINDS.filter(function (entry) { return entry.id === id; })[0];
       return kind.draw(panel, options.dark ? parts.dark : parts.light, options);

@@ -77,6 +77,7 @@ Json bakeJson(const ReduceOptions& options, const ReduceReport& report)
             {"search", setJson(report.search)},
             {"verdict", setJson(report.verdict)},
             {"probes", report.probes},
+            {"device", report.device},
             {"stages", std::move(stages)},
             {"seconds", jsonNumber(report.seconds)},
             {"peak_memory_bytes", peakMemoryBytes()}};
@@ -97,7 +98,7 @@ std::string bakeText(const ReduceOptions& options, const ReduceReport& report)
         if (report.levers >> i & 1u)
             text += formatString("  %-9s %.1f bytes an anchor less\n", kLeverNames[i],
                                  double(shares[i]) / double(report.anchors));
-    text += formatString("weights     %zu poses\n", report.weight_poses);
+    text += formatString("weights     %zu poses; drawn by %s\n", report.weight_poses, report.device.c_str());
     return text + setText("search", report.search) + setText("verdict", report.verdict);
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/bake/bake_report.h"
+#include "convert/commands/bake/curve_report.h"
 #include "convert/commands/bake/tile_report.h"
 #include "convert/commands/checkpoint_options.h"
 #include "convert/commands/command.h"
@@ -22,11 +23,14 @@ namespace {
 struct BakeCommand {
     std::vector<std::string> inputs;
     std::optional<CropBox> crop;
+    std::vector<double> curve; // targets
     ReduceOptions reduce;
     CheckpointOptions checkpoint;
     std::vector<std::string> levers;
     double target = 0, min_view = 0; // dB, 0 = not given
 };
+
+constexpr Range kTargets{10, 100}; // dB
 
 uint32_t leversOf(const std::vector<std::string>& lists)
 {
@@ -78,6 +82,17 @@ CropBox parseBox(const std::string& name, const std::string& text)
         if (!(box.from[axis] < box.to[axis]))
             detail::failValue(name, text, "is empty", "the first three numbers below the last three");
     return box;
+}
+
+std::vector<double> parseTargets(const std::string& name, const std::string& text)
+{
+    std::vector<double> targets;
+    for (size_t at = 0; at <= text.size();) {
+        const size_t end = std::min(text.find(',', at), text.size());
+        targets.push_back(detail::number(name, text.substr(at, end - at), kTargets, " dB"));
+        at = end + 1;
+    }
+    return targets;
 }
 
 // What only a search can do.
@@ -137,51 +152,105 @@ std::string nameOf(const std::vector<std::string>& inputs)
     return inputs.size() == 1 ? inputs[0] : formatString("%s and %zu more", inputs[0].c_str(), inputs.size() - 1);
 }
 
-ErrorCode runBake(const BakeCommand& command, Reporter& report)
+bool makesTile(const BakeCommand& command)
 {
-    ReduceOptions options = command.reduce;
+    return command.crop || command.inputs.size() > 1;
+}
+
+TileOptions tileOptions(const BakeCommand& command, const std::vector<std::string>& files, const std::string& output)
+{
+    return {files, command.inputs, output, command.reduce.overwrite, command.crop, command.reduce.threads};
+}
+
+TileReport makeTile(const TileOptions& options, Reporter& report)
+{
+    const TileReport result = joinTiles(options, std::bind_front(&Reporter::progress, &report));
+    for (const std::string& warning : result.warnings)
+        report.warning(warning);
+    return result;
+}
+
+// What is to be baked, as one file.
+std::string wholeFile(const BakeCommand& command, Workplace& workplace, Reporter& report)
+{
+    const std::vector<std::string> files = filesOf(command, false, workplace, report);
+    if (!makesTile(command))
+        return files[0];
+    const TileOptions options = tileOptions(command, files, workplace.file("tile.gsc"));
+    (void)makeTile(options, report);
+    return options.output;
+}
+
+ErrorCode cutOrJoin(const BakeCommand& command, Reporter& report)
+{
+    refuseWithoutTarget(command);
+    Workplace workplace;
+    const TileOptions options = tileOptions(command, filesOf(command, true, workplace, report), command.reduce.output);
+    const TileReport result = makeTile(options, report);
+    report.endProgress(false);
+    if (report.json())
+        report.object(tilesJson(options, result));
+    else
+        report.text(tilesText(options, result));
+    report.done("baked " + command.reduce.name);
+    return ErrorCode::Ok;
+}
+
+ErrorCode drawCurve(const BakeCommand& command, ReduceOptions options, Reporter& report)
+{
+    Workplace workplace;
+    options.input = wholeFile(command, workplace, report);
+    const Curve curve =
+        bakeCurve(options, command.curve, workplace.file("baked.gsc"), std::bind_front(&Reporter::progress, &report));
+    for (const std::string& warning : curve.warnings)
+        report.warning(warning);
+    const std::string name = std::filesystem::path(command.inputs[0]).stem().string();
+    OutputFiles written(options.overwrite);
+    written.add(options.output, OutputKind::Text, curveLines(name, options, curve));
+    written.commit();
+    report.endProgress(false);
+    if (report.json())
+        report.object(curveJson(name, options, options.output, curve));
+    else if (!isStandardOutput(options.output))
+        report.text(curveText(options.output, curve));
+    report.done("baked " + options.name);
+    return ErrorCode::Ok;
+}
+
+ErrorCode runBake(const BakeCommand& given, Reporter& report)
+{
+    BakeCommand command = given;
+    ReduceOptions& options = command.reduce;
     options.name = nameOf(command.inputs);
     options.levers = leversOf(command.levers);
     if (command.target > 0)
         options.target_psnr = command.target;
     if (command.min_view > 0)
         options.min_view_psnr = command.min_view;
-    if (options.min_view_psnr && !options.target_psnr)
+    const bool curve = !command.curve.empty();
+    if (options.min_view_psnr && !options.target_psnr && !curve)
         throw Error(ErrorCode::Usage, "--min-view-psnr: given alone, expected --target-psnr beside it; pass that too");
-    const bool makes_tile = command.crop || command.inputs.size() > 1, reduces = options.target_psnr || !makes_tile;
-    if (!reduces)
-        refuseWithoutTarget(command);
+    if (curve && (options.target_psnr || options.min_view_psnr || options.max_bytes > 0))
+        throw Error(ErrorCode::Usage, "--curve: given with a target or a bound, expected its own targets alone; leave "
+                                      "out --target-psnr, --min-view-psnr and --max-bytes");
     std::vector<NamedPath> inputs;
     for (const std::string& input : command.inputs)
         inputs.push_back({input, "INPUT"});
+    for (const std::string& cameras : options.cameras)
+        inputs.push_back({cameras, "--cameras"});
     checkOutputsDiffer(std::vector<NamedPath>{{options.output, "--output"}}, inputs);
-    checkOutput(options.output, OutputKind::Binary, options.overwrite);
-    const auto progress = std::bind_front(&Reporter::progress, &report);
+    if (curve)
+        checkStandardOutput(options.output, "--output", report.json());
+    checkOutput(options.output, curve ? OutputKind::Text : OutputKind::Binary, options.overwrite);
+    if (curve)
+        return drawCurve(command, options, report);
+    if (makesTile(command) && !options.target_psnr)
+        return cutOrJoin(command, report);
     Workplace workplace;
-    const std::vector<std::string> files = filesOf(command, !reduces, workplace, report);
-    options.input = files[0];
-    if (makes_tile) {
-        TileOptions tiles;
-        tiles.inputs = files;
-        tiles.names = command.inputs;
-        tiles.output = options.input = reduces ? workplace.file("tile.gsc") : options.output;
-        tiles.overwrite = options.overwrite;
-        tiles.crop = command.crop;
-        tiles.threads = options.threads;
-        const TileReport result = joinTiles(tiles, progress);
-        for (const std::string& warning : result.warnings)
-            report.warning(warning);
-        if (!reduces) {
-            report.endProgress(false);
-            if (report.json())
-                report.object(tilesJson(tiles, result));
-            else
-                report.text(tilesText(tiles, result));
-            report.done("baked " + options.name);
-            return ErrorCode::Ok;
-        }
-    }
-    const ReduceReport result = reduce(options, progress);
+    options.input = wholeFile(command, workplace, report);
+    const ReduceReport result = reduce(options, std::bind_front(&Reporter::progress, &report));
+    for (const std::string& warning : result.warnings)
+        report.warning(warning);
     report.endProgress(false);
     if (report.json())
         report.object(bakeJson(options, result));
@@ -202,18 +271,23 @@ void addBakeCommand(CLI::App& app, Invocation& invocation)
     addTexts(command, "INPUT", options->inputs, "FILE.gsc|MODEL",
              "a .gsc file, or a model as `gsc convert` takes it; tiles of one model, to be joined")
         .required();
-    addText(command, "-o,--output", reduce.output, "FILE.gsc", "file to write").required();
+    addText(command, "-o,--output", reduce.output, "FILE.gsc|FILE.jsonl", "file to write").required();
     addFlag(command, "-w,--overwrite", reduce.overwrite, "replace a file that exists");
     detail::addValue(
         command, "--crop", "X0,Y0,Z0,X1,Y1,Z1",
         "keep the anchors that lie in this box of the world, its upper ends not being part of it",
         [options](const std::string& name, const std::string& text) { options->crop = parseBox(name, text); });
     addNumber(
-        command, "--target-psnr", options->target, {10, 100}, " dB", "DB",
+        command, "--target-psnr", options->target, kTargets, " dB", "DB",
         "of all judged poses together, against exact pictures of the whole model; without it only what never draws "
         "is left out, and nothing where files are cut or joined");
     addNumber(command, "--min-view-psnr", options->min_view, {5, 100}, " dB", "DB (default: 4 below the target)",
               "of the worst judged pose");
+    detail::addValue(
+        command, "--curve", "DB,DB,...",
+        "measure what the model costs at each of these targets instead, bytes, memory and time against pictures: "
+        "--output is then a file of JSON lines, which `gsc chart` draws",
+        [options](const std::string& name, const std::string& text) { options->curve = parseTargets(name, text); });
     addByteSize(command, "--max-bytes", reduce.max_bytes, 1, "SIZE", "most bytes of the file's archive, such as 4M");
     addTexts(command, "--cameras", reduce.cameras, "FILE.json",
              "camera files to look from instead of the cameras stored in the file");
@@ -221,8 +295,13 @@ void addBakeCommand(CLI::App& app, Invocation& invocation)
                "of a picture that is drawn to judge; larger cameras are drawn smaller");
     addTexts(command, "--levers", options->levers, "LEVER,...",
              "what may be done: slots, anchors, features, offsets, scales, networks, order (default: all)");
+    addChoice<std::string>(command, "--backend", reduce.device.backend,
+                           {{"auto", "auto"}, {"cpu", "cpu"}, {"cuda", "cuda"}}, "default: auto",
+                           "what draws the pictures that judge; auto takes a GPU where there is one");
+    addInteger(command, "--device", reduce.device.ordinal, 0, 255, "N (default: 0)",
+               "which of the backend's devices, as gsc-play backends numbers them");
     addInteger(command, "-j,--threads", reduce.threads, 0, 1024, "N (default: 0)",
-               "threads, 0 = all cores; the bytes do not depend on it");
+               "threads, 0 = all cores; the bytes do not depend on it, but they may on the backend");
     addCheckpointOptions(command, options->checkpoint);
     addReporterOptions(command, invocation.reporter, true);
     setFooter(
@@ -234,7 +313,8 @@ void addBakeCommand(CLI::App& app, Invocation& invocation)
         "  gsc bake city.gsc -o city50.gsc --target-psnr 50\n"
         "  gsc bake output/room -o room.gsc --target-psnr 45 --min-view-psnr 40 --format json\n"
         "  gsc bake city.gsc --crop -40,-40,-10,0,0,30 -o tile0.gsc\n"
-        "  gsc bake tile0.gsc tile1.gsc -o both.gsc");
+        "  gsc bake tile0.gsc tile1.gsc -o both.gsc\n"
+        "  gsc bake city.gsc --curve 60,55,50,45,40 -o city.jsonl && gsc chart city.jsonl -o city.html");
     onParsed(command, invocation, options, runBake);
 }
 

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fills the page of service traces: facts, and per trace the figures of service_figures.js and the tables of workers and
-// events.
+// Fills a page of traces or of curves: facts, and per panel the figures and tables of service_figures.js or curve_figures.js.
 (function () {
   'use strict';
   var model = JSON.parse(document.getElementById('model').textContent);
-  var words = gscParts.words;
   var dark = window.matchMedia('(prefers-color-scheme: dark)');
   var figures = []; // {panel, kind, box, chart}
-  var MOST_EVENTS = 30; // the rest comes at a click
+  var MOST_ROWS = 30; // the rest comes at a click
 
   // Text only, so that no name in the data can become markup.
   function add(parent, tag, text, name) {
@@ -38,33 +36,13 @@
     });
   }
 
-  var WORKERS = [
-    ['Worker', function (worker) { return worker.index + ': ' + worker.device + (worker.name ? ', ' + worker.name : ''); }, true],
-    ['At the end', function (worker) { return worker.state; }],
-    ['Frames', function (worker) { return words.grouped(worker.frames); }],
-    ['Parts', function (worker) { return words.grouped(worker.parts); }],
-    ['ms a part', function (worker) { return worker.parts ? words.three(1000 * worker.busy_s / worker.parts) : '–'; }],
-    ['Busy, %', function (worker) { return worker.busy_share === null ? '–' : (100 * worker.busy_share).toFixed(1); }],
-    ['Load, ms', function (worker) { return words.three(worker.load_ms); }],
-    ['Faults', function (worker) { return words.grouped(worker.faults); }],
-    ['Last fault', function (worker) { return worker.last_fault; }, true]
-  ];
-  var EVENTS = [
-    ['Time, s', function (event) { return words.three(event.time); }],
-    ['Event', function (event) { return gscFigures.eventNames[event.kind]; }],
-    ['Worker', function (event) { return event.worker === null ? 'all' : String(event.worker); }],
-    ['Workers then', function (event) { return String(event.workers); }],
-    ['Pictures a second', function (event) { return words.three(event.rate); }],
-    ['Why', function (event) { return event.cause; }, true]
-  ];
-
-  function addEvents(section, panel) {
-    if (!panel.events.length) return;
-    add(section, 'h3', 'Events');
-    var hidden = addTable(section, panel.events, EVENTS).slice(MOST_EVENTS);
+  function addRows(section, table) {
+    if (!table.rows.length) return;
+    add(section, 'h3', table.title);
+    var hidden = addTable(section, table.rows, table.columns).slice(MOST_ROWS);
     if (!hidden.length) return;
     hidden.forEach(function (line) { line.hidden = true; });
-    var button = add(section, 'button', hidden.length + ' more events');
+    var button = add(section, 'button', hidden.length + ' more');
     button.type = 'button';
     button.onclick = function () {
       hidden.forEach(function (line) { line.hidden = false; });
@@ -105,9 +83,7 @@
       figures.push({panel: index, kind: kind.id, box: box, chart: null});
       if (watcher) watcher.observe(box);
     });
-    add(section, 'h3', 'Workers');
-    addTable(section, panel.workers, WORKERS);
-    addEvents(section, panel);
+    gscFigures.tables(panel).forEach(function (table) { addRows(section, table); });
   });
   if (!watcher) drawAll();
   function redraw() {

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a page of curves shows, as data: page/curve_figures.js turns it into a figure and a table.
+#pragma once
+
+#include "convert/chart/curve_set.h"
+
+#include <nlohmann/json.hpp>
+
+#include <vector>
+
+namespace gsc {
+
+// {"version": of gsc, "kind": "curve",
+//  "facts": [[name, words], ...],
+//  "panels": [{"title", "file_name", "words", "verdict": words,            one for all
+//    "curves": [{"name",                                                     of the model; and of what draws, where that differs
+//      "points": [{"target": dB or null, the model itself, "anchors", "archive": bytes, "per_anchor": bytes of the
+//                  archive by anchors of the model, "file", "resident", "frame", "decode": ms, "poses",
+//                  "psnr", "worst_psnr", "worst": pose, "ssim", "worst_ssim", "flip", "worst_flip"}]}]}]}
+// Decibels are null where pictures are equal. Numbers have five digits. Curves must not be empty.
+nlohmann::ordered_json curveModel(const std::vector<ChartCurve>& curves);
+
+} // namespace gsc

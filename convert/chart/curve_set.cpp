@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/chart/curve_set.h"
+
+#include "convert/chart/trace_set.h"
+#include "format/error.h"
+#include "format/interrupt.h"
+
+#include <algorithm>
+
+namespace gsc {
+
+namespace {
+
+CurveRow parsedRow(std::string_view line, const std::string& where)
+{
+    const ParsedRow parsed = parseRow(line);
+    if (parsed.state != ParsedRow::State::Whole)
+        throw Error(ErrorCode::InvalidFile,
+                    where + ": " + parsed.fault +
+                        ", expected one object per line as gsc bake --curve writes them; remove "
+                        "the line or run it again");
+    const Record record(parsed.json, where, "gsc.curve/1");
+    CurveRow row;
+    record.field("schema", row.schema, kText);
+    if (row.schema.starts_with("gsc.curve/") && row.schema != "gsc.curve/1")
+        throw Error(ErrorCode::Unsupported, where + ": schema is " + row.schema +
+                                                ", expected gsc.curve/1; use the gsc of the program that wrote it");
+    record.check("schema", row.schema == "gsc.curve/1", "gsc.curve/1");
+    describe(record, row);
+    return row;
+}
+
+} // namespace
+
+void describe(const Record& at, CurveRow& row)
+{
+    at.field("schema", row.schema, kText);
+    describe(at.object("tool"), row.tool);
+    at.field("model", row.model, kText);
+    at.field("device", row.device, kName);
+    at.field("tier", row.tier, kName);
+    at.field("most_pixels", row.most_pixels, kCount);
+    at.field("model_anchors", row.model_anchors, kCount);
+    at.fieldOrNull("target_psnr", row.target_psnr, kPositive, -1.0);
+    at.field("anchors", row.anchors, kCount);
+    at.field("bytes", row.bytes, kCount);
+    at.field("archive_bytes", row.archive_bytes, kCount);
+    at.field("resident_bytes", row.resident_bytes, kCount);
+    at.field("frame_ms", row.frame_ms, kPositive);
+    at.field("decode_ms", row.decode_ms, kPositive);
+    at.field("poses", row.poses, kCount);
+    at.fieldOrNull("psnr", row.psnr, kNumber, double(INFINITY));
+    at.fieldOrNull("worst_psnr", row.worst_psnr, kNumber, double(INFINITY));
+    at.field("worst", row.worst, kText);
+    at.field("ssim", row.ssim, kNumber);
+    at.field("worst_ssim", row.worst_ssim, kNumber);
+    at.field("flip", row.flip, kPositive);
+    at.field("worst_flip", row.worst_flip, kPositive);
+}
+
+bool isCurveText(std::string_view text)
+{
+    return startsWithSchema(text, "gsc.curve/");
+}
+
+void addCurves(std::string_view text, const std::string& path, std::vector<ChartCurve>& curves)
+{
+    uint64_t number = 0;
+    while (!text.empty()) {
+        throwIfInterrupted();
+        ++number;
+        const size_t end = text.find('\n');
+        const std::string_view line = text.substr(0, end);
+        text.remove_prefix(end == text.npos ? text.size() : end + 1);
+        if (line.find_first_not_of(" \t\r") == line.npos)
+            continue;
+        CurveRow row = parsedRow(line, formatString("%s:%llu", path.c_str(), static_cast<unsigned long long>(number)));
+        const auto isOf = [&row](const ChartCurve& curve) {
+            const CurveRow& first = curve.rows.front();
+            return first.model == row.model && first.device == row.device && first.tier == row.tier &&
+                   first.most_pixels == row.most_pixels && first.model_anchors == row.model_anchors;
+        };
+        const auto found = std::ranges::find_if(curves, isOf);
+        ChartCurve& curve = found == curves.end() ? curves.emplace_back() : *found;
+        curve.rows.push_back(std::move(row));
+    }
+}
+
+} // namespace gsc

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a model costs at several qualities: bytes, memory and time against pictures.
+#pragma once
+
+#include "convert/reduce/reduce.h"
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+struct CurvePoint {
+    std::optional<double> target; // dB; none: the model itself
+    uint64_t anchors = 0;
+    ReduceSizes sizes;
+    FileScore score; // against the model itself, from the poses of the verdict
+};
+
+struct Curve {
+    uint64_t anchors = 0;              // of the model
+    std::string device;                // what drew
+    std::vector<CurvePoint> points;    // the model, then the targets that can be kept, in the order asked for
+    std::vector<std::string> warnings; // targets that cannot be kept and why; what was passed over
+    double seconds = 0;
+};
+
+// Bakes to each of `targets`, as reduce() would one by one; ReduceOptions::output is not used. `scratch`: a file that is
+// made and removed for each. Throws as reduce(); Difference where no target can be kept.
+[[nodiscard]] Curve bakeCurve(const ReduceOptions& options, const std::vector<double>& targets,
+                              const std::string& scratch, const ReduceProgress& progress);
+
+} // namespace gsc
