@@ -12,6 +12,7 @@ packages=(
     libopenimageio-dev openimageio-tools python3-imath # OpenImageIO's CMake package fails without the last two
     nlohmann-json3-dev libglm-dev libcli11-dev libhwy-dev libxxhash-dev libzstd-dev zlib1g-dev libzip-dev libyaml-cpp-dev
     duktape-dev librsvg2-dev pkg-config # gsc chart --figures
+    libwebp-dev                             # gsc export --to sog
     libvulkan-dev libglfw3-dev libimgui-dev # gsc-play window
     libopenxr-dev                           # gsc-play xr, with libvulkan-dev
     doctest-dev libbenchmark-dev binutils python3 python3-numpy python3-jsonschema

@@ -27,6 +27,7 @@ RULES = {
     "player/cameras": "format runtime",
     "convert": "format kernels/frame kernels/math kernels/sensitivity kernels/threads runtime player",
     "convert/explicit": "format kernels",
+    "convert/explicit/sog": "format kernels convert/explicit convert/input/torch/zip_archive",
     "convert/input": "format player/cameras runtime/source_camera",
     "convert/reduce": "format kernels !kernels/reuse runtime player convert",
 }

@@ -6,6 +6,8 @@
 //   glb   glTF 2.0 with KHR_gaussian_splatting as its release candidate of February 2026 has it (sizes and opacities as
 //         they are, drafts before took logarithms of sizes); y is up there, so its node turns the Gaussians about z by
 //         180 degrees
+//   sog   version 2 of PlayCanvas' format (developer.playcanvas.com, "The SOG format"), a zip of lossless WebP images;
+//         axes as they are, Gaussians in Morton order
 #pragma once
 
 #include "convert/explicit/gaussian_set.h"
@@ -17,7 +19,7 @@
 
 namespace gsc {
 
-enum class GaussianFileFormat { Ply, Spz, Glb };
+enum class GaussianFileFormat { Ply, Spz, Glb, Sog };
 
 // Takes pieces of a file in their order. May throw.
 using PieceSink = std::function<void(std::span<const std::byte>)>;
@@ -28,8 +30,14 @@ void writeGaussianPly(const GaussianSet& set, const PieceSink& write);
 void writeGaussianGlb(const GaussianSet& set, const PieceSink& write);
 // Throws Error(Unsupported) where a place lies further from the origin than 24 bits say, and for 2^31 Gaussians.
 void writeGaussianSpz(const GaussianSet& set, const PieceSink& write);
+// Throws Error(Unsupported) where a side of an image or the file grows too large, and where this build has no libwebp;
+// requireSog() tells before any work. The bytes do not depend on the number of threads.
+void writeGaussianSog(const GaussianSet& set, const PieceSink& write, int threads);
+void requireSog();
 
 // What a viewer reads of an SPZ file, scores apart. `name` is used in messages. Throws Error(InvalidFile).
 GaussianSet readGaussianSpz(std::span<const std::byte> file, const std::string& name);
+// The same of a SOG file.
+GaussianSet readGaussianSog(std::span<const std::byte> file, const std::string& name);
 
 } // namespace gsc

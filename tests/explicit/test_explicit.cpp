@@ -3,6 +3,7 @@
 #include "convert/explicit/gaussian_files.h"
 #include "convert/explicit/gaussian_fit.h"
 #include "convert/explicit/gaussian_render.h"
+#include "convert/explicit/sog/codebook.h"
 #include "convert/explicit/symmetric.h"
 #include "format/error.h"
 #include "runtime/camera.h"
@@ -73,6 +74,20 @@ std::string written(void (*write)(const GaussianSet&, const PieceSink&), const G
     });
     return file;
 }
+
+#if GSC_HAVE_WEBP
+std::string writtenSog(const GaussianSet& set, int threads)
+{
+    std::string file;
+    writeGaussianSog(
+        set,
+        [&](std::span<const std::byte> piece) {
+            file.append(reinterpret_cast<const char*>(piece.data()), piece.size());
+        },
+        threads);
+    return file;
+}
+#endif
 
 template <typename T>
 T valueAt(const std::string& file, size_t offset)
@@ -259,6 +274,116 @@ TEST_CASE("SPZ: read back to within its steps, every degree")
     far.position[1] = 9e6f;
     CHECK_THROWS_AS(written(writeGaussianSpz, far), Error);
 }
+
+#if GSC_HAVE_WEBP
+TEST_CASE("SOG: read back to within its steps in another order, every degree, threads change nothing")
+{
+    for (int degree = 0; degree <= 3; ++degree) {
+        CAPTURE(degree);
+        const GaussianSet set = randomSet(degree, 300);
+        const std::string file = writtenSog(set, 1);
+        CHECK(file == writtenSog(set, 3));
+        const GaussianSet back = readGaussianSog(std::as_bytes(std::span(file)), "a.sog");
+        REQUIRE(back.size() == set.size());
+        CHECK(back.degree == degree);
+        const size_t values = set.colorValues();
+        float place = 0, turn = 0, size = 0, color = 0, opacity = 0;
+        std::vector<bool> met(set.size());
+        for (size_t i = 0; i < set.size(); ++i) { // its nearest is the one it was
+            size_t from = 0;
+            float least = 1e9f;
+            for (size_t j = 0; j < set.size(); ++j) {
+                float apart = 0;
+                for (size_t c = 0; c < 3; ++c)
+                    apart = std::max(apart, std::abs(back.position[3 * i + c] - set.position[3 * j + c]));
+                if (apart < least) {
+                    least = apart;
+                    from = j;
+                }
+            }
+            met[from] = true;
+            place = std::max(place, least);
+            float dot = 0;
+            for (size_t c = 0; c < 4; ++c)
+                dot += back.rotation[4 * i + c] * set.rotation[4 * from + c];
+            turn = std::max(turn, 1 - std::abs(dot));
+            for (size_t c = 0; c < 3; ++c)
+                size = std::max(size, std::abs(back.log_scale[3 * i + c] - set.log_scale[3 * from + c]));
+            for (size_t c = 0; c < values; ++c)
+                color = std::max(color, std::abs(back.color[i * values + c] - set.color[from * values + c]));
+            opacity = std::max(opacity, std::abs(back.opacity[i] - set.opacity[from]));
+        }
+        CHECK(std::count(met.begin(), met.end(), true) == 300);
+        CHECK(place <
+              41 * 8.0f / 65535); // half a step of logarithms from -3.7 to 3.7, at 40 from the origin, and rounding
+        CHECK(turn < 5e-5f);
+        CHECK(size < 0.04f);   // 256 steps for what lies between -6 and 0
+        CHECK(color < 0.012f); // and between -0.9 and 0.9
+        CHECK(opacity <= 0.5f / 255 + 1e-4f);
+        CHECK_THROWS_AS((void)readGaussianSog(std::as_bytes(std::span(file)).first(file.size() / 2), "a.sog"), Error);
+    }
+}
+
+TEST_CASE("SOG: one Gaussian, and many of one kind")
+{
+    for (const size_t count : {1, 5}) {
+        GaussianSet set = randomSet(1, 1);
+        while (set.size() < count) {
+            set.position.insert(set.position.end(), set.position.begin(), set.position.begin() + 3);
+            set.log_scale.insert(set.log_scale.end(), set.log_scale.begin(), set.log_scale.begin() + 3);
+            set.rotation.insert(set.rotation.end(), set.rotation.begin(), set.rotation.begin() + 4);
+            set.color.insert(set.color.end(), set.color.begin(), set.color.begin() + 12);
+            set.opacity.push_back(set.opacity[0]);
+        }
+        const std::string file = writtenSog(set, 0);
+        const GaussianSet back = readGaussianSog(std::as_bytes(std::span(file)), "a.sog");
+        CHECK(farthest(back.position, set.position) < 1e-5f);
+        CHECK(farthest(back.log_scale, set.log_scale) < 1e-6f);
+        CHECK(farthest(back.color, set.color) < 1e-6f);
+    }
+}
+
+TEST_CASE("palette: alike vectors share a centre, and the error falls with the number of centres")
+{
+    Random random(5);
+    std::vector<float> vectors;
+    for (int i = 0; i < 400; ++i)
+        for (int c = 0; c < 9; ++c)
+            vectors.push_back(float(i % 4) * float(c) + (i < 200 ? 0.0f : 0.001f * random.uniform()));
+    const auto errorOf = [&vectors](const Palette& palette) {
+        double sum = 0;
+        for (size_t i = 0; i < vectors.size(); ++i) {
+            const float apart = palette.centers[palette.labels[i / 9] * 9 + i % 9] - vectors[i];
+            sum += double(apart) * apart;
+        }
+        return sum;
+    };
+    const Palette four = makePalette(vectors, 9, 4), many = makePalette(vectors, 9, 4096);
+    CHECK(four.centers.size() == 4 * 9);
+    for (size_t i = 4; i < 400; ++i)
+        CHECK(four.labels[i] == four.labels[i % 4]);
+    CHECK(errorOf(four) < 1e-3);
+    CHECK(errorOf(makePalette(vectors, 9, 2)) > 1);
+    CHECK(errorOf(many) < 1e-9);
+    CHECK(many.centers.size() == (4 + 200) * 9);
+}
+
+TEST_CASE("codebook: as good as the best for uniform numbers, exact for few")
+{
+    std::vector<float> numbers;
+    for (int i = 0; i < 25600; ++i)
+        numbers.push_back(float(i) / 25600);
+    const Codebook book = makeCodebook(numbers);
+    double squares = 0;
+    for (const float number : numbers)
+        squares += std::pow(book.values[book.nearest(number)] - number, 2);
+    CHECK(std::sqrt(squares / 25600) < 1.1 / (256 * std::sqrt(12)));
+    const std::vector<float> few = {-3, 0.25f, 1e6f, 1e6f};
+    const Codebook exact = makeCodebook(few);
+    for (const float number : few)
+        CHECK(exact.values[exact.nearest(number)] == number);
+}
+#endif
 
 TEST_CASE("PLY: the header of 3DGS, and rows of floats")
 {

@@ -12,7 +12,7 @@ namespace gsc {
 
 namespace {
 
-enum class ExportForm { NanoVdb, OpenVdb, Ply, Spz, Glb };
+enum class ExportForm { NanoVdb, OpenVdb, Ply, Spz, Glb, Sog };
 
 struct FormName {
     ExportForm form;
@@ -23,6 +23,7 @@ struct FormName {
 constexpr FormName kForms[] = {{ExportForm::Ply, "ply", "3DGS PLY"},
                                {ExportForm::Spz, "spz", "SPZ, version 3"},
                                {ExportForm::Glb, "glb", "glTF with KHR_gaussian_splatting"},
+                               {ExportForm::Sog, "sog", "SOG, version 2"},
                                {ExportForm::NanoVdb, "nvdb", "NanoVDB mask grids"},
                                {ExportForm::OpenVdb, "vdb", "OpenVDB mask grids"}};
 
@@ -109,7 +110,8 @@ void exportExplicit(const ExportOptions& options, Reporter& report)
     GaussianExportOptions gaussians = options.gaussians;
     gaussians.to = options.to == ExportForm::Ply   ? GaussianFileFormat::Ply
                    : options.to == ExportForm::Spz ? GaussianFileFormat::Spz
-                                                   : GaussianFileFormat::Glb;
+                   : options.to == ExportForm::Glb ? GaussianFileFormat::Glb
+                                                   : GaussianFileFormat::Sog;
     const GaussianExport result = exportGaussians(gaussians, report);
     Json json = reportHead(options, result.bytes);
     json["gaussians"] = {{"count", result.gaussians},
@@ -148,7 +150,7 @@ ErrorCode runExport(const ExportOptions& options, Reporter& report)
     const bool grids = options.to == ExportForm::NanoVdb || options.to == ExportForm::OpenVdb;
     if (grids && (!common.at.empty() || !common.cameras.empty()))
         throw Error(ErrorCode::Usage,
-                    formatString("--%s: grids have no views, expected it with --to ply, spz or glb; leave it out",
+                    formatString("--%s: grids have no views, expected it with --to ply, spz, glb or sog; leave it out",
                                  common.at.empty() ? "cameras" : "at"));
     if (grids)
         exportGrids(options, report);
@@ -169,9 +171,10 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
     std::vector<std::pair<std::string, ExportForm>> forms;
     for (const FormName& form : kForms)
         forms.emplace_back(form.name, form.form);
-    addChoice<ExportForm>(command, "--to", options->to, forms, "",
-                          "Gaussians for viewers of 3DGS (ply, spz, glb), or the grids, one per level, for NanoVDB's "
-                          "or OpenVDB's tools")
+    addChoice<ExportForm>(
+        command, "--to", options->to, forms, "",
+        "Gaussians for viewers of 3DGS (ply, spz, glb, sog), or the grids, one per level, for NanoVDB's "
+        "or OpenVDB's tools")
         .required();
     addText(command, "-o,--output", gaussians.output, "FILE", "file to write").required();
     addFlag(command, "-w,--overwrite", gaussians.overwrite, "replace a file that exists");

@@ -100,22 +100,38 @@ GaussianLoss lossOf(const GaussianSet& set, const std::shared_ptr<const Scene>& 
     return loss;
 }
 
-void writeFile(const GaussianSet& set, GaussianFileFormat to, const PieceSink& write)
+void writeFile(const GaussianSet& set, const GaussianExportOptions& options, const PieceSink& write)
 {
-    switch (to) {
+    switch (options.to) {
     case GaussianFileFormat::Ply:
         return writeGaussianPly(set, write);
     case GaussianFileFormat::Spz:
         return writeGaussianSpz(set, write);
     case GaussianFileFormat::Glb:
         return writeGaussianGlb(set, write);
+    case GaussianFileFormat::Sog:
+        return writeGaussianSog(set, write, options.threads);
     }
+}
+
+// What a viewer gets of the file: `set`, or where the format rounds, what was written.
+void readRounded(GaussianSet& set, const GaussianExportOptions& options, const std::string& written)
+{
+    const auto read = options.to == GaussianFileFormat::Spz   ? readGaussianSpz
+                      : options.to == GaussianFileFormat::Sog ? readGaussianSog
+                                                              : nullptr;
+    if (read == nullptr)
+        return;
+    set = {};
+    set = read(MappedFile(written).bytes(), options.output);
 }
 
 } // namespace
 
 GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& report)
 {
+    if (options.to == GaussianFileFormat::Sog)
+        requireSog();
     const std::shared_ptr<const Scene> scene = Scene::open(options.file);
     const Views views = chooseViews(*scene, options, report);
     std::vector<FitView> fit;
@@ -141,16 +157,13 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
     result.fit_cameras = fit.size();
 
     OutputFile output(options.output, OutputKind::Binary, options.overwrite);
-    writeFile(set, options.to, [&](std::span<const std::byte> piece) {
+    writeFile(set, options, [&](std::span<const std::byte> piece) {
         throwIfInterrupted();
         output.write(piece);
         result.bytes += piece.size();
     });
     output.sync();
-    if (options.to == GaussianFileFormat::Spz) { // the only one that rounds
-        set = {};
-        set = readGaussianSpz(MappedFile(output.temporaryPath()).bytes(), options.output);
-    }
+    readRounded(set, options, output.temporaryPath());
     if (!views.judges.empty())
         result.loss = lossOf(set, scene, views.judges, options, report);
     report.endProgress(false);

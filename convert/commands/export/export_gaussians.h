@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `gsc export --to ply|spz|glb`: explicit Gaussians, and what they lost.
+// `gsc export --to ply|spz|glb|sog`: explicit Gaussians, and what they lost.
 #pragma once
 
 #include "convert/explicit/gaussian_files.h"
