@@ -35,7 +35,34 @@ const FormName& nameOf(ExportForm form)
 struct ExportOptions {
     ExportForm to = ExportForm::Ply;
     GaussianExportOptions gaussians; // with what all forms need
+    int degree = -1;                 // none given
+    uint64_t most = 0;
 };
+
+bool isGrid(ExportForm form)
+{
+    return form == ExportForm::NanoVdb || form == ExportForm::OpenVdb;
+}
+
+// Options that would change nothing.
+void refuseIdle(const ExportOptions& options)
+{
+    const GaussianExportOptions& gaussians = options.gaussians;
+    const char* idle = !gaussians.at.empty()         ? "at"
+                       : !gaussians.cameras.empty()  ? "cameras"
+                       : options.degree >= 0         ? "sh"
+                       : options.most > 0            ? "max-gaussians"
+                       : gaussians.ignore_distortion ? "ignore-distortion"
+                                                     : nullptr;
+    if (isGrid(options.to) && idle != nullptr)
+        throw Error(ErrorCode::Usage, formatString("--%s: grids hold no Gaussians, expected it with --to ply, spz, glb "
+                                                   "or sog; leave it out",
+                                                   idle));
+    if (!gaussians.at.empty() && options.degree > 0)
+        throw Error(ErrorCode::Usage, formatString("--sh %d: what one camera sees has colours of degree 0, expected no "
+                                                   "other with --at; leave one of them out",
+                                                   options.degree));
+}
 
 std::string writtenText(const ExportOptions& options, uint64_t bytes)
 {
@@ -108,6 +135,10 @@ Json lossJson(const std::optional<GaussianLoss>& loss)
 void exportExplicit(const ExportOptions& options, Reporter& report)
 {
     GaussianExportOptions gaussians = options.gaussians;
+    if (options.degree >= 0)
+        gaussians.degree = options.degree;
+    if (options.most > 0)
+        gaussians.most = options.most;
     gaussians.to = options.to == ExportForm::Ply   ? GaussianFileFormat::Ply
                    : options.to == ExportForm::Spz ? GaussianFileFormat::Spz
                    : options.to == ExportForm::Glb ? GaussianFileFormat::Glb
@@ -142,17 +173,13 @@ void exportExplicit(const ExportOptions& options, Reporter& report)
 ErrorCode runExport(const ExportOptions& options, Reporter& report)
 {
     const GaussianExportOptions& common = options.gaussians;
+    refuseIdle(options);
     std::vector<NamedPath> inputs = {{common.file, "FILE"}};
     if (!common.cameras.empty() && common.cameras != "stored")
         inputs.push_back({common.cameras, "--cameras"});
     checkOutputsDiffer(std::vector<NamedPath>{{common.output, "--output"}}, inputs);
     checkOutput(common.output, OutputKind::Binary, common.overwrite);
-    const bool grids = options.to == ExportForm::NanoVdb || options.to == ExportForm::OpenVdb;
-    if (grids && (!common.at.empty() || !common.cameras.empty()))
-        throw Error(ErrorCode::Usage,
-                    formatString("--%s: grids have no views, expected it with --to ply, spz, glb or sog; leave it out",
-                                 common.at.empty() ? "cameras" : "at"));
-    if (grids)
+    if (isGrid(options.to))
         exportGrids(options, report);
     else
         exportExplicit(options, report);
@@ -180,7 +207,7 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
     addFlag(command, "-w,--overwrite", gaussians.overwrite, "replace a file that exists");
     {
         const Heading heading(command, "Gaussians");
-        addInteger(command, "--sh", gaussians.degree, 0, kMostShDegree, "0..3 (default: 3)",
+        addInteger(command, "--sh", options->degree, 0, kMostShDegree, "0..3 (default: 3)",
                    "degree of the spherical harmonics that colours are fitted with");
         addText(command, "--at", gaussians.at, "CAMERA",
                 "the Gaussians as one camera sees them, colours of degree 0: its name or number");
@@ -188,7 +215,7 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
                 "cameras to fit over, every other one, at most 96; at most 12 of the rest tell what was lost");
         addFlag(command, "--ignore-distortion", gaussians.ignore_distortion,
                 "take cameras that state lens distortion as pinholes instead of refusing them");
-        addCount(command, "--max-gaussians", gaussians.most, 1, UINT32_MAX, "N",
+        addCount(command, "--max-gaussians", options->most, 1, UINT32_MAX, "N",
                  "keep the N that may cover most of the cameras' pictures");
         addInteger(command, "-j,--threads", gaussians.threads, 0, 4096, "N (default: 0)", "threads, 0 = all cores");
     }
