@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Installs what the build and the tests need and the machine lacks, from the distribution (Debian 12, Ubuntu 24.04).
 # usage: .ci/setup.sh [ci]    ci = also the tools of .ci/run: ccache, clang for the fuzz targets, clang-format, and what tests
-#                             skip where it is missing: zsh and fish, which complete, man, ffmpeg, and what opens a
-#                             window without a display
+#                             skip where it is missing: zsh and fish, which complete, man, ffmpeg, what opens a
+#                             window without a display, and Chromium with the viewers of tests/viewers, from npm
 set -euo pipefail
 
 packages=(
@@ -20,7 +20,18 @@ packages=(
 if [ "${1:-}" = ci ]; then
     packages+=(ccache clang libclang-rt-dev clang-format-14 zsh fish man-db libopenmpi-dev openmpi-bin ffmpeg
                xvfb xdotool mesa-vulkan-drivers vulkan-validationlayers)
+    command -v npm >/dev/null || packages+=(npm)
+    # Ubuntu has it as a snap, which does not run everywhere
+    if grep -q '^ID=debian' /etc/os-release 2>/dev/null; then packages+=(chromium); fi
 fi
+
+# A registry that cannot be reached fails nothing: the tests of viewers are then skipped.
+fetch_viewers() {
+    cd "$(dirname "$0")/../tests/viewers"
+    [ node_modules -nt package-lock.json ] && return
+    npm ci --omit=dev --ignore-scripts --no-audit --no-fund >&2 && touch node_modules ||
+        echo "setup: the packages of tests/viewers were not fetched; its tests are skipped" >&2
+}
 
 if ! command -v dpkg-query >/dev/null; then
     echo "setup: not a Debian or Ubuntu system; install the equivalents of: ${packages[*]}" >&2
@@ -32,7 +43,10 @@ for package in "${packages[@]}"; do
     status=$(dpkg-query -W -f='${Status}' "$package" 2>/dev/null || true)
     [ "$status" = "install ok installed" ] || missing+=("$package")
 done
-[ ${#missing[@]} -eq 0 ] && exit 0
+if [ ${#missing[@]} -eq 0 ]; then
+    [ "${1:-}" != ci ] || fetch_viewers
+    exit 0
+fi
 
 echo "setup: installing ${missing[*]}" >&2
 as_root=()
@@ -42,3 +56,4 @@ if [ "$(id -u)" -ne 0 ]; then
 fi
 "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update -q >&2
 "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${missing[@]}" >&2
+[ "${1:-}" != ci ] || fetch_viewers

@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Shows what gsc export writes in PlayCanvas and Spark, in Chromium without a GPU, and compares it with our own picture.
+
+usage: check_viewers.py --gsc GSC --play GSC_PLAY --work FOLDER [--all]
+
+One camera's Gaussians of the trained model fox_scaffold, or of a sample where GSC_CHECKPOINTS has no models, as each file
+that a viewer reads: one viewer for each format; with --all every viewer, splat-transform reads them back, and Khronos'
+validator reads the GLB. Pages and files come from a server on the loopback address; a page sends its picture back. Exit code
+77: something is missing here.
+"""
+import argparse
+import base64
+import contextlib
+import http.server
+import json
+import os
+import queue
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import urllib.parse
+from pathlib import Path
+
+HERE = Path(__file__).parent
+FLAGS = ["--headless=new", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--no-sandbox",
+         "--no-first-run", "--disable-extensions", "--disable-background-networking", "--hide-scrollbars"]
+SECONDS = 120  # for a picture that takes a few
+BARS = {"fox_scaffold": 37.0, "sample": 34.0}  # dB: below what the viewers' own arithmetic leaves
+UNSUPPORTED = 5  # gsc's exit code
+ONCE = [("playcanvas", "ply"), ("playcanvas", "sog"), ("playcanvas", "glb"), ("spark", "spz")]
+ALL = ONCE + [("spark", "ply"), ("spark", "sog")]
+
+
+def missing():
+    if not (HERE / "node_modules/playcanvas").exists():
+        return "the viewers are not here; npm ci --omit=dev --ignore-scripts --prefix tests/viewers fetches them"
+    return "" if shutil.which("chromium") else "no chromium here; install chromium"
+
+
+class Viewers:
+    """Chromium and the server that gives it one job after the other."""
+
+    def __init__(self, files):
+        self.files, self.jobs, self.results, self.ended = files, [], {}, queue.Queue()
+
+    def handler(self):
+        viewers = self
+
+        class Handler(http.server.SimpleHTTPRequestHandler):
+            extensions_map = {**http.server.SimpleHTTPRequestHandler.extensions_map, ".mjs": "text/javascript"}
+
+            def translate_path(self, path):
+                path = urllib.parse.unquote(urllib.parse.urlsplit(path).path)
+                for start, folder in (("/packages/", HERE / "node_modules"), ("/files/", viewers.files), ("/", HERE)):
+                    if path.startswith(start):
+                        return str(folder / path[len(start):])
+
+            def do_POST(self):
+                address = urllib.parse.urlsplit(self.path)
+                name = urllib.parse.parse_qs(address.query)["job"][0]
+                body = self.rfile.read(int(self.headers["Content-Length"]))
+                viewers.results[name] = json.loads(body) if address.path == "/picture" else {"fault": body.decode()}
+                following = viewers.next_page()
+                self.send_response(200)
+                self.end_headers()
+                self.wfile.write(following.encode())
+                viewers.ended.put(name)
+
+            def log_message(self, *_):
+                pass
+
+        return Handler
+
+    def next_page(self):
+        if not self.jobs:
+            return "about:blank"
+        job = self.jobs.pop(0)
+        return f"/{job['viewer']}.html?job={urllib.parse.quote(json.dumps(job))}"
+
+    def run(self, jobs):
+        """Of each job's name what its page sent: {gaussians, png} or {fault}."""
+        self.jobs = list(jobs)
+        server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), self.handler())
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        # one picture's pixels are one of the page's
+        with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile, contextlib.ExitStack() as stack:
+            stack.callback(server.server_close)
+            stack.callback(server.shutdown)
+            chromium = subprocess.Popen(
+                [shutil.which("chromium"), *FLAGS, "--force-device-scale-factor=1", f"--user-data-dir={profile}",
+                 f"http://127.0.0.1:{server.server_address[1]}{self.next_page()}"],
+                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            stack.callback(lambda: (chromium.terminate(), chromium.wait()))
+            for job in jobs:
+                with contextlib.suppress(queue.Empty):
+                    self.ended.get(timeout=SECONDS)
+        return {job["name"]: self.results.get(job["name"], {"fault": f"no picture within {SECONDS} s"}) for job in jobs}
+
+
+def run(*command):
+    return subprocess.run([str(part) for part in command], check=True, stdout=subprocess.PIPE).stdout
+
+
+def model(arguments, work):
+    """Its name and folder."""
+    trained = Path(os.environ.get("GSC_CHECKPOINTS", HERE.parents[2] / "shared/checkpoints")) / "fox_scaffold"
+    if trained.exists():
+        return trained.name, trained
+    run(arguments.gsc, "sample", "room", "--anchors", 5000, "--seed", 1, "-o", work / "sample", "-q")
+    return "sample", work / "sample"
+
+
+def camera_of(folder):
+    camera = json.loads((folder / "cameras.json").read_text())[0]
+    return {key: camera[key] for key in ("width", "height", "fx", "fy", "position", "rotation")}
+
+
+def node_tool(path):
+    """The command that runs a script of a package, none where it or Node 20 is missing."""
+    script = HERE / "node_modules" / path
+    if not script.exists() or not shutil.which("node"):
+        return None
+    return ["node", script] if int(run("node", "--version").decode()[1:].split(".")[0]) >= 20 else None
+
+
+def read_back(path, count):
+    """Whether the second reader agrees."""
+    tool = node_tool("@playcanvas/splat-transform/bin/cli.mjs")
+    if path.suffix == ".glb" or tool is None:
+        print(f"{path.name}: not read back, splat-transform " + ("reads no GLB" if tool else "or Node 20 is missing"))
+        return True
+    found = json.loads(run(*tool, "--quiet", path, "--info", "json", "null"))["numGaussians"]
+    print(f"{path.name}: {count} Gaussians, splat-transform reads {found}")
+    return found == count
+
+
+def validate(path):
+    """Whether Khronos' validator finds no error."""
+    if node_tool("gltf-validator/index.js") is None:
+        print(f"{path.name}: not validated, gltf-validator or Node 20 is missing")
+        return True
+    script = ("require(process.argv[1]).validateBytes(new Uint8Array(require('fs').readFileSync(process.argv[2])))"
+              ".then(report => console.log(JSON.stringify(report.issues)))")
+    # an attribute of an extension that this validator does not know yet counts as a wrong name
+    errors = [issue for issue in json.loads(run("node", "-e", script, HERE / "node_modules/gltf-validator", path))["messages"]
+              if issue["severity"] == 0 and not (issue["code"] == "MESH_PRIMITIVE_INVALID_ATTRIBUTE" and
+                                                 "/attributes/KHR_gaussian_splatting:" in issue["pointer"])]
+    print(f"{path.name}: gltf-validator finds {len(errors)} errors", *errors, sep="\n")
+    return not errors
+
+
+def export(arguments, path):
+    """The report, None where this build cannot write the format."""
+    command = [arguments.gsc, "export", arguments.work / "model.gsc", "--to", path.suffix[1:], "--at", 0, "-o", path, "--format",
+               "json", "-q"]
+    result = subprocess.run([str(part) for part in command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    if result.returncode == UNSUPPORTED:
+        print("note: " + result.stderr.strip())
+        return None
+    result.check_returncode()
+    return json.loads(result.stdout)
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    for name in ("--gsc", "--play", "--work"):
+        parser.add_argument(name, type=Path, required=True)
+    parser.add_argument("--all", action="store_true")
+    arguments = parser.parse_args()
+    if missing():
+        print("skipped: " + missing())
+        return 77
+    work = arguments.work
+    shutil.rmtree(work, ignore_errors=True)
+    (work / "files").mkdir(parents=True)
+    name, folder = model(arguments, work)
+    run(arguments.gsc, "convert", folder, "-o", work / "model.gsc", "--sensitivity", "none", "-q")
+    run(arguments.play, work / "model.gsc", "--tier", "exact", "--backend", "cpu", "--frames", "0:1", "--out",
+        work / "exact/picture.png", "-q")
+    camera = camera_of(folder)
+    views, bad = ALL if arguments.all else ONCE, 0
+    counts = {}
+    for form in dict.fromkeys(form for _, form in views):
+        path = work / f"files/view.{form}"
+        report = export(arguments, path)
+        if report is None:
+            continue
+        counts[form] = report["gaussians"]["count"]
+        if arguments.all:
+            bad += not read_back(path, counts[form])
+            bad += form == "glb" and not validate(path)
+    views = [(viewer, form) for viewer, form in views if form in counts]
+    jobs = [{"name": f"{viewer}_{form}", "viewer": viewer, "file": f"/files/view.{form}", **camera} for viewer, form in views]
+    start = time.monotonic()
+    results = Viewers(work / "files").run(jobs)
+    print(f"{name}: {len(jobs)} pictures in {time.monotonic() - start:.1f} s")
+    for (viewer, form), job in zip(views, jobs):
+        result = results[job["name"]]
+        if "fault" in result:
+            print(f"{job['name']}: {result['fault']}")
+            bad += 1
+            continue
+        pictures = work / job["name"]
+        pictures.mkdir()
+        (pictures / "picture.png").write_bytes(base64.b64decode(result["png"]))
+        report = json.loads(run(arguments.gsc, "compare-pictures", work / "exact", pictures, "--format", "json", "-q"))
+        psnr = report["scores"]["psnr"]
+        good = psnr >= BARS[name] and result["gaussians"] == counts[form]
+        print(f"{job['name']}: {psnr:.2f} dB, expected at least {BARS[name]}; {result['gaussians']} Gaussians, expected "
+              f"{counts[form]}{'' if good else ': FAILED'}")
+        bad += not good
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
