@@ -2,6 +2,7 @@
 #include "convert/chart/chart_page.h"
 
 #include "convert/chart/chart_assets.h"
+#include "convert/page/page_text.h"
 
 #include <string_view>
 #include <utility>
@@ -25,17 +26,6 @@ constexpr std::string_view kCurveNotes =
     "of the renderer. <b>Frame</b> and <b>decode</b>: medians over those poses, tier exact.";
 
 } // namespace
-
-std::string scriptJson(const nlohmann::ordered_json& json)
-{
-    std::string text;
-    for (const char c : json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace))
-        if (c == '<') // occurs in strings only
-            text += "\\u003c";
-        else
-            text += c;
-    return text;
-}
 
 PageKind kindOf(const nlohmann::ordered_json& model)
 {
@@ -69,14 +59,7 @@ std::string chartPage(const nlohmann::ordered_json& model)
     parts.push_back({"@PARTS@", partsScript()});
     parts.push_back({"@FIGURES@", figuresScriptOf(kind)});
     parts.push_back({"@REPORT@", runs ? reportScript() : plainReportScript()});
-    std::string page;
-    std::string_view rest = runs ? pageTemplate() : plainPageTemplate();
-    for (const auto& [mark, part] : parts) { // in the template's order; what is put in is not looked at again
-        const size_t place = rest.find(mark);
-        page.append(rest.substr(0, place)).append(part);
-        rest.remove_prefix(place + mark.size());
-    }
-    return page.append(rest);
+    return filledPage(runs ? pageTemplate() : plainPageTemplate(), parts);
 }
 
 } // namespace gsc

@@ -8,8 +8,6 @@
 
 namespace gsc {
 
-// JSON that may stand inside <script>: no text in it can end the element or open a comment.
-std::string scriptJson(const nlohmann::ordered_json& json);
 // What a model is of: of chartModel(), traceModel() or curveModel(), which have figures and pages of their own.
 enum class PageKind { Runs, Service, Curve };
 PageKind kindOf(const nlohmann::ordered_json& model);

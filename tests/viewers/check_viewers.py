@@ -3,10 +3,10 @@
 
 usage: check_viewers.py --gsc GSC --play GSC_PLAY --work FOLDER [--all]
 
-One camera's Gaussians of the trained model fox_scaffold, or of a sample where GSC_CHECKPOINTS has no models, as each file
-that a viewer reads: one viewer for each format; with --all every viewer, splat-transform reads them back, and Khronos'
-validator reads the GLB. Pages and files come from a server on the loopback address; a page sends its picture back. Exit code
-77: something is missing here.
+One camera's Gaussians of the trained model fox_scaffold, or of a sample where GSC_CHECKPOINTS has no models, as a page of
+--html, opened from the file system, and as each file that a viewer reads: in one viewer for each format; with --all in every
+viewer, splat-transform reads them back, and Khronos' validator reads the GLB. Pages and files come from a server on the
+loopback address; a page sends its picture back. Exit code 77: something is missing here.
 """
 import argparse
 import base64
@@ -27,10 +27,37 @@ from pathlib import Path
 HERE = Path(__file__).parent
 FLAGS = ["--headless=new", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--no-sandbox",
          "--no-first-run", "--disable-extensions", "--disable-background-networking", "--hide-scrollbars"]
-SECONDS = 120  # for a picture that takes a few
+SECONDS = 200  # for a picture that takes a few
 BARS = {"fox_scaffold": 37.0, "sample": 34.0}  # dB: below what the viewers' own arithmetic leaves
 UNSUPPORTED = 5  # gsc's exit code
-ONCE = [("playcanvas", "ply"), ("playcanvas", "sog"), ("playcanvas", "glb"), ("spark", "spz")]
+# What a copy of a page has besides: a picture of the camera's size, sent by a form, since the page may connect nowhere.
+SENDER = """<style>#canvas { width: WIDTHpx; height: HEIGHTpx }</style>
+<form method="post" action="SERVER/picture?job=page"><input name="picture"></form>
+<script>
+(async () => {
+  const pause = () => new Promise(resolve => setTimeout(resolve, 100));
+  const state = document.getElementById("state"), send = value => {
+    document.querySelector("[name=picture]").value = JSON.stringify(value);
+    document.forms[0].submit();
+  };
+  while (state.textContent.startsWith("Loading"))
+    await pause();
+  if (state.textContent !== "")
+    return send({ fault: state.textContent });
+  const app = window.gsc.app;
+  let ready = false;
+  app.systems.gsplat.on("frame:ready", (_camera, _layer, sorted, loading) => { ready = sorted && loading === 0; });
+  app.on("frameend", () => {
+    if (!ready)
+      return;
+    const png = document.getElementById("canvas").toDataURL("image/png");
+    send({ gaussians: JSON.parse(document.getElementById("model").textContent).gaussians.count, png: png.slice(22) });
+    app.destroy();
+  });
+  window.gsc.look();
+})();
+</script>"""
+ONCE = [("page", "html"), ("playcanvas", "ply"), ("playcanvas", "sog"), ("playcanvas", "glb"), ("spark", "spz")]
 ALL = ONCE + [("spark", "ply"), ("spark", "sog")]
 
 
@@ -61,10 +88,15 @@ class Viewers:
             def do_POST(self):
                 address = urllib.parse.urlsplit(self.path)
                 name = urllib.parse.parse_qs(address.query)["job"][0]
-                body = self.rfile.read(int(self.headers["Content-Length"]))
-                viewers.results[name] = json.loads(body) if address.path == "/picture" else {"fault": body.decode()}
+                body = self.rfile.read(int(self.headers["Content-Length"])).decode()
+                form = name == "page"
+                if form:
+                    body = urllib.parse.parse_qs(body)["picture"][0]
+                viewers.results[name] = json.loads(body) if address.path == "/picture" else {"fault": body}
                 following = viewers.next_page()
-                self.send_response(200)
+                self.send_response(303 if form else 200)
+                if form:
+                    self.send_header("Location", following)
                 self.end_headers()
                 self.wfile.write(following.encode())
                 viewers.ended.put(name)
@@ -78,12 +110,19 @@ class Viewers:
         if not self.jobs:
             return "about:blank"
         job = self.jobs.pop(0)
-        return f"/{job['viewer']}.html?job={urllib.parse.quote(json.dumps(job))}"
+        if job["viewer"] == "page":  # from the file system
+            copy = self.files / "copy.html"
+            sender = SENDER.replace("WIDTH", str(job["width"])).replace("HEIGHT", str(job["height"]))
+            copy.write_text((self.files / "view.html").read_text().replace(
+                "</body>", sender.replace("SERVER", self.address) + "</body>"))
+            return copy.resolve().as_uri()
+        return f"{self.address}/{job['viewer']}.html?job={urllib.parse.quote(json.dumps(job))}"
 
     def run(self, jobs):
         """Of each job's name what its page sent: {gaussians, png} or {fault}."""
-        self.jobs = list(jobs)
+        self.jobs = list(jobs)  # a page of the file system first: others may not lead to it
         server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), self.handler())
+        self.address = f"http://127.0.0.1:{server.server_address[1]}"
         threading.Thread(target=server.serve_forever, daemon=True).start()
         # one picture's pixels are one of the page's
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile, contextlib.ExitStack() as stack:
@@ -91,13 +130,14 @@ class Viewers:
             stack.callback(server.shutdown)
             chromium = subprocess.Popen(
                 [shutil.which("chromium"), *FLAGS, "--force-device-scale-factor=1", f"--user-data-dir={profile}",
-                 f"http://127.0.0.1:{server.server_address[1]}{self.next_page()}"],
+                 self.next_page()],
                 stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             stack.callback(lambda: (chromium.terminate(), chromium.wait()))
-            for job in jobs:
-                with contextlib.suppress(queue.Empty):
+            with contextlib.suppress(queue.Empty):
+                for _ in jobs:
                     self.ended.get(timeout=SECONDS)
-        return {job["name"]: self.results.get(job["name"], {"fault": f"no picture within {SECONDS} s"}) for job in jobs}
+        fault = {"fault": f"no picture: a page took longer than {SECONDS} s"}
+        return {job["name"]: self.results.get(job["name"], fault) for job in jobs}
 
 
 def run(*command):
@@ -129,8 +169,8 @@ def node_tool(path):
 def read_back(path, count):
     """Whether the second reader agrees."""
     tool = node_tool("@playcanvas/splat-transform/bin/cli.mjs")
-    if path.suffix == ".glb" or tool is None:
-        print(f"{path.name}: not read back, splat-transform " + ("reads no GLB" if tool else "or Node 20 is missing"))
+    if path.suffix in (".glb", ".html") or tool is None:
+        print(f"{path.name}: not read back, splat-transform " + ("does not read it" if tool else "or Node 20 is missing"))
         return True
     found = json.loads(run(*tool, "--quiet", path, "--info", "json", "null"))["numGaussians"]
     print(f"{path.name}: {count} Gaussians, splat-transform reads {found}")
@@ -154,8 +194,9 @@ def validate(path):
 
 def export(arguments, path):
     """The report, None where this build cannot write the format."""
-    command = [arguments.gsc, "export", arguments.work / "model.gsc", "--to", path.suffix[1:], "--at", 0, "-o", path, "--format",
-               "json", "-q"]
+    form = path.suffix[1:]
+    output = ["--html", path] if form == "html" else ["--to", form, "-o", path]
+    command = [arguments.gsc, "export", arguments.work / "model.gsc", *output, "--at", 0, "--format", "json", "-q"]
     result = subprocess.run([str(part) for part in command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     if result.returncode == UNSUPPORTED:
         print("note: " + result.stderr.strip())
@@ -193,7 +234,7 @@ def main():
             bad += not read_back(path, counts[form])
             bad += form == "glb" and not validate(path)
     views = [(viewer, form) for viewer, form in views if form in counts]
-    jobs = [{"name": f"{viewer}_{form}", "viewer": viewer, "file": f"/files/view.{form}", **camera} for viewer, form in views]
+    jobs = [{"name": "page" if viewer == "page" else f"{viewer}_{form}", "viewer": viewer, "file": f"/files/view.{form}", **camera} for viewer, form in views]
     start = time.monotonic()
     results = Viewers(work / "files").run(jobs)
     print(f"{name}: {len(jobs)} pictures in {time.monotonic() - start:.1f} s")

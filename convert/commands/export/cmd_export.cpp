@@ -12,7 +12,7 @@ namespace gsc {
 
 namespace {
 
-enum class ExportForm { NanoVdb, OpenVdb, Ply, Spz, Glb, Sog };
+enum class ExportForm { NanoVdb, OpenVdb, Ply, Spz, Glb, Sog, Page };
 
 struct FormName {
     ExportForm form;
@@ -25,7 +25,8 @@ constexpr FormName kForms[] = {{ExportForm::Ply, "ply", "3DGS PLY"},
                                {ExportForm::Glb, "glb", "glTF with KHR_gaussian_splatting"},
                                {ExportForm::Sog, "sog", "SOG, version 2"},
                                {ExportForm::NanoVdb, "nvdb", "NanoVDB mask grids"},
-                               {ExportForm::OpenVdb, "vdb", "OpenVDB mask grids"}};
+                               {ExportForm::OpenVdb, "vdb", "OpenVDB mask grids"},
+                               {ExportForm::Page, "html", "a page that shows it, the model in it as SOG"}};
 
 const FormName& nameOf(ExportForm form)
 {
@@ -33,9 +34,10 @@ const FormName& nameOf(ExportForm form)
 }
 
 struct ExportOptions {
-    ExportForm to = ExportForm::Ply;
-    GaussianExportOptions gaussians; // with what all forms need
-    int degree = -1;                 // none given
+    ExportForm to = ExportForm::Page; // none given
+    std::string page;                 // the output of that
+    GaussianExportOptions gaussians;  // with what all forms need
+    int degree = -1;                  // none given
     uint64_t most = 0;
 };
 
@@ -121,17 +123,6 @@ std::string camerasText(uint64_t count)
     return formatCount(count) + (count == 1 ? " camera" : " cameras");
 }
 
-Json lossJson(const std::optional<GaussianLoss>& loss)
-{
-    if (!loss)
-        return nullptr;
-    return {{"cameras", loss->cameras},
-            {"psnr_pooled", jsonNumber(loss->psnr)},
-            {"psnr_worst", jsonNumber(loss->worst_psnr)},
-            {"worst_camera", loss->worst},
-            {"ssim_mean", jsonNumber(loss->ssim)}};
-}
-
 void exportExplicit(const ExportOptions& options, Reporter& report)
 {
     GaussianExportOptions gaussians = options.gaussians;
@@ -143,13 +134,10 @@ void exportExplicit(const ExportOptions& options, Reporter& report)
                    : options.to == ExportForm::Spz ? GaussianFileFormat::Spz
                    : options.to == ExportForm::Glb ? GaussianFileFormat::Glb
                                                    : GaussianFileFormat::Sog;
+    gaussians.page = options.to == ExportForm::Page;
     const GaussianExport result = exportGaussians(gaussians, report);
     Json json = reportHead(options, result.bytes);
-    json["gaussians"] = {{"count", result.gaussians},
-                         {"fitted", result.fitted},
-                         {"sh_degree", result.degree},
-                         {"fit_cameras", result.fit_cameras},
-                         {"loss", lossJson(result.loss)}};
+    json["gaussians"] = gaussiansJson(result);
     if (report.json())
         return report.object(json);
     std::string text = writtenText(options, result.bytes);
@@ -170,14 +158,21 @@ void exportExplicit(const ExportOptions& options, Reporter& report)
     report.text(text);
 }
 
-ErrorCode runExport(const ExportOptions& options, Reporter& report)
+ErrorCode runExport(const ExportOptions& given, Reporter& report)
 {
-    const GaussianExportOptions& common = options.gaussians;
+    ExportOptions options = given;
+    GaussianExportOptions& common = options.gaussians;
+    if (options.page.empty() && options.to == ExportForm::Page)
+        throw Error(ErrorCode::Usage, "--to: not given, expected a form, or --html PAGE.html; see gsc export --help");
+    if (options.page.empty() && common.output.empty())
+        throw Error(ErrorCode::Usage, "--output: not given, expected -o FILE; see gsc export --help");
+    if (!options.page.empty())
+        common.output = options.page;
     refuseIdle(options);
     std::vector<NamedPath> inputs = {{common.file, "FILE"}};
     if (!common.cameras.empty() && common.cameras != "stored")
         inputs.push_back({common.cameras, "--cameras"});
-    checkOutputsDiffer(std::vector<NamedPath>{{common.output, "--output"}}, inputs);
+    checkOutputsDiffer(std::vector<NamedPath>{{common.output, options.page.empty() ? "--output" : "--html"}}, inputs);
     checkOutput(common.output, OutputKind::Binary, common.overwrite);
     if (isGrid(options.to))
         exportGrids(options, report);
@@ -197,13 +192,17 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
     addText(command, "FILE", gaussians.file, "FILE.gsc", "file to read").required();
     std::vector<std::pair<std::string, ExportForm>> forms;
     for (const FormName& form : kForms)
-        forms.emplace_back(form.name, form.form);
-    addChoice<ExportForm>(
+        if (form.form != ExportForm::Page)
+            forms.emplace_back(form.name, form.form);
+    const OptionHandle to = addChoice<ExportForm>(
         command, "--to", options->to, forms, "",
         "Gaussians for viewers of 3DGS (ply, spz, glb, sog), or the grids, one per level, for NanoVDB's "
-        "or OpenVDB's tools")
-        .required();
-    addText(command, "-o,--output", gaussians.output, "FILE", "file to write").required();
+        "or OpenVDB's tools");
+    const OptionHandle output = addText(command, "-o,--output", gaussians.output, "FILE", "file to write");
+    addText(command, "--html", options->page, "PAGE.html",
+            "instead of both: a page that shows the Gaussians in any browser, without a network")
+        .excludes(to)
+        .excludes(output);
     addFlag(command, "-w,--overwrite", gaussians.overwrite, "replace a file that exists");
     {
         const Heading heading(command, "Gaussians");
@@ -226,6 +225,7 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
                        "examples:\n"
                        "  gsc export room.gsc --to ply -o room.ply\n"
                        "  gsc export room.gsc --to spz --sh 1 --max-gaussians 500K -o room.spz\n"
+                       "  gsc export room.gsc --html room.html\n"
                        "  gsc export city.gsc --to vdb -o city.vdb");
     onParsed(command, invocation, options, runExport);
 }

@@ -3,15 +3,18 @@
 
 #include "convert/explicit/gaussian_fit.h"
 #include "convert/explicit/gaussian_render.h"
+#include "convert/viewer/viewer_page.h"
 #include "format/file/mapped_file.h"
 #include "format/file/output_file.h"
 #include "format/interrupt.h"
 #include "player/cameras/scene_cameras.h"
+#include "player/tool/version.h"
 #include "runtime/metrics/metrics.h"
 #include "runtime/cpu/renderer_cpu.h"
 #include "runtime/renderer.h"
 
 #include <charconv>
+#include <filesystem>
 
 namespace gsc {
 
@@ -46,23 +49,27 @@ size_t cameraNumber(const std::vector<Camera>& cameras, const std::string& at)
     return number;
 }
 
-// Those that are fitted, and those that judge.
-struct Views {
-    std::vector<View> fit, judges;
-};
-
-Views chooseViews(const Scene& scene, const GaussianExportOptions& options, Reporter& report)
+std::vector<Camera> camerasOf(const Scene& scene, const GaussianExportOptions& options, Reporter& report)
 {
     std::vector<std::string> ignored;
-    const std::vector<Camera> cameras =
-        sceneCameras(scene, options.cameras, options.ignore_distortion ? &ignored : nullptr);
+    std::vector<Camera> cameras = sceneCameras(scene, options.cameras, options.ignore_distortion ? &ignored : nullptr);
     for (const std::string& text : ignored)
         report.warning(text);
     if (cameras.empty())
         throw Error(ErrorCode::Usage, options.file + ": no camera stored, expected some to fit colours over; pass a "
                                                      "camera file with --cameras");
-    if (!options.at.empty()) {
-        const View view = viewOf(scene, cameras[cameraNumber(cameras, options.at)]);
+    return cameras;
+}
+
+// Those that are fitted, and those that judge.
+struct Views {
+    std::vector<View> fit, judges;
+};
+
+Views chooseViews(const Scene& scene, const std::vector<Camera>& cameras, const std::string& at)
+{
+    if (!at.empty()) {
+        const View view = viewOf(scene, cameras[cameraNumber(cameras, at)]);
         return {{view}, {view}};
     }
     Views views;
@@ -115,7 +122,7 @@ void writeFile(const GaussianSet& set, const GaussianExportOptions& options, con
 }
 
 // What a viewer gets of the file: `set`, or where the format rounds, what was written.
-void readRounded(GaussianSet& set, const GaussianExportOptions& options, const std::string& written)
+void readRounded(GaussianSet& set, const GaussianExportOptions& options, std::span<const std::byte> written)
 {
     const auto read = options.to == GaussianFileFormat::Spz   ? readGaussianSpz
                       : options.to == GaussianFileFormat::Sog ? readGaussianSog
@@ -123,17 +130,72 @@ void readRounded(GaussianSet& set, const GaussianExportOptions& options, const s
     if (read == nullptr)
         return;
     set = {};
-    set = read(MappedFile(written).bytes(), options.output);
+    set = read(written, options.output);
+}
+
+OrderedJson lossJson(const std::optional<GaussianLoss>& loss)
+{
+    if (!loss)
+        return nullptr;
+    return {{"cameras", loss->cameras},
+            {"psnr_pooled", jsonNumber(loss->psnr)},
+            {"psnr_worst", jsonNumber(loss->worst_psnr)},
+            {"worst_camera", loss->worst},
+            {"ssim_mean", jsonNumber(loss->ssim)}};
+}
+
+OrderedJson cameraJson(const Camera& camera)
+{
+    const double *r = camera.rotation, *t = camera.translation;
+    OrderedJson position = OrderedJson::array(), rotation = OrderedJson::array();
+    for (size_t i = 0; i < 9; i += 3) {
+        position.push_back(-(r[i] * t[0] + r[i + 1] * t[1] + r[i + 2] * t[2]));
+        rotation.push_back({r[i], r[i + 1], r[i + 2]});
+    }
+    return {{"name", camera.name},   {"position", std::move(position)}, {"rotation", std::move(rotation)},
+            {"width", camera.width}, {"height", camera.height},         {"fov_x", camera.fov_x},
+            {"fov_y", camera.fov_y}};
+}
+
+std::string pageOf(const Scene& scene, const std::vector<Camera>& cameras, const GaussianExportOptions& options,
+                   const GaussianExport& result, std::span<const std::byte> sog)
+{
+    const size_t first = options.at.empty() ? 0 : cameraNumber(cameras, options.at);
+    const FrameOptions drawn = exactOptionsFor(scene, cameras[first]);
+    OrderedJson list = OrderedJson::array();
+    for (const Camera& camera : cameras)
+        list.push_back(cameraJson(camera));
+    OrderedJson model = {{"name", std::filesystem::path(options.file).stem().string()},
+                         {"version", toolVersion()},
+                         {"at", nullptr},
+                         {"bytes", sog.size()},
+                         {"background", drawn.background},
+                         {"gaussians", gaussiansJson(result)},
+                         {"first", first},
+                         {"cameras", std::move(list)}};
+    if (!options.at.empty())
+        model["at"] = cameras[first].name;
+    return viewerPage(model, sog);
 }
 
 } // namespace
+
+OrderedJson gaussiansJson(const GaussianExport& result)
+{
+    return {{"count", result.gaussians},
+            {"fitted", result.fitted},
+            {"sh_degree", result.degree},
+            {"fit_cameras", result.fit_cameras},
+            {"loss", lossJson(result.loss)}};
+}
 
 GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& report)
 {
     if (options.to == GaussianFileFormat::Sog)
         requireSog();
     const std::shared_ptr<const Scene> scene = Scene::open(options.file);
-    const Views views = chooseViews(*scene, options, report);
+    const std::vector<Camera> cameras = camerasOf(*scene, options, report);
+    const Views views = chooseViews(*scene, cameras, options.at);
     std::vector<FitView> fit;
     for (const View& view : views.fit)
         fit.push_back({view.eye, view.options.appearance});
@@ -157,15 +219,29 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
     result.fit_cameras = fit.size();
 
     OutputFile output(options.output, OutputKind::Binary, options.overwrite);
+    std::vector<std::byte> held; // a page's model
     writeFile(set, options, [&](std::span<const std::byte> piece) {
         throwIfInterrupted();
-        output.write(piece);
+        if (options.page)
+            held.insert(held.end(), piece.begin(), piece.end());
+        else
+            output.write(piece);
         result.bytes += piece.size();
     });
-    output.sync();
-    readRounded(set, options, output.temporaryPath());
+    if (options.page) {
+        readRounded(set, options, held);
+    } else {
+        output.sync();
+        readRounded(set, options, MappedFile(output.temporaryPath()).bytes());
+    }
     if (!views.judges.empty())
         result.loss = lossOf(set, scene, views.judges, options, report);
+    if (options.page) {
+        const std::string page = pageOf(*scene, cameras, options, result, held);
+        output.write(page);
+        output.sync();
+        result.bytes = page.size();
+    }
     report.endProgress(false);
     output.commit();
     return result;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// `gsc export --to ply|spz|glb|sog`: explicit Gaussians, and what they lost.
+// `gsc export --to ply|spz|glb|sog` and `--html`: explicit Gaussians, and what they lost.
 #pragma once
 
 #include "convert/explicit/gaussian_files.h"
+#include "player/tool/json.h"
 #include "player/tool/reporter.h"
 
 #include <limits>
@@ -14,6 +15,7 @@ namespace gsc {
 struct GaussianExportOptions {
     std::string file, output;
     GaussianFileFormat to = GaussianFileFormat::Ply;
+    bool page = false;              // a page that holds the file, which is Sog
     std::string cameras;            // file, empty = those stored
     bool ignore_distortion = false; // of their lenses
     std::string at;                 // name or number of the camera whose view is exported; empty = fit over all
@@ -36,6 +38,9 @@ struct GaussianExport {
     uint64_t bytes = 0, fit_cameras = 0;
     std::optional<GaussianLoss> loss; // none where no camera is left that the fit did not use
 };
+
+// As the report has it, section `gaussians`.
+OrderedJson gaussiansJson(const GaussianExport& result);
 
 // Throws Error; leaves nothing behind.
 GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& report);
