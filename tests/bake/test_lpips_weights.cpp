@@ -3,6 +3,7 @@
 #include "convert/input/torch/torch_archive.h"
 #include "tests/input/model_fixture.h"
 #include "tests/support/lpips_random.h"
+#include "tests/support/source_folder.h"
 
 #include <doctest/doctest.h>
 
@@ -13,7 +14,7 @@ using namespace gsc::test;
 
 namespace {
 
-const std::string kHeadsFile = std::string(GSC_SOURCE_DIR) + "/tests/input/lpips_heads_legacy.pth";
+const std::string kHeadsFile = sourceFolder() + "/tests/input/lpips_heads_legacy.pth";
 
 std::vector<NamedTensor> headTensors(const LpipsWeights& weights)
 {

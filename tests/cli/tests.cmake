@@ -42,7 +42,9 @@ if(TARGET gsc_commands)
   endif()
   set_tests_properties(cli_${chart_figures} PROPERTIES ENVIRONMENT "${chart_environment}")
   # minutes under a sanitizer, and what they add is not about memory
-  set_tests_properties(cli_compare_pictures cli_compare_render cli_interrupt cli_killed PROPERTIES LABELS "cpu;slow")
+  foreach(suite ${bake} export ${export_sog} compare_pictures compare_render interrupt killed)
+    set_tests_properties(cli_${suite} PROPERTIES LABELS "cpu;slow")
+  endforeach()
 endif()
 
 foreach(check check_traps check_messages check_includes)

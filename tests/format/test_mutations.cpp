@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every issue in the table has a file that raises it, and that file raises nothing unexpected.
 #include "tests/format/mutation.h"
+#include "tests/support/source_folder.h"
 
 #include <doctest/doctest.h>
 
@@ -205,7 +206,7 @@ TEST_CASE("the issue table is complete in itself")
 
 TEST_CASE("schemas/gsc.md lists every issue and no other")
 {
-    std::ifstream page(std::string(GSC_SOURCE_DIR) + "/schemas/gsc.md");
+    std::ifstream page(sourceFolder() + "/schemas/gsc.md");
     REQUIRE(page);
     std::string expected, found;
     for (const IssueInfo& info : allIssues()) {

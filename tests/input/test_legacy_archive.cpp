@@ -5,6 +5,7 @@
 #include "tests/input/legacy_file.h"
 #include "tests/input/model_fixture.h"
 #include "tests/support/lpips_random.h"
+#include "tests/support/source_folder.h"
 
 #include <doctest/doctest.h>
 
@@ -18,7 +19,7 @@ namespace {
 
 std::string headsFile()
 {
-    return readInputText(std::string(GSC_SOURCE_DIR) + "/tests/input/lpips_heads_legacy.pth", 1 << 20, "test data");
+    return readInputText(sourceFolder() + "/tests/input/lpips_heads_legacy.pth", 1 << 20, "test data");
 }
 
 TorchArchive readText(const std::string& text, const WantedTensor& wanted = {})

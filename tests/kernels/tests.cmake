@@ -35,7 +35,6 @@ if(GSC_HAVE_CUDA)
   # to be carried to a machine that has a GPU and no toolkit: preset lean with GSC_BUILD_TESTS on makes it one file,
   # other builds need libtbb and libhwy beside it
   add_executable(test_cuda ${gsc_test_cuda_sources})
-  target_compile_definitions(test_cuda PRIVATE ${gsc_test_definitions})
   gsc_compile_test_fast(test_cuda REUSE_FROM gsc_test_main)
   target_link_libraries(test_cuda PRIVATE gsc_build_flags ${kernel_libs} gsc_kernels_cuda doctest::doctest)
   target_include_directories(test_cuda SYSTEM PRIVATE ${CUDAToolkit_INCLUDE_DIRS}) # its runtime's functions alone

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/frame_stats.h"
+#include "tests/support/source_folder.h"
 
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
@@ -50,7 +51,7 @@ void checkAgainst(const Json& schema, const Json& root, const Json& value, const
 
 Json frameSchema()
 {
-    std::ifstream stream(std::string(GSC_SOURCE_DIR) + "/schemas/frame-stats.schema.json");
+    std::ifstream stream(test::sourceFolder() + "/schemas/frame-stats.schema.json");
     return Json::parse(stream);
 }
 

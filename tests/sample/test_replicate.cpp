@@ -7,6 +7,7 @@
 #include "player/cameras/camera_file.h"
 #include "sample/sample_tools.h"
 #include "support/checkpoints.h"
+#include "tests/support/source_folder.h"
 
 #include <doctest/doctest.h>
 
@@ -186,7 +187,7 @@ TEST_CASE("replicate: the source is never replaced")
 TEST_CASE("sample paths: every trajectory in samples/paths is one the player reads")
 {
     size_t files = 0;
-    for (const auto& entry : std::filesystem::directory_iterator(GSC_SOURCE_DIR "/samples/paths")) {
+    for (const auto& entry : std::filesystem::directory_iterator(sourceFolder() + "/samples/paths")) {
         CAPTURE(entry.path().string());
         TrajectoryFacts facts; // one has the eyes of a headset
         const std::vector<Camera> cameras = readCameraFile(entry.path().string(), &facts);

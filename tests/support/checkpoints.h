@@ -3,6 +3,7 @@
 #pragma once
 
 #include "tests/support/skipped.h"
+#include "tests/support/source_folder.h"
 
 #include <cstdio>
 #include <cstdlib>
@@ -23,7 +24,7 @@ inline std::string checkpointsRoot()
                                      "correct it");
         return path;
     }
-    const std::filesystem::path root = std::filesystem::path(GSC_SOURCE_DIR) / "../shared/checkpoints";
+    const std::filesystem::path root = std::filesystem::path(sourceFolder()) / "../shared/checkpoints";
     return std::filesystem::is_directory(root) ? std::filesystem::canonical(root).string() : "";
 }
 

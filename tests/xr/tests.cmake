@@ -9,7 +9,7 @@ if(TARGET gsc_headset AND TARGET gsc_fake_xr AND TARGET gsc)
   target_link_libraries(write_depths PRIVATE gsc_player gsc_build_flags)
   # beside the manifest, where test_xr looks for it
   set_target_properties(write_depths PROPERTIES RUNTIME_OUTPUT_DIRECTORY $<TARGET_FILE_DIR:gsc_fake_xr>)
-  set(sessions controllers states losses lost_renderer)
+  set(sessions controllers states losses refusals)
   foreach(part XrTest XrPaceTest)
     string(REPLACE XrTest test_xr name ${part})
     string(REPLACE XrPaceTest test_xr_pace name ${name})
