@@ -150,15 +150,26 @@ std::vector<uint32_t> keptEmbeddingRows(const Checkpoint& checkpoint, int appear
         throw Error(ErrorCode::Usage, formatString("--appearance %d: %s has no appearance embedding, expected a model "
                                                    "trained with one; leave the option out",
                                                    appearance, checkpoint.model_path.c_str()));
-    if (appearance >= 0 && uint32_t(appearance) >= rows)
-        throw Error(ErrorCode::Usage, formatString("--appearance %d: the embedding has %u rows, expected 0 to %u; pass "
-                                                   "one of these or leave it out",
-                                                   appearance, rows, rows - 1));
-    if (appearance >= 0)
-        return {uint32_t(appearance)};
-    std::vector<uint32_t> all(rows);
-    std::iota(all.begin(), all.end(), 0u);
-    return all;
+    std::vector<uint32_t> all = checkpoint.embedding_numbers;
+    if (all.empty()) {
+        all.resize(rows);
+        std::iota(all.begin(), all.end(), 0u);
+    }
+    if (appearance < 0)
+        return all;
+    if (!std::ranges::binary_search(all, uint32_t(appearance)))
+        throw Error(ErrorCode::Usage,
+                    formatString("--appearance %d: the embedding has %u rows, expected %u to %u; pass "
+                                 "one of these or leave it out",
+                                 appearance, rows, all.front(), all.back()));
+    return {uint32_t(appearance)};
+}
+
+const float* embeddingRow(const Checkpoint& checkpoint, uint32_t number)
+{
+    const std::vector<uint32_t>& numbers = checkpoint.embedding_numbers;
+    const size_t place = numbers.empty() ? number : size_t(std::ranges::lower_bound(numbers, number) - numbers.begin());
+    return checkpoint.embedding.data() + place * checkpoint.appearance_dim;
 }
 
 std::vector<std::byte> embeddingSection(const Checkpoint& checkpoint, const std::vector<uint32_t>& rows)
@@ -168,8 +179,7 @@ std::vector<std::byte> embeddingSection(const Checkpoint& checkpoint, const std:
     std::vector<std::byte> bytes(start + rows.size() * row_bytes);
     for (size_t i = 0; i < rows.size(); ++i) {
         std::memcpy(bytes.data() + i * sizeof(uint32_t), &rows[i], sizeof(uint32_t));
-        std::memcpy(bytes.data() + start + i * row_bytes, &checkpoint.embedding[rows[i] * checkpoint.appearance_dim],
-                    row_bytes);
+        std::memcpy(bytes.data() + start + i * row_bytes, embeddingRow(checkpoint, rows[i]), row_bytes);
     }
     return bytes;
 }

@@ -16,6 +16,8 @@ namespace gsc {
 
 // Rows of the embedding that are kept: all, or one. Throws Error(Usage) if `appearance` is not a row.
 std::vector<uint32_t> keptEmbeddingRows(const Checkpoint& checkpoint, int appearance);
+// Precondition: it has the row.
+const float* embeddingRow(const Checkpoint& checkpoint, uint32_t number);
 std::vector<std::byte> embeddingSection(const Checkpoint& checkpoint, const std::vector<uint32_t>& rows);
 std::vector<std::byte> cameraSection(const Checkpoint& checkpoint);
 

@@ -2,6 +2,7 @@
 #include "convert/bake/sensitivity_bake.h"
 
 #include "convert/bake/mlp_pack.h"
+#include "convert/bake/model_sections.h"
 #include "format/half.h"
 #include "kernels/math/anchor.h"
 #include "kernels/threads/stopwatch.h"
@@ -17,8 +18,8 @@ SensitivityBake::SensitivityBake(const Checkpoint& checkpoint, const ModelParams
       m_packed(packMlps(checkpoint.mlps, checkpoint.feat_dim, checkpoint.appearance_dim)), m_records(anchors)
 {
     if (!rows.empty()) {
-        const auto row = checkpoint.embedding.begin() + ptrdiff_t(size_t(rows[0]) * checkpoint.appearance_dim);
-        m_embedding.assign(row, row + ptrdiff_t(checkpoint.appearance_dim));
+        const float* const row = embeddingRow(checkpoint, rows[0]);
+        m_embedding.assign(row, row + checkpoint.appearance_dim);
     }
 }
 

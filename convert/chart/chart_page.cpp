@@ -23,7 +23,8 @@ constexpr std::string_view kCurveNotes =
     "<b>Together</b>: PSNR of all poses of the verdict, from their mean square error, against pictures of "
     "the whole model; no bake looked from them before. <b>Worst</b>: of the worst of them. <b>An "
     "anchor</b>: bytes of the archive by anchors of the whole model. <b>Resident</b>: model and buffers "
-    "of the renderer. <b>Frame</b> and <b>decode</b>: medians over those poses, tier exact.";
+    "of the renderer. <b>Frame</b> and <b>decode</b>: medians over those poses, of each the least of four draws, tier "
+    "exact.";
 
 } // namespace
 

@@ -49,6 +49,8 @@ struct Checkpoint {
     float voxel_size = 0;         // level 0, as stored by the trainer; 0 = not stored
     std::vector<Mlp> mlps;        // opacity, covariance, colour, [feature bank]
     std::vector<float> embedding; // rows x appearance_dim
+    // Numbers of those rows, ascending, where some are not there; empty = all from 0 on.
+    std::vector<uint32_t> embedding_numbers;
     std::vector<SourceCamera> cameras;
 
     [[nodiscard]] uint32_t embeddingRows() const

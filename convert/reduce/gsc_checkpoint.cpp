@@ -4,9 +4,8 @@
 #include "convert/bake/chunk_values.h"
 #include "format/half.h"
 #include "format/morton.h"
+#include "player/report/record.h"
 #include "runtime/camera.h"
-
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cstring>
@@ -32,12 +31,12 @@ Checkpoint checkpointOf(const GscView& view, const std::string& path)
     const ModelParams& p = *view.params;
     Checkpoint result;
     result.model_path = result.ply_path = path;
-    const auto manifest = nlohmann::json::parse(view.manifest, nullptr, false);
-    if (manifest.is_object() && manifest.contains("source") && manifest["source"].is_object()) {
-        const nlohmann::json& source = manifest["source"];
-        result.container = source.value("container", "");
-        if (const auto iteration = source.find("iteration");
-            iteration != source.end() && iteration->is_number_integer())
+    const OrderedJson manifest = manifestOf(view.manifest);
+    if (const auto source = manifest.find("source"); source != manifest.end() && source->is_object()) {
+        if (const auto container = source->find("container"); container != source->end() && container->is_string())
+            result.container = container->get<std::string>();
+        if (const auto iteration = source->find("iteration");
+            iteration != source->end() && iteration->is_number_integer())
             result.iteration = iteration->get<int>();
     }
     result.family = ModelFamily(p.family);
@@ -59,39 +58,37 @@ Checkpoint checkpointOf(const GscView& view, const std::string& path)
              Activation(m.activation),
              m.inputs,
              {layerOf(view, m.in, m.hidden, m.weight0, m.bias0), layerOf(view, m.hidden, m.out, m.weight1, m.bias1)}});
-    const uint32_t A = p.appearance_dim;
-    if (A != 0 && !view.embedding_rows.empty()) { // rows that the file does not have are zero, and not kept again
-        result.embedding.resize(size_t(A) * (view.embedding_rows.back() + 1));
-        for (size_t i = 0; i < view.embedding_rows.size(); ++i)
-            std::copy_n(view.embedding.data() + i * A, A, result.embedding.data() + size_t(A) * view.embedding_rows[i]);
-    }
+    result.embedding.assign(view.embedding.begin(), view.embedding.end());
+    result.embedding_numbers.assign(view.embedding_rows.begin(), view.embedding_rows.end());
     for (const CameraRecord& record : view.cameras)
         result.cameras.push_back(sourceCamera(record, view.camera_names));
     return result;
 }
 
-int appearanceOf(const GscView& view)
+OrderedJson manifestOf(std::string_view manifest)
 {
-    return view.embedding_rows.size() == 1 ? int(view.embedding_rows[0]) : -1;
+    ParsedRow parsed = parseRow(manifest);
+    return parsed.json.is_object() ? std::move(parsed.json) : OrderedJson::object();
 }
 
 BakeOptions bakeOptionsOf(const GscView& view)
 {
     BakeOptions result;
-    result.appearance = appearanceOf(view);
     result.sensitivity = view.sensitivity.empty() ? SensitivityMode::None : SensitivityMode::Sampled;
-    const auto manifest = nlohmann::json::parse(view.manifest, nullptr, false);
-    if (!manifest.is_object() || !manifest.contains("options") || !manifest["options"].is_object())
+    const OrderedJson manifest = manifestOf(view.manifest);
+    const auto options = manifest.find("options");
+    if (options == manifest.end() || !options->is_object())
         return result;
-    const nlohmann::json& options = manifest["options"];
-    if (const auto anchors = options.find("chunk_anchors"); anchors != options.end() && anchors->is_number_unsigned() &&
-                                                            anchors->get<uint64_t>() >= 1 &&
-                                                            anchors->get<uint64_t>() <= kMaxAnchors)
+    if (const auto anchors = options->find("chunk_anchors");
+        anchors != options->end() && anchors->is_number_unsigned() && anchors->get<uint64_t>() >= 1 &&
+        anchors->get<uint64_t>() <= kMaxAnchors)
         result.chunk_anchors = anchors->get<uint64_t>();
-    if (const auto drop = options.find("drop_invalid"); drop != options.end() && drop->is_boolean())
+    if (const auto drop = options->find("drop_invalid"); drop != options->end() && drop->is_boolean())
         result.drop_invalid = drop->get<bool>(); // nothing of a file is invalid
-    if (const auto row = options.find("appearance"); row != options.end() && row->is_string() && result.appearance == 0)
-        result.appearance = -1; // all, of one
+    // the one row that the file has: all rows are kept, and this says how many were asked for
+    if (const auto row = options->find("appearance"); row != options->end() && row->is_number_unsigned() &&
+                                                      view.embedding_rows.size() == 1 && *row == view.embedding_rows[0])
+        result.appearance = int(view.embedding_rows[0]);
     return result;
 }
 

@@ -5,16 +5,18 @@
 #include "convert/bake/bake.h"
 #include "convert/input/checkpoint.h"
 #include "format/gsc_reader.h"
+#include "player/tool/json.h"
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace gsc {
 
 // Everything but the anchors. `path` names it in messages. Precondition: openGsc() opened `view` without errors.
 [[nodiscard]] Checkpoint checkpointOf(const GscView& view, const std::string& path);
-// BakeOptions::appearance that keeps the rows which the file has.
-[[nodiscard]] int appearanceOf(const GscView& view);
+// META, or an empty object where it is none or nests too deep for a person to have meant it.
+[[nodiscard]] OrderedJson manifestOf(std::string_view manifest);
 // The options that a file of the same anchors would be made with again, byte for byte.
 [[nodiscard]] BakeOptions bakeOptionsOf(const GscView& view);
 

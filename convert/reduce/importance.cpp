@@ -58,8 +58,8 @@ struct Walk {
             int from = first, to = end;
             if (over > 0) {
                 const float half = std::sqrt(inside) * over, mid = left + b * over;
-                from = std::max(from, int(std::max(mid - half, -1.0f)));
-                to = std::min(to, int(std::min(mid + half, 32.0f)) + 1);
+                from = std::max(from, int(std::clamp(mid - half, -1.0f, 32.0f)));
+                to = std::min(to, int(std::clamp(mid + half, -1.0f, 32.0f)) + 1);
             }
             if (from >= to)
                 continue;

@@ -85,10 +85,12 @@ FileScore PictureProbe::measure(std::shared_ptr<const Scene> file, size_t first,
         for (size_t turn = 0; turn < kDrawsToMeasure; ++turn) {
             const FrameResult drawn = draw(m_cameras[i], pixels);
             result.resident_bytes = std::max(result.resident_bytes, drawn.bytes_resident);
-            if (turn == 0)
-                continue;
-            frame.push_back(drawn.times.total);
-            decode.push_back(drawn.times.decode);
+            if (turn == 0) {
+                frame.push_back(drawn.times.total);
+                decode.push_back(drawn.times.decode);
+            }
+            frame.back() = std::min(frame.back(), drawn.times.total);
+            decode.back() = std::min(decode.back(), drawn.times.decode);
         }
         add(i, pixels, count, result.set);
         const ImageView whole{m_pictures[i].data(), m_cameras[i].width, m_cameras[i].height};

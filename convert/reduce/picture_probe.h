@@ -30,11 +30,11 @@ struct SetScore {
 struct FileScore {
     SetScore set;
     double ssim = 0, worst_ssim = 0, flip = 0, worst_flip = 0; // mean of the poses', and of the worst
-    double frame_ms = 0, decode_ms = 0;                        // median of all draws but the first of each pose
+    double frame_ms = 0, decode_ms = 0;                        // median over the poses, of each the least of its draws
     uint64_t resident_bytes = 0;                               // most that the renderer had
 };
 
-constexpr size_t kDrawsToMeasure = 4; // of each pose; the first one warms up
+constexpr size_t kDrawsToMeasure = 4; // of each pose: what else the machine does is seldom in all of them
 
 // Draws in tier `exact`.
 class PictureProbe {

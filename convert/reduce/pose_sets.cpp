@@ -11,7 +11,9 @@
 #include <glm/matrix.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <set>
 
 namespace gsc {
 
@@ -73,6 +75,17 @@ void shrink(Camera& camera, uint32_t most_pixels)
 }
 
 } // namespace
+
+void leaveOutRepeats(std::vector<Camera>& cameras)
+{
+    std::set<std::array<double, 12>> poses;
+    std::erase_if(cameras, [&](const Camera& camera) {
+        std::array<double, 12> pose{};
+        std::copy_n(camera.rotation, 9, pose.begin());
+        std::copy_n(camera.translation, 3, pose.begin() + 9);
+        return !poses.insert(pose).second;
+    });
+}
 
 Camera betweenCameras(const Camera& from, const Camera& to, double share)
 {

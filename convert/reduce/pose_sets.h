@@ -26,6 +26,9 @@ struct PoseLimits {
 // more, finished.
 [[nodiscard]] PoseSets splitPoses(std::vector<Camera> cameras, const PoseLimits& limits);
 
+// Of cameras with the same place and direction the first stays.
+void leaveOutRepeats(std::vector<Camera>& cameras);
+
 // `share` of the way from one camera to another, as large as the first.
 [[nodiscard]] Camera betweenCameras(const Camera& from, const Camera& to, double share);
 

@@ -5,6 +5,7 @@
 #include "convert/bake/mlp_pack.h"
 #include "convert/reduce/file_anchors.h"
 #include "convert/reduce/gsc_checkpoint.h"
+#include "convert/reduce/pose_sets.h"
 #include "convert/reduce/reduce_manifest.h"
 #include "convert/reduce/step_search.h"
 #include "format/error.h"
@@ -157,10 +158,11 @@ private:
             std::ranges::move(sceneCameras(*m_scene, path, nullptr), std::back_inserter(cameras));
         if (m_options.cameras.empty())
             cameras = sceneCameras(*m_scene, "stored", nullptr);
+        leaveOutRepeats(cameras); // or the verdict would look from where the weights did
         if (cameras.size() < kFewestCameras)
             throw Error(ErrorCode::Usage,
-                        formatString("%s: %zu cameras, expected %zu or more to find weights, steps and a verdict from; "
-                                     "pass --cameras FILE",
+                        formatString("%s: %zu different cameras, expected %zu or more to find weights, steps and a "
+                                     "verdict from; pass --cameras FILE",
                                      m_options.name.c_str(), cameras.size(), kFewestCameras));
         m_poses = splitPoses(std::move(cameras), m_options.limits);
         m_report.weight_poses = m_poses.weights.size();
@@ -246,7 +248,9 @@ private:
         bake.output = m_output;
         bake.overwrite = m_options.overwrite;
         bake.threads = m_options.threads;
-        bake.appearance = appearanceOf(m_view);
+        // the row that a file of one has; options of a file of several that is said to be of one are not taken over
+        if (m_view.embedding_rows.size() == 1)
+            bake.appearance = int(m_view.embedding_rows[0]);
         bake.sensitivity = SensitivityMode::None;
         bake.source.emplace(BakedSource{
             m_view.header->source_hash, reducedFacts(m_view.manifest, reductionText(m_report, m_target)), {}});

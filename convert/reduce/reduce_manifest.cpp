@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/reduce/reduce_manifest.h"
 
-#include <nlohmann/json.hpp>
+#include "convert/reduce/gsc_checkpoint.h"
 
 #include <cmath>
 
@@ -9,7 +9,7 @@ namespace gsc {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = OrderedJson;
 
 Json decibels(double value)
 {
@@ -47,12 +47,12 @@ std::string reductionText(const ReduceReport& report, std::optional<double> targ
 
 std::string reducedFacts(std::string_view manifest, const std::string& reduction)
 {
-    const Json other = Json::parse(manifest, nullptr, false);
+    const Json other = manifestOf(manifest);
     Json facts = Json::object();
-    if (other.is_object() && other.contains("source"))
+    if (other.contains("source"))
         facts["source"] = other["source"];
     facts["reduction"] = Json::parse(reduction);
-    if (other.is_object() && other.contains("crop"))
+    if (other.contains("crop"))
         facts["crop"] = other["crop"];
     return facts.dump();
 }

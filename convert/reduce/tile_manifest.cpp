@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/reduce/tile_manifest.h"
 
+#include "convert/reduce/gsc_checkpoint.h"
 #include "format/error.h"
-
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 
@@ -11,7 +10,7 @@ namespace gsc {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = OrderedJson;
 
 std::string hex(uint64_t value)
 {
@@ -21,8 +20,8 @@ std::string hex(uint64_t value)
 // The value of a key of a manifest, null where it has none.
 Json factOf(std::string_view manifest, const char* name)
 {
-    const Json json = Json::parse(manifest, nullptr, false);
-    return json.is_object() && json.contains(name) ? json[name] : Json(nullptr);
+    const Json json = manifestOf(manifest);
+    return json.contains(name) ? json[name] : Json(nullptr);
 }
 
 // That of this box within the one that the file was cut to before.

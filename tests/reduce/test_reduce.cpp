@@ -285,6 +285,13 @@ TEST_CASE("three sets of poses share none")
         cameras[i].height = 3000;
         cameras[i].fov_x = cameras[i].fov_y = 1;
     }
+    // cameras of two files that share some: the verdict is not to look from where the weights did
+    std::vector<Camera> repeated = cameras;
+    repeated.insert(repeated.end(), cameras.begin(), cameras.begin() + 7);
+    repeated.back().width = 100;
+    leaveOutRepeats(repeated);
+    CHECK(repeated.size() == cameras.size());
+    CHECK(repeated.back().name == cameras.back().name);
     const PoseSets sets = splitPoses(cameras, PoseLimits{});
     std::vector<double> places;
     for (const auto* set : {&sets.weights, &sets.search, &sets.verdict}) {

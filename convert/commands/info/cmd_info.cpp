@@ -6,6 +6,7 @@
 #include "format/gsc_file.h"
 #include "format/gsc_reader.h"
 #include "player/cameras/length.h"
+#include "player/report/record.h"
 
 #include <algorithm>
 #include <optional>
@@ -180,10 +181,11 @@ ErrorCode runInfo(const InfoOptions& options, Reporter& report)
         openGsc(file.bytes(), view, GscCheck::Index, sink);
     else
         openGscSummary(file.bytes(), view, sink);
-    Json manifest = Json::parse(view.manifest, nullptr, false);
-    if (manifest.is_discarded())
-        throw Error(ErrorCode::InvalidFile,
-                    path + ": META is not JSON, expected the manifest; gsc validate lists everything wrong with it");
+    ParsedRow parsed = parseRow(view.manifest); // with limits: a manifest may be anybody's
+    if (parsed.state != ParsedRow::State::Whole)
+        throw Error(ErrorCode::InvalidFile, path + ": META " + parsed.fault +
+                                                ", expected the manifest; gsc validate lists everything wrong with it");
+    const Json manifest = std::move(parsed.json);
     if (!report.json()) {
         report.text(options.at ? atText(path, view, *options.at) : infoText(path, file, view, manifest));
         return ErrorCode::Ok;
