@@ -163,7 +163,7 @@ ErrorCode runExport(const ExportOptions& given, Reporter& report)
     ExportOptions options = given;
     GaussianExportOptions& common = options.gaussians;
     if (options.page.empty() && options.to == ExportForm::Page)
-        throw Error(ErrorCode::Usage, "--to: not given, expected a form, or --html PAGE.html; see gsc export --help");
+        throw Error(ErrorCode::Usage, "--to: not given, expected a form, or --html FILE.html; see gsc export --help");
     if (options.page.empty() && common.output.empty())
         throw Error(ErrorCode::Usage, "--output: not given, expected -o FILE; see gsc export --help");
     if (!options.page.empty())
@@ -199,7 +199,7 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
         "Gaussians for viewers of 3DGS (ply, spz, glb, sog), or the grids, one per level, for NanoVDB's "
         "or OpenVDB's tools");
     const OptionHandle output = addText(command, "-o,--output", gaussians.output, "FILE", "file to write");
-    addText(command, "--html", options->page, "PAGE.html",
+    addText(command, "--html", options->page, "FILE.html",
             "instead of both: a page that shows the Gaussians in any browser, without a network")
         .excludes(to)
         .excludes(output);
