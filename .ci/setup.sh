@@ -29,7 +29,7 @@ fi
 fetch_viewers() {
     cd "$(dirname "$0")/../tests/viewers"
     [ node_modules -nt package-lock.json ] && return
-    npm ci --omit=dev --ignore-scripts --no-audit --no-fund >&2 && touch node_modules ||
+    timeout 180 npm ci --omit=dev --ignore-scripts --no-audit --no-fund --fetch-retries=1 >&2 && touch node_modules ||
         echo "setup: the packages of tests/viewers were not fetched; its tests are skipped" >&2
 }
 

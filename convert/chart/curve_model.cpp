@@ -44,8 +44,9 @@ std::vector<std::string> namesOf(const std::vector<ChartCurve>& curves)
         const bool twice = std::ranges::count_if(curves, [&](const ChartCurve& other) {
                                return other.rows.front().model == row.model;
                            }) > 1;
-        names.push_back(twice ? formatString("%s, %s, %llu pixels", row.model.c_str(), row.device.c_str(),
-                                             (unsigned long long)row.most_pixels)
+        names.push_back(twice ? formatString("%s, %s anchors, %s, %s pixels", row.model.c_str(),
+                                             formatCount(row.model_anchors).c_str(), row.device.c_str(),
+                                             formatCount(row.most_pixels).c_str())
                               : row.model);
     }
     return names;

@@ -74,7 +74,8 @@ void addCurves(std::string_view text, const std::string& path, std::vector<Chart
         text.remove_prefix(end == text.npos ? text.size() : end + 1);
         if (line.find_first_not_of(" \t\r") == line.npos)
             continue;
-        CurveRow row = parsedRow(line, formatString("%s:%llu", path.c_str(), static_cast<unsigned long long>(number)));
+        const std::string where = formatString("%s:%llu", path.c_str(), static_cast<unsigned long long>(number));
+        CurveRow row = parsedRow(line, where);
         const auto isOf = [&row](const ChartCurve& curve) {
             const CurveRow& first = curve.rows.front();
             return first.model == row.model && first.device == row.device && first.tier == row.tier &&
@@ -82,6 +83,16 @@ void addCurves(std::string_view text, const std::string& path, std::vector<Chart
         };
         const auto found = std::ranges::find_if(curves, isOf);
         ChartCurve& curve = found == curves.end() ? curves.emplace_back() : *found;
+        if (curve.rows.empty() && row.target_psnr >= 0)
+            throw Error(ErrorCode::InvalidFile,
+                        formatString("%s: %s at %g dB, expected a line of the model itself, without "
+                                     "a target, before it; write the curve again",
+                                     where.c_str(), row.model.c_str(), row.target_psnr));
+        if (std::ranges::find(curve.rows, row.target_psnr, &CurveRow::target_psnr) != curve.rows.end())
+            throw Error(ErrorCode::InvalidFile,
+                        formatString("%s: %s has such a line already, expected each target once; "
+                                     "pass each file once",
+                                     where.c_str(), row.model.c_str()));
         curve.rows.push_back(std::move(row));
     }
 }

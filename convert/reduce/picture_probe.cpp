@@ -61,12 +61,8 @@ SetScore PictureProbe::score(const ModelView& model, size_t first, size_t count)
 void PictureProbe::add(size_t pose, const std::vector<float>& pixels, size_t count, SetScore& result) const
 {
     const Camera& camera = m_cameras[pose];
-    ImageDifference difference = compareImages({m_pictures[pose].data(), camera.width, camera.height},
-                                               {pixels.data(), camera.width, camera.height});
-    if (!(difference.mse < INFINITY)) { // a pixel that is no number is as wrong as can be
-        difference.mse = INFINITY;
-        difference.psnr = -INFINITY;
-    }
+    const ImageDifference difference = compareImages({m_pictures[pose].data(), camera.width, camera.height},
+                                                     {pixels.data(), camera.width, camera.height});
     result.poses.push_back({camera.name, difference.psnr});
     result.mse += difference.mse / double(count);
     if (difference.psnr < result.worstPose().psnr)

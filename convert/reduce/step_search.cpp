@@ -116,7 +116,7 @@ private:
                 slope = std::clamp((m - last) / (at - last_at), -6.0, -0.5);
             last = m;
             last_at = at;
-            double next = std::isfinite(m) ? at + (m_task.margin - m) / slope : at + 4;
+            double next = std::isfinite(m) ? at + (m_task.margin - m) / slope : at + (m > 0 ? 4 : -4);
             next = std::clamp(next, at - 12, at + 12);
             if (std::isfinite(fine) && std::isfinite(coarse) && !(next > fine && next < coarse))
                 next = (fine + coarse) / 2;

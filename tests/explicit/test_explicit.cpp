@@ -4,7 +4,9 @@
 #include "convert/explicit/gaussian_fit.h"
 #include "convert/explicit/gaussian_render.h"
 #include "convert/explicit/sog/codebook.h"
+#include "convert/explicit/sog/zip_bundle.h"
 #include "convert/explicit/symmetric.h"
+#include "convert/input/torch/zip_archive.h"
 #include "format/error.h"
 #include "runtime/camera.h"
 #include "runtime/metrics/metrics.h"
@@ -321,6 +323,22 @@ TEST_CASE("SOG: read back to within its steps in another order, every degree, th
         CHECK(color < 0.012f); // and between -0.9 and 0.9
         CHECK(opacity <= 0.5f / 255 + 1e-4f);
         CHECK_THROWS_AS((void)readGaussianSog(std::as_bytes(std::span(file)).first(file.size() / 2), "a.sog"), Error);
+        if (degree == 0)
+            continue;
+        // a palette whose pixels, counted in 64 bits, are few
+        std::vector<std::pair<std::string, std::vector<std::byte>>> members;
+        const ZipArchive zip(std::as_bytes(std::span(file)), "a.sog");
+        for (const std::string& name : zip.members())
+            members.emplace_back(name, zip.read(name));
+        auto meta =
+            nlohmann::json::parse(reinterpret_cast<const char*>(members[0].second.data()),
+                                  reinterpret_cast<const char*>(members[0].second.data()) + members[0].second.size());
+        meta.at("shN").at("count") = (uint64_t(1) << 63) / ((values - 3) / 3) * 2 + 1;
+        const std::string text = meta.dump();
+        const auto bytes = std::as_bytes(std::span(text));
+        members[0].second.assign(bytes.begin(), bytes.end());
+        CHECK_THROWS_WITH_AS((void)readGaussianSog(zipBundle(members), "a.sog"),
+                             doctest::Contains("expected at most 65536"), Error);
     }
 }
 

@@ -89,7 +89,12 @@ std::vector<double> parseTargets(const std::string& name, const std::string& tex
     std::vector<double> targets;
     for (size_t at = 0; at <= text.size();) {
         const size_t end = std::min(text.find(',', at), text.size());
-        targets.push_back(detail::number(name, text.substr(at, end - at), kTargets, " dB"));
+        const double target = detail::number(name, text.substr(at, end - at), kTargets, " dB");
+        if (std::ranges::find(targets, target) != targets.end())
+            throw Error(ErrorCode::Usage,
+                        formatString("%s %s: %g dB is there twice, expected each target once; leave one out",
+                                     name.c_str(), text.c_str(), target));
+        targets.push_back(target);
         at = end + 1;
     }
     return targets;
@@ -98,11 +103,14 @@ std::vector<double> parseTargets(const std::string& name, const std::string& tex
 // What only a search can do.
 void refuseWithoutTarget(const BakeCommand& command)
 {
-    const ReduceOptions& reduce = command.reduce;
-    const char* const given = !command.levers.empty()   ? "--levers"
-                              : !reduce.cameras.empty() ? "--cameras"
-                              : reduce.max_bytes > 0    ? "--max-bytes"
-                                                        : nullptr;
+    const ReduceOptions &reduce = command.reduce, none;
+    const char* const given = !command.levers.empty()                                ? "--levers"
+                              : !reduce.cameras.empty()                              ? "--cameras"
+                              : reduce.max_bytes > 0                                 ? "--max-bytes"
+                              : reduce.limits.most_pixels != none.limits.most_pixels ? "--most-pixels"
+                              : reduce.device.backend != none.device.backend         ? "--backend"
+                              : reduce.device.ordinal != none.device.ordinal         ? "--device"
+                                                                                     : nullptr;
     if (given != nullptr)
         throw Error(ErrorCode::Usage, formatString("%s: given without --target-psnr, expected no such option where "
                                                    "files are cut or joined as they are; pass the target or leave it "
@@ -204,7 +212,8 @@ ErrorCode drawCurve(const BakeCommand& command, ReduceOptions options, Reporter&
         bakeCurve(options, command.curve, workplace.file("baked.gsc"), std::bind_front(&Reporter::progress, &report));
     for (const std::string& warning : curve.warnings)
         report.warning(warning);
-    const std::string name = std::filesystem::path(command.inputs[0]).stem().string();
+    // of a folder with a slash at its end too
+    const std::string name = (std::filesystem::path(command.inputs[0]) / "").parent_path().stem().string();
     OutputFiles written(options.overwrite);
     written.add(options.output, OutputKind::Text, curveLines(name, options, curve));
     written.commit();

@@ -14,7 +14,7 @@ Json pointJson(const std::string& name, const ReduceOptions& options, const Curv
 {
     const FileScore& score = point.score;
     CurveRow row;
-    row.tool = thisTool();
+    row.tool = {"gsc", toolVersion(), toolCommit()};
     row.model = name;
     row.device = curve.device;
     row.tier = "exact";
@@ -40,7 +40,7 @@ Json pointJson(const std::string& name, const ReduceOptions& options, const Curv
 
 std::string psnrText(double value)
 {
-    return std::isfinite(value) ? formatString("%.2f", value) : "equal";
+    return std::isfinite(value) ? formatString("%.2f", value) : value > 0 ? "equal" : "no number";
 }
 
 } // namespace

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/explicit/sog/codebook.h"
 
+#include "format/interrupt.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -58,6 +60,7 @@ public:
         std::vector<Cell> closed;
         open.push(cellOf(0, m_order.size()));
         while (!open.empty() && open.size() + closed.size() < most) {
+            throwIfInterrupted();
             const Cell cell = open.top();
             open.pop();
             const size_t middle = cell.error > 0 ? split(cell) : cell.first;

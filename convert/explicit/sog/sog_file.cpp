@@ -295,6 +295,8 @@ private:
     {
         const size_t values = set.colorValues(), rest = values - 3, each = rest / 3;
         const auto centers = m_meta["shN"].at("count").get<size_t>();
+        if (centers > kMostPalette)
+            fail(formatString("a palette of %zu, expected at most %zu", centers, kMostPalette));
         const ByteImage palette = image("shN", 0, centers * each), labels = image("shN", 1);
         const auto codes = book("shN");
         for (size_t i = 0; i < m_count; ++i) {

@@ -2,6 +2,7 @@
 #include "convert/explicit/sog/webp_image.h"
 
 #include "format/error.h"
+#include "format/interrupt.h"
 
 #include <webp/decode.h>
 #include <webp/encode.h>
@@ -42,8 +43,10 @@ std::vector<std::byte> encodeWebp(const ByteImage& image)
     picture.height = int(image.height);
     picture.writer = WebPMemoryWrite;
     picture.custom_ptr = &writer;
+    picture.progress_hook = [](int, const WebPPicture*) { return interrupted() ? 0 : 1; };
     good = WebPPictureImportRGBA(&picture, image.rgba.data(), int(4 * image.width)) != 0 &&
            WebPEncode(&config, &picture) != 0;
+    throwIfInterrupted();
     if (!good)
         throw Error(
             ErrorCode::OutOfMemory,
