@@ -22,7 +22,7 @@ import sys
 import tempfile
 import time
 
-SOURCE, CMAKE, MODE = pathlib.Path(sys.argv[1]), sys.argv[2], sys.argv[3]
+SOURCE, CMAKE, MODE = pathlib.Path(sys.argv[1]).resolve(), sys.argv[2], sys.argv[3]
 
 # what is on every machine: glibc
 GLIBC = re.compile(r"(lib(c|m|pthread|dl|rt)|ld-linux[-\w]*)\.so\.\d+|linux-vdso\.so\.1")
