@@ -8,6 +8,7 @@
 #include "player/cameras/camera_file.h"
 #include "runtime/renderer.h"
 #include "sample/sample_tools.h"
+#include "tests/reduce/opened.h"
 #include "tests/support/checkpoints.h"
 
 #include <doctest/doctest.h>
@@ -51,15 +52,6 @@ struct Model {
     }
 
     ScratchFolder folder;
-};
-
-struct Opened {
-    explicit Opened(const std::string& path) : file(path, throwFirstIssue(path))
-    {
-        openGsc(file.bytes(), view, GscCheck::Full, throwFirstIssue(path));
-    }
-    GscFile file;
-    GscView view;
 };
 
 PoseSets posesOf(const Scene& scene, const PoseLimits& limits)

@@ -9,6 +9,7 @@
 #include "runtime/cpu/renderer_cpu.h"
 #include "runtime/scene.h"
 #include "sample/sample_tools.h"
+#include "tests/reduce/opened.h"
 
 #include <doctest/doctest.h>
 
@@ -57,15 +58,6 @@ struct Model {
     }
 
     ScratchFolder folder;
-};
-
-struct Opened {
-    explicit Opened(const std::string& path) : file(path, throwFirstIssue(path))
-    {
-        openGsc(file.bytes(), view, GscCheck::Full, throwFirstIssue(path));
-    }
-    GscFile file;
-    GscView view;
 };
 
 // What the message of joining them says; empty if they were joined.
