@@ -26,12 +26,12 @@ const column = (camera, i) => camera.rotation.map(row => row[i]);
 function fill() {
   element("name").textContent = model.name;
   const { count, sh_degree, fit_cameras, loss } = model.gaussians, facts = [];
-  const judges = loss && (model.at ? "of that camera" : `of ${loss.cameras} ${loss.cameras === 1 ? "camera" : "cameras"} that the fit did not use`);
+  const judges = loss && (model.at !== null ? "of that camera" : `of ${loss.cameras} ${loss.cameras === 1 ? "camera" : "cameras"} that the fit did not use`);
   const grade = loss && (loss.psnr_pooled === null ? "No difference from the exact pictures"
                                                    : `${loss.psnr_pooled.toFixed(1)} dB PSNR against the exact pictures`);
   element("loss").textContent = loss ? `${grade} ${judges}` : "Loss against the exact pictures: not measured";
   facts.push(["Gaussians", number(count)]);
-  facts.push(["Colours", model.at ? `as camera ${model.at} sees them` : `spherical harmonics of degree ${sh_degree}, fitted over ${number(fit_cameras)} cameras`]);
+  facts.push(["Colours", model.at !== null ? `as camera ${model.at} sees them` : `spherical harmonics of degree ${sh_degree}, fitted over ${number(fit_cameras)} cameras`]);
   facts.push(["Bytes of the model", `${number(model.bytes)}, as SOG`]);
   if (loss)
     facts.push(["Loss", `${grade}, pooled; SSIM ${loss.ssim_mean.toFixed(3)}`],
@@ -66,8 +66,9 @@ function focusOfCameras() {
 }
 
 const focus = focusOfCameras();
-// of the world: against the cameras' mean downwards
-const up = V.unit(model.cameras.reduce((sum, camera) => V.add(sum, column(camera, 1), -1), [0, 0, 0]));
+// of the world: against the cameras' mean downwards, or the first one's where they cancel
+const mean = model.cameras.reduce((sum, camera) => V.add(sum, column(camera, 1), -1 / model.cameras.length), [0, 0, 0]);
+const up = V.unit(Math.hypot(...mean) > 0.01 ? mean : V.scale(column(model.cameras[0], 1), -1));
 // The eye: its place, its axes, how far away what it turns round is, and the camera whose lens it has.
 const eye = { position: [0, 0, 0], right: [1, 0, 0], down: [0, 1, 0], forward: [0, 0, 1], distance: 1, camera: 0 };
 let orbiting = true, dirty = true;
