@@ -326,6 +326,14 @@ void RendererService::Core::lookForHangs()
     }
 }
 
+// When a worker that had a fault tries again. A machine that is slower than the deadline makes every part a fault: without
+// a longest pause nothing would be drawn for minutes.
+ServiceTime RendererService::Core::returnOf(const Worker& worker) const
+{
+    constexpr uint32_t kMostDoublings = 6;
+    return now() + m_options.comes_back * (1 << std::min(worker.faults_in_a_row - 1, kMostDoublings));
+}
+
 // A thread cannot be ended from outside: another worker takes the place of one that hangs.
 void RendererService::Core::abandon(size_t index, ServiceTime deadline)
 {
@@ -346,7 +354,7 @@ void RendererService::Core::abandon(size_t index, ServiceTime deadline)
     ++fresh->stats.faults;
     fresh->faults_in_a_row = hung->faults_in_a_row + 1;
     fresh->state = fresh->faults_in_a_row >= m_options.most_faults ? WorkerState::Gone : WorkerState::Retired;
-    fresh->returns = now() + m_options.comes_back * (1 << std::min(fresh->faults_in_a_row - 1, 16u));
+    fresh->returns = returnOf(*fresh);
     m_workers[index] = fresh;
     m_abandoned.push_back(hung);
     note(TraceEvent::Kind::Retire, hung->index, text);

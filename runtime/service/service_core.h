@@ -148,6 +148,7 @@ private:
     auto calling(Worker& worker, Lock& lock, const Call& call);
 
     // service_core.cpp: of whoever holds the mutex
+    [[nodiscard]] ServiceTime returnOf(const Worker& worker) const;
     void launch(const WorkerPtr& worker);
     void keep(); // the keeper's thread
     void lookAtPace();

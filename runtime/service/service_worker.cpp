@@ -353,7 +353,7 @@ void RendererService::Core::retire(const WorkerPtr& worker, const std::exception
         w.stats.last_fault = "an unknown exception";
     }
     w.state = lasting ? WorkerState::Gone : WorkerState::Retired;
-    w.returns = now() + m_options.comes_back * (1 << std::min(w.faults_in_a_row - 1, 16u));
+    w.returns = returnOf(w);
     note(TraceEvent::Kind::Retire, w.index, w.stats.last_fault);
     giveBack(w, error);
     m_work.notify_all();

@@ -23,11 +23,17 @@ namespace {
 
 using namespace std::chrono_literals;
 
+#ifdef __SANITIZE_THREAD__
+constexpr int kSlower = 5; // than without: what is no fault must not look like one
+#else
+constexpr int kSlower = 1;
+#endif
+
 ServiceOptions faulty(size_t workers, ServiceMode mode, const Faults& faults)
 {
     ServiceOptions options = cpuWorkers(workers, mode);
     options.make = withFaults(faults);
-    options.deadline = 100ms;
+    options.deadline = 100ms * kSlower;
     options.comes_back = 2ms;
     options.most_faults = 1000;
     options.attempts = 1000;
@@ -63,7 +69,7 @@ TEST_CASE("each kind of fault costs no pose and no byte of a picture, in every m
     Faults throws, hangs, lost, memory;
     throws.throws = lost.lost = memory.memory = 0.2;
     hangs.hangs = 0.2;
-    hangs.hang = 150ms;
+    hangs.hang = 150ms * kSlower;
     for (const Faults& faults : {throws, hangs, lost, memory})
         for (const ServiceMode mode : {ServiceMode::Frame, ServiceMode::Eye, ServiceMode::Split}) {
             CAPTURE(serviceModeName(mode));
@@ -271,12 +277,12 @@ TEST_CASE("random faults for a while: no pose lost, none out of order or twice, 
         Faults faults;
         faults.throws = faults.lost = faults.memory = 0.01;
         faults.hangs = 0.003;
-        faults.hang = 120ms;
+        faults.hang = 120ms * kSlower;
         faults.seed = keeps_all ? 5 : 6;
         ServiceOptions options = faulty(3, ServiceMode::Frame, faults);
         options.keeps_all = keeps_all;
         options.timeout = keeps_all ? 0ms : 50ms;
-        options.deadline = 60ms;
+        options.deadline = 60ms * kSlower;
         options.trace_limit = 100;
         options.mode = keeps_all ? ServiceMode::Split : ServiceMode::Auto;
         RendererService service(model.view(), options);
