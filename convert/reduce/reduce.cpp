@@ -42,6 +42,8 @@ struct Reducer::State {
     {
         openGsc(m_file.bytes(), m_view, GscCheck::Full, throwFirstIssue(options.name));
         m_scene = Scene::open(options.input);
+        if (m_view.params->flags & kModelCompact) // and it stays so
+            m_options.levers |= kLeverCompact;
     }
 
     // What no target has a part in. `bakes`: how many will follow.
@@ -187,7 +189,7 @@ private:
     void search()
     {
         if (!m_target) {
-            m_report.plan.levers = m_options.levers & (kLeverSlots | kLeverAnchors);
+            m_report.plan.levers = m_options.levers & (kLeverSlots | kLeverAnchors | kLeverCompact);
             m_model->apply(m_report.plan);
             m_report.search = m_probe->score(m_model->view(), 0, m_poses.search.size());
             m_report.levers = m_report.plan.levers;
@@ -237,6 +239,8 @@ private:
             roundToHalves(checkpoint.mlps);
         if (m_model->masked() > 0)
             checkpoint.flags |= kModelMaskedSlots;
+        if (m_report.levers & kLeverCompact)
+            checkpoint.flags |= kModelCompact;
         const std::vector<AnchorPlace> places = keptPlaces(m_view, *m_model, m_order);
         const std::vector<GscView> files{m_view};
         FileAnchors source(files, places, &*m_model);
@@ -274,7 +278,7 @@ private:
                                      (unsigned long long)m_options.max_bytes));
     }
 
-    const ReduceOptions& m_options;
+    ReduceOptions m_options;
     const ReduceProgress& m_progress;
     Workers m_workers;
     GscFile m_file;
@@ -332,12 +336,16 @@ std::vector<int64_t> leverShares(const ReduceReport& report)
     const double kept_slots = stay * double(report.slots);
     const double masked = kept_slots > 0 ? offsets * double(report.slots_masked) / kept_slots : 0;
     const auto set = [&](Lever lever, double bytes) {
-        shares[size_t(std::countr_zero(uint32_t(lever)))] = int64_t(std::llround(bytes));
+        shares[size_t(std::countr_zero(uint32_t(lever)))] += int64_t(std::llround(bytes));
+    };
+    // steps are those of the lever that makes them coarser still, where there is one
+    const auto steps = [&](Lever lever) {
+        return (report.levers & kLeverCompact) && !(report.levers & lever) ? kLeverCompact : lever;
     };
     set(kLeverAnchors, (1 - stay) * double(before.anchors()));
     set(kLeverSlots, masked);
-    set(kLeverOffsets, offsets - masked - double(after.offsets));
-    set(kLeverFeatures, stay * double(before.features) - double(after.features));
+    set(steps(kLeverOffsets), offsets - masked - double(after.offsets));
+    set(steps(kLeverFeatures), stay * double(before.features) - double(after.features));
     set(kLeverScales, stay * double(before.scales) - double(after.scales));
     set(kLeverOrder, stay * double(before.positions) - double(after.positions));
     set(kLeverNetworks, double(before.networks) - double(after.networks));

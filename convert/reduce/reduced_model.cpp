@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/reduce/reduced_model.h"
 
+#include "format/compact.h"
 #include "kernels/threads/parallel.h"
 
 #include <algorithm>
 #include <bit>
 #include <cfloat>
 #include <cmath>
+#include <optional>
 
 namespace gsc {
 
-const char* const kLeverNames[kLevers] = {"slots", "anchors", "features", "offsets", "scales", "networks", "order"};
+const char* const kLeverNames[kLevers] = {"slots",  "anchors",  "features", "offsets",
+                                          "scales", "networks", "order",    "compact"};
 
 namespace {
 
@@ -46,6 +49,15 @@ void round(const float* from, uint32_t count, int exponent, float* to)
         to[i] = std::isfinite(from[i]) && std::fabs(from[i]) * inverse < 0x1p23
                     ? float(std::nearbyint(double(from[i]) * inverse) * step + 0.0)
                     : from[i];
+}
+
+float largestOf(std::span<const float> values)
+{
+    float largest = 0;
+    for (const float v : values)
+        if (std::isfinite(v))
+            largest = std::max(largest, std::fabs(v));
+    return largest;
 }
 
 // The value of rank `share` of those above zero.
@@ -149,20 +161,40 @@ void ReducedModel::applyTo(uint64_t anchor, uint32_t chunk, uint32_t local, cons
         std::copy_n(from.feature + size_t(F) * local, F, m_feature.data() + size_t(F) * anchor);
         return;
     }
-    const auto put = [&](uint32_t lever, const float* values, uint32_t count, double importance, float* to) {
-        if ((plan.levers & lever) && plan.error > 0)
-            round(values, count, stepOf(plan.error, importance), to);
+    // coarsest: finer steps are not taken
+    const auto put = [&](uint32_t lever, const float* values, uint32_t count, double importance, float* to,
+                         std::optional<int> coarsest = {}) {
+        const bool by_plan = (plan.levers & lever) && plan.error > 0;
+        const int step = by_plan ? stepOf(plan.error, importance) : kFinestStep;
+        if (by_plan || coarsest)
+            round(values, count, std::max(step, coarsest.value_or(kFinestStep)), to);
         else
             std::copy_n(values, count, to);
     };
+    const bool compact = (plan.levers & kLeverCompact) != 0;
     const double n = std::max(kept, 1u);
-    put(kLeverFeatures, from.feature + size_t(F) * local, F, weight * plan.costs.feature,
-        m_feature.data() + size_t(F) * anchor);
+    const std::span<const float> feature(from.feature + size_t(F) * local, F);
+    const auto floorOf = [compact](std::span<const float> values, int bits) {
+        return compact ? std::optional(compactExponent(largestOf(values), bits)) : std::nullopt;
+    };
+    put(kLeverFeatures, feature.data(), F, weight * plan.costs.feature, m_feature.data() + size_t(F) * anchor,
+        floorOf(feature, kCompactFeatureBits));
     for (uint32_t k = 0; k < K; ++k)
         if (masked[k])
             std::fill_n(to_offset + 3 * k, 3, maskedOffset());
         else
-            put(kLeverOffsets, offset + 3 * k, 3, place / n * plan.costs.place, to_offset + 3 * k);
+            std::copy_n(offset + 3 * k, 3, to_offset + 3 * k);
+    const std::span<const float> offsets(to_offset, size_t(3) * K);
+    // an anchor's slots share a step; rounding up to it may take the largest past what its bits hold, then it is twice that
+    std::optional<int> least = floorOf(offsets, kCompactOffsetBits);
+    do {
+        for (uint32_t k = 0; k < K; ++k)
+            if (!masked[k])
+                put(kLeverOffsets, offset + 3 * k, 3, place / n * plan.costs.place, to_offset + 3 * k, least);
+        if (!compact || compactExponent(largestOf(offsets), kCompactOffsetBits) <= *least)
+            break;
+        ++*least;
+    } while (true);
     put(kLeverScales, scale, 3, (moves[0] + moves[1] + moves[2]) / 3 * plan.costs.place, m_scale.data() + 6 * anchor);
     put(kLeverScales, scale + 3, 3, weight * plan.costs.size, m_scale.data() + 6 * anchor + 3);
 }

@@ -61,7 +61,7 @@ private:
         const double anchors = double(m_task.model.anchors()), error = m_result.plan.error;
         ErrorCosts& costs = m_result.plan.costs;
         // beside what is left out: coarse features would wake slots that are masked in the end
-        const uint32_t always = m_task.levers & (kLeverSlots | kLeverAnchors);
+        const uint32_t always = m_task.levers & (kLeverSlots | kLeverAnchors | kLeverCompact);
         const double base = always != 0 ? errorOf(always) : 0;
         const auto adjust = [&](uint32_t lever, double values, auto&&... cost) {
             if (!(m_task.levers & lever))

@@ -12,7 +12,8 @@ namespace gsc {
 namespace {
 
 // Others say which arrays a file has, which each tile decides for itself.
-constexpr uint32_t kSharedFlags = ~uint32_t(kModelHasRotation | kModelHasOpacity | kModelHasNormal | kModelMaskedSlots);
+constexpr uint32_t kSharedFlags =
+    ~uint32_t(kModelHasRotation | kModelHasOpacity | kModelHasNormal | kModelMaskedSlots | kModelCompact);
 
 class Check {
 public:

@@ -183,6 +183,8 @@ private:
         checkpoint.anchor_count = m_places.size();
         for (const GscView& view : m_views)
             checkpoint.flags |= view.params->flags & kModelMaskedSlots;
+        if (!std::ranges::all_of(m_views, [](const GscView& view) { return view.params->flags & kModelCompact; }))
+            checkpoint.flags &= ~uint32_t(kModelCompact);
         addCameras(checkpoint);
 
         BakeOptions bake = bakeOptionsOf(m_views[0]);

@@ -11,7 +11,7 @@ namespace gsc::validate {
 
 namespace {
 
-constexpr uint32_t kKnownModelFlags = (kModelMaskedSlots << 1) - 1;
+constexpr uint32_t kKnownModelFlags = (kModelCompact << 1) - 1;
 
 std::string param(const char* field)
 {

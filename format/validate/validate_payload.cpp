@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // ANCH: what the chunk payloads hold, against everything the records say about it.
 #include "format/checksum.h"
+#include "format/compact.h"
 #include "format/validate/gsc_validate.h"
 #include "format/interrupt.h"
 
@@ -243,6 +244,22 @@ private:
                            double(group.gaussian_min[c % 3]), double(group.gaussian_max[c % 3]));
     }
 
+    // Of a compact model: small whole numbers of steps of the anchor's (format/compact.h).
+    void checkSteps(ChunkArray array, uint32_t i, uint32_t count, int bits, const char* name) const
+    {
+        const std::span<const float> values(at<float>(array, i), count);
+        float largest = 0;
+        for (const float v : values)
+            largest = std::isfinite(v) ? std::max(largest, std::fabs(v)) : largest;
+        const int power = compactExponent(largest, bits);
+        for (uint32_t c = 0; c < count; ++c) {
+            const float steps = std::ldexp(values[c], -power);
+            if (std::isfinite(values[c]) && (steps != std::nearbyint(steps) || std::fabs(steps) >= float(1 << bits)))
+                GSC_REPORT(m_log, CompactValue, fileOffset(array, i) + 4 * c, where(i, name), name, c,
+                           double(values[c]), power, (1 << bits) - 1);
+        }
+    }
+
     void checkGroup(const GroupRecord& group) const
     {
         const uint32_t first = group.anchor_first - m_chunk.anchor_first;
@@ -256,6 +273,10 @@ private:
             if (placed)
                 checkGaussians(group, i, position, extent);
             checkFinite(ChunkArray::Feature, i, "feature");
+            if (m_view.params->flags & kModelCompact) {
+                checkSteps(ChunkArray::Feature, i, m_view.params->feat_dim, kCompactFeatureBits, "feature");
+                checkSteps(ChunkArray::Offset, i, 3 * m_view.params->n_offsets, kCompactOffsetBits, "offset");
+            }
             if (has(ChunkArray::Rotation))
                 checkFinite(ChunkArray::Rotation, i, "rotation");
             if (has(ChunkArray::ExtraLevel)) {

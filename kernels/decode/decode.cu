@@ -34,10 +34,19 @@ __device__ __forceinline__ void askForAnchors(const DecodeCudaArgs& args, uint32
     const auto ask = [anchor](const void* array, uint32_t bytes, uint32_t at) {
         prefetchGlobal(static_cast<const char*>(array) + anchor * bytes + at);
     };
-    ask(model.feature, 2 * kFastFeatures, 32 * half);
-    ask(model.offset, 8 * K, half * (8 * K - 1)); // up to 96 bytes; thirds of them are no longer than a sector
-    ask(model.offset, 8 * K, (1 + half) * (8 * K - 1) / 3);
-    ask(model.shape, 24, 23 * half);
+    if (model.compact_shape == nullptr) {
+        ask(model.feature, 2 * kFastFeatures, 32 * half);
+        ask(model.offset, 8 * K, half * (8 * K - 1)); // up to 96 bytes; thirds of them are no longer than a sector
+        ask(model.offset, 8 * K, (1 + half) * (8 * K - 1) / 3);
+        ask(model.shape, 24, 23 * half);
+    } else {
+        ask(model.compact_offset, 4 * K, half * (4 * K - 1)); // up to 48 bytes
+        ask(model.size, 12, 11 * half);
+        if (half == 0)
+            ask(model.compact_feature, kFastFeatures, 0);
+        else
+            ask(model.compact_shape, 8, 0);
+    }
     if (half == 0)
         ask(model.placement, 16, 0);
     else
@@ -80,8 +89,7 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks)
             positions[r][1] = p.y;
             positions[r][2] = p.z;
             if (args.pass.count > 1) {
-                const float* steps = model.shape + size_t(6) * anchors[r];
-                const float reach = float(kOffsetSteps) * norm3df(steps[0], steps[1], steps[2]);
+                const float reach = anchorReach(model, anchors[r]);
                 for (uint32_t e = 0; e < args.eye_count; ++e)
                     if (!mayBeIn(args.pass, args.grid, args.eyes[e], {p.x, p.y, p.z}, reach))
                         seen_by[r] &= ~(1u << e);

@@ -3,6 +3,7 @@
 // counted in their cells.
 #pragma once
 
+#include "kernels/cuda/anchor_shape.cuh"
 #include "kernels/cuda/depth_cells.cuh"
 #include "kernels/cuda/slot_writer.cuh"
 #include "kernels/cuda/warp_list.cuh"
@@ -164,18 +165,15 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
         }
         if (opacity >= kOpacityFloor) { // tested already, unless it is both eyes'
             const float4 center = reinterpret_cast<const float4*>(model.placement)[anchor];
-            const float2* shape = reinterpret_cast<const float2*>(model.shape + size_t(6) * anchor);
-            const float2 s0 = shape[0], s1 = shape[1], s2 = shape[2];
-            const uint64_t offset = model.offset[size_t(anchor) * K + k];
+            const AnchorShape shape = anchorShape(model, anchor);
+            const OffsetSteps offset = offsetSteps(model, anchor, k);
             const uint32_t order = model.source[anchor] * K + k;
-            const auto steps = [offset](uint32_t axis) {
-                return float(int32_t(uint32_t(offset >> (kOffsetBits * axis)) & ((1u << kOffsetBits) - 1u)) -
-                             kOffsetSteps - 1);
-            };
-            const float position[3] = {fmaf(steps(0), s0.x, center.x), fmaf(steps(1), s0.y, center.y),
-                                       fmaf(steps(2), s1.x, center.z)};
-            const float sigma[3] = {s1.y * sigmoidFast(staged.scale[0][i]), s2.x * sigmoidFast(staged.scale[1][i]),
-                                    s2.y * sigmoidFast(staged.scale[2][i])};
+            const float position[3] = {fmaf(offset.along[0], shape.step[0], center.x),
+                                       fmaf(offset.along[1], shape.step[1], center.y),
+                                       fmaf(offset.along[2], shape.step[2], center.z)};
+            const float sigma[3] = {shape.extent[0] * sigmoidFast(staged.scale[0][i]),
+                                    shape.extent[1] * sigmoidFast(staged.scale[1][i]),
+                                    shape.extent[2] * sigmoidFast(staged.scale[2][i])};
             const float rgb[3] = {sigmoidFast(staged.color[0][i]), sigmoidFast(staged.color[1][i]),
                                   sigmoidFast(staged.color[2][i])};
             float q[4], norm = 0.0f;
@@ -189,7 +187,7 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
             for (uint32_t c = 0; c < 4; ++c)
                 q[c] *= inverse;
             const bool here =
-                offset != kMaskedSlot &&
+                !offset.masked &&
                 (args.pass.count == 1 ||
                  passOf(args.pass, args.grid, viewPoint<float>(eye, {position[0], position[1], position[2]}).z) ==
                      args.pass.index);
@@ -197,7 +195,7 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
                 ++tally.alive;
                 bool finite; // its geometry
                 drawn = projectFast<kThins>(args, e, position, sigma, q, opacity, rgb, order, out, finite);
-                finite = finite && offset != kNoOffset && isfinite(rgb[0] + rgb[1] + rgb[2]);
+                finite = finite && offset.finite && isfinite(rgb[0] + rgb[1] + rgb[2]);
                 drawn = drawn && finite;
                 if (!finite) // rare
                     atomicAdd(&args.counters->dropped[e], 1u);

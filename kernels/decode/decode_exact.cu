@@ -30,6 +30,7 @@ struct Room {
     float view[kViewRows][kRows];
     const float* features[kRows]; // in the model
     const float* offsets[kRows];
+    const float* scales[kRows];
     uint32_t anchors[kRows];
     uint16_t alive[kOutputs / 11 * kRows]; // row | k << 8
 };
@@ -235,7 +236,8 @@ __device__ __forceinline__ GaussianOf<float> gaussianAt(const DecodeExactArgs& a
 #pragma unroll
     for (uint32_t i = 0; i < 3; ++i) {
         g.position[i] = anchor_at[i] + offset[i] * reach[i];
-        g.scale[i] = shape[3 + i] * sigmoid(room.outputs[K + 7 * k + i][row]);
+        const float extent = args.model.shape != nullptr ? shape[3 + i] : expf(room.scales[row][3 + i]);
+        g.scale[i] = extent * sigmoid(room.outputs[K + 7 * k + i][row]);
         g.color[i] = sigmoid(room.outputs[8 * K + 3 * k + i][row]);
     }
 #pragma unroll
@@ -337,6 +339,7 @@ __global__ void __launch_bounds__(kMostWarps * 32, 1) decodeExactKernel(const __
             level = float(anchorLevel(args.view, chunk));
             room.anchors[lane] = anchor;
             room.features[lane] = args.view.arrays[chunk].feature + size_t(kFastFeatures) * local;
+            room.scales[lane] = args.view.arrays[chunk].scale + size_t(6) * local;
             room.offsets[lane] = args.view.arrays[chunk].offset + size_t(3) * args.model.params.n_offsets * local;
         } else if (lane < kRows) {
             room.anchors[lane] = 0;

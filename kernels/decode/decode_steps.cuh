@@ -38,6 +38,24 @@ __device__ __forceinline__ void loadNetworks(const DecodeCudaArgs& args, DecodeN
     __syncthreads();
 }
 
+// Features 8t to 8t + 7 of an anchor, as halves.
+__device__ __forceinline__ uint4 featuresOf(const DeviceModel& model, size_t anchor, uint32_t t)
+{
+    if (model.compact_feature == nullptr)
+        return reinterpret_cast<const uint4*>(model.feature)[anchor * 4 + t];
+    const uint2 steps = reinterpret_cast<const uint2*>(model.compact_feature)[anchor * 4 + t];
+    const float power_of_two = powerOfTwo(model.compact_shape[anchor].feature_power);
+    const __half2 power = __floats2half2_rn(power_of_two, power_of_two);
+    const __half2 nothing = __floats2half2_rn(1152.0f, 1152.0f); // 1024 and the 128 that all are more
+    const auto halves = [power, nothing](uint32_t bytes, uint32_t which) {
+        // a byte below 0x64 is the half of 1024 more than it
+        const uint32_t counted = __byte_perm(bytes, 0x64646464u, which);
+        const __half2 value = __hmul2(__hsub2(reinterpret_cast<const __half2&>(counted), nothing), power);
+        return reinterpret_cast<const uint32_t&>(value);
+    };
+    return {halves(steps.x, 0x4140u), halves(steps.x, 0x4342u), halves(steps.y, 0x4140u), halves(steps.y, 0x4342u)};
+}
+
 // Features and levels of a lane's two anchors, the features as operands: per k tile.
 __device__ __forceinline__ void gatherInputs(const DecodeCudaArgs& args, const uint32_t (&anchors)[2], uint32_t t,
                                              uint32_t (&feature)[2][4], float (&levels)[2])
@@ -45,7 +63,7 @@ __device__ __forceinline__ void gatherInputs(const DecodeCudaArgs& args, const u
     const DeviceModel& model = args.model;
 #pragma unroll
     for (uint32_t r = 0; r < 2; ++r) {
-        const uint4 f = reinterpret_cast<const uint4*>(model.feature)[size_t(anchors[r]) * 4 + t];
+        const uint4 f = featuresOf(model, anchors[r], t);
         feature[0][r] = f.x;
         feature[0][2 + r] = f.y;
         feature[1][r] = f.z;

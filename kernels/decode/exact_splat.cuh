@@ -2,6 +2,7 @@
 // What both decoders of the tier `exact` do with a Gaussian and with an anchor.
 #pragma once
 
+#include "kernels/cuda/anchor_shape.cuh"
 #include "kernels/cuda/depth_cells.cuh"
 #include "kernels/decode/decode_exact_cuda.h"
 #include "kernels/project/project_body.h"
@@ -28,8 +29,7 @@ __device__ __forceinline__ bool anchorMayBeIn(const DecodeFrame& frame, const Ey
 {
     if (frame.pass.count == 1)
         return true;
-    const float* steps = frame.model.shape + size_t(6) * anchor;
-    return mayBeIn(frame.pass, frame.grid, eye, p, float(kOffsetSteps) * norm3df(steps[0], steps[1], steps[2]));
+    return mayBeIn(frame.pass, frame.grid, eye, p, anchorReach(frame.model, anchor));
 }
 
 // Bins of the pixels that upstream's tiles cover and alpha >= 1/255 can reach, of the columns that are drawn; kNoBins if there

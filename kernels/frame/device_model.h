@@ -2,6 +2,7 @@
 // The model as the CUDA stages read it: flat arrays over all anchors, in file order. Plain data, no CUDA header.
 #pragma once
 
+#include "format/compact.h"
 #include "kernels/frame/frame_types.h"
 #include "kernels/math/eye.h"
 
@@ -22,6 +23,34 @@ constexpr uint64_t kMaskedSlot = 1ull << 63;                   // its Gaussian i
 constexpr uint32_t kDepthBuckets = 32768;                      // of the depth histogram: 1024 per octave of view z
 constexpr uint32_t kMaxSlabs = 1024;                           // of a pass
 constexpr uint32_t kMaxPasses = 31;                            // kMaxPasses x kMaxSlabs fits 16 bits
+
+// What is held of an anchor of a model that is compact (kModelCompact), 8 bytes in place of `shape`. An extent is a float
+// of 6 bits of exponent and 10 of mantissa, without a sign.
+struct alignas(8) CompactShape {
+    uint16_t extent[3];                 // of its Gaussians, packExtent()
+    int8_t feature_power, offset_power; // exponents of the steps
+};
+constexpr uint32_t kExtentLeast = 87; // biased exponent of the least extent, 2^-40
+// Of an offset in 32 bits: x, y and z from the low bits on, 10 bits each, in steps counted from -512.
+constexpr uint32_t kCompactNoOffset = 0, kCompactMasked = 1u << 31;
+
+GSC_HD uint16_t packExtent(float extent)
+{
+    const float least = powerOfTwo(int(kExtentLeast) - 127);
+    uint32_t word;
+    extent = extent > least ? extent : least;
+    memcpy(&word, &extent, sizeof word);
+    word = ((word + (1u << 12)) >> 13) - (kExtentLeast << 10);
+    return uint16_t(word < 0xffffu ? word : 0xffffu);
+}
+
+GSC_HD float unpackExtent(uint32_t packed)
+{
+    const uint32_t word = (packed + (kExtentLeast << 10)) << 13;
+    float extent;
+    memcpy(&extent, &word, sizeof extent);
+    return extent;
+}
 
 // How an eye's image is cut: bins of kBinWidth x height pixels, each cut in depth into slabs. A cell is a slab of a bin;
 // cells lie eye-major, then bin, then slab from near to far. Two eyes that look the same way may share their bins: then
@@ -99,6 +128,10 @@ struct DeviceModel {
     const uint16_t* feature;     // n x F halves
     const uint64_t* offset;      // n x K
     const uint32_t* source;      // n: source index
+    // Of a model that is compact, in place of shape, feature and offset, which are null then. Else null.
+    const CompactShape* compact_shape; // n
+    const uint32_t* compact_feature;   // n x F / 4: four of 8 bits, from the low ones on, each 128 more than its steps
+    const uint32_t* compact_offset;    // n x K
     uint32_t run_count;
     uint32_t anchor_count;
 };

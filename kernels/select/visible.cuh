@@ -2,6 +2,7 @@
 // The tests of selection on the device: of the bounds of a chunk or a group, and of one anchor.
 #pragma once
 
+#include "kernels/cuda/anchor_shape.cuh"
 #include "kernels/math/lod.h"
 #include "kernels/math/projection.h"
 #include "kernels/select/select_cuda.h"
@@ -31,13 +32,12 @@ __device__ __forceinline__ bool anchorMayTouch(const DeviceModel& model, const E
 {
     if (band.whole)
         return true;
-    const float2* shape = reinterpret_cast<const float2*>(model.shape + size_t(6) * anchor);
-    const float2 s0 = shape[0], s1 = shape[1], s2 = shape[2];
-    constexpr float kSteps = float(kOffsetSteps) * 1.00001f;
-    const float x = kSteps * s0.x, y = kSteps * s0.y, z = kSteps * s1.x;
+    const AnchorShape shape = anchorShape(model, anchor);
+    const float steps = mostSteps(model) * 1.00001f;
+    const float x = steps * shape.step[0], y = steps * shape.step[1], z = steps * shape.step[2];
     const float low[3] = {placement.x - x, placement.y - y, placement.z - z};
     const float high[3] = {placement.x + x, placement.y + y, placement.z + z};
-    return mayTouch(band, low, high, fmaxf(s1.y, fmaxf(s2.x, s2.y)));
+    return mayTouch(band, low, high, fmaxf(shape.extent[0], fmaxf(shape.extent[1], shape.extent[2])));
 }
 
 // Can a chunk (by one of its runs) or a group hold an anchor upstream would show to eye `e`, among the columns that are

@@ -30,6 +30,58 @@ __device__ __forceinline__ uint16_t halfBits(float v)
     return __half_as_ushort(__float2half_rn(v));
 }
 
+// An anchor's features or offsets of a compact model, in steps of 2^power.
+__device__ __forceinline__ int32_t stepsOf(float value, int power, int32_t most)
+{
+    return min(max(__float2int_rn(ldexpf(value, -power)), -most), most);
+}
+
+// The same for the arrays of a compact model, with powers instead of steps. Takes features of four.
+__device__ __forceinline__ void packCompact(const UploadArgs& args, uint32_t first, uint32_t n)
+{
+    const size_t base = size_t(args.chunk.anchor_first) + first;
+    __shared__ CompactShape shapes[kThreads];
+    if (threadIdx.x < n) {
+        const float* feature = array<float>(args, ChunkArray::Feature, first + threadIdx.x);
+        const float* offset = array<float>(args, ChunkArray::Offset, first + threadIdx.x);
+        const float* log_scale = array<float>(args, ChunkArray::Scale, first + threadIdx.x);
+        float of_features = 0.0f, of_offsets = 0.0f;
+        for (uint32_t i = 0; i < args.feat_dim; ++i)
+            of_features = fmaxf(of_features, fabsf(feature[i]));
+        for (uint32_t i = 0; i < 3 * args.n_offsets; ++i)
+            if (isfinite(offset[i]))
+                of_offsets = fmaxf(of_offsets, fabsf(offset[i]));
+        CompactShape& shape = shapes[threadIdx.x];
+        for (int a = 0; a < 3; ++a)
+            shape.extent[a] = packExtent(expf(log_scale[3 + a]));
+        shape.feature_power = int8_t(min(compactExponent(of_features, kCompactFeatureBits), 15)); // that a half can be
+        shape.offset_power = int8_t(compactExponent(of_offsets, kCompactOffsetBits));
+        args.to.compact_shape[base + threadIdx.x] = shape;
+    }
+    __syncthreads();
+    for (uint32_t i = threadIdx.x; i < n * args.feat_dim / 4; i += kThreads) {
+        const float* feature = array<float>(args, ChunkArray::Feature, first) + size_t(4) * i;
+        const int power = shapes[4 * i / args.feat_dim].feature_power;
+        uint32_t packed = 0;
+        for (int j = 0; j < 4; ++j)
+            packed |= uint32_t(stepsOf(feature[j], power, kCompactFeatureSteps) + 128) << 8 * j;
+        args.to.compact_feature[base * args.feat_dim / 4 + i] = packed;
+    }
+    for (uint32_t i = threadIdx.x; i < n * args.n_offsets; i += kThreads) {
+        const float* offset = array<float>(args, ChunkArray::Offset, first) + size_t(3) * i;
+        const int power = shapes[i / args.n_offsets].offset_power;
+        uint32_t packed = 0;
+        bool finite = true;
+        for (int a = 0; a < 3; ++a) {
+            finite = finite && isfinite(offset[a]);
+            const int32_t steps = finite ? stepsOf(offset[a], power, kCompactOffsetSteps) : 0;
+            packed |= uint32_t(steps + kCompactOffsetSteps + 1) << 10 * a;
+        }
+        const uint32_t none = isMaskedSlot(args.masked_slots, offset) ? kCompactMasked : kCompactNoOffset;
+        args.to.compact_offset[base * args.n_offsets + i] = finite ? packed : none;
+    }
+}
+
 // One block per 128 anchors; its threads then stride over the anchors' values.
 __global__ void __launch_bounds__(kThreads) uploadKernel(const __grid_constant__ UploadArgs args)
 {
@@ -71,14 +123,18 @@ __global__ void __launch_bounds__(kThreads) uploadKernel(const __grid_constant__
             scale[a] = expf(log_scale[a]);
         for (int a = 0; a < 3; ++a) {
             args.to.size[at * 3 + a] = scale[a];
-            args.to.shape[at * 6 + a] = scale[a] * steps[threadIdx.x][a];
-            args.to.shape[at * 6 + 3 + a] = scale[3 + a];
+            if (args.to.shape != nullptr) {
+                args.to.shape[at * 6 + a] = scale[a] * steps[threadIdx.x][a];
+                args.to.shape[at * 6 + 3 + a] = scale[3 + a];
+            }
         }
         args.to.source[at] = *array<uint32_t>(args, ChunkArray::SourceIndex, i);
         if (args.to.rotation != nullptr)
             for (int a = 0; a < 4; ++a)
                 args.to.rotation[at * 4 + a] = array<float>(args, ChunkArray::Rotation, i)[a];
     }
+    if (args.to.compact_shape != nullptr)
+        packCompact(args, first, n);
     if (args.to.feature != nullptr)
         for (uint32_t i = threadIdx.x; i < n * args.feat_dim; i += kThreads)
             args.to.feature[base * args.feat_dim + i] = halfBits(array<float>(args, ChunkArray::Feature, first)[i]);

@@ -13,8 +13,10 @@ struct AnchorArrays {
     float *placement, *size, *shape;
     float* rotation; // or null
     uint32_t* source;
-    uint16_t* feature; // or null
-    uint64_t* offset;  // or null
+    uint16_t* feature;           // or null
+    uint64_t* offset;            // or null
+    CompactShape* compact_shape; // DeviceModel
+    uint32_t *compact_feature, *compact_offset;
 };
 
 struct UploadArgs {

@@ -128,13 +128,22 @@ DeviceScene::FlatArrays DeviceScene::layOutFlat(ArenaLayout& layout, uint64_t an
     a.level_first = layout.take<uint32_t>(params.level_count);
     a.anchors.placement = layout.take<float>(anchors * 4);
     a.anchors.size = layout.take<float>(anchors * 3);
-    a.anchors.shape = layout.take<float>(anchors * 6);
+    const bool compact = m_fast_possible && (params.flags & kModelCompact) != 0;
+    if (compact) {
+        a.anchors.compact_shape = layout.take<CompactShape>(anchors);
+        a.anchors.compact_feature = layout.take<uint32_t>(anchors * params.feat_dim / 4);
+        a.anchors.compact_offset = layout.take<uint32_t>(anchors * params.n_offsets);
+    } else {
+        a.anchors.shape = layout.take<float>(anchors * 6);
+    }
     a.anchors.source = layout.take<uint32_t>(anchors);
     if (params.flags & kModelHasRotation)
         a.anchors.rotation = layout.take<float>(anchors * 4);
     if (m_fast_possible) {
-        a.anchors.feature = layout.take<uint16_t>(anchors * params.feat_dim);
-        a.anchors.offset = layout.take<uint64_t>(anchors * params.n_offsets);
+        if (!compact) {
+            a.anchors.feature = layout.take<uint16_t>(anchors * params.feat_dim);
+            a.anchors.offset = layout.take<uint64_t>(anchors * params.n_offsets);
+        }
         a.fragments = layout.take<uint16_t>(size_t(kFragmentTiles) * kTileHalves);
         a.biases = layout.take<float>(kBiasCount);
         if (params.flags & kModelFeatureBank)
@@ -205,6 +214,9 @@ void DeviceScene::loadFrame(const ModelView& model, const CudaStream& stream)
                of_anchors.feature,
                of_anchors.offset,
                of_anchors.source,
+               of_anchors.compact_shape,
+               of_anchors.compact_feature,
+               of_anchors.compact_offset,
                runs,
                uint32_t(m_anchors)};
     m_fragments = arrays.fragments;

@@ -279,6 +279,15 @@ inline float __fmul_rn(float a, float b)
 {
     return a * b; // contraction is off in every translation unit
 }
+// Four bytes of the eight of a, then b; a nibble of the selector each.
+inline uint32_t __byte_perm(uint32_t a, uint32_t b, uint32_t selector)
+{
+    const uint64_t bytes = uint64_t(b) << 32 | a;
+    uint32_t result = 0;
+    for (uint32_t i = 0; i < 4; ++i)
+        result |= uint32_t(bytes >> 8 * (selector >> 4 * i & 7u) & 255u) << 8 * i;
+    return result;
+}
 inline float __fadd_rn(float a, float b)
 {
     return a + b;

@@ -66,7 +66,7 @@ std::vector<Mutation> paramMutations()
     appearance.appearance_rows = 3;
     return {
         {ParamFamily, params([](Params& p) { p.family = 4; })},
-        {ParamFlagBits, params([](Params& p) { p.flags |= 1u << 10; })},
+        {ParamFlagBits, params([](Params& p) { p.flags |= 1u << 11; })},
         {ParamFlagConflict, params([](Params& p) { p.flags |= kModelBankDistance; })},
         {ParamFlagConflict, params([](Params& p) { p.flags |= kModelLodHalfCell; })},
         {ParamFlagConflict, params([](Params& p) { p.flags |= kModelBankLevel; }), {}, bank},

@@ -148,6 +148,7 @@ std::vector<Mutation> payloadMutations()
         {SigmaBound, value<float>(ChunkArray::Scale, 0, 0.0f), {GaussianBounds}},
         {AttributeValue, value<float>(ChunkArray::Offset, 5, NAN)},
         {AttributeValue, halfMasked(0.0f)},
+        {CompactValue, [](Bytes& f) { records<ModelParams>(f, kSectionParams)->flags |= kModelCompact; }},
         {AttributeValue, halfMasked(-NAN)},
         {AttributeValue, value<float>(ChunkArray::Feature, 6, INFINITY)},
         {AttributeValue, value<float>(ChunkArray::Rotation, 7, NAN), {}, rotations()},

@@ -83,10 +83,10 @@ TEST_CASE("the offset of an issue is that of the field that was changed")
     using namespace issue;
     // those that speak of a section, of a range of records, or of the second of two that do not go together
     const std::set<uint16_t> elsewhere = {
-        Truncated,        SectionBytes,    GridSectionBytes, AnchorsBytes,         PayloadPadding, ManifestText,
-        HeaderChecksum,   SectionChecksum, SectionCount,     PayloadChecksum,      LevelCover,     ChunkCover,
-        ChunkOrder,       LeafCover,       LeafOrder,        LeafNanoVdbDuplicate, IndexDuplicate, AnchorOrder,
-        MlpWeightOverlap, PackedOverlap,   CameraNameText,   SensitivityGroup,     AnchorsNotFirst};
+        Truncated,        SectionBytes,    GridSectionBytes, AnchorsBytes,         PayloadPadding,  ManifestText,
+        HeaderChecksum,   SectionChecksum, SectionCount,     PayloadChecksum,      LevelCover,      ChunkCover,
+        ChunkOrder,       LeafCover,       LeafOrder,        LeafNanoVdbDuplicate, IndexDuplicate,  AnchorOrder,
+        MlpWeightOverlap, PackedOverlap,   CameraNameText,   SensitivityGroup,     AnchorsNotFirst, CompactValue};
     const std::set<uint16_t> of_record = {SectionRange, LevelRange, GridRange,  ChunkAnchors,
                                           GroupAnchors, GroupValue, CameraFocal};
     const std::set<uint16_t> of_bounds = {ParamBounds, LevelBounds, ChunkBounds, GroupBounds};

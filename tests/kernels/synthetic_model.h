@@ -60,6 +60,8 @@ SyntheticAnchors randomAnchors(const SyntheticOptions& options);
 // Masks slots of every kind of place: some of an anchor, and all of some. The model's flags need kModelMaskedSlots.
 void maskSlots(SyntheticAnchors& anchors, uint32_t n_offsets);
 [[nodiscard]] bool isSlotMasked(uint32_t anchor, uint32_t k); // by maskSlots()
+// Moves features and offsets to the steps of a compact model. Before slots are masked.
+void makeCompact(SyntheticAnchors& anchors, const SyntheticOptions& options);
 std::vector<Mlp> randomMlps(const SyntheticOptions& options);
 ModelParams syntheticParams(const SyntheticOptions& options);
 

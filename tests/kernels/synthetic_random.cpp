@@ -2,10 +2,13 @@
 // Random anchors, networks and cameras.
 #include "tests/kernels/synthetic_model.h"
 
+#include "format/compact.h"
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <random>
+#include <span>
 
 namespace gsc::test {
 
@@ -47,6 +50,23 @@ SyntheticAnchors randomAnchors(const SyntheticOptions& options)
             anchors.scale.push_back(options.log_scale + 0.7f * random.normal());
     }
     return anchors;
+}
+
+void makeCompact(SyntheticAnchors& anchors, const SyntheticOptions& options)
+{
+    const auto round = [](std::vector<float>& values, size_t each, int bits) {
+        for (size_t first = 0; first < values.size(); first += each) {
+            const std::span<float> of_anchor(values.data() + first, each);
+            float largest = 0;
+            for (const float v : of_anchor)
+                largest = std::max(largest, std::fabs(v));
+            const float step = powerOfTwo(compactExponent(largest, bits));
+            for (float& v : of_anchor)
+                v = std::round(v / step) * step;
+        }
+    };
+    round(anchors.feature, options.feat_dim, kCompactFeatureBits);
+    round(anchors.offset, size_t(3) * options.n_offsets, kCompactOffsetBits);
 }
 
 std::vector<Mlp> randomMlps(const SyntheticOptions& options)

@@ -317,6 +317,47 @@ TEST_CASE("decode: masked slots draw nothing and count as nothing, in tiles and 
     }
 }
 
+TEST_CASE("decode: a compact model is held in fewer bytes and decodes as the same model that is not")
+{
+    for (const float spread : {1.0f, 1e-4f, 4.0f}) { // of its features
+        CAPTURE(spread);
+        SyntheticOptions options = someModel(300);
+        options.flags |= kModelMaskedSlots;
+        SyntheticAnchors anchors = randomAnchors(options);
+        for (float& v : anchors.feature)
+            v *= spread;
+        std::fill_n(anchors.feature.begin() + 5 * options.feat_dim, options.feat_dim, 0.0f);
+        makeCompact(anchors, options);
+        maskSlots(anchors, options.n_offsets);
+        SyntheticOptions compact = options;
+        compact.flags |= kModelCompact;
+        const SyntheticModel plain = opaqueModel(options, anchors), synthetic = opaqueModel(compact, anchors);
+        StageModel plain_model(plain.view()), model(synthetic.view());
+        CHECK(model.scene.model().feature == nullptr);
+        CHECK(plain_model.scene.model().compact_feature == nullptr);
+        // 200 and 112 bytes an anchor, in pieces of 256
+        CHECK(plain_model.budget.used - model.budget.used >= uint64_t(300) * (200 - 112) - 4 * 256);
+        const DecodeJob job = decodeJob(synthetic.view(), model, kTwoEyes, 300),
+                        plain_job = decodeJob(plain.view(), plain_model, kTwoEyes, 300);
+        DecodeTolerance tolerance = kFast; // either of them has 2.1e-2
+        tolerance.covariance = 2.5e-2;
+        CHECK(checkDecode<PackedSplat>(plain_job, tolerance) > 300);
+        CHECK(checkDecode<PackedSplat>(job, tolerance) > 300);
+        const auto exact = decodeOnDevice<ExactSplat>(job), wanted = decodeOnDevice<ExactSplat>(plain_job);
+        for (uint32_t e = 0; e < 2; ++e) {
+            CHECK(exact.eyes[e].size() > 300);
+            CHECK(exact.eyes[e].size() == wanted.eyes[e].size());
+            CHECK(exact.counters.dropped[e] == 0);
+            uint32_t others = 0;
+            for (const auto& [order, splat] : exact.eyes[e]) {
+                const auto found = wanted.eyes[e].find(order);
+                others += found == wanted.eyes[e].end() || !sameSplat(splat, found->second);
+            }
+            CHECK(others == 0);
+        }
+    }
+}
+
 TEST_CASE("decode fast: networks that halves hold exactly give the reference's values")
 {
     SyntheticOptions options = someModel(300);

@@ -111,6 +111,33 @@ TEST_CASE("several passes give the bytes of one, and a budget too small for the 
     }
 }
 
+TEST_CASE("several passes of a compact model give the bytes of one, and both are near those of one that is not")
+{
+    SyntheticOptions options;
+    options.anchors = 2000 * kManyAnchors;
+    options.log_scale = -3.5f;
+    SyntheticAnchors anchors = randomAnchors(options);
+    makeCompact(anchors, options);
+    const SyntheticModel plain(syntheticParams(options), anchors, randomMlps(options), {}, 0);
+    options.flags |= kModelCompact;
+    const SyntheticModel model(syntheticParams(options), anchors, randomMlps(options), {}, 0);
+    const FrameOptions how = onGrey(Tier::Fast);
+    const std::unique_ptr<Renderer> gpu = makeRenderer({"cuda"});
+    gpu->load(plain.view());
+    const auto near = render(*gpu, kParallelEyes, how);
+    gpu->load(model.view());
+    const auto want = render(*gpu, kParallelEyes, how);
+    for (size_t e = 0; e < 2; ++e) {
+        double sum = 0;
+        for (size_t i = 0; i < want[e].pixels.size(); ++i)
+            sum += std::pow(double(want[e].pixels[i]) - double(near[e].pixels[i]), 2);
+        const double mse = sum / double(want[e].pixels.size());
+        CHECK(mse > 0); // it is another layout
+        CHECK(-10 * std::log10(mse) > 80);
+    }
+    CHECK(checkBudgets(model.view(), how, want, kParallelEyes) >= 2);
+}
+
 TEST_CASE("several passes over what is not finite, and over one depth, which no pass divides")
 {
     SyntheticOptions options, small;

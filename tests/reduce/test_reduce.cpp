@@ -168,6 +168,28 @@ TEST_CASE("without a target only what never draws goes, and no pose that judged 
     CHECK(probe.score(made->view(), 0, poses.weights.size()).worstPose().psnr >= 90);
 }
 
+TEST_CASE("a compact bake is valid, and stays compact when it is baked again")
+{
+    for (const SampleModel kind : {SampleModel::Scaffold, SampleModel::Octree}) {
+        CAPTURE(int(kind));
+        const Model model(SampleScene::Street, kind);
+        ReduceOptions options = model.options("compact.gsc");
+        options.levers = kLeverCompact;
+        const ReduceReport report = reduce(options, {});
+        CHECK(report.verdict.psnr >= 40); // of a made-up scene, whose networks are steep; trained ones keep about 60
+        CHECK(leverShares(report)[std::countr_zero(uint32_t(kLeverCompact))] > 0);
+        const Opened baked(options.output); // by the validator, which tests every value
+        CHECK((baked.view.params->flags & kModelCompact) != 0);
+        ReduceOptions again = model.options("again.gsc");
+        again.input = options.output;
+        again.levers = kLeverFeatures | kLeverOffsets;
+        again.target_psnr = 40;
+        (void)reduce(again, {});
+        const Opened twice(again.output);
+        CHECK((twice.view.params->flags & kModelCompact) != 0);
+    }
+}
+
 TEST_CASE("levers that are off leave values as they were")
 {
     const Model model;

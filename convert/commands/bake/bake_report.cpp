@@ -95,7 +95,8 @@ std::string bakeText(const ReduceOptions& options, const ReduceReport& report)
     text += bytesText("before", report.before, report.anchors) + bytesText("after", report.after, report.anchors);
     const std::vector<int64_t> shares = leverShares(report);
     for (uint32_t i = 0; i < kLevers; ++i)
-        if (report.levers >> i & 1u)
+        if ((report.levers >> i & 1u) &&
+            (shares[i] != 0 || 1u << i != kLeverCompact)) // its steps may be in others' lines
             text += formatString("  %-9s %.1f bytes an anchor less\n", kLeverNames[i],
                                  double(shares[i]) / double(report.anchors));
     text += formatString("weights     %zu poses; drawn by %s\n", report.weight_poses, report.device.c_str());

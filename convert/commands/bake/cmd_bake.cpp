@@ -11,10 +11,13 @@
 #include "format/file/temporary.h"
 #include "format/gsc_layout.h"
 
+#include <algorithm>
+#include <bit>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <span>
 
 namespace gsc {
 
@@ -27,6 +30,7 @@ struct BakeCommand {
     ReduceOptions reduce;
     CheckpointOptions checkpoint;
     std::vector<std::string> levers;
+    bool compact = false;
     double target = 0, min_view = 0; // dB, 0 = not given
 };
 
@@ -36,17 +40,18 @@ uint32_t leversOf(const std::vector<std::string>& lists)
 {
     uint32_t levers = lists.empty() ? kAllLevers : 0;
     std::string names;
-    for (uint32_t i = 0; i < kLevers; ++i)
-        names += (i > 0 ? ", " : "") + std::string(kLeverNames[i]);
+    const std::span<const char* const> levers_named(kLeverNames, std::bit_width(kAllLevers));
+    for (const char* const name : levers_named)
+        names += (names.empty() ? "" : ", ") + std::string(name);
     for (const std::string& list : lists) // each may be a list itself: "slots,anchors"
         for (size_t at = 0; at <= list.size();) {
             const size_t end = std::min(list.find(',', at), list.size());
             const std::string word = list.substr(at, end - at);
-            const auto found = std::find(std::begin(kLeverNames), std::end(kLeverNames), word);
-            if (found == std::end(kLeverNames))
+            const auto found = std::ranges::find(levers_named, word);
+            if (found == levers_named.end())
                 throw Error(ErrorCode::Usage, "--levers " + word + ": not a lever, expected some of " + names +
                                                   "; correct it or leave it out");
-            levers |= 1u << (found - std::begin(kLeverNames));
+            levers |= 1u << (found - levers_named.begin());
             at = end + 1;
         }
     return levers;
@@ -105,6 +110,7 @@ void refuseWithoutTarget(const BakeCommand& command)
 {
     const ReduceOptions &reduce = command.reduce, none;
     const char* const given = !command.levers.empty()                                ? "--levers"
+                              : command.compact                                      ? "--compact"
                               : !reduce.cameras.empty()                              ? "--cameras"
                               : reduce.max_bytes > 0                                 ? "--max-bytes"
                               : reduce.limits.most_pixels != none.limits.most_pixels ? "--most-pixels"
@@ -231,7 +237,7 @@ ErrorCode runBake(const BakeCommand& given, Reporter& report)
     BakeCommand command = given;
     ReduceOptions& options = command.reduce;
     options.name = nameOf(command.inputs);
-    options.levers = leversOf(command.levers);
+    options.levers = leversOf(command.levers) | (command.compact ? kLeverCompact : 0);
     if (command.target > 0)
         options.target_psnr = command.target;
     if (command.min_view > 0)
@@ -304,6 +310,8 @@ void addBakeCommand(CLI::App& app, Invocation& invocation)
                "of a picture that is drawn to judge; larger cameras are drawn smaller");
     addTexts(command, "--levers", options->levers, "LEVER,...",
              "what may be done: slots, anchors, features, offsets, scales, networks, order (default: all)");
+    addFlag(command, "--compact", options->compact,
+            "steps of features and offsets that a GPU holds in 0.56 of the memory, without further loss: about 60 dB");
     addChoice<std::string>(command, "--backend", reduce.device.backend,
                            {{"auto", "auto"}, {"cpu", "cpu"}, {"cuda", "cuda"}}, "default: auto",
                            "what draws the pictures that judge; auto takes a GPU where there is one");

@@ -36,3 +36,13 @@ inline __half __ushort_as_half(uint16_t bits)
 {
     return {bits};
 }
+inline __half2 __hsub2(__half2 a, __half2 b)
+{
+    const float2 l = __half22float2(a), r = __half22float2(b);
+    return __floats2half2_rn(l.x - r.x, l.y - r.y);
+}
+inline __half2 __hmul2(__half2 a, __half2 b)
+{
+    const float2 l = __half22float2(a), r = __half22float2(b);
+    return __floats2half2_rn(l.x * r.x, l.y * r.y);
+}

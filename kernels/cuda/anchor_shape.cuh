@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the device holds of an anchor's Gaussians, of either layout (DeviceModel).
+#pragma once
+
+#include "kernels/frame/device_model.h"
+
+#include <cuda_runtime.h>
+
+namespace gsc {
+
+// Size and place of Gaussians that an anchor makes, before its networks.
+struct AnchorShape {
+    float step[3];   // world units per step of an offset
+    float extent[3]; // of its Gaussians
+};
+
+__device__ __forceinline__ AnchorShape anchorShape(const DeviceModel& model, size_t anchor)
+{
+    if (model.compact_shape == nullptr) {
+        const float2* shape = reinterpret_cast<const float2*>(model.shape + 6 * anchor);
+        const float2 s0 = shape[0], s1 = shape[1], s2 = shape[2];
+        return {{s0.x, s0.y, s1.x}, {s1.y, s2.x, s2.y}};
+    }
+    const uint2 packed = reinterpret_cast<const uint2*>(model.compact_shape)[anchor];
+    const float* size = model.size + 3 * anchor;
+    const float power = powerOfTwo(int32_t(packed.y) >> 24);
+    return {{size[0] * power, size[1] * power, size[2] * power},
+            {unpackExtent(packed.x & 0xffffu), unpackExtent(packed.x >> 16), unpackExtent(packed.y & 0xffffu)}};
+}
+
+// Of its offsets' steps, the most along an axis.
+__device__ __forceinline__ float mostSteps(const DeviceModel& model)
+{
+    return model.compact_shape == nullptr ? float(kOffsetSteps) : float(kCompactOffsetSteps);
+}
+
+// How far from an anchor its Gaussians lie at most.
+__device__ __forceinline__ float anchorReach(const DeviceModel& model, size_t anchor)
+{
+    const AnchorShape shape = anchorShape(model, anchor);
+    return mostSteps(model) * norm3df(shape.step[0], shape.step[1], shape.step[2]);
+}
+
+// Steps of Gaussian k from its anchor.
+struct OffsetSteps {
+    float along[3];
+    bool masked; // never drawn
+    bool finite;
+};
+
+__device__ __forceinline__ OffsetSteps offsetSteps(const DeviceModel& model, size_t anchor, uint32_t k)
+{
+    const size_t at = anchor * model.params.n_offsets + k;
+    if (model.compact_offset == nullptr) {
+        const uint64_t offset = model.offset[at];
+        const auto steps = [offset](uint32_t axis) {
+            return float(int32_t(uint32_t(offset >> (kOffsetBits * axis)) & ((1u << kOffsetBits) - 1u)) - kOffsetSteps -
+                         1);
+        };
+        return {{steps(0), steps(1), steps(2)}, offset == kMaskedSlot, offset != kNoOffset};
+    }
+    const uint32_t offset = model.compact_offset[at];
+    const auto steps = [offset](uint32_t axis) {
+        return float(int32_t(offset >> (10 * axis) & 1023u) - kCompactOffsetSteps - 1);
+    };
+    return {{steps(0), steps(1), steps(2)}, offset == kCompactMasked, offset != kCompactNoOffset};
+}
+
+} // namespace gsc
