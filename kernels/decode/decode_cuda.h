@@ -79,6 +79,7 @@ DecodeWeights packFragments(const ModelView& model, int32_t appearance);
 
 // Slots that may stay unused beside those of the splats, for one eye.
 uint32_t decodeFastGaps(uint32_t processors, uint32_t slot_capacity);
-void decodeFastCuda(const DecodeCudaArgs& args, uint32_t processors, CUstream_st* stream); // asynchronous
+void decodeFastCuda(const DecodeCudaArgs& args, uint32_t processors, CUstream_st* stream);    // asynchronous
+void decodeCompactCuda(const DecodeCudaArgs& args, uint32_t processors, CUstream_st* stream); // of a compact model
 
 } // namespace gsc

@@ -130,7 +130,7 @@ __device__ __forceinline__ void countCells(const DecodeFrame& args, uint32_t lis
 // takes a slot for each eye where a box round both would be larger than both together, and where blending could not tell
 // that it ends within an eye's own box (isNeedle()). Two such slots may meet in a bin; no eye sees both. Staged: Staging, or
 // what has its members.
-template <bool kShared, bool kThins, typename Staged>
+template <bool kCompact, bool kShared, bool kThins, typename Staged>
 __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t e, Staged& staged, uint32_t count,
                                            const Turns& turns, const uint32_t (&anchors)[2],
                                            const uint32_t (&seen_by)[2], const float (&factors)[2], uint32_t lane,
@@ -165,8 +165,8 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
         }
         if (opacity >= kOpacityFloor) { // tested already, unless it is both eyes'
             const float4 center = reinterpret_cast<const float4*>(model.placement)[anchor];
-            const AnchorShape shape = anchorShape(model, anchor);
-            const OffsetSteps offset = offsetSteps(model, anchor, k);
+            const AnchorShape shape = anchorShape<kCompact>(model, anchor);
+            const OffsetSteps offset = offsetSteps<kCompact>(model, anchor, k);
             const uint32_t order = model.source[anchor] * K + k;
             const float position[3] = {fmaf(offset.along[0], shape.step[0], center.x),
                                        fmaf(offset.along[1], shape.step[1], center.y),

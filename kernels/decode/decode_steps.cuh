@@ -39,9 +39,10 @@ __device__ __forceinline__ void loadNetworks(const DecodeCudaArgs& args, DecodeN
 }
 
 // Features 8t to 8t + 7 of an anchor, as halves.
+template <bool kCompact>
 __device__ __forceinline__ uint4 featuresOf(const DeviceModel& model, size_t anchor, uint32_t t)
 {
-    if (model.compact_feature == nullptr)
+    if constexpr (!kCompact)
         return reinterpret_cast<const uint4*>(model.feature)[anchor * 4 + t];
     const uint2 steps = reinterpret_cast<const uint2*>(model.compact_feature)[anchor * 4 + t];
     const float power_of_two = powerOfTwo(model.compact_shape[anchor].feature_power);
@@ -57,13 +58,14 @@ __device__ __forceinline__ uint4 featuresOf(const DeviceModel& model, size_t anc
 }
 
 // Features and levels of a lane's two anchors, the features as operands: per k tile.
+template <bool kCompact>
 __device__ __forceinline__ void gatherInputs(const DecodeCudaArgs& args, const uint32_t (&anchors)[2], uint32_t t,
                                              uint32_t (&feature)[2][4], float (&levels)[2])
 {
     const DeviceModel& model = args.model;
 #pragma unroll
     for (uint32_t r = 0; r < 2; ++r) {
-        const uint4 f = featuresOf(model, anchors[r], t);
+        const uint4 f = featuresOf<kCompact>(model, anchors[r], t);
         feature[0][r] = f.x;
         feature[0][2 + r] = f.y;
         feature[1][r] = f.z;
@@ -183,7 +185,7 @@ __device__ __forceinline__ void stageShapes(const DecodeNetworks& networks, uint
 }
 
 // emitStaged() for one of the two eyes that a warp counts for.
-template <bool kShared, bool kThins>
+template <bool kCompact, bool kShared, bool kThins>
 __device__ __forceinline__ void emitForEye(const DecodeCudaArgs& args, uint32_t e, Staging& staged, uint32_t count,
                                            const Turns& turns, const uint32_t (&anchors)[2],
                                            const uint32_t (&seen_by)[2], const float (&factors)[2], uint32_t lane,
@@ -192,7 +194,7 @@ __device__ __forceinline__ void emitForEye(const DecodeCudaArgs& args, uint32_t 
     EyeTally tally = e == 0 ? left : right;
     if (kShared) // eyes that share their bins take the slots of both from the first one's
         tally.writer = left.writer;
-    emitStaged<kShared, kThins>(args, e, staged, count, turns, anchors, seen_by, factors, lane, tally);
+    emitStaged<kCompact, kShared, kThins>(args, e, staged, count, turns, anchors, seen_by, factors, lane, tally);
     if (kShared)
         left.writer = tally.writer;
     if (e == 0)

@@ -4,6 +4,8 @@
 #include "kernels/decode/decode_steps.cuh"
 #include "kernels/reuse/kept_entry.cuh"
 
+#include <type_traits>
+
 namespace gsc {
 
 namespace {
@@ -15,8 +17,9 @@ constexpr uint32_t kItems = 2 * kItemsPerLane; // of a lane: 3 r + item
 // stand for its keys: nothing says that one of them may draw what the other sees.
 enum Look : uint32_t { kSecondOpacities = 0, kFirstKey = 1, kSecondKey = 2 }; // the last two: the bit of a key
 
-// kBank: the model has a feature bank, which makes the features depend on the place. kShared, kThins: DecodeFrame.
-template <bool kBank, bool kShared, bool kThins>
+// kCompact: the model is compact. kBank: it has a feature bank, which makes the features depend on the place. kShared,
+// kThins: DecodeFrame.
+template <bool kCompact, bool kBank, bool kShared, bool kThins>
 __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks) keepKernel(const __grid_constant__ KeepCudaArgs args)
 {
     GSC_DYNAMIC_SHARED(memory);
@@ -51,7 +54,7 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks) keepKernel(cons
         }
         uint32_t feature[2][4]; // per k tile
         float levels[2];
-        gatherInputs(args, anchors, t, feature, levels);
+        gatherInputs<kCompact>(args, anchors, t, feature, levels);
 
         const bool kept = slot != kNoEntry;
         const uint32_t keys = kept ? (1u << want.keys.count) - 1u : want.eyes;
@@ -130,8 +133,8 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks) keepKernel(cons
                 float factors[2];
                 keptFactors(args.fraction, want.index, key, lane, factors);
                 const Turns turns = {!both || key == 0, !both || key == 1};
-                emitForEye<kShared, kThins>(args, key, staged, alive, turns, anchors, seen_by, factors, lane, left,
-                                            right);
+                emitForEye<kCompact, kShared, kThins>(args, key, staged, alive, turns, anchors, seen_by, factors, lane,
+                                                      left, right);
             }
             __syncwarp();
         }
@@ -145,13 +148,18 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks) keepKernel(cons
 
 void decodeKeepCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
-    const auto kernel_of = [&args](auto thins) {
-        constexpr bool kThins = decltype(thins)::value;
-        return args.bank != nullptr
-                   ? (args.shared_bins ? keepKernel<true, true, kThins> : keepKernel<true, false, kThins>)
-                   : (args.shared_bins ? keepKernel<false, true, kThins> : keepKernel<false, false, kThins>);
+    const auto of_bank = [&args](auto compact, auto thins) {
+        constexpr bool kCompact = decltype(compact)::value, kThins = decltype(thins)::value;
+        return args.bank != nullptr ? (args.shared_bins ? keepKernel<kCompact, true, true, kThins>
+                                                        : keepKernel<kCompact, true, false, kThins>)
+                                    : (args.shared_bins ? keepKernel<kCompact, false, true, kThins>
+                                                        : keepKernel<kCompact, false, false, kThins>);
     };
-    const auto kernel = args.thins ? kernel_of(std::true_type()) : kernel_of(std::false_type());
+    const auto of_layout = [&](auto compact) {
+        return args.thins ? of_bank(compact, std::true_type()) : of_bank(compact, std::false_type());
+    };
+    const auto kernel =
+        args.model.compact_shape != nullptr ? of_layout(std::true_type()) : of_layout(std::false_type());
     launchCuda(kernel, processors * kDecodeBlocks, kDecodeThreads, sizeof(DecodeShared), stream, args);
 }
 

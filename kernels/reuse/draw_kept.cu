@@ -3,6 +3,8 @@
 #include "kernels/cuda/launch.cuh"
 #include "kernels/reuse/kept_entry.cuh"
 
+#include <type_traits>
+
 namespace gsc {
 
 namespace {
@@ -19,6 +21,7 @@ struct Written {
 };
 
 // What the first eye has written of a strip and the second does not draw.
+template <bool kCompact>
 __device__ __forceinline__ void finishFirst(const KeepCudaArgs& args, Written& written, uint32_t first, uint32_t lane,
                                             EyeTally& tally)
 {
@@ -32,14 +35,14 @@ __device__ __forceinline__ void finishFirst(const KeepCudaArgs& args, Written& w
         if (!__any_sync(~0u, staged.slots.value != kNoSlot))
             continue;
         const uint32_t anchors[2] = {first, first};
-        emitStaged<true, false>(args, 1, staged, 32, {false, true}, anchors, none, factors, lane, tally);
+        emitStaged<kCompact, true, false>(args, 1, staged, 32, {false, true}, anchors, none, factors, lane, tally);
         if (at + lane < kStaged)
             written.slot[at + lane] = kNoSlot;
     }
 }
 
-// kShared, kThins: DecodeFrame.
-template <bool kShared, bool kThins>
+// kCompact: the model is compact. kShared, kThins: DecodeFrame.
+template <bool kCompact, bool kShared, bool kThins>
 __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(const __grid_constant__ KeepCudaArgs args)
 {
     const uint32_t lane = threadIdx.x & 31u, g = lane >> 2;
@@ -89,8 +92,8 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(cons
                     staged.slots.value = written.of(staged.owner.value);
                     written.of(staged.owner.value) = kNoSlot;
                 }
-                emitStaged<kShared, kThins>(args, v, staged, min(count - first, 32u), turns, anchors, seen_by, factors,
-                                            lane, tally);
+                emitStaged<kCompact, kShared, kThins>(args, v, staged, min(count - first, 32u), turns, anchors, seen_by,
+                                                      factors, lane, tally);
                 if (kShared && !turns.last && some)
                     written.of(staged.owner.value) = staged.slots.value;
             }
@@ -98,7 +101,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(cons
                 if (!turns.last)
                     __syncwarp();
                 else if (!turns.first && slots.slot[0] != slots.slot[1])
-                    finishFirst(args, written, strip.first, lane, tally);
+                    finishFirst<kCompact>(args, written, strip.first, lane, tally);
                 if (v != 0)
                     tallies[0].writer = tally.writer;
             }
@@ -118,8 +121,13 @@ uint32_t drawKeptGaps(uint32_t processors, uint32_t slot_capacity)
 
 void drawKeptCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
-    const auto kernel = args.thins ? (args.shared_bins ? drawKernel<true, true> : drawKernel<false, true>)
-                                   : (args.shared_bins ? drawKernel<true, false> : drawKernel<false, false>);
+    const auto of_layout = [&args](auto compact) {
+        constexpr bool kCompact = decltype(compact)::value;
+        return args.thins ? (args.shared_bins ? drawKernel<kCompact, true, true> : drawKernel<kCompact, false, true>)
+                          : (args.shared_bins ? drawKernel<kCompact, true, false> : drawKernel<kCompact, false, false>);
+    };
+    const auto kernel =
+        args.model.compact_shape != nullptr ? of_layout(std::true_type()) : of_layout(std::false_type());
     launchCuda(kernel, processors * kBlocksPerProcessor, kThreads, 0, stream, args);
 }
 

@@ -114,7 +114,7 @@ TEST_CASE("several passes give the bytes of one, and a budget too small for the 
 TEST_CASE("several passes of a compact model give the bytes of one, and both are near those of one that is not")
 {
     SyntheticOptions options;
-    options.anchors = 2000 * kManyAnchors;
+    options.anchors = 6000 * kManyAnchors;
     options.log_scale = -3.5f;
     SyntheticAnchors anchors = randomAnchors(options);
     makeCompact(anchors, options);
