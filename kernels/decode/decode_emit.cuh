@@ -25,6 +25,9 @@ struct Staging {
     float opacity[kStaged];
     uint16_t owner[kStaged]; // row | k << 8
     uint32_t slots[kStaged]; // in shared bins: what the first eye has written it to, or kNoSlot
+    uint32_t anchors[kRows];
+
+    __device__ __forceinline__ uint32_t anchorOf(uint32_t row) const { return anchors[row]; }
 };
 
 // What is to be done for one eye of a step whose eyes share their bins.
@@ -132,9 +135,8 @@ __device__ __forceinline__ void countCells(const DecodeFrame& args, uint32_t lis
 // what has its members.
 template <bool kCompact, bool kShared, bool kThins, typename Staged>
 __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t e, Staged& staged, uint32_t count,
-                                           const Turns& turns, const uint32_t (&anchors)[2],
-                                           const uint32_t (&seen_by)[2], const float (&factors)[2], uint32_t lane,
-                                           EyeTally& tally)
+                                           const Turns& turns, const uint32_t (&seen_by)[2], const float (&factors)[2],
+                                           uint32_t lane, EyeTally& tally)
 {
     const DeviceModel& model = args.model;
     const EyeParams& eye = args.eyes[e];
@@ -143,9 +145,7 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
     for (uint32_t first = 0; first < count; first += 32) {
         const uint32_t i = first + lane, owner = i < count ? staged.owner[i] : 0u;
         const uint32_t row = owner & 255u, k = owner >> 8;
-        const uint32_t a0 = __shfl_sync(~0u, anchors[0], (row & 7u) * 4),
-                       a1 = __shfl_sync(~0u, anchors[1], (row & 7u) * 4);
-        const uint32_t anchor = row < 8 ? a0 : a1;
+        const uint32_t anchor = staged.anchorOf(row);
         float opacity = i < count ? staged.opacity[i] : 0.0f;
         if (args.merged) {
             const uint32_t s0 = __shfl_sync(~0u, seen_by[0], (row & 7u) * 4),
@@ -182,7 +182,7 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
                 q[c] = staged.rotation[c][i];
                 norm = fmaf(q[c], q[c], norm);
             }
-            const float inverse = rsqrtf(fmaxf(norm, 1e-24f));
+            const float inverse = rsqrtf(0.5f * fmaxf(norm, 1e-24f)); // projectFast()
 #pragma unroll
             for (uint32_t c = 0; c < 4; ++c)
                 q[c] *= inverse;

@@ -137,6 +137,7 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks)
         float levels[2];
         gatherInputs<kCompact>(args, anchors, t, feature, levels);
         askForAnchors<kCompact>(args, ahead, lane);
+        stageAnchors(anchors, lane, staged);
 
         const uint32_t decodes = args.merged ? 1 : args.eye_count;
         uint32_t keep_left = 0; // in shared bins: what the first eye has staged, like `keep`
@@ -201,8 +202,8 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks)
                         factors[r] = args.fraction[2 * min(first + g + 8 * r, count - 1) + v];
                 const Turns turns = {v == 0 || (!args.merged && (seen & 1u) == 0),
                                      v == 1 || (!args.merged && (seen >> 1 & 1u) == 0)};
-                emitForEye<kCompact, kShared, kThins>(args, v, staged, alive, turns, anchors, seen_by, factors, lane,
-                                                      left, right);
+                emitForEye<kCompact, kShared, kThins>(args, v, staged, alive, turns, seen_by, factors, lane, left,
+                                                      right);
             }
             __syncwarp();
         }

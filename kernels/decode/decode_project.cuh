@@ -14,7 +14,7 @@ struct Candidate {
     SplatPlace place;
 };
 
-// Projects one Gaussian. False if it cannot change a pixel of the columns that are drawn. finite: it can be projected, or
+// Projects one Gaussian. quaternion: of length sqrt(2), which spares the factors 2 of its matrix. False if it cannot change a pixel of the columns that are drawn. finite: it can be projected, or
 // lies outside of the depths that are drawn. kThins: DecodeFrame::thins.
 // note: no early return: nearly every Gaussian goes all the way, and a branch costs more than it saves
 template <bool kThins>
@@ -27,37 +27,35 @@ __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t
     const Vec3<float> t = viewPoint<float>(eye, p);
     const bool outside = t.z <= args.rules.near_z || t.z > args.rules.far_z;
     const float inv_z = __fdividef(1.0f, t.z);
-    const float x = fmaf(eye.focal_x * t.x, inv_z, axisPixel(eye.width, eye.focal_x, eye.tan_mid_x) - 0.5f);
-    const float y = fmaf(eye.focal_y * t.y, inv_z, axisPixel(eye.height, eye.focal_y, eye.tan_mid_y) - 0.5f);
-
-    const float limit_x = 1.3f * eye.tan_fov_x, limit_y = 1.3f * eye.tan_fov_y;
-    const float tx = fminf(eye.tan_mid_x + limit_x, fmaxf(eye.tan_mid_x - limit_x, t.x * inv_z));
-    const float ty = fminf(eye.tan_mid_y + limit_y, fmaxf(eye.tan_mid_y - limit_y, t.y * inv_z));
+    const EyeLens& lens = args.lenses[e];
+    const float ux = t.x * inv_z, uy = t.y * inv_z;
+    const float x = fmaf(eye.focal_x, ux, lens.middle[0]), y = fmaf(eye.focal_y, uy, lens.middle[1]);
+    const float tx = fminf(lens.most[0], fmaxf(lens.least[0], ux)), ty = fminf(lens.most[1], fmaxf(lens.least[1], uy));
     const float fx = eye.focal_x * inv_z, fy = eye.focal_y * inv_z;
     const float* w = eye.world_to_view;
-    float ju[3], jv[3]; // rows of J R
+    float ju[3], jv[3]; // rows of J R, but for fx and fy
 #pragma unroll
     for (int i = 0; i < 3; ++i) {
-        ju[i] = fx * (w[i] - tx * w[8 + i]);
-        jv[i] = fy * (w[4 + i] - ty * w[8 + i]);
+        ju[i] = w[i] - tx * w[8 + i];
+        jv[i] = w[4 + i] - ty * w[8 + i];
     }
     const float qw = quaternion[0], qx = quaternion[1], qy = quaternion[2], qz = quaternion[3];
-    const float r[9] = {1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy - qw * qz),     2 * (qx * qz + qw * qy),
-                        2 * (qx * qy + qw * qz),     1 - 2 * (qx * qx + qz * qz), 2 * (qy * qz - qw * qx),
-                        2 * (qx * qz - qw * qy),     2 * (qy * qz + qw * qx),     1 - 2 * (qx * qx + qy * qy)};
-    float a = 0.3f, b = 0.0f, c = 0.3f;
+    const float r[9] = {1 - (qy * qy + qz * qz), qx * qy - qw * qz,       qx * qz + qw * qy,
+                        qx * qy + qw * qz,       1 - (qx * qx + qz * qz), qy * qz - qw * qx,
+                        qx * qz - qw * qy,       qy * qz + qw * qx,       1 - (qx * qx + qy * qy)};
+    float uu = 0.0f, uv = 0.0f, vv = 0.0f;
 #pragma unroll
     for (int j = 0; j < 3; ++j) {
         const float pu = sigma[j] * (ju[0] * r[j] + ju[1] * r[3 + j] + ju[2] * r[6 + j]);
         const float pv = sigma[j] * (jv[0] * r[j] + jv[1] * r[3 + j] + jv[2] * r[6 + j]);
-        a = fmaf(pu, pu, a);
-        b = fmaf(pu, pv, b);
-        c = fmaf(pv, pv, c);
+        uu = fmaf(pu, pu, uu);
+        uv = fmaf(pu, pv, uv);
+        vv = fmaf(pv, pv, vv);
     }
+    float a = fmaf(fx * fx, uu, 0.3f), b = fx * fy * uv, c = fmaf(fy * fy, vv, 0.3f);
     float det = a * c - b * b;
     bool drawn = !outside && det > 0.0f;
     if constexpr (kThins) {
-        const float ux = t.x * inv_z, uy = t.y * inv_z;
         const float* gaze = args.gaze[e];
         const float cosine =
             __fdividef(fmaf(ux, gaze[0], fmaf(uy, gaze[1], gaze[2])), sqrtf(fmaf(ux, ux, fmaf(uy, uy, 1.0f))));
@@ -90,17 +88,20 @@ __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t
     const float left = args.bands[e].first, right = args.bands[e].last, bottom = float(eye.height) - 1.0f;
     drawn = drawn && x1 >= left && y1 >= 0.0f && x0 <= right && y0 <= bottom && ceilf(x0) <= x1 && ceilf(y0) <= y1;
     finite = drawn || outside || (det == det && x == x && y == y);
-    const uint32_t row_bits = args.grid.height == 16 ? 4u : 5u;
-    const uint32_t bx0 = uint32_t(fmaxf(x0, left)) / kBinWidth, by0 = uint32_t(ceilf(fmaxf(y0, 0.0f))) >> row_bits;
-    const uint32_t bx1 = uint32_t(fmaxf(fminf(x1, right), 0.0f)) / kBinWidth,
-                   by1 = uint32_t(fmaxf(fminf(y1, bottom), 0.0f)) >> row_bits;
+    // bins in the low bits, as in packSteps(): rounded down
+    constexpr float kPerColumn = 1.0f / kBinWidth;
+    const float per_row = args.grid.height == 16 ? 1.0f / 16 : 1.0f / 32;
+    const auto bin = [](float pixel, float per) { return __float_as_uint(__fmaf_rz(pixel, per, 0x1p23f)); };
+    const uint32_t from = __byte_perm(bin(fmaxf(x0, left), kPerColumn), bin(ceilf(fmaxf(y0, 0.0f)), per_row), 0x0040);
+    const uint32_t to = __byte_perm(bin(fmaxf(fminf(x1, right), 0.0f), kPerColumn),
+                                    bin(fmaxf(fminf(y1, bottom), 0.0f), per_row), 0x0040);
     constexpr float kLog2E = 1.44269504088896341f;
     const float scale = kLog2E * inv_det; // power of two instead of e, and its halves, folded in here
     out.words[0] = {__float_as_uint(x), __float_as_uint(y), __float_as_uint(0.5f * c * scale),
                     __float_as_uint(-b * scale)};
     out.words[1] = {__float_as_uint(0.5f * a * scale), packSteps(color[0], color[1]), packSteps(color[2], opacity),
                     order};
-    out.place = {__float_as_uint(t.z), bx0 | by0 << 8 | bx1 << 16 | by1 << 24};
+    out.place = {__float_as_uint(t.z), __byte_perm(from, to, 0x5410)};
     return drawn;
 }
 

@@ -184,17 +184,28 @@ __device__ __forceinline__ void stageShapes(const DecodeNetworks& networks, uint
     }
 }
 
+// Which anchors the rows of a step are. All lanes of the warp call it; what is staged is read after a barrier.
+__device__ __forceinline__ void stageAnchors(const uint32_t (&anchors)[2], uint32_t lane, Staging& staged)
+{
+    if ((lane & 3u) == 0)
+        for (uint32_t r = 0; r < 2; ++r)
+            staged.anchors[(lane >> 2) + 8 * r] = anchors[r];
+}
+
 // emitStaged() for one of the two eyes that a warp counts for.
 template <bool kCompact, bool kShared, bool kThins>
 __device__ __forceinline__ void emitForEye(const DecodeCudaArgs& args, uint32_t e, Staging& staged, uint32_t count,
-                                           const Turns& turns, const uint32_t (&anchors)[2],
-                                           const uint32_t (&seen_by)[2], const float (&factors)[2], uint32_t lane,
-                                           EyeTally& left, EyeTally& right)
+                                           const Turns& turns, const uint32_t (&seen_by)[2], const float (&factors)[2],
+                                           uint32_t lane, EyeTally& left, EyeTally& right)
 {
     EyeTally tally = e == 0 ? left : right;
     if (kShared) // eyes that share their bins take the slots of both from the first one's
         tally.writer = left.writer;
-    emitStaged<kCompact, kShared, kThins>(args, e, staged, count, turns, anchors, seen_by, factors, lane, tally);
+    // once for each, so that what is of the eye is read as an operand, not loaded by its index
+    if (e == 0)
+        emitStaged<kCompact, kShared, kThins>(args, 0, staged, count, turns, seen_by, factors, lane, tally);
+    else
+        emitStaged<kCompact, kShared, kThins>(args, 1, staged, count, turns, seen_by, factors, lane, tally);
     if (kShared)
         left.writer = tally.writer;
     if (e == 0)

@@ -4,11 +4,28 @@
 #pragma once
 
 #include "kernels/math/band.h"
+#include "kernels/math/projection.h"
 
 namespace gsc {
 
+// Of an eye, what projecting asks for each Gaussian: along x and y.
+struct EyeLens {
+    float middle[2];         // pixel of the axis less one half
+    float least[2], most[2]; // tangents to which upstream clamps
+};
+
+inline EyeLens eyeLens(const EyeParams& eye)
+{
+    const float limit[2] = {1.3f * eye.tan_fov_x, 1.3f * eye.tan_fov_y};
+    return {{axisPixel(eye.width, eye.focal_x, eye.tan_mid_x) - 0.5f,
+             axisPixel(eye.height, eye.focal_y, eye.tan_mid_y) - 0.5f},
+            {eye.tan_mid_x - limit[0], eye.tan_mid_y - limit[1]},
+            {eye.tan_mid_x + limit[0], eye.tan_mid_y + limit[1]}};
+}
+
 struct FrameNow {
     EyeParams eyes[kMaxEyes];
+    EyeLens lenses[kMaxEyes];
     EyeParams level_eyes[kMaxEyes]; // the same at the places that levels are chosen from (LodLag)
     float look_from[3];             // of networks that look once for both eyes (StereoMode::Merged)
     EyeBand bands[kMaxEyes];        // of `columns`

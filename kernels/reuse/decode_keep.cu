@@ -55,6 +55,7 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks) keepKernel(cons
         uint32_t feature[2][4]; // per k tile
         float levels[2];
         gatherInputs<kCompact>(args, anchors, t, feature, levels);
+        stageAnchors(anchors, lane, staged);
 
         const bool kept = slot != kNoEntry;
         const uint32_t keys = kept ? (1u << want.keys.count) - 1u : want.eyes;
@@ -133,8 +134,8 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks) keepKernel(cons
                 float factors[2];
                 keptFactors(args.fraction, want.index, key, lane, factors);
                 const Turns turns = {!both || key == 0, !both || key == 1};
-                emitForEye<kCompact, kShared, kThins>(args, key, staged, alive, turns, anchors, seen_by, factors, lane,
-                                                      left, right);
+                emitForEye<kCompact, kShared, kThins>(args, key, staged, alive, turns, seen_by, factors, lane, left,
+                                                      right);
             }
             __syncwarp();
         }

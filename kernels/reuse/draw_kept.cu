@@ -34,8 +34,8 @@ __device__ __forceinline__ void finishFirst(const KeepCudaArgs& args, Written& w
         staged.slots.value = at + lane < kStaged ? written.slot[at + lane] : kNoSlot;
         if (!__any_sync(~0u, staged.slots.value != kNoSlot))
             continue;
-        const uint32_t anchors[2] = {first, first};
-        emitStaged<kCompact, true, false>(args, 1, staged, 32, {false, true}, anchors, none, factors, lane, tally);
+        staged.first = first;
+        emitStaged<kCompact, true, false>(args, 1, staged, 32, {false, true}, none, factors, lane, tally);
         if (at + lane < kStaged)
             written.slot[at + lane] = kNoSlot;
     }
@@ -61,7 +61,6 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(cons
     for (uint32_t i = warp; i < strips; i += warps) {
         const ListedStrip strip = args.tables.listed[i];
         const DrawnSlots slots = args.tables.drawn[i];
-        const uint32_t anchors[2] = {strip.first + g, strip.first + g + 8};
         const uint32_t seen_by[2] = {eyesOfRow(strip.lanes, g), eyesOfRow(strip.lanes, g + 8)};
         const bool both = slots.slot[0] != kNoEntry && slots.slot[1] != kNoEntry;
         if (kShared)
@@ -87,13 +86,14 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(cons
 #pragma unroll 1
             for (uint32_t first = 0; first < count; first += 32) {
                 StagedLane staged = loadKept(words, room, first + lane, t); // room is a multiple of 32
+                staged.first = strip.first;
                 const bool some = first + lane < count;
                 if (kShared && !turns.first && some) {
                     staged.slots.value = written.of(staged.owner.value);
                     written.of(staged.owner.value) = kNoSlot;
                 }
-                emitStaged<kCompact, kShared, kThins>(args, v, staged, min(count - first, 32u), turns, anchors, seen_by,
-                                                      factors, lane, tally);
+                emitStaged<kCompact, kShared, kThins>(args, v, staged, min(count - first, 32u), turns, seen_by, factors,
+                                                      lane, tally);
                 if (kShared && !turns.last && some)
                     written.of(staged.owner.value) = staged.slots.value;
             }

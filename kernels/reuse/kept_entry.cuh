@@ -22,6 +22,9 @@ struct StagedLane {
     };
     Own<float> scale[3], rotation[4], color[3], opacity;
     Own<uint32_t> owner, slots;
+    uint32_t first; // anchor of the strip
+
+    __device__ __forceinline__ uint32_t anchorOf(uint32_t row) const { return first + row; }
 };
 
 __device__ __forceinline__ KeptWord* wordsOf(const ReuseTables& tables, uint32_t slot)
@@ -73,7 +76,8 @@ __device__ __forceinline__ StagedLane loadKey(const KeptWord* words, uint32_t ro
             {{s2c0.y}, {c12.x}, {c12.y}},
             {float(int32_t(a.low << 16) >> 16) * (1.0f / 32767.0f)},
             {a.low >> 16},
-            {}};
+            {},
+            0};
 }
 
 // Gaussian i at place `t` between the keys. Precondition: i below the room.

@@ -316,8 +316,10 @@ uint64_t CudaRenderer::begin(const FrameRequest& request)
     FrameShape shape =
         frameShape(*m_scene.host().params, tierOf(options.tier), uint32_t(request.eyes.size()), options, plain.eyes);
     plain.columns = options.columns;
-    for (size_t e = 0; e < request.eyes.size(); ++e)
+    for (size_t e = 0; e < request.eyes.size(); ++e) {
+        plain.lenses[e] = eyeLens(plain.eyes[e]);
         plain.bands[e] = eyeBand(plain.eyes[e], options.columns);
+    }
     shape.limits_decoding = CudaReuse::limitsDecoding(options.reuse);
     shape.depths = std::ranges::any_of(request.targets, &FrameTarget::hasDepth);
     if (!m_scene.whole() && (request.repeats == 0 || request.repeats != m_last)) // which draws what it drew

@@ -279,6 +279,13 @@ inline float __fmul_rn(float a, float b)
 {
     return a * b; // contraction is off in every translation unit
 }
+// Of a sum that is positive, toward zero. A double holds it but for what is far below the last bit of the result.
+inline float __fmaf_rz(float a, float b, float c)
+{
+    const double sum = double(a) * double(b) + double(c);
+    const float rounded = float(sum);
+    return double(rounded) > sum ? std::nextafter(rounded, 0.0f) : rounded;
+}
 // Four bytes of the eight of a, then b; a nibble of the selector each.
 inline uint32_t __byte_perm(uint32_t a, uint32_t b, uint32_t selector)
 {

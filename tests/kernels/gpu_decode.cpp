@@ -148,8 +148,10 @@ Decoded<Splat> decodeOnDevice(const DecodeJob& job)
     DecodeFrame frame{};
     frame.model = job.model->scene.model();
     std::copy(job.eyes.begin(), job.eyes.end(), frame.eyes);
-    for (size_t e = 0; e < job.eyes.size(); ++e)
+    for (size_t e = 0; e < job.eyes.size(); ++e) {
+        frame.lenses[e] = eyeLens(job.eyes[e]);
         frame.bands[e] = eyeBand(job.eyes[e], {});
+    }
     frame.eye_count = eye_count;
     frame.rules = rasterConstants(*job.view->params, 0);
     frame.grid = job.grid;
