@@ -227,9 +227,10 @@ private:
         throw Error(ErrorCode::Difference,
                     formatString("%s: the poses of the %s have %.2f dB together and %.2f dB at %s, expected %.2f and "
                                  "%.2f (%s); nothing was written, pass another --target-psnr or --min-view-psnr, more "
-                                 "--cameras or fewer --levers",
+                                 "--cameras or fewer --levers%s",
                                  m_options.name.c_str(), set, score.psnr, worst.psnr, worst.name.c_str(),
-                                 m_report.target, m_report.min_view, why));
+                                 m_report.target, m_report.min_view, why,
+                                 m_options.levers & kLeverCompact ? ", or leave --compact out" : ""));
     }
 
     void write()

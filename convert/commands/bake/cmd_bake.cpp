@@ -237,7 +237,7 @@ ErrorCode runBake(const BakeCommand& given, Reporter& report)
     BakeCommand command = given;
     ReduceOptions& options = command.reduce;
     options.name = nameOf(command.inputs);
-    options.levers = leversOf(command.levers) | (command.compact ? kLeverCompact : 0);
+    options.levers = leversOf(command.levers) | (command.compact ? uint32_t(kLeverCompact) : 0u);
     if (command.target > 0)
         options.target_psnr = command.target;
     if (command.min_view > 0)

@@ -108,6 +108,7 @@ Json infoJson(const std::string& path, const GscFile& file, const GscView& view,
         {"config_hash", formatString("%016llx", static_cast<unsigned long long>(view.header->config_hash))},
         {"model", modelJson(params, view.header->anchor_count)},
         {"positions", params.position_encoding == uint32_t(PositionEncoding::Grid) ? "grid" : "float"},
+        {"compact", (params.flags & kModelCompact) != 0},
         {"bounds", {{"min", point(params.bounds_min)}, {"max", point(params.bounds_max)}}},
         {"levels", std::move(levels)},
         {"chunks",
@@ -138,6 +139,8 @@ std::string infoText(const std::string& path, const GscFile& file, const GscView
     text += formatString("positions   %s\n", params.position_encoding == uint32_t(PositionEncoding::Grid)
                                                  ? "integers on the voxel grid, bit-exact"
                                                  : "floats (the checkpoint is on no grid)");
+    if (params.flags & kModelCompact)
+        text += "compact     features and offsets on steps that a GPU holds in 8 and 10 bits\n";
     text += formatString("bounds      (%g, %g, %g) to (%g, %g, %g)\n", double(params.bounds_min[0]),
                          double(params.bounds_min[1]), double(params.bounds_min[2]), double(params.bounds_max[0]),
                          double(params.bounds_max[1]), double(params.bounds_max[2]));
