@@ -4,6 +4,8 @@
 #include "format/archive/archive.h"
 #include "format/error.h"
 
+#include <cstdint>
+
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -62,6 +64,18 @@ GscFile::GscFile(const std::string& path, const IssueSink& sink, Read read, int 
         throw;
     }
     m_bytes = m_decoded;
+}
+
+void GscFile::letGo(std::span<const std::byte> part) const noexcept
+{
+    if (m_is_archive || part.empty())
+        return;
+#if defined(__linux__)
+    // note: posix_madvise() of glibc ignores this advice
+    const uintptr_t page = uintptr_t(sysconf(_SC_PAGESIZE)), at = reinterpret_cast<uintptr_t>(part.data());
+    const uintptr_t first = at / page * page;
+    (void)::madvise(reinterpret_cast<void*>(first), at + part.size() - first, MADV_DONTNEED);
+#endif
 }
 
 GscFile::~GscFile()

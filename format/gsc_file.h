@@ -31,6 +31,9 @@ public:
     [[nodiscard]] uint64_t storedBytes() const noexcept { return m_stored_bytes; } // on the disk
     // Aligned to 4096, valid as long as this object lives. Precondition: isSound().
     [[nodiscard]] std::span<const std::byte> bytes() const noexcept { return m_bytes; }
+    // Gives back the memory of the pages that `part` of bytes() lies in. Reading them again maps them again, from the
+    // system's cache or the disk. What an archive was decoded to stays: it lies nowhere else. From any thread.
+    void letGo(std::span<const std::byte> part) const noexcept;
 
 private:
     MappedFile m_file;

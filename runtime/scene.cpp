@@ -34,10 +34,11 @@ void prefetch(std::span<const std::byte> anchors)
 
 class MappedScene : public Scene {
 public:
-    MappedScene(const std::string& path, bool verify_payloads) : m_path(path), m_file(path, throwFirstIssue(path))
+    MappedScene(std::shared_ptr<const GscFile> file, const std::string& path, bool verify_payloads)
+        : m_path(path), m_file(std::move(file))
     {
-        openGsc(m_file.bytes(), m_gsc, verify_payloads ? GscCheck::Full : GscCheck::Index, throwFirstIssue(m_path));
-        if (!m_file.isArchive())
+        openGsc(m_file->bytes(), m_gsc, verify_payloads ? GscCheck::Full : GscCheck::Index, throwFirstIssue(m_path));
+        if (!m_file->isArchive())
             prefetch(m_gsc.anchors);
         m_manifest.assign(m_gsc.manifest);
         m_arrays.reserve(m_gsc.chunks.size());
@@ -62,7 +63,7 @@ public:
     [[nodiscard]] const std::string& manifest() const override { return m_manifest; }
     [[nodiscard]] const std::vector<SourceCamera>& cameras() const override { return m_cameras; }
     [[nodiscard]] uint64_t anchorCount() const override { return m_gsc.header->anchor_count; }
-    [[nodiscard]] uint64_t bytes() const override { return m_file.bytes().size(); }
+    [[nodiscard]] uint64_t bytes() const override { return m_file->bytes().size(); }
 
     [[nodiscard]] std::vector<uint32_t> appearanceRows() const override
     {
@@ -87,7 +88,7 @@ public:
 
 private:
     std::string m_path;
-    GscFile m_file;
+    std::shared_ptr<const GscFile> m_file;
     GscView m_gsc;
     ModelView m_view{};
     std::string m_manifest;
@@ -100,7 +101,12 @@ private:
 
 std::unique_ptr<Scene> Scene::open(const std::string& path, bool verify_payloads)
 {
-    return std::make_unique<MappedScene>(path, verify_payloads);
+    return open(std::make_shared<const GscFile>(path, throwFirstIssue(path)), path, verify_payloads);
+}
+
+std::unique_ptr<Scene> Scene::open(std::shared_ptr<const GscFile> file, const std::string& name, bool verify_payloads)
+{
+    return std::make_unique<MappedScene>(std::move(file), name, verify_payloads);
 }
 
 } // namespace gsc

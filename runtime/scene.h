@@ -11,11 +11,16 @@
 
 namespace gsc {
 
+class GscFile;
+
 class Scene {
 public:
     // Maps `path` and checks header, table and every record the stages rely on; chunk payloads are checked too if
     // `verify_payloads`. Throws Error (Io, InvalidFile, Unsupported); the message holds the first issue.
     static std::unique_ptr<Scene> open(const std::string& path, bool verify_payloads = false);
+    // The same of a file that is open already and sound, so that it is mapped or decoded once. `name` stands in messages.
+    static std::unique_ptr<Scene> open(std::shared_ptr<const GscFile> file, const std::string& name,
+                                       bool verify_payloads = false);
     virtual ~Scene() = default;
 
     // Relative to ModelView::origin where the model lies far from the world's (local_model.h).

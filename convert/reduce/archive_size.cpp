@@ -38,9 +38,9 @@ void addStreams(const GscView& view, const RawPart& part, const StoredPart& stor
 
 } // namespace
 
-StoredBytes archiveSize(std::span<const std::byte> file, const GscView& view, int threads)
+StoredBytes archiveSize(const GscFile& file, const GscView& view, int threads)
 {
-    const std::vector<RawPart> parts = cutIntoParts(file, view);
+    const std::vector<RawPart> parts = cutIntoParts(file.bytes(), view);
     StoredBytes sizes;
     std::mutex mutex; // of `sizes`, sums that do not depend on an order
     uint64_t stored_bytes = 0;
@@ -48,6 +48,7 @@ StoredBytes archiveSize(std::span<const std::byte> file, const GscView& view, in
         return [&, encoder = PartEncoder(view, ArchiveOptions().level)](size_t i) mutable {
             throwIfInterrupted();
             const StoredPart stored = encoder.encode(parts[i]);
+            file.letGo(parts[i].bytes);
             const std::lock_guard lock(mutex);
             stored_bytes += stored.bytes.size();
             if (parts[i].type == kSectionAnchors)

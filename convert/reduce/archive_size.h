@@ -2,11 +2,10 @@
 // What an archive of a file would take, by what its bytes stand for.
 #pragma once
 
+#include "format/gsc_file.h"
 #include "format/gsc_reader.h"
 
-#include <cstddef>
 #include <cstdint>
-#include <span>
 
 namespace gsc {
 
@@ -21,8 +20,8 @@ struct StoredBytes {
     [[nodiscard]] uint64_t anchors() const { return positions + scales + offsets + features + other_anchors; }
 };
 
-// Packs every part as `gsc archive` does, and keeps none. Precondition: `view` came from openGsc() on `file` without
-// errors, of all of it. Throws Error(Interrupted, Unsupported).
-[[nodiscard]] StoredBytes archiveSize(std::span<const std::byte> file, const GscView& view, int threads);
+// Packs every part as `gsc archive` does, and keeps none, nor the pages it has read. Precondition: `view` came from
+// openGsc() on `file` without errors, of all of it. Throws Error(Interrupted, Unsupported).
+[[nodiscard]] StoredBytes archiveSize(const GscFile& file, const GscView& view, int threads);
 
 } // namespace gsc

@@ -14,6 +14,11 @@ namespace gsc {
 
 namespace {
 
+// Anchors of one chunk that are decoded together.
+struct AnchorRun {
+    uint32_t chunk, first, count;
+};
+
 // Sums of squared weights of the pairs of tiles and splats.
 struct Walk {
     const Splat* splats;
@@ -106,18 +111,23 @@ struct Walk {
 } // namespace
 
 struct ImportanceMeter::State {
-    State(const ModelView& m, int threads) : model(m), workers(threads), states(size_t(workers.count()))
+    State(const ModelView& m, int threads, ChunkRead when_read)
+        : model(m), workers(threads), read(std::move(when_read)), states(size_t(workers.count()))
     {
         for (DecodeState& state : states)
             reserveDecode(model, state.scratch);
         const ModelParams& params = *model.params;
-        for (uint32_t c = 0; c < params.chunk_count; ++c)
-            for (uint32_t i = 0; i < model.chunks[c].anchor_count; ++i)
-                all.push_back({c, i, 1, {1, 1}});
-        result.weight.resize(all.size() * params.n_offsets);
-        result.place.resize(all.size() * params.n_offsets);
-        result.alive.resize(all.size() * params.n_offsets);
-        result.seen.resize(all.size());
+        size_t count = 0;
+        for (uint32_t c = 0; c < params.chunk_count; ++c) {
+            const uint32_t anchors = model.chunks[c].anchor_count;
+            for (uint32_t first = 0; first < anchors; first += kDecodeBlock)
+                runs.push_back({c, first, std::min(kDecodeBlock, anchors - first)});
+            count += anchors;
+        }
+        result.weight.resize(count * params.n_offsets);
+        result.place.resize(count * params.n_offsets);
+        result.alive.resize(count * params.n_offsets);
+        result.seen.resize(count);
     }
 
     // Every stage of one eye, as the CPU's renderer runs them, up to the lists of the tiles. Returns the splats.
@@ -154,17 +164,27 @@ struct ImportanceMeter::State {
     {
         EyeParams eye{};
         std::copy_n(centre, 3, eye.center);
-        const DecodeArgs args = prepareDecode(model, &eye, 1, all.data(), all.size(), appearance, bias);
-        const uint32_t K = model.params->n_offsets;
-        workers.run((all.size() + kDecodeBlock - 1) / kDecodeBlock, 1, [&](size_t begin, size_t end, int worker) {
-            DecodeScratch& scratch = states[size_t(worker)].scratch;
-            for (size_t b = begin; b < end; ++b) {
-                const size_t first = b * kDecodeBlock;
-                decodeBlockCpu(args, first, uint32_t(std::min<size_t>(kDecodeBlock, all.size() - first)), scratch);
-                for (uint32_t i = 0; i < scratch.blocks[0].count; ++i) // anchors lie in file order
-                    ++result.alive[first * K + scratch.blocks[0].origin[i]];
-            }
+        const DecodeArgs every = prepareDecode(model, &eye, 1, nullptr, 0, appearance, bias);
+        workers.run(runs.size(), 1, [&](size_t begin, size_t end, int worker) {
+            for (size_t r = begin; r < end; ++r)
+                countAliveOf(runs[r], every, states[size_t(worker)].scratch);
         });
+    }
+
+    void countAliveOf(const AnchorRun& run, DecodeArgs args, DecodeScratch& scratch)
+    {
+        VisibleAnchor seen[kDecodeBlock];
+        for (uint32_t i = 0; i < run.count; ++i)
+            seen[i] = {run.chunk, run.first + i, 1, {1, 1}};
+        args.visible = seen;
+        args.visible_count = run.count;
+        decodeBlockCpu(args, 0, run.count, scratch);
+        const size_t first = (size_t(model.chunks[run.chunk].anchor_first) + run.first) * model.params->n_offsets;
+        for (uint32_t i = 0; i < scratch.blocks[0].count; ++i) // anchors lie in file order
+            ++result.alive[first + scratch.blocks[0].origin[i]];
+        // note: another thread may still read a run before this one, and then maps its pages again
+        if (read && run.first + run.count == model.chunks[run.chunk].anchor_count)
+            read(run.chunk);
     }
 
     [[nodiscard]] size_t anchorOf(const VisibleAnchor& anchor) const
@@ -199,10 +219,11 @@ struct ImportanceMeter::State {
 
     const ModelView& model;
     Workers workers;
+    ChunkRead read;
     std::vector<DecodeState> states;
     RasterConstants rules{};
     uint32_t capacity = 0;
-    std::vector<VisibleAnchor> all; // of the model
+    std::vector<AnchorRun> runs; // of the model
     SelectScratch select;
     Buffer<VisibleAnchor> anchors; // that a pose sees
     Buffer<float> bias;
@@ -214,7 +235,8 @@ struct ImportanceMeter::State {
     Importance result;
 };
 
-ImportanceMeter::ImportanceMeter(const ModelView& model, int threads) : m_state(std::make_unique<State>(model, threads))
+ImportanceMeter::ImportanceMeter(const ModelView& model, int threads, ChunkRead read)
+    : m_state(std::make_unique<State>(model, threads, std::move(read)))
 {
 }
 
@@ -246,9 +268,9 @@ void ImportanceMeter::lookFrom(const float (&centre)[3], int32_t appearance)
     m_state->countAlive(centre, appearance);
 }
 
-const Importance& ImportanceMeter::result() const
+Importance ImportanceMeter::take() &&
 {
-    return m_state->result;
+    return std::move(m_state->result);
 }
 
 } // namespace gsc

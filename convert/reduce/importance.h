@@ -5,6 +5,7 @@
 #include "kernels/frame/frame_types.h"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -16,26 +17,31 @@ struct Importance {
     std::vector<float> weight; // per anchor and slot: sum of w^2; 0 = never draws
     // the same for places: sum of (dw/dx)^2, x a step of a world unit in a direction that is as likely as any other
     std::vector<float> place;
-    std::vector<uint32_t> seen;  // per anchor: poses that it is visible in
-    std::vector<uint16_t> alive; // per slot: places from where its opacity reaches 1/255, wherever one looks
+    std::vector<uint8_t> seen;  // per anchor: poses that it is visible in
+    std::vector<uint8_t> alive; // per slot: places from where its opacity reaches 1/255, wherever one looks
     uint32_t poses = 0, places = 0;
 };
 
+constexpr uint32_t kMostImportancePoses = 255; // that an Importance counts
+
+// Called from any thread, when the arrays of a chunk have been read for now.
+using ChunkRead = std::function<void(uint32_t chunk)>;
+
 // Takes poses one by one. Exact arithmetic but for the exponential, which is good to 1e-4; the result does not depend on
-// the number of threads. 8 bytes a slot.
+// the number of threads. 9 bytes a slot, and what the renderer of the CPU takes for the pose with most Gaussians.
 class ImportanceMeter {
 public:
-    // `model` must outlive this. `threads`: 0 = all cores.
-    ImportanceMeter(const ModelView& model, int threads);
+    // `model` must outlive this. `threads`: 0 = all cores. `read` may be empty.
+    ImportanceMeter(const ModelView& model, int threads, ChunkRead read = {});
     ~ImportanceMeter();
     ImportanceMeter(const ImportanceMeter&) = delete;
     ImportanceMeter& operator=(const ImportanceMeter&) = delete;
 
-    // Of `options` the level rule's, near_z and the appearance count.
+    // At most kMostImportancePoses of each of both. Of `options` the level rule's, near_z and the appearance count.
     void add(const EyeParams& eye, const FrameOptions& options);
     // Decodes every anchor from a place: which slots could be alive for someone who stands there?
     void lookFrom(const float (&centre)[3], int32_t appearance);
-    [[nodiscard]] const Importance& result() const;
+    [[nodiscard]] Importance take() &&;
 
 private:
     struct State;

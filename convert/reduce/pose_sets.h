@@ -15,8 +15,8 @@ struct PoseSets {
 };
 
 struct PoseLimits {
-    size_t weights = 48, search = 14, verdict = 16;
-    uint32_t most_pixels = 1'000'000; // of a picture: larger ones are drawn smaller
+    size_t weights = 48, search = 14, verdict = 16; // of weights, kMostImportancePoses at most
+    uint32_t most_pixels = 1'000'000;               // of a picture: larger ones are drawn smaller
 };
 
 // Cameras in the order of their names, which is that of the capture where there is one. Of four that follow each other the

@@ -22,6 +22,10 @@
 #include <iterator>
 #include <memory>
 
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
+
 namespace gsc {
 
 namespace {
@@ -32,16 +36,20 @@ constexpr size_t kFewestCameras = 4;
 constexpr int kMostAgain = 4;
 constexpr double kAgainShare = 0.6, kAgainMargin = 0.1; // dB
 
+static_assert(PoseLimits{}.weights <= kMostImportancePoses);
+
 } // namespace
 
 // The members are its state from stage to stage.
 struct Reducer::State {
     State(const ReduceOptions& options, const ReduceProgress& progress)
         : m_options(options), m_progress(progress), m_workers(options.threads),
-          m_file(options.input, throwFirstIssue(options.name), GscFile::Read::All, options.threads)
+          m_file(std::make_shared<const GscFile>(options.input, throwFirstIssue(options.name), GscFile::Read::All,
+                                                 options.threads))
     {
-        openGsc(m_file.bytes(), m_view, GscCheck::Full, throwFirstIssue(options.name));
-        m_scene = Scene::open(options.input);
+        openGsc(m_file->bytes(), m_view, GscCheck::Full, throwFirstIssue(options.name));
+        m_scene = Scene::open(m_file, options.name);
+        letGo();
         if (m_view.params->flags & kModelCompact) // and it stays so
             m_options.levers |= kLeverCompact;
     }
@@ -51,15 +59,15 @@ struct Reducer::State {
     {
         const auto start = Clock::now();
         stage("sizes", [&] {
-            m_report.before = {m_file.bytes().size(), archiveSize(m_file.bytes(), m_view, m_options.threads)};
+            m_report.before = {m_file->bytes().size(), archiveSize(*m_file, m_view, m_options.threads)};
         });
         m_report.anchors = m_view.header->anchor_count;
         m_report.slots = m_report.anchors * m_view.params->n_offsets;
         stage("poses", [&] { choosePoses(bakes); });
         m_probe.emplace(m_scene, openDevice(), [this] { tell(); });
-        m_meter.emplace(m_scene->view(), m_options.threads);
+        letGo();
         stage("weights", [&] { weigh(); });
-        m_report.anchors_unseen = uint64_t(std::ranges::count(m_meter->result().seen, 0u));
+        m_report.anchors_unseen = uint64_t(std::ranges::count(m_importance->seen, 0u));
         stage("references", [&] {
             std::vector<Camera> cameras = m_poses.search;
             cameras.insert(cameras.end(), m_poses.verdict.begin(), m_poses.verdict.end());
@@ -69,10 +77,10 @@ struct Reducer::State {
         roundToHalves(halves);
         m_weights = canonicalMlps(halves);
         m_packed = packMlps(halves, m_view.params->feat_dim, m_view.params->appearance_dim);
-        m_model.emplace(m_scene->view(), m_meter->result(), m_workers, m_weights, m_packed);
         // another order draws ties otherwise: 78 dB in the worst view of a trained model
         const bool by_source = !(m_options.levers & kLeverOrder) || !m_options.target_psnr;
         m_order = anchorOrder(m_view, by_source);
+        m_model.emplace(m_scene->view(), *m_importance, m_workers, m_weights, m_packed, whenRead());
         if (!by_source)
             m_model->setOrder(numbersOf(m_order));
         m_report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
@@ -80,7 +88,8 @@ struct Reducer::State {
     }
 
     // One file, with a target of its own.
-    ReduceReport bakeTo(const std::string& output, std::optional<double> target, std::optional<double> min_view)
+    ReduceReport bakeTo(const std::string& output, std::optional<double> target, std::optional<double> min_view,
+                        bool last)
     {
         const auto start = Clock::now();
         m_report = m_prepared;
@@ -102,7 +111,11 @@ struct Reducer::State {
         }
         m_report.anchors_left_out = m_model->leftOut();
         m_report.slots_masked = m_model->masked();
-        stage("write", [&] { write(); });
+        if (last) {
+            m_probe.reset();
+            m_importance.reset();
+        }
+        stage("write", [&] { write(last); });
         m_report.seconds += std::chrono::duration<double>(Clock::now() - start).count();
         return std::move(m_report);
     }
@@ -124,11 +137,27 @@ private:
         throwIfInterrupted();
         const auto start = Clock::now();
         work();
+#if defined(__GLIBC__)
+        (void)malloc_trim(0); // what threads have freed is kept for threads to come, which mostly have other needs
+#endif
         m_report.stages.push_back({name, std::chrono::duration<double>(Clock::now() - start).count()});
     }
 
+    // What is read of the source from here on is read again.
+    void letGo() const
+    {
+        m_file->letGo(m_file->bytes());
+    }
+
+    [[nodiscard]] ChunkRead whenRead() const
+    {
+        return [this](uint32_t chunk) { m_file->letGo(chunkPayload(m_view, m_view.chunks[chunk])); };
+    }
+
+    // A picture was drawn.
     void tell()
     {
+        letGo();
         ++m_drawn;
         if (m_progress)
             m_progress("bake", std::min(m_drawn, m_pictures), m_pictures);
@@ -175,15 +204,17 @@ private:
 
     void weigh()
     {
+        ImportanceMeter meter(m_scene->view(), m_options.threads, whenRead());
         for (const Camera& camera : m_poses.weights) {
             throwIfInterrupted();
             const EyeParams eye = m_probe->eyeOf(camera);
             const FrameOptions options = m_probe->optionsOf(camera);
-            m_meter->add(eye, options);
-            m_meter->lookFrom(eye.center, options.appearance);
+            meter.add(eye, options);
+            meter.lookFrom(eye.center, options.appearance);
             m_weight_pixels += uint64_t(camera.width) * camera.height;
             tell();
         }
+        m_importance.emplace(std::move(meter).take());
     }
 
     void search()
@@ -211,7 +242,10 @@ private:
             refuse(found.score, "search", "the steps could be no finer");
     }
 
-    void judge() { m_report.verdict = m_probe->score(m_model->view(), m_poses.search.size(), m_poses.verdict.size()); }
+    void judge()
+    {
+        m_report.verdict = m_probe->score(m_model->view(), m_poses.search.size(), m_poses.verdict.size());
+    }
 
     // dB that the verdict is short of what was asked for.
     [[nodiscard]] double lack() const
@@ -233,7 +267,7 @@ private:
                                  m_options.levers & kLeverCompact ? ", or leave --compact out" : ""));
     }
 
-    void write()
+    void write(bool last)
     {
         Checkpoint checkpoint = checkpointOf(m_view, m_options.name);
         if (m_report.levers & kLeverNetworks)
@@ -259,7 +293,11 @@ private:
         bake.sensitivity = SensitivityMode::None;
         bake.source.emplace(BakedSource{
             m_view.header->source_hash, reducedFacts(m_view.manifest, reductionText(m_report, m_target)), {}});
-        bake.verify = [&](const std::string& path) { measureFile(path); };
+        bake.verify = [&](const std::string& path) {
+            if (last) // all of `source` has been read
+                m_model.reset();
+            measureFile(path);
+        };
         (void)bakeFrom(checkpoint, source, bake, [](const char*, uint64_t, uint64_t) {});
     }
 
@@ -270,7 +308,8 @@ private:
         const GscFile file(path, sink);
         GscView view;
         openGsc(file.bytes(), view, GscCheck::Full, sink);
-        m_report.after = {file.bytes().size(), archiveSize(file.bytes(), view, m_options.threads)};
+        file.letGo(file.bytes());
+        m_report.after = {file.bytes().size(), archiveSize(file, view, m_options.threads)};
         if (m_options.max_bytes > 0 && m_report.after.archive.file > m_options.max_bytes)
             throw Error(ErrorCode::Difference,
                         formatString("%s: its archive would have %llu bytes, expected at most %llu of --max-bytes; "
@@ -282,11 +321,11 @@ private:
     ReduceOptions m_options;
     const ReduceProgress& m_progress;
     Workers m_workers;
-    GscFile m_file;
+    std::shared_ptr<const GscFile> m_file;
     GscView m_view;
     std::shared_ptr<const Scene> m_scene;
     PoseSets m_poses;
-    std::optional<ImportanceMeter> m_meter;
+    std::optional<Importance> m_importance;
     std::vector<std::byte> m_weights, m_packed; // networks in halves
     std::optional<ReducedModel> m_model;
     std::optional<PictureProbe> m_probe; // goes before what its renderer has loaded
@@ -307,9 +346,10 @@ Reducer::Reducer(const ReduceOptions& options, const ReduceProgress& progress, s
 
 Reducer::~Reducer() = default;
 
-ReduceReport Reducer::bakeTo(const std::string& output, std::optional<double> target, std::optional<double> min_view)
+ReduceReport Reducer::bakeTo(const std::string& output, std::optional<double> target, std::optional<double> min_view,
+                             bool last)
 {
-    return m_state->bakeTo(output, target, min_view);
+    return m_state->bakeTo(output, target, min_view, last);
 }
 
 FileScore Reducer::measure(const std::string& path)
@@ -324,7 +364,7 @@ const ReduceReport& Reducer::prepared() const
 
 ReduceReport reduce(const ReduceOptions& options, const ReduceProgress& progress)
 {
-    return Reducer(options, progress, 1).bakeTo(options.output, options.target_psnr, options.min_view_psnr);
+    return Reducer(options, progress, 1).bakeTo(options.output, options.target_psnr, options.min_view_psnr, true);
 }
 
 std::vector<int64_t> leverShares(const ReduceReport& report)

@@ -72,8 +72,9 @@ public:
     Reducer& operator=(const Reducer&) = delete;
 
     // Output and target instead of those of the options. Without a target where the options have none, with one where they
-    // have one.
-    ReduceReport bakeTo(const std::string& output, std::optional<double> target, std::optional<double> min_view);
+    // have one. `last`: no call follows, and what this one needs no more is given back on the way.
+    ReduceReport bakeTo(const std::string& output, std::optional<double> target, std::optional<double> min_view,
+                        bool last = false);
     // A file, one of those or the model's, as it is drawn from the poses of the verdict.
     [[nodiscard]] FileScore measure(const std::string& path);
     [[nodiscard]] const ReduceReport& prepared() const; // as far as no target has a part in it

@@ -60,49 +60,82 @@ float largestOf(std::span<const float> values)
     return largest;
 }
 
-// The value of rank `share` of those above zero.
-float rankOf(std::vector<float> values, double share)
-{
-    std::erase_if(values, [](float v) { return !(v > 0); });
-    if (values.empty())
-        return 0;
-    const auto at = values.begin() + ptrdiff_t(double(values.size() - 1) * share);
-    std::nth_element(values.begin(), at, values.end());
-    return *at;
-}
+// Ranks of the values above zero, found in two looks at them and no copy: floats above zero are in the order of their bits.
+class Ranks {
+public:
+    explicit Ranks(std::span<const float> values) : m_values(values), m_high(kBuckets)
+    {
+        for (const float v : values)
+            if (v > 0) {
+                ++m_high[std::bit_cast<uint32_t>(v) >> 16];
+                ++m_count;
+            }
+    }
+
+    // The value of rank `share` of them.
+    [[nodiscard]] double at(double share) const
+    {
+        if (m_count == 0)
+            return 0;
+        auto rank = uint64_t(double(m_count - 1) * share);
+        const uint32_t high = bucketOf(rank, m_high);
+        std::vector<uint64_t> low(kBuckets);
+        for (const float v : m_values)
+            if (v > 0 && std::bit_cast<uint32_t>(v) >> 16 == high)
+                ++low[std::bit_cast<uint32_t>(v) & 0xffff];
+        return double(std::bit_cast<float>(high << 16 | bucketOf(rank, low)));
+    }
+
+private:
+    static constexpr size_t kBuckets = size_t(1) << 16;
+
+    // The bucket that the value of a rank lies in; `rank` becomes that among those of the bucket.
+    static uint32_t bucketOf(uint64_t& rank, const std::vector<uint64_t>& counts)
+    {
+        uint32_t bucket = 0;
+        for (; rank >= counts[bucket]; ++bucket)
+            rank -= counts[bucket];
+        return bucket;
+    }
+
+    std::span<const float> m_values;
+    std::vector<uint64_t> m_high;
+    uint64_t m_count = 0;
+};
 
 } // namespace
 
 ReducedModel::ReducedModel(const ModelView& source, const Importance& importance, const Workers& workers,
-                           std::span<const std::byte> weights, std::span<const std::byte> packed)
-    : m_source(source), m_importance(importance), m_workers(workers), m_params(*source.params),
+                           std::span<const std::byte> weights, std::span<const std::byte> packed, ChunkRead read)
+    : m_source(source), m_importance(importance), m_workers(workers), m_read(std::move(read)), m_params(*source.params),
       m_chunks(source.chunks, source.chunks + source.params->chunk_count),
       m_groups(source.groups, source.groups + source.params->group_count),
       m_arrays(source.arrays, source.arrays + source.params->chunk_count), m_weights(weights), m_packed(packed),
       m_view(source)
 {
     const uint64_t anchors = importance.seen.size();
-    m_scale.resize(6 * anchors);
-    m_offset.resize(size_t(3) * m_params.n_offsets * anchors);
-    m_feature.resize(size_t(m_params.feat_dim) * anchors);
+    m_scale = std::make_unique_for_overwrite<float[]>(6 * anchors);
+    m_offset = std::make_unique_for_overwrite<float[]>(size_t(3) * m_params.n_offsets * anchors);
+    m_feature = std::make_unique_for_overwrite<float[]>(size_t(m_params.feat_dim) * anchors);
     m_left_out.resize(anchors);
     m_masks.resize(anchors);
     m_params.flags |= kModelMaskedSlots;
     for (size_t c = 0; c < m_chunks.size(); ++c) {
         const size_t first = m_chunks[c].anchor_first;
-        m_arrays[c].scale = m_scale.data() + 6 * first;
-        m_arrays[c].offset = m_offset.data() + 3 * m_params.n_offsets * first;
-        m_arrays[c].feature = m_feature.data() + m_params.feat_dim * first;
+        m_arrays[c].scale = m_scale.get() + 6 * first;
+        m_arrays[c].offset = m_offset.get() + 3 * m_params.n_offsets * first;
+        m_arrays[c].feature = m_feature.get() + m_params.feat_dim * first;
     }
     m_view.params = &m_params;
     m_view.chunks = m_chunks.data();
     m_view.groups = m_groups.data();
     m_view.arrays = m_arrays.data();
     m_view.sensitivity = nullptr;
-    m_median_weight = double(rankOf(importance.weight, 0.5));
-    m_median_place = double(rankOf(importance.place, 0.5));
-    m_unseen_weight = double(rankOf(importance.weight, kUnseenRank));
-    m_unseen_place = double(rankOf(importance.place, kUnseenRank));
+    const Ranks of_weights(importance.weight), of_places(importance.place);
+    m_median_weight = of_weights.at(0.5);
+    m_median_place = of_places.at(0.5);
+    m_unseen_weight = of_weights.at(kUnseenRank);
+    m_unseen_place = of_places.at(kUnseenRank);
 }
 
 // Of a slot: what poses measured, and what they likely missed.
@@ -123,7 +156,7 @@ void ReducedModel::applyTo(uint64_t anchor, uint32_t chunk, uint32_t local, cons
     const uint32_t K = m_params.n_offsets, F = m_params.feat_dim;
     const ChunkArrays& from = m_source.arrays[chunk];
     const float *const scale = from.scale + size_t(6) * local, *const offset = from.offset + size_t(3) * K * local;
-    float* const to_offset = m_offset.data() + size_t(3) * K * anchor;
+    float* const to_offset = m_offset.get() + size_t(3) * K * anchor;
     double extent[3];
     for (int i = 0; i < 3; ++i)
         extent[i] = std::exp(double(scale[i]));
@@ -154,11 +187,11 @@ void ReducedModel::applyTo(uint64_t anchor, uint32_t chunk, uint32_t local, cons
         (plan.levers & kLeverAnchors) &&
         (kept == 0 || weight * plan.costs.anchor <= kErrorPerBit * (kAnchorBits + kSlotBits * kept) * plan.error);
     m_left_out[anchor] = left_out;
-    m_masks[anchor] = K - kept;
+    m_masks[anchor] = uint16_t(K - kept);
     if (left_out) { // as the renderer sees it: nothing is drawn
         std::fill_n(to_offset, 3 * K, maskedOffset());
-        std::copy_n(scale, 6, m_scale.data() + 6 * anchor);
-        std::copy_n(from.feature + size_t(F) * local, F, m_feature.data() + size_t(F) * anchor);
+        std::copy_n(scale, 6, m_scale.get() + 6 * anchor);
+        std::copy_n(from.feature + size_t(F) * local, F, m_feature.get() + size_t(F) * anchor);
         return;
     }
     // coarsest: finer steps are not taken
@@ -177,7 +210,7 @@ void ReducedModel::applyTo(uint64_t anchor, uint32_t chunk, uint32_t local, cons
     const auto floorOf = [compact](std::span<const float> values, int bits) {
         return compact ? std::optional(compactExponent(largestOf(values), bits)) : std::nullopt;
     };
-    put(kLeverFeatures, feature.data(), F, weight * plan.costs.feature, m_feature.data() + size_t(F) * anchor,
+    put(kLeverFeatures, feature.data(), F, weight * plan.costs.feature, m_feature.get() + size_t(F) * anchor,
         floorOf(feature, kCompactFeatureBits));
     for (uint32_t k = 0; k < K; ++k)
         if (masked[k])
@@ -195,8 +228,8 @@ void ReducedModel::applyTo(uint64_t anchor, uint32_t chunk, uint32_t local, cons
             break;
         ++*least;
     } while (true);
-    put(kLeverScales, scale, 3, (moves[0] + moves[1] + moves[2]) / 3 * plan.costs.place, m_scale.data() + 6 * anchor);
-    put(kLeverScales, scale + 3, 3, weight * plan.costs.size, m_scale.data() + 6 * anchor + 3);
+    put(kLeverScales, scale, 3, (moves[0] + moves[1] + moves[2]) / 3 * plan.costs.place, m_scale.get() + 6 * anchor);
+    put(kLeverScales, scale + 3, 3, weight * plan.costs.size, m_scale.get() + 6 * anchor + 3);
 }
 
 // What selection relies on: no scale of a group's anchors is above its bounds.
@@ -226,6 +259,8 @@ void ReducedModel::apply(const ReducePlan& plan)
             for (uint32_t i = 0; i < m_chunks[c].anchor_count; ++i)
                 applyTo(uint64_t(m_chunks[c].anchor_first) + i, uint32_t(c), i, plan);
             boundChunk(uint32_t(c));
+            if (m_read)
+                m_read(uint32_t(c));
         }
     });
     const bool halves = (plan.levers & kLeverNetworks) != 0;
@@ -238,9 +273,9 @@ void ReducedModel::apply(const ReducePlan& plan)
     }
 }
 
-void ReducedModel::setOrder(const std::vector<uint32_t>& number)
+void ReducedModel::setOrder(std::vector<uint32_t> number)
 {
-    m_number = number;
+    m_number = std::move(number);
     for (size_t c = 0; c < m_chunks.size(); ++c)
         m_arrays[c].source_index = m_number.data() + m_chunks[c].anchor_first;
 }

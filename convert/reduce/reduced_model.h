@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -48,9 +49,10 @@ struct AnchorSteps {
 
 class ReducedModel {
 public:
-    // All must outlive this. `networks`: MLPW and MLPP in halves. 4 bytes for each value of a scale, an offset and a feature.
+    // All must outlive this; after the last apply() `importance` is not read any more. `networks`: MLPW and MLPP in halves.
+    // 4 bytes for each value of a scale, an offset and a feature. `read`: of chunks of the source, may be empty.
     ReducedModel(const ModelView& source, const Importance& importance, const Workers& workers,
-                 std::span<const std::byte> weights, std::span<const std::byte> packed);
+                 std::span<const std::byte> weights, std::span<const std::byte> packed, ChunkRead read = {});
 
     // Starts from the source again. The same on any number of threads.
     void apply(const ReducePlan& plan);
@@ -58,18 +60,18 @@ public:
     [[nodiscard]] const ModelView& view() const { return m_view; }
     [[nodiscard]] const ModelView& source() const { return m_source; }
     [[nodiscard]] bool isLeftOut(uint64_t anchor) const { return m_left_out[anchor] != 0; }
-    [[nodiscard]] const float* scale(uint64_t anchor) const { return m_scale.data() + 6 * anchor; }
+    [[nodiscard]] const float* scale(uint64_t anchor) const { return m_scale.get() + 6 * anchor; }
     [[nodiscard]] const float* offset(uint64_t anchor) const
     {
-        return m_offset.data() + 3 * m_params.n_offsets * anchor;
+        return m_offset.get() + 3 * m_params.n_offsets * anchor;
     }
-    [[nodiscard]] const float* feature(uint64_t anchor) const { return m_feature.data() + m_params.feat_dim * anchor; }
+    [[nodiscard]] const float* feature(uint64_t anchor) const { return m_feature.get() + m_params.feat_dim * anchor; }
     [[nodiscard]] uint64_t anchors() const { return m_left_out.size(); }
     [[nodiscard]] uint64_t leftOut() const { return m_anchors_out; }
     [[nodiscard]] uint64_t masked() const { return m_slots_out; } // slots of the anchors that stay
 
     // Source numbers of the anchors as the file will have them, for the order of splats of equal depth.
-    void setOrder(const std::vector<uint32_t>& number);
+    void setOrder(std::vector<uint32_t> number);
 
 private:
     void applyTo(uint64_t anchor, uint32_t chunk, uint32_t local, const ReducePlan& plan);
@@ -79,14 +81,15 @@ private:
     const ModelView& m_source;
     const Importance& m_importance;
     const Workers& m_workers;
+    const ChunkRead m_read;
     ModelParams m_params;
     std::vector<ChunkRecord> m_chunks;
     std::vector<GroupRecord> m_groups;
     std::vector<ChunkArrays> m_arrays;
-    std::vector<float> m_scale, m_offset, m_feature;
+    std::unique_ptr<float[]> m_scale, m_offset, m_feature; // written by apply()
     std::vector<uint32_t> m_number;
     std::vector<uint8_t> m_left_out;
-    std::vector<uint32_t> m_masks; // per anchor: slots that are masked and were not
+    std::vector<uint16_t> m_masks; // per anchor: slots that are masked and were not
     uint64_t m_anchors_out = 0, m_slots_out = 0;
     std::span<const std::byte> m_weights, m_packed;
     double m_median_weight = 0, m_median_place = 0; // of slots that draw

@@ -174,6 +174,11 @@ TEST_CASE("a file of either profile opens the same")
     const GscFile plain(folder / "plain.gsc", throwFirstIssue("plain"));
     CHECK(!plain.isArchive());
     CHECK(std::ranges::equal(plain.bytes(), file));
+    for (const GscFile* opened : {&all, &plain}) { // what is let go is there when it is read again
+        opened->letGo(opened->bytes());
+        opened->letGo(opened->bytes().subspan(5000, 100));
+        CHECK(std::ranges::equal(opened->bytes(), file));
+    }
 }
 
 TEST_CASE("positions of many anchors in few cells keep their order")

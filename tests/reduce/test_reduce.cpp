@@ -3,6 +3,7 @@
 #include "convert/bake/bake.h"
 #include "convert/reduce/curve.h"
 #include "convert/reduce/reduce.h"
+#include "format/archive/archive.h"
 #include "format/error.h"
 #include "format/gsc_file.h"
 #include "player/cameras/camera_file.h"
@@ -84,7 +85,7 @@ TEST_CASE("importance does not depend on threads, and what draws nothing has non
             meter.add(probe.eyeOf(camera), probe.optionsOf(camera));
             meter.lookFrom(probe.eyeOf(camera).center, -1);
         }
-        results[i] = meter.result();
+        results[i] = std::move(meter).take();
     }
     CHECK(results[0].weight == results[1].weight);
     CHECK(results[0].place == results[1].place);
@@ -118,7 +119,7 @@ TEST_CASE("a bake keeps its target, says what it did, and its file shows what wa
     CHECK(baked.view.header->anchor_count == report.anchors - report.anchors_left_out);
     CHECK(baked.view.header->source_hash == whole.view.header->source_hash);
     CHECK(baked.view.manifest.find("\"reduction\"") != std::string_view::npos);
-    CHECK(archiveSize(baked.file.bytes(), baked.view, 1).file == report.after.archive.file);
+    CHECK(archiveSize(baked.file, baked.view, 1).file == report.after.archive.file);
     // the pictures of the file are those of the model in memory, to the last bit of their scores
     const std::shared_ptr<const Scene> scene = Scene::open(model.whole()), made = Scene::open(options.output);
     PictureProbe probe = probeOf(scene);
@@ -151,6 +152,24 @@ TEST_CASE("a bake gives the same bytes on any number of threads, of every kind o
         }
         CHECK(bytes[0] == bytes[1]);
     }
+}
+
+TEST_CASE("an archive is baked to the bytes that its file is")
+{
+    const Model model;
+    ReduceOptions options = model.options("of_file.gsc");
+    options.target_psnr = 40;
+    const ReduceReport report = reduce(options, {});
+    const std::string of_file = readText(options.output);
+    {
+        const Opened whole(model.whole());
+        (void)writeArchive(whole.file.bytes(), whole.view, model.folder / "archive.gsc", false, {},
+                           [](uint64_t, uint64_t) {});
+    }
+    options.input = model.folder / "archive.gsc";
+    options.output = model.folder / "of_archive.gsc";
+    CHECK(reduce(options, {}).before.file == report.before.file);
+    CHECK(readText(options.output) == of_file);
 }
 
 TEST_CASE("without a target only what never draws goes, and no pose that judged shows it")

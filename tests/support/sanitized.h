@@ -4,13 +4,18 @@
 
 namespace gsc::test {
 
-constexpr int casesOf(int n)
+constexpr bool isSanitized()
 {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-    return (n + 1) / 2;
+    return true;
 #else
-    return n;
+    return false;
 #endif
+}
+
+constexpr int casesOf(int n)
+{
+    return isSanitized() ? (n + 1) / 2 : n;
 }
 
 } // namespace gsc::test
