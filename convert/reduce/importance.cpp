@@ -119,10 +119,10 @@ struct ImportanceMeter::State {
         const ModelParams& params = *model.params;
         size_t count = 0;
         for (uint32_t c = 0; c < params.chunk_count; ++c) {
-            const uint32_t anchors = model.chunks[c].anchor_count;
-            for (uint32_t first = 0; first < anchors; first += kDecodeBlock)
-                runs.push_back({c, first, std::min(kDecodeBlock, anchors - first)});
-            count += anchors;
+            const uint32_t in_chunk = model.chunks[c].anchor_count;
+            for (uint32_t first = 0; first < in_chunk; first += kDecodeBlock)
+                runs.push_back({c, first, std::min(kDecodeBlock, in_chunk - first)});
+            count += in_chunk;
         }
         result.weight.resize(count * params.n_offsets);
         result.place.resize(count * params.n_offsets);
@@ -130,12 +130,16 @@ struct ImportanceMeter::State {
         result.seen.resize(count);
     }
 
-    // Every stage of one eye, as the CPU's renderer runs them, up to the lists of the tiles. Returns the splats.
-    size_t fillTiles(const EyeParams& eye, const FrameOptions& options)
+    size_t select(const EyeParams& eye, const FrameOptions& options, const ColumnRange& columns)
     {
         SelectCounts counts{};
-        const size_t visible =
-            selectCpu({&model, &eye, 1, rules, options.lod_bias, options.lod_fade}, workers, select, anchors, counts);
+        return selectCpu({&model, &eye, 1, rules, options.lod_bias, options.lod_fade, columns}, workers, selection,
+                         anchors, counts);
+    }
+
+    // Every stage of one eye after that, as the CPU's renderer runs them, up to the lists of the tiles. Returns the splats.
+    size_t fillTiles(const EyeParams& eye, const FrameOptions& options, const ColumnRange& columns, size_t visible)
+    {
         const size_t blocks = (visible + kDecodeBlock - 1) / kDecodeBlock;
         capacity = kDecodeBlock * model.params->n_offsets;
         store.reserve(blocks, blocks * capacity);
@@ -147,16 +151,18 @@ struct ImportanceMeter::State {
             for (size_t b = begin; b < end; ++b) {
                 const size_t first = b * kDecodeBlock;
                 decodeBlockCpu(args, first, uint32_t(std::min<size_t>(kDecodeBlock, visible - first)), state.scratch);
-                (void)projectInto(store, b, b * capacity, {&eye, rules}, state.scratch.blocks[0], 0, state);
+                (void)projectInto(store, b, b * capacity, {&eye, rules, nullptr, columns}, state.scratch.blocks[0], 0,
+                                  state);
             }
         });
-        for (size_t i = 0; i < visible; ++i)
-            ++result.seen[anchorOf(anchors[i])];
         const size_t count = sortCpu({&model, anchors.data(), store.depth_bits.data(), store.origins.data(),
                                       store.counts.data(), uint32_t(blocks), capacity},
                                      workers, sort);
         (void)binCpu({store.splats.data(), sort.keys[0].data(), count, tileCount(eye.width), tileCount(eye.height)},
                      workers, bin);
+        for (size_t i = 0; read && i < visible; ++i)
+            if (i == 0 || anchors[i].chunk != anchors[i - 1].chunk)
+                read(anchors[i].chunk);
         return count;
     }
 
@@ -192,29 +198,75 @@ struct ImportanceMeter::State {
         return size_t(model.chunks[anchor.chunk].anchor_first) + anchor.local;
     }
 
-    // Adds what the tiles found of each splat to its slot, in the order of the tiles.
-    void addUp(const EyeParams& eye, size_t splats)
+    // Adds what the tiles of some columns found of each splat to its slot, in the order of the tiles.
+    void addUp(const EyeParams& eye, const ColumnRange& columns, size_t splats)
     {
         of_splat.assign(splats, 0);
         const uint32_t tiles = tileCount(eye.width) * tileCount(eye.height);
         for (uint32_t i = 0; i < bin.tile_first[tiles]; ++i)
             of_splat[bin.entries[i]] += double(sums[i]);
         const uint32_t K = model.params->n_offsets;
+        const ColumnRange drawn = columns.within(eye.width);
         for (size_t i = 0; i < splats; ++i) {
             if (of_splat[i] == 0)
                 continue;
             const SortKey& key = sort.keys[0][i];
             const uint32_t origin = store.origins[key.slot];
             const VisibleAnchor& anchor = anchors[size_t(key.slot / capacity) * kDecodeBlock + origin / K];
-            const size_t slot = anchorOf(anchor) * K + origin % K;
             // where weights fall off like a Gaussian, those squared do with half of its variance; so a step d in the
             // picture costs d^T conic d / 2, and one that is as likely in every direction half of the trace
             const Splat& splat = bin.splats[i];
             const double pixels = double(eye.focal_x) / double(std::bit_cast<float>(key.depth_bits));
             const double trace = double(splat.conic[0]) + double(splat.conic[2]);
-            result.weight[slot] += float(of_splat[i]);
-            result.place[slot] += float(of_splat[i] * 0.5 * trace * pixels * pixels);
+            const Found found{anchorOf(anchor) * K + origin % K, of_splat[i], trace, pixels};
+            // boxes are cut to the columns: this one may go on beside them
+            if ((splat.x0 == drawn.first && drawn.first > 0) || (splat.x1 + 1u >= drawn.end && drawn.end < eye.width))
+                parts.push_back(found);
+            else
+                add(found);
         }
+    }
+
+    // What some columns show.
+    void lookAt(const EyeParams& eye, const FrameOptions& options, const ColumnRange& columns, size_t visible)
+    {
+        const size_t splats = fillTiles(eye, options, columns, visible);
+        const size_t tiles = size_t(tileCount(eye.width)) * tileCount(eye.height);
+        sums.reserve(bin.tile_first[tiles]);
+        // gsplat's pixel is done where what goes on equals the bound, too
+        const float stop = rules.gsplat ? std::nextafter(rules.stop, 1.0f) : rules.stop;
+        const Walk walk{
+            bin.splats.data(), bin.tile_first.data(), bin.entries.data(), tileCount(eye.width), eye, rules, stop,
+            sums.data()};
+        workers.run(tiles, 4, [&](size_t begin, size_t end, int) {
+            for (size_t tile = begin; tile < end; ++tile)
+                walk.tile(tile);
+        });
+        addUp(eye, columns, splats);
+    }
+
+    // Rounded once a pose, so that it does not matter how that was cut.
+    void addParts()
+    {
+        std::ranges::stable_sort(parts, {}, &Found::slot);
+        for (size_t i = 0, end = 0; i < parts.size(); i = end) {
+            Found whole = parts[i];
+            for (end = i + 1; end < parts.size() && parts[end].slot == whole.slot; ++end)
+                whole.sum += parts[end].sum;
+            add(whole);
+        }
+        parts.clear();
+    }
+
+    struct Found {
+        size_t slot;
+        double sum, trace, pixels; // squared weights, of the conic, of a world unit
+    };
+
+    void add(const Found& found)
+    {
+        result.weight[found.slot] += float(found.sum);
+        result.place[found.slot] += float(found.sum * 0.5 * found.trace * found.pixels * found.pixels);
     }
 
     const ModelView& model;
@@ -224,7 +276,7 @@ struct ImportanceMeter::State {
     RasterConstants rules{};
     uint32_t capacity = 0;
     std::vector<AnchorRun> runs; // of the model
-    SelectScratch select;
+    SelectScratch selection;
     Buffer<VisibleAnchor> anchors; // that a pose sees
     Buffer<float> bias;
     SplatStore store;
@@ -232,11 +284,12 @@ struct ImportanceMeter::State {
     BinScratch bin;
     Buffer<float> sums;
     std::vector<double> of_splat;
+    std::vector<Found> parts; // of splats that the edge of some columns may cut
     Importance result;
 };
 
-ImportanceMeter::ImportanceMeter(const ModelView& model, int threads, ChunkRead read)
-    : m_state(std::make_unique<State>(model, threads, std::move(read)))
+ImportanceMeter::ImportanceMeter(const ModelView& model, int threads, ChunkRead read, uint64_t most_slots)
+    : m_state(std::make_unique<State>(model, threads, std::move(read))), m_most_slots(most_slots)
 {
 }
 
@@ -247,19 +300,13 @@ void ImportanceMeter::add(const EyeParams& eye, const FrameOptions& options)
     State& s = *m_state;
     ++s.result.poses;
     s.rules = rasterConstants(*s.model.params, options.near_z);
-    const size_t splats = s.fillTiles(eye, options);
-    const size_t tiles = size_t(tileCount(eye.width)) * tileCount(eye.height);
-    s.sums.reserve(s.bin.tile_first[tiles]);
-    // gsplat's pixel is done where what goes on equals the bound, too
-    const float stop = s.rules.gsplat ? std::nextafter(s.rules.stop, 1.0f) : s.rules.stop;
-    const Walk walk{
-        s.bin.splats.data(), s.bin.tile_first.data(), s.bin.entries.data(), tileCount(eye.width), eye, s.rules, stop,
-        s.sums.data()};
-    s.workers.run(tiles, 4, [&](size_t begin, size_t end, int) {
-        for (size_t tile = begin; tile < end; ++tile)
-            walk.tile(tile);
-    });
-    s.addUp(eye, splats);
+    const size_t visible = s.select(eye, options, {});
+    for (size_t i = 0; i < visible; ++i)
+        ++s.result.seen[s.anchorOf(s.anchors[i])];
+    const std::vector<ColumnRange> bands = pictureBands(eye.width, visible * s.model.params->n_offsets, m_most_slots);
+    for (const ColumnRange& columns : bands)
+        s.lookAt(eye, options, columns, columns.all() ? visible : s.select(eye, options, columns));
+    s.addParts();
 }
 
 void ImportanceMeter::lookFrom(const float (&centre)[3], int32_t appearance)

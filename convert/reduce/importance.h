@@ -2,6 +2,7 @@
 // What every slot (Gaussian of an anchor) adds to pictures: what a bake may leave out, and how coarse the rest may be.
 #pragma once
 
+#include "convert/reduce/picture_bands.h"
 #include "kernels/frame/frame_types.h"
 
 #include <cstdint>
@@ -28,11 +29,12 @@ constexpr uint32_t kMostImportancePoses = 255; // that an Importance counts
 using ChunkRead = std::function<void(uint32_t chunk)>;
 
 // Takes poses one by one. Exact arithmetic but for the exponential, which is good to 1e-4; the result does not depend on
-// the number of threads. 9 bytes a slot, and what the renderer of the CPU takes for the pose with most Gaussians.
+// the number of threads. 9 bytes a slot, and what the renderer of the CPU takes for as many slots as a band may have.
 class ImportanceMeter {
 public:
-    // `model` must outlive this. `threads`: 0 = all cores. `read` may be empty.
-    ImportanceMeter(const ModelView& model, int threads, ChunkRead read = {});
+    // `model` must outlive this. `threads`: 0 = all cores. `read` may be empty. `most_slots` is that of pictureBands(); with
+    // it the order changes in which doubles are summed up, and nothing else.
+    ImportanceMeter(const ModelView& model, int threads, ChunkRead read = {}, uint64_t most_slots = kMostSlotsAtOnce);
     ~ImportanceMeter();
     ImportanceMeter(const ImportanceMeter&) = delete;
     ImportanceMeter& operator=(const ImportanceMeter&) = delete;
@@ -46,6 +48,7 @@ public:
 private:
     struct State;
     std::unique_ptr<State> m_state;
+    uint64_t m_most_slots;
 };
 
 } // namespace gsc

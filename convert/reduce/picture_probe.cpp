@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/reduce/picture_probe.h"
 
+#include "convert/reduce/picture_bands.h"
 #include "format/interrupt.h"
 #include "player/cameras/scene_cameras.h"
 #include "runtime/metrics/metrics.h"
@@ -26,22 +27,31 @@ FrameOptions PictureProbe::optionsOf(const Camera& camera) const
     return exactOptionsFor(*m_scene, camera);
 }
 
-FrameResult PictureProbe::draw(const Camera& camera, std::vector<float>& pixels)
+void PictureProbe::draw(const Camera& camera, std::vector<float>& pixels)
+{
+    // what a device holds lies on it; half of a city is in sight at most
+    const uint64_t slots = m_scene->anchorCount() * m_scene->view().params->n_offsets / 2;
+    for (const ColumnRange& columns : pictureBands(camera.width, m_renderer->onHost() ? slots : 0))
+        (void)drawColumns(camera, columns, pixels);
+    m_told();
+}
+
+FrameResult PictureProbe::drawColumns(const Camera& camera, const ColumnRange& columns, std::vector<float>& pixels)
 {
     throwIfInterrupted();
     pixels.resize(size_t(3) * camera.width * camera.height);
     float* const image = pixels.data();
     const EyeParams eye = eyeOf(camera);
-    const FrameResult result = render(*m_renderer, {&eye, 1}, optionsOf(camera), &image);
-    m_told();
-    return result;
+    FrameOptions options = optionsOf(camera);
+    options.columns = columns;
+    return render(*m_renderer, {&eye, 1}, options, &image);
 }
 
 void PictureProbe::addPoses(const std::vector<Camera>& cameras)
 {
     for (const Camera& camera : cameras) {
         m_cameras.push_back(camera);
-        (void)draw(camera, m_pictures.emplace_back());
+        draw(camera, m_pictures.emplace_back());
     }
 }
 
@@ -51,7 +61,7 @@ SetScore PictureProbe::score(const ModelView& model, size_t first, size_t count)
     SetScore result;
     std::vector<float> pixels;
     for (size_t i = first; i < first + count; ++i) {
-        (void)draw(m_cameras[i], pixels);
+        draw(m_cameras[i], pixels);
         add(i, pixels, count, result);
     }
     return result;
@@ -79,7 +89,8 @@ FileScore PictureProbe::measure(std::shared_ptr<const Scene> file, size_t first,
     std::vector<double> frame, decode;
     for (size_t i = first; i < first + count; ++i) {
         for (size_t turn = 0; turn < kDrawsToMeasure; ++turn) {
-            const FrameResult drawn = draw(m_cameras[i], pixels);
+            const FrameResult drawn = drawColumns(m_cameras[i], {}, pixels);
+            m_told();
             result.resident_bytes = std::max(result.resident_bytes, drawn.bytes_resident);
             if (turn == 0) {
                 frame.push_back(drawn.times.total);

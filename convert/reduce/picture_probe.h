@@ -53,7 +53,9 @@ public:
     [[nodiscard]] FrameOptions optionsOf(const Camera& camera) const;
 
 private:
-    FrameResult draw(const Camera& camera, std::vector<float>& pixels);
+    void draw(const Camera& camera, std::vector<float>& pixels);
+    // Some columns of a picture; the others stay as they were.
+    FrameResult drawColumns(const Camera& camera, const ColumnRange& columns, std::vector<float>& pixels);
 
     void add(size_t pose, const std::vector<float>& pixels, size_t count, SetScore& result) const;
 

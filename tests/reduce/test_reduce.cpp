@@ -2,6 +2,7 @@
 // A bake keeps what it promises, the same on any number of threads, and leaves nothing where it cannot.
 #include "convert/bake/bake.h"
 #include "convert/reduce/curve.h"
+#include "convert/reduce/picture_bands.h"
 #include "convert/reduce/reduce.h"
 #include "format/archive/archive.h"
 #include "format/error.h"
@@ -72,25 +73,28 @@ PictureProbe probeOf(const std::shared_ptr<const Scene>& scene)
 
 } // namespace
 
-TEST_CASE("importance does not depend on threads, and what draws nothing has none")
+TEST_CASE("importance depends neither on threads nor on bands of a picture, and what draws nothing has none")
 {
     const Model model;
     const std::shared_ptr<const Scene> scene = Scene::open(model.whole());
     const PoseSets poses = posesOf(*scene, model.options("").limits);
-    Importance results[2];
-    for (int i = 0; i < 2; ++i) {
+    Importance results[3];
+    for (int i = 0; i < 3; ++i) {
         PictureProbe probe = probeOf(scene);
-        ImportanceMeter meter(scene->view(), i == 0 ? 1 : 3);
+        // the last cuts every picture into bands as narrow as can be
+        ImportanceMeter meter(scene->view(), i == 0 ? 1 : 3, {}, i == 2 ? 1 : kMostSlotsAtOnce);
         for (const Camera& camera : poses.weights) {
             meter.add(probe.eyeOf(camera), probe.optionsOf(camera));
             meter.lookFrom(probe.eyeOf(camera).center, -1);
         }
         results[i] = std::move(meter).take();
     }
-    CHECK(results[0].weight == results[1].weight);
-    CHECK(results[0].place == results[1].place);
-    CHECK(results[0].seen == results[1].seen);
-    CHECK(results[0].alive == results[1].alive);
+    for (int i = 1; i < 3; ++i) {
+        CHECK(results[0].weight == results[i].weight);
+        CHECK(results[0].place == results[i].place);
+        CHECK(results[0].seen == results[i].seen);
+        CHECK(results[0].alive == results[i].alive);
+    }
     const uint32_t K = scene->view().params->n_offsets;
     size_t drawn = 0;
     for (size_t slot = 0; slot < results[0].weight.size(); ++slot) {
@@ -306,6 +310,27 @@ TEST_CASE("a trained model keeps 45 dB in a fifth of its archive")
         CHECK(report.verdict.worstPose().psnr >= 41);
         CHECK(report.after.archive.file * 5 < report.before.archive.file + report.before.archive.file / 10);
     }
+}
+
+TEST_CASE("bands of a picture are all of its columns, each once")
+{
+    CHECK(pictureBands(1000, 0).size() == 1);
+    CHECK(pictureBands(1000, kMostSlotsAtOnce).front().all());
+    CHECK(pictureBands(1000, kMostSlotsAtOnce + 1).size() == 2);
+    for (const uint32_t width : {1u, 32u, 33u, 1000u})
+        for (const uint64_t slots : {uint64_t(3), uint64_t(7), uint64_t(1) << 40}) {
+            CAPTURE(width);
+            CAPTURE(slots);
+            const std::vector<ColumnRange> bands = pictureBands(width, slots, 1);
+            CHECK(bands.size() == std::min<uint64_t>(slots, (width + kColumnStep - 1) / kColumnStep));
+            uint32_t at = 0;
+            for (const ColumnRange& band : bands) {
+                CHECK(band.first == at);
+                CHECK((band.all() || (band.first % kColumnStep == 0 && band.end % kColumnStep == 0)));
+                at = band.within(width).end;
+            }
+            CHECK(at == width);
+        }
 }
 
 TEST_CASE("three sets of poses share none")

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bands of columns that a picture of a large model is drawn in, one after another: its pixels are the same, and what is held
+// of Gaussians, 110 to 160 bytes of each slot in sight of a city, does not grow with the model.
+#pragma once
+
+#include "kernels/frame/frame_types.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace gsc {
+
+constexpr uint64_t kMostSlotsAtOnce = uint64_t(1) << 23; // 0.9 to 1.3 GB
+
+// Bands with about `most` of `slots` in sight each; one of all columns where that is enough.
+inline std::vector<ColumnRange> pictureBands(uint32_t width, uint64_t slots, uint64_t most = kMostSlotsAtOnce)
+{
+    const uint64_t steps = (width + kColumnStep - 1) / kColumnStep;
+    const uint64_t count = std::clamp<uint64_t>((slots + most - 1) / most, 1, std::max<uint64_t>(steps, 1));
+    if (count == 1)
+        return {ColumnRange{}};
+    std::vector<ColumnRange> bands;
+    for (uint64_t b = 0; b < count; ++b)
+        bands.push_back({uint32_t(b * steps / count) * kColumnStep, uint32_t((b + 1) * steps / count) * kColumnStep});
+    return bands;
+}
+
+} // namespace gsc
