@@ -42,9 +42,8 @@ __device__ __forceinline__ float mostSteps(const DeviceModel& model)
 }
 
 // How far from an anchor its Gaussians lie at most.
-__device__ __forceinline__ float anchorReach(const DeviceModel& model, size_t anchor)
+__device__ __forceinline__ float anchorReach(const DeviceModel& model, const AnchorShape& shape)
 {
-    const AnchorShape shape = anchorShape(model, anchor);
     return mostSteps(model) * norm3df(shape.step[0], shape.step[1], shape.step[2]);
 }
 

@@ -55,32 +55,6 @@ __device__ __forceinline__ void askForAnchors(const DecodeCudaArgs& args, uint32
         ask(model.source, 4, 0);
 }
 
-// Eyes that see the anchor of a lane's row and have a Gaussian of it in this pass, as emitStaged() asks of each: what no
-// pass holds would be decoded in each that it may be in. The four lanes of a row look at its Gaussians together; all of the
-// warp call it.
-template <bool kCompact>
-__device__ __forceinline__ uint32_t eyesOfPass(const DecodeCudaArgs& args, uint32_t anchor, const float (&center)[3],
-                                               uint32_t seen_by, uint32_t lane)
-{
-    const uint32_t K = args.model.params.n_offsets;
-    uint32_t in = 0;
-    if (seen_by != 0) {
-        const AnchorShape shape = anchorShape<kCompact>(args.model, anchor);
-        for (uint32_t k = lane & 3u; k < K; k += 4) {
-            const OffsetSteps offset = offsetSteps<kCompact>(args.model, anchor, k);
-            const Vec3<float> p{fmaf(offset.along[0], shape.step[0], center[0]),
-                                fmaf(offset.along[1], shape.step[1], center[1]),
-                                fmaf(offset.along[2], shape.step[2], center[2])};
-            for (uint32_t e = 0; e < args.eye_count; ++e)
-                if (passOf(args.pass, args.grid, viewPoint<float>(args.eyes[e], p).z) == args.pass.index)
-                    in |= 1u << e;
-        }
-    }
-    in |= __shfl_xor_sync(~0u, in, 1);
-    in |= __shfl_xor_sync(~0u, in, 2);
-    return seen_by & in;
-}
-
 // kCompact: the model is compact. kBank: the model has a feature bank, which makes the features depend on the eye. kShared, kThins: DecodeFrame.
 template <bool kCompact, bool kBank, bool kShared, bool kThins>
 __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks)
@@ -117,23 +91,15 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks)
             positions[r][1] = p.y;
             positions[r][2] = p.z;
             if (args.pass.count > 1) {
-                const float reach = anchorReach(model, anchors[r]);
+                const float reach = anchorReach(model, anchorShape<kCompact>(model, anchors[r]));
                 for (uint32_t e = 0; e < args.eye_count; ++e)
                     if (!mayBeIn(args.pass, args.grid, args.eyes[e], {p.x, p.y, p.z}, reach))
                         seen_by[r] &= ~(1u << e);
             }
         }
-        uint32_t seen = __reduce_or_sync(~0u, seen_by[0] | seen_by[1]);
+        const uint32_t seen = __reduce_or_sync(~0u, seen_by[0] | seen_by[1]);
         if (seen == 0)
             continue; // a group lies close together: often all of its anchors are in other passes
-        if (args.pass.count > 1) {
-#pragma unroll
-            for (uint32_t r = 0; r < 2; ++r)
-                seen_by[r] = eyesOfPass<kCompact>(args, anchors[r], positions[r], seen_by[r], lane);
-            seen = __reduce_or_sync(~0u, seen_by[0] | seen_by[1]);
-            if (seen == 0)
-                continue;
-        }
         float levels[2];
         gatherInputs<kCompact>(args, anchors, t, feature, levels);
         askForAnchors<kCompact>(args, ahead, lane);

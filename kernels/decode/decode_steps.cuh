@@ -201,11 +201,7 @@ __device__ __forceinline__ void emitForEye(const DecodeCudaArgs& args, uint32_t 
     EyeTally tally = e == 0 ? left : right;
     if (kShared) // eyes that share their bins take the slots of both from the first one's
         tally.writer = left.writer;
-    // once for each, so that what is of the eye is read as an operand, not loaded by its index
-    if (e == 0)
-        emitStaged<kCompact, kShared, kThins>(args, 0, staged, count, turns, seen_by, factors, lane, tally);
-    else
-        emitStaged<kCompact, kShared, kThins>(args, 1, staged, count, turns, seen_by, factors, lane, tally);
+    emitStaged<kCompact, kShared, kThins>(args, e, staged, count, turns, seen_by, factors, lane, tally);
     if (kShared)
         left.writer = tally.writer;
     if (e == 0)

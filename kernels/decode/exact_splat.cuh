@@ -29,7 +29,7 @@ __device__ __forceinline__ bool anchorMayBeIn(const DecodeFrame& frame, const Ey
 {
     if (frame.pass.count == 1)
         return true;
-    return mayBeIn(frame.pass, frame.grid, eye, p, anchorReach(frame.model, anchor));
+    return mayBeIn(frame.pass, frame.grid, eye, p, anchorReach(frame.model, anchorShape(frame.model, anchor)));
 }
 
 // Bins of the pixels that upstream's tiles cover and alpha >= 1/255 can reach, of the columns that are drawn; kNoBins if there
