@@ -20,11 +20,12 @@ if(TARGET gsc_commands)
   if(GSC_HAVE_ZSTD)
     set(archive archive)
     set(bake bake) # which says what an archive would take
+    set(export_spz4 export_spz4)
   endif()
   if(GSC_HAVE_WEBP)
     set(export_sog export_sog)
   endif()
-  foreach(suite general validate info ${archive} ${bake} export ${export_sog} convert refused compare compare_pictures compare_render sample chart ${chart_figures} outputs interrupt killed)
+  foreach(suite general validate info ${archive} ${bake} export ${export_sog} ${export_spz4} convert refused compare compare_pictures compare_render sample chart ${chart_figures} outputs interrupt killed)
     add_test(NAME cli_${suite}
              COMMAND ${GSC_SYSTEM_PYTHON} ${cli_dir}/run_cli_case.py --gsc $<TARGET_FILE:gsc> ${play} --source ${PROJECT_SOURCE_DIR}
                      --work ${CMAKE_CURRENT_BINARY_DIR}/cli_${suite} ${cli_dir}/cases/${suite}.json)

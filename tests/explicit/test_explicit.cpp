@@ -77,6 +77,18 @@ std::string written(void (*write)(const GaussianSet&, const PieceSink&), const G
     return file;
 }
 
+std::string writtenSpz(const GaussianSet& set, int version)
+{
+    std::string file;
+    writeGaussianSpz(
+        set,
+        [&](std::span<const std::byte> piece) {
+            file.append(reinterpret_cast<const char*>(piece.data()), piece.size());
+        },
+        version);
+    return file;
+}
+
 #if GSC_HAVE_WEBP
 std::string writtenSog(const GaussianSet& set, int threads)
 {
@@ -248,7 +260,7 @@ TEST_CASE("SPZ: read back to within its steps, every degree")
     for (int degree = 0; degree <= 3; ++degree) {
         CAPTURE(degree);
         const GaussianSet set = randomSet(degree, 300);
-        const std::string file = written(writeGaussianSpz, set);
+        const std::string file = writtenSpz(set, 3);
         const GaussianSet back = readGaussianSpz(std::as_bytes(std::span(file)), "a.spz");
         REQUIRE(back.size() == set.size());
         CHECK(back.degree == degree);
@@ -274,8 +286,54 @@ TEST_CASE("SPZ: read back to within its steps, every degree")
     }
     GaussianSet far = randomSet(0, 1);
     far.position[1] = 9e6f;
-    CHECK_THROWS_AS(written(writeGaussianSpz, far), Error);
+    CHECK_THROWS_AS(writtenSpz(far, 3), Error);
 }
+
+#if GSC_HAVE_ZSTD
+TEST_CASE("SPZ version 4: the values of version 3 behind a plain header, and no damage passes")
+{
+    for (int degree = 0; degree <= 3; ++degree) {
+        CAPTURE(degree);
+        const GaussianSet set = randomSet(degree, 300);
+        const std::string file = writtenSpz(set, 4), older = writtenSpz(set, 3);
+        CHECK(file.starts_with("NGSP"));
+        CHECK(valueAt<uint32_t>(file, 4) == 4);
+        CHECK(valueAt<uint32_t>(file, 8) == 300);
+        CHECK(int(valueAt<uint8_t>(file, 12)) == degree);
+        CHECK(int(valueAt<uint8_t>(file, 14)) == 0);
+        const size_t streams = valueAt<uint8_t>(file, 15);
+        CHECK(streams == (degree == 0 ? 5 : 6));
+        CHECK(valueAt<uint32_t>(file, 16) == 32);
+        size_t bytes = 32 + 16 * streams;
+        const uint64_t raw[6] = {2700, 300, 900, 900, 1200, 900 * (shValues(degree) - 1)};
+        for (size_t i = 0; i < streams; ++i) {
+            CHECK(valueAt<uint32_t>(file, bytes) == 0xfd2fb528); // of a Zstandard frame
+            CHECK(valueAt<uint64_t>(file, 32 + 16 * i + 8) == raw[i]);
+            bytes += valueAt<uint64_t>(file, 32 + 16 * i);
+        }
+        CHECK(bytes == file.size());
+        const auto read = [](const std::string& text) {
+            return readGaussianSpz(std::as_bytes(std::span(text)), "a.spz");
+        };
+        const GaussianSet back = read(file), wanted = read(older);
+        CHECK(back.degree == degree);
+        CHECK(back.position == wanted.position);
+        CHECK(back.log_scale == wanted.log_scale);
+        CHECK(back.rotation == wanted.rotation);
+        CHECK(back.opacity == wanted.opacity);
+        CHECK(back.color == wanted.color);
+        for (size_t size = 0; size < file.size(); size += size < 128 ? 1 : 97)
+            CHECK_THROWS_AS((void)read(file.substr(0, size)), Error);
+        CHECK_THROWS_AS((void)read(file + "!"), Error);
+        for (const size_t at : {4, 8, 9, 10, 11, 12, 15, 16, 17, 18, 19, 32, 39, 40, 47}) {
+            CAPTURE(at);
+            std::string damaged = file;
+            damaged[at] = char(uint8_t(damaged[at]) + 1);
+            CHECK_THROWS_AS((void)read(damaged), Error);
+        }
+    }
+}
+#endif
 
 #if GSC_HAVE_WEBP
 TEST_CASE("SOG: read back to within its steps in another order, every degree, threads change nothing")

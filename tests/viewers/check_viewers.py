@@ -58,7 +58,12 @@ SENDER = """<style>#canvas { width: WIDTHpx; height: HEIGHTpx }</style>
 })();
 </script>"""
 ONCE = [("page", "html"), ("playcanvas", "ply"), ("playcanvas", "sog"), ("playcanvas", "glb"), ("spark", "spz")]
-ALL = ONCE + [("spark", "ply"), ("spark", "sog")]
+ALL = ONCE + [("spark", "ply"), ("spark", "sog"), ("playcanvas", "spz4")]
+# Of a form: the file, and what exports it.
+FORMS = {"html": ("view.html", ["--html"]), "ply": ("view.ply", ["--to", "ply", "-o"]),
+         "glb": ("view.glb", ["--to", "glb", "-o"]), "sog": ("view.sog", ["--to", "sog", "-o"]),
+         "spz": ("view.spz", ["--to", "spz", "-o"]),
+         "spz4": ("view4.spz", ["--to", "spz", "--spz-version", 4, "-o"])}
 
 
 def missing():
@@ -192,11 +197,11 @@ def validate(path):
     return not errors
 
 
-def export(arguments, path):
+def export(arguments, form):
     """The report, None where this build cannot write the format."""
-    form = path.suffix[1:]
-    output = ["--html", path] if form == "html" else ["--to", form, "-o", path]
-    command = [arguments.gsc, "export", arguments.work / "model.gsc", *output, "--at", 0, "--format", "json", "-q"]
+    name, options = FORMS[form]
+    command = [arguments.gsc, "export", arguments.work / "model.gsc", *options, arguments.work / "files" / name, "--at", 0,
+               "--format", "json", "-q"]
     result = subprocess.run([str(part) for part in command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     if result.returncode == UNSUPPORTED:
         print("note: " + result.stderr.strip())
@@ -225,8 +230,8 @@ def main():
     views, bad = ALL if arguments.all else ONCE, 0
     counts = {}
     for form in dict.fromkeys(form for _, form in views):
-        path = work / f"files/view.{form}"
-        report = export(arguments, path)
+        path = work / "files" / FORMS[form][0]
+        report = export(arguments, form)
         if report is None:
             continue
         counts[form] = report["gaussians"]["count"]
@@ -234,7 +239,8 @@ def main():
             bad += not read_back(path, counts[form])
             bad += form == "glb" and not validate(path)
     views = [(viewer, form) for viewer, form in views if form in counts]
-    jobs = [{"name": "page" if viewer == "page" else f"{viewer}_{form}", "viewer": viewer, "file": f"/files/view.{form}", **camera} for viewer, form in views]
+    jobs = [{"name": "page" if viewer == "page" else f"{viewer}_{form}", "viewer": viewer,
+             "file": f"/files/{FORMS[form][0]}", **camera} for viewer, form in views]
     start = time.monotonic()
     results = Viewers(work / "files").run(jobs)
     print(f"{name}: {len(jobs)} pictures in {time.monotonic() - start:.1f} s")

@@ -21,7 +21,7 @@ struct FormName {
 };
 
 constexpr FormName kForms[] = {{ExportForm::Ply, "ply", "3DGS PLY"},
-                               {ExportForm::Spz, "spz", "SPZ, version 3"},
+                               {ExportForm::Spz, "spz", "SPZ"},
                                {ExportForm::Glb, "glb", "glTF with KHR_gaussian_splatting"},
                                {ExportForm::Sog, "sog", "SOG, version 2"},
                                {ExportForm::NanoVdb, "nvdb", "NanoVDB mask grids"},
@@ -39,6 +39,7 @@ struct ExportOptions {
     GaussianExportOptions gaussians;  // with what all forms need
     int degree = -1;                  // none given
     uint64_t most = 0;
+    int spz_version = 0; // none given
 };
 
 bool isGrid(ExportForm form)
@@ -56,6 +57,10 @@ void refuseIdle(const ExportOptions& options)
                        : options.most > 0            ? "max-gaussians"
                        : gaussians.ignore_distortion ? "ignore-distortion"
                                                      : nullptr;
+    if (options.spz_version > 0 && options.to != ExportForm::Spz)
+        throw Error(ErrorCode::Usage, formatString("--spz-version %d: only SPZ has that version, expected it with --to "
+                                                   "spz; leave it out",
+                                                   options.spz_version));
     if (isGrid(options.to) && idle != nullptr)
         throw Error(ErrorCode::Usage, formatString("--%s: grids hold no Gaussians, expected it with --to ply, spz, glb "
                                                    "or sog; leave it out",
@@ -68,8 +73,11 @@ void refuseIdle(const ExportOptions& options)
 
 std::string writtenText(const ExportOptions& options, uint64_t bytes)
 {
+    std::string what = nameOf(options.to).what;
+    if (options.to == ExportForm::Spz)
+        what += formatString(", version %d", options.gaussians.spz_version);
     return formatString("wrote       %s, %s, %s\n", options.gaussians.output.c_str(), formatBytes(bytes).c_str(),
-                        nameOf(options.to).what);
+                        what.c_str());
 }
 
 Json reportHead(const ExportOptions& options, uint64_t bytes)
@@ -169,6 +177,8 @@ ErrorCode runExport(const ExportOptions& given, Reporter& report)
     if (!options.page.empty())
         common.output = options.page;
     refuseIdle(options);
+    if (options.spz_version > 0)
+        common.spz_version = options.spz_version;
     std::vector<NamedPath> inputs = {{common.file, "FILE"}};
     if (!common.cameras.empty() && common.cameras != "stored")
         inputs.push_back({common.cameras, "--cameras"});
@@ -216,6 +226,8 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
                 "take cameras that state lens distortion as pinholes instead of refusing them");
         addCount(command, "--max-gaussians", options->most, 1, UINT32_MAX, "N",
                  "keep the N that may cover most of the cameras' pictures");
+        addInteger(command, "--spz-version", options->spz_version, 3, 4, "3|4 (default: 3)",
+                   "version of an SPZ file: Spark 2.2 reads 3, PlayCanvas 2.23 reads 4");
         addInteger(command, "-j,--threads", gaussians.threads, 0, 4096, "N (default: 0)", "threads, 0 = all cores");
     }
     addReporterOptions(command, invocation.reporter, true);

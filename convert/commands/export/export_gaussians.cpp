@@ -113,7 +113,7 @@ void writeFile(const GaussianSet& set, const GaussianExportOptions& options, con
     case GaussianFileFormat::Ply:
         return writeGaussianPly(set, write);
     case GaussianFileFormat::Spz:
-        return writeGaussianSpz(set, write);
+        return writeGaussianSpz(set, write, options.spz_version);
     case GaussianFileFormat::Glb:
         return writeGaussianGlb(set, write);
     case GaussianFileFormat::Sog:
@@ -193,6 +193,8 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
 {
     if (options.to == GaussianFileFormat::Sog)
         requireSog();
+    if (options.to == GaussianFileFormat::Spz && options.spz_version == 4)
+        requireSpz4();
     const std::shared_ptr<const Scene> scene = Scene::open(options.file);
     const std::vector<Camera> cameras = camerasOf(*scene, options, report);
     const Views views = chooseViews(*scene, cameras, options.at);

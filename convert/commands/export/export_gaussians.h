@@ -16,6 +16,7 @@ struct GaussianExportOptions {
     std::string file, output;
     GaussianFileFormat to = GaussianFileFormat::Ply;
     bool page = false;              // a page that holds the file, which is Sog
+    int spz_version = 3;            // or 4
     std::string cameras;            // file, empty = those stored
     bool ignore_distortion = false; // of their lenses
     std::string at;                 // name or number of the camera whose view is exported; empty = fit over all
