@@ -72,7 +72,7 @@ void fillSlice(const SamplePlan& plan, SampleModel model, Slice& slice)
     slice.rows = std::move(rows.rows());
 }
 
-void writeAnchors(const SamplePlan& plan, SampleModel model, const ModelFolder& folder, const std::string& ply,
+void writeAnchors(const SamplePlan& plan, SampleModel model, const NewFolder& folder, const std::string& ply,
                   const SampleProgress& progress)
 {
     std::vector<Slice> slices = sliceTiles(plan);
@@ -113,7 +113,7 @@ std::vector<SourceCamera> namedCameras(const SceneSpec& spec)
     return cameras;
 }
 
-void writeWeights(const ModelFolder& folder, const std::string& iteration, const SampleOptions& options,
+void writeWeights(const NewFolder& folder, const std::string& iteration, const SampleOptions& options,
                   const SamplePlan& plan, uint32_t appearance_rows)
 {
     SampleInputs inputs;
@@ -175,7 +175,7 @@ SampleReport makeSample(const SampleOptions& options, const SampleProgress& prog
                     formatString("--anchors %llu: out of range, expected %llu to %llu; pass another number",
                                  static_cast<unsigned long long>(options.anchors),
                                  static_cast<unsigned long long>(least), static_cast<unsigned long long>(kMaxAnchors)));
-    ModelFolder folder(options.output, options.overwrite);
+    NewFolder folder(options.output, options.overwrite, kModelFolder);
     const SamplePlan plan = planSample(options);
 
     TrainingArguments arguments;

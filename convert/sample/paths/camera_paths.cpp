@@ -162,7 +162,7 @@ std::vector<CameraPath> cameraPaths(const PathSite& site)
             walkThrough(site), levelSwing(site), jitter(site),   wideEyes(site)};
 }
 
-void writeCameraPaths(const ModelFolder& folder, const std::vector<CameraPath>& paths)
+void writeCameraPaths(const NewFolder& folder, const std::vector<CameraPath>& paths)
 {
     for (const CameraPath& path : paths)
         folder.append("paths/" + path.name + ".json", trajectoryJson(path));

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/sample/paths/camera_motions.h"
-#include "convert/sample/model_folder.h"
+#include "format/file/new_folder.h"
 
 #include <string>
 #include <vector>
@@ -30,6 +30,6 @@ std::vector<CameraPath> cameraPaths(const PathSite& site);
 
 constexpr const char* kFirstPath = "paths/aerial.json"; // in the model folder
 // paths/NAME.json of each.
-void writeCameraPaths(const ModelFolder& folder, const std::vector<CameraPath>& paths);
+void writeCameraPaths(const NewFolder& folder, const std::vector<CameraPath>& paths);
 
 } // namespace gsc

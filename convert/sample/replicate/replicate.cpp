@@ -74,7 +74,7 @@ void placeRow(const ReplicateSource& source, const TileAnchor& anchor, const glm
 
 // All rows, tile by tile.
 void writeTiles(const ReplicateSource& source, const CityGrid& grid, const ReplicateOptions& options,
-                float standard_dist, const ModelFolder& folder, const std::string& ply, const SampleProgress& progress)
+                float standard_dist, const NewFolder& folder, const std::string& ply, const SampleProgress& progress)
 {
     std::vector<float> rows;
     uint64_t written = 0;
@@ -158,7 +158,7 @@ SampleReport replicateCheckpoint(const ReplicateOptions& options, const SamplePr
                                  static_cast<unsigned long long>(options.anchors),
                                  static_cast<unsigned long long>(kMaxAnchors)));
     refuseSource(options.output, options.input);
-    ModelFolder folder(options.output, options.overwrite);
+    NewFolder folder(options.output, options.overwrite, kModelFolder);
     const Checkpoint checkpoint = readCheckpoint(options.input, {});
     refuseSource(options.output, checkpoint.ply_path); // the input may reach it through a link
     for (const std::string& path : checkpoint.weight_paths)

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/sample/model_folder.h"
+#include "format/file/new_folder.h"
 
 #include "format/error.h"
 #include "format/file/output_paths.h"
 
-#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <fstream>
-#include <iterator>
 #include <system_error>
 
 #include <fcntl.h>
@@ -20,55 +18,54 @@ namespace fs = std::filesystem;
 
 namespace {
 
-bool isModelFolder(const fs::path& path)
-{
-    return fs::is_directory(path) &&
-           (fs::is_empty(path) || fs::exists(path / "cfg_args") || fs::exists(path / "point_cloud"));
-}
-
-// All that a sample or a city has in its folder. What else lies there is somebody's work: a .gsc, renderings, notes.
-constexpr const char* kOwnNames[] = {"cameras.json", "cfg_args", "paths", "point_cloud"};
-
-// The first by name of what -w would delete and this program never wrote, empty if there is none.
-std::string foreignEntry(const fs::path& folder)
+// The first by name of what -w would delete and is not the kind's own, empty if there is none.
+std::string foreignEntry(const fs::path& folder, const FolderKind& kind)
 {
     std::string first;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
         const std::string name = entry.path().filename().string();
-        const bool own = std::find(std::begin(kOwnNames), std::end(kOwnNames), name) != std::end(kOwnNames);
-        if (!own && (first.empty() || name < first))
+        if (!kind.is_own(name) && (first.empty() || name < first))
             first = name;
     }
     return first;
 }
 
+// Throws Error(Usage) unless a folder that exists may be replaced.
+void checkReplaced(const std::string& path, const fs::path& folder, const FolderKind& kind)
+{
+    const char* const other = kind.marks[1] == nullptr ? kind.marks[0] : kind.marks[1];
+    if (!fs::is_directory(folder) || (!fs::exists(folder / kind.marks[0]) && !fs::exists(folder / other)))
+        throw Error(ErrorCode::Usage,
+                    formatString("%s: is not a %s (no %s%s%s), expected one for -w to replace; choose another folder",
+                                 path.c_str(), kind.what, kind.marks[0], other == kind.marks[0] ? "" : ", no ",
+                                 other == kind.marks[0] ? "" : other));
+    if (const std::string name = foreignEntry(folder, kind); !name.empty())
+        throw Error(ErrorCode::Usage, path + ": holds " + name + ", which -w would delete, expected a folder made by " +
+                                          kind.made_by + "; move it away or choose another folder");
+}
+
 } // namespace
 
-ModelFolder::ModelFolder(const std::string& path, bool overwrite)
+NewFolder::NewFolder(const std::string& path, bool overwrite, const FolderKind& kind)
 {
     if (path.empty())
-        throw Error(ErrorCode::Usage, "output: no folder given, expected a path for the new model; give one");
+        throw Error(ErrorCode::Usage,
+                    std::string("output: no folder given, expected a path for the new ") + kind.what + "; give one");
     checkOutputFolder(path, true);
     m_final = resolveOutput(path);
     std::error_code error;
-    if (fs::exists(m_final, error)) {
+    if (fs::exists(m_final, error) && !(fs::is_directory(m_final) && fs::is_empty(m_final))) {
         if (!overwrite)
             throw Error(
                 ErrorCode::Usage,
                 path + ": exists already, expected no such folder; choose another folder or pass -w to replace it");
-        if (!isModelFolder(m_final))
-            throw Error(ErrorCode::Usage, path + ": is not a model folder (no cfg_args, no point_cloud), expected one "
-                                                 "for -w to replace; choose another folder");
-        if (const std::string name = foreignEntry(m_final); !name.empty())
-            throw Error(ErrorCode::Usage, path + ": holds " + name +
-                                              ", which -w would delete, expected a folder made by gsc sample; move it "
-                                              "away or choose another folder");
+        checkReplaced(path, m_final, kind);
     }
     fs::create_directories(m_final.parent_path(), error); // what fails shows in the next line
     m_work.emplace(m_final.string(), TemporaryKind::Folder, 0777);
 }
 
-std::string ModelFolder::file(const std::string& relative) const
+std::string NewFolder::file(const std::string& relative) const
 {
     const fs::path path = fs::path(m_work->path()) / relative;
     std::error_code error;
@@ -78,7 +75,7 @@ std::string ModelFolder::file(const std::string& relative) const
     return path.string();
 }
 
-void ModelFolder::append(const std::string& relative, std::span<const std::byte> bytes) const
+void NewFolder::append(const std::string& relative, std::span<const std::byte> bytes) const
 {
     const std::string path = file(relative);
     std::ofstream out(path, std::ios::binary | std::ios::app);
@@ -88,7 +85,7 @@ void ModelFolder::append(const std::string& relative, std::span<const std::byte>
         failOutput(path, "cannot be written", errno);
 }
 
-void ModelFolder::commit()
+void NewFolder::commit()
 {
     const std::string& work = m_work->path();
     // at once where the system can; the old model then has the temporary's name and goes with it

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// A folder of files that appears whole or not at all.
+#pragma once
+
+#include "format/file/temporary.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace gsc {
+
+// What a folder that may be replaced has.
+struct FolderKind {
+    const char* what;                      // "model folder", for messages
+    const char* made_by;                   // the command that makes such folders
+    const char* marks[2];                  // names of which one tells the kind; the second may be nullptr
+    bool (*is_own)(std::string_view name); // all else in it is somebody's work
+};
+
+// Work goes on in a temporary folder beside it; commit() renames that. Unless committed, the destructor removes it.
+class NewFolder {
+public:
+    // Throws Error: Usage (the folder exists, is not empty and `overwrite` is off, or is not of the kind, or holds what is not
+    // its own), Io.
+    NewFolder(const std::string& path, bool overwrite, const FolderKind& kind);
+    NewFolder(const NewFolder&) = delete;
+    NewFolder& operator=(const NewFolder&) = delete;
+
+    [[nodiscard]] std::string file(const std::string& relative) const; // creates the folders above it
+    // Behind what is in the file; a new one starts empty. Throws Error(Io).
+    void append(const std::string& relative, std::span<const std::byte> bytes) const;
+    void append(const std::string& relative, std::string_view text) const
+    {
+        append(relative, std::as_bytes(std::span(text)));
+    }
+    void commit();
+
+private:
+    std::filesystem::path m_final; // links followed
+    std::optional<Temporary> m_work;
+};
+
+} // namespace gsc
