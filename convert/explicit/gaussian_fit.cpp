@@ -97,7 +97,7 @@ public:
                 progress(r * m_views.size() + v, ranges * m_views.size());
                 addView(m_views[v], first, end);
             }
-            append(end - first, set);
+            append(first, end, set);
             if (set.size() > m_options.most)
                 throw Error(
                     ErrorCode::OutOfMemory,
@@ -194,15 +194,20 @@ private:
         sums[m_layout.score] += seen * opacity * std::min(area, float(eye.width) * float(eye.height));
     }
 
-    void append(uint64_t anchors, GaussianSet& set)
+    void append(uint64_t first, uint64_t end, GaussianSet& set)
     {
         const uint64_t K = m_model.params->n_offsets;
-        for (uint64_t a = 0; a < anchors; ++a)
+        const ChunkRecord* chunk = m_model.chunks;
+        for (uint64_t a = first; a < end; ++a) {
+            while (a >= uint64_t(chunk->anchor_first) + chunk->anchor_count)
+                ++chunk;
             for (uint64_t k = 0; k < K; ++k) {
-                const float* sums = m_sums.data() + (a * K + k) * m_layout.count;
+                const float* sums = m_sums.data() + ((a - first) * K + k) * m_layout.count;
                 if (sums[m_layout.weight] > 0)
-                    appendOne(sums, m_seen[a], set);
+                    appendOne(sums, m_seen[a - first], set);
             }
+            set.level.resize(set.size(), uint16_t(chunk->level_index));
+        }
     }
 
     void appendOne(const float* sums, float seen, GaussianSet& set) const

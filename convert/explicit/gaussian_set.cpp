@@ -6,6 +6,23 @@
 
 namespace gsc {
 
+GaussianSet pick(const GaussianSet& set, std::span<const uint32_t> which)
+{
+    GaussianSet some;
+    some.degree = set.degree;
+    const auto copy = [which](const std::vector<float>& from, std::vector<float>& to, size_t each) {
+        to.reserve(which.size() * each);
+        for (const uint32_t i : which)
+            to.insert(to.end(), from.data() + i * each, from.data() + (i + 1) * each);
+    };
+    copy(set.position, some.position, 3);
+    copy(set.log_scale, some.log_scale, 3);
+    copy(set.rotation, some.rotation, 4);
+    copy(set.opacity, some.opacity, 1);
+    copy(set.color, some.color, set.colorValues());
+    return some;
+}
+
 void keepBest(GaussianSet& set, size_t most)
 {
     if (set.size() <= most)
@@ -18,7 +35,7 @@ void keepBest(GaussianSet& set, size_t most)
     std::nth_element(kept.begin(), kept.begin() + std::ptrdiff_t(most), kept.end(), better);
     kept.resize(most);
     std::sort(kept.begin(), kept.end());
-    const auto compact = [&](std::vector<float>& values, size_t each) {
+    const auto compact = [&](auto& values, size_t each) {
         for (size_t i = 0; i < most; ++i)
             std::copy_n(values.begin() + std::ptrdiff_t(kept[i] * each), each,
                         values.begin() + std::ptrdiff_t(i * each));
@@ -29,6 +46,8 @@ void keepBest(GaussianSet& set, size_t most)
     compact(set.rotation, 4);
     compact(set.color, set.colorValues());
     compact(set.score, 1);
+    if (!set.level.empty())
+        compact(set.level, 1);
     compact(set.opacity, 1);
 }
 

@@ -5,6 +5,8 @@
 #include "convert/explicit/sh_basis.h"
 
 #include <cstddef>
+#include <cstdint>
+#include <span>
 #include <vector>
 
 namespace gsc {
@@ -18,10 +20,15 @@ struct GaussianSet {
     std::vector<float> opacity;   // n, 0 to 1
     std::vector<float> color;     // n x shValues(degree) x 3; what they add up to is counted from 0.5, as in 3DGS
     std::vector<float> score;     // n, how much of the cameras' pictures each may take; 0 where nobody asked
+    std::vector<uint16_t>
+        level; // n, of its anchor, an index of the file's levels, 0 = coarsest; empty for one read back
 
     [[nodiscard]] size_t size() const { return opacity.size(); }
     [[nodiscard]] size_t colorValues() const { return 3 * shValues(degree); } // of a Gaussian
 };
+
+// Some of a set, in the order of `which`; their scores and levels stay behind.
+GaussianSet pick(const GaussianSet& set, std::span<const uint32_t> which);
 
 // Leaves the `most` of the highest score, in their order. Ties: the earlier stay.
 void keepBest(GaussianSet& set, size_t most);

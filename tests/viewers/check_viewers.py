@@ -6,7 +6,8 @@ usage: check_viewers.py --gsc GSC --play GSC_PLAY --work FOLDER [--all]
 One camera's Gaussians of the trained model fox_scaffold, or of a sample where GSC_CHECKPOINTS has no models, as a page of
 --html, opened from the file system, and as each file that a viewer reads: in one viewer for each format; with --all in every
 viewer, splat-transform reads them back, and Khronos' validator reads the GLB. Pages and files come from a server on the
-loopback address; a page sends its picture back. Exit code 77: something is missing here.
+loopback address; a page sends its picture back. Of a streamed SOG the server gives finer levels once a page has drawn the
+coarsest. Exit code 77: something is missing here.
 """
 import argparse
 import base64
@@ -15,6 +16,7 @@ import http.server
 import json
 import os
 import queue
+import re
 import shutil
 import subprocess
 import sys
@@ -57,10 +59,12 @@ SENDER = """<style>#canvas { width: WIDTHpx; height: HEIGHTpx }</style>
   window.gsc.look();
 })();
 </script>"""
-ONCE = [("page", "html"), ("playcanvas", "ply"), ("playcanvas", "sog"), ("playcanvas", "glb"), ("spark", "spz")]
+ONCE = [("page", "html"), ("playcanvas", "ply"), ("playcanvas", "sog"), ("playcanvas", "lod"), ("playcanvas", "glb"),
+        ("spark", "spz")]
 ALL = ONCE + [("spark", "ply"), ("spark", "sog"), ("playcanvas", "spz4")]
 # Of a form: the file, and what exports it.
 FORMS = {"html": ("view.html", ["--html"]), "ply": ("view.ply", ["--to", "ply", "-o"]),
+         "lod": ("levels/lod-meta.json", ["--to", "sog", "--lod", "-o"]),
          "glb": ("view.glb", ["--to", "glb", "-o"]), "sog": ("view.sog", ["--to", "sog", "-o"]),
          "spz": ("view.spz", ["--to", "spz", "-o"]),
          "spz4": ("view4.spz", ["--to", "spz", "--spz-version", 4, "-o"])}
@@ -77,6 +81,7 @@ class Viewers:
 
     def __init__(self, files):
         self.files, self.jobs, self.results, self.ended = files, [], {}, queue.Queue()
+        self.coarsest, self.drawn = 0, threading.Event()  # level of the streamed SOG, and whether a page drew it
 
     def handler(self):
         viewers = self
@@ -89,6 +94,17 @@ class Viewers:
                 for start, folder in (("/packages/", HERE / "node_modules"), ("/files/", viewers.files), ("/", HERE)):
                     if path.startswith(start):
                         return str(folder / path[len(start):])
+
+            def do_GET(self):
+                level = re.match(r"/files/levels/(\d+)_", self.path)
+                if level and int(level[1]) < viewers.coarsest:
+                    viewers.drawn.wait(SECONDS)
+                if self.path == "/drawn":
+                    viewers.drawn.set()
+                    self.send_response(204)
+                    self.end_headers()
+                else:
+                    super().do_GET()
 
             def do_POST(self):
                 address = urllib.parse.urlsplit(self.path)
@@ -172,12 +188,13 @@ def node_tool(path):
 
 
 def read_back(path, count):
-    """Whether the second reader agrees."""
+    """Whether the second reader agrees; of levels count is a list."""
     tool = node_tool("@playcanvas/splat-transform/bin/cli.mjs")
     if path.suffix in (".glb", ".html") or tool is None:
         print(f"{path.name}: not read back, splat-transform " + ("does not read it" if tool else "or Node 20 is missing"))
         return True
-    found = json.loads(run(*tool, "--quiet", path, "--info", "json", "null"))["numGaussians"]
+    info = json.loads(run(*tool, "--quiet", path, "--info", "json", "null"))
+    found = info["lodCounts"] if isinstance(count, list) else info["numGaussians"]
     print(f"{path.name}: {count} Gaussians, splat-transform reads {found}")
     return found == count
 
@@ -200,14 +217,23 @@ def validate(path):
 def export(arguments, form):
     """The report, None where this build cannot write the format."""
     name, options = FORMS[form]
-    command = [arguments.gsc, "export", arguments.work / "model.gsc", *options, arguments.work / "files" / name, "--at", 0,
-               "--format", "json", "-q"]
+    output = arguments.work / "files" / name.split("/")[0]  # with levels a folder
+    command = [arguments.gsc, "export", arguments.work / "model.gsc", *options, output, "--at", 0, "--format", "json", "-q"]
     result = subprocess.run([str(part) for part in command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     if result.returncode == UNSUPPORTED:
         print("note: " + result.stderr.strip())
         return None
     result.check_returncode()
     return json.loads(result.stdout)
+
+
+def psnr_of(arguments, png, name):
+    """Of a page's picture, which is kept in a folder of that name."""
+    folder = arguments.work / name
+    folder.mkdir()
+    (folder / "picture.png").write_bytes(base64.b64decode(png))
+    report = run(arguments.gsc, "compare-pictures", arguments.work / "exact", folder, "--format", "json", "-q")
+    return json.loads(report)["scores"]["psnr"]
 
 
 def main():
@@ -228,21 +254,24 @@ def main():
         work / "exact/picture.png", "-q")
     camera = camera_of(folder)
     views, bad = ALL if arguments.all else ONCE, 0
-    counts = {}
+    counts, levels = {}, {}
     for form in dict.fromkeys(form for _, form in views):
         path = work / "files" / FORMS[form][0]
         report = export(arguments, form)
         if report is None:
             continue
         counts[form] = report["gaussians"]["count"]
+        levels[form] = [level["count"] for level in report["gaussians"].get("lods", [])]
         if arguments.all:
-            bad += not read_back(path, counts[form])
+            bad += not read_back(path, levels[form] or counts[form])
             bad += form == "glb" and not validate(path)
     views = [(viewer, form) for viewer, form in views if form in counts]
     jobs = [{"name": "page" if viewer == "page" else f"{viewer}_{form}", "viewer": viewer,
              "file": f"/files/{FORMS[form][0]}", **camera} for viewer, form in views]
     start = time.monotonic()
-    results = Viewers(work / "files").run(jobs)
+    viewers = Viewers(work / "files")
+    viewers.coarsest = len(levels.get("lod", [])) - 1
+    results = viewers.run(jobs)
     print(f"{name}: {len(jobs)} pictures in {time.monotonic() - start:.1f} s")
     for (viewer, form), job in zip(views, jobs):
         result = results[job["name"]]
@@ -250,15 +279,18 @@ def main():
             print(f"{job['name']}: {result['fault']}")
             bad += 1
             continue
-        pictures = work / job["name"]
-        pictures.mkdir()
-        (pictures / "picture.png").write_bytes(base64.b64decode(result["png"]))
-        report = json.loads(run(arguments.gsc, "compare-pictures", work / "exact", pictures, "--format", "json", "-q"))
-        psnr = report["scores"]["psnr"]
+        psnr = psnr_of(arguments, result["png"], job["name"])
         good = psnr >= BARS[name] and result["gaussians"] == counts[form]
         print(f"{job['name']}: {psnr:.2f} dB, expected at least {BARS[name]}; {result['gaussians']} Gaussians, expected "
               f"{counts[form]}{'' if good else ': FAILED'}")
         bad += not good
+        if levels[form]:
+            drawn, wanted = result["drawn"], levels[form]
+            streams = len(wanted) > 1 and drawn[0] == wanted[-1] and drawn[-1] == wanted[0]
+            print(f"{job['name']}: drew {drawn} Gaussians, expected {wanted[-1]} first and {wanted[0]} at last; the first "
+                  f"picture has {psnr_of(arguments, result['first'], job['name'] + '_first'):.2f} dB"
+                  f"{'' if streams else ': FAILED'}")
+            bad += not streams
     return 1 if bad else 0
 
 

@@ -26,8 +26,8 @@ export function cameraMatrix() {
   return [r[0][0], r[1][0], r[2][0], 0, -r[0][1], -r[1][1], -r[2][1], 0, -r[0][2], -r[1][2], -r[2][2], 0, ...p, 1];
 }
 
-// Of the last frame drawn; `gaussians` that the viewer holds.
-export async function sendPicture(canvas, gaussians) {
+// Of the last frame drawn; `gaussians` that the viewer holds; what else the page tells.
+export async function sendPicture(canvas, gaussians, more = {}) {
   const png = canvas.toDataURL("image/png");
-  await send("/picture", JSON.stringify({ gaussians, png: png.slice(png.indexOf(",") + 1) }));
+  await send("/picture", JSON.stringify({ gaussians, png: png.slice(png.indexOf(",") + 1), ...more }));
 }

@@ -61,6 +61,8 @@ void refuseIdle(const ExportOptions& options)
         throw Error(ErrorCode::Usage, formatString("--spz-version %d: only SPZ has that version, expected it with --to "
                                                    "spz; leave it out",
                                                    options.spz_version));
+    if (gaussians.lod && options.to != ExportForm::Sog)
+        throw Error(ErrorCode::Usage, "--lod: only SOG is streamed, expected it with --to sog; leave it out");
     if (isGrid(options.to) && idle != nullptr)
         throw Error(ErrorCode::Usage, formatString("--%s: grids hold no Gaussians, expected it with --to ply, spz, glb "
                                                    "or sog; leave it out",
@@ -76,6 +78,8 @@ std::string writtenText(const ExportOptions& options, uint64_t bytes)
     std::string what = nameOf(options.to).what;
     if (options.to == ExportForm::Spz)
         what += formatString(", version %d", options.gaussians.spz_version);
+    if (options.gaussians.lod)
+        what = "streamed SOG";
     return formatString("wrote       %s, %s, %s\n", options.gaussians.output.c_str(), formatBytes(bytes).c_str(),
                         what.c_str());
 }
@@ -155,6 +159,13 @@ void exportExplicit(const ExportOptions& options, Reporter& report)
     text += formatString("; colours of degree %d, %s\n", result.degree,
                          options.gaussians.at.empty() ? ("fitted over " + camerasText(result.fit_cameras)).c_str()
                                                       : ("as camera " + options.gaussians.at + " sees them").c_str());
+    for (size_t level = 0; level < result.lods.size(); ++level) {
+        const LodExport& lod = result.lods[level];
+        text += formatString("level %-5zu %s Gaussians, %s", level, formatCount(lod.gaussians).c_str(),
+                             formatCount(lod.chunks).c_str()) +
+                (lod.chunks == 1 ? " chunk" : " chunks") +
+                (lod.loss ? formatString(", alone %.2f dB\n", lod.loss->psnr) : std::string("\n"));
+    }
     if (!result.loss)
         text += "loss        not measured: no camera is left that the fit did not use; pass more with --cameras\n";
     else
@@ -183,7 +194,10 @@ ErrorCode runExport(const ExportOptions& given, Reporter& report)
     if (!common.cameras.empty() && common.cameras != "stored")
         inputs.push_back({common.cameras, "--cameras"});
     checkOutputsDiffer(std::vector<NamedPath>{{common.output, options.page.empty() ? "--output" : "--html"}}, inputs);
-    checkOutput(common.output, OutputKind::Binary, common.overwrite);
+    if (common.lod)
+        checkOutputFolder(common.output, common.overwrite);
+    else
+        checkOutput(common.output, OutputKind::Binary, common.overwrite);
     if (isGrid(options.to))
         exportGrids(options, report);
     else
@@ -208,7 +222,8 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
         command, "--to", options->to, forms, "",
         "Gaussians for viewers of 3DGS (ply, spz, glb, sog), or the grids, one per level, for NanoVDB's "
         "or OpenVDB's tools");
-    const OptionHandle output = addText(command, "-o,--output", gaussians.output, "FILE", "file to write");
+    const OptionHandle output =
+        addText(command, "-o,--output", gaussians.output, "FILE", "file to write; with --lod a folder");
     addText(command, "--html", options->page, "FILE.html",
             "instead of both: a page that shows the Gaussians in any browser, without a network")
         .excludes(to)
@@ -226,6 +241,8 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
                 "take cameras that state lens distortion as pinholes instead of refusing them");
         addCount(command, "--max-gaussians", options->most, 1, UINT32_MAX, "N",
                  "keep the N that may cover most of the cameras' pictures");
+        addFlag(command, "--lod", gaussians.lod,
+                "a folder of levels of detail in chunks, which a viewer streams (with --to sog)");
         addInteger(command, "--spz-version", options->spz_version, 3, 4, "3|4 (default: 3)",
                    "version of an SPZ file: Spark 2.2 reads 3, PlayCanvas 2.23 reads 4");
         addInteger(command, "-j,--threads", gaussians.threads, 0, 4096, "N (default: 0)", "threads, 0 = all cores");
@@ -237,6 +254,7 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
                        "examples:\n"
                        "  gsc export room.gsc --to ply -o room.ply\n"
                        "  gsc export room.gsc --to spz --sh 1 --max-gaussians 500K -o room.spz\n"
+                       "  gsc export city.gsc --to sog --lod -o city\n"
                        "  gsc export room.gsc --html room.html\n"
                        "  gsc export city.gsc --to vdb -o city.vdb");
     onParsed(command, invocation, options, runExport);

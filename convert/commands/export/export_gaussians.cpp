@@ -3,9 +3,11 @@
 
 #include "convert/explicit/gaussian_fit.h"
 #include "convert/explicit/gaussian_render.h"
+#include "convert/explicit/lod/streamed_sog.h"
 #include "convert/viewer/viewer_page.h"
 #include "format/file/mapped_file.h"
 #include "format/file/output_file.h"
+#include "format/file/new_folder.h"
 #include "format/interrupt.h"
 #include "player/cameras/scene_cameras.h"
 #include "player/tool/version.h"
@@ -133,6 +135,50 @@ void readRounded(GaussianSet& set, const GaussianExportOptions& options, std::sp
     set = read(written, options.output);
 }
 
+// lod-meta.json and folders such as 0_12
+constexpr FolderKind kLodFolder = {
+    "folder of levels", "gsc export --lod", {kLodMetaName, nullptr}, [](std::string_view name) {
+        return name == kLodMetaName ||
+               (!name.empty() && name.find_first_not_of("0123456789_") == std::string_view::npos);
+    }};
+
+// Writes the levels, and reads each back to tell what it lost. `set` is gone then.
+void exportLevels(GaussianSet& set, const std::shared_ptr<const Scene>& scene, const std::vector<View>& judges,
+                  const GaussianExportOptions& options, Reporter& report, GaussianExport& result)
+{
+    NewFolder folder(options.output, options.overwrite, kLodFolder);
+    {
+        const LodModel model = makeLodModel(set);
+        const std::vector<size_t> chunks = writeStreamedSog(
+            set, model,
+            [&](const std::string& name, std::span<const std::byte> content) {
+                folder.append(name, content);
+                result.bytes += content.size();
+            },
+            options.threads,
+            [&](uint64_t done, uint64_t all) {
+                throwIfInterrupted();
+                report.progress("write", done, all);
+            });
+        for (size_t level = 0; level < model.counts.size(); ++level)
+            result.lods.push_back({model.counts[level], chunks[level], std::nullopt});
+    }
+    for (size_t level = 0; level < result.lods.size(); ++level) {
+        set = {};
+        set = readStreamedSog(
+            [&](const std::string& name) {
+                const MappedFile file(folder.file(name));
+                return std::vector<std::byte>(file.bytes().begin(), file.bytes().end());
+            },
+            level, options.output);
+        if (!judges.empty())
+            result.lods[level].loss = lossOf(set, scene, judges, options, report);
+    }
+    result.loss = result.lods.front().loss;
+    report.endProgress(false);
+    folder.commit();
+}
+
 OrderedJson lossJson(const std::optional<GaussianLoss>& loss)
 {
     if (!loss)
@@ -182,11 +228,14 @@ std::string pageOf(const Scene& scene, const std::vector<Camera>& cameras, const
 
 OrderedJson gaussiansJson(const GaussianExport& result)
 {
-    return {{"count", result.gaussians},
-            {"fitted", result.fitted},
-            {"sh_degree", result.degree},
-            {"fit_cameras", result.fit_cameras},
-            {"loss", lossJson(result.loss)}};
+    OrderedJson json = {{"count", result.gaussians},
+                        {"fitted", result.fitted},
+                        {"sh_degree", result.degree},
+                        {"fit_cameras", result.fit_cameras},
+                        {"loss", lossJson(result.loss)}};
+    for (const LodExport& lod : result.lods)
+        json["lods"].push_back({{"count", lod.gaussians}, {"chunks", lod.chunks}, {"loss", lossJson(lod.loss)}});
+    return json;
 }
 
 GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& report)
@@ -220,6 +269,10 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
     result.degree = set.degree;
     result.fit_cameras = fit.size();
 
+    if (options.lod) {
+        exportLevels(set, scene, views.judges, options, report, result);
+        return result;
+    }
     OutputFile output(options.output, OutputKind::Binary, options.overwrite);
     std::vector<std::byte> held; // a page's model
     writeFile(set, options, [&](std::span<const std::byte> piece) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `gsc export --to ply|spz|glb|sog` and `--html`: explicit Gaussians, and what they lost.
+// `gsc export --to ply|spz|glb|sog [--lod]` and `--html`: explicit Gaussians, and what they lost.
 #pragma once
 
 #include "convert/explicit/gaussian_files.h"
@@ -9,14 +9,16 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace gsc {
 
 struct GaussianExportOptions {
     std::string file, output;
     GaussianFileFormat to = GaussianFileFormat::Ply;
-    bool page = false;              // a page that holds the file, which is Sog
     int spz_version = 3;            // or 4
+    bool lod = false;               // a folder of levels and chunks, each of them Sog
+    bool page = false;              // a page that holds the file, which is Sog
     std::string cameras;            // file, empty = those stored
     bool ignore_distortion = false; // of their lenses
     std::string at;                 // name or number of the camera whose view is exported; empty = fit over all
@@ -33,11 +35,18 @@ struct GaussianLoss {
     std::string worst;                         // camera
 };
 
+// A level of detail, which stands for the whole.
+struct LodExport {
+    uint64_t gaussians = 0, chunks = 0;
+    std::optional<GaussianLoss> loss; // of pictures of this level alone
+};
+
 struct GaussianExport {
     uint64_t gaussians = 0, fitted = 0; // in the file; before the best were chosen
     int degree = 0;
     uint64_t bytes = 0, fit_cameras = 0;
     std::optional<GaussianLoss> loss; // none where no camera is left that the fit did not use
+    std::vector<LodExport> lods;      // the finest first; with `lod`
 };
 
 // As the report has it, section `gaussians`.

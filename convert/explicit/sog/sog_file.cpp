@@ -2,6 +2,7 @@
 #include "convert/explicit/gaussian_files.h"
 
 #include "convert/explicit/sog/codebook.h"
+#include "convert/explicit/sog/sog_images.h"
 #include "convert/explicit/sog/webp_image.h"
 #include "convert/explicit/sog/zip_bundle.h"
 #include "convert/input/torch/zip_archive.h"
@@ -94,13 +95,17 @@ struct Places {
     }
 };
 
-std::vector<uint32_t> mortonOrder(const Places& places)
+std::vector<uint32_t> mortonOrder(const Places& places, std::span<const size_t> ends)
 {
     const uint16_t* steps = places.steps.data();
     std::vector<std::pair<uint64_t, uint32_t>> keys(places.steps.size() / 3);
     for (size_t i = 0; i < keys.size(); ++i)
         keys[i] = {mortonEncode(steps[3 * i], steps[3 * i + 1], steps[3 * i + 2]), uint32_t(i)};
-    std::sort(keys.begin(), keys.end());
+    std::ptrdiff_t first = 0;
+    for (const size_t end : ends) {
+        std::sort(keys.begin() + first, keys.begin() + std::ptrdiff_t(end));
+        first = std::ptrdiff_t(end);
+    }
     std::vector<uint32_t> order(keys.size());
     std::ranges::transform(keys, order.begin(), [](const auto& key) { return key.second; });
     return order;
@@ -109,7 +114,8 @@ std::vector<uint32_t> mortonOrder(const Places& places)
 // The images of a file and what its meta.json says.
 class SogWriter {
 public:
-    explicit SogWriter(const GaussianSet& set) : m_set(set), m_places(set), m_order(mortonOrder(m_places))
+    SogWriter(const GaussianSet& set, std::span<const size_t> ends)
+        : m_set(set), m_places(set), m_order(mortonOrder(m_places, ends))
     {
         // as square as rows of a multiple of four make it
         m_width = uint32_t(std::ceil(std::sqrt(double(set.size())) / 4) * 4);
@@ -120,7 +126,7 @@ public:
                                      set.size(), kMostWebpPixels));
     }
 
-    void write(const PieceSink& write, int threads)
+    SogMembers make(size_t most_palette, int threads)
     {
         m_meta = {{"version", 2}, {"asset", {{"generator", "gsc"}}}, {"count", m_set.size()}};
         addPlaces();
@@ -128,8 +134,8 @@ public:
         addRotations();
         addColors();
         if (m_set.degree > 0)
-            addHarmonics();
-        std::vector<std::pair<std::string, std::vector<std::byte>>> members(m_images.size() + 1);
+            addHarmonics(most_palette);
+        SogMembers members(m_images.size() + 1);
         const std::string meta = m_meta.dump();
         const auto bytes = std::as_bytes(std::span(meta));
         members[0] = {"meta.json", {bytes.begin(), bytes.end()}};
@@ -139,7 +145,7 @@ public:
                 m_images[i].second = {};
             }
         });
-        write(zipBundle(members));
+        return members;
     }
 
 private:
@@ -195,14 +201,14 @@ private:
         m_meta["sh0"] = {{"codebook", book.values}, {"files", {"sh0.webp"}}};
     }
 
-    void addHarmonics()
+    void addHarmonics(size_t most_palette)
     {
         const size_t values = m_set.colorValues(), rest = values - 3;
         std::vector<float> vectors;
         vectors.reserve(m_set.size() * rest);
         for (size_t i = 0; i < m_set.color.size(); i += values)
             vectors.insert(vectors.end(), m_set.color.data() + i + 3, m_set.color.data() + i + values);
-        const Palette palette = makePalette(vectors, rest, kMostPalette);
+        const Palette palette = makePalette(vectors, rest, std::min(most_palette, kMostPalette));
         const Codebook book = makeCodebook(palette.centers);
         const size_t centers = palette.centers.size() / rest;
         ByteImage image(uint32_t(kPaletteRow * rest / 3), uint32_t((centers + kPaletteRow - 1) / kPaletteRow));
@@ -229,9 +235,10 @@ private:
 
 class SogReader {
 public:
-    SogReader(std::span<const std::byte> file, const std::string& name) : m_name(name), m_zip(file, name)
+    SogReader(std::function<std::vector<std::byte>(const std::string&)> read, const std::string& name)
+        : m_name(name), m_read(std::move(read))
     {
-        const std::vector<std::byte> text = m_zip.read("meta.json");
+        const std::vector<std::byte> text = m_read("meta.json");
         m_meta = Json::parse(reinterpret_cast<const char*>(text.data()),
                              reinterpret_cast<const char*>(text.data()) + text.size());
         m_count = m_meta.at("count").get<size_t>();
@@ -278,7 +285,7 @@ private:
     ByteImage image(const char* key, size_t which, size_t pixels)
     {
         const std::string member = m_meta.at(key).at("files").at(which).get<std::string>();
-        ByteImage read = decodeWebp(m_zip.read(member), m_name + ": " + member);
+        ByteImage read = decodeWebp(m_read(member), m_name + ": " + member);
         if (size_t(read.width) * read.height < pixels)
             fail(formatString("%s has %u x %u pixels, expected at least %zu", member.c_str(), read.width, read.height,
                               pixels));
@@ -309,7 +316,7 @@ private:
     }
 
     std::string m_name;
-    ZipArchive m_zip;
+    std::function<std::vector<std::byte>(const std::string&)> m_read;
     Json m_meta;
     size_t m_count = 0;
 };
@@ -318,19 +325,32 @@ private:
 
 void requireSog() {}
 
-void writeGaussianSog(const GaussianSet& set, const PieceSink& write, int threads)
+SogMembers makeSogMembers(const GaussianSet& set, std::span<const size_t> ends, size_t most_palette, int threads)
 {
-    SogWriter(set).write(write, threads);
+    return SogWriter(set, ends).make(most_palette, threads);
 }
 
-GaussianSet readGaussianSog(std::span<const std::byte> file, const std::string& name)
+GaussianSet readSogMembers(const std::function<std::vector<std::byte>(const std::string&)>& read,
+                           const std::string& name)
 {
     try {
-        return SogReader(file, name).read();
+        return SogReader(read, name).read();
     } catch (const Json::exception& fault) {
         throw Error(ErrorCode::InvalidFile, name + ": meta.json lacks something (" + fault.what() +
                                                 "), expected version 2 of the format; export it again");
     }
+}
+
+void writeGaussianSog(const GaussianSet& set, const PieceSink& write, int threads)
+{
+    const size_t end = set.size();
+    write(zipBundle(makeSogMembers(set, {&end, 1}, kMostPalette, threads)));
+}
+
+GaussianSet readGaussianSog(std::span<const std::byte> file, const std::string& name)
+{
+    const ZipArchive zip(file, name);
+    return readSogMembers([&zip](const std::string& member) { return zip.read(member); }, name);
 }
 
 } // namespace gsc

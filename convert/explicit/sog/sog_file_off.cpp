@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/explicit/gaussian_files.h"
 
+#include "convert/explicit/sog/sog_images.h"
 #include "format/error.h"
 
 namespace gsc {
@@ -14,6 +15,18 @@ void requireSog()
 void writeGaussianSog(const GaussianSet&, const PieceSink&, int)
 {
     requireSog();
+}
+
+SogMembers makeSogMembers(const GaussianSet&, std::span<const size_t>, size_t, int)
+{
+    requireSog();
+    return {};
+}
+
+GaussianSet readSogMembers(const std::function<std::vector<std::byte>(const std::string&)>&, const std::string&)
+{
+    requireSog();
+    return {};
 }
 
 GaussianSet readGaussianSog(std::span<const std::byte>, const std::string&)
