@@ -14,6 +14,7 @@
 #include "convert/explicit/gaussian_set.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <string>
@@ -27,6 +28,9 @@ using PieceSink = std::function<void(std::span<const std::byte>)>;
 
 // Precondition of all: there is a Gaussian.
 void writeGaussianPly(const GaussianSet& set, const PieceSink& write);
+// The same in parts: a header, as long for any number of Gaussians, and rows.
+std::string gaussianPlyHeader(int degree, uint64_t count);
+void writeGaussianPlyRows(const GaussianSet& set, const PieceSink& write);
 // Throws Error(Unsupported) where there are more Gaussians than 4 GiB hold.
 void writeGaussianGlb(const GaussianSet& set, const PieceSink& write);
 // `version`: 3 or 4. Throws Error(Unsupported) where a place lies further from the origin than 24 bits say, for 2^31

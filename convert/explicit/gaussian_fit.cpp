@@ -18,7 +18,8 @@ namespace gsc {
 
 namespace {
 
-constexpr uint64_t kRangeBytes = 1u << 30; // of the sums of the anchors that are looked at together
+constexpr uint64_t kRangeBytes = 1u << 30;  // of the sums of the anchors that are looked at together
+constexpr size_t kPartGaussians = 1u << 16; // that are given away together: 16 MiB at degree 3
 // What keeps coefficients small for which the cameras' directions say little, relative to a Gaussian's weight, times the
 // degree's square.
 constexpr double kRidge = 1e-3;
@@ -81,10 +82,8 @@ public:
             reserveDecode(model, scratch);
     }
 
-    GaussianSet run(const std::function<void(uint64_t, uint64_t)>& progress)
+    void run(const GaussianSink& take, const std::function<void(uint64_t, uint64_t)>& progress)
     {
-        GaussianSet set;
-        set.degree = m_options.degree;
         const ChunkRecord& last = m_model.chunks[m_model.params->chunk_count - 1];
         const uint64_t K = m_model.params->n_offsets, anchors = last.anchor_first + last.anchor_count;
         const uint64_t each = std::max<uint64_t>(kRangeBytes / (K * m_layout.count * sizeof(float)), kDecodeBlock);
@@ -97,15 +96,8 @@ public:
                 progress(r * m_views.size() + v, ranges * m_views.size());
                 addView(m_views[v], first, end);
             }
-            append(first, end, set);
-            if (set.size() > m_options.most)
-                throw Error(
-                    ErrorCode::OutOfMemory,
-                    formatString("export: more than %zu Gaussians, expected as many as memory holds; choose a lower "
-                                 "--sh, fewer cameras with --cameras, or a smaller model (gsc bake)",
-                                 m_options.most));
+            giveRange(first, end, take);
         }
-        return set;
     }
 
 private:
@@ -194,8 +186,10 @@ private:
         sums[m_layout.score] += seen * opacity * std::min(area, float(eye.width) * float(eye.height));
     }
 
-    void append(uint64_t first, uint64_t end, GaussianSet& set)
+    void giveRange(uint64_t first, uint64_t end, const GaussianSink& take) const
     {
+        GaussianSet set;
+        set.degree = m_options.degree;
         const uint64_t K = m_model.params->n_offsets;
         const ChunkRecord* chunk = m_model.chunks;
         for (uint64_t a = first; a < end; ++a) {
@@ -207,6 +201,11 @@ private:
                     appendOne(sums, m_seen[a - first], set);
             }
             set.level.resize(set.size(), uint16_t(chunk->level_index));
+            if (set.size() >= kPartGaussians || a + 1 == end) {
+                take(set);
+                set = {};
+                set.degree = m_options.degree;
+            }
         }
     }
 
@@ -260,10 +259,10 @@ private:
 
 } // namespace
 
-GaussianSet fitGaussians(const ModelView& model, std::span<const FitView> views, const FitOptions& options,
-                         const std::function<void(uint64_t, uint64_t)>& progress)
+void fitGaussians(const ModelView& model, std::span<const FitView> views, const FitOptions& options,
+                  const GaussianSink& take, const std::function<void(uint64_t, uint64_t)>& progress)
 {
-    return Fitter(model, views, options).run(progress);
+    Fitter(model, views, options).run(take, progress);
 }
 
 } // namespace gsc

@@ -23,13 +23,15 @@ struct FitOptions {
     int threads = 0;
     bool as_seen = false; // by the first view, which is the only one: its own Gaussians, whose colours are of degree 0
     RasterConstants rules{};
-    size_t most = SIZE_MAX; // Gaussians that there is memory for
 };
+
+// Takes the Gaussians of some anchors. May throw.
+using GaussianSink = std::function<void(const GaussianSet& part)>;
 
 // The Gaussians that some of the views show, in the order of the file. Positions are the world's (ModelView::origin is
 // added). progress(done, all) is called between anchors' ranges and views; it may throw. The same result on any number of
-// threads. Throws Error(OutOfMemory) for more than `most`.
-GaussianSet fitGaussians(const ModelView& model, std::span<const FitView> views, const FitOptions& options,
-                         const std::function<void(uint64_t, uint64_t)>& progress);
+// threads.
+void fitGaussians(const ModelView& model, std::span<const FitView> views, const FitOptions& options,
+                  const GaussianSink& take, const std::function<void(uint64_t, uint64_t)>& progress);
 
 } // namespace gsc

@@ -23,6 +23,19 @@ GaussianSet pick(const GaussianSet& set, std::span<const uint32_t> which)
     return some;
 }
 
+void append(GaussianSet& set, const GaussianSet& part)
+{
+    set.degree = part.degree;
+    const auto add = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    add(set.position, part.position);
+    add(set.log_scale, part.log_scale);
+    add(set.rotation, part.rotation);
+    add(set.opacity, part.opacity);
+    add(set.color, part.color);
+    add(set.score, part.score);
+    add(set.level, part.level);
+}
+
 void keepBest(GaussianSet& set, size_t most)
 {
     if (set.size() <= most)

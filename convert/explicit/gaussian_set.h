@@ -30,6 +30,9 @@ struct GaussianSet {
 // Some of a set, in the order of `which`; their scores and levels stay behind.
 GaussianSet pick(const GaussianSet& set, std::span<const uint32_t> which);
 
+// Adds `part`, of the same degree, behind what is there.
+void append(GaussianSet& set, const GaussianSet& part);
+
 // Leaves the `most` of the highest score, in their order. Ties: the earlier stay.
 void keepBest(GaussianSet& set, size_t most);
 

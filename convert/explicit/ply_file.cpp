@@ -12,6 +12,7 @@ namespace gsc {
 namespace {
 
 constexpr size_t kRows = 4096; // of a piece
+constexpr size_t kDigits = 20; // of the largest number
 
 float logit(float opacity)
 {
@@ -21,10 +22,11 @@ float logit(float opacity)
 
 } // namespace
 
-void writeGaussianPly(const GaussianSet& set, const PieceSink& write)
+std::string gaussianPlyHeader(int degree, uint64_t count)
 {
-    const size_t rest = shValues(set.degree) - 1; // of a channel
-    std::string header = formatString("ply\nformat binary_little_endian 1.0\nelement vertex %zu\n", set.size());
+    const size_t rest = shValues(degree) - 1; // of a channel
+    const std::string number = std::to_string(count);
+    std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex " + number + "\n";
     const auto property = [&header](const std::string& name) { header += "property float " + name + "\n"; };
     for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2"})
         property(name);
@@ -32,9 +34,12 @@ void writeGaussianPly(const GaussianSet& set, const PieceSink& write)
         property("f_rest_" + std::to_string(i));
     for (const char* name : {"opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"})
         property(name);
-    header += "end_header\n";
-    write(std::as_bytes(std::span(header)));
+    return header + "comment gsc" + std::string(kDigits - number.size(), ' ') + "\nend_header\n";
+}
 
+void writeGaussianPlyRows(const GaussianSet& set, const PieceSink& write)
+{
+    const size_t rest = shValues(set.degree) - 1;
     std::vector<float> rows;
     for (size_t first = 0; first < set.size(); first += kRows) {
         rows.clear();
@@ -52,6 +57,13 @@ void writeGaussianPly(const GaussianSet& set, const PieceSink& write)
         }
         write(std::as_bytes(std::span(rows)));
     }
+}
+
+void writeGaussianPly(const GaussianSet& set, const PieceSink& write)
+{
+    const std::string header = gaussianPlyHeader(set.degree, set.size());
+    write(std::as_bytes(std::span(header)));
+    writeGaussianPlyRows(set, write);
 }
 
 } // namespace gsc

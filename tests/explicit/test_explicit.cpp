@@ -97,11 +97,18 @@ float farthest(const std::vector<float>& a, const std::vector<float>& b)
     return most;
 }
 
+GaussianSet fitted(const ModelView& model, const std::vector<FitView>& views, const FitOptions& options)
+{
+    GaussianSet set;
+    fitGaussians(
+        model, views, options, [&set](const GaussianSet& part) { append(set, part); }, [](uint64_t, uint64_t) {});
+    return set;
+}
+
 double psnrOfFit(const ModelView& model, const std::vector<FitView>& views, const EyeParams& judge, int degree)
 {
     const RasterConstants rules = rasterConstants(*model.params, 0);
-    const GaussianSet set =
-        fitGaussians(model, views, {degree, 0, views.size() == 1, rules}, [](uint64_t, uint64_t) {});
+    const GaussianSet set = fitted(model, views, {degree, 0, views.size() == 1, rules});
     const std::unique_ptr<Renderer> exact = makeCpuRenderer(CpuPath::Fast, 0);
     exact->load(model);
     FrameOptions options;
@@ -444,6 +451,9 @@ TEST_CASE("PLY: the header of 3DGS, and rows of floats")
     const size_t data = file.find("end_header\n") + 11;
     CHECK(file.starts_with("ply\nformat binary_little_endian 1.0\nelement vertex 5000\nproperty float x\n"));
     CHECK(file.find("property float f_rest_23\nproperty float opacity\n") != std::string::npos);
+    CHECK(gaussianPlyHeader(2, 1).size() == data); // of any number of Gaussians
+    CHECK(gaussianPlyHeader(2, UINT64_MAX).size() == data);
+    CHECK(file.starts_with(gaussianPlyHeader(2, 5000)));
     constexpr size_t kRow = 9 + 24 + 8;
     REQUIRE(file.size() == data + 5000 * kRow * 4);
     const size_t i = 4321;
@@ -506,9 +516,8 @@ TEST_CASE("fit: one view is drawn as it was, colours follow the view with the de
     CHECK(curved > flat + 0.2);
 
     const RasterConstants rules = rasterConstants(*model.view().params, 0);
-    const auto none = [](uint64_t, uint64_t) {};
-    const GaussianSet one = fitGaussians(model.view(), views, {2, 1, false, rules}, none);
-    const GaussianSet many = fitGaussians(model.view(), views, {2, 3, false, rules}, none);
+    const GaussianSet one = fitted(model.view(), views, {2, 1, false, rules});
+    const GaussianSet many = fitted(model.view(), views, {2, 3, false, rules});
     CHECK(one.color == many.color);
     CHECK(one.rotation == many.rotation);
     CHECK(one.opacity == many.opacity);

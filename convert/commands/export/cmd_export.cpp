@@ -56,6 +56,7 @@ void refuseIdle(const ExportOptions& options)
                        : options.degree >= 0         ? "sh"
                        : options.most > 0            ? "max-gaussians"
                        : gaussians.ignore_distortion ? "ignore-distortion"
+                       : gaussians.memory_budget > 0 ? "memory-budget"
                                                      : nullptr;
     if (options.spz_version > 0 && options.to != ExportForm::Spz)
         throw Error(ErrorCode::Usage, formatString("--spz-version %d: only SPZ has that version, expected it with --to "
@@ -166,7 +167,9 @@ void exportExplicit(const ExportOptions& options, Reporter& report)
                 (lod.chunks == 1 ? " chunk" : " chunks") +
                 (lod.loss ? formatString(", alone %.2f dB\n", lod.loss->psnr) : std::string("\n"));
     }
-    if (!result.loss)
+    if (!result.whole)
+        text += "loss        not measured: the Gaussians take more than half of memory, or than --memory-budget\n";
+    else if (!result.loss)
         text += "loss        not measured: no camera is left that the fit did not use; pass more with --cameras\n";
     else
         text += formatString(
@@ -245,6 +248,8 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
                 "a folder of levels of detail in chunks, which a viewer streams (with --to sog)");
         addInteger(command, "--spz-version", options->spz_version, 3, 4, "3|4 (default: 3)",
                    "version of an SPZ file: Spark 2.2 reads 3, PlayCanvas 2.23 reads 4");
+        addByteSize(command, "--memory-budget", gaussians.memory_budget, 1, "SIZE (default: half of memory)",
+                    "memory that Gaussians may take; only a PLY may have more, whose loss is then not measured");
         addInteger(command, "-j,--threads", gaussians.threads, 0, 4096, "N (default: 0)", "threads, 0 = all cores");
     }
     addReporterOptions(command, invocation.reporter, true);

@@ -179,6 +179,62 @@ void exportLevels(GaussianSet& set, const std::shared_ptr<const Scene>& scene, c
     folder.commit();
 }
 
+// Takes what was fitted. A PLY's rows are written at once, so that one may be larger than memory: its Gaussians are then not
+// kept, and nothing tells what it lost.
+class Gathering {
+public:
+    Gathering(const GaussianExportOptions& options, int degree, OutputFile* output)
+        : m_degree(degree), m_budget(options.memory_budget > 0 ? options.memory_budget : cpuFacts(1).memory_bytes / 2)
+    {
+        set.degree = degree;
+        if (options.to != GaussianFileFormat::Ply || options.most < std::numeric_limits<uint64_t>::max())
+            return;
+        m_output = output;
+        const std::string header = gaussianPlyHeader(degree, 0);
+        write(std::as_bytes(std::span(header)));
+    }
+
+    void add(const GaussianSet& part)
+    {
+        count += part.size();
+        if (m_output != nullptr)
+            writeGaussianPlyRows(part, [this](std::span<const std::byte> piece) { write(piece); });
+        const uint64_t each = (12 + 3 * shValues(m_degree)) * sizeof(float);
+        if (whole && count * each <= m_budget)
+            return append(set, part);
+        if (m_output == nullptr)
+            throw Error(ErrorCode::OutOfMemory,
+                        formatString("export: more than %llu Gaussians, expected as many as memory holds; choose --to "
+                                     "ply, a lower --sh, fewer cameras with --cameras, or a smaller model (gsc bake)",
+                                     (unsigned long long)(m_budget / each)));
+        whole = false;
+        set = {};
+    }
+
+    // Behind the last part.
+    void finish() const
+    {
+        const std::string header = gaussianPlyHeader(m_degree, count);
+        m_output->writeAt(0, std::as_bytes(std::span(header)));
+    }
+
+    GaussianSet set;
+    uint64_t count = 0, written = 0; // Gaussians, bytes
+    bool whole = true;               // `set` has all of them
+
+private:
+    void write(std::span<const std::byte> piece)
+    {
+        throwIfInterrupted();
+        m_output->write(piece);
+        written += piece.size();
+    }
+
+    int m_degree;
+    uint64_t m_budget;
+    OutputFile* m_output = nullptr; // of a PLY
+};
+
 OrderedJson lossJson(const std::optional<GaussianLoss>& loss)
 {
     if (!loss)
@@ -251,45 +307,56 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
     for (const View& view : views.fit)
         fit.push_back({view.eye, view.options.appearance});
     const int degree = options.at.empty() ? options.degree : 0;
-    const size_t bytes = (12 + 3 * shValues(degree)) * sizeof(float); // of a Gaussian
     const FitOptions fit_options{degree, options.threads, !options.at.empty(),
-                                 rasterConstants(*scene->view().params, 0),
-                                 size_t(cpuFacts(1).memory_bytes / 2 / bytes)};
-    GaussianSet set = fitGaussians(scene->view(), fit, fit_options, [&](uint64_t done, uint64_t all) {
-        throwIfInterrupted();
-        report.progress("fit", done, all);
-    });
-    if (set.size() == 0)
+                                 rasterConstants(*scene->view().params, 0)};
+    std::optional<OutputFile> file;
+    if (!options.lod)
+        file.emplace(options.output, OutputKind::Binary, options.overwrite);
+    Gathering gathering(options, degree, file ? &*file : nullptr);
+    fitGaussians(
+        scene->view(), fit, fit_options, [&](const GaussianSet& part) { gathering.add(part); },
+        [&](uint64_t done, uint64_t all) {
+            throwIfInterrupted();
+            report.progress("fit", done, all);
+        });
+    if (gathering.count == 0)
         throw Error(ErrorCode::Usage, options.file + ": none of the cameras shows a Gaussian, expected some; pass "
                                                      "cameras that look at the model with --cameras");
+    GaussianSet set = std::move(gathering.set);
     GaussianExport result;
-    result.fitted = set.size();
+    result.fitted = gathering.count;
     keepBest(set, size_t(options.most));
-    result.gaussians = set.size();
-    result.degree = set.degree;
+    result.gaussians = gathering.whole ? set.size() : gathering.count;
+    result.whole = gathering.whole;
+    result.degree = degree;
     result.fit_cameras = fit.size();
 
     if (options.lod) {
         exportLevels(set, scene, views.judges, options, report, result);
         return result;
     }
-    OutputFile output(options.output, OutputKind::Binary, options.overwrite);
+    OutputFile& output = *file;
     std::vector<std::byte> held; // a page's model
-    writeFile(set, options, [&](std::span<const std::byte> piece) {
-        throwIfInterrupted();
-        if (options.page)
-            held.insert(held.end(), piece.begin(), piece.end());
-        else
-            output.write(piece);
-        result.bytes += piece.size();
-    });
+    if (gathering.written > 0) {
+        gathering.finish();
+        result.bytes = gathering.written;
+    } else {
+        writeFile(set, options, [&](std::span<const std::byte> piece) {
+            throwIfInterrupted();
+            if (options.page)
+                held.insert(held.end(), piece.begin(), piece.end());
+            else
+                output.write(piece);
+            result.bytes += piece.size();
+        });
+    }
     if (options.page) {
         readRounded(set, options, held);
     } else {
         output.sync();
         readRounded(set, options, MappedFile(output.temporaryPath()).bytes());
     }
-    if (!views.judges.empty())
+    if (!views.judges.empty() && gathering.whole)
         result.loss = lossOf(set, scene, views.judges, options, report);
     if (options.page) {
         const std::string page = pageOf(*scene, cameras, options, result, held);

@@ -24,6 +24,7 @@ struct GaussianExportOptions {
     std::string at;                 // name or number of the camera whose view is exported; empty = fit over all
     int degree = kMostShDegree;
     uint64_t most = std::numeric_limits<uint64_t>::max(); // Gaussians
+    uint64_t memory_budget = 0;                           // bytes that Gaussians may take; 0 = half of memory
     int threads = 0;
     bool overwrite = false;
 };
@@ -45,7 +46,8 @@ struct GaussianExport {
     uint64_t gaussians = 0, fitted = 0; // in the file; before the best were chosen
     int degree = 0;
     uint64_t bytes = 0, fit_cameras = 0;
-    std::optional<GaussianLoss> loss; // none where no camera is left that the fit did not use
+    bool whole = true;                // all of them lay in memory
+    std::optional<GaussianLoss> loss; // none unless `whole`, nor where no camera is left that the fit did not use
     std::vector<LodExport> lods;      // the finest first; with `lod`
 };
 

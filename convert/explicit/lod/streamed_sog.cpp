@@ -100,20 +100,6 @@ void collectFiles(const Json& node, const std::string& level, std::set<size_t>& 
             collectFiles(child, level, files);
 }
 
-void append(GaussianSet& all, const GaussianSet& part)
-{
-    all.degree = part.degree;
-    const auto add = [](std::vector<float>& to, const std::vector<float>& from) {
-        to.insert(to.end(), from.begin(), from.end());
-    };
-    add(all.position, part.position);
-    add(all.log_scale, part.log_scale);
-    add(all.rotation, part.rotation);
-    add(all.opacity, part.opacity);
-    add(all.color, part.color);
-    add(all.score, part.score);
-}
-
 } // namespace
 
 std::vector<size_t> writeStreamedSog(const GaussianSet& set, const LodModel& model, const NamedFileSink& write,
