@@ -9,6 +9,7 @@
 #include "convert/reduce/reduce_manifest.h"
 #include "convert/reduce/step_search.h"
 #include "format/error.h"
+#include "kernels/decode/decode_fragments.h"
 #include "format/gsc_file.h"
 #include "format/interrupt.h"
 #include "kernels/threads/parallel.h"
@@ -52,6 +53,13 @@ struct Reducer::State {
         letGo();
         if (m_view.params->flags & kModelCompact) // and it stays so
             m_options.levers |= kLeverCompact;
+        const ModelParams& params = *m_view.params;
+        if ((m_options.levers & kLeverCompact) &&
+            (params.feat_dim != kFastFeatures || params.n_offsets > 4 * kItemsPerLane))
+            m_report.warnings.push_back(formatString(
+                "--compact: saves no memory of a model of %u features and %u Gaussians an anchor, expected "
+                "32 and at most 12; leave it out",
+                params.feat_dim, params.n_offsets));
     }
 
     // What no target has a part in. `bakes`: how many will follow.

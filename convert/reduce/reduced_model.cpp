@@ -194,40 +194,33 @@ void ReducedModel::applyTo(uint64_t anchor, uint32_t chunk, uint32_t local, cons
         std::copy_n(from.feature + size_t(F) * local, F, m_feature.get() + size_t(F) * anchor);
         return;
     }
-    // coarsest: finer steps are not taken
+    // least: the finest step that a GPU holds, of a compact model
     const auto put = [&](uint32_t lever, const float* values, uint32_t count, double importance, float* to,
-                         std::optional<int> coarsest = {}) {
+                         std::optional<int> least = {}) {
         const bool by_plan = (plan.levers & lever) && plan.error > 0;
-        const int step = by_plan ? stepOf(plan.error, importance) : kFinestStep;
-        if (by_plan || coarsest)
-            round(values, count, std::max(step, coarsest.value_or(kFinestStep)), to);
+        if (by_plan)
+            round(values, count, std::max(stepOf(plan.error, importance), least.value_or(kFinestStep)), to);
+        else if (least)
+            round(values, count, *least, to);
         else
             std::copy_n(values, count, to);
     };
-    const bool compact = (plan.levers & kLeverCompact) != 0;
+    const auto leastOf = [&](std::span<const float> values, int bits) {
+        return plan.levers & kLeverCompact ? std::optional(compactExponent(largestOf(values), bits)) : std::nullopt;
+    };
     const double n = std::max(kept, 1u);
     const std::span<const float> feature(from.feature + size_t(F) * local, F);
-    const auto floorOf = [compact](std::span<const float> values, int bits) {
-        return compact ? std::optional(compactExponent(largestOf(values), bits)) : std::nullopt;
-    };
     put(kLeverFeatures, feature.data(), F, weight * plan.costs.feature, m_feature.get() + size_t(F) * anchor,
-        floorOf(feature, kCompactFeatureBits));
+        leastOf(feature, kCompactFeatureBits));
     for (uint32_t k = 0; k < K; ++k)
         if (masked[k])
             std::fill_n(to_offset + 3 * k, 3, maskedOffset());
         else
             std::copy_n(offset + 3 * k, 3, to_offset + 3 * k);
-    const std::span<const float> offsets(to_offset, size_t(3) * K);
-    // an anchor's slots share a step; rounding up to it may take the largest past what its bits hold, then it is twice that
-    std::optional<int> least = floorOf(offsets, kCompactOffsetBits);
-    do {
-        for (uint32_t k = 0; k < K; ++k)
-            if (!masked[k])
-                put(kLeverOffsets, offset + 3 * k, 3, place / n * plan.costs.place, to_offset + 3 * k, least);
-        if (!compact || compactExponent(largestOf(offsets), kCompactOffsetBits) <= *least)
-            break;
-        ++*least;
-    } while (true);
+    const std::optional<int> least = leastOf({to_offset, size_t(3) * K}, kCompactOffsetBits); // of the slots that stay
+    for (uint32_t k = 0; k < K; ++k)
+        if (!masked[k])
+            put(kLeverOffsets, offset + 3 * k, 3, place / n * plan.costs.place, to_offset + 3 * k, least);
     put(kLeverScales, scale, 3, (moves[0] + moves[1] + moves[2]) / 3 * plan.costs.place, m_scale.get() + 6 * anchor);
     put(kLeverScales, scale + 3, 3, weight * plan.costs.size, m_scale.get() + 6 * anchor + 3);
 }

@@ -27,7 +27,7 @@ enum Lever : uint32_t {
     kLeverOrder = 1u << 6,    // the order of the checkpoint's rows is not kept
     kLeverCompact = 1u << 7,  // steps at least so coarse that a GPU holds them in half of the bytes (kModelCompact)
 };
-constexpr uint32_t kLevers = 8, kAllLevers = (1u << 7) - 1; // all that make only the archive smaller
+constexpr uint32_t kLevers = 8, kAllLevers = kLeverCompact - 1; // all that make only the archive smaller
 extern const char* const kLeverNames[kLevers];
 
 // What an error costs, per unit of importance: where a change of a value by x costs `x^2 * importance * factor` in summed

@@ -183,7 +183,10 @@ private:
         checkpoint.anchor_count = m_places.size();
         for (const GscView& view : m_views)
             checkpoint.flags |= view.params->flags & kModelMaskedSlots;
-        if (!std::ranges::all_of(m_views, [](const GscView& view) { return view.params->flags & kModelCompact; }))
+        const auto compact = std::ranges::count_if(
+            m_views, [](const GscView& view) { return (view.params->flags & kModelCompact) != 0; });
+        m_some_compact = compact > 0 && size_t(compact) < m_views.size();
+        if (m_some_compact)
             checkpoint.flags &= ~uint32_t(kModelCompact);
         addCameras(checkpoint);
 
@@ -206,6 +209,8 @@ private:
         const BakeReport made = bakeFrom(checkpoint, source, bake, m_progress);
         m_report.bytes = made.output_bytes;
         m_report.warnings = made.warnings;
+        if (m_some_compact)
+            m_report.warnings.push_back("some tiles are compact and some are not: the whole is not");
         m_report.whole_anchors = facts.one_model ? m_origin.whole_anchors : 0;
     }
 
@@ -245,6 +250,7 @@ private:
     std::vector<AnchorPlace> m_places;
     std::vector<uint32_t> m_rows; // of the model that all were cut from
     TileReport m_report;
+    bool m_some_compact = false;
 };
 
 } // namespace

@@ -24,7 +24,7 @@ std::string foreignEntry(const fs::path& folder, const FolderKind& kind)
     std::string first;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
         const std::string name = entry.path().filename().string();
-        if (!kind.is_own(name) && (first.empty() || name < first))
+        if (!kind.is_own(entry.path()) && (first.empty() || name < first))
             first = name;
     }
     return first;
@@ -88,7 +88,7 @@ void NewFolder::append(const std::string& relative, std::span<const std::byte> b
 void NewFolder::commit()
 {
     const std::string& work = m_work->path();
-    // at once where the system can; the old model then has the temporary's name and goes with it
+    // at once where the system can; the old folder then has the temporary's name and goes with it
     if (::renameat2(AT_FDCWD, work.c_str(), AT_FDCWD, m_final.c_str(), RENAME_EXCHANGE) == 0) {
         m_work.reset();
         return;

@@ -15,10 +15,10 @@ namespace gsc {
 
 // What a folder that may be replaced has.
 struct FolderKind {
-    const char* what;                      // "model folder", for messages
-    const char* made_by;                   // the command that makes such folders
-    const char* marks[2];                  // names of which one tells the kind; the second may be nullptr
-    bool (*is_own)(std::string_view name); // all else in it is somebody's work
+    const char* what;                                   // "model folder", for messages
+    const char* made_by;                                // the command that makes such folders
+    const char* marks[2];                               // names of which one tells the kind; the second may be nullptr
+    bool (*is_own)(const std::filesystem::path& entry); // all else in it is somebody's work
 };
 
 // Work goes on in a temporary folder beside it; commit() renames that. Unless committed, the destructor removes it.

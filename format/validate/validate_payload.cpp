@@ -253,8 +253,8 @@ private:
             largest = std::isfinite(v) ? std::max(largest, std::fabs(v)) : largest;
         const int power = compactExponent(largest, bits);
         for (uint32_t c = 0; c < count; ++c) {
-            const float steps = std::ldexp(values[c], -power);
-            if (std::isfinite(values[c]) && (steps != std::nearbyint(steps) || std::fabs(steps) >= float(1 << bits)))
+            const double steps = std::ldexp(double(values[c]), -power); // by the largest there are not too many
+            if (std::isfinite(values[c]) && steps != std::nearbyint(steps))
                 GSC_REPORT(m_log, CompactValue, fileOffset(array, i) + 4 * c, where(i, name), name, c,
                            double(values[c]), power, (1 << bits) - 1);
         }

@@ -55,7 +55,8 @@ __device__ __forceinline__ void askForAnchors(const DecodeCudaArgs& args, uint32
         ask(model.source, 4, 0);
 }
 
-// kCompact: the model is compact. kBank: the model has a feature bank, which makes the features depend on the eye. kShared, kThins: DecodeFrame.
+// kCompact: the model is compact. kBank: it has a feature bank, which makes the features depend on the eye. kShared,
+// kThins: DecodeFrame.
 template <bool kCompact, bool kBank, bool kShared, bool kThins>
 __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks)
     decodeKernel(const __grid_constant__ DecodeCudaArgs args)

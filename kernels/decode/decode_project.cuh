@@ -14,8 +14,9 @@ struct Candidate {
     SplatPlace place;
 };
 
-// Projects one Gaussian. quaternion: of length sqrt(2), which spares the factors 2 of its matrix. False if it cannot change a pixel of the columns that are drawn. finite: it can be projected, or
-// lies outside of the depths that are drawn. kThins: DecodeFrame::thins.
+// Projects one Gaussian. False if it cannot change a pixel of the columns that are drawn. quaternion: of length sqrt(2),
+// which spares the factors 2 of its matrix. finite: it can be projected, or lies outside of the depths that are drawn.
+// kThins: DecodeFrame::thins.
 // note: no early return: nearly every Gaussian goes all the way, and a branch costs more than it saves
 template <bool kThins>
 __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t e, const float* position,

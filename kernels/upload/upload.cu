@@ -31,7 +31,7 @@ __device__ __forceinline__ uint16_t halfBits(float v)
 }
 
 // An anchor's features or offsets of a compact model, in steps of 2^power.
-__device__ __forceinline__ int32_t stepsOf(float value, int power, int32_t most)
+__device__ __forceinline__ int32_t wholeSteps(float value, int power, int32_t most)
 {
     return min(max(__float2int_rn(ldexpf(value, -power)), -most), most);
 }
@@ -54,7 +54,8 @@ __device__ __forceinline__ void packCompact(const UploadArgs& args, uint32_t fir
         CompactShape& shape = shapes[threadIdx.x];
         for (int a = 0; a < 3; ++a)
             shape.extent[a] = packExtent(expf(log_scale[3 + a]));
-        shape.feature_power = int8_t(min(compactExponent(of_features, kCompactFeatureBits), 15)); // that a half can be
+        shape.feature_power =
+            int8_t(min(compactExponent(of_features, kCompactFeatureBits), 9)); // 127 steps are no infinite half
         shape.offset_power = int8_t(compactExponent(of_offsets, kCompactOffsetBits));
         args.to.compact_shape[base + threadIdx.x] = shape;
     }
@@ -64,7 +65,7 @@ __device__ __forceinline__ void packCompact(const UploadArgs& args, uint32_t fir
         const int power = shapes[4 * i / args.feat_dim].feature_power;
         uint32_t packed = 0;
         for (int j = 0; j < 4; ++j)
-            packed |= uint32_t(stepsOf(feature[j], power, kCompactFeatureSteps) + 128) << 8 * j;
+            packed |= uint32_t(wholeSteps(feature[j], power, kCompactFeatureSteps) + 128) << 8 * j;
         args.to.compact_feature[base * args.feat_dim / 4 + i] = packed;
     }
     for (uint32_t i = threadIdx.x; i < n * args.n_offsets; i += kThreads) {
@@ -74,7 +75,7 @@ __device__ __forceinline__ void packCompact(const UploadArgs& args, uint32_t fir
         bool finite = true;
         for (int a = 0; a < 3; ++a) {
             finite = finite && isfinite(offset[a]);
-            const int32_t steps = finite ? stepsOf(offset[a], power, kCompactOffsetSteps) : 0;
+            const int32_t steps = finite ? wholeSteps(offset[a], power, kCompactOffsetSteps) : 0;
             packed |= uint32_t(steps + kCompactOffsetSteps + 1) << 10 * a;
         }
         const uint32_t none = isMaskedSlot(args.masked_slots, offset) ? kCompactMasked : kCompactNoOffset;

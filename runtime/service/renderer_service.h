@@ -34,7 +34,7 @@ struct ServiceOptions {
     bool keeps_warm = true; // workers that do not draw hold the model, so that they join at once
     ServiceTime deadline{std::chrono::seconds(10)}; // for a part of a frame; a worker that takes longer hangs. 0 = none
     ServiceTime load_deadline{std::chrono::minutes(10)};    // the same for loading the model and for letting it go
-    ServiceTime comes_back{std::chrono::milliseconds(250)}; // after a fault; then twice as long, 64 times at most
+    ServiceTime comes_back{std::chrono::milliseconds(250)}; // after a fault; then twice as long, at most 64 times this
     uint32_t most_faults = 4; // of a worker without a part drawn between them, before it stays away
     uint32_t attempts = 3;    // LedgerRules::attempts
 

@@ -326,8 +326,8 @@ void RendererService::Core::lookForHangs()
     }
 }
 
-// When a worker that had a fault tries again. A machine that is slower than the deadline makes every part a fault: without
-// a longest pause nothing would be drawn for minutes.
+// When a worker that had a fault tries again. A machine that is slower than the deadline makes every part a fault: where
+// `most_faults` lets a worker go on, nothing would be drawn for minutes without a longest pause.
 ServiceTime RendererService::Core::returnOf(const Worker& worker) const
 {
     constexpr uint32_t kMostDoublings = 6;

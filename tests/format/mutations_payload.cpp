@@ -68,6 +68,21 @@ std::function<void(Bytes&)> halfMasked(float third)
     };
 }
 
+// A file that says it is compact, whose values of one array are on no steps. Those of the other are zero.
+std::function<void(Bytes&)> compactBut(ChunkArray random)
+{
+    return [=](Bytes& f) {
+        const ModelParams params = *records<ModelParams>(f, kSectionParams);
+        records<ModelParams>(f, kSectionParams)->flags |= kModelCompact;
+        const bool features = random == ChunkArray::Feature;
+        for (uint32_t c = 0; c < params.chunk_count; ++c)
+            std::fill_n(payloadArray<float>(f, c, features ? ChunkArray::Offset : ChunkArray::Feature),
+                        size_t(records<ChunkRecord>(f, kSectionChunks)[c].anchor_count) *
+                            (features ? 3 * params.n_offsets : params.feat_dim),
+                        0.0f);
+    };
+}
+
 TinyGscOptions octree()
 {
     TinyGscOptions o;
@@ -148,7 +163,8 @@ std::vector<Mutation> payloadMutations()
         {SigmaBound, value<float>(ChunkArray::Scale, 0, 0.0f), {GaussianBounds}},
         {AttributeValue, value<float>(ChunkArray::Offset, 5, NAN)},
         {AttributeValue, halfMasked(0.0f)},
-        {CompactValue, [](Bytes& f) { records<ModelParams>(f, kSectionParams)->flags |= kModelCompact; }},
+        {CompactValue, compactBut(ChunkArray::Feature)},
+        {CompactValue, compactBut(ChunkArray::Offset)},
         {AttributeValue, halfMasked(-NAN)},
         {AttributeValue, value<float>(ChunkArray::Feature, 6, INFINITY)},
         {AttributeValue, value<float>(ChunkArray::Rotation, 7, NAN), {}, rotations()},

@@ -358,6 +358,26 @@ TEST_CASE("decode: a compact model is held in fewer bytes and decodes as the sam
     }
 }
 
+TEST_CASE("decode fast: features that no half holds stay numbers, of a compact model too")
+{
+    SyntheticOptions options = someModel(300);
+    SyntheticAnchors anchors = randomAnchors(options);
+    for (float& v : anchors.feature)
+        v *= 1e5f;
+    makeCompact(anchors, options);
+    for (const uint32_t flags : {0u, uint32_t(kModelCompact)}) {
+        CAPTURE(flags);
+        options.flags = flags;
+        const SyntheticModel synthetic = opaqueModel(options, anchors);
+        StageModel model(synthetic.view());
+        const auto decoded = decodeOnDevice<PackedSplat>(decodeJob(synthetic.view(), model, kTwoEyes, 300));
+        for (uint32_t e = 0; e < 2; ++e) {
+            CHECK(decoded.counters.dropped[e] == 0);
+            CHECK(decoded.counters.gaussians[e] > 300);
+        }
+    }
+}
+
 TEST_CASE("decode fast: networks that halves hold exactly give the reference's values")
 {
     SyntheticOptions options = someModel(300);

@@ -75,7 +75,7 @@ Memory mostOf(uint64_t anchors)
 
 } // namespace
 
-TEST_CASE("a bake takes no more memory for an anchor than it did")
+TEST_CASE("after each picture a bake holds no more memory for an anchor than it did")
 {
     if (memoryNow().own == 0 || isSanitized())
         return; // no Linux, or memory that is the sanitizer's

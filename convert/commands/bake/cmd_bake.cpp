@@ -310,8 +310,9 @@ void addBakeCommand(CLI::App& app, Invocation& invocation)
                "of a picture that is drawn to judge; larger cameras are drawn smaller");
     addTexts(command, "--levers", options->levers, "LEVER,...",
              "what may be done: slots, anchors, features, offsets, scales, networks, order (default: all)");
-    addFlag(command, "--compact", options->compact,
-            "steps of features and offsets that a GPU holds in 0.56 of the memory, without further loss: about 60 dB");
+    addFlag(
+        command, "--compact", options->compact,
+        "steps of features and offsets that a GPU holds in 0.56 of the memory, of models of 32 features: about 60 dB");
     addChoice<std::string>(command, "--backend", reduce.device.backend,
                            {{"auto", "auto"}, {"cpu", "cpu"}, {"cuda", "cuda"}}, "default: auto",
                            "what draws the pictures that judge; auto takes a GPU where there is one");

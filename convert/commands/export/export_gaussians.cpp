@@ -135,18 +135,30 @@ void readRounded(GaussianSet& set, const GaussianExportOptions& options, std::sp
     set = read(written, options.output);
 }
 
-// lod-meta.json and folders such as 0_12
-constexpr FolderKind kLodFolder = {
-    "folder of levels", "gsc export --lod", {kLodMetaName, nullptr}, [](std::string_view name) {
-        return name == kLodMetaName ||
-               (!name.empty() && name.find_first_not_of("0123456789_") == std::string_view::npos);
-    }};
+// lod-meta.json, and folders such as 0_12 that hold a SOG's files and nothing else.
+bool isOfLevels(const std::filesystem::path& entry)
+{
+    const std::string name = entry.filename().string();
+    if (name == kLodMetaName)
+        return true;
+    const size_t bar = name.find('_');
+    const auto is_number = [](std::string_view text) {
+        return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
+    };
+    if (bar == std::string::npos || !is_number(std::string_view(name).substr(0, bar)) ||
+        !is_number(std::string_view(name).substr(bar + 1)) || !std::filesystem::is_directory(entry))
+        return false;
+    return std::ranges::all_of(std::filesystem::directory_iterator(entry), [](const auto& file) {
+        return file.path().filename() == "meta.json" || file.path().extension() == ".webp";
+    });
+}
+
+constexpr FolderKind kLodFolder = {"folder of levels", "gsc export --lod", {kLodMetaName, nullptr}, isOfLevels};
 
 // Writes the levels, and reads each back to tell what it lost. `set` is gone then.
 void exportLevels(GaussianSet& set, const std::shared_ptr<const Scene>& scene, const std::vector<View>& judges,
-                  const GaussianExportOptions& options, Reporter& report, GaussianExport& result)
+                  const GaussianExportOptions& options, Reporter& report, NewFolder& folder, GaussianExport& result)
 {
-    NewFolder folder(options.output, options.overwrite, kLodFolder);
     {
         const LodModel model = makeLodModel(set);
         const std::vector<size_t> chunks = writeStreamedSog(
@@ -184,7 +196,8 @@ void exportLevels(GaussianSet& set, const std::shared_ptr<const Scene>& scene, c
 class Gathering {
 public:
     Gathering(const GaussianExportOptions& options, int degree, OutputFile* output)
-        : m_degree(degree), m_budget(options.memory_budget > 0 ? options.memory_budget : cpuFacts(1).memory_bytes / 2)
+        : m_degree(degree), m_is_ply(options.to == GaussianFileFormat::Ply),
+          m_budget(options.memory_budget > 0 ? options.memory_budget : cpuFacts(1).memory_bytes / 2)
     {
         set.degree = degree;
         if (options.to != GaussianFileFormat::Ply || options.most < std::numeric_limits<uint64_t>::max())
@@ -204,9 +217,10 @@ public:
             return append(set, part);
         if (m_output == nullptr)
             throw Error(ErrorCode::OutOfMemory,
-                        formatString("export: more than %llu Gaussians, expected as many as memory holds; choose --to "
-                                     "ply, a lower --sh, fewer cameras with --cameras, or a smaller model (gsc bake)",
-                                     (unsigned long long)(m_budget / each)));
+                        formatString("export: more than %llu Gaussians, expected as many as memory holds; choose %s, a "
+                                     "lower --sh, fewer cameras with --cameras, or a smaller model (gsc bake)",
+                                     (unsigned long long)(m_budget / each),
+                                     m_is_ply ? "no --max-gaussians" : "--to ply"));
         whole = false;
         set = {};
     }
@@ -231,6 +245,7 @@ private:
     }
 
     int m_degree;
+    bool m_is_ply;
     uint64_t m_budget;
     OutputFile* m_output = nullptr; // of a PLY
 };
@@ -310,7 +325,10 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
     const FitOptions fit_options{degree, options.threads, !options.at.empty(),
                                  rasterConstants(*scene->view().params, 0)};
     std::optional<OutputFile> file;
-    if (!options.lod)
+    std::optional<NewFolder> folder;
+    if (options.lod)
+        folder.emplace(options.output, options.overwrite, kLodFolder);
+    else
         file.emplace(options.output, OutputKind::Binary, options.overwrite);
     Gathering gathering(options, degree, file ? &*file : nullptr);
     fitGaussians(
@@ -332,7 +350,7 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
     result.fit_cameras = fit.size();
 
     if (options.lod) {
-        exportLevels(set, scene, views.judges, options, report, result);
+        exportLevels(set, scene, views.judges, options, report, *folder, result);
         return result;
     }
     OutputFile& output = *file;

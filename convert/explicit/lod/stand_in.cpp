@@ -37,11 +37,11 @@ void appendOne(GaussianSet& set, std::span<const uint32_t> parts)
         const size_t i = parts[p];
         double deviation[3];
         for (size_t c = 0; c < 3; ++c)
-            deviation[c] = std::exp(double(set.log_scale[3 * i + c]));
+            deviation[c] = std::exp(double(set.log_scale[size_t(3) * i + c]));
         weight[p] = std::max(double(set.opacity[i]) * areaOf(deviation), 1e-30);
         weights += weight[p];
         for (size_t c = 0; c < 3; ++c)
-            mean[c] += weight[p] * double(set.position[3 * i + c]);
+            mean[c] += weight[p] * double(set.position[size_t(3) * i + c]);
         for (size_t c = 0; c < color.size(); ++c)
             color[c] += weight[p] * double(set.color[i * color.size() + c]);
         score += double(set.score[i]);
@@ -55,8 +55,8 @@ void appendOne(GaussianSet& set, std::span<const uint32_t> parts)
         glm::dmat3 axes = glm::mat3_cast(glm::dquat(double(q[0]), double(q[1]), double(q[2]), double(q[3])));
         glm::dvec3 apart;
         for (int c = 0; c < 3; ++c) {
-            axes[c] *= std::exp(double(set.log_scale[3 * i + size_t(c)]));
-            apart[c] = double(set.position[3 * i + size_t(c)]) - mean[c];
+            axes[c] *= std::exp(double(set.log_scale[size_t(3) * i + size_t(c)]));
+            apart[c] = double(set.position[size_t(3) * i + size_t(c)]) - mean[c];
         }
         sum += weight[p] / weights * (axes * transpose(axes) + outerProduct(apart, apart));
     }
@@ -97,7 +97,7 @@ void splitInSpace(const GaussianSet& set, std::span<uint32_t> which, size_t firs
 {
     float least[3], most[3];
     for (size_t c = 0; c < 3; ++c) {
-        const auto place = [&](uint32_t i) { return set.position[3 * i + c]; };
+        const auto place = [&](uint32_t i) { return set.position[size_t(3) * i + c]; };
         const auto [low, high] = std::ranges::minmax_element(which, {}, place);
         least[c] = place(*low);
         most[c] = place(*high);
@@ -107,7 +107,7 @@ void splitInSpace(const GaussianSet& set, std::span<uint32_t> which, size_t firs
         if (most[c] - least[c] > most[axis] - least[axis])
             axis = c;
     std::ranges::nth_element(which, which.begin() + std::ptrdiff_t(first), [&](uint32_t a, uint32_t b) {
-        const float p = set.position[3 * a + axis], q = set.position[3 * b + axis];
+        const float p = set.position[size_t(3) * a + axis], q = set.position[size_t(3) * b + axis];
         return p != q ? p < q : a < b; // the same on any machine
     });
 }
