@@ -61,8 +61,28 @@ NewFolder::NewFolder(const std::string& path, bool overwrite, const FolderKind& 
                 path + ": exists already, expected no such folder; choose another folder or pass -w to replace it");
         checkReplaced(path, m_final, kind);
     }
-    fs::create_directories(m_final.parent_path(), error); // what fails shows in the next line
-    m_work.emplace(m_final.string(), TemporaryKind::Folder, 0777);
+    for (fs::path parent = m_final.parent_path(); !parent.empty() && !fs::exists(parent, error);
+         parent = parent.parent_path())
+        m_parents.push_back(parent);
+    try {
+        fs::create_directories(m_final.parent_path(), error); // what fails shows in the next line
+        m_work.emplace(m_final.string(), TemporaryKind::Folder, 0777);
+    } catch (...) {
+        removeParents();
+        throw;
+    }
+}
+
+NewFolder::~NewFolder()
+{
+    m_work.reset();
+    removeParents();
+}
+
+void NewFolder::removeParents() const
+{
+    for (const fs::path& parent : m_parents)
+        ::rmdir(parent.c_str()); // fails unless it is empty
 }
 
 std::string NewFolder::file(const std::string& relative) const
@@ -91,6 +111,7 @@ void NewFolder::commit()
     // at once where the system can; the old folder then has the temporary's name and goes with it
     if (::renameat2(AT_FDCWD, work.c_str(), AT_FDCWD, m_final.c_str(), RENAME_EXCHANGE) == 0) {
         m_work.reset();
+        m_parents.clear();
         return;
     }
     std::error_code error, ignored;
@@ -106,6 +127,7 @@ void NewFolder::commit()
         failOutput(m_final.string(), "cannot be written", error.value());
     }
     m_work->release();
+    m_parents.clear();
     if (replaces)
         fs::remove_all(old, ignored);
 }

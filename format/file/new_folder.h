@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace gsc {
 
@@ -21,12 +22,14 @@ struct FolderKind {
     bool (*is_own)(const std::filesystem::path& entry); // all else in it is somebody's work
 };
 
-// Work goes on in a temporary folder beside it; commit() renames that. Unless committed, the destructor removes it.
+// Work goes on in a temporary folder beside it; commit() renames that. Unless committed, the destructor removes it, and the
+// folders above it that were made for it.
 class NewFolder {
 public:
     // Throws Error: Usage (the folder exists, is not empty and `overwrite` is off, or is not of the kind, or holds what is not
     // its own), Io.
     NewFolder(const std::string& path, bool overwrite, const FolderKind& kind);
+    ~NewFolder();
     NewFolder(const NewFolder&) = delete;
     NewFolder& operator=(const NewFolder&) = delete;
 
@@ -40,7 +43,10 @@ public:
     void commit();
 
 private:
-    std::filesystem::path m_final; // links followed
+    void removeParents() const;
+
+    std::filesystem::path m_final;                // links followed
+    std::vector<std::filesystem::path> m_parents; // that it made, the innermost first
     std::optional<Temporary> m_work;
 };
 

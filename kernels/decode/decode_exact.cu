@@ -230,13 +230,13 @@ __device__ __forceinline__ GaussianOf<float> gaussianAt(const DecodeExactArgs& a
     const float4 center = reinterpret_cast<const float4*>(args.model.placement)[anchor];
     const float anchor_at[3] = {center.x, center.y, center.z};
     const float* const offset = room.offsets[row] + 3 * k;
-    const float *const reach = args.model.size + size_t(3) * anchor, *const shape =
-                                                                         args.model.shape + size_t(6) * anchor;
+    const float* const reach = args.model.size + size_t(3) * anchor;
     GaussianOf<float> g;
 #pragma unroll
     for (uint32_t i = 0; i < 3; ++i) {
         g.position[i] = anchor_at[i] + offset[i] * reach[i];
-        const float extent = args.model.shape != nullptr ? shape[3 + i] : expf(room.scales[row][3 + i]);
+        const float extent =
+            args.model.shape != nullptr ? args.model.shape[size_t(6) * anchor + 3 + i] : expf(room.scales[row][3 + i]);
         g.scale[i] = extent * sigmoid(room.outputs[K + 7 * k + i][row]);
         g.color[i] = sigmoid(room.outputs[8 * K + 3 * k + i][row]);
     }

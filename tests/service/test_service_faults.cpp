@@ -112,6 +112,24 @@ TEST_CASE("without a worker left poses fail with its error, and the program goes
     CHECK(service.stats().workers[0].last_fault.find("injected") != std::string::npos);
 }
 
+TEST_CASE("a worker that fails each time never pauses longer than 64 times its first pause")
+{
+    const SyntheticModel model(modelOptions());
+    Faults faults;
+    faults.throws = 1;
+    ServiceOptions options = faulty(1, ServiceMode::Frame, faults);
+    options.comes_back = 1ms;
+    options.most_faults = 16; // pauses of 0.64 s together, and of 33 s where each is twice the one before
+    RendererService service(model.view(), options);
+    const auto start = std::chrono::steady_clock::now();
+    submitWalk(service, 0, 1, FrameOptions{});
+    const auto delivery = service.next();
+    REQUIRE(delivery);
+    CHECK(delivery->end == PoseEnd::Failed);
+    CHECK(service.stats().workers[0].faults == 16);
+    CHECK(std::chrono::steady_clock::now() - start < 16s);
+}
+
 namespace {
 
 // Answers a call with `act`, which may throw or take its time; draws nothing.
