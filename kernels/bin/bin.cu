@@ -17,6 +17,7 @@ constexpr uint32_t kSlabBlock = 512; // threads, a bucket each
 static_assert(kDepthBuckets % (4 * kSlabBlock) == 0);
 constexpr uint32_t kThreads = 256;
 constexpr uint32_t kBlocksPerProcessor = 8; // all that a multiprocessor holds
+constexpr uint32_t kScatterBlocks = 6;      // of a multiprocessor: 40 registers
 
 // The part of all of a histogram's counts that lies before the middle of each bucket; never falls. Below zero if there are
 // none. A bucket per thread; a block adds up all of the histogram by itself: it is small, and nothing waits for another
@@ -81,7 +82,7 @@ __device__ __forceinline__ SharedAtomic shareAtomic(uint32_t* counters, uint32_t
     return {first, peers};
 }
 
-__global__ void __launch_bounds__(kThreads) scatterKernel(const __grid_constant__ BinCudaArgs args)
+__global__ void __launch_bounds__(kThreads, kScatterBlocks) scatterKernel(const __grid_constant__ BinCudaArgs args)
 {
     if (willRepeat(*args.counters))
         return;
@@ -96,9 +97,12 @@ __global__ void __launch_bounds__(kThreads) scatterKernel(const __grid_constant_
     for (; first < count; first += step) {
         const SplatPlace place = next;
         next = placeAt(first + step + lane);
-        forCellsOfWarp(
+        forCellsOfWarp<4>(
             args.grid, args.pass.slab_of, place, base + first + lane,
             [&](uint32_t cell) { return shareAtomic(cells, cell); },
+            [&](uint32_t cell) {
+                return SharedAtomic{atomicAdd(cells + cell, 1u), 1u << lane};
+            },
             [&](const SharedAtomic& taken, uint32_t depth_bits, uint32_t slot) {
                 const uint32_t at = taken.mine();
                 if (at < args.pair_capacity)
@@ -289,8 +293,7 @@ void binCuda(const BinCudaArgs& args, uint32_t processors, CUstream_st* stream)
     const uint32_t cells = args.lists * args.grid.cells();
     size_t bytes = args.scratch_bytes;
     GSC_CUDA_CHECK(cub::DeviceScan::ExclusiveSum(args.scratch, bytes, args.cells, cells, stream));
-    launchCuda(scatterKernel, dim3(processors * kBlocksPerProcessor / args.lists, args.lists), kThreads, 0, stream,
-               args);
+    launchCuda(scatterKernel, dim3(processors * kScatterBlocks / args.lists, args.lists), kThreads, 0, stream, args);
     launchCuda(pieceKernel, processors * kBlocksPerProcessor, kThreads, 0, stream, args);
     launchCuda(queueKernel, (args.lists * args.grid.bins() + kThreads - 1) / kThreads, kThreads, 0, stream, args);
 }

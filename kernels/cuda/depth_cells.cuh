@@ -33,8 +33,6 @@ __device__ __forceinline__ uint32_t passOf(const DepthPass& pass, const BinGrid&
 __device__ __forceinline__ bool mayBeIn(const DepthPass& pass, const BinGrid& grid, const EyeParams& eye,
                                         const Vec3<float>& p, float reach)
 {
-    if (pass.count == 1)
-        return true;
     const float z = viewPoint<float>(eye, p).z;
     const float size =
         fabsf(p.x) + fabsf(p.y) + fabsf(p.z) + fabsf(eye.center[0]) + fabsf(eye.center[1]) + fabsf(eye.center[2]);
@@ -47,10 +45,12 @@ __device__ __forceinline__ bool mayBeIn(const DepthPass& pass, const BinGrid& gr
 // Calls take(cell) and then put(what take gave, depth_bits, slot) for every cell of one eye that the splats of a warp fall
 // into. All lanes of the warp call it together; a lane without a splat passes a place of kNoBins. Splats of few bins are
 // their lane's own work, and all are taken before the first is put, so that their atomics are under way together; the
-// others are the whole warp's, so that none of them holds the rest up.
-template <typename Take, typename Put>
+// others are the whole warp's, so that none of them holds the rest up. Of those take_other(cell) is called, for no cell
+// twice, and kOthers of a lane are taken at once: near splats of hundreds of bins lie in slots beside each other, and the
+// warp that has them is the last to end.
+template <uint32_t kOthers, typename Take, typename TakeOther, typename Put>
 __device__ __forceinline__ void forCellsOfWarp(const BinGrid& grid, const uint16_t* slab_of, const SplatPlace& place,
-                                               uint32_t slot, Take take, Put put)
+                                               uint32_t slot, Take take, TakeOther take_other, Put put)
 {
     constexpr uint32_t kFew = 4;
     const uint32_t lane = threadIdx.x & 31u;
@@ -77,9 +77,20 @@ __device__ __forceinline__ void forCellsOfWarp(const BinGrid& grid, const uint16
         const SplatPlace p{__shfl_sync(~0u, place.depth_bits, from), __shfl_sync(~0u, place.box, from)};
         const uint32_t s = __shfl_sync(~0u, slot, from), w = __shfl_sync(~0u, width, from);
         const uint32_t n = __shfl_sync(~0u, count, from), d = __shfl_sync(~0u, slab, from);
-        for (uint32_t i = lane; i < n; i += 32)
-            put(take(((((p.box >> 8 & 255u) + i / w) * grid.columns + (p.box & 255u) + i % w) << grid.slab_bits) + d),
-                p.depth_bits, s);
+        for (uint32_t i = lane; i < n; i += 32 * kOthers) {
+            decltype(take(0u)) others[kOthers] = {};
+#pragma unroll
+            for (uint32_t j = 0; j < kOthers; ++j)
+                if (i + 32 * j < n) {
+                    const uint32_t row = (p.box >> 8 & 255u) + (i + 32 * j) / w,
+                                   column = (p.box & 255u) + (i + 32 * j) % w;
+                    others[j] = take_other(((row * grid.columns + column) << grid.slab_bits) + d);
+                }
+#pragma unroll
+            for (uint32_t j = 0; j < kOthers; ++j)
+                if (i + 32 * j < n)
+                    put(others[j], p.depth_bits, s);
+        }
     }
 }
 

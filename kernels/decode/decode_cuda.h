@@ -48,8 +48,9 @@ struct DecodeFrame : FrameNow {
     RasterConstants rules;
     BinGrid grid;
     DepthPass pass;
-    const uint32_t* visible; // from select
-    const float* fraction;   // from select, or null
+    const uint32_t* visible; // from select, or those of the pass
+    const float* fraction;   // beside them, or null
+    const uint32_t* visible_count;
     uint32_t visible_capacity;
     SplatPlace* places; // eye_count x slot_capacity, or slot_capacity
     uint32_t* cells;    // eye_count x grid.cells(), or grid.cells(): splats of each, zero before

@@ -122,9 +122,8 @@ __device__ __forceinline__ void countCells(const DecodeFrame& args, uint32_t lis
     if (place.box != kNoBins)
         tally.pairs += binCount(place.box);
     uint32_t* cells = args.cells + size_t(list) * args.grid.cells();
-    forCellsOfWarp(
-        args.grid, args.pass.slab_of, place, 0, [&](uint32_t cell) { return atomicAdd(cells + cell, 1u); },
-        [](uint32_t, uint32_t, uint32_t) {});
+    const auto count = [&](uint32_t cell) { return atomicAdd(cells + cell, 1u); };
+    forCellsOfWarp<1>(args.grid, args.pass.slab_of, place, 0, count, count, [](uint32_t, uint32_t, uint32_t) {});
 }
 
 // Activates, projects and writes those of the `count` staged Gaussians that one eye sees. seen_by, factors: of this

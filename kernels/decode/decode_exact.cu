@@ -319,7 +319,7 @@ __global__ void __launch_bounds__(kMostWarps * 32, 1) decodeExactKernel(const __
 
     const uint32_t lane = threadIdx.x & 31u, warps = blockDim.x / 32;
     Room& room = reinterpret_cast<Room*>(memory + sizeof(ExactWeights))[threadIdx.x >> 5];
-    const uint32_t count = min(args.counters->anchors_listed, args.visible_capacity);
+    const uint32_t count = min(*args.visible_count, args.visible_capacity);
     const uint32_t view_rows = args.takes_level ? 5u : args.takes_distance ? 4u : 3u;
     EyeTally left, right;
     bool positive_left = false, positive_right = false;
@@ -331,10 +331,6 @@ __global__ void __launch_bounds__(kMostWarps * 32, 1) decodeExactKernel(const __
         if (lane < kRows && first + lane < count) {
             const uint32_t entry = args.visible[first + lane], anchor = entry & ((1u << kAnchorBits) - 1u);
             seen_by = entry >> kAnchorBits;
-            const float4 p = reinterpret_cast<const float4*>(args.model.placement)[anchor];
-            for (uint32_t e = 0; e < args.eye_count; ++e)
-                if (!anchorMayBeIn(args, args.eyes[e], anchor, {p.x, p.y, p.z}))
-                    seen_by &= ~(1u << e);
             const uint32_t chunk = chunkOf(args.view, anchor), local = anchor - args.view.chunks[chunk].anchor_first;
             level = float(anchorLevel(args.view, chunk));
             room.anchors[lane] = anchor;
@@ -347,8 +343,6 @@ __global__ void __launch_bounds__(kMostWarps * 32, 1) decodeExactKernel(const __
         const uint32_t rows[kMaxEyes] = {__ballot_sync(~0u, (seen_by & 1u) != 0),
                                          __ballot_sync(~0u, (seen_by & 2u) != 0)};
         const uint32_t any = rows[0] | rows[1];
-        if (any == 0)
-            continue; // a group lies close together: often all of its anchors are in other passes
         __syncwarp();
         bool summed = false; // over the features; with a bank they depend on the eye
 #pragma unroll 1

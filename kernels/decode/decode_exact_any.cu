@@ -16,7 +16,7 @@ __global__ void __launch_bounds__(kThreads) decodeAnyKernel(const __grid_constan
     float local_scratch[kLocalValues];
     const uint32_t thread = blockIdx.x * kThreads + threadIdx.x;
     float* scratch = args.scratch != nullptr ? args.scratch + size_t(thread) * args.scratch_values : local_scratch;
-    const uint32_t count = min(args.counters->anchors_listed, args.visible_capacity);
+    const uint32_t count = min(*args.visible_count, args.visible_capacity);
     for (uint32_t item = thread; item < count * args.eye_count; item += gridDim.x * kThreads) {
         const uint32_t index = item % count, e = item / count;
         const uint32_t entry = args.visible[index];
@@ -28,8 +28,6 @@ __global__ void __launch_bounds__(kThreads) decodeAnyKernel(const __grid_constan
         const float fraction = args.fraction != nullptr ? args.fraction[2 * index + e] : 1.0f;
         const float* placement = args.model.placement + size_t(4) * anchor;
         const float z = viewPoint<float>(eye, {placement[0], placement[1], placement[2]}).z;
-        if (!anchorMayBeIn(args, eye, anchor, {placement[0], placement[1], placement[2]}))
-            continue;
         const auto emit = [&](const GaussianOf<float>& g) {
             const Footprint<float> f = projectGaussian<float>(eye, args.rules, g);
             // what has no depth is counted in its anchor's pass

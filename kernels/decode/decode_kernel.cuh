@@ -69,7 +69,7 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks)
     const uint32_t K = model.params.n_offsets;
     const uint32_t lane = threadIdx.x & 31u, t = lane & 3u, g = lane >> 2;
     const uint32_t warp = (blockIdx.x * kDecodeThreads + threadIdx.x) >> 5, warps = gridDim.x * kDecodeWarps;
-    const uint32_t count = min(args.counters->anchors_listed, args.visible_capacity);
+    const uint32_t count = min(*args.visible_count, args.visible_capacity);
     Staging& staged = shared.staging[threadIdx.x >> 5];
     EyeTally left, right;
     uint32_t positive = 0; // bit per eye
@@ -91,16 +91,8 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks)
             positions[r][0] = p.x;
             positions[r][1] = p.y;
             positions[r][2] = p.z;
-            if (args.pass.count > 1) {
-                const float reach = anchorReach(model, anchorShape<kCompact>(model, anchors[r]));
-                for (uint32_t e = 0; e < args.eye_count; ++e)
-                    if (!mayBeIn(args.pass, args.grid, args.eyes[e], {p.x, p.y, p.z}, reach))
-                        seen_by[r] &= ~(1u << e);
-            }
         }
         const uint32_t seen = __reduce_or_sync(~0u, seen_by[0] | seen_by[1]);
-        if (seen == 0)
-            continue; // a group lies close together: often all of its anchors are in other passes
         float levels[2];
         gatherInputs<kCompact>(args, anchors, t, feature, levels);
         askForAnchors<kCompact>(args, ahead, lane);

@@ -23,15 +23,6 @@ __device__ __forceinline__ uint32_t chunkOf(const ModelView& view, uint32_t anch
     return low;
 }
 
-// Can an anchor of the model have Gaussians in this pass, seen by this eye?
-__device__ __forceinline__ bool anchorMayBeIn(const DecodeFrame& frame, const EyeParams& eye, uint32_t anchor,
-                                              const Vec3<float>& p)
-{
-    if (frame.pass.count == 1)
-        return true;
-    return mayBeIn(frame.pass, frame.grid, eye, p, anchorReach(frame.model, anchorShape(frame.model, anchor)));
-}
-
 // Bins of the pixels that upstream's tiles cover and alpha >= 1/255 can reach, of the columns that are drawn; kNoBins if there
 // are none.
 __device__ __forceinline__ uint32_t binBox(const DecodeFrame& frame, uint32_t e, const Footprint<float>& f,

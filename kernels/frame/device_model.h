@@ -145,6 +145,7 @@ struct PassCounters {
         pairs[kMaxEyes];      // (bin, splat); more than 2^32 of them overflow the cells, so they are counted apart
     uint32_t slots[kMaxEyes]; // splat slots reserved, with gaps
     uint32_t gaps[kMaxEyes];  // slots of those that stayed unused
+    uint32_t anchors_listed;  // of a pass of several (pass_list_cuda.h)
     uint32_t pieces[kPieceClasses], next_piece[kPieceClasses];
     uint32_t bin_classes[kBinClasses], queued[kBinClasses]; // fullest first
     uint32_t bins;                                          // that are queued: those of the columns that are drawn

@@ -12,7 +12,7 @@ namespace gsc {
 namespace {
 
 constexpr uint32_t kThreads = 256;
-constexpr uint32_t kBlocksPerProcessor = 4;
+constexpr uint32_t kBlocksPerProcessor = 3; // all that a multiprocessor holds: 80 registers
 
 // What a warp knows of one strip: lanes 0 to 15 its anchors for the left eye, the others for the right.
 struct StripLane {
@@ -320,7 +320,8 @@ __device__ void decideMerged(const ScheduleCudaArgs& args, const ListedStrip& li
         tables.entries[own].used = args.now.frame; // it is replaced
 }
 
-__global__ void __launch_bounds__(kThreads) scheduleKernel(const __grid_constant__ ScheduleCudaArgs args)
+__global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
+    scheduleKernel(const __grid_constant__ ScheduleCudaArgs args)
 {
     const ReuseNow& now = args.now;
     const ReuseTables& tables = args.tables;

@@ -17,8 +17,7 @@
 namespace gsc {
 
 constexpr uint32_t kAnchorThreads = kGroupSize;
-constexpr uint32_t kAnchorBlocksPerProcessor = 16; // of kAnchorThreads threads: all that a multiprocessor holds
-constexpr uint32_t kAnchorResident = 9;            // of those: 56 registers
+constexpr uint32_t kAnchorResident = 9; // blocks that a multiprocessor holds: 56 registers
 
 // What a thread knows of its anchor and of its warp's.
 struct WarpOfGroup {
@@ -104,7 +103,7 @@ void launchAnchors(const typename Lists::Args& args, uint32_t processors, CUstre
 {
     // sized by capacity: the count is still on its way, and blocks without a group leave at once
     const uint32_t blocks =
-        std::max(std::min(uint32_t(args.model.params.group_count), processors * kAnchorBlocksPerProcessor), 1u);
+        std::max(std::min(uint32_t(args.model.params.group_count), processors * kAnchorResident), 1u);
     launchCuda(anchorKernel<Lists>, blocks, kAnchorThreads, 0, stream, args);
 }
 

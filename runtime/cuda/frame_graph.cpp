@@ -68,6 +68,7 @@ void FrameGraph::capture(FrameCapture& capture, const FrameJob& job, const Frame
         if (p > 0)
             capture.clear(&job.buffers.counters->pass, sizeof(PassCounters));
         capture.clear(job.buffers.cells, job.shape.cells() * sizeof(uint32_t));
+        listPass(capture, job, p);
         if (reuses)
             reuse.decode(capture, job);
         else

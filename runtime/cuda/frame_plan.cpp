@@ -126,10 +126,13 @@ uint32_t passesFor(const FrameRoom& room, uint64_t splats, uint64_t pairs, Frame
         }
     }
     const FrameCapacity most = mostOf(room, capacity.visible, pairsPerSlot(room, splats, pairs));
-    if (!fits(room, capacity) || splats != 0)
-        capacity = most;
     // one pass of a load that is known has no room: with fewer gaps in each of several it might look as if it had
-    return std::max(passesOver(room, slots, more_pairs, most), splats != 0 ? kSeveral : 1);
+    const uint32_t least = splats != 0 ? kSeveral : 1,
+                   passes = std::max(passesOver(room, slots, more_pairs, most), least);
+    // what does as well is kept, since another capacity is another graph, which takes a host a millisecond to make
+    if (!fits(room, capacity) || (splats != 0 && passesOver(room, slots, more_pairs, capacity) > passes))
+        capacity = most;
+    return passes;
 }
 
 uint32_t grownPasses(const FrameRoom& room, const FrameNeeds& needs, uint32_t passes, FrameCapacity& capacity)

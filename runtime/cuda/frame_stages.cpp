@@ -7,6 +7,7 @@
 #include "kernels/math/lod.h"
 #include "kernels/math/projection.h"
 #include "kernels/present/false_colour.h"
+#include "kernels/select/pass_list_cuda.h"
 #include "kernels/sort/sort_cuda.h"
 #include "runtime/frame_checks.h"
 #include "runtime/view/stereo.h"
@@ -35,8 +36,10 @@ void setDecodeFrame(DecodeFrame& frame, const FrameJob& job, uint32_t pass)
     frame.rules = job.shape.rules;
     frame.grid = job.shape.grid;
     frame.pass = passOf(job, pass);
-    frame.visible = job.buffers.visible;
-    frame.fraction = job.buffers.fraction;
+    const bool whole = job.shape.passes == 1;
+    frame.visible = whole ? job.buffers.visible : job.buffers.listed;
+    frame.fraction = whole ? job.buffers.fraction : job.buffers.listed_fraction;
+    frame.visible_count = whole ? &job.buffers.counters->anchors_listed : &job.buffers.counters->pass.anchors_listed;
     frame.visible_capacity = job.capacity.visible;
     frame.places = job.buffers.places;
     frame.cells = job.buffers.cells;
@@ -149,6 +152,11 @@ FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const Fr
         b.fraction = layout.take<float>(size_t(kMaxEyes) * params.group_count * kGroupSize);
     else if (shape.fades)
         b.fraction = layout.take<float>(size_t(kMaxEyes) * capacity.visible);
+    if (shape.passes > 1) {
+        b.listed = layout.take<uint32_t>(capacity.visible);
+        if (shape.fades)
+            b.listed_fraction = layout.take<float>(size_t(kMaxEyes) * capacity.visible);
+    }
     const size_t scratch = shape.exact && scene.exactWeights() == nullptr
                                ? exactScratchValues(uint32_t(decodeScratch(params)), limits.processors)
                                : size_t(0);
@@ -193,6 +201,25 @@ SelectCudaArgs selectArgs(const FrameJob& job)
     args.histogram = job.buffers.histogram;
     args.counters = job.buffers.counters;
     return args;
+}
+
+void listPass(FrameCapture& capture, const FrameJob& job, uint32_t pass)
+{
+    if (job.shape.passes == 1)
+        return;
+    PassListArgs args{};
+    setNow(args, job.now);
+    args.model = job.scene.model();
+    args.eye_count = job.shape.eye_count;
+    args.grid = job.shape.grid;
+    args.pass = passOf(job, pass);
+    args.visible = job.buffers.visible;
+    args.fraction = job.buffers.fraction;
+    args.capacity = job.capacity.visible;
+    args.listed = job.buffers.listed;
+    args.listed_fraction = job.buffers.listed_fraction;
+    args.counters = job.buffers.counters;
+    capture.add(args, listPassCuda);
 }
 
 DecodeCudaArgs decodeArgs(const FrameJob& job, uint32_t pass)

@@ -62,6 +62,8 @@ struct FrameBuffers { // device memory
     FrameCounters* counters;
     uint32_t *visible_groups, *visible, *histogram, *cells, *bin_class, *bin_queue, *bin_units;
     float *fraction, *scratch; // or null
+    uint32_t* listed;          // of a pass, where there are several; else null
+    float* listed_fraction;
     uint16_t* slab_of;
     unsigned char* splats;
     SplatPlace* places;
@@ -102,8 +104,9 @@ public:
 
 // In this order; decode to blend once per pass.
 SelectCudaArgs selectArgs(const FrameJob& job);
-DecodeCudaArgs decodeArgs(const FrameJob& job, uint32_t pass); // of the tier `fast`
-void cutDepths(FrameCapture& capture, const FrameJob& job);    // into slabs
+DecodeCudaArgs decodeArgs(const FrameJob& job, uint32_t pass);            // of the tier `fast`
+void cutDepths(FrameCapture& capture, const FrameJob& job);               // into slabs
+void listPass(FrameCapture& capture, const FrameJob& job, uint32_t pass); // its anchors, where there are several
 void decodeFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass);
 PaintCudaArgs paintArgs(const FrameJob& job);                // with the model's origins
 void paintFrame(FrameCapture& capture, const FrameJob& job); // false colours of Gaussians; reuse paints ages itself

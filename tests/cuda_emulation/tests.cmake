@@ -13,7 +13,7 @@ target_include_directories(gsc_cuda_emulation BEFORE PUBLIC ${CMAKE_CURRENT_SOUR
 target_include_directories(gsc_cuda_emulation PUBLIC ${PROJECT_SOURCE_DIR})
 target_compile_definitions(gsc_cuda_emulation PUBLIC GSC_CUDA_EMULATION)
 
-set(emulated_kernels upload/upload.cu select/select.cu decode/decode.cu decode/decode_compact.cu decode/decode_exact.cu
+set(emulated_kernels upload/upload.cu select/select.cu select/pass_list.cu decode/decode.cu decode/decode_compact.cu decode/decode_exact.cu
                      decode/decode_exact_any.cu bin/bin.cu present/present.cu cuda/stage_clock.cu sort/sort.cu reuse/select_strips.cu reuse/schedule.cu
                      reuse/grant.cu reuse/decode_keep.cu reuse/draw_kept.cu reuse/paint_kept.cu present/paint.cu
                      blend/blend.cu blend/blend_exact.cu blend/blend_cost.cu blend/blend_cost_exact.cu)

@@ -4,6 +4,7 @@
 #include "kernels/decode/decode.h"
 #include "kernels/math/projection.h"
 #include "kernels/project/project_body.h"
+#include "kernels/select/pass_list_cuda.h"
 
 #include <doctest/doctest.h>
 
@@ -36,6 +37,27 @@ bool sameTiles(const PackedSplat&, const TileRect&)
 bool sameTiles(const ExactSplat& s, const TileRect& tiles)
 {
     return s.tx0 == tiles.x0 && s.ty0 == tiles.y0 && s.tx1 == tiles.x1 && s.ty1 == tiles.y1;
+}
+
+// As a frame of several passes does before it decodes one. listed, fraction: room for all of the frame's anchors.
+void listPass(DecodeFrame& frame, uint32_t* listed, float* fraction)
+{
+    PassListArgs args{};
+    std::copy_n(frame.eyes, kMaxEyes, args.eyes);
+    args.model = frame.model;
+    args.eye_count = frame.eye_count;
+    args.grid = frame.grid;
+    args.pass = frame.pass;
+    args.visible = frame.visible;
+    args.fraction = frame.fraction;
+    args.capacity = frame.visible_capacity;
+    args.listed = listed;
+    args.listed_fraction = fraction;
+    args.counters = frame.counters;
+    listPassCuda(args, kTestProcessors, testStream().handle);
+    frame.visible = listed;
+    frame.fraction = fraction;
+    frame.visible_count = &frame.counters->pass.anchors_listed;
 }
 
 void launch(const DecodeFrame& frame, const DecodeJob& job, PackedSplat* splats)
@@ -158,6 +180,7 @@ Decoded<Splat> decodeOnDevice(const DecodeJob& job)
     frame.pass = {slab_of.get(), job.pass, job.passes};
     frame.visible = visible.get();
     frame.fraction = job.fraction.empty() ? nullptr : fraction.get();
+    frame.visible_count = &counters.get()->anchors_listed;
     frame.visible_capacity = uint32_t(job.visible.size());
     frame.places = places.get();
     frame.cells = cells.get();
@@ -166,9 +189,13 @@ Decoded<Splat> decodeOnDevice(const DecodeJob& job)
     frame.bank = job.model->scene.bank();
     frame.takes_distance = job.model->scene.takes(kMlpTakesDistance);
     frame.takes_level = job.model->scene.takes(kMlpTakesLevel);
+    const GuardedBuffer<uint32_t> listed(job.visible.size());
+    const GuardedBuffer<float> listed_fraction(job.fraction.size());
+    if (job.passes > 1)
+        listPass(frame, listed.get(), job.fraction.empty() ? nullptr : listed_fraction.get());
     launch(frame, job, splats.get());
-    for (const bool whole : {visible.intact(), fraction.intact(), slab_of.intact(), cells.intact(), places.intact(),
-                             splats.intact(), counters.intact()})
+    for (const bool whole : {listed.intact(), listed_fraction.intact(), visible.intact(), fraction.intact(),
+                             slab_of.intact(), cells.intact(), places.intact(), splats.intact(), counters.intact()})
         CHECK(whole);
 
     Decoded<Splat> decoded{};

@@ -191,10 +191,11 @@ void checkPasses(bool broken)
         CAPTURE(passes);
         cutIntoPasses(job, passes);
         Decoded<Splat> sum{};
-        uint32_t twice = 0, empty = 0;
+        uint32_t twice = 0, empty = 0, listed = 0;
         for (job.pass = 0; job.pass < passes; ++job.pass) {
             Decoded<Splat> part = decodeOnDevice<Splat>(job);
             CHECK(part.counters.overflow == 0);
+            listed += part.counters.pass.anchors_listed;
             for (uint32_t e = 0; e < 2; ++e) {
                 empty += part.eyes[e].empty();
                 for (const auto& emitted : part.eyes[e])
@@ -206,6 +207,8 @@ void checkPasses(bool broken)
         }
         CHECK(twice == 0);
         CHECK(empty < passes);
+        CHECK(listed > job.visible.size()); // some reach into two
+        CHECK(listed < (passes + 1) * job.visible.size() / 2);
         for (uint32_t e = 0; e < 2; ++e) {
             CHECK(sum.counters.gaussians[e] == all.counters.gaussians[e]);
             CHECK(sum.counters.dropped[e] == all.counters.dropped[e]);

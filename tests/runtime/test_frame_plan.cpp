@@ -384,6 +384,28 @@ TEST_CASE("frame plan: slots that grow beside many pairs stay within what is fre
     CHECK(draw(far, room, capacity, near).fits);
 }
 
+TEST_CASE("frame plan: under a budget, loads that are much alike share a capacity, so that their graphs are kept")
+{
+    const FrameRoom room = roomOf(40'000'000, 400 * kMiB, true);
+    FrameCapacity capacity = plannedCapacity(room, {});
+    Load load{1'000'000, 6'000'000, 9'000'000};
+    draw(load, room, capacity);
+    CHECK(draw(load, room, capacity, load).passes == 2);
+    uint32_t changes = 0, passes = 0;
+    for (uint64_t step = 0; step < 40; ++step) {
+        const Load last = load;
+        load.splats += 100'000;
+        load.pairs += 160'000 - 8'000 * step; // more of each splat, then fewer
+        const FrameCapacity before = capacity;
+        const Drawn drawn = draw(load, room, capacity, last);
+        CHECK(drawn.repeats == 0);
+        changes += capacity != before;
+        passes = std::max(passes, drawn.passes);
+    }
+    CHECK(passes == 3); // it does grow
+    CHECK(changes <= 3);
+}
+
 // A frame that reuses has a writer more, which a frame of several passes does without.
 TEST_CASE("frame plan: where only one pass has many gaps, several are taken, and at once when the load is known")
 {
