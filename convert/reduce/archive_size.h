@@ -20,6 +20,12 @@ struct StoredBytes {
     [[nodiscard]] uint64_t anchors() const { return positions + scales + offsets + features + other_anchors; }
 };
 
+// Of a runtime file and of its archive.
+struct ReduceSizes {
+    uint64_t file = 0;
+    StoredBytes archive;
+};
+
 // Packs every part as `gsc archive` does, and keeps none, nor the pages it has read. Precondition: `view` came from
 // openGsc() on `file` without errors, of all of it. Throws Error(Interrupted, Unsupported).
 [[nodiscard]] StoredBytes archiveSize(const GscFile& file, const GscView& view, int threads);

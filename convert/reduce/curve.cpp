@@ -15,7 +15,7 @@ Curve bakeCurve(const ReduceOptions& options, const std::vector<double>& targets
     ReduceOptions same = options;
     same.target_psnr = targets.front(); // that there is one is all that counts here
     same.overwrite = true;
-    Reducer reducer(same, progress, targets.size());
+    Reducer reducer(same, progress, targets);
     Curve curve;
     curve.anchors = reducer.prepared().anchors;
     curve.device = reducer.prepared().device;
@@ -26,6 +26,7 @@ Curve bakeCurve(const ReduceOptions& options, const std::vector<double>& targets
             const ReduceReport report = reducer.bakeTo(scratch, target, options.min_view_psnr);
             curve.points.push_back(
                 {target, report.anchors - report.anchors_left_out, report.after, reducer.measure(scratch)});
+            curve.pictures_kept = report.pictures_kept;
         } catch (const Error& error) {
             if (error.code() != ErrorCode::Difference || (curve.points.size() == 1 && target == targets.back()))
                 throw;

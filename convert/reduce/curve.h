@@ -23,11 +23,13 @@ struct Curve {
     std::string device;                // what drew
     std::vector<CurvePoint> points;    // the model, then the targets that can be kept, in the order asked for
     std::vector<std::string> warnings; // targets that cannot be kept and why; what was passed over
+    uint64_t pictures_kept = 0;        // that a bake before had drawn for ReduceOptions::resume
     double seconds = 0;
 };
 
 // Bakes to each of `targets`, as reduce() would one by one; ReduceOptions::output is not used. `scratch`: a file that is
-// made and removed for each. Throws as reduce(); Difference where no target can be kept.
+// made and removed for each. ReduceOptions::resume stays: it is the caller's to remove when the curve is written. Throws as
+// reduce(); Difference where no target can be kept.
 [[nodiscard]] Curve bakeCurve(const ReduceOptions& options, const std::vector<double>& targets,
                               const std::string& scratch, const ReduceProgress& progress);
 

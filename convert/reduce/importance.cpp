@@ -315,6 +315,11 @@ void ImportanceMeter::lookFrom(const float (&centre)[3], int32_t appearance)
     m_state->countAlive(centre, appearance);
 }
 
+Importance& ImportanceMeter::found()
+{
+    return m_state->result;
+}
+
 Importance ImportanceMeter::take() &&
 {
     return std::move(m_state->result);

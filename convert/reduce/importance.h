@@ -43,6 +43,8 @@ public:
     void add(const EyeParams& eye, const FrameOptions& options);
     // Decodes every anchor from a place: which slots could be alive for someone who stands there?
     void lookFrom(const float (&centre)[3], int32_t appearance);
+    // What was found so far. What another meter of the same model had found may be put there, to go on from.
+    [[nodiscard]] Importance& found();
     [[nodiscard]] Importance take() &&;
 
 private:

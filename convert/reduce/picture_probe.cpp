@@ -49,14 +49,34 @@ FrameResult PictureProbe::drawColumns(const Camera& camera, const ColumnRange& c
 
 void PictureProbe::addPoses(const std::vector<Camera>& cameras)
 {
-    for (const Camera& camera : cameras) {
-        m_cameras.push_back(camera);
-        draw(camera, m_pictures.emplace_back());
+    m_cameras.insert(m_cameras.end(), cameras.begin(), cameras.end());
+    m_pictures.resize(m_cameras.size());
+}
+
+size_t PictureProbe::undrawn(size_t first, size_t count) const
+{
+    return size_t(std::count_if(m_pictures.begin() + ptrdiff_t(first), m_pictures.begin() + ptrdiff_t(first + count),
+                                [](const std::vector<float>& picture) { return picture.empty(); }));
+}
+
+void PictureProbe::drawWhole(size_t first, size_t count)
+{
+    for (size_t i = first; i < first + count; ++i) {
+        if (!m_pictures[i].empty())
+            continue;
+        if (!m_whole_loaded)
+            m_renderer->load(m_scene);
+        m_whole_loaded = true;
+        std::vector<float> pixels;
+        draw(m_cameras[i], pixels);
+        m_pictures[i] = std::move(pixels);
     }
 }
 
 SetScore PictureProbe::score(const ModelView& model, size_t first, size_t count)
 {
+    drawWhole(first, count);
+    m_whole_loaded = false;
     m_renderer->load(model);
     SetScore result;
     std::vector<float> pixels;
@@ -82,6 +102,8 @@ void PictureProbe::add(size_t pose, const std::vector<float>& pixels, size_t cou
 
 FileScore PictureProbe::measure(std::shared_ptr<const Scene> file, size_t first, size_t count)
 {
+    drawWhole(first, count);
+    m_whole_loaded = false;
     m_renderer->load(std::move(file));
     FileScore result;
     result.worst_ssim = 1;

@@ -42,8 +42,12 @@ public:
     // `scene` is the whole model, which `renderer` has loaded. `told` is called after each picture.
     PictureProbe(std::shared_ptr<const Scene> scene, std::unique_ptr<Renderer> renderer, std::function<void()> told);
 
-    // Draws what they are held against. To be called before score().
+    // Poses that scores are of, in this order.
     void addPoses(const std::vector<Camera>& cameras);
+    [[nodiscard]] const Camera& pose(size_t index) const { return m_cameras[index]; }
+    // Draws what the poses [first, first + count) are held against, unless it is drawn. What scores them does so too.
+    void drawWhole(size_t first, size_t count);
+    [[nodiscard]] size_t undrawn(size_t first, size_t count) const; // of those
     // Of the poses [first, first + count).
     [[nodiscard]] SetScore score(const ModelView& model, size_t first, size_t count);
     // The same of a file, with times.
@@ -61,9 +65,10 @@ private:
 
     std::shared_ptr<const Scene> m_scene;
     std::unique_ptr<Renderer> m_renderer;
+    bool m_whole_loaded = true;
     std::function<void()> m_told;
     std::vector<Camera> m_cameras;
-    std::vector<std::vector<float>> m_pictures; // of the whole model
+    std::vector<std::vector<float>> m_pictures; // of the whole model; empty = undrawn
 };
 
 } // namespace gsc

@@ -5,8 +5,11 @@
 #include "convert/bake/mlp_pack.h"
 #include "convert/reduce/file_anchors.h"
 #include "convert/reduce/gsc_checkpoint.h"
+#include "convert/reduce/measurer.h"
 #include "convert/reduce/pose_sets.h"
 #include "convert/reduce/reduce_manifest.h"
+#include "convert/reduce/state/bake_facts.h"
+#include "convert/reduce/state/bake_state.h"
 #include "convert/reduce/step_search.h"
 #include "format/error.h"
 #include "kernels/decode/decode_fragments.h"
@@ -62,25 +65,19 @@ struct Reducer::State {
                 params.feat_dim, params.n_offsets));
     }
 
-    // What no target has a part in. `bakes`: how many will follow.
-    void prepare(size_t bakes)
+    // What no target has a part in. `curve`: the targets that will follow, or empty.
+    void prepare(std::span<const double> curve)
     {
         const auto start = Clock::now();
-        stage("sizes", [&] {
-            m_report.before = {m_file->bytes().size(), archiveSize(*m_file, m_view, m_options.threads)};
-        });
         m_report.anchors = m_view.header->anchor_count;
         m_report.slots = m_report.anchors * m_view.params->n_offsets;
-        stage("poses", [&] { choosePoses(bakes); });
-        m_probe.emplace(m_scene, openDevice(), [this] { tell(); });
+        stage("poses", [&] { choosePoses(); });
+        openDevice(curve);
+        stage("sizes", [&] { m_report.before = m_measurer->sizes(); });
         letGo();
-        stage("weights", [&] { weigh(); });
+        stage("weights", [&] { m_importance.emplace(m_measurer->weigh(m_report.before)); });
         m_report.anchors_unseen = uint64_t(std::ranges::count(m_importance->seen, 0u));
-        stage("references", [&] {
-            std::vector<Camera> cameras = m_poses.search;
-            cameras.insert(cameras.end(), m_poses.verdict.begin(), m_poses.verdict.end());
-            m_probe->addPoses(cameras);
-        });
+        stage("references", [&] { m_measurer->drawWhole(); });
         std::vector<Mlp> halves = checkpointOf(m_view, m_options.name).mlps;
         roundToHalves(halves);
         m_weights = canonicalMlps(halves);
@@ -113,14 +110,17 @@ struct Reducer::State {
             if (again == kMostAgain)
                 refuse(m_report.verdict, "verdict", "though poses of the search keep more");
             m_margin += kAgainShare * lack() + kAgainMargin;
-            m_pictures += 3 * m_poses.search.size() + m_poses.verdict.size();
+            m_measurer->expect(3 * m_poses.search.size() + m_poses.verdict.size());
             stage("search", [&] { search(); });
             stage("verdict", [&] { judge(); });
         }
+        m_model->apply(m_report.plan);
         m_report.anchors_left_out = m_model->leftOut();
         m_report.slots_masked = m_model->masked();
+        m_report.pictures_drawn = m_measurer->drawn();
+        m_report.pictures_kept = m_measurer->kept();
         if (last) {
-            m_probe.reset();
+            m_measurer.reset();
             m_importance.reset();
         }
         stage("write", [&] { write(last); });
@@ -128,11 +128,7 @@ struct Reducer::State {
         return std::move(m_report);
     }
 
-    FileScore measure(const std::string& path)
-    {
-        m_pictures += kDrawsToMeasure * m_poses.verdict.size();
-        return m_probe->measure(Scene::open(path), m_poses.search.size(), m_poses.verdict.size());
-    }
+    FileScore measure(const std::string& path) { return m_measurer->measure(path); }
 
     [[nodiscard]] const ReduceReport& prepared() const { return m_prepared; }
 
@@ -162,15 +158,6 @@ private:
         return [this](uint32_t chunk) { m_file->letGo(chunkPayload(m_view, m_view.chunks[chunk])); };
     }
 
-    // A picture was drawn.
-    void tell()
-    {
-        letGo();
-        ++m_drawn;
-        if (m_progress)
-            m_progress("bake", std::min(m_drawn, m_pictures), m_pictures);
-    }
-
     static std::vector<uint32_t> numbersOf(const std::vector<uint32_t>& order)
     {
         std::vector<uint32_t> numbers(order.size());
@@ -179,18 +166,27 @@ private:
         return numbers;
     }
 
-    // What draws, with the whole model loaded.
-    std::unique_ptr<Renderer> openDevice()
+    // What draws, with the whole model loaded, and what a bake before has left, if it drew with the same.
+    void openDevice(std::span<const double> curve)
     {
         std::vector<std::string> passed_over;
         std::unique_ptr<Renderer> renderer =
             makeLoadedRenderer(m_options.device, {m_options.threads}, m_scene, passed_over);
         m_report.device = deviceText(renderer->id());
-        m_report.warnings = std::move(passed_over);
-        return renderer;
+        m_report.warnings.insert(m_report.warnings.end(), passed_over.begin(), passed_over.end());
+        std::optional<BakeState> before;
+        if (!m_options.resume.empty())
+            before.emplace(m_options.resume, bakeFacts(m_options, curve, m_view, m_poses, *renderer),
+                           std::max(m_poses.search.size(), m_poses.verdict.size()), m_options.resume_seconds);
+        m_measurer.emplace(MeasuredModel{m_file, m_view, m_scene}, m_poses, std::move(renderer), std::move(before),
+                           m_options.threads, m_progress);
+        const size_t search = m_poses.search.size(), verdict = m_poses.verdict.size();
+        m_measurer->expect(m_poses.weights.size() + search + verdict +
+                           std::max<size_t>(curve.size(), 1) *
+                               (verdict + (m_options.target_psnr ? searchPictures(search) : search)));
     }
 
-    void choosePoses(size_t bakes)
+    void choosePoses()
     {
         std::vector<Camera> cameras;
         for (const std::string& path : m_options.cameras)
@@ -205,36 +201,21 @@ private:
                                      m_options.name.c_str(), cameras.size(), kFewestCameras));
         m_poses = splitPoses(std::move(cameras), m_options.limits);
         m_report.weight_poses = m_poses.weights.size();
-        const size_t search = m_poses.search.size(), verdict = m_poses.verdict.size();
-        m_pictures = m_poses.weights.size() + search + verdict +
-                     bakes * (verdict + (m_options.target_psnr ? searchPictures(search) : search));
-    }
-
-    void weigh()
-    {
-        ImportanceMeter meter(m_scene->view(), m_options.threads, whenRead());
-        for (const Camera& camera : m_poses.weights) {
-            throwIfInterrupted();
-            const EyeParams eye = m_probe->eyeOf(camera);
-            const FrameOptions options = m_probe->optionsOf(camera);
-            meter.add(eye, options);
-            meter.lookFrom(eye.center, options.appearance);
-            m_weight_pixels += uint64_t(camera.width) * camera.height;
-            tell();
-        }
-        m_importance.emplace(std::move(meter).take());
     }
 
     void search()
     {
         if (!m_target) {
             m_report.plan.levers = m_options.levers & (kLeverSlots | kLeverAnchors | kLeverCompact);
-            m_model->apply(m_report.plan);
-            m_report.search = m_probe->score(m_model->view(), 0, m_poses.search.size());
+            m_report.search = m_measurer->score(*m_model, m_report.plan, 0, m_poses.search.size());
             m_report.levers = m_report.plan.levers;
             return;
         }
-        SearchTask task{*m_model, *m_probe, m_poses.search.size(), m_weight_pixels, m_options.levers};
+        const PlanScore score = [this](const ReducePlan& plan, size_t first, size_t count) {
+            return m_measurer->score(*m_model, plan, first, count);
+        };
+        SearchTask task{*m_scene->view().params, m_report.anchors,           score,
+                        m_poses.search.size(),   m_measurer->weightPixels(), m_options.levers};
         task.target = m_report.target;
         task.min_view = m_report.min_view;
         task.margin = m_margin;
@@ -252,7 +233,7 @@ private:
 
     void judge()
     {
-        m_report.verdict = m_probe->score(m_model->view(), m_poses.search.size(), m_poses.verdict.size());
+        m_report.verdict = m_measurer->score(*m_model, m_report.plan, m_poses.search.size(), m_poses.verdict.size());
     }
 
     // dB that the verdict is short of what was asked for.
@@ -336,20 +317,18 @@ private:
     std::optional<Importance> m_importance;
     std::vector<std::byte> m_weights, m_packed; // networks in halves
     std::optional<ReducedModel> m_model;
-    std::optional<PictureProbe> m_probe; // goes before what its renderer has loaded
-    std::vector<uint32_t> m_order;       // of the anchors in a file that is written
-    std::string m_output;                // of the bake that is under way
+    std::optional<Measurer> m_measurer; // goes before what its renderer has loaded
+    std::vector<uint32_t> m_order;      // of the anchors in a file that is written
+    std::string m_output;               // of the bake that is under way
     std::optional<double> m_target;
-    uint64_t m_weight_pixels = 0;
     double m_margin = kSearchMargin;
-    uint64_t m_drawn = 0, m_pictures = 0;
     ReduceReport m_prepared, m_report;
 };
 
-Reducer::Reducer(const ReduceOptions& options, const ReduceProgress& progress, size_t bakes)
+Reducer::Reducer(const ReduceOptions& options, const ReduceProgress& progress, std::span<const double> curve)
     : m_state(std::make_unique<State>(options, progress))
 {
-    m_state->prepare(bakes);
+    m_state->prepare(curve);
 }
 
 Reducer::~Reducer() = default;
@@ -372,33 +351,10 @@ const ReduceReport& Reducer::prepared() const
 
 ReduceReport reduce(const ReduceOptions& options, const ReduceProgress& progress)
 {
-    return Reducer(options, progress, 1).bakeTo(options.output, options.target_psnr, options.min_view_psnr, true);
-}
-
-std::vector<int64_t> leverShares(const ReduceReport& report)
-{
-    std::vector<int64_t> shares(kLevers, 0);
-    const StoredBytes &before = report.before.archive, &after = report.after.archive;
-    const double stay = 1 - double(report.anchors_left_out) / double(report.anchors);
-    // what is left out takes its part of every array with it, at what that took of the source
-    const double offsets = stay * double(before.offsets);
-    const double kept_slots = stay * double(report.slots);
-    const double masked = kept_slots > 0 ? offsets * double(report.slots_masked) / kept_slots : 0;
-    const auto set = [&](Lever lever, double bytes) {
-        shares[size_t(std::countr_zero(uint32_t(lever)))] += int64_t(std::llround(bytes));
-    };
-    // steps are those of the lever that makes them coarser still, where there is one
-    const auto steps = [&](Lever lever) {
-        return (report.levers & kLeverCompact) && !(report.levers & lever) ? kLeverCompact : lever;
-    };
-    set(kLeverAnchors, (1 - stay) * double(before.anchors()));
-    set(kLeverSlots, masked);
-    set(steps(kLeverOffsets), offsets - masked - double(after.offsets));
-    set(steps(kLeverFeatures), stay * double(before.features) - double(after.features));
-    set(kLeverScales, stay * double(before.scales) - double(after.scales));
-    set(kLeverOrder, stay * double(before.positions) - double(after.positions));
-    set(kLeverNetworks, double(before.networks) - double(after.networks));
-    return shares;
+    ReduceReport report =
+        Reducer(options, progress).bakeTo(options.output, options.target_psnr, options.min_view_psnr, true);
+    removeBakeState(options.resume, report.warnings);
+    return report;
 }
 
 } // namespace gsc

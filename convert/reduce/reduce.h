@@ -12,6 +12,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -30,11 +31,10 @@ struct ReduceOptions {
     PoseLimits limits;
     DeviceId device; // what draws the pictures of the search and of the verdict
     int threads = 0;
-};
-
-struct ReduceSizes {
-    uint64_t file = 0;
-    StoredBytes archive;
+    // A file that keeps what has been measured, and is gone on from where it exists; empty = none. It is bound to all that
+    // bakeFacts() has of these options. While weights are found it is written this many seconds apart, or more.
+    std::string resume;
+    double resume_seconds = 30;
 };
 
 struct ReduceStage {
@@ -52,8 +52,9 @@ struct ReduceReport {
     SetScore search, verdict;
     double target = 0, min_view = 0; // dB, 0 = none
     ReduceSizes before, after;
-    std::string device;                // what drew
-    std::vector<std::string> warnings; // what was passed over and why
+    uint64_t pictures_drawn = 0, pictures_kept = 0; // kept: that a bake before had drawn for ReduceOptions::resume
+    std::string device;                             // what drew
+    std::vector<std::string> warnings;              // what was passed over and why
     std::vector<ReduceStage> stages;
     double seconds = 0;
 };
@@ -65,8 +66,8 @@ using ReduceProgress = std::function<void(const char* stage, uint64_t done, uint
 // outlive it. Throws as reduce().
 class Reducer {
 public:
-    // `bakes`: how many there will be, for a bar that knows the whole.
-    Reducer(const ReduceOptions& options, const ReduceProgress& progress, size_t bakes);
+    // `curve`: the targets there will be; empty = that of the options, or none.
+    Reducer(const ReduceOptions& options, const ReduceProgress& progress, std::span<const double> curve = {});
     ~Reducer();
     Reducer(const Reducer&) = delete;
     Reducer& operator=(const Reducer&) = delete;
@@ -85,7 +86,8 @@ private:
 };
 
 // Throws Error: Difference where the target cannot be kept, naming the pose; Usage for too few cameras; as Scene::open()
-// and bake(). Then no file is left. The same bytes on any number of threads, but not on any device: rounding of pictures differs.
+// and bake(); as BakeState. Then no file is left, but for ReduceOptions::resume, which goes when the output is written, and
+// only then. The same bytes on any number of threads, but not on any device: rounding of pictures differs.
 ReduceReport reduce(const ReduceOptions& options, const ReduceProgress& progress);
 
 // Bytes that each lever took off the archive, in the order of kLeverNames; together, the difference of both archives but for

@@ -247,6 +247,9 @@ void ReducedModel::boundChunk(uint32_t c)
 
 void ReducedModel::apply(const ReducePlan& plan)
 {
+    if (m_applied == plan)
+        return;
+    m_applied.reset();
     m_workers.run(m_chunks.size(), 1, [&](size_t begin, size_t end, int) {
         for (size_t c = begin; c < end; ++c) {
             for (uint32_t i = 0; i < m_chunks[c].anchor_count; ++i)
@@ -264,6 +267,7 @@ void ReducedModel::apply(const ReducePlan& plan)
         m_anchors_out += m_left_out[a];
         m_slots_out += m_left_out[a] ? 0 : m_masks[a];
     }
+    m_applied = plan;
 }
 
 void ReducedModel::setOrder(std::vector<uint32_t> number)

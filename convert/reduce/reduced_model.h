@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -34,12 +35,16 @@ extern const char* const kLeverNames[kLevers];
 // squared error. Of a feature, of a place, of the logarithm of a size, of a slot and of an anchor that are left out.
 struct ErrorCosts {
     double feature = 0.02, place = 0.05, size = 0.05, slot = 0.2, anchor = 0.25;
+
+    bool operator==(const ErrorCosts&) const = default;
 };
 
 struct ReducePlan {
     uint32_t levers = kAllLevers;
     double error = 0; // that a value may cost, in summed squared error: the one knob. 0 = only what never draws goes
     ErrorCosts costs;
+
+    bool operator==(const ReducePlan&) const = default;
 };
 
 // Steps of one anchor as exponents of two.
@@ -54,7 +59,7 @@ public:
     ReducedModel(const ModelView& source, const Importance& importance, const Workers& workers,
                  std::span<const std::byte> weights, std::span<const std::byte> packed, ChunkRead read = {});
 
-    // Starts from the source again. The same on any number of threads.
+    // Starts from the source again, unless it is as the plan says already. The same on any number of threads.
     void apply(const ReducePlan& plan);
 
     [[nodiscard]] const ModelView& view() const { return m_view; }
@@ -90,6 +95,7 @@ private:
     std::vector<uint32_t> m_number;
     std::vector<uint8_t> m_left_out;
     std::vector<uint16_t> m_masks; // per anchor: slots that are masked and were not
+    std::optional<ReducePlan> m_applied;
     uint64_t m_anchors_out = 0, m_slots_out = 0;
     std::span<const std::byte> m_weights, m_packed;
     double m_median_weight = 0, m_median_place = 0; // of slots that draw

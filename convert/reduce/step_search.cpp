@@ -27,8 +27,8 @@ public:
         m_result.plan.levers = m_task.levers;
         // the error of pictures at the target, dealt evenly to the values
         const double mse = std::pow(10.0, -(m_task.target + m_task.margin) / 10);
-        const ModelParams& p = *m_task.model.source().params;
-        const double values = double(m_task.model.anchors()) * (p.feat_dim + 3.0 * p.n_offsets + 6);
+        const ModelParams& p = m_task.params;
+        const double values = double(m_task.anchors) * (p.feat_dim + 3.0 * p.n_offsets + 6);
         m_result.plan.error = 12 * mse * 3 * double(m_task.weight_pixels) / values;
         calibrate();
         if (m_task.levers & kLeverNetworks)
@@ -49,16 +49,15 @@ private:
     {
         ReducePlan plan = m_result.plan;
         plan.levers = levers;
-        m_task.model.apply(plan);
-        const SetScore score = m_task.probe.score(m_task.model.view(), 0, std::min(kCalibrationPoses, m_task.poses));
+        const SetScore score = m_task.score(plan, 0, std::min(kCalibrationPoses, m_task.poses));
         return score.mse * 3 * double(m_task.weight_pixels);
     }
 
     // Costs of errors such that each kind of value costs what it should at the first guess, each alone.
     void calibrate()
     {
-        const ModelParams& p = *m_task.model.source().params;
-        const double anchors = double(m_task.model.anchors()), error = m_result.plan.error;
+        const ModelParams& p = m_task.params;
+        const double anchors = double(m_task.anchors), error = m_result.plan.error;
         ErrorCosts& costs = m_result.plan.costs;
         // beside what is left out: coarse features would wake slots that are masked in the end
         const uint32_t always = m_task.levers & (kLeverSlots | kLeverAnchors | kLeverCompact);
@@ -85,9 +84,8 @@ private:
     SetScore probe(double log_error)
     {
         m_result.plan.error = std::exp2(log_error);
-        m_task.model.apply(m_result.plan);
         ++m_result.probes;
-        return m_task.probe.score(m_task.model.view(), 0, m_task.poses);
+        return m_task.score(m_result.plan, 0, m_task.poses);
     }
 
     // Decibels fall with the logarithm of the error nearly on a line: so the next probe is where the line through the last
@@ -124,10 +122,8 @@ private:
                 break;
             at = next;
         }
-        if (m_result.kept && last_at != best) { // the last probe was none to keep
-            m_result.plan.error = std::exp2(best);
-            m_task.model.apply(m_result.plan);
-        }
+        if (m_result.kept)
+            m_result.plan.error = std::exp2(best); // the last probe may have been none to keep
     }
 
     const SearchTask& m_task;

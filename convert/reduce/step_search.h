@@ -7,15 +7,20 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 
 namespace gsc {
 
 // Other poses than those of the search keep a target that those keep with this much to spare, dB.
 constexpr double kSearchMargin = 0.6;
 
+// Of a model as the plan says, from the poses [first, first + count); those of the search come first.
+using PlanScore = std::function<SetScore(const ReducePlan& plan, size_t first, size_t count)>;
+
 struct SearchTask {
-    ReducedModel& model;
-    PictureProbe& probe; // its first poses are those of the search
+    const ModelParams& params;
+    uint64_t anchors;
+    PlanScore score;
     size_t poses;
     uint64_t weight_pixels; // of the poses that importance was found from
     uint32_t levers;
@@ -26,7 +31,7 @@ struct SearchTask {
 
 struct SearchResult {
     ReducePlan plan;
-    SetScore score; // of the plan; `task.model` is as it says
+    SetScore score; // of the plan
     bool kept = false;
     uint32_t probes = 0;
 };

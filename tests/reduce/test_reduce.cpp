@@ -10,6 +10,7 @@
 #include "player/cameras/camera_file.h"
 #include "runtime/renderer.h"
 #include "sample/sample_tools.h"
+#include "tests/reduce/made_up_model.h"
 #include "tests/reduce/opened.h"
 #include "tests/support/checkpoints.h"
 
@@ -24,37 +25,6 @@ using namespace gsc;
 using namespace gsc::test;
 
 namespace {
-
-// A made-up model as a file, and what is made of it.
-struct Model {
-    explicit Model(SampleScene scene = SampleScene::Room, SampleModel kind = SampleModel::Scaffold)
-    {
-        SampleOptions options = sampleOptions(scene, kind, 1500, folder / "model");
-        options.everything_on = kind == SampleModel::Octree;
-        REQUIRE(tryMake(options).code == 0);
-        BakeOptions bake_options;
-        bake_options.output = whole();
-        Checkpoint checkpoint = readCheckpoint(folder / "model", {});
-        for (size_t k = 0; k < 2; ++k) // slots that are alive nowhere
-            checkpoint.mlps[0].layers[1].bias[k] = -100;
-        (void)bake(checkpoint, bake_options, {});
-    }
-
-    [[nodiscard]] std::string whole() const { return folder / "whole.gsc"; }
-
-    [[nodiscard]] ReduceOptions options(const char* output, int threads = 2) const
-    {
-        ReduceOptions result;
-        result.input = result.name = whole();
-        result.output = folder / output;
-        result.threads = threads;
-        result.limits = {12, 4, 4, 20'000};
-        result.device = {"cpu"};
-        return result;
-    }
-
-    ScratchFolder folder;
-};
 
 PoseSets posesOf(const Scene& scene, const PoseLimits& limits)
 {
@@ -75,7 +45,7 @@ PictureProbe probeOf(const std::shared_ptr<const Scene>& scene)
 
 TEST_CASE("importance depends neither on threads nor on bands of a picture, and what draws nothing has none")
 {
-    const Model model;
+    const MadeUpModel model;
     const std::shared_ptr<const Scene> scene = Scene::open(model.whole());
     const PoseSets poses = posesOf(*scene, model.options("").limits);
     Importance results[3];
@@ -110,7 +80,7 @@ TEST_CASE("importance depends neither on threads nor on bands of a picture, and 
 
 TEST_CASE("a bake keeps its target, says what it did, and its file shows what was judged")
 {
-    const Model model;
+    const MadeUpModel model;
     ReduceOptions options = model.options("baked.gsc");
     options.target_psnr = 45;
     const ReduceReport report = reduce(options, {});
@@ -145,7 +115,7 @@ TEST_CASE("a bake gives the same bytes on any number of threads, of every kind o
 {
     for (const SampleModel kind : {SampleModel::Scaffold, SampleModel::Octree}) {
         CAPTURE(int(kind));
-        const Model model(SampleScene::Street, kind);
+        const MadeUpModel model(SampleScene::Street, kind);
         std::string bytes[2];
         for (int i = 0; i < 2; ++i) {
             ReduceOptions options = model.options(i == 0 ? "one.gsc" : "three.gsc", i == 0 ? 1 : 3);
@@ -160,7 +130,7 @@ TEST_CASE("a bake gives the same bytes on any number of threads, of every kind o
 
 TEST_CASE("an archive is baked to the bytes that its file is")
 {
-    const Model model;
+    const MadeUpModel model;
     ReduceOptions options = model.options("of_file.gsc");
     options.target_psnr = 40;
     const ReduceReport report = reduce(options, {});
@@ -178,7 +148,7 @@ TEST_CASE("an archive is baked to the bytes that its file is")
 
 TEST_CASE("without a target only what never draws goes, and no pose that judged shows it")
 {
-    const Model model;
+    const MadeUpModel model;
     const ReduceOptions options = model.options("never.gsc");
     const ReduceReport report = reduce(options, {});
     CHECK(report.slots_masked >= 2 * (report.anchors - report.anchors_left_out));
@@ -195,7 +165,7 @@ TEST_CASE("a compact bake is valid, and stays compact when it is baked again")
 {
     for (const SampleModel kind : {SampleModel::Scaffold, SampleModel::Octree}) {
         CAPTURE(int(kind));
-        const Model model(SampleScene::Street, kind);
+        const MadeUpModel model(SampleScene::Street, kind);
         ReduceOptions options = model.options("compact.gsc");
         options.levers = kLeverCompact;
         const ReduceReport report = reduce(options, {});
@@ -215,7 +185,7 @@ TEST_CASE("a compact bake is valid, and stays compact when it is baked again")
 
 TEST_CASE("levers that are off leave values as they were")
 {
-    const Model model;
+    const MadeUpModel model;
     ReduceOptions options = model.options("some.gsc");
     options.target_psnr = 40;
     options.levers = kLeverFeatures;
@@ -238,7 +208,7 @@ TEST_CASE("levers that are off leave values as they were")
 
 TEST_CASE("where a target cannot be kept nothing is written")
 {
-    const Model model;
+    const MadeUpModel model;
     const auto code = [](const ReduceOptions& options) {
         try {
             (void)reduce(options, {});
@@ -261,7 +231,7 @@ TEST_CASE("where a target cannot be kept nothing is written")
 
 TEST_CASE("a curve is what bakes one by one are, and a target that cannot be kept is left out of it")
 {
-    const Model model;
+    const MadeUpModel model;
     const ReduceOptions options = model.options("");
     const Curve curve = bakeCurve(options, {300, 50, 40}, model.folder / "scratch.gsc", {});
     REQUIRE(curve.points.size() == 3); // the model and two

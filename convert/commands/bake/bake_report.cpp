@@ -77,6 +77,7 @@ Json bakeJson(const ReduceOptions& options, const ReduceReport& report)
             {"search", setJson(report.search)},
             {"verdict", setJson(report.verdict)},
             {"probes", report.probes},
+            {"pictures", {{"drawn", report.pictures_drawn}, {"kept", report.pictures_kept}}},
             {"device", report.device},
             {"stages", std::move(stages)},
             {"seconds", jsonNumber(report.seconds)},

@@ -6,6 +6,7 @@
 #include "convert/commands/command.h"
 
 #include "convert/bake/bake.h"
+#include "convert/reduce/state/bake_state.h"
 #include "format/file/output_file.h"
 #include "format/file/output_paths.h"
 #include "format/file/temporary.h"
@@ -116,6 +117,7 @@ void refuseWithoutTarget(const BakeCommand& command)
                               : reduce.limits.most_pixels != none.limits.most_pixels ? "--most-pixels"
                               : reduce.device.backend != none.device.backend         ? "--backend"
                               : reduce.device.ordinal != none.device.ordinal         ? "--device"
+                              : !reduce.resume.empty()                               ? "--resume"
                                                                                      : nullptr;
     if (given != nullptr)
         throw Error(ErrorCode::Usage, formatString("%s: given without --target-psnr, expected no such option where "
@@ -210,19 +212,28 @@ ErrorCode cutOrJoin(const BakeCommand& command, Reporter& report)
     return ErrorCode::Ok;
 }
 
+void tellKept(uint64_t pictures, Reporter& report)
+{
+    if (pictures > 0)
+        report.tell(formatString("%s pictures of a bake before were not drawn again", formatCount(pictures).c_str()));
+}
+
 ErrorCode drawCurve(const BakeCommand& command, ReduceOptions options, Reporter& report)
 {
     Workplace workplace;
     options.input = wholeFile(command, workplace, report);
     const Curve curve =
         bakeCurve(options, command.curve, workplace.file("baked.gsc"), std::bind_front(&Reporter::progress, &report));
-    for (const std::string& warning : curve.warnings)
-        report.warning(warning);
+    std::vector<std::string> warnings = curve.warnings;
     // of a folder with a slash at its end too
     const std::string name = (std::filesystem::path(command.inputs[0]) / "").parent_path().stem().string();
     OutputFiles written(options.overwrite);
     written.add(options.output, OutputKind::Text, curveLines(name, options, curve));
     written.commit();
+    removeBakeState(options.resume, warnings);
+    for (const std::string& warning : warnings)
+        report.warning(warning);
+    tellKept(curve.pictures_kept, report);
     report.endProgress(false);
     if (report.json())
         report.object(curveJson(name, options, options.output, curve));
@@ -253,10 +264,15 @@ ErrorCode runBake(const BakeCommand& given, Reporter& report)
         inputs.push_back({input, "INPUT"});
     for (const std::string& cameras : options.cameras)
         inputs.push_back({cameras, "--cameras"});
-    checkOutputsDiffer(std::vector<NamedPath>{{options.output, "--output"}}, inputs);
+    std::vector<NamedPath> outputs{{options.output, "--output"}};
+    if (!options.resume.empty())
+        outputs.push_back({options.resume, "--resume"});
+    checkOutputsDiffer(outputs, inputs);
     if (curve)
         checkStandardOutput(options.output, "--output", report.json());
     checkOutput(options.output, curve ? OutputKind::Text : OutputKind::Binary, options.overwrite);
+    if (!options.resume.empty())
+        checkOutput(options.resume, OutputKind::Binary, true);
     if (curve)
         return drawCurve(command, options, report);
     if (makesTile(command) && !options.target_psnr)
@@ -266,6 +282,7 @@ ErrorCode runBake(const BakeCommand& given, Reporter& report)
     const ReduceReport result = reduce(options, std::bind_front(&Reporter::progress, &report));
     for (const std::string& warning : result.warnings)
         report.warning(warning);
+    tellKept(result.pictures_kept, report);
     report.endProgress(false);
     if (report.json())
         report.object(bakeJson(options, result));
@@ -318,6 +335,8 @@ void addBakeCommand(CLI::App& app, Invocation& invocation)
                            "what draws the pictures that judge; auto takes a GPU where there is one");
     addInteger(command, "--device", reduce.device.ordinal, 0, 255, "N (default: 0)",
                "which of the backend's devices, as gsc-play backends numbers them");
+    addText(command, "--resume", reduce.resume, "FILE",
+            "keep what is measured there, and go on from it where it exists; it goes once the output is written");
     addInteger(command, "-j,--threads", reduce.threads, 0, 1024, "N (default: 0)",
                "threads, 0 = all cores; the bytes do not depend on it, but they may on the backend");
     addCheckpointOptions(command, options->checkpoint);
@@ -330,6 +349,7 @@ void addBakeCommand(CLI::App& app, Invocation& invocation)
         "examples:\n"
         "  gsc bake city.gsc -o city50.gsc --target-psnr 50\n"
         "  gsc bake output/room -o room.gsc --target-psnr 45 --min-view-psnr 40 --format json\n"
+        "  gsc bake city.gsc -o city55.gsc --target-psnr 55 --resume city55.state\n"
         "  gsc bake city.gsc --crop -40,-40,-10,0,0,30 -o tile0.gsc\n"
         "  gsc bake tile0.gsc tile1.gsc -o both.gsc\n"
         "  gsc bake city.gsc --curve 60,55,50,45,40 -o city.jsonl && gsc chart city.jsonl -o city.html");
