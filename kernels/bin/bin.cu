@@ -18,6 +18,9 @@ static_assert(kDepthBuckets % (4 * kSlabBlock) == 0);
 constexpr uint32_t kThreads = 256;
 constexpr uint32_t kBlocksPerProcessor = 8; // all that a multiprocessor holds
 constexpr uint32_t kScatterBlocks = 6;      // of a multiprocessor: 40 registers
+// Splats of so many bins are not the work of the warp that meets them, which would be the last to end: near ones lie in
+// slots beside each other.
+constexpr uint32_t kManyBins = 128, kWideParts = 4;
 
 // The part of all of a histogram's counts that lies before the middle of each bucket; never falls. Below zero if there are
 // none. A bucket per thread; a block adds up all of the histogram by itself: it is small, and nothing waits for another
@@ -95,8 +98,15 @@ __global__ void __launch_bounds__(kThreads, kScatterBlocks) scatterKernel(const 
     uint32_t first = blockIdx.x * kThreads + (threadIdx.x & ~31u);
     SplatPlace next = placeAt(first + lane);
     for (; first < count; first += step) {
-        const SplatPlace place = next;
+        SplatPlace place = next;
         next = placeAt(first + step + lane);
+        if (place.box != kNoBins && binCount(place.box) > kManyBins) {
+            const uint32_t at = atomicAdd(&args.counters->pass.wide, 1u);
+            if (at < kWideSplats) {
+                args.wide[at] = base + first + lane;
+                place.box = kNoBins;
+            }
+        }
         forCellsOfWarp<4>(
             args.grid, args.pass.slab_of, place, base + first + lane,
             [&](uint32_t cell) { return shareAtomic(cells, cell); },
@@ -108,6 +118,28 @@ __global__ void __launch_bounds__(kThreads, kScatterBlocks) scatterKernel(const 
                 if (at < args.pair_capacity)
                     args.keys[at] = {depth_bits, slot};
             });
+    }
+}
+
+// A block takes a part of a splat that scatterKernel() left.
+__global__ void __launch_bounds__(kThreads) scatterWideKernel(const __grid_constant__ BinCudaArgs args)
+{
+    if (willRepeat(*args.counters))
+        return;
+    const uint32_t parts = min(args.counters->pass.wide, kWideSplats) * kWideParts;
+    for (uint32_t part = blockIdx.x; part < parts; part += gridDim.x) {
+        const uint32_t slot = args.wide[part / kWideParts];
+        const SplatPlace place = args.places[slot];
+        const uint32_t x0 = place.box & 255u, y0 = place.box >> 8 & 255u, width = (place.box >> 16 & 255u) - x0 + 1;
+        uint32_t* cells = args.cells + size_t(slot / args.slot_capacity) * args.grid.cells() +
+                          (args.pass.slab_of[depthBucket(place.depth_bits)] & (args.grid.slabs() - 1));
+        const uint32_t bins = binCount(place.box);
+        for (uint32_t i = part % kWideParts * kThreads + threadIdx.x; i < bins; i += kWideParts * kThreads) {
+            const uint32_t bin = (y0 + i / width) * args.grid.columns + x0 + i % width;
+            const uint32_t at = atomicAdd(cells + (bin << args.grid.slab_bits), 1u);
+            if (at < args.pair_capacity)
+                args.keys[at] = {place.depth_bits, slot};
+        }
     }
 }
 
@@ -294,6 +326,7 @@ void binCuda(const BinCudaArgs& args, uint32_t processors, CUstream_st* stream)
     size_t bytes = args.scratch_bytes;
     GSC_CUDA_CHECK(cub::DeviceScan::ExclusiveSum(args.scratch, bytes, args.cells, cells, stream));
     launchCuda(scatterKernel, dim3(processors * kScatterBlocks / args.lists, args.lists), kThreads, 0, stream, args);
+    launchCuda(scatterWideKernel, 2 * processors, kThreads, 0, stream, args);
     launchCuda(pieceKernel, processors * kBlocksPerProcessor, kThreads, 0, stream, args);
     launchCuda(queueKernel, (args.lists * args.grid.bins() + kThreads - 1) / kThreads, kThreads, 0, stream, args);
 }

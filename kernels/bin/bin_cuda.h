@@ -22,6 +22,8 @@ constexpr uint32_t kTouchUnitBits = 11, kTouchUnit = 1u << kTouchUnitBits;
 constexpr uint32_t kFirstUnitsBits = 4,
                    kFirstUnits = 1u << kFirstUnitsBits; // of a list: found before those behind them
 
+constexpr uint32_t kWideSplats = 1u << 12; // of many bins, that are listed of a pass
+
 // Part of a long list, for one of the eyes that read it.
 struct TouchUnit {
     uint32_t entry, eye;   // list x bins + bin; who reads it
@@ -40,6 +42,7 @@ struct BinCudaArgs {
     uint32_t* cells; // lists x grid.cells(): counts; afterwards the end of each cell in `keys`
     BinKey* keys;    // pair_capacity; unordered within a cell
     uint32_t pair_capacity;
+    uint32_t* wide;         // kWideSplats: splats of many bins
     uint32_t* bin_class;    // lists x grid.bins(): leading zeros of the count
     uint32_t* bin_queue;    // lists x grid.bins(): list x bins + bin, fullest first
     uint32_t* bin_units;    // lists x grid.bins(): a long list's first unit; those of a reader follow each other

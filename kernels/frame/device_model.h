@@ -148,6 +148,7 @@ struct PassCounters {
     uint32_t anchors_listed;  // of a pass of several (pass_list_cuda.h)
     uint32_t pieces[kPieceClasses], next_piece[kPieceClasses];
     uint32_t bin_classes[kBinClasses], queued[kBinClasses]; // fullest first
+    uint32_t wide;                                          // splats of many bins, of which kWideSplats are listed
     uint32_t bins;                                          // that are queued: those of the columns that are drawn
     uint32_t long_bins;                                     // of those, the first: with long lists (bin_cuda.h)
     uint32_t longest_bins;              // of those, the first: with lists of kFirstUnits units or more

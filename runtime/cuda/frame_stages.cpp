@@ -178,6 +178,7 @@ FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const Fr
     b.splats = layout.take<unsigned char>(slots * shape.splatBytes());
     b.places = layout.take<SplatPlace>(size_t(shape.lists()) * capacity.slots);
     b.keys = layout.take<BinKey>(capacity.pairs);
+    b.wide = layout.take<uint32_t>(kWideSplats);
     for (uint32_t e = 0; e < shape.eye_count; ++e) {
         b.image[e] = layout.take<float>(shape.pixels(e) * 3);
         b.transmittance[e] = layout.take<float>(shape.pixels(e));
@@ -289,6 +290,7 @@ void binFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass)
     args.cells = job.buffers.cells;
     args.keys = job.buffers.keys;
     args.pair_capacity = job.capacity.pairs;
+    args.wide = job.buffers.wide;
     args.bin_class = job.buffers.bin_class;
     args.bin_queue = job.buffers.bin_queue;
     args.bin_units = job.buffers.bin_units;

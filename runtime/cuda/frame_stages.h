@@ -68,6 +68,7 @@ struct FrameBuffers { // device memory
     unsigned char* splats;
     SplatPlace* places;
     BinKey* keys;
+    uint32_t* wide;
     Piece* pieces;
     TouchUnit* touch_units;
     uint32_t *touch, *unfinished;

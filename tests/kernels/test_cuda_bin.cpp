@@ -193,6 +193,7 @@ void checkBin(const Places& p, uint32_t pair_capacity, uint32_t readers = 1)
     const GuardedBuffer<uint32_t> bin_units(bins);
     const GuardedBuffer<uint32_t> unfinished(size_t(readers) * bins);
     const GuardedBuffer<TouchUnit> units(touchCapacity(readers, bins, pair_capacity));
+    const GuardedBuffer<uint32_t> wide(kWideSplats);
     const GuardedBuffer<FrameCounters> counters(std::vector<FrameCounters>{before});
 
     BinCudaArgs args{};
@@ -208,6 +209,7 @@ void checkBin(const Places& p, uint32_t pair_capacity, uint32_t readers = 1)
     args.cells = cells.get();
     args.keys = keys.get();
     args.pair_capacity = pair_capacity;
+    args.wide = wide.get();
     args.bin_class = bin_class.get();
     args.bin_queue = bin_queue.get();
     args.pieces = pieces.get();
@@ -218,7 +220,7 @@ void checkBin(const Places& p, uint32_t pair_capacity, uint32_t readers = 1)
     binCuda(args, kTestProcessors, testStream().handle);
     for (const bool whole : {places.intact(), slab_of.intact(), cells.intact(), bin_class.intact(), bin_queue.intact(),
                              keys.intact(), pieces.intact(), scratch.intact(), counters.intact(), bin_units.intact(),
-                             units.intact(), unfinished.intact()})
+                             units.intact(), unfinished.intact(), wide.intact()})
         CHECK(whole);
 
     const FrameCounters after = counters.read()[0];
@@ -331,6 +333,22 @@ TEST_CASE("bin: a splat of one bin, of 4, of 5 and of all, alone and beside othe
             Places p = emptyPlaces(grid, 1, 64, 64);
             for (uint32_t i = 0; i < copies; ++i)
                 p.places[(i * 7 + 3) % 64] = {floatBits(1.0f + float(i)), box};
+            checkWithRoom(p);
+        }
+}
+
+TEST_CASE("bin: splats of many bins, as many as are listed and more, beside others")
+{
+    const BinGrid grid{16, 9, 16, 2};
+    for (const uint32_t slots : {70u, kWideSplats + 300})
+        for (const uint32_t eye_count : {1u, 2u}) {
+            CAPTURE(slots);
+            CAPTURE(eye_count);
+            Places p = emptyPlaces(grid, eye_count, slots, slots + 5);
+            for (uint32_t e = 0; e < eye_count; ++e)
+                for (uint32_t i = 0; i < slots; ++i)
+                    p.places[e * p.slot_capacity + i] = {floatBits(1.0f + 0.01f * float(i)),
+                                                         i % 16 == 0 ? 3u | 3u << 16 : 15u << 16 | 8u << 24 | e << 8};
             checkWithRoom(p);
         }
 }
