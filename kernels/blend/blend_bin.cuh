@@ -24,7 +24,7 @@ struct Team {
 };
 
 // Blends `m` splats of shared memory, front to back, into the tile of this warp; the one after the team's last draws
-// nothing. First the splats of every sub-tile are listed, then each list is blended: a warp that tests and one that
+// nothing. (x0, y0): the tile's first pixel, as the rules count them. First the splats of every sub-tile are listed, then each list is blended: a warp that tests and one that
 // blends both keep all lanes busy. (row0, column0): of the tile in its bin, in sub-tiles. lists: this warp's, one entry
 // per sub-tile and thread of the team. Returns the sub-tiles still open.
 template <typename Rules, typename T>
@@ -213,12 +213,12 @@ __device__ __forceinline__ void blendKeys(const BlendCudaArgs& args, const Team&
         typename Rules::Lit* const batch = which == 0 ? batches.splats[0] : batches.splats[1];
         uint32_t* const touched = which == 0 ? batches.touched[0] : batches.touched[1];
         if (at < end) {
-            typename Rules::Lit lit = Rules::light(splat);
+            typename Rules::Lit lit = Rules::light(splat, float(area.bin_x), float(area.bin_y));
             if constexpr (Rules::kDepth)
                 lit.color[0] = depth;
             batch[team.thread] = lit;
-            touched[team.thread] = subTileMask<T>(Rules::bounds(splat, lit), Rules::box(splat, args.rules), lit.x,
-                                                  lit.y, float(area.bin_x), float(area.bin_y));
+            touched[team.thread] = subTileMask<T>(Rules::bounds(splat), Rules::box(splat, args.rules), splat.x, splat.y,
+                                                  float(area.bin_x), float(area.bin_y));
         }
         at += kGroup;
         splat = fetch(at, slot);
@@ -227,8 +227,8 @@ __device__ __forceinline__ void blendKeys(const BlendCudaArgs& args, const Team&
         if (!team.any(open != 0)) // also: the batch is complete, and nobody blends the one before the last any more
             break;
         open = blendBatch<Rules>(batch, touched, min(kGroup, end - first), row0, column0, batches.lists, args,
-                                 area.bin_x + column0 * T::kWidth, area.bin_y + row0 * T::kHeight, open, tile,
-                                 evaluations);
+                                 (Rules::kInBin ? 0u : area.bin_x) + column0 * T::kWidth,
+                                 (Rules::kInBin ? 0u : area.bin_y) + row0 * T::kHeight, open, tile, evaluations);
     }
 }
 

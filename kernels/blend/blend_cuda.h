@@ -17,9 +17,10 @@ struct BlendCudaArgs {
     RasterConstants rules;
     float background[3];
     bool empty_is_black;
-    const void* splats;     // PackedSplat or ExactSplat, all eyes
-    uint32_t slot_capacity; // from an eye's splats to the next's
-    const uint32_t* cells;  // ends, from bin
+    const void* splats;      // PackedSplat or ExactSplat, all eyes
+    const uint16_t* touches; // DecodeFrame, or null
+    uint32_t slot_capacity;  // from an eye's splats to the next's
+    const uint32_t* cells;   // ends, from bin
     const uint32_t* bin_queue;
     const uint32_t* bin_units; // from bin
     const TouchUnit* touch_units;

@@ -16,17 +16,25 @@ struct Bounds {
     float inv_a, half_b, det, a_reach;
 };
 
-// A determinant is a difference that thin ellipses make inexact; `trusted`: the smallest, relative to A C, believed.
-__device__ __forceinline__ Bounds boundsOf(float a, float b, float c, float reach, float trusted)
+__device__ __forceinline__ Bounds unbounded()
 {
-    const float det = a * c - b * b;
-    if (!(det > trusted * a * c && a > 0.0f && c > 0.0f)) // also what is no ellipse: upstream draws it all the same
-        return {INFINITY, INFINITY, 0.0f, 1.0f, 0.0f, 0.0f, INFINITY};
+    return {INFINITY, INFINITY, 0.0f, 1.0f, 0.0f, 0.0f, INFINITY};
+}
+
+// det: a c - b^2, above zero.
+__device__ __forceinline__ Bounds boundsOf(float a, float b, float c, float det, float reach)
+{
     const float inv_det = __fdividef(1.0f, det);
-    // note: 1.001 covers the determinant's rounding at the bound above
+    // note: 1.001 covers the determinant's rounding at the bounds that callers ask of it
     const float extent_x = sqrtApprox(reach * c * inv_det) * 1.001f + 0.02f;
     const float extent_y = sqrtApprox(reach * a * inv_det) * 1.001f + 0.02f;
     return {extent_x, extent_y, __fdividef(b, c) * extent_x, __fdividef(1.0f, a), b, det, a * reach};
+}
+
+// The light of a finished pixel is below zero; its absolute value is final.
+__device__ __forceinline__ float finished(float T)
+{
+    return __uint_as_float(__float_as_uint(T) | 0x80000000u); // -fabsf(T) takes two instructions
 }
 
 // Pixels of the tiles that upstream draws a splat in, those of its 3-sigma square, inclusive. May exceed the image.
@@ -35,40 +43,58 @@ struct PixelBox {
 };
 
 // What blending reads of a splat, in shared memory. 48 bytes: threads beside each other write them without meeting in a
-// bank, which 64 would not do.
+// bank, which 64 would not do. log2 of the falloff at a pixel counted from the bin's first is -u^2 - v^2, with
+// u = slope_x px + slope_y py + u0 and v = slope py + v0. Nothing cancels but in u and v, whose terms are small in a bin.
 struct FastRules {
     using Splat = PackedSplat;
     static constexpr bool kDepth = false;
+    static constexpr bool kInBin = true; // pixels are counted from the bin's first
     struct alignas(16) Lit {
-        float x, y, power[3], log_opacity, color[3];
+        float slope_x, slope_y, u0, slope, v0, log_opacity, color[3];
     };
     static_assert(sizeof(Lit) == 48);
 
-    static __device__ __forceinline__ Lit light(const Splat& s)
+    static __device__ __forceinline__ float logOpacity(const Splat& s)
+    {
+        return __log2f(stepsOf(*reinterpret_cast<const uint32_t*>(&s.color[2])).y);
+    }
+
+    // (x0, y0): the bin's first pixel. Never contracted: bins are blended by two instances of this, which must agree to the
+    // last bit.
+    static __device__ __forceinline__ Lit light(const Splat& s, float x0, float y0)
     {
         const float2 rg = stepsOf(*reinterpret_cast<const uint32_t*>(&s.color[0]));
         const float2 bo = stepsOf(*reinterpret_cast<const uint32_t*>(&s.color[2]));
-        return {s.x, s.y, {s.power[0], s.power[1], s.power[2]}, __log2f(bo.y), {rg.x, rg.y, bo.x}};
+        const float x = __fsub_rn(s.x, x0), y = __fsub_rn(s.y, y0);
+        return {s.factor[0],
+                s.factor[1],
+                -fmaf(s.factor[0], x, __fmul_rn(s.factor[1], y)),
+                s.factor[2],
+                -__fmul_rn(s.factor[2], y),
+                __log2f(bo.y),
+                {rg.x, rg.y, bo.x}};
     }
 
-    static __device__ __forceinline__ Bounds bounds(const Splat& s, const Lit& lit)
+    static __device__ __forceinline__ Bounds bounds(const Splat& s)
     {
         constexpr float kLog255 = 7.99435343685886f;
-        return boundsOf(s.power[0], 0.5f * s.power[1], s.power[2], lit.log_opacity + kLog255 + 4e-3f,
-                        kTrustedDeterminant);
+        const float a = s.factor[0], b = s.factor[1], c = s.factor[2], yy = b * b + c * c;
+        if (!(c * c > kTrustedDeterminant * yy && a > 0.0f)) // also what is no ellipse: upstream draws it all the same
+            return unbounded();
+        return boundsOf(a * a, a * b, yy, a * c * (a * c), logOpacity(s) + kLog255 + 4e-3f);
     }
 
-    // The radius is computed anew, from the inverse of the covariance. Long needles leave too little of its determinant;
-    // they are drawn wherever their ellipse reaches. Never contracted: bins are blended by two instances of this.
+    // The radius is computed anew, from the inverse of the covariance. Needles are drawn wherever their ellipse reaches.
+    // Never contracted, as light().
     static __device__ __forceinline__ PixelBox box(const Splat& s, const RasterConstants& rules)
     {
         constexpr float kTwoLn2 = 1.38629436111989f;
-        const float a = s.power[0], b = 0.5f * s.power[1], c = s.power[2], ac = __fmul_rn(a, c);
-        const float det = __fsub_rn(ac, __fmul_rn(b, b));
-        if (!(det > __fmul_rn(kTrustedDeterminant, ac)))
+        const float cc = __fmul_rn(s.factor[2], s.factor[2]);
+        const float yy = __fadd_rn(__fmul_rn(s.factor[1], s.factor[1]), cc), xx = __fmul_rn(s.factor[0], s.factor[0]);
+        if (!(cc > __fmul_rn(kTrustedDeterminant, yy)))
             return {-INFINITY, -INFINITY, INFINITY, INFINITY};
-        const float inv = __fdividef(1.0f, __fmul_rn(kTwoLn2, det));
-        const float mid = __fmul_rn(__fmul_rn(0.5f, __fadd_rn(a, c)), inv);
+        const float inv = __fdividef(1.0f, __fmul_rn(kTwoLn2, __fmul_rn(xx, cc)));
+        const float mid = __fmul_rn(__fmul_rn(0.5f, __fadd_rn(xx, yy)), inv);
         const float rest = __fsub_rn(__fmul_rn(mid, mid), __fmul_rn(inv, 1.0f / kTwoLn2));
         const float lambda = __fadd_rn(mid, sqrtf(fmaxf(rules.eigen_floor, rest)));
         const float r = ceilf(__fmul_rn(3.0f, sqrtf(lambda)));
@@ -83,10 +109,8 @@ struct FastRules {
 
     static __device__ __forceinline__ float alpha(const Lit& s, const BlendCudaArgs& args, float px, float py)
     {
-        const float dx = s.x - px, dy = s.y - py;
-        const float power =
-            fmaf(dy, fmaf(-s.power[2], dy, -s.power[1] * dx), fmaf(-s.power[0] * dx, dx, s.log_opacity));
-        const float alpha = fminf(args.rules.alpha_cap, exp2Approx(power));
+        const float u = fmaf(s.slope_x, px, fmaf(s.slope_y, py, s.u0)), v = fmaf(s.slope, py, s.v0);
+        const float alpha = fminf(args.rules.alpha_cap, exp2Approx(fmaf(-v, v, fmaf(-u, u, s.log_opacity))));
         return alpha >= kOpacityFloor ? alpha : 0.0f;
     }
 
@@ -110,14 +134,14 @@ struct FastRules {
             const float w = drawn ? weight : 0.0f;
             for (int c = 0; c < 3; ++c)
                 color[c] = fmaf(w, splats[i]->color[c], color[c]);
-            T = drawn ? next : -fabsf(T);
+            T = drawn ? next : finished(T);
         }
     }
 
     // Draws nothing anywhere.
     static __device__ __forceinline__ Lit nothing()
     {
-        return {0, 0, {0, 0, 0}, -INFINITY, {0, 0, 0}};
+        return {0, 0, 0, 0, 0, -INFINITY, {0, 0, 0}};
     }
 };
 
@@ -126,11 +150,12 @@ template <bool kGsplat>
 struct ExactRules {
     using Splat = ExactSplat;
     static constexpr bool kDepth = false;
+    static constexpr bool kInBin = false;
     struct alignas(16) Lit {
         float x, y, half_a, b, half_c, opacity, color[3]; // halves of the conic's, below zero: halving is exact
     };
 
-    static __device__ __forceinline__ Lit light(const Splat& s)
+    static __device__ __forceinline__ Lit light(const Splat& s, float, float)
     {
         return {s.x,
                 s.y,
@@ -141,9 +166,13 @@ struct ExactRules {
                 {s.color[0], s.color[1], s.color[2]}};
     }
 
-    static __device__ __forceinline__ Bounds bounds(const Splat& s, const Lit&)
+    static __device__ __forceinline__ Bounds bounds(const Splat& s)
     {
-        return boundsOf(s.conic[0], s.conic[1], s.conic[2], 2.0f * __logf(255.0f * s.opacity) + 4e-3f, 1e-3f);
+        const float a = s.conic[0], b = s.conic[1], c = s.conic[2], det = a * c - b * b;
+        // a determinant is a difference that thin ellipses make inexact
+        if (!(det > 1e-3f * a * c && a > 0.0f && c > 0.0f)) // also what is no ellipse: upstream draws it all the same
+            return unbounded();
+        return boundsOf(a, b, c, det, 2.0f * __logf(255.0f * s.opacity) + 4e-3f);
     }
 
     static __device__ __forceinline__ PixelBox box(const Splat& s, const RasterConstants&)
@@ -186,7 +215,7 @@ struct ExactRules {
             for (int c = 0; c < 3; ++c)
                 color[c] =
                     kGsplat ? fmaf(T * a, splats[i]->color[c], color[c]) : fmaf(T, a * splats[i]->color[c], color[c]);
-            T = drawn ? next : -fabsf(T); // the Gaussian that crosses the bound is not drawn
+            T = drawn ? next : finished(T); // the Gaussian that crosses the bound is not drawn
         }
     }
 
@@ -222,7 +251,7 @@ struct DepthRules : Base {
             const float next = Base::behind(T, alphas[i]);
             const bool goes_on = next >= kHalfLight;
             color[0] = !goes_on && T > 0.0f ? splats[i]->color[0] : color[0];
-            T = goes_on ? next : -fabsf(T);
+            T = goes_on ? next : finished(T);
         }
     }
 };

@@ -8,7 +8,7 @@
 namespace gsc {
 
 constexpr uint32_t kLoneBatch = 32;                     // splats that a warp blends at once, in whole fours
-constexpr uint32_t kLoneThreads = 128, kLoneBlocks = 8; // of a multiprocessor
+constexpr uint32_t kLoneThreads = 128, kLoneBlocks = 6; // of a multiprocessor
 
 // Blends keys of a long list, those of `units` units, into sub-tile `sub_tile` of its bin. goes_on: the sub-tile has met
 // those before. lits: kLoneBatch of this warp's. The same bytes as blendBin(), but for the ends of needles, whose bounds are
@@ -23,6 +23,7 @@ __device__ __forceinline__ bool blendTile(const BlendCudaArgs& args, const Area&
     const uint32_t lane = threadIdx.x & 31u;
     const uint32_t x = area.bin_x + sub_tile % T::kBinColumns * T::kWidth + lane % T::kWidth;
     const uint32_t row = area.bin_y + sub_tile / T::kBinColumns * T::kHeight, y = row + lane / T::kWidth;
+    const auto px = float(Rules::kInBin ? x - area.bin_x : x), py = float(Rules::kInBin ? y - area.bin_y : y);
     Begun pixel = begunPixel<Rules::kDepth>(args, area.eye, x, y, goes_on || args.pass.index != 0);
     uint32_t open = __ballot_sync(~0u, pixel.transmittance > 0.0f);
     if (open != 0) {
@@ -53,12 +54,12 @@ __device__ __forceinline__ bool blendTile(const BlendCudaArgs& args, const Area&
             Lit lit = Rules::nothing();
             bool draws = false;
             if (lane < count) {
-                lit = Rules::light(splat);
+                lit = Rules::light(splat, float(area.bin_x), float(area.bin_y));
                 if constexpr (Rules::kDepth)
                     lit.color[0] = depth;
                 draws = true;
                 if (open != ~0u) { // the reader leaves finished rows out only from its next unit on
-                    const float top = lit.y - float(row), extent = Rules::bounds(splat, lit).extent_y;
+                    const float top = splat.y - float(row), extent = Rules::bounds(splat).extent_y;
                     draws = top - extent <= float((31 - __clz(int(open))) / int(T::kWidth)) &&
                             top + extent >= float((__ffs(int(open)) - 1) / int(T::kWidth));
                 }
@@ -74,9 +75,9 @@ __device__ __forceinline__ bool blendTile(const BlendCudaArgs& args, const Area&
             next_count = reader.next(key, open);
             slot = slotOf(key, next_count);
             __syncwarp();
-            for (uint32_t i = 0; i < drawn; i += 4) {
-                const Lit* const chosen[4] = {lits + i, lits + i + 1, lits + i + 2, lits + i + 3};
-                Rules::blend(chosen, args, float(x), float(y), pixel.transmittance, pixel.color);
+            for (const Lit *at = lits, *const end = lits + drawn; at < end; at += 4) {
+                const Lit* const chosen[4] = {at, at + 1, at + 2, at + 3};
+                Rules::blend(chosen, args, px, py, pixel.transmittance, pixel.color);
             }
             __syncwarp(); // the batch is written again
             evaluations += drawn;

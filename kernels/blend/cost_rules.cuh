@@ -11,9 +11,9 @@ namespace gsc {
 // all of its sub-tile are, and what fills up a four does not count. kExact: Base is AnyExactRules.
 template <typename Base, bool kExact>
 struct CostRules : Base {
-    static __device__ __forceinline__ typename Base::Lit light(const typename Base::Splat& s)
+    static __device__ __forceinline__ typename Base::Lit light(const typename Base::Splat& s, float x0, float y0)
     {
-        typename Base::Lit lit = Base::light(s);
+        typename Base::Lit lit = Base::light(s, x0, y0);
         lit.color[0] = 1.0f; // that of nothing() is 0
         return lit;
     }
@@ -30,7 +30,7 @@ struct CostRules : Base {
             const float next = Base::behind(T, alphas[i]);
             const bool drawn = kExact && args.rules.gsplat ? next > args.rules.stop : next >= args.rules.stop;
             color[0] += splats[i]->color[0];
-            T = drawn ? next : -fabsf(T);
+            T = drawn ? next : finished(T);
         }
     }
 };

@@ -10,7 +10,7 @@
 namespace gsc {
 
 constexpr uint32_t kTouchThreads = 256;
-constexpr uint32_t kTouchBlocks = 3; // of a multiprocessor
+constexpr uint32_t kTouchBlocks = 4; // of a multiprocessor
 constexpr uint32_t kWarpKeys = kTouchUnit / (kTouchThreads / 32);
 constexpr uint32_t kUnitWords = kTouchUnit / 32; // of a sub-tile
 static_assert(kWarpKeys == 256);                 // a warp writes two vectors of four words for each sub-tile
@@ -59,11 +59,43 @@ __device__ __forceinline__ void transposeBits(uint32_t (&words)[kCount])
     }
 }
 
+// What a small splat touches of a bin, as touchKernel() has it.
+struct Touched {
+    uint32_t sub_tiles, rows;
+};
+
+// code: touchCode(), not kTouchUnknown. column, y: of the bin in its eye's image, in bins and in pixels.
+template <typename T>
+__device__ __forceinline__ Touched touchedBy(uint32_t code, uint32_t column, uint32_t y)
+{
+    constexpr uint32_t kColumns = T::kBinColumns, kRows = T::kBinRows * T::kHeight;
+    static_assert(T::kWidth == kTouchColumn && 2 * kColumns == 16 && 2 * kRows <= 64);
+    // from the bin's first, or before it
+    const int left = int((code - column * kColumns) << 28) >> 28, top = int(((code >> 6) - y) << 26) >> 26;
+    const int right = min(left + int(code >> 4 & 3u), int(kColumns) - 1);
+    const int bottom = min(top + int(code >> 12), int(kRows) - 1);
+    const uint32_t columns = right < 0 ? 0u : (2u << right) - (1u << max(left, 0));
+    const uint32_t rows = max(top, 0) > bottom ? 0u : (2u << bottom) - (1u << max(top, 0));
+    uint32_t sub_tiles = 0;
+#pragma unroll
+    for (uint32_t row = 0; row < T::kBinRows; ++row)
+        if ((rows >> row * T::kHeight & ((1u << T::kHeight) - 1u)) != 0)
+            sub_tiles |= columns << row * kColumns;
+    return {sub_tiles, rows};
+}
+
 // Which of unfinished: `entry` as eye `eye` draws it.
 __device__ __forceinline__ uint32_t& unfinishedOf(const BlendCudaArgs& args, uint32_t entry, uint32_t eye)
 {
     return args.unfinished[entry + (args.shared_bins ? eye * args.grid.bins() : 0u)];
 }
+
+// Of each warp: slots of splats that have no code, then what they touch.
+template <uint32_t kWords>
+struct TouchShared {
+    uint32_t unknown[kTouchThreads / 32][kWarpKeys];
+    uint32_t rows[kTouchThreads / 32][kWords > 1 ? kWarpKeys : 1];
+};
 
 // A block takes a unit. behind: not the first of each list, but those behind them that some sub-tile needs.
 template <typename Rules, uint32_t kRows>
@@ -76,6 +108,7 @@ __global__ void __launch_bounds__(kTouchThreads, kTouchBlocks)
     constexpr uint32_t kAtOnce = kWarpKeys / 32, kWords = (Planes::kAll + 31) / 32;
     if (willRepeat(*args.counters))
         return;
+    __shared__ TouchShared<kWords> shared;
     const uint32_t warp = threadIdx.x / 32, lane = threadIdx.x & 31u;
     for (uint32_t u = blockIdx.x; u < args.counters->pass.touch_units; u += gridDim.x) {
         const TouchUnit unit = args.touch_units[u];
@@ -89,27 +122,53 @@ __global__ void __launch_bounds__(kTouchThreads, kTouchBlocks)
         const auto x0 = float(eye_column * kBinWidth), y0 = float(bin_y);
         const Splat* splats =
             static_cast<const Splat*>(args.splats) + (args.shared_bins ? unit.eye * args.slot_capacity : 0u);
-        const uint32_t first = warp * kWarpKeys + lane;
-        uint32_t slots[kAtOnce], words[kWords][kAtOnce];
-        Splat fetched[kAtOnce];
+        const uint32_t first = warp * kWarpKeys + lane, keys = unit.count;
+        uint32_t slots[kAtOnce], codes[kAtOnce], words[kWords][kAtOnce];
 #pragma unroll
         for (uint32_t i = 0; i < kAtOnce; ++i)
-            slots[i] = args.keys[unit.first + min(first + 32 * i, unit.count - 1)].slot;
+            slots[i] = args.keys[unit.first + min(first + 32 * i, keys - 1)].slot;
 #pragma unroll
         for (uint32_t i = 0; i < kAtOnce; ++i) // all on their way before the first is looked at
-            fetched[i] = splats[slots[i]];
+            codes[i] = args.touches == nullptr
+                           ? kTouchUnknown
+                           : args.touches[args.shared_bins ? size_t(kMaxEyes) * slots[i] + unit.eye : slots[i]];
+        // those that have no code are looked at together at the end
+        uint32_t* const unknown = shared.unknown[warp];
+        uint32_t count = 0;
+        __syncwarp(); // the last unit's are read
 #pragma unroll
         for (uint32_t i = 0; i < kAtOnce; ++i) {
-            const typename Rules::Lit lit = Rules::light(fetched[i]);
-            const Bounds bounds = Rules::bounds(fetched[i], lit);
-            const uint32_t sub_tiles =
-                first + 32 * i < unit.count
-                    ? subTileMask<T>(bounds, Rules::box(fetched[i], args.rules), lit.x, lit.y, x0, y0)
-                    : 0u;
-            const uint32_t rows = rowMask(lit.y - y0, bounds.extent_y, Planes::kRows);
-            words[0][i] = kWords == 1 ? sub_tiles | rows << 16 : sub_tiles;
+            const bool looks = first + 32 * i < keys && codes[i] == kTouchUnknown;
+            const uint32_t looking = __ballot_sync(~0u, looks);
+            if (looks)
+                unknown[count + __popc(looking & ((1u << lane) - 1u))] = slots[i];
+            count += uint32_t(__popc(looking));
+        }
+        __syncwarp();
+        for (uint32_t i = lane; i < count; i += 32) {
+            const Splat splat = splats[unknown[i]];
+            const Bounds bounds = Rules::bounds(splat);
+            const uint32_t sub_tiles = subTileMask<T>(bounds, Rules::box(splat, args.rules), splat.x, splat.y, x0, y0);
+            const uint32_t rows = rowMask(splat.y - y0, bounds.extent_y, Planes::kRows);
+            unknown[i] = kWords == 1 ? sub_tiles | rows << 16 : sub_tiles;
             if constexpr (kWords > 1)
-                words[kWords - 1][i] = rows;
+                shared.rows[warp][i] = rows;
+        }
+        __syncwarp();
+        count = 0;
+#pragma unroll
+        for (uint32_t i = 0; i < kAtOnce; ++i) {
+            const Touched touched = touchedBy<T>(codes[i], eye_column, bin_y);
+            uint32_t sub_tiles = touched.sub_tiles, rows = touched.rows;
+            const bool looked = first + 32 * i < keys && codes[i] == kTouchUnknown;
+            const uint32_t looking = __ballot_sync(~0u, looked);
+            const uint32_t at = count + __popc(looking & ((1u << lane) - 1u));
+            count += uint32_t(__popc(looking));
+            words[0][i] = looked ? unknown[at] : kWords == 1 ? sub_tiles | rows << 16 : sub_tiles;
+            if constexpr (kWords > 1)
+                words[kWords - 1][i] = looked ? shared.rows[warp][at] : rows;
+            if (first + 32 * i >= keys)
+                words[0][i] = 0;
         }
 #pragma unroll
         for (uint32_t w = 0; w < kWords; ++w) {

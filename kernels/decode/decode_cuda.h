@@ -14,14 +14,14 @@ namespace gsc {
 // What blending reads of a Gaussian in the tier `fast`, 32 bytes, two 16-byte loads.
 struct alignas(16) PackedSplat {
     float x, y;        // 0   pixels, centres at integers
-    float power[3];    // 8   log2 of the falloff is -(power[0] dx^2 + power[1] dx dy + power[2] dy^2)
+    float factor[3];   // 8   log2 of the falloff is -(factor[0] dx + factor[1] dy)^2 - (factor[2] dy)^2
     uint16_t color[3]; // 20  steps of 1 / 65535
     uint16_t opacity;  // 26  the same
     uint32_t order;    // 28  emission order, breaks depth ties
 };
 static_assert(sizeof(PackedSplat) == 32);
 constexpr float kUnseenPlace = 6e4f;         // x and y, pixels: outside every image, and still a number of 16 bits
-constexpr float kTrustedDeterminant = 3e-5f; // of a power's ellipse, relative to its diagonal; less is rounding
+constexpr float kTrustedDeterminant = 3e-5f; // of a falloff's ellipse, relative to its diagonal; less is a needle
 
 // The same in the tier `exact`, 48 bytes, three 16-byte loads.
 struct alignas(16) ExactSplat {
@@ -53,6 +53,7 @@ struct DecodeFrame : FrameNow {
     const uint32_t* visible_count;
     uint32_t visible_capacity;
     SplatPlace* places; // eye_count x slot_capacity, or slot_capacity
+    uint16_t* touches;  // touchCode() of each splat, in shared bins those of both eyes beside each other; tier `fast`
     uint32_t* cells;    // eye_count x grid.cells(), or grid.cells(): splats of each, zero before
     uint32_t slot_capacity;
     FrameCounters* counters;

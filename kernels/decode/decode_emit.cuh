@@ -81,12 +81,11 @@ __device__ __forceinline__ uint32_t boxAround(uint32_t a, uint32_t b)
     return (__vminu4(a, b) & 0xffffu) | (__vmaxu4(a, b) & 0xffff0000u);
 }
 
-// Is so little left of the determinant that FastRules::box() may not bound it? With as much to spare as rounding takes.
+// Is it so thin that FastRules::box() may not bound it? With as much to spare as rounding takes.
 __device__ __forceinline__ bool isNeedle(const Candidate& splat)
 {
-    const float a = __uint_as_float(splat.words[0].z), b = 0.5f * __uint_as_float(splat.words[0].w),
-                c = __uint_as_float(splat.words[1].x);
-    return !(a * c - b * b > 2 * kTrustedDeterminant * a * c);
+    const float b = __uint_as_float(splat.words[0].w), c = __uint_as_float(splat.words[1].x);
+    return !(c * c > 2 * kTrustedDeterminant * (b * b + c * c));
 }
 
 // A slot that an eye does not see: a splat of some pixels that no image holds.
@@ -96,9 +95,11 @@ __device__ __forceinline__ void writeUnseen(const DecodeCudaArgs& args, uint32_t
     uint4* const to = reinterpret_cast<uint4*>(args.splats + size_t(e) * args.slot_capacity + slot);
     to[0] = {far_off, far_off, one, 0};
     to[1] = {one, 0, 0xffff0000u, order};
+    args.touches[size_t(kMaxEyes) * slot + e] = uint16_t(kTouchUnknown);
 }
 
 // True if there was something to write and room for it.
+template <bool kShared>
 __device__ __forceinline__ bool writeSplat(const DecodeCudaArgs& args, uint32_t e, bool drawn, uint32_t slot,
                                            const Candidate& splat, EyeTally& tally)
 {
@@ -112,6 +113,7 @@ __device__ __forceinline__ bool writeSplat(const DecodeCudaArgs& args, uint32_t 
     uint4* const to = reinterpret_cast<uint4*>(args.splats + size_t(e) * args.slot_capacity + slot);
     to[0] = splat.words[0];
     to[1] = splat.words[1];
+    args.touches[kShared ? size_t(kMaxEyes) * slot + e : size_t(e) * args.slot_capacity + slot] = uint16_t(splat.touch);
     return true;
 }
 
@@ -202,7 +204,7 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
         }
         if constexpr (!kShared) {
             slot = tally.writer.reserve(drawn, lane, slotPiece(args.slot_capacity), &args.counters->pass.slots[e]);
-            if (writeSplat(args, e, drawn, slot, out, tally))
+            if (writeSplat<kShared>(args, e, drawn, slot, out, tally))
                 args.places[size_t(e) * args.slot_capacity + slot] = out.place;
             else
                 out.place.box = kNoBins;
@@ -224,7 +226,7 @@ __device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t 
             const uint32_t reserved =
                 tally.writer.reserve(fresh, lane, slotPiece(args.slot_capacity), &args.counters->pass.slots[0]);
             slot = fresh ? reserved : slot;
-            if (writeSplat(args, e, drawn, slot, out, tally)) {
+            if (writeSplat<kShared>(args, e, drawn, slot, out, tally)) {
                 if (fresh && turns.last)
                     writeUnseen(args, 1 - e, slot, out.words[1].w);
                 if (!fresh)

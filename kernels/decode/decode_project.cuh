@@ -12,6 +12,7 @@ namespace gsc {
 struct Candidate {
     uint4 words[2]; // PackedSplat; kept as words, so that it stays in registers
     SplatPlace place;
+    uint32_t touch; // touchCode()
 };
 
 // Projects one Gaussian. False if it cannot change a pixel of the columns that are drawn. quaternion: of length sqrt(2),
@@ -71,16 +72,16 @@ __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t
             det *= grows * grows;
         }
     }
-    const float inv_det = __fdividef(1.0f, det);
 
     // pixels of the box of the ellipse on which alpha reaches 1/255, cut by upstream's 3-sigma tiles
     const float reach = 2.0f * __logf(255.0f * opacity) + 5e-3f; // of the squared Mahalanobis distance; an
     // opacity near 1/255 is rounded by up to half of one of 257 steps when it is packed
     const float ex = sqrtf(reach * a) + 0.01f, ey = sqrtf(reach * c) + 0.01f;
     float x0 = x - ex, y0 = y - ey, x1 = x + ex, y1 = y + ey;
+    const float mid = 0.5f * (a + c);
+    const float axis = sqrtf(mid + sqrtf(fmaxf(args.rules.eigen_floor, mid * mid - det)));
     if (fmaxf(ex, ey) >= float(kTileSize)) { // the square of a smaller one ends at most 3 pixels before its ellipse
-        const float mid = 0.5f * (a + c);
-        const float radius = ceilf(3.0f * sqrtf(mid + sqrtf(fmaxf(args.rules.eigen_floor, mid * mid - det))));
+        const float radius = ceilf(3.0f * axis);
         x0 = fmaxf(x0, floorf((x - radius) * (1.0f / kTileSize)) * kTileSize);
         y0 = fmaxf(y0, floorf((y - radius) * (1.0f / kTileSize)) * kTileSize);
         x1 = fminf(x1, ceilf((x + radius) * (1.0f / kTileSize)) * kTileSize + kTileSize - 1.0f);
@@ -89,18 +90,29 @@ __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t
     const float left = args.bands[e].first, right = args.bands[e].last, bottom = float(eye.height) - 1.0f;
     drawn = drawn && x1 >= left && y1 >= 0.0f && x0 <= right && y0 <= bottom && ceilf(x0) <= x1 && ceilf(y0) <= y1;
     finite = drawn || outside || (det == det && x == x && y == y);
-    // bins in the low bits, as in packSteps(): rounded down
-    constexpr float kPerColumn = 1.0f / kBinWidth;
-    const float per_row = args.grid.height == 16 ? 1.0f / 16 : 1.0f / 32;
-    const auto bin = [](float pixel, float per) { return __float_as_uint(__fmaf_rz(pixel, per, 0x1p23f)); };
-    const uint32_t from = __byte_perm(bin(fmaxf(x0, left), kPerColumn), bin(ceilf(fmaxf(y0, 0.0f)), per_row), 0x0040);
-    const uint32_t to = __byte_perm(bin(fmaxf(fminf(x1, right), 0.0f), kPerColumn),
-                                    bin(fmaxf(fminf(y1, bottom), 0.0f), per_row), 0x0040);
-    constexpr float kLog2E = 1.44269504088896341f;
-    const float scale = kLog2E * inv_det; // power of two instead of e, and its halves, folded in here
-    out.words[0] = {__float_as_uint(x), __float_as_uint(y), __float_as_uint(0.5f * c * scale),
-                    __float_as_uint(-b * scale)};
-    out.words[1] = {__float_as_uint(0.5f * a * scale), packSteps(color[0], color[1]), packSteps(color[2], opacity),
+    // pixels in the low bits, as in packSteps(): rounded down
+    const auto whole = [](float pixel) { return __float_as_uint(__fadd_rz(pixel, 0x1p23f)); };
+    const uint32_t left0 = whole(ceilf(fmaxf(x0, left))), top0 = whole(ceilf(fmaxf(y0, 0.0f)));
+    const uint32_t right1 = whole(fmaxf(fminf(x1, right), 0.0f)), bottom1 = whole(fmaxf(fminf(y1, bottom), 0.0f));
+    const uint32_t row_bits = args.grid.height == 16 ? 4u : 5u;
+    const uint32_t from = __byte_perm(left0 / kBinWidth, top0 >> row_bits, 0x0040),
+                   to = __byte_perm(right1 / kBinWidth, bottom1 >> row_bits, 0x0040);
+    // The tiles of upstream's square, which is no smaller than this, cut nothing of a box within it, but for a last pixel
+    // less than one before the square's end that is a tile's first.
+    const float square = ceilf(2.999f * axis);
+    const auto isCut = [square](uint32_t last, float middle) {
+        return last % kTileSize == 0 && __uint_as_float(last) - 0x1p23f + 1.001f > middle + square;
+    };
+    const bool boxed = fmaxf(ex, ey) <= fminf(square, kTouchReach) && !isCut(right1, x) && !isCut(bottom1, y);
+    out.touch =
+        boxed ? touchCode(left0 / kTouchColumn, right1 / kTouchColumn - left0 / kTouchColumn, top0, bottom1 - top0)
+              : kTouchUnknown;
+    // the root of the inverse of the covariance, by Cholesky: its second pivot is 1 / c, whatever is left of the determinant
+    constexpr float kRoot = 0.849321800288019f; // of log2(e) / 2
+    const float inv_root_c = rsqrtf(c);
+    const float along = kRoot * (c * inv_root_c) * rsqrtf(det), across = -b * (inv_root_c * inv_root_c) * along;
+    out.words[0] = {__float_as_uint(x), __float_as_uint(y), __float_as_uint(along), __float_as_uint(across)};
+    out.words[1] = {__float_as_uint(kRoot * inv_root_c), packSteps(color[0], color[1]), packSteps(color[2], opacity),
                     order};
     out.place = {__float_as_uint(t.z), __byte_perm(from, to, 0x5410)};
     return drawn;

@@ -80,6 +80,17 @@ struct alignas(8) SplatPlace {
     uint32_t box;        // bins x0 | y0 << 8 | x1 << 16 | y1 << 24, inclusive, or kNoBins
 };
 
+// What an eye's pixels of a small splat are, in 16 bits that finding them in long lists reads in place of the splat
+// (blend/touch.cuh): the first of its columns of 4 pixels, modulo 16, and how many follow it, the first of its rows of
+// pixels, modulo 64, and how many follow. It tells them apart in any bin whose list holds the splat, for either eye.
+constexpr uint32_t kTouchColumn = 4;          // pixels
+constexpr uint32_t kTouchUnknown = 15u << 12; // as many rows no splat has: the splat tells
+GSC_HD constexpr uint32_t touchCode(uint32_t column, uint32_t more_columns, uint32_t row, uint32_t more_rows)
+{
+    return (column & 15u) | more_columns << 4 | (row & 63u) << 6 | more_rows << 12;
+}
+constexpr float kTouchReach = 6.0f; // pixels to each side of a splat that has a code: 4 columns, 13 rows at most
+
 // Pieces of a bin's list by length: what a warp sorts, what 2, 4, 8 and 16 warps sort, and longer.
 constexpr uint32_t kWarpPiece = 512; // keys
 constexpr uint32_t kPieceClasses = 6;

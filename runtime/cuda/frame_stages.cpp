@@ -42,6 +42,7 @@ void setDecodeFrame(DecodeFrame& frame, const FrameJob& job, uint32_t pass)
     frame.visible_count = whole ? &job.buffers.counters->anchors_listed : &job.buffers.counters->pass.anchors_listed;
     frame.visible_capacity = job.capacity.visible;
     frame.places = job.buffers.places;
+    frame.touches = job.buffers.touches;
     frame.cells = job.buffers.cells;
     frame.slot_capacity = job.capacity.slots;
     frame.counters = job.buffers.counters;
@@ -177,6 +178,8 @@ FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const Fr
     const size_t slots = size_t(shape.eye_count) * capacity.slots;
     b.splats = layout.take<unsigned char>(slots * shape.splatBytes());
     b.places = layout.take<SplatPlace>(size_t(shape.lists()) * capacity.slots);
+    if (!shape.exact)
+        b.touches = layout.take<uint16_t>(slots);
     b.keys = layout.take<BinKey>(capacity.pairs);
     b.wide = layout.take<uint32_t>(kWideSplats);
     for (uint32_t e = 0; e < shape.eye_count; ++e) {
@@ -331,6 +334,7 @@ void blendFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass)
     std::copy_n(job.shape.background, 3, args.background);
     args.empty_is_black = job.shape.empty_is_black;
     args.splats = job.buffers.splats;
+    args.touches = job.buffers.touches;
     args.slot_capacity = job.capacity.slots;
     args.cells = job.buffers.cells;
     args.bin_queue = job.buffers.bin_queue;

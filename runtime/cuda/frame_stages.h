@@ -67,6 +67,7 @@ struct FrameBuffers { // device memory
     uint16_t* slab_of;
     unsigned char* splats;
     SplatPlace* places;
+    uint16_t* touches; // null in `exact`
     BinKey* keys;
     uint32_t* wide;
     Piece* pieces;

@@ -280,9 +280,9 @@ inline float __fmul_rn(float a, float b)
     return a * b; // contraction is off in every translation unit
 }
 // Of a sum that is positive, toward zero. A double holds it but for what is far below the last bit of the result.
-inline float __fmaf_rz(float a, float b, float c)
+inline float __fadd_rz(float a, float b)
 {
-    const double sum = double(a) * double(b) + double(c);
+    const double sum = double(a) + double(b);
     const float rounded = float(sum);
     return double(rounded) > sum ? std::nextafter(rounded, 0.0f) : rounded;
 }

@@ -7,8 +7,9 @@ namespace {
 
 void setSplat(PackedSplat& s, const Ellipse& e, uint32_t order)
 {
-    const double det = double(e.a) * e.c - double(e.b) * e.b, scale = 1.4426950408889634 / det;
-    s = {e.x, e.y, {float(0.5 * e.c * scale), float(-e.b * scale), float(0.5 * e.a * scale)}, {}, 0, order};
+    const double det = double(e.a) * e.c - double(e.b) * e.b, half = 0.7213475204444817; // of log2(e)
+    const double along = std::sqrt(half * e.c / det);
+    s = {e.x, e.y, {float(along), float(-e.b / e.c * along), float(std::sqrt(half / e.c))}, {}, 0, order};
     for (int i = 0; i < 3; ++i)
         s.color[i] = floatSteps(e.color[i]);
     s.opacity = floatSteps(e.opacity);
@@ -39,6 +40,7 @@ struct Falloff {
 
 // Terms are rounded a few times each on the way to the exponent, whose function is good to 2 ulp.
 constexpr double kTermRounding = 2.5e-7, kFunctionRounding = 6e-7;
+constexpr uint32_t kBinSize = 32; // pixels at most, from whose first the tier `fast` counts
 
 // Is a pixel in the tiles of a splat of this radius?
 bool inTiles(const PackedSplat& s, const RasterConstants& rules, double radius, uint32_t x, uint32_t y)
@@ -59,10 +61,15 @@ Falloff falloffAt(const PackedSplat& s, const RasterConstants& rules, uint32_t x
     constexpr double kLn2 = 0.6931471805599453;
     const double dx = double(s.x - float(x)), dy = double(s.y - float(y)),
                  log_opacity = std::log2(stepsFloat(s.opacity));
-    const double terms[3] = {s.power[0] * dx * dx, s.power[1] * dx * dy, s.power[2] * dy * dy};
-    const double size = std::abs(terms[0]) + std::abs(terms[1]) + std::abs(terms[2]) + std::abs(log_opacity);
+    const double f[3] = {s.factor[0], s.factor[1], s.factor[2]}, u = f[0] * dx + f[1] * dy, v = f[2] * dy;
+    // u and v are differences of terms counted from the bin's first pixel, each rounded by half a bit
+    const double px = x % kBinSize, py = y % kBinSize, far_x = 2 * std::abs(dx + px) + px,
+                 far_y = 2 * std::abs(dy + py) + py;
+    const double u_error = 6e-8 * (std::abs(f[0]) * far_x + std::abs(f[1]) * far_y), v_error = 6e-8 * f[2] * far_y;
+    const double error =
+        2 * std::abs(u) * u_error + 2 * std::abs(v) * v_error + kTermRounding * (u * u + v * v + std::abs(log_opacity));
     // upstream's radius from the inverse of the covariance, rounded up: doubtful where it nearly is a whole number
-    const double a = s.power[0], b = 0.5 * s.power[1], c = s.power[2], det = a * c - b * b;
+    const double a = f[0] * f[0], c = f[1] * f[1] + f[2] * f[2], det = f[0] * f[2] * (f[0] * f[2]);
     const double mid = 0.5 * (a + c) / (2 * kLn2 * det);
     const double rest = std::max(double(rules.eigen_floor), mid * mid - 1 / (4 * kLn2 * kLn2 * det));
     const double radius = 3 * std::sqrt(mid + std::sqrt(rest));
@@ -72,8 +79,8 @@ Falloff falloffAt(const PackedSplat& s, const RasterConstants& rules, uint32_t x
     const bool near_edge =
         inTiles(s, rules, std::ceil(radius - slack), x, y) != inTiles(s, rules, std::ceil(radius + slack), x, y);
     const bool doubtful = trust > 0.95 && (near_edge || (trust < 1.05 && !inTiles(s, rules, std::ceil(radius), x, y)));
-    return {kLn2 * (log_opacity - terms[0] - terms[1] - terms[2]),
-            kLn2 * kTermRounding * size + kFunctionRounding,
+    return {kLn2 * (log_opacity - u * u - v * v),
+            kLn2 * error + kFunctionRounding,
             {stepsFloat(s.color[0]), stepsFloat(s.color[1]), stepsFloat(s.color[2])},
             drawn,
             doubtful};

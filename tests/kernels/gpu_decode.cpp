@@ -21,7 +21,8 @@ struct Plain {
 Plain plain(const PackedSplat& s)
 {
     constexpr double kLn2 = 0.6931471805599453;
-    return {{2 * kLn2 * s.power[0], kLn2 * s.power[1], 2 * kLn2 * s.power[2]},
+    const double a = s.factor[0], b = s.factor[1], c = s.factor[2];
+    return {{2 * kLn2 * a * a, 2 * kLn2 * a * b, 2 * kLn2 * (b * b + c * c)},
             stepsFloat(s.opacity),
             {stepsFloat(s.color[0]), stepsFloat(s.color[1]), stepsFloat(s.color[2])}};
 }
@@ -165,6 +166,7 @@ Decoded<Splat> decodeOnDevice(const DecodeJob& job)
     const GuardedBuffer<uint32_t> cells(std::vector<uint32_t>(size_t(eye_count) * cells_per_eye, 0));
     const GuardedBuffer<SplatPlace> places(size_t(eye_count) * job.slot_capacity);
     const GuardedBuffer<Splat> splats(size_t(eye_count) * job.slot_capacity);
+    const GuardedBuffer<uint16_t> touches(size_t(eye_count) * job.slot_capacity);
     const GuardedBuffer<FrameCounters> counters(std::vector<FrameCounters>{before});
 
     DecodeFrame frame{};
@@ -183,6 +185,7 @@ Decoded<Splat> decodeOnDevice(const DecodeJob& job)
     frame.visible_count = &counters.get()->anchors_listed;
     frame.visible_capacity = uint32_t(job.visible.size());
     frame.places = places.get();
+    frame.touches = touches.get();
     frame.cells = cells.get();
     frame.slot_capacity = job.slot_capacity;
     frame.counters = counters.get();
@@ -194,14 +197,16 @@ Decoded<Splat> decodeOnDevice(const DecodeJob& job)
     if (job.passes > 1)
         listPass(frame, listed.get(), job.fraction.empty() ? nullptr : listed_fraction.get());
     launch(frame, job, splats.get());
-    for (const bool whole : {listed.intact(), listed_fraction.intact(), visible.intact(), fraction.intact(),
-                             slab_of.intact(), cells.intact(), places.intact(), splats.intact(), counters.intact()})
+    for (const bool whole :
+         {listed.intact(), listed_fraction.intact(), visible.intact(), fraction.intact(), slab_of.intact(),
+          cells.intact(), places.intact(), splats.intact(), touches.intact(), counters.intact()})
         CHECK(whole);
 
     Decoded<Splat> decoded{};
     decoded.counters = counters.read()[0];
     const std::vector<SplatPlace> all_places = places.read();
     const std::vector<Splat> all_splats = splats.read();
+    const std::vector<uint16_t> all_touches = touches.read();
     std::vector<uint32_t> sums(size_t(eye_count) * cells_per_eye, 0);
     for (uint32_t e = 0; e < eye_count; ++e) {
         const uint32_t reserved = decoded.counters.pass.slots[e];
@@ -222,7 +227,7 @@ Decoded<Splat> decodeOnDevice(const DecodeJob& job)
             forCells(job.grid, job.slab_of, place, [&](uint32_t cell) { ++sums[size_t(e) * cells_per_eye + cell]; });
             bad += job.passes > 1 && job.slab_of[bucketOf(place.depth_bits)] / job.grid.slabs() != job.pass;
             const Splat& splat = all_splats[at];
-            twice += !decoded.eyes[e].emplace(splat.order, Emitted<Splat>{splat, place}).second;
+            twice += !decoded.eyes[e].emplace(splat.order, Emitted<Splat>{splat, place, all_touches[at]}).second;
         }
         CHECK(bad == 0);
         CHECK(twice == 0);

@@ -31,6 +31,7 @@ template <typename Splat>
 struct Emitted {
     Splat splat;
     SplatPlace place;
+    uint32_t touch; // touchCode(), of a PackedSplat
 };
 
 // By eye and emission order.

@@ -38,9 +38,40 @@ void launch(const BlendCudaArgs& args, const ExactSplat*)
     blendExactCuda(args, kTestProcessors, testStream().handle);
 }
 
-// Draws the scene in `passes`, each of which takes its part of the splats; the `longest` fullest bins as long lists.
+// Codes of most of the small splats, of others that there is none; of what has no codes, nothing.
+std::vector<uint16_t> codesOf(const BlendScene<PackedSplat>& scene, uint32_t& known)
+{
+    std::vector<uint16_t> codes;
+    for (const PackedSplat& s : scene.splats) {
+        const double a = s.factor[0], b = s.factor[1], c = s.factor[2], half = 0.7213475204444817;
+        const double xx = half * (b * b + c * c) / (a * c * a * c), yy = half / (c * c);
+        const double reach = 2 * std::log(255 * stepsFloat(s.opacity)) + 5e-3;
+        const double ex = std::sqrt(reach * xx) + 0.01, ey = std::sqrt(reach * yy) + 0.01;
+        const double mid = 0.5 * (xx + yy), det = half * half / (a * c * a * c);
+        const double rest = std::max(double(scene.rules.eigen_floor), mid * mid - det);
+        const double square = std::ceil(3 * std::sqrt(mid + std::sqrt(rest)) - 1e-3);
+        const double x0 = std::ceil(s.x - ex), y0 = std::ceil(s.y - ey), x1 = std::floor(s.x + ex),
+                     y1 = std::floor(s.y + ey);
+        const bool coded = codes.size() % 5 != 0 && reach > 0 &&
+                           std::max(ex, ey) <= std::min<double>(kTouchReach, square - 1) && x0 >= 0 && y0 >= 0 &&
+                           x0 <= x1 && y0 <= y1;
+        known += coded;
+        codes.push_back(uint16_t(coded ? touchCode(uint32_t(x0) / 4, uint32_t(x1) / 4 - uint32_t(x0) / 4, uint32_t(y0),
+                                                   uint32_t(y1) - uint32_t(y0))
+                                       : kTouchUnknown));
+    }
+    return codes;
+}
+std::vector<uint16_t> codesOf(const BlendScene<ExactSplat>&, uint32_t&)
+{
+    return {};
+}
+
+// Draws the scene in `passes`, each of which takes its part of the splats; the `longest` fullest bins as long lists. codes:
+// touchCode() of each splat, or none.
 template <typename Splat>
-Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_t longest = 0)
+Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_t longest = 0,
+                    const std::vector<uint16_t>& codes = {})
 {
     const auto eye_count = uint32_t(scene.eyes.size());
     const uint32_t bins = eye_count * scene.grid.bins();
@@ -48,6 +79,7 @@ Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_
         return e < eye_count ? size_t(scene.eyes[e].width) * scene.eyes[e].height : size_t(0);
     };
     const GuardedBuffer<Splat> splats(scene.splats);
+    const GuardedBuffer<uint16_t> touches(codes);
     const GuardedBuffer<float> image[kMaxEyes] = {GuardedBuffer<float>(3 * pixels(0)),
                                                   GuardedBuffer<float>(3 * pixels(1))};
     const GuardedBuffer<float> depth[kMaxEyes] = {GuardedBuffer<float>(pixels(0)), GuardedBuffer<float>(pixels(1))};
@@ -118,6 +150,7 @@ Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_
         std::copy_n(scene.background, 3, args.background);
         args.empty_is_black = scene.empty_is_black;
         args.splats = splats.get();
+        args.touches = codes.empty() ? nullptr : touches.get();
         args.places = places.get();
         args.cells = cells.get();
         args.bin_queue = bin_queue.get();
@@ -217,6 +250,10 @@ void checkSameBytes()
             for (const uint32_t longest : {1u, 3u, 1000u}) {
                 CAPTURE(longest);
                 CHECK(blendOnDevice(scene, 1, longest) == whole);
+                uint32_t known = 0;
+                const std::vector<uint16_t> codes = codesOf(scene, known);
+                CHECK(blendOnDevice(scene, 1, longest, codes) == whole);
+                CHECK((codes.empty() || known > 40));
             }
             for (const uint32_t passes : {2u, 3u}) {
                 CAPTURE(passes);
@@ -234,6 +271,10 @@ void checkSameBytes()
         checkPixels(crowded, ordinary, 1e-4);
         CHECK(blendOnDevice(crowded, 1, 1) == ordinary);
         CHECK(blendOnDevice(crowded, 2, 1) == ordinary);
+        uint32_t known = 0;
+        const std::vector<uint16_t> codes = codesOf(crowded, known);
+        CHECK(blendOnDevice(crowded, 1, 1, codes) == ordinary);
+        CHECK((codes.empty() || known > 10'000));
     }
 }
 
