@@ -22,7 +22,7 @@ constexpr uint32_t kTouchUnitBits = 11, kTouchUnit = 1u << kTouchUnitBits;
 constexpr uint32_t kFirstUnitsBits = 4,
                    kFirstUnits = 1u << kFirstUnitsBits; // of a list: found before those behind them
 
-constexpr uint32_t kWideSplats = 1u << 12; // of many bins, that are listed of a pass
+constexpr uint32_t kWideSplats = 1u << 12; // of a pass, with many bins, for which there is a list
 
 // Part of a long list, for one of the eyes that read it.
 struct TouchUnit {

@@ -18,7 +18,7 @@ struct BlendCudaArgs {
     float background[3];
     bool empty_is_black;
     const void* splats;      // PackedSplat or ExactSplat, all eyes
-    const uint16_t* touches; // DecodeFrame, or null
+    const uint16_t* touches; // DecodeFrame::touches; null: splats have no codes
     uint32_t slot_capacity;  // from an eye's splats to the next's
     const uint32_t* cells;   // ends, from bin
     const uint32_t* bin_queue;

@@ -69,7 +69,7 @@ void launchRows(const BlendCudaArgs& args, uint32_t processors, CUstream_st* str
 {
     // blocks take bins from a queue, so more of them than the device holds at once would only wait for nothing
     const auto tiles = [&](LongPart part) {
-        launchCuda(tileKernel<Rules, kRows>, processors * kLoneBlocks, kLoneThreads, 0, stream, args, part);
+        launchCuda(tileKernel<Rules, kRows>, processors * Rules::kLoneBlocks, kLoneThreads, 0, stream, args, part);
     };
     const auto others = [&] {
         launchCudaAs(waitsInTheEnd(blendKernel<Rules, kRows>), blendKernel<Rules, kRows>, processors * kBlendBlocks,
@@ -80,7 +80,8 @@ void launchRows(const BlendCudaArgs& args, uint32_t processors, CUstream_st* str
         others();
     } else {
         const auto touch = [&](bool behind) {
-            launchCuda(touchKernel<Rules, kRows>, processors * kTouchBlocks, kTouchThreads, 0, stream, args, behind);
+            launchCuda(touchKernel<Rules, kRows>, processors * kTouchBlocks<Rules>, kTouchThreads, 0, stream, args,
+                       behind);
         };
         touch(false);
         tiles(LongPart::First);

@@ -44,11 +44,14 @@ struct PixelBox {
 
 // What blending reads of a splat, in shared memory. 48 bytes: threads beside each other write them without meeting in a
 // bank, which 64 would not do. log2 of the falloff at a pixel counted from the bin's first is -u^2 - v^2, with
-// u = slope_x px + slope_y py + u0 and v = slope py + v0. Nothing cancels but in u and v, whose terms are small in a bin.
+// u = slope_x px + slope_y py + u0 and v = slope py + v0. Nothing cancels but in u and v, and little there: only of a needle
+// are slopes large and its place far away.
 struct FastRules {
     using Splat = PackedSplat;
     static constexpr bool kDepth = false;
-    static constexpr bool kInBin = true; // pixels are counted from the bin's first
+    static constexpr bool kInBin = true;       // pixels are counted from the bin's first
+    static constexpr bool kCodes = true;       // what small splats touch is told by codes
+    static constexpr uint32_t kLoneBlocks = 6; // of sub-tiles of long lists on a multiprocessor: 80 registers
     struct alignas(16) Lit {
         float slope_x, slope_y, u0, slope, v0, log_opacity, color[3];
     };
@@ -150,7 +153,8 @@ template <bool kGsplat>
 struct ExactRules {
     using Splat = ExactSplat;
     static constexpr bool kDepth = false;
-    static constexpr bool kInBin = false;
+    static constexpr bool kInBin = false, kCodes = false;
+    static constexpr uint32_t kLoneBlocks = 8;
     struct alignas(16) Lit {
         float x, y, half_a, b, half_c, opacity, color[3]; // halves of the conic's, below zero: halving is exact
     };

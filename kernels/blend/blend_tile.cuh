@@ -7,8 +7,8 @@
 
 namespace gsc {
 
-constexpr uint32_t kLoneBatch = 32;                     // splats that a warp blends at once, in whole fours
-constexpr uint32_t kLoneThreads = 128, kLoneBlocks = 6; // of a multiprocessor
+constexpr uint32_t kLoneBatch = 32; // splats that a warp blends at once, in whole fours
+constexpr uint32_t kLoneThreads = 128;
 
 // Blends keys of a long list, those of `units` units, into sub-tile `sub_tile` of its bin. goes_on: the sub-tile has met
 // those before. lits: kLoneBatch of this warp's. The same bytes as blendBin(), but for the ends of needles, whose bounds are
@@ -101,7 +101,7 @@ enum class LongPart : uint32_t {
 
 // Each sub-tile by a warp.
 template <typename Rules, uint32_t kRows>
-__global__ void __launch_bounds__(kLoneThreads, kLoneBlocks)
+__global__ void __launch_bounds__(kLoneThreads, Rules::kLoneBlocks)
     tileKernel(const __grid_constant__ BlendCudaArgs args, LongPart part)
 {
     launchDependents(); // the other bins take the multiprocessors that this leaves

@@ -10,7 +10,8 @@
 namespace gsc {
 
 constexpr uint32_t kTouchThreads = 256;
-constexpr uint32_t kTouchBlocks = 4; // of a multiprocessor
+template <typename Rules>
+constexpr uint32_t kTouchBlocks = Rules::kCodes ? 4 : 3; // of a multiprocessor
 constexpr uint32_t kWarpKeys = kTouchUnit / (kTouchThreads / 32);
 constexpr uint32_t kUnitWords = kTouchUnit / 32; // of a sub-tile
 static_assert(kWarpKeys == 256);                 // a warp writes two vectors of four words for each sub-tile
@@ -64,14 +65,19 @@ struct Touched {
     uint32_t sub_tiles, rows;
 };
 
-// code: touchCode(), not kTouchUnknown. column, y: of the bin in its eye's image, in bins and in pixels.
+// A bin in the image of an eye.
+struct TouchBin {
+    uint32_t column, y; // in bins, in pixels
+};
+
+// code: touchCode(), not kTouchUnknown.
 template <typename T>
-__device__ __forceinline__ Touched touchedBy(uint32_t code, uint32_t column, uint32_t y)
+__device__ __forceinline__ Touched touchedBy(uint32_t code, const TouchBin& bin)
 {
     constexpr uint32_t kColumns = T::kBinColumns, kRows = T::kBinRows * T::kHeight;
     static_assert(T::kWidth == kTouchColumn && 2 * kColumns == 16 && 2 * kRows <= 64);
     // from the bin's first, or before it
-    const int left = int((code - column * kColumns) << 28) >> 28, top = int(((code >> 6) - y) << 26) >> 26;
+    const int left = int((code - bin.column * kColumns) << 28) >> 28, top = int(((code >> 6) - bin.y) << 26) >> 26;
     const int right = min(left + int(code >> 4 & 3u), int(kColumns) - 1);
     const int bottom = min(top + int(code >> 12), int(kRows) - 1);
     const uint32_t columns = right < 0 ? 0u : (2u << right) - (1u << max(left, 0));
@@ -90,25 +96,101 @@ __device__ __forceinline__ uint32_t& unfinishedOf(const BlendCudaArgs& args, uin
     return args.unfinished[entry + (args.shared_bins ? eye * args.grid.bins() : 0u)];
 }
 
+// Words of a key: its sub-tiles, then its rows; in one where both have room.
+template <typename T>
+constexpr uint32_t kTouchWords = (TouchPlanes<T>::kAll + 31) / 32;
+
+template <typename T>
+__device__ __forceinline__ uint32_t firstWord(const Touched& touched)
+{
+    return kTouchWords<T> == 1 ? touched.sub_tiles | touched.rows << 16 : touched.sub_tiles;
+}
+
+template <typename Rules, typename T>
+__device__ __forceinline__ Touched touchedBy(const typename Rules::Splat& splat, const RasterConstants& rules,
+                                             const TouchBin& bin)
+{
+    const auto x0 = float(bin.column * kBinWidth), y0 = float(bin.y);
+    const Bounds bounds = Rules::bounds(splat);
+    return {subTileMask<T>(bounds, Rules::box(splat, rules), splat.x, splat.y, x0, y0),
+            rowMask(splat.y - y0, bounds.extent_y, TouchPlanes<T>::kRows)};
+}
+
 // Of each warp: slots of splats that have no code, then what they touch.
-template <uint32_t kWords>
+template <typename T>
 struct TouchShared {
     uint32_t unknown[kTouchThreads / 32][kWarpKeys];
-    uint32_t rows[kTouchThreads / 32][kWords > 1 ? kWarpKeys : 1];
+    uint32_t rows[kTouchThreads / 32][kTouchWords<T> > 1 ? kWarpKeys : 1];
 };
+
+// What a lane's keys of a unit touch, of which it has every 32nd from the warp's first on. Every splat is fetched, all before
+// the first is looked at.
+template <typename Rules, typename T, uint32_t kCount>
+__device__ __forceinline__ void touchOfSplats(const uint32_t (&slots)[kCount], const typename Rules::Splat* splats,
+                                              const RasterConstants& rules, const TouchBin& bin,
+                                              uint32_t (&words)[kTouchWords<T>][kCount])
+{
+    typename Rules::Splat fetched[kCount];
+#pragma unroll
+    for (uint32_t i = 0; i < kCount; ++i)
+        fetched[i] = splats[slots[i]];
+#pragma unroll
+    for (uint32_t i = 0; i < kCount; ++i) {
+        const Touched touched = touchedBy<Rules, T>(fetched[i], rules, bin);
+        words[0][i] = firstWord<T>(touched);
+        if constexpr (kTouchWords < T >> 1)
+            words[kTouchWords<T> - 1][i] = touched.rows;
+    }
+}
+
+// The same by codes. Those that have none are looked at together. keys: of the unit, `first` the lane's.
+template <typename Rules, typename T, uint32_t kCount>
+__device__ __forceinline__ void touchOfCodes(const uint32_t (&slots)[kCount], const uint32_t (&codes)[kCount],
+                                             uint32_t first, uint32_t keys, const typename Rules::Splat* splats,
+                                             const RasterConstants& rules, const TouchBin& bin, TouchShared<T>& shared,
+                                             uint32_t (&words)[kTouchWords<T>][kCount])
+{
+    const uint32_t warp = threadIdx.x / 32, lane = threadIdx.x & 31u;
+    uint32_t* const unknown = shared.unknown[warp];
+    uint32_t places[kCount], count = 0; // of those without a code
+    __syncwarp();                       // the last unit's are read
+#pragma unroll
+    for (uint32_t i = 0; i < kCount; ++i) {
+        const bool looks = first + 32 * i < keys && codes[i] == kTouchUnknown;
+        const uint32_t looking = __ballot_sync(~0u, looks);
+        places[i] = looks ? count + __popc(looking & ((1u << lane) - 1u)) : ~0u;
+        if (looks)
+            unknown[places[i]] = slots[i];
+        count += uint32_t(__popc(looking));
+    }
+    __syncwarp();
+    for (uint32_t i = lane; i < count; i += 32) {
+        const Touched touched = touchedBy<Rules, T>(splats[unknown[i]], rules, bin);
+        unknown[i] = firstWord<T>(touched);
+        if constexpr (kTouchWords < T >> 1)
+            shared.rows[warp][i] = touched.rows;
+    }
+    __syncwarp();
+#pragma unroll
+    for (uint32_t i = 0; i < kCount; ++i) {
+        const Touched touched = touchedBy<T>(codes[i], bin);
+        words[0][i] = places[i] != ~0u ? unknown[places[i]] : firstWord<T>(touched);
+        if constexpr (kTouchWords < T >> 1)
+            words[kTouchWords<T> - 1][i] = places[i] != ~0u ? shared.rows[warp][places[i]] : touched.rows;
+    }
+}
 
 // A block takes a unit. behind: not the first of each list, but those behind them that some sub-tile needs.
 template <typename Rules, uint32_t kRows>
-__global__ void __launch_bounds__(kTouchThreads, kTouchBlocks)
+__global__ void __launch_bounds__(kTouchThreads, kTouchBlocks<Rules>)
     touchKernel(const __grid_constant__ BlendCudaArgs args, bool behind)
 {
     using T = LoneTile<kRows>;
     using Splat = typename Rules::Splat;
     using Planes = TouchPlanes<T>;
-    constexpr uint32_t kAtOnce = kWarpKeys / 32, kWords = (Planes::kAll + 31) / 32;
+    constexpr uint32_t kAtOnce = kWarpKeys / 32, kWords = kTouchWords<T>;
     if (willRepeat(*args.counters))
         return;
-    __shared__ TouchShared<kWords> shared;
     const uint32_t warp = threadIdx.x / 32, lane = threadIdx.x & 31u;
     for (uint32_t u = blockIdx.x; u < args.counters->pass.touch_units; u += gridDim.x) {
         const TouchUnit unit = args.touch_units[u];
@@ -119,57 +201,30 @@ __global__ void __launch_bounds__(kTouchThreads, kTouchBlocks)
         const uint32_t bin_y = bin / args.grid.columns * (8 * kRows);
         if (eye_column >= args.grid.columns || !args.lens[unit.eye].shows(eye_column, bin_y / kLensSquare))
             continue; // as areaOf() has it
-        const auto x0 = float(eye_column * kBinWidth), y0 = float(bin_y);
         const Splat* splats =
             static_cast<const Splat*>(args.splats) + (args.shared_bins ? unit.eye * args.slot_capacity : 0u);
-        const uint32_t first = warp * kWarpKeys + lane, keys = unit.count;
-        uint32_t slots[kAtOnce], codes[kAtOnce], words[kWords][kAtOnce];
+        const uint32_t first = warp * kWarpKeys + lane;
+        const TouchBin place{eye_column, bin_y};
+        uint32_t slots[kAtOnce], words[kWords][kAtOnce];
 #pragma unroll
         for (uint32_t i = 0; i < kAtOnce; ++i)
-            slots[i] = args.keys[unit.first + min(first + 32 * i, keys - 1)].slot;
+            slots[i] = args.keys[unit.first + min(first + 32 * i, unit.count - 1)].slot;
+        if constexpr (Rules::kCodes) {
+            __shared__ TouchShared<T> shared;
+            uint32_t codes[kAtOnce];
 #pragma unroll
-        for (uint32_t i = 0; i < kAtOnce; ++i) // all on their way before the first is looked at
-            codes[i] = args.touches == nullptr
-                           ? kTouchUnknown
-                           : args.touches[args.shared_bins ? size_t(kMaxEyes) * slots[i] + unit.eye : slots[i]];
-        // those that have no code are looked at together at the end
-        uint32_t* const unknown = shared.unknown[warp];
-        uint32_t count = 0;
-        __syncwarp(); // the last unit's are read
-#pragma unroll
-        for (uint32_t i = 0; i < kAtOnce; ++i) {
-            const bool looks = first + 32 * i < keys && codes[i] == kTouchUnknown;
-            const uint32_t looking = __ballot_sync(~0u, looks);
-            if (looks)
-                unknown[count + __popc(looking & ((1u << lane) - 1u))] = slots[i];
-            count += uint32_t(__popc(looking));
+            for (uint32_t i = 0; i < kAtOnce; ++i)
+                codes[i] = args.touches == nullptr
+                               ? kTouchUnknown
+                               : args.touches[args.shared_bins ? size_t(kMaxEyes) * slots[i] + unit.eye : slots[i]];
+            touchOfCodes<Rules, T>(slots, codes, first, unit.count, splats, args.rules, place, shared, words);
+        } else {
+            touchOfSplats<Rules, T>(slots, splats, args.rules, place, words);
         }
-        __syncwarp();
-        for (uint32_t i = lane; i < count; i += 32) {
-            const Splat splat = splats[unknown[i]];
-            const Bounds bounds = Rules::bounds(splat);
-            const uint32_t sub_tiles = subTileMask<T>(bounds, Rules::box(splat, args.rules), splat.x, splat.y, x0, y0);
-            const uint32_t rows = rowMask(splat.y - y0, bounds.extent_y, Planes::kRows);
-            unknown[i] = kWords == 1 ? sub_tiles | rows << 16 : sub_tiles;
-            if constexpr (kWords > 1)
-                shared.rows[warp][i] = rows;
-        }
-        __syncwarp();
-        count = 0;
 #pragma unroll
-        for (uint32_t i = 0; i < kAtOnce; ++i) {
-            const Touched touched = touchedBy<T>(codes[i], eye_column, bin_y);
-            uint32_t sub_tiles = touched.sub_tiles, rows = touched.rows;
-            const bool looked = first + 32 * i < keys && codes[i] == kTouchUnknown;
-            const uint32_t looking = __ballot_sync(~0u, looked);
-            const uint32_t at = count + __popc(looking & ((1u << lane) - 1u));
-            count += uint32_t(__popc(looking));
-            words[0][i] = looked ? unknown[at] : kWords == 1 ? sub_tiles | rows << 16 : sub_tiles;
-            if constexpr (kWords > 1)
-                words[kWords - 1][i] = looked ? shared.rows[warp][at] : rows;
-            if (first + 32 * i >= keys)
+        for (uint32_t i = 0; i < kAtOnce; ++i)
+            if (first + 32 * i >= unit.count)
                 words[0][i] = 0;
-        }
 #pragma unroll
         for (uint32_t w = 0; w < kWords; ++w) {
             transposeBits(words[w]);

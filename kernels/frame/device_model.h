@@ -82,7 +82,8 @@ struct alignas(8) SplatPlace {
 
 // What an eye's pixels of a small splat are, in 16 bits that finding them in long lists reads in place of the splat
 // (blend/touch.cuh): the first of its columns of 4 pixels, modulo 16, and how many follow it, the first of its rows of
-// pixels, modulo 64, and how many follow. It tells them apart in any bin whose list holds the splat, for either eye.
+// pixels, modulo 64, and how many follow. In a bin 64 pixels off, whose list holds it because of the other eye, it names the
+// same sub-tiles: there it is evaluated for nothing, and counted.
 constexpr uint32_t kTouchColumn = 4;          // pixels
 constexpr uint32_t kTouchUnknown = 15u << 12; // as many rows no splat has: the splat tells
 GSC_HD constexpr uint32_t touchCode(uint32_t column, uint32_t more_columns, uint32_t row, uint32_t more_rows)

@@ -54,9 +54,9 @@ uint32_t allSlots(const FrameRoom& room)
     return slots + room.gaps(slots, 1);
 }
 
-bool fits(const FrameRoom& room, const FrameCapacity& capacity)
+bool fits(const FrameRoom& room, const FrameCapacity& capacity, uint32_t passes = kSeveral)
 {
-    return room.bytes_of(capacity, kSeveral) <= room.bytes;
+    return room.bytes_of(capacity, passes) <= room.bytes;
 }
 
 // What several passes share best: the most slots that memory allows, with their pairs.
@@ -117,10 +117,10 @@ uint32_t passesFor(const FrameRoom& room, uint64_t splats, uint64_t pairs, Frame
     if (more_pairs <= UINT32_MAX && wanted <= allSlots(room)) {
         const FrameCapacity both{capacity.visible, std::max(capacity.slots, uint32_t(wanted)),
                                  std::max(capacity.pairs, uint32_t(more_pairs))};
-        if (fits(room, both))
+        if (fits(room, both, 1))
             return 1; // what is missing grows where it is needed
         const FrameCapacity load{capacity.visible, uint32_t(wanted), uint32_t(more_pairs)};
-        if (splats != 0 && fits(room, load)) {
+        if (splats != 0 && fits(room, load, 1)) {
             capacity = load;
             return 1;
         }

@@ -339,16 +339,22 @@ TEST_CASE("bin: a splat of one bin, of 4, of 5 and of all, alone and beside othe
 
 TEST_CASE("bin: splats of many bins, as many as are listed and more, beside others")
 {
-    const BinGrid grid{16, 9, 16, 2};
-    for (const uint32_t slots : {70u, kWideSplats + 300})
+    struct Case {
+        BinGrid grid;
+        uint32_t slots, columns, rows; // bins of a wide one
+    };
+    // more than the threads of all parts of one, and more splats than the list holds
+    for (const Case& c : {Case{{20, 61, 16, 2}, 40, 20, 60}, Case{{15, 11, 16, 2}, kWideSplats + 400, 14, 10}})
         for (const uint32_t eye_count : {1u, 2u}) {
-            CAPTURE(slots);
+            CAPTURE(c.slots);
             CAPTURE(eye_count);
-            Places p = emptyPlaces(grid, eye_count, slots, slots + 5);
+            Places p = emptyPlaces(c.grid, eye_count, c.slots, c.slots + 5);
             for (uint32_t e = 0; e < eye_count; ++e)
-                for (uint32_t i = 0; i < slots; ++i)
+                for (uint32_t i = 0; i < c.slots; ++i) {
+                    const uint32_t wide = e << 8 | (c.columns - 1) << 16 | (c.rows - 1 + e) << 24;
                     p.places[e * p.slot_capacity + i] = {floatBits(1.0f + 0.01f * float(i)),
-                                                         i % 16 == 0 ? 3u | 3u << 16 : 15u << 16 | 8u << 24 | e << 8};
+                                                         i % 16 == 0 ? 3u | 3u << 16 : wide};
+                }
             checkWithRoom(p);
         }
 }

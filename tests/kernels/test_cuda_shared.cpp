@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two eyes that share their bins: each draws, byte for byte but for the ends of needles, what it draws alone.
+// Two eyes that share their bins: each draws, byte for byte but for the ends of needles and beside a picture of more than
+// 4080 rows, what it draws alone.
 #include "tests/kernels/gpu_tools.h"
 #include "tests/runtime/eye_pairs.h"
 

@@ -168,6 +168,43 @@ TEST_CASE("a bake's state: a byte that changed is noticed, one that is missing i
     CHECK(scoresOf(path) == -1);
 }
 
+TEST_CASE("a bake's state: one bake has it at a time")
+{
+    const ScratchFolder folder;
+    const std::string path = folder / "state";
+    const auto isRefused = [](const auto& action) {
+        try {
+            action();
+            return false;
+        } catch (const Error& error) {
+            CHECK(std::string(error.what()).find("another bake uses it") != std::string::npos);
+            return error.code() == ErrorCode::Io;
+        }
+    };
+    const auto open = [&] { const BakeState other(path, kFacts, kMostPoses, 0); };
+    BakeState late(path, kFacts, kMostPoses, 0); // there is no file yet
+    {
+        BakeState first(path, kFacts, kMostPoses, 0);
+        first.write(kSizes, importanceOf(4));
+        CHECK(isRefused(open));
+        CHECK(isRefused([&] { late.write(kSizes, importanceOf(3)); }));
+        first.add(planOf(0.5), 0, 2, kScore);
+        first.write(kSizes, importanceOf(4)); // another file, which is its own again
+        CHECK(isRefused(open));
+        first.add(planOf(0.5), 0, 2, kScore);
+        const std::string bytes = readText(path);
+        std::filesystem::remove(path);
+        put(path, bytes); // somebody else's now
+        CHECK(isRefused([&] { first.add(planOf(0.25), 2, 1, kEqual); }));
+        CHECK(readText(path) == bytes);
+    }
+    CHECK(scoresOf(path) == 1);
+    checkBakeState(path);
+    checkBakeState(folder / "none");
+    put(path, "precious");
+    CHECK_THROWS_AS(checkBakeState(path), Error);
+}
+
 TEST_CASE("a bake's state: on a full disk it stays as it was")
 {
     const ScratchFolder folder;

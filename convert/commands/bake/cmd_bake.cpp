@@ -271,8 +271,10 @@ ErrorCode runBake(const BakeCommand& given, Reporter& report)
     if (curve)
         checkStandardOutput(options.output, "--output", report.json());
     checkOutput(options.output, curve ? OutputKind::Text : OutputKind::Binary, options.overwrite);
-    if (!options.resume.empty())
+    if (!options.resume.empty()) {
         checkOutput(options.resume, OutputKind::Binary, true);
+        checkBakeState(options.resume);
+    }
     if (curve)
         return drawCurve(command, options, report);
     if (makesTile(command) && !options.target_psnr)

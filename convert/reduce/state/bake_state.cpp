@@ -15,6 +15,7 @@
 #include <type_traits>
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -56,19 +57,17 @@ struct ScoreRecord {
 static_assert(sizeof(ErrorCosts) == 40 && sizeof(ScoreRecord) == 80);
 static_assert(std::is_trivially_copyable_v<ScoreRecord> && std::is_standard_layout_v<ScoreRecord>);
 
-struct Descriptor {
-    int fd;
-    ~Descriptor()
-    {
-        if (fd >= 0)
-            ::close(fd);
-    }
-};
-
 template <typename T>
 std::span<const std::byte> bytesOf(const T& value)
 {
     return std::as_bytes(std::span(&value, 1));
+}
+
+[[noreturn]] void failInUse(const std::string& path)
+{
+    throw Error(ErrorCode::Io, path +
+                                   ": another bake uses it, expected one at a time; wait for that one, or pass another "
+                                   "--resume FILE");
 }
 
 [[noreturn]] void failState(const std::string& path, const char* found)
@@ -99,6 +98,34 @@ template <typename T>
 std::span<std::byte> writable(T& value)
 {
     return std::as_writable_bytes(std::span(&value, 1));
+}
+
+// The file, to be read; its descriptor is -1 if there is none.
+Descriptor openState(const std::string& path, uint64_t& size)
+{
+    Descriptor file{::open(resolveOutput(path).c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
+    struct stat info {};
+    if (file.fd < 0 && errno == ENOENT)
+        return file;
+    if (file.fd < 0 || ::fstat(file.fd, &info) != 0)
+        throw Error(ErrorCode::Io, formatString("%s: cannot be opened (%s), expected the state of a bake; pass another "
+                                                "--resume FILE",
+                                                path.c_str(), std::strerror(errno)));
+    size = uint64_t(info.st_size);
+    return file;
+}
+
+StateHeader readHeader(const std::string& path, int fd, uint64_t size)
+{
+    StateHeader header{};
+    if (size < sizeof(header))
+        failState(path, "is no state of a bake");
+    readAt(path, fd, 0, writable(header));
+    if (std::memcmp(header.magic, kStateMagic, sizeof(kStateMagic)) != 0)
+        failState(path, "is no state of a bake");
+    if (header.version != kStateVersion)
+        failState(path, "is the state of a bake of another version of gsc");
+    return header;
 }
 
 uint64_t checksumOf(const StateHeader& header, std::string_view facts)
@@ -143,6 +170,12 @@ std::pair<std::string_view, std::string_view> difference(std::string_view one, s
 
 } // namespace
 
+Descriptor::~Descriptor()
+{
+    if (fd >= 0)
+        ::close(fd);
+}
+
 BakeState::BakeState(const std::string& path, std::vector<std::string> facts, size_t most_poses, double seconds)
     : m_path(path), m_most_poses(most_poses), m_seconds(seconds)
 {
@@ -152,6 +185,25 @@ BakeState::BakeState(const std::string& path, std::vector<std::string> facts, si
     open();
 }
 
+void BakeState::own(Descriptor file)
+{
+    if (::flock(file.fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+        failInUse(m_path);
+    m_owned = std::move(file);
+    checkOwned();
+}
+
+void BakeState::checkOwned() const
+{
+    struct stat there {
+    }, owned{};
+    const bool exists = ::stat(resolveOutput(m_path).c_str(), &there) == 0;
+    const bool same = m_owned.fd >= 0 && ::fstat(m_owned.fd, &owned) == 0 && there.st_dev == owned.st_dev &&
+                      there.st_ino == owned.st_ino;
+    if (exists && !same)
+        failInUse(m_path);
+}
+
 size_t BakeState::recordBytes() const
 {
     return sizeof(ScoreRecord) + m_most_poses * sizeof(double) + sizeof(uint64_t);
@@ -159,27 +211,16 @@ size_t BakeState::recordBytes() const
 
 void BakeState::open()
 {
-    const Descriptor file{::open(resolveOutput(m_path).c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
-    struct stat info {};
-    if (file.fd < 0 && errno == ENOENT)
+    uint64_t size = 0;
+    Descriptor file = openState(m_path, size);
+    if (file.fd < 0)
         return;
-    if (file.fd < 0 || ::fstat(file.fd, &info) != 0)
-        throw Error(ErrorCode::Io, formatString("%s: cannot be opened (%s), expected the state of a bake; pass another "
-                                                "--resume FILE",
-                                                m_path.c_str(), std::strerror(errno)));
-    const auto size = uint64_t(info.st_size);
-    StateHeader header{};
-    if (size < sizeof(header))
-        failState(m_path, "is no state of a bake");
-    readAt(m_path, file.fd, 0, writable(header));
-    if (std::memcmp(header.magic, kStateMagic, sizeof(kStateMagic)) != 0)
-        failState(m_path, "is no state of a bake");
-    if (header.version != kStateVersion)
-        failState(m_path, "is the state of a bake of another version of gsc");
+    own(std::move(file));
+    const StateHeader header = readHeader(m_path, m_owned.fd, size);
     if (header.facts_bytes > size - sizeof(header))
         failState(m_path, "is damaged: it ends too early");
     std::string facts(header.facts_bytes, '\0');
-    readAt(m_path, file.fd, sizeof(header), std::as_writable_bytes(std::span(facts)));
+    readAt(m_path, m_owned.fd, sizeof(header), std::as_writable_bytes(std::span(facts)));
     if (header.checksum != checksumOf(header, facts))
         failState(m_path, "is damaged: the checksum of its header is another");
     if (const auto [is, wanted] = difference(facts, m_facts); is != wanted)
@@ -189,11 +230,13 @@ void BakeState::open()
                                  m_path.c_str(), int(is.size()), is.data(), int(wanted.size()), wanted.data()));
     m_arrays = sizeof(header) + header.facts_bytes;
     const uint64_t arrays = bytesOfArrays(header.anchors, header.slots) + sizeof(uint64_t);
-    if (header.most_poses != m_most_poses || header.poses == 0 || arrays > size - m_arrays)
+    if (header.most_poses != m_most_poses || header.poses == 0 || header.slots > size || header.anchors > size)
+        failState(m_path, "is damaged: its numbers are of no such bake");
+    if (arrays > size - m_arrays)
         failState(m_path, "is damaged: it ends too early");
     m_poses = header.poses;
     m_before = header.before;
-    readScores(file.fd, m_arrays + arrays, size);
+    readScores(m_owned.fd, m_arrays + arrays, size);
 }
 
 void BakeState::readScores(int fd, uint64_t begin, uint64_t end)
@@ -272,18 +315,23 @@ void BakeState::write(const ReduceSizes& before, const Importance& importance)
     header.places = importance.places;
     header.before = before;
     header.checksum = checksumOf(header, m_facts);
-    OutputFile file(m_path, OutputKind::Binary, true);
-    file.write(bytesOf(header));
-    file.write(m_facts);
-    Checksum64 sum;
-    for (const std::span<const std::byte> array : arraysOf(importance)) {
-        file.write(array);
-        sum.update(array);
+    checkOwned();
+    { // which owns the new file until then
+        OutputFile file(m_path, OutputKind::Binary, true);
+        file.write(bytesOf(header));
+        file.write(m_facts);
+        Checksum64 sum;
+        for (const std::span<const std::byte> array : arraysOf(importance)) {
+            file.write(array);
+            sum.update(array);
+        }
+        const uint64_t checksum = sum.digest();
+        file.write(bytesOf(checksum));
+        file.sync();
+        file.commit();
     }
-    const uint64_t checksum = sum.digest();
-    file.write(bytesOf(checksum));
-    file.sync();
-    file.commit();
+    uint64_t size = 0;
+    own(openState(m_path, size));
     m_before = before;
     m_poses = importance.poses;
     m_arrays = sizeof(header) + m_facts.size();
@@ -316,6 +364,7 @@ void BakeState::add(const ReducePlan& plan, size_t first, size_t count, const Se
     const uint64_t checksum = checksum64(std::span(bytes).first(before));
     std::memcpy(bytes.data() + before, &checksum, sizeof(checksum));
 
+    checkOwned();
     const Descriptor file{::open(resolveOutput(m_path).c_str(), O_WRONLY | O_APPEND | O_CLOEXEC)};
     struct stat info {};
     if (file.fd < 0 || ::fstat(file.fd, &info) != 0 || (m_cut_from && ::ftruncate(file.fd, off_t(*m_cut_from)) != 0))
@@ -331,6 +380,14 @@ void BakeState::add(const ReducePlan& plan, size_t first, size_t count, const Se
         (void)!::ftruncate(file.fd, end);
         failOutput(m_path, "cannot be written", code);
     }
+}
+
+void checkBakeState(const std::string& path)
+{
+    uint64_t size = 0;
+    const Descriptor file = openState(path, size);
+    if (file.fd >= 0)
+        (void)readHeader(path, file.fd, size);
 }
 
 void removeBakeState(const std::string& path, std::vector<std::string>& warnings)

@@ -18,16 +18,32 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace gsc {
+
+// Of an open file; closes it.
+struct Descriptor {
+    explicit Descriptor(int opened) : fd(opened) {}
+    Descriptor(Descriptor&& other) noexcept : fd(std::exchange(other.fd, -1)) {}
+    Descriptor& operator=(Descriptor&& other) noexcept
+    {
+        std::swap(fd, other.fd);
+        return *this;
+    }
+    ~Descriptor();
+
+    int fd;
+};
 
 class BakeState {
 public:
     // Reads the file at `path` where there is one, but for its importance. `facts`: lines "name: value", all that what is
     // measured depends on, and the same where a bake goes on. `most_poses`: of a score. `seconds`: between two files that
     // are written while importance is found, at least; 0 = no pause is needed. Throws Error: InvalidFile for a file that is
-    // damaged, of other facts or no state at all, which then stays as it is; as checkOutput() of a binary file; Io.
+    // damaged, of other facts or no state at all, which then stays as it is; as checkOutput() of a binary file; Io, also
+    // where another bake has it. From then on, or from write() on, the file is this one's (flock).
     BakeState(const std::string& path, std::vector<std::string> facts, size_t most_poses, double seconds);
 
     // Of the importance in the file; 0 = there is no file.
@@ -57,6 +73,8 @@ private:
     };
 
     void open();
+    void own(Descriptor file); // takes it over, or throws
+    void checkOwned() const;
     void readScores(int fd, uint64_t begin, uint64_t end);
     [[nodiscard]] size_t recordBytes() const;
 
@@ -64,12 +82,17 @@ private:
     size_t m_most_poses;
     double m_seconds, m_cost = 0; // of the last write, in seconds
     std::chrono::steady_clock::time_point m_written = std::chrono::steady_clock::now();
+    Descriptor m_owned{-1}; // the file, as long as it is this one's
     uint32_t m_poses = 0;
     ReduceSizes m_before;
     uint64_t m_arrays = 0;              // where they begin in the file
     std::optional<uint64_t> m_cut_from; // where a record begins that was cut short
     std::vector<Found> m_scores;
 };
+
+// For a start, before anything costly is done: is what there is at `path`, if there is something, a state of this version?
+// Throws Error(InvalidFile, Io) if not.
+void checkBakeState(const std::string& path);
 
 // Removes a file that is not needed any more; where that fails `warnings` says so. Does nothing for an empty path.
 void removeBakeState(const std::string& path, std::vector<std::string>& warnings);
