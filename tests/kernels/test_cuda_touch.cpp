@@ -46,8 +46,11 @@ void check(const Emitted<PackedSplat>& emitted, const EyeParams& eye, const Rast
     const double xx = half * (b * b + c * c) / (a * c * a * c), yy = half / (c * c), mid = 0.5 * (xx + yy);
     const double det = half * half / (a * c * a * c);
     const double radius = 3 * std::sqrt(mid + std::sqrt(std::max(double(rules.eigen_floor), mid * mid - det)));
-    const auto tiles = [](double center, double r, int pixel) {
+    const auto tiles = [&rules](double center, double r, int pixel) {
         const double tile = std::floor(pixel / double(kTileSize));
+        if (rules.gsplat)
+            return tile >= std::floor((center + 0.5 - r) / kTileSize) &&
+                   tile < std::ceil((center + 0.5 + r) / kTileSize);
         return tile >= std::floor((center - r) / kTileSize) &&
                tile < std::floor((center + r + kTileSize - 1) / kTileSize);
     };
@@ -71,26 +74,31 @@ void check(const Emitted<PackedSplat>& emitted, const EyeParams& eye, const Rast
 
 TEST_CASE("decode fast: a code holds every pixel that its splat draws, and none that upstream's square cuts off")
 {
-    Counts counts;
-    uint32_t all = 0;
-    for (const float log_scale : {-3.5f, -2.2f, -1.2f}) {
-        SyntheticOptions options;
-        options.anchors = 400;
-        options.log_scale = log_scale;
-        const SyntheticModel synthetic(syntheticParams(options), randomAnchors(options), randomMlps(options), {}, 0);
-        StageModel model(synthetic.view());
-        const DecodeJob job =
-            decodeJob(synthetic.view(), model, {eyeAt(0.4f, -5, 150, 110), eyeAt(1.9f, -4, 97, 143)}, 400);
-        const Decoded<PackedSplat> decoded = decodeOnDevice<PackedSplat>(job);
-        for (uint32_t e = 0; e < 2; ++e)
-            for (const auto& [order, emitted] : decoded.eyes[e]) {
-                check(emitted, job.eyes[e], rasterConstants(*job.view->params, 0), counts);
-                ++all;
-            }
+    for (const RasterRules raster : {RasterRules::DiffGaussian, RasterRules::Gsplat}) {
+        CAPTURE(uint32_t(raster));
+        Counts counts;
+        uint32_t all = 0;
+        for (const float log_scale : {-3.5f, -2.2f, -1.2f}) {
+            SyntheticOptions options;
+            options.anchors = 400;
+            options.log_scale = log_scale;
+            options.raster_rules = raster;
+            const SyntheticModel synthetic(syntheticParams(options), randomAnchors(options), randomMlps(options), {},
+                                           0);
+            StageModel model(synthetic.view());
+            const DecodeJob job =
+                decodeJob(synthetic.view(), model, {eyeAt(0.4f, -5, 150, 110), eyeAt(1.9f, -4, 97, 143)}, 400);
+            const Decoded<PackedSplat> decoded = decodeOnDevice<PackedSplat>(job);
+            for (uint32_t e = 0; e < 2; ++e)
+                for (const auto& [order, emitted] : decoded.eyes[e]) {
+                    check(emitted, job.eyes[e], rasterConstants(*job.view->params, 0), counts);
+                    ++all;
+                }
+        }
+        CHECK(counts.missed == 0);
+        CHECK(counts.extra == 0);
+        CHECK(counts.drawn > 10'000);
+        CHECK(counts.coded > 500);
+        CHECK(counts.coded < all); // large ones have none
     }
-    CHECK(counts.missed == 0);
-    CHECK(counts.extra == 0);
-    CHECK(counts.drawn > 10'000);
-    CHECK(counts.coded > 500);
-    CHECK(counts.coded < all); // large ones have none
 }

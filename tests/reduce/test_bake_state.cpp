@@ -6,10 +6,12 @@
 
 #include <doctest/doctest.h>
 
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include <sys/resource.h>
 
@@ -237,6 +239,14 @@ TEST_CASE("a bake's state: files of weights are half a minute apart, and lie whe
     const Importance importance = importanceOf(1);
     CHECK(BakeState(folder / "state", kFacts, kMostPoses, 0).isDue(importance));
     CHECK(!BakeState(folder / "state", kFacts, kMostPoses, 30).isDue(importance));
+    // nor sooner than a hundred times what the last one took
+    BakeState state(folder / "state", kFacts, kMostPoses, 1e-9);
+    const auto start = std::chrono::steady_clock::now();
+    state.write(kSizes, importance);
+    const auto cost = std::chrono::steady_clock::now() - start;
+    while (!state.isDue(importance))
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    CHECK(std::chrono::steady_clock::now() - start > 20 * cost);
     CHECK_THROWS_AS(BakeState(folder / "none/state", kFacts, kMostPoses, 0), Error);
     CHECK_THROWS_AS(BakeState("-", kFacts, kMostPoses, 0), Error);
     CHECK_THROWS_AS(BakeState(folder.path().string(), kFacts, kMostPoses, 0), Error);
