@@ -146,7 +146,7 @@ TEST_CASE("a bake's state: a byte that changed is noticed, one that is missing i
         put(path, changed);
         CHECK(scoresOf(path) == (i < bytes.size() - kRecord ? -1 : 1));
     }
-    for (size_t size = 0; size < bytes.size(); ++size) {
+    for (size_t size = 1; size < bytes.size(); ++size) {
         CAPTURE(size);
         put(path, bytes.substr(0, size));
         CHECK(scoresOf(path) == (size < records ? -1 : size < records + kRecord ? 0 : 1));
@@ -184,12 +184,18 @@ TEST_CASE("a bake's state: one bake has it at a time")
         }
     };
     const auto open = [&] { const BakeState other(path, kFacts, kMostPoses, 0); };
-    BakeState late(path, kFacts, kMostPoses, 0); // there is no file yet
     {
         BakeState first(path, kFacts, kMostPoses, 0);
+        CHECK(isRefused(open)); // though there is nothing in it yet
+        CHECK(std::filesystem::file_size(path) == 0);
+    }
+    CHECK(folder.entries() == 0);
+    put(path, ""); // of a bake that was killed
+    {
+        BakeState first(path, kFacts, kMostPoses, 0);
+        CHECK(first.poses() == 0);
         first.write(kSizes, importanceOf(4));
         CHECK(isRefused(open));
-        CHECK(isRefused([&] { late.write(kSizes, importanceOf(3)); }));
         first.add(planOf(0.5), 0, 2, kScore);
         first.write(kSizes, importanceOf(4)); // another file, which is its own again
         CHECK(isRefused(open));

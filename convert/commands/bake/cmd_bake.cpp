@@ -243,7 +243,7 @@ ErrorCode drawCurve(const BakeCommand& command, ReduceOptions options, Reporter&
     return ErrorCode::Ok;
 }
 
-ErrorCode runBake(const BakeCommand& given, Reporter& report)
+ErrorCode runAsked(const BakeCommand& given, Reporter& report)
 {
     BakeCommand command = given;
     ReduceOptions& options = command.reduce;
@@ -292,6 +292,22 @@ ErrorCode runBake(const BakeCommand& given, Reporter& report)
         report.text(bakeText(options, result));
     report.done("baked " + options.name);
     return ErrorCode::Ok;
+}
+
+ErrorCode runBake(const BakeCommand& given, Reporter& report)
+{
+    const std::string& state = given.reduce.resume;
+    try {
+        return runAsked(given, report);
+    } catch (const Error& error) {
+        std::error_code none;
+        if (error.code() != ErrorCode::Interrupted || state.empty() || !std::filesystem::exists(state, none))
+            throw;
+        throw Error(ErrorCode::Interrupted,
+                    "interrupted: stopped early, expected to run to the end; run the same command again, which goes on "
+                    "from " +
+                        state + " (nothing else was written)");
+    }
 }
 
 } // namespace

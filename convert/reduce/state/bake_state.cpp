@@ -100,12 +100,12 @@ std::span<std::byte> writable(T& value)
     return std::as_writable_bytes(std::span(&value, 1));
 }
 
-// The file, to be read; its descriptor is -1 if there is none.
-Descriptor openState(const std::string& path, uint64_t& size)
+// The file, to be read; its descriptor is -1 if there is none. more: flags of open().
+Descriptor openState(const std::string& path, uint64_t& size, int more = 0)
 {
-    Descriptor file{::open(resolveOutput(path).c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
+    Descriptor file{::open(resolveOutput(path).c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | more, 0666)};
     struct stat info {};
-    if (file.fd < 0 && errno == ENOENT)
+    if (file.fd < 0 && errno == ENOENT && more == 0)
         return file;
     if (file.fd < 0 || ::fstat(file.fd, &info) != 0)
         throw Error(ErrorCode::Io, formatString("%s: cannot be opened (%s), expected the state of a bake; pass another "
@@ -170,12 +170,6 @@ std::pair<std::string_view, std::string_view> difference(std::string_view one, s
 
 } // namespace
 
-Descriptor::~Descriptor()
-{
-    if (fd >= 0)
-        ::close(fd);
-}
-
 BakeState::BakeState(const std::string& path, std::vector<std::string> facts, size_t most_poses, double seconds)
     : m_path(path), m_most_poses(most_poses), m_seconds(seconds)
 {
@@ -185,23 +179,28 @@ BakeState::BakeState(const std::string& path, std::vector<std::string> facts, si
     open();
 }
 
+BakeState::~BakeState()
+{
+    struct stat owned {};
+    if (m_owned.fd >= 0 && ::fstat(m_owned.fd, &owned) == 0 && owned.st_size == 0 && isOwned())
+        ::unlink(resolveOutput(m_path).c_str()); // nothing was measured
+}
+
 void BakeState::own(Descriptor file)
 {
     if (::flock(file.fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
         failInUse(m_path);
     m_owned = std::move(file);
-    checkOwned();
+    if (!isOwned())
+        failInUse(m_path);
 }
 
-void BakeState::checkOwned() const
+bool BakeState::isOwned() const
 {
     struct stat there {
     }, owned{};
-    const bool exists = ::stat(resolveOutput(m_path).c_str(), &there) == 0;
-    const bool same = m_owned.fd >= 0 && ::fstat(m_owned.fd, &owned) == 0 && there.st_dev == owned.st_dev &&
-                      there.st_ino == owned.st_ino;
-    if (exists && !same)
-        failInUse(m_path);
+    return ::stat(resolveOutput(m_path).c_str(), &there) == 0 && ::fstat(m_owned.fd, &owned) == 0 &&
+           there.st_dev == owned.st_dev && there.st_ino == owned.st_ino;
 }
 
 size_t BakeState::recordBytes() const
@@ -212,10 +211,9 @@ size_t BakeState::recordBytes() const
 void BakeState::open()
 {
     uint64_t size = 0;
-    Descriptor file = openState(m_path, size);
-    if (file.fd < 0)
-        return;
-    own(std::move(file));
+    own(openState(m_path, size, O_CREAT)); // from now on no other bake begins
+    if (size == 0)
+        return; // there was none, or one that was killed before it had measured anything
     const StateHeader header = readHeader(m_path, m_owned.fd, size);
     if (header.facts_bytes > size - sizeof(header))
         failState(m_path, "is damaged: it ends too early");
@@ -315,7 +313,8 @@ void BakeState::write(const ReduceSizes& before, const Importance& importance)
     header.places = importance.places;
     header.before = before;
     header.checksum = checksumOf(header, m_facts);
-    checkOwned();
+    if (!isOwned())
+        failInUse(m_path);
     { // which owns the new file until then
         OutputFile file(m_path, OutputKind::Binary, true);
         file.write(bytesOf(header));
@@ -364,7 +363,8 @@ void BakeState::add(const ReducePlan& plan, size_t first, size_t count, const Se
     const uint64_t checksum = checksum64(std::span(bytes).first(before));
     std::memcpy(bytes.data() + before, &checksum, sizeof(checksum));
 
-    checkOwned();
+    if (!isOwned())
+        failInUse(m_path);
     const Descriptor file{::open(resolveOutput(m_path).c_str(), O_WRONLY | O_APPEND | O_CLOEXEC)};
     struct stat info {};
     if (file.fd < 0 || ::fstat(file.fd, &info) != 0 || (m_cut_from && ::ftruncate(file.fd, off_t(*m_cut_from)) != 0))
@@ -386,7 +386,7 @@ void checkBakeState(const std::string& path)
 {
     uint64_t size = 0;
     const Descriptor file = openState(path, size);
-    if (file.fd >= 0)
+    if (file.fd >= 0 && size > 0)
         (void)readHeader(path, file.fd, size);
 }
 

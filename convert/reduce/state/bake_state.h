@@ -21,6 +21,8 @@
 #include <utility>
 #include <vector>
 
+#include <unistd.h>
+
 namespace gsc {
 
 // Of an open file; closes it.
@@ -32,7 +34,11 @@ struct Descriptor {
         std::swap(fd, other.fd);
         return *this;
     }
-    ~Descriptor();
+    ~Descriptor()
+    {
+        if (fd >= 0)
+            ::close(fd);
+    }
 
     int fd;
 };
@@ -43,8 +49,12 @@ public:
     // measured depends on, and the same where a bake goes on. `most_poses`: of a score. `seconds`: between two files that
     // are written while importance is found, at least; 0 = no pause is needed. Throws Error: InvalidFile for a file that is
     // damaged, of other facts or no state at all, which then stays as it is; as checkOutput() of a binary file; Io, also
-    // where another bake has it. From then on, or from write() on, the file is this one's (flock).
+    // where another bake has it. From then on the file is this one's (flock); an empty one stands there until there is
+    // more, and goes with this.
     BakeState(const std::string& path, std::vector<std::string> facts, size_t most_poses, double seconds);
+    BakeState(BakeState&&) noexcept = default;
+    BakeState& operator=(BakeState&&) = delete;
+    ~BakeState();
 
     // Of the importance in the file; 0 = there is no file.
     [[nodiscard]] uint32_t poses() const { return m_poses; }
@@ -74,7 +84,7 @@ private:
 
     void open();
     void own(Descriptor file); // takes it over, or throws
-    void checkOwned() const;
+    [[nodiscard]] bool isOwned() const;
     void readScores(int fd, uint64_t begin, uint64_t end);
     [[nodiscard]] size_t recordBytes() const;
 
