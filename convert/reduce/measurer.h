@@ -2,12 +2,12 @@
 // All that a bake measures of a model, most of it by drawing: what a bake before has left in a file is not measured again.
 #pragma once
 
-#include "convert/reduce/state/bake_state.h"
 #include "convert/reduce/importance.h"
 #include "convert/reduce/picture_probe.h"
 #include "convert/reduce/pose_sets.h"
 #include "convert/reduce/reduce.h"
 #include "convert/reduce/reduced_model.h"
+#include "convert/reduce/state/bake_state.h"
 #include "format/gsc_file.h"
 #include "format/gsc_reader.h"
 #include "runtime/scene.h"

@@ -25,8 +25,8 @@ struct Team {
 
 // Blends `m` splats of shared memory, front to back, into the tile of this warp; the one after the team's last draws
 // nothing. First the splats of every sub-tile are listed, then each list is blended: a warp that tests and one that blends
-// both keep all lanes busy. (x0, y0): the tile's first pixel, as the rules count them. (row0, column0): of the tile in its bin, in sub-tiles. lists: this warp's, one entry
-// per sub-tile and thread of the team. Returns the sub-tiles still open.
+// both keep all lanes busy. (x0, y0): the tile's first pixel, as the rules count them. (row0, column0): of the tile in its
+// bin, in sub-tiles. lists: this warp's, one entry per sub-tile and thread of the team. Returns the sub-tiles still open.
 template <typename Rules, typename T>
 __device__ __forceinline__ uint32_t blendBatch(const typename Rules::Lit* splats, const uint32_t* touched, uint32_t m,
                                                uint32_t row0, uint32_t column0, uint16_t* lists,

@@ -99,11 +99,13 @@ __device__ __forceinline__ uint32_t& unfinishedOf(const BlendCudaArgs& args, uin
 // Words of a key: its sub-tiles, then its rows; in one where both have room.
 template <typename T>
 constexpr uint32_t kTouchWords = (TouchPlanes<T>::kAll + 31) / 32;
+template <typename T>
+constexpr bool kTwoWords = TouchPlanes<T>::kAll > 32;
 
 template <typename T>
 __device__ __forceinline__ uint32_t firstWord(const Touched& touched)
 {
-    return kTouchWords<T> == 1 ? touched.sub_tiles | touched.rows << 16 : touched.sub_tiles;
+    return kTwoWords<T> ? touched.sub_tiles : touched.sub_tiles | touched.rows << 16;
 }
 
 template <typename Rules, typename T>
@@ -120,7 +122,7 @@ __device__ __forceinline__ Touched touchedBy(const typename Rules::Splat& splat,
 template <typename T>
 struct TouchShared {
     uint32_t unknown[kTouchThreads / 32][kWarpKeys];
-    uint32_t rows[kTouchThreads / 32][kTouchWords<T> > 1 ? kWarpKeys : 1];
+    uint32_t rows[kTouchThreads / 32][kTwoWords<T> ? kWarpKeys : 1];
 };
 
 // What a lane's keys of a unit touch, of which it has every 32nd from the warp's first on. Every splat is fetched, all before
@@ -138,7 +140,7 @@ __device__ __forceinline__ void touchOfSplats(const uint32_t (&slots)[kCount], c
     for (uint32_t i = 0; i < kCount; ++i) {
         const Touched touched = touchedBy<Rules, T>(fetched[i], rules, bin);
         words[0][i] = firstWord<T>(touched);
-        if constexpr (kTouchWords < T >> 1)
+        if constexpr (kTwoWords<T>)
             words[kTouchWords<T> - 1][i] = touched.rows;
     }
 }
@@ -167,7 +169,7 @@ __device__ __forceinline__ void touchOfCodes(const uint32_t (&slots)[kCount], co
     for (uint32_t i = lane; i < count; i += 32) {
         const Touched touched = touchedBy<Rules, T>(splats[unknown[i]], rules, bin);
         unknown[i] = firstWord<T>(touched);
-        if constexpr (kTouchWords < T >> 1)
+        if constexpr (kTwoWords<T>)
             shared.rows[warp][i] = touched.rows;
     }
     __syncwarp();
@@ -175,7 +177,7 @@ __device__ __forceinline__ void touchOfCodes(const uint32_t (&slots)[kCount], co
     for (uint32_t i = 0; i < kCount; ++i) {
         const Touched touched = touchedBy<T>(codes[i], bin);
         words[0][i] = places[i] != ~0u ? unknown[places[i]] : firstWord<T>(touched);
-        if constexpr (kTouchWords < T >> 1)
+        if constexpr (kTwoWords<T>)
             words[kTouchWords<T> - 1][i] = places[i] != ~0u ? shared.rows[warp][places[i]] : touched.rows;
     }
 }
@@ -214,9 +216,8 @@ __global__ void __launch_bounds__(kTouchThreads, kTouchBlocks<Rules>)
             uint32_t codes[kAtOnce];
 #pragma unroll
             for (uint32_t i = 0; i < kAtOnce; ++i)
-                codes[i] = args.touches == nullptr
-                               ? kTouchUnknown
-                               : args.touches[args.shared_bins ? size_t(kMaxEyes) * slots[i] + unit.eye : slots[i]];
+                codes[i] = args.touches == nullptr ? kTouchUnknown
+                                                   : args.touches[touchPlace(args.shared_bins, unit.eye, slots[i])];
             touchOfCodes<Rules, T>(slots, codes, first, unit.count, splats, args.rules, place, shared, words);
         } else {
             touchOfSplats<Rules, T>(slots, splats, args.rules, place, words);

@@ -53,9 +53,8 @@ struct DecodeFrame : FrameNow {
     const uint32_t* visible_count; // of `visible`, at most visible_capacity of which are there
     uint32_t visible_capacity;
     SplatPlace* places; // eye_count x slot_capacity, or slot_capacity
-    uint16_t*
-        touches; // eye_count x slot_capacity: touchCode(), in shared bins slot_capacity x eye_count; null in `exact`
-    uint32_t* cells; // eye_count x grid.cells(), or grid.cells(): splats of each, zero before
+    uint16_t* touches;  // eye_count x slot_capacity: touchCode() at touchPlace(); null in `exact`
+    uint32_t* cells;    // eye_count x grid.cells(), or grid.cells(): splats of each, zero before
     uint32_t slot_capacity;
     FrameCounters* counters;
     const float* bank; // DecodeWeights, or null: the model has none, or it is not for the tiles

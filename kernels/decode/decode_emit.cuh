@@ -95,7 +95,7 @@ __device__ __forceinline__ void writeUnseen(const DecodeCudaArgs& args, uint32_t
     uint4* const to = reinterpret_cast<uint4*>(args.splats + size_t(e) * args.slot_capacity + slot);
     to[0] = {far_off, far_off, one, 0};
     to[1] = {one, 0, 0xffff0000u, order};
-    args.touches[size_t(kMaxEyes) * slot + e] = uint16_t(kTouchUnknown);
+    args.touches[touchPlace(true, e, slot)] = uint16_t(kTouchUnknown);
 }
 
 // True if there was something to write and room for it.
@@ -113,7 +113,7 @@ __device__ __forceinline__ bool writeSplat(const DecodeCudaArgs& args, uint32_t 
     uint4* const to = reinterpret_cast<uint4*>(args.splats + size_t(e) * args.slot_capacity + slot);
     to[0] = splat.words[0];
     to[1] = splat.words[1];
-    args.touches[kShared ? size_t(kMaxEyes) * slot + e : size_t(e) * args.slot_capacity + slot] = uint16_t(splat.touch);
+    args.touches[touchPlace(kShared, e, kShared ? slot : e * args.slot_capacity + slot)] = uint16_t(splat.touch);
     return true;
 }
 

@@ -90,6 +90,11 @@ GSC_HD constexpr uint32_t touchCode(uint32_t column, uint32_t more_columns, uint
 {
     return (column & 15u) | more_columns << 4 | (row & 63u) << 6 | more_rows << 12;
 }
+// Where it lies among those of all splats. slot: of the splat, counted over all lists.
+GSC_HD constexpr size_t touchPlace(bool shared_bins, uint32_t eye, uint32_t slot)
+{
+    return shared_bins ? size_t(kMaxEyes) * slot + eye : slot;
+}
 constexpr float kTouchReach = 6.0f; // pixels to each side of a splat that has a code: 4 columns, 13 rows at most
 
 // Pieces of a bin's list by length: what a warp sorts, what 2, 4, 8 and 16 warps sort, and longer.

@@ -42,20 +42,6 @@ struct Falloff {
 constexpr double kTermRounding = 2.5e-7, kFunctionRounding = 6e-7;
 constexpr uint32_t kBinSize = 32; // pixels at most, from whose first the tier `fast` counts
 
-// Is a pixel in the tiles of a splat of this radius?
-bool inTiles(const PackedSplat& s, const RasterConstants& rules, double radius, uint32_t x, uint32_t y)
-{
-    const auto in = [&](double center, uint32_t pixel) {
-        const double tile = std::floor(pixel / double(kTileSize));
-        if (rules.gsplat)
-            return tile >= std::floor((center + 0.5 - radius) / kTileSize) &&
-                   tile < std::ceil((center + 0.5 + radius) / kTileSize);
-        return tile >= std::floor((center - radius) / kTileSize) &&
-               tile < std::floor((center + radius + kTileSize - 1) / kTileSize);
-    };
-    return in(double(s.x), x) && in(double(s.y), y);
-}
-
 Falloff falloffAt(const PackedSplat& s, const RasterConstants& rules, uint32_t x, uint32_t y)
 {
     constexpr double kLn2 = 0.6931471805599453;
@@ -69,11 +55,9 @@ Falloff falloffAt(const PackedSplat& s, const RasterConstants& rules, uint32_t x
     const double error =
         2 * std::abs(u) * u_error + 2 * std::abs(v) * v_error + kTermRounding * (u * u + v * v + std::abs(log_opacity));
     // upstream's radius from the inverse of the covariance, rounded up: doubtful where it nearly is a whole number
-    const double a = f[0] * f[0], c = f[1] * f[1] + f[2] * f[2], det = f[0] * f[2] * (f[0] * f[2]);
-    const double mid = 0.5 * (a + c) / (2 * kLn2 * det);
-    const double rest = std::max(double(rules.eigen_floor), mid * mid - 1 / (4 * kLn2 * kLn2 * det));
-    const double radius = 3 * std::sqrt(mid + std::sqrt(rest));
-    const double trust = det / (3e-5 * a * c); // of a needle too little is left of the determinant
+    const double radius = spreadOf(s, rules).radius;
+    const double trust =
+        f[2] * f[2] / (3e-5 * (f[1] * f[1] + f[2] * f[2])); // of a needle too little is left of the determinant
     const double slack = radius * std::max(1e-3, 0.01 / trust);
     const bool drawn = !(trust > 1) || inTiles(s, rules, std::ceil(radius), x, y);
     const bool near_edge =
@@ -101,6 +85,28 @@ Falloff falloffAt(const ExactSplat& s, const RasterConstants&, uint32_t x, uint3
 }
 
 } // namespace
+
+Spread spreadOf(const PackedSplat& s, const RasterConstants& rules)
+{
+    constexpr double kHalf = 0.7213475204444817; // of log2(e)
+    const double a = s.factor[0], b = s.factor[1], c = s.factor[2];
+    const double xx = kHalf * (b * b + c * c) / (a * c * a * c), yy = kHalf / (c * c), mid = 0.5 * (xx + yy);
+    const double det = kHalf * kHalf / (a * c * a * c);
+    return {xx, yy, 3 * std::sqrt(mid + std::sqrt(std::max(double(rules.eigen_floor), mid * mid - det)))};
+}
+
+bool inTiles(const PackedSplat& s, const RasterConstants& rules, double radius, uint32_t x, uint32_t y)
+{
+    const auto in = [&](double center, uint32_t pixel) {
+        const double tile = std::floor(pixel / double(kTileSize));
+        if (rules.gsplat)
+            return tile >= std::floor((center + 0.5 - radius) / kTileSize) &&
+                   tile < std::ceil((center + 0.5 + radius) / kTileSize);
+        return tile >= std::floor((center - radius) / kTileSize) &&
+               tile < std::floor((center + radius + kTileSize - 1) / kTileSize);
+    };
+    return in(double(s.x), x) && in(double(s.y), y);
+}
 
 template <typename Splat>
 BlendScene<Splat> emptyScene(const std::vector<Size>& eyes, uint32_t bin_height, RasterRules raster)

@@ -38,6 +38,15 @@ BlendScene<Splat> emptyScene(const std::vector<Size>& eyes, uint32_t bin_height,
 template <typename Splat>
 void addSplat(BlendScene<Splat>& scene, uint32_t eye, const Ellipse& ellipse);
 
+// Of a splat, in double: covariance along x and y, and upstream's radius before it is rounded up.
+struct Spread {
+    double xx, yy, radius;
+};
+Spread spreadOf(const PackedSplat& splat, const RasterConstants& rules);
+
+// Is a pixel in the tiles of a splat of this radius?
+bool inTiles(const PackedSplat& splat, const RasterConstants& rules, double radius, uint32_t x, uint32_t y);
+
 struct Shapes {
     float opacity_min = 0.005f, opacity_max = 1, sigma_max = 20;
     bool hollow = false; // also splats whose determinant is negative: upstream draws them (trap 21)

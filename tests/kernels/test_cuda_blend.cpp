@@ -43,13 +43,10 @@ std::vector<uint16_t> codesOf(const BlendScene<PackedSplat>& scene, uint32_t& kn
 {
     std::vector<uint16_t> codes;
     for (const PackedSplat& s : scene.splats) {
-        const double a = s.factor[0], b = s.factor[1], c = s.factor[2], half = 0.7213475204444817;
-        const double xx = half * (b * b + c * c) / (a * c * a * c), yy = half / (c * c);
+        const Spread spread = spreadOf(s, scene.rules);
         const double reach = 2 * std::log(255 * stepsFloat(s.opacity)) + 5e-3;
-        const double ex = std::sqrt(reach * xx) + 0.01, ey = std::sqrt(reach * yy) + 0.01;
-        const double mid = 0.5 * (xx + yy), det = half * half / (a * c * a * c);
-        const double rest = std::max(double(scene.rules.eigen_floor), mid * mid - det);
-        const double square = std::ceil(3 * std::sqrt(mid + std::sqrt(rest)) - 1e-3);
+        const double ex = std::sqrt(reach * spread.xx) + 0.01, ey = std::sqrt(reach * spread.yy) + 0.01;
+        const double square = std::ceil(spread.radius - 1e-3);
         const double x0 = std::ceil(s.x - ex), y0 = std::ceil(s.y - ey), x1 = std::floor(s.x + ex),
                      y1 = std::floor(s.y + ey);
         const bool coded = codes.size() % 5 != 0 && reach > 0 &&

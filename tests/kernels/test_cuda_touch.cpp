@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The codes by which long lists find what a small splat touches, against every pixel that the splat draws.
 #include "kernels/blend/blend_cuda.h"
+#include "tests/kernels/blend_scene.h"
 #include "tests/kernels/gpu_decode.h"
 
 #include <doctest/doctest.h>
@@ -42,23 +43,12 @@ void check(const Emitted<PackedSplat>& emitted, const EyeParams& eye, const Rast
         return;
     ++counts.coded;
     const Box box = boxOf(emitted.touch, s);
-    const double a = s.factor[0], b = s.factor[1], c = s.factor[2], half = 0.7213475204444817;
-    const double xx = half * (b * b + c * c) / (a * c * a * c), yy = half / (c * c), mid = 0.5 * (xx + yy);
-    const double det = half * half / (a * c * a * c);
-    const double radius = 3 * std::sqrt(mid + std::sqrt(std::max(double(rules.eigen_floor), mid * mid - det)));
-    const auto tiles = [&rules](double center, double r, int pixel) {
-        const double tile = std::floor(pixel / double(kTileSize));
-        if (rules.gsplat)
-            return tile >= std::floor((center + 0.5 - r) / kTileSize) &&
-                   tile < std::ceil((center + 0.5 + r) / kTileSize);
-        return tile >= std::floor((center - r) / kTileSize) &&
-               tile < std::floor((center + r + kTileSize - 1) / kTileSize);
-    };
+    const double a = s.factor[0], b = s.factor[1], c = s.factor[2], radius = spreadOf(s, rules).radius;
     for (int y = std::max(int(s.y) - 24, 0); y <= std::min(int(s.y) + 24, int(eye.height) - 1); ++y)
         for (int x = std::max(int(s.x) - 24, 0); x <= std::min(int(s.x) + 24, int(eye.width) - 1); ++x) {
             const double dx = double(s.x) - x, dy = double(s.y) - y, u = a * dx + b * dy, v = c * dy;
             const double alpha = stepsFloat(s.opacity) * std::exp2(-u * u - v * v);
-            const auto covered = [&](double r) { return tiles(s.x, r, x) && tiles(s.y, r, y); };
+            const auto covered = [&](double r) { return inTiles(s, rules, r, uint32_t(x), uint32_t(y)); };
             const bool in = x >= box.x0 && x <= box.x1 && y >= box.y0 && y <= box.y1;
             const bool in_rows = x >= box.x0 && x <= box.x1 && y / kTileRows >= box.y0 / kTileRows &&
                                  y / kTileRows <= box.y1 / kTileRows;
