@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sound files that gsc did not write: what their manifest claims and how their rows are numbered is not trusted.
 #include "convert/reduce/gsc_checkpoint.h"
-#include "convert/reduce/tiles.h"
+#include "convert/reduce/tiles/tiles.h"
 #include "format/error.h"
 #include "format/gsc_file.h"
 #include "sample/sample_tools.h"

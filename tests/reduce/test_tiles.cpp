@@ -2,7 +2,7 @@
 // What is cut and joined again is the same file, and what cannot be joined is refused by name.
 #include "convert/bake/bake.h"
 #include "convert/reduce/reduce.h"
-#include "convert/reduce/tiles.h"
+#include "convert/reduce/tiles/tiles.h"
 #include "format/error.h"
 #include "format/gsc_file.h"
 #include "player/cameras/scene_cameras.h"

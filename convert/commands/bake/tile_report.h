@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/commands/command.h"
-#include "convert/reduce/tiles.h"
+#include "convert/reduce/tiles/tiles.h"
 
 #include <string>
 

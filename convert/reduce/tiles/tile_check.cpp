@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/reduce/tile_check.h"
+#include "convert/reduce/tiles/tile_check.h"
 
 #include "convert/input/model_names.h"
 #include "format/error.h"

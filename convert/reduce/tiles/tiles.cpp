@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/reduce/tiles.h"
+#include "convert/reduce/tiles/tiles.h"
 
 #include "convert/bake/chunk_values.h"
 #include "convert/reduce/file_anchors.h"
 #include "convert/reduce/gsc_checkpoint.h"
-#include "convert/reduce/tile_check.h"
-#include "convert/reduce/tile_manifest.h"
+#include "convert/reduce/tiles/tile_check.h"
+#include "convert/reduce/tiles/tile_manifest.h"
 #include "format/checksum.h"
 #include "format/error.h"
 #include "format/gsc_file.h"

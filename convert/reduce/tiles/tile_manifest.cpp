@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/reduce/tile_manifest.h"
+#include "convert/reduce/tiles/tile_manifest.h"
 
 #include "convert/reduce/gsc_checkpoint.h"
 #include "format/error.h"

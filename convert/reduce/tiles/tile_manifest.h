@@ -2,7 +2,7 @@
 // What a file says of itself that was cut from another or joined from several.
 #pragma once
 
-#include "convert/reduce/tiles.h"
+#include "convert/reduce/tiles/tiles.h"
 #include "format/gsc_layout.h"
 
 #include <string>
