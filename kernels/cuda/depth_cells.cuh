@@ -44,10 +44,9 @@ __device__ __forceinline__ bool mayBeIn(const DepthPass& pass, const BinGrid& gr
 
 // Calls take(cell) and then put(what take gave, depth_bits, slot) for every cell of one eye that the splats of a warp fall
 // into. All lanes of the warp call it together; a lane without a splat passes a place of kNoBins. Splats of few bins are
-// their lane's own work, and all are taken before the first is put, so that their atomics are under way together; the
-// others are the whole warp's, so that none of them holds the rest up. Of those take_other(cell) is called, for no cell
-// twice, and kOthers of a lane are taken at once: near splats of hundreds of bins lie in slots beside each other, and the
-// warp that has them is the last to end.
+// their lane's own work, and all are taken before the first is put, so that their atomics are under way together. The cells
+// of the others are dealt to all lanes of the warp, one after the other, so that none of them holds the rest up; of those
+// take_other(cell) is called, and kOthers of a lane are taken at once.
 template <uint32_t kOthers, typename Take, typename TakeOther, typename Put>
 __device__ __forceinline__ void forCellsOfWarp(const BinGrid& grid, const uint16_t* slab_of, const SplatPlace& place,
                                                uint32_t slot, Take take, TakeOther take_other, Put put)
@@ -72,24 +71,41 @@ __device__ __forceinline__ void forCellsOfWarp(const BinGrid& grid, const uint16
     for (uint32_t i = 0; i < kFew; ++i)
         if (i < few)
             put(taken[i], place.depth_bits, slot);
-    for (uint32_t large = __ballot_sync(~0u, count > kFew); large != 0; large &= large - 1) {
-        const int from = __ffs(int(large)) - 1;
-        const SplatPlace p{__shfl_sync(~0u, place.depth_bits, from), __shfl_sync(~0u, place.box, from)};
-        const uint32_t s = __shfl_sync(~0u, slot, from), w = __shfl_sync(~0u, width, from);
-        const uint32_t n = __shfl_sync(~0u, count, from), d = __shfl_sync(~0u, slab, from);
-        for (uint32_t i = lane; i < n; i += 32 * kOthers) {
-            decltype(take(0u)) others[kOthers] = {};
+    if (!__any_sync(~0u, count > kFew))
+        return;
+    const uint32_t many = count - few;
+    uint32_t end = many; // of this lane's among the cells of all
 #pragma unroll
-            for (uint32_t j = 0; j < kOthers; ++j)
-                if (i + 32 * j < n) {
-                    const uint32_t row = (p.box >> 8 & 255u) + (i + 32 * j) / w,
-                                   column = (p.box & 255u) + (i + 32 * j) % w;
-                    others[j] = take_other(((row * grid.columns + column) << grid.slab_bits) + d);
-                }
+    for (uint32_t by = 1; by < 32; by *= 2) {
+        const uint32_t left = __shfl_up_sync(~0u, end, by);
+        end += lane >= by ? left : 0u;
+    }
+    const uint32_t all = __shfl_sync(~0u, end, 31), begin = end - many;
+    for (uint32_t first = 0; first < all; first += 32 * kOthers) {
+        decltype(take(0u)) others[kOthers] = {};
+        int owners[kOthers];
 #pragma unroll
-            for (uint32_t j = 0; j < kOthers; ++j)
-                if (i + 32 * j < n)
-                    put(others[j], p.depth_bits, s);
+        for (uint32_t j = 0; j < kOthers; ++j) {
+            const uint32_t i = first + 32 * j + lane;
+            int owner = 0; // the lane whose cells end behind it
+#pragma unroll
+            for (int by = 16; by != 0; by /= 2)
+                if (__shfl_sync(~0u, end, owner + by - 1) <= i)
+                    owner += by;
+            owners[j] = owner;
+            const uint32_t box = __shfl_sync(~0u, place.box, owner), cell = i - __shfl_sync(~0u, begin, owner);
+            const uint32_t of = __shfl_sync(~0u, slab, owner), w = (box >> 16 & 255u) - (box & 255u) + 1;
+            if (i < all) {
+                const uint32_t row = (box >> 8 & 255u) + cell / w, column = (box & 255u) + cell % w;
+                others[j] = take_other(((row * grid.columns + column) << grid.slab_bits) + of);
+            }
+        }
+#pragma unroll
+        for (uint32_t j = 0; j < kOthers; ++j) {
+            const uint32_t depth_bits = __shfl_sync(~0u, place.depth_bits, owners[j]);
+            const uint32_t its_slot = __shfl_sync(~0u, slot, owners[j]);
+            if (first + 32 * j + lane < all)
+                put(others[j], depth_bits, its_slot);
         }
     }
 }

@@ -139,6 +139,13 @@ T __shfl_xor_sync(uint32_t mask, T value, int with, GSC_EMULATION_CALLER)
     return __shfl_sync(mask, value, int((threadIdx.x ^ uint32_t(with)) & 31u), caller, line);
 }
 
+template <typename T>
+T __shfl_up_sync(uint32_t mask, T value, uint32_t by, GSC_EMULATION_CALLER)
+{
+    const uint32_t lane = threadIdx.x & 31u;
+    return __shfl_sync(mask, value, int(lane >= by ? lane - by : lane), caller, line);
+}
+
 inline uint32_t __match_any_sync(uint32_t mask, uint32_t value, GSC_EMULATION_CALLER)
 {
     using Operand = gsc_emulation::Exchange<uint32_t, uint32_t>;
@@ -294,6 +301,11 @@ inline uint32_t __byte_perm(uint32_t a, uint32_t b, uint32_t selector)
     for (uint32_t i = 0; i < 4; ++i)
         result |= uint32_t(bytes >> 8 * (selector >> 4 * i & 7u) & 255u) << 8 * i;
     return result;
+}
+// The upper word of high:low shifted to the left.
+inline uint32_t __funnelshift_l(uint32_t low, uint32_t high, uint32_t by)
+{
+    return uint32_t((uint64_t(high) << 32 | low) << (by & 31u) >> 32);
 }
 inline float __fadd_rn(float a, float b)
 {
