@@ -103,10 +103,10 @@ __device__ __forceinline__ void extremes(uint32_t& low, uint32_t& high, const Te
 }
 
 // Orders keys whose sorted bits are the same by all of their depth and by emission. The thread of a run's first key
-// orders the run. False, with nothing done, if a run is too long for that.
+// orders the run. all_bits: the sorted ones are all of the depth. False if a run is too long for that.
 template <uint32_t kItemCount, typename Order, typename Team>
-__device__ __forceinline__ bool orderTies(const BinKey* keys, uint32_t count, uint32_t index_bits, const Order& nearer,
-                                          const TeamMemory& memory, const Team& team)
+__device__ __forceinline__ bool orderTies(const BinKey* keys, uint32_t count, uint32_t index_bits, bool all_bits,
+                                          const Order& nearer, const TeamMemory& memory, const Team& team)
 {
     const uint32_t lane = team.thread & 31u;
     bool some = false;
@@ -122,37 +122,39 @@ __device__ __forceinline__ bool orderTies(const BinKey* keys, uint32_t count, ui
     }
     if (!team.any(some))
         return true;
-    const auto tied = [&](uint32_t e) { return (memory.ties[e / 32] >> (e & 31u) & 1u) != 0; };
-    bool too_long = false;
-    for (uint32_t e = team.thread; e < count; e += team.threads) {
-        if (!tied(e) || (e != 0 && tied(e - 1)))
-            continue;
-        uint32_t end = e + 2; // the last key of a piece is tied to nothing
-        while (tied(end - 1) && end - e <= kLongestRun)
-            ++end;
-        too_long |= end - e > kLongestRun;
-    }
-    if (team.any(too_long))
-        return false;
     const uint32_t index_mask = (1u << index_bits) - 1u;
-    for (uint32_t e = team.thread; e < count; e += team.threads) {
-        if (!tied(e) || (e != 0 && tied(e - 1)))
-            continue;
-        for (uint32_t i = e + 1; tied(i - 1); ++i) {
-            const uint32_t moving = memory.sorted[padded(i)];
-            const BinKey key = keys[moving & index_mask];
-            uint32_t to = i;
-            for (; to > e; --to) {
-                const uint32_t before = memory.sorted[padded(to - 1)];
-                if (!nearer(key, keys[before & index_mask]))
-                    break;
-                memory.sorted[padded(to)] = before;
+    const auto tied = [&](uint32_t e) { return (memory.ties[e / 32] >> (e & 31u) & 1u) != 0; };
+    const auto keyOf = [&](uint32_t item) { // equal depths differ by slot alone, which is in shared memory
+        const uint32_t at = item & index_mask;
+        return all_bits ? BinKey{0, memory.slots[at]} : keys[at];
+    };
+    bool too_long = false;
+    for (uint32_t w = team.thread; w < kItemCount * team.threads / 32; w += team.threads) {
+        const uint32_t word = memory.ties[w], before = w != 0 ? memory.ties[w - 1] >> 31 : 0u;
+        for (uint32_t starts = word & ~(word << 1 | before); starts != 0; starts &= starts - 1) {
+            const uint32_t e = 32 * w + uint32_t(__ffs(int(starts))) - 1;
+            uint32_t end = e + 2; // the last key of a piece is tied to nothing
+            while (tied(end - 1) && end - e <= kLongestRun)
+                ++end;
+            if (end - e > kLongestRun) {
+                too_long = true;
+                continue;
             }
-            memory.sorted[padded(to)] = moving;
+            for (uint32_t i = e + 1; i < end; ++i) {
+                const uint32_t moving = memory.sorted[padded(i)];
+                const BinKey key = keyOf(moving);
+                uint32_t to = i;
+                for (; to > e; --to) {
+                    const uint32_t before_it = memory.sorted[padded(to - 1)];
+                    if (!nearer(key, keyOf(before_it)))
+                        break;
+                    memory.sorted[padded(to)] = before_it;
+                }
+                memory.sorted[padded(to)] = moving;
+            }
         }
     }
-    team.sync();
-    return true;
+    return !team.any(too_long);
 }
 
 // Sorts up to kItemCount keys per thread: as many bits of the depth, counted from the nearest, as fit into a word beside
@@ -188,7 +190,7 @@ __device__ void sortPiece(BinKey* keys, uint32_t count, const Order& nearer, con
     for (uint32_t i = 0; i < kItemCount; ++i)
         memory.sorted[padded(team.thread * kItemCount + i)] = values[i];
     team.sync();
-    if (!orderTies<kItemCount>(keys, count, index_bits, nearer, memory, team)) {
+    if (!orderTies<kItemCount>(keys, count, index_bits, shift == 0, nearer, memory, team)) {
         sortInMemory(keys, count, 1, nearer, team);
         return;
     }
