@@ -75,10 +75,11 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks)
     uint32_t positive = 0; // bit per eye
     const auto entryAt = [&](uint32_t index) { return index < count ? args.visible[index] : 0u; };
 
-    uint32_t ahead = entryAt(warp * kRows + (lane & 15u)); // of this lane's anchor of the next step; 0: no anchor
-    for (uint32_t first = warp * kRows; first < count; first += warps * kRows) {
-        const uint32_t entries = ahead;
-        ahead = entryAt(first + warps * kRows + (lane & 15u));
+    // The first step is fixed; the others come from a queue, for their Gaussians differ in number.
+    uint32_t first = warp * kRows;
+    while (first < count) {
+        const uint32_t entries = entryAt(first + (lane & 15u)); // 0: no anchor
+        const uint32_t taken = lane == 0 ? atomicAdd(&args.counters->pass.next_anchors, kRows) : 0u;
         uint32_t anchors[2], seen_by[2];
         float positions[2][3];
         uint32_t feature[2][4]; // per k tile
@@ -95,8 +96,9 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks)
         const uint32_t seen = __reduce_or_sync(~0u, seen_by[0] | seen_by[1]);
         float levels[2];
         gatherInputs<kCompact>(args, anchors, t, feature, levels);
-        askForAnchors<kCompact>(args, ahead, lane);
         stageAnchors(anchors, lane, staged);
+        const uint32_t next = warps * kRows + __shfl_sync(~0u, taken, 0);
+        const uint32_t first_eye = args.merged ? 0u : 1u - (seen & 1u);
 
         const uint32_t decodes = args.merged ? 1 : args.eye_count;
         uint32_t keep_left = 0; // in shared bins: what the first eye has staged, like `keep`
@@ -153,6 +155,8 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks)
             }
             stageShapes(shared.networks, lane, hidden, keep, at, staged);
             __syncwarp();
+            if (e == first_eye) // of the next step; here, where the networks' registers are free
+                askForAnchors<kCompact>(args, entryAt(next + (lane & 15u)), lane);
 #pragma unroll 1
             for (uint32_t v = e; v < (args.merged ? args.eye_count : e + 1); ++v) {
                 float factors[2] = {1.0f, 1.0f};
@@ -166,6 +170,7 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks)
             }
             __syncwarp();
         }
+        first = next;
     }
     finish<kShared>(args, 0, left, positive, lane);
     if (args.eye_count > 1)

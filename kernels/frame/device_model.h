@@ -170,6 +170,7 @@ struct PassCounters {
     uint32_t long_bins;                                     // of those, the first: with long lists (bin_cuda.h)
     uint32_t longest_bins;              // of those, the first: with lists of kFirstUnits units or more
     uint32_t touch_units;               // of long lists, for all their readers
+    uint32_t next_anchors;              // work queue of decode
     uint32_t next_tile[3], next_bin[2]; // work queues of the blend: LongPart; of colours, of depths
 };
 
