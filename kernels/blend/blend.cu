@@ -5,7 +5,7 @@ namespace gsc {
 
 void blendFastCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
-    launchBlend<FastRules>(args, processors, stream);
+    launchBlend<FastRules>(FastRules::lifted(args), processors, stream);
     if (args.depth[0] != nullptr)
         blendDepthsFastCuda(args, processors, stream);
 }

@@ -7,12 +7,14 @@
 #include "kernels/cuda/launch.cuh"
 #include "kernels/cuda/ptx.cuh"
 
+#include <type_traits>
+
 namespace gsc {
 
-constexpr uint32_t kBlendThreads = 512;
+constexpr uint32_t kBlendThreads = 256;
 constexpr uint32_t kGroup = 128; // threads that blend a bin together, unless its list is long
 constexpr uint32_t kGroups = kBlendThreads / kGroup;
-constexpr uint32_t kBlendBlocks = 2; // of a multiprocessor
+constexpr uint32_t kBlendBlocks = 3; // of a multiprocessor
 static_assert(kBinWidth == 32);
 
 // Threads of a block that blend a bin together.
@@ -23,20 +25,50 @@ struct Team {
     __device__ __forceinline__ bool any(bool value) const { return barrierAny(barrier, kGroup, value); }
 };
 
+// Of a warp that shares its bin with three others: it has a quarter of the bin.
+template <typename T>
+__device__ __forceinline__ PairPlace quarterOfBin()
+{
+    const uint32_t warp = threadIdx.x / 32;
+    return {(warp >> 1 & 1u) * T::kRows, 2 * (warp & 1u)};
+}
+
+// This lane's pixels in pair `i` of a warp's. (x0, y0): the bin's first pixel, as the rules count them.
+template <typename T>
+__device__ __forceinline__ PixelPair pixelPair(uint32_t x0, uint32_t y0, const PairPlace& pairs, uint32_t i)
+{
+    const uint32_t lane = threadIdx.x % kHalf;
+    const uint32_t x = x0 + (pairs.column + halfOfWarp()) * T::kWidth + lane % T::kLaneWidth;
+    return {{float(x), float(x + T::kLaneWidth)}, float(y0 + (pairs.row + i) * T::kHeight + lane / T::kLaneWidth)};
+}
+
+// Where a batch's splats lie, in bytes from the block's first (BlendShared::batches), for the lists of sub-tiles: as words
+// where memory allows it, which spares the loop taking them apart.
+template <typename T>
+using ListEntry = std::conditional_t<T::kRows * T::kColumns <= 4, uint32_t, uint16_t>;
+
+template <typename Entry>
+struct alignas(4 * sizeof(Entry)) FourEntries {
+    Entry at[4];
+};
+
 // Blends `m` splats of shared memory, front to back, into the tile of this warp; the one after the team's last draws
 // nothing. First the splats of every sub-tile are listed, then each list is blended: a warp that tests and one that blends
-// both keep all lanes busy. (x0, y0): the tile's first pixel, as the rules count them. (row0, column0): of the tile in its
-// bin, in sub-tiles. lists: this warp's, one entry per sub-tile and thread of the team. Returns the sub-tiles still open.
+// both keep all lanes busy. memory, batch: the block's first splat, and the batch's in bytes from it. (x0, y0): the bin's
+// first pixel, as the rules count them. lists: this warp's, one entry per sub-tile and thread of the team. Returns the
+// sub-tiles still open.
 template <typename Rules, typename T>
-__device__ __forceinline__ uint32_t blendBatch(const typename Rules::Lit* splats, const uint32_t* touched, uint32_t m,
-                                               uint32_t row0, uint32_t column0, uint16_t* lists,
-                                               const BlendCudaArgs& args, uint32_t x0, uint32_t y0, uint32_t open,
-                                               T& tile, uint32_t& evaluations)
+__device__ __forceinline__ uint32_t blendBatch(const char* memory, uint32_t batch, const uint32_t* touched, uint32_t m,
+                                               ListEntry<T>* lists, const BlendCudaArgs& args, uint32_t x0, uint32_t y0,
+                                               uint32_t open, T& tile, uint32_t& evaluations)
 {
     using Lit = typename Rules::Lit;
+    using Entry = ListEntry<T>;
     if (open == 0)
         return 0;
-    const uint32_t lane = threadIdx.x & 31u, shift = row0 * T::kBinColumns + column0;
+    const uint32_t lane = threadIdx.x & 31u;
+    const PairPlace pairs = quarterOfBin<T>();
+    const uint32_t shift = pairs.row * T::kBinColumns + pairs.column;
     uint32_t counts[T::kRows * T::kColumns] = {};
     for (uint32_t start = 0; start < m; start += 32) {
         const uint32_t mask = start + lane < m ? touched[start + lane] >> shift : 0u;
@@ -47,49 +79,51 @@ __device__ __forceinline__ uint32_t blendBatch(const typename Rules::Lit* splats
             const uint32_t hits = __ballot_sync(~0u, hit);
             if (hit)
                 lists[t * kGroup + counts[t] + __popc(hits & ((1u << lane) - 1u))] =
-                    uint16_t((start + lane) * sizeof(Lit));
+                    Entry(batch + (start + lane) * sizeof(Lit));
             counts[t] += __popc(hits);
         }
     }
 #pragma unroll
     for (uint32_t t = 0; t < T::kRows * T::kColumns; ++t)
         if (lane < ((0u - counts[t]) & 3u)) // whole fours; a list of all the team's splats is one already
-            lists[t * kGroup + counts[t] + lane] = uint16_t(kGroup * sizeof(Lit));
+            lists[t * kGroup + counts[t] + lane] = Entry(batch + kGroup * sizeof(Lit));
     __syncwarp();
+    const uint32_t half = halfOfWarp();
 #pragma unroll
-    for (uint32_t row = 0; row < T::kRows; ++row)
-#pragma unroll
-        for (uint32_t column = 0; column < T::kColumns; ++column) {
-            const uint32_t t = row * T::kColumns + column, count = counts[t];
-            if (count == 0)
-                continue;
-            float& transmittance = tile.transmittance[row][column];
-            const float px = float(x0 + lane % T::kWidth + T::kWidth * column);
-            const float py = float(y0 + lane / T::kWidth + T::kHeight * row);
-            const uint2* four = reinterpret_cast<const uint2*>(lists + t * kGroup);
-            for (uint32_t i = 0; i < count; i += 4) {
-                const uint2 offsets = four[i / 4];
-                const char* base = reinterpret_cast<const char*>(splats);
-                const Lit* const chosen[4] = {reinterpret_cast<const Lit*>(base + (offsets.x & 0xffffu)),
-                                              reinterpret_cast<const Lit*>(base + (offsets.x >> 16)),
-                                              reinterpret_cast<const Lit*>(base + (offsets.y & 0xffffu)),
-                                              reinterpret_cast<const Lit*>(base + (offsets.y >> 16))};
-                Rules::blend(chosen, args, px, py, transmittance, tile.color[row][column]);
-            }
-            evaluations += count;
-            if (!__any_sync(~0u, transmittance > 0.0f))
-                open &= ~(1u << t);
+    for (uint32_t row = 0; row < T::kRows; ++row) {
+        const uint32_t left = counts[2 * row], right = counts[2 * row + 1], count = half == 0 ? left : right;
+        if (left + right == 0)
+            continue;
+        float(&transmittance)[2] = tile.transmittance[row];
+        const PixelPair at = pixelPair<T>(x0, y0, pairs, row);
+        const auto* four = reinterpret_cast<const FourEntries<Entry>*>(lists + (2 * row + half) * kGroup);
+        const auto* const end = four + (count + 3) / 4;
+        for (; four < end; ++four) {
+            const FourEntries<Entry> entries = *four;
+            const Lit* const chosen[4] = {reinterpret_cast<const Lit*>(memory + entries.at[0]),
+                                          reinterpret_cast<const Lit*>(memory + entries.at[1]),
+                                          reinterpret_cast<const Lit*>(memory + entries.at[2]),
+                                          reinterpret_cast<const Lit*>(memory + entries.at[3])};
+            Rules::blend(chosen, args, at, transmittance, tile.color[row]);
         }
+        evaluations += left + right;
+        const uint32_t taking =
+            halvesThat(Rules::takesLight(transmittance[0], args) || Rules::takesLight(transmittance[1], args));
+        open &= ~(3u << 2 * row) | taking << 2 * row; // none of them takes light again
+    }
     __syncwarp(); // the lists are written again
     return open;
 }
 
 // A team's room for splats: two batches, so that one is filled while slower warps still blend the other.
-template <typename Lit>
+template <typename Lit, typename Entry>
 struct Batches {
-    Lit* splats[2];       // one per thread of the team and one more
+    char* memory;         // the block's
+    uint32_t splats[2];   // in bytes from there; one per thread of the team and one more
     uint32_t* touched[2]; // bit per sub-tile of the bin
-    uint16_t* lists;      // this warp's
+    Entry* lists;         // this warp's
+
+    __device__ __forceinline__ Lit* at(uint32_t batch) const { return reinterpret_cast<Lit*>(memory + batch); }
 };
 
 // A bin as one eye draws it.
@@ -123,31 +157,35 @@ __device__ __forceinline__ bool areaOf(const BlendCudaArgs& args, const BinOfEye
     return eye_column < args.grid.columns && args.lens[e].shows(eye_column, area.bin_y / kLensSquare);
 }
 
-// What a pixel of an eye starts with, or goes on with. Transmittance: negative where it is finished, or there is none. Until
-// it goes on the image of depths holds the transmittance of a pixel that has none yet, below zero.
+// What a pixel of an eye starts with, or goes on with. Transmittance: as the rules have it, and below zero where there is no
+// pixel. Until it goes on the image of depths holds the transmittance of a pixel that has no depth yet, below zero.
 struct Begun {
     float transmittance, color[3];
 };
 
-template <bool kDepth>
+template <typename Rules>
 __device__ __forceinline__ Begun begunPixel(const BlendCudaArgs& args, uint32_t e, uint32_t x, uint32_t y, bool goes_on)
 {
     const uint32_t width = e == 0 ? args.width[0] : args.width[1], height = e == 0 ? args.height[0] : args.height[1];
-    Begun begun{x < width && y < height ? 1.0f : -1.0f, {0, 0, 0}};
-    if (goes_on && begun.transmittance > 0.0f) {
+    const bool inside = x < width && y < height;
+    Begun begun{inside ? Rules::kWhole : -1.0f, {0, 0, 0}};
+    if (goes_on && inside) {
         const size_t pixel = size_t(y) * width + x;
-        if constexpr (kDepth) {
+        if constexpr (Rules::kDepth) {
             const float depth = (e == 0 ? args.depth[0] : args.depth[1])[pixel];
             return {-depth, {depth, 0, 0}};
         }
         begun.transmittance = (e == 0 ? args.transmittance[0] : args.transmittance[1])[pixel];
         for (int i = 0; i < 3; ++i)
             begun.color[i] = (e == 0 ? args.image[0] : args.image[1])[pixel * 3 + i];
+    } else if constexpr (Rules::kOnBackground && !Rules::kDepth) {
+        for (int i = 0; i < 3; ++i)
+            begun.color[i] = args.background[i];
     }
     return begun;
 }
 
-template <bool kDepth>
+template <typename Rules>
 __device__ __forceinline__ void endPixel(const BlendCudaArgs& args, uint32_t e, uint32_t x, uint32_t y,
                                          float transmittance, const float* color, bool last)
 {
@@ -156,7 +194,7 @@ __device__ __forceinline__ void endPixel(const BlendCudaArgs& args, uint32_t e, 
         return;
     const bool black = last && args.empty_is_black && args.counters->any_positive[e] == 0;
     const size_t at = size_t(y) * width + x;
-    if constexpr (kDepth) {
+    if constexpr (Rules::kDepth) {
         (e == 0 ? args.depth[0] : args.depth[1])[at] = transmittance < 0.0f ? color[0]
                                                        : last               ? INFINITY
                                                                             : -transmittance;
@@ -164,30 +202,31 @@ __device__ __forceinline__ void endPixel(const BlendCudaArgs& args, uint32_t e, 
     }
     float* const pixel = (e == 0 ? args.image[0] : args.image[1]) + at * 3;
     for (int i = 0; i < 3; ++i)
-        pixel[i] = !last ? color[i] : black ? 0.0f : fmaf(fabsf(transmittance), args.background[i], color[i]);
+        pixel[i] = black                           ? 0.0f
+                   : Rules::kOnBackground || !last ? color[i]
+                                                   : fmaf(fabsf(transmittance), args.background[i], color[i]);
     if (!last)
         (e == 0 ? args.transmittance[0] : args.transmittance[1])[at] = transmittance;
 }
 
-// Calls f(row, column, x, y) for the sub-tiles of this warp: (x, y) is the lane's pixel, counted from the bin's first.
-// (row0, column0): of the warp's first sub-tile.
+// Calls f(row, i, x, y) for the pixels of this lane, two in each of a warp's pairs, counted from the bin's first.
 template <typename T, typename F>
-__device__ __forceinline__ void forPixels(uint32_t row0, uint32_t column0, F&& f)
+__device__ __forceinline__ void forPixels(const PairPlace& pairs, F&& f)
 {
-    const uint32_t lane = threadIdx.x & 31u;
+    const uint32_t lane = threadIdx.x % kHalf;
 #pragma unroll
     for (uint32_t row = 0; row < T::kRows; ++row)
 #pragma unroll
-        for (uint32_t column = 0; column < T::kColumns; ++column)
-            f(row, column, (column0 + column) * T::kWidth + lane % T::kWidth,
-              (row0 + row) * T::kHeight + lane / T::kWidth);
+        for (uint32_t i = 0; i < 2; ++i)
+            f(row, i, (pairs.column + halfOfWarp()) * T::kWidth + i * T::kLaneWidth + lane % T::kLaneWidth,
+              (pairs.row + row) * T::kHeight + lane / T::kLaneWidth);
 }
 
 // Blends a bin's list into the team's tiles. open: sub-tiles of this warp's that take light.
 template <typename Rules, typename T>
 __device__ __forceinline__ void blendKeys(const BlendCudaArgs& args, const Team& team,
-                                          const Batches<typename Rules::Lit>& batches, const Area& area, uint32_t row0,
-                                          uint32_t column0, uint32_t open, T& tile, uint32_t& evaluations)
+                                          const Batches<typename Rules::Lit, ListEntry<T>>& batches, const Area& area,
+                                          uint32_t open, T& tile, uint32_t& evaluations)
 {
     using Splat = typename Rules::Splat;
     const Splat* all = static_cast<const Splat*>(args.splats);
@@ -210,13 +249,13 @@ __device__ __forceinline__ void blendKeys(const BlendCudaArgs& args, const Team&
     float depth = depthOf(at, slotAt(at));
     uint32_t slot = slotAt(at + kGroup), which = 0;
     for (uint32_t first = area.begin; first < end; first += kGroup, which ^= 1u) {
-        typename Rules::Lit* const batch = which == 0 ? batches.splats[0] : batches.splats[1];
+        const uint32_t batch = which == 0 ? batches.splats[0] : batches.splats[1];
         uint32_t* const touched = which == 0 ? batches.touched[0] : batches.touched[1];
         if (at < end) {
-            typename Rules::Lit lit = Rules::light(splat, float(area.bin_x), float(area.bin_y));
+            typename Rules::Lit lit = Rules::light(splat, args, float(area.bin_x), float(area.bin_y));
             if constexpr (Rules::kDepth)
                 lit.color[0] = depth;
-            batch[team.thread] = lit;
+            batches.at(batch)[team.thread] = lit;
             touched[team.thread] = subTileMask<T>(Rules::bounds(splat), Rules::box(splat, args.rules), splat.x, splat.y,
                                                   float(area.bin_x), float(area.bin_y));
         }
@@ -226,43 +265,44 @@ __device__ __forceinline__ void blendKeys(const BlendCudaArgs& args, const Team&
         slot = slotAt(at + kGroup);
         if (!team.any(open != 0)) // also: the batch is complete, and nobody blends the one before the last any more
             break;
-        open = blendBatch<Rules>(batch, touched, min(kGroup, end - first), row0, column0, batches.lists, args,
-                                 (Rules::kInBin ? 0u : area.bin_x) + column0 * T::kWidth,
-                                 (Rules::kInBin ? 0u : area.bin_y) + row0 * T::kHeight, open, tile, evaluations);
+        open = blendBatch<Rules>(batches.memory, batch, touched, min(kGroup, end - first), batches.lists, args,
+                                 Rules::kInBin ? 0u : area.bin_x, Rules::kInBin ? 0u : area.bin_y, open, tile,
+                                 evaluations);
     }
 }
 
-// Blends one bin; (row0, column0): of this warp's tile, in sub-tiles.
+// Blends one bin.
 template <typename Rules, typename T>
 __device__ __forceinline__ void blendBin(const BlendCudaArgs& args, const Team& team,
-                                         const Batches<typename Rules::Lit>& batches, const Area& area, uint32_t row0,
-                                         uint32_t column0, uint32_t& evaluations)
+                                         const Batches<typename Rules::Lit, ListEntry<T>>& batches, const Area& area,
+                                         uint32_t& evaluations)
 {
     T tile;
     uint32_t open = 0;
-    forPixels<T>(row0, column0, [&](uint32_t row, uint32_t column, uint32_t x, uint32_t y) {
-        const Begun begun =
-            begunPixel<Rules::kDepth>(args, area.eye, area.bin_x + x, area.bin_y + y, args.pass.index != 0);
-        for (int i = 0; i < 3; ++i)
-            tile.color[row][column][i] = begun.color[i];
-        tile.transmittance[row][column] = begun.transmittance;
-        open |= __any_sync(~0u, begun.transmittance > 0.0f) ? 1u << (row * T::kColumns + column) : 0u;
+    forPixels<T>(quarterOfBin<T>(), [&](uint32_t row, uint32_t i, uint32_t x, uint32_t y) {
+        const Begun begun = begunPixel<Rules>(args, area.eye, area.bin_x + x, area.bin_y + y, args.pass.index != 0);
+        for (int c = 0; c < 3; ++c)
+            tile.color[row][i][c] = begun.color[c];
+        tile.transmittance[row][i] = begun.transmittance;
+        open |= halvesThat(Rules::takesLight(begun.transmittance, args)) << 2 * row;
     });
     if (args.pass.index == 0 || team.any(open != 0)) // nearer passes may have finished it
-        blendKeys<Rules>(args, team, batches, area, row0, column0, open, tile, evaluations);
-    forPixels<T>(row0, column0, [&](uint32_t row, uint32_t column, uint32_t x, uint32_t y) {
-        endPixel<Rules::kDepth>(args, area.eye, area.bin_x + x, area.bin_y + y, tile.transmittance[row][column],
-                                tile.color[row][column], args.pass.index + 1 == args.pass.count);
+        blendKeys<Rules>(args, team, batches, area, open, tile, evaluations);
+    forPixels<T>(quarterOfBin<T>(), [&](uint32_t row, uint32_t i, uint32_t x, uint32_t y) {
+        endPixel<Rules>(args, area.eye, area.bin_x + x, area.bin_y + y, tile.transmittance[row][i], tile.color[row][i],
+                        args.pass.index + 1 == args.pass.count);
     });
 }
 
 template <typename Rules, uint32_t kRows>
 struct BlendShared {
-    static_assert((kGroup + 1) * sizeof(typename Rules::Lit) < 1u << 16); // an offset of a list
+    using Tile = gsc::Tile<8, 8 * kRows, kRows>;
+    using Entry = ListEntry<Tile>;
+    static_assert(2 * kGroups * (kGroup + 1) * sizeof(typename Rules::Lit) < 1u << 16); // an entry of a list
 
-    typename Rules::Lit batches[2][kGroups * (kGroup + 1)];
+    typename Rules::Lit batches[2][kGroups][kGroup + 1];
     uint32_t touched[2][kBlendThreads];
-    alignas(8) uint16_t lists[kBlendThreads / 32][kRows * 2 * kGroup]; // per warp: sub-tiles x splats of a batch
+    alignas(16) Entry lists[kBlendThreads / 32][kRows * 2 * kGroup]; // per warp: sub-tiles x splats of a batch
     uint32_t next[kGroups];
 };
 

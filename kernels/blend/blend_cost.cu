@@ -5,7 +5,7 @@ namespace gsc {
 
 void blendCostFastCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
-    launchCost<CostRules<FastRules, false>>(args, processors, stream);
+    launchCost<CostRules<FastRules>>(FastRules::lifted(args), processors, stream);
     if (args.depth[0] != nullptr)
         blendDepthsFastCuda(args, processors, stream);
 }

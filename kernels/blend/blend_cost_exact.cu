@@ -6,7 +6,7 @@ namespace gsc {
 
 void blendCostExactCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
-    launchCost<CostRules<AnyExactRules, true>>(args, processors, stream);
+    launchCost<CostRules<AnyExactRules>>(args, processors, stream);
     if (args.depth[0] != nullptr)
         blendDepthsExactCuda(args, processors, stream);
 }

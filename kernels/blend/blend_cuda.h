@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Blending of all eyes on the device: bins by a quarter of a block each, those with long lists by a warp per sub-tile.
+// Blending of all eyes on the device: bins by four warps each, those with long lists by half a warp per sub-tile.
 #pragma once
 
 #include "kernels/bin/bin_cuda.h"
@@ -11,10 +11,12 @@ struct BlendCudaArgs {
     BinGrid grid;
     uint32_t eye_count;
     bool shared_bins; // one list per bin for both eyes
-    DepthPass pass;   // the first starts the image, the others go on with it, the last adds the background
+    DepthPass
+        pass; // the first starts the image, the others go on with it, the last adds the background, which in `fast` is there from the first
     uint32_t width[kMaxEyes], height[kMaxEyes];
     LensShape lens[kMaxEyes];
     RasterConstants rules;
+    float lifted_cap, lifted_stop; // of `rules`, in the units of FastRules: FastRules::lifted()
     float background[3];
     bool empty_is_black;
     const void* splats;      // PackedSplat or ExactSplat, all eyes
@@ -30,7 +32,7 @@ struct BlendCudaArgs {
     uint32_t pair_capacity;
     FrameCounters* counters;
     float* image[kMaxEyes];         // height x width x 3
-    float* transmittance[kMaxEyes]; // height x width, negative where finished: of pixels that are taken up again
+    float* transmittance[kMaxEyes]; // height x width, as the rules have it: of pixels that are taken up again
     const SplatPlace* places;       // with the splats' depths
     float* depth[kMaxEyes];         // height x width; null where no depths are wanted
 };

@@ -29,11 +29,14 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks) blendKernel(const
     };
 
     const Team group{1 + g, threadIdx.x % kGroup};
-    const Batches<typename Rules::Lit> own{{shared.batches[0] + g * (kGroup + 1), shared.batches[1] + g * (kGroup + 1)},
-                                           {shared.touched[0] + g * kGroup, shared.touched[1] + g * kGroup},
-                                           shared.lists[warp]};
+    constexpr uint32_t kBatch = (kGroup + 1) * sizeof(typename Rules::Lit);
+    const Batches<typename Rules::Lit, typename Shared::Entry> own{
+        reinterpret_cast<char*>(memory),
+        {g * kBatch, (kGroups + g) * kBatch},
+        {shared.touched[0] + g * kGroup, shared.touched[1] + g * kGroup},
+        shared.lists[warp]};
     if (group.thread < 2)
-        shared.batches[group.thread][g * (kGroup + 1) + kGroup] = Rules::nothing();
+        shared.batches[group.thread][g][kGroup] = Rules::nothing();
     while (true) {
         if (group.thread == 0)
             shared.next[g] = long_bins + atomicAdd(&args.counters->pass.next_bin[Rules::kDepth], 1u);
@@ -42,12 +45,12 @@ __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks) blendKernel(const
         group.sync();
         if (i >= all_bins)
             break;
-        using T = Tile<8, 8 * kRows, kRows, 2>;
+        using T = typename Shared::Tile;
         const BinOfEye bin = binAt(args, i);
         Area area{};
         uint32_t seen = 0;
         if (areaOf<T>(args, bin, area))
-            blendBin<Rules, T>(args, group, own, area, warp % 4 / 2 * kRows, warp % 2 * 2, seen);
+            blendBin<Rules, T>(args, group, own, area, seen);
         tally(bin.eye, seen);
     }
     if constexpr (!Rules::kDepth)

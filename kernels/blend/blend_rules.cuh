@@ -31,11 +31,16 @@ __device__ __forceinline__ Bounds boundsOf(float a, float b, float c, float det,
     return {extent_x, extent_y, __fdividef(b, c) * extent_x, __fdividef(1.0f, a), b, det, a * reach};
 }
 
-// The light of a finished pixel is below zero; its absolute value is final.
+// Where rules mark a finished pixel: its light is below zero, and the absolute value is final.
 __device__ __forceinline__ float finished(float T)
 {
     return __uint_as_float(__float_as_uint(T) | 0x80000000u); // -fabsf(T) takes two instructions
 }
+
+// Two pixels of a row, as the rules count them.
+struct PixelPair {
+    float x[2], y;
+};
 
 // Pixels of the tiles that upstream draws a splat in, those of its 3-sigma square, inclusive. May exceed the image.
 struct PixelBox {
@@ -46,16 +51,29 @@ struct PixelBox {
 // bank, which 64 would not do. log2 of the falloff at a pixel counted from the bin's first is -u^2 - v^2, with
 // u = slope_x px + slope_y py + u0 and v = slope py + v0. Nothing cancels but in u and v, and little there: only of a needle
 // are slopes large and its place far away.
+//
+// Opacities are divided by kWhole and light is multiplied by it, so their product is as before, and an alpha below 1/255 is
+// a subnormal number, which exp2Approx() flushes to zero: no comparison is needed. A pixel is finished once its light is
+// below the bound; light only falls, so it stays finished. A pixel's colour starts as the background, and splats hold their
+// colour less the background, so the light that is left is not needed in the end.
 struct FastRules {
     using Splat = PackedSplat;
     static constexpr bool kDepth = false;
-    static constexpr bool kInBin = true;       // pixels are counted from the bin's first
-    static constexpr bool kCodes = true;       // what small splats touch is told by codes
+    static constexpr bool kInBin = true; // pixels are counted from the bin's first
+    static constexpr bool kCodes = true; // what small splats touch is told by codes
+    static constexpr bool kOnBackground = true;
     static constexpr uint32_t kLoneBlocks = 6; // of sub-tiles of long lists on a multiprocessor: 80 registers
+    static constexpr float kWholeLog2 = 118.005646563141f; // 126 - log2(255)
+    static constexpr float kWhole = 0x1.010102p118f;       // 2^126 / 255
     struct alignas(16) Lit {
-        float slope_x, slope_y, u0, slope, v0, log_opacity, color[3];
+        float slope_x, slope_y, u0, slope, v0, log_opacity, color[3]; // log2, of the opacity over kWhole
     };
     static_assert(sizeof(Lit) == 48);
+
+    static __device__ __forceinline__ bool takesLight(float T, const BlendCudaArgs& args)
+    {
+        return T >= args.lifted_stop;
+    }
 
     static __device__ __forceinline__ float logOpacity(const Splat& s)
     {
@@ -64,7 +82,7 @@ struct FastRules {
 
     // (x0, y0): the bin's first pixel. Never contracted: bins are blended by two instances of this, which must agree to the
     // last bit.
-    static __device__ __forceinline__ Lit light(const Splat& s, float x0, float y0)
+    static __device__ __forceinline__ Lit light(const Splat& s, const BlendCudaArgs& args, float x0, float y0)
     {
         const float2 rg = stepsOf(*reinterpret_cast<const uint32_t*>(&s.color[0]));
         const float2 bo = stepsOf(*reinterpret_cast<const uint32_t*>(&s.color[2]));
@@ -74,8 +92,9 @@ struct FastRules {
                 -fmaf(s.factor[0], x, __fmul_rn(s.factor[1], y)),
                 s.factor[2],
                 -__fmul_rn(s.factor[2], y),
-                __log2f(bo.y),
-                {rg.x, rg.y, bo.x}};
+                __fsub_rn(__log2f(bo.y), kWholeLog2),
+                {__fsub_rn(rg.x, args.background[0]), __fsub_rn(rg.y, args.background[1]),
+                 __fsub_rn(bo.x, args.background[2])}};
     }
 
     static __device__ __forceinline__ Bounds bounds(const Splat& s)
@@ -110,35 +129,55 @@ struct FastRules {
                 floorf((s.y + r + kTile - 1.0f) / kTile) * kTile - 1.0f};
     }
 
-    static __device__ __forceinline__ float alpha(const Lit& s, const BlendCudaArgs& args, float px, float py)
+    // Over kWhole, before the cap.
+    static __device__ __forceinline__ float falloff(const Lit& s, float px, float py)
     {
         const float u = fmaf(s.slope_x, px, fmaf(s.slope_y, py, s.u0)), v = fmaf(s.slope, py, s.v0);
-        const float alpha = fminf(args.rules.alpha_cap, exp2Approx(fmaf(-v, v, fmaf(-u, u, s.log_opacity))));
-        return alpha >= kOpacityFloor ? alpha : 0.0f;
+        return exp2Approx(fmaf(-u, u, fmaf(-v, v, s.log_opacity)));
     }
 
-    // The light behind a splat. Never contracted: bins are blended by two instances of this, which must agree to the last
-    // bit.
+    static __device__ __forceinline__ float alpha(const Lit& s, const BlendCudaArgs& args, float px, float py)
+    {
+        return fminf(args.rules.alpha_cap, kWhole * falloff(s, px, py));
+    }
+
+    // The same of light that is counted from 1.
     static __device__ __forceinline__ float behind(float T, float alpha) { return __fsub_rn(T, __fmul_rn(alpha, T)); }
 
-    // Four splats in a row without a branch: their falloffs do not wait for each other, only the transmittance does. A
-    // finished pixel's transmittance is negative, so it stays below the bound.
-    static __device__ __forceinline__ void blend(const Lit* const (&splats)[4], const BlendCudaArgs& args, float px,
-                                                 float py, float& T, float* color)
+    // The light behind a splat, as blend() has it.
+    static __device__ __forceinline__ float pass(const Lit& s, const BlendCudaArgs& args, float px, float py, float T)
     {
-        float alphas[4];
+        return fmaf(-kWhole, __fmul_rn(fminf(args.lifted_cap, falloff(s, px, py)), T), T);
+    }
+
+    // What launches need of `args`.
+    static BlendCudaArgs lifted(BlendCudaArgs args)
+    {
+        args.lifted_cap = args.rules.alpha_cap / kWhole;
+        args.lifted_stop = args.rules.stop * kWhole;
+        return args;
+    }
+
+    // Four splats in a row without a branch, for two pixels of a row: their falloffs do not wait for each other, only the
+    // light does. Never contracted: bins are blended by two instances of this, which must agree to the last bit.
+    static __device__ __forceinline__ void blend(const Lit* const (&splats)[4], const BlendCudaArgs& args,
+                                                 const PixelPair& at, float (&T)[2], float (&color)[2][3])
+    {
+        float alphas[4][2];
 #pragma unroll
         for (uint32_t i = 0; i < 4; ++i)
-            alphas[i] = alpha(*splats[i], args, px, py);
 #pragma unroll
-        for (uint32_t i = 0; i < 4; ++i) {
-            const float weight = __fmul_rn(alphas[i], T), next = behind(T, alphas[i]);
-            const bool drawn = next >= args.rules.stop; // the Gaussian that crosses the bound is not drawn
-            const float w = drawn ? weight : 0.0f;
-            for (int c = 0; c < 3; ++c)
-                color[c] = fmaf(w, splats[i]->color[c], color[c]);
-            T = drawn ? next : finished(T);
-        }
+            for (uint32_t p = 0; p < 2; ++p)
+                alphas[i][p] = fminf(args.lifted_cap, falloff(*splats[i], at.x[p], at.y));
+#pragma unroll
+        for (uint32_t i = 0; i < 4; ++i)
+#pragma unroll
+            for (uint32_t p = 0; p < 2; ++p) {
+                const float weight = __fmul_rn(alphas[i][p], T[p]);
+                T[p] = fmaf(-kWhole, weight, T[p]);
+                addColorWhere(T[p], args.lifted_stop, weight, splats[i]->color,
+                              color[p]); // the splat that crosses the bound is not drawn
+            }
     }
 
     // Draws nothing anywhere.
@@ -153,13 +192,16 @@ template <bool kGsplat>
 struct ExactRules {
     using Splat = ExactSplat;
     static constexpr bool kDepth = false;
-    static constexpr bool kInBin = false, kCodes = false;
+    static constexpr bool kInBin = false, kCodes = false, kOnBackground = false;
     static constexpr uint32_t kLoneBlocks = 8;
+    static constexpr float kWhole = 1.0f;
     struct alignas(16) Lit {
         float x, y, half_a, b, half_c, opacity, color[3]; // halves of the conic's, below zero: halving is exact
     };
 
-    static __device__ __forceinline__ Lit light(const Splat& s, float, float)
+    static __device__ __forceinline__ bool takesLight(float T, const BlendCudaArgs&) { return T > 0.0f; }
+
+    static __device__ __forceinline__ Lit light(const Splat& s, const BlendCudaArgs&, float, float)
     {
         return {s.x,
                 s.y,
@@ -204,22 +246,25 @@ struct ExactRules {
 
     // blendStep() for four splats in a row without a branch, to the same bits. A splat that is not drawn has alpha zero,
     // which adds nothing and leaves the transmittance; a finished pixel's is negative and stays below the bound.
-    static __device__ __forceinline__ void blend(const Lit* const (&splats)[4], const BlendCudaArgs& args, float px,
-                                                 float py, float& T, float* color)
+    static __device__ __forceinline__ void blend(const Lit* const (&splats)[4], const BlendCudaArgs& args,
+                                                 const PixelPair& at, float (&T)[2], float (&color)[2][3])
     {
-        float alphas[4];
 #pragma unroll
-        for (uint32_t i = 0; i < 4; ++i)
-            alphas[i] = alpha(*splats[i], args, px, py);
+        for (uint32_t p = 0; p < 2; ++p) {
+            float alphas[4];
 #pragma unroll
-        for (uint32_t i = 0; i < 4; ++i) {
-            const float next = behind(T, alphas[i]);
-            const bool drawn = kGsplat ? next > args.rules.stop : next >= args.rules.stop;
-            const float a = drawn ? alphas[i] : 0.0f;
-            for (int c = 0; c < 3; ++c)
-                color[c] =
-                    kGsplat ? fmaf(T * a, splats[i]->color[c], color[c]) : fmaf(T, a * splats[i]->color[c], color[c]);
-            T = drawn ? next : finished(T); // the Gaussian that crosses the bound is not drawn
+            for (uint32_t i = 0; i < 4; ++i)
+                alphas[i] = alpha(*splats[i], args, at.x[p], at.y);
+#pragma unroll
+            for (uint32_t i = 0; i < 4; ++i) {
+                const float next = behind(T[p], alphas[i]);
+                const bool drawn = kGsplat ? next > args.rules.stop : next >= args.rules.stop;
+                const float a = drawn ? alphas[i] : 0.0f;
+                for (int c = 0; c < 3; ++c)
+                    color[p][c] = kGsplat ? fmaf(T[p] * a, splats[i]->color[c], color[p][c])
+                                          : fmaf(T[p], a * splats[i]->color[c], color[p][c]);
+                T[p] = drawn ? next : finished(T[p]); // the Gaussian that crosses the bound is not drawn
+            }
         }
     }
 
@@ -235,6 +280,13 @@ struct AnyExactRules : ExactRules<false> {
     {
         return alphaOf(s, args, px, py, args.rules.gsplat);
     }
+
+    // The light behind a splat, as blend() has it.
+    static __device__ __forceinline__ float pass(const Lit& s, const BlendCudaArgs& args, float px, float py, float T)
+    {
+        const float next = behind(T, alpha(s, args, px, py));
+        return (args.rules.gsplat ? next > args.rules.stop : next >= args.rules.stop) ? next : finished(T);
+    }
 };
 
 // Finds a pixel's depth (FrameTarget::depth) instead of its colour. A splat's is color[0]; a pixel that has one is
@@ -242,35 +294,64 @@ struct AnyExactRules : ExactRules<false> {
 template <typename Base>
 struct DepthRules : Base {
     static constexpr bool kDepth = true;
+    static constexpr float kWhole = 1.0f; // light is counted from 1, and that of a finished pixel marked
+
+    static __device__ __forceinline__ bool takesLight(float T, const BlendCudaArgs&) { return T > 0.0f; }
 
     static __device__ __forceinline__ void blend(const typename Base::Lit* const (&splats)[4],
-                                                 const BlendCudaArgs& args, float px, float py, float& T, float* color)
+                                                 const BlendCudaArgs& args, const PixelPair& at, float (&T)[2],
+                                                 float (&color)[2][3])
     {
-        float alphas[4];
 #pragma unroll
-        for (uint32_t i = 0; i < 4; ++i)
-            alphas[i] = Base::alpha(*splats[i], args, px, py);
+        for (uint32_t p = 0; p < 2; ++p)
 #pragma unroll
-        for (uint32_t i = 0; i < 4; ++i) {
-            const float next = Base::behind(T, alphas[i]);
-            const bool goes_on = next >= kHalfLight;
-            color[0] = !goes_on && T > 0.0f ? splats[i]->color[0] : color[0];
-            T = goes_on ? next : finished(T);
-        }
+            for (uint32_t i = 0; i < 4; ++i) {
+                const float next = Base::behind(T[p], Base::alpha(*splats[i], args, at.x[p], at.y));
+                const bool goes_on = next >= kHalfLight;
+                color[p][0] = !goes_on && T[p] > 0.0f ? splats[i]->color[0] : color[p][0];
+                T[p] = goes_on ? next : finished(T[p]);
+            }
     }
 };
 
-// How a bin is cut into sub-tiles of 32 pixels, one of each per lane, and a warp's share of them with its pixels.
-template <uint32_t kWidthOfSubTile, uint32_t kBinHeight, uint32_t kRowCount, uint32_t kColumnCount>
+// How a bin is cut into sub-tiles of 32 pixels, and a warp's share of them: kRowCount pairs beside each other. Each half of
+// the warp blends one of a pair, a lane two pixels of a row: what is read and computed of a splat serves both.
+template <uint32_t kWidthOfSubTile, uint32_t kBinHeight, uint32_t kRowCount>
 struct Tile {
-    static constexpr uint32_t kWidth = kWidthOfSubTile, kHeight = 32 / kWidth;
+    static constexpr uint32_t kWidth = kWidthOfSubTile, kHeight = 32 / kWidth, kLaneWidth = kWidth / 2;
     static constexpr uint32_t kBinRows = kBinHeight / kHeight, kBinColumns = kBinWidth / kWidth;
-    static constexpr uint32_t kRows = kRowCount, kColumns = kColumnCount;
+    static constexpr uint32_t kRows = kRowCount, kColumns = 2;
     static_assert(kBinRows * kBinColumns <= 32); // a mask is a word
 
-    float transmittance[kRows][kColumns]; // < 0: finished, its absolute value is final
-    float color[kRows][kColumns][3];
+    float transmittance[kRows][2]; // in the units of the rules: Rules::takesLight()
+    float color[kRows][2][3];
 };
+
+// Where a warp's pairs begin in their bin, in sub-tiles.
+struct PairPlace {
+    uint32_t row, column;
+};
+
+constexpr uint32_t kHalf = 16, kHalfMask = 0xffffu; // lanes of half a warp
+
+__device__ __forceinline__ uint32_t halfOfWarp()
+{
+    return threadIdx.x >> 4 & 1u;
+}
+
+// Bit 0: is it true for some lane of the first half, bit 1: of the second? The whole warp together.
+// note: sums in place of comparisons, of whose two bits together ptxas 13.0 said that they are zero where both are set
+__device__ __forceinline__ uint32_t halvesThat(bool value)
+{
+    const uint32_t lanes = __ballot_sync(~0u, value);
+    return ((lanes & kHalfMask) + kHalfMask) >> kHalf | ((lanes >> kHalf) + kHalfMask) >> kHalf << 1;
+}
+
+// The lanes of this half for which it is true, its first in bit 0. The whole warp together.
+__device__ __forceinline__ uint32_t ballotOfHalf(bool value)
+{
+    return __ballot_sync(~0u, value) >> (threadIdx.x & kHalf) & kHalfMask;
+}
 
 // Sub-tiles of the bin at pixel (x0, y0) that the ellipse round `x`, `y` touches within the box, whose edges are edges of
 // sub-tiles too; errs towards more. Bit row * kBinColumns + column.

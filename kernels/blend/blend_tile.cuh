@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a warp blends one sub-tile of a long list by itself.
+// How a warp blends two sub-tiles of a long list by itself.
 #pragma once
 
 #include "kernels/blend/blend_bin.cuh"
@@ -7,29 +7,54 @@
 
 namespace gsc {
 
-constexpr uint32_t kLoneBatch = 32; // splats that a warp blends at once, in whole fours
 constexpr uint32_t kLoneThreads = 128;
 
-// Blends keys of a long list, those of `units` units, into sub-tile `sub_tile` of its bin. goes_on: the sub-tile has met
-// those before. lits: kLoneBatch of this warp's. The same bytes as blendBin(), but for the ends of needles, whose bounds are
-// rounding. Returns whether it takes more; where there is more it is then left to be taken up again.
+// Two sub-tiles beside each other in the bin at (x0, y0) of its eye, one for each half of a warp.
+struct SubTiles {
+    uint32_t left;   // the first's number
+    uint32_t wanted; // bit for either
+    bool goes_on;    // they have met the keys before those
+};
+
+// Shared memory of half a warp.
+template <typename Rules>
+struct LoneShared {
+    typename Rules::Lit lits[kHalf];
+    uint16_t places[kPartKeys];
+};
+
+// Blends keys of a long list, those of `units` units, into sub-tiles of its bin. The same bytes as blendBin(), but for the
+// ends of needles, whose bounds are rounding. Returns which take more; where there is more they are then left to be taken up
+// again.
 template <typename Rules, typename T>
-__device__ __forceinline__ bool blendTile(const BlendCudaArgs& args, const Area& area, uint32_t first_unit,
-                                          uint32_t units, bool goes_on, bool more, uint32_t sub_tile,
-                                          typename Rules::Lit* lits, uint32_t& evaluations)
+__device__ __forceinline__ uint32_t blendTile(const BlendCudaArgs& args, const Area& area, uint32_t first_unit,
+                                              uint32_t units, bool more, const SubTiles& sub_tiles,
+                                              LoneShared<Rules>& shared, uint32_t& evaluations)
 {
     using Splat = typename Rules::Splat;
     using Lit = typename Rules::Lit;
-    const uint32_t lane = threadIdx.x & 31u;
-    const uint32_t x = area.bin_x + sub_tile % T::kBinColumns * T::kWidth + lane % T::kWidth;
-    const uint32_t row = area.bin_y + sub_tile / T::kBinColumns * T::kHeight, y = row + lane / T::kWidth;
-    const auto px = float(Rules::kInBin ? x - area.bin_x : x), py = float(Rules::kInBin ? y - area.bin_y : y);
-    Begun pixel = begunPixel<Rules::kDepth>(args, area.eye, x, y, goes_on || args.pass.index != 0);
-    uint32_t open = __ballot_sync(~0u, pixel.transmittance > 0.0f);
-    if (open != 0) {
+    const uint32_t lane = threadIdx.x % kHalf, half = halfOfWarp(), sub_tile = sub_tiles.left + half;
+    const bool wanted = (sub_tiles.wanted >> half & 1u) != 0;
+    const PairPlace pair{sub_tiles.left / T::kBinColumns, sub_tiles.left % T::kBinColumns};
+    const PixelPair at = pixelPair<T>(Rules::kInBin ? 0u : area.bin_x, Rules::kInBin ? 0u : area.bin_y, pair, 0);
+    T tile;
+    forPixels<T>(pair, [&](uint32_t, uint32_t i, uint32_t x, uint32_t y) {
+        const Begun begun = begunPixel<Rules>(args, area.eye, area.bin_x + x, area.bin_y + y,
+                                              sub_tiles.goes_on || args.pass.index != 0);
+        tile.transmittance[0][i] = begun.transmittance;
+        for (int c = 0; c < 3; ++c)
+            tile.color[0][i][c] = begun.color[c];
+    });
+    float(&transmittance)[2] = tile.transmittance[0];
+    const auto taking = [&] {
+        return ballotOfHalf(wanted &&
+                            (Rules::takesLight(transmittance[0], args) || Rules::takesLight(transmittance[1], args)));
+    };
+    uint32_t open = taking();
+    if (__any_sync(~0u, open != 0)) {
         const uint32_t first_slot = args.shared_bins ? area.eye * args.slot_capacity : 0u;
         const Splat* splats = static_cast<const Splat*>(args.splats) + first_slot;
-        TouchReader<T> reader(args, first_unit, units, sub_tile, open);
+        TouchReader<T> reader(args, first_unit, units, sub_tile, open, shared.places);
         const auto slotOf = [&](uint32_t key, uint32_t count) {
             return lane < count ? args.keys[area.begin + key].slot : 0u;
         };
@@ -50,46 +75,44 @@ __device__ __forceinline__ bool blendTile(const BlendCudaArgs& args, const Area&
         float depth = depthOf(slot, count);
         uint32_t next_count = reader.next(key, open);
         slot = slotOf(key, next_count);
-        while (count != 0) {
+        while (__any_sync(~0u, count != 0)) {
+            // Of a splat that nobody needs nothing is left; its order is asked for, though no splat has this one, so that its
+            // register is not given to other things, which would wait for the load.
             Lit lit = Rules::nothing();
-            bool draws = false;
-            if (lane < count) {
-                lit = Rules::light(splat, float(area.bin_x), float(area.bin_y));
+            if (lane < count && splat.order != ~0u) {
+                lit = Rules::light(splat, args, float(area.bin_x), float(area.bin_y));
                 if constexpr (Rules::kDepth)
                     lit.color[0] = depth;
-                draws = true;
-                if (open != ~0u) { // the reader leaves finished rows out only from its next unit on
-                    const float top = splat.y - float(row), extent = Rules::bounds(splat).extent_y;
-                    draws = top - extent <= float((31 - __clz(int(open))) / int(T::kWidth)) &&
-                            top + extent >= float((__ffs(int(open)) - 1) / int(T::kWidth));
-                }
             }
-            const uint32_t drawing = __ballot_sync(~0u, draws), drawn = uint32_t(__popc(drawing));
-            if (draws)
-                lits[__popc(drawing & ((1u << lane) - 1u))] = lit;
-            if (lane < ((0u - drawn) & 3u)) // whole fours
-                lits[drawn + lane] = Rules::nothing();
+            const uint32_t drawn = count;
+            if (lane < ((drawn + 3) & ~3u)) // whole fours
+                shared.lits[lane] = lit;
             count = next_count;
             splat = fetch(slot, count);
             depth = depthOf(slot, count);
             next_count = reader.next(key, open);
             slot = slotOf(key, next_count);
             __syncwarp();
-            for (const Lit *at = lits, *const end = lits + drawn; at < end; at += 4) {
-                const Lit* const chosen[4] = {at, at + 1, at + 2, at + 3};
-                Rules::blend(chosen, args, px, py, pixel.transmittance, pixel.color);
+            for (const Lit *four = shared.lits, *const end = four + drawn; four < end; four += 4) {
+                const Lit* const chosen[4] = {four, four + 1, four + 2, four + 3};
+                Rules::blend(chosen, args, at, transmittance, tile.color[0]);
             }
             __syncwarp(); // the batch is written again
             evaluations += drawn;
-            open = __ballot_sync(~0u, pixel.transmittance > 0.0f);
-            if (open == 0)
-                break;
+            open = taking();
+            if (open == 0) {
+                reader.stop();
+                count = next_count = 0;
+            }
         }
     }
-    more = more && open != 0;
-    endPixel<Rules::kDepth>(args, area.eye, x, y, pixel.transmittance, pixel.color,
-                            !more && args.pass.index + 1 == args.pass.count);
-    return more;
+    const bool left_open = more && open != 0;
+    if (wanted)
+        forPixels<T>(pair, [&](uint32_t, uint32_t i, uint32_t x, uint32_t y) {
+            endPixel<Rules>(args, area.eye, area.bin_x + x, area.bin_y + y, transmittance[i], tile.color[0][i],
+                            !left_open && args.pass.index + 1 == args.pass.count);
+        });
+    return halvesThat(left_open);
 }
 
 // What of the long lists a launch blends.
@@ -99,7 +122,7 @@ enum class LongPart : uint32_t {
     All     // every list, as far as its units were found: depths, which pixels have before their light ends
 };
 
-// Each sub-tile by a warp.
+// Two sub-tiles by a warp.
 template <typename Rules, uint32_t kRows>
 __global__ void __launch_bounds__(kLoneThreads, Rules::kLoneBlocks)
     tileKernel(const __grid_constant__ BlendCudaArgs args, LongPart part)
@@ -111,21 +134,24 @@ __global__ void __launch_bounds__(kLoneThreads, Rules::kLoneBlocks)
     if (bins == 0 || willRepeat(*args.counters))
         return;
     using T = LoneTile<kRows>;
-    constexpr uint32_t kSubTiles = T::kBinRows * T::kBinColumns;
-    __shared__ typename Rules::Lit lits[kLoneThreads / 32][kLoneBatch];
+    constexpr uint32_t kPairs = T::kBinRows * T::kBinColumns / 2;
+    __shared__ LoneShared<Rules> shared[kLoneThreads / kHalf];
     uint32_t evaluations[kMaxEyes] = {};
     while (true) {
-        uint32_t tile = 0;
+        uint32_t pair = 0;
         if ((threadIdx.x & 31u) == 0)
-            tile = atomicAdd(&args.counters->pass.next_tile[uint32_t(part)], 1u);
-        tile = __shfl_sync(~0u, tile, 0);
-        const uint32_t i = tile / kSubTiles, sub_tile = tile % kSubTiles;
+            pair = atomicAdd(&args.counters->pass.next_tile[uint32_t(part)], 1u);
+        pair = __shfl_sync(~0u, pair, 0);
+        const uint32_t i = pair / kPairs;
         if (i >= bins)
             break;
         const BinOfEye bin = binAt(args, i);
         const bool behind = part == LongPart::Behind && i < longest;
+        SubTiles sub_tiles{2 * (pair % kPairs), 3, behind};
+        if (behind)
+            sub_tiles.wanted = unfinishedOf(args, bin.entry, bin.eye) >> sub_tiles.left & 3u;
         Area area{};
-        if (!areaOf<T>(args, bin, area) || (behind && (unfinishedOf(args, bin.entry, bin.eye) >> sub_tile & 1u) == 0))
+        if (!areaOf<T>(args, bin, area) || sub_tiles.wanted == 0)
             continue;
         const uint32_t all = (area.end - area.begin + kTouchUnit - 1) / kTouchUnit;
         const bool first_only =
@@ -133,11 +159,13 @@ __global__ void __launch_bounds__(kLoneThreads, Rules::kLoneBlocks)
         const uint32_t from = behind ? kFirstUnits : 0u, to = first_only ? min(all, kFirstUnits) : all;
         const uint32_t first_unit = args.bin_units[bin.entry] + (args.shared_bins ? bin.eye * all : 0u);
         area.begin += from * kTouchUnit;
-        uint32_t seen = 0;
-        if (blendTile<Rules, T>(args, area, first_unit + from, to - from, behind, part == LongPart::First && to != all,
-                                sub_tile, lits[threadIdx.x / 32], seen) &&
-            (threadIdx.x & 31u) == 0)
-            atomicOr(&unfinishedOf(args, bin.entry, bin.eye), 1u << sub_tile);
+        const bool goes_on = part == LongPart::First && to != all;
+        uint32_t seen = 0; // by this half
+        const uint32_t left_open = blendTile<Rules, T>(args, area, first_unit + from, to - from, goes_on, sub_tiles,
+                                                       shared[threadIdx.x / kHalf], seen);
+        if (goes_on && (threadIdx.x & 31u) == 0)
+            atomicOr(&unfinishedOf(args, bin.entry, bin.eye), left_open << sub_tiles.left);
+        seen += __shfl_xor_sync(~0u, seen, int(kHalf));
         evaluations[0] += bin.eye == 0 ? seen : 0u;
         evaluations[1] += bin.eye == 0 ? 0u : seen;
     }

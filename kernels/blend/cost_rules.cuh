@@ -8,30 +8,28 @@
 namespace gsc {
 
 // Counts in color[0] how many splats are evaluated for a pixel. As in the picture a pixel that is finished counts on until
-// all of its sub-tile are, and what fills up a four does not count. kExact: Base is AnyExactRules.
-template <typename Base, bool kExact>
+// all of its sub-tile are, and what fills up a four does not count.
+template <typename Base>
 struct CostRules : Base {
-    static __device__ __forceinline__ typename Base::Lit light(const typename Base::Splat& s, float x0, float y0)
+    static __device__ __forceinline__ typename Base::Lit light(const typename Base::Splat& s, const BlendCudaArgs& args,
+                                                               float x0, float y0)
     {
-        typename Base::Lit lit = Base::light(s, x0, y0);
+        typename Base::Lit lit = Base::light(s, args, x0, y0);
         lit.color[0] = 1.0f; // that of nothing() is 0
         return lit;
     }
 
     static __device__ __forceinline__ void blend(const typename Base::Lit* const (&splats)[4],
-                                                 const BlendCudaArgs& args, float px, float py, float& T, float* color)
+                                                 const BlendCudaArgs& args, const PixelPair& at, float (&T)[2],
+                                                 float (&color)[2][3])
     {
-        float alphas[4];
 #pragma unroll
-        for (uint32_t i = 0; i < 4; ++i)
-            alphas[i] = Base::alpha(*splats[i], args, px, py);
+        for (uint32_t p = 0; p < 2; ++p)
 #pragma unroll
-        for (uint32_t i = 0; i < 4; ++i) {
-            const float next = Base::behind(T, alphas[i]);
-            const bool drawn = kExact && args.rules.gsplat ? next > args.rules.stop : next >= args.rules.stop;
-            color[0] += splats[i]->color[0];
-            T = drawn ? next : finished(T);
-        }
+            for (uint32_t i = 0; i < 4; ++i) {
+                color[p][0] += splats[i]->color[0];
+                T[p] = Base::pass(*splats[i], args, at.x[p], at.y, T[p]);
+            }
     }
 };
 

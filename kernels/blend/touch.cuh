@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Long lists: which sub-tiles every key's splat touches, found by the whole device before those are blended. Then a warp
-// blends each sub-tile by itself and reads nothing that does not touch it.
+// Long lists: which sub-tiles every key's splat touches, found by the whole device before those are blended. Then half a
+// warp blends each sub-tile by itself and reads nothing that does not touch it.
 #pragma once
 
 #include "kernels/blend/blend_cuda.h"
@@ -19,7 +19,7 @@ static_assert(kWarpKeys == 256);                 // a warp writes two vectors of
 // The sub-tiles of a bin that warps blend by themselves. Narrow: far splats crowd in a few rows of pixels, and this spreads
 // a row over many warps.
 template <uint32_t kRows>
-using LoneTile = Tile<4, 8 * kRows, 1, 1>;
+using LoneTile = Tile<4, 8 * kRows, 1>;
 
 // A unit's bits: planes of the bin's sub-tiles, then of its rows of pixels. Bit b of a plane's word w tells whether the
 // splat of key 32 w + b touches that sub-tile or row.
@@ -46,17 +46,30 @@ template <uint32_t kCount>
 __device__ __forceinline__ void transposeBits(uint32_t (&words)[kCount])
 {
     const uint32_t lane = threadIdx.x & 31u;
-    uint32_t low = 0x0000ffffu; // the bits that a lane of the lower half of its group keeps
+    // halves and bytes first, which a permutation of bytes exchanges
 #pragma unroll
-    for (uint32_t half = 16; half != 0; half /= 2, low ^= low << half) {
+    for (uint32_t half = 16; half >= 8; half /= 2) {
+        const uint32_t pick =
+            half == 16 ? ((lane & half) == 0 ? 0x5410u : 0x3276u) : ((lane & half) == 0 ? 0x6240u : 0x3715u);
         uint32_t others[kCount];
 #pragma unroll
         for (uint32_t i = 0; i < kCount; ++i)
             others[i] = __shfl_xor_sync(~0u, words[i], int(half));
 #pragma unroll
         for (uint32_t i = 0; i < kCount; ++i)
-            words[i] = (lane & half) == 0 ? (words[i] & low) | (others[i] & low) << half
-                                          : (words[i] & ~low) | (others[i] & ~low) >> half;
+            words[i] = __byte_perm(words[i], others[i], pick);
+    }
+    uint32_t low = 0x0f0f0f0fu; // the bits that a lane of the lower half of its group keeps
+#pragma unroll
+    for (uint32_t half = 4; half != 0; half /= 2, low ^= low << half) {
+        const uint32_t keeps = (lane & half) == 0 ? low : ~low, turn = (lane & half) == 0 ? half : 32 - half;
+        uint32_t others[kCount];
+#pragma unroll
+        for (uint32_t i = 0; i < kCount; ++i)
+            others[i] = __shfl_xor_sync(~0u, words[i], int(half));
+#pragma unroll
+        for (uint32_t i = 0; i < kCount; ++i)
+            words[i] = (words[i] & keeps) | (__funnelshift_l(others[i], others[i], turn) & ~keeps);
     }
 }
 
@@ -76,12 +89,11 @@ __device__ __forceinline__ Touched touchedBy(uint32_t code, const TouchBin& bin)
 {
     constexpr uint32_t kColumns = T::kBinColumns, kRows = T::kBinRows * T::kHeight;
     static_assert(T::kWidth == kTouchColumn && 2 * kColumns == 16 && 2 * kRows <= 64);
-    // from the bin's first, or before it
-    const int left = int((code - bin.column * kColumns) << 28) >> 28, top = int(((code >> 6) - bin.y) << 26) >> 26;
-    const int right = min(left + int(code >> 4 & 3u), int(kColumns) - 1);
-    const int bottom = min(top + int(code >> 12), int(kRows) - 1);
-    const uint32_t columns = right < 0 ? 0u : (2u << right) - (1u << max(left, 0));
-    const uint32_t rows = max(top, 0) > bottom ? 0u : (2u << bottom) - (1u << max(top, 0));
+    // from as many columns, or 32 rows, before the bin: what lies there is shifted out
+    const uint32_t left = (code - bin.column * kColumns + kColumns) & 15u, top = ((code >> 6) - bin.y + 32u) & 63u;
+    const uint32_t columns = ((2u << (code >> 4 & 3u)) - 1u) << left >> kColumns & ((1u << kColumns) - 1u);
+    const uint32_t rows =
+        uint32_t(uint64_t((2u << (code >> 12)) - 1u) << top >> 32) & uint32_t((uint64_t(1) << kRows) - 1u);
     uint32_t sub_tiles = 0;
 #pragma unroll
     for (uint32_t row = 0; row < T::kBinRows; ++row)
@@ -166,11 +178,18 @@ __device__ __forceinline__ void touchOfCodes(const uint32_t (&slots)[kCount], co
         count += uint32_t(__popc(looking));
     }
     __syncwarp();
-    for (uint32_t i = lane; i < count; i += 32) {
-        const Touched touched = touchedBy<Rules, T>(splats[unknown[i]], rules, bin);
+    const auto look = [&](uint32_t i, const typename Rules::Splat& splat) {
+        const Touched touched = touchedBy<Rules, T>(splat, rules, bin);
         unknown[i] = firstWord<T>(touched);
         if constexpr (kTwoWords<T>)
             shared.rows[warp][i] = touched.rows;
+    };
+    for (uint32_t i = lane; i < count; i += 64) { // two are on their way at once
+        const bool two = i + 32 < count;
+        const typename Rules::Splat first_splat = splats[unknown[i]], second = splats[unknown[two ? i + 32 : i]];
+        look(i, first_splat);
+        if (two)
+            look(i + 32, second);
     }
     __syncwarp();
 #pragma unroll
@@ -237,112 +256,98 @@ __global__ void __launch_bounds__(kTouchThreads, kTouchBlocks<Rules>)
     }
 }
 
-// The keys of a list that touch a sub-tile, from near to far. A lane holds the bits of 64 keys of the unit. All members: the
-// whole warp together.
+constexpr uint32_t kPartKeys = 32 * kHalf; // of a unit: those whose bits half a warp holds, one word a lane
+
+// The keys of a list that touch a sub-tile, from near to far. Each half of a warp has a sub-tile of its own, and holds the
+// bits of one part of its units, which it writes out as places of keys. All members: the whole warp together.
 template <typename T>
 class TouchReader {
 public:
-    // open: bit per pixel of the sub-tile that takes light.
+    // Of this half: sub_tile; open: bit per lane, one of whose pixels takes light; places: kPartKeys of shared memory.
     __device__ __forceinline__ TouchReader(const BlendCudaArgs& args, uint32_t first_unit, uint32_t units,
-                                           uint32_t sub_tile, uint32_t open)
-        : words_(reinterpret_cast<const uint2*>(Planes::words(args, first_unit, sub_tile)) + (threadIdx.x & 31u)),
-          rows_(reinterpret_cast<const uint2*>(
-                    Planes::words(args, first_unit, Planes::kSubTiles + sub_tile / T::kBinColumns * T::kHeight)) +
-                (threadIdx.x & 31u)),
-          units_(units)
+                                           uint32_t sub_tile, uint32_t open, uint16_t* places)
+        : words_(Planes::words(args, first_unit, sub_tile) + threadIdx.x % kHalf),
+          rows_(Planes::words(args, first_unit, Planes::kSubTiles + sub_tile / T::kBinColumns * T::kHeight) +
+                threadIdx.x % kHalf),
+          places_(places), parts_(open != 0 ? kParts * units : 0)
     {
-        ahead_ = load(0, open);
+        ahead_ = parts_ != 0 ? load(0, open) : 0u;
     }
 
-    // How many there are, up to 32. key: of so many lanes, the place in the list. 0: no more.
+    // How many there are for this half, up to kHalf. key: of its first so many lanes, the place in the list. 0: no more.
     __device__ __forceinline__ uint32_t next(uint32_t& key, uint32_t open)
     {
-        while (taken_ == total_) {
-            if (unit_ == units_)
-                return 0;
-            begin(open);
+        const uint32_t lane = threadIdx.x % kHalf;
+        uint32_t have = 0;
+        while (true) {
+            const uint32_t some = min(kHalf - have, total_ - taken_);
+            if (lane - have < some)
+                key = (part_ - 1) * kPartKeys + places_[taken_ + lane - have];
+            have += some;
+            taken_ += some;
+            const bool wants = have < kHalf && part_ < parts_;
+            if (!__any_sync(~0u, wants))
+                return have;
+            begin(wants, open);
         }
-        const uint32_t some = min(32u, total_ - taken_);
-        key = place(taken_ + (threadIdx.x & 31u));
-        taken_ += some;
-        return some;
+    }
+
+    __device__ __forceinline__ void stop() // this half needs no more
+    {
+        parts_ = part_;
+        taken_ = total_;
     }
 
 private:
     using Planes = TouchPlanes<T>;
+    static constexpr uint32_t kParts = kTouchUnit / kPartKeys;
 
-    // The lane's bits of a unit. Keys that touch only rows that are finished are left out.
-    __device__ __forceinline__ uint2 load(uint32_t unit, uint32_t open) const
+    // The lane's bits of a part. Keys that touch only rows that are finished are left out.
+    __device__ __forceinline__ uint32_t load(uint32_t part, uint32_t open) const
     {
-        constexpr uint32_t kStep = Planes::kAll * kUnitWords / 2, kRow = (1u << T::kWidth) - 1u;
-        static_assert(T::kWidth * T::kHeight == 32);
-        uint2 bits = words_[size_t(unit) * kStep];
-        if (open == ~0u)
-            return bits;
-        uint2 rows{};
+        constexpr uint32_t kStep = Planes::kAll * kUnitWords, kRow = (1u << T::kLaneWidth) - 1u;
+        static_assert(T::kLaneWidth * T::kHeight == kHalf && kUnitWords == kParts * kHalf);
+        const size_t at = size_t(part / kParts) * kStep + part % kParts * kHalf;
+        if (open == kHalfMask)
+            return words_[at];
+        uint32_t rows = 0;
 #pragma unroll
         for (uint32_t row = 0; row < T::kHeight; ++row)
-            if ((open >> row * T::kWidth & kRow) != 0) {
-                const uint2 some = rows_[size_t(unit) * kStep + row * (kUnitWords / 2)];
-                rows.x |= some.x;
-                rows.y |= some.y;
-            }
-        return {bits.x & rows.x, bits.y & rows.y};
+            if ((open >> row * T::kLaneWidth & kRow) != 0)
+                rows |= rows_[at + row * kUnitWords];
+        return words_[at] & rows;
     }
 
-    // Of the set bit of the unit before which there are `rank` others.
-    __device__ __forceinline__ uint32_t place(uint32_t rank) const
+    // The next part of a half that wants one.
+    __device__ __forceinline__ void begin(bool wants, uint32_t open)
     {
-        uint32_t owner = 0; // the last lane before whose bits there are no more than that
+        const uint32_t lane = threadIdx.x % kHalf;
+        uint32_t bits = wants ? ahead_ : 0u;
+        if (wants && ++part_ < parts_)
+            ahead_ = load(part_, open);
+        auto sum = uint32_t(__popc(bits)); // of the lanes up to this
 #pragma unroll
-        for (uint32_t step = 16; step != 0; step /= 2)
-            if (__shfl_sync(~0u, before_, int(owner + step)) <= rank)
-                owner += step;
-        rank -= __shfl_sync(~0u, before_, int(owner));
-        const uint32_t near = __shfl_sync(~0u, now_.x, int(owner)), far = __shfl_sync(~0u, now_.y, int(owner));
-        const auto of_near = uint32_t(__popc(near));
-        const bool beyond = rank >= of_near;
-        return (unit_ - 1) * kTouchUnit + 64 * owner + (beyond ? 32 : 0) +
-               bitOfRank(beyond ? far : near, beyond ? rank - of_near : rank);
-    }
-
-    // Where the set bit is before which there are `rank` others.
-    static __device__ __forceinline__ uint32_t bitOfRank(uint32_t word, uint32_t rank)
-    {
-        uint32_t at = 0;
-#pragma unroll
-        for (uint32_t width = 16; width != 0; width /= 2) {
-            const auto below = uint32_t(__popc(word >> at & ((1u << width) - 1u)));
-            if (rank >= below) {
-                rank -= below;
-                at += width;
-            }
-        }
-        return at;
-    }
-
-    __device__ __forceinline__ void begin(uint32_t open)
-    {
-        const uint32_t lane = threadIdx.x & 31u;
-        now_ = ahead_;
-        ++unit_;
-        if (unit_ < units_)
-            ahead_ = load(unit_, open);
-        const auto own = uint32_t(__popc(now_.x) + __popc(now_.y));
-        uint32_t sum = own;
-#pragma unroll
-        for (uint32_t step = 1; step < 32; step *= 2) {
-            const uint32_t left = __shfl_sync(~0u, sum, int(lane >= step ? lane - step : lane));
+        for (uint32_t step = 1; step < kHalf; step *= 2) {
+            const uint32_t left = __shfl_up_sync(~0u, sum, step);
             sum += lane >= step ? left : 0u;
         }
-        before_ = sum - own;
-        total_ = __shfl_sync(~0u, sum, 31);
-        taken_ = 0;
+        __syncwarp();                                    // the last part's places are read
+        for (uint16_t* to = places_ + sum; bits != 0;) { // its last first
+            const auto last = 31u - uint32_t(__clz(int(bits)));
+            bits ^= 1u << last;
+            *--to = uint16_t(32 * lane + last);
+        }
+        sum = __shfl_sync(~0u, sum, int(threadIdx.x | (kHalf - 1)) & 31);
+        if (wants) {
+            total_ = sum;
+            taken_ = 0;
+        }
+        __syncwarp();
     }
 
-    const uint2 *words_, *rows_;
-    uint2 now_{}, ahead_;
-    uint32_t units_, unit_ = 0, before_ = 0, total_ = 0, taken_ = 0;
+    const uint32_t *words_, *rows_;
+    uint16_t* places_;
+    uint32_t ahead_, parts_, part_ = 0, total_ = 0, taken_ = 0; // of this half
 };
 
 } // namespace gsc

@@ -47,6 +47,15 @@ __device__ __forceinline__ float sqrtApprox(float v)
     return root;
 }
 
+// sum += weight * color, of three, where light >= least. Predicates: a branch or selects in their place take longer.
+__device__ __forceinline__ void addColorWhere(float light, float least, float weight, const float* color, float* sum)
+{
+    asm("{\n\t.reg .pred p;\n\tsetp.ge.ftz.f32 p, %3, %4;\n\t@p fma.rn.ftz.f32 %0, %5, %6, %0;\n\t"
+        "@p fma.rn.ftz.f32 %1, %5, %7, %1;\n\t@p fma.rn.ftz.f32 %2, %5, %8, %2;\n\t}"
+        : "+f"(sum[0]), "+f"(sum[1]), "+f"(sum[2])
+        : "f"(light), "f"(least), "f"(weight), "f"(color[0]), "f"(color[1]), "f"(color[2]));
+}
+
 // Waits for `threads` threads of the block at barrier `id`; shared memory written before is seen after.
 __device__ __forceinline__ void barrierSync(uint32_t id, uint32_t threads)
 {

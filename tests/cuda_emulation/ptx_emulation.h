@@ -66,6 +66,12 @@ inline float exp2Approx(float v)
     return e < 0x1p-126f ? 0.0f : e;
 }
 
+inline void addColorWhere(float light, float least, float weight, const float* color, float* sum)
+{
+    for (int i = 0; i < 3 && light >= least; ++i)
+        sum[i] = std::fma(weight, color[i], sum[i]);
+}
+
 inline float sqrtApprox(float v)
 {
     return std::sqrt(v);

@@ -40,6 +40,8 @@ struct Falloff {
 
 // Terms are rounded a few times each on the way to the exponent, whose function is good to 2 ulp.
 constexpr double kTermRounding = 2.5e-7, kFunctionRounding = 6e-7;
+// The tier `fast` adds up exponents near -126, where half a bit is 2^-18: the opacity's, and two sums; and the constant's own.
+constexpr double kLiftedRounding = 4 * 0x1p-18;
 constexpr uint32_t kBinSize = 32; // pixels at most, from whose first the tier `fast` counts
 
 Falloff falloffAt(const PackedSplat& s, const RasterConstants& rules, uint32_t x, uint32_t y)
@@ -52,8 +54,8 @@ Falloff falloffAt(const PackedSplat& s, const RasterConstants& rules, uint32_t x
     const double px = x % kBinSize, py = y % kBinSize, far_x = 2 * std::abs(dx + px) + px,
                  far_y = 2 * std::abs(dy + py) + py;
     const double u_error = 6e-8 * (std::abs(f[0]) * far_x + std::abs(f[1]) * far_y), v_error = 6e-8 * f[2] * far_y;
-    const double error =
-        2 * std::abs(u) * u_error + 2 * std::abs(v) * v_error + kTermRounding * (u * u + v * v + std::abs(log_opacity));
+    const double error = 2 * std::abs(u) * u_error + 2 * std::abs(v) * v_error +
+                         kTermRounding * (u * u + v * v + std::abs(log_opacity)) + kLiftedRounding;
     // upstream's radius from the inverse of the covariance, rounded up: doubtful where it nearly is a whole number
     const double radius = spreadOf(s, rules).radius;
     const double trust =
