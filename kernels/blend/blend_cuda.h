@@ -11,8 +11,8 @@ struct BlendCudaArgs {
     BinGrid grid;
     uint32_t eye_count;
     bool shared_bins; // one list per bin for both eyes
-    DepthPass
-        pass; // the first starts the image, the others go on with it, the last adds the background, which in `fast` is there from the first
+    // The first starts the image, the others go on with it. The background comes in the last; in `fast` in the first.
+    DepthPass pass;
     uint32_t width[kMaxEyes], height[kMaxEyes];
     LensShape lens[kMaxEyes];
     RasterConstants rules;

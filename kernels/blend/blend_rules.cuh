@@ -59,10 +59,10 @@ struct PixelBox {
 struct FastRules {
     using Splat = PackedSplat;
     static constexpr bool kDepth = false;
-    static constexpr bool kInBin = true; // pixels are counted from the bin's first
-    static constexpr bool kCodes = true; // what small splats touch is told by codes
-    static constexpr bool kOnBackground = true;
-    static constexpr uint32_t kLoneBlocks = 6; // of sub-tiles of long lists on a multiprocessor: 80 registers
+    static constexpr bool kInBin = true;        // pixels are counted from the bin's first
+    static constexpr bool kCodes = true;        // what small splats touch is told by codes
+    static constexpr bool kOnBackground = true; // a pixel's colour starts as the background
+    static constexpr uint32_t kLoneBlocks = 6;  // of sub-tiles of long lists on a multiprocessor: 80 registers
     static constexpr float kWholeLog2 = 118.005646563141f; // 126 - log2(255)
     static constexpr float kWhole = 0x1.010102p118f;       // 2^126 / 255
     struct alignas(16) Lit {
@@ -175,8 +175,8 @@ struct FastRules {
             for (uint32_t p = 0; p < 2; ++p) {
                 const float weight = __fmul_rn(alphas[i][p], T[p]);
                 T[p] = fmaf(-kWhole, weight, T[p]);
-                addColorWhere(T[p], args.lifted_stop, weight, splats[i]->color,
-                              color[p]); // the splat that crosses the bound is not drawn
+                // the splat that crosses the bound is not drawn
+                addColorWhere(T[p], args.lifted_stop, weight, splats[i]->color, color[p]);
             }
     }
 
@@ -340,7 +340,7 @@ __device__ __forceinline__ uint32_t halfOfWarp()
 }
 
 // Bit 0: is it true for some lane of the first half, bit 1: of the second? The whole warp together.
-// note: sums in place of comparisons, of whose two bits together ptxas 13.0 said that they are zero where both are set
+// note: sums, because ptxas 13.0 takes two bits that are made by comparisons for zero where both are set
 __device__ __forceinline__ uint32_t halvesThat(bool value)
 {
     const uint32_t lanes = __ballot_sync(~0u, value);

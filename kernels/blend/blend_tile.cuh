@@ -9,7 +9,7 @@ namespace gsc {
 
 constexpr uint32_t kLoneThreads = 128;
 
-// Two sub-tiles beside each other in the bin at (x0, y0) of its eye, one for each half of a warp.
+// Two sub-tiles of a bin that lie beside each other, one for each half of a warp.
 struct SubTiles {
     uint32_t left;   // the first's number
     uint32_t wanted; // bit for either

@@ -16,7 +16,7 @@ constexpr uint32_t kWarpKeys = kTouchUnit / (kTouchThreads / 32);
 constexpr uint32_t kUnitWords = kTouchUnit / 32; // of a sub-tile
 static_assert(kWarpKeys == 256);                 // a warp writes two vectors of four words for each sub-tile
 
-// The sub-tiles of a bin that warps blend by themselves. Narrow: far splats crowd in a few rows of pixels, and this spreads
+// The sub-tiles of a bin that half a warp blends by itself. Narrow: far splats crowd in a few rows of pixels, and this spreads
 // a row over many warps.
 template <uint32_t kRows>
 using LoneTile = Tile<4, 8 * kRows, 1>;
@@ -41,6 +41,15 @@ __device__ __forceinline__ uint32_t rowMask(float top, float extent, uint32_t ro
     return first <= last ? (2u << last) - (1u << first) : 0u;
 }
 
+// The words of the lane whose number differs in the bit `with`.
+template <uint32_t kCount>
+__device__ __forceinline__ void wordsAcross(const uint32_t (&words)[kCount], uint32_t with, uint32_t (&others)[kCount])
+{
+#pragma unroll
+    for (uint32_t i = 0; i < kCount; ++i)
+        others[i] = __shfl_xor_sync(~0u, words[i], int(with));
+}
+
 // Bit i of lane j to bit j of lane i, of kCount words by themselves, so that their shuffles do not wait for each other.
 template <uint32_t kCount>
 __device__ __forceinline__ void transposeBits(uint32_t (&words)[kCount])
@@ -52,9 +61,7 @@ __device__ __forceinline__ void transposeBits(uint32_t (&words)[kCount])
         const uint32_t pick =
             half == 16 ? ((lane & half) == 0 ? 0x5410u : 0x3276u) : ((lane & half) == 0 ? 0x6240u : 0x3715u);
         uint32_t others[kCount];
-#pragma unroll
-        for (uint32_t i = 0; i < kCount; ++i)
-            others[i] = __shfl_xor_sync(~0u, words[i], int(half));
+        wordsAcross(words, half, others);
 #pragma unroll
         for (uint32_t i = 0; i < kCount; ++i)
             words[i] = __byte_perm(words[i], others[i], pick);
@@ -64,9 +71,7 @@ __device__ __forceinline__ void transposeBits(uint32_t (&words)[kCount])
     for (uint32_t half = 4; half != 0; half /= 2, low ^= low << half) {
         const uint32_t keeps = (lane & half) == 0 ? low : ~low, turn = (lane & half) == 0 ? half : 32 - half;
         uint32_t others[kCount];
-#pragma unroll
-        for (uint32_t i = 0; i < kCount; ++i)
-            others[i] = __shfl_xor_sync(~0u, words[i], int(half));
+        wordsAcross(words, half, others);
 #pragma unroll
         for (uint32_t i = 0; i < kCount; ++i)
             words[i] = (words[i] & keeps) | (__funnelshift_l(others[i], others[i], turn) & ~keeps);
