@@ -89,6 +89,7 @@ __device__ __forceinline__ uint32_t blendBatch(const char* memory, uint32_t batc
             lists[t * kGroup + counts[t] + lane] = Entry(batch + kGroup * sizeof(Lit));
     __syncwarp();
     const uint32_t half = halfOfWarp();
+    const float least[2] = {args.lifted_stop, args.lifted_stop};
 #pragma unroll
     for (uint32_t row = 0; row < T::kRows; ++row) {
         const uint32_t left = counts[2 * row], right = counts[2 * row + 1], count = half == 0 ? left : right;
@@ -104,11 +105,11 @@ __device__ __forceinline__ uint32_t blendBatch(const char* memory, uint32_t batc
                                           reinterpret_cast<const Lit*>(memory + entries.at[1]),
                                           reinterpret_cast<const Lit*>(memory + entries.at[2]),
                                           reinterpret_cast<const Lit*>(memory + entries.at[3])};
-            Rules::blend(chosen, args, at, transmittance, tile.color[row]);
+            Rules::blend(chosen, args, at, least, transmittance, tile.color[row]);
         }
         evaluations += left + right;
         const uint32_t taking =
-            halvesThat(Rules::takesLight(transmittance[0], args) || Rules::takesLight(transmittance[1], args));
+            halvesThat(Rules::takesLight(transmittance[0], least[0]) || Rules::takesLight(transmittance[1], least[1]));
         open &= ~(3u << 2 * row) | taking << 2 * row; // none of them takes light again
     }
     __syncwarp(); // the lists are written again
@@ -284,7 +285,7 @@ __device__ __forceinline__ void blendBin(const BlendCudaArgs& args, const Team& 
         for (int c = 0; c < 3; ++c)
             tile.color[row][i][c] = begun.color[c];
         tile.transmittance[row][i] = begun.transmittance;
-        open |= halvesThat(Rules::takesLight(begun.transmittance, args)) << 2 * row;
+        open |= halvesThat(Rules::takesLight(begun.transmittance, args.lifted_stop)) << 2 * row;
     });
     if (args.pass.index == 0 || team.any(open != 0)) // nearer passes may have finished it
         blendKeys<Rules>(args, team, batches, area, open, tile, evaluations);

@@ -7,6 +7,22 @@
 
 namespace gsc {
 
+// What is behind the first units of the longest lists is cut into segments of so many units (segments.cuh).
+constexpr uint32_t kSegmentUnits = 4;
+constexpr uint32_t kLoneWarps = 24; // of a multiprocessor, that blend them
+
+// Of a pixel, in place 0 of its list: the light that reaches the segments to come, and the colour so far. In the place of a
+// segment that is blended apart: what it leaves of the whole light, and the colour it adds to that.
+struct alignas(16) SegmentPixel {
+    float color[3], transmittance;
+};
+
+// Of a pair of sub-tiles: the first segment that is blended apart, and how many of them are finished. Segments in which some
+// pixel's light ends are then blended again; meanwhile `done` counts up, from 2^32 less their number, to 0.
+struct SegmentState {
+    uint32_t first, done;
+};
+
 struct BlendCudaArgs {
     BinGrid grid;
     uint32_t eye_count;
@@ -26,9 +42,13 @@ struct BlendCudaArgs {
     const uint32_t* bin_queue;
     const uint32_t* bin_units; // from bin
     const TouchUnit* touch_units;
-    uint32_t* touch;      // touchWords() per unit
-    uint32_t* unfinished; // from bin: bit per sub-tile of a long list that goes on behind its first units
-    const BinKey* keys;   // sorted
+    uint32_t* touch;              // touchWords() per unit
+    uint32_t* unfinished;         // from bin: bit per sub-tile of a long list that goes on behind its first units
+    SegmentPixel* segments;       // segmentCapacity() x pixels of a bin
+    uint32_t* segment_pairs;      // segmentCapacity() x pairs of a bin: first segments, as items of SegmentQueue
+    uint32_t* segment_queue;      // segmentQueueWords()
+    SegmentState* segment_states; // as many as segment_pairs, by the first segment
+    const BinKey* keys;           // sorted
     uint32_t pair_capacity;
     FrameCounters* counters;
     float* image[kMaxEyes];         // height x width x 3
@@ -41,6 +61,31 @@ struct BlendCudaArgs {
 inline size_t touchWords(const BinGrid& grid)
 {
     return size_t(kTouchUnit / 32) * (kBinWidth * grid.height / 32 + grid.height);
+}
+
+// Segments of so many units at most. A segment's number is that of its first unit over kSegmentUnits. No two have the same,
+// for before a list's first segment there are kFirstUnits units, which is no less.
+inline size_t segmentCapacity(size_t units)
+{
+    static_assert(kFirstUnits >= kSegmentUnits);
+    return units / kSegmentUnits + 1;
+}
+
+inline uint32_t pixelsOfBin(const BinGrid& grid)
+{
+    return kBinWidth * grid.height;
+}
+
+// Pairs of sub-tiles of 32 pixels.
+inline uint32_t pairsOfBin(const BinGrid& grid)
+{
+    return pixelsOfBin(grid) / 64;
+}
+
+// Each segment may come twice, and each warp that waits has a place.
+inline size_t segmentQueueWords(const BinGrid& grid, size_t units, uint32_t processors)
+{
+    return 2 * segmentCapacity(units) * pairsOfBin(grid) + size_t(kLoneWarps) * processors;
 }
 
 // Asynchronous. Depths, where they are wanted, are found by a kernel of their own, from the same lists.

@@ -62,6 +62,7 @@ struct FastRules {
     static constexpr bool kInBin = true;        // pixels are counted from the bin's first
     static constexpr bool kCodes = true;        // what small splats touch is told by codes
     static constexpr bool kOnBackground = true; // a pixel's colour starts as the background
+    static constexpr bool kSegments = true;     // the longest lists are cut (segments.cuh)
     static constexpr uint32_t kLoneBlocks = 6;  // of sub-tiles of long lists on a multiprocessor: 80 registers
     static constexpr float kWholeLog2 = 118.005646563141f; // 126 - log2(255)
     static constexpr float kWhole = 0x1.010102p118f;       // 2^126 / 255
@@ -70,10 +71,7 @@ struct FastRules {
     };
     static_assert(sizeof(Lit) == 48);
 
-    static __device__ __forceinline__ bool takesLight(float T, const BlendCudaArgs& args)
-    {
-        return T >= args.lifted_stop;
-    }
+    static __device__ __forceinline__ bool takesLight(float T, float least) { return T >= least; }
 
     static __device__ __forceinline__ float logOpacity(const Splat& s)
     {
@@ -161,7 +159,8 @@ struct FastRules {
     // Four splats in a row without a branch, for two pixels of a row: their falloffs do not wait for each other, only the
     // light does. Never contracted: bins are blended by two instances of this, which must agree to the last bit.
     static __device__ __forceinline__ void blend(const Lit* const (&splats)[4], const BlendCudaArgs& args,
-                                                 const PixelPair& at, float (&T)[2], float (&color)[2][3])
+                                                 const PixelPair& at, const float (&least)[2], float (&T)[2],
+                                                 float (&color)[2][3])
     {
         float alphas[4][2];
 #pragma unroll
@@ -176,7 +175,7 @@ struct FastRules {
                 const float weight = __fmul_rn(alphas[i][p], T[p]);
                 T[p] = fmaf(-kWhole, weight, T[p]);
                 // the splat that crosses the bound is not drawn
-                addColorWhere(T[p], args.lifted_stop, weight, splats[i]->color, color[p]);
+                addColorWhere(T[p], least[p], weight, splats[i]->color, color[p]);
             }
     }
 
@@ -192,14 +191,14 @@ template <bool kGsplat>
 struct ExactRules {
     using Splat = ExactSplat;
     static constexpr bool kDepth = false;
-    static constexpr bool kInBin = false, kCodes = false, kOnBackground = false;
+    static constexpr bool kInBin = false, kCodes = false, kOnBackground = false, kSegments = false;
     static constexpr uint32_t kLoneBlocks = 8;
     static constexpr float kWhole = 1.0f;
     struct alignas(16) Lit {
         float x, y, half_a, b, half_c, opacity, color[3]; // halves of the conic's, below zero: halving is exact
     };
 
-    static __device__ __forceinline__ bool takesLight(float T, const BlendCudaArgs&) { return T > 0.0f; }
+    static __device__ __forceinline__ bool takesLight(float T, float) { return T > 0.0f; }
 
     static __device__ __forceinline__ Lit light(const Splat& s, const BlendCudaArgs&, float, float)
     {
@@ -247,7 +246,8 @@ struct ExactRules {
     // blendStep() for four splats in a row without a branch, to the same bits. A splat that is not drawn has alpha zero,
     // which adds nothing and leaves the transmittance; a finished pixel's is negative and stays below the bound.
     static __device__ __forceinline__ void blend(const Lit* const (&splats)[4], const BlendCudaArgs& args,
-                                                 const PixelPair& at, float (&T)[2], float (&color)[2][3])
+                                                 const PixelPair& at, const float (&)[2], float (&T)[2],
+                                                 float (&color)[2][3])
     {
 #pragma unroll
         for (uint32_t p = 0; p < 2; ++p) {
@@ -293,14 +293,14 @@ struct AnyExactRules : ExactRules<false> {
 // finished. The bound at which light ends is far below half of it, so the rules need not look at it.
 template <typename Base>
 struct DepthRules : Base {
-    static constexpr bool kDepth = true;
+    static constexpr bool kDepth = true, kSegments = false;
     static constexpr float kWhole = 1.0f; // light is counted from 1, and that of a finished pixel marked
 
-    static __device__ __forceinline__ bool takesLight(float T, const BlendCudaArgs&) { return T > 0.0f; }
+    static __device__ __forceinline__ bool takesLight(float T, float) { return T > 0.0f; }
 
     static __device__ __forceinline__ void blend(const typename Base::Lit* const (&splats)[4],
-                                                 const BlendCudaArgs& args, const PixelPair& at, float (&T)[2],
-                                                 float (&color)[2][3])
+                                                 const BlendCudaArgs& args, const PixelPair& at, const float (&)[2],
+                                                 float (&T)[2], float (&color)[2][3])
     {
 #pragma unroll
         for (uint32_t p = 0; p < 2; ++p)

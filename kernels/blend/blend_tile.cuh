@@ -3,18 +3,12 @@
 #pragma once
 
 #include "kernels/blend/blend_bin.cuh"
+#include "kernels/blend/segments.cuh"
 #include "kernels/blend/touch.cuh"
 
 namespace gsc {
 
 constexpr uint32_t kLoneThreads = 128;
-
-// Two sub-tiles of a bin that lie beside each other, one for each half of a warp.
-struct SubTiles {
-    uint32_t left;   // the first's number
-    uint32_t wanted; // bit for either
-    bool goes_on;    // they have met the keys before those
-};
 
 // Shared memory of half a warp.
 template <typename Rules>
@@ -24,31 +18,20 @@ struct LoneShared {
 };
 
 // Blends keys of a long list, those of `units` units, into sub-tiles of its bin. The same bytes as blendBin(), but for the
-// ends of needles, whose bounds are rounding. Returns which take more; where there is more they are then left to be taken up
-// again.
+// ends of needles, whose bounds are rounding. Returns whether the sub-tile of this half takes more.
 template <typename Rules, typename T>
-__device__ __forceinline__ uint32_t blendTile(const BlendCudaArgs& args, const Area& area, uint32_t first_unit,
-                                              uint32_t units, bool more, const SubTiles& sub_tiles,
-                                              LoneShared<Rules>& shared, uint32_t& evaluations)
+__device__ __forceinline__ bool blendTile(const BlendCudaArgs& args, const Area& area, uint32_t first_unit,
+                                          uint32_t units, const PairPlace& pair, const float (&least)[2], T& tile,
+                                          LoneShared<Rules>& shared, uint32_t& evaluations)
 {
     using Splat = typename Rules::Splat;
     using Lit = typename Rules::Lit;
-    const uint32_t lane = threadIdx.x % kHalf, half = halfOfWarp(), sub_tile = sub_tiles.left + half;
-    const bool wanted = (sub_tiles.wanted >> half & 1u) != 0;
-    const PairPlace pair{sub_tiles.left / T::kBinColumns, sub_tiles.left % T::kBinColumns};
+    const uint32_t lane = threadIdx.x % kHalf, sub_tile = pair.row * T::kBinColumns + pair.column + halfOfWarp();
     const PixelPair at = pixelPair<T>(Rules::kInBin ? 0u : area.bin_x, Rules::kInBin ? 0u : area.bin_y, pair, 0);
-    T tile;
-    forPixels<T>(pair, [&](uint32_t, uint32_t i, uint32_t x, uint32_t y) {
-        const Begun begun = begunPixel<Rules>(args, area.eye, area.bin_x + x, area.bin_y + y,
-                                              sub_tiles.goes_on || args.pass.index != 0);
-        tile.transmittance[0][i] = begun.transmittance;
-        for (int c = 0; c < 3; ++c)
-            tile.color[0][i][c] = begun.color[c];
-    });
     float(&transmittance)[2] = tile.transmittance[0];
     const auto taking = [&] {
-        return ballotOfHalf(wanted &&
-                            (Rules::takesLight(transmittance[0], args) || Rules::takesLight(transmittance[1], args)));
+        return ballotOfHalf(Rules::takesLight(transmittance[0], least[0]) ||
+                            Rules::takesLight(transmittance[1], least[1]));
     };
     uint32_t open = taking();
     if (__any_sync(~0u, open != 0)) {
@@ -95,7 +78,7 @@ __device__ __forceinline__ uint32_t blendTile(const BlendCudaArgs& args, const A
             __syncwarp();
             for (const Lit *four = shared.lits, *const end = four + drawn; four < end; four += 4) {
                 const Lit* const chosen[4] = {four, four + 1, four + 2, four + 3};
-                Rules::blend(chosen, args, at, transmittance, tile.color[0]);
+                Rules::blend(chosen, args, at, least, transmittance, tile.color[0]);
             }
             __syncwarp(); // the batch is written again
             evaluations += drawn;
@@ -106,13 +89,7 @@ __device__ __forceinline__ uint32_t blendTile(const BlendCudaArgs& args, const A
             }
         }
     }
-    const bool left_open = more && open != 0;
-    if (wanted)
-        forPixels<T>(pair, [&](uint32_t, uint32_t i, uint32_t x, uint32_t y) {
-            endPixel<Rules>(args, area.eye, area.bin_x + x, area.bin_y + y, transmittance[i], tile.color[0][i],
-                            !left_open && args.pass.index + 1 == args.pass.count);
-        });
-    return halvesThat(left_open);
+    return open != 0;
 }
 
 // What of the long lists a launch blends.
@@ -122,13 +99,193 @@ enum class LongPart : uint32_t {
     All     // every list, as far as its units were found: depths, which pixels have before their light ends
 };
 
+// How a warp blends a segment; Whole: it is none.
+enum class SegmentWay : uint32_t { Whole, InTurn, Apart, Again };
+
+// Two sub-tiles of a long list that lie beside each other, and those of its units that a warp blends.
+struct LonePair {
+    BinOfEye bin;
+    uint32_t pair, from, to;
+    uint32_t wanted;     // bit for either sub-tile
+    uint32_t first_unit; // of the list and its reader
+    uint32_t segments;   // that the list is cut into behind its first units
+    SegmentWay way;
+
+    __device__ __forceinline__ uint32_t segment() const { return (from - kFirstUnits) / kSegmentUnits; }
+    __device__ __forceinline__ uint32_t list() const { return first_unit + kFirstUnits; }
+};
+
+template <typename T>
+__device__ __forceinline__ SegmentState& stateOf(const BlendCudaArgs& args, const LonePair& work)
+{
+    return args.segment_states[work.list() / kSegmentUnits * (T::kBinRows * T::kBinColumns / 2) + work.pair];
+}
+
+// As item of the queue.
+template <typename T>
+__device__ __forceinline__ uint32_t segmentItem(const LonePair& work, uint32_t segment)
+{
+    return (work.list() + segment * kSegmentUnits) * (T::kBinRows * T::kBinColumns / 2) + work.pair;
+}
+
+// Joins a segment that was blended in turn to what is before it. True: the next one is to be blended too.
+template <typename Rules, typename T>
+__device__ __forceinline__ bool endInTurn(const BlendCudaArgs& args, const LonePair& work, const Area& area,
+                                          const PairPlace& place, bool wanted, const SegmentQueue& queue, const T& tile)
+{
+    const SegmentsOfTile<T> segments(args, work.list(), 2 * work.pair + halfOfWarp());
+    SegmentPixel sums[2];
+    bool open = false;
+#pragma unroll
+    for (uint32_t i = 0; i < 2; ++i) {
+        const float *const color = tile.color[0][i], light = tile.transmittance[0][i];
+        sums[i] = {{color[0], color[1], color[2]}, light};
+        if (work.segment() != 0 && wanted) {
+            sums[i] = segments.load(0, i);
+            join<Rules>(args, sums[i], color, light);
+        }
+        open |= wanted && Rules::takesLight(sums[i].transmittance, args.lifted_stop);
+    }
+    const uint32_t next = work.segment() + 1;
+    if (next == work.segments || !__any_sync(~0u, open)) {
+        if (wanted)
+            forPixels<T>(place, [&](uint32_t, uint32_t i, uint32_t x, uint32_t y) {
+                endPixel<Rules>(args, area.eye, area.bin_x + x, area.bin_y + y, sums[i].transmittance, sums[i].color,
+                                args.pass.index + 1 == args.pass.count);
+            });
+        return false;
+    }
+    if (wanted)
+        for (uint32_t i = 0; i < 2; ++i)
+            segments.store(0, i, sums[i].color, sums[i].transmittance);
+    const bool lead = (threadIdx.x & 31u) == 0;
+    if (!__any_sync(~0u, lead && queue.someoneWaits()))
+        return true;
+    __threadfence();
+    __syncwarp();
+    if (lead) {
+        stateOf<T>(args, work) = {next, 0};
+        queue.push(work.segments - next, [&](uint32_t i) { return segmentItem<T>(work, next + i); });
+    }
+    return false;
+}
+
+// Stores the result of a segment that was blended apart. The pair's last one joins all.
+template <typename Rules, typename T>
+__device__ __forceinline__ void endApart(const BlendCudaArgs& args, const LonePair& work, const Area& area,
+                                         const PairPlace& place, bool wanted, const SegmentQueue& queue, const T& tile)
+{
+    const SegmentsOfTile<T> segments(args, work.list(), 2 * work.pair + halfOfWarp());
+    const bool again = work.way == SegmentWay::Again, lead = (threadIdx.x & 31u) == 0;
+#pragma unroll
+    for (uint32_t i = 0; i < 2; ++i)
+        if (wanted && !again)
+            segments.store(work.segment(), i, tile.color[0][i], tile.transmittance[0][i]);
+        else if (tile.transmittance[0][i] > 0.0f) // its light ends here
+            segments.storeColor(work.segment(), i, tile.color[0][i]);
+    __threadfence();
+    __syncwarp();
+    SegmentState& state = stateOf<T>(args, work);
+    uint32_t first = 0, done = 0;
+    if (lead) {
+        first = __ldcg(&state.first);
+        done = atomicAdd(&state.done, 1u) + 1;
+    }
+    first = __shfl_sync(~0u, first, 0);
+    if (__shfl_sync(~0u, done, 0) != (again ? 0u : work.segments - first))
+        return;
+    __syncwarp();
+    __threadfence();
+    uint32_t ends = 0;
+    if (!again)
+        forEnds<Rules>(args, segments, first, work.segments, wanted, [&](uint32_t) { ++ends; });
+    if (ends != 0) {
+        if (lead)
+            state.done = 0u - ends;
+        forEnds<Rules>(args, segments, first, work.segments, wanted, [&](uint32_t s) {
+            if (lead)
+                queue.push(1, [&](uint32_t) { return segmentItem<T>(work, s) | SegmentQueue::kAgain; });
+        });
+    } else if (wanted) {
+        forPixels<T>(place, [&](uint32_t, uint32_t i, uint32_t x, uint32_t y) {
+            const SegmentPixel pixel = joined<Rules>(args, segments, first, work.segments, i);
+            endPixel<Rules>(args, area.eye, area.bin_x + x, area.bin_y + y, pixel.transmittance, pixel.color,
+                            args.pass.index + 1 == args.pass.count);
+        });
+    }
+}
+
+// The light a segment that is not the first starts with, none where its pixel needs nothing of it; and the bound.
+template <typename Rules, typename T>
+__device__ __forceinline__ float beginSegment(const BlendCudaArgs& args, const LonePair& work, uint32_t i, float& least)
+{
+    const SegmentsOfTile<T> segments(args, work.list(), 2 * work.pair + halfOfWarp());
+    float light = 0;
+    if (work.way == SegmentWay::Again)
+        light = lightThatEnds<Rules>(args, segments, __ldcg(&stateOf<T>(args, work).first), work.segment(), i);
+    else
+        light = segments.transmittance(0, i);
+    if (!Rules::takesLight(light, args.lifted_stop))
+        return -1.0f;
+    // apart: of the light that reaches the first of them, and lower by more than its rounding, for the bound of less light must
+    // not be below it
+    least = leastOf<Rules>(args, light) * (work.way == SegmentWay::Apart ? 1 - 0x1p-16f : 1.0f);
+    return Rules::kWhole;
+}
+
+// more: there are units behind these; sub-tiles that take more light are left to be taken up again. True: the next segment is
+// to be blended.
+template <typename Rules, typename T>
+__device__ __forceinline__ bool blendPair(const BlendCudaArgs& args, const LonePair& work, const Area& area, bool more,
+                                          const SegmentQueue& queue, LoneShared<Rules>& shared, uint32_t& evaluations)
+{
+    const uint32_t left = 2 * work.pair;
+    const PairPlace place{left / T::kBinColumns, left % T::kBinColumns};
+    const bool wanted = (work.wanted >> halfOfWarp() & 1u) != 0;
+    const bool later = work.way != SegmentWay::Whole && work.segment() != 0;
+    T tile;
+    float least[2] = {args.lifted_stop, args.lifted_stop};
+    forPixels<T>(place, [&](uint32_t, uint32_t i, uint32_t x, uint32_t y) {
+        Begun begun{-1.0f, {0, 0, 0}};
+        if (wanted && !later)
+            begun = begunPixel<Rules>(args, area.eye, area.bin_x + x, area.bin_y + y,
+                                      work.from != 0 || args.pass.index != 0);
+        if constexpr (Rules::kSegments)
+            if (wanted && later)
+                begun.transmittance = beginSegment<Rules, T>(args, work, i, least[i]);
+        tile.transmittance[0][i] = begun.transmittance;
+        for (int c = 0; c < 3; ++c)
+            tile.color[0][i][c] = begun.color[c];
+    });
+    const bool open = blendTile<Rules, T>(args, area, work.first_unit + work.from, work.to - work.from, place, least,
+                                          tile, shared, evaluations);
+    if constexpr (Rules::kSegments) {
+        if (work.way == SegmentWay::InTurn)
+            return endInTurn<Rules>(args, work, area, place, wanted, queue, tile);
+        if (work.way != SegmentWay::Whole) {
+            endApart<Rules>(args, work, area, place, wanted, queue, tile);
+            return false;
+        }
+    }
+    const bool left_open = more && open;
+    if (wanted)
+        forPixels<T>(place, [&](uint32_t, uint32_t i, uint32_t x, uint32_t y) {
+            endPixel<Rules>(args, area.eye, area.bin_x + x, area.bin_y + y, tile.transmittance[0][i], tile.color[0][i],
+                            !left_open && args.pass.index + 1 == args.pass.count);
+        });
+    const uint32_t open_halves = halvesThat(left_open);
+    if (more && (threadIdx.x & 31u) == 0)
+        atomicOr(&unfinishedOf(args, work.bin.entry, work.bin.eye), open_halves << left);
+    return false;
+}
+
 // Two sub-tiles by a warp.
 template <typename Rules, uint32_t kRows>
 __global__ void __launch_bounds__(kLoneThreads, Rules::kLoneBlocks)
     tileKernel(const __grid_constant__ BlendCudaArgs args, LongPart part)
 {
     launchDependents(); // the other bins take the multiprocessors that this leaves
-    const PassCounters& pass = args.counters->pass;
+    PassCounters& pass = args.counters->pass;
     const uint32_t readers = args.shared_bins ? kMaxEyes : 1u, longest = readers * pass.longest_bins;
     const uint32_t bins = part == LongPart::First ? longest : readers * pass.long_bins;
     if (bins == 0 || willRepeat(*args.counters))
@@ -136,38 +293,74 @@ __global__ void __launch_bounds__(kLoneThreads, Rules::kLoneBlocks)
     using T = LoneTile<kRows>;
     constexpr uint32_t kPairs = T::kBinRows * T::kBinColumns / 2;
     __shared__ LoneShared<Rules> shared[kLoneThreads / kHalf];
+    const uint32_t lane = threadIdx.x & 31u;
+    // first segments come first, then the other lists, then what the queue has
+    uint32_t segment_pairs = 0, first_bin = 0;
+    if constexpr (Rules::kSegments)
+        if (part == LongPart::Behind) {
+            segment_pairs = pass.segment_pairs;
+            first_bin = longest;
+        }
+    const uint32_t pairs = segment_pairs + (bins - first_bin) * kPairs;
+    static_assert(!Rules::kSegments || Rules::kLoneBlocks * kLoneThreads == 32 * kLoneWarps);
+    const SegmentQueue queue{pass, args.segment_queue, gridDim.x * (kLoneThreads / 32)};
     uint32_t evaluations[kMaxEyes] = {};
     while (true) {
-        uint32_t pair = 0;
-        if ((threadIdx.x & 31u) == 0)
-            pair = atomicAdd(&args.counters->pass.next_tile[uint32_t(part)], 1u);
-        pair = __shfl_sync(~0u, pair, 0);
-        const uint32_t i = pair / kPairs;
-        if (i >= bins)
+        uint32_t next = 0, item = SegmentQueue::kNone;
+        if (lane == 0) {
+            next = atomicAdd(&pass.next_tile[uint32_t(part)], 1u);
+            if (next < segment_pairs)
+                item = args.segment_pairs[next];
+            else if (next >= pairs && segment_pairs != 0)
+                item = queue.take();
+        }
+        next = __shfl_sync(~0u, next, 0);
+        item = __shfl_sync(~0u, item, 0);
+        __syncwarp(); // what lane 0 has waited for is seen by all
+        LonePair work{};
+        if (item != SegmentQueue::kNone) {
+            work.way = next < segment_pairs                 ? SegmentWay::InTurn
+                       : (item & SegmentQueue::kAgain) == 0 ? SegmentWay::Apart
+                                                            : SegmentWay::Again;
+            const uint32_t pair = item & ~SegmentQueue::kAgain;
+            const TouchUnit& unit = args.touch_units[pair / kPairs];
+            work.bin = {unit.entry, unit.eye};
+            work.pair = pair % kPairs;
+            work.from = unit.number;
+        } else if (next < pairs) {
+            const uint32_t pair = next - segment_pairs, i = first_bin + pair / kPairs;
+            work.bin = binAt(args, i);
+            work.pair = pair % kPairs;
+            work.from = part == LongPart::Behind && i < longest ? kFirstUnits : 0u;
+        } else {
             break;
-        const BinOfEye bin = binAt(args, i);
-        const bool behind = part == LongPart::Behind && i < longest;
-        SubTiles sub_tiles{2 * (pair % kPairs), 3, behind};
-        if (behind)
-            sub_tiles.wanted = unfinishedOf(args, bin.entry, bin.eye) >> sub_tiles.left & 3u;
+        }
+        const auto unfinished = [&]() -> uint32_t& { return unfinishedOf(args, work.bin.entry, work.bin.eye); };
+        work.wanted = work.from != 0 ? unfinished() >> 2 * work.pair & 3u : 3u;
         Area area{};
-        if (!areaOf<T>(args, bin, area) || sub_tiles.wanted == 0)
+        if (!areaOf<T>(args, work.bin, area) || work.wanted == 0) // no segments are listed of these
             continue;
         const uint32_t all = (area.end - area.begin + kTouchUnit - 1) / kTouchUnit;
-        const bool first_only =
-            part == LongPart::First || (part == LongPart::All && unfinishedOf(args, bin.entry, bin.eye) == 0);
-        const uint32_t from = behind ? kFirstUnits : 0u, to = first_only ? min(all, kFirstUnits) : all;
-        const uint32_t first_unit = args.bin_units[bin.entry] + (args.shared_bins ? bin.eye * all : 0u);
-        area.begin += from * kTouchUnit;
-        const bool goes_on = part == LongPart::First && to != all;
+        work.first_unit = args.bin_units[work.bin.entry] + (args.shared_bins ? work.bin.eye * all : 0u);
+        const bool first_only = part == LongPart::First || (part == LongPart::All && unfinished() == 0);
+        work.to = first_only ? min(all, kFirstUnits) : all;
+        if (item != SegmentQueue::kNone) {
+            work.segments = (all - kFirstUnits + kSegmentUnits - 1) / kSegmentUnits;
+            work.to = min(all, work.from + kSegmentUnits);
+        }
+        area.begin += work.from * kTouchUnit;
         uint32_t seen = 0; // by this half
-        const uint32_t left_open = blendTile<Rules, T>(args, area, first_unit + from, to - from, goes_on, sub_tiles,
-                                                       shared[threadIdx.x / kHalf], seen);
-        if (goes_on && (threadIdx.x & 31u) == 0)
-            atomicOr(&unfinishedOf(args, bin.entry, bin.eye), left_open << sub_tiles.left);
+        while (blendPair<Rules, T>(args, work, area, part == LongPart::First && work.to != all, queue,
+                                   shared[threadIdx.x / kHalf], seen)) {
+            area.begin += kSegmentUnits * kTouchUnit;
+            work.from = work.to;
+            work.to = min(all, work.from + kSegmentUnits);
+        }
+        if (item != SegmentQueue::kNone)
+            queue.finish(segment_pairs);
         seen += __shfl_xor_sync(~0u, seen, int(kHalf));
-        evaluations[0] += bin.eye == 0 ? seen : 0u;
-        evaluations[1] += bin.eye == 0 ? 0u : seen;
+        evaluations[0] += work.bin.eye == 0 ? seen : 0u;
+        evaluations[1] += work.bin.eye == 0 ? 0u : seen;
     }
     if constexpr (!Rules::kDepth)
         countEvaluations(args, evaluations);

@@ -11,6 +11,8 @@ namespace gsc {
 // all of its sub-tile are, and what fills up a four does not count.
 template <typename Base>
 struct CostRules : Base {
+    static constexpr bool kSegments = false; // counts add up to those of a list that is not cut
+
     static __device__ __forceinline__ typename Base::Lit light(const typename Base::Splat& s, const BlendCudaArgs& args,
                                                                float x0, float y0)
     {
@@ -20,8 +22,8 @@ struct CostRules : Base {
     }
 
     static __device__ __forceinline__ void blend(const typename Base::Lit* const (&splats)[4],
-                                                 const BlendCudaArgs& args, const PixelPair& at, float (&T)[2],
-                                                 float (&color)[2][3])
+                                                 const BlendCudaArgs& args, const PixelPair& at, const float (&)[2],
+                                                 float (&T)[2], float (&color)[2][3])
     {
 #pragma unroll
         for (uint32_t p = 0; p < 2; ++p)

@@ -206,6 +206,32 @@ __device__ __forceinline__ void touchOfCodes(const uint32_t (&slots)[kCount], co
     }
 }
 
+// Empties the queue of segments. By the whole grid.
+template <typename T>
+__device__ __forceinline__ void clearQueue(const BlendCudaArgs& args, uint32_t processors)
+{
+    const PassCounters& pass = args.counters->pass;
+    if (pass.longest_bins == 0)
+        return;
+    constexpr uint32_t kPairs = T::kBinRows * T::kBinColumns / 2;
+    const uint32_t words = 2 * kPairs * (pass.touch_units / kSegmentUnits + 1) + kLoneWarps * processors;
+    for (uint32_t i = blockIdx.x * kTouchThreads + threadIdx.x; i < words; i += gridDim.x * kTouchThreads)
+        args.segment_queue[i] = 0;
+}
+
+// Lists the first segment behind a list's first units for every pair of sub-tiles that takes more light. u: its first unit.
+template <typename T>
+__device__ __forceinline__ void listSegments(const BlendCudaArgs& args, uint32_t u, uint32_t unfinished)
+{
+    constexpr uint32_t kPairs = T::kBinRows * T::kBinColumns / 2;
+    uint32_t pairs = (unfinished | unfinished >> 1) & 0x55555555u;
+    uint32_t at = atomicAdd(&args.counters->pass.segment_pairs, uint32_t(__popc(int(pairs))));
+    for (; pairs != 0; pairs &= pairs - 1) {
+        const uint32_t pair = uint32_t(__ffs(int(pairs)) - 1) / 2;
+        args.segment_pairs[at++] = u * kPairs + pair;
+    }
+}
+
 // A block takes a unit. behind: not the first of each list, but those behind them that some sub-tile needs.
 template <typename Rules, uint32_t kRows>
 __global__ void __launch_bounds__(kTouchThreads, kTouchBlocks<Rules>)
@@ -217,6 +243,9 @@ __global__ void __launch_bounds__(kTouchThreads, kTouchBlocks<Rules>)
     constexpr uint32_t kAtOnce = kWarpKeys / 32, kWords = kTouchWords<T>;
     if (willRepeat(*args.counters))
         return;
+    if constexpr (Rules::kSegments)
+        if (behind)
+            clearQueue<T>(args, gridDim.x / kTouchBlocks<Rules>);
     const uint32_t warp = threadIdx.x / 32, lane = threadIdx.x & 31u;
     for (uint32_t u = blockIdx.x; u < args.counters->pass.touch_units; u += gridDim.x) {
         const TouchUnit unit = args.touch_units[u];
@@ -227,6 +256,9 @@ __global__ void __launch_bounds__(kTouchThreads, kTouchBlocks<Rules>)
         const uint32_t bin_y = bin / args.grid.columns * (8 * kRows);
         if (eye_column >= args.grid.columns || !args.lens[unit.eye].shows(eye_column, bin_y / kLensSquare))
             continue; // as areaOf() has it
+        if constexpr (Rules::kSegments)
+            if (behind && unit.number == kFirstUnits && threadIdx.x == 0)
+                listSegments<T>(args, u, unfinishedOf(args, unit.entry, unit.eye));
         const Splat* splats =
             static_cast<const Splat*>(args.splats) + (args.shared_bins ? unit.eye * args.slot_capacity : 0u);
         const uint32_t first = warp * kWarpKeys + lane;

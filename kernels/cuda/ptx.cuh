@@ -96,6 +96,14 @@ __device__ __forceinline__ void waitForEarlier()
 #endif
 }
 
+// What another block counts; what it wrote before is seen after.
+__device__ __forceinline__ uint32_t loadAcquire(const uint32_t* at)
+{
+    uint32_t value;
+    asm volatile("ld.acquire.gpu.global.u32 %0, [%1];" : "=r"(value) : "l"(at) : "memory");
+    return value;
+}
+
 // Of a clock that all multiprocessors have in common; on an H200 in steps of 32.
 __device__ __forceinline__ unsigned long long deviceNanoseconds()
 {

@@ -168,9 +168,11 @@ struct PassCounters {
     uint32_t wide;                                          // splats of many bins, of which kWideSplats are listed
     uint32_t bins;                                          // that are queued: those of the columns that are drawn
     uint32_t long_bins;                                     // of those, the first: with long lists (bin_cuda.h)
-    uint32_t longest_bins;              // of those, the first: with lists of kFirstUnits units or more
-    uint32_t touch_units;               // of long lists, for all their readers
-    uint32_t next_anchors;              // work queue of decode
+    uint32_t longest_bins;  // of those, the first: with lists of kFirstUnits units or more
+    uint32_t touch_units;   // of long lists, for all their readers
+    uint32_t next_anchors;  // work queue of decode
+    uint32_t segment_pairs; // BlendCudaArgs::segment_pairs
+    uint32_t segments_pushed, segments_taken, segments_finished; // SegmentQueue
     uint32_t next_tile[3], next_bin[2]; // work queues of the blend: LongPart; of colours, of depths
 };
 

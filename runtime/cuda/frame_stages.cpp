@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cuda/frame_stages.h"
 
-#include "kernels/blend/blend_cuda.h"
 #include "kernels/decode/decode_body.h"
 #include "kernels/decode/decode_exact_cuda.h"
 #include "kernels/math/lod.h"
@@ -175,6 +174,12 @@ FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const Fr
     b.touch_units = layout.take<TouchUnit>(units);
     b.touch = layout.take<uint32_t>(units * touchWords(shape.grid));
     b.unfinished = layout.take<uint32_t>(size_t(shape.eye_count) * shape.grid.bins());
+    if (!shape.exact) {
+        b.segments = layout.take<SegmentPixel>(segmentCapacity(units) * pixelsOfBin(shape.grid));
+        b.segment_pairs = layout.take<uint32_t>(segmentCapacity(units) * pairsOfBin(shape.grid));
+        b.segment_queue = layout.take<uint32_t>(segmentQueueWords(shape.grid, units, limits.processors));
+        b.segment_states = layout.take<SegmentState>(segmentCapacity(units) * pairsOfBin(shape.grid));
+    }
     const size_t slots = size_t(shape.eye_count) * capacity.slots;
     b.splats = layout.take<unsigned char>(slots * shape.splatBytes());
     b.places = layout.take<SplatPlace>(size_t(shape.lists()) * capacity.slots);
@@ -342,6 +347,10 @@ void blendFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass)
     args.touch_units = job.buffers.touch_units;
     args.touch = job.buffers.touch;
     args.unfinished = job.buffers.unfinished;
+    args.segments = job.buffers.segments;
+    args.segment_pairs = job.buffers.segment_pairs;
+    args.segment_queue = job.buffers.segment_queue;
+    args.segment_states = job.buffers.segment_states;
     args.places = job.buffers.places;
     args.keys = job.buffers.keys;
     args.pair_capacity = job.capacity.pairs;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "kernels/bin/bin_cuda.h"
+#include "kernels/blend/blend_cuda.h"
 #include "kernels/decode/decode_cuda.h"
 #include "kernels/present/paint_cuda.h"
 #include "kernels/select/select_cuda.h"
@@ -72,7 +73,9 @@ struct FrameBuffers { // device memory
     uint32_t* wide;
     Piece* pieces;
     TouchUnit* touch_units;
-    uint32_t *touch, *unfinished;
+    uint32_t *touch, *unfinished, *segment_pairs, *segment_queue;
+    SegmentState* segment_states;
+    SegmentPixel* segments;
     unsigned char* scan_scratch;
     size_t scan_bytes;
     float *image[kMaxEyes], *transmittance[kMaxEyes], *depth[kMaxEyes];

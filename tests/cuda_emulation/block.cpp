@@ -21,6 +21,7 @@ namespace {
 
 constexpr uint32_t kMaxThreads = 1024, kWarpSize = 32, kBarriers = 16;
 constexpr uint32_t kNobody = ~0u;
+constexpr uint32_t kMostYields = 100'000'000; // in a row, while nobody meets or leaves
 
 struct Thread {
     Fiber fiber;
@@ -59,7 +60,7 @@ struct Scheduler {
     std::vector<Thread> threads; // as many as any block has had
     Warp warps[kMaxThreads / kWarpSize];
     Barrier barriers[kBarriers];
-    uint32_t count = 0, alive = 0, current = kNobody;
+    uint32_t count = 0, alive = 0, current = kNobody, yields = 0;
     Fiber caller;
     const std::function<void()>* body = nullptr;
     unsigned char* shared = nullptr;
@@ -145,6 +146,7 @@ void wait(const Site& site)
 template <typename Chosen>
 void release(uint32_t base, uint32_t count, Chosen chosen)
 {
+    s.yields = 0;
     uint32_t span = 1;
     while (span < count)
         span *= 2;
@@ -168,6 +170,7 @@ void exitThread()
     const uint32_t me = s.current, lane = me % kWarpSize;
     Warp& warp = s.warps[me / kWarpSize];
     s.threads[me].exited = true;
+    s.yields = 0;
     warp.exited |= 1u << lane;
     --s.alive;
     for (const Meeting& m : warp.open)
@@ -332,6 +335,21 @@ bool meetBlock(const Site& site, uint32_t id, uint32_t threads, bool value)
         yieldTo(s.take());
     }
     return b.results[me];
+}
+
+void letOthersRun()
+{
+    if (++s.yields > kMostYields)
+        fail({"__nanosleep", "the kernel", 0}, "waits for what no thread of the block does");
+    const uint32_t size = 2 * kMaxThreads;
+    if (s.order == Order::LastFirst) {
+        s.first = (s.first + size - 1) % size;
+        s.ready[s.first] = s.current;
+        ++s.ready_count;
+    } else {
+        s.push(s.current);
+    }
+    yieldTo(s.take());
 }
 
 uint32_t laneOfWarp()

@@ -32,6 +32,8 @@ using Resolve = void (*)(const Site& site, uint32_t mask, void* const* operands)
 void meetWarp(const Site& site, uint32_t mask, void* operand, Resolve resolve);
 // Waits at barrier `id` for `threads` threads, 0 = all of the block; true if any of them says so.
 bool meetBlock(const Site& site, uint32_t id, uint32_t threads, bool value);
+// All others that can run do so before this one goes on.
+void letOthersRun();
 uint32_t laneOfWarp();
 unsigned char* dynamicShared(); // of this block: as many bytes as the launch asked for, 0xff at first
 [[noreturn]] void fail(const Site& site, const char* format, ...) __attribute__((format(printf, 2, 3)));

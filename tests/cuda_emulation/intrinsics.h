@@ -188,12 +188,29 @@ inline int __syncthreads_or(int value, GSC_EMULATION_CALLER)
     return int(gsc_emulation::meetBlock({"__syncthreads_or", caller, line}, 0, 0, value != 0));
 }
 
+inline void __threadfence() {}
+inline void __nanosleep(uint32_t)
+{
+    gsc_emulation::letOthersRun();
+}
+template <typename T>
+T __ldcg(const T* at)
+{
+    return *at;
+}
+
 // Blocks run one after another and fibers do not switch within, so a plain operation is atomic.
 template <typename T>
 T atomicAdd(T* at, T v)
 {
     const T old = *at;
     *at = old + v;
+    return old;
+}
+inline uint32_t atomicExch(uint32_t* at, uint32_t v)
+{
+    const uint32_t old = *at;
+    *at = v;
     return old;
 }
 inline uint32_t atomicOr(uint32_t* at, uint32_t v)

@@ -91,6 +91,11 @@ inline bool barrierAny(uint32_t id, uint32_t threads, bool value, GSC_EMULATION_
 inline void launchDependents() {}
 inline void waitForEarlier() {}
 
+inline uint32_t loadAcquire(const uint32_t* at)
+{
+    return *at;
+}
+
 inline unsigned long long deviceNanoseconds()
 {
     return uint64_t(std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count());

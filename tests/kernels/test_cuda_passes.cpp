@@ -17,8 +17,10 @@ namespace {
 
 #ifdef GSC_CUDA_EMULATION
 constexpr uint64_t kBudgetStep = 13; // sixteenths
+constexpr uint32_t kSpread = 1;
 #else
 constexpr uint64_t kBudgetStep = 14;
+constexpr uint32_t kSpread = 8; // times as wide and as high, so that many splats make no list that `fast` cuts
 #endif
 
 const std::vector<EyeParams> kTwoEyes = {eyeAt(0.4f, -5, 150, 110), eyeAt(0.7f, -5, 97, 120)};
@@ -26,17 +28,33 @@ const std::vector<EyeParams> kTwoEyes = {eyeAt(0.4f, -5, 150, 110), eyeAt(0.7f, 
 // far enough apart that splats of one eye are none of the other's, or lie far from them
 const std::vector<EyeParams> kParallelEyes = {eyeAhead(-1.5f, -5, 150, 110), eyeAhead(1, -5, 97, 120)};
 
-void checkSamePixels(const Image<float>& got, const Image<float>& want)
+// Of a picture drawn in several passes to that drawn in one. Near: long lists of `fast` are cut at other places.
+enum class Likeness { Same, Near };
+
+void checkPixels(const Image<float>& got, const Image<float>& want, Likeness likeness)
 {
     REQUIRE(got.pixels.size() == want.pixels.size());
-    CHECK(std::memcmp(got.pixels.data(), want.pixels.data(), want.pixels.size() * sizeof(float)) == 0);
+    if (likeness == Likeness::Same) {
+        CHECK(std::memcmp(got.pixels.data(), want.pixels.data(), want.pixels.size() * sizeof(float)) == 0);
+        return;
+    }
+    double sum = 0, worst = 0;
+    for (size_t i = 0; i < want.pixels.size(); ++i) {
+        const double error = std::abs(double(got.pixels[i]) - double(want.pixels[i]));
+        sum += error * error;
+        worst = std::max(worst, error);
+    }
+    CHECK(sum / double(want.pixels.size()) <= 1e-10); // 100 dB
+    // rounding may decide whether the splat that crosses the bound, 1e-4, is drawn: its alpha is 0.99 at most, so the light
+    // before it is 0.01 at most
+    CHECK(worst <= 0.015);
 }
 
-void checkSameFrame(const std::vector<Image<float>>& got, const std::vector<Image<float>>& want)
+void checkFrame(const std::vector<Image<float>>& got, const std::vector<Image<float>>& want, Likeness likeness)
 {
     for (size_t e = 0; e < want.size(); ++e) {
         CAPTURE(e);
-        checkSamePixels(got[e], want[e]);
+        checkPixels(got[e], want[e], likeness);
         const EyeCounts &a = got[e].result.eyes[e], &b = want[e].result.eyes[e];
         CHECK(a.anchors_visible == b.anchors_visible);
         CHECK(a.gaussians_alive == b.gaussians_alive);
@@ -48,7 +66,7 @@ void checkSameFrame(const std::vector<Image<float>>& got, const std::vector<Imag
 
 // Draws within less and less memory beside the driver's until that is refused. Returns the most passes of a frame.
 uint32_t checkBudgets(const ModelView& model, const FrameOptions& options, const std::vector<Image<float>>& want,
-                      const std::vector<EyeParams>& eyes = kTwoEyes)
+                      const std::vector<EyeParams>& eyes = kTwoEyes, Likeness likeness = Likeness::Same)
 {
     uint32_t most = 0;
     const uint64_t context = cudaRenderer().device().context_bytes;
@@ -60,8 +78,8 @@ uint32_t checkBudgets(const ModelView& model, const FrameOptions& options, const
         try {
             gpu->load(model);
             const auto first = render(*gpu, eyes, options), second = render(*gpu, eyes, options);
-            checkSameFrame(first, want);
-            checkSameFrame(second, want);
+            checkFrame(first, want, likeness);
+            checkFrame(second, want, likeness);
             CHECK(first[0].result.bytes_resident <= budget);
             if (std::getenv("GSC_TEST_VERBOSE") != nullptr)
                 MESSAGE(budget, " bytes: ", first[0].result.passes, " passes, then ", second[0].result.passes);
@@ -76,7 +94,7 @@ uint32_t checkBudgets(const ModelView& model, const FrameOptions& options, const
             continue;
         const std::unique_ptr<Renderer> again = makeRenderer({"cuda"}); // nothing is left broken
         again->load(model);
-        checkSameFrame(render(*again, eyes, options), want);
+        checkFrame(render(*again, eyes, options), want, likeness);
         return most;
     }
     FAIL("no budget is too small");
@@ -181,17 +199,26 @@ TEST_CASE("several passes far from the origin, where coordinates round by more t
     for (size_t i = 0; i < anchors.offset.size(); ++i) // along the view, where the reach has no room to spare
         anchors.offset[i] = i % 3 == 2 ? std::copysign(1.0f, anchors.offset[i]) : 0.0f;
     const SyntheticModel model(syntheticParams(options), anchors, randomMlps(options), {}, 0);
-    std::vector<EyeParams> eyes;
-    for (const float x : {0.0f, 0.01f}) {
-        const float position[3] = {kAway + x, kAway, kAway - 0.3f}, target[3] = {kAway + x, kAway, kAway};
-        eyes.push_back(lookAt(position, target, 1.1f, 150, 110));
-    }
-    for (const Tier tier : {Tier::Fast, Tier::Exact}) {
+    const auto eyesOf = [](uint32_t times) {
+        std::vector<EyeParams> eyes;
+        for (const float x : {0.0f, 0.01f}) {
+            const float position[3] = {kAway + x, kAway, kAway - 0.3f}, target[3] = {kAway + x, kAway, kAway};
+            eyes.push_back(lookAt(position, target, 1.1f, 150 * times, 110 * times));
+        }
+        return eyes;
+    };
+    const auto check = [&](Tier tier, uint32_t times, Likeness likeness) {
         CAPTURE(uint32_t(tier));
+        CAPTURE(times);
+        const std::vector<EyeParams> eyes = eyesOf(times);
         const std::unique_ptr<Renderer> gpu = makeRenderer({"cuda"});
         gpu->load(model.view());
         const auto want = render(*gpu, eyes, onGrey(tier));
         CHECK(want[0].result.eyes[0].gaussians_visible > 5000);
-        CHECK(checkBudgets(model.view(), onGrey(tier), want, eyes) >= 2);
-    }
+        CHECK(checkBudgets(model.view(), onGrey(tier), want, eyes, likeness) >= 2);
+    };
+    check(Tier::Fast, kSpread, Likeness::Same);
+    check(Tier::Exact, 1, Likeness::Same);
+    if (kSpread != 1) // lists of some 100,000 splats
+        check(Tier::Fast, 1, Likeness::Near);
 }
