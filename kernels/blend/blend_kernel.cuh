@@ -7,11 +7,13 @@
 
 namespace gsc {
 
-// kRows: rows of sub-tiles of a warp that shares its bin with three others.
+// kRows: rows of sub-tiles of a warp that shares its bin with three others. early: only if some list is long enough for
+// LongPart::First, whose end leaves multiprocessors idle. Else the bins come after LongPart::Behind.
 template <typename Rules, uint32_t kRows>
-__global__ void __launch_bounds__(kBlendThreads, kBlendBlocks) blendKernel(const __grid_constant__ BlendCudaArgs args)
+__global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
+    blendKernel(const __grid_constant__ BlendCudaArgs args, bool early)
 {
-    if (willRepeat(*args.counters)) {
+    if (willRepeat(*args.counters) || (early && args.counters->pass.longest_bins == 0)) {
         waitForEarlier();
         return;
     }
@@ -74,13 +76,13 @@ void launchRows(const BlendCudaArgs& args, uint32_t processors, CUstream_st* str
     const auto tiles = [&](LongPart part) {
         launchCuda(tileKernel<Rules, kRows>, processors * Rules::kLoneBlocks, kLoneThreads, 0, stream, args, part);
     };
-    const auto others = [&] {
+    const auto others = [&](bool early) {
         launchCudaAs(waitsInTheEnd(blendKernel<Rules, kRows>), blendKernel<Rules, kRows>, processors * kBlendBlocks,
-                     kBlendThreads, sizeof(BlendShared<Rules, kRows>), stream, args);
+                     kBlendThreads, sizeof(BlendShared<Rules, kRows>), stream, args, early);
     };
     if constexpr (Rules::kDepth) {
         tiles(LongPart::All);
-        others();
+        others(false);
     } else {
         const auto touch = [&](bool behind) {
             launchCuda(touchKernel<Rules, kRows>, processors * kTouchBlocks<Rules>, kTouchThreads, 0, stream, args,
@@ -88,9 +90,10 @@ void launchRows(const BlendCudaArgs& args, uint32_t processors, CUstream_st* str
         };
         touch(false);
         tiles(LongPart::First);
-        others();
+        others(true);
         touch(true);
         tiles(LongPart::Behind);
+        others(false);
     }
 }
 
