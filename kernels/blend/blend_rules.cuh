@@ -320,6 +320,7 @@ template <uint32_t kWidthOfSubTile, uint32_t kBinHeight, uint32_t kRowCount>
 struct Tile {
     static constexpr uint32_t kWidth = kWidthOfSubTile, kHeight = 32 / kWidth, kLaneWidth = kWidth / 2;
     static constexpr uint32_t kBinRows = kBinHeight / kHeight, kBinColumns = kBinWidth / kWidth;
+    static constexpr uint32_t kBinPairs = kBinRows * kBinColumns / 2;
     static constexpr uint32_t kRows = kRowCount, kColumns = 2;
     static_assert(kBinRows * kBinColumns <= 32); // a mask is a word
 

@@ -118,14 +118,14 @@ struct LonePair {
 template <typename T>
 __device__ __forceinline__ SegmentState& stateOf(const BlendCudaArgs& args, const LonePair& work)
 {
-    return args.segment_states[work.list() / kSegmentUnits * (T::kBinRows * T::kBinColumns / 2) + work.pair];
+    return args.segment_states[work.list() / kSegmentUnits * T::kBinPairs + work.pair];
 }
 
 // As item of the queue.
 template <typename T>
 __device__ __forceinline__ uint32_t segmentItem(const LonePair& work, uint32_t segment)
 {
-    return (work.list() + segment * kSegmentUnits) * (T::kBinRows * T::kBinColumns / 2) + work.pair;
+    return (work.list() + segment * kSegmentUnits) * T::kBinPairs + work.pair;
 }
 
 // Joins a segment that was blended in turn to what is before it. True: the next one is to be blended too.
@@ -291,7 +291,6 @@ __global__ void __launch_bounds__(kLoneThreads, Rules::kLoneBlocks)
     if (bins == 0 || willRepeat(*args.counters))
         return;
     using T = LoneTile<kRows>;
-    constexpr uint32_t kPairs = T::kBinRows * T::kBinColumns / 2;
     __shared__ LoneShared<Rules> shared[kLoneThreads / kHalf];
     const uint32_t lane = threadIdx.x & 31u;
     // first segments come first, then the other lists, then what the queue has
@@ -301,7 +300,7 @@ __global__ void __launch_bounds__(kLoneThreads, Rules::kLoneBlocks)
             segment_pairs = pass.segment_pairs;
             first_bin = longest;
         }
-    const uint32_t pairs = segment_pairs + (bins - first_bin) * kPairs;
+    const uint32_t pairs = segment_pairs + (bins - first_bin) * T::kBinPairs;
     static_assert(!Rules::kSegments || Rules::kLoneBlocks * kLoneThreads == 32 * kLoneWarps);
     const SegmentQueue queue{pass, args.segment_queue, gridDim.x * (kLoneThreads / 32)};
     uint32_t evaluations[kMaxEyes] = {};
@@ -323,14 +322,14 @@ __global__ void __launch_bounds__(kLoneThreads, Rules::kLoneBlocks)
                        : (item & SegmentQueue::kAgain) == 0 ? SegmentWay::Apart
                                                             : SegmentWay::Again;
             const uint32_t pair = item & ~SegmentQueue::kAgain;
-            const TouchUnit& unit = args.touch_units[pair / kPairs];
+            const TouchUnit& unit = args.touch_units[pair / T::kBinPairs];
             work.bin = {unit.entry, unit.eye};
-            work.pair = pair % kPairs;
+            work.pair = pair % T::kBinPairs;
             work.from = unit.number;
         } else if (next < pairs) {
-            const uint32_t pair = next - segment_pairs, i = first_bin + pair / kPairs;
+            const uint32_t pair = next - segment_pairs, i = first_bin + pair / T::kBinPairs;
             work.bin = binAt(args, i);
-            work.pair = pair % kPairs;
+            work.pair = pair % T::kBinPairs;
             work.from = part == LongPart::Behind && i < longest ? kFirstUnits : 0u;
         } else {
             break;

@@ -213,8 +213,7 @@ __device__ __forceinline__ void clearQueue(const BlendCudaArgs& args, uint32_t p
     const PassCounters& pass = args.counters->pass;
     if (pass.longest_bins == 0)
         return;
-    constexpr uint32_t kPairs = T::kBinRows * T::kBinColumns / 2;
-    const uint32_t words = 2 * kPairs * (pass.touch_units / kSegmentUnits + 1) + kLoneWarps * processors;
+    const uint32_t words = 2 * T::kBinPairs * (pass.touch_units / kSegmentUnits + 1) + kLoneWarps * processors;
     for (uint32_t i = blockIdx.x * kTouchThreads + threadIdx.x; i < words; i += gridDim.x * kTouchThreads)
         args.segment_queue[i] = 0;
 }
@@ -223,12 +222,11 @@ __device__ __forceinline__ void clearQueue(const BlendCudaArgs& args, uint32_t p
 template <typename T>
 __device__ __forceinline__ void listSegments(const BlendCudaArgs& args, uint32_t u, uint32_t unfinished)
 {
-    constexpr uint32_t kPairs = T::kBinRows * T::kBinColumns / 2;
     uint32_t pairs = (unfinished | unfinished >> 1) & 0x55555555u;
     uint32_t at = atomicAdd(&args.counters->pass.segment_pairs, uint32_t(__popc(int(pairs))));
     for (; pairs != 0; pairs &= pairs - 1) {
         const uint32_t pair = uint32_t(__ffs(int(pairs)) - 1) / 2;
-        args.segment_pairs[at++] = u * kPairs + pair;
+        args.segment_pairs[at++] = u * T::kBinPairs + pair;
     }
 }
 
