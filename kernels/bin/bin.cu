@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kernels/bin/bin_cuda.h"
 
+#include "kernels/bin/piece.cuh"
 #include "kernels/cuda/depth_cells.cuh"
 #include "kernels/cuda/launch.cuh"
+#include "kernels/cuda/warp_list.cuh"
 
 #include <cub/block/block_scan.cuh>
 #include <cub/device/device_scan.cuh>
@@ -16,8 +18,8 @@ namespace {
 constexpr uint32_t kSlabBlock = 512; // threads, a bucket each
 static_assert(kDepthBuckets % (4 * kSlabBlock) == 0);
 constexpr uint32_t kThreads = 256;
-constexpr uint32_t kBlocksPerProcessor = 8; // all that a multiprocessor holds
-constexpr uint32_t kScatterBlocks = 6;      // of a multiprocessor: 40 registers
+constexpr uint32_t kScatterBlocks = 6; // of a multiprocessor: 40 registers
+constexpr uint32_t kWideBlocks = 8;
 // Splats of so many bins are not the work of the warp that meets them, which would be the last to end: near ones lie in
 // slots beside each other.
 constexpr uint32_t kManyBins = 128, kWideParts = 4;
@@ -63,28 +65,6 @@ __global__ void __launch_bounds__(kSlabBlock) slabKernel(const __grid_constant__
     args.slab_of[blockIdx.x * kSlabBlock + threadIdx.x] = uint16_t(min(slab, args.slabs - 1));
 }
 
-// What the lanes of a warp that count in the same place get: one atomic served them all.
-struct SharedAtomic {
-    uint32_t first, peers;
-
-    // Of this lane. The peers call it together.
-    __device__ __forceinline__ uint32_t mine() const
-    {
-        const int leader = __ffs(int(peers)) - 1;
-        return __shfl_sync(peers, first, leader) + __popc(peers & ((1u << (threadIdx.x & 31u)) - 1u));
-    }
-};
-
-// counters[kind]++ of every active lane, one atomic per value of `kind` in the warp.
-__device__ __forceinline__ SharedAtomic shareAtomic(uint32_t* counters, uint32_t kind)
-{
-    const uint32_t peers = __match_any_sync(__activemask(), kind);
-    uint32_t first = 0;
-    if ((threadIdx.x & 31u) == uint32_t(__ffs(int(peers)) - 1))
-        first = atomicAdd(counters + kind, uint32_t(__popc(peers)));
-    return {first, peers};
-}
-
 __global__ void __launch_bounds__(kThreads, kScatterBlocks) scatterKernel(const __grid_constant__ BinCudaArgs args)
 {
     if (willRepeat(*args.counters))
@@ -121,11 +101,9 @@ __global__ void __launch_bounds__(kThreads, kScatterBlocks) scatterKernel(const 
     }
 }
 
-// A block takes a part of a splat that scatterKernel() left.
+// A block takes a part of a splat that scatterKernel() left; there are none in a frame that will be drawn again.
 __global__ void __launch_bounds__(kThreads) scatterWideKernel(const __grid_constant__ BinCudaArgs args)
 {
-    if (willRepeat(*args.counters))
-        return;
     const uint32_t parts = min(args.counters->pass.wide, kWideSplats) * kWideParts;
     for (uint32_t part = blockIdx.x; part < parts; part += gridDim.x) {
         const uint32_t slot = args.wide[part / kWideParts];
@@ -134,164 +112,20 @@ __global__ void __launch_bounds__(kThreads) scatterWideKernel(const __grid_const
         uint32_t* cells = args.cells + size_t(slot / args.slot_capacity) * args.grid.cells() +
                           (args.pass.slab_of[depthBucket(place.depth_bits)] & (args.grid.slabs() - 1));
         const uint32_t bins = binCount(place.box);
-        for (uint32_t i = part % kWideParts * kThreads + threadIdx.x; i < bins; i += kWideParts * kThreads) {
-            const uint32_t bin = (y0 + i / width) * args.grid.columns + x0 + i % width;
-            const uint32_t at = atomicAdd(cells + (bin << args.grid.slab_bits), 1u);
-            if (at < args.pair_capacity)
-                args.keys[at] = {place.depth_bits, slot};
-        }
-    }
-}
-
-constexpr uint32_t kCellsPerThread = 4;
-constexpr uint32_t kNotDrawn = kBinClasses; // class of a bin that no eye shows
-static_assert(kLensSquare == kBinWidth);    // and bins are as high or half as high
-
-// Does one of the eyes that read it show bin `bin` of all lists: among the columns that are drawn, which begin and end where
-// bins do, and behind its lens?
-__device__ __forceinline__ bool isDrawn(const BinCudaArgs& args, uint32_t bin)
-{
-    const ColumnRange& columns = args.counters->columns;
-    if (columns.all() && !args.lens[0].masks && !args.lens[1].masks)
-        return true;
-    const uint32_t list = bin / args.grid.bins(), in_list = bin % args.grid.bins();
-    const uint32_t column = in_list % args.grid.columns, row = in_list / args.grid.columns;
-    bool drawn = false;
+        constexpr uint32_t kAtOnce = 4, kStep = kWideParts * kThreads; // whose atomics are under way together
+        for (uint32_t first = part % kWideParts * kThreads + threadIdx.x; first < bins; first += kAtOnce * kStep) {
+            uint32_t at[kAtOnce];
 #pragma unroll
-    for (uint32_t e = 0; e < kMaxEyes; ++e) {
-        if (args.readers == 1 && e != list)
-            continue;
-        const uint32_t square = column - args.grid.shift[e], x = square * kBinWidth; // left of the eye's image large
-        drawn = drawn || ((columns.all() || (x >= columns.first && x < columns.end)) &&
-                          args.lens[e].shows(square, row * args.grid.height / kLensSquare));
-    }
-    return drawn;
-}
-
-// A piece is the run of a bin's cells whose starts, counted from the bin's, fall into one multiple of kPieceAim. The
-// thread of a run's first cell writes it.
-__global__ void __launch_bounds__(kThreads) pieceKernel(const __grid_constant__ BinCudaArgs args)
-{
-    if (willRepeat(*args.counters))
-        return;
-    const uint32_t slabs = args.grid.slabs(), cell_count = args.lists * args.grid.cells();
-    const uint32_t* ends = args.cells;
-    const auto endBefore = [&](uint32_t cell) { return cell == 0 ? 0u : ends[cell - 1]; };
-    for (uint32_t four = (blockIdx.x * kThreads + threadIdx.x) * kCellsPerThread; four < cell_count;
-         four += gridDim.x * kThreads * kCellsPerThread) {
-        const uint32_t first = four & ~(slabs - 1), origin = endBefore(first);
-        const uint4 e = *reinterpret_cast<const uint4*>(ends + four);
-        const bool drawn = isDrawn(args, first >> args.grid.slab_bits);
-        const uint32_t starts[kCellsPerThread] = {endBefore(four), e.x, e.y, e.z};
-        uint32_t previous = four == first ? ~0u : (endBefore(four - 1) - origin) / kPieceAim;
-        if (four == first) {
-            const uint32_t bin = four >> args.grid.slab_bits;
-            const uint32_t kind = drawn ? uint32_t(__clz(int(ends[first + slabs - 1] - origin))) : kNotDrawn;
-            args.bin_class[bin] = kind;
-            if (drawn)
-                shareAtomic(args.counters->pass.bin_classes, kind);
-        }
-        if (!drawn) // nothing reads its order
-            continue;
-        if (starts[0] == e.w && previous != ~0u) // nothing here, and no number changes within
-            if ((starts[0] - origin) / kPieceAim == previous)
-                continue;
-#pragma unroll
-        for (uint32_t i = 0; i < kCellsPerThread; ++i) {
-            const uint32_t start = starts[i], number = (start - origin) / kPieceAim;
-            if (number == previous)
-                continue;
-            previous = number;
-            uint32_t low = four + i, high = first + slabs; // the last cell of the run, and one past
-            while (high - low > 1) {
-                const uint32_t mid = (low + high) / 2;
-                if ((endBefore(mid) - origin) / kPieceAim == number)
-                    low = mid;
-                else
-                    high = mid;
+            for (uint32_t j = 0; j < kAtOnce; ++j) {
+                const uint32_t i = first + j * kStep, bin = (y0 + i / width) * args.grid.columns + x0 + i % width;
+                at[j] = i < bins ? atomicAdd(cells + (bin << args.grid.slab_bits), 1u) : ~0u;
             }
-            const uint32_t end = min(ends[low], args.pair_capacity);
-            if (end < start + 2)
-                continue;
-            const uint32_t kind = pieceClass(end - start);
-            const uint32_t at = shareAtomic(args.counters->pass.pieces, kind).mine();
-            args.pieces[size_t(kind) * args.piece_capacity + at] = {start, end - start};
+#pragma unroll
+            for (uint32_t j = 0; j < kAtOnce; ++j)
+                if (at[j] < args.pair_capacity)
+                    args.keys[at[j]] = {place.depth_bits, slot};
         }
     }
-}
-
-// Lists the units of the long lists that the lanes of a warp have, and returns the lane's first. begin, end: of its list;
-// equal if it has none. There is room for all (touchCapacity()). All lanes of the warp call it together.
-__device__ uint32_t listUnits(const BinCudaArgs& args, uint32_t entry, uint32_t begin, uint32_t end)
-{
-    const uint32_t lane = threadIdx.x & 31u, units = (end - begin + kTouchUnit - 1) / kTouchUnit * args.readers;
-    const uint32_t first = units != 0 ? atomicAdd(&args.counters->pass.touch_units, units) : 0u;
-    for (uint32_t rest = __ballot_sync(~0u, units != 0); rest != 0; rest &= rest - 1) {
-        const int owner = __ffs(int(rest)) - 1;
-        const uint32_t list = __shfl_sync(~0u, entry, owner), all = __shfl_sync(~0u, units, owner);
-        const uint32_t from = __shfl_sync(~0u, begin, owner), to = __shfl_sync(~0u, end, owner);
-        TouchUnit* const listed = args.touch_units + __shfl_sync(~0u, first, owner);
-        for (uint32_t i = lane; i < all; i += 32) {
-            const uint32_t each = all / args.readers, at = from + i % each * kTouchUnit;
-            listed[i] = {list, args.readers > 1 ? i / each : list / args.grid.bins(), i % each, at,
-                         min(kTouchUnit, to - at)};
-        }
-    }
-    return first;
-}
-
-// The bins by falling size, so that the longest lists are started first, and what the pass needed of the buffers.
-__global__ void __launch_bounds__(kThreads) queueKernel(const __grid_constant__ BinCudaArgs args)
-{
-    __shared__ uint32_t before[kBinClasses], classed;
-    constexpr uint32_t kLongClass = 31 - kLongListBits;
-    constexpr uint32_t kLongestClass = 31 - kTouchUnitBits - kFirstUnitsBits; // also those of kFirstUnits and no more
-    FrameCounters& counters = *args.counters;
-    if (threadIdx.x == 0) {
-        uint32_t sum = 0;
-        for (uint32_t i = 0; i < kBinClasses; ++i) {
-            before[i] = sum;
-            sum += counters.pass.bin_classes[i];
-        }
-        classed = sum;
-    }
-    __syncthreads();
-    if (blockIdx.x == 0 && threadIdx.x == 0) {
-        unsigned long long pairs = 0;
-        uint32_t used = 0;
-        for (uint32_t e = 0; e < args.lists; ++e) {
-            counters.pairs[e] += counters.pass.pairs[e];
-            counters.most_slots = max(counters.most_slots, counters.pass.slots[e]);
-            used = max(used, counters.pass.slots[e] - counters.pass.gaps[e]);
-            pairs += counters.pass.pairs[e];
-        }
-        counters.all_slots += used;
-        if (pairs > counters.most_pairs)
-            counters.most_pairs = pairs;
-        if (pairs > args.pair_capacity)
-            counters.overflow |= kPairOverflow;
-        counters.pass.bins = classed;
-        counters.pass.long_bins = before[kLongClass] + counters.pass.bin_classes[kLongClass];
-        counters.pass.longest_bins = before[kLongestClass] + counters.pass.bin_classes[kLongestClass];
-    }
-    const uint32_t bin = blockIdx.x * kThreads + threadIdx.x;
-    const bool exists = bin < args.lists * args.grid.bins() && classed != 0; // none in a frame that will be drawn again
-    const uint32_t kind = exists ? args.bin_class[bin] : kNotDrawn;
-    unsigned long long pairs = 0;
-    for (uint32_t e = 0; e < args.lists; ++e)
-        pairs += counters.pass.pairs[e];
-    uint32_t begin = 0, end = 0;
-    if (kind <= kLongClass && pairs <= args.pair_capacity) { // with more it is drawn again
-        begin = bin == 0 ? 0u : args.cells[(bin << args.grid.slab_bits) - 1];
-        end = args.cells[((bin + 1) << args.grid.slab_bits) - 1];
-    }
-    const uint32_t first_unit = listUnits(args, bin, begin, end);
-    if (kind == kNotDrawn)
-        return;
-    for (uint32_t reader = 0; reader < args.readers; ++reader)
-        args.unfinished[reader * args.lists * args.grid.bins() + bin] = 0;
-    args.bin_units[bin] = first_unit;
-    args.bin_queue[before[kind] + shareAtomic(counters.pass.queued, kind).mine()] = bin;
 }
 
 } // namespace
@@ -326,9 +160,11 @@ void binCuda(const BinCudaArgs& args, uint32_t processors, CUstream_st* stream)
     size_t bytes = args.scratch_bytes;
     GSC_CUDA_CHECK(cub::DeviceScan::ExclusiveSum(args.scratch, bytes, args.cells, cells, stream));
     launchCuda(scatterKernel, dim3(processors * kScatterBlocks / args.lists, args.lists), kThreads, 0, stream, args);
-    launchCuda(scatterWideKernel, 2 * processors, kThreads, 0, stream, args);
-    launchCuda(pieceKernel, processors * kBlocksPerProcessor, kThreads, 0, stream, args);
-    launchCuda(queueKernel, (args.lists * args.grid.bins() + kThreads - 1) / kThreads, kThreads, 0, stream, args);
+    launchCuda(scatterWideKernel, kWideBlocks * processors, kThreads, 0, stream, args);
+    const uint32_t bins = args.lists * args.grid.bins();
+    launchCuda(pieceKernel, (bins + kPieceWarps - 1) / kPieceWarps, kPieceWarps * 32,
+               kPieceWarps * args.grid.slabs() * sizeof(uint32_t), stream, args);
+    launchCuda(queueKernel, (bins + kQueueThreads - 1) / kQueueThreads + 1, kQueueThreads, 0, stream, args);
 }
 
 } // namespace gsc

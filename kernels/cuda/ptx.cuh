@@ -80,6 +80,14 @@ __device__ __forceinline__ void prefetchGlobal(const void* address)
     asm volatile("prefetch.global.L2 [%0];" : : "l"(address));
 }
 
+// Reads here: what is read plainly is put off by the compiler until it is known whether the value is needed.
+__device__ __forceinline__ uint32_t loadNow(const uint32_t* at)
+{
+    uint32_t value;
+    asm volatile("ld.relaxed.gpu.global.u32 %0, [%1];" : "=r"(value) : "l"(at));
+    return value;
+}
+
 // Lets the kernel launched beside this one start (launchCudaAs()), once all blocks have said so or ended.
 __device__ __forceinline__ void launchDependents()
 {

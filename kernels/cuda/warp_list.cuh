@@ -26,4 +26,26 @@ __device__ __forceinline__ void addOfWarp(uint32_t* counter, uint32_t value, uin
         atomicAdd(counter, sum);
 }
 
+// What the lanes of a warp that count in the same place get: one atomic served them all.
+struct SharedAtomic {
+    uint32_t first, peers;
+
+    // Of this lane. The peers call it together.
+    __device__ __forceinline__ uint32_t mine() const
+    {
+        const int leader = __ffs(int(peers)) - 1;
+        return __shfl_sync(peers, first, leader) + __popc(peers & ((1u << (threadIdx.x & 31u)) - 1u));
+    }
+};
+
+// counters[kind]++ of every active lane, one atomic per value of `kind` in the warp.
+__device__ __forceinline__ SharedAtomic shareAtomic(uint32_t* counters, uint32_t kind)
+{
+    const uint32_t peers = __match_any_sync(__activemask(), kind);
+    uint32_t first = 0;
+    if ((threadIdx.x & 31u) == uint32_t(__ffs(int(peers)) - 1))
+        first = atomicAdd(counters + kind, uint32_t(__popc(peers)));
+    return {first, peers};
+}
+
 } // namespace gsc

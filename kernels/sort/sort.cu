@@ -12,9 +12,8 @@ namespace {
 constexpr uint32_t kThreads = 512;
 constexpr uint32_t kWarps = kThreads / 32;
 constexpr uint32_t kBlocksPerProcessor = 2;
-constexpr uint32_t kItems = 16;       // keys per thread at most
-constexpr uint32_t kPiecesAtOnce = 4; // that a warp takes from the queue
-constexpr uint32_t kLongestRun = 32;  // of equal keys that one thread orders
+constexpr uint32_t kItems = 16;      // keys per thread at most
+constexpr uint32_t kLongestRun = 32; // of equal keys that one thread orders
 
 static_assert(kWarpPiece == 32 * kItems && kWarpPiece << (kPieceClasses - 2) == kThreads * kItems);
 
@@ -281,20 +280,15 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) sortKernel(cons
     const SortWarp one{lane};
     const TeamMemory own = memoryFrom(warp);
     const uint32_t for_one = counters.pieces[0];
-    while (true) {
-        uint32_t first = 0;
-        if (lane == 0)
-            first = atomicAdd(&counters.next_piece[0], kPiecesAtOnce);
-        first = __shfl_sync(~0u, first, 0);
-        if (first >= for_one)
-            break;
-        for (uint32_t i = first; i < min(first + kPiecesAtOnce, for_one); ++i) {
-            const Piece piece = pieces(0)[i];
-            if (piece.count <= 128)
-                sortPiece<4, false>(args.keys + piece.first, piece.count, nearer, own, one);
-            else
-                sortPiece<kItems, false>(args.keys + piece.first, piece.count, nearer, own, one);
-        }
+    // the next one is asked for before a piece is sorted
+    const auto take = [&] { return lane == 0 ? atomicAdd(&counters.next_piece[0], 1u) : 0u; };
+    for (uint32_t i, next = take(); (i = __shfl_sync(~0u, next, 0)) < for_one;) {
+        const Piece piece = pieces(0)[i];
+        next = take();
+        if (piece.count <= 128)
+            sortPiece<4, false>(args.keys + piece.first, piece.count, nearer, own, one);
+        else
+            sortPiece<kItems, false>(args.keys + piece.first, piece.count, nearer, own, one);
     }
 }
 

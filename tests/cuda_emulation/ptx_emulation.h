@@ -54,6 +54,11 @@ inline uint32_t halvesRelu(float low, float high)
     return gsc_emulation::halfOfFloat(relu(low)) | uint32_t(gsc_emulation::halfOfFloat(relu(high))) << 16;
 }
 
+inline uint32_t loadNow(const uint32_t* at)
+{
+    return *at;
+}
+
 // Reads it, so that a sanitizer sees what lies outside of its array; the hardware would not mind.
 inline void prefetchGlobal(const void* address)
 {

@@ -30,7 +30,7 @@ set(gsc_test_cuda_sources
     kernels/test_cuda_shared.cpp kernels/test_cuda_far.cpp kernels/test_cuda_reuse.cpp kernels/test_cuda_reuse_policy.cpp
     kernels/test_cuda_reuse_limits.cpp kernels/test_cuda_load.cpp kernels/test_cuda_select.cpp
     kernels/gpu_decode.cpp kernels/test_cuda_decode.cpp
-    kernels/test_cuda_touch.cpp kernels/test_cuda_bin.cpp kernels/test_cuda_sort.cpp kernels/blend_scene.cpp kernels/gpu_blend.cpp kernels/test_cuda_blend.cpp
+    kernels/test_cuda_touch.cpp kernels/gpu_bin.cpp kernels/test_cuda_bin.cpp kernels/test_cuda_sort.cpp kernels/blend_scene.cpp kernels/gpu_blend.cpp kernels/test_cuda_blend.cpp
     kernels/test_cuda_long_lists.cpp)
 if(GSC_HAVE_CUDA)
   # to be carried to a machine that has a GPU and no toolkit: preset lean with GSC_BUILD_TESTS on makes it one file,
