@@ -23,11 +23,8 @@ __device__ __forceinline__ void mmaM16N8K16(float* d, const uint32_t* a, uint2 b
 // infinite or NaN; NaN stays.
 __device__ __forceinline__ uint32_t halvesRelu(float low, float high)
 {
-    constexpr uint32_t kLargest = 0x7bff7bffu;
     uint32_t packed;
-    asm("{\n\t.reg .b32 h;\n\tcvt.rn.relu.f16x2.f32 h, %1, %2;\n\tmin.NaN.f16x2 %0, h, %3;\n\t}"
-        : "=r"(packed)
-        : "f"(high), "f"(low), "r"(kLargest));
+    asm("cvt.rn.relu.satfinite.f16x2.f32 %0, %1, %2;" : "=r"(packed) : "f"(high), "f"(low));
     return packed;
 }
 
@@ -80,12 +77,10 @@ __device__ __forceinline__ void prefetchGlobal(const void* address)
     asm volatile("prefetch.global.L2 [%0];" : : "l"(address));
 }
 
-// Reads here: what is read plainly is put off by the compiler until it is known whether the value is needed.
-__device__ __forceinline__ uint32_t loadNow(const uint32_t* at)
+// Keeps the compiler from computing a value anew where it is used, which it does to save a register.
+__device__ __forceinline__ void keepComputed(uint32_t& value)
 {
-    uint32_t value;
-    asm volatile("ld.relaxed.gpu.global.u32 %0, [%1];" : "=r"(value) : "l"(at));
-    return value;
+    asm volatile("" : "+r"(value));
 }
 
 // Lets the kernel launched beside this one start (launchCudaAs()), once all blocks have said so or ended.
@@ -102,6 +97,14 @@ __device__ __forceinline__ void waitForEarlier()
 #if __CUDA_ARCH__ >= 900
     asm volatile("griddepcontrol.wait;" : : : "memory");
 #endif
+}
+
+// Reads here: what is read plainly is put off by the compiler until it is known whether the value is needed.
+__device__ __forceinline__ uint32_t loadNow(const uint32_t* at)
+{
+    uint32_t value;
+    asm volatile("ld.relaxed.gpu.global.u32 %0, [%1];" : "=r"(value) : "l"(at));
+    return value;
 }
 
 // What another block counts; what it wrote before is seen after.

@@ -5,13 +5,13 @@ namespace gsc {
 
 uint32_t decodeFastGaps(uint32_t processors, uint32_t slot_capacity)
 {
-    return processors * kDecodeBlocks * kDecodeWarps * slotPiece(slot_capacity);
+    return processors * kMostDecodeWarps * slotPiece(slot_capacity);
 }
 
-void decodeFastCuda(const DecodeCudaArgs& args, uint32_t processors, CUstream_st* stream)
+void decodeFastCuda(const DecodeCudaArgs& args, uint32_t processors, size_t shared_bytes, CUstream_st* stream)
 {
-    args.model.compact_shape != nullptr ? decodeCompactCuda(args, processors, stream)
-                                        : launchDecode<false>(args, processors, stream);
+    args.model.compact_shape != nullptr ? decodeCompactCuda(args, processors, shared_bytes, stream)
+                                        : launchDecode<false>(args, processors, shared_bytes, stream);
 }
 
 } // namespace gsc

@@ -3,9 +3,9 @@
 
 namespace gsc {
 
-void decodeCompactCuda(const DecodeCudaArgs& args, uint32_t processors, CUstream_st* stream)
+void decodeCompactCuda(const DecodeCudaArgs& args, uint32_t processors, size_t shared_bytes, CUstream_st* stream)
 {
-    launchDecode<true>(args, processors, stream);
+    launchDecode<true>(args, processors, shared_bytes, stream);
 }
 
 } // namespace gsc

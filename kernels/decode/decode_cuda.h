@@ -64,8 +64,15 @@ struct DecodeFrame : FrameNow {
 struct DecodeCudaArgs : DecodeFrame {
     const void* fragments; // packFragments()
     const float* biases;
-    PackedSplat* splats; // eye_count x slot_capacity
+    PackedSplat* splats;      // eye_count x slot_capacity
+    uint32_t inverse_offsets; // inverseOffsets()
 };
+
+// (2^32 - 1) / n_offsets, rounded down: from the index of a Gaussian to its anchor without a division.
+inline uint32_t inverseOffsets(uint32_t n_offsets)
+{
+    return ~0u / n_offsets;
+}
 
 // Weights of a model in the order the kernel loads them (decode_fragments.h); appearance folded into the first bias.
 struct DecodeWeights {
@@ -74,6 +81,8 @@ struct DecodeWeights {
     std::vector<float> bank; // empty: no feature bank
 };
 
+constexpr uint32_t kMostDecodeWarps = 20; // of a block: 96 registers
+
 // Can the matrix-unit kernel decode the model? (32 features and hidden units, at most 12 Gaussians per anchor)
 bool canDecodeFast(const ModelView& model);
 // Preconditions: canDecodeFast(); `model` lies in host memory; `appearance` is a row it has, or -1.
@@ -81,7 +90,8 @@ DecodeWeights packFragments(const ModelView& model, int32_t appearance);
 
 // Slots that may stay unused beside those of the splats, for one eye.
 uint32_t decodeFastGaps(uint32_t processors, uint32_t slot_capacity);
-void decodeFastCuda(const DecodeCudaArgs& args, uint32_t processors, CUstream_st* stream);    // asynchronous
-void decodeCompactCuda(const DecodeCudaArgs& args, uint32_t processors, CUstream_st* stream); // of a compact model
+// Asynchronous. shared_bytes: what a block may have of the device's shared memory. The second is for a compact model.
+void decodeFastCuda(const DecodeCudaArgs& args, uint32_t processors, size_t shared_bytes, CUstream_st* stream);
+void decodeCompactCuda(const DecodeCudaArgs& args, uint32_t processors, size_t shared_bytes, CUstream_st* stream);
 
 } // namespace gsc

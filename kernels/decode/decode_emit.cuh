@@ -13,28 +13,8 @@
 
 namespace gsc {
 
-constexpr uint32_t kRows = 16;                          // anchors per warp and step
-constexpr uint32_t kStaged = kRows * 4 * kItemsPerLane; // Gaussians per warp and step at most
-
+constexpr uint32_t kRows = 16; // of the networks: an anchor each, seen from one place
 constexpr uint32_t kNoSlot = ~0u;
-
-// Outputs of the networks for the living Gaussians of a warp's step, packed without gaps so that projecting them keeps
-// every lane busy: a third to a half of all Gaussians is not alive.
-struct Staging {
-    float scale[3][kStaged], rotation[4][kStaged], color[3][kStaged]; // before their activations
-    float opacity[kStaged];
-    uint16_t owner[kStaged]; // row | k << 8
-    uint32_t slots[kStaged]; // in shared bins: what the first eye has written it to, or kNoSlot
-    uint32_t anchors[kRows];
-
-    __device__ __forceinline__ uint32_t anchorOf(uint32_t row) const { return anchors[row]; }
-};
-
-// What is to be done for one eye of a step whose eyes share their bins.
-struct Turns {
-    bool first; // no eye has written anything of what is staged
-    bool last;  // no eye is to follow
-};
 
 // Slots that a warp reserves at once. Few leave smaller gaps, of which every warp has one; many are waited for less often,
 // which is worth the gaps of large frames.
@@ -46,7 +26,7 @@ __host__ __device__ __forceinline__ uint32_t slotPiece(uint32_t slot_capacity)
 }
 
 // Slots and counts of one eye, gathered by a warp. Two of them with fixed names, not an array: an index that the
-// compiler does not know would put them into local memory. Every register of them is one less for the networks.
+// compiler does not know would put them into local memory.
 struct EyeTally {
     SlotWriter writer;
     uint32_t alive = 0, written = 0, pairs = 0; // per lane
@@ -101,7 +81,7 @@ __device__ __forceinline__ void writeUnseen(const DecodeCudaArgs& args, uint32_t
 // True if there was something to write and room for it.
 template <bool kShared>
 __device__ __forceinline__ bool writeSplat(const DecodeCudaArgs& args, uint32_t e, bool drawn, uint32_t slot,
-                                           const Candidate& splat, EyeTally& tally)
+                                           const Candidate& splat)
 {
     if (!drawn)
         return false;
@@ -109,7 +89,6 @@ __device__ __forceinline__ bool writeSplat(const DecodeCudaArgs& args, uint32_t 
         atomicOr(&args.counters->overflow, kSlotOverflow);
         return false;
     }
-    ++tally.written;
     uint4* const to = reinterpret_cast<uint4*>(args.splats + size_t(e) * args.slot_capacity + slot);
     to[0] = splat.words[0];
     to[1] = splat.words[1];
@@ -117,136 +96,142 @@ __device__ __forceinline__ bool writeSplat(const DecodeCudaArgs& args, uint32_t 
     return true;
 }
 
-// Counts a splat in the cells of its list. All lanes of the warp call it together, with kNoBins for nothing.
-__device__ __forceinline__ void countCells(const DecodeFrame& args, uint32_t list, const SplatPlace& place,
-                                           EyeTally& tally)
+// Counts a splat in the cells of its list, and returns how many they are. All lanes of the warp call it together, with
+// kNoBins for nothing.
+__device__ __forceinline__ uint32_t countCells(const DecodeFrame& args, uint32_t list, const SplatPlace& place)
 {
-    if (place.box != kNoBins)
-        tally.pairs += binCount(place.box);
     uint32_t* cells = args.cells + size_t(list) * args.grid.cells();
     const auto count = [&](uint32_t cell) { return atomicAdd(cells + cell, 1u); };
     forCellsOfWarp<1>(args.grid, args.pass.slab_of, place, 0, count, count, [](uint32_t, uint32_t, uint32_t) {});
+    return place.box != kNoBins ? binCount(place.box) : 0u;
 }
 
-// Activates, projects and writes those of the `count` staged Gaussians that one eye sees. seen_by, factors: of this
-// lane's rows, eyes and opacity factor; needed where what is staged is not this eye's alone. kShared: the eyes share their
-// bins. The first leaves in Staging::slots what it wrote, the last gives each slot its place and counts it. A Gaussian
-// takes a slot for each eye where a box round both would be larger than both together, and where blending could not tell
-// that it ends within an eye's own box (isNeedle()). Two such slots may meet in a bin; no eye sees both. Staged: Staging, or
-// what has its members.
-template <bool kCompact, bool kShared, bool kThins, typename Staged>
-__device__ __forceinline__ void emitStaged(const DecodeCudaArgs& args, uint32_t e, Staged& staged, uint32_t count,
-                                           const Turns& turns, const uint32_t (&seen_by)[2], const float (&factors)[2],
-                                           uint32_t lane, EyeTally& tally)
+constexpr uint32_t kNoOrder = ~0u; // more than any
+
+// A Gaussian before its networks: the same for every eye.
+struct PlainGaussian {
+    float position[3], extent[3];
+    uint32_t order; // of emission, or kNoOrder: its offset is not finite
+    bool masked;    // never drawn: not for emitGaussian()
+};
+
+template <bool kCompact>
+__device__ __forceinline__ PlainGaussian plainGaussian(const DeviceModel& model, uint32_t anchor, uint32_t k)
 {
-    const DeviceModel& model = args.model;
-    const EyeParams& eye = args.eyes[e];
-    const uint32_t K = model.params.n_offsets;
-#pragma unroll 1
-    for (uint32_t first = 0; first < count; first += 32) {
-        const uint32_t i = first + lane, owner = i < count ? staged.owner[i] : 0u;
-        const uint32_t row = owner & 255u, k = owner >> 8;
-        const uint32_t anchor = staged.anchorOf(row);
-        float opacity = i < count ? staged.opacity[i] : 0.0f;
-        if (args.merged) {
-            const uint32_t s0 = __shfl_sync(~0u, seen_by[0], (row & 7u) * 4),
-                           s1 = __shfl_sync(~0u, seen_by[1], (row & 7u) * 4);
-            const float f0 = __shfl_sync(~0u, factors[0], (row & 7u) * 4),
-                        f1 = __shfl_sync(~0u, factors[1], (row & 7u) * 4);
-            opacity = ((row < 8 ? s0 : s1) >> e & 1u) != 0 ? opacity * (row < 8 ? f0 : f1) : 0.0f;
-        }
-        Candidate out;
-        bool drawn = false;
-        uint32_t slot = kNoSlot;    // of the first eye, then this one's
-        uint32_t earlier = kNoBins; // the box that the first eye gave it
-        if (kShared && !turns.first && i < count) {
-            slot = staged.slots[i];
-            if (slot < args.slot_capacity)
-                earlier = args.places[slot].box;
-        }
-        if (opacity >= kOpacityFloor) { // tested already, unless it is both eyes'
-            const float4 center = reinterpret_cast<const float4*>(model.placement)[anchor];
-            const AnchorShape shape = anchorShape<kCompact>(model, anchor);
-            const OffsetSteps offset = offsetSteps<kCompact>(model, anchor, k);
-            const uint32_t order = model.source[anchor] * K + k;
-            const float position[3] = {fmaf(offset.along[0], shape.step[0], center.x),
-                                       fmaf(offset.along[1], shape.step[1], center.y),
-                                       fmaf(offset.along[2], shape.step[2], center.z)};
-            const float sigma[3] = {shape.extent[0] * sigmoidFast(staged.scale[0][i]),
-                                    shape.extent[1] * sigmoidFast(staged.scale[1][i]),
-                                    shape.extent[2] * sigmoidFast(staged.scale[2][i])};
-            const float rgb[3] = {sigmoidFast(staged.color[0][i]), sigmoidFast(staged.color[1][i]),
-                                  sigmoidFast(staged.color[2][i])};
-            float q[4], norm = 0.0f;
+    const float4 center = reinterpret_cast<const float4*>(model.placement)[anchor];
+    const AnchorShape shape = anchorShape<kCompact>(model, anchor);
+    const OffsetSteps offset = offsetSteps<kCompact>(model, anchor, k);
+    // note: not a choice, before which the source would not be asked for
+    const uint32_t order = (model.source[anchor] * model.params.n_offsets + k) | (offset.finite ? 0u : kNoOrder);
+    return {{fmaf(offset.along[0], shape.step[0], center.x), fmaf(offset.along[1], shape.step[1], center.y),
+             fmaf(offset.along[2], shape.step[2], center.z)},
+            {shape.extent[0], shape.extent[1], shape.extent[2]},
+            order,
+            offset.masked};
+}
+
+// What one lane has emitted: 0 or 1, and pairs of a cell and a splat.
+struct Emitted {
+    uint32_t alive, written, pairs;
+};
+
+// Activates and projects a lane's Gaussian for one eye, and writes what the eye sees of it; an opacity below
+// kOpacityFloor stands for no Gaussian. All lanes of the warp call it together. of(i): what the networks gave, before
+// activations: scale (0 to 2), rotation (3 to 6), colour (7 to 9).
+// kShared: the eyes share their bins. slot and box are what the first eye wrote it to, or kNoSlot and kNoBins; then what
+// this eye did. The last of them (`last`) gives each slot its place and counts it. A Gaussian takes a slot for each eye
+// where a box round both would be larger than both together, and where blending could not tell that it ends within an
+// eye's own box (isNeedle()). Two such slots may meet in a bin; no eye sees both.
+template <bool kShared, bool kThins, typename Outputs>
+__device__ __forceinline__ Emitted emitGaussian(const DecodeCudaArgs& args, uint32_t e, float opacity,
+                                                const PlainGaussian& plain, const Outputs& of, bool last,
+                                                uint32_t& slot, uint32_t& box, uint32_t lane, SlotWriter& writer)
+{
+    Candidate out;
+    Emitted emitted{};
+    bool drawn = false;
+    if (opacity >= kOpacityFloor) {
+        const float sigma[3] = {plain.extent[0] * sigmoidFast(of(0)), plain.extent[1] * sigmoidFast(of(1)),
+                                plain.extent[2] * sigmoidFast(of(2))};
+        const float rgb[3] = {sigmoidFast(of(7)), sigmoidFast(of(8)), sigmoidFast(of(9))};
+        float q[4], norm = 0.0f;
 #pragma unroll
-            for (uint32_t c = 0; c < 4; ++c) {
-                q[c] = staged.rotation[c][i];
-                norm = fmaf(q[c], q[c], norm);
-            }
-            const float inverse = rsqrtf(0.5f * fmaxf(norm, 1e-24f)); // projectFast()
-#pragma unroll
-            for (uint32_t c = 0; c < 4; ++c)
-                q[c] *= inverse;
-            const bool here =
-                !offset.masked &&
-                (args.pass.count == 1 ||
-                 passOf(args.pass, args.grid, viewPoint<float>(eye, {position[0], position[1], position[2]}).z) ==
-                     args.pass.index);
-            if (here) {
-                ++tally.alive;
-                bool finite; // its geometry
-                drawn = projectFast<kThins>(args, e, position, sigma, q, opacity, rgb, order, out, finite);
-                finite = finite && offset.finite && isfinite(rgb[0] + rgb[1] + rgb[2]);
-                drawn = drawn && finite;
-                if (!finite) // rare
-                    atomicAdd(&args.counters->dropped[e], 1u);
-            }
+        for (uint32_t c = 0; c < 4; ++c) {
+            q[c] = of(3 + c);
+            norm = fmaf(q[c], q[c], norm);
         }
-        if constexpr (!kShared) {
-            slot = tally.writer.reserve(drawn, lane, slotPiece(args.slot_capacity), &args.counters->pass.slots[e]);
-            if (writeSplat<kShared>(args, e, drawn, slot, out, tally))
-                args.places[size_t(e) * args.slot_capacity + slot] = out.place;
-            else
-                out.place.box = kNoBins;
-            countCells(args, e, out.place, tally);
-        } else {
-            if (drawn)
-                out.place.box += args.grid.shift[e] * 0x00010001u;
-            const bool again = earlier != kNoBins;
-            const uint32_t around = again && drawn ? boxAround(earlier, out.place.box) : 0u;
-            const bool wider = around != earlier || around != out.place.box;
-            const bool apart = again && drawn && wider &&
-                               (binCount(around) > binCount(earlier) + binCount(out.place.box) || isNeedle(out));
-            const bool fresh = drawn && (slot == kNoSlot || apart);
-            SplatPlace first_alone{0, kNoBins};
-            if (again && (!drawn || apart)) {
-                writeUnseen(args, e, slot, 0); // its order is read from the first eye's row
-                first_alone = args.places[slot];
-            }
-            const uint32_t reserved =
-                tally.writer.reserve(fresh, lane, slotPiece(args.slot_capacity), &args.counters->pass.slots[0]);
-            slot = fresh ? reserved : slot;
-            if (writeSplat<kShared>(args, e, drawn, slot, out, tally)) {
-                if (fresh && turns.last)
-                    writeUnseen(args, 1 - e, slot, out.words[1].w);
-                if (!fresh)
-                    out.place.box = around;
-                if (fresh || around != earlier)
-                    args.places[slot] = out.place;
-            } else {
-                out.place.box = kNoBins;
-            }
-            if (turns.last) {
-                // note: a loop, rarely of two rounds, so that this long code is there once
-                for (bool more = true; more; out.place = first_alone, first_alone.box = kNoBins) {
-                    countCells(args, 0, out.place, tally);
-                    more = __any_sync(~0u, first_alone.box != kNoBins);
-                }
-            } else if (i < count) {
-                staged.slots[i] = drawn ? slot : kNoSlot;
-            }
+        const float inverse = rsqrtf(0.5f * fmaxf(norm, 1e-24f)); // projectFast()
+#pragma unroll
+        for (uint32_t c = 0; c < 4; ++c)
+            q[c] *= inverse;
+        const Vec3<float> at{plain.position[0], plain.position[1], plain.position[2]};
+        const bool here = args.pass.count == 1 ||
+                          passOf(args.pass, args.grid, viewPoint<float>(args.eyes[e], at).z) == args.pass.index;
+        if (here) {
+            emitted.alive = 1;
+            bool finite; // its geometry
+            drawn = projectFast<kThins>(args, e, plain.position, sigma, q, opacity, rgb, plain.order, out, finite);
+            finite = finite & (plain.order != kNoOrder) & isfinite(rgb[0] + rgb[1] + rgb[2]);
+            drawn = drawn & finite;
+            if (!finite) // rare
+                atomicAdd(&args.counters->dropped[e], 1u);
         }
     }
+    if constexpr (!kShared) {
+        slot = writer.reserve(drawn, lane, slotPiece(args.slot_capacity), &args.counters->pass.slots[e]);
+        const bool written = writeSplat<kShared>(args, e, drawn, slot, out);
+        emitted.written = written ? 1u : 0u;
+        if (written)
+            args.places[size_t(e) * args.slot_capacity + slot] = out.place;
+        else
+            out.place.box = kNoBins;
+        emitted.pairs = countCells(args, e, out.place);
+    } else {
+        if (drawn)
+            out.place.box += args.grid.shift[e] * 0x00010001u;
+        const bool again = box != kNoBins;
+        const uint32_t around = again && drawn ? boxAround(box, out.place.box) : 0u;
+        const bool wider = around != box || around != out.place.box;
+        const bool apart =
+            again && drawn && wider && (binCount(around) > binCount(box) + binCount(out.place.box) || isNeedle(out));
+        const bool fresh = drawn && (slot == kNoSlot || apart);
+        SplatPlace first_alone{0, kNoBins};
+        if (again && (!drawn || apart)) {
+            writeUnseen(args, e, slot, 0); // its order is read from the first eye's row
+            first_alone = args.places[slot];
+        }
+        const uint32_t reserved =
+            writer.reserve(fresh, lane, slotPiece(args.slot_capacity), &args.counters->pass.slots[0]);
+        slot = fresh ? reserved : slot;
+        const bool written = writeSplat<kShared>(args, e, drawn, slot, out);
+        emitted.written = written ? 1u : 0u;
+        if (written) {
+            if (fresh && last)
+                writeUnseen(args, 1 - e, slot, out.words[1].w);
+            if (!fresh)
+                out.place.box = around;
+            if (fresh || around != box)
+                args.places[slot] = out.place;
+        } else {
+            out.place.box = kNoBins;
+        }
+        slot = drawn ? slot : kNoSlot;
+        box = out.place.box;
+        if (last)
+            // note: a loop, rarely of two rounds, so that this long code is there once
+            for (bool more = true; more; out.place = first_alone, first_alone.box = kNoBins) {
+                emitted.pairs += countCells(args, 0, out.place);
+                more = __any_sync(~0u, first_alone.box != kNoBins);
+            }
+    }
+    return emitted;
+}
+
+__device__ __forceinline__ void addTo(EyeTally& tally, const Emitted& emitted)
+{
+    tally.alive += emitted.alive;
+    tally.written += emitted.written;
+    tally.pairs += emitted.pairs;
 }
 
 } // namespace gsc

@@ -289,7 +289,7 @@ __device__ __forceinline__ void emitAlive(const DecodeExactArgs& args, uint32_t 
             atomicOr(&args.counters->overflow, kSlotOverflow);
             place.box = kNoBins;
         }
-        countCells(args, e, place, tally);
+        tally.pairs += countCells(args, e, place);
     }
 }
 

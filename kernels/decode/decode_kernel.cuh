@@ -4,26 +4,12 @@
 
 #include "kernels/cuda/launch.cuh"
 #include "kernels/decode/decode_steps.cuh"
+#include "kernels/decode/decode_waiting.cuh"
 
+#include <algorithm>
 #include <type_traits>
 
 namespace gsc {
-
-// The slots of what the first eye has written of this lane's Gaussians: kNoSlot but for the bits of the result, which are
-// among `kept`, those it had staged. All lanes of the warp call it together.
-__device__ __forceinline__ uint32_t slotsOfLeft(const Staging& staged, uint32_t kept, uint32_t lane,
-                                                uint32_t (&slots)[2 * kItemsPerLane])
-{
-    uint32_t at[2 * kItemsPerLane], written = 0;
-    stagingIndices(kept, lane, at);
-#pragma unroll
-    for (uint32_t slot = 0; slot < 2 * kItemsPerLane; ++slot) {
-        slots[slot] = (kept >> slot & 1u) != 0 ? staged.slots[at[slot]] : kNoSlot;
-        written |= slots[slot] != kNoSlot ? 1u << slot : 0u;
-    }
-    __syncwarp(); // they are written anew
-    return written;
-}
 
 // Asks for what decoding reads of 16 anchors: lane i and i + 16 for that of entry i. They are not waited for until the next
 // step, by which they have come from memory.
@@ -55,122 +41,155 @@ __device__ __forceinline__ void askForAnchors(const DecodeCudaArgs& args, uint32
         ask(model.source, 4, 0);
 }
 
-// kCompact: the model is compact. kBank: it has a feature bank, which makes the features depend on the eye. kShared,
-// kThins: DecodeFrame.
-template <bool kCompact, bool kBank, bool kShared, bool kThins>
-__global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks)
-    decodeKernel(const __grid_constant__ DecodeCudaArgs args)
+// What a look at 16 rows is told of each of a lane's two.
+struct Rows {
+    uint32_t anchors[2], seen_by[2]; // seen_by: 0: no anchor
+    float fractions[2][2];           // per row and eye, or of the row's only eye
+};
+
+// Decodes 16 rows and leaves those that live with those that wait, for which there must be room. kPair: a lane's rows are
+// one anchor seen from each eye; else two anchors, seen from one place. positive: gets a bit for each eye that sees an
+// opacity above zero.
+template <bool kCompact, bool kBank, bool kPair>
+__device__ __forceinline__ void decodeRows(const DecodeCudaArgs& args, const DecodeNetworks& networks, const Rows& rows,
+                                           uint32_t lane, Waiting<kPair>& waiting, WaitingRange& range,
+                                           uint32_t& positive)
 {
-    GSC_DYNAMIC_SHARED(memory);
-    DecodeShared& shared = *reinterpret_cast<DecodeShared*>(memory);
-    loadNetworks<kBank>(args, shared.networks);
-
     const DeviceModel& model = args.model;
-    const uint32_t K = model.params.n_offsets;
-    const uint32_t lane = threadIdx.x & 31u, t = lane & 3u, g = lane >> 2;
-    const uint32_t warp = (blockIdx.x * kDecodeThreads + threadIdx.x) >> 5, warps = gridDim.x * kDecodeWarps;
-    const uint32_t count = min(*args.visible_count, args.visible_capacity);
-    Staging& staged = shared.staging[threadIdx.x >> 5];
-    EyeTally left, right;
-    uint32_t positive = 0; // bit per eye
-    const auto entryAt = [&](uint32_t index) { return index < count ? args.visible[index] : 0u; };
-
-    // The first step is fixed; the others come from a queue, for their Gaussians differ in number.
-    uint32_t first = warp * kRows;
-    while (first < count) {
-        const uint32_t entries = entryAt(first + (lane & 15u)); // 0: no anchor
-        const uint32_t taken = lane == 0 ? atomicAdd(&args.counters->pass.next_anchors, kRows) : 0u;
-        uint32_t anchors[2], seen_by[2];
-        float positions[2][3];
+    const uint32_t K = model.params.n_offsets, t = lane & 3u;
+    uint32_t hidden[6][4];
+    {
+        float positions[2][3], levels[2];
         uint32_t feature[2][4]; // per k tile
 #pragma unroll
         for (uint32_t r = 0; r < 2; ++r) {
-            const uint32_t entry = __shfl_sync(~0u, entries, g + 8 * r);
-            anchors[r] = entry & ((1u << kAnchorBits) - 1u);
-            seen_by[r] = entry >> kAnchorBits; // 0: no anchor
-            const float4 p = reinterpret_cast<const float4*>(model.placement)[anchors[r]];
+            const float4 p = reinterpret_cast<const float4*>(model.placement)[rows.anchors[r]];
             positions[r][0] = p.x;
             positions[r][1] = p.y;
             positions[r][2] = p.z;
         }
-        const uint32_t seen = __reduce_or_sync(~0u, seen_by[0] | seen_by[1]);
-        float levels[2];
-        gatherInputs<kCompact>(args, anchors, t, feature, levels);
-        stageAnchors(anchors, lane, staged);
-        const uint32_t next = warps * kRows + __shfl_sync(~0u, taken, 0);
-        const uint32_t first_eye = args.merged ? 0u : 1u - (seen & 1u);
-
-        const uint32_t decodes = args.merged ? 1 : args.eye_count;
-        uint32_t keep_left = 0; // in shared bins: what the first eye has staged, like `keep`
-#pragma unroll 1
-        for (uint32_t e = 0; e < decodes; ++e) {
-            if (!args.merged && (seen >> e & 1u) == 0)
-                continue;
-            const float* const center = args.merged ? args.look_from : args.eyes[e].center;
-            uint32_t hidden[6][4];
-            firstLayer<kBank>(args, shared.networks, lane, positions, center, feature, levels, hidden);
-            uint32_t keep = 0; // bit 3 r + item
-            uint32_t at[2 * kItemsPerLane];
-            uint32_t alive;
-            {
-                float opacity[kOpacityTiles][4];
-                opacityLayer(shared.networks, lane, hidden, opacity);
+        gatherInputs<kCompact>(args, rows.anchors, t, feature, levels);
+        // zeros that the compiler does not know: or else it copies the features together for each product
+        const uint32_t nothing[2] = {args.eye_count >> 2, args.eye_count >> 3};
 #pragma unroll
-                for (uint32_t r = 0; r < 2; ++r)
+        for (uint32_t i = 0; i < 8; ++i)
+            feature[i / 4][i % 4] ^= nothing[i % 2];
+        const float* const one = args.merged ? args.look_from : args.eyes[0].center;
+        const float* const centers[2] = {kPair ? args.eyes[0].center : one, kPair ? args.eyes[1].center : one};
+        firstLayer<kBank>(args, networks, lane, positions, centers, feature, levels, hidden);
+    }
+    constexpr uint32_t kSlots = kPair ? kItemsPerLane : 2 * kItemsPerLane; // Gaussians of a lane
+    constexpr uint32_t kEyes = kPair ? 1 : 2;                              // that a row may be seen by
+    uint32_t keep = 0, at[kSlots];                                         // a bit for each
+    {
+        float opacity[kOpacityTiles][4]; // zero where an anchor has no such Gaussian: its weights and bias are
+        opacityLayer(networks, lane, hidden, opacity);
+        float of_eye[2][kSlots];
 #pragma unroll
-                    for (uint32_t item = 0; item < kItemsPerLane; ++item) {
-                        float o = tanhFast(value(opacity, item, r));
-                        if (args.fraction != nullptr && !args.merged)
-                            o *= args.fraction[2 * min(first + g + 8 * r, count - 1) + e];
-                        const uint32_t eyes = args.merged ? seen_by[r] : seen_by[r] & 1u << e;
-                        const bool present = eyes != 0 && t + 4 * item < K;
-                        if (present && o > 0.0f)
-                            positive |= eyes;
-                        if (present && o >= kOpacityFloor)
-                            keep |= 1u << (kItemsPerLane * r + item);
-                        opacity[item >> 1][(item & 1u) + 2 * r] = o;
-                    }
-                uint32_t slots[2 * kItemsPerLane] = {}, kept = keep;
-                if constexpr (kShared) {
-                    if (e == 0)
-                        keep_left = keep;
-                    else
-                        keep |= slotsOfLeft(staged, keep_left, lane, slots);
+        for (uint32_t r = 0; r < 2; ++r)
+#pragma unroll
+            for (uint32_t i = 0; i < kEyes; ++i) {
+                const uint32_t e = kPair ? r : i;
+                const bool seen = (rows.seen_by[r] >> e & 1u) != 0;
+                float most = 0.0f;
+#pragma unroll
+                for (uint32_t item = 0; item < kItemsPerLane; ++item) {
+                    const uint32_t slot = kPair ? item : kItemsPerLane * r + item;
+                    float o = value(opacity, item, r);
+                    if (args.fraction != nullptr)
+                        o *= rows.fractions[r][i];
+                    o = seen ? o : 0.0f;
+                    of_eye[e][slot] = o;
+                    most = fmaxf(most, o);
+                    keep |= o >= kOpacityFloor ? 1u << slot : 0u;
                 }
-                alive = stagingIndices(keep, lane, at);
-                if (alive == 0)
-                    continue;
-#pragma unroll
-                for (uint32_t r = 0; r < 2; ++r)
-#pragma unroll
-                    for (uint32_t item = 0; item < kItemsPerLane; ++item)
-                        if (keep >> (kItemsPerLane * r + item) & 1u) {
-                            const uint32_t i = at[kItemsPerLane * r + item];
-                            staged.opacity[i] =
-                                kept >> (kItemsPerLane * r + item) & 1u ? value(opacity, item, r) : 0.0f;
-                            staged.owner[i] = uint16_t((g + 8 * r) | (t + 4 * item) << 8);
-                            if (kShared && e != 0)
-                                staged.slots[i] = slots[kItemsPerLane * r + item];
-                        }
+                positive |= most > 0.0f ? 1u << e : 0u;
             }
-            stageShapes(shared.networks, lane, hidden, keep, at, staged);
-            __syncwarp();
-            if (e == first_eye) // of the next step; here, where the networks' registers are free
-                askForAnchors<kCompact>(args, entryAt(next + (lane & 15u)), lane);
-#pragma unroll 1
-            for (uint32_t v = e; v < (args.merged ? args.eye_count : e + 1); ++v) {
-                float factors[2] = {1.0f, 1.0f};
-                if (args.merged && args.fraction != nullptr)
-                    for (uint32_t r = 0; r < 2; ++r)
-                        factors[r] = args.fraction[2 * min(first + g + 8 * r, count - 1) + v];
-                const Turns turns = {v == 0 || (!args.merged && (seen & 1u) == 0),
-                                     v == 1 || (!args.merged && (seen >> 1 & 1u) == 0)};
-                emitForEye<kCompact, kShared, kThins>(args, v, staged, alive, turns, seen_by, factors, lane, left,
-                                                      right);
+        const uint32_t alive = stagingIndices(keep, lane, at);
+        if (alive == 0)
+            return;
+#pragma unroll
+        for (uint32_t slot = 0; slot < kSlots; ++slot) {
+            const uint32_t row = slot / kItemsPerLane, k = t + 4 * (slot % kItemsPerLane);
+            at[slot] = range.place<Waiting<kPair>::kRoom>(range.count + at[slot]);
+            if ((keep >> slot & 1u) != 0) {
+                waiting.index[at[slot]] = rows.anchors[row] * K + k;
+                waiting.at(0, kOutputs, at[slot]) = of_eye[0][slot];
+                waiting.at(1, kOutputs, at[slot]) = of_eye[1][slot];
             }
-            __syncwarp();
         }
+        range.count += alive;
+    }
+    shapeLayers(networks, lane, hidden, [&](uint32_t r, uint32_t item, uint32_t which, float output) {
+        const uint32_t slot = kPair ? item : kItemsPerLane * r + item;
+        if ((keep >> slot & 1u) != 0)
+            waiting.at(r, which, at[slot]) = output;
+    });
+}
+
+// One block per multiprocessor, of as many warps as it has shared memory for. kCompact: the model is compact. kBank: it has
+// a feature bank, which makes the features depend on the eye. kShared, kThins: DecodeFrame. kPair: two eyes, each of which
+// looks for itself.
+template <bool kCompact, bool kBank, bool kShared, bool kThins, bool kPair>
+__global__ void __launch_bounds__(32 * kMostDecodeWarps) decodeKernel(const __grid_constant__ DecodeCudaArgs args)
+{
+    GSC_DYNAMIC_SHARED(memory);
+    DecodeNetworks& networks = *reinterpret_cast<DecodeNetworks*>(memory);
+    loadNetworks<kBank>(args, networks);
+
+    constexpr uint32_t kLooks = kPair ? 2 : 1; // at the anchors of a step
+    const uint32_t lane = threadIdx.x & 31u, g = lane >> 2;
+    const uint32_t warp = (blockIdx.x * blockDim.x + threadIdx.x) >> 5, warps = gridDim.x * blockDim.x >> 5;
+    const uint32_t count = min(*args.visible_count, args.visible_capacity);
+    Waiting<kPair>& waiting = reinterpret_cast<Waiting<kPair>*>(memory + sizeof(DecodeNetworks))[threadIdx.x >> 5];
+    WaitingRange range;
+    EyeTally left, right;
+    uint32_t positive = 0; // bit per eye
+    const auto entryAt = [&](uint32_t index) { return index < count ? args.visible[index] : 0u; };
+    // what must not wait, for the next look needs its room
+    const uint32_t most_new = kRows / kLooks * args.model.params.n_offsets;
+    const uint32_t too_many = min(32u, Waiting<kPair>::kRoom - most_new + 1);
+
+    // The first step is fixed; the others come from a queue, for their Gaussians differ in number. After the last one what
+    // still waits is emitted, in a step without anchors: this long code is there once.
+    uint32_t first = warp * kRows;
+    uint32_t entries = entryAt(first + (lane & 15u)); // 0: no anchor; from lane 16 on soon those of the next step
+    while (true) {
+        const bool some = first < count;
+        const uint32_t taken = some && lane == 0 ? atomicAdd(&args.counters->pass.next_anchors, kRows) : 0u;
+        uint32_t next = 0;
+#pragma unroll 1
+        for (uint32_t look = 0; look < kLooks; ++look) {
+            if (some) {
+                Rows rows{};
+#pragma unroll
+                for (uint32_t r = 0; r < 2; ++r) {
+                    const uint32_t row = g + 8 * (kPair ? look : r);
+                    const uint32_t entry = kPair && r == 1 ? 0u : __shfl_sync(~0u, entries, row);
+                    rows.anchors[r] = kPair && r == 1 ? rows.anchors[0] : entry & ((1u << kAnchorBits) - 1u);
+                    rows.seen_by[r] = kPair && r == 1 ? rows.seen_by[0] : entry >> kAnchorBits;
+                    if (args.fraction != nullptr)
+                        for (uint32_t i = 0; i < (kPair ? 1u : 2u); ++i)
+                            rows.fractions[r][i] = args.fraction[2 * min(first + row, count - 1) + (kPair ? r : i)];
+                }
+                decodeRows<kCompact, kBank, kPair>(args, networks, rows, lane, waiting, range, positive);
+                __syncwarp();
+                // of the next step, where the networks' registers are free, and later than what they need is asked for
+                if (look == 0) {
+                    next = warps * kRows + __shfl_sync(~0u, taken, 0);
+                    if (lane >= 16)
+                        entries = entryAt(next + lane - 16);
+                }
+                if (look + 1 == kLooks)
+                    askForAnchors<kCompact>(args, __shfl_sync(~0u, entries, lane | 16u), lane);
+            }
+            emitWaiting<kCompact, kShared, kThins, kPair>(args, waiting, range, some ? too_many : 1u, lane, left,
+                                                          right);
+        }
+        if (!some)
+            break;
         first = next;
+        entries = __shfl_sync(~0u, entries, lane | 16u);
     }
     finish<kShared>(args, 0, left, positive, lane);
     if (args.eye_count > 1)
@@ -178,17 +197,26 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks)
 }
 
 template <bool kCompact>
-void launchDecode(const DecodeCudaArgs& args, uint32_t processors, CUstream_st* stream)
+void launchDecode(const DecodeCudaArgs& args, uint32_t processors, size_t shared_bytes, CUstream_st* stream)
 {
-    const auto kernel_of = [&args](auto thins) {
-        constexpr bool kThins = decltype(thins)::value;
-        return args.bank != nullptr ? (args.shared_bins ? decodeKernel<kCompact, true, true, kThins>
-                                                        : decodeKernel<kCompact, true, false, kThins>)
-                                    : (args.shared_bins ? decodeKernel<kCompact, false, true, kThins>
-                                                        : decodeKernel<kCompact, false, false, kThins>);
+    const auto launch = [&](auto bank, auto shared_bins, auto thins, auto pair) {
+        constexpr bool kPair = decltype(pair)::value;
+        // on compute capability 8.6, 8.9 and 12.0 a block can have 99 KiB
+        static_assert(sizeof(DecodeNetworks) + 8 * sizeof(Waiting<kPair>) <= 99 * 1024);
+        const size_t rooms = (shared_bytes - std::min(shared_bytes, sizeof(DecodeNetworks))) / sizeof(Waiting<kPair>);
+        const auto warps = uint32_t(std::min<size_t>(rooms, kMostDecodeWarps));
+        launchCuda(
+            decodeKernel<kCompact, decltype(bank)::value, decltype(shared_bins)::value, decltype(thins)::value, kPair>,
+            processors, 32 * warps, sizeof(DecodeNetworks) + warps * sizeof(Waiting<kPair>), stream, args);
     };
-    const auto kernel = args.thins ? kernel_of(std::true_type()) : kernel_of(std::false_type());
-    launchCuda(kernel, processors * kDecodeBlocks, kDecodeThreads, sizeof(DecodeShared), stream, args);
+    const auto either = [](bool value, auto then) { value ? then(std::true_type()) : then(std::false_type()); };
+    either(args.bank != nullptr, [&](auto bank) {
+        either(args.shared_bins, [&](auto shared_bins) {
+            either(args.thins, [&](auto thins) {
+                either(args.eye_count == 2 && !args.merged, [&](auto pair) { launch(bank, shared_bins, thins, pair); });
+            });
+        });
+    });
 }
 
 } // namespace gsc

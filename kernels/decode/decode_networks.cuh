@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The networks on the matrix units, as one warp computes them for 16 anchors and one eye (decode_fragments.h).
+// The networks on the matrix units, as one warp computes them for 16 rows (decode_fragments.h).
 #pragma once
 
 #include "kernels/cuda/halves.cuh"
@@ -20,7 +20,7 @@ __device__ __forceinline__ float tanhFast(float v)
 }
 
 // A operand of the view tile: lane 0 of a row holds the high parts of the direction, lane 1 the low parts, lane 2
-// distance and level.
+// distance and level, lane 3 ones.
 __device__ __forceinline__ void viewOperand(uint32_t t, const float* u, float distance, float level, uint32_t& low,
                                             uint32_t& high)
 {
@@ -34,7 +34,8 @@ __device__ __forceinline__ void viewOperand(uint32_t t, const float* u, float di
         v[1] = d - __half2float(__float2half_rn(d));
         v[2] = level;
     } else if (t == 3) {
-        v[0] = v[1] = v[2] = 0.0f;
+        v[0] = v[1] = 1.0f;
+        v[2] = 0.0f;
     }
     low = packHalves(v[0], v[1]);
     high = packHalves(v[2], v[3]);
@@ -97,19 +98,31 @@ __device__ __forceinline__ void bankedFeatures(const uint32_t (&feature)[2][4], 
     }
 }
 
-// Second layer of one head: `hidden` are the A operands of its two k tiles.
-template <uint32_t kTiles>
-__device__ __forceinline__ void secondLayer(const uint2* fragments, const float* biases, uint32_t lane,
-                                            const uint32_t (*hidden)[4], float (*out)[4])
+// Weights in shared memory.
+struct DecodeNetworks {
+    uint4 pairs[kPairTiles * 32];
+    uint2 views[kFirstTiles * 32];
+    float4 biases[kSecondTiles * 4]; // of the second layers, as a lane's accumulators begin with them
+    alignas(16) float bank[kBankValues];
+};
+
+// d += a b over the two k tiles of a pair.
+__device__ __forceinline__ void multiplyPair(float* d, const uint32_t (*a)[4], const uint4& b)
 {
-#pragma unroll
-    for (uint32_t nt = 0; nt < kTiles; ++nt) {
-        const float2 bias = *reinterpret_cast<const float2*>(biases + nt * 8 + 2 * (lane & 3u));
-        out[nt][0] = out[nt][2] = bias.x;
-        out[nt][1] = out[nt][3] = bias.y;
-        mmaM16N8K16(out[nt], hidden[0], fragments[(2 * nt) * 32 + lane]);
-        mmaM16N8K16(out[nt], hidden[1], fragments[(2 * nt + 1) * 32 + lane]);
-    }
+    mmaM16N8K16(d, a[0], {b.x, b.y});
+    mmaM16N8K16(d, a[1], {b.z, b.w});
+}
+
+// A tile of the second layers: `hidden` are the A operands of its head's two k tiles.
+__device__ __forceinline__ void secondLayerTile(const DecodeNetworks& networks, uint32_t tile, uint32_t lane,
+                                                const uint32_t (*hidden)[4], float* out)
+{
+    const float4 bias = networks.biases[tile * 4 + (lane & 3u)];
+    out[0] = bias.x;
+    out[1] = bias.y;
+    out[2] = bias.z;
+    out[3] = bias.w;
+    multiplyPair(out, hidden, networks.pairs[(kFirstTiles + tile) * 32 + lane]);
 }
 
 // Value v of a lane's list, for row r of the pair.

@@ -22,10 +22,10 @@ uint16_t halfBits(float value)
 }
 
 // Input behind slot s of lane t in the view tile, counted from the features' end; -1: zero. Lanes 0 and 1 hold the high and
-// low parts of the direction, lane 2 those of the distance, and the level.
-constexpr int kDistanceInput = 3;
+// low parts of the direction, lane 2 those of the distance, and the level, lane 3 ones for the parts of the bias.
+constexpr int kDistanceInput = 3, kBiasHigh = 5, kBiasLow = 6;
 constexpr int kViewInput[4][4] = {
-    {0, 1, 2, -1}, {0, 1, 2, -1}, {kDistanceInput, kDistanceInput, 4, -1}, {-1, -1, -1, -1}};
+    {0, 1, 2, -1}, {0, 1, 2, -1}, {kDistanceInput, kDistanceInput, 4, -1}, {kBiasHigh, kBiasLow, -1, -1}};
 
 std::vector<float> packBank(const ModelView& model, const MlpRecord& bank)
 {
@@ -72,31 +72,48 @@ DecodeWeights packFragments(const ModelView& model, int32_t appearance)
     out.fragments.assign(size_t(kFragmentTiles) * kTileHalves, 0);
     out.biases.assign(kBiasCount, 0.0f);
 
+    std::vector<float> first_bias(8 * kFirstTiles); // as a half, and what that leaves
+    for (uint32_t column = 0; column < first_bias.size(); ++column) {
+        float& bias = first_bias[column];
+        bias = packedWeights(model, header.first_bias_f32)[column];
+        if (params.appearance_dim != 0 && appearance >= 0)
+            for (uint32_t a = 0; a < params.appearance_dim; ++a)
+                bias +=
+                    firstWeight(F + 5 + a, column) * model.embedding[size_t(appearance) * params.appearance_dim + a];
+    }
+    const auto viewWeight = [&](int input, uint32_t column) {
+        const float bias = first_bias[column];
+        if (input < 0)
+            return halfBits(0);
+        if (bias != bias && (input == kBiasHigh || input == kBiasLow))
+            return floatToHalf(bias); // stays
+        if (input == kBiasHigh)
+            return halfBits(bias);
+        if (input == kBiasLow)
+            return halfBits(bias - halfToFloat(halfBits(bias)));
+        return halfBits(firstWeight(F + uint32_t(input), column) * (input == kDistanceInput ? kDistanceScale : 1.0f));
+    };
+
+    // halves of a lane, of k tile kt of a pair
+    const auto ofPair = [&](uint32_t pair, uint32_t kt, uint32_t lane) {
+        return out.fragments.data() + ((size_t(pair) * 32 + lane) * 2 + kt) * 4;
+    };
     // B fragment of mma.m16n8k16: lane = 4 * column + t holds rows {2t, 2t+1, 2t+8, 2t+9}; the rows are ours to name
     for (uint32_t kt = 0; kt < 3; ++kt)
         for (uint32_t nt = 0; nt < kFirstTiles; ++nt)
             for (uint32_t lane = 0; lane < 32; ++lane)
                 for (uint32_t s = 0; s < 4; ++s) {
                     const uint32_t t = lane & 3u, column = nt * 8 + (lane >> 2);
-                    const int of_view = kViewInput[t][s];
-                    const uint32_t row = kt < 2 ? 8 * t + 4 * kt + s : F + uint32_t(of_view);
-                    const float factor = kt == 2 && of_view == kDistanceInput ? kDistanceScale : 1.0f;
-                    const float value = kt == 2 && of_view < 0 ? 0.0f : firstWeight(row, column) * factor;
-                    out.fragments[(size_t(kt * kFirstTiles + nt) * 32 + lane) * 4 + s] = halfBits(value);
+                    uint16_t* const to =
+                        kt < 2 ? ofPair(nt, kt, lane) : &out.fragments[(size_t(2 * kPairTiles + nt) * 32 + lane) * 4];
+                    to[s] = kt < 2 ? halfBits(firstWeight(8 * t + 4 * kt + s, column))
+                                   : viewWeight(kViewInput[t][s], column);
                 }
-    for (uint32_t column = 0; column < 8 * kFirstTiles; ++column) {
-        float bias = packedWeights(model, header.first_bias_f32)[column];
-        if (params.appearance_dim != 0 && appearance >= 0)
-            for (uint32_t a = 0; a < params.appearance_dim; ++a)
-                bias +=
-                    firstWeight(F + 5 + a, column) * model.embedding[size_t(appearance) * params.appearance_dim + a];
-        out.biases[column] = bias;
-    }
 
     // second layers: column pairs are dealt to lanes so that a lane ends up with whole Gaussians
     const uint32_t tiles[3] = {kOpacityTiles, kCovarianceTiles, kColorTiles};
     const uint32_t width[3] = {1, 7, 3};
-    uint32_t tile = 3 * kFirstTiles, bias_base = 8 * kFirstTiles;
+    uint32_t tile = 0;
     for (uint32_t head = 0; head < 3; ++head) {
         const float* weight = packedWeights(model, header.second_f32[head]);
         const float* bias = packedWeights(model, header.second_bias_f32[head]);
@@ -107,17 +124,16 @@ DecodeWeights packFragments(const ModelView& model, int32_t appearance)
                 const bool used = item < kItemsPerLane && k < K;
                 const uint32_t output = k * width[head] + part;
                 if (used)
-                    out.biases[bias_base + nt * 8 + column] = bias[output];
+                    out.biases[size_t(tile + nt) * 8 + column] = bias[output];
                 for (uint32_t kt = 0; kt < 2; ++kt)
                     for (uint32_t t = 0; t < 4; ++t)
                         for (uint32_t s = 0; s < 4; ++s) {
                             const uint32_t row = 16 * kt + 2 * t + (s & 1u) + 8 * (s >> 1);
                             const float w = used ? weight[size_t(row) * header.out_pad[head] + output] : 0.0f;
-                            out.fragments[(size_t(tile + 2 * nt + kt) * 32 + 4 * column + t) * 4 + s] = halfBits(w);
+                            ofPair(kFirstTiles + tile + nt, kt, 4 * column + t)[s] = halfBits(w);
                         }
             }
-        tile += 2 * tiles[head];
-        bias_base += 8 * tiles[head];
+        tile += tiles[head];
     }
     if (const MlpRecord* bank = mlpRecord(model, MlpKind::FeatureBank))
         out.bank = packBank(model, *bank);

@@ -18,7 +18,8 @@ struct Candidate {
 // Projects one Gaussian. False if it cannot change a pixel of the columns that are drawn. quaternion: of length sqrt(2),
 // which spares the factors 2 of its matrix. finite: it can be projected, or lies outside of the depths that are drawn.
 // kThins: DecodeFrame::thins.
-// note: no early return: nearly every Gaussian goes all the way, and a branch costs more than it saves
+// note: no early return, and & in place of &&: nearly every Gaussian goes all the way, and a branch costs more than it
+// saves
 template <bool kThins>
 __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t e, const float* position,
                                             const float* sigma, const float* quaternion, float opacity,
@@ -56,7 +57,7 @@ __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t
     }
     float a = fmaf(fx * fx, uu, 0.3f), b = fx * fy * uv, c = fmaf(fy * fy, vv, 0.3f);
     float det = a * c - b * b;
-    bool drawn = !outside && det > 0.0f;
+    bool drawn = !outside & (det > 0.0f);
     if constexpr (kThins) {
         const float* gaze = args.gaze[e];
         const float cosine =
@@ -88,8 +89,9 @@ __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t
         y1 = fminf(y1, ceilf((y + radius) * (1.0f / kTileSize)) * kTileSize + kTileSize - 1.0f);
     }
     const float left = args.bands[e].first, right = args.bands[e].last, bottom = float(eye.height) - 1.0f;
-    drawn = drawn && x1 >= left && y1 >= 0.0f && x0 <= right && y0 <= bottom && ceilf(x0) <= x1 && ceilf(y0) <= y1;
-    finite = drawn || outside || (det == det && x == x && y == y);
+    drawn =
+        drawn & (x1 >= left) & (y1 >= 0.0f) & (x0 <= right) & (y0 <= bottom) & (ceilf(x0) <= x1) & (ceilf(y0) <= y1);
+    finite = drawn | outside | ((det == det) & (x == x) & (y == y));
     // pixels in the low bits, as in packSteps(): rounded down
     const auto whole = [](float pixel) { return __float_as_uint(__fadd_rz(pixel, 0x1p23f)); };
     const uint32_t left0 = whole(ceilf(fmaxf(x0, left))), top0 = whole(ceilf(fmaxf(y0, 0.0f)));
@@ -101,9 +103,9 @@ __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t
     // less than one before the square's end that is a tile's first.
     const float square = ceilf(2.999f * axis);
     const auto isCut = [square](uint32_t last, float middle) {
-        return last % kTileSize == 0 && __uint_as_float(last) - 0x1p23f + 1.001f > middle + square;
+        return (last % kTileSize == 0) & (__uint_as_float(last) - 0x1p23f + 1.001f > middle + square);
     };
-    const bool boxed = fmaxf(ex, ey) <= fminf(square, kTouchReach) && !isCut(right1, x) && !isCut(bottom1, y);
+    const bool boxed = (fmaxf(ex, ey) <= fminf(square, kTouchReach)) & !isCut(right1, x) & !isCut(bottom1, y);
     out.touch =
         boxed ? touchCode(left0 / kTouchColumn, right1 / kTouchColumn - left0 / kTouchColumn, top0, bottom1 - top0)
               : kTouchUnknown;

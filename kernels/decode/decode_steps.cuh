@@ -1,39 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-// What one warp does to decode 16 anchors from one place: gather, first layer, second layers into a staging. Both
-// decoders of the tier `fast` are made of it (decode.cu, decode_keep.cu).
+// What one warp does to decode 16 rows: gather, first layer, second layers. Both decoders of the tier `fast` are made of it
+// (decode_kernel.cuh, decode_keep.cu).
 #pragma once
 
 #include "kernels/decode/decode_emit.cuh"
 
 namespace gsc {
 
-// Weights in shared memory.
-struct DecodeNetworks {
-    uint2 fragments[kFragmentTiles * 32];
-    float biases[kBiasCount];
-    alignas(16) float bank[kBankValues];
-};
-
-constexpr uint32_t kDecodeThreads = 256;
-constexpr uint32_t kDecodeWarps = kDecodeThreads / 32;
-constexpr uint32_t kDecodeBlocks = 2; // per multiprocessor
-
-struct DecodeShared {
-    DecodeNetworks networks;
-    Staging staging[kDecodeWarps];
-};
-static_assert(sizeof(DecodeShared) <= 99 * 1024); // what a block can have on compute capability 8.6, 8.9 and 12.0
-
 // All threads of the block call it together.
 template <bool kBank>
 __device__ __forceinline__ void loadNetworks(const DecodeCudaArgs& args, DecodeNetworks& networks)
 {
-    for (uint32_t i = threadIdx.x; i < kFragmentTiles * 32; i += kDecodeThreads)
-        networks.fragments[i] = static_cast<const uint2*>(args.fragments)[i];
-    for (uint32_t i = threadIdx.x; i < kBiasCount; i += kDecodeThreads)
-        networks.biases[i] = args.biases[i];
+    const uint4* const pairs = static_cast<const uint4*>(args.fragments);
+    const uint2* const views = reinterpret_cast<const uint2*>(pairs + kPairTiles * 32);
+    for (uint32_t i = threadIdx.x; i < kPairTiles * 32; i += blockDim.x)
+        networks.pairs[i] = pairs[i];
+    for (uint32_t i = threadIdx.x; i < kFirstTiles * 32; i += blockDim.x)
+        networks.views[i] = views[i];
+    for (uint32_t i = threadIdx.x; i < kBiasCount / 2; i += blockDim.x) {
+        const float2 bias = reinterpret_cast<const float2*>(args.biases)[i];
+        networks.biases[i] = {bias.x, bias.y, bias.x, bias.y};
+    }
     if constexpr (kBank)
-        for (uint32_t i = threadIdx.x; i < kBankValues; i += kDecodeThreads)
+        for (uint32_t i = threadIdx.x; i < kBankValues; i += blockDim.x)
             networks.bank[i] = args.bank[i];
     __syncthreads();
 }
@@ -57,7 +46,7 @@ __device__ __forceinline__ uint4 featuresOf(const DeviceModel& model, size_t anc
     return {halves(steps.x, 0x4140u), halves(steps.x, 0x4342u), halves(steps.y, 0x4140u), halves(steps.y, 0x4342u)};
 }
 
-// Features and levels of a lane's two anchors, the features as operands: per k tile.
+// Features and levels of a lane's two rows, the features as operands: per k tile.
 template <bool kCompact>
 __device__ __forceinline__ void gatherInputs(const DecodeCudaArgs& args, const uint32_t (&anchors)[2], uint32_t t,
                                              uint32_t (&feature)[2][4], float (&levels)[2])
@@ -80,21 +69,21 @@ __device__ __forceinline__ void gatherInputs(const DecodeCudaArgs& args, const u
                     levels[r] = float(model.levels[l].level);
 }
 
-// Hidden units of all heads seen from `center`, as operands of the second layers, two k tiles per head.
+// Hidden units of all heads, each of a lane's rows seen from one of `centers`, as operands of the second layers, two k
+// tiles per head.
 template <bool kBank>
-__device__ __forceinline__ void
-firstLayer(const DecodeCudaArgs& args, const DecodeNetworks& networks, uint32_t lane, const float (&positions)[2][3],
-           const float* center, const uint32_t (&feature)[2][4], const float (&levels)[2], uint32_t (&hidden)[6][4])
+__device__ __forceinline__ void firstLayer(const DecodeCudaArgs& args, const DecodeNetworks& networks, uint32_t lane,
+                                           const float (&positions)[2][3], const float* const (&centers)[2],
+                                           const uint32_t (&feature)[2][4], const float (&levels)[2],
+                                           uint32_t (&hidden)[6][4])
 {
     const uint32_t t = lane & 3u;
-    const uint2* fragments = networks.fragments;
-    const float* biases = networks.biases;
     uint32_t view[4], inputs[2][4]; // inputs: the features, after the bank
 #pragma unroll
     for (uint32_t r = 0; r < 2; ++r) {
         float u[3];
         for (int i = 0; i < 3; ++i)
-            u[i] = positions[r][i] - center[i];
+            u[i] = positions[r][i] - centers[r][i];
         const float distance = sqrtf(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
         const float inverse = __fdividef(1.0f, distance);
         for (int i = 0; i < 3; ++i)
@@ -112,23 +101,22 @@ firstLayer(const DecodeCudaArgs& args, const DecodeNetworks& networks, uint32_t 
             inputs[i / 4][i % 4] = feature[i / 4][i % 4];
 #pragma unroll
     for (uint32_t nt = 0; nt < kFirstTiles; ++nt) {
-        const float2 bias = *reinterpret_cast<const float2*>(biases + nt * 8 + 2 * t);
-        float d[4] = {bias.x, bias.y, bias.x, bias.y};
-        mmaM16N8K16(d, inputs[0], fragments[nt * 32 + lane]);
-        mmaM16N8K16(d, inputs[1], fragments[(kFirstTiles + nt) * 32 + lane]);
-        mmaM16N8K16(d, view, fragments[(2 * kFirstTiles + nt) * 32 + lane]);
+        float d[4] = {}; // the view tile adds the bias
+        multiplyPair(d, inputs, networks.pairs[nt * 32 + lane]);
+        mmaM16N8K16(d, view, networks.views[nt * 32 + lane]);
         hidden[nt / 2][(nt & 1u) * 2] = halvesRelu(d[0], d[1]);
         hidden[nt / 2][(nt & 1u) * 2 + 1] = halvesRelu(d[2], d[3]);
     }
 }
 
-// Where the Gaussians that this lane keeps go in the staging: slot-major over the warp, so that neighbours share an
-// anchor. keep: bit 3 r + item. Returns their number over the warp.
-__device__ __forceinline__ uint32_t stagingIndices(uint32_t keep, uint32_t lane, uint32_t (&index)[2 * kItemsPerLane])
+// Where the Gaussians that this lane keeps come among those that the warp keeps: slot-major, so that neighbours share an
+// anchor. keep: a bit per slot of the lane. Returns their number over the warp.
+template <uint32_t kSlots>
+__device__ __forceinline__ uint32_t stagingIndices(uint32_t keep, uint32_t lane, uint32_t (&index)[kSlots])
 {
     uint32_t total = 0;
 #pragma unroll
-    for (uint32_t slot = 0; slot < 2 * kItemsPerLane; ++slot) {
+    for (uint32_t slot = 0; slot < kSlots; ++slot) {
         const uint32_t mask = __ballot_sync(~0u, (keep >> slot & 1u) != 0);
         index[slot] = total + __popc(mask & ((1u << lane) - 1u));
         total += __popc(mask);
@@ -136,78 +124,51 @@ __device__ __forceinline__ uint32_t stagingIndices(uint32_t keep, uint32_t lane,
     return total;
 }
 
-// Opacities before their activation.
+// Opacities of a lane's Gaussians.
 __device__ __forceinline__ void opacityLayer(const DecodeNetworks& networks, uint32_t lane,
                                              const uint32_t (&hidden)[6][4], float (&opacity)[kOpacityTiles][4])
 {
-    secondLayer<kOpacityTiles>(networks.fragments + 3 * kFirstTiles * 32, networks.biases + 8 * kFirstTiles, lane,
-                               hidden, opacity);
+#pragma unroll
+    for (uint32_t nt = 0; nt < kOpacityTiles; ++nt)
+        secondLayerTile(networks, nt, lane, hidden, opacity[nt]);
+#pragma unroll
+    for (auto& tile : opacity)
+#pragma unroll
+        for (float& o : tile)
+            o = tanhFast(o);
 }
 
-// Shapes and colours of the Gaussians kept.
-__device__ __forceinline__ void stageShapes(const DecodeNetworks& networks, uint32_t lane,
-                                            const uint32_t (&hidden)[6][4], uint32_t keep,
-                                            const uint32_t (&at)[2 * kItemsPerLane], Staging& staged)
+// The values of a head, kPer of a Gaussian: put(r, item, which, value) for each of a lane's rows and Gaussians; which:
+// counted from kWhich. Few tiles at a time, or there are not registers enough.
+template <uint32_t kFirst, uint32_t kTiles, uint32_t kPer, uint32_t kWhich, typename Put>
+__device__ __forceinline__ void putHead(const DecodeNetworks& networks, uint32_t lane, const uint32_t (*hidden)[4],
+                                        Put put)
 {
-    const uint2* second = networks.fragments + 3 * kFirstTiles * 32;
-    const float* bias2 = networks.biases + 8 * kFirstTiles;
-    {
-        float covariance[kCovarianceTiles][4];
-        secondLayer<kCovarianceTiles>(second + 2 * kOpacityTiles * 32, bias2 + 8 * kOpacityTiles, lane, hidden + 2,
-                                      covariance);
+    constexpr uint32_t kAtOnce = 6;
+#pragma unroll
+    for (uint32_t first = 0; first < kTiles; first += kAtOnce) {
+        float out[kAtOnce][4];
+#pragma unroll
+        for (uint32_t i = 0; i < kAtOnce && first + i < kTiles; ++i)
+            secondLayerTile(networks, kFirst + first + i, lane, hidden, out[i]);
 #pragma unroll
         for (uint32_t r = 0; r < 2; ++r)
 #pragma unroll
-            for (uint32_t item = 0; item < kItemsPerLane; ++item)
-                if (keep >> (kItemsPerLane * r + item) & 1u) {
-                    const uint32_t i = at[kItemsPerLane * r + item];
-#pragma unroll
-                    for (uint32_t c = 0; c < 3; ++c)
-                        staged.scale[c][i] = value(covariance, 7 * item + c, r);
-#pragma unroll
-                    for (uint32_t c = 0; c < 4; ++c)
-                        staged.rotation[c][i] = value(covariance, 7 * item + 3 + c, r);
-                }
-    }
-    {
-        float color[kColorTiles][4];
-        secondLayer<kColorTiles>(second + 2 * (kOpacityTiles + kCovarianceTiles) * 32,
-                                 bias2 + 8 * (kOpacityTiles + kCovarianceTiles), lane, hidden + 4, color);
-#pragma unroll
-        for (uint32_t r = 0; r < 2; ++r)
-#pragma unroll
-            for (uint32_t item = 0; item < kItemsPerLane; ++item)
-                if (keep >> (kItemsPerLane * r + item) & 1u)
-#pragma unroll
-                    for (uint32_t c = 0; c < 3; ++c)
-                        staged.color[c][at[kItemsPerLane * r + item]] = value(color, 3 * item + c, r);
+            for (uint32_t i = 0; i < 2 * kAtOnce; ++i) {
+                const uint32_t v = 2 * first + i, item = v / kPer;
+                if (v < 2 * kTiles && item < kItemsPerLane)
+                    put(r, item, kWhich + v % kPer, value(out, i, r));
+            }
     }
 }
 
-// Which anchors the rows of a step are. All lanes of the warp call it; what is staged is read after a barrier.
-__device__ __forceinline__ void stageAnchors(const uint32_t (&anchors)[2], uint32_t lane, Staging& staged)
+// Shapes and colours; `which` as emitGaussian() takes them.
+template <typename Put>
+__device__ __forceinline__ void shapeLayers(const DecodeNetworks& networks, uint32_t lane,
+                                            const uint32_t (&hidden)[6][4], Put put)
 {
-    if ((lane & 3u) == 0)
-        for (uint32_t r = 0; r < 2; ++r)
-            staged.anchors[(lane >> 2) + 8 * r] = anchors[r];
-}
-
-// emitStaged() for one of the two eyes that a warp counts for.
-template <bool kCompact, bool kShared, bool kThins>
-__device__ __forceinline__ void emitForEye(const DecodeCudaArgs& args, uint32_t e, Staging& staged, uint32_t count,
-                                           const Turns& turns, const uint32_t (&seen_by)[2], const float (&factors)[2],
-                                           uint32_t lane, EyeTally& left, EyeTally& right)
-{
-    EyeTally tally = e == 0 ? left : right;
-    if (kShared) // eyes that share their bins take the slots of both from the first one's
-        tally.writer = left.writer;
-    emitStaged<kCompact, kShared, kThins>(args, e, staged, count, turns, seen_by, factors, lane, tally);
-    if (kShared)
-        left.writer = tally.writer;
-    if (e == 0)
-        left = tally;
-    else
-        right = tally;
+    putHead<kOpacityTiles, kCovarianceTiles, 7, 0>(networks, lane, hidden + 2, put);
+    putHead<kOpacityTiles + kCovarianceTiles, kColorTiles, 3, 7>(networks, lane, hidden + 4, put);
 }
 
 } // namespace gsc

@@ -10,6 +10,16 @@ namespace gsc {
 
 namespace {
 
+constexpr uint32_t kThreads = 256, kWarps = kThreads / 32;
+constexpr uint32_t kBlocks = 2; // per multiprocessor
+
+// A block's networks, and what its warps stage.
+struct KeepShared {
+    DecodeNetworks networks;
+    StagedStrip staging[kWarps];
+};
+static_assert(sizeof(KeepShared) <= 99 * 1024); // what a block can have on compute capability 8.6, 8.9 and 12.0
+
 constexpr uint32_t kItems = 2 * kItemsPerLane; // of a lane: 3 r + item
 
 // A strip is looked at as often as it takes: to know which Gaussians live at either key or on along the line, all of
@@ -20,18 +30,18 @@ enum Look : uint32_t { kSecondOpacities = 0, kFirstKey = 1, kSecondKey = 2 }; //
 // kCompact: the model is compact. kBank: it has a feature bank, which makes the features depend on the place. kShared,
 // kThins: DecodeFrame.
 template <bool kCompact, bool kBank, bool kShared, bool kThins>
-__global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks) keepKernel(const __grid_constant__ KeepCudaArgs args)
+__global__ void __launch_bounds__(kThreads, kBlocks) keepKernel(const __grid_constant__ KeepCudaArgs args)
 {
     GSC_DYNAMIC_SHARED(memory);
-    DecodeShared& shared = *reinterpret_cast<DecodeShared*>(memory);
+    KeepShared& shared = *reinterpret_cast<KeepShared*>(memory);
     loadNetworks<kBank>(args, shared.networks);
 
     const ReuseTables& tables = args.tables;
     const uint32_t K = args.model.params.n_offsets;
     const uint32_t lane = threadIdx.x & 31u, t = lane & 3u, g = lane >> 2;
-    const uint32_t warp = (blockIdx.x * kDecodeThreads + threadIdx.x) >> 5, warps = gridDim.x * kDecodeWarps;
+    const uint32_t warp = (blockIdx.x * kThreads + threadIdx.x) >> 5, warps = gridDim.x * kWarps;
     const uint32_t count = tables.scratch->counters.decodes;
-    Staging& staged = shared.staging[threadIdx.x >> 5];
+    StagedStrip& staged = shared.staging[threadIdx.x >> 5];
     EyeTally left, right;
     uint32_t positive = 0; // bit per eye
 
@@ -55,7 +65,8 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks) keepKernel(cons
         uint32_t feature[2][4]; // per k tile
         float levels[2];
         gatherInputs<kCompact>(args, anchors, t, feature, levels);
-        stageAnchors(anchors, lane, staged);
+        if (lane == 0)
+            staged.first = want.strip.first;
 
         const bool kept = slot != kNoEntry;
         const uint32_t keys = kept ? (1u << want.keys.count) - 1u : want.eyes;
@@ -69,7 +80,7 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks) keepKernel(cons
             const float* const center = kept            ? want.keys.center[key]
                                         : args.one_view ? args.look_from
                                                         : args.eyes[key].center;
-            firstLayer<kBank>(args, shared.networks, lane, positions, center, feature, levels, hidden);
+            firstLayer<kBank>(args, shared.networks, lane, positions, {center, center}, feature, levels, hidden);
             float opacity[kOpacityTiles][4];
             opacityLayer(shared.networks, lane, hidden, opacity);
             uint32_t positive_rows = 0;
@@ -77,10 +88,8 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks) keepKernel(cons
             for (uint32_t r = 0; r < 2; ++r)
 #pragma unroll
                 for (uint32_t item = 0; item < kItemsPerLane; ++item) {
-                    const float o = tanhFast(value(opacity, item, r));
-                    if (exists[r] && t + 4 * item < K && o > 0.0f)
+                    if (exists[r] && t + 4 * item < K && value(opacity, item, r) > 0.0f)
                         positive_rows |= 1u << (g + 8 * r);
-                    opacity[item >> 1][(item & 1u) + 2 * r] = o;
                 }
             positive_rows = __reduce_or_sync(~0u, positive_rows);
             if (!kept && (positive_rows & want.strip.lanes >> (16 * key)) != 0)
@@ -123,10 +132,13 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks) keepKernel(cons
                 for (uint32_t item = 0; item < kItemsPerLane; ++item)
                     if (keep >> (kItemsPerLane * r + item) & 1u) {
                         const uint32_t to = at[kItemsPerLane * r + item];
-                        staged.opacity[to] = value(opacity, item, r);
-                        staged.owner[to] = uint16_t((g + 8 * r) | (t + 4 * item) << 8);
+                        staged.opacities[to] = value(opacity, item, r);
+                        staged.owners[to] = uint16_t((g + 8 * r) | (t + 4 * item) << 8);
                     }
-            stageShapes(shared.networks, lane, hidden, keep, at, staged);
+            shapeLayers(shared.networks, lane, hidden, [&](uint32_t r, uint32_t item, uint32_t which, float output) {
+                if (keep >> (kItemsPerLane * r + item) & 1u)
+                    staged.outputs[which][at[kItemsPerLane * r + item]] = output;
+            });
             __syncwarp();
             if (kept) {
                 keepGaussians(tables, slot, key, staged, alive, lane);
@@ -134,8 +146,16 @@ __global__ void __launch_bounds__(kDecodeThreads, kDecodeBlocks) keepKernel(cons
                 float factors[2];
                 keptFactors(args.fraction, want.index, key, lane, factors);
                 const Turns turns = {!both || key == 0, !both || key == 1};
-                emitForEye<kCompact, kShared, kThins>(args, key, staged, alive, turns, seen_by, factors, lane, left,
-                                                      right);
+                EyeTally tally = key == 0 ? left : right;
+                if (kShared) // eyes that share their bins take the slots of both from the first one's
+                    tally.writer = left.writer;
+                emitStaged<kCompact, kShared, kThins>(args, key, staged, alive, turns, seen_by, factors, lane, tally);
+                if (kShared)
+                    left.writer = tally.writer;
+                if (key == 0)
+                    left = tally;
+                else
+                    right = tally;
             }
             __syncwarp();
         }
@@ -161,7 +181,7 @@ void decodeKeepCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* 
     };
     const auto kernel =
         args.model.compact_shape != nullptr ? of_layout(std::true_type()) : of_layout(std::false_type());
-    launchCuda(kernel, processors * kDecodeBlocks, kDecodeThreads, sizeof(DecodeShared), stream, args);
+    launchCuda(kernel, processors * kBlocks, kThreads, sizeof(KeepShared), stream, args);
 }
 
 } // namespace gsc

@@ -22,8 +22,7 @@ struct Written {
 
 // What the first eye has written of a strip and the second does not draw.
 template <bool kCompact>
-__device__ __forceinline__ void finishFirst(const KeepCudaArgs& args, Written& written, uint32_t first, uint32_t lane,
-                                            EyeTally& tally)
+__device__ __forceinline__ void finishFirst(const KeepCudaArgs& args, Written& written, uint32_t lane, EyeTally& tally)
 {
     const uint32_t none[2] = {0, 0};
     const float factors[2] = {0, 0};
@@ -31,10 +30,9 @@ __device__ __forceinline__ void finishFirst(const KeepCudaArgs& args, Written& w
 #pragma unroll 1
     for (uint32_t at = 0; at < args.model.params.n_offsets * kRows; at += 32) {
         StagedLane staged{};
-        staged.slots.value = at + lane < kStaged ? written.slot[at + lane] : kNoSlot;
-        if (!__any_sync(~0u, staged.slots.value != kNoSlot))
+        staged.its_slot = at + lane < kStaged ? written.slot[at + lane] : kNoSlot;
+        if (!__any_sync(~0u, staged.its_slot != kNoSlot))
             continue;
-        staged.first = first;
         emitStaged<kCompact, true, false>(args, 1, staged, 32, {false, true}, none, factors, lane, tally);
         if (at + lane < kStaged)
             written.slot[at + lane] = kNoSlot;
@@ -89,19 +87,19 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(cons
                 staged.first = strip.first;
                 const bool some = first + lane < count;
                 if (kShared && !turns.first && some) {
-                    staged.slots.value = written.of(staged.owner.value);
-                    written.of(staged.owner.value) = kNoSlot;
+                    staged.its_slot = written.of(staged.its_owner);
+                    written.of(staged.its_owner) = kNoSlot;
                 }
                 emitStaged<kCompact, kShared, kThins>(args, v, staged, min(count - first, 32u), turns, seen_by, factors,
                                                       lane, tally);
                 if (kShared && !turns.last && some)
-                    written.of(staged.owner.value) = staged.slots.value;
+                    written.of(staged.its_owner) = staged.its_slot;
             }
             if constexpr (kShared) {
                 if (!turns.last)
                     __syncwarp();
                 else if (!turns.first && slots.slot[0] != slots.slot[1])
-                    finishFirst<kCompact>(args, written, strip.first, lane, tally);
+                    finishFirst<kCompact>(args, written, lane, tally);
                 if (v != 0)
                     tallies[0].writer = tally.writer;
             }

@@ -7,24 +7,21 @@
 #pragma once
 
 #include "kernels/cuda/halves.cuh"
-#include "kernels/decode/decode_emit.cuh"
 #include "kernels/reuse/reuse_stages_cuda.h"
+#include "kernels/reuse/staged_strip.cuh"
 
 namespace gsc {
 
-// A lane's own Gaussian in place of a Staging, whose members it has.
+// A lane's own Gaussian in place of a StagedStrip, whose members it has.
 struct StagedLane {
-    template <typename T>
-    struct Own {
-        T value;
-        __device__ __forceinline__ T operator[](uint32_t) const { return value; }
-        __device__ __forceinline__ T& operator[](uint32_t) { return value; }
-    };
-    Own<float> scale[3], rotation[4], color[3], opacity;
-    Own<uint32_t> owner, slots;
-    uint32_t first; // anchor of the strip
+    float outputs[10], its_opacity;
+    uint32_t its_owner, its_slot;
+    uint32_t first;
 
-    __device__ __forceinline__ uint32_t anchorOf(uint32_t row) const { return first + row; }
+    __device__ __forceinline__ float output(uint32_t which, uint32_t) const { return outputs[which]; }
+    __device__ __forceinline__ float opacity(uint32_t) const { return its_opacity; }
+    __device__ __forceinline__ uint32_t owner(uint32_t) const { return its_owner; }
+    __device__ __forceinline__ uint32_t& slot(uint32_t) { return its_slot; }
 };
 
 __device__ __forceinline__ KeptWord* wordsOf(const ReuseTables& tables, uint32_t slot)
@@ -52,17 +49,17 @@ __device__ __forceinline__ void keptFactors(const float* fraction, uint32_t inde
 
 // Writes what is staged as a key of an entry.
 __device__ __forceinline__ void keepGaussians(const ReuseTables& tables, uint32_t slot, uint32_t key,
-                                              const Staging& staged, uint32_t alive, uint32_t lane)
+                                              const StagedStrip& staged, uint32_t alive, uint32_t lane)
 {
     KeptWord* const words = wordsOf(tables, slot) + key * kKeptWords * tables.room;
     for (uint32_t i = lane; i < alive; i += 32) {
-        const int opacity = __float2int_rn(fminf(fmaxf(staged.opacity[i], -1.0f), 1.0f) * 32767.0f);
-        words[i] = {(uint32_t(opacity) & 0xffffu) | uint32_t(staged.owner[i]) << 16,
-                    packHalves(staged.scale[0][i], staged.scale[1][i])};
-        words[tables.room + i] = {packHalves(staged.rotation[0][i], staged.rotation[1][i]),
-                                  packHalves(staged.rotation[2][i], staged.rotation[3][i])};
-        words[2 * tables.room + i] = {packHalves(staged.scale[2][i], staged.color[0][i]),
-                                      packHalves(staged.color[1][i], staged.color[2][i])};
+        const int opacity = __float2int_rn(fminf(fmaxf(staged.opacities[i], -1.0f), 1.0f) * 32767.0f);
+        const auto halves = [&](uint32_t low, uint32_t high) {
+            return packHalves(staged.output(low, i), staged.output(high, i));
+        };
+        words[i] = {(uint32_t(opacity) & 0xffffu) | uint32_t(staged.owners[i]) << 16, halves(0, 1)};
+        words[tables.room + i] = {halves(3, 4), halves(5, 6)};
+        words[2 * tables.room + i] = {halves(2, 7), halves(8, 9)};
     }
 }
 
@@ -71,12 +68,10 @@ __device__ __forceinline__ StagedLane loadKey(const KeptWord* words, uint32_t ro
     const KeptWord a = words[i], b = words[room + i], c = words[2 * room + i];
     const float2 s01 = halvesOf(a.high), r01 = halvesOf(b.low), r23 = halvesOf(b.high), s2c0 = halvesOf(c.low),
                  c12 = halvesOf(c.high);
-    return {{{s01.x}, {s01.y}, {s2c0.x}},
-            {{r01.x}, {r01.y}, {r23.x}, {r23.y}},
-            {{s2c0.y}, {c12.x}, {c12.y}},
-            {float(int32_t(a.low << 16) >> 16) * (1.0f / 32767.0f)},
-            {a.low >> 16},
-            {},
+    return {{s01.x, s01.y, s2c0.x, r01.x, r01.y, r23.x, r23.y, s2c0.y, c12.x, c12.y},
+            float(int32_t(a.low << 16) >> 16) * (1.0f / 32767.0f),
+            a.low >> 16,
+            kNoSlot,
             0};
 }
 
@@ -87,19 +82,12 @@ __device__ __forceinline__ StagedLane loadKept(const KeptWord* words, uint32_t r
     if (t == 0.0f)
         return kept;
     const StagedLane second = loadKey(words + kKeptWords * room, room, i);
-    const auto mix = [t](StagedLane::Own<float>& to, const StagedLane::Own<float>& from) {
-        to.value = fmaf(t, from.value - to.value, to.value);
-    };
+    const auto mix = [t](float& to, float from) { to = fmaf(t, from - to, to); };
 #pragma unroll
-    for (uint32_t c = 0; c < 3; ++c) {
-        mix(kept.scale[c], second.scale[c]);
-        mix(kept.color[c], second.color[c]);
-    }
-#pragma unroll
-    for (uint32_t c = 0; c < 4; ++c)
-        mix(kept.rotation[c], second.rotation[c]);
-    mix(kept.opacity, second.opacity);
-    kept.opacity.value = fminf(kept.opacity.value, 1.0f); // beyond a key the line leaves what packSteps() takes
+    for (uint32_t which = 0; which < 10; ++which)
+        mix(kept.outputs[which], second.outputs[which]);
+    mix(kept.its_opacity, second.its_opacity);
+    kept.its_opacity = fminf(kept.its_opacity, 1.0f); // beyond a key the line leaves what packSteps() takes
     return kept;
 }
 

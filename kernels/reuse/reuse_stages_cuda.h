@@ -27,8 +27,7 @@ inline void setNow(StripSelectArgs& args, const ReuseNow& now)
     args.counts_fresh = now.policy == ReusePolicy::Depth;
 }
 
-// `merged` is true, since what is staged is any eye's; the visible list means nothing, and `fraction` is per
-// listed strip, eye and row.
+// The visible list means nothing, and `fraction` is per listed strip, eye and row.
 struct KeepCudaArgs : DecodeCudaArgs {
     ReuseTables tables;
     bool one_view; // ReuseNow::merged: what has no entry is decoded from look_from, too

@@ -238,6 +238,7 @@ DecodeCudaArgs decodeArgs(const FrameJob& job, uint32_t pass)
     args.fragments = job.scene.fragments();
     args.biases = job.scene.biases();
     args.splats = reinterpret_cast<PackedSplat*>(job.buffers.splats);
+    args.inverse_offsets = inverseOffsets(job.scene.model().params.n_offsets);
     return args;
 }
 
@@ -250,7 +251,9 @@ void cutDepths(FrameCapture& capture, const FrameJob& job)
 void decodeFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass)
 {
     if (!job.shape.exact)
-        return capture.add(decodeArgs(job, pass), decodeFastCuda);
+        return capture.add(decodeArgs(job, pass), [&](const DecodeCudaArgs& args, CUstream_st* stream) {
+            decodeFastCuda(args, capture.processors(), job.limits.shared_bytes, stream);
+        });
     capture.add(decodeExactArgs(job, pass), [&](const DecodeExactArgs& args, CUstream_st* stream) {
         decodeExactCuda(args, capture.processors(), job.limits.shared_bytes, stream);
     });

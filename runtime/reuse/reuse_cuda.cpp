@@ -171,8 +171,7 @@ void CudaReuse::decode(FrameCapture& capture, const FrameJob& job) const
     if (!m_ample)
         capture.add(schedule, evictCuda);
     capture.add(schedule, grantCuda);
-    KeepCudaArgs keep{decodeArgs(job, 0), m_tables, job.shape.merged};
-    keep.merged = true;
+    const KeepCudaArgs keep{decodeArgs(job, 0), m_tables, job.shape.merged};
     capture.add(keep, decodeKeepCuda);
     capture.add(keep, drawKeptCuda);
     if (job.shape.view == FrameView::Age)

@@ -162,6 +162,11 @@ inline uint32_t __match_any_sync(uint32_t mask, uint32_t value, GSC_EMULATION_CA
     return mine.out;
 }
 
+inline uint32_t __umulhi(uint32_t a, uint32_t b)
+{
+    return uint32_t(uint64_t(a) * b >> 32);
+}
+
 // Per byte, unsigned.
 inline uint32_t __vminu4(uint32_t a, uint32_t b)
 {

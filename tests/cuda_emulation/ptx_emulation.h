@@ -54,10 +54,7 @@ inline uint32_t halvesRelu(float low, float high)
     return gsc_emulation::halfOfFloat(relu(low)) | uint32_t(gsc_emulation::halfOfFloat(relu(high))) << 16;
 }
 
-inline uint32_t loadNow(const uint32_t* at)
-{
-    return *at;
-}
+inline void keepComputed(uint32_t&) {}
 
 // Reads it, so that a sanitizer sees what lies outside of its array; the hardware would not mind.
 inline void prefetchGlobal(const void* address)
@@ -95,6 +92,11 @@ inline bool barrierAny(uint32_t id, uint32_t threads, bool value, GSC_EMULATION_
 // note: kernels follow each other here
 inline void launchDependents() {}
 inline void waitForEarlier() {}
+
+inline uint32_t loadNow(const uint32_t* at)
+{
+    return *at;
+}
 
 inline uint32_t loadAcquire(const uint32_t* at)
 {

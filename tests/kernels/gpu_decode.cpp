@@ -65,8 +65,10 @@ void launch(const DecodeFrame& frame, const DecodeJob& job, PackedSplat* splats)
 {
     DeviceScene& scene = job.model->scene;
     scene.useAppearance(job.appearance, testStream());
-    const DecodeCudaArgs args{frame, scene.fragments(), scene.biases(), splats};
-    decodeFastCuda(args, kTestProcessors, testStream().handle);
+    const DecodeCudaArgs args{frame, scene.fragments(), scene.biases(), splats,
+                              inverseOffsets(frame.model.params.n_offsets)};
+    const size_t shared_bytes = job.shared_bytes != 0 ? job.shared_bytes : CudaDevice(0).limits().shared_bytes;
+    decodeFastCuda(args, kTestProcessors, shared_bytes, testStream().handle);
 }
 void launch(const DecodeFrame& frame, const DecodeJob& job, ExactSplat* splats)
 {

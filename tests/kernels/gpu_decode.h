@@ -21,6 +21,7 @@ struct DecodeJob {
     std::vector<uint16_t> slab_of;
     uint32_t pass = 0, passes = 1;
     uint32_t slot_capacity = 16384;
+    size_t shared_bytes = 0; // that a block may have in `fast`; 0: what the device gives
 };
 
 // `count` anchors in an order of their own, each seen by one eye or both.
@@ -33,6 +34,13 @@ struct Emitted {
     SplatPlace place;
     uint32_t touch; // touchCode(), of a PackedSplat
 };
+
+template <typename Splat>
+bool sameSplat(const Emitted<Splat>& a, const Emitted<Splat>& b)
+{
+    return std::memcmp(&a.splat, &b.splat, sizeof(Splat)) == 0 && a.place.box == b.place.box &&
+           a.place.depth_bits == b.place.depth_bits;
+}
 
 // By eye and emission order.
 template <typename Splat>
@@ -65,6 +73,11 @@ struct DecodeTolerance {
     double color, opacity;
     double depth; // relative
 };
+
+// Weights, features and hidden values are halves in the matrix units: 2^-11 of their size each. The covariance suffers
+// most, where the four raw values of a rotation are all small. Twice the worst of all cases below (7.7e-3, 8.6e-4,
+// 2.0e-3). Positions are whole steps of 2^-20 of the largest offset.
+constexpr DecodeTolerance kFast{3e-4, 1.6e-2, 1.8e-3, 4e-3, 1e-6};
 
 // One splat for every Gaussian that safely is one, none but for those that may be, and each close to the reference.
 template <typename Splat>

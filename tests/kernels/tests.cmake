@@ -29,7 +29,7 @@ set(gsc_test_cuda_sources
     support/gpu_main.cpp kernels/gpu_tools.cpp kernels/test_cuda_frame.cpp kernels/test_cuda_graph.cpp kernels/test_cuda_pictures.cpp kernels/test_cuda_passes.cpp kernels/test_cuda_renderer.cpp kernels/test_cuda_service.cpp kernels/test_cuda_depth.cpp kernels/test_cuda_bands.cpp kernels/test_cuda_false_colours.cpp kernels/test_cuda_foveation.cpp
     kernels/test_cuda_shared.cpp kernels/test_cuda_far.cpp kernels/test_cuda_reuse.cpp kernels/test_cuda_reuse_policy.cpp
     kernels/test_cuda_reuse_limits.cpp kernels/test_cuda_load.cpp kernels/test_cuda_select.cpp
-    kernels/gpu_decode.cpp kernels/test_cuda_decode.cpp
+    kernels/gpu_decode.cpp kernels/test_cuda_decode.cpp kernels/test_cuda_decode_ring.cpp
     kernels/test_cuda_touch.cpp kernels/gpu_bin.cpp kernels/test_cuda_bin.cpp kernels/test_cuda_sort.cpp kernels/blend_scene.cpp kernels/gpu_blend.cpp kernels/test_cuda_blend.cpp
     kernels/test_cuda_long_lists.cpp)
 if(GSC_HAVE_CUDA)
