@@ -149,28 +149,6 @@ __global__ void __launch_bounds__(kPieceWarps * 32) pieceKernel(const __grid_con
     });
 }
 
-// Up to and with this lane's. All lanes of the warp call it together.
-__device__ __forceinline__ uint32_t sumUpTo(uint32_t value)
-{
-#pragma unroll
-    for (uint32_t by = 1; by < 32; by *= 2) {
-        const uint32_t left = __shfl_up_sync(~0u, value, by);
-        value += (threadIdx.x & 31u) >= by ? left : 0u;
-    }
-    return value;
-}
-
-// The first lane whose sum is more than i: it has the i-th of what all lanes have together. sum: sumUpTo().
-__device__ __forceinline__ int ownerOf(uint32_t i, uint32_t sum)
-{
-    int owner = 0;
-#pragma unroll
-    for (int by = 16; by != 0; by /= 2)
-        if (__shfl_sync(~0u, sum, owner + by - 1) <= i)
-            owner += by;
-    return owner;
-}
-
 // The units of the long lists that the lanes of a warp have. There is room for all (touchCapacity()). All lanes of the warp
 // call its functions together.
 class UnitList {

@@ -2,6 +2,7 @@
 // From a splat's place to the cells it falls into.
 #pragma once
 
+#include "kernels/cuda/warp_list.cuh"
 #include "kernels/frame/device_model.h"
 #include "kernels/math/projection.h"
 
@@ -73,13 +74,7 @@ __device__ __forceinline__ void forCellsOfWarp(const BinGrid& grid, const uint16
             put(taken[i], place.depth_bits, slot);
     if (!__any_sync(~0u, count > kFew))
         return;
-    const uint32_t many = count - few;
-    uint32_t end = many; // of this lane's among the cells of all
-#pragma unroll
-    for (uint32_t by = 1; by < 32; by *= 2) {
-        const uint32_t left = __shfl_up_sync(~0u, end, by);
-        end += lane >= by ? left : 0u;
-    }
+    const uint32_t many = count - few, end = sumUpTo(many); // of this lane's among the cells of all
     const uint32_t all = __shfl_sync(~0u, end, 31), begin = end - many;
     for (uint32_t first = 0; first < all; first += 32 * kOthers) {
         decltype(take(0u)) others[kOthers] = {};
@@ -87,11 +82,7 @@ __device__ __forceinline__ void forCellsOfWarp(const BinGrid& grid, const uint16
 #pragma unroll
         for (uint32_t j = 0; j < kOthers; ++j) {
             const uint32_t i = first + 32 * j + lane;
-            int owner = 0; // the lane whose cells end behind it
-#pragma unroll
-            for (int by = 16; by != 0; by /= 2)
-                if (__shfl_sync(~0u, end, owner + by - 1) <= i)
-                    owner += by;
+            const int owner = ownerOf(i, end);
             owners[j] = owner;
             const uint32_t box = __shfl_sync(~0u, place.box, owner), cell = i - __shfl_sync(~0u, begin, owner);
             const uint32_t of = __shfl_sync(~0u, slab, owner), w = (box >> 16 & 255u) - (box & 255u) + 1;

@@ -26,6 +26,29 @@ __device__ __forceinline__ void addOfWarp(uint32_t* counter, uint32_t value, uin
         atomicAdd(counter, sum);
 }
 
+// Of the values of the lanes up to and with this one. All lanes of the warp call it together.
+__device__ __forceinline__ uint32_t sumUpTo(uint32_t value)
+{
+#pragma unroll
+    for (uint32_t by = 1; by < 32; by *= 2) {
+        const uint32_t left = __shfl_up_sync(~0u, value, by);
+        value += (threadIdx.x & 31u) >= by ? left : 0u;
+    }
+    return value;
+}
+
+// The first lane whose sum is more than i: it has the i-th of what all lanes have together. sum: sumUpTo(). All lanes of the
+// warp call it together.
+__device__ __forceinline__ int ownerOf(uint32_t i, uint32_t sum)
+{
+    int owner = 0;
+#pragma unroll
+    for (int by = 16; by != 0; by /= 2)
+        if (__shfl_sync(~0u, sum, owner + by - 1) <= i)
+            owner += by;
+    return owner;
+}
+
 // What the lanes of a warp that count in the same place get: one atomic served them all.
 struct SharedAtomic {
     uint32_t first, peers;

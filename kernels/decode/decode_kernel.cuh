@@ -4,7 +4,7 @@
 
 #include "kernels/cuda/launch.cuh"
 #include "kernels/decode/decode_steps.cuh"
-#include "kernels/decode/decode_waiting.cuh"
+#include "kernels/decode/decode_ring.cuh"
 
 #include <algorithm>
 #include <type_traits>
