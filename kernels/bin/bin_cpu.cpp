@@ -18,6 +18,7 @@ namespace HWY_NAMESPACE {
 constexpr size_t kPrefetch = 16; // splats ahead: they lie in the order of the anchors, not of depth
 
 // Gathers splats [begin, end) in depth order, notes the windows of 4 x 4 tiles that each touches, and counts them.
+// counts: per tile, and room for grid_x + 1 more, which may be written to but are not counted up.
 void countTiles(const BinArgs& args, size_t begin, size_t end, Splat* splats, uint32_t* counts,
                 std::vector<TileWindow>& windows)
 {
@@ -26,6 +27,10 @@ void countTiles(const BinArgs& args, size_t begin, size_t end, Splat* splats, ui
         cell_x[i] = float(i % kCellsPerSide * kTileSize);
         cell_y[i] = float(i / kCellsPerSide * kTileSize);
     }
+    constexpr float kSide = float(kTileSize - 1), kNext = float(kTileSize);
+    HWY_ALIGN const float two_x[4] = {0, kNext, 0, kNext}, two_y[4] = {0, 0, kNext, kNext};
+    const D d;
+    const hn::CappedTag<float, 4> d4;
     windows.clear();
     for (size_t i = begin; i < end; ++i) {
         if (i + kPrefetch < end)
@@ -38,14 +43,26 @@ void countTiles(const BinArgs& args, size_t begin, size_t end, Splat* splats, ui
         // then what is listed in excess draws nothing
         const bool fills = (x0 == x1 || y0 == y1) && splat.x >= splat.x0 && splat.x <= splat.x1 &&
                            splat.y >= splat.y0 && splat.y <= splat.y1;
+        if (x1 - x0 < 2 && y1 - y0 < 2) { // most splats; counted without branches
+            uint32_t four = (x0 == x1 ? 5u : 15u) & (y0 == y1 ? 3u : 15u);
+            if (!fills)
+                four &= touchedCells(d4, 4, ellipse, two_x, two_y, float(x0 * kTileSize), float(y0 * kTileSize), kSide);
+            uint32_t* const at = counts + y0 * args.grid_x + x0;
+            at[0] += four & 1u;
+            at[1] += four >> 1 & 1u;
+            at[args.grid_x] += four >> 2 & 1u;
+            at[args.grid_x + 1] += four >> 3;
+            windows.push_back({y0 * args.grid_x + x0, uint16_t((four & 3u) | (four & 12u) << 2), 1});
+            continue;
+        }
         for (uint32_t y = y0; y <= y1; y += kCellsPerSide)
             for (uint32_t x = x0; x <= x1; x += kCellsPerSide) {
                 const uint32_t columns = std::min(x1 - x + 1, kCellsPerSide);
                 const uint32_t rows = std::min(y1 - y + 1, kCellsPerSide);
                 uint32_t tiles = ((1u << columns) - 1) * 0x1111u & ((1u << rows * kCellsPerSide) - 1);
                 if (!fills)
-                    tiles &= touchedCells(ellipse, cell_x, cell_y, float(x * kTileSize), float(y * kTileSize),
-                                          float(kTileSize - 1));
+                    tiles &= touchedCells(d, kCells, ellipse, cell_x, cell_y, float(x * kTileSize),
+                                          float(y * kTileSize), kSide);
                 windows.push_back(
                     {y * args.grid_x + x, uint16_t(tiles), uint16_t(x + kCellsPerSide > x1 && y + kCellsPerSide > y1)});
                 for (; tiles != 0; tiles &= tiles - 1) {
@@ -86,19 +103,19 @@ void listTiles(const std::vector<TileWindow>& windows, uint32_t grid_x, uint32_t
 
 uint64_t binCpu(const BinArgs& args, const Workers& workers, BinScratch& scratch)
 {
-    const size_t tiles = size_t(args.grid_x) * args.grid_y;
+    const size_t tiles = size_t(args.grid_x) * args.grid_y, stride = tiles + args.grid_x + 1; // countTiles()
     const size_t chunks = std::clamp<size_t>(args.count / kMinChunk, 1, kMaxChunks);
     const auto chunkFirst = [&](size_t c) { return args.count * c / chunks; };
     scratch.splats.reserve(args.count);
     scratch.tile_first.reserve(tiles + 1);
-    scratch.chunk_counts.reserve(chunks * tiles);
+    scratch.chunk_counts.reserve(chunks * stride);
     scratch.chunk_windows.resize(std::max(scratch.chunk_windows.size(), chunks));
 
     const auto count = HWY_DYNAMIC_DISPATCH(countTiles);
     workers.run(chunks, 1, [&](size_t begin, size_t end, int) {
         for (size_t c = begin; c < end; ++c) {
-            uint32_t* counts = scratch.chunk_counts.data() + c * tiles;
-            std::memset(counts, 0, tiles * sizeof(uint32_t));
+            uint32_t* counts = scratch.chunk_counts.data() + c * stride;
+            std::memset(counts, 0, stride * sizeof(uint32_t));
             count(args, chunkFirst(c), chunkFirst(c + 1), scratch.splats.data(), counts, scratch.chunk_windows[c]);
         }
     });
@@ -106,7 +123,7 @@ uint64_t binCpu(const BinArgs& args, const Workers& workers, BinScratch& scratch
     for (size_t tile = 0; tile < tiles; ++tile) {
         scratch.tile_first[tile] = uint32_t(sum);
         for (size_t c = 0; c < chunks; ++c) {
-            uint32_t& first = scratch.chunk_counts[c * tiles + tile];
+            uint32_t& first = scratch.chunk_counts[c * stride + tile];
             const uint32_t n = first;
             first = uint32_t(sum);
             sum += n;
@@ -121,7 +138,7 @@ uint64_t binCpu(const BinArgs& args, const Workers& workers, BinScratch& scratch
     workers.run(chunks, 1, [&](size_t begin, size_t end, int) {
         for (size_t c = begin; c < end; ++c)
             listTiles(scratch.chunk_windows[c], args.grid_x, uint32_t(chunkFirst(c)),
-                      scratch.chunk_counts.data() + c * tiles, scratch.entries.data());
+                      scratch.chunk_counts.data() + c * stride, scratch.entries.data());
     });
     return sum;
 }

@@ -105,11 +105,13 @@ uint64_t blendTile(const BlendArgs& args, const BlendRules& rules, uint32_t tile
     TileState state;
     SplatBatch batch;
     const uint32_t tile_x = tile % args.grid_x * kTileSize, tile_y = tile / args.grid_x * kTileSize;
+    const uint32_t begin = args.tile_first[tile], end = args.tile_first[tile + 1];
+    for (uint32_t i = begin; i < std::min(begin + kBatch, end); ++i)
+        prefetchSplat(args.splats + args.entries[i]);
     startTile(args, tile_x, tile_y, state);
     uint64_t blocks = 0;
     uint32_t evaluations[kCost ? kBlockPixels : 1] = {};
-    const uint32_t end = args.tile_first[tile + 1];
-    for (uint32_t first = args.tile_first[tile]; first < end && state.live != 0; first += kBatch) {
+    for (uint32_t first = begin; first < end && state.live != 0; first += kBatch) {
         prepareBatch(args, args.entries + first, std::min(kBatch, end - first), end - first, kDepth, state, batch);
         for (uint32_t live = state.live; live != 0; live &= live - 1) {
             const uint32_t block = uint32_t(__builtin_ctz(live));

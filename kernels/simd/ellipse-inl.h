@@ -45,22 +45,23 @@ HWY_INLINE Ellipse ellipseOf(const Splat& s)
             s.cutoff >= kLooseCutoff};
 }
 
-// Cell i has its first pixel at (cell_x[i], cell_y[i]) + (x, y) and its last `side` further. Bit i is set if the
-// smallest value of the splat's quadratic form on the cell is at most 2 cutoff; for a positive definite form it lies
-// on one of the two sides nearest the centre. Conservative: the cutoff allows for twice the rounding of the form.
-HWY_INLINE uint32_t touchedCells(const Ellipse& splat, const float* cell_x, const float* cell_y, float x, float y,
-                                 float side)
+// Cell i of `cells`, a multiple of the lanes of d, has its first pixel at (cell_x[i], cell_y[i]) + (x, y) and its last `side`
+// further. Bit i is set if the smallest value of the splat's quadratic form on the cell is at most 2 cutoff; for a positive
+// definite form it lies on one of the two sides nearest the centre. Conservative: the cutoff allows for twice the rounding of
+// the form.
+template <class Tag, class V = hn::Vec<Tag>>
+HWY_INLINE uint32_t touchedCells(Tag d, uint32_t cells, const Ellipse& splat, const float* cell_x, const float* cell_y,
+                                 float x, float y, float side)
 {
     if (splat.loose)
-        return (1u << kCells) - 1;
-    const D d;
+        return (1u << cells) - 1;
     const V a = hn::Set(d, splat.a), b2 = hn::Set(d, splat.b2), c = hn::Set(d, splat.c);
     const V slope_y = hn::Set(d, splat.slope_y), slope_x = hn::Set(d, splat.slope_x);
     const V zero = hn::Zero(d), extent = hn::Set(d, side), level = hn::Set(d, splat.level);
     // note: one rounding each, since the cells' pixels are small integers
     const V shift_x = hn::Set(d, x - splat.x), shift_y = hn::Set(d, y - splat.y);
     uint32_t touched = 0;
-    for (uint32_t i = 0; i < kCells; i += uint32_t(hn::Lanes(d))) {
+    for (uint32_t i = 0; i < cells; i += uint32_t(hn::Lanes(d))) {
         const V left = hn::Add(hn::Load(d, cell_x + i), shift_x), right = hn::Add(left, extent);
         const V top = hn::Add(hn::Load(d, cell_y + i), shift_y), bottom = hn::Add(top, extent);
         const V near_x = hn::Min(hn::Max(zero, left), right), near_y = hn::Min(hn::Max(zero, top), bottom);
@@ -70,7 +71,7 @@ HWY_INLINE uint32_t touchedCells(const Ellipse& splat, const float* cell_x, cons
             return hn::MulAdd(hn::MulAdd(b2, v, hn::Mul(a, u)), u, hn::Mul(hn::Mul(c, v), v));
         };
         const V smallest = hn::Min(form(near_x, along_y), form(along_x, near_y));
-        touched |= maskBits(hn::Le(smallest, level)) << i;
+        touched |= maskBits(d, hn::Le(smallest, level)) << i;
     }
     return touched;
 }

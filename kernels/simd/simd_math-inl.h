@@ -26,11 +26,16 @@ using V = hn::Vec<D>;
 using DHalf = hn::Rebind<hwy::float16_t, D>;
 
 // Bit i: lane i.
-HWY_INLINE uint32_t maskBits(hn::Mask<D> mask)
+template <class Tag>
+HWY_INLINE uint32_t maskBits(Tag d, hn::Mask<Tag> mask)
 {
     uint8_t bytes[8] = {};
-    hn::StoreMaskBits(D(), mask, bytes);
+    hn::StoreMaskBits(d, mask, bytes);
     return uint32_t(bytes[0]) | uint32_t(bytes[1]) << 8;
+}
+HWY_INLINE uint32_t maskBits(hn::Mask<D> mask)
+{
+    return maskBits(D(), mask);
 }
 
 HWY_INLINE hn::Mask<D> maskOf(uint32_t bits)
