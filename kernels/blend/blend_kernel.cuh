@@ -7,13 +7,12 @@
 
 namespace gsc {
 
-// kRows: rows of sub-tiles of a warp that shares its bin with three others. early: only if some list is long enough for
-// LongPart::First, whose end leaves multiprocessors idle. Else the bins come after LongPart::Behind.
+// The bins whose lists are not long, beside LongPart::First, whose end leaves multiprocessors idle. kRows: rows of sub-tiles of
+// a warp that shares its bin with three others.
 template <typename Rules, uint32_t kRows>
-__global__ void __launch_bounds__(kBlendThreads, kBlendBlocks)
-    blendKernel(const __grid_constant__ BlendCudaArgs args, bool early)
+__global__ void __launch_bounds__(kBlendThreads, kBlendBlocks) blendKernel(const __grid_constant__ BlendCudaArgs args)
 {
-    if (willRepeat(*args.counters) || (early && args.counters->pass.longest_bins == 0)) {
+    if (willRepeat(*args.counters)) {
         waitForEarlier();
         return;
     }
@@ -76,13 +75,13 @@ void launchRows(const BlendCudaArgs& args, uint32_t processors, CUstream_st* str
     const auto tiles = [&](LongPart part) {
         launchCuda(tileKernel<Rules, kRows>, processors * Rules::kLoneBlocks, kLoneThreads, 0, stream, args, part);
     };
-    const auto others = [&](bool early) {
+    const auto others = [&] {
         launchCudaAs(waitsInTheEnd(blendKernel<Rules, kRows>), blendKernel<Rules, kRows>, processors * kBlendBlocks,
-                     kBlendThreads, sizeof(BlendShared<Rules, kRows>), stream, args, early);
+                     kBlendThreads, sizeof(BlendShared<Rules, kRows>), stream, args);
     };
     if constexpr (Rules::kDepth) {
         tiles(LongPart::All);
-        others(false);
+        others();
     } else {
         const auto touch = [&](bool behind) {
             launchCuda(touchKernel<Rules, kRows>, processors * kTouchBlocks<Rules>, kTouchThreads, 0, stream, args,
@@ -90,10 +89,9 @@ void launchRows(const BlendCudaArgs& args, uint32_t processors, CUstream_st* str
         };
         touch(false);
         tiles(LongPart::First);
-        others(true);
+        others();
         touch(true);
         tiles(LongPart::Behind);
-        others(false);
     }
 }
 

@@ -94,7 +94,7 @@ __device__ __forceinline__ bool blendTile(const BlendCudaArgs& args, const Area&
 
 // What of the long lists a launch blends.
 enum class LongPart : uint32_t {
-    First,  // of the longest lists their first units: most sub-tiles are finished by then
+    First, // of the longest lists their first units: most sub-tiles are finished by then; if there are none, every list
     Behind, // what is behind those, and all of the other lists, which keep the device busy meanwhile
     All     // every list, as far as its units were found: depths, which pixels have before their light ends
 };
@@ -287,8 +287,8 @@ __global__ void __launch_bounds__(kLoneThreads, Rules::kLoneBlocks)
     launchDependents(); // the other bins take the multiprocessors that this leaves
     PassCounters& pass = args.counters->pass;
     const uint32_t readers = args.shared_bins ? kMaxEyes : 1u, longest = readers * pass.longest_bins;
-    const uint32_t bins = part == LongPart::First ? longest : readers * pass.long_bins;
-    if (bins == 0 || willRepeat(*args.counters))
+    const uint32_t bins = part == LongPart::First && longest != 0 ? longest : readers * pass.long_bins;
+    if (bins == 0 || (part == LongPart::Behind && longest == 0) || willRepeat(*args.counters))
         return;
     using T = LoneTile<kRows>;
     __shared__ LoneShared<Rules> shared[kLoneThreads / kHalf];

@@ -210,10 +210,8 @@ __device__ __forceinline__ void touchOfCodes(const uint32_t (&slots)[kCount], co
 template <typename T>
 __device__ __forceinline__ void clearQueue(const BlendCudaArgs& args, uint32_t processors)
 {
-    const PassCounters& pass = args.counters->pass;
-    if (pass.longest_bins == 0)
-        return;
-    const uint32_t words = 2 * T::kBinPairs * (pass.touch_units / kSegmentUnits + 1) + kLoneWarps * processors;
+    const uint32_t words =
+        2 * T::kBinPairs * (args.counters->pass.touch_units / kSegmentUnits + 1) + kLoneWarps * processors;
     for (uint32_t i = blockIdx.x * kTouchThreads + threadIdx.x; i < words; i += gridDim.x * kTouchThreads)
         args.segment_queue[i] = 0;
 }
@@ -239,7 +237,7 @@ __global__ void __launch_bounds__(kTouchThreads, kTouchBlocks<Rules>)
     using Splat = typename Rules::Splat;
     using Planes = TouchPlanes<T>;
     constexpr uint32_t kAtOnce = kWarpKeys / 32, kWords = kTouchWords<T>;
-    if (willRepeat(*args.counters))
+    if ((behind && args.counters->pass.longest_bins == 0) || willRepeat(*args.counters))
         return;
     if constexpr (Rules::kSegments)
         if (behind)
