@@ -32,7 +32,7 @@ std::vector<std::string> backendNames()
 {
     std::vector<std::string> names;
     for (const DeviceInfo& device : devices())
-        if (device.usable && device.id.ordinal == 0)
+        if (device.id.ordinal == 0) // one that cannot be used says why when it is opened
             names.push_back(device.id.backend);
     return names;
 }

@@ -337,6 +337,13 @@ class PlayCliTest(PlayTest):
             self.assertIn(cuda.returncode, (5, 7))
             self.assertRegex(cuda.stderr, r"^error: backend cuda: .*expected .*--backend cpu")
             self.assertEqual(cuda.stdout, "")
+            sweep = self.folder / "sweep.json" # a sweep names it too
+            sweep.write_text(json.dumps({"schema": "gsc.sweep/1", "trajectories": ["stored"], "size": [8, 8],
+                                         "axes": {"backend": ["cuda"]}}))
+            run = subprocess.run([PLAY, "bench", self.model, "--sweep", sweep, "--out", self.folder / "runs.jsonl"],
+                                 capture_output=True, text=True, check=False)
+            self.assertEqual((run.returncode, run.stderr), (cuda.returncode, cuda.stderr))
+            self.assertFalse((self.folder / "runs.jsonl").exists())
         else:
             self.refused(*base[:3], "--backend", "cuda", code=1, says="not part of this build")
 
