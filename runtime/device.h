@@ -44,6 +44,9 @@ void startDevice(const DeviceId& device) noexcept;
 // be usable.
 void checkDevice(const DeviceId& device);
 
+// Throws what makeRenderer() throws for a device that there is and that is not usable; nothing for "auto".
+void checkUsable(const DeviceId& device);
+
 // Empty or 0 = unknown.
 struct DeviceFacts {
     std::string name, driver;

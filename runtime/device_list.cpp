@@ -45,6 +45,11 @@ constexpr Entry kEntries[] = {
     {"cpu-reference", one, oneCore, [](int, const RendererOptions&) { return makeCpuRenderer(CpuPath::Reference, 1); }},
 };
 
+Error unusable(const DeviceInfo& device)
+{
+    return Error(device.why, formatString("backend %s: %s", deviceText(device.id).c_str(), device.text.c_str()));
+}
+
 } // namespace
 
 std::string deviceText(const DeviceId& device)
@@ -97,6 +102,13 @@ void checkDevice(const DeviceId& device)
                                                device.backend.c_str(), names.c_str()));
 }
 
+void checkUsable(const DeviceId& device)
+{
+    for (const DeviceInfo& found : devices())
+        if (found.id == device && !found.usable)
+            throw unusable(found);
+}
+
 void startDevice(const DeviceId& device) noexcept
 try {
     for (const Entry& entry : kEntries)
@@ -120,7 +132,7 @@ std::unique_ptr<Renderer> makeRenderer(const DeviceId& device, const RendererOpt
         if (any && warning != nullptr)
             *warning = formatString("backend %s is passed over: %s", entry.name, found.text.c_str());
     }
-    throw Error(found.why, formatString("backend %s: %s", deviceText(device).c_str(), found.text.c_str()));
+    throw unusable(found);
 }
 
 } // namespace gsc

@@ -6,6 +6,11 @@
 #
 # On Debian 12 for x86-64, with g++-12-aarch64-linux-gnu and qemu-user; libraries for Arm are fetched into FOLDER.
 set -eu
+unset CDPATH
+if [ $# -gt 0 ]; then
+    mkdir -p "$1"
+    folder=$(cd "$1" && pwd)
+fi
 cd "$(dirname "$0")/.."
 for program in aarch64-linux-gnu-g++-12 qemu-aarch64; do
     if ! command -v "$program" > /dev/null; then
@@ -13,11 +18,14 @@ for program in aarch64-linux-gnu-g++-12 qemu-aarch64; do
         exit 1
     fi
 done
-mkdir -p "${1:-build/arm}"
-folder=$(cd "${1:-build/arm}" && pwd)
+if [ $# = 0 ]; then
+    mkdir -p build/arm
+    folder=$PWD/build/arm
+fi
 libraries=$folder/root/usr/lib/aarch64-linux-gnu
 if [ ! -d "$folder/root" ]; then
     packages=$folder/packages
+    rm -rf "$packages" "$folder/unpacked"
     mkdir -p "$packages/lists/partial" "$packages/cache/archives/partial"
     arm() {
         apt-get -qq -o APT::Architecture=arm64 -o APT::Architectures=arm64 -o APT::Sandbox::User=root \
@@ -29,6 +37,7 @@ if [ ! -d "$folder/root" ]; then
         dpkg -x "$package" "$folder/unpacked"
     done
     mv "$folder/unpacked" "$folder/root" # only when all is there
+    rm -rf "$packages"
 fi
 cmake --preset lean -B "$folder" -DCMAKE_SYSTEM_NAME=Linux -DCMAKE_SYSTEM_PROCESSOR=aarch64 \
     -DCMAKE_C_COMPILER=aarch64-linux-gnu-gcc-12 -DCMAKE_CXX_COMPILER=aarch64-linux-gnu-g++-12 \

@@ -29,7 +29,7 @@ struct BinScratch {
     Buffer<Splat> splats;                               // front to back
     Buffer<uint32_t> tile_first;                        // grid_x * grid_y + 1 positions in `entries`
     Buffer<uint32_t> entries;                           // indices into `splats`, per tile front to back
-    Buffer<uint32_t> chunk_counts;                      // per chunk of splats and tile
+    Buffer<uint32_t> chunk_counts;                      // per chunk of splats and tile, and grid_x + 1 to spare
     std::vector<std::vector<TileWindow>> chunk_windows; // kept from frame to frame for their memory
 };
 

@@ -154,7 +154,7 @@ HWY_INLINE void sigmoids(const V* x, V* value, V* rest)
 struct Shape {
     V log_slope[3];       // d ln(s_i^2) / 2 per change of the network's output, times s_i^2 / r_i
     V turn[3];            // factor of the squared turn round axis i
-    HWY_INLINE Shape() {} // note: it has the target's attributes; GCC for Arm does not give them to one of its own
+    HWY_INLINE Shape() {} // note: it has the target's attributes; GCC for Arm does not give them to an implicit one
 };
 
 // M = R diag(s^2) R^T with s_i = scale_i sigmoid(z_i) and R of the quaternion q. In R's frame dM has 2 s_i^2 d ln s_i on

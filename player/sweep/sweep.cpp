@@ -32,7 +32,7 @@ std::vector<std::string> backendNames()
 {
     std::vector<std::string> names;
     for (const DeviceInfo& device : devices())
-        if (device.id.ordinal == 0) // one that cannot be used says why when it is opened
+        if (device.id.ordinal == 0)
             names.push_back(device.id.backend);
     return names;
 }
@@ -107,6 +107,8 @@ public:
                                               {"lod_fade", run.lod_fade},
                                               {"lod_hysteresis", run.lod_hysteresis}})
                 checkLevelChoice(*m_scene, options.play.input, options.sweep + ": a run has " + axis, value);
+        for (const RunConfig& run : m_runs)
+            checkUsable({run.backend, 0}); // before anything is drawn: renderers are opened when they are needed
         for (RunConfig& run : m_runs)
             run.backend = m_measurer->nameOf(run.backend);
         plan(options);

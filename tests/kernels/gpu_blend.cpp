@@ -48,7 +48,7 @@ std::vector<uint16_t> codesOf(const BlendScene<ExactSplat>&, uint32_t&)
 
 template <typename Splat>
 Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes, uint32_t longest,
-                    const std::vector<uint16_t>& codes)
+                    const std::vector<uint16_t>& codes, bool has_longest)
 {
     const auto eye_count = uint32_t(scene.eyes.size());
     const uint32_t bins = eye_count * scene.grid.bins();
@@ -101,9 +101,9 @@ Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes, uint32_t lo
         counters.pass = {};
         counters.pass.bins = uint32_t(queue.size());
         counters.pass.long_bins = long_bins;
-        while (
-            counters.pass.longest_bins < counters.pass.long_bins &&
-            (counters.pass.longest_bins == 0 || counts[queue[counters.pass.longest_bins]] > kFirstUnits * kTouchUnit))
+        while (counters.pass.longest_bins < counters.pass.long_bins &&
+               ((has_longest && counters.pass.longest_bins == 0) ||
+                counts[queue[counters.pass.longest_bins]] > kFirstUnits * kTouchUnit))
             ++counters.pass.longest_bins;
         counters.pass.touch_units = uint32_t(units.size());
         const GuardedBuffer<TouchUnit> device_units(units);
@@ -198,9 +198,9 @@ void checkPixels(const BlendScene<Splat>& scene, const Drawn& drawn, double usua
 }
 
 template Drawn blendOnDevice<PackedSplat>(const BlendScene<PackedSplat>&, uint32_t, uint32_t,
-                                          const std::vector<uint16_t>&);
+                                          const std::vector<uint16_t>&, bool);
 template Drawn blendOnDevice<ExactSplat>(const BlendScene<ExactSplat>&, uint32_t, uint32_t,
-                                         const std::vector<uint16_t>&);
+                                         const std::vector<uint16_t>&, bool);
 template void checkPixels<PackedSplat>(const BlendScene<PackedSplat>&, const Drawn&, double);
 template void checkPixels<ExactSplat>(const BlendScene<ExactSplat>&, const Drawn&, double);
 

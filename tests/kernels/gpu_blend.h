@@ -34,10 +34,11 @@ std::vector<uint16_t> codesOf(const BlendScene<PackedSplat>& scene, uint32_t& kn
 std::vector<uint16_t> codesOf(const BlendScene<ExactSplat>& scene, uint32_t& known);
 
 // Draws the scene in `passes`, each of which takes its part of the splats; the `longest` fullest bins as long lists. codes:
-// touchCode() of each splat, or none.
+// touchCode() of each splat, or none. has_longest: the fullest has first units, however short it is; else only those that are
+// longer have them.
 template <typename Splat>
 Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes = 1, uint32_t longest = 0,
-                    const std::vector<uint16_t>& codes = {});
+                    const std::vector<uint16_t>& codes = {}, bool has_longest = true);
 
 // Every pixel within what rounding explains, and for almost all of them that is little.
 template <typename Splat>

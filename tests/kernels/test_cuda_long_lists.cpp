@@ -31,12 +31,14 @@ void checkSameBytes()
                 uint32_t known = 0;
                 const std::vector<uint16_t> codes = codesOf(scene, known);
                 CHECK(blendOnDevice(scene, 1, longest, codes) == whole);
+                CHECK(blendOnDevice(scene, 1, longest, codes, false) == whole); // all lists before what is behind them
                 CHECK((codes.empty() || known > 40));
             }
             for (const uint32_t passes : {2u, 3u}) {
                 CAPTURE(passes);
                 CHECK(blendOnDevice(scene, passes) == whole);
                 CHECK(blendOnDevice(scene, passes, 2) == whole);
+                CHECK(blendOnDevice(scene, passes, 2, {}, false) == whole);
             }
         }
         // many batches of a group, and more units than the longest lists have found at first

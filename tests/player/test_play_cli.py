@@ -339,7 +339,7 @@ class PlayCliTest(PlayTest):
             self.assertEqual(cuda.stdout, "")
             sweep = self.folder / "sweep.json" # a sweep names it too
             sweep.write_text(json.dumps({"schema": "gsc.sweep/1", "trajectories": ["stored"], "size": [8, 8],
-                                         "axes": {"backend": ["cuda"]}}))
+                                         "axes": {"backend": ["cpu", "cuda"]}}))
             run = subprocess.run([PLAY, "bench", self.model, "--sweep", sweep, "--out", self.folder / "runs.jsonl"],
                                  capture_output=True, text=True, check=False)
             self.assertEqual((run.returncode, run.stderr), (cuda.returncode, cuda.stderr))
