@@ -35,4 +35,7 @@ def main():
     pathlib.Path(sys.argv[2]).write_text(json.dumps(path))
 
 
-main()
+if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    main()
