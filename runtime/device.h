@@ -30,6 +30,9 @@ struct DeviceInfo {
     uint64_t memory_bytes = 0; // its own; 0 = the host's
 };
 
+// Of this build, best first, usable or not.
+std::vector<std::string> backendNames();
+
 // How pictures come from one GPU to another: "NVLink", "PCIe" (both from memory to memory) or "host" (through its memory).
 std::string deviceLink(const DeviceId& from, const DeviceId& to);
 

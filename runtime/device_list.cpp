@@ -57,6 +57,14 @@ std::string deviceText(const DeviceId& device)
     return device.ordinal == 0 ? device.backend : device.backend + ":" + std::to_string(device.ordinal);
 }
 
+std::vector<std::string> backendNames()
+{
+    std::vector<std::string> names;
+    for (const Entry& entry : kEntries)
+        names.emplace_back(entry.name);
+    return names;
+}
+
 std::vector<DeviceInfo> devices()
 {
     std::vector<DeviceInfo> all;
@@ -104,9 +112,10 @@ void checkDevice(const DeviceId& device)
 
 void checkUsable(const DeviceId& device)
 {
-    for (const DeviceInfo& found : devices())
-        if (found.id == device && !found.usable)
-            throw unusable(found);
+    for (const Entry& entry : kEntries)
+        if (device.backend == entry.name)
+            if (const DeviceInfo found = entry.look(device.ordinal); !found.usable)
+                throw unusable(found);
 }
 
 void startDevice(const DeviceId& device) noexcept

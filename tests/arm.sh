@@ -6,22 +6,17 @@
 #
 # On Debian 12 for x86-64, with g++-12-aarch64-linux-gnu and qemu-user; libraries for Arm are fetched into FOLDER.
 set -eu
-unset CDPATH
-if [ $# -gt 0 ]; then
-    mkdir -p "$1"
-    folder=$(cd "$1" && pwd)
-fi
-cd "$(dirname "$0")/.."
 for program in aarch64-linux-gnu-g++-12 qemu-aarch64; do
     if ! command -v "$program" > /dev/null; then
         echo "arm.sh: found no $program, expected it in PATH; install g++-12-aarch64-linux-gnu and qemu-user" >&2
         exit 1
     fi
 done
-if [ $# = 0 ]; then
-    mkdir -p build/arm
-    folder=$PWD/build/arm
-fi
+unset CDPATH
+source=$(cd "$(dirname "$0")/.." && pwd)
+mkdir -p "${1:-$source/build/arm}"
+folder=$(cd "${1:-$source/build/arm}" && pwd)
+cd "$source"
 libraries=$folder/root/usr/lib/aarch64-linux-gnu
 if [ ! -d "$folder/root" ]; then
     packages=$folder/packages

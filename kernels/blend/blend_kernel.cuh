@@ -7,8 +7,8 @@
 
 namespace gsc {
 
-// The bins whose lists are not long, beside LongPart::First (for depths, All), whose end leaves multiprocessors idle. kRows: rows of sub-tiles of
-// a warp that shares its bin with three others.
+// The bins whose lists are not long, beside LongPart::First (for depths, All), whose end leaves multiprocessors idle.
+// kRows: rows of sub-tiles of a warp that shares its bin with three others.
 template <typename Rules, uint32_t kRows>
 __global__ void __launch_bounds__(kBlendThreads, kBlendBlocks) blendKernel(const __grid_constant__ BlendCudaArgs args)
 {

@@ -94,9 +94,12 @@ __device__ __forceinline__ bool blendTile(const BlendCudaArgs& args, const Area&
 
 // What of the long lists a launch blends.
 enum class LongPart : uint32_t {
-    First, // of the longest lists their first units: most sub-tiles are finished by then; if there are none, every list
-    Behind, // what is behind those, and all of the other lists, which keep the device busy meanwhile; nothing if First had all
-    All // every list, as far as its units were found: depths, which pixels have before their light ends
+    // Of the longest lists their first units: most sub-tiles are finished by then. All lists, if none is so long.
+    First,
+    // What is behind those, and the other lists, which keep the device busy meanwhile. Nothing, if First had all.
+    Behind,
+    // Every list, as far as its units were found: depths, which pixels have before their light ends.
+    All
 };
 
 // How a warp blends a segment; Whole: it is none.

@@ -28,15 +28,6 @@ namespace {
 
 constexpr size_t kMaxConfigBytes = 16 << 20;
 
-std::vector<std::string> backendNames()
-{
-    std::vector<std::string> names;
-    for (const DeviceInfo& device : devices())
-        if (device.id.ordinal == 0)
-            names.push_back(device.id.backend);
-    return names;
-}
-
 PlayOptions withFrames(PlayOptions options, const SweepConfig& config)
 {
     if (config.width > 0) {
@@ -107,8 +98,10 @@ public:
                                               {"lod_fade", run.lod_fade},
                                               {"lod_hysteresis", run.lod_hysteresis}})
                 checkLevelChoice(*m_scene, options.play.input, options.sweep + ": a run has " + axis, value);
+        std::set<std::string> backends;
         for (const RunConfig& run : m_runs)
-            checkUsable({run.backend, 0}); // before anything is drawn: renderers are opened when they are needed
+            if (backends.insert(run.backend).second)
+                checkUsable({run.backend, 0}); // before anything is drawn: renderers are opened when they are needed
         for (RunConfig& run : m_runs)
             run.backend = m_measurer->nameOf(run.backend);
         plan(options);
