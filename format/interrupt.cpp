@@ -15,13 +15,22 @@ namespace {
 std::atomic<bool> g_interrupted{false};
 static_assert(std::atomic<bool>::is_always_lock_free); // the only kind a signal handler may touch
 
+constexpr int kRequests[] = {SIGINT, SIGTERM, SIGHUP};
+
+// What was started with a signal ignored goes on at it: nohup, and a shell's `command &`.
+bool ignored(int number)
+{
+    struct sigaction now {};
+    return ::sigaction(number, nullptr, &now) == 0 && now.sa_handler == SIG_IGN;
+}
+
 extern "C" void onInterrupt(int)
 {
     g_interrupted.store(true, std::memory_order_relaxed);
-    // the next signal, of any kind, gets the default action
-    std::signal(SIGINT, SIG_DFL);
-    std::signal(SIGTERM, SIG_DFL);
-    std::signal(SIGHUP, SIG_DFL);
+    // the next signal, of any kind that is not ignored, gets the default action
+    for (const int number : kRequests)
+        if (!ignored(number))
+            std::signal(number, SIG_DFL);
 }
 
 } // namespace
@@ -32,11 +41,9 @@ void installInterruptHandler()
     action.sa_handler = onInterrupt;
     sigemptyset(&action.sa_mask);
     action.sa_flags = SA_RESTART; // reads and writes in flight go on; the loops ask
-    ::sigaction(SIGINT, &action, nullptr);
-    ::sigaction(SIGTERM, &action, nullptr);
-    struct sigaction hangup {};
-    if (::sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler != SIG_IGN) // nohup stays in force
-        ::sigaction(SIGHUP, &action, nullptr);
+    for (const int number : kRequests)
+        if (!ignored(number))
+            ::sigaction(number, &action, nullptr);
     // a closed pipe and the file size limit become errors of the write, which clean up
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGXFSZ, SIG_IGN);

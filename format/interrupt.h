@@ -4,7 +4,7 @@
 
 namespace gsc {
 
-// SIGINT, SIGTERM and SIGHUP; a second signal kills at once. SIGPIPE and SIGXFSZ are ignored: writes then fail.
+// SIGINT, SIGTERM, SIGHUP, where not ignored before; a second kills at once. SIGPIPE, SIGXFSZ are ignored: writes fail.
 void installInterruptHandler();
 [[nodiscard]] bool interrupted() noexcept;
 void throwIfInterrupted(); // throws Error(Interrupted)

@@ -76,13 +76,25 @@ std::vector<std::string> prepareOutputs(const std::vector<Shot>& shots, const Pl
     return paths;
 }
 
+void warnOfOddSides(const std::string& path, uint32_t width, uint32_t height, Reporter& log)
+{
+    if (width % 2 == 0 && height % 2 == 0)
+        return;
+    log.warning(formatString("%s: pictures of %u x %u pixels, of which browsers play even sides only; the video has "
+                             "%u x %u, because its last %s repeated",
+                             path.c_str(), width, height, width + width % 2, height + height % 2,
+                             height % 2 == 0  ? "column is"
+                             : width % 2 == 0 ? "row is"
+                                              : "column and row are"));
+}
+
 // Takes the pictures of every frame behind those of the one before.
 struct Streams {
     std::optional<PictureStream> output; // standard output
     std::optional<VideoFile> video;
 
     // Throws Error(Usage) where pictures are of different sizes.
-    Streams(const std::vector<Shot>& shots, const PlayOptions& options)
+    Streams(const std::vector<Shot>& shots, const PlayOptions& options, Reporter& log)
     {
         if (!isStandardOutput(options.out) && options.video.empty())
             return;
@@ -97,8 +109,10 @@ struct Streams {
         const auto eyes = uint32_t(options.eyes);
         if (isStandardOutput(options.out))
             output.emplace(options.stream, first.width, first.height, eyes, options.fps, standardOutputSink());
-        if (!options.video.empty())
-            video.emplace(options.video, first.width, first.height, eyes, options.fps, options.overwrite);
+        if (options.video.empty())
+            return;
+        video.emplace(options.video, first.width, first.height, eyes, options.fps, options.overwrite);
+        warnOfOddSides(options.video, first.width * eyes, first.height, log);
     }
 
     void add(std::span<const Image> eyes)
@@ -153,7 +167,7 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
     if (!options.stats.empty() && !options.shard.isGiven())
         stats_file.emplace(options.stats, OutputKind::Text, options.overwrite);
 
-    Streams streams(shots, options);
+    Streams streams(shots, options, log);
 
     const std::unique_ptr<Renderer> renderer = openRenderer(options, scene, log, summary.load_ms);
     summary.backend = deviceText(renderer->id());

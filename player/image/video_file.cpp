@@ -4,6 +4,7 @@
 #include "format/error.h"
 #include "format/file/output_file.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -37,9 +38,20 @@ std::string videoProgram()
     return {};
 }
 
+// One row or column more where the sides of the video would be odd, each a copy of the last.
+Image evened(const Image& image, uint32_t width, uint32_t height)
+{
+    Image even{width, height, std::vector<float>(size_t(width) * height * 3)};
+    for (uint32_t y = 0; y < height; ++y)
+        for (uint32_t x = 0; x < width; ++x) {
+            const size_t from = size_t(std::min(y, image.height - 1)) * image.width + std::min(x, image.width - 1);
+            std::copy_n(&image.pixels[from * 3], 3, &even.pixels[(size_t(y) * width + x) * 3]);
+        }
+    return even;
+}
+
 std::vector<std::string> videoArguments(uint32_t width, uint32_t height, double fps, const std::string& path)
 {
-    const bool odd = width % 2 != 0 || height % 2 != 0;
     return {"ffmpeg",
             "-nostdin",
             "-v",
@@ -61,7 +73,7 @@ std::vector<std::string> videoArguments(uint32_t width, uint32_t height, double 
             "-crf",
             "10",
             "-pix_fmt",
-            odd ? "yuv444p" : "yuv420p",
+            "yuv420p",
             "-colorspace",
             "bt709",
             "-color_primaries",
@@ -143,7 +155,12 @@ struct VideoFile::Encoder {
         ::posix_spawn_file_actions_adddup2(&actions, ::fileno(said), STDERR_FILENO);
         posix_spawnattr_t attributes; // a group of its own, so that Ctrl-C reaches it by way of this program alone
         ::posix_spawnattr_init(&attributes);
-        ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+        ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
+        sigset_t ours; // that this program ignores
+        sigemptyset(&ours);
+        sigaddset(&ours, SIGPIPE);
+        sigaddset(&ours, SIGXFSZ);
+        ::posix_spawnattr_setsigdefault(&attributes, &ours);
         const int code = ::posix_spawn(&process, program.c_str(), &actions, &attributes, words.data(), environ);
         ::posix_spawnattr_destroy(&attributes);
         ::posix_spawn_file_actions_destroy(&actions);
@@ -190,11 +207,15 @@ VideoFile::VideoFile(const std::string& path, uint32_t width, uint32_t height, u
                      bool overwrite)
 {
     checkVideoProgram();
+    // of two eyes side by side, the width is even as it is
+    m_width = width + (width * eye_count) % 2;
+    m_height = height + height % 2;
+    m_padded = m_width != width || m_height != height;
     m_encoder = std::make_unique<Encoder>(path, overwrite);
     Encoder& encoder = *m_encoder;
-    encoder.start(videoArguments(width * eye_count, height, fps, encoder.file.temporaryPath()));
+    encoder.start(videoArguments(m_width * eye_count, m_height, fps, encoder.file.temporaryPath()));
     encoder.stream =
-        std::make_unique<PictureStream>(StreamFormat::Rgb24, width, height, eye_count, fps,
+        std::make_unique<PictureStream>(StreamFormat::Rgb24, m_width, m_height, eye_count, fps,
                                         [&encoder](std::span<const std::byte> bytes) { encoder.write(bytes); });
 }
 
@@ -202,7 +223,12 @@ VideoFile::~VideoFile() = default;
 
 void VideoFile::add(std::span<const Image> eyes)
 {
-    m_encoder->stream->add(eyes);
+    if (!m_padded)
+        return m_encoder->stream->add(eyes);
+    std::vector<Image> even;
+    for (const Image& eye : eyes)
+        even.push_back(evened(eye, m_width, m_height));
+    m_encoder->stream->add(even);
 }
 
 void VideoFile::commit()

@@ -10,7 +10,8 @@
 
 namespace gsc {
 
-// H.264 in an MP4: nearly lossless (CRF 10), BT.709, 4:2:0, or 4:4:4 where a side of the picture is odd.
+// H.264 in an MP4 as browsers play it: nearly lossless (CRF 10), BT.709, 4:2:0. That needs even sides: an odd one gets one
+// more row or column, which repeats the last.
 class VideoFile {
 public:
     // width, height: of one eye; eyes lie side by side. Throws Error: Unsupported (there is no ffmpeg), Io.
@@ -26,6 +27,8 @@ public:
 private:
     struct Encoder;
     std::unique_ptr<Encoder> m_encoder;
+    uint32_t m_width = 0, m_height = 0; // of one eye, as written
+    bool m_padded = false;
 };
 
 // Throws Error(Unsupported) where there is no ffmpeg to run.

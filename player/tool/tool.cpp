@@ -17,6 +17,9 @@
 #include <memory>
 #include <new>
 
+#include <fcntl.h>
+#include <unistd.h>
+
 namespace gsc {
 
 namespace {
@@ -95,6 +98,15 @@ void parse(CLI::App& root, Invocation& invocation, std::vector<std::string> word
     const std::string path = commandPath(*command);
     throw Error(ErrorCode::Usage, formatString("%s: no command given, expected %s; see %s --help", path.c_str(),
                                                listCommands(*command).c_str(), path.c_str()));
+}
+
+// A standard stream that was closed at the start is held by a file on which its use fails as before: the next file to be
+// opened, an output, would take its number, and what is printed would go into that.
+void holdClosedStreams()
+{
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        if (::fcntl(stream, F_GETFD) < 0)
+            (void)::open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY); // the lowest number that is free
 }
 
 std::string helpText(const CLI::App& command)
@@ -218,6 +230,7 @@ int runTool(CLI::App& root, Invocation& invocation, int argc, const char* const*
 
 int runProgram(const Program& program, int argc, const char* const* argv)
 {
+    holdClosedStreams();
     CLI::App root(program.description, program.name);
     root.formatter(helpFormatter());
     root.require_subcommand(0, 1);

@@ -32,6 +32,8 @@ case runs in an empty folder {out}. Keys of a case:
   memory_limit  address space the process may use, bytes
   interrupt  regular expression of a stderr line after which a signal is sent
   signal     its name, default SIGINT
+  ignored    names of signals that are ignored at the start, as nohup and a shell's `command &` do it
+  closed     file descriptors that are closed at the start: 0, 1, 2
   cut        [file, size]: the file is cut to that size after the line of "interrupt", in place of a signal; without
              "interrupt" as soon as the process has mapped it
   then       a case that runs afterwards in the same {out}
@@ -173,6 +175,10 @@ def run(command, case, limit, expand):
             resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
         if "memory_limit" in case:
             resource.setrlimit(resource.RLIMIT_AS, (case["memory_limit"], case["memory_limit"]))
+        for name in case.get("ignored", []):
+            signal.signal(signal.Signals[name], signal.SIG_IGN)
+        for stream in case.get("closed", []):
+            os.close(stream)
 
     sink = open(case["stdout_to"], "wb") if "stdout_to" in case else subprocess.PIPE
     process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=sink, stderr=subprocess.PIPE,

@@ -258,3 +258,29 @@ TEST_CASE("the first interrupt is a request, the second kills")
               return 0;
           }) == -SIGINT);
 }
+
+TEST_CASE("a signal that was ignored before stays so, and after an interrupt too")
+{
+    for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+        const int other = number == SIGINT ? SIGTERM : SIGINT;
+        CHECK(inChild([&] {
+                  std::signal(number, SIG_IGN);
+                  installInterruptHandler();
+                  ::raise(number);
+                  if (interrupted())
+                      return 1;
+                  ::raise(other);
+                  if (!interrupted())
+                      return 2;
+                  ::raise(number);
+                  return 0;
+              }) == 0);
+        CHECK(inChild([&] {
+                  std::signal(number, SIG_IGN);
+                  installInterruptHandler();
+                  ::raise(other);
+                  ::raise(other);
+                  return 0;
+              }) == -other);
+    }
+}

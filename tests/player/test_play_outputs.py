@@ -166,15 +166,28 @@ class PlayOutputsTest(PlayTest):
     @unittest.skipUnless(shutil.which("ffmpeg"), "no ffmpeg")
     def test_video(self) -> None:
         # small pictures of this model are of colours that change from pixel to pixel, which 4:2:0 cannot show
-        for size, eyes, least in (((160, 120), 2, 26), ((33, 31), 1, 30)):
+        for size, eyes, least in (((160, 120), 2, 26), ((33, 31), 1, 19), ((33, 31), 2, 19), ((40, 31), 1, 19),
+                                  ((33, 30), 1, 19), ((1, 1), 1, 19)):
             width, height = size[0] * eyes, size[1]
+            even = (width + width % 2, height + height % 2)
             view = ("--size", f"{size[0]}x{size[1]}", "--eyes", eyes, *(("--ipd", "0.1") if eyes == 2 else ()))
             run = self.play(self.model, "--cameras", self.path, *map(str, view), "--video", "v.mp4", "--fps", "12", "-w",
                             "--format", "json")
             report = json.loads(run.stdout)
             check_schema("play-report", report)
             self.assertEqual((report["video"], report["images"]), ("v.mp4", []))
-            decoded = subprocess.run(["ffmpeg", "-v", "error", "-i", "v.mp4", "-f", "rawvideo", "-pix_fmt", "rgb24", "-"],
+            # what browsers play: 4:2:0 of even sides, the added row and column a copy of the last
+            shape = subprocess.run(["ffprobe", "-v", "error", "-show_entries", "stream=codec_name,pix_fmt,width,height",
+                                    "-of", "csv=p=0", "v.mp4"], cwd=self.folder, capture_output=True, text=True, check=True)
+            self.assertEqual(shape.stdout.strip(), f"h264,{even[0]},{even[1]},yuv420p")
+            self.assertEqual(even != (width, height), f"the video has {even[0]} x {even[1]}" in run.stderr, run.stderr)
+            grey = subprocess.run(["ffmpeg", "-v", "error", "-i", "v.mp4", "-f", "rawvideo", "-pix_fmt", "gray", "-"],
+                                  cwd=self.folder, capture_output=True, check=True).stdout
+            last = [(grey[y * even[0] + width - 1], grey[y * even[0] + even[0] - 1]) for y in range(height)]
+            last += [(grey[(height - 1) * even[0] + x], grey[(even[1] - 1) * even[0] + x]) for x in range(width)]
+            self.assertLess(sum(abs(a - b) for a, b in last) / len(last), 4, size)
+            decoded = subprocess.run(["ffmpeg", "-v", "error", "-i", "v.mp4", "-vf", f"crop={width}:{height}:0:0:exact=1",
+                                      "-f", "rawvideo", "-pix_fmt", "rgb24", "-"],
                                      cwd=self.folder, capture_output=True, check=True).stdout
             wanted = self.stream(*view, "--stream", "rgb24")
             self.assertEqual(len(decoded), len(wanted))
@@ -186,6 +199,84 @@ class PlayOutputsTest(PlayTest):
                 self.assertEqual(min(squares), squares[frame], (size, frame))
                 self.assertLess(squares[frame], 255 ** 2 / 10 ** (least / 10), (size, frame))
         self.assertEqual(sorted(p.name for p in self.folder.iterdir() if "v.mp4" in p.name), ["v.mp4"])
+
+    def closed(self, streams: str, *arguments: str) -> int:
+        """Exit code where standard streams are closed at the start."""
+        return subprocess.run(["sh", "-c", f'exec "$0" "$@" {streams}', PLAY, self.model, "--cameras", self.path,
+                               "--backend", "cpu", "--size", "160x120", *arguments], cwd=self.folder, check=False).returncode
+
+    def test_closed_streams(self) -> None:
+        # no file of a run may take the place of a stream, or what is printed would be in it
+        files = ["--out", "{name}.pfm", "--stats", "s.jsonl", "--progress", "json", "-w"]
+        if shutil.which("ffmpeg"):
+            files += ["--video", "v.mp4"]
+        self.assertEqual(self.closed(">/dev/null 2>&1", *files), 0)
+        wanted = {p.name: p.read_bytes() for p in self.folder.iterdir() if p.suffix in (".pfm", ".mp4")}
+        for streams, code in (("<&- >/dev/null 2>&1", 0), (">&- 2>/dev/null", 2), ("2>&- >/dev/null", 0),
+                              ("<&- 2>&- >/dev/null", 0), (">&- 2>&-", 2), ("<&- >&- 2>&-", 2)):
+            with self.subTest(streams):
+                self.assertEqual(self.closed(streams, *files), code)
+                for name, content in wanted.items():
+                    self.assertEqual((self.folder / name).read_bytes(), content, name)
+                for line in (self.folder / "s.jsonl").read_text().splitlines():
+                    check_schema("frame-stats", json.loads(line))
+
+    def test_ignored_signals(self) -> None:
+        # what was started with a signal ignored goes on at it (nohup, `command &`), and ends at one that is not
+        frames = TRAJECTORY["frames"][:1] * 100000
+        self.path.write_text(json.dumps({"schema": "gsc.trajectory/1", "frames": frames}))
+        requests = (signal.SIGINT, signal.SIGHUP, signal.SIGTERM)
+        for number in (*requests, signal.SIGQUIT):
+            with self.subTest(number):
+                shutil.rmtree(self.folder / "o", ignore_errors=True)
+                run = subprocess.Popen([PLAY, self.model, "--cameras", self.path, "--backend", "cpu", "--size", "32x20",
+                                        "--out", "o/{frame}.pfm", "-q"], cwd=self.folder, stderr=subprocess.PIPE,
+                                       preexec_fn=lambda: signal.signal(number, signal.SIG_IGN))
+                try:
+                    self.written(3)
+                    run.send_signal(number)
+                    self.written(len(list((self.folder / "o").iterdir())) + 20)
+                    self.assertIsNone(run.poll())
+                    run.send_signal(next(other for other in requests if other != number))
+                    run.send_signal(number)  # still ignored: no second signal that kills
+                    stderr = run.communicate(timeout=60)[1]
+                finally:
+                    run.kill()
+                self.assertEqual(run.returncode, 130, stderr)
+                self.assertIn(b"all complete", stderr)
+
+    def written(self, images: int) -> None:
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline:
+            if (self.folder / "o").exists() and len(list((self.folder / "o").iterdir())) >= images:
+                return
+            time.sleep(0.01)
+        self.fail(f"there never were {images} images")
+
+    @unittest.skipUnless(shutil.which("ffmpeg"), "no ffmpeg")
+    def test_signals_of_a_video(self) -> None:
+        # Ctrl-C of a terminal reaches the whole group: the encoder must not end by itself before its input does
+        frames = TRAJECTORY["frames"][:1] * 100000
+        self.path.write_text(json.dumps({"schema": "gsc.trajectory/1", "frames": frames}))
+        for ignored, code in ((False, 130), (True, None)):
+            with self.subTest(ignored=ignored):
+                run = subprocess.Popen([PLAY, self.model, "--cameras", self.path, "--backend", "cpu", "--size", "64x48",
+                                        "--video", "v.mp4", "--progress", "json"], cwd=self.folder, stderr=subprocess.PIPE,
+                                       start_new_session=True,
+                                       preexec_fn=lambda: ignored and signal.signal(signal.SIGINT, signal.SIG_IGN))
+                try:
+                    self.assertIn(b"progress", next(line for line in run.stderr if b'"progress"' in line))
+                    os.killpg(run.pid, signal.SIGINT)
+                    if ignored:
+                        for _ in range(3):
+                            self.assertIn(b'"progress"', run.stderr.readline())
+                        os.killpg(run.pid, signal.SIGTERM)
+                    stderr = run.communicate(timeout=60)[1]
+                finally:
+                    run.kill()
+                self.assertEqual(run.returncode, 130, stderr)
+                self.assertIn(b"interrupted: stopped after", stderr)
+                self.assertEqual([p.name for p in self.folder.iterdir() if "v.mp4" in p.name], [])
 
     def test_links_and_modes(self) -> None:
         (self.folder / "data").mkdir()
@@ -245,7 +336,7 @@ class PlayOutputsTest(PlayTest):
         self.assertEqual(run.returncode, 2)
 
     def test_interrupt_leaves_whole_files(self) -> None:
-        for number in (signal.SIGINT, signal.SIGHUP):
+        for number in (signal.SIGINT, signal.SIGHUP, signal.SIGTERM):
             with self.subTest(number):
                 self.interrupt(number)
                 shutil.rmtree(self.folder / "o")
