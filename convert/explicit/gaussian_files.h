@@ -37,6 +37,8 @@ void writeGaussianGlb(const GaussianSet& set, const PieceSink& write);
 // Gaussians, and for version 4 where this build has no Zstandard; requireSpz4() tells before any work.
 void writeGaussianSpz(const GaussianSet& set, const PieceSink& write, int version);
 void requireSpz4();
+// Niantic's own reader took no more Gaussians, and readers made after it still do not.
+constexpr uint64_t kSpzReadersTake = 10'000'000;
 // Throws Error(Unsupported) where a side of an image or the file grows too large, and where this build has no libwebp;
 // requireSog() tells before any work. The bytes do not depend on the number of threads.
 void writeGaussianSog(const GaussianSet& set, const PieceSink& write, int threads);

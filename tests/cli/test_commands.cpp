@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "convert/bake/bake.h"
 #include "convert/commands/command.h"
+#include "convert/commands/export/export_gaussians.h"
 #include "convert/compare/compare_render.h"
 #include "convert/commands/manifest_check.h"
+#include "convert/sample/sample.h"
 #include "player/tool/quantity.h"
 #include "format/file/read_file.h"
 #include "format/file/output_file.h"
@@ -157,4 +160,48 @@ TEST_CASE("a view that is NaN or below the threshold is a difference")
     CHECK(comparison.passes(74));
     comparison.trainer.views[0].difference.psnr = std::nan("");
     CHECK_FALSE(comparison.passes(-1000));
+}
+
+TEST_CASE("an SPZ of more Gaussians than its readers take warns, and nothing else does")
+{
+    namespace fs = std::filesystem;
+    const fs::path folder = fs::temp_directory_path() / ("gsc-commands-test-" + std::to_string(::getpid()));
+    fs::create_directories(folder);
+    SampleOptions sample;
+    sample.scene = SampleScene::Room;
+    sample.anchors = 300;
+    sample.output = (folder / "room").string();
+    makeSample(sample, {});
+    BakeOptions baking;
+    baking.output = (folder / "room.gsc").string();
+    bake(readCheckpoint(sample.output, {}), baking, {});
+    GaussianExportOptions options;
+    options.file = baking.output;
+    options.degree = 0;
+    options.overwrite = true;
+    const auto warnings = [&](GaussianFileFormat to, uint64_t spz_most) {
+        ReporterOptions quiet;
+        quiet.quiet = true;
+        quiet.progress = ProgressMode::None;
+        Reporter report(quiet);
+        options.to = to;
+        options.spz_most = spz_most;
+        options.output = (folder / "room.out").string();
+        const uint64_t count = exportGaussians(options, report).gaussians;
+        CHECK(count > 100);
+        return std::pair(count, report.warnings());
+    };
+    CHECK(kSpzReadersTake == 10'000'000);
+    const auto [count, none] = warnings(GaussianFileFormat::Spz, kSpzReadersTake);
+    CHECK(none.empty());
+    CHECK(warnings(GaussianFileFormat::Spz, count).second.empty());
+    const auto told = warnings(GaussianFileFormat::Spz, count - 1).second;
+    REQUIRE(told.size() == 1);
+    CHECK(told[0].find("room.out: " + formatCount(count) + " Gaussians") != std::string::npos);
+    CHECK(told[0].find("--max-gaussians " + std::to_string(count - 1)) != std::string::npos);
+    CHECK(warnings(GaussianFileFormat::Ply, 1).second.empty());
+    CHECK(warnings(GaussianFileFormat::Glb, 1).second.empty());
+    options.most = count - 1; // what the warning says
+    CHECK(warnings(GaussianFileFormat::Spz, count - 1).second.empty());
+    fs::remove_all(folder);
 }

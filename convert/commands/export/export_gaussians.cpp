@@ -10,6 +10,7 @@
 #include "format/file/new_folder.h"
 #include "format/interrupt.h"
 #include "player/cameras/scene_cameras.h"
+#include "player/tool/quantity.h"
 #include "player/tool/version.h"
 #include "runtime/metrics/metrics.h"
 #include "runtime/cpu/renderer_cpu.h"
@@ -121,6 +122,15 @@ void writeFile(const GaussianSet& set, const GaussianExportOptions& options, con
     case GaussianFileFormat::Sog:
         return writeGaussianSog(set, write, options.threads);
     }
+}
+
+void warnOfReaders(uint64_t gaussians, const GaussianExportOptions& options, Reporter& report)
+{
+    if (options.to == GaussianFileFormat::Spz && gaussians > options.spz_most)
+        report.warning(formatString("%s: %s Gaussians, but readers of SPZ that follow Niantic's first ones take %s at "
+                                    "most; for these, choose --max-gaussians %llu, or --to sog --lod",
+                                    options.output.c_str(), formatCount(gaussians).c_str(),
+                                    formatCount(options.spz_most).c_str(), (unsigned long long)options.spz_most));
 }
 
 // What a viewer gets of the file: `set`, or where the format rounds, what was written.
@@ -353,6 +363,7 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
         exportLevels(set, scene, views.judges, options, report, *folder, result);
         return result;
     }
+    warnOfReaders(result.gaussians, options, report);
     OutputFile& output = *file;
     std::vector<std::byte> held; // a page's model
     if (gathering.written > 0) {

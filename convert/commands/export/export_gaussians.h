@@ -16,12 +16,13 @@ namespace gsc {
 struct GaussianExportOptions {
     std::string file, output;
     GaussianFileFormat to = GaussianFileFormat::Ply;
-    int spz_version = 3;            // or 4
-    bool lod = false;               // a folder of levels and chunks, each of them Sog
-    bool page = false;              // a page that holds the file, which is Sog
-    std::string cameras;            // file, empty = those stored
-    bool ignore_distortion = false; // of their lenses
-    std::string at;                 // name or number of the camera whose view is exported; empty = fit over all
+    int spz_version = 3;                 // or 4
+    uint64_t spz_most = kSpzReadersTake; // more are written with a warning
+    bool lod = false;                    // a folder of levels and chunks, each of them Sog
+    bool page = false;                   // a page that holds the file, which is Sog
+    std::string cameras;                 // file, empty = those stored
+    bool ignore_distortion = false;      // of their lenses
+    std::string at;                      // name or number of the camera whose view is exported; empty = fit over all
     int degree = kMostShDegree;
     uint64_t most = std::numeric_limits<uint64_t>::max(); // Gaussians
     uint64_t memory_budget = 0;                           // bytes that Gaussians may take; 0 = half of memory
