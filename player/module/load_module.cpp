@@ -3,27 +3,59 @@
 
 #include "format/error.h"
 
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
+#include <vector>
 
 #include <dlfcn.h>
+#include <sys/auxv.h>
 
 namespace gsc {
 
+namespace fs = std::filesystem;
+
 namespace {
+
+// Folders that the program may lie in, the surest first. Without /proc (a chroot, a sandbox) the name that it was started by
+// tells, and the name that the loader has of it, which differs where the loader was called with the program behind it.
+std::vector<fs::path> programFolders()
+{
+    std::error_code none;
+    std::vector<fs::path> programs = {fs::read_symlink("/proc/self/exe", none)};
+    const auto add = [&](const char* name) {
+        if (name != nullptr && *name != 0)
+            programs.push_back(fs::canonical(name, none)); // empty where there is no such file
+    };
+    add(reinterpret_cast<const char*>(::getauxval(AT_EXECFN)));
+    Dl_info info{};
+    if (dladdr(reinterpret_cast<const void*>(&moduleFunctions), &info) != 0)
+        add(info.dli_fname);
+    std::vector<fs::path> folders;
+    for (const fs::path& program : programs)
+        if (const fs::path folder = program.parent_path();
+            folder.is_absolute() && std::ranges::find(folders, folder) == folders.end())
+            folders.push_back(folder);
+    return folders;
+}
 
 std::string findModule(const std::string& file)
 {
-    std::error_code none; // without /proc: an empty path
-    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", none);
-    const std::filesystem::path folder = program.parent_path();
-    if (folder.is_absolute())
-        for (const auto& path : {folder / file, folder.parent_path() / "lib/gsc" / file})
-            if (std::filesystem::exists(path, none))
-                return path.string();
+    std::string looked_in;
+    for (const fs::path& folder : programFolders())
+        for (const fs::path& place : {folder, folder.parent_path() / "lib/gsc"}) {
+            std::error_code none;
+            if (fs::exists(place / file, none))
+                return (place / file).string();
+            looked_in += (looked_in.empty() ? "" : " or in ") + place.string();
+        }
+    if (looked_in.empty())
+        throw Error(ErrorCode::Unsupported,
+                    file + ": not found, because nothing tells where the program lies, expected /proc to, or the path "
+                           "that it is started by; start it by its whole path");
     throw Error(ErrorCode::Unsupported,
-                formatString("%s: not found, expected it in %s or in %s; install gsc again, with all of its files",
-                             file.c_str(), folder.c_str(), (folder.parent_path() / "lib/gsc").c_str()));
+                formatString("%s: not found, expected it in %s; install gsc again, with all of its files", file.c_str(),
+                             looked_in.c_str()));
 }
 
 } // namespace

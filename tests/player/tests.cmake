@@ -54,6 +54,11 @@ if(TARGET gsc_player)
                                      $<TARGET_FILE:gsc> $<TARGET_FILE:gsc-play>)
     set_tests_properties(test_paper PROPERTIES LABELS "cpu;slow" TIMEOUT 1200)
   endif()
+  if(TARGET gsc)
+    add_test(NAME test_without_proc COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/package/test_without_proc.py
+                                            $<TARGET_FILE:gsc> $<TARGET_FILE:gsc-play>)
+    set_tests_properties(test_without_proc PROPERTIES LABELS cpu TIMEOUT 300)
+  endif()
   add_test(NAME test_layers COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/package/check_package.py
                                     ${PROJECT_SOURCE_DIR} ${CMAKE_COMMAND} layers)
   if(TARGET gsc_present AND TARGET gsc)
