@@ -73,7 +73,8 @@ public:
         planChunks();
         stage("distribute", [&] { distribute(writer); });
         stage("chunks", [&] { buildChunks(writer); });
-        stage("metre", [&] { m_metre = m_metre_bake->derive(m_checkpoint); });
+        stage("metre",
+              [&] { m_report.metre = m_metre_bake ? m_metre_bake->derive(m_checkpoint) : m_checkpoint.metre; });
         stage("index", [&] { buildIndex(); });
         stage("write", [&] { writeSections(writer); });
         m_index = decltype(m_index)(); // note: = {} would keep the memory
@@ -178,7 +179,8 @@ private:
         const uint32_t record_bytes = anchorRecordLayout(m_params).bytes;
         std::atomic<uint64_t> done{0};
         std::atomic<double> sensitivity_seconds{0};
-        m_metre_bake.emplace(m_params, m_partition, m_scan.kept);
+        if (!(m_checkpoint.metre.units > 0))
+            m_metre_bake.emplace(m_params, m_partition, m_scan.kept);
         if (m_options.sensitivity != SensitivityMode::None)
             m_sensitivity.emplace(m_checkpoint, m_params, m_rows, m_scan.kept);
         tbb::parallel_for(
@@ -194,7 +196,8 @@ private:
                                std::span(m_groups).subspan(chunk.group_first, chunk.group_count), m_chunk_leaves[c],
                                m_index);
                     writer.writeAnchors(chunk.payload_offset, payload);
-                    m_metre_bake->addChunk(c, chunk, payload);
+                    if (m_metre_bake)
+                        m_metre_bake->addChunk(c, chunk, payload);
                     if (m_sensitivity)
                         sensitivity_seconds +=
                             m_sensitivity->addChunk(m_partition.levels[chunk.level_index].level, payload, chunk,
@@ -252,7 +255,7 @@ private:
         facts.source_hash = m_hash.hash;
         facts.config_hash = checksum64(std::as_bytes(std::span(effective)));
         facts.embedding_rows = m_rows;
-        facts.metre = m_metre;
+        facts.metre = m_report.metre;
         if (m_sensitivity)
             facts.sensitivity = m_sensitivity->records();
         const std::string manifest = manifestText(facts);
@@ -320,8 +323,7 @@ private:
     std::vector<GroupRecord> m_groups;
     std::vector<uint32_t> m_index;
     std::optional<SensitivityBake> m_sensitivity;
-    std::optional<MetreBake> m_metre_bake;
-    Metre m_metre;
+    std::optional<MetreBake> m_metre_bake; // none where the checkpoint states a metre
     std::vector<LevelRecord> m_levels;
     std::vector<LeafRecord> m_leaves;
     std::vector<std::byte> m_nanovdb;

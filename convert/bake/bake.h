@@ -48,6 +48,7 @@ struct BakeReport {
     uint64_t anchors = 0, dropped = 0, input_bytes = 0, output_bytes = 0;
     uint64_t levels = 0, chunks = 0, groups = 0, leaves = 0;
     bool exact_grid = false;        // positions stored as integers, every one bit-exact
+    Metre metre;                    // that the manifest states; units 0 = none could be derived
     double sensitivity_seconds = 0; // of all threads together, part of the stage "chunks"
     std::vector<BakeStage> stages;
     std::vector<std::string> warnings;

@@ -13,7 +13,7 @@ namespace gsc {
 
 namespace {
 
-constexpr uint64_t kMaxConfig = 1u << 20;
+constexpr uint64_t kMaxConfig = 1u << 20, kMaxMetre = 1u << 12;
 
 // config.yaml belongs to Octree-AnyGS only and is then the better source: its cfg_args lacks the optimisation part.
 ConfigFile readConfig(const CheckpointFiles& files, bool any_gs, Checkpoint& checkpoint)
@@ -107,6 +107,8 @@ Checkpoint readCheckpoint(const std::string& path, const CheckpointOptions& opti
     readLevels(checkpoint, ply, columns, config, options);
     checkpoint.cameras =
         readCameras(files, config.found() ? &config.values : nullptr, config.path, embedding_rows, checkpoint.warnings);
+    if (const std::string metre = files.findBeside(kMetreFile); !metre.empty())
+        checkpoint.metre = parseMetreFile(readTextFile(metre, kMaxMetre, "the length of a metre"), metre);
     return checkpoint;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "format/gsc_layout.h"
+#include "player/cameras/length.h"
 #include "runtime/source_camera.h"
 
 #include <cstdint>
@@ -52,6 +53,7 @@ struct Checkpoint {
     // Numbers of those rows, ascending, where some are not there; empty = all from 0 on.
     std::vector<uint32_t> embedding_numbers;
     std::vector<SourceCamera> cameras;
+    Metre metre; // that metre.json or the file states; units 0 = to be derived
 
     [[nodiscard]] uint32_t embeddingRows() const
     {

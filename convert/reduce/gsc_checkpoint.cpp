@@ -62,6 +62,8 @@ Checkpoint checkpointOf(const GscView& view, const std::string& path)
     result.embedding_numbers.assign(view.embedding_rows.begin(), view.embedding_rows.end());
     for (const CameraRecord& record : view.cameras)
         result.cameras.push_back(sourceCamera(record, view.camera_names));
+    // what is made of a file is seen at its size, whatever is left of the anchors that the metre was derived from
+    result.metre = metreOfManifest(view.manifest).value_or(Metre{});
     return result;
 }
 

@@ -188,7 +188,9 @@ SampleReport makeSample(const SampleOptions& options, const SampleProgress& prog
     const std::vector<SourceCamera> cameras = namedCameras(plan.spec);
     const auto trained = std::count_if(cameras.begin(), cameras.end(), [](const auto& c) { return !c.is_test; });
     folder.append("cameras.json", camerasJson(cameras));
-    writeCameraPaths(folder, cameraPaths(pathSite(options, plan)));
+    const PathSite site = pathSite(options, plan);
+    folder.append(kMetreFile, metreFileText({site.metre, "the scene was made in metres"}));
+    writeCameraPaths(folder, cameraPaths(site));
 
     const std::string iteration = octree ? "point_cloud/iteration_40000/" : "point_cloud/iteration_30000/";
     writeWeights(folder, iteration, options, plan, uint32_t(trained));

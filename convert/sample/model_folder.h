@@ -9,7 +9,8 @@ namespace gsc {
 constexpr FolderKind kModelFolder = {
     "model folder", "gsc sample", {"cfg_args", "point_cloud"}, [](const std::filesystem::path& entry) {
         const std::string name = entry.filename().string();
-        return name == "cameras.json" || name == "cfg_args" || name == "paths" || name == "point_cloud";
+        return name == "cameras.json" || name == "cfg_args" || name == "metre.json" || name == "paths" ||
+               name == "point_cloud";
     }};
 
 } // namespace gsc

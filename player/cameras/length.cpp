@@ -12,6 +12,7 @@ namespace gsc {
 namespace {
 
 constexpr double kTooLong = 1e15;
+constexpr const char* kMetreSchema = "gsc.metre/1";
 
 bool isLength(double value)
 {
@@ -51,6 +52,31 @@ std::optional<Metre> metreOfManifest(std::string_view manifest)
     if (!units.is_number() || !isLength(units.get<double>()) || !rule.is_string())
         return std::nullopt;
     return Metre{units.get<double>(), rule.get<std::string>()};
+}
+
+Metre parseMetreFile(std::string_view text, const std::string& path)
+{
+    const auto json = nlohmann::json::parse(text, nullptr, false);
+    const auto refuse = [&](const char* found) {
+        throw Error(
+            ErrorCode::InvalidFile,
+            formatString("%s: %s, expected {\"schema\": \"%s\", \"units\": WORLD UNITS OF A METRE}; correct it, or "
+                         "delete it and have the metre derived",
+                         path.c_str(), found, kMetreSchema));
+    };
+    if (!json.is_object() || !json.contains("schema") || json["schema"] != kMetreSchema)
+        refuse("is no file of a metre");
+    if (!json.contains("units") || !json["units"].is_number() || !isLength(json["units"].get<double>()))
+        refuse("\"units\" is no length above 0");
+    if (json.contains("rule") && !json["rule"].is_string())
+        refuse("\"rule\" is no text");
+    return {json["units"].get<double>(), json.value("rule", "stated in metre.json beside the model")};
+}
+
+std::string metreFileText(const Metre& metre)
+{
+    const nlohmann::ordered_json json = {{"schema", kMetreSchema}, {"units", metre.units}, {"rule", metre.rule}};
+    return json.dump(2) + "\n";
 }
 
 } // namespace gsc

@@ -24,10 +24,16 @@ Length parseLength(const std::string& text, const char* option);
 // World units that stand for one metre of a viewer's body.
 struct Metre {
     double units = 0;
-    std::string rule; // how it was derived, one sentence without a full stop
+    std::string rule; // how it came about, one sentence without a full stop
 };
 
 // What `gsc convert` wrote into the manifest (/model/metre); none in older files and where it is no length.
 std::optional<Metre> metreOfManifest(std::string_view manifest);
+
+// metre.json beside a checkpoint: the metre of a model whose scale is known (schemas/metre.schema.json). `path` is used in
+// messages. Throws Error(InvalidFile).
+constexpr const char* kMetreFile = "metre.json";
+Metre parseMetreFile(std::string_view text, const std::string& path);
+std::string metreFileText(const Metre& metre);
 
 } // namespace gsc

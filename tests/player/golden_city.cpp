@@ -26,21 +26,25 @@ const std::vector<GoldenCity>& goldenCities()
          "boruszyn_scaffold",
          1'300'000,
          "9b4d398ceb443c7d91f520cb34a6c62a89f15493f18e81f12c0739ee27bc09cb",
+         0.028028166884870195,
          {{0, {726289, 726427}}, {20, {275149, 275306}}}},
         {"octree_1300000",
          "boruszyn_octree",
          1'300'000,
          "270e53568b88347d0462fa66e53763a132f2397b5ac145546b3a5b6c5dd063c6",
+         0.027502442730052163,
          {{0, {244929, 245007}}, {20, {148700, 148785}}}},
         {"scaffold_18500000",
          "boruszyn_scaffold",
          18'500'000,
          "8cd44397fcae9e41a41650e9fedd49e5fc33944739f9fccc6c89dc359e1f936e",
+         0.028028166884870195,
          {{0, {10057178, 10057520}}}},
         {"octree_18500000",
          "boruszyn_octree",
          18'500'000,
          "d0a5bb3515e233b3ed7b92a934f34b715b8a718c8d1f4263c7a9d805e2e84645",
+         0.027502442730052163,
          {{0, {1373418, 1373366}}}},
     };
     return cities;
@@ -102,6 +106,7 @@ City::City(const GoldenCity& golden, const std::string& model) : m_golden(golden
     m_options.input = m_baked->path();
     m_options.cameras = made.path_file;
     m_options.eyes = 2;
+    m_options.ipd = {golden.ipd, LengthUnit::World};
     m_options.width = m_options.height = 1024;
     m_options.fov_x = std::numbers::pi / 2;
     m_options.background = {0, 0, 0};

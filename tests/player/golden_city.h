@@ -29,6 +29,7 @@ struct GoldenCity {
     const char* model; // what is repeated
     uint64_t anchors;
     const char* ply_sha256;
+    double ipd; // world units between the eyes of the pictures; the city's own paths have had another metre since
     std::vector<CityFrame> frames;
 };
 

@@ -25,6 +25,8 @@ class PaperTest(unittest.TestCase):
             folder = pathlib.Path(name)
             for scene, more in (("city", ()), ("street", ("--model", "octree"))):
                 subprocess.run([GSC, "sample", scene, "--anchors", "5k", "-o", folder / scene, "-q", *more], check=True)
+                # a viewer large enough to tell pictures of so few anchors and pixels apart
+                (folder / scene / "metre.json").write_text('{"schema": "gsc.metre/1", "units": 8}')
                 subprocess.run([GSC, "convert", folder / scene, "-o", folder / f"{scene}.gsc", "-q"], check=True)
             environment = {**os.environ, "PATH": f"{GSC.parent}:{PLAY.parent}:{os.environ['PATH']}", "BACKEND": "cpu",
                            "SIZE": "48x48", "FRAMES": "6", "SSIM": "3"}

@@ -27,6 +27,14 @@ if(TARGET gsc_headset AND TARGET gsc_fake_xr AND TARGET gsc)
                      ${some_sessions})
     set_tests_properties(test_xr_some PROPERTIES LABELS cpu TIMEOUT 600 SKIP_RETURN_CODE 77 PROCESSORS 2)
   endif()
+  set(fake_headset $<TARGET_FILE_DIR:gsc_fake_xr>/gsc_fake_xr.json)
   # a minute of refreshes on time: with nothing beside it, and not under a sanitizer
   set_tests_properties(test_xr_pace PROPERTIES LABELS "cpu;slow" RUN_SERIAL ON)
+endif()
+if(TARGET gsc-play AND TARGET gsc)
+  # window and headset hold to one metre with the rest, where there are these
+  add_test(NAME test_metre
+           COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/test_metre.py ${PROJECT_SOURCE_DIR}
+                   $<TARGET_FILE:gsc-play> $<TARGET_FILE:gsc> ${fake_headset})
+  set_tests_properties(test_metre PROPERTIES LABELS cpu TIMEOUT 600 PROCESSORS 2)
 endif()

@@ -20,6 +20,7 @@ PathMaker::PathMaker(const PathSite& site, const char* name, double fps, const P
 {
     m_path.name = name;
     m_path.fps = fps;
+    m_path.metre = site.metre;
     m_path.ipd = kEyesApart * site.metre;
 }
 

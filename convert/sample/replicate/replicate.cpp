@@ -3,6 +3,7 @@
 // by a small jitter per anchor, so that no two copies tie in depth; both are whole cells of the anchor's own grid.
 #include "convert/sample/sample.h"
 
+#include "convert/bake/bake.h"
 #include "convert/sample/paths/camera_paths.h"
 #include "convert/sample/hash_random.h"
 #include "convert/sample/model_folder.h"
@@ -19,6 +20,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <string_view>
 
 namespace gsc {
 
@@ -107,13 +109,33 @@ void writeTiles(const ReplicateSource& source, const CityGrid& grid, const Repli
     flush();
 }
 
-PathSite pathSite(const ReplicateSource& source, const CityGrid& grid, const Checkpoint& checkpoint)
+// The source's, as `gsc convert` has it: its trees and houses are those of the city.
+Metre metreOf(const Checkpoint& checkpoint, const CityGrid& grid, const NewFolder& folder,
+              const SampleProgress& progress)
+{
+    Metre metre = checkpoint.metre;
+    if (!(metre.units > 0)) {
+        BakeOptions options;
+        options.output = folder.file("source.gsc");
+        options.drop_invalid = true;
+        options.sensitivity = SensitivityMode::None;
+        metre = bake(checkpoint, options, progress).metre;
+        std::filesystem::remove(options.output);
+    }
+    if (!(metre.units > 0))
+        return {metreOfGround(grid.size[0], grid.size[1]), "0.0625 of the square root of a tile's area"};
+    constexpr std::string_view kOf = "of the model that is repeated: ";
+    if (!metre.rule.starts_with(kOf))
+        metre.rule = kOf.data() + metre.rule;
+    return metre;
+}
+
+PathSite pathSite(const ReplicateSource& source, const CityGrid& grid, const Checkpoint& checkpoint, double metre)
 {
     PathSite site{source.frame};
     site.high[0] = site.low[0] + grid.size[0] * double(grid.columns);
     site.high[1] = site.low[1] + grid.size[1] * double(grid.rows);
-    // no model states its scale: the viewer is as large as puts his eyes 0.004 of a tile's side apart
-    site.metre = metreOfGround(grid.size[0], grid.size[1]);
+    site.metre = metre;
     if (source.octree) {
         site.level_rule = checkpoint.level_rule;
         site.standard_dist = double(checkpoint.standard_dist);
@@ -171,7 +193,9 @@ SampleReport replicateCheckpoint(const ReplicateOptions& options, const SamplePr
         folder.append(iteration + std::filesystem::path(path).filename().string(), readWhole(path));
     if (!checkpoint.cfg_args.empty())
         folder.append("cfg_args", checkpoint.cfg_args);
-    const std::vector<CameraPath> paths = cameraPaths(pathSite(source, grid, checkpoint));
+    const Metre metre = metreOf(checkpoint, grid, folder, progress);
+    folder.append(kMetreFile, metreFileText(metre));
+    const std::vector<CameraPath> paths = cameraPaths(pathSite(source, grid, checkpoint, metre.units));
     folder.append("cameras.json", camerasJson(paths.front().frames));
     writeCameraPaths(folder, paths);
 
