@@ -154,6 +154,8 @@ class PlayOutputsTest(PlayTest):
         self.assertIn("No space left", self.video("/bin/cat >/dev/null; echo 'No space left' >&2; exit 1", *big, code=2))
         self.assertIn("it said nothing", self.video("exit 1", *big, code=2))
         self.video("exit 0", *big, code=2)
+        # the program gets signals as they were, not ignored as they are here: 128 + SIGPIPE
+        self.assertIn("exit code 141", self.video("kill -PIPE $$; exit 3", *big, code=2))
         self.assertEqual([p.name for p in self.folder.iterdir() if "v.mp4" in p.name], [])
         (self.folder / "v.mp4").write_text("precious")
         self.assertIn("-w", self.video("exit 0", *big, code=2))

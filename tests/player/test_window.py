@@ -10,6 +10,7 @@ import json
 import math
 import pathlib
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -468,6 +469,17 @@ class WindowTest(unittest.TestCase):
         self.assertNotIn("nothing was written", window.err.read_text())
         self.assertGreater(len(cameras(self.folder / "path-0001.json")), 1)
         self.assertEqual(window.out.read_text(), "")
+
+    def test_ignored_interrupt(self) -> None:
+        # a shell's `command &` ignores SIGINT
+        was = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        try:
+            window = self.open("room")
+        finally:
+            signal.signal(signal.SIGINT, was)
+        window.process.send_signal(signal.SIGINT)
+        window.hold("w", poses=3)
+        self.closed(window)
 
 
 if __name__ == "__main__":
