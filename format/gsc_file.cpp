@@ -3,6 +3,7 @@
 
 #include "format/archive/archive.h"
 #include "format/error.h"
+#include "format/file/stand_in.h"
 
 #include <cstdint>
 
@@ -47,6 +48,7 @@ std::span<std::byte> zeroPages(const std::string& path, uint64_t bytes, uint64_t
 GscFile::GscFile(const std::string& path, const IssueSink& sink, Read read, int threads)
     : m_file(path), m_bytes(m_file.bytes()), m_stored_bytes(m_file.bytes().size())
 {
+    refuseStandIn(m_bytes, m_bytes.size(), path);
     m_is_archive = gsc::isArchive(m_file.bytes());
     if (!m_is_archive)
         return;

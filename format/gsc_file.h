@@ -19,7 +19,7 @@ public:
     };
 
     // Reports every problem of an archive to `sink`; isSound() is then false. What a runtime file holds is not looked at:
-    // openGsc() does that. `threads` decode, 0 = all cores. Throws Error: as MappedFile; OutOfMemory for an archive that
+    // openGsc() does that. `threads` decode, 0 = all cores. Throws Error: as MappedFile and refuseStandIn(); OutOfMemory for an archive that
     // does not fit this machine; Interrupted.
     GscFile(const std::string& path, const IssueSink& sink, Read read = Read::All, int threads = 0);
     ~GscFile();

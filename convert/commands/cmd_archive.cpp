@@ -4,6 +4,7 @@
 #include "format/archive/archive.h"
 #include "format/file/mapped_file.h"
 #include "format/file/output_file.h"
+#include "format/file/stand_in.h"
 #include "format/gsc_file.h"
 #include "format/gsc_reader.h"
 #include "format/interrupt.h"
@@ -56,7 +57,9 @@ ErrorCode runArchive(const ArchiveCommand& options, Reporter& report)
     checkOutputsDiffer(std::vector<NamedPath>{{options.output, "--output"}},
                        std::vector<NamedPath>{{options.file, "FILE"}});
     checkOutput(options.output, OutputKind::Binary, options.overwrite);
-    if (isArchive(MappedFile(options.file).bytes()) != options.extract)
+    const MappedFile mapped(options.file);
+    refuseStandIn(mapped.bytes(), mapped.bytes().size(), options.file);
+    if (isArchive(mapped.bytes()) != options.extract)
         throw Error(ErrorCode::Usage,
                     options.extract
                         ? options.file + ": a runtime file, expected an archive; leave --extract out to make one"

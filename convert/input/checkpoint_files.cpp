@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/input/checkpoint_files.h"
 
+#include "convert/input/input_file.h"
 #include "format/error.h"
 
 #include <algorithm>
@@ -166,10 +167,12 @@ void findInFile(const fs::path& path, CheckpointFiles& files)
     const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
     refuseOtherMethods(folder, {name});
     refuseTrainingState(folder, {name});
-    if (path.extension() != ".ply")
+    if (path.extension() != ".ply") {
+        (void)InputFile(path.string()); // which says it where the file only stands for another
         throw Error(ErrorCode::InvalidFile, path.string() +
                                                 ": is neither a folder nor a PLY, expected a trained model; "
                                                 "pass its folder or its point_cloud.ply");
+    }
     files.folder = folder.string();
     files.ply = path.string();
     files.file_names = listNames(folder);

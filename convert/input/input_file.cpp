@@ -2,7 +2,9 @@
 #include "convert/input/input_file.h"
 
 #include "format/error.h"
+#include "format/file/stand_in.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
@@ -25,6 +27,20 @@ InputFile::InputFile(const std::string& path)
     }
     m_bytes = uint64_t(info.st_size);
     (void)::posix_fadvise(m_fd, 0, 0, POSIX_FADV_SEQUENTIAL); // doubles the kernel's read-ahead
+    try {
+        refuseStandIn();
+    } catch (...) {
+        ::close(m_fd); // the destructor of a file that was not made does not run
+        throw;
+    }
+}
+
+void InputFile::refuseStandIn() const
+{
+    std::byte start[kStandInBytes];
+    const std::span<std::byte> part(start, size_t(std::min<uint64_t>(m_bytes, sizeof(start))));
+    read(0, part);
+    gsc::refuseStandIn(part, m_bytes, m_path);
 }
 
 InputFile::~InputFile()

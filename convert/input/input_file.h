@@ -13,7 +13,7 @@ namespace gsc {
 // An open file. Reads are positional, so that one object can serve several readers.
 class InputFile {
 public:
-    explicit InputFile(const std::string& path); // throws Error(Io)
+    explicit InputFile(const std::string& path); // throws Error: Io, as refuseStandIn()
     ~InputFile();
     InputFile(const InputFile&) = delete;
     InputFile& operator=(const InputFile&) = delete;
@@ -27,12 +27,14 @@ public:
     void prefetch(uint64_t offset, uint64_t bytes) const noexcept;
 
 private:
+    void refuseStandIn() const;
+
     std::string m_path;
     int m_fd = -1;
     uint64_t m_bytes = 0;
 };
 
-// Throws Error: Io, InvalidFile if the file is larger than `max_bytes` (`what` names what was expected).
+// Throws Error: as InputFile, InvalidFile if the file is larger than `max_bytes` (`what` names what was expected).
 std::vector<std::byte> readWholeFile(const std::string& path, uint64_t max_bytes, const char* what);
 std::string readTextFile(const std::string& path, uint64_t max_bytes, const char* what);
 

@@ -2,6 +2,7 @@
 #include "format/file/read_file.h"
 
 #include "format/error.h"
+#include "format/file/stand_in.h"
 #include "format/interrupt.h"
 
 #include <cerrno>
@@ -48,8 +49,10 @@ std::string readInputText(const std::string& path, uint64_t most, const char* ex
         if (::poll(&waited, 1, kMilliseconds) == 0 && file.fd == STDIN_FILENO)
             continue;
         const ssize_t count = ::read(file.fd, buffer, sizeof(buffer));
-        if (count == 0)
+        if (count == 0) {
+            refuseStandIn(text, path);
             return text;
+        }
         if (count < 0) {
             if (errno == EINTR || errno == EAGAIN)
                 continue;

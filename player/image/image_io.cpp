@@ -3,6 +3,7 @@
 
 #include "format/error.h"
 #include "format/file/output_file.h"
+#include "format/file/stand_in.h"
 #include "player/image/oiio_image.h"
 #include "player/module/load_module.h"
 
@@ -15,6 +16,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iomanip>
+#include <span>
 #include <string_view>
 
 namespace gsc {
@@ -49,6 +51,13 @@ std::ifstream opened(const std::string& path)
                     formatString("%s: cannot be opened (%s), expected an image that can be read; check the path and "
                                  "its rights",
                                  path.c_str(), std::strerror(errno)));
+    char start[kStandInBytes];
+    file.read(start, sizeof(start));
+    const auto count = size_t(file.gcount());
+    file.clear();
+    file.seekg(0, std::ios::end);
+    refuseStandIn(std::as_bytes(std::span(start, count)), uint64_t(std::max<std::streamoff>(file.tellg(), 0)), path);
+    file.seekg(0);
     return file;
 }
 

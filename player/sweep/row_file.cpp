@@ -3,6 +3,7 @@
 
 #include "format/error.h"
 #include "format/file/output_file.h"
+#include "format/file/stand_in.h"
 #include "player/report/record.h"
 
 #include <nlohmann/json.hpp>
@@ -45,8 +46,10 @@ std::string readAll(const std::string& path, const RowKind& kind)
     size_t count = 0;
     while (file && (count = std::fread(buffer, 1, sizeof(buffer), file.get())) > 0) {
         text.append(buffer, count);
-        if (!startsAsRow(text, kind)) // a model may have many gigabytes
+        if (!startsAsRow(text, kind)) { // a model may have many gigabytes
+            refuseStandIn(text, path);
             failLine(path, 1, kind);
+        }
     }
     if (!file || std::ferror(file.get()))
         throw Error(ErrorCode::Io,

@@ -33,7 +33,7 @@ if(TARGET gsc_commands)
   endforeach()
   # a table of command lines each; a minute and a half on two quiet cores, and many times that under a sanitizer
   if(TARGET gsc-play)
-    foreach(table convert play)
+    foreach(table convert play inputs)
       add_test(NAME cli_table_${table}
                COMMAND ${GSC_SYSTEM_PYTHON} ${cli_dir}/run_table.py --gsc $<TARGET_FILE:gsc> --play $<TARGET_FILE:gsc-play>
                        --source ${PROJECT_SOURCE_DIR} --work ${CMAKE_CURRENT_BINARY_DIR}/cli_table_${table}

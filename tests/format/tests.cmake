@@ -3,6 +3,7 @@
 add_library(gsc_test_tiny STATIC format/tiny_gsc.cpp format/tiny_mlps.cpp format/tiny_seal.cpp)
 target_link_libraries(gsc_test_tiny PUBLIC gsc_format PRIVATE gsc_build_flags)
 
+gsc_add_test(test_stand_in SOURCES format/test_stand_in.cpp LIBS gsc_format)
 gsc_add_test(test_format_open SOURCES format/test_open.cpp format/mutation.cpp LIBS gsc_test_tiny)
 gsc_add_test(
   test_format_mutations

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "format/file/stand_in.h"
+
+#include "format/error.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace gsc {
+
+namespace {
+
+// note: Git LFS takes files of less than this for pointers, no others
+constexpr uint64_t kMaxPointer = 1024;
+constexpr uint64_t kMaxLink = 512; // a path that Git stored for a symbolic link
+
+bool isSpace(char c)
+{
+    return c == ' ' || c == '\t' || c == '\r' || c == '\n';
+}
+
+std::string_view withoutMark(std::string_view text)
+{
+    if (text.starts_with("\xef\xbb\xbf"))
+        text.remove_prefix(3);
+    while (!text.empty() && isSpace(text.front()))
+        text.remove_prefix(1);
+    return text;
+}
+
+bool startsWithWord(std::string_view text, std::string_view lower)
+{
+    return text.size() >= lower.size() && std::equal(lower.begin(), lower.end(), text.begin(), [](char a, char b) {
+               return a == (b >= 'A' && b <= 'Z' ? b - 'A' + 'a' : b);
+           });
+}
+
+// The size that an LFS pointer states, for the message; "an unknown number of" without one.
+std::string statedSize(std::string_view pointer)
+{
+    const size_t at = pointer.find("\nsize ");
+    if (at == std::string_view::npos)
+        return "an unknown number of";
+    const std::string_view rest = pointer.substr(at + 6);
+    const size_t digits = std::min(rest.find_first_not_of("0123456789"), rest.size());
+    return digits == 0 || digits > 20 ? "an unknown number of" : std::string(rest.substr(0, digits));
+}
+
+void refusePointer(std::string_view text, uint64_t bytes, const std::string& path)
+{
+    // the first is what every version writes, the second was written before 1.0
+    const bool known = text.starts_with("version https://git-lfs.github.com/spec/") ||
+                       text.starts_with("version https://hawser.github.com/spec/") ||
+                       text.starts_with("version http://git-media.io/v/");
+    if (known && bytes < kMaxPointer)
+        throw Error(ErrorCode::InvalidFile,
+                    path + ": is a Git LFS pointer, expected the file of " + statedSize(text) +
+                        " bytes that it stands for; fetch it with 'git lfs pull' in its clone, or download the file "
+                        "itself");
+}
+
+void refusePage(std::string_view text, const std::string& path)
+{
+    const char* kind = nullptr;
+    for (const char* start : {"<!doctype html", "<html", "<head", "<body"})
+        if (startsWithWord(text, start))
+            kind = "a web page";
+    for (const char* start : {"<?xml", "<error>"}) // what storage services answer
+        if (startsWithWord(text, start))
+            kind = "an XML document";
+    if (kind)
+        throw Error(ErrorCode::InvalidFile, path + ": is " + kind +
+                                                ", expected the file that it names; a server sent it instead of the "
+                                                "file, download the file itself");
+}
+
+std::string_view extensionOf(std::string_view path)
+{
+    const std::string_view name = path.substr(path.find_last_of('/') + 1);
+    const size_t dot = name.find_last_of('.');
+    return dot == std::string_view::npos ? name : name.substr(dot);
+}
+
+// One line of the letters of a path that ends as the name of the file does.
+void refuseLink(std::string_view text, uint64_t bytes, const std::string& path)
+{
+    if (bytes > kMaxLink || bytes == 0 || text.size() != bytes)
+        return;
+    while (!text.empty() && isSpace(text.back()))
+        text.remove_suffix(1);
+    const bool letters = std::all_of(text.begin(), text.end(), [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || (c & 0x80) != 0 ||
+               std::string_view("/._-+ ").find(c) != std::string_view::npos;
+    });
+    if (letters && !text.empty() && text.find('/') != std::string_view::npos && extensionOf(text) == extensionOf(path))
+        throw Error(ErrorCode::InvalidFile,
+                    path + ": holds nothing but the path '" + std::string(text.substr(0, 120)) +
+                        "', expected the file that it names; it is a symbolic link that Git left as text, pass the "
+                        "file itself");
+}
+
+struct Packing {
+    std::string_view magic;
+    const char* name;
+    const char* tool;
+};
+
+constexpr Packing kPackings[] = {{"\x1f\x8b\x08", "gzip", "gunzip"},      {"\x28\xb5\x2f\xfd", "zstd", "zstd -d"},
+                                 {{"\xfd\x37zXZ\0", 6}, "xz", "unxz"},    {"BZh", "bzip2", "bunzip2"},
+                                 {"7z\xbc\xaf\x27\x1c", "7-Zip", "7z x"}, {"Rar!\x1a\x07", "RAR", "unrar x"}};
+
+void refusePacked(std::string_view start, const std::string& path)
+{
+    for (const Packing& packing : kPackings) {
+        if (!start.starts_with(packing.magic) || start.size() < 10)
+            continue;
+        // a COLMAP file of 559,903 cameras starts so, and then with the number of a camera
+        if (packing.magic.size() == 3 && packing.name[0] == 'g' && start[8] != 0 && start[8] != 2 && start[8] != 4)
+            continue;
+        // a digit from 1 to 9 and a magic number follow
+        if (packing.name[0] == 'b' && start.substr(4, 6) != "1AY&SY")
+            continue;
+        throw Error(ErrorCode::Unsupported, path + ": is compressed with " + packing.name +
+                                                ", expected the file itself; unpack it with " + packing.tool);
+    }
+}
+
+} // namespace
+
+void refuseStandIn(std::span<const std::byte> start, uint64_t bytes, const std::string& path)
+{
+    const std::string_view raw(reinterpret_cast<const char*>(start.data()), std::min(start.size(), kStandInBytes));
+    const std::string_view text = withoutMark(raw);
+    refusePointer(text, bytes, path);
+    refusePage(text, path);
+    refuseLink(raw, bytes, path);
+    refusePacked(raw, path);
+}
+
+void refuseStandIn(std::string_view whole, const std::string& path)
+{
+    refuseStandIn(std::as_bytes(std::span(whole)), whole.size(), path);
+}
+
+} // namespace gsc
