@@ -30,15 +30,27 @@ const NamedTensor* findTensor(const TorchArchive& archive, const std::string& na
     return nullptr;
 }
 
+// Names of the tensors that a file has, for messages.
+std::string tensorNames(const TorchArchive& archive)
+{
+    constexpr size_t kShown = 8;
+    std::string names;
+    for (size_t i = 0; i < std::min(archive.tensors.size(), kShown); ++i)
+        names += (i == 0 ? "'" : ", '") + archive.tensors[i].name.substr(0, 64) + "'";
+    if (archive.tensors.size() > kShown)
+        names += formatString(" and %zu more", archive.tensors.size() - kShown);
+    return names.empty() ? "none" : names;
+}
+
 const NamedTensor& requireTensor(const TorchArchive& archive, const std::string& name, size_t dimensions,
                                  const std::string& path)
 {
     const NamedTensor* tensor = findTensor(archive, name);
     if (!tensor || tensor->shape.size() != dimensions)
-        throw Error(ErrorCode::InvalidFile,
-                    formatString("%s: tensor '%s' is missing or has not %zu dimensions, expected Linear, ReLU, Linear; "
-                                 "pass the files the trainer wrote",
-                                 path.c_str(), name.c_str(), dimensions));
+        throw Error(ErrorCode::Unsupported,
+                    formatString("%s: tensor '%s' is missing or has not %zu dimensions, found %s, expected Linear, "
+                                 "ReLU, Linear; pass the files the trainer wrote",
+                                 path.c_str(), name.c_str(), dimensions, tensorNames(archive).c_str()));
     return *tensor;
 }
 
@@ -51,7 +63,7 @@ LinearLayer readLayer(const TorchArchive& archive, const std::string& prefix, co
         bias.shape[0] != weight.shape[0])
         throw Error(ErrorCode::InvalidFile,
                     formatString("%s: '%sweight' is %llu x %llu and its bias has %llu values, expected one per row; "
-                                 "the file is damaged",
+                                 "pass the files the trainer wrote",
                                  path.c_str(), prefix.c_str(), static_cast<unsigned long long>(weight.shape[0]),
                                  static_cast<unsigned long long>(weight.shape[1]),
                                  static_cast<unsigned long long>(bias.shape[0])));
@@ -97,7 +109,7 @@ Mlp readMlp(const TorchArchive& archive, uint32_t kind, const std::string& prefi
     if (mlp.layers[1].in != mlp.layers[0].out)
         throw Error(ErrorCode::InvalidFile,
                     formatString("%s: second layer of '%s' takes %u values, expected the %u "
-                                 "that the first gives; the file is damaged, copy it again",
+                                 "that the first gives; pass the files the trainer wrote",
                                  path.c_str(), kMlpNames[kind], mlp.layers[1].in, mlp.layers[0].out));
     for (const LinearLayer& layer : mlp.layers)
         for (const std::vector<float>* values : {&layer.weight, &layer.bias})
@@ -108,9 +120,17 @@ Mlp readMlp(const TorchArchive& archive, uint32_t kind, const std::string& prefi
     return mlp;
 }
 
+// Counters that wrappers and layers keep beside their weights, such as n_averaged of AveragedModel, are no tensors of
+// numbers that anything here needs.
+bool isWeight(const std::string& name)
+{
+    const std::string_view last = std::string_view(name).substr(name.find_last_of('.') + 1);
+    return !last.starts_with("n_averaged") && !last.starts_with("num_batches_tracked");
+}
+
 TorchArchive readArchive(const std::string& path)
 {
-    return readTorchArchive(readWholeFile(path, kMaxArchive, "a PyTorch archive"), path);
+    return readTorchArchive(readWholeFile(path, kMaxArchive, "a PyTorch archive"), path, isWeight);
 }
 
 void readEmbedding(const NamedTensor& weight, const std::string& path, Checkpoint& checkpoint)

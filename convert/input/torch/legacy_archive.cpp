@@ -3,7 +3,6 @@
 
 #include "format/error.h"
 
-#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <string_view>
@@ -13,8 +12,10 @@ namespace gsc {
 
 namespace {
 
-// A pickle of protocol 2 that holds one integer of 80 bits, which the machine does not read.
-constexpr uint8_t kMagic[] = {0x80, 2, 0x8a, 10, 0x6c, 0xfc, 0x9c, 0x46, 0xf9, 0x20, 0x6a, 0xa8, 0x50, 0x19, '.'};
+// The first pickle is an integer of 80 bits: its bytes from protocol 2 on, its digits before.
+constexpr std::string_view kMagic = "\x6c\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19";
+constexpr std::string_view kMagicDigits = "119547037146038801333356";
+constexpr size_t kLeastMagic = 15;  // bytes of that pickle in protocol 2
 constexpr int64_t kProtocol = 1001; // the only one there has been
 
 constexpr std::pair<std::string_view, uint64_t> kElementBytes[] = {
@@ -56,11 +57,14 @@ private:
 
     void takeMagic()
     {
-        const auto same = [](uint8_t a, std::byte b) { return std::byte(a) == b; };
-        if (m_left.size() < sizeof(kMagic) || !std::equal(std::begin(kMagic), std::end(kMagic), m_left.begin(), same))
+        std::string magic;
+        if (m_left.size() >= kLeastMagic) {
+            const PickleGraph graph = takePickle(m_left, m_name);
+            magic = graph.values[graph.root].text;
+        }
+        if (magic != kWideInteger + std::string(kMagic) && magic != kWideInteger + std::string(kMagicDigits))
             invalid("starts as a pickle but not with the magic number of torch.save, expected a file that torch.save "
                     "wrote");
-        m_left = m_left.subspan(sizeof(kMagic));
     }
 
     void checkProtocol(const PickleGraph& graph) const
@@ -150,6 +154,12 @@ private:
 };
 
 } // namespace
+
+bool isLegacyArchive(std::span<const std::byte> bytes)
+{
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    return text.starts_with('\x80') || (text.starts_with('L') && text.substr(1).starts_with(kMagicDigits));
+}
 
 LegacyArchive openLegacyArchive(std::span<const std::byte> bytes, const std::string& name)
 {

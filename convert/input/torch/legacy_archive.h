@@ -19,6 +19,9 @@ struct LegacyArchive {
     std::unordered_map<std::string, std::span<const std::byte>> storages;
 };
 
+// By the first bytes: a pickle, and no zip archive.
+bool isLegacyArchive(std::span<const std::byte> bytes);
+
 // `bytes` must outlive what is returned; `name` is used in messages only. Throws Error: InvalidFile, Unsupported.
 LegacyArchive openLegacyArchive(std::span<const std::byte> bytes, const std::string& name);
 

@@ -37,7 +37,7 @@ public:
     void limitSize(size_t max_bytes) const
     {
         if (m_bytes.size() > max_bytes)
-            invalid(formatString("pickle of %zu bytes, at most %zu are read", m_bytes.size(), max_bytes));
+            unsupported(formatString("a pickle of %zu bytes, at most %zu are read", m_bytes.size(), max_bytes));
     }
 
     [[nodiscard]] size_t position() const { return m_cursor; }

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/input/torch/pickle_machine.h"
 
-#include "convert/input/torch/pickle_input.h"
+#include "convert/input/torch/pickle_stack.h"
 #include "format/error.h"
 
 #include <algorithm>
-#include <bit>
 #include <string_view>
 #include <utility>
 
@@ -13,17 +12,10 @@ namespace gsc {
 
 namespace {
 
-// Far above what a checkpoint of these trainers needs (about 150 values, 60 memo slots), far below what hurts.
 constexpr size_t kMaxBytes = 16u << 20;
-constexpr size_t kMaxValues = 1u << 18;
-constexpr size_t kMaxMemo = 1u << 18;
 constexpr size_t kMaxGlobal = 512; // characters of a module or class name
 constexpr size_t kMaxDimensions = 8;
-constexpr uint32_t kNoValue = ~0u;
-// A value in the memo can be used again for two bytes of pickle, however large it is: copies have a budget of so many
-// bytes for each byte read so far, and some for small pickles. PyTorch's need less than one for each.
-constexpr size_t kCopiedForByte = 4;
-constexpr size_t kCopiedAlways = 1u << 20;
+constexpr uint64_t kMostProtocol = 5;
 
 // What PyTorch before 0.4 wrote, and with it the weights of torchvision's first models.
 constexpr std::string_view kOldTensor = "torch._utils _rebuild_tensor";
@@ -41,10 +33,10 @@ bool allowedGlobal(std::string_view global)
            global == kOldTensor || global == kOldParameter || global == "collections OrderedDict";
 }
 
-class Machine : private PickleInput {
+class Machine : private PickleStack {
 public:
-    using PickleInput::PickleInput;
-    using PickleInput::position;
+    using PickleStack::PickleStack;
+    using PickleStack::position;
 
     PickleGraph run()
     {
@@ -58,112 +50,24 @@ public:
     }
 
 private:
-    uint32_t add(PickleValue value)
+    void pushGlobal(const std::string& module, const std::string& name)
     {
-        if (m_graph.values.size() >= kMaxValues)
-            invalid(formatString("more than %zu values", kMaxValues));
-        m_graph.values.push_back(std::move(value));
-        return uint32_t(m_graph.values.size() - 1);
-    }
-
-    void push(PickleValue value) { m_stack.push_back(add(std::move(value))); }
-    void pushInt(int64_t integer) { push({PickleKind::Int, integer, 0, {}, {}}); }
-    void pushEmpty(PickleKind kind) { push({kind, 0, 0, {}, {}}); }
-
-    uint32_t top()
-    {
-        // values below the newest mark belong to whoever set the mark
-        if (m_stack.size() <= (m_marks.empty() ? 0 : m_marks.back()))
-            invalid("stack underflow");
-        return m_stack.back();
-    }
-
-    uint32_t pop()
-    {
-        const uint32_t value = top();
-        m_stack.pop_back();
-        return value;
-    }
-
-    std::vector<uint32_t> popToMark()
-    {
-        if (m_marks.empty())
-            invalid("no mark on the stack");
-        const size_t first = m_marks.back();
-        m_marks.pop_back();
-        std::vector<uint32_t> items(m_stack.begin() + std::ptrdiff_t(first), m_stack.end());
-        m_stack.resize(first);
-        return items;
-    }
-
-    void pushTuple(size_t count)
-    {
-        PickleValue tuple{PickleKind::Tuple, 0, 0, {}, std::vector<uint32_t>(count)};
-        for (size_t i = count; i-- > 0;)
-            tuple.items[i] = pop();
-        push(std::move(tuple));
-    }
-
-    // Before anything is copied that may be in the memo.
-    void charge(size_t bytes)
-    {
-        const size_t most = kCopiedAlways + kCopiedForByte * position();
-        if (bytes > most - std::min(m_copied, most))
-            invalid(formatString("values that are used again take more than %zu bytes", most));
-        m_copied += bytes;
-    }
-
-    std::string copyOf(const std::string& text)
-    {
-        charge(text.size());
-        return text;
-    }
-
-    // note: adding a value moves the others, so what this returns must not be used after push()
-    PickleValue& expect(uint32_t value, PickleKind kind, const char* what)
-    {
-        PickleValue& found = m_graph.values[value];
-        if (found.kind != kind)
-            invalid(formatString("%s expected", what));
-        return found;
-    }
-
-    void put(uint64_t slot)
-    {
-        if (slot >= kMaxMemo)
-            invalid(formatString("memo slot %llu", static_cast<unsigned long long>(slot)));
-        if (slot >= m_memo.size())
-            m_memo.resize(slot + 1, kNoValue);
-        m_memo[slot] = top();
-    }
-
-    void get(uint64_t slot)
-    {
-        if (slot >= m_memo.size() || m_memo[slot] == kNoValue)
-            invalid(formatString("memo slot %llu is empty", static_cast<unsigned long long>(slot)));
-        m_stack.push_back(m_memo[slot]);
-        if (m_stack.size() > kMaxValues)
-            invalid(formatString("more than %zu values on the stack", kMaxValues));
-    }
-
-    void pushGlobal()
-    {
-        const std::string module = takeLine(kMaxGlobal);
-        std::string global = module + ' ' + takeLine(kMaxGlobal);
+        std::string global = module + ' ' + name;
         if (!allowedGlobal(global))
-            unsupported("the global '" + global + "'");
+            unsupported("the global '" + global.substr(0, kMaxGlobal) + "'");
         push({PickleKind::Global, 0, 0, std::move(global), {}});
     }
 
-    void pushLong()
+    void pushGlobalOfLines()
     {
-        const size_t count = size_t(takeUnsigned(1));
-        if (count > 8)
-            invalid("integer of more than 64 bits");
-        uint64_t value = takeUnsigned(count);
-        if (count > 0 && count < 8 && (value >> (8 * count - 1)) != 0) // two's complement, sign extended
-            value |= ~uint64_t(0) << (8 * count);
-        pushInt(int64_t(value));
+        const std::string module = takeLine(kMaxGlobal);
+        pushGlobal(module, takeLine(kMaxGlobal));
+    }
+
+    void pushGlobalOfStack()
+    {
+        const std::string name = copyOf(expect(pop(), PickleKind::String, "name of a global").text);
+        pushGlobal(copyOf(expect(pop(), PickleKind::String, "module of a global").text), name);
     }
 
     void appendItems(std::vector<uint32_t> items)
@@ -185,7 +89,7 @@ private:
     {
         const std::vector<uint32_t>& id = expect(pop(), PickleKind::Tuple, "persistent id tuple").items;
         if (id.size() < 5 || id.size() > 6 || expect(id[0], PickleKind::String, "'storage'").text != "storage")
-            invalid("persistent id that is no storage");
+            unsupported("a persistent id that is no storage");
         if (id.size() == 6 && m_graph.values[id[5]].kind != PickleKind::None)
             unsupported("a storage that is a part of another");
         (void)expect(id[1], PickleKind::Global, "storage type");
@@ -234,7 +138,7 @@ private:
     {
         const std::vector<uint32_t>& items = expect(tuple, PickleKind::Tuple, "tuple of dimensions").items;
         if (items.size() > kMaxDimensions)
-            invalid(formatString("tensor of %zu dimensions", items.size()));
+            unsupported(formatString("a tensor of %zu dimensions", items.size()));
         std::vector<uint64_t> values;
         charge(items.size() * sizeof(values[0]));
         for (const uint32_t item : items) {
@@ -307,23 +211,8 @@ private:
 
     void setProtocol()
     {
-        if (const uint64_t protocol = takeUnsigned(1); protocol != 2 && protocol != 3)
+        if (const uint64_t protocol = takeUnsigned(1); protocol > kMostProtocol)
             unsupported(formatString("protocol %llu", static_cast<unsigned long long>(protocol)));
-    }
-
-    void pushFloat() // big-endian
-    {
-        uint64_t bits = 0;
-        for (const std::byte byte : take(8))
-            bits = bits << 8 | uint64_t(byte);
-        push({PickleKind::Float, 0, std::bit_cast<double>(bits), {}, {}});
-    }
-
-    void mark()
-    {
-        m_marks.push_back(m_stack.size());
-        if (m_marks.size() > kMaxValues)
-            invalid(formatString("more than %zu marks", kMaxValues));
     }
 
     void setItem()
@@ -349,17 +238,23 @@ private:
         case 'M': // BININT2
             return pushInt(int64_t(takeUnsigned(2)));
         case 0x8a: // LONG1
-            return pushLong();
+            return pushLong(takeUnsigned(1));
+        case 0x8b: // LONG4
+            return pushLong(takeUnsigned(4));
         case 'G': // BINFLOAT
             return pushFloat();
+        case 'U':  // SHORT_BINSTRING
+        case 0x8c: // SHORT_BINUNICODE
+            return pushText(1);
         case 'X': // BINUNICODE
-            return push({PickleKind::String, 0, 0, takeText(size_t(takeUnsigned(4))), {}});
-        case 'U': // SHORT_BINSTRING
-            return push({PickleKind::String, 0, 0, takeText(size_t(takeUnsigned(1))), {}});
         case 'T': // BINSTRING
-            return push({PickleKind::String, 0, 0, takeText(size_t(takeUnsigned(4))), {}});
+            return pushText(4);
+        case 0x8d: // BINUNICODE8
+            return pushText(8);
         case 'c': // GLOBAL
-            return pushGlobal();
+            return pushGlobalOfLines();
+        case 0x93: // STACK_GLOBAL
+            return pushGlobalOfStack();
         case 'q': // BINPUT
             return put(takeUnsigned(1));
         case 'r': // LONG_BINPUT
@@ -370,6 +265,8 @@ private:
             return get(takeUnsigned(4));
         case '(': // MARK
             return mark();
+        case 0x94: // MEMOIZE
+            return memoize();
         case ')': // EMPTY_TUPLE
             return pushEmpty(PickleKind::Tuple);
         case 0x85: // TUPLE1
@@ -398,16 +295,71 @@ private:
             return newObject();
         case 'b': // BUILD
             return build();
+        case 0x95: // FRAME
+            return (void)takeUnsigned(8);
         default:
-            unsupported(formatString("the opcode 0x%02x", unsigned(opcode)));
+            executeRare(opcode);
         }
     }
 
-    PickleGraph m_graph;
-    std::vector<uint32_t> m_stack;
-    std::vector<size_t> m_marks; // heights of m_stack
-    std::vector<uint32_t> m_memo;
-    size_t m_copied = 0; // bytes
+    // What torch.save writes only where it is told another protocol, or where other things lie beside the tensors.
+    void executeRare(uint8_t opcode)
+    {
+        switch (opcode) {
+        case 'I': // INT
+        case 'L': // LONG
+            return pushDecimal();
+        case 'F': // FLOAT
+            return pushFloatLine();
+        case 'S': // STRING
+        case 'V': // UNICODE
+            return pushTextLine(opcode == 'S');
+        case 'p': // PUT
+            return put(takeSlot());
+        case 'g': // GET
+            return get(takeSlot());
+        case 'l': // LIST
+            return push({PickleKind::List, 0, 0, {}, popToMark()});
+        case 'd': { // DICT
+            std::vector<uint32_t> items = popToMark();
+            pushEmpty(PickleKind::Dict);
+            return setItems(std::move(items));
+        }
+        case '0': // POP
+            return drop();
+        case '1': // POP_MARK
+            return (void)popToMark();
+        case '2': // DUP
+            return repeatTop();
+        case 'B': // BINBYTES
+            return pushBytes(4);
+        case 'C': // SHORT_BINBYTES
+            return pushBytes(1);
+        case 0x8e: // BINBYTES8
+        case 0x96: // BYTEARRAY8
+            return pushBytes(8);
+        case 0x8f: // EMPTY_SET
+            return pushOther("set");
+        case 0x90: // ADDITEMS
+            (void)popToMark();
+            return (void)expect(top(), PickleKind::Other, "set");
+        case 0x91: // FROZENSET
+            (void)popToMark();
+            return pushOther("frozenset");
+        case 'P':  // PERSID
+        case 'i':  // INST
+        case 'o':  // OBJ
+        case 0x82: // EXT1
+        case 0x83: // EXT2
+        case 0x84: // EXT4
+        case 0x92: // NEWOBJ_EX
+        case 0x97: // NEXT_BUFFER
+        case 0x98: // READONLY_BUFFER
+            unsupported(formatString("the opcode 0x%02x", unsigned(opcode)));
+        default: // no protocol of Python has it
+            invalid(formatString("unknown opcode 0x%02x", unsigned(opcode)));
+        }
+    }
 };
 
 } // namespace

@@ -11,13 +11,30 @@
 
 namespace gsc {
 
-enum class PickleKind : uint8_t { None, Bool, Int, Float, String, Global, Tuple, List, Dict, Object, Storage, Tensor };
+enum class PickleKind : uint8_t {
+    None,
+    Bool,
+    Int,
+    Float,
+    String,
+    Global,
+    Tuple,
+    List,
+    Dict,
+    Object,
+    Storage,
+    Tensor,
+    Other // bytes, sets, integers of more than 64 bits
+};
+
+// Text of an Other before the bytes, or the decimal digits, of an integer of more than 64 bits.
+inline const std::string kWideInteger = "integer ";
 
 struct PickleValue {
     PickleKind kind = PickleKind::None;
-    int64_t integer = 0;         // Bool, Int; Storage: number of elements; Tensor: index into PickleGraph::tensors
-    double number = 0;           // Float
-    std::string text;            // String; Global: "module name"; Object: "module name" of its class; Storage: its key
+    int64_t integer = 0; // Bool, Int; Storage: number of elements; Tensor: index into PickleGraph::tensors
+    double number = 0;   // Float
+    std::string text;    // String; Global: "module name"; Object: "module name" of its class; Storage: its key; Other
     std::vector<uint32_t> items; // Tuple, List: elements; Dict: key, value, key, value...; Object: its state, a Dict
 };
 
@@ -37,8 +54,8 @@ struct PickleGraph {
     uint32_t root = 0;
 };
 
-// `name` is used in messages only. Throws Error: InvalidFile (damaged), Unsupported (protocol, opcode or global
-// outside the subset).
+// `name` is used in messages only. Throws Error: InvalidFile (damaged), Unsupported (what Python reads and this
+// does not: a protocol, an opcode, a global, more values than there are of use).
 PickleGraph loadPickle(std::span<const std::byte> bytes, const std::string& name);
 
 // The same of a pickle with more behind it; `bytes` becomes what is behind it.

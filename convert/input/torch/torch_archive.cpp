@@ -6,12 +6,14 @@
 #include "convert/input/torch/zip_archive.h"
 #include "format/error.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstdlib>
 #include <cstring>
 #include <functional>
 #include <set>
 #include <string_view>
+#include <unordered_map>
 
 static_assert(std::endian::native == std::endian::little, "tensors and PLY rows are copied as they lie");
 
@@ -22,6 +24,13 @@ namespace {
 constexpr size_t kMaxDepth = 16;      // of modules within modules; upstream's reach 2
 constexpr size_t kMaxPath = 512;      // characters of a tensor's or a module's name
 constexpr size_t kMaxVisits = 100000; // dictionary entries; a graph of shared values can unfold exponentially
+// Bytes of storages that are read, and of values that are made, for each byte of the archive. Trainers need one; views
+// of one storage by several tensors, and expanded dimensions, a few.
+constexpr uint64_t kMostTimes = 16;
+
+// Modules that hold another and compute what it computes: DistributedDataParallel and AveragedModel, torch.compile,
+// FullyShardedDataParallel, activation checkpointing.
+constexpr std::string_view kWrappers[] = {"module", "_orig_mod", "_fsdp_wrapped_module", "_checkpoint_wrapped_module"};
 
 std::string text(const std::vector<std::byte>& bytes)
 {
@@ -34,6 +43,22 @@ std::string shortClass(const std::string& global)
     return global.substr(global.find_last_of(" .") + 1);
 }
 
+// A dotted path without its wrappers: "opacity_mlp.module.0.weight" is "opacity_mlp.0.weight".
+std::string withoutWrappers(std::string_view path)
+{
+    std::string result;
+    for (size_t at = 0; at <= path.size();) {
+        const size_t end = std::min(path.find('.', at), path.size());
+        const std::string_view part = path.substr(at, end - at);
+        if (std::ranges::find(kWrappers, part) == std::end(kWrappers)) {
+            result += result.empty() ? "" : ".";
+            result += part;
+        }
+        at = end + 1;
+    }
+    return result;
+}
+
 // The bytes of a tensor's storage, as many as it states; they may be put into the scratch.
 using ReadStorage = std::function<std::span<const std::byte>(const PickleTensor&, std::vector<std::byte>& scratch)>;
 
@@ -41,7 +66,8 @@ class Walker {
 public:
     Walker(const PickleGraph& graph, const ReadStorage& read, const WantedTensor& wanted, size_t archive_bytes,
            const std::string& name)
-        : m_graph(graph), m_read(read), m_wanted(wanted), m_floats_left(archive_bytes / sizeof(float)), m_name(name)
+        : m_graph(graph), m_read(read), m_wanted(wanted), m_archive_bytes(archive_bytes),
+          m_read_left(kMostTimes * archive_bytes), m_made_left(kMostTimes * archive_bytes), m_name(name)
     {
     }
 
@@ -99,56 +125,122 @@ private:
             } else if (value.kind == PickleKind::Dict) {
                 walkDict(value, path + key.text + '.', depth + 1);
             } else if (value.kind == PickleKind::Object) {
-                m_archive.modules.emplace_back(path + key.text, shortClass(value.text));
+                addModule(path + key.text, shortClass(value.text));
                 walkObject(value, path + key.text + '.', depth + 1);
             }
         }
     }
 
+    void addModule(const std::string& path, std::string type)
+    {
+        const std::string_view last = std::string_view(path).substr(path.find_last_of('.') + 1);
+        if (std::ranges::find(kWrappers, last) == std::end(kWrappers))
+            m_archive.modules.emplace_back(withoutWrappers(path), std::move(type));
+    }
+
     void addTensor(const PickleTensor& source, const std::string& path)
     {
-        if (m_wanted && !m_wanted(path))
+        const std::string name = withoutWrappers(path);
+        if (m_wanted && !m_wanted(name))
             return;
+        if (const auto [found, is_new] = m_paths.emplace(name, path); !is_new)
+            throw Error(ErrorCode::Unsupported, m_name + ": holds both '" + found->second + "' and '" + path +
+                                                    "', expected one of them; save one network only");
         if (source.storage_type != "torch FloatStorage")
             throw Error(ErrorCode::Unsupported,
                         formatString("%s: tensor '%s' is a %s, expected float32 as the trainers save it; convert it "
                                      "with .float() and save again",
                                      m_name.c_str(), path.c_str(), source.storage_type.c_str()));
-        // note: divisions instead of products, because dimensions come from the file
-        uint64_t count = 1;
-        for (const uint64_t size : source.shape)
-            if (size == 0)
-                count = 0;
-        for (size_t i = source.shape.size(); count != 0 && i-- > 0;) {
-            if (source.shape[i] > source.storage_count / count)
-                invalid("tensor '" + path + "' is larger than its storage, expected it to fit");
-            if (source.shape[i] != 1 && source.stride[i] != count)
-                throw Error(ErrorCode::Unsupported,
-                            m_name + ": tensor '" + path +
-                                "' is not contiguous, expected row-major; call .contiguous() and save again");
-            count *= source.shape[i];
+        const uint64_t count = checkedCount(source, path);
+        NamedTensor tensor{name, source.shape, {}};
+        if (count != 0) {
+            const std::span<const std::byte> bytes = storageOf(source);
+            if (count > m_made_left / sizeof(float))
+                refuseSharing();
+            m_made_left -= count * sizeof(float);
+            tensor.values.resize(count);
+            copyValues(source, bytes.data() + source.offset * sizeof(float), tensor.values);
         }
-        if (source.offset > source.storage_count || count > source.storage_count - source.offset)
-            invalid("tensor '" + path + "' reaches beyond its storage, expected it to fit");
-        // no trainer shares a storage between tensors; a hostile file could, to be read a million times
-        if (source.storage_count > m_floats_left)
-            invalid("tensors hold more values than the archive has bytes for, expected one storage per tensor");
-        m_floats_left -= source.storage_count;
-
-        std::vector<std::byte> scratch;
-        const std::span<const std::byte> bytes = m_read(source, scratch);
-        NamedTensor tensor{path, source.shape, std::vector<float>(count)};
-        if (count != 0)
-            std::memcpy(tensor.values.data(), bytes.data() + source.offset * sizeof(float), count * sizeof(float));
         m_archive.tensors.push_back(std::move(tensor));
+    }
+
+    // How many values a tensor has, after its reach was found to lie within the storage that it states.
+    uint64_t checkedCount(const PickleTensor& source, const std::string& path)
+    {
+        // note: divisions instead of products, because dimensions come from the file
+        constexpr uint64_t kMost = ~0ull;
+        uint64_t count = 1, last = 0; // `last`: from the first value of the tensor to its last in the storage
+        for (const uint64_t size : source.shape)
+            count = size == 0 || count == 0 ? 0 : size > kMost / count ? kMost : count * size;
+        for (size_t i = 0; count != 0 && i < source.shape.size(); ++i) {
+            const uint64_t steps = source.shape[i] - 1, stride = source.stride[i];
+            if (stride != 0 && steps > (source.storage_count - std::min(last, source.storage_count)) / stride)
+                last = kMost;
+            else if (last != kMost)
+                last += steps * stride;
+        }
+        if (source.offset > source.storage_count ||
+            (count != 0 && (source.offset == source.storage_count || last >= source.storage_count - source.offset)))
+            invalid("tensor '" + path + "' reaches beyond its storage, expected it to fit");
+        return count;
+    }
+
+    // The last storage is kept, because tensors that share one lie side by side.
+    std::span<const std::byte> storageOf(const PickleTensor& source)
+    {
+        if (!m_storage.empty() && m_storage_key == source.storage_key)
+            return m_storage;
+        if (source.storage_count > m_archive_bytes / sizeof(float))
+            invalid("storage '" + source.storage_key.substr(0, 64) +
+                    "' states more values than the archive has bytes for, expected as many as it holds");
+        const uint64_t bytes = source.storage_count * sizeof(float);
+        if (bytes > m_read_left)
+            refuseSharing();
+        m_read_left -= bytes;
+        m_storage = m_read(source, m_scratch);
+        m_storage_key = source.storage_key;
+        return m_storage;
+    }
+
+    // Row by row of the last dimension; a dimension of any stride, 0 among them, is what torch.load takes.
+    void copyValues(const PickleTensor& source, const std::byte* first, std::vector<float>& values) const
+    {
+        const size_t dimensions = source.shape.size();
+        const uint64_t inner = dimensions == 0 ? 1 : source.shape.back();
+        const uint64_t step = dimensions == 0 ? 1 : source.stride.back();
+        std::vector<uint64_t> at(dimensions, 0);
+        for (uint64_t done = 0; done < values.size(); done += inner) {
+            uint64_t offset = 0;
+            for (size_t i = 0; i + 1 < dimensions; ++i)
+                offset += at[i] * source.stride[i];
+            const std::byte* const row = first + offset * sizeof(float);
+            if (step == 1)
+                std::memcpy(values.data() + done, row, inner * sizeof(float));
+            for (uint64_t i = 0; step != 1 && i < inner; ++i)
+                std::memcpy(values.data() + done + i, row + i * step * sizeof(float), sizeof(float));
+            for (size_t i = dimensions - std::min<size_t>(dimensions, 1); i-- > 0 && ++at[i] == source.shape[i];)
+                at[i] = 0;
+        }
+    }
+
+    // no trainer shares a storage between tensors; a hostile file could, to be read a million times
+    [[noreturn]] void refuseSharing() const
+    {
+        throw Error(ErrorCode::Unsupported, m_name + ": tensors hold many times the values of the archive, expected "
+                                                     "one storage per tensor; call .clone() on each and save again");
     }
 
     const PickleGraph& m_graph;
     const ReadStorage& m_read;
     const WantedTensor& m_wanted;
-    uint64_t m_floats_left;
+    uint64_t m_archive_bytes;
+    uint64_t m_read_left, m_made_left; // bytes
     const std::string& m_name;
     size_t m_visits = 0;
+    std::unordered_map<std::string, std::string> m_paths; // of each name, as the file has it
+    std::string m_storage_key;
+    std::span<const std::byte> m_storage;
+    std::vector<std::byte> m_scratch;
     TorchArchive m_archive;
 };
 
@@ -179,21 +271,54 @@ TorchArchive readLegacy(std::span<const std::byte> bytes, const std::string& nam
     return Walker(archive.graph, read, wanted, bytes.size(), name).run();
 }
 
+struct Format {
+    size_t at;
+    std::string_view bytes;
+    const char* name;
+};
+
+constexpr Format kOtherFormats[] = {{8, "{\"", "a safetensors file"},
+                                    {0, "\x89HDF\r\n", "an HDF5 file"},
+                                    {0, "\x93NUMPY", "a NumPy array"},
+                                    {0, "ply\n", "a PLY file"},
+                                    {257, "ustar", "a tar archive, as PyTorch before 0.1.10 saved it, or another one"}};
+
+// Names a file that is no archive of PyTorch's at all by what it is.
+void refuseOtherFormats(std::span<const std::byte> bytes, const std::string& name)
+{
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    if (text.empty())
+        throw Error(ErrorCode::InvalidFile, name + ": is empty, expected an archive of PyTorch; copy the file again");
+    for (const Format& format : kOtherFormats)
+        if (text.size() > format.at && text.substr(format.at).starts_with(format.bytes))
+            throw Error(ErrorCode::Unsupported, name + ": is " + format.name +
+                                                    ", expected an archive of torch.save or torch.jit.save; load it "
+                                                    "and save the state_dict with torch.save");
+}
+
+// The folder that every member lies below, with its slash: the file's stem when it was saved, which renaming the file
+// does not change.
+std::string archiveFolder(const ZipArchive& zip, const std::string& name)
+{
+    const std::string& first = zip.members().front();
+    const size_t slash = first.find('/');
+    const std::string prefix = slash == std::string::npos ? "" : first.substr(0, slash + 1);
+    if (!zip.contains(prefix + "data.pkl") && !zip.contains(prefix + "version"))
+        throw Error(ErrorCode::Unsupported, name + ": is a zip archive of '" + first.substr(0, 64) +
+                                                "' without data.pkl, expected an archive of torch.save or "
+                                                "torch.jit.save; unpack it, and pass the file that the trainer saved");
+    return prefix;
+}
+
 } // namespace
 
 TorchArchive readTorchArchive(std::span<const std::byte> bytes, const std::string& name, const WantedTensor& wanted)
 {
-    if (!bytes.empty() && bytes[0] == std::byte(0x80))
+    if (isLegacyArchive(bytes))
         return readLegacy(bytes, name, wanted);
+    refuseOtherFormats(bytes, name);
     const ZipArchive zip(bytes, name);
-    // Every member lies below one folder, the file's stem when it was saved; renaming a file does not change it.
-    const std::string& first = zip.members().front();
-    const size_t slash = first.find('/');
-    if (slash == std::string::npos)
-        throw Error(ErrorCode::InvalidFile, name + ": archive member '" + first.substr(0, 64) +
-                                                "' lies in no folder, expected a PyTorch archive; pass the file that "
-                                                "the trainer saved");
-    const std::string prefix = first.substr(0, slash + 1);
+    const std::string prefix = archiveFolder(zip, name);
     checkVersion(zip, prefix, name);
     const PickleGraph graph = loadPickle(zip.read(prefix + "data.pkl"), name);
     const ReadStorage read = [&](const PickleTensor& tensor, std::vector<std::byte>& scratch) {
@@ -206,7 +331,7 @@ TorchArchive readTorchArchive(std::span<const std::byte> bytes, const std::strin
         scratch = zip.read(member);
         return std::span<const std::byte>(scratch);
     };
-    return Walker(graph, read, wanted, bytes.size(), name).run();
+    return Walker(graph, read, wanted, zip.contentBytes(), name).run();
 }
 
 } // namespace gsc

@@ -18,7 +18,9 @@ namespace gsc {
 constexpr const char* kActivationClasses[] = {nullptr, "Tanh", "Sigmoid", "Softmax"}; // of each Activation
 
 struct NamedTensor {
-    std::string name;            // dotted path of attribute names or keys, such as "0.weight" or "opacity_mlp.0.weight"
+    // Dotted path of attribute names or keys, such as "0.weight" or "opacity_mlp.0.weight". What wraps a network and
+    // computes the same, such as "module" of DistributedDataParallel, is left out.
+    std::string name;
     std::vector<uint64_t> shape; // row-major, contiguous
     std::vector<float> values;
 };
@@ -34,7 +36,8 @@ struct TorchArchive {
 using WantedTensor = std::function<bool(const std::string& name)>;
 
 // `name` is used in messages only; tensors that `wanted` (none = all are) does not want are neither read nor checked.
-// Throws Error: InvalidFile, Unsupported (big endian, tensors that are not float32, globals outside the whitelist).
+// Throws Error: InvalidFile; Unsupported (big endian, tensors that are not float32, globals outside the whitelist, the
+// same tensor with and without a wrapper, files of other formats).
 TorchArchive readTorchArchive(std::span<const std::byte> bytes, const std::string& name,
                               const WantedTensor& wanted = {});
 

@@ -5,6 +5,9 @@
 
 #include <zip.h>
 
+#include <algorithm>
+#include <iterator>
+
 namespace gsc {
 
 // Why libzip and no reader of our own: libzip 1.7.3 opened every member of all 22 .pt files of the six trained models
@@ -14,6 +17,7 @@ namespace gsc {
 namespace {
 
 constexpr zip_int64_t kMaxMembers = 65536; // PyTorch writes about 20
+constexpr uint64_t kMostInflated = 1032;
 
 } // namespace
 
@@ -29,7 +33,8 @@ zip_stat_t ZipArchive::stat(const std::string& member) const
         invalid("archive has no member '" + member + "'");
     zip_stat_t result;
     zip_stat_init(&result);
-    constexpr zip_uint64_t needed = ZIP_STAT_INDEX | ZIP_STAT_SIZE | ZIP_STAT_COMP_METHOD | ZIP_STAT_ENCRYPTION_METHOD;
+    constexpr zip_uint64_t needed =
+        ZIP_STAT_INDEX | ZIP_STAT_SIZE | ZIP_STAT_COMP_SIZE | ZIP_STAT_COMP_METHOD | ZIP_STAT_ENCRYPTION_METHOD;
     if (zip_stat_index(m_zip.get(), found->second, 0, &result) != 0 || (result.valid & needed) != needed)
         invalid("member '" + member + "' has no size");
     return result;
@@ -47,7 +52,10 @@ ZipArchive::ZipArchive(std::span<const std::byte> bytes, const std::string& name
         zip_error_fini(&error);
         if (source)
             zip_source_free(source);
-        invalid("not a readable zip archive (" + text + ")");
+        constexpr std::byte start[] = {std::byte('P'), std::byte('K'), std::byte(3), std::byte(4)};
+        const bool is_cut = bytes.size() >= 4 && std::equal(std::begin(start), std::end(start), bytes.begin());
+        invalid(is_cut ? "starts as a zip archive and its end is missing, so it was cut short (" + text + ")"
+                       : "not a readable zip archive (" + text + ")");
     }
     zip_error_fini(&error);
 
@@ -74,16 +82,26 @@ uint64_t ZipArchive::size(const std::string& member) const
     return stat(member).size;
 }
 
+uint64_t ZipArchive::contentBytes() const
+{
+    uint64_t sum = 0;
+    for (const std::string& member : m_members)
+        sum += std::min<uint64_t>(size(member), kMostInflated * m_bytes.size());
+    return sum;
+}
+
 std::vector<std::byte> ZipArchive::read(const std::string& member) const
 {
     const zip_stat_t info = stat(member);
-    if (info.comp_method != ZIP_CM_STORE || info.encryption_method != ZIP_EM_NONE)
+    const bool stored = info.comp_method == ZIP_CM_STORE;
+    if ((!stored && info.comp_method != ZIP_CM_DEFLATE) || info.encryption_method != ZIP_EM_NONE)
         throw Error(ErrorCode::Unsupported,
-                    formatString("%s: member '%s' is compressed or encrypted (method %u), expected a stored member as "
-                                 "PyTorch writes it; save it again with torch.save or torch.jit.save",
+                    formatString("%s: member '%s' is compressed in a way of its own or encrypted (method %u), expected "
+                                 "a member as PyTorch writes it; save it again with torch.save or torch.jit.save",
                                  m_name.c_str(), member.c_str(), unsigned(info.comp_method)));
-    // note: before anything is allocated; a stored member cannot be larger than the archive that holds it
-    if (info.size > m_bytes.size())
+    // note: before anything is allocated; a stored member cannot be larger than the archive that holds it, and deflate
+    // gives at most 1032 bytes for one
+    if (info.size / (stored ? 1 : kMostInflated) > std::min<uint64_t>(m_bytes.size(), info.comp_size))
         invalid(formatString("member '%s' claims %llu bytes, the archive has %zu", member.c_str(),
                              static_cast<unsigned long long>(info.size), m_bytes.size()));
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stored members of a zip archive in memory.
+// Members of a zip archive in memory, stored or deflated.
 #pragma once
 
 #include <cstddef>
@@ -28,8 +28,11 @@ public:
     // Bytes of its content as the central directory states them. Throws Error(InvalidFile) if absent.
     [[nodiscard]] uint64_t size(const std::string& member) const;
 
-    // The content, its CRC-32 checked. Throws Error: InvalidFile (absent, damaged, larger than the archive),
-    // Unsupported (compressed or encrypted: PyTorch stores what we read).
+    // Of all members together.
+    [[nodiscard]] uint64_t contentBytes() const;
+
+    // The content, its CRC-32 checked. Throws Error: InvalidFile (absent, damaged, larger than it can be), Unsupported
+    // (encrypted, or compressed by anything but deflate, which PyTorch reads too).
     [[nodiscard]] std::vector<std::byte> read(const std::string& member) const;
 
 private:
