@@ -48,4 +48,60 @@ std::string validUtf8(std::string_view text)
     return valid;
 }
 
+namespace {
+
+void append(std::string& out, uint32_t code)
+{
+    const int more = code < 0x80 ? 0 : code < 0x800 ? 1 : code < 0x10000 ? 2 : 3; // bytes behind the first
+    out += more == 0 ? char(code) : char(0xf0 << (3 - more) | (code >> 6 * more & 0x3f >> more));
+    for (int i = more; i-- > 0;)
+        out += char(0x80 | (code >> 6 * i & 0x3f));
+}
+
+// note: counts at the start of binary files have zeros where text has its second character
+bool isUtf16(std::string_view bytes, bool big_endian)
+{
+    const auto unit = [&](size_t i) {
+        const auto first = uint8_t(bytes[2 * i]), second = uint8_t(bytes[2 * i + 1]);
+        return big_endian ? first << 8 | second : second << 8 | first;
+    };
+    const size_t units = bytes.size() / 2;
+    return bytes.size() % 2 == 0 && units > 1 && unit(0) == 0xfeff && unit(1) >= '\t' && unit(1) < 0x80 &&
+           (units == 2 || unit(2) != 0);
+}
+
+std::string fromUtf16(std::string_view bytes, bool big_endian)
+{
+    std::string text;
+    uint32_t high = 0; // a surrogate that waits for its second half
+    for (size_t i = 2; i + 1 < bytes.size(); i += 2) {
+        const auto first = uint8_t(bytes[i]), second = uint8_t(bytes[i + 1]);
+        const uint32_t unit = uint32_t(big_endian ? first << 8 | second : second << 8 | first);
+        const bool is_high = unit >= 0xd800 && unit < 0xdc00, is_low = unit >= 0xdc00 && unit < 0xe000;
+        if (high != 0 && is_low) {
+            append(text, 0x10000 + ((high - 0xd800) << 10) + (unit - 0xdc00));
+            high = 0;
+            continue;
+        }
+        if (high != 0 || is_low)
+            append(text, 0xfffd);
+        high = is_high ? unit : 0;
+        if (!is_high && !is_low)
+            append(text, unit);
+    }
+    return text;
+}
+
+} // namespace
+
+std::string decodedText(std::string bytes)
+{
+    if (bytes.starts_with("\xef\xbb\xbf"))
+        return bytes.substr(3);
+    for (const bool big_endian : {false, true})
+        if (isUtf16(bytes, big_endian))
+            return fromUtf16(bytes, big_endian);
+    return bytes;
+}
+
 } // namespace gsc

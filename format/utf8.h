@@ -14,4 +14,8 @@ size_t utf8Prefix(std::string_view text);
 // may hold anything.
 std::string validUtf8(std::string_view text);
 
+// A text file's bytes without their byte order mark, in UTF-8 where that says UTF-16 (PowerShell writes it). Other bytes,
+// those of binary files among them, come back as they are.
+std::string decodedText(std::string bytes);
+
 } // namespace gsc

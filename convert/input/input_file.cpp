@@ -3,6 +3,7 @@
 
 #include "format/error.h"
 #include "format/file/stand_in.h"
+#include "format/utf8.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -90,7 +91,7 @@ std::vector<std::byte> readWholeFile(const std::string& path, uint64_t max_bytes
 std::string readTextFile(const std::string& path, uint64_t max_bytes, const char* what)
 {
     const std::vector<std::byte> bytes = readWholeFile(path, max_bytes, what);
-    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+    return decodedText({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 } // namespace gsc

@@ -4,9 +4,11 @@
 #include "format/error.h"
 #include "format/file/stand_in.h"
 #include "format/interrupt.h"
+#include "format/utf8.h"
 
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include <fcntl.h>
 #include <poll.h>
@@ -51,7 +53,7 @@ std::string readInputText(const std::string& path, uint64_t most, const char* ex
         const ssize_t count = ::read(file.fd, buffer, sizeof(buffer));
         if (count == 0) {
             refuseStandIn(text, path);
-            return text;
+            return decodedText(std::move(text));
         }
         if (count < 0) {
             if (errno == EINTR || errno == EAGAIN)

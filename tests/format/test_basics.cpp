@@ -217,3 +217,31 @@ TEST_CASE("an output that is an input or another output is refused, under any na
     CHECK(codeFor({{"-", "--out"}}) == ErrorCode::Ok);
     CHECK(codeFor({{dir / "new/a", "--out"}, {dir / "new/./a", "--stats"}}) == ErrorCode::Usage);
 }
+
+TEST_CASE("decodedText takes byte order marks off and leaves what is no text as it is")
+{
+    const auto utf16 = [](const std::u16string& text, bool big_endian) {
+        std::string bytes;
+        for (const char16_t unit : text) {
+            bytes += char(big_endian ? unit >> 8 : unit & 0xff);
+            bytes += char(big_endian ? unit & 0xff : unit >> 8);
+        }
+        return bytes;
+    };
+    CHECK(decodedText("").empty());
+    CHECK(decodedText("a") == "a");
+    CHECK(decodedText("\xef\xbb\xbf").empty());
+    CHECK(decodedText("\xef\xbb\xbf{}") == "{}");
+    CHECK(decodedText("a\xef\xbb\xbf") == "a\xef\xbb\xbf");
+    for (const bool big_endian : {false, true}) {
+        CHECK(decodedText(utf16(u"\ufeffa", big_endian)) == "a");
+        CHECK(decodedText(utf16(u"\ufeff{\"caf\u00e9 \u20ac \U0001f600\":1}\r\n", big_endian)) ==
+              "{\"caf\xc3\xa9 \xe2\x82\xac \xf0\x9f\x98\x80\":1}\r\n");
+        CHECK(decodedText(utf16({0xfeff, 'a', 0xd800, 'b', 0xdc00}, big_endian)) == "a\xef\xbf\xbd"
+                                                                                    "b\xef\xbf\xbd");
+    }
+    // COLMAP's count of 130,815 cameras, whose first has the number 1
+    const std::string binary("\xff\xfe\1\0\0\0\0\0\1\0\0\0", 12), printable("\xff\xfe\x41\0\0\0\0\0\1\0\0\0", 12);
+    CHECK(decodedText(binary) == binary);
+    CHECK(decodedText(printable) == printable);
+}

@@ -44,20 +44,47 @@ const ConfigValue* ConfigValue::typed(std::string_view path, std::initializer_li
         return nullptr;
     const ConfigValue* value = find(path);
     if (std::ranges::find(kinds, value->kind) == kinds.end())
-        throw Error(ErrorCode::InvalidFile, file + ": '" + std::string(path) + "' has another type, expected " +
-                                                expected + "; restore the file that the trainer wrote");
+        throw Error(ErrorCode::Unsupported,
+                    file + ": '" + std::string(path) + "' " +
+                        (value->kind == Kind::Other ? "is the expression '" + value->text.substr(0, 64) + "'"
+                                                    : "has another type") +
+                        ", expected " + expected + "; write the value itself there");
     return value;
+}
+
+bool ConfigValue::isTrue() const
+{
+    switch (kind) {
+    case Kind::None:
+        return false;
+    case Kind::Bool:
+    case Kind::Int:
+    case Kind::Float:
+        return number != 0 || integer != 0;
+    case Kind::String:
+        return !text.empty();
+    default:
+        return !list.empty();
+    }
+}
+
+void ConfigValue::setBool(bool value)
+{
+    kind = Kind::Bool;
+    integer = value;
+    number = value;
 }
 
 bool ConfigValue::getBool(std::string_view path, bool fallback, const std::string& file) const
 {
-    const ConfigValue* value = typed(path, {Kind::Bool, Kind::Int}, "True or False", file);
-    return value ? value->integer != 0 : fallback;
+    const ConfigValue* value =
+        typed(path, {Kind::Bool, Kind::Int, Kind::Float, Kind::String, Kind::List, Kind::Dict}, "True or False", file);
+    return value ? value->isTrue() : fallback;
 }
 
 double ConfigValue::getNumber(std::string_view path, double fallback, const std::string& file) const
 {
-    const ConfigValue* value = typed(path, {Kind::Int, Kind::Float}, "a number", file);
+    const ConfigValue* value = typed(path, {Kind::Bool, Kind::Int, Kind::Float}, "a number", file);
     return value ? value->number : fallback;
 }
 

@@ -16,7 +16,7 @@ struct ConfigValue {
     Kind kind = Kind::None;
     int64_t integer = 0;           // Bool, Int
     double number = 0;             // Int, Float
-    std::string text;              // String; Other: the source text
+    std::string text;              // String; Other: the source text; Dict: the class whose call it was, if any
     std::vector<ConfigValue> list; // List, Dict: values in the order of the file
     std::vector<std::string> keys; // Dict: of each value
 
@@ -24,8 +24,10 @@ struct ConfigValue {
     // Member of a dictionary by dotted path, such as "model_config.kwargs.fork"; null if absent.
     [[nodiscard]] const ConfigValue* find(std::string_view path) const;
     [[nodiscard]] bool states(std::string_view path) const; // present and not None
-    // The member, or `fallback` where it is absent or None. Throws Error(InvalidFile) if it has another type;
-    // `file` is used in messages only.
+    [[nodiscard]] bool isTrue() const;                      // as Python has it; of an Other it is not known
+    void setBool(bool value);
+    // The member, or `fallback` where it is absent or None. Throws Error(Unsupported) if it has another type, or is what
+    // has no value here; a bool is a number, and any value is true or false. `file` is used in messages only.
     [[nodiscard]] bool getBool(std::string_view path, bool fallback, const std::string& file) const;
     [[nodiscard]] double getNumber(std::string_view path, double fallback, const std::string& file) const;
     [[nodiscard]] std::string getString(std::string_view path, const std::string& fallback,
@@ -40,7 +42,8 @@ private:
 bool readNumber(const std::string& text, ConfigValue& value);
 
 // "Namespace(key=value, ...)" as Python prints an argparse.Namespace: strings with escapes, numbers, None, True,
-// False, lists, tuples, dictionaries; values of any other type are kept as text. Throws Error(InvalidFile).
+// False, lists, tuples, dictionaries; values of any other type, and expressions, are kept as text. Throws Error:
+// InvalidFile for what Python does not parse, Unsupported for an expression that is no Namespace.
 ConfigValue parsePythonNamespace(std::string_view text, const std::string& file);
 
 // YAML with PyYAML's reading of scalars (40_000 is a number). Throws Error(InvalidFile).

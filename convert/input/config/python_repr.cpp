@@ -1,273 +1,388 @@
 // SPDX-License-Identifier: Apache-2.0
-// Python's repr of a Namespace. A parser and not a split at commas: paths may hold any character (trap 35).
+// Python's repr of a Namespace. A parser and not a split at commas: paths may hold any character (trap 35). The trainers
+// give the file to eval(), so every expression is parsed; literals have values, all else is kept as text.
 #include "convert/input/config/config_value.h"
-
+#include "convert/input/config/python_tokens.h"
 #include "format/error.h"
 
-#include <charconv>
+#include <algorithm>
+#include <iterator>
+#include <utility>
 
 namespace gsc {
 
 namespace {
 
+using Kind = ConfigValue::Kind;
+
 constexpr int kMaxDepth = 32;
 
-bool isNameCharacter(char c)
-{
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || (c & 0x80) != 0;
-}
+constexpr std::string_view kBinary[] = {"+", "-", "*",  "/",  "//", "%",  "**", "@",  "&",   "|",  "^",
+                                        "<", ">", "<=", ">=", "==", "!=", "<<", ">>", "and", "or", "in"};
+// Words that are no names.
+constexpr std::string_view kReserved[] = {
+    "and",      "as",     "assert",  "async", "await", "break",  "class", "continue", "def",  "del",  "elif",
+    "else",     "except", "finally", "for",   "from",  "global", "if",    "import",   "in",   "is",   "lambda",
+    "nonlocal", "not",    "or",      "pass",  "raise", "return", "try",   "while",    "with", "yield"};
 
-void appendUtf8(std::string& out, uint32_t code)
+template <size_t N>
+bool isOneOf(std::string_view word, const std::string_view (&words)[N])
 {
-    if (code < 0x80) {
-        out += char(code);
-        return;
-    }
-    const int more = code < 0x800 ? 1 : code < 0x10000 ? 2 : 3; // bytes behind the first
-    out += char(0xf0 << (3 - more) | (code >> 6 * more & 0x3f >> more));
-    for (int i = more; i-- > 0;)
-        out += char(0x80 | (code >> 6 * i & 0x3f));
+    return std::ranges::find(words, word) != std::end(words);
 }
 
 class ReprParser {
 public:
-    ReprParser(std::string_view text, const std::string& file) : m_text(text), m_file(file) {}
+    ReprParser(std::string_view text, const std::string& file)
+        : m_text(text), m_file(file), m_tokens(pythonTokens(text, file))
+    {
+    }
 
     ConfigValue run()
     {
-        skipSpace();
-        if (m_text.substr(m_cursor, 9) != "Namespace")
+        if (m_tokens.size() <= 2 && m_tokens[0].kind != PythonKind::Literal) // nothing, or a word that nobody defined
             fail("does not start with 'Namespace('");
-        m_cursor += 9;
-        ConfigValue value = arguments(0);
-        skipSpace();
-        if (m_cursor != m_text.size())
-            fail("text after the closing bracket");
+        ConfigValue value = expression(0);
+        const bool is_tuple = at(",");
+        if (!is_tuple && peek().kind != PythonKind::End)
+            fail("text after the expression");
+        if (is_tuple || value.kind != Kind::Dict || (value.text != "Namespace" && !value.text.ends_with(".Namespace")))
+            unsupported("is a Python expression but no Namespace of named values");
         return value;
     }
 
 private:
-    using Kind = ConfigValue::Kind;
+    [[noreturn]] void fail(const std::string& found) const { throwNoPython(m_file, found, peek().at); }
 
-    [[noreturn]] void fail(const std::string& text) const
+    [[noreturn]] void unsupported(const std::string& found) const
     {
-        throw Error(
-            ErrorCode::InvalidFile,
-            formatString("%s: %s at byte %zu, expected the line 'Namespace(...)' that the trainer wrote; restore "
-                         "the file or remove it",
-                         m_file.c_str(), text.c_str(), m_cursor));
+        throw Error(ErrorCode::Unsupported, m_file + ": " + found +
+                                                ", expected 'Namespace(...)' of literals as the trainers write it; "
+                                                "write the values themselves there");
     }
 
-    [[nodiscard]] char peek() const { return m_cursor < m_text.size() ? m_text[m_cursor] : '\0'; }
-
-    void skipSpace()
+    [[nodiscard]] const PythonToken& peek(size_t ahead = 0) const
     {
-        while (peek() == ' ' || peek() == '\n' || peek() == '\r' || peek() == '\t')
-            ++m_cursor;
+        return m_tokens[std::min(m_next + ahead, m_tokens.size() - 1)];
     }
 
-    bool accept(char c)
+    // Is the next token this operator or reserved word?
+    [[nodiscard]] bool at(std::string_view word, size_t ahead = 0) const
     {
-        skipSpace();
-        if (peek() != c)
-            return false;
-        ++m_cursor;
-        return true;
+        const PythonToken& token = peek(ahead);
+        return (token.kind == PythonKind::Operator || token.kind == PythonKind::Name) && token.text == word;
     }
 
-    void require(char c)
+    bool accept(std::string_view word)
     {
-        if (!accept(c))
-            fail(formatString("'%c' missing", c));
+        const bool found = at(word);
+        m_next += found;
+        return found;
+    }
+
+    void require(std::string_view word)
+    {
+        if (!accept(word))
+            fail("'" + std::string(word) + "' missing");
+    }
+
+    // What has no value here: its text from token `first` on.
+    [[nodiscard]] ConfigValue other(size_t first) const
+    {
+        ConfigValue result;
+        result.kind = Kind::Other;
+        const PythonToken& last = m_tokens[m_next - 1];
+        result.text = m_text.substr(m_tokens[first].at, last.at + last.text.size() - m_tokens[first].at);
+        return result;
+    }
+
+    // `conditional`: "a if b else c" is one too; not so within a comprehension, where "if" starts a clause.
+    ConfigValue expression(int depth, bool conditional = true)
+    {
+        if (depth > kMaxDepth)
+            unsupported(formatString("has values nested deeper than %d", kMaxDepth));
+        const size_t first = m_next;
+        if (accept("lambda")) {
+            parameters(depth);
+            (void)expression(depth + 1, conditional);
+            return other(first);
+        }
+        ConfigValue value = operand(depth);
+        bool is_literal = true;
+        while (binary()) {
+            (void)operand(depth);
+            is_literal = false;
+        }
+        if (accept(":=")) {
+            (void)expression(depth + 1, conditional);
+            is_literal = false;
+        }
+        if (conditional && accept("if")) {
+            (void)expression(depth + 1, false);
+            require("else");
+            (void)expression(depth + 1);
+            is_literal = false;
+        }
+        return is_literal ? value : other(first);
+    }
+
+    bool binary()
+    {
+        if (at("is") || (at("not") && at("in", 1))) {
+            m_next += at("not", 1) || at("not") ? 2 : 1;
+            return true;
+        }
+        const bool found = peek().kind != PythonKind::Literal && isOneOf(peek().text, kBinary);
+        m_next += found;
+        return found;
+    }
+
+    // Of a lambda, up to its colon.
+    void parameters(int depth)
+    {
+        while (!accept(":")) {
+            if (accept("*") || accept("**") || accept("/") || accept(","))
+                continue;
+            name();
+            if (accept("="))
+                (void)expression(depth + 1);
+        }
     }
 
     std::string name()
     {
-        skipSpace();
-        const size_t first = m_cursor;
-        while (isNameCharacter(peek()))
-            ++m_cursor;
-        if (m_cursor == first)
+        if (peek().kind != PythonKind::Name || isOneOf(peek().text, kReserved))
             fail("name missing");
-        return std::string(m_text.substr(first, m_cursor - first));
+        return std::string(m_tokens[m_next++].text);
     }
 
-    // What an opening bracket holds, up to `close`: `read_item` adds an item at the cursor to the result.
-    template <typename ReadItem>
-    ConfigValue items(Kind kind, char close, ReadItem&& read_item)
+    ConfigValue operand(int depth)
     {
+        const size_t first = m_next;
+        while (at("+") || at("-") || at("~") || at("not") || at("await"))
+            ++m_next;
+        const size_t signs = m_next - first;
+        ConfigValue value = primary(depth);
+        for (size_t i = signs; i-- > 0;)
+            if (!apply(m_tokens[first + i].text, value))
+                return other(first);
+        return value;
+    }
+
+    static bool apply(std::string_view sign, ConfigValue& value)
+    {
+        const bool whole = value.kind == Kind::Int || value.kind == Kind::Bool;
+        if (sign == "not" && value.kind != Kind::Other) {
+            const bool truth = value.isTrue();
+            value = {};
+            value.setBool(!truth);
+            return true;
+        }
+        if (sign == "await" || sign == "not" || (!whole && value.kind != Kind::Float) || (sign == "~" && !whole))
+            return false;
+        value.kind = whole ? Kind::Int : Kind::Float;
+        if (sign != "+") {
+            value.number = -value.number - (sign == "~" ? 1 : 0);
+            value.integer = sign == "~" ? ~value.integer : -value.integer;
+        }
+        return true;
+    }
+
+    ConfigValue primary(int depth)
+    {
+        const size_t first = m_next;
+        ConfigValue value = atom(depth);
+        bool is_path = m_next == first + 1 && m_tokens[first].kind == PythonKind::Name; // names with dots
+        for (;;) {
+            if (accept(".")) {
+                (void)name();
+            } else if (at("(")) {
+                const std::string callee = is_path ? other(first).text : std::string();
+                bool known = true;
+                ConfigValue result = arguments(depth, known);
+                const bool is_dict = is_path && known && (!result.keys.empty() || callee.ends_with("Namespace"));
+                if (is_dict && !at(".") && !at("(") && !at("[")) {
+                    result.text = callee;
+                    return result;
+                }
+                is_path = false;
+            } else if (at("[")) {
+                subscripts(depth);
+                is_path = false;
+            } else {
+                return m_next == m_after_atom ? value : other(first);
+            }
+        }
+    }
+
+    ConfigValue atom(int depth)
+    {
+        const size_t first = m_next;
+        ConfigValue value;
+        if (peek().kind == PythonKind::Literal)
+            value = literals();
+        else if (at("("))
+            value = bracketed(depth, ")", Kind::List);
+        else if (at("["))
+            value = bracketed(depth, "]", Kind::List);
+        else if (at("{"))
+            value = braces(depth);
+        else if (accept("..."))
+            value = other(first);
+        else
+            value = word();
+        m_after_atom = m_next;
+        return value;
+    }
+
+    // Strings side by side are one.
+    ConfigValue literals()
+    {
+        const size_t first = m_next;
+        ConfigValue value = m_tokens[m_next++].value;
+        while (peek().kind == PythonKind::Literal) {
+            const auto isText = [](const PythonToken& token) {
+                return token.text.find_first_of("'\"") != token.text.npos;
+            };
+            if (!isText(m_tokens[first]) || !isText(peek()))
+                fail("',' missing");
+            value.text += peek().value.text;
+            value.kind = peek().value.kind == Kind::String ? value.kind : Kind::Other;
+            ++m_next;
+        }
+        return value.kind == Kind::Other ? other(first) : value;
+    }
+
+    ConfigValue word()
+    {
+        const size_t first = m_next;
+        const std::string text = name();
+        ConfigValue result;
+        if (text == "None")
+            return result;
+        if (text == "True" || text == "False")
+            result.setBool(text == "True");
+        else if ((text != "inf" && text != "nan") || !readNumber(text, result))
+            return other(first);
+        return result;
+    }
+
+    // Clauses behind the first item of a comprehension; false where there are none.
+    bool comprehension(int depth)
+    {
+        const bool found = at("for") || at("async");
+        while (at("for") || at("async") || at("if")) {
+            (void)accept("async");
+            m_next += 1;
+            do
+                (void)expression(depth + 1, false); // "x in y" is read as a comparison, which has the same words
+            while (accept(","));
+        }
+        return found;
+    }
+
+    // ( or [ up to `close`. Brackets around one value are that value.
+    ConfigValue bracketed(int depth, std::string_view close, Kind kind)
+    {
+        const size_t first = m_next++;
         ConfigValue result;
         result.kind = kind;
+        bool known = !accept("yield"), comma = close == "]";
+        (void)(known || accept("from"));
         while (!accept(close)) {
-            read_item(result);
-            if (!accept(',')) {
+            known = !accept("*") && known;
+            result.list.push_back(expression(depth + 1));
+            known = !comprehension(depth) && known;
+            if (!accept(",")) {
                 require(close);
+                break;
+            }
+            comma = true;
+        }
+        if (!known)
+            return other(first);
+        if (!comma && result.list.size() == 1)
+            return ConfigValue(std::move(result.list[0]));
+        return result;
+    }
+
+    // A dictionary, or a set, which has no value here.
+    ConfigValue braces(int depth)
+    {
+        const size_t first = m_next++;
+        ConfigValue result;
+        result.kind = Kind::Dict;
+        bool known = true;
+        while (!accept("}")) {
+            if (accept("**")) {
+                known = merge(expression(depth + 1), result) && known;
+            } else {
+                known = !accept("*") && known;
+                const size_t key_token = m_next;
+                ConfigValue key = expression(depth + 1);
+                std::string text = key.kind == Kind::String ? key.text : other(key_token).text;
+                if (accept(":"))
+                    result.add(std::move(text), expression(depth + 1));
+                else
+                    known = false;
+                known = !comprehension(depth) && known;
+            }
+            if (!accept(",")) {
+                require("}");
+                break;
+            }
+        }
+        return known ? result : other(first);
+    }
+
+    static bool merge(ConfigValue more, ConfigValue& into)
+    {
+        for (size_t i = 0; i < more.keys.size(); ++i)
+            into.add(more.keys[i], std::move(more.list[i]));
+        return more.kind == Kind::Dict;
+    }
+
+    // (key=value, value, **{...}); values without a key are dropped. `known` becomes false where keys are not known.
+    ConfigValue arguments(int depth, bool& known)
+    {
+        ++m_next;
+        ConfigValue result;
+        result.kind = Kind::Dict;
+        while (!accept(")")) {
+            if (accept("**")) {
+                known = merge(expression(depth + 1), result) && known;
+            } else if (at("=", 1)) {
+                std::string key = name();
+                ++m_next;
+                if (std::ranges::find(result.keys, key) != result.keys.end())
+                    fail("'" + key.substr(0, 64) + "' given twice");
+                result.add(std::move(key), expression(depth + 1));
+            } else {
+                (void)accept("*");
+                (void)expression(depth + 1);
+                (void)comprehension(depth);
+            }
+            if (!accept(",")) {
+                require(")");
                 break;
             }
         }
         return result;
     }
 
-    // (key=value, value, **{...}) after a class name; values without a key are dropped
-    ConfigValue arguments(int depth)
+    void subscripts(int depth)
     {
-        require('(');
-        return items(Kind::Dict, ')', [&](ConfigValue& result) {
-            const size_t start = m_cursor;
-            if (m_text.substr(m_cursor, 2) == "**") { // keys that are no identifiers
-                m_cursor += 2;
-                ConfigValue more = value(depth + 1);
-                for (size_t i = 0; i < more.keys.size(); ++i)
-                    result.add(more.keys[i], std::move(more.list[i]));
-                return;
-            }
-            if (isNameCharacter(peek())) {
-                std::string key = name();
-                if (accept('='))
-                    return result.add(std::move(key), value(depth + 1));
-                m_cursor = start;
-            }
-            (void)value(depth + 1);
-        });
-    }
-
-    ConfigValue sequence(char close, int depth)
-    {
-        ++m_cursor;
-        return items(Kind::List, close, [&](ConfigValue& result) { result.list.push_back(value(depth + 1)); });
-    }
-
-    ConfigValue dictionary(int depth)
-    {
-        ++m_cursor;
-        return items(Kind::Dict, '}', [&](ConfigValue& result) {
-            ConfigValue key = value(depth + 1);
-            require(':');
-            result.add(std::move(key.text), value(depth + 1));
-        });
-    }
-
-    ConfigValue value(int depth)
-    {
-        if (depth > kMaxDepth)
-            fail(formatString("values nested deeper than %d", kMaxDepth));
-        skipSpace();
-        const char c = peek();
-        if (c == '\'' || c == '"')
-            return string();
-        if (c == '[' || c == '(')
-            return sequence(c == '[' ? ']' : ')', depth);
-        if (c == '{')
-            return dictionary(depth);
-        if (c == '-' || c == '+' || c == '.' || (c >= '0' && c <= '9'))
-            return number();
-        if (c == '<')
-            return angle();
-        return word(depth);
-    }
-
-    ConfigValue string()
-    {
-        ConfigValue result;
-        result.kind = Kind::String;
-        const char quote = m_text[m_cursor++];
-        while (peek() != quote) {
-            if (m_cursor >= m_text.size())
-                fail("string without an end");
-            const char c = m_text[m_cursor++];
-            if (c == '\\')
-                escape(result.text);
-            else
-                result.text += c;
-        }
-        ++m_cursor;
-        return result;
-    }
-
-    void escape(std::string& out)
-    {
-        const char c = peek();
-        ++m_cursor;
-        const char* const plain = "n\nt\tr\r\\\\'\'\"\"0\0";
-        for (int i = 0; i < 14; i += 2)
-            if (c == plain[i]) {
-                out += plain[i + 1];
-                return;
-            }
-        const size_t digits = c == 'x' ? 2 : c == 'u' ? 4 : c == 'U' ? 8 : 0;
-        if (digits == 0 || m_cursor + digits > m_text.size())
-            fail("escape sequence in a string is unknown");
-        const char* first = m_text.data() + m_cursor;
-        uint32_t code = 0;
-        if (const auto [end, error] = std::from_chars(first, first + digits, code, 16);
-            error != std::errc() || end != first + digits)
-            fail("escape sequence in a string is broken");
-        m_cursor += digits;
-        appendUtf8(out, code);
-    }
-
-    ConfigValue number()
-    {
-        const size_t first = m_cursor;
-        while (isNameCharacter(peek()) || peek() == '.' || peek() == '+' || peek() == '-')
-            ++m_cursor;
-        const std::string text(m_text.substr(first, m_cursor - first));
-        ConfigValue result;
-        if (!readNumber(text, result))
-            fail("number '" + text.substr(0, 32) + "' is malformed");
-        return result;
-    }
-
-    // the repr of an arbitrary object, "<...>"
-    ConfigValue angle()
-    {
-        const size_t first = m_cursor;
-        int open = 0;
-        do {
-            if (m_cursor >= m_text.size())
-                fail("'<' without '>'");
-            open += peek() == '<' ? 1 : peek() == '>' ? -1 : 0;
-            ++m_cursor;
-        } while (open > 0);
-        ConfigValue result;
-        result.kind = Kind::Other;
-        result.text = m_text.substr(first, m_cursor - first);
-        return result;
-    }
-
-    // None, True, False, inf, nan, or Class(...) such as PosixPath('x')
-    ConfigValue word(int depth)
-    {
-        const size_t first = m_cursor;
-        std::string text = name();
-        ConfigValue result;
-        if (text == "None")
-            return result;
-        if (text == "True" || text == "False") {
-            result.kind = Kind::Bool;
-            result.integer = text == "True";
-            return result;
-        }
-        if ((text == "inf" || text == "nan") && readNumber(text, result))
-            return result;
-        while (peek() == '.') {
-            ++m_cursor;
-            (void)name();
-        }
-        skipSpace();
-        if (peek() == '(')
-            result = arguments(depth + 1);
-        if (result.keys.empty()) {
-            result = {};
-            result.kind = Kind::Other;
-            result.text = m_text.substr(first, m_cursor - first);
-        }
-        return result;
+        ++m_next;
+        while (!accept("]"))
+            if (!accept(",") && !accept(":") && !accept("*"))
+                (void)expression(depth + 1);
     }
 
     std::string_view m_text;
     const std::string& m_file;
-    size_t m_cursor = 0;
+    std::vector<PythonToken> m_tokens;
+    size_t m_next = 0;
+    size_t m_after_atom = 0; // the token behind the atom that was read last
 };
 
 } // namespace

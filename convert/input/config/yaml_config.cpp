@@ -6,6 +6,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <charconv>
 #include <utility>
 
 namespace gsc {
@@ -15,29 +16,95 @@ namespace {
 constexpr int kMaxDepth = 32;
 constexpr size_t kMaxNodes = 20000; // aliases can unfold exponentially; upstream's files hold about 100
 
-constexpr std::pair<const char*, const char*> kBooleans[] = {{"false", "true"}, {"False", "True"}, {"FALSE", "TRUE"},
-                                                             {"no", "yes"},     {"No", "Yes"},     {"off", "on"},
-                                                             {"Off", "On"}};
+using Kind = ConfigValue::Kind;
 
-ConfigValue scalar(const std::string& text, bool quoted)
+constexpr std::pair<const char*, const char*> kBooleans[] = {{"false", "true"}, {"False", "True"}, {"FALSE", "TRUE"},
+                                                             {"no", "yes"},     {"No", "Yes"},     {"NO", "YES"},
+                                                             {"off", "on"},     {"Off", "On"},     {"OFF", "ON"}};
+
+// Whole numbers of YAML 1.1 that are not decimal: 0x1f, 0b11, 017.
+bool readBased(std::string_view digits, ConfigValue& value)
+{
+    const bool negative = digits.starts_with('-');
+    digits.remove_prefix(negative || digits.starts_with('+') ? 1 : 0);
+    const int base = digits.starts_with("0x") ? 16 : digits.starts_with("0b") ? 2 : 8;
+    if (digits.size() < 2 || digits[0] != '0')
+        return false;
+    digits.remove_prefix(base == 8 ? 1 : 2);
+    int64_t number = 0;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number, base);
+    if (error != std::errc() || end != digits.data() + digits.size() || number < 0)
+        return false;
+    value.kind = Kind::Int;
+    value.integer = negative ? -number : number;
+    value.number = double(value.integer);
+    return true;
+}
+
+// 1:30 is 90.
+bool readSixties(const std::string& digits, ConfigValue& value)
+{
+    double sum = 0;
+    for (size_t at = 0; at <= digits.size();) {
+        const size_t end = std::min(digits.find(':', at), digits.size());
+        const std::string part = digits.substr(at, end - at);
+        if (part.empty() || part.size() > 9 || part.find_first_not_of("0123456789") != std::string::npos)
+            return false;
+        sum = sum * 60 + std::stod(part);
+        at = end + 1;
+    }
+    value.kind = Kind::Int;
+    value.integer = int64_t(sum);
+    value.number = sum;
+    return true;
+}
+
+bool readYamlNumber(std::string text, ConfigValue& value)
+{
+    if (const size_t sign = text.starts_with('-') || text.starts_with('+') ? 1 : 0;
+        text.substr(sign) == ".inf" || text.substr(sign) == ".Inf" || text.substr(sign) == ".INF" || text == ".nan" ||
+        text == ".NaN" || text == ".NAN")
+        return readNumber(text.erase(sign, 1), value);
+    text.erase(std::remove(text.begin(), text.end(), '_'), text.end());
+    if (text.find_first_of("0123456789") == std::string::npos)
+        return false;
+    const size_t first = text.find_first_not_of("+-");
+    const bool based = first < 2 && text[first] == '0' && text.find_first_of(".eE") == std::string::npos;
+    if (based && text.size() > first + 1)
+        return readBased(text, value);
+    if (text.find('x') != std::string::npos || text.find('X') != std::string::npos)
+        return readBased(text, value);
+    return text.find(':') != std::string::npos ? readSixties(text, value) : readNumber(text, value);
+}
+
+// `tag` is what the file says of the type, "!" for a quoted text.
+ConfigValue scalar(const std::string& text, const std::string& tag)
 {
     ConfigValue value;
-    value.kind = ConfigValue::Kind::String;
+    value.kind = Kind::String;
     value.text = text;
-    if (quoted)
+    if (tag == "!" || tag.ends_with(":str"))
         return value;
     if (text.empty() || text == "~" || text == "null" || text == "Null" || text == "NULL")
         return {};
     for (const auto& [no, yes] : kBooleans)
-        if (text == no || text == yes) {
-            value.kind = ConfigValue::Kind::Bool;
-            value.integer = text == yes;
-        }
-    std::string digits = text;
-    digits.erase(std::remove(digits.begin(), digits.end(), '_'), digits.end());
-    if (digits.find_first_of("0123456789") != std::string::npos)
-        (void)readNumber(digits, value);
+        if (text == no || text == yes)
+            value.setBool(text == yes);
+    if (value.kind == Kind::String)
+        (void)readYamlNumber(text, value);
     return value;
+}
+
+// What "<<" brings in, a dictionary or a list of them, the first of which wins; the dictionary's own keys come later,
+// and the last of several wins.
+void merge(ConfigValue more, ConfigValue& into)
+{
+    for (size_t i = more.list.size(); i-- > 0;) {
+        if (more.kind == Kind::List)
+            merge(std::move(more.list[i]), into);
+        else if (more.kind == Kind::Dict)
+            into.add(more.keys[i], std::move(more.list[i]));
+    }
 }
 
 ConfigValue convert(const YAML::Node& node, const std::string& file, int depth, size_t& nodes)
@@ -48,15 +115,18 @@ ConfigValue convert(const YAML::Node& node, const std::string& file, int depth, 
                            "given; restore it or remove it");
     ConfigValue value;
     if (node.IsScalar())
-        return scalar(node.Scalar(), node.Tag() == "!");
+        return scalar(node.Scalar(), node.Tag());
     if (node.IsSequence()) {
-        value.kind = ConfigValue::Kind::List;
+        value.kind = Kind::List;
         for (const YAML::Node& item : node)
             value.list.push_back(convert(item, file, depth + 1, nodes));
     } else if (node.IsMap()) {
-        value.kind = ConfigValue::Kind::Dict;
+        value.kind = Kind::Dict;
         for (const auto& entry : node)
-            if (entry.first.IsScalar())
+            if (entry.first.IsScalar() && entry.first.Scalar() == "<<")
+                merge(convert(entry.second, file, depth + 1, nodes), value);
+        for (const auto& entry : node)
+            if (entry.first.IsScalar() && entry.first.Scalar() != "<<")
                 value.add(entry.first.Scalar(), convert(entry.second, file, depth + 1, nodes));
     }
     return value;
