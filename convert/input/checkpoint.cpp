@@ -37,6 +37,8 @@ ConfigFile readConfig(const CheckpointFiles& files, bool any_gs, Checkpoint& che
         config.values = *model;
     if (const ConfigValue* optim = tree.find("optim_params"))
         config.optim = *optim;
+    if (const ConfigValue* pipeline = tree.find("pipeline_params"))
+        config.pipeline = *pipeline;
     return config;
 }
 
@@ -100,6 +102,7 @@ Checkpoint readCheckpoint(const std::string& path, const CheckpointOptions& opti
         checkpoint.warnings.push_back(files.ply +
                                       ": taken for an Octree-AnyGS model because it has neither normals nor "
                                       "'info'; no config.yaml confirms it");
+    refuseOtherPictures(checkpoint, config, !columns.level.empty());
     if (config.values.getBool("white_background", false, config.path))
         checkpoint.flags |= kModelWhiteBackground;
     const uint32_t embedding_rows = checkpoint.embeddingRows();

@@ -129,6 +129,17 @@ void assignBank(Checkpoint& checkpoint, Mlp& bank, int add_level, const std::str
 // Says so where cfg_args and weights disagree: the weights win, but one of the two belongs to another model.
 void compareConfig(const Checkpoint& checkpoint, const ConfigFile& config, std::vector<std::string>& warnings)
 {
+    const std::pair<const char*, uint32_t> sizes[] = {{"feat_dim", checkpoint.feat_dim},
+                                                      {"n_offsets", checkpoint.n_offsets},
+                                                      {"appearance_dim", checkpoint.appearance_dim}};
+    for (const auto& [name, size] : sizes) {
+        const std::string key = config.modelKey(name);
+        if (const double stated = config.values.getNumber(key, size, config.path); stated != size)
+            warnings.push_back(config.path +
+                               formatString(": %s is %g, but the model has %u; the model is followed, and "
+                                            "the file may be another model's",
+                                            name, stated, size));
+    }
     constexpr const char* keys[3] = {"add_opacity_dist", "add_cov_dist", "add_color_dist"};
     for (size_t i = 0; config.found() && i < 3; ++i) {
         const std::string key = config.modelKey(keys[i]);

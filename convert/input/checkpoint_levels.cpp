@@ -41,9 +41,8 @@ LevelRule parseRule(const std::string& name, const std::string& path)
     for (const LevelRule rule : {LevelRule::Floor, LevelRule::Round, LevelRule::Ceil, LevelRule::Progressive})
         if (name == kLevelRuleNames[uint32_t(rule)])
             return rule;
-    throw Error(ErrorCode::InvalidFile, path + ": dist2level is '" + name.substr(0, 32) +
-                                            "', expected floor, round, ceil or progressive; restore the file that the "
-                                            "trainer wrote");
+    throw Error(ErrorCode::Unsupported, path + ": dist2level is '" + name.substr(0, 32) +
+                                            "', expected floor, round, ceil or progressive; train with one of them");
 }
 
 LevelRule readRule(const ConfigFile& config, int option, Checkpoint& checkpoint)
@@ -71,9 +70,8 @@ uint32_t readFork(const ConfigFile& config, int option, Checkpoint& checkpoint)
     if (config.values.states(key)) {
         const double stated = config.values.getNumber(key, 0, config.path);
         if (!(stated >= kLeastFork && stated <= kMostFork) || stated != std::floor(stated))
-            throw Error(ErrorCode::InvalidFile,
-                        formatString("%s: fork is %g, expected a whole number from %d to %d; restore the file that the "
-                                     "trainer wrote",
+            throw Error(ErrorCode::Unsupported,
+                        formatString("%s: fork is %g, expected a whole number from %d to %d; train with one",
                                      config.path.c_str(), stated, kLeastFork, kMostFork));
         if (option != 0 && option != stated)
             throw Error(ErrorCode::Usage,

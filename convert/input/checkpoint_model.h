@@ -12,9 +12,10 @@
 namespace gsc {
 
 struct ConfigFile {
-    ConfigValue values; // of the model parameters, None if no file was found
-    ConfigValue optim;  // Octree-AnyGS only: optimisation parameters
-    std::string path;   // empty if no file was found
+    ConfigValue values;   // of the model parameters, None if no file was found
+    ConfigValue optim;    // Octree-AnyGS only: optimisation parameters
+    ConfigValue pipeline; // the same
+    std::string path;     // empty if no file was found
 
     [[nodiscard]] bool found() const { return !path.empty(); }
     // `key` of the model: Octree-AnyGS nests the model's own arguments in model_config.kwargs.
@@ -32,6 +33,10 @@ void readWeights(const CheckpointFiles& files, Checkpoint& checkpoint);
 // Sets Mlp::inputs from the widths of the first layers, and the bank's share of `checkpoint`; drops an embedding that no
 // MLP takes. Throws Error: InvalidFile (widths that fit no input, or fit two where nothing decides), Unsupported.
 void assignInputs(Checkpoint& checkpoint, const ConfigFile& config, const CheckpointOptions& options);
+
+// Refuses settings with which the trainer draws another picture of the same PLY and weights than tier `exact`; warns
+// of those with which it draws others too. The weights are there. Throws Error(Unsupported).
+void refuseOtherPictures(Checkpoint& checkpoint, const ConfigFile& config, bool has_levels);
 
 // Level rule, level range, standard distance and voxel size. `family` and what openAnchors() needs of `checkpoint`
 // are there. Throws Error(InvalidFile).

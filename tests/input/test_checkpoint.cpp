@@ -278,7 +278,7 @@ TEST_CASE("checkpoint, trap 14: 'progressive' as a flag is not 'progressive' as 
     writeFile(folder.path() / "cfg_args", std::string("Namespace(dist2level='nearest')"));
     CHECK(outcomeOf([&] { (void)read(folder.path()); }).says("dist2level is 'nearest'"));
     writeFile(folder.path() / "cfg_args", std::string("Namespace(fork=100)"));
-    CHECK(outcomeOf([&] { (void)read(folder.path()); }).code == ErrorCode::InvalidFile);
+    CHECK(outcomeOf([&] { (void)read(folder.path()); }).code == ErrorCode::Unsupported);
     CHECK(outcomeOf([&] { (void)read(folder.path()); }).says("cfg_args: fork is 100"));
     fs::remove(folder.path() / "cfg_args");
     options.fork = 5;
