@@ -26,8 +26,10 @@ uint32_t floatColumn(const PlyHeader& header, const std::string& column, const s
     const PlyColumn* found = header.find(column);
     if (!found)
         throwMissing(name, "column '" + column + "' is missing");
-    if (!found->is_float)
-        throwMissing(name, "column '" + column + "' is not float32");
+    if (!found->is_float) // which other programs write, and the trainers' loaders read
+        throw Error(ErrorCode::Unsupported, name + ": column '" + column +
+                                                "' is not float32, expected it as the trainers write it; pass the "
+                                                "point_cloud.ply that the trainer wrote");
     return found->offset;
 }
 

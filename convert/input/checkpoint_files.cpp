@@ -168,7 +168,9 @@ void findInFile(const fs::path& path, CheckpointFiles& files)
     refuseOtherMethods(folder, {name});
     refuseTrainingState(folder, {name});
     if (path.extension() != ".ply") {
-        (void)InputFile(path.string()); // which says it where the file only stands for another
+        std::error_code error;
+        if (fs::is_regular_file(path, error))
+            (void)InputFile(path.string()); // which says it where the file only stands for another
         throw Error(ErrorCode::InvalidFile, path.string() +
                                                 ": is neither a folder nor a PLY, expected a trained model; "
                                                 "pass its folder or its point_cloud.ply");

@@ -21,6 +21,12 @@ constexpr const char* kTakeTrainers = "pass the point_cloud.ply that the trainer
     throw Error(ErrorCode::InvalidFile, name + ": " + text + "; " + remedy);
 }
 
+// Of a PLY that other programs read.
+[[noreturn]] void throwUnsupported(const std::string& name, const std::string& text)
+{
+    throw Error(ErrorCode::Unsupported, name + ": " + text + "; " + kTakeTrainers);
+}
+
 // The crop tool of the SIBR viewer writes neither `end_header` nor the rotation columns, and scales that are no
 // logarithms any more: nothing in such a file can be trusted.
 [[noreturn]] void throwNoEnd(const std::string& name)
@@ -34,12 +40,20 @@ std::vector<std::string_view> words(std::string_view line)
 {
     std::vector<std::string_view> result;
     for (size_t i = 0; i < line.size();) {
-        const size_t end = std::min(line.find(' ', i), line.size());
+        const size_t end = std::min(line.find_first_of(" \t", i), line.size());
         if (end > i)
             result.push_back(line.substr(i, end - i));
         i = end + 1;
     }
     return result;
+}
+
+// The words behind the first, as they lie in the line.
+std::string rest(const std::vector<std::string_view>& line)
+{
+    return line.size() < 2
+               ? std::string()
+               : std::string(line[1].data(), size_t(line.back().data() + line.back().size() - line[1].data()));
 }
 
 // Bytes of each scalar type.
@@ -71,7 +85,7 @@ void checkFormat(const std::vector<std::string_view>& line, const std::string& n
 uint64_t elementCount(const std::vector<std::string_view>& line, const std::string& name)
 {
     if (line.size() != 3 || line[1] != "vertex")
-        throwInvalid(name, "element '" + clip(line.size() > 1 ? line[1] : "") + "' found, expected only 'vertex'");
+        throwUnsupported(name, "first element is '" + clip(line.size() > 1 ? line[1] : "") + "', expected 'vertex'");
     uint64_t count = 0;
     const auto [end, error] = std::from_chars(line[2].data(), line[2].data() + line[2].size(), count);
     if (error != std::errc() || end != line[2].data() + line[2].size())
@@ -79,7 +93,8 @@ uint64_t elementCount(const std::vector<std::string_view>& line, const std::stri
     return count;
 }
 
-void checkBody(const PlyHeader& header, uint64_t file_bytes, const std::string& name)
+// `alone`: no other element follows the vertices.
+void checkBody(const PlyHeader& header, bool alone, uint64_t file_bytes, const std::string& name)
 {
     if (header.row_bytes == 0)
         throwInvalid(name, "vertices have no properties, expected those of anchors");
@@ -93,7 +108,7 @@ void checkBody(const PlyHeader& header, uint64_t file_bytes, const std::string& 
                                   static_cast<unsigned long long>(body)),
                      "the file is cut short, copy it again");
     const uint64_t extra = body - header.row_count * header.row_bytes;
-    if (extra != 0)
+    if (extra != 0 && alone)
         throwInvalid(name, formatString("%llu bytes follow the last of %llu rows, expected none",
                                         static_cast<unsigned long long>(extra),
                                         static_cast<unsigned long long>(header.row_count)));
@@ -124,11 +139,15 @@ PlyHeader parsePlyHeader(std::span<const std::byte> bytes, uint64_t file_bytes, 
         return line;
     };
     (void)nextLine();
-    checkFormat(words(nextLine()), name);
-
     PlyHeader header;
+    std::vector<std::string_view> format = words(nextLine());
+    for (; !format.empty() && (format[0] == "comment" || format[0] == "obj_info"); format = words(nextLine()))
+        if (format[0] == "obj_info")
+            header.obj_info.push_back(rest(format));
+    checkFormat(format, name);
+
     std::unordered_set<std::string> seen;
-    bool in_element = false;
+    bool in_element = false, behind = false; // behind: in an element that nothing needs
     for (;;) {
         const std::string_view text = nextLine();
         const std::vector<std::string_view> line = words(text);
@@ -138,15 +157,17 @@ PlyHeader parsePlyHeader(std::span<const std::byte> bytes, uint64_t file_bytes, 
         if (keyword == "comment")
             continue;
         if (keyword == "obj_info") {
-            header.obj_info.emplace_back(text.substr(std::min<size_t>(text.size(), 9)));
+            header.obj_info.push_back(rest(line));
         } else if (keyword == "element") {
-            if (in_element)
-                throwInvalid(name, "more than one element, expected only 'vertex'");
-            header.row_count = elementCount(line, name);
+            behind = in_element;
+            if (!behind)
+                header.row_count = elementCount(line, name);
             in_element = true;
+        } else if (keyword == "property" && behind) {
+            continue;
         } else if (keyword == "property" && in_element) {
             if (line.size() > 1 && line[1] == "list")
-                throwInvalid(name, "property '" + clip(line.back()) + "' is a list, expected scalars");
+                throwUnsupported(name, "property '" + clip(line.back()) + "' is a list, expected scalars");
             const auto type = line.size() == 3 ? kScalarBytes.find(line[1]) : kScalarBytes.end();
             if (type == kScalarBytes.end())
                 throwInvalid(name, "header line '" + clip(text) + "' is no property, expected 'property float <name>'");
@@ -167,7 +188,7 @@ PlyHeader parsePlyHeader(std::span<const std::byte> bytes, uint64_t file_bytes, 
     if (!in_element)
         throwInvalid(name, "header has no element, expected 'vertex'");
     header.header_bytes = cursor;
-    checkBody(header, file_bytes, name);
+    checkBody(header, !behind, file_bytes, name);
     return header;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The PLY files of the trainers: one element of scalar columns, binary little-endian, one row per anchor.
+// The PLY files of the trainers: an element of scalar columns, binary little-endian, one row per anchor.
 #pragma once
 
 #include "convert/input/checkpoint.h"
@@ -33,7 +33,8 @@ struct PlyHeader {
 constexpr size_t kMaxPlyHeader = 1u << 20;
 
 // `bytes` are the first of the file, all of it or at least kMaxPlyHeader; `file_bytes` its size. The body is checked
-// to hold exactly row_count rows. Throws Error: InvalidFile, Unsupported (ascii, big-endian).
+// to hold exactly row_count rows, and maybe other elements behind them. Throws Error: InvalidFile, Unsupported (ascii,
+// big-endian, lists, other elements before the vertices).
 PlyHeader parsePlyHeader(std::span<const std::byte> bytes, uint64_t file_bytes, const std::string& name);
 
 // Where the fields of an anchor lie in a row, byte offsets in the order of the number at the end of the name.
@@ -49,7 +50,7 @@ struct AnchorColumns {
     std::vector<uint32_t> info;               // 1 or none
 };
 
-// Throws Error(InvalidFile) where a column is missing, numbered with a gap, or not float32.
+// Throws Error: InvalidFile where a column is missing or numbered with a gap, Unsupported where it is not float32.
 AnchorColumns findAnchorColumns(const PlyHeader& header, const std::string& name);
 
 constexpr int32_t kMaxAnchorLevel = int32_t(kMaxLevels) - 1;

@@ -54,6 +54,28 @@ TEST_CASE("weights of LPIPS come from files of either format")
     }
 }
 
+TEST_CASE("weights of LPIPS may come from wrapped networks, and pointers to them are named")
+{
+    const TemporaryFolder folder;
+    const LpipsWeights expected = lpipsRandomWeights();
+    const std::string net = (folder.path() / "net.pth").string(), heads = (folder.path() / "heads.pth").string();
+    for (const std::string prefix : {"module.", "_orig_mod.", "module._orig_mod."}) {
+        std::vector<NamedTensor> wrapped = netTensors(expected), wrapped_heads = headTensors(expected);
+        for (std::vector<NamedTensor>* tensors : {&wrapped, &wrapped_heads})
+            for (NamedTensor& tensor : *tensors)
+                tensor.name = prefix + tensor.name;
+        writeFile(net, writeTensorArchive(wrapped));
+        writeFile(heads, writeTensorArchive(wrapped_heads));
+        const LpipsWeights read = readLpipsWeights(net, heads);
+        CHECK(read.weight == expected.weight);
+        CHECK(read.head == expected.head);
+    }
+    writeFile(heads, std::string("version https://git-lfs.github.com/spec/v1\noid sha256:aa\nsize 7289\n"));
+    CHECK(outcomeOf([&] { (void)readLpipsWeights(net, heads); }).says("heads.pth: is a Git LFS pointer"));
+    writeFile(net, std::string("<!DOCTYPE html>"));
+    CHECK(outcomeOf([&] { (void)readLpipsWeights(net, heads); }).says("net.pth: is a web page"));
+}
+
 TEST_CASE("wrong files of LPIPS are refused with what was found and expected")
 {
     const TemporaryFolder folder;

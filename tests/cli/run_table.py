@@ -9,7 +9,7 @@ that start with # are comments. `<a,b,c>` in the command line stands for three l
 comma. Words are split and unquoted as a shell does it, and nothing else of a shell works, but `< FILE` at the end. The
 current folder is empty but for what `@` lines before made:
   @ write NAME TEXT | @ copy FROM NAME | @ link TARGET NAME | @ hard FROM NAME | @ fifo NAME | @ folder NAME | @ cut NAME BYTES
-  @ mode NAME OCTAL | @ clear                     each stands for the lines up to the next @ clear
+  @ mode NAME OCTAL | @ encode NAME CODEC | @ clear   each stands for the lines up to the next @ clear
 D/ is the folder of the fixture's models. Every line is checked for more than its code:
   it ends within ten seconds, by no signal; the models and what the @ lines made are as they were; an error is one line
   of the form `error: <object>: <found>, expected <what>; <what to do>`; with --format json behind it the same error comes
@@ -91,6 +91,8 @@ class Table:
             to.mkdir(parents=True)
         elif kind == "cut":
             os.truncate(to, int(rest[0]))
+        elif kind == "encode":
+            to.write_bytes(to.read_bytes().decode().encode(rest[0]))
         elif kind == "mode":
             to.chmod(int(rest[0], 8))
         else:

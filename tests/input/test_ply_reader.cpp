@@ -202,22 +202,58 @@ TEST_CASE("PLY: refusals name what was found")
         refuses(other, InvalidFile, "does not start with 'ply'");
     }
     refuses("ply", InvalidFile, "does not start with 'ply'");
-    refuses(replaced(text, "property float x", "property list uchar int x"), InvalidFile, "is a list");
+    refuses(replaced(text, "property float x", "property list uchar int x"), Unsupported, "is a list");
     refuses(replaced(text, "property float y", "property float x"), InvalidFile, "'x' occurs twice");
     refuses(replaced(text, "property float x", "property double x"), InvalidFile, "header promises");
-    refuses(replaced(text, "property float x", "property int x"), InvalidFile, "'x' is not float32");
+    refuses(replaced(text, "property float x", "property int x"), Unsupported, "'x' is not float32");
     refuses(replaced(text, "property float x", "property half x"), InvalidFile, "is no property");
     refuses(replaced(text, "float x\n", "float w\n"), InvalidFile, "'x' is missing");
     refuses(replaced(text, "f_offset_3", "f_offset_7"), InvalidFile, "'f_offset_3' is missing");
     refuses(replaced(text, "f_offset_3", "f_offset_3b"), InvalidFile, "has no number");
     refuses(replaced(text, "scale_5", "scalf_5"), InvalidFile, "5 columns scale_<n>");
-    refuses(replaced(text, "element vertex", "element face"), InvalidFile, "element 'face'");
-    refuses(replaced(text, "end_header", "element face 0\nend_header"), InvalidFile, "more than one element");
+    refuses(replaced(text, "element vertex", "element face"), Unsupported, "element is 'face'");
     refuses(replaced(text, "vertex 2", "vertex -2"), InvalidFile, "vertex count is '-2'");
     refuses(replaced(text, "vertex 2", "vertex 18446744073709551615"), InvalidFile, "header promises");
     refuses(replaced(text, "vertex 2", "vertex 18446744073709551616"), InvalidFile, "vertex count");
     refuses(replaced(text, "vertex 2", "vertex 4611686018427387904"), InvalidFile, "header promises");
     refuses(replaced(text, "vertex 2", "vertex 1"), InvalidFile, "bytes follow the last of 1 rows");
+}
+
+TEST_CASE("PLY: headers as other programs leave them")
+{
+    const std::string text = makePly(Columns::AnyLod, 2, kOffsets, kFeatures).text();
+    const size_t end = text.find("end_header\n") + 11;
+    std::string crlf;
+    for (const char c : text.substr(0, end))
+        crlf += c == '\n' ? std::string("\r\n") : std::string(1, c);
+    const auto read = [](const std::string& bytes) {
+        return parsePlyHeader(std::as_bytes(std::span(bytes)), bytes.size(), "t.ply");
+    };
+    const auto same = [&](const std::string& bytes) {
+        const Outcome outcome = parse(bytes);
+        CHECK_MESSAGE(outcome.code == ErrorCode::Ok, outcome.message);
+        if (outcome.code != ErrorCode::Ok)
+            return;
+        CHECK(read(bytes).obj_info == read(text).obj_info);
+        CHECK(read(bytes).row_bytes == read(text).row_bytes);
+        CHECK(read(bytes).columns.size() == read(text).columns.size());
+    };
+    same(crlf + text.substr(end));
+    same(replaced(text, "format", "comment made by hand\nformat"));
+    same(replaced(text, "element vertex", "comment caf\xe9 \xc3\xa9\ncomment\nelement vertex"));
+    same(replaced(text, "property float x\n", "property\tfloat \tx \n"));
+    same(replaced(text, "end_header\n", "end_header \n"));
+    same(replaced(text, "obj_info standard", "obj_info  standard"));
+    // elements behind the vertices, empty or not
+    same(replaced(text, "end_header", "element face 0\nproperty list uchar int vertex_indices\nend_header"));
+    same(replaced(text, "end_header", "element camera 1\nproperty float x\nend_header") + "1234");
+    // obj_info before the format
+    const size_t info = text.find("obj_info"), element = text.find("element");
+    same("ply\n" + text.substr(info, element - info) + "format binary_little_endian 1.0\n" + text.substr(element));
+    // columns that nothing needs may be of any type
+    const std::string extra =
+        replaced(text, "property float x\n", "property double time\nproperty uchar red\nproperty float x\n");
+    CHECK(read(extra + std::string(18, '\0')).row_bytes == read(text).row_bytes + 9);
 }
 
 TEST_CASE("PLY: what the SIBR viewer's crop tool saves is refused as that")

@@ -13,6 +13,7 @@
 #include <iterator>
 #include <limits>
 #include <random>
+#include <utility>
 
 #include <sys/resource.h>
 #include <unistd.h>
@@ -124,6 +125,25 @@ TEST_CASE("hostile PFM files are refused")
     writeText(path, std::string("PF\n1 1\n1.0\n") + std::string("\x3f\x80\0\0\x40\0\0\0\0\0\0\0", 12));
     const Image image = readImage(path);
     CHECK(image.pixels == std::vector<float>{1, 2, 0});
+}
+
+TEST_CASE("a file that stands for an image is named as what it is")
+{
+    const TempFolder folder;
+    const std::pair<std::string, const char*> texts[] = {
+        {"version https://git-lfs.github.com/spec/v1\noid sha256:aa\nsize 12\n", "is a Git LFS pointer"},
+        {"<!DOCTYPE html><html></html>", "is a web page"},
+        {std::string("\x1f\x8b\x08\0\0\0\0\0\0\3", 10), "is compressed with gzip"}};
+    for (const char* name : {"a.pfm", "a.png", "a.exr", "a.jpg", "a"})
+        for (const auto& [text, said] : texts) {
+            writeText(folder / name, text);
+            try {
+                (void)readImage(folder / name);
+                FAIL("it was read");
+            } catch (const Error& e) {
+                CHECK_MESSAGE(std::string(e.what()).find(said) != std::string::npos, e.what());
+            }
+        }
 }
 
 TEST_CASE("an extension without a writer is refused, naming those there are")
