@@ -58,6 +58,11 @@ ModelFamily detectFamily(const PlyHeader& header, const std::string& path)
                         (header.find("f_offset_0") ? "an Octree-AnyGS model of explicit 3DGS or 2DGS Gaussians"
                                                    : "a plain 3DGS or 2DGS model") +
                         ", expected anchors with MLPs; train with Scaffold-GS or Octree-GS");
+    if (header.find("filter_3D"))
+        throw Error(ErrorCode::Unsupported,
+                    path +
+                        ": has a column filter_3D, by which its trainer widens every Gaussian as Mip-Splatting does, "
+                        "expected Scaffold-GS or Octree-GS without it; train with one of these");
     if (header.find("f_mask_0"))
         throw Error(ErrorCode::Unsupported,
                     path + ": has columns f_mask_<n>, so this is a HAC model, whose features must first be quantised "

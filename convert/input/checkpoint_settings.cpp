@@ -5,8 +5,10 @@
 #include "format/error.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <string_view>
+#include <utility>
 
 namespace gsc {
 
@@ -89,6 +91,21 @@ void checkSetting(const Setting& setting, const ConfigFile& config)
     }
 }
 
+// Of gsplat's rasterization(); diff-gaussian-rasterization has its near plane in its code and no far one.
+void checkPlanes(const Checkpoint& checkpoint, const ConfigFile& config)
+{
+    const bool gsplat = checkpoint.raster_rules == RasterRules::Gsplat;
+    const double near_plane = gsplat ? 0.01 : 0.2, far_plane = 1e10;
+    for (const ConfigValue* group : {&config.values, &config.pipeline}) {
+        if (const double stated = group->getNumber("near_plane", near_plane, config.path);
+            std::abs(stated - near_plane) > 1e-6)
+            refuse(config, "near_plane", formatString("%g", stated), "starts to draw at another distance",
+                   formatString("%g", near_plane));
+        if (const double stated = group->getNumber("far_plane", far_plane, config.path); stated < far_plane)
+            refuse(config, "far_plane", formatString("%g", stated), "leaves out what is farther away", "1e10 or more");
+    }
+}
+
 // The trainer measures distances for the levels in units of these; its own renderings take all of them.
 void checkScales(const ConfigFile& config, std::vector<std::string>& warnings)
 {
@@ -139,6 +156,7 @@ void refuseOtherPictures(Checkpoint& checkpoint, const ConfigFile& config, bool 
         return;
     for (const Setting& setting : kSettings)
         checkSetting(setting, config);
+    checkPlanes(checkpoint, config);
     checkScales(config, checkpoint.warnings);
     if (checkpoint.family == ModelFamily::OctreeAnyGs)
         checkClass(config, has_levels);

@@ -4,7 +4,6 @@
 #include "format/error.h"
 
 #include <algorithm>
-#include <cstdlib>
 
 namespace gsc {
 
@@ -70,8 +69,8 @@ void refusePage(std::string_view text, const std::string& path)
             kind = "an XML document";
     if (kind)
         throw Error(ErrorCode::InvalidFile, path + ": is " + kind +
-                                                ", expected the file that it names; a server sent it instead of the "
-                                                "file, download the file itself");
+                                                ", expected the file that it is named as; download the file itself, a "
+                                                "server may have sent this instead");
 }
 
 std::string_view extensionOf(std::string_view path)

@@ -216,7 +216,9 @@ TEST_CASE("as left: settings with which the trainer draws another picture are re
                                         {"resolution_scales=[2.0]", "resolution_scales is [2]"},
                                         {"use_feat_bank=True", "feature bank"},
                                         {"compute_cov3D_python=True", "compute_cov3D_python is True"},
-                                        {"radius_clip=3", "radius_clip is 3"}}) {
+                                        {"radius_clip=3", "radius_clip is 3"},
+                                        {"near_plane=0.5", "near_plane is 0.5"},
+                                        {"far_plane=100.0", "far_plane is 100"}}) {
         const Outcome outcome = scaffold(setting);
         CHECK(outcome.code == ErrorCode::Unsupported);
         CHECK_MESSAGE(outcome.says(said), outcome.message);
@@ -226,6 +228,7 @@ TEST_CASE("as left: settings with which the trainer draws another picture are re
                    "render_mode='RGB+ED', gs_attr='3D', resolution_scales=[1.0], use_feat_bank=False, "
                    "compute_cov3D_python=False, camera_model='pinhole', scaling_modifier=1.0, render_mode2=None")
               .message.empty());
+    CHECK(scaffold("near_plane=0.2, far_plane=1e10").message.empty());
     // what is not evaluated is neither taken nor called damaged
     CHECK(scaffold("random_background=os.environ.get('A')").code == ErrorCode::Unsupported);
     CHECK(scaffold("render_mode=3").code == ErrorCode::Unsupported);
@@ -278,6 +281,20 @@ TEST_CASE("as left: settings of Octree-AnyGS in all of its groups")
     CHECK(std::ranges::any_of(read.warnings, [](const std::string& warning) {
         return warning.find("resolution_scales lists 2 too") != std::string::npos;
     }));
+}
+
+TEST_CASE("as left: a column by which the trainer widens Gaussians is refused")
+{
+    const TemporaryFolder folder;
+    const ModelSpec spec;
+    const fs::path iteration = writeModel(folder.path(), spec);
+    PlyText ply = makePly(spec.columns, spec.rows, spec.n_offsets, spec.feat_dim);
+    ply.columns.push_back("filter_3D");
+    for (std::vector<float>& row : ply.rows)
+        row.push_back(0.5f);
+    writeFile(iteration / "point_cloud.ply", ply.text());
+    CHECK(readingOf(folder.path()).code == ErrorCode::Unsupported);
+    CHECK(readingOf(folder.path()).says("filter_3D"));
 }
 
 TEST_CASE("as left: sizes that settings and model do not share are told")

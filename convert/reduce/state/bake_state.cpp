@@ -4,6 +4,7 @@
 #include "format/checksum.h"
 #include "format/error.h"
 #include "format/file/output_file.h"
+#include "format/file/stand_in.h"
 
 #include <algorithm>
 #include <array>
@@ -117,6 +118,10 @@ Descriptor openState(const std::string& path, uint64_t& size, int more = 0)
 
 StateHeader readHeader(const std::string& path, int fd, uint64_t size)
 {
+    std::byte start[kStandInBytes];
+    const std::span<std::byte> part(start, size_t(std::min<uint64_t>(size, sizeof(start))));
+    readAt(path, fd, 0, part);
+    refuseStandIn(part, size, path);
     StateHeader header{};
     if (size < sizeof(header))
         failState(path, "is no state of a bake");
