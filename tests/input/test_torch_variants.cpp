@@ -189,6 +189,30 @@ TEST_CASE("torch variants: what wraps a network is left out of its names, whatev
     CHECK(part.tensors[0].name == "b");
 }
 
+TEST_CASE("torch variants: a TorchScript module within its wrapper")
+{
+    const auto object = [](const std::string& type, const Members& state) {
+        std::string text = "c__torch__." + type + "\n)\x81}(";
+        for (const auto& [key, value] : state)
+            text += text32(key) + value;
+        return text + "ub";
+    };
+    const std::string linear = object("torch.nn.modules.linear\nLinear",
+                                      {{"weight", tensorOf("0", 6, 0, {2, 3}, {3, 1})}, {"training", "\x89"}});
+    const std::string network = object("torch.nn.modules.container\nSequential",
+                                       {{"0", linear}, {"1", object("torch.nn.modules.activation\nReLU", {})}});
+    for (const auto& [type, child] : {std::pair{"torch.nn.parallel.data_parallel\nDataParallel", "module"},
+                                      {"torch._dynamo.eval_frame\nOptimizedModule", "_orig_mod"}}) {
+        const TorchArchive archive =
+            readTorchArchive(archiveOf(object(type, {{child, network}}), {{"0", floats(kSix)}}), "t.pt");
+        CHECK(archive.is_script);
+        REQUIRE(archive.tensors.size() == 1);
+        CHECK(archive.tensors[0].name == "0.weight");
+        using Modules = std::vector<std::pair<std::string, std::string>>;
+        CHECK(archive.modules == Modules{{"0", "Linear"}, {"1", "ReLU"}});
+    }
+}
+
 TEST_CASE("torch variants: other numbers are refused by their type, and only where they are wanted")
 {
     for (const char* type : {"DoubleStorage", "HalfStorage", "BFloat16Storage", "LongStorage", "IntStorage",
