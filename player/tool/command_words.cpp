@@ -61,8 +61,9 @@ std::string helpOf(const CLI::App& command)
 [[noreturn]] void failOption(const std::string& word, const CLI::App& command)
 {
     const std::string name = word.substr(0, word.find('='));
-    const std::string near = nearestWord(name, longNames(command));
-    const CLI::App* owner = near.empty() ? ownerOf(name, rootOf(command), command) : nullptr;
+    // the very word of another command is no misspelling of one of these
+    const CLI::App* owner = ownerOf(name, rootOf(command), command);
+    const std::string near = owner == nullptr ? nearestWord(name, longNames(command)) : "";
     const std::string hint = !near.empty()      ? "did you mean " + near + "?"
                              : owner != nullptr ? commandPath(*owner) + " has it; see " + helpOf(command)
                                                 : "see " + helpOf(command);
