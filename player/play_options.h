@@ -3,6 +3,7 @@
 #pragma once
 
 #include "kernels/frame/frame_types.h"
+#include "player/cameras/camera_reading.h"
 #include "player/cameras/length.h"
 #include "player/image/picture_stream.h"
 #include "player/shard/shard.h"
@@ -57,7 +58,8 @@ struct PlayOptions : RunChoice {
     uint32_t width = 0, height = 0; // 0 = the camera's
     double fov_x = 0;               // radians, 0 = the camera's
     bool ignore_distortion = false; // of the lenses in a camera file, which is refused otherwise
-    std::string out;                // pattern, empty = write nothing, "-" = a stream on standard output
+    CamerasTransform cameras_transform = CamerasTransform::Told; // of a camera file
+    std::string out; // pattern, empty = write nothing, "-" = a stream on standard output
     PixelDepth depth = PixelDepth::Eight;
     StreamFormat stream = StreamFormat::Y4m;      // of --out -
     std::string video;                            // file, empty = none

@@ -7,6 +7,7 @@
 #include "player/measure/lod_target.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace gsc {
 
@@ -110,6 +111,24 @@ void checkRange(const PlayOptions& options, size_t cameras)
                              options.frame_range.c_str(), cameras, name.c_str(), first, cameras, first));
 }
 
+// --fov is one angle, from which the other follows as of square pixels.
+void tellSquared(const std::vector<Camera>& cameras, const PlayOptions& options, Reporter& log)
+{
+    constexpr double kSquare = 0.01; // relative; the trainers' own focal lengths differ by less
+    if (!(options.fov_x > 0))
+        return;
+    const auto squared = std::ranges::count_if(cameras, [](const Camera& camera) {
+        if (!(camera.fov_x > 0 && camera.fov_y > 0 && camera.width > 0 && camera.height > 0))
+            return camera.focal_x > 0 && std::abs(camera.focal_y / camera.focal_x - 1) > kSquare;
+        const double shape = std::tan(camera.fov_y / 2) * camera.width / (std::tan(camera.fov_x / 2) * camera.height);
+        return std::abs(shape - 1) > kSquare;
+    });
+    if (squared > 0)
+        log.warning(formatString("--fov: pixels of %lld of %zu cameras are not square in %s; with an angle of your own "
+                                 "they are drawn square",
+                                 static_cast<long long>(squared), cameras.size(), options.cameras.c_str()));
+}
+
 std::vector<Shot> cutShots(std::vector<Camera> cameras, const TrajectoryFacts& facts, double ipd,
                            const PlayOptions& options)
 {
@@ -174,15 +193,16 @@ std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, Re
 {
     checkLevelOptions(scene, options);
     TrajectoryFacts eyes;
-    std::vector<std::string> ignored;
+    std::vector<std::string> warnings;
     std::vector<Camera> cameras =
         options.cameras == "stored"
             ? storedCameras(scene, options.input)
-            : readCameraFile(options.cameras, &eyes, options.ignore_distortion ? &ignored : nullptr);
-    for (const std::string& text : ignored)
+            : readCameraFile(options.cameras, &eyes, {options.ignore_distortion, options.cameras_transform, &warnings});
+    for (const std::string& text : warnings)
         log.warning(text);
     if (!eyes.views.empty())
         checkViews(eyes, options);
+    tellSquared(cameras, options, log);
     if (title != nullptr)
         *title = eyes.name;
     const double ipd = eyeDistance(scene, eyes, options, log);

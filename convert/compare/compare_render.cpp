@@ -88,9 +88,10 @@ private:
 
 std::vector<Camera> camerasToCompare(const Scene& scene, const RenderOptions& options, Reporter& report)
 {
-    std::vector<std::string> ignored;
-    std::vector<Camera> all = sceneCameras(scene, options.cameras, options.ignore_distortion ? &ignored : nullptr);
-    for (const std::string& text : ignored)
+    std::vector<std::string> warnings;
+    std::vector<Camera> all =
+        sceneCameras(scene, options.cameras, {options.ignore_distortion, options.cameras_transform, &warnings});
+    for (const std::string& text : warnings)
         report.warning(text);
     return options.views == 0 ? all : takeEvenly(std::move(all), size_t(options.views));
 }

@@ -4,6 +4,7 @@
 
 #include "convert/compare/picture_set.h"
 #include "convert/input/checkpoint.h"
+#include "player/cameras/camera_reading.h"
 #include "player/tool/reporter.h"
 #include "kernels/frame/frame_types.h"
 
@@ -17,8 +18,9 @@ struct RenderOptions {
     std::string golden;  // folder of the trainer's pictures and their cameras.json; empty = look in the model folder
     std::string cameras; // camera file; empty = the cameras stored in the .gsc
     bool ignore_distortion = false; // of the lenses in `cameras`, which is refused otherwise
-    uint64_t views = 3;             // of the stored cameras, evenly spaced; 0 = all
-    double min_psnr = 75;           // of every view, dB
+    CamerasTransform cameras_transform = CamerasTransform::Told; // of `cameras`
+    uint64_t views = 3;                                          // of the stored cameras, evenly spaced; 0 = all
+    double min_psnr = 75;                                        // of every view, dB
     Tier tier = Tier::Exact;
     ReferencePrecision reference = ReferencePrecision::Float; // Float: the trainer's rounding; Double: no rounding
     LpipsFiles lpips;

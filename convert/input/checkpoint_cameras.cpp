@@ -19,6 +19,8 @@ namespace gsc {
 namespace {
 
 constexpr uint64_t kMaxCameraFile = 1ull << 30;
+constexpr double kRigid = 1e-3;       // off a determinant of 1: poses printed with few digits pass
+constexpr uint32_t kMostDrawn = 1600; // pixels of width; a player draws no larger picture of a stored camera by itself
 
 SourceCamera fromCamera(const Camera& camera, int id)
 {
@@ -38,11 +40,12 @@ SourceCamera fromCamera(const Camera& camera, int id)
 
 // What a .gsc cannot hold of the cameras is said once per file. `shifted` of them look through another pixel than
 // the middle.
-void warnOfLenses(const std::string& path, const std::vector<std::string>& ignored, size_t shifted, size_t cameras,
+void warnOfLenses(const std::string& path, const std::vector<std::string>& told, size_t shifted, size_t cameras,
                   std::vector<std::string>& warnings)
 {
-    for (const std::string& text : ignored)
-        warnings.push_back(text + "; a .gsc stores pinholes");
+    for (const std::string& text : told)
+        warnings.push_back(text +
+                           (text.find(": lens distortion") != std::string::npos ? "; a .gsc stores pinholes" : ""));
     if (shifted > 0)
         warnings.push_back(
             formatString("%s: cx, cy of %zu of %zu cameras are off the middle of the image and ignored; a "
@@ -55,7 +58,7 @@ void warnOfLenses(const std::string& path, const std::vector<std::string>& ignor
 bool representable(const Camera& camera)
 {
     const double det = determinant(glm::make_mat3(camera.rotation));
-    return camera.width != 0 && camera.height != 0 && std::abs(det - 1) < 1e-4;
+    return camera.width != 0 && camera.height != 0 && std::abs(det - 1) < kRigid;
 }
 
 // Blender's and the city data sets' own camera files, in upstream's order: test first. They are a convenience: one
@@ -73,9 +76,9 @@ std::vector<SourceCamera> readTransforms(const CheckpointFiles& files, uint32_t 
             continue;
         uint32_t row = 0;
         try {
-            std::vector<std::string> ignored;
+            std::vector<std::string> told;
             size_t shifted = 0;
-            for (const Camera& camera : readCameraFile(path, nullptr, &ignored)) {
+            for (const Camera& camera : readCameraFile(path, nullptr, {true, CamerasTransform::Told, &told})) {
                 if (!representable(camera))
                     throw Error(ErrorCode::InvalidFile, path + ": camera '" + camera.name +
                                                             "' has no image size or a matrix that scales, expected a "
@@ -86,7 +89,7 @@ std::vector<SourceCamera> readTransforms(const CheckpointFiles& files, uint32_t 
                 shifted += camera.tan_mid_x != 0 || camera.tan_mid_y != 0;
                 ++row;
             }
-            warnOfLenses(path, ignored, shifted, row, warnings);
+            warnOfLenses(path, told, shifted, row, warnings);
         } catch (const Error& error) {
             warnings.push_back(std::string(error.what()) + "; its cameras are left out");
             return {};
@@ -121,6 +124,56 @@ size_t countHeldOut(const std::vector<SourceCamera>& cameras, int lod)
         if ((held_out.count(cameras[i].name) != 0) != (i < test.size()))
             return 0;
     return test.size();
+}
+
+// What the settings say; the same rule as readTrainerResolution() for a tree of values.
+TrainerResolution resolutionOf(const ConfigValue* config, const std::string& path, std::vector<std::string>& warnings)
+{
+    TrainerResolution resolution;
+    if (config == nullptr)
+        return resolution;
+    CameraReading how;
+    how.warnings = &warnings;
+    if (const ConfigValue* images = config->find("images"))
+        warnOfSmallImages(images->text, path, how);
+    if (const ConfigValue* divisor = config->find("resolution"); divisor && divisor->kind != ConfigValue::Kind::None)
+        resolution.divisor = divisor->number;
+    if (const ConfigValue* scales = config->find("resolution_scales");
+        scales && scales->kind == ConfigValue::Kind::List && !scales->list.empty()) {
+        resolution.scale = scales->list[0].number;
+        if (scales->list.size() > 1)
+            warnings.push_back(formatString("%s: \"resolution_scales\" names several sizes of each photograph; the "
+                                            "first, 1/%g, is taken",
+                                            path.c_str(), resolution.scale));
+    }
+    return checkedResolution(resolution, path, how);
+}
+
+// Stores the cameras at the size that the trainer drew them: angles stay, pixels become as many as its pictures have. The
+// default rule is a player's own, and leaves the size of the photographs.
+void resizeAsTrained(std::vector<SourceCamera>& cameras, const TrainerResolution& resolution, const std::string& path,
+                     std::vector<std::string>& warnings)
+{
+    if (resolution.isDefault())
+        return;
+    size_t larger = 0;
+    for (SourceCamera& camera : cameras) {
+        const ImageSize size = trainerSize(camera.width, camera.height, resolution);
+        const double across = double(size.width) / camera.width, down = double(size.height) / camera.height;
+        camera.fx *= across;
+        camera.middle_x *= across;
+        camera.fy *= down;
+        camera.middle_y *= down;
+        camera.width = size.width;
+        camera.height = size.height;
+        larger += size.width > kMostDrawn;
+    }
+    if (larger > 0)
+        warnings.push_back(
+            formatString("%s: resolution is %g, so the trainer drew %zu of %zu cameras more than %u pixels "
+                         "wide; a player draws them %u wide, pass --size or --cameras cameras.json for "
+                         "the trainer's size",
+                         path.c_str(), resolution.divisor, larger, cameras.size(), kMostDrawn, kMostDrawn));
 }
 
 } // namespace
@@ -163,21 +216,24 @@ std::vector<SourceCamera> readCameras(const CheckpointFiles& files, const Config
                                       const std::string& config_path, uint32_t embedding_rows,
                                       std::vector<std::string>& warnings)
 {
+    const TrainerResolution resolution = resolutionOf(config, config_path, warnings);
     const std::string path = files.findBeside("cameras.json");
     if (path.empty()) {
         std::vector<SourceCamera> cameras = readTransforms(files, embedding_rows, warnings);
         if (cameras.empty())
             warnings.push_back("cameras.json: not found beside the model, so the file will hold no cameras; pass the "
                                "folder that holds it with --scene-dir");
+        resizeAsTrained(cameras, resolution, config_path, warnings);
         return cameras;
     }
-    std::vector<std::string> ignored;
-    std::vector<SourceCamera> cameras =
-        parseUpstreamCameras(readTextFile(path, kMaxCameraFile, "a list of cameras"), path, &ignored);
+    std::vector<std::string> told;
+    std::vector<SourceCamera> cameras = parseUpstreamCameras(readTextFile(path, kMaxCameraFile, "a list of cameras"),
+                                                             path, {true, CamerasTransform::Told, &told});
     const auto shifted = std::count_if(cameras.begin(), cameras.end(), [](const SourceCamera& camera) {
         return camera.middle_x != 0 || camera.middle_y != 0;
     });
-    warnOfLenses(path, ignored, size_t(shifted), cameras.size(), warnings);
+    warnOfLenses(path, told, size_t(shifted), cameras.size(), warnings);
+    resizeAsTrained(cameras, resolution, config_path, warnings);
     const ConfigValue* found = config ? config->find("eval") : nullptr;
     const int eval = !found ? -1 : config->getBool("eval", false, config_path) ? 1 : 0;
     const double lod = config ? config->getNumber("lod", 0, config_path) : 0;

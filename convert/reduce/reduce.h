@@ -6,6 +6,7 @@
 #include "convert/reduce/picture_probe.h"
 #include "convert/reduce/pose_sets.h"
 #include "convert/reduce/reduced_model.h"
+#include "player/cameras/camera_reading.h"
 #include "runtime/device.h"
 
 #include <cstdint>
@@ -24,6 +25,7 @@ struct ReduceOptions {
     std::string output;
     bool overwrite = false;
     std::vector<std::string> cameras; // camera files; none = those stored
+    CamerasTransform cameras_transform = CamerasTransform::Told;
     uint32_t levers = kAllLevers;
     std::optional<double> target_psnr;   // dB; none = only what never draws is left out
     std::optional<double> min_view_psnr; // dB; none = 4 below the target

@@ -2,6 +2,7 @@
 #include "player/cameras/camera_file.h"
 
 #include "player/cameras/camera_fields.h"
+#include "player/cameras/camera_folder.h"
 #include "player/cameras/colmap_cameras.h"
 #include "format/file/read_file.h"
 #include "player/cameras/json_fields.h"
@@ -16,17 +17,25 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <map>
 #include <memory>
 #include <numbers>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 namespace gsc {
 
 namespace {
 
-constexpr uint32_t kUpstreamMaxWidth = 1600;
 constexpr uint64_t kMaxFileBytes = uint64_t(1) << 30;
+constexpr auto kUpstreamKeys =
+    withDistortionKeys({"id", "img_name", "width", "height", "position", "rotation", "fx", "fy", "cx", "cy"});
+constexpr auto kFrameKeys = withDistortionKeys({"name", "width", "height", "fov_x", "fov_y", "fx", "fy", "rotation",
+                                                "position", "translation", "appearance", "time", "cx", "cy"});
+constexpr auto kTrajectoryKeys =
+    withDistortionKeys({"schema", "name", "description", "metre", "fps", "ipd", "views", "frames", "cx", "cy"});
 
 void readRotation(const JsonObject& object, double out[9], const char* what = "camera-to-world")
 {
@@ -43,15 +52,30 @@ double angleOf(double pixels, double focal)
     return 2 * std::atan(pixels / (2 * focal));
 }
 
-std::vector<SourceCamera> upstreamCameras(const ParsedJson& root, const std::string& file,
-                                          std::vector<std::string>* ignored)
+// Several cameras of one name are all kept, but who asks for one by name gets one of them.
+void noteRepeats(const std::vector<SourceCamera>& cameras, const std::string& file, const CameraReading& how)
+{
+    std::map<std::string_view, size_t> seen;
+    size_t repeats = 0;
+    const SourceCamera* first = nullptr;
+    for (const SourceCamera& camera : cameras)
+        if (++seen[camera.name] == 2 && repeats++ == 0)
+            first = &camera;
+    if (first != nullptr)
+        how.warn(
+            formatString("%s: %zu names are of more than one camera (the first is %.60s); each of these is a camera "
+                         "of its own here",
+                         file.c_str(), repeats, first->name.c_str()));
+}
+
+std::vector<SourceCamera> upstreamCameras(const ParsedJson& root, const std::string& file, const CameraReading& how)
 {
     if (!root.is_array())
         throw Error(ErrorCode::InvalidFile,
                     formatString(
                         "%s: the root is no array, expected the list of cameras that training writes; pass such a file",
                         file.c_str()));
-    return readEach(root, file, "entry", ignored, [](JsonObject& entry, DistortionCheck& distortion, size_t) {
+    const auto read = [](JsonObject& entry, CameraFindings& found, size_t) {
         SourceCamera camera;
         camera.name = entry.text("img_name");
         entry.setWhere(entry.where() + formatString(" (%.60s)", camera.name.c_str()));
@@ -62,12 +86,15 @@ std::vector<SourceCamera> upstreamCameras(const ParsedJson& root, const std::str
         readRotation(entry, camera.rotation);
         camera.fx = readFocal(entry, "fx");
         camera.fy = readFocal(entry, "fy");
-        distortion.add({entry});
+        found.distortion.add({entry});
         const MiddleOffset middle = readMiddleOffset({entry}, camera.width, camera.height);
         camera.middle_x = middle.x;
         camera.middle_y = middle.y;
         return camera;
-    });
+    };
+    std::vector<SourceCamera> cameras = readEach({root, file, "entry", kUpstreamKeys}, how, read);
+    noteRepeats(cameras, file, how);
+    return cameras;
 }
 
 void readLens(const JsonObject& frame, Camera& camera)
@@ -92,8 +119,7 @@ void readLens(const JsonObject& frame, Camera& camera)
     }
 }
 
-std::vector<Camera> trajectoryCameras(const JsonObject& root, const std::string& file,
-                                      std::vector<std::string>* ignored)
+std::vector<Camera> trajectoryCameras(const JsonObject& root, const std::string& file, const CameraReading& how)
 {
     const std::string schema = root.text("schema");
     if (schema != "gsc.trajectory/1")
@@ -101,7 +127,7 @@ std::vector<Camera> trajectoryCameras(const JsonObject& root, const std::string&
     const ParsedJson& frames = root.at("frames");
     if (!frames.is_array())
         root.fail("frames", "no array", "an array of frames");
-    const auto read = [&root](const JsonObject& frame, DistortionCheck& distortion, size_t i) {
+    const auto read = [&root](const JsonObject& frame, CameraFindings& found, size_t i) {
         Camera camera;
         camera.name = frame.has("name") ? frame.text("name") : formatString("%04zu", i);
         readRotation(frame, camera.rotation);
@@ -119,7 +145,7 @@ std::vector<Camera> trajectoryCameras(const JsonObject& root, const std::string&
             translationFromPosition(camera.rotation, position, camera.translation);
         }
         readLens(frame, camera);
-        distortion.add({frame, &root});
+        found.distortion.add({frame, &root, &found.notes});
         refuseMiddleOffset({frame, &root});
         if (frame.has("appearance"))
             camera.appearance = int(frame.integer("appearance", 0, INT32_MAX));
@@ -127,7 +153,7 @@ std::vector<Camera> trajectoryCameras(const JsonObject& root, const std::string&
             (void)frame.number("time");
         return camera;
     };
-    return readEach(frames, file, "frame", ignored, read);
+    return readEach({frames, file, "frame", kFrameKeys, &root, kTrajectoryKeys}, how, read);
 }
 
 // A signed angle from the eye's forward axis.
@@ -139,7 +165,11 @@ double readSide(const JsonObject& fov, const char* key)
     return angle;
 }
 
-std::vector<EyeView> trajectoryViews(const JsonObject& root, const std::string& file)
+constexpr std::string_view kViewKeys[] = {"fov", "pose"};
+constexpr std::string_view kSideKeys[] = {"left", "right", "up", "down"};
+constexpr std::string_view kPoseKeys[] = {"position", "rotation"};
+
+std::vector<EyeView> trajectoryViews(const JsonObject& root, const std::string& file, const CameraReading& how)
 {
     std::vector<EyeView> views;
     if (!root.has("views"))
@@ -149,6 +179,7 @@ std::vector<EyeView> trajectoryViews(const JsonObject& root, const std::string& 
         root.fail("views", "no array of one or two", "one eye, or the left and the right one");
     if (root.has("ipd"))
         root.fail("ipd", "given together with \"views\"", "one of them; the views say where the eyes are");
+    CameraNotes notes(file);
     for (size_t i = 0; i < array.size(); ++i) {
         const JsonObject eye(array[i], formatString("%s: view %zu", file.c_str(), i));
         const JsonObject fov(eye.at("fov"), eye.where() + ": fov");
@@ -165,7 +196,12 @@ std::vector<EyeView> trajectoryViews(const JsonObject& root, const std::string& 
         pose.vector3("position", view.position);
         readRotation(pose, view.rotation, "eye-to-head");
         views.push_back(view);
+        notes.addUnread(eye, kViewKeys);
+        notes.addUnread(fov, kSideKeys);
+        notes.addUnread(pose, kPoseKeys);
     }
+    for (const std::string& text : notes.sentences())
+        how.warn(text);
     return views;
 }
 
@@ -176,6 +212,13 @@ std::vector<EyeView> trajectoryViews(const JsonObject& root, const std::string& 
                 name +
                     ": \"views\" gives the eyes lenses and places of their own, expected cameras here; gsc-play draws "
                     "such a trajectory, and without \"views\" its frames are cameras");
+}
+
+void warnOfNothingToUndo(const std::string& name, const CameraReading& how)
+{
+    if (how.transform == CamerasTransform::Undo)
+        how.warn(name +
+                 ": is of a kind that states no \"applied_transform\" to undo; its poses are taken as they stand");
 }
 
 } // namespace
@@ -203,6 +246,14 @@ double readAngle(const JsonObject& object, const char* key)
     return angle;
 }
 
+double readDegrees(const JsonObject& object, const char* key)
+{
+    const double degrees = object.number(key);
+    if (!(degrees >= 1e-4 && degrees < 180 - 1e-4))
+        object.fail(key, formatString("%g", degrees), "an angle in degrees between 0 and 180");
+    return degrees * std::numbers::pi / 180;
+}
+
 void setMiddle(Camera& camera, double share_x, double share_y)
 {
     camera.tan_mid_x = 2 * share_x * std::tan(camera.fov_x / 2);
@@ -215,13 +266,12 @@ void translationFromPosition(const double rotation[9], const double position[3],
     std::copy_n(glm::value_ptr(translation), 3, out);
 }
 
-std::vector<SourceCamera> parseUpstreamCameras(std::string_view json, const std::string& name,
-                                               std::vector<std::string>* ignored)
+std::vector<SourceCamera> parseUpstreamCameras(std::string_view json, const std::string& name, const CameraReading& how)
 {
-    return upstreamCameras(parseJson(json, name), name, ignored);
+    return upstreamCameras(parseJson(json, name), name, how);
 }
 
-Camera cameraOf(const SourceCamera& source)
+Camera cameraOf(const SourceCamera& source, const TrainerResolution& resolution)
 {
     Camera camera;
     camera.name = source.name;
@@ -231,37 +281,34 @@ Camera cameraOf(const SourceCamera& source)
     camera.fov_y = angleOf(source.height, source.fy);
     setMiddle(camera, source.middle_x / source.width, source.middle_y / source.height);
     camera.appearance = source.appearance;
-    camera.width = source.width;
-    camera.height = source.height;
-    if (source.width > kUpstreamMaxWidth) {
-        // both truncations as upstream's, in double: the width may come out as 1599
-        const double scale = double(source.width) / kUpstreamMaxWidth;
-        camera.width = uint32_t(source.width / scale);
-        camera.height = std::max(1u, uint32_t(source.height / scale));
-    }
+    const ImageSize size = trainerSize(source.width, source.height, resolution);
+    camera.width = size.width;
+    camera.height = size.height;
     return camera;
 }
 
 std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, TrajectoryFacts* eyes,
-                                    std::vector<std::string>* ignored)
+                                    const CameraReading& how, const TrainerResolution& resolution)
 {
     const ParsedJson root = parseJson(json, name);
     std::vector<Camera> cameras;
     TrajectoryFacts stated;
+    bool may_be_moved = false;
     if (root.is_array()) {
-        for (const SourceCamera& camera : upstreamCameras(root, name, ignored))
-            cameras.push_back(cameraOf(camera));
+        for (const SourceCamera& camera : upstreamCameras(root, name, how))
+            cameras.push_back(cameraOf(camera, resolution));
     } else {
         const JsonObject object(root, name);
         if (object.has("schema")) {
-            cameras = trajectoryCameras(object, name, ignored);
+            cameras = trajectoryCameras(object, name, how);
             stated.ipd = object.has("ipd") ? object.positive("ipd") : 0;
             stated.name = object.has("name") ? object.text("name") : "";
-            stated.views = trajectoryViews(object, name);
-        } else if (const ParsedJson* frames = object.find("frames"); frames && frames->is_array())
-            cameras = transformsCameras(object, name, ignored);
-        else if (const ParsedJson* path = object.find("camera_path"); path && path->is_array())
-            cameras = nerfstudioCameras(object, name, ignored);
+            stated.views = trajectoryViews(object, name, how);
+        } else if (const ParsedJson* frames = object.find("frames"); frames && frames->is_array()) {
+            cameras = transformsCameras(object, name, how);
+            may_be_moved = true;
+        } else if (const ParsedJson* path = object.find("camera_path"); path && path->is_array())
+            cameras = nerfstudioCameras(object, name, how);
         else
             throw Error(
                 ErrorCode::InvalidFile,
@@ -277,15 +324,20 @@ std::vector<Camera> parseCameraFile(std::string_view json, const std::string& na
         *eyes = std::move(stated);
     else if (!stated.views.empty())
         refuseViews(name);
+    if (!may_be_moved)
+        warnOfNothingToUndo(name, how);
     return cameras;
 }
 
-std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eyes, std::vector<std::string>* ignored)
+std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eyes, const CameraReading& how)
 {
+    if (eyes)
+        *eyes = {};
+    if (isCameraFolder(path))
+        return readCameraFolder(path, eyes, how);
     if (isColmapModel(path)) {
-        if (eyes)
-            *eyes = {};
-        return readColmapCameras(path, ignored);
+        warnOfNothingToUndo(path, how);
+        return readColmapCameras(path, how);
     }
     const std::string text = readInputText(path, kMaxFileBytes, "a camera file, or \"stored\" for those in the model");
     const size_t first = text.find_first_not_of(" \t\r\n\xef\xbb\xbf"); // and a byte order mark
@@ -294,7 +346,10 @@ std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eye
                     formatString("%s: is %s and no JSON, expected a camera file that starts with [ or {; pass a "
                                  "cameras.json, a transforms.json or a trajectory",
                                  path.c_str(), text.compare(0, 4, "\x89GSC") == 0 ? "a model" : "something else"));
-    return parseCameraFile(text, path, eyes, ignored);
+    std::optional<TrainerResolution> resolution;
+    if (text[first] == '[') // the settings that a trainer left beside its cameras
+        resolution = readTrainerResolution(std::filesystem::path(path).parent_path().string(), how);
+    return parseCameraFile(text, path, eyes, how, resolution.value_or(TrainerResolution{}));
 }
 
 } // namespace gsc

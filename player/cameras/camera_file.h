@@ -2,6 +2,8 @@
 // The camera files the player and the converter accept.
 #pragma once
 
+#include "player/cameras/camera_reading.h"
+#include "player/cameras/trainer_size.h"
 #include "runtime/camera.h"
 
 #include <string>
@@ -15,13 +17,13 @@ namespace gsc {
 void translationFromPosition(const double rotation[9], const double position[3], double out[3]);
 
 // Upstream's cameras.json, without appearance and split, of which it says nothing. `name` is used in messages only.
-// `ignored` as for parseCameraFile(). Throws Error (InvalidFile, Unsupported).
+// Throws Error (InvalidFile, Unsupported).
 std::vector<SourceCamera> parseUpstreamCameras(std::string_view json, const std::string& name,
-                                               std::vector<std::string>* ignored = nullptr);
+                                               const CameraReading& how = {});
 
-// What upstream renders for it: field of view of the source size, and the size its `-r -1` rule gives (6.2).
+// What upstream renders for it: field of view of the source size, and the size that its option -r gives (6.2).
 // Precondition: as parseUpstreamCameras() leaves it.
-Camera cameraOf(const SourceCamera& source);
+Camera cameraOf(const SourceCamera& source, const TrainerResolution& resolution = {});
 
 // What a trajectory states beside its frames. With views, a frame is the pose of the head.
 struct TrajectoryFacts {
@@ -31,18 +33,20 @@ struct TrajectoryFacts {
 };
 
 // Upstream's cameras.json, a transforms*.json, nerfstudio's camera_path.json, or our trajectory
-// (schemas/trajectory.schema.json), told apart by content. Sizes are those of the file, upstream's `-r -1` rule applied to cameras.json (section 6.2). A file that
+// (schemas/trajectory.schema.json), told apart by content. Sizes are those of the file, for a cameras.json those that a
+// trainer draws with `resolution` (section 6.2). A file that
 // states no size leaves width and height 0: finishCamera() then takes it from the command line.
 // `eyes`, if given, takes what a trajectory states beside its frames. Without it, a trajectory that gives the eyes
 // views of their own is refused, because its cameras alone are not what it shows.
 // cx and cy (pixels of the stated size) move the image off the axis: Camera::tan_mid_x, tan_mid_y.
-// `ignored`, if given, takes a sentence about lens distortion, which the cameras then do not have. Without it, a file
-// that states some is refused, because cameras here are pinholes.
+// Every key is honoured, said to have no effect in `how.warnings`, or says nothing of poses and lenses. Keys that
+// contradict each other are told there with what was taken.
 // Throws Error (InvalidFile, Unsupported).
 std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, TrajectoryFacts* eyes = nullptr,
-                                    std::vector<std::string>* ignored = nullptr);
-// The same of a file, or the cameras of a COLMAP model (colmap_cameras.h). Throws Error (Io, InvalidFile, Unsupported).
+                                    const CameraReading& how = {}, const TrainerResolution& resolution = {});
+// The same of a file, the cameras of a COLMAP model (colmap_cameras.h) or what a folder holds (camera_folder.h). A
+// cameras.json is drawn as large as the cfg_args beside it say. Throws Error (Io, InvalidFile, Unsupported).
 std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eyes = nullptr,
-                                   std::vector<std::string>* ignored = nullptr);
+                                   const CameraReading& how = {});
 
 } // namespace gsc

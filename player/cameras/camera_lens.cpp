@@ -2,6 +2,7 @@
 #include "player/cameras/camera_lens.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <iterator>
 
@@ -10,14 +11,26 @@ namespace gsc {
 namespace {
 
 constexpr double kMaxCentre = 1e6; // pixels; a crop may leave the axis outside the image, but not so far
-constexpr const char* kCoefficients[] = {"k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2"};
+// of the lenses of OpenCV, COLMAP and nerfstudio
+constexpr const char* kCoefficients[] = {"k0", "k1", "k2", "k3", "k4", "k5", "k6", "p0",  "p1",  "p2",
+                                         "p3", "p4", "s0", "s1", "s2", "s3", "s4", "sx1", "sy1", "omega"};
+constexpr const char* kOtherProjections[] = {"is_fisheye", "latlong", "equirectangular", "orthographic"};
 // pinholes where every coefficient is 0
 constexpr const char* kPinholes[] = {"PINHOLE", "SIMPLE_PINHOLE", "PERSPECTIVE", "SIMPLE_RADIAL",
                                      "RADIAL",  "OPENCV",         "FULL_OPENCV"};
 
-bool isPinhole(const std::string& model)
+bool isPinhole(std::string model)
 {
+    std::ranges::transform(model, model.begin(), [](unsigned char c) { return char(std::toupper(c)); });
     return std::any_of(std::begin(kPinholes), std::end(kPinholes), [&](const char* name) { return model == name; });
+}
+
+bool isZeroArray(const JsonObject& object, const char* key)
+{
+    const ParsedJson& values = object.at(key);
+    if (!values.is_array() || !std::ranges::all_of(values, [](const ParsedJson& v) { return v.is_number(); }))
+        object.fail(key, shownJson(values), "an array of coefficients");
+    return std::ranges::all_of(values, [](const ParsedJson& v) { return v == 0; });
 }
 
 double middleOffset(const LensKeys& lens, const char* key, const char* size_key, uint32_t size)
@@ -38,18 +51,21 @@ double middleOffset(const LensKeys& lens, const char* key, const char* size_key,
 
 const JsonObject* LensKeys::holder(const char* key) const
 {
-    return frame.has(key) ? &frame : file && file->has(key) ? file : nullptr;
+    const ParsedJson* const own = frame.find(key);
+    const ParsedJson* const common = file ? file->find(key) : nullptr;
+    if (own && common && notes && *own != *common)
+        notes->add(key, frame.where(),
+                   formatString("key \"%s\" is %s and that of the whole file is %s; the frame's is taken", key,
+                                shownJson(*own).c_str(), shownJson(*common).c_str()));
+    return own ? &frame : common ? file : nullptr;
 }
 
-DistortionCheck::DistortionCheck(std::string file, std::vector<std::string>* ignored)
-    : m_file(std::move(file)), m_ignored(ignored)
-{
-}
+DistortionCheck::DistortionCheck(std::string file, const CameraReading& how) : m_file(std::move(file)), m_how(how) {}
 
 void DistortionCheck::found(const JsonObject& holder, const char* key)
 {
     const std::string value = shownJson(holder.at(key));
-    if (!m_ignored)
+    if (!m_how.ignore_distortion)
         throw Error(
             ErrorCode::Unsupported,
             formatString("%s: key \"%s\" is %s, expected a pinhole without distortion; undistort the images and "
@@ -70,7 +86,9 @@ void DistortionCheck::add(const LensKeys& lens)
         found(*holder, key);
     };
     check("camera_model", [](const JsonObject& o) { return isPinhole(o.text("camera_model")); });
-    check("is_fisheye", [](const JsonObject& o) { return o.at("is_fisheye") == false; });
+    for (const char* key : kOtherProjections)
+        check(key, [key](const JsonObject& o) { return o.at(key) == false || o.at(key) == 0; });
+    check("distortion_params", [](const JsonObject& o) { return isZeroArray(o, "distortion_params"); });
     for (const char* key : kCoefficients)
         check(key, [key](const JsonObject& o) { return o.number(key) == 0; });
     ++m_cameras;
@@ -80,8 +98,8 @@ void DistortionCheck::add(const LensKeys& lens)
 void DistortionCheck::finish()
 {
     if (m_distorted > 0)
-        m_ignored->push_back(formatString("%s: lens distortion of %zu of %zu cameras is ignored (the first says %s)",
-                                          m_file.c_str(), m_distorted, m_cameras, m_first.c_str()));
+        m_how.warn(formatString("%s: lens distortion of %zu of %zu cameras is ignored (the first says %s)",
+                                m_file.c_str(), m_distorted, m_cameras, m_first.c_str()));
 }
 
 MiddleOffset readMiddleOffset(const LensKeys& lens, uint32_t width, uint32_t height)

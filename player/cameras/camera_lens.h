@@ -2,11 +2,14 @@
 // What a camera file says of a lens beside its focal length: distortion, and the pixel its axis meets.
 #pragma once
 
+#include "player/cameras/camera_notes.h"
+#include "player/cameras/camera_reading.h"
 #include "player/cameras/json_fields.h"
 
+#include <array>
 #include <cstdint>
 #include <string>
-#include <vector>
+#include <string_view>
 
 namespace gsc {
 
@@ -14,16 +17,32 @@ namespace gsc {
 struct LensKeys {
     const JsonObject& frame;
     const JsonObject* file = nullptr; // null: the frame stands alone
+    CameraNotes* notes = nullptr;     // is told of keys that both have with different values
 
     // Where `key` is read, null if it is nowhere.
     [[nodiscard]] const JsonObject* holder(const char* key) const;
 };
 
-// Finds what no pinhole shows: a coefficient k1 to k6, p1, p2 that is not 0, another camera model, a fisheye lens.
+// What DistortionCheck reads.
+constexpr std::array<std::string_view, 26> kDistortionKeys = {"camera_model", "is_fisheye",
+                                                              "latlong",      "equirectangular",
+                                                              "orthographic", "distortion_params",
+                                                              "k0",           "k1",
+                                                              "k2",           "k3",
+                                                              "k4",           "k5",
+                                                              "k6",           "p0",
+                                                              "p1",           "p2",
+                                                              "p3",           "p4",
+                                                              "s0",           "s1",
+                                                              "s2",           "s3",
+                                                              "s4",           "sx1",
+                                                              "sy1",          "omega"};
+
+// Finds what no pinhole shows: a coefficient such as k1 or p2 that is not 0, another camera model, a fisheye lens.
 class DistortionCheck {
 public:
-    // `ignored`, if given, takes one sentence for the file; without it such a lens is refused.
-    DistortionCheck(std::string file, std::vector<std::string>* ignored);
+    // Where `how` ignores such lenses, it is told so in one sentence for the file; otherwise they are refused.
+    DistortionCheck(std::string file, const CameraReading& how);
 
     // Throws Error(Unsupported) for a lens that is not ignored, Error(InvalidFile) for a key of the wrong type.
     void add(const LensKeys& lens);
@@ -34,7 +53,7 @@ private:
     void found(const JsonObject& holder, const char* key);
 
     std::string m_file, m_first;
-    std::vector<std::string>* m_ignored;
+    const CameraReading& m_how;
     size_t m_cameras = 0, m_distorted = 0;
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <set>
 
 namespace gsc {
 
@@ -49,6 +50,30 @@ std::string withoutNonFinite(std::string_view text, const std::string& file, con
     return out;
 }
 
+// Throws where an object has a key twice, of which a parser would keep the last without a word.
+class RefusedRepeats {
+public:
+    RefusedRepeats(const std::string& file, const char* expected) : m_file(file), m_expected(expected) {}
+
+    void see(int depth, ParsedJson::parse_event_t event, const ParsedJson& parsed)
+    {
+        const auto level = size_t(depth);
+        if (event == ParsedJson::parse_event_t::object_start) {
+            m_keys.resize(std::max(m_keys.size(), level + 2));
+            m_keys[level + 1].clear();
+        } else if (event == ParsedJson::parse_event_t::key &&
+                   !m_keys[level].insert(parsed.get_ref<const std::string&>()).second)
+            throw Error(ErrorCode::InvalidFile,
+                        formatString("%s: key %s is there twice in one object, expected %s; leave one of them in",
+                                     m_file.c_str(), shownJson(parsed).c_str(), m_expected));
+    }
+
+private:
+    const std::string& m_file;
+    const char* m_expected;
+    std::vector<std::set<std::string>> m_keys; // by depth, of the object that is open there
+};
+
 bool isPlainNumber(const ParsedJson& value)
 {
     return value.is_number() && std::abs(value.get<double>()) <= kMaxSize; // false for NaN
@@ -73,8 +98,12 @@ std::string shownJson(const ParsedJson& value)
 ParsedJson parseJson(std::string_view text, const std::string& file, const char* expected)
 {
     const std::string clean = withoutNonFinite(text, file, expected);
+    RefusedRepeats repeats(file, expected);
     try {
-        return ParsedJson::parse(clean);
+        return ParsedJson::parse(clean, [&](int depth, ParsedJson::parse_event_t event, const ParsedJson& parsed) {
+            repeats.see(depth, event, parsed);
+            return true;
+        });
     } catch (const ParsedJson::exception& e) {
         // note: nlohmann's text starts with its own tag, "[json.exception.parse_error.101] ", and may quote any bytes
         const char* tag = std::strchr(e.what(), ']');
@@ -94,6 +123,14 @@ JsonObject::JsonObject(const ParsedJson& value, std::string where) : m_value(val
         throw Error(ErrorCode::InvalidFile,
                     formatString("%s: is %s, expected an object; correct it, or export the file again", m_where.c_str(),
                                  shownJson(value).c_str()));
+}
+
+std::vector<std::string> JsonObject::keys() const
+{
+    std::vector<std::string> keys;
+    for (const auto& [key, value] : m_value.items())
+        keys.push_back(key);
+    return keys;
 }
 
 const ParsedJson* JsonObject::find(const char* key) const
@@ -170,14 +207,15 @@ void JsonObject::checkKeys(const std::vector<const char*>& known) const
     }
 }
 
-void JsonObject::vector3(const char* key, double out[3]) const
+void JsonObject::numbers(const char* key, size_t count, double* out) const
 {
     const ParsedJson& value = at(key);
-    if (!value.is_array() || value.size() != 3)
-        fail(key, shownJson(value), "an array of 3 numbers");
-    for (size_t i = 0; i < 3; ++i) {
+    if (!value.is_array() || value.size() != count)
+        fail(key, shownJson(value), formatString("an array of %zu numbers", count));
+    for (size_t i = 0; i < count; ++i) {
         if (!isPlainNumber(value[i]))
-            fail(key, formatString("%s at index %zu", shownJson(value[i]).c_str(), i), "3 finite numbers");
+            fail(key, formatString("%s at index %zu", shownJson(value[i]).c_str(), i),
+                 formatString("%zu finite numbers", count));
         out[i] = value[i].get<double>();
     }
 }

@@ -19,7 +19,7 @@ constexpr uint32_t kMaxImageSide = 32768; // pixels
 
 // Parses `text`; NaN and Infinity, which Python's json module writes, become null, so that they only matter where a
 // value is needed. `expected` is what the file should have been, for the message. Throws Error(InvalidFile), also for
-// nesting deeper than any file we read has.
+// nesting deeper than any file we read has and for a key that an object has twice.
 ParsedJson parseJson(std::string_view text, const std::string& file, const char* expected = "a camera file");
 
 // A value as a message quotes it, cut to a few words.
@@ -33,6 +33,7 @@ public:
 
     [[nodiscard]] const std::string& where() const { return m_where; }
     void setWhere(std::string where) { m_where = std::move(where); }
+    [[nodiscard]] std::vector<std::string> keys() const;
 
     // Null if the key is missing.
     [[nodiscard]] const ParsedJson* find(const char* key) const;
@@ -47,7 +48,8 @@ public:
     [[nodiscard]] uint32_t imageSide(const char* key) const { return uint32_t(integer(key, 1, kMaxImageSide)); }
     // Every key must be one of `known`.
     void checkKeys(const std::vector<const char*>& known) const;
-    void vector3(const char* key, double out[3]) const;
+    void numbers(const char* key, size_t count, double* out) const; // an array of them
+    void vector3(const char* key, double out[3]) const { numbers(key, 3, out); }
     // `rows` arrays of `columns` numbers, row-major into `out`.
     void matrix(const char* key, int rows, int columns, double* out) const;
 

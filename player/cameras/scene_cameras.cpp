@@ -8,11 +8,11 @@
 
 namespace gsc {
 
-std::vector<Camera> sceneCameras(const Scene& scene, const std::string& cameras, std::vector<std::string>* ignored)
+std::vector<Camera> sceneCameras(const Scene& scene, const std::string& cameras, const CameraReading& how)
 {
     std::vector<Camera> all;
     if (!cameras.empty() && cameras != "stored") {
-        all = readCameraFile(cameras, nullptr, ignored);
+        all = readCameraFile(cameras, nullptr, how);
         for (Camera& camera : all)
             finishCamera(camera, 0, 0, 0);
     } else {

@@ -2,6 +2,7 @@
 // The cameras that a command looks at a scene with: those stored in its file, or a camera file's; and what it draws with.
 #pragma once
 
+#include "player/cameras/camera_reading.h"
 #include "runtime/camera.h"
 #include "runtime/scene.h"
 
@@ -11,9 +12,9 @@
 
 namespace gsc {
 
-// `cameras`: a camera file, or "stored" or empty. Sizes and angles are the cameras' own. `ignored` as for readCameraFile().
+// `cameras`: a camera file, or "stored" or empty. Sizes and angles are the cameras' own.
 // Throws Error (Io, InvalidFile, Unsupported, Usage).
-std::vector<Camera> sceneCameras(const Scene& scene, const std::string& cameras, std::vector<std::string>* ignored);
+std::vector<Camera> sceneCameras(const Scene& scene, const std::string& cameras, const CameraReading& how);
 
 // The trainer's row of the embedding that the camera asks for if the file kept it, else the first it has; -1 without embedding.
 int appearanceFor(const Scene& scene, const Camera& camera);

@@ -92,19 +92,25 @@ void addFile(CLI::App& app, PlayOptions& options)
     addText(app, "FILE", options.input, "FILE.gsc", "model to play");
 }
 
-void addIgnoreDistortion(CLI::App& app, PlayOptions& options)
+void addCameraReading(CLI::App& app, PlayOptions& options)
 {
     addFlag(app, "--ignore-distortion", options.ignore_distortion,
             "draw the cameras of a file that states lens distortion as pinholes instead of refusing it");
+    addChoice<CamerasTransform>(app, "--cameras-transform", options.cameras_transform,
+                                {{"keep", CamerasTransform::Keep}, {"undo", CamerasTransform::Undo}},
+                                "default: keep, with a warning",
+                                "poses of a transforms.json with applied_transform or applied_scale: as they stand, or "
+                                "back in the coordinates they came from");
 }
 
 void addCameras(CLI::App& app, PlayOptions& options)
 {
     addText(app, "--cameras", options.cameras, "stored|FILE.json (default: stored)",
-            "cameras.json of a trained model, transforms.json, nerfstudio's camera_path.json, a COLMAP model's folder, "
+            "cameras.json of a trained model, transforms.json, nerfstudio's camera_path.json, the folder of a COLMAP "
+            "model, of a data set or of a trained model, "
             "or a trajectory (schemas/trajectory.schema.json), or "
             "those stored in FILE");
-    addIgnoreDistortion(app, options);
+    addCameraReading(app, options);
 }
 
 void addFrames(CLI::App& app, PlayOptions& options)
@@ -242,7 +248,8 @@ void checkRenderOptions(const CLI::App& app, const PlayOptions& options, bool pa
     checkEffect(app, "--cache-budget", reuse.policy != ReusePolicy::None, "--reuse depth or --reuse error");
     if (!paths_follow) {
         checkEyes(app, options);
-        checkEffect(app, "--ignore-distortion", options.cameras != "stored", "--cameras FILE");
+        for (const char* option : {"--ignore-distortion", "--cameras-transform"})
+            checkEffect(app, option, options.cameras != "stored", "--cameras FILE");
     }
     if (options.stereo == StereoMode::Merged && reuse.policy == ReusePolicy::Error)
         throw Error(ErrorCode::Usage, "--stereo merged: together with --reuse error, which bounds the change for each "

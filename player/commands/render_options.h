@@ -12,8 +12,8 @@ namespace gsc {
 
 void addFile(CLI::App& app, PlayOptions& options);
 void addCameras(CLI::App& app, PlayOptions& options);
-void addIgnoreDistortion(CLI::App& app, PlayOptions& options);
-void addFrames(CLI::App& app, PlayOptions& options); // --frames A:B
+void addCameraReading(CLI::App& app, PlayOptions& options); // how camera files are read
+void addFrames(CLI::App& app, PlayOptions& options);        // --frames A:B
 // Size, angle, eyes, and those of addLookOptions().
 void addViewOptions(CLI::App& app, PlayOptions& options, const std::string& size = "the camera's");
 void addLookOptions(CLI::App& app, PlayOptions& options); // colours, and how two eyes are drawn

@@ -57,7 +57,7 @@ void addStabilityCommand(CLI::App& root, Invocation& invocation)
     addFile(command, options->play);
     optionOf(command, "FILE").required();
     addStabilityOptions(command, *options);
-    addIgnoreDistortion(command, options->play);
+    addCameraReading(command, options->play);
     addFrames(command, options->play);
     addViewOptions(command, options->play);
     addRunOptions(command, options->play);

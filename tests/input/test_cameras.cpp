@@ -223,3 +223,45 @@ TEST_CASE("transforms: used where there is no cameras.json, left out with a warn
         CHECK(without.warnings.size() == 2);
     }
 }
+
+TEST_CASE("stored cameras are as large as the trainer's pictures (cfg_args resolution)")
+{
+    const TemporaryFolder folder;
+    writeModel(folder.path(), {});
+    writeFile(folder.path() / "cameras.json", camerasJson(2)); // 640 x 480, focal lengths 501.5 and 500.25
+    struct Case {
+        const char* settings;
+        uint32_t width, height;
+        size_t told;
+    };
+    for (const Case& c : {Case{"resolution=-1", 640, 480, 0},
+                          {"resolution=1", 640, 480, 0},
+                          {"resolution=2", 320, 240, 0},
+                          {"resolution=4", 160, 120, 0},
+                          {"resolution=8", 80, 60, 0},
+                          {"resolution=300", 300, 225, 0},
+                          {"resolution=1280", 1280, 960, 0},
+                          {"resolution=3200", 3200, 2400, 1},
+                          {"resolution=None", 640, 480, 0},
+                          {"resolution=0", 640, 480, 1},
+                          {"images='images_4', resolution=1", 640, 480, 1},
+                          {"resolution=2, resolution_scales=[2.0]", 160, 120, 0},
+                          {"resolution=2, resolution_scales=[1.0, 2.0]", 320, 240, 1}}) {
+        CAPTURE(c.settings);
+        writeFile(
+            folder.path() / "cfg_args",
+            formatString("Namespace(voxel_size=0.25, eval=False, fork=2, dist2level='round', add_level=False, %s)",
+                         c.settings));
+        const Checkpoint checkpoint = readCheckpoint(folder.path().string(), {});
+        REQUIRE(checkpoint.cameras.size() == 2);
+        const SourceCamera& camera = checkpoint.cameras[1];
+        CHECK(camera.width == c.width);
+        CHECK(camera.height == c.height);
+        CHECK(camera.fx / camera.width == doctest::Approx(501.5 / 640)); // angles stay
+        CHECK(camera.fy / camera.height == doctest::Approx(500.25 / 480));
+        size_t told = 0;
+        for (const std::string& warning : checkpoint.warnings)
+            told += warning.find("cfg_args: ") != std::string::npos;
+        CHECK(told == c.told);
+    }
+}

@@ -45,10 +45,16 @@ struct Refusal {
     std::string text;
 };
 
-Refusal refusal(const std::string& json, std::vector<std::string>* ignored = nullptr)
+// What ignores distortion and tells.
+CameraReading telling(std::vector<std::string>& told)
+{
+    return {true, CamerasTransform::Told, &told};
+}
+
+Refusal refusal(const std::string& json, const CameraReading& how = {})
 {
     try {
-        (void)parseCameraFile(json, "f.json", nullptr, ignored);
+        (void)parseCameraFile(json, "f.json", nullptr, how);
     } catch (const Error& e) {
         return {e.code(), e.what()};
     }
@@ -192,16 +198,17 @@ TEST_CASE("distortion is refused with its key and its value, or ignored and told
         CHECK(contains(refused.text, "undistort the images"));
         CHECK(contains(refused.text, "--ignore-distortion"));
         std::vector<std::string> ignored;
-        CHECK(parseCameraFile(c.json, "f.json", nullptr, &ignored).size() >= 1);
+        CHECK(parseCameraFile(c.json, "f.json", nullptr, telling(ignored)).size() >= 1);
         CHECK(ignored.size() == 1);
     }
     std::vector<std::string> ignored;
-    (void)parseCameraFile(transforms(kSize + "\"k1\": 0.25, ", "\"k1\": 0, "), "f.json", nullptr, &ignored);
+    (void)parseCameraFile(transforms(kSize + "\"k1\": 0.25, ", "\"k1\": 0, "), "f.json", nullptr, telling(ignored));
     (void)parseCameraFile(transforms(kSize + "\"k1\": 0.25, \"camera_model\": \"FISHEYE\", "), "f.json", nullptr,
-                          &ignored);
-    REQUIRE(ignored.size() == 2);
+                          telling(ignored));
+    REQUIRE(ignored.size() == 3);
     CHECK(contains(ignored[0], "f.json: lens distortion of 1 of 2 cameras is ignored (the first says \"k1\" is 0.25)"));
-    CHECK(contains(ignored[1], "of 2 of 2 cameras is ignored (the first says \"camera_model\" is \"FISHEYE\", \"k1\""));
+    CHECK(contains(ignored[1], "f.json: frame 1: key \"k1\" is 0 and that of the whole file is 0.25; the frame's"));
+    CHECK(contains(ignored[2], "of 2 of 2 cameras is ignored (the first says \"camera_model\" is \"FISHEYE\", \"k1\""));
 }
 
 TEST_CASE("a lens without distortion is a pinhole, whatever its model is called")
@@ -211,7 +218,7 @@ TEST_CASE("a lens without distortion is a pinhole, whatever its model is called"
                                  "\", \"k1\": 0, \"k2\": 0.0, \"p1\": -0.0, \"is_fisheye\": false, ";
         std::vector<std::string> ignored;
         CHECK(refusal(transforms(keys)).text.empty());
-        CHECK(refusal(transforms(keys), &ignored).text.empty());
+        CHECK(refusal(transforms(keys), telling(ignored)).text.empty());
         CHECK(ignored.empty());
     }
     CHECK(refusal(transforms(kSize + "\"k1\": \"none\", ")).code == ErrorCode::InvalidFile);

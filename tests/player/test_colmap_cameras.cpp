@@ -88,7 +88,7 @@ void check(const std::vector<Camera>& cameras)
 ErrorCode refusal(const std::string& cameras, const std::string& images, bool binary = false)
 {
     try {
-        (void)parseColmapCameras(cameras, images, binary, "m", nullptr);
+        (void)parseColmapCameras(cameras, images, binary, "m", {});
     } catch (const Error& e) {
         return e.code();
     }
@@ -106,10 +106,10 @@ std::string with(std::string text, const std::string& from, const std::string& t
 
 TEST_CASE("COLMAP: text and binary give the same cameras, by name")
 {
-    check(parseColmapCameras(kCameras, kImages, false, "m", nullptr));
+    check(parseColmapCameras(kCameras, kImages, false, "m", {}));
     std::string cameras, images;
     asBinary(cameras, images);
-    check(parseColmapCameras(cameras, images, true, "m", nullptr));
+    check(parseColmapCameras(cameras, images, true, "m", {}));
 
     namespace fs = std::filesystem;
     const fs::path folder = fs::temp_directory_path() / "gsc_test_colmap_cameras";
@@ -127,14 +127,14 @@ TEST_CASE("COLMAP: distortion is refused by name, or ignored and told")
 {
     const std::string radial = with(kCameras, "70 50 25 0", "70 50 25 0.1");
     try {
-        (void)parseColmapCameras(radial, kImages, false, "m", nullptr);
+        (void)parseColmapCameras(radial, kImages, false, "m", {});
         FAIL("taken");
     } catch (const Error& e) {
         CHECK(e.code() == ErrorCode::Unsupported);
         CHECK(std::string(e.what()).find("a.jpg, SIMPLE_RADIAL") != std::string::npos);
     }
     std::vector<std::string> ignored;
-    check(parseColmapCameras(radial, kImages, false, "m", &ignored));
+    check(parseColmapCameras(radial, kImages, false, "m", {true, CamerasTransform::Told, &ignored}));
     REQUIRE(ignored.size() == 1);
     CHECK(ignored[0].find("1 of 2 cameras") != std::string::npos);
     CHECK(refusal(with(kCameras, "SIMPLE_RADIAL", "RADIAL_FISHEYE"), kImages) ==

@@ -179,6 +179,64 @@ class PlayCliTest(PlayTest):
         run = self.play("bench", *base, "--ignore-distortion", "--measure", "2", "--warmup", "0")
         self.assertIn("lens distortion of 1 of 2 cameras is ignored", run.stderr)
 
+    def test_applied_transform(self) -> None:
+        """Poses that nerfstudio moved: kept with a warning, or undone, against the picture of the poses before."""
+        lens = {"fl_x": 40, "w": 48, "h": 32}
+        pose = [[1, 0, 0, -2], [0, -1, 0, -2], [0, 0, -1, -16], [0, 0, 0, 1]]
+        turn = [[0, 1, 0, 3], [0, 0, 1, -1], [1, 0, 0, 2]]  # of axes, and a shift
+        # pose[3] is 0 0 0 1, so the product of a row of four and a column is turned, and shifted where it is a place
+        moved = [[sum(row[k] * pose[k][c] for k in range(4)) for c in range(4)] for row in turn]
+        moved = [[*row[:3], 2.5 * row[3]] for row in moved] + [[0, 0, 0, 1]]
+
+        def draw(name: str, matrix: list, keys: dict, *arguments: str) -> tuple:
+            frames = [{"file_path": "a.png", "transform_matrix": matrix}]
+            self.path.write_text(json.dumps(lens | keys | {"frames": frames}))
+            run = self.play(self.model, "--cameras", self.path, "--out", name, "--progress", "none", *arguments)
+            return pfm(self.folder / name)[2], run.stderr
+
+        def alike(a, b) -> bool:
+            return max(abs(x - y) for x, y in zip(a, b, strict=True)) < 1e-3
+
+        keys = {"applied_transform": turn, "applied_scale": 2.5}
+        original, said = draw("original.pfm", pose, {})
+        self.assertEqual(said, "")
+        self.assertGreater(max(original) - min(original), 0.1)  # there is something to see
+        as_moved, said = draw("moved.pfm", moved, {})
+        self.assertEqual(said, "")
+        kept, said = draw("kept.pfm", moved, keys)
+        self.assertEqual(kept, as_moved)
+        self.assertIn('path.json: "applied_transform", "applied_scale": the poses were moved', said)
+        self.assertIn("--cameras-transform undo", said)
+        self.assertEqual(draw("asked.pfm", moved, keys, "--cameras-transform", "keep"), (as_moved, ""))
+        undone, said = draw("undone.pfm", moved, keys, "--cameras-transform", "undo")
+        self.assertEqual(said, "")
+        self.assertTrue(alike(undone, original))
+        self.assertFalse(alike(kept, original))
+        _, said = draw("nothing.pfm", pose, {}, "--cameras-transform", "undo")
+        self.assertIn('neither "applied_transform" nor "applied_scale" to undo', said)
+        mirror = {"applied_transform": [[0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0]]}
+        self.path.write_text(json.dumps(lens | mirror | {"frames": [{"file_path": "a", "transform_matrix": pose}]}))
+        self.refused(self.model, "--cameras", self.path, "--cameras-transform", "undo", code=5, says='key "applied_transform"')
+
+    def test_pixels_that_are_not_square(self) -> None:
+        frames = [{"file_path": "a.png", "transform_matrix": [[1, 0, 0, -2], [0, -1, 0, -2], [0, 0, -1, -16], [0, 0, 0, 1]]}]
+
+        def draw(name: str, keys: dict, *arguments: str) -> tuple:
+            self.path.write_text(json.dumps(keys | {"w": 48, "h": 32, "frames": frames}))
+            run = self.play(self.model, "--cameras", self.path, "--out", name, "--progress", "none", *arguments)
+            return pfm(self.folder / name)[2], run.stderr
+
+        focal, said = draw("focal.pfm", {"fl_x": 40, "fl_y": 32})
+        self.assertEqual(said, "")
+        angles, said = draw("angles.pfm", {"camera_angle_x": 2 * math.atan(24 / 40), "camera_angle_y": 2 * math.atan(16 / 32)})
+        self.assertEqual(said, "")
+        self.assertLess(max(abs(a - b) for a, b in zip(focal, angles, strict=True)), 1e-4)
+        square, _ = draw("square.pfm", {"fl_x": 40})
+        self.assertGreater(max(abs(a - b) for a, b in zip(focal, square, strict=True)), 0.01)
+        _, said = draw("fov.pfm", {"fl_x": 40, "fl_y": 32}, "--fov", "60")
+        self.assertIn("--fov: pixels of 1 of 1 cameras are not square in ", said)
+        self.assertEqual(draw("fov2.pfm", {"fl_x": 40}, "--fov", "60")[1], "")
+
     def test_distance_of_the_eyes(self) -> None:
         metric = self.tiny("metric.gsc", "0", "3", "1", "0.5")
         base = ("--cameras", self.path, "--size", "48x32", "--progress", "none", "--eyes", "2")

@@ -79,7 +79,9 @@ TEST_CASE("every option arrives")
                  "2:9",
                  "-w",
                  "--verify",
-                 "--ignore-distortion"},
+                 "--ignore-distortion",
+                 "--cameras-transform",
+                 "undo"},
                 o) == -1);
     CHECK(o.input == "m.gsc");
     CHECK(o.cameras == "c.json");
@@ -102,6 +104,7 @@ TEST_CASE("every option arrives")
     CHECK(o.frame_end == 9);
     CHECK(o.frame_range == "--frames 2:9");
     CHECK(o.ignore_distortion);
+    CHECK(o.cameras_transform == CamerasTransform::Undo);
     CHECK(o.overwrite);
     CHECK(o.verify);
 }
@@ -118,6 +121,7 @@ TEST_CASE("defaults")
     CHECK(o.ipd.value == 0);
     CHECK(o.frame_range.empty());
     CHECK_FALSE(o.ignore_distortion);
+    CHECK(o.cameras_transform == CamerasTransform::Told);
     PlayOptions eyes; // the model or the trajectory may state the distance
     CHECK(parse({"m.gsc", "--eyes", "2"}, eyes) == -1);
     PlayOptions metres;

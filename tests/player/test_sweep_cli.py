@@ -162,6 +162,18 @@ class SweepTest(unittest.TestCase):
         self.assertIn("--ignore-distortion", self.stability(*paths, code=5).stderr)
         self.assertIn("is ignored", self.stability(*paths, "--ignore-distortion").stderr)
 
+    def test_applied_transform(self) -> None:
+        matrix = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+        frames = [{"file_path": f"{i}.png", "transform_matrix": matrix} for i in range(3)]
+        (self.folder / "c/paths/first.json").write_text(
+            json.dumps({"fl_x": 40, "w": 48, "h": 32, "applied_transform": matrix[:3], "applied_scale": 2, "frames": frames})
+        )
+        self.write(axes={}, trajectories=["paths/first.json"])
+        self.assertIn('"applied_scale": the poses were moved', self.sweep().stderr)
+        paths = ("--trajectories", "c/paths/first.json")
+        self.assertIn("applied_scale", self.stability(*paths).stderr)
+        self.assertNotIn("applied_scale", self.stability(*paths, "--cameras-transform", "undo").stderr)
+
     def test_levels_pop(self) -> None:
         subprocess.run([WRITE_TINY, self.model, "0", "3", "3"], check=True)
         self.write(axes={"lod_fade": [0, 0.5], "lod_hysteresis": [0, 0.25]})

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 find_package(nlohmann_json 3.11 REQUIRED)
 
-gsc_add_test(test_camera_file SOURCES player/test_camera_file.cpp player/test_camera_lens.cpp player/test_colmap_cameras.cpp
+gsc_add_test(test_camera_file
+             SOURCES player/test_camera_contradictions.cpp player/test_camera_file.cpp player/test_camera_lens.cpp
+                     player/test_colmap_cameras.cpp player/test_colmap_variants.cpp player/test_trainer_size.cpp
              LIBS gsc_cameras nlohmann_json::nlohmann_json)
 gsc_add_test(test_image_io SOURCES player/test_image_io.cpp LIBS gsc_image)
 if(TARGET gsc_player)

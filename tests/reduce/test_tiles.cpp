@@ -219,7 +219,7 @@ TEST_CASE("a tile draws what the whole does where nothing else is seen")
         const auto renderer = makeCpuRenderer(CpuPath::Fast, 2);
         renderer->load(scene);
         std::vector<float>& all = pictures.emplace_back();
-        for (Camera camera : sceneCameras(*scene, "stored", nullptr)) {
+        for (Camera camera : sceneCameras(*scene, "stored", {})) {
             camera.width = 96;
             camera.height = 64;
             std::vector<float> pixels(size_t(3) * camera.width * camera.height);

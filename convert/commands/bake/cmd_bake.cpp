@@ -339,8 +339,13 @@ void addBakeCommand(CLI::App& app, Invocation& invocation)
         "--output is then a file of JSON lines, which `gsc chart` draws",
         [options](const std::string& name, const std::string& text) { options->curve = parseTargets(name, text); });
     addByteSize(command, "--max-bytes", reduce.max_bytes, 1, "SIZE", "most bytes of the file's archive, such as 4M");
-    addTexts(command, "--cameras", reduce.cameras, "FILE.json",
-             "camera files to look from instead of the cameras stored in the file");
+    const OptionHandle cameras = addTexts(command, "--cameras", reduce.cameras, "FILE.json",
+                                          "camera files to look from instead of the cameras stored in the file");
+    addChoice<CamerasTransform>(
+        command, "--cameras-transform", reduce.cameras_transform,
+        {{"keep", CamerasTransform::Keep}, {"undo", CamerasTransform::Undo}}, "default: keep, with a warning",
+        "poses of a transforms.json with applied_transform: as they stand, or where they came from")
+        .needs(cameras);
     addInteger(command, "--most-pixels", reduce.limits.most_pixels, 1000, 100'000'000, "N (default: 1000000)",
                "of a picture that is drawn to judge; larger cameras are drawn smaller");
     addTexts(command, "--levers", options->levers, "LEVER,...",

@@ -120,10 +120,16 @@ void addRenderOptions(CLI::App& command, CompareOptions& options)
     add(addText(command, "--golden", rendering.golden, "DIR",
                 "the trainer's own pictures: NAME.png and cameras.json (default: golden or test/ours_N/renders of the "
                 "model folder, where they are)"));
-    add(addText(command, "--cameras", rendering.cameras, "FILE.json|stored (default: stored)",
-                "camera file, or those stored in FILE"));
+    const OptionHandle cameras = addText(command, "--cameras", rendering.cameras, "FILE.json|stored (default: stored)",
+                                         "camera file, or those stored in FILE");
+    add(cameras);
     add(addFlag(command, "--ignore-distortion", rendering.ignore_distortion,
                 "draw cameras that state lens distortion as pinholes instead of refusing them"));
+    add(addChoice<CamerasTransform>(
+            command, "--cameras-transform", rendering.cameras_transform,
+            {{"keep", CamerasTransform::Keep}, {"undo", CamerasTransform::Undo}}, "default: keep, with a warning",
+            "poses of a transforms.json with applied_transform: as they stand, or where they came from")
+            .needs(cameras));
     add(addCount(command, "--views", rendering.views, 0, kMaxViews, "N (default: 3)",
                  "cameras drawn against the reference, evenly spaced; 0 = all"));
     add(addNumber(command, "--min-psnr", rendering.min_psnr, {0, 1000}, " dB", "DB (default: 75)",

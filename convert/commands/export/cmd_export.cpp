@@ -238,10 +238,16 @@ void addExportCommand(CLI::App& app, Invocation& invocation)
                    "degree of the spherical harmonics that colours are fitted with");
         addText(command, "--at", gaussians.at, "CAMERA",
                 "the Gaussians as one camera sees them, colours of degree 0: its name or number");
-        addText(command, "--cameras", gaussians.cameras, "FILE.json|stored (default: stored)",
-                "cameras to fit over, every other one, at most 96; at most 12 of the rest tell what was lost");
+        const OptionHandle cameras =
+            addText(command, "--cameras", gaussians.cameras, "FILE.json|stored (default: stored)",
+                    "cameras to fit over, every other one, at most 96; at most 12 of the rest tell what was lost");
         addFlag(command, "--ignore-distortion", gaussians.ignore_distortion,
                 "take cameras that state lens distortion as pinholes instead of refusing them");
+        addChoice<CamerasTransform>(
+            command, "--cameras-transform", gaussians.cameras_transform,
+            {{"keep", CamerasTransform::Keep}, {"undo", CamerasTransform::Undo}}, "default: keep, with a warning",
+            "poses of a transforms.json with applied_transform: as they stand, or where they came from")
+            .needs(cameras);
         addCount(command, "--max-gaussians", options->most, 1, UINT32_MAX, "N",
                  "keep the N that may cover most of the cameras' pictures");
         addFlag(command, "--lod", gaussians.lod,

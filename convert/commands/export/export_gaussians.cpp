@@ -39,10 +39,16 @@ View viewOf(const Scene& scene, const Camera& camera)
 
 size_t cameraNumber(const std::vector<Camera>& cameras, const std::string& at)
 {
+    size_t number = cameras.size(), named = 0;
     for (size_t i = 0; i < cameras.size(); ++i)
-        if (cameras[i].name == at)
-            return i;
-    size_t number = cameras.size();
+        if (cameras[i].name == at && named++ == 0)
+            number = i;
+    if (named > 1)
+        throw Error(ErrorCode::Usage, formatString("--at %s: %zu cameras are called so, expected one; pass its number, "
+                                                   "from 0 to %zu (the first is %zu)",
+                                                   at.c_str(), named, cameras.size() - 1, number));
+    if (named == 1)
+        return number;
     const auto [end, fault] = std::from_chars(at.data(), at.data() + at.size(), number);
     if (fault != std::errc() || end != at.data() + at.size() || number >= cameras.size())
         throw Error(ErrorCode::Usage,
@@ -54,9 +60,10 @@ size_t cameraNumber(const std::vector<Camera>& cameras, const std::string& at)
 
 std::vector<Camera> camerasOf(const Scene& scene, const GaussianExportOptions& options, Reporter& report)
 {
-    std::vector<std::string> ignored;
-    std::vector<Camera> cameras = sceneCameras(scene, options.cameras, options.ignore_distortion ? &ignored : nullptr);
-    for (const std::string& text : ignored)
+    std::vector<std::string> warnings;
+    std::vector<Camera> cameras =
+        sceneCameras(scene, options.cameras, {options.ignore_distortion, options.cameras_transform, &warnings});
+    for (const std::string& text : warnings)
         report.warning(text);
     if (cameras.empty())
         throw Error(ErrorCode::Usage, options.file + ": no camera stored, expected some to fit colours over; pass a "

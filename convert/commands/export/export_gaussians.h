@@ -3,6 +3,7 @@
 #pragma once
 
 #include "convert/explicit/gaussian_files.h"
+#include "player/cameras/camera_reading.h"
 #include "player/tool/json.h"
 #include "player/tool/reporter.h"
 
@@ -22,7 +23,8 @@ struct GaussianExportOptions {
     bool page = false;                   // a page that holds the file, which is Sog
     std::string cameras;                 // file, empty = those stored
     bool ignore_distortion = false;      // of their lenses
-    std::string at;                      // name or number of the camera whose view is exported; empty = fit over all
+    CamerasTransform cameras_transform = CamerasTransform::Told;
+    std::string at; // name or number of the camera whose view is exported; empty = fit over all
     int degree = kMostShDegree;
     uint64_t most = std::numeric_limits<uint64_t>::max(); // Gaussians
     uint64_t memory_budget = 0;                           // bytes that Gaussians may take; 0 = half of memory
