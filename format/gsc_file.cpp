@@ -4,6 +4,7 @@
 #include "format/archive/archive.h"
 #include "format/error.h"
 #include "format/file/stand_in.h"
+#include "format/machine/machine.h"
 
 #include <cstdint>
 
@@ -14,23 +15,19 @@ namespace gsc {
 
 namespace {
 
-uint64_t machineMemory()
-{
-    const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
-    return pages > 0 && page > 0 ? uint64_t(pages) * uint64_t(page) : UINT64_MAX;
-}
-
 // Zero pages, which take memory when they are written: `taken` of `bytes`.
 std::span<std::byte> zeroPages(const std::string& path, uint64_t bytes, uint64_t taken)
 {
-    if (const uint64_t memory = machineMemory(); taken > memory)
-        throw Error(
-            ErrorCode::OutOfMemory,
-            formatString("%s: an archive that takes %.1f GB to read, expected one that fits the %.1f GB of this "
-                         "machine; unpack it on a larger one with gsc archive --extract, its file is read in place",
-                         path.c_str(), double(taken) * 1e-9, double(memory) * 1e-9));
+    if (const uint64_t memory = usableMemory(); memory > 0 && taken > memory)
+        throw Error(ErrorCode::OutOfMemory,
+                    formatString("%s: an archive that takes %.3g GB to read, expected one that fits the %.3g GB that "
+                                 "this machine or container allows; unpack it on a larger one with gsc archive "
+                                 "--extract, its file is read in place",
+                                 path.c_str(), double(taken) * 1e-9, double(memory) * 1e-9));
+    // private pages count whole where a process has a limit of memory (boundMemory)
+    const int kind = taken < bytes ? MAP_SHARED : MAP_PRIVATE;
     void* const data =
-        ::mmap(nullptr, size_t(bytes), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+        ::mmap(nullptr, size_t(bytes), PROT_READ | PROT_WRITE, kind | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     if (data == MAP_FAILED)
         throw Error(
             ErrorCode::OutOfMemory,

@@ -136,7 +136,7 @@ enum ModelFlags : uint32_t {
     // Some slots (Gaussians of an anchor) are masked, their offsets kMaskedOffset: never drawn, whatever the networks say.
     // Came after 1.1; a reader from before refuses the flag
     kModelMaskedSlots = 1u << 9,
-    // Features and offsets of an anchor are small whole numbers times a power of two (format/compact.h), which a GPU holds
+    // Features and offsets of an anchor are small whole numbers times a power of two (format/numbers/compact.h), which a GPU holds
     // in half of the bytes. Came after kModelMaskedSlots; a reader from before refuses the flag
     kModelCompact = 1u << 10,
 };

@@ -4,7 +4,7 @@
 #include "convert/bake/anchor_record.h"
 #include "convert/bake/chunk_values.h"
 #include "format/checksum.h"
-#include "format/morton.h"
+#include "format/numbers/morton.h"
 
 #include <algorithm>
 #include <array>

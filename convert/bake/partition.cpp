@@ -3,7 +3,7 @@
 
 #include "convert/bake/model_sections.h"
 #include "format/error.h"
-#include "format/morton.h"
+#include "format/numbers/morton.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 #include "convert/bake/chunk_values.h"
 #include "format/half.h"
-#include "format/morton.h"
+#include "format/numbers/morton.h"
 #include "player/report/record.h"
 #include "runtime/camera.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/reduce/reduced_model.h"
 
-#include "format/compact.h"
+#include "format/numbers/compact.h"
 #include "kernels/threads/parallel.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/archive/ordered_positions.h"
 
-#include "format/morton.h"
+#include "format/numbers/morton.h"
 
 #include <algorithm>
 #include <numeric>

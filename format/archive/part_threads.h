@@ -3,11 +3,14 @@
 // has no layer below.
 #pragma once
 
+#include "format/machine/threads.h"
+
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -15,8 +18,7 @@ namespace gsc {
 
 [[nodiscard]] inline size_t partThreads(size_t count, int threads)
 {
-    const size_t wanted = threads > 0 ? size_t(threads) : std::max<size_t>(1, std::thread::hardware_concurrency());
-    return std::min(wanted, std::max<size_t>(1, count));
+    return std::min(size_t(poolThreads(threads)), std::max<size_t>(1, count));
 }
 
 // Calls make() on each thread, and what it returns with each number in [0, count), ascending per thread. The first
@@ -41,8 +43,13 @@ void onPartThreads(size_t count, int threads, const Make& make)
     };
     {
         std::vector<std::jthread> others;
-        for (size_t i = 1; i < partThreads(count, threads); ++i)
-            others.emplace_back(work);
+        const ThreadAttempt attempt;
+        try {
+            for (size_t i = 1; i < partThreads(count, threads); ++i)
+                others.emplace_back(work);
+        } catch (const std::system_error&) {
+            // the system has no more threads; those there are do all of the work
+        }
         work();
     }
     if (error)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // ANCH: what the chunk payloads hold, against everything the records say about it.
 #include "format/checksum.h"
-#include "format/compact.h"
+#include "format/numbers/compact.h"
 #include "format/validate/gsc_validate.h"
 #include "format/interrupt.h"
 
@@ -244,7 +244,7 @@ private:
                            double(group.gaussian_min[c % 3]), double(group.gaussian_max[c % 3]));
     }
 
-    // Of a compact model: small whole numbers of steps of the anchor's (format/compact.h).
+    // Of a compact model: small whole numbers of steps of the anchor's (format/numbers/compact.h).
     void checkSteps(ChunkArray array, uint32_t i, uint32_t count, int bits, const char* name) const
     {
         const std::span<const float> values(at<float>(array, i), count);

@@ -2,7 +2,7 @@
 // The model as the CUDA stages read it: flat arrays over all anchors, in file order. Plain data, no CUDA header.
 #pragma once
 
-#include "format/compact.h"
+#include "format/numbers/compact.h"
 #include "kernels/frame/frame_types.h"
 #include "kernels/math/eye.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/morton.h"
+#include "format/numbers/morton.h"
 
 #include <doctest/doctest.h>
 

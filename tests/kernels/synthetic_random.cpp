@@ -2,7 +2,7 @@
 // Random anchors, networks and cameras.
 #include "tests/kernels/synthetic_model.h"
 
-#include "format/compact.h"
+#include "format/numbers/compact.h"
 
 #include <algorithm>
 #include <cmath>

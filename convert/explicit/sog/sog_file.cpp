@@ -7,7 +7,7 @@
 #include "convert/explicit/sog/zip_bundle.h"
 #include "convert/input/torch/zip_archive.h"
 #include "format/error.h"
-#include "format/morton.h"
+#include "format/numbers/morton.h"
 #include "kernels/threads/parallel.h"
 
 #include <nlohmann/json.hpp>

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// Threads where the system gives few: ulimit -u, TasksMax of systemd, the pids limit of a container. What can do with fewer
+// threads asks how many there are; what cannot ends with an Error that names the limits.
+#pragma once
+
+#include "format/error.h"
+
+#include <cstddef>
+#include <string>
+#include <system_error>
+#include <utility>
+
+namespace gsc {
+
+// How many more threads can be started now, at most `most`: it starts as many and lets them end. Microseconds for each.
+size_t startableThreads(size_t most);
+
+// Threads of a pool that is asked for `threads` (0 = all usable processors), the caller's among them: as many where that
+// leaves dozens for others, else at most half of those that can be started. Found out once for a process.
+int poolThreads(int threads);
+
+// Does that leave fewer than dozens for others? A library that ends the process where it gets no thread must then start none.
+bool threadsAreShort(int threads);
+
+// While one lives on a thread, what starts threads there does without those that it does not get. Without it a program may
+// end where none can be started (player/tool/thread_guard.h).
+class ThreadAttempt {
+public:
+    ThreadAttempt() { ++count; }
+    ~ThreadAttempt() { --count; }
+    ThreadAttempt(const ThreadAttempt&) = delete;
+    ThreadAttempt& operator=(const ThreadAttempt&) = delete;
+    static bool isOn() { return count > 0; }
+
+private:
+    static inline thread_local int count = 0;
+};
+
+// "ulimit -u is 12, pids.max is 40".
+std::string threadLimits();
+
+// Error(OutOfMemory): `object` needs `count` threads that cannot be started.
+Error tooFewThreads(const std::string& object, size_t count = 1);
+
+// Throws tooFewThreads() where fewer than `count` can be started.
+void requireThreads(const std::string& object, size_t count);
+
+// A std::thread or std::jthread that runs `body`; throws tooFewThreads().
+template <typename Thread, typename Body>
+Thread startThread(const char* object, Body&& body)
+{
+    const ThreadAttempt attempt;
+    try {
+        return Thread(std::forward<Body>(body));
+    } catch (const std::system_error&) {
+        throw tooFewThreads(object);
+    }
+}
+
+} // namespace gsc
