@@ -4,6 +4,7 @@
 #include "format/error.h"
 #include "format/gsc_file.h"
 #include "format/gsc_reader.h"
+#include "format/machine/machine.h"
 #include "kernels/math/anchor.h"
 #include "runtime/camera.h"
 #include "runtime/model/local_model.h"
@@ -22,8 +23,8 @@ namespace {
 // Asks for the anchors ahead of the first frame, where they leave room for other programs.
 void prefetch(std::span<const std::byte> anchors)
 {
-    const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
-    if (pages <= 0 || page <= 0 || anchors.size() > uint64_t(pages) * uint64_t(page) / 2)
+    const long page = sysconf(_SC_PAGESIZE);
+    if (page <= 0 || anchors.size() > usableMemory() / 2)
         return;
     // sections are aligned to 4096; a machine with larger pages needs the start of the page
     const auto address = reinterpret_cast<uintptr_t>(anchors.data());

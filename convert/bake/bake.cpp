@@ -15,10 +15,12 @@
 #include "format/error.h"
 #include "format/gsc_writer.h"
 #include "format/interrupt.h"
+#include "format/machine/machine.h"
+#include "kernels/threads/parallel.h"
+#include "kernels/threads/tbb_bound.h"
 #include "player/module/load_module.h"
 
 #include <tbb/global_control.h>
-#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -28,6 +30,7 @@
 #include <new>
 #include <optional>
 #include <stop_token>
+#include <system_error>
 #include <thread>
 
 namespace gsc {
@@ -39,12 +42,20 @@ struct StopOnExit {
     ~StopOnExit() { stop.request_stop(); }
 };
 
+uint64_t defaultBudget()
+{
+    constexpr uint64_t kMost = uint64_t(1) << 30;
+    const uint64_t memory = usableMemory();
+    return memory > 0 ? std::min(kMost, memory / 4) : kMost;
+}
+
 // One conversion; the members are its state from stage to stage, in the order they come into being.
 class Baker {
 public:
-    Baker(const Checkpoint& checkpoint, AnchorSource& source, const BakeOptions& options, const BakeProgress& progress)
+    Baker(const Checkpoint& checkpoint, AnchorSource& source, const BakeOptions& options, int threads,
+          const BakeProgress& progress)
         : m_checkpoint(checkpoint), m_source(source), m_options(options), m_progress(progress),
-          m_budget(options.memory_budget ? options.memory_budget : uint64_t(1) << 30)
+          m_budget(options.memory_budget ? options.memory_budget : defaultBudget()), m_workers(threads)
     {
     }
 
@@ -62,10 +73,7 @@ public:
 
         // the second reader of the file keeps close behind the first, so it reads what is still in memory
         std::stop_source stop;
-        std::future<SourceHash> hash = std::async(
-            m_options.threads == 1 ? std::launch::deferred : std::launch::async, [this, token = stop.get_token()] {
-                return m_options.source ? SourceHash{m_options.source->hash, 0} : hashSources(m_checkpoint, token);
-            });
+        std::future<SourceHash> hash = startHash(stop.get_token());
         const StopOnExit guard{stop}; // the future waits for its thread when an error unwinds it
         stage("scan", [&] { scan(); });
         stage("hash", [&] { m_hash = hash.get(); });
@@ -89,6 +97,19 @@ public:
     }
 
 private:
+    std::future<SourceHash> startHash(std::stop_token token)
+    {
+        const auto hash = [this, token] {
+            return m_options.source ? SourceHash{m_options.source->hash, 0} : hashSources(m_checkpoint, token);
+        };
+        const ThreadAttempt attempt;
+        try {
+            return std::async(m_workers.count() == 1 ? std::launch::deferred : std::launch::async, hash);
+        } catch (const std::system_error&) { // no thread for it
+            return std::async(std::launch::deferred, hash);
+        }
+    }
+
     template <typename Work>
     void stage(const char* name, Work&& work)
     {
@@ -183,29 +204,26 @@ private:
             m_metre_bake.emplace(m_params, m_partition, m_scan.kept);
         if (m_options.sensitivity != SensitivityMode::None)
             m_sensitivity.emplace(m_checkpoint, m_params, m_rows, m_scan.kept);
-        tbb::parallel_for(
-            tbb::blocked_range<size_t>(0, m_chunks.size(), 1),
-            [&](const tbb::blocked_range<size_t>& range) {
-                for (size_t c = range.begin(); c != range.end(); ++c) {
-                    throwIfInterrupted();
-                    ChunkRecord& chunk = m_chunks[c];
-                    std::vector<std::byte> records(size_t(chunk.anchor_count) * record_bytes);
-                    std::vector<std::byte> payload(chunk.payload_bytes);
-                    writer.readAnchors(chunk.payload_offset, records);
-                    buildChunk(m_params, m_partition.levels[chunk.level_index], uint32_t(c), records, chunk, payload,
-                               std::span(m_groups).subspan(chunk.group_first, chunk.group_count), m_chunk_leaves[c],
-                               m_index);
-                    writer.writeAnchors(chunk.payload_offset, payload);
-                    if (m_metre_bake)
-                        m_metre_bake->addChunk(c, chunk, payload);
-                    if (m_sensitivity)
-                        sensitivity_seconds +=
-                            m_sensitivity->addChunk(m_partition.levels[chunk.level_index].level, payload, chunk,
-                                                    std::span(m_groups).subspan(chunk.group_first, chunk.group_count));
-                    tell(done += chunk.anchor_count, m_scan.kept);
-                }
-            },
-            tbb::simple_partitioner());
+        m_workers.run(m_chunks.size(), 1, [&](size_t first, size_t end, int) {
+            for (size_t c = first; c != end; ++c) {
+                throwIfInterrupted();
+                ChunkRecord& chunk = m_chunks[c];
+                std::vector<std::byte> records(size_t(chunk.anchor_count) * record_bytes);
+                std::vector<std::byte> payload(chunk.payload_bytes);
+                writer.readAnchors(chunk.payload_offset, records);
+                buildChunk(m_params, m_partition.levels[chunk.level_index], uint32_t(c), records, chunk, payload,
+                           std::span(m_groups).subspan(chunk.group_first, chunk.group_count), m_chunk_leaves[c],
+                           m_index);
+                writer.writeAnchors(chunk.payload_offset, payload);
+                if (m_metre_bake)
+                    m_metre_bake->addChunk(c, chunk, payload);
+                if (m_sensitivity)
+                    sensitivity_seconds +=
+                        m_sensitivity->addChunk(m_partition.levels[chunk.level_index].level, payload, chunk,
+                                                std::span(m_groups).subspan(chunk.group_first, chunk.group_count));
+                tell(done += chunk.anchor_count, m_scan.kept);
+            }
+        });
         m_report.sensitivity_seconds = sensitivity_seconds;
     }
 
@@ -306,8 +324,10 @@ private:
     const BakeOptions& m_options;
     const BakeProgress& m_progress;
     // loaded before any work is done
-    const SpatialIndexFunctions& m_spatial = loadModule<SpatialIndexFunctions>("gsc_index_openvdb");
+    const SpatialIndexFunctions& m_spatial =
+        loadModule<SpatialIndexFunctions>("gsc_index_openvdb", kSpatialIndexThreads);
     const uint64_t m_budget;
+    const Workers m_workers; // behind the module, which may not do without threads
     const std::thread::id m_thread = std::this_thread::get_id();
     const char* m_stage = "";
     BakeReport m_report;
@@ -339,11 +359,12 @@ BakeReport bakeFrom(const Checkpoint& checkpoint, AnchorSource& source, const Ba
         // the arena gives the caller a place among the threads; OpenVDB's own loops run inside it too
         std::optional<tbb::global_control> limit;
         // thousands of threads on a few processors get in each other's way and finish no more
-        const int threads = std::min(options.threads, 4 * tbb::info::default_concurrency());
-        if (threads > 0)
-            limit.emplace(tbb::global_control::max_allowed_parallelism, size_t(threads));
-        tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
-        arena.execute([&] { report = Baker(checkpoint, source, options, progress).run(); });
+        const int processors = usableProcessors();
+        const int threads = options.threads > 0 ? std::min(options.threads, 4 * processors) : processors;
+        const int tbb_threads = threads > 1 && boundTbb(threads) ? 1 : threads;
+        limit.emplace(tbb::global_control::max_allowed_parallelism, size_t(tbb_threads));
+        tbb::task_arena arena(tbb_threads);
+        arena.execute([&] { report = Baker(checkpoint, source, options, threads, progress).run(); });
         return report;
     } catch (const std::bad_alloc&) {
         throw Error(ErrorCode::OutOfMemory,

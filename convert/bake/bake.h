@@ -33,7 +33,7 @@ struct BakeOptions {
     uint64_t chunk_anchors = 16384; // the smallest cell whose chunks hold this many anchors on average is taken
     bool drop_invalid = false;      // leave out anchors upstream never shows (NaN) or that would paint the image (inf)
     SensitivityMode sensitivity = SensitivityMode::Sampled;
-    uint64_t memory_budget = 0; // bytes for buffers, 0 = 1 GiB
+    uint64_t memory_budget = 0; // bytes for buffers, 0 = 1 GiB, or a quarter of memory if less
     std::optional<BakedSource> source;
     // Called with where the finished file lies before it has its name; what it throws leaves the output as it was.
     std::function<void(const std::string& path)> verify;

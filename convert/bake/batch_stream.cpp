@@ -2,6 +2,7 @@
 #include "convert/bake/batch_stream.h"
 
 #include "format/interrupt.h"
+#include "kernels/threads/tbb_bound.h"
 
 #include <tbb/concurrent_queue.h>
 #include <tbb/parallel_pipeline.h>
@@ -18,6 +19,7 @@ void forEachBatch(AnchorSource& source, uint32_t fields, const std::function<voi
     for (AnchorBatch& batch : batches)
         unused.push(&batch);
 
+    boundTbb();
     source.rewind();
     const auto read = [&](tbb::flow_control& control) -> AnchorBatch* {
         throwIfInterrupted();

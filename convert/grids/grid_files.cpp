@@ -4,6 +4,7 @@
 #include "convert/bake/spatial_index.h"
 #include "convert/grids/stored_grid.h"
 #include "format/interrupt.h"
+#include "kernels/threads/tbb_bound.h"
 #include "player/module/load_module.h"
 
 #include <nanovdb/util/IO.h>
@@ -38,10 +39,11 @@ void writeNanoVdb(const std::deque<StoredGrid>& grids, const Write& write)
 
 void writeOpenVdb(const std::deque<StoredGrid>& grids, uint64_t id, const Write& write)
 {
+    boundTbb();
     std::vector<const std::byte*> bytes;
     for (const StoredGrid& stored : grids)
         bytes.push_back(reinterpret_cast<const std::byte*>(stored.grid()));
-    const auto& functions = loadModule<SpatialIndexFunctions>("gsc_index_openvdb");
+    const auto& functions = loadModule<SpatialIndexFunctions>("gsc_index_openvdb", kSpatialIndexThreads);
     write(functions.file(bytes, id, throwIfInterrupted));
 }
 

@@ -5,6 +5,7 @@
 #include "format/error.h"
 #include "format/gsc_issues.h"
 #include "format/interrupt.h"
+#include "kernels/threads/tbb_bound.h"
 
 #include <nanovdb/util/GridChecksum.h>
 
@@ -62,6 +63,7 @@ void checkLeaves(const GscView& view, const LevelRecord& level, const StoredGrid
 
 bool checkNanoVdb(const GscView& view, const IssueSink& sink)
 {
+    boundTbb();
     std::map<uint16_t, int> reported;
     const IssueSink some = [&](const Issue& issue) {
         if (reported[issue.info->id]++ < kMaxIssuesPerId)

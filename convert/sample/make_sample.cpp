@@ -10,6 +10,8 @@
 #include "convert/sample/sample_plan.h"
 #include "format/error.h"
 #include "format/interrupt.h"
+#include "format/machine/machine.h"
+#include "kernels/threads/tbb_bound.h"
 
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
@@ -78,27 +80,33 @@ void writeAnchors(const SamplePlan& plan, SampleModel model, const NewFolder& fo
     std::vector<Slice> slices = sliceTiles(plan);
     size_t next = 0;
     uint64_t written = 0;
-    const auto tokens = size_t(tbb::this_task_arena::max_concurrency()) * 2;
-    tbb::parallel_pipeline(
-        tokens,
-        tbb::make_filter<void, Slice*>(tbb::filter_mode::serial_in_order, [&](tbb::flow_control& control) -> Slice* {
-            if (next < slices.size())
-                return &slices[next++];
-            control.stop();
-            return nullptr;
-        }) & tbb::make_filter<Slice*, Slice*>(tbb::filter_mode::parallel, [&](Slice* slice) {
-            fillSlice(plan, model, *slice);
-            return slice;
-        }) & tbb::make_filter<Slice*, void>(tbb::filter_mode::serial_in_order, [&](Slice* slice) {
-            float* rows = slice->rows.data();
-            for (uint64_t i = slice->first; model == SampleModel::Octree && i < std::min<uint64_t>(slice->last, 2); ++i)
-                rows[(i - slice->first) * kSampleRowFloats + 5] = i == 0 ? plan.grid.quantum[0] : plan.standard_dist;
-            folder.append(ply, std::as_bytes(std::span(slice->rows)));
-            std::vector<float>().swap(slice->rows);
-            written = slice->last;
-            if (progress)
-                progress("anchors", written, plan.anchors);
-        }));
+    const auto take = [&](tbb::flow_control& control) -> Slice* {
+        if (next < slices.size())
+            return &slices[next++];
+        control.stop();
+        return nullptr;
+    };
+    const auto fill = [&](Slice* slice) {
+        fillSlice(plan, model, *slice);
+        return slice;
+    };
+    const auto write = [&](Slice* slice) {
+        float* rows = slice->rows.data();
+        for (uint64_t i = slice->first; model == SampleModel::Octree && i < std::min<uint64_t>(slice->last, 2); ++i)
+            rows[(i - slice->first) * kSampleRowFloats + 5] = i == 0 ? plan.grid.quantum[0] : plan.standard_dist;
+        folder.append(ply, std::as_bytes(std::span(slice->rows)));
+        std::vector<float>().swap(slice->rows);
+        written = slice->last;
+        if (progress)
+            progress("anchors", written, plan.anchors);
+    };
+    tbb::task_arena arena(boundTbb() ? 1 : usableProcessors());
+    arena.execute([&] {
+        tbb::parallel_pipeline(size_t(arena.max_concurrency()) * 2,
+                               tbb::make_filter<void, Slice*>(tbb::filter_mode::serial_in_order, take) &
+                                   tbb::make_filter<Slice*, Slice*>(tbb::filter_mode::parallel, fill) &
+                                   tbb::make_filter<Slice*, void>(tbb::filter_mode::serial_in_order, write));
+    });
 }
 
 // Upstream holds out every eighth photograph and lists those first.

@@ -5,6 +5,7 @@
 #include "format/file/output_file.h"
 #include "format/file/output_paths.h"
 #include "format/interrupt.h"
+#include "format/machine/threads.h"
 #include "player/workers/open_renderer.h"
 #include "player/workers/open_service.h"
 #include "player/shots.h"
@@ -28,7 +29,10 @@ constexpr size_t kTraced = 1000000; // poses and events
 // Takes pictures as a display does, and lets them go.
 class Display {
 public:
-    explicit Display(RendererService& service) : m_thread([this, &service] { run(service); }) {}
+    explicit Display(RendererService& service)
+        : m_thread(startThread<std::thread>("live", [this, &service] { run(service); }))
+    {
+    }
     ~Display() { stop(); }
     Display(const Display&) = delete;
     Display& operator=(const Display&) = delete;

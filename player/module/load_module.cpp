@@ -2,10 +2,12 @@
 #include "player/module/load_module.h"
 
 #include "format/error.h"
+#include "format/machine/threads.h"
 
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
+#include <string_view>
 #include <vector>
 
 #include <dlfcn.h>
@@ -58,18 +60,32 @@ std::string findModule(const std::string& file)
                              looked_in.c_str()));
 }
 
+// The dynamic linker tells a fault's kind in words alone.
+bool isOfMemory(std::string_view why)
+{
+    return why.find("failed to map segment") != why.npos || why.find("cannot map zero-fill") != why.npos ||
+           why.find("allocate memory") != why.npos || why.find("cannot create") != why.npos;
+}
+
 } // namespace
 
-const void* moduleFunctions(const char* name)
+const void* moduleFunctions(const char* name, size_t threads)
 {
     const std::string path = findModule(std::string(name) + ".so");
+    if (threads > 0 && dlopen(path.c_str(), RTLD_LAZY | RTLD_NOLOAD) == nullptr)
+        requireThreads(name, threads);
     // not all symbols at once: of 250 libraries few functions are called
     void* const library = dlopen(path.c_str(), RTLD_LAZY | RTLD_LOCAL);
-    if (!library)
+    if (const char* const why = library ? "" : dlerror(); isOfMemory(why))
+        throw Error(ErrorCode::OutOfMemory,
+                    formatString("%s: cannot be loaded (%s), expected memory for it and its libraries; close other "
+                                 "programs, or raise the limit of this process",
+                                 path.c_str(), why));
+    else if (!library)
         throw Error(ErrorCode::Unsupported,
                     formatString("%s: cannot be loaded (%s), expected it and its libraries to be whole and of this "
                                  "machine; install gsc again, with what it needs",
-                                 path.c_str(), dlerror()));
+                                 path.c_str(), why));
     const auto* const entry = static_cast<const ModuleEntry*>(dlsym(library, "gsc_module"));
     const char* const version = entry ? entry->version : "none";
     if (std::strcmp(version, GSC_MODULE_VERSION) != 0)

@@ -4,6 +4,8 @@
 // and return our own types, and an Error passes. It has no state of ours: an interrupt, for example, it must be told of.
 #pragma once
 
+#include <cstddef>
+
 namespace gsc {
 
 // What a module exports, as gsc_module.
@@ -14,7 +16,7 @@ struct ModuleEntry {
 
 // Raised with every change of what passes between a program and its modules; with the compiler it tells builds apart that
 // have the same version.
-#define GSC_MODULE_VERSION GSC_VERSION ", interface 4, compiler " __VERSION__
+#define GSC_MODULE_VERSION GSC_VERSION ", interface 5, compiler " __VERSION__
 
 // In one source of the module; `functions` is a struct of function pointers that both sides know.
 #define GSC_EXPORT_MODULE(functions)                                                                                   \
@@ -23,13 +25,14 @@ struct ModuleEntry {
 
 // The functions of NAME.so, which stays loaded. It lies beside the program, as in a bundle, or in ../lib/gsc from there;
 // no other folder is looked at. Throws Error(Unsupported): it or one of its libraries is missing, or it is of another
-// version.
-const void* moduleFunctions(const char* name);
+// version. `threads` is how many the libraries behind it start when they are loaded: they end the process where they get
+// fewer, so that Error(OutOfMemory) is thrown before.
+const void* moduleFunctions(const char* name, size_t threads);
 
 template <class Functions>
-const Functions& loadModule(const char* name)
+const Functions& loadModule(const char* name, size_t threads = 0)
 {
-    return *static_cast<const Functions*>(moduleFunctions(name));
+    return *static_cast<const Functions*>(moduleFunctions(name, threads));
 }
 
 } // namespace gsc

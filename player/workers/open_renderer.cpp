@@ -2,10 +2,12 @@
 #include "player/workers/open_renderer.h"
 
 #include "format/error.h"
+#include "format/machine/threads.h"
 #include "player/workers/worker_options.h"
 #include "runtime/service/service_renderer.h"
 
 #include <chrono>
+#include <system_error>
 #include <thread>
 
 namespace gsc {
@@ -16,7 +18,13 @@ std::shared_ptr<const Scene> openScene(const PlayOptions& options)
     DeviceId first{options.backend, options.device};
     if (workers.several())
         first = !workers.devices.empty() ? workers.devices.front() : DeviceId{workers.count.on_cpu ? "cpu" : "cuda", 0};
-    const std::jthread start([&first] { startDevice(first); });
+    std::jthread start;
+    try {
+        const ThreadAttempt attempt;
+        start = std::jthread([&first] { startDevice(first); });
+    } catch (const std::system_error&) {
+        // it only saves time
+    }
     return Scene::open(options.input, options.verify);
 }
 

@@ -2,6 +2,7 @@
 #include "player/workers/worker_options.h"
 
 #include "format/error.h"
+#include "format/machine/machine.h"
 #include "player/commands/render_options.h"
 #include "player/tool/json.h"
 #include "player/tool/options.h"
@@ -10,7 +11,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <thread>
 #include <utility>
 
 namespace gsc {
@@ -255,7 +255,7 @@ ServiceOptions serviceOptions(const PlayOptions& options, Reporter& log)
     if (service.renderer.first_picture) // a switch to exact waits for the file
         service.deadline = std::chrono::minutes(1);
     if (options.threads == 0 && on_cpu > 1) // they share the cores
-        service.renderer.threads = std::max(1, int(std::thread::hardware_concurrency() / on_cpu));
+        service.renderer.threads = std::max(1, usableProcessors() / int(on_cpu));
     service.mode = service.devices.size() == 1 ? ServiceMode::Frame : workers.mode;
     service.pace.min_fps = workers.min_fps;
     service.pace.max_fps = workers.max_fps;

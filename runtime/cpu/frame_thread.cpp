@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cpu/frame_thread.h"
 
+#include "format/machine/threads.h"
 #include "kernels/present/pixel.h"
 #include "runtime/frame_checks.h"
 
 #include <algorithm>
+#include <system_error>
 
 namespace gsc {
 
@@ -42,7 +44,15 @@ void store(const FrameTarget& target, const EyeParams& eye, const ColumnRange& d
 
 } // namespace
 
-FrameThread::FrameThread(Draw draw) : m_draw(std::move(draw)), m_thread([this] { run(); }) {}
+FrameThread::FrameThread(Draw draw) : m_draw(std::move(draw))
+{
+    const ThreadAttempt attempt;
+    try {
+        m_thread = std::thread([this] { run(); });
+    } catch (const std::system_error&) {
+        // submit() draws
+    }
+}
 
 FrameThread::~FrameThread()
 {
@@ -51,21 +61,23 @@ FrameThread::~FrameThread()
         m_stop = true;
     }
     m_submitted.notify_all();
-    m_thread.join();
+    if (m_thread.joinable())
+        m_thread.join();
 }
 
 uint64_t FrameThread::submit(const FrameRequest& request)
 {
-    {
-        const std::lock_guard lock(m_mutex);
-        checkInFlight(m_frames.size());
-        Frame& frame = m_frames.emplace_back();
-        frame.ticket = ++m_last;
-        frame.eye_count = uint32_t(request.eyes.size());
-        std::ranges::copy(request.eyes, frame.eyes);
-        std::ranges::copy(request.targets, frame.targets);
-        frame.options = request.options;
-    }
+    std::unique_lock lock(m_mutex);
+    checkInFlight(m_frames.size());
+    Frame& frame = m_frames.emplace_back();
+    frame.ticket = ++m_last;
+    frame.eye_count = uint32_t(request.eyes.size());
+    std::ranges::copy(request.eyes, frame.eyes);
+    std::ranges::copy(request.targets, frame.targets);
+    frame.options = request.options;
+    if (!m_thread.joinable())
+        drawNext(lock);
+    lock.unlock();
     m_submitted.notify_one();
     return m_last;
 }
@@ -102,25 +114,27 @@ void FrameThread::clear()
 void FrameThread::run()
 {
     std::unique_lock lock(m_mutex);
-    while (true) {
-        const auto next = std::ranges::find(m_frames, Frame::State::Waits, &Frame::state);
-        if (m_stop)
-            return;
-        if (next == m_frames.end()) {
+    while (!m_stop)
+        if (!drawNext(lock))
             m_submitted.wait(lock);
-            continue;
-        }
-        Frame frame = *next; // the deque may move what it holds
-        next->state = Frame::State::IsDrawn;
-        lock.unlock();
-        draw(frame);
-        lock.lock();
-        const auto drawn = std::ranges::find(m_frames, frame.ticket, &Frame::ticket);
-        drawn->result = frame.result;
-        drawn->error = frame.error;
-        drawn->state = Frame::State::Ended;
-        m_ended.notify_all();
-    }
+}
+
+bool FrameThread::drawNext(std::unique_lock<std::mutex>& lock)
+{
+    const auto next = std::ranges::find(m_frames, Frame::State::Waits, &Frame::state);
+    if (next == m_frames.end())
+        return false;
+    Frame frame = *next; // the deque may move what it holds
+    next->state = Frame::State::IsDrawn;
+    lock.unlock();
+    draw(frame);
+    lock.lock();
+    const auto drawn = std::ranges::find(m_frames, frame.ticket, &Frame::ticket);
+    drawn->result = frame.result;
+    drawn->error = frame.error;
+    drawn->state = Frame::State::Ended;
+    m_ended.notify_all();
+    return true;
 }
 
 void FrameThread::draw(Frame& frame)

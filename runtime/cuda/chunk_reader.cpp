@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cuda/chunk_reader.h"
 
+#include "format/machine/threads.h"
+
 #include <algorithm>
 #include <cstring>
 #include <system_error>
@@ -47,7 +49,7 @@ ChunkReader::ChunkReader(const ModelView& model, const std::vector<uint32_t>& ch
         }
     if (m_pieces.empty())
         return;
-    const int cores = threads > 0 ? threads : int(std::max(std::thread::hardware_concurrency(), 1u));
+    const int cores = poolThreads(threads);
     const size_t readers = std::min<size_t>(size_t(std::min(cores, kMostThreads)), m_pieces.size());
     m_slots.resize(std::min(readers * kSlotsPerThread, m_pieces.size()));
     const size_t bytes = pieceBytes(model);
@@ -59,13 +61,13 @@ ChunkReader::ChunkReader(const ModelView& model, const std::vector<uint32_t>& ch
         m_slots[s].passed = std::make_unique<CudaEvent>();
     }
     m_threads.reserve(readers);
+    const ThreadAttempt attempt;
     try {
         for (size_t t = 0; t < readers; ++t)
             m_threads.emplace_back([this] { read(); });
     } catch (const std::system_error&) {
         if (m_threads.empty()) // fewer are only slower
-            throw Error(ErrorCode::OutOfMemory, "cuda: no thread to read the model with can be started, expected one; "
-                                                "raise the limit of threads or stop other programs");
+            throw tooFewThreads("cuda");
     }
 }
 

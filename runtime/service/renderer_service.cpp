@@ -3,6 +3,7 @@
 #include "runtime/service/service_core.h"
 
 #include "format/error.h"
+#include "format/machine/threads.h"
 #include "runtime/frame_checks.h"
 
 #include <algorithm>
@@ -52,14 +53,13 @@ RendererService::Core::Core(std::shared_ptr<const Scene> scene, const ModelView&
 // A machine that gives no thread has one worker less.
 void RendererService::Core::launch(const WorkerPtr& worker)
 {
+    const ThreadAttempt attempt;
     try {
         worker->thread = std::thread([self = shared_from_this(), worker] { self->run(worker); });
     } catch (const std::system_error& e) {
         worker->state = WorkerState::Gone;
         worker->stats.last_fault = formatString("no thread for it: %s", e.what());
-        m_error = worker->fault = std::make_exception_ptr(
-            Error(ErrorCode::OutOfMemory, formatString("%s: no thread for it (%s), expected one; name fewer devices",
-                                                       deviceText(worker->device).c_str(), e.what())));
+        m_error = worker->fault = std::make_exception_ptr(tooFewThreads(deviceText(worker->device)));
     }
 }
 
@@ -88,11 +88,10 @@ void RendererService::Core::start()
         std::rethrow_exception(error);
     };
     try {
+        const ThreadAttempt attempt;
         m_keeper = std::thread([this] { keep(); }); // joined by stop(), before this ends
-    } catch (const std::system_error& e) {
-        fail(std::make_exception_ptr(
-            Error(ErrorCode::OutOfMemory,
-                  formatString("service: no thread for it (%s), expected one; name fewer devices", e.what()))));
+    } catch (const std::system_error&) {
+        fail(std::make_exception_ptr(tooFewThreads("service")));
     }
     m_done.wait(lock, [&] { return settled(Worker::Order::Work); });
     for (const WorkerPtr& worker : m_workers) // a device that this build cannot use, or a mistake of the caller's

@@ -15,7 +15,7 @@ gsc_add_test(test_kernel_simd_support SOURCES kernels/test_simd_support.cpp LIBS
 foreach(threads tbb threads)
   gsc_add_test(test_parallel_${threads}
     SOURCES kernels/test_parallel.cpp ${PROJECT_SOURCE_DIR}/kernels/threads/parallel_${threads}.cpp
-    LIBS Threads::Threads $<$<STREQUAL:${threads},tbb>:TBB::tbb>
+    LIBS gsc_format Threads::Threads $<$<STREQUAL:${threads},tbb>:TBB::tbb>
     TIMEOUT 120)
 endforeach()
 gsc_add_test(test_kernel_select SOURCES kernels/test_select.cpp kernels/test_classify.cpp LIBS ${kernel_libs})
