@@ -19,7 +19,7 @@ std::string figuresMissing()
 
 std::vector<FigureFile> drawFigures(const Json& model, const std::function<void(size_t done, size_t total)>& progress)
 {
-    const auto& rasteriser = loadModule<SvgPngFunctions>("gsc_figures_rsvg");
+    const auto& rasteriser = loadModule<SvgPngFunctions>("gsc_figures_rsvg", kSvgPngThreads);
     ScriptEngine engine;
     engine.run(stillScript(), "still.js"); // first: it has what ECharts expects of a browser
     engine.run(echartsScript(), "ECharts");

@@ -4,6 +4,7 @@
 #include "format/error.h"
 #include "format/file/output_file.h"
 #include "format/file/stand_in.h"
+#include "format/machine/threads.h"
 #include "player/image/oiio_image.h"
 #include "player/module/load_module.h"
 
@@ -12,6 +13,7 @@
 #include <cctype>
 #include <cerrno>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -32,11 +34,27 @@ constexpr std::string_view kExtensions[] = {".pfm", ".png", ".exr"};
 constexpr std::string_view kExtensions[] = {".pfm"};
 #endif
 
+#ifdef GSC_WITH_OIIO
+// Where threads are short its pools start none: they take it for granted that they can.
+const OiioImageFunctions& loadOiio()
+{
+    const bool are_short = threadsAreShort(0);
+    if (are_short)
+        for (const char* const pool : {"OPENIMAGEIO_THREADS", "OMP_NUM_THREADS"})
+            ::setenv(pool, "1", 1);
+    const auto& functions = loadModule<OiioImageFunctions>("gsc_image_oiio", kOiioThreads);
+    if (are_short)
+        functions.startNoThreads();
+    return functions;
+}
+#endif
+
 // Of everything but PFM.
 const OiioImageFunctions& oiio([[maybe_unused]] const std::string& path)
 {
 #ifdef GSC_WITH_OIIO
-    return loadModule<OiioImageFunctions>("gsc_image_oiio");
+    static const OiioImageFunctions& functions = loadOiio();
+    return functions;
 #else
     throw Error(ErrorCode::Unsupported,
                 path + ": this build cannot read this kind of image, expected .pfm; use a build with GSC_WITH_OIIO");

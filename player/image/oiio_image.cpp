@@ -108,7 +108,13 @@ Image readOiioImage(const std::string& path)
     return readAs<float>(*input, path, OIIO::TypeDesc::FLOAT, 1);
 }
 
-constexpr OiioImageFunctions kFunctions{encodeOiioImage, readOiioImage};
+// OpenEXR's; OpenImageIO's own pool is told by the environment, since to ask it would start it.
+void startNoOiioThreads()
+{
+    OIIO::attribute("exr_threads", -1);
+}
+
+constexpr OiioImageFunctions kFunctions{startNoOiioThreads, encodeOiioImage, readOiioImage};
 
 } // namespace
 

@@ -9,7 +9,13 @@
 
 namespace gsc {
 
+// That OpenVDB's log, which OpenImageIO brings along, starts when it is loaded.
+constexpr size_t kOiioThreads = 4;
+
 struct OiioImageFunctions {
+    // Before the first picture: no pools of threads for it.
+    void (*startNoThreads)();
+
     // The bytes of the file. `extension` (".png", ".exr") decides the format, `path` is for messages. Throws Error:
     // Unsupported, Internal.
     std::vector<unsigned char> (*encode)(const std::string& path, const std::string& extension, const Image& image,

@@ -3,6 +3,7 @@
 
 #include "format/error.h"
 #include "format/file/output_file.h"
+#include "format/machine/threads.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -22,6 +23,8 @@
 namespace gsc {
 
 namespace {
+
+constexpr size_t kVideoThreads = 32; // that ffmpeg may start
 
 // Where ffmpeg lies; empty: nowhere in PATH.
 std::string videoProgram()
@@ -165,8 +168,11 @@ struct VideoFile::Encoder {
         ::posix_spawnattr_destroy(&attributes);
         ::posix_spawn_file_actions_destroy(&actions);
         ::close(ends[0]);
-        if (code != 0) {
+        if (code != 0)
             process = 0;
+        if (code == EAGAIN)
+            throw tooFewThreads(program + ", which writes the video");
+        if (code != 0) {
             throw Error(ErrorCode::Io, formatString("%s: cannot be started (%s), expected the program ffmpeg; check it",
                                                     program.c_str(), std::strerror(code)));
         }
@@ -191,6 +197,8 @@ struct VideoFile::Encoder {
         const int code = wait();
         if (code == 0 && !early)
             return;
+        if (threadsAreShort(0)) // it does not tell this from other faults
+            throw tooFewThreads("ffmpeg, which writes the video", kVideoThreads);
         std::rewind(said);
         char line[300] = "";
         const size_t length = std::fread(line, 1, sizeof(line) - 1, said);

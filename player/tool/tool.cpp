@@ -4,10 +4,13 @@
 #include "player/tool/help_format.h"
 
 #include "format/file/file_fault.h"
+#include "format/machine/machine.h"
+#include "format/machine/threads.h"
 #include "player/tool/command_words.h"
 #include "player/tool/completion.h"
 #include "player/tool/man_page.h"
 #include "player/tool/options.h"
+#include "player/tool/thread_guard.h"
 
 #include <CLI/CLI.hpp>
 
@@ -16,6 +19,7 @@
 #include <filesystem>
 #include <memory>
 #include <new>
+#include <system_error>
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -36,6 +40,14 @@ ErrorCode fail(Reporter& report, ErrorCode code, const std::string& message)
     return code;
 }
 
+ErrorCode failInternal(Reporter& report, const char* what)
+{
+    return fail(report, ErrorCode::Internal,
+                formatString("internal error: %s, expected no such case; this is a bug, please report it with the "
+                             "command line",
+                             what));
+}
+
 ErrorCode failWith(Reporter& report, const std::exception_ptr& error)
 {
     try {
@@ -47,19 +59,21 @@ ErrorCode failWith(Reporter& report, const std::exception_ptr& error)
                     formatString("%s: %s, expected a path that can be used; check it and its rights",
                                  e.path1().empty() ? "path" : e.path1().c_str(), e.code().message().c_str()));
     } catch (const std::bad_alloc&) {
-        return fail(report, ErrorCode::OutOfMemory,
-                    formatString("memory: none left after a peak of %s, expected more to be available; close other "
-                                 "programs, or ask for less (--memory-budget, --size, --threads)",
-                                 formatBytes(peakMemoryBytes()).c_str()));
+        return fail(
+            report, ErrorCode::OutOfMemory,
+            formatString("memory: none left after a peak of %s of the %s that this machine or container allows, "
+                         "expected more to be available; close other programs, raise the limit, or ask for less "
+                         "(--memory-budget, --size, --threads)",
+                         formatBytes(peakMemoryBytes()).c_str(), formatBytes(usableMemory()).c_str()));
+    } catch (const std::system_error& e) {
+        if (e.code() != std::errc::resource_unavailable_try_again)
+            return failInternal(report, e.what());
+        const Error threads = tooFewThreads("this command");
+        return fail(report, threads.code(), threads.what());
     } catch (const std::exception& e) {
-        return fail(report, ErrorCode::Internal,
-                    formatString("internal error: %s, expected no such case; this is a bug, please report it with the "
-                                 "command line",
-                                 e.what()));
+        return failInternal(report, e.what());
     } catch (...) {
-        return fail(report, ErrorCode::Internal,
-                    "internal error: an unknown exception, expected none; this is a bug, please report it with the "
-                    "command line");
+        return failInternal(report, "an unknown exception");
     }
 }
 
@@ -156,6 +170,8 @@ ErrorCode runInvocation(const Invocation& invocation)
 {
     Reporter report(invocation.reporter);
     installFileFaultHandler(report.json(), report.options().progress == ProgressMode::Json);
+    boundMemory();
+    installThreadGuard(report.json(), report.options().progress == ProgressMode::Json);
     try {
         const ErrorCode code = invocation.run(report);
         report.endProgress(false);
