@@ -157,8 +157,8 @@ void addBakeOptions(CLI::App& command, ConvertOptions& options)
                                "sampled from six directions, or left out");
     addCount(command, "--chunk-anchors", options.bake.chunk_anchors, 1, kMaxAnchors, "N (default: 16384)",
              "anchors per chunk to aim for");
-    addByteSize(command, "--memory-budget", options.bake.memory_budget, 1, "SIZE (default: 1G)",
-                "memory for buffers, such as 4G");
+    addByteSize(command, "--memory-budget", options.bake.memory_budget, 1,
+                "SIZE (default: 1G, or a quarter of memory if less)", "memory for buffers, such as 4G");
     addInteger(command, "-j,--threads", options.bake.threads, 0, 4096, "N (default: 0)",
                "threads, 0 = all cores; the bytes do not depend on it");
     const OptionHandle verify =

@@ -3,6 +3,7 @@
 
 #include "convert/explicit/symmetric.h"
 #include "format/error.h"
+#include "format/machine/machine.h"
 #include "kernels/decode/decode.h"
 #include "kernels/select/select.h"
 #include "kernels/threads/parallel.h"
@@ -18,7 +19,7 @@ namespace gsc {
 
 namespace {
 
-constexpr uint64_t kRangeBytes = 1u << 30;  // of the sums of the anchors that are looked at together
+constexpr uint64_t kRangeBytes = 1u << 30;  // of the sums of the anchors that are looked at together, at most
 constexpr size_t kPartGaussians = 1u << 16; // that are given away together: 16 MiB at degree 3
 // What keeps coefficients small for which the cameras' directions say little, relative to a Gaussian's weight, times the
 // degree's square.
@@ -86,7 +87,8 @@ public:
     {
         const ChunkRecord& last = m_model.chunks[m_model.params->chunk_count - 1];
         const uint64_t K = m_model.params->n_offsets, anchors = last.anchor_first + last.anchor_count;
-        const uint64_t each = std::max<uint64_t>(kRangeBytes / (K * m_layout.count * sizeof(float)), kDecodeBlock);
+        const uint64_t memory = usableMemory(), bytes = memory > 0 ? std::min(kRangeBytes, memory / 8) : kRangeBytes;
+        const uint64_t each = std::max<uint64_t>(bytes / (K * m_layout.count * sizeof(float)), kDecodeBlock);
         const uint64_t ranges = (anchors + each - 1) / each;
         for (uint64_t r = 0; r < ranges; ++r) {
             const uint64_t first = r * each, end = std::min(first + each, anchors);

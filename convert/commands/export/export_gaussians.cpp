@@ -18,6 +18,7 @@
 
 #include <charconv>
 #include <filesystem>
+#include <new>
 
 namespace gsc {
 
@@ -115,6 +116,21 @@ GaussianLoss lossOf(const GaussianSet& set, const std::shared_ptr<const Scene>& 
     loss.worst_psnr = pooled.worst_psnr;
     loss.worst = judges[pooled.worst_frame].name;
     return loss;
+}
+
+// The file is written then: where memory is too short for this, only the loss is not told.
+void judge(const GaussianSet& set, const std::shared_ptr<const Scene>& scene, const std::vector<View>& judges,
+           const GaussianExportOptions& options, Reporter& report, GaussianExport& result)
+{
+    try {
+        result.loss = lossOf(set, scene, judges, options, report);
+    } catch (const std::bad_alloc&) {
+        result.whole = false;
+    } catch (const Error& e) {
+        if (e.code() != ErrorCode::OutOfMemory)
+            throw;
+        result.whole = false;
+    }
 }
 
 void writeFile(const GaussianSet& set, const GaussianExportOptions& options, const PieceSink& write)
@@ -230,8 +246,8 @@ public:
         if (m_output != nullptr)
             writeGaussianPlyRows(part, [this](std::span<const std::byte> piece) { write(piece); });
         const uint64_t each = (12 + 3 * shValues(m_degree)) * sizeof(float);
-        if (whole && count * each <= m_budget)
-            return append(set, part);
+        if (whole && count * each <= m_budget && keep(part))
+            return;
         if (m_output == nullptr)
             throw Error(ErrorCode::OutOfMemory,
                         formatString("export: more than %llu Gaussians, expected as many as memory holds; choose %s, a "
@@ -254,6 +270,19 @@ public:
     bool whole = true;               // `set` has all of them
 
 private:
+    // False where memory is too short, of a PLY.
+    bool keep(const GaussianSet& part)
+    {
+        try {
+            append(set, part);
+            return true;
+        } catch (const std::bad_alloc&) {
+            if (m_output == nullptr)
+                throw;
+            return false;
+        }
+    }
+
     void write(std::span<const std::byte> piece)
     {
         throwIfInterrupted();
@@ -393,7 +422,7 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
         readRounded(set, options, MappedFile(output.temporaryPath()).bytes());
     }
     if (!views.judges.empty() && gathering.whole)
-        result.loss = lossOf(set, scene, views.judges, options, report);
+        judge(set, scene, views.judges, options, report, result);
     if (options.page) {
         const std::string page = pageOf(*scene, cameras, options, result, held);
         output.write(page);

@@ -49,7 +49,7 @@ struct GaussianExport {
     uint64_t gaussians = 0, fitted = 0; // in the file; before the best were chosen
     int degree = 0;
     uint64_t bytes = 0, fit_cameras = 0;
-    bool whole = true;                // all of them lay in memory
+    bool whole = true;                // all of them lay in memory, with what judges them
     std::optional<GaussianLoss> loss; // none unless `whole`, nor where no camera is left that the fit did not use
     std::vector<LodExport> lods;      // the finest first; with `lod`
 };
