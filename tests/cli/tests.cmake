@@ -41,6 +41,23 @@ if(TARGET gsc_commands)
       set_tests_properties(cli_table_${table} PROPERTIES LABELS "cpu;slow" TIMEOUT 1200)
     endforeach()
   endif()
+  # few threads and little memory, as a container has them
+  if(TARGET gsc-play AND GSC_HAVE_ZSTD AND GSC_HAVE_WEBP AND NOT GSC_SANITIZE)
+    set(programs $<TARGET_FILE:gsc> $<TARGET_FILE:gsc-play>)
+    foreach(runs 40 400)
+      add_test(NAME test_few_threads_${runs} COMMAND ${GSC_SYSTEM_PYTHON} ${cli_dir}/test_few_threads.py ${programs}
+                                                     ${CMAKE_CURRENT_BINARY_DIR}/few_threads_${runs} ${runs})
+    endforeach()
+    add_test(NAME test_memory_limit COMMAND ${GSC_SYSTEM_PYTHON} ${cli_dir}/test_memory_limit.py ${programs}
+                                            ${CMAKE_CURRENT_BINARY_DIR}/memory_limit)
+    add_test(NAME test_memory_limit_trained
+             COMMAND ${GSC_SYSTEM_PYTHON} ${cli_dir}/test_memory_limit.py ${programs}
+                     ${CMAKE_CURRENT_BINARY_DIR}/memory_limit_trained ${PROJECT_SOURCE_DIR}/../shared/checkpoints)
+    set_tests_properties(test_few_threads_40 PROPERTIES LABELS cpu TIMEOUT 300 SKIP_RETURN_CODE 77)
+    set_tests_properties(test_memory_limit PROPERTIES LABELS "cpu;slow" TIMEOUT 600 SKIP_RETURN_CODE 77)
+    set_tests_properties(test_few_threads_400 test_memory_limit_trained PROPERTIES LABELS "cpu;slow;long" TIMEOUT 1800
+                                                                                   SKIP_RETURN_CODE 77)
+  endif()
   set_tests_properties(cli_${chart_figures} PROPERTIES ENVIRONMENT "${chart_environment}")
   # minutes under a sanitizer, and what they add is not about memory
   foreach(suite ${bake} export ${export_sog} compare_pictures compare_render interrupt killed)
