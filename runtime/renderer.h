@@ -48,6 +48,8 @@ public:
     [[nodiscard]] virtual DeviceId id() const = 0;
     [[nodiscard]] virtual DeviceFacts device() const = 0;
     [[nodiscard]] virtual bool onHost() const = 0; // the device is the host
+    // Draws into targets in memory of its device.
+    [[nodiscard]] virtual bool takesDeviceTargets() const { return true; }
 
     // Measures them, which takes some tenths of a second and device memory. Unknown if the backend has no measurement.
     // Throws Error (OutOfMemory, Device).

@@ -19,7 +19,7 @@ RULES = {
     "kernels/reuse": "format kernels",
     "runtime": "format kernels",
     "runtime/cuda/frame_": "format kernels !kernels/reuse runtime !runtime/reuse",
-    "runtime/metrics": "",
+    "runtime/metrics": "format kernels/metrics kernels/frame",
     "runtime/metrics/lpips": "runtime/metrics kernels/threads",
     "runtime/metrics/convolve3x3": "runtime/metrics kernels/simd",
     "player": "format kernels/frame kernels/math runtime",

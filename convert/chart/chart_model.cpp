@@ -129,7 +129,9 @@ Json rowJson(const ChartRun& row, const std::string& name, const ChartRun* basel
             {"cache_bytes", row.reuse.cache_bytes},
             {"peak_bytes", row.peak_bytes},
             {"frames",
-             {{"wall", roundedSeries(row.wall_ms)},
+             {{"first_scored", row.accuracy.first_frame},
+              {"every_scored", row.accuracy.every_frame},
+              {"wall", roundedSeries(row.wall_ms)},
               {"psnr", roundedSeries(row.accuracy.frame_psnr)},
               {"temporal", roundedSeries(row.accuracy.frame_temporal)},
               {"decoded", roundedSeries(row.decoded)}}}};

@@ -41,8 +41,12 @@ void addBenchOptions(CLI::App& app, BenchOptions& options)
         "frames submitted before the first of them is waited for, 2 or 3 for each device at most; with 2 a device "
         "has no pause between them, 3 for each where several take turns");
     addInteger(app, "--quality", options.quality, 0, kMany, "N (default: 0)",
-               "cameras to score against the tier exact");
-    addBackend(app, "--reference", options.reference, false, "backend that renders exact for --quality or --sweep");
+               "cameras to score against the tier exact, spread over all; with reuse, --lod-hysteresis or --target-ms "
+               "the path is played up to the last of them");
+    addScoreFrames(app, options.score);
+    for (const char* option : {"--score-every", "--score-first"})
+        optionOf(app, option).excludes(optionOf(app, "--quality"));
+    addBackend(app, "--reference", options.reference, false, "backend that renders exact for scores");
     addText(app, "--label", options.label, "TEXT", "text for the report, such as what changed");
     addText(app, "--out", options.out, "FILE.jsonl",
             "file that takes one more line (schemas/bench-report.schema.json); - is standard output");
@@ -50,8 +54,8 @@ void addBenchOptions(CLI::App& app, BenchOptions& options)
                                  "runs every combination that the file asks for (schemas/sweep.schema.json), each from "
                                  "a cold start, scored against exact; --out takes a row for each "
                                  "(schemas/run.schema.json) and is gone on with where a sweep was stopped");
-    for (const char* fixed : {"--cameras", "--frames", "--warmup", "--measure", "--quality", "--target-ms",
-                              "--frames-in-flight", "--gpus", "--devices"})
+    for (const char* fixed : {"--cameras", "--frames", "--warmup", "--measure", "--quality", "--score-every",
+                              "--score-first", "--target-ms", "--frames-in-flight", "--gpus", "--devices"})
         sweep.excludes(optionOf(app, fixed)); // the file says these
     addShard(app, options.play, "the runs of --sweep", "--out");
 }
@@ -62,14 +66,7 @@ void checkBenchOptions(const CLI::App& app, const BenchOptions& options)
     checkWorkerOptions(app, options.play);
     checkEffect(app, "--shard", !options.sweep.empty(), "--sweep");
     checkShardFile(options.play, "--out", options.out);
-    checkEffect(app, "--reference", options.quality > 0 || !options.sweep.empty(), "--quality or --sweep");
-    if (options.quality > 0 && options.play.reuse.policy != ReusePolicy::None)
-        throw Error(ErrorCode::Usage, "--quality: scores single pictures and would not see what --reuse does to a "
-                                      "path, expected --reuse none; pass --sweep CONFIG.json to score whole paths");
-    if (options.quality > 0 && (options.play.lod_hysteresis > 0 || options.play.target_ms > 0))
-        throw Error(ErrorCode::Usage,
-                    "--quality: scores single pictures, to which --lod-hysteresis and --target-ms do nothing, expected "
-                    "neither; pass --sweep CONFIG.json to score whole paths");
+    checkEffect(app, "--reference", scores(options) || !options.sweep.empty(), "--quality, --score-every or --sweep");
 }
 
 ErrorCode runSweep(const BenchOptions& options, Reporter& report)
@@ -116,6 +113,7 @@ void addBenchCommand(CLI::App& root, Invocation& invocation)
     addReporterOptions(command, invocation.reporter, true);
     setFooter(command, kBenchExamples);
     onParsed(command, [&command, &invocation, options] {
+        options->scores_path = isGiven(command, "--score-every") || isGiven(command, "--score-first");
         checkBenchOptions(command, *options);
         invocation.run = [options](Reporter& report) {
             return options->sweep.empty() ? runBench(*options, report) : runSweep(*options, report);

@@ -211,6 +211,14 @@ void checkShardFile(const PlayOptions& options, const char* option, const std::s
                                                    options.shard.text().c_str(), option));
 }
 
+void addScoreFrames(CLI::App& app, ScoreOptions& score)
+{
+    constexpr int64_t kMany = 1000000;
+    addInteger(app, "--score-every", score.every, 1, kMany, "N (default: 1)",
+               "scores every so many frames against the tier exact");
+    addInteger(app, "--score-first", score.first, 0, kMany, "N (default: 0)", "the first frame that is scored");
+}
+
 void addTargetOption(CLI::App& app, PlayOptions& options)
 {
     const Heading heading(app, "Levels of detail");

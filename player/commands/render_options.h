@@ -3,6 +3,7 @@
 // as it is read; what is wrong with several together is said by checkRenderOptions().
 #pragma once
 
+#include "player/measure/accuracy.h"
 #include "player/play_options.h"
 #include "player/tool/options.h"
 
@@ -21,6 +22,7 @@ void addLookOptions(CLI::App& app, PlayOptions& options); // colours, and how tw
 void addRunOptions(CLI::App& app, PlayOptions& options, bool knows_gaze = false);
 // --shard; `what` is split: "the frames". Every shard of it keeps what it has done in `file`, "--stats".
 void addShard(CLI::App& app, PlayOptions& options, const char* what, const char* file);
+void addScoreFrames(CLI::App& app, ScoreOptions& score); // --score-every, --score-first
 void addTargetOption(CLI::App& app, PlayOptions& options);
 void addFirstPicture(CLI::App& app, PlayOptions& options); // of what is watched while it loads
 

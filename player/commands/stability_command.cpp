@@ -25,6 +25,7 @@ void addStabilityOptions(CLI::App& app, StabilityOptions& options)
     addInteger(app, "--warmup", options.warmup, 0, kMany, "N (default: 5)",
                "frames at the start of each that the times leave out");
     addBackend(app, "--reference", options.reference, false, "backend that renders exact");
+    addScoreFrames(app, options.score);
     addNumber(app, "--bound-psnr", options.bound_psnr, {0, 1000}, " dB", "DB (default: 50)",
               "least of any frame against exact; 0 = no bound");
     addNumber(app, "--bound-temporal", options.bound_temporal, {0, kMost}, " medians", "X (default: 2)",
@@ -70,6 +71,12 @@ void addStabilityCommand(CLI::App& root, Invocation& invocation)
         checkWorkerOptions(command, options->play);
         checkEffect(command, "--out", options->play.shard.isGiven(), "--shard");
         checkShardFile(options->play, "--out", options->out);
+        if (options->score.every > 1 && options->bound_temporal > 0)
+            throw Error(
+                ErrorCode::Usage,
+                formatString("--score-every %llu: leaves frames out, and --bound-temporal bounds changes from each "
+                             "frame to the next, expected 1; pass --bound-temporal 0 too",
+                             static_cast<unsigned long long>(options->score.every)));
         options->play.frames_may_end_sooner = true; // the longest trajectory is looked at, see stability()
         invocation.run = [options](Reporter& report) { return runStability(*options, report); };
     });

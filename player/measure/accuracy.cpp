@@ -32,11 +32,16 @@ double meanOf(const std::vector<double>& values)
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// Adds a value of an image; not a number counts as the worst.
+// Not a number is as bad as can be.
+double worstIfBroken(double change)
+{
+    return std::isnan(change) ? kWorstError : change;
+}
+
+// Adds a value of an image.
 void note(Accuracy::Changes& changes, std::vector<double>& values, uint64_t frame, double value)
 {
-    if (std::isnan(value))
-        value = kWorstError;
+    value = worstIfBroken(value);
     if (values.empty() || value > changes.max) {
         changes.max = value;
         changes.max_frame = frame;
@@ -61,110 +66,55 @@ void rank(Accuracy::Changes& changes, std::vector<double> values)
 
 } // namespace
 
-double Scorer::change(uint32_t eye, const ImageView& image, const ImageView& exact)
+Scorer::Scorer(const ScoreOptions& options, std::unique_ptr<PictureScorer> pictures)
+    : m_options(options), m_pictures(std::move(pictures))
 {
-    if (m_last.size() <= eye)
-        m_last.resize(eye + 1);
-    ErrorImage& last = m_last[eye];
-    const bool comparable = last.width == image.width && last.height == image.height;
-    const size_t count = size_t(image.width) * image.height * 3;
-    last.width = image.width;
-    last.height = image.height;
-    last.values.resize(count);
-    double sum = 0;
-    for (size_t i = 0; i < count; ++i) {
-        const float error = image.pixels[i] - exact.pixels[i];
-        const double step = double(error) - double(last.values[i]);
-        sum += step * step;
-        last.values[i] = error;
-    }
-    if (!comparable || count == 0)
-        return kNaN;
-    return std::isnan(sum) ? kWorstError : std::sqrt(sum / double(count));
+    m_sums.first_frame = options.first;
+    m_sums.every_frame = options.every;
 }
 
-// Squares that reach over the edge are as much as is there of them.
-void Scorer::move(uint64_t frame, uint32_t eye, const ImageView& image)
+void Scorer::addChanges(uint64_t frame, const PictureScores& scores)
 {
-    constexpr uint32_t kSquare = 16;
-    if (m_moves.size() <= eye)
-        m_moves.resize(eye + 1);
-    Movement& eye_moves = m_moves[eye];
-    const size_t count = size_t(image.width) * image.height * 3;
-    if (eye_moves.width != image.width || eye_moves.height != image.height)
-        eye_moves.known = 0;
-    eye_moves.width = image.width;
-    eye_moves.height = image.height;
-    if (eye_moves.known > 0 && count > 0) {
-        const uint32_t columns = (image.width + kSquare - 1) / kSquare, rows = (image.height + kSquare - 1) / kSquare;
-        eye_moves.before.swap(eye_moves.now);
-        eye_moves.now.swap(eye_moves.after);
-        eye_moves.after.assign(size_t(columns) * rows, 0);
-        double sum = 0;
-        for (uint32_t y = 0; y < image.height; ++y)
-            for (uint32_t x = 0; x < image.width; ++x) {
-                const size_t at = (size_t(y) * image.width + x) * 3;
-                double square = 0;
-                for (size_t c = at; c < at + 3; ++c) {
-                    const double step = double(image.pixels[c]) - double(eye_moves.last[c]);
-                    square += step * step;
-                }
-                eye_moves.after[size_t(y / kSquare) * columns + x / kSquare] += square;
-                sum += square;
-            }
-        note(m_sums.motion, m_motion, frame, std::sqrt(sum / double(count)));
-        for (uint32_t row = 0; row < rows; ++row)
-            for (uint32_t column = 0; column < columns; ++column) {
-                const uint32_t w = std::min(kSquare, image.width - column * kSquare);
-                const uint32_t h = std::min(kSquare, image.height - row * kSquare);
-                double& value = eye_moves.after[size_t(row) * columns + column];
-                value = std::sqrt(value / (3.0 * w * h));
-            }
-        if (eye_moves.known > 2) { // three changes, the one in the middle is that of the frame before this one
-            double most = 0;
-            for (size_t i = 0; i < eye_moves.now.size(); ++i)
-                most = std::max(most, eye_moves.now[i] - std::max(eye_moves.before[i], eye_moves.after[i]));
-            note(m_sums.pop, m_pop, frame - 1, most);
-        }
-    }
-    ++eye_moves.known;
-    eye_moves.last.assign(image.pixels, image.pixels + count);
+    if (scores.change)
+        note(m_sums.temporal, m_temporal, frame, *scores.change);
+    if (scores.motion)
+        note(m_sums.motion, m_motion, frame, *scores.motion);
+    if (scores.pop)
+        note(m_sums.pop, m_pop, frame - 1, *scores.pop);
 }
 
-void Scorer::add(uint64_t frame, uint32_t eye, const ImageView& image, const ImageView& exact, const EyeGaze* gaze)
+void Scorer::add(uint64_t frame, uint32_t eye, const PictureRef& image, const PictureRef& exact, const EyeGaze* gaze)
 {
-    const ImageDifference difference = compareImages(image, exact);
-    const double changed = change(eye, image, exact);
-    move(frame, eye, image);
-    if (m_sums.frame_psnr.size() <= frame) {
-        m_sums.frame_psnr.push_back(difference.psnr);
+    const uint64_t number = (frame - m_options.first) / m_options.every; // among those scored
+    const auto isDue = [&](uint32_t every) { return every > 0 && number % every == 0; };
+    if (m_options.every > 1 && eye == 0)
+        m_pictures->forget();
+    const PictureScores scores =
+        m_pictures->score(eye, image, exact, {isDue(m_options.ssim_every), isDue(m_options.flip_every), gaze});
+    const double changed = scores.change ? worstIfBroken(*scores.change) : kNaN;
+    if (m_sums.frame_psnr.size() <= number) {
+        m_sums.frame_psnr.push_back(scores.psnr);
         m_sums.frame_temporal.push_back(changed);
     } else {
-        m_sums.frame_psnr[frame] = std::min(m_sums.frame_psnr[frame], difference.psnr);
-        m_sums.frame_temporal[frame] = std::max(m_sums.frame_temporal[frame], changed);
+        m_sums.frame_psnr[number] = std::min(m_sums.frame_psnr[number], scores.psnr);
+        m_sums.frame_temporal[number] = std::max(m_sums.frame_temporal[number], changed);
     }
-    if (m_sums.images == 0 || difference.psnr < m_sums.psnr_min) {
-        m_sums.psnr_min = difference.psnr;
+    if (m_sums.images == 0 || scores.psnr < m_sums.psnr_min) {
+        m_sums.psnr_min = scores.psnr;
         m_sums.psnr_min_frame = frame;
     }
     ++m_sums.images;
-    m_psnr.push_back(difference.psnr);
-    m_mse += difference.mse;
-    m_sums.max_error = std::max(m_sums.max_error, difference.max_error);
-    m_sums.over_1_255 += difference.over_1_255;
-
-    if (!std::isnan(changed))
-        note(m_sums.temporal, m_temporal, frame, changed);
-    const auto isDue = [&](uint32_t every) { return every > 0 && frame % every == 0; };
-    if (isDue(m_options.ssim_every))
-        addScore(m_sums.ssim, m_ssim, eye, ssim(image, exact), std::less<>(), 0);
-    m_flip_map.clear();
-    if (isDue(m_options.flip_every)) {
-        m_flip_map.resize(gaze ? size_t(image.width) * image.height : 0);
-        addScore(m_sums.flip, m_flip, eye, flip(exact, image, kFlipPixelsPerDegree, m_flip_map), std::greater<>(), 1);
-    }
+    m_psnr.push_back(scores.psnr);
+    m_mse += scores.mse;
+    m_sums.max_error = std::max(m_sums.max_error, scores.max_error);
+    m_sums.over_1_255 += scores.over_1_255;
+    addChanges(frame, scores);
+    if (scores.ssim)
+        addScore(m_sums.ssim, m_ssim, eye, *scores.ssim, std::less<>(), 0);
+    if (scores.flip)
+        addScore(m_sums.flip, m_flip, eye, *scores.flip, std::greater<>(), 1);
     if (gaze)
-        m_fovea.add(frame, image, exact, *gaze, m_flip_map);
+        m_fovea.add(frame, scores.fovea);
 }
 
 Accuracy Scorer::result() const

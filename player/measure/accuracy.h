@@ -1,18 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run's images against the exact ones of the same poses: by themselves and from frame to frame.
+// The scores of a run's images against the exact ones of the same poses, over all of its frames.
 #pragma once
 
 #include "player/measure/fovea.h"
-#include "runtime/metrics/metrics.h"
+#include "runtime/metrics/picture_scorer.h"
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
 namespace gsc {
 
+// Every `every`-th frame is scored, from `first` on. Changes from frame to frame are known where `every` is 1.
 struct ScoreOptions {
-    uint32_t ssim_every = 0, flip_every = 0; // frames: 1 = each, 0 = none; both cost more than a frame
+    uint32_t ssim_every = 0, flip_every = 0; // scored frames: 1 = each, 0 = none
+    uint64_t every = 1, first = 0;
+
+    [[nodiscard]] bool scores(uint64_t frame) const { return frame >= first && (frame - first) % every == 0; }
+    [[nodiscard]] uint64_t scoredOf(uint64_t frames) const // of so many
+    {
+        return frames > first ? (frames - first - 1) / every + 1 : 0;
+    }
 };
 
 // Of an image with a pixel that is not finite, for which JSON has no word.
@@ -23,9 +32,10 @@ inline double boundedPsnr(double psnr)
     return psnr > kBrokenPsnr ? psnr : kBrokenPsnr;
 }
 
-// Every eye of every frame is an image. PSNR is +inf for equal images.
+// Every eye of every scored frame is an image. PSNR is +inf for equal images.
 struct Accuracy {
     uint64_t images = 0;
+    uint64_t first_frame = 0, every_frame = 1;         // that was scored
     double psnr_pooled = 0, psnr_p1 = 0, psnr_min = 0; // p1: first percentile by nearest rank
     uint64_t psnr_min_frame = 0;
     double max_error = 0;
@@ -51,47 +61,34 @@ struct Accuracy {
 
     std::optional<FoveaAccuracy> fovea; // none without foveation
 
-    // Of the worse eye, per frame; temporal is NaN where there is none.
+    // Of the worse eye, per scored frame; temporal is NaN where there is none.
     std::vector<double> frame_psnr, frame_temporal;
+
+    // The number of the i-th scored frame.
+    [[nodiscard]] uint64_t frameOf(size_t i) const { return first_frame + i * every_frame; }
 };
 
 class Scorer {
 public:
-    explicit Scorer(const ScoreOptions& options) : m_options(options) {}
+    // `pictures` scores each of them.
+    explicit Scorer(const ScoreOptions& options, std::unique_ptr<PictureScorer> pictures = makeHostScorer());
 
-    // `gaze`: where there is foveation. Precondition: frames come in order from 0, each with the same eyes, `image` and
-    // `exact` of one size.
-    void add(uint64_t frame, uint32_t eye, const ImageView& image, const ImageView& exact,
+    // `gaze`: where there is foveation. Precondition: frames come in order, each that is scored and no other, each with the
+    // same eyes, `image` and `exact` of one size. Throws Error (OutOfMemory, Device).
+    void add(uint64_t frame, uint32_t eye, const PictureRef& image, const PictureRef& exact,
              const EyeGaze* gaze = nullptr);
 
     [[nodiscard]] Accuracy result() const;
 
 private:
-    struct ErrorImage {
-        uint32_t width = 0, height = 0;
-        std::vector<float> values;
-    };
-
-    // rms of the change since the last call for this eye, NaN if there was none of this size.
-    double change(uint32_t eye, const ImageView& image, const ImageView& exact);
-
-    // What an eye's last pictures were like.
-    struct Movement {
-        uint32_t width = 0, height = 0;
-        std::vector<float> last;                // pixels
-        std::vector<double> before, now, after; // rms of the last changes, per square
-        uint32_t known = 0;                     // pictures of this size in a row
-    };
-    void move(uint64_t frame, uint32_t eye, const ImageView& image);
+    void addChanges(uint64_t frame, const PictureScores& scores);
 
     ScoreOptions m_options;
+    std::unique_ptr<PictureScorer> m_pictures;
     Accuracy m_sums; // what grows image by image
     double m_mse = 0;
     std::vector<double> m_psnr, m_temporal, m_motion, m_pop, m_ssim, m_flip; // per image
-    std::vector<ErrorImage> m_last;                                          // per eye
-    std::vector<Movement> m_moves;                                           // per eye
     FoveaScorer m_fovea;
-    std::vector<float> m_flip_map; // of the image at hand
 };
 
 } // namespace gsc

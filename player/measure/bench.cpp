@@ -5,7 +5,7 @@
 #include "format/interrupt.h"
 #include "player/workers/worker_report.h"
 #include "player/measure/lod_target.h"
-#include "player/measure/runner.h"
+#include "player/measure/bench_scores.h"
 #include "player/measure/stopwatch.h"
 #include "player/workers/open_renderer.h"
 #include "player/workers/worker_options.h"
@@ -66,33 +66,6 @@ public:
         return frame;
     }
 
-    // Adds every eye of a shot, the `number`-th that is scored, rendered in the tier asked for and in `exact` by
-    // `reference`; with foveation also to `fovea`.
-    void score(uint64_t number, const Shot& shot, Renderer& reference, PooledDifference& pool, FoveaScorer& fovea)
-    {
-        FrameOptions exact = m_frame;
-        exact.tier = Tier::Exact;
-        exact.stereo = StereoMode::Exact;
-        exact.lod_fade = 0;
-        exact.reuse = {};
-        exact.foveation = {};
-        (void)renderShot(m_scene, shot, eyeCount(), m_frame, m_renderer, m_images);
-        (void)renderShot(m_scene, shot, eyeCount(), exact, reference, m_exact);
-        EyeParams eyes[kMaxEyes];
-        shotEyes(shot, eyeCount(), eyes);
-        for (uint32_t e = 0; e < eyeCount(); ++e) {
-            const ImageView image{m_images[e].data(), shot.camera.width, shot.camera.height};
-            const ImageView expected{m_exact[e].data(), shot.camera.width, shot.camera.height};
-            pool.add(compareImages(image, expected));
-            if (m_frame.foveation.smallest > 0) {
-                m_flip_map.resize(size_t(image.width) * image.height);
-                (void)flip(expected, image, kFlipPixelsPerDegree, m_flip_map);
-                const auto& gaze = m_frame.foveation.gaze[e];
-                fovea.add(number, image, expected, {eyes[e], gaze[0], gaze[1]}, m_flip_map);
-            }
-        }
-    }
-
 private:
     [[nodiscard]] uint32_t eyeCount() const { return uint32_t(m_options.eyes); }
 
@@ -113,7 +86,6 @@ private:
     const std::vector<Shot>& m_shots;
     FrameOptions m_frame;
     std::optional<LodControl> m_control;
-    std::vector<float> m_images[kMaxEyes], m_exact[kMaxEyes], m_flip_map;
 };
 
 // A device whose memory the model fills has no room left to measure in; the frames are measured all the same.
@@ -126,36 +98,6 @@ DeviceCeilings ceilingsOf(Renderer& renderer, Reporter& log)
             throw;
         log.warning(formatString("no floors: the device's ceilings could not be measured: %s", e.what()));
         return {};
-    }
-}
-
-// Compares some of the shots with the tier exact. The timings are not lost if there is no memory for that.
-void scoreShots(const BenchOptions& options, const std::shared_ptr<const Scene>& scene, const std::vector<Shot>& shots,
-                Renderer& renderer, Bench& run, BenchSummary& summary, Reporter& log)
-{
-    try {
-        std::unique_ptr<Renderer> other;
-        if (!options.reference.empty()) {
-            PlayOptions play = options.play;
-            play.backend = options.reference;
-            play.workers = {}; // what several devices draw is measured against one
-            double ignored = 0;
-            other = openRenderer(play, scene, log, ignored);
-        }
-        Renderer& reference = other ? *other : renderer;
-        summary.reference = deviceText(reference.id());
-        FoveaScorer fovea;
-        const uint64_t scored = std::min<uint64_t>(options.quality, shots.size());
-        for (uint64_t i = 0; i < scored; ++i) // spread over the shots
-            run.score(i, shots[i * shots.size() / scored], reference, summary.quality, fovea);
-        if (!fovea.empty())
-            summary.fovea = fovea.result();
-    } catch (const Error& e) {
-        if (e.code() != ErrorCode::OutOfMemory)
-            throw;
-        summary.quality = {};
-        summary.fovea.reset();
-        log.warning(formatString("no accuracy: %s", e.what()));
     }
 }
 
@@ -189,6 +131,8 @@ BenchSummary bench(const BenchOptions& options, Reporter& log)
     summary.file = {options.play.input, scene->bytes(), scene->anchorCount()};
     const std::vector<Shot> shots = chooseShots(*scene, options.play, log);
     summary.shots = shots.size();
+    if (options.scores_path)
+        checkScored(options.score, {options.play.cameras, {}, shots}, "--score-first");
 
     const std::unique_ptr<Renderer> renderer = openRenderer(options.play, scene, log, summary.load_ms);
     summary.backend = deviceText(renderer->id());
@@ -213,8 +157,8 @@ BenchSummary bench(const BenchOptions& options, Reporter& log)
     summary.anchor_cost = anchorCost(scene->view(), summary.tier);
     summary.ceilings = ceilingsOf(*renderer, log);
 
-    if (options.quality > 0)
-        scoreShots(options, scene, shots, *renderer, run, summary, log);
+    if (scores(options))
+        scoreBench(options, scene, shots, *renderer, summary, log);
     summary.warnings = log.warnings();
     return summary;
 }

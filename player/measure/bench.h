@@ -2,7 +2,7 @@
 // gsc-play bench: what frames cost, measured so that two runs can be compared.
 #pragma once
 
-#include "player/measure/fovea.h"
+#include "player/measure/accuracy.h"
 #include "player/play_options.h"
 #include "player/tool/reporter.h"
 #include "player/measure/roofline.h"
@@ -22,11 +22,13 @@ struct BenchOptions {
     PlayOptions play;                     // what and how to render; its outputs are not used
     uint32_t warmup = 50, measured = 300; // frames
     uint32_t in_flight = 1;               // frames, at most Renderer::framesInFlight()
-    uint32_t quality = 0;                 // cameras scored against `exact`
-    std::string reference;                // backend that renders `exact` for it; empty = the measured one
-    std::string label;                    // free text for the report, such as what changed
-    std::string out;                      // file that takes a line, empty = none
-    std::string sweep;                    // file that says what to run instead (player/sweep/sweep.h), empty = none
+    uint32_t quality = 0;                 // cameras scored against `exact`, spread over all
+    bool scores_path = false;             // those that `score` says, instead
+    ScoreOptions score;
+    std::string reference; // backend that renders `exact` for it; empty = the measured one
+    std::string label;     // free text for the report, such as what changed
+    std::string out;       // file that takes a line, empty = none
+    std::string sweep;     // file that says what to run instead (player/sweep/sweep.h), empty = none
 };
 
 struct BenchSummary {
@@ -45,10 +47,17 @@ struct BenchSummary {
     std::vector<TimedFrame> frames;
     std::optional<ServiceStats> service; // of several devices
     std::string reference;               // backend that rendered `exact`
-    PooledDifference quality;            // over frames and eyes, each eye a frame of it
+    std::vector<uint64_t> scored;        // cameras, as the paths' frames from 0
+    PooledDifference quality;            // over those and their eyes, each eye a frame of it
     std::optional<FoveaAccuracy> fovea;  // of the same; none without foveation
     std::vector<std::string> warnings;
 };
+
+// Does it score anything?
+inline bool scores(const BenchOptions& options)
+{
+    return options.quality > 0 || options.scores_path;
+}
 
 // Throws Error, before any work where `out` falls on an input or holds something else than rows.
 BenchSummary bench(const BenchOptions& options, Reporter& log);

@@ -174,6 +174,7 @@ Json qualityJson(const BenchSummary& summary)
     const auto decibels = [](double v) { return std::isfinite(v) ? Json(v) : Json(); };
     Json json = {{"reference", summary.reference},
                  {"images", quality.frames},
+                 {"frames", summary.scored},
                  {"psnr_pooled", decibels(quality.psnr())},
                  {"psnr_worst", decibels(quality.worst_psnr)},
                  {"max_error", quality.max_error}};

@@ -2,23 +2,12 @@
 // How far pictures with foveation are from exact where an eye looks, and around that.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
-#include "runtime/metrics/metrics.h"
+#include "runtime/metrics/picture_scorer.h"
 
 #include <cstdint>
-#include <span>
 #include <string>
 
 namespace gsc {
-
-// An eye and its gaze, right and down at depth 1.
-struct EyeGaze {
-    EyeParams eye{};
-    float x = 0, y = 0;
-};
-
-// Is the middle of that pixel within 12 degrees of the gaze, where foveation draws everything (kFoveaInner)?
-bool inFovea(const EyeGaze& gaze, uint32_t column, uint32_t row);
 
 // PSNR is +inf where all pixels are equal.
 struct FoveaAccuracy {
@@ -32,9 +21,8 @@ struct FoveaAccuracy {
 
 class FoveaScorer {
 public:
-    // `flip_map`: error of every pixel, empty where it is not known. Precondition: all of one size.
-    void add(uint64_t frame, const ImageView& image, const ImageView& exact, const EyeGaze& gaze,
-             std::span<const float> flip_map);
+    // The two sides of a picture's fovea, inside first.
+    void add(uint64_t frame, const FoveaSums (&sides)[2]);
 
     [[nodiscard]] bool empty() const { return m_sums[0].pixels + m_sums[1].pixels == 0; }
     [[nodiscard]] FoveaAccuracy result() const;

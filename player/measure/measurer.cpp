@@ -6,14 +6,9 @@
 
 namespace gsc {
 
-namespace {
-
-constexpr uint64_t kKeptBytes = uint64_t(2) << 30; // of exact images; a longer path renders them for every run
-
-} // namespace
-
-Measurer::Measurer(std::shared_ptr<const Scene> scene, const PlayOptions& options, std::string reference, Reporter& log)
-    : m_scene(std::move(scene)), m_options(options), m_reference(std::move(reference)), m_log(log)
+Measurer::Measurer(std::shared_ptr<const Scene> scene, const PlayOptions& options, std::string reference,
+                   const ScoreOptions& score, Reporter& log)
+    : m_scene(std::move(scene)), m_options(options), m_reference(std::move(reference)), m_score(score), m_log(log)
 {
 }
 
@@ -54,29 +49,55 @@ std::string Measurer::referenceOf(const std::string& name) const
     return m_reference.empty() ? name : m_reference;
 }
 
-ExactImages& Measurer::exactImages(const Path& path, const std::string& reference, const FrameOptions& frame)
+// Where there is no room for both models, that of the measured one goes until its next run.
+Renderer& Measurer::reference(const std::string& name, const std::string& measured)
 {
-    if (m_exact && m_exact_path == &path && m_exact_reference == reference)
+    try {
+        return renderer(name, true);
+    } catch (const Error& e) {
+        if (e.code() != ErrorCode::OutOfMemory || m_renderers.erase({measured, false}) == 0)
+            throw;
+        return renderer(name, true);
+    }
+}
+
+// A renderer on the host draws them itself. On a GPU another one does, which is closed when they are kept: what tier exact
+// needs of the device would stay and count as the run's.
+ExactImages& Measurer::exactImages(const Path& path, const std::string& measured, const FrameOptions& frame)
+{
+    const std::string name = referenceOf(measured);
+    if (m_exact && m_exact_path == &path && m_exact_reference == name && m_exact_measured == measured)
         return *m_exact;
     m_exact.reset(); // its memory is needed
-    const bool fits = ExactImages::fit(path, kKeptBytes);
-    auto exact = std::make_unique<ExactImages>(*m_scene, path, frame, renderer(reference, !fits));
-    if (fits)
+    const uint64_t bytes = ExactImages::bytes(path, m_score);
+    const DeviceId scoring = renderer(measured).id();
+    const bool on_host = renderer(measured).onHost(); // from here on the measured one may have to go
+    const bool own = on_host && name == measured && mayKeepOnHost(bytes);
+    Renderer& drawing = own ? renderer(name) : reference(name, measured);
+    std::shared_ptr<PictureMemory> memory = memoryToKeep(bytes, scoring, on_host, drawing);
+    const bool kept = memory != nullptr;
+    if (!kept)
+        memory = scorePlace(renderer(measured)).memory;
+    auto exact = std::make_unique<ExactImages>(*m_scene, path, frame, m_score, drawing, std::move(memory));
+    if (kept)
         exact->keepAll();
     else
-        m_log.warning(formatString("%s: its exact images take more than 2 GiB and are rendered again for every run",
-                                   path.cameras.c_str()));
+        m_log.warning(formatString("%s: its exact images take %.1f GiB, too much to keep, and are rendered again for "
+                                   "every run",
+                                   path.cameras.c_str(), double(bytes) / double(1 << 30)));
+    if (kept && !own)
+        m_renderers.erase({name, true});
     m_exact = std::move(exact);
     m_exact_path = &path;
-    m_exact_reference = reference;
+    m_exact_reference = name;
+    m_exact_measured = measured;
     return *m_exact;
 }
 
-RunResult Measurer::run(const Path& path, const std::string& name, const FrameOptions& frame, const ScoreOptions& score,
-                        const FrameDone& done)
+RunResult Measurer::run(const Path& path, const std::string& name, const FrameOptions& frame, const FrameDone& done)
 {
-    ExactImages& exact = exactImages(path, referenceOf(name), frame);
-    return measureRun(*m_scene, path, frame, renderer(name), exact, score, done);
+    ExactImages& exact = exactImages(path, name, frame);
+    return measureRun(*m_scene, path, frame, renderer(name), exact, m_score, done);
 }
 
 } // namespace gsc

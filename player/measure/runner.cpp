@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/measure/runner.h"
 
+#include "format/error.h"
 #include "format/interrupt.h"
+#include "format/machine/machine.h"
+#include "runtime/device_scorer.h"
 
 #include <algorithm>
 #include <chrono>
+#include <cstring>
 #include <filesystem>
+#include <utility>
 
 namespace gsc {
 
@@ -20,13 +25,13 @@ size_t valuesOf(const Shot& shot)
 
 // Frames that are timed one after another before they are scored: scoring between two frames leaves the processor's
 // caches full of pictures, which costs the next one some per cent.
-size_t blockSize(const Path& path, bool together)
+size_t blockSize(const Path& path)
 {
     constexpr uint64_t kBlockBytes = uint64_t(128) << 20;
     uint64_t largest = 1;
     for (const Shot& shot : path.shots)
         largest = std::max<uint64_t>(largest, valuesOf(shot) * sizeof(float) * path.eye_count);
-    return together ? std::clamp<size_t>(kBlockBytes / largest, 1, path.shots.size()) : 1;
+    return std::clamp<size_t>(kBlockBytes / largest, 1, path.shots.size());
 }
 
 } // namespace
@@ -40,6 +45,15 @@ Path openPath(const Scene& scene, const PlayOptions& options, const std::string&
     if (path.name.empty())
         path.name = std::filesystem::path(listed).stem().string();
     return path;
+}
+
+void checkScored(const ScoreOptions& score, const Path& path, const std::string& what)
+{
+    if (score.first >= path.shots.size())
+        throw Error(ErrorCode::Usage,
+                    formatString("%s %llu: lies behind the last frame of %s, expected at most %zu; state a frame of it",
+                                 what.c_str(), static_cast<unsigned long long>(score.first), path.name.c_str(),
+                                 path.shots.size() - 1));
 }
 
 struct ShotsInFlight::Flying {
@@ -97,105 +111,145 @@ TimedFrame ShotsInFlight::end(std::vector<float>* images)
     return m_spare->timed;
 }
 
-TimedFrame renderShot(const Scene& scene, const Shot& shot, uint32_t eye_count, FrameOptions& frame, Renderer& renderer,
-                      std::vector<float>* images)
+bool dependsOnPath(const FrameOptions& frame)
 {
-    throwIfInterrupted();
-    EyeParams eyes[kMaxEyes];
-    shotEyes(shot, eye_count, eyes);
-    frame.appearance = shotAppearance(scene, shot);
-    float* pixels[kMaxEyes] = {};
-    for (uint32_t e = 0; images && e < eye_count; ++e) {
-        images[e].resize(valuesOf(shot));
-        pixels[e] = images[e].data();
+    return frame.reuse.policy != ReusePolicy::None || frame.lod_hysteresis > 0;
+}
+
+ScorePlace scorePlace(const Renderer& renderer)
+{
+    ScorePlace place;
+    if ((place.scorer = makeDeviceScorer(renderer))) {
+        place.on_device = true;
+        place.memory = renderer.takesDeviceTargets() ? devicePictures(renderer.id()) : hostPictures(true);
+        return place;
     }
-    TimedFrame timed{0, {}, double(shot.camera.width) * shot.camera.height, double(frame.lod_bias)};
-    const Clock::time_point start = Clock::now();
-    timed.result = render(renderer, {eyes, eye_count}, frame, images ? pixels : nullptr);
-    timed.wall_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-    return timed;
+    place.scorer = makeHostScorer();
+    place.memory = hostPictures(false);
+    return place;
 }
 
-ExactImages::ExactImages(const Scene& scene, const Path& path, const FrameOptions& frame, Renderer& renderer)
-    : m_scene(scene), m_path(path), m_frame(exactOptions(frame)), m_renderer(renderer)
+bool mayKeepOnHost(uint64_t bytes)
 {
+    return bytes <= usableMemory() / 4;
 }
 
-bool ExactImages::fit(const Path& path, uint64_t budget)
+std::shared_ptr<PictureMemory> memoryToKeep(uint64_t bytes, const DeviceId& scoring, bool on_host,
+                                            const Renderer& drawing)
 {
-    uint64_t bytes = 0;
-    for (const Shot& shot : path.shots)
-        bytes += valuesOf(shot) * sizeof(float) * path.eye_count;
-    return bytes <= budget;
+    if (!on_host && drawing.id() == scoring && drawing.takesDeviceTargets() && bytes <= freeDeviceBytes(scoring) / 8)
+        return devicePictures(scoring);
+    return mayKeepOnHost(bytes) ? hostPictures(!on_host) : nullptr;
 }
 
-void ExactImages::render(size_t shot, std::vector<float>* images)
-{
-    (void)renderShot(m_scene, m_path.shots[shot], m_path.eye_count, m_frame, m_renderer, images);
-}
+namespace {
 
-void ExactImages::keepAll()
-{
-    std::vector<std::vector<float>> kept(m_path.shots.size() * kMaxEyes);
-    for (size_t i = 0; i < m_path.shots.size(); ++i)
-        render(i, &kept[i * kMaxEyes]);
-    m_kept = std::move(kept);
-}
+// A run that is being measured.
+class Run {
+public:
+    Run(const Scene& scene, const Path& path, const FrameOptions& frame, Renderer& renderer, ExactImages& exact,
+        const ScoreOptions& score, const FrameDone& done)
+        : m_scene(scene), m_path(path), m_frame(frame), m_renderer(renderer), m_exact(exact), m_score(score),
+          m_done(done), m_place(scorePlace(renderer)), m_scorer(score, std::move(m_place.scorer))
+    {
+    }
 
-const std::vector<float>* ExactImages::images(size_t shot)
-{
-    if (!m_kept.empty())
-        return &m_kept[shot * kMaxEyes];
-    render(shot, m_current);
-    return m_current;
-}
+    RunResult result()
+    {
+        RunResult run;
+        run.tier = m_renderer.tierOf(m_frame.tier);
+        m_renderer.dropCaches();
+        m_renderer.onHost() ? timeAndScore(run) : time(run);
+        run.device = m_renderer.device();
+        if (!m_renderer.onHost())
+            drawAndScore();
+        run.accuracy = m_scorer.result();
+        return run;
+    }
+
+private:
+    TimedFrame draw(size_t shot, const FramePictures* images)
+    {
+        return renderShot(m_scene, m_path.shots[shot], m_path.eye_count, m_frame, m_renderer, images);
+    }
+
+    void time(RunResult& run)
+    {
+        for (size_t i = 0; i < m_path.shots.size(); ++i)
+            run.frames.push_back(draw(i, nullptr));
+    }
+
+    // A block of frames at a time; each is drawn into the same memory, as a player has it.
+    void timeAndScore(RunResult& run)
+    {
+        const size_t frames = m_path.shots.size(), block = blockSize(m_path);
+        std::vector<FramePictures> drawn(block);
+        FramePictures current;
+        for (size_t i = 0; i < frames; ++i) {
+            const Shot& shot = m_path.shots[i];
+            if (current.width != shot.camera.width || current.height != shot.camera.height)
+                current = takePictures(*m_place.memory, shot, m_path.eye_count);
+            run.frames.push_back(draw(i, &current));
+            if (m_score.scores(i)) {
+                FramePictures& copy = drawn[i % block] = takePictures(*m_place.memory, shot, m_path.eye_count);
+                for (uint32_t e = 0; e < m_path.eye_count; ++e)
+                    std::memcpy(copy.eyes[e].get(), current.eyes[e].get(), pictureBytes(shot));
+            }
+            for (size_t k = i / block * block; k <= i && (i + 1 == frames || (i + 1) % block == 0); ++k) {
+                if (m_score.scores(k))
+                    scoreShot(k, std::exchange(drawn[k % block], {}));
+                m_done(k + 1);
+            }
+        }
+    }
+
+    // Frames between those that are scored are drawn where the scored ones depend on them.
+    void drawAndScore()
+    {
+        const bool all = dependsOnPath(m_frame);
+        m_renderer.dropCaches();
+        for (size_t i = 0; i < m_path.shots.size(); ++i) {
+            if (m_score.scores(i)) {
+                FramePictures images = takePictures(*m_place.memory, m_path.shots[i], m_path.eye_count);
+                (void)draw(i, &images);
+                scoreShot(i, images);
+            } else if (all) {
+                (void)draw(i, nullptr);
+            }
+            m_done(i + 1);
+        }
+    }
+
+    void scoreShot(size_t shot, const FramePictures& images)
+    {
+        throwIfInterrupted();
+        const FramePictures& expected = m_exact.images(shot);
+        EyeParams eyes[kMaxEyes];
+        shotEyes(m_path.shots[shot], m_path.eye_count, eyes);
+        for (uint32_t e = 0; e < m_path.eye_count; ++e) {
+            const EyeGaze gaze{eyes[e], m_frame.foveation.gaze[e][0], m_frame.foveation.gaze[e][1]};
+            m_scorer.add(shot, e, images.picture(e), expected.picture(e),
+                         m_frame.foveation.smallest > 0 ? &gaze : nullptr);
+        }
+    }
+
+    const Scene& m_scene;
+    const Path& m_path;
+    FrameOptions m_frame;
+    Renderer& m_renderer;
+    ExactImages& m_exact;
+    const ScoreOptions& m_score;
+    const FrameDone& m_done;
+    ScorePlace m_place;
+    Scorer m_scorer;
+};
+
+} // namespace
 
 RunResult measureRun(const Scene& scene, const Path& path, const FrameOptions& frame, Renderer& renderer,
                      ExactImages& exact, const ScoreOptions& score, const FrameDone& done)
 {
-    RunResult run;
-    run.tier = renderer.tierOf(frame.tier);
-    const bool together = renderer.onHost();
-    FrameOptions options = frame;
-    Scorer scorer(score);
-    const size_t frames = path.shots.size(), block = blockSize(path, together);
-    std::vector<std::vector<float>> images(block * kMaxEyes);
-    std::vector<float> current[kMaxEyes]; // the same memory for every frame, as a player has it
-    const auto scoreShot = [&](size_t i) {
-        throwIfInterrupted();
-        const Camera& camera = path.shots[i].camera;
-        const std::vector<float>* expected = exact.images(i);
-        const std::vector<float>* rendered = &images[i % block * kMaxEyes];
-        EyeParams eyes[kMaxEyes];
-        shotEyes(path.shots[i], path.eye_count, eyes);
-        for (uint32_t e = 0; e < path.eye_count; ++e) {
-            const EyeGaze gaze{eyes[e], frame.foveation.gaze[e][0], frame.foveation.gaze[e][1]};
-            scorer.add(i, e, {rendered[e].data(), camera.width, camera.height},
-                       {expected[e].data(), camera.width, camera.height},
-                       frame.foveation.smallest > 0 ? &gaze : nullptr);
-        }
-        done(i + 1);
-    };
-
-    renderer.dropCaches();
-    for (size_t i = 0; i < frames; ++i) {
-        run.frames.push_back(
-            renderShot(scene, path.shots[i], path.eye_count, options, renderer, together ? current : nullptr));
-        for (uint32_t e = 0; together && e < path.eye_count; ++e)
-            images[i % block * kMaxEyes + e] = current[e];
-        for (size_t k = i / block * block; together && k <= i && (i + 1 == frames || (i + 1) % block == 0); ++k)
-            scoreShot(k);
-    }
-    run.device = renderer.device();
-    if (!together) {
-        renderer.dropCaches();
-        for (size_t i = 0; i < frames; ++i) {
-            (void)renderShot(scene, path.shots[i], path.eye_count, options, renderer, images.data());
-            scoreShot(i);
-        }
-    }
-    run.accuracy = scorer.result();
-    return run;
+    return Run(scene, path, frame, renderer, exact, score, done).result();
 }
 
 } // namespace gsc

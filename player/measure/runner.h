@@ -2,12 +2,7 @@
 // Renders a path once, from a cold start, and says what its frames cost and how far they are from exact.
 #pragma once
 
-#include "player/measure/accuracy.h"
-#include "player/report/frame_numbers.h"
-#include "player/shots.h"
-#include "runtime/renderer.h"
-#include "runtime/scene.h"
-
+#include "player/measure/exact_images.h"
 #include <deque>
 #include <functional>
 #include <memory>
@@ -16,20 +11,11 @@
 
 namespace gsc {
 
-// The poses of one trajectory, as a run asks for them.
-struct Path {
-    std::string name;    // that the trajectory states, or its file's stem
-    std::string cameras; // as the caller named it
-    std::vector<Shot> shots;
-    uint32_t eye_count = 1;
-};
-
 // Reads `options.cameras`. `listed` is what reports call it. Throws Error (Usage, Io, InvalidFile).
 Path openPath(const Scene& scene, const PlayOptions& options, const std::string& listed, Reporter& log);
 
-// Renders a shot into `images`, one per eye, or leaves it on the device if that is null. Sets the appearance in `frame`.
-TimedFrame renderShot(const Scene& scene, const Shot& shot, uint32_t eye_count, FrameOptions& frame, Renderer& renderer,
-                      std::vector<float>* images);
+// Throws Error(Usage) where no frame of the path would be scored. `what` is the option or the key of a file.
+void checkScored(const ScoreOptions& score, const Path& path, const std::string& what);
 
 // Shots that are drawn while pictures of those before are written.
 class ShotsInFlight {
@@ -58,39 +44,32 @@ private:
 
 using FrameDone = std::function<void(uint64_t done)>; // frames, from 1
 
-// The images of tier exact without reuse and without caches: what every run of the path is measured against.
-class ExactImages {
-public:
-    // Background and near plane are those of `frame`. `renderer`, `scene` and `path` must outlive this.
-    ExactImages(const Scene& scene, const Path& path, const FrameOptions& frame, Renderer& renderer);
-
-    // Would all of them take at most `budget` bytes?
-    static bool fit(const Path& path, uint64_t budget);
-
-    // Renders and keeps all of them; the renderer is not used afterwards.
-    void keepAll();
-
-    // Rendered now unless kept; then the renderer must not be the one that is measured, whose caches it would disturb.
-    // Valid until the next call.
-    const std::vector<float>* images(size_t shot);
-
-private:
-    void render(size_t shot, std::vector<float>* images);
-
-    const Scene& m_scene;
-    const Path& m_path;
-    FrameOptions m_frame;
-    Renderer& m_renderer;
-    std::vector<std::vector<float>> m_kept; // kMaxEyes per shot; empty unless kept
-    std::vector<float> m_current[kMaxEyes];
-};
-
 struct RunResult {
     std::vector<TimedFrame> frames;
     Accuracy accuracy;
     Tier tier = Tier::Exact; // that ran
     DeviceFacts device;      // asked for after the last timed frame
 };
+
+// Does a frame depend on those before it?
+bool dependsOnPath(const FrameOptions& frame);
+
+// Where pictures of a renderer are scored, and the memory that it draws them into for that.
+struct ScorePlace {
+    std::unique_ptr<PictureScorer> scorer;
+    std::shared_ptr<PictureMemory> memory;
+    bool on_device = false; // of the scorer
+};
+// On the renderer's device where that is a GPU. Throws Error(Device).
+ScorePlace scorePlace(const Renderer& renderer);
+
+// Memory for `bytes` of pictures that stay, which `drawing` draws and `scoring` scores, a device or (`on_host`) the host: of
+// that device, if `drawing` draws into it and they take no more than an eighth of what is free (frames that grow need some,
+// and where memory is short they are drawn in more passes); else of the host, up to a quarter of what this process may use.
+// Null where they are more.
+std::shared_ptr<PictureMemory> memoryToKeep(uint64_t bytes, const DeviceId& scoring, bool on_host,
+                                            const Renderer& drawing);
+bool mayKeepOnHost(uint64_t bytes);
 
 // Frames in order, after dropCaches(). Scoring is no part of the times. A renderer on the host is timed and
 // scored in one pass, because its images are on the host anyway, a block of frames at a time; any other is timed with

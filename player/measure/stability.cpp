@@ -96,6 +96,7 @@ uint64_t stabilityHash(const StabilityOptions& options, const StabilitySummary& 
     const OrderedJson said = {{"report", stabilityReportJson(whole, head)},
                               {"trajectories", std::move(names)},
                               {"tier", tierName(play.tier)},
+                              {"scored", {options.score.first, options.score.every}},
                               {"near", play.near_z},
                               {"background", play.background ? OrderedJson(*play.background) : OrderedJson()},
                               {"mode", serviceModeName(play.workers.mode)},
@@ -169,9 +170,10 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
         reading.cameras = file;
         paths.push_back(openPath(*scene, reading, file, log));
         lengths.push_back(paths.back().shots.size());
+        checkScored(options.score, paths.back(), "--score-first");
     }
     checkFrames(options.play, paths);
-    Measurer measurer(scene, reading, options.reference, log);
+    Measurer measurer(scene, reading, options.reference, options.score, log);
     summary.backend = measurer.nameOf(reading.backend);
     summary.reference = measurer.referenceOf(summary.backend);
     summary.all_paths = paths.size();
@@ -198,7 +200,7 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
             ++summary.paths_before;
         } else {
             log.progressPart(paths[i].name);
-            const RunResult run = measurer.run(paths[i], summary.backend, frame, {},
+            const RunResult run = measurer.run(paths[i], summary.backend, frame,
                                                [&](uint64_t done) { log.progress("render", before + done, total); });
             summary.paths.push_back(judged(options, paths[i], run));
             summary.warnings = log.warnings();

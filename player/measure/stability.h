@@ -19,6 +19,7 @@ struct StabilityOptions {
     double bound_psnr = 50;                // least of any frame, dB; 0 = no bound
     double bound_temporal = 2;             // most of any frame, times the trajectory's median; 0 = no bound
     double bound_p99 = 0;                  // p99 of the frame time, times its median; 0 = no bound
+    ScoreOptions score;                    // the frames that are judged by psnr; temporal needs all
     std::string out;                       // of a shard: file that takes a line for each trajectory
 };
 

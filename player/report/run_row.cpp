@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <tuple>
 
 namespace gsc {
 
@@ -132,6 +133,12 @@ void describe(const Record& at, FoveaAccuracy& accuracy)
 
 void describe(const Record& at, Accuracy& accuracy)
 {
+    if (at.has("scored")) { // rows of earlier versions score all
+        const Record scored = at.object("scored");
+        scored.field("first", accuracy.first_frame, kCount);
+        scored.field("every", accuracy.every_frame, kCount);
+        scored.check("every", accuracy.every_frame >= 1, "a whole number of at least 1");
+    }
     const Record psnr = at.object("psnr");
     describePsnr(psnr, "pooled", accuracy.psnr_pooled);
     describePsnr(psnr, "p1", accuracy.psnr_p1);
@@ -193,11 +200,13 @@ void describe(const Record& at, RunRow& row)
     frames.series("psnr", row.accuracy.frame_psnr, kInfinity);
     frames.series("temporal", row.accuracy.frame_temporal, std::numeric_limits<double>::quiet_NaN());
     frames.field("decoded", row.decoded, kCounts);
-    const std::pair<const char*, size_t> lengths[] = {{"psnr", row.accuracy.frame_psnr.size()},
-                                                      {"temporal", row.accuracy.frame_temporal.size()},
-                                                      {"decoded", row.decoded.size()}};
-    for (const auto& [key, length] : lengths)
-        frames.check(key, length == row.wall_ms.size(), formatString("an array of %zu values", row.wall_ms.size()));
+    const size_t drawn = row.wall_ms.size();
+    const size_t scored = ScoreOptions{0, 0, row.accuracy.every_frame, row.accuracy.first_frame}.scoredOf(drawn);
+    const std::tuple<const char*, size_t, size_t> lengths[] = {{"psnr", row.accuracy.frame_psnr.size(), scored},
+                                                               {"temporal", row.accuracy.frame_temporal.size(), scored},
+                                                               {"decoded", row.decoded.size(), drawn}};
+    for (const auto& [key, length, expected] : lengths)
+        frames.check(key, length == expected, formatString("an array of %zu values", expected));
     if (at.hasPart("shard", row.shard.has_value())) // last, so that merged rows have the order of plain ones
         describe(at.object("shard"), row.shard ? *row.shard : row.shard.emplace());
 }

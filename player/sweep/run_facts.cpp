@@ -20,17 +20,19 @@ namespace {
 std::string idOf(const RunContext& context, const Path& path, const RunConfig& run)
 {
     const PlayOptions& options = context.options;
-    const OrderedJson said = {{"run", runKeyJson(run)},
-                              {"trajectory", path.name},
-                              {"frames", path.shots.size()},
-                              {"warmup", context.warmup},
-                              {"ssim", context.score.ssim_every},
-                              {"flip", context.score.flip_every},
-                              {"reference", context.reference},
-                              {"near", options.near_z},
-                              {"background", options.background ? OrderedJson(*options.background) : OrderedJson()},
-                              {"threads", options.threads},
-                              {"vram_budget", options.vram_budget}};
+    OrderedJson said = {{"run", runKeyJson(run)},
+                        {"trajectory", path.name},
+                        {"frames", path.shots.size()},
+                        {"warmup", context.warmup},
+                        {"ssim", context.score.ssim_every},
+                        {"flip", context.score.flip_every},
+                        {"reference", context.reference},
+                        {"near", options.near_z},
+                        {"background", options.background ? OrderedJson(*options.background) : OrderedJson()},
+                        {"threads", options.threads},
+                        {"vram_budget", options.vram_budget}};
+    if (context.score.every > 1 || context.score.first > 0) // runs that score all keep the ids that they had
+        said["scored"] = {context.score.first, context.score.every};
     const std::string text = jsonText(said, -1);
     Checksum64 sum;
     sum.update(std::as_bytes(std::span(text)));

@@ -78,13 +78,14 @@ public:
             PlayOptions reading = m_context.options;
             reading.cameras = resolved(options.sweep, trajectory);
             m_paths.push_back(openPath(*m_scene, reading, trajectory, log));
+            checkScored(config.score, m_paths.back(), options.sweep + ": score_first");
         }
         m_context.label = options.label;
         m_context.file = {options.play.input, m_scene->bytes(), m_scene->anchorCount()};
         m_context.file_hash = fileHash(options.play.input);
         m_context.warmup = config.warmup;
         m_context.score = config.score;
-        m_measurer = std::make_unique<Measurer>(m_scene, m_context.options, options.reference, log);
+        m_measurer = std::make_unique<Measurer>(m_scene, m_context.options, options.reference, config.score, log);
         if (!m_cut_off.empty())
             log.warning(m_cut_off);
         m_runs = expandRuns(config);
@@ -212,9 +213,8 @@ private:
         PlayOptions play = m_context.options;
         static_cast<RunChoice&>(play) = run;
         const FrameOptions frame = frameOptions(*m_scene, play);
-        const RunResult result = m_measurer->run(path, run.backend, frame, m_config.score, [&](uint64_t done) {
-            m_log.progress("render", m_frames_done + done, m_total);
-        });
+        const RunResult result = m_measurer->run(
+            path, run.backend, frame, [&](uint64_t done) { m_log.progress("render", m_frames_done + done, m_total); });
         m_frames_done += frames;
         return appended(runRow(m_context, config, run, result), task);
     }

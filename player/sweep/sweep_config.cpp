@@ -201,13 +201,18 @@ void readFrames(const JsonObject& root, SweepConfig& config)
         config.frames = Value(root, "frames", *frames).count(1, kMaxFrames, " or null for all");
     if (const ParsedJson* warmup = given("warmup"))
         config.warmup = uint32_t(Value(root, "warmup", *warmup).count(0, kMaxFrames, " frames"));
+    if (const ParsedJson* every = given("score_every"))
+        config.score.every = Value(root, "score_every", *every).count(1, kMaxFrames, " frames, 1 = every one");
+    if (const ParsedJson* first = given("score_first"))
+        config.score.first = Value(root, "score_first", *first).count(0, kMaxFrames, ", a frame from 0");
     if (const ParsedJson* quality = given("quality")) {
         const JsonObject object(*quality, root.where() + ": quality");
         object.checkKeys({"ssim", "flip"});
         for (const auto& [key, every] :
              {std::pair<const char*, uint32_t*>{"ssim", &config.score.ssim_every}, {"flip", &config.score.flip_every}})
             if (const ParsedJson* value = object.find(key); value && !value->is_null())
-                *every = uint32_t(Value(object, key, *value).count(0, kMaxFrames, ": every so many frames, 0 = none"));
+                *every = uint32_t(
+                    Value(object, key, *value).count(0, kMaxFrames, ": every so many scored frames, 0 = none"));
     }
 }
 
@@ -220,8 +225,8 @@ SweepConfig parseSweepConfig(std::string_view json, const std::string& file, con
     const JsonObject root(parsed, file);
     if (const std::string schema = root.text("schema"); schema != "gsc.sweep/1")
         root.fail("schema", "\"" + schema.substr(0, 40) + "\"", "\"gsc.sweep/1\"; a newer player may read it");
-    root.checkKeys(
-        {"schema", "trajectories", "size", "fov_degrees", "eyes", "frames", "warmup", "quality", "axes", "runs"});
+    root.checkKeys({"schema", "trajectories", "size", "fov_degrees", "eyes", "frames", "warmup", "score_every",
+                    "score_first", "quality", "axes", "runs"});
     SweepConfig config;
     readTrajectories(root, config);
     readFrames(root, config);

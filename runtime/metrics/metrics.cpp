@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/metrics/metrics.h"
 
+#include "kernels/metrics/ssim_rules.h"
 #include "runtime/metrics/convolve.h"
+#include "runtime/metrics/filter_weights.h"
 
 #include <algorithm>
 #include <cmath>
@@ -48,14 +50,7 @@ ImageDifference compareImages(const ImageView& a, const ImageView& b)
 
 double ssim(const ImageView& a, const ImageView& b)
 {
-    constexpr int kRadius = 5;
-    constexpr double kSigma = 1.5, kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03;
-    double window[2 * kRadius + 1], total = 0;
-    for (int i = -kRadius; i <= kRadius; ++i)
-        total += window[i + kRadius] = std::exp(-i * i / (2 * kSigma * kSigma));
-    for (double& weight : window)
-        weight /= total;
-
+    const std::vector<double> window = ssimWindow();
     const size_t pixels = size_t(a.width) * a.height;
     std::vector<float> planes[5]; // a, b, a a, b b, a b
     std::vector<float> blurred[5];
@@ -73,14 +68,8 @@ double ssim(const ImageView& a, const ImageView& b)
         }
         for (int k = 0; k < 5; ++k)
             filterPlane(planes[k], a.width, a.height, window, window, Border::Zero, blurred[k]);
-        for (size_t i = 0; i < pixels; ++i) {
-            const double mean_a = double(blurred[0][i]), mean_b = double(blurred[1][i]);
-            const double var_a = double(blurred[2][i]) - mean_a * mean_a;
-            const double var_b = double(blurred[3][i]) - mean_b * mean_b;
-            const double cov = double(blurred[4][i]) - mean_a * mean_b;
-            sum += (2 * mean_a * mean_b + kC1) * (2 * cov + kC2) /
-                   ((mean_a * mean_a + mean_b * mean_b + kC1) * (var_a + var_b + kC2));
-        }
+        for (size_t i = 0; i < pixels; ++i)
+            sum += ssimPixel(blurred[0][i], blurred[1][i], blurred[2][i], blurred[3][i], blurred[4][i]);
     }
     return pixels > 0 ? sum / double(3 * pixels) : 1;
 }

@@ -51,6 +51,7 @@ public:
     [[nodiscard]] DeviceId id() const override { return m_renderer->id(); }
     [[nodiscard]] DeviceFacts device() const override { return m_renderer->device(); }
     [[nodiscard]] bool onHost() const override { return m_renderer->onHost(); }
+    [[nodiscard]] bool takesDeviceTargets() const override { return m_renderer->takesDeviceTargets(); }
     [[nodiscard]] DeviceCeilings ceilings() override { return m_renderer->ceilings(); }
     [[nodiscard]] Tier tierOf(Tier asked) const override { return m_renderer->tierOf(asked); }
     using Renderer::load;

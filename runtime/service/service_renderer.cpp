@@ -32,6 +32,7 @@ public:
         return std::ranges::all_of(m_options.devices,
                                    [](const DeviceId& device) { return device.backend.starts_with("cpu"); });
     }
+    [[nodiscard]] bool takesDeviceTargets() const override { return onHost(); }
     [[nodiscard]] Tier tierOf(Tier asked) const override { return service().tierOf(asked); }
     [[nodiscard]] uint32_t framesInFlight() const override { return serviceFramesInFlight(m_options.devices.size()); }
     void load(const ModelView& model) override { start(model); }
@@ -50,7 +51,8 @@ public:
             request.targets, [](const FrameTarget& target) { return target.kind != FrameTarget::Kind::None; });
         pose.on_device = !any;
         for (const FrameTarget& target : request.targets) {
-            if (target.kind == FrameTarget::Kind::Surface || (target.kind == FrameTarget::Kind::Device && !onHost()) ||
+            if (target.kind == FrameTarget::Kind::Surface ||
+                (target.kind == FrameTarget::Kind::Device && !takesDeviceTargets()) ||
                 (any && target.format != request.targets.front().format))
                 throw Error(ErrorCode::Unsupported,
                             "target: of several workers on a device, or of two formats, expected memory of this "

@@ -80,6 +80,7 @@ def row(trajectory, config, frames, eyes, label, rng):
         "config": settings,
         "ms": {"wall": spread(wall), "device": spread([value * 0.98 for value in wall]), "stages": stages},
         "accuracy": {
+            "scored": {"first": 0, "every": 1},
             "psnr": {"pooled": pooled, "p1": None if exact else sorted(psnr)[0], "min": None if exact else min(psnr),
                      "min_frame": 0 if exact else psnr.index(min(psnr))},
             "max_error": 0.0 if exact else 12 * 10 ** (-min(psnr) / 20), "over_1_255": 0 if exact else rng.randrange(2000),

@@ -8,7 +8,7 @@ add_library(gsc_test_synthetic STATIC kernels/synthetic_model.cpp kernels/synthe
 target_link_libraries(gsc_test_synthetic PUBLIC gsc_format PRIVATE gsc_build_flags)
 target_include_directories(gsc_test_synthetic PUBLIC ${PROJECT_SOURCE_DIR})
 
-set(kernel_libs gsc_test_synthetic gsc_runtime gsc_kernels gsc_simd)
+set(kernel_libs gsc_test_synthetic gsc_runtime gsc_scores gsc_metrics gsc_kernels gsc_simd)
 gsc_add_test(test_kernel_math SOURCES kernels/test_math.cpp kernels/test_read_ahead.cpp LIBS ${kernel_libs})
 gsc_add_test(test_kernel_simd_math SOURCES kernels/test_simd_math.cpp LIBS ${kernel_libs})
 gsc_add_test(test_kernel_simd_support SOURCES kernels/test_simd_support.cpp LIBS ${kernel_libs} hwy::hwy)
@@ -26,7 +26,7 @@ gsc_add_test(test_kernel_raster SOURCES kernels/test_project.cpp kernels/test_ra
 gsc_add_test(test_kernel_frame SOURCES kernels/test_frame.cpp LIBS ${kernel_libs})
 
 set(gsc_test_cuda_sources
-    support/gpu_main.cpp kernels/gpu_tools.cpp kernels/test_cuda_frame.cpp kernels/test_cuda_graph.cpp kernels/test_cuda_pictures.cpp kernels/test_cuda_passes.cpp kernels/test_cuda_renderer.cpp kernels/test_cuda_service.cpp kernels/test_cuda_depth.cpp kernels/test_cuda_bands.cpp kernels/test_cuda_false_colours.cpp kernels/test_cuda_foveation.cpp
+    support/gpu_main.cpp kernels/gpu_tools.cpp kernels/test_cuda_frame.cpp kernels/test_cuda_graph.cpp kernels/test_cuda_pictures.cpp kernels/test_cuda_passes.cpp kernels/test_cuda_renderer.cpp kernels/test_cuda_service.cpp kernels/test_cuda_depth.cpp kernels/test_cuda_bands.cpp kernels/test_cuda_false_colours.cpp kernels/test_cuda_foveation.cpp kernels/test_cuda_scores.cpp
     kernels/test_cuda_shared.cpp kernels/test_cuda_far.cpp kernels/test_cuda_reuse.cpp kernels/test_cuda_reuse_policy.cpp
     kernels/test_cuda_reuse_limits.cpp kernels/test_cuda_load.cpp kernels/test_cuda_select.cpp
     kernels/gpu_decode.cpp kernels/test_cuda_decode.cpp kernels/test_cuda_decode_ring.cpp

@@ -17,7 +17,7 @@ namespace {
 // 2 x 1 pixels, all six values the same.
 struct Flat {
     explicit Flat(float value, uint32_t image_width = 2) : pixels(3 * size_t(image_width), value), width(image_width) {}
-    [[nodiscard]] ImageView view() const { return {pixels.data(), width, 1}; }
+    [[nodiscard]] PictureRef view() const { return {pixels.data(), width, 1}; }
     std::vector<float> pixels;
     uint32_t width;
 };
@@ -173,7 +173,7 @@ TEST_CASE("motion is the change of the picture, a pop what one square changes at
         for (size_t y = 16; frame >= 4 && y < 20; ++y)
             for (size_t x = 32 * 3; x < 40 * 3; ++x)
                 pixels[y * 40 * 3 + x] += 0.2f;
-        const ImageView image{pixels.data(), 40, 20};
+        const PictureRef image{pixels.data(), 40, 20};
         scorer.add(frame, 0, image, image);
     }
     const Accuracy a = scorer.result();
@@ -195,7 +195,7 @@ TEST_CASE("a pop in the last of whole squares is seen, and in no other")
         std::vector<float> pixels(32 * 16 * 3, 0.5f);
         for (size_t y = 0; frame >= 4 && y < 16; ++y)
             std::fill_n(pixels.begin() + std::ptrdiff_t((y * 32 + 16) * 3), 16 * 3, 0.75f);
-        const ImageView image{pixels.data(), 32, 16};
+        const PictureRef image{pixels.data(), 32, 16};
         scorer.add(frame, 0, image, image);
     }
     CHECK(scorer.result().pop.max == doctest::Approx(0.25).epsilon(1e-4));

@@ -111,7 +111,6 @@ class BenchCliTest(PlayTest):
         self.assertIn("reuse error: ", self.small(*options).stdout)
         self.assertIn("cache_evictions", self.bench("--measure", "3", *options).stdout)
         self.assertNotIn("cache_evictions", self.bench("--measure", "3").stdout)
-        self.refused("bench", self.model, "--quality", "1", "--reuse", "depth", code=1, says="--sweep")
         self.refused(self.model, "--reuse-bound", "1", code=1, says="expected --reuse error")
 
     def test_levels(self) -> None:
@@ -148,11 +147,50 @@ class BenchCliTest(PlayTest):
         check_schema("bench-report", report)
         self.assertLess(report["config"]["lod_bias_used"]["min"], report["config"]["lod_bias_used"]["max"])
         self.assertIn("target 0.0001 ms: LOD bias", self.play(*bench).stdout)
-        self.refused(*bench, "--quality", "1", code=1, says="--target-ms")
-        self.refused("bench", model, "--lod-hysteresis", "0.1", "--quality", "1", code=1, says="--lod-hysteresis")
         self.refused("bench", model, "--sweep", "x.json", "--target-ms", "5", code=1, says="--target-ms")
         self.refused(*base, "--lod-fade", "2", code=1, says="--lod-fade")
         self.refused(*base, "--lod-hysteresis", "0.1", "--backend", "cpu-reference", code=5, says="hysteresis")
+
+    def quality(self, *options: str) -> dict:
+        report = json.loads(self.bench("--measure", "1", *options, "--format", "json").stdout)
+        check_schema("bench-report", report)
+        return report["quality"]
+
+    def test_quality_is_against_exact_without_a_bias(self) -> None:
+        self.model = self.tiny("levels.gsc", "0", "3", "3")
+        plain = self.quality("--quality", "4")
+        self.assertIsNone(plain["psnr_pooled"])  # a CPU draws exact
+        biased = self.quality("--quality", "4", "--lod-bias", "-1")
+        self.assertIsNotNone(biased["psnr_pooled"])
+        self.assertGreater(biased["max_error"], 0)
+
+    def test_quality_of_frames_that_depend_on_those_before(self) -> None:
+        """They are played in order: what a sweep says of the same frames."""
+        self.model = self.tiny("levels.gsc", "0", "3", "3")
+        for options, run in (
+            (("--reuse", "depth", "--reuse-depth", "2"), {"policy": "depth", "max_depth": 2}),
+            (("--lod-hysteresis", "0.2"), {"lod_hysteresis": 0.2}),
+        ):
+            sweep = self.folder / "sweep.json"
+            out = self.folder / "rows.jsonl"
+            out.unlink(missing_ok=True)
+            sweep.write_text(json.dumps({"schema": "gsc.sweep/1", "trajectories": [self.path.name], "size": [48, 32], "eyes": 1,
+                                         "score_every": 2, "score_first": 1, "runs": [run]}))
+            self.play("bench", self.model, "--sweep", sweep, "--out", out, "--backend", "cpu", "-q")
+            row = json.loads(out.read_text())
+            check_schema("run", row)
+            self.assertEqual(row["accuracy"]["scored"], {"first": 1, "every": 2})
+            self.assertEqual(len(row["per_frame"]["psnr"]), len(row["per_frame"]["wall_ms"]) // 2)
+            self.assertIsNone(row["accuracy"]["temporal"])
+            quality = self.quality("--score-every", "2", "--score-first", "1", *options)
+            self.assertEqual(quality["frames"], [1, 3])
+            self.assertEqual(quality["psnr_pooled"], row["accuracy"]["psnr"]["pooled"])
+            self.assertEqual(quality["psnr_worst"], row["accuracy"]["psnr"]["min"])
+            self.assertIsNotNone(quality["psnr_pooled"])
+        self.assertEqual(self.quality("--quality", "2", "--target-ms", "0.0001")["frames"], [0, 2])
+        self.refused("bench", self.model, "--quality", "1", "--score-every", "2", code=1, says="together with")
+        self.refused("bench", self.model, "--score-first", "4", "--cameras", self.path, "--size", "8x8", code=1,
+                     says="--score-first 4")
 
     def test_bench_foveation(self) -> None:
         base = ("--eyes", "2", "--ipd", "0.1", "--measure", "2", "--quality", "3", "--reference", "cpu-reference")

@@ -37,9 +37,21 @@ std::vector<bool> within(const EyeGaze& gaze)
 // 3 x 1 grey pixels.
 struct Row {
     Row(float a, float b, float c) : pixels{a, a, a, b, b, b, c, c, c} {}
-    [[nodiscard]] ImageView view() const { return {pixels.data(), 3, 1}; }
+    [[nodiscard]] PictureRef view() const { return {pixels.data(), 3, 1}; }
     std::vector<float> pixels;
 };
+
+// Both sides of a picture's fovea; `map` has what FLIP makes of each pixel, none where it was not asked for.
+void addTo(FoveaScorer& scorer, uint64_t frame, const Row& image, const Row& exact, const EyeGaze& gaze,
+           const std::vector<double>& map = {})
+{
+    PictureScores scores = makeHostScorer()->score(0, image.view(), exact.view(), {false, false, &gaze});
+    for (uint32_t x = 0; x < map.size(); ++x) {
+        std::optional<double>& sum = scores.fovea[inFovea(gaze, x, 0) ? 0 : 1].flip;
+        sum = sum.value_or(0) + map[x];
+    }
+    scorer.add(frame, scores.fovea);
+}
 
 double decibelsOfMse(double mse)
 {
@@ -70,9 +82,9 @@ TEST_CASE("fovea: pooled over pixels, the worst image, FLIP where it is known")
     FoveaScorer scorer;
     CHECK(scorer.empty());
     const Row exact(0.5f, 0.5f, 0.5f);
-    const std::vector<float> map = {0.5f, 0.125f, 0.25f};
-    scorer.add(0, Row(0.7f, 0.51f, 0.6f).view(), exact.view(), lookingAt(), map);
-    scorer.add(1, Row(0.9f, 0.5f, 0.5f).view(), exact.view(), lookingAt(), {});
+    const std::vector<double> map = {0.5f, 0.125f, 0.25f};
+    addTo(scorer, 0, Row(0.7f, 0.51f, 0.6f), exact, lookingAt(), map);
+    addTo(scorer, 1, Row(0.9f, 0.5f, 0.5f), exact, lookingAt());
     const FoveaAccuracy a = scorer.result();
     CHECK(a.inside.share == doctest::Approx(1.0 / 3));
     CHECK(a.outside.share == doctest::Approx(2.0 / 3));
@@ -93,7 +105,7 @@ TEST_CASE("fovea: equal, not finite and no pixel at all; read back it is the sam
 {
     const Row exact(0.5f, 0.5f, 0.5f);
     FoveaScorer broken;
-    broken.add(0, Row(kNaN, 0.5f, 0.5f).view(), exact.view(), lookingAt(), {});
+    addTo(broken, 0, Row(kNaN, 0.5f, 0.5f), exact, lookingAt());
     OrderedJson json = toJson(broken.result());
     CHECK(json["inside"]["psnr"]["pooled"].is_null());
     CHECK(json["inside"]["flip_mean"].is_null());
@@ -106,7 +118,7 @@ TEST_CASE("fovea: equal, not finite and no pixel at all; read back it is the sam
     CHECK(again.inside.flip == -1);
 
     FoveaScorer away;
-    away.add(0, exact.view(), exact.view(), lookingAt(0, 1), {});
+    addTo(away, 0, exact, exact, lookingAt(0, 1));
     json = toJson(away.result());
     CHECK(json["inside"].is_null());
     CHECK(json["outside"]["share"] == 1);
@@ -146,7 +158,7 @@ TEST_CASE("fovea: what is no share is refused")
 {
     const Row exact(0.5f, 0.5f, 0.5f);
     FoveaScorer scorer;
-    scorer.add(0, exact.view(), exact.view(), lookingAt(), {});
+    addTo(scorer, 0, exact, exact, lookingAt());
     for (const double share : {0.0, 1.5, -1.0}) {
         OrderedJson json = toJson(scorer.result());
         json["inside"]["share"] = share;

@@ -122,7 +122,7 @@ TEST_CASE("a renderer on the host: one pass, cold, exact images kept from before
     const NoScene scene;
     const Path path = greyPath(3);
     GreyRenderer backend(true);
-    ExactImages exact(scene, path, reusing(), backend);
+    ExactImages exact(scene, path, reusing(), {}, backend);
     exact.keepAll();
     REQUIRE(backend.calls.size() == 3);
     for (const GreyRenderer::Call& call : backend.calls) {
@@ -156,7 +156,7 @@ TEST_CASE("a device: timed with images left there, then rendered again for the s
     const NoScene scene;
     const Path path = greyPath(3);
     GreyRenderer backend(false);
-    ExactImages exact(scene, path, reusing(), backend);
+    ExactImages exact(scene, path, reusing(), {}, backend);
     exact.keepAll();
     backend.calls.clear();
     const RunResult run = measureRun(scene, path, reusing(), backend, exact, {}, [](uint64_t) {});
@@ -173,7 +173,7 @@ TEST_CASE("exact images that are not kept come from a backend of their own")
     const NoScene scene;
     const Path path = greyPath(3);
     GreyRenderer measured(true), other(true);
-    ExactImages exact(scene, path, reusing(), other);
+    ExactImages exact(scene, path, reusing(), {}, other);
     checkGreyRun(measureRun(scene, path, reusing(), measured, exact, {}, [](uint64_t) {}));
     CHECK(measured.calls.size() == 3);
     CHECK(other.calls.size() == 3);
@@ -188,7 +188,7 @@ TEST_CASE("a long path is scored in blocks, each frame against its own pose")
         shot.camera.width = shot.camera.height = 2000;
     path.shots.back().camera.width = 1000;
     GreyRenderer backend(true), other(true);
-    ExactImages exact(scene, path, {}, other);
+    ExactImages exact(scene, path, {}, {}, other);
     const RunResult run = measureRun(scene, path, {}, backend, exact, {}, [](uint64_t) {});
     CHECK(run.accuracy.images == 5);
     CHECK(run.accuracy.max_error == 0);
@@ -197,14 +197,51 @@ TEST_CASE("a long path is scored in blocks, each frame against its own pose")
     CHECK(other.calls.size() == 5);
 }
 
-TEST_CASE("what fits")
+TEST_CASE("exact images are of the frames that are scored, and take as much")
 {
-    Path path = greyPath(3);
-    const uint64_t bytes = 3 * 12 * 12 * 3 * sizeof(float);
-    CHECK(ExactImages::fit(path, bytes));
-    CHECK_FALSE(ExactImages::fit(path, bytes - 1));
+    Path path = greyPath(7);
+    const uint64_t one = 12 * 12 * 3 * sizeof(float);
+    CHECK(ExactImages::bytes(path, {}) == 7 * one);
+    CHECK(ExactImages::bytes(path, {0, 0, 3, 2}) == 2 * one); // frames 2 and 5
     path.eye_count = 2;
-    CHECK_FALSE(ExactImages::fit(path, bytes));
+    CHECK(ExactImages::bytes(path, {0, 0, 3, 2}) == 4 * one);
+    const NoScene scene;
+    GreyRenderer backend(true);
+    ExactImages exact(scene, path, {}, {0, 0, 3, 2}, backend);
+    exact.keepAll();
+    CHECK(backend.calls.size() == 2);
+    CHECK(backend.calls[1].x == doctest::Approx(0.5));
+}
+
+TEST_CASE("every third frame from the second on is scored, all are timed, and what a frame depends on is drawn")
+{
+    const NoScene scene;
+    const Path path = greyPath(8);
+    const ScoreOptions score{2, 0, 3, 1}; // SSIM of every second one
+    for (const bool on_host : {true, false})
+        for (const FrameOptions& options : {reusing(), FrameOptions{}}) {
+            CAPTURE(on_host);
+            GreyRenderer backend(on_host), other(true);
+            ExactImages exact(scene, path, options, score, other);
+            std::vector<uint64_t> done;
+            const RunResult run = measureRun(scene, path, options, backend, exact, score,
+                                             [&](uint64_t frames) { done.push_back(frames); });
+            CHECK(run.frames.size() == 8);
+            CHECK(done.size() == 8);
+            CHECK(other.calls.size() == 3);
+            const Accuracy& a = run.accuracy;
+            CHECK(a.images == 3);
+            REQUIRE(a.frame_psnr.size() == 3); // frames 1, 4 and 7
+            CHECK(a.frameOf(2) == 7);
+            CHECK(a.ssim.frames == 2);
+            CHECK(a.temporal.images == 0); // nothing is known of the frames between
+            CHECK(a.pop.images == 0);
+            const bool reuses = options.reuse.policy != ReusePolicy::None;
+            CHECK(a.max_error ==
+                  doctest::Approx(reuses ? 0.07 : 0).epsilon(1e-4)); // in frame 7, the eighth since the start
+            CHECK((a.psnr_min_frame == (reuses ? 7 : 1)));
+            CHECK(backend.calls.size() == (on_host ? 8 : reuses ? 16 : 11));
+        }
 }
 
 TEST_CASE("with foveation the exact images have none, and what lies within and around the fovea is told")
@@ -215,7 +252,7 @@ TEST_CASE("with foveation the exact images have none, and what lies within and a
         GreyRenderer backend(on_host), reference(true);
         FrameOptions options;
         options.foveation.smallest = 2;
-        ExactImages exact(scene, path, options, reference);
+        ExactImages exact(scene, path, options, {}, reference);
         const RunResult run = measureRun(scene, path, options, backend, exact, {0, 1}, [](uint64_t) {});
         CHECK(backend.calls.back().options.foveation.smallest == 2);
         for (const GreyRenderer::Call& call : reference.calls)

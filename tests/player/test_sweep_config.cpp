@@ -196,6 +196,19 @@ TEST_CASE("frames and quality")
     CHECK(config.warmup == 0);
     CHECK(config.score.ssim_every == 4);
     CHECK(config.score.flip_every == 0);
+    CHECK(config.score.every == 1);
+    CHECK(config.score.first == 0);
+    const ScoreOptions some =
+        parse(R"({"schema":"gsc.sweep/1","trajectories":["a"],"score_every":5,"score_first":2,"axes":{}})").score;
+    CHECK(some.every == 5);
+    CHECK(some.first == 2);
+    CHECK_FALSE(some.scores(0));
+    CHECK(some.scores(2));
+    CHECK(some.scores(7));
+    CHECK_FALSE(some.scores(8));
+    CHECK(some.scoredOf(2) == 0);
+    CHECK(some.scoredOf(7) == 1);
+    CHECK(some.scoredOf(8) == 2);
     CHECK(words(config) == Words{"none"});
     CHECK(parse(R"({"schema":"gsc.sweep/1","trajectories":["a"],"size":null,"frames":null,"axes":{}})").frames == 0);
 }
@@ -252,6 +265,8 @@ TEST_CASE("wrong files are refused with the place and what was expected")
         {head + R"(,"axes":{},"eyes":3})", "\"eyes\"", "from 1 to 2"},
         {head + R"(,"axes":{},"fov_degrees":180})", "\"fov_degrees\"", "0.01 to 179.9"},
         {head + R"(,"axes":{},"quality":{"lpips":1}})", "quality: key \"lpips\"", "not known"},
+        {head + R"(,"axes":{},"score_every":0})", "score_every", "from 1"},
+        {head + R"(,"axes":{},"score_first":-1})", "score_first", "from 0"},
         {head + R"(,"axes":{},"quality":{"ssim":-1}})", "quality: key \"ssim\"", "0 = none"},
     };
     for (const auto& c : cases) {

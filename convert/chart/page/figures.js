@@ -227,6 +227,15 @@ var gscFigures = (function () {
       {key: 'decoded', name: 'anchors decoded', draw: plain, text: function (value) { return digits(value, 4); }},
       {key: 'wall', name: 'frame time, ms', draw: plain, text: three}
     ];
+    function isScore(kind) { return kind.key === 'psnr' || kind.key === 'temporal'; }
+    function valueAt(row, kind, frame) { // undefined where there is none
+      var frames = rows[row].frames;
+      return frames[kind.key][isScore(kind) ? (frame - frames.first_scored) / frames.every_scored : frame];
+    }
+    function frameOf(row, kind, index) {
+      var frames = rows[row].frames;
+      return isScore(kind) ? frames.first_scored + index * frames.every_scored : index;
+    }
     var listed = shown.slice().sort(function (a, b) { return rows[a].hue - rows[b].hue || rows[a].shade - rows[b].shade || a - b; });
     var key = parts.legend(theme, options.width, listed.map(function (row) { return {name: rows[row].name}; }), head.top);
     option.legend = key.option;
@@ -260,7 +269,9 @@ var gscFigures = (function () {
           symbolSize: 5, z: 3, clip: false, sampling: 'lttb', emphasis: {lineStyle: {width: 2.5}},
           lineStyle: {width: 1.6, color: parts.colorOf(theme, rows[row]), type: parts.dashOf(rows[row])},
           itemStyle: {color: parts.colorOf(theme, rows[row])},
-          data: rows[row].frames[kind.key].map(function (value, frame) { return [frame, kind.draw(value)]; })
+          data: rows[row].frames[kind.key].map(function (value, index) {
+            return [frameOf(row, kind, index), kind.draw(value)];
+          })
         });
       });
     });
@@ -276,7 +287,8 @@ var gscFigures = (function () {
           }).join('') + '</tr>' + shown.map(function (row) {
             return '<tr><td style="padding:0;text-align:left;white-space:nowrap"><span style="color:' + parts.colorOf(theme, rows[row]) + '">■</span> ' +
               words.escaped(rows[row].name) + '</td>' + strips.map(function (kind) {
-                return '<td style="padding:0 0 0 10px;text-align:right">' + (frame < rows[row].frames.wall.length ? kind.text(rows[row].frames[kind.key][frame]) : '–') + '</td>';
+                var value = valueAt(row, kind, frame);
+                return '<td style="padding:0 0 0 10px;text-align:right">' + (value === undefined ? '–' : kind.text(value)) + '</td>';
               }).join('') + '</tr>';
           }).join('') + '</table>';
       }

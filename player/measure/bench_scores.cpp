@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/measure/bench_scores.h"
+
+#include "format/error.h"
+#include "player/measure/lod_target.h"
+#include "player/workers/open_renderer.h"
+#include "player/workers/worker_report.h"
+
+#include <algorithm>
+#include <map>
+
+namespace gsc {
+
+namespace {
+
+std::vector<uint64_t> scoredShots(const BenchOptions& options, uint64_t count)
+{
+    std::vector<uint64_t> shots;
+    if (options.scores_path) {
+        for (uint64_t i = 0; i < count; ++i)
+            if (options.score.scores(i))
+                shots.push_back(i);
+    } else {
+        const uint64_t scored = std::min<uint64_t>(options.quality, count);
+        for (uint64_t i = 0; i < scored; ++i)
+            shots.push_back(i * count / scored);
+    }
+    return shots;
+}
+
+class BenchScorer {
+public:
+    BenchScorer(const BenchOptions& options, const Scene& scene, const std::vector<Shot>& shots, Renderer& renderer,
+                Renderer& reference, BenchSummary& summary)
+        : m_scene(scene), m_shots(shots), m_eye_count(uint32_t(options.play.eyes)), m_renderer(renderer),
+          m_reference(reference), m_summary(summary), m_frame(frameOptions(scene, options.play)),
+          m_exact(exactOptions(m_frame)), m_control(lodControl(scene, options.play)), m_place(scorePlace(renderer))
+    {
+        const bool same = reference.id() == renderer.id() && reference.takesDeviceTargets();
+        m_exact_memory = same ? m_place.memory : hostPictures(m_place.on_device);
+    }
+
+    void run(const std::vector<uint64_t>& scored)
+    {
+        if (dependsOnPath(m_frame) || m_control)
+            playAndScore(scored);
+        else
+            for (const uint64_t i : scored) {
+                const FramePictures images = takePictures(*m_place.memory, m_shots[i], m_eye_count);
+                (void)renderShot(m_scene, m_shots[i], m_eye_count, m_frame, m_renderer, &images);
+                score(i, images);
+            }
+        if (!m_fovea.empty())
+            m_summary.fovea = m_fovea.result();
+    }
+
+private:
+    // The exact pictures come last: to draw them would change what the renderer keeps.
+    void playAndScore(const std::vector<uint64_t>& scored)
+    {
+        uint64_t bytes = 0;
+        for (const uint64_t i : scored)
+            bytes += pictureBytes(m_shots[i]) * m_eye_count;
+        const std::shared_ptr<PictureMemory> memory =
+            memoryToKeep(bytes, m_renderer.id(), m_renderer.onHost(), m_renderer);
+        if (memory == nullptr)
+            throw Error(
+                ErrorCode::OutOfMemory,
+                formatString(
+                    "--quality: the pictures of %zu cameras take %.1f GiB while the path is played, expected at most "
+                    "a quarter of the memory; score fewer",
+                    scored.size(), double(bytes) / double(1 << 30)));
+        std::map<uint64_t, FramePictures> played;
+        m_renderer.dropCaches();
+        for (uint64_t i = 0; i <= scored.back(); ++i) {
+            const FramePictures* images = nullptr;
+            if (std::ranges::binary_search(scored, i))
+                images = &(played[i] = takePictures(*memory, m_shots[i], m_eye_count));
+            if (m_control)
+                m_frame.lod_bias = float(m_control->bias());
+            const TimedFrame frame = renderShot(m_scene, m_shots[i], m_eye_count, m_frame, m_renderer, images);
+            if (m_control)
+                m_control->add(frame.result.times.total);
+        }
+        for (const auto& [i, images] : played)
+            score(i, images);
+    }
+
+    void score(uint64_t number, const FramePictures& images)
+    {
+        const Shot& shot = m_shots[number];
+        const FramePictures exact = takePictures(*m_exact_memory, shot, m_eye_count);
+        (void)renderShot(m_scene, shot, m_eye_count, m_exact, m_reference, &exact);
+        EyeParams eyes[kMaxEyes];
+        shotEyes(shot, m_eye_count, eyes);
+        const bool foveated = m_frame.foveation.smallest > 0;
+        for (uint32_t e = 0; e < m_eye_count; ++e) {
+            const auto& at = m_frame.foveation.gaze[e];
+            const EyeGaze gaze{eyes[e], at[0], at[1]};
+            const PictureScores scores = m_place.scorer->score(e, images.picture(e), exact.picture(e),
+                                                               {false, foveated, foveated ? &gaze : nullptr});
+            m_summary.quality.add({scores.mse, scores.psnr, scores.max_error});
+            if (foveated)
+                m_fovea.add(number, scores.fovea);
+        }
+    }
+
+    const Scene& m_scene;
+    const std::vector<Shot>& m_shots;
+    uint32_t m_eye_count;
+    Renderer &m_renderer, &m_reference;
+    BenchSummary& m_summary;
+    FrameOptions m_frame, m_exact;
+    std::optional<LodControl> m_control;
+    ScorePlace m_place;
+    std::shared_ptr<PictureMemory> m_exact_memory;
+    FoveaScorer m_fovea;
+};
+
+} // namespace
+
+void scoreBench(const BenchOptions& options, const std::shared_ptr<const Scene>& scene, const std::vector<Shot>& shots,
+                Renderer& renderer, BenchSummary& summary, Reporter& log)
+{
+    try {
+        std::unique_ptr<Renderer> other;
+        if (!options.reference.empty()) {
+            PlayOptions play = options.play;
+            play.backend = options.reference;
+            play.workers = {}; // what several devices draw is measured against one
+            double ignored = 0;
+            other = openRenderer(play, scene, log, ignored);
+        }
+        Renderer& reference = other ? *other : renderer;
+        summary.reference = deviceText(reference.id());
+        summary.scored = scoredShots(options, shots.size());
+        BenchScorer(options, *scene, shots, renderer, reference, summary).run(summary.scored);
+    } catch (const Error& e) {
+        if (e.code() != ErrorCode::OutOfMemory)
+            throw;
+        summary.quality = {};
+        summary.fovea.reset();
+        log.warning(formatString("no accuracy: %s", e.what()));
+    }
+}
+
+} // namespace gsc

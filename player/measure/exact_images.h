@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// The exact images of a path: kept, or drawn again for every run that is scored against them.
+#pragma once
+
+#include "player/measure/accuracy.h"
+#include "player/measure/frame_pictures.h"
+#include "player/report/frame_numbers.h"
+#include "runtime/renderer.h"
+#include "runtime/scene.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+// The poses of one trajectory, as a run asks for them.
+struct Path {
+    std::string name;    // that the trajectory states, or its file's stem
+    std::string cameras; // as the caller named it
+    std::vector<Shot> shots;
+    uint32_t eye_count = 1;
+};
+
+// Renders a shot into `images`, or leaves it on the device if that is null. Sets the appearance in `frame`.
+TimedFrame renderShot(const Scene& scene, const Shot& shot, uint32_t eye_count, FrameOptions& frame, Renderer& renderer,
+                      const FramePictures* images);
+
+// Images of tier exact without reuse and without caches, of the frames that `score` scores: what every run of the path is
+// measured against.
+class ExactImages {
+public:
+    // Background and near plane are those of `frame`. All must outlive this. `memory` is where the images are wanted.
+    ExactImages(const Scene& scene, const Path& path, const FrameOptions& frame, const ScoreOptions& score,
+                Renderer& renderer, std::shared_ptr<PictureMemory> memory = hostPictures(false));
+
+    // Bytes of all of them.
+    static uint64_t bytes(const Path& path, const ScoreOptions& score);
+
+    // Renders and keeps all of them; the renderer is not used afterwards.
+    void keepAll();
+
+    // Rendered now unless kept; then the renderer must not be the one that is measured, whose caches it would disturb.
+    // Valid until the next call. Precondition: the frame is scored.
+    const FramePictures& images(size_t shot);
+
+private:
+    FramePictures render(size_t shot);
+
+    const Scene& m_scene;
+    const Path& m_path;
+    FrameOptions m_frame;
+    ScoreOptions m_score;
+    Renderer& m_renderer;
+    std::shared_ptr<PictureMemory> m_memory;
+    std::vector<FramePictures> m_kept; // per shot; empty unless kept
+    FramePictures m_current;
+};
+
+} // namespace gsc
