@@ -126,7 +126,8 @@ size_t countHeldOut(const std::vector<SourceCamera>& cameras, int lod)
     return test.size();
 }
 
-// What the settings say; the same rule as readTrainerResolution() for a tree of values.
+// What the settings say; the same rule as readTrainerResolution() for a tree of values. Other resolution_scales than 1 are
+// refused before (checkpoint_settings.cpp).
 TrainerResolution resolutionOf(const ConfigValue* config, const std::string& path, std::vector<std::string>& warnings)
 {
     TrainerResolution resolution;
@@ -138,14 +139,6 @@ TrainerResolution resolutionOf(const ConfigValue* config, const std::string& pat
         warnOfSmallImages(images->text, path, how);
     if (const ConfigValue* divisor = config->find("resolution"); divisor && divisor->kind != ConfigValue::Kind::None)
         resolution.divisor = divisor->number;
-    if (const ConfigValue* scales = config->find("resolution_scales");
-        scales && scales->kind == ConfigValue::Kind::List && !scales->list.empty()) {
-        resolution.scale = scales->list[0].number;
-        if (scales->list.size() > 1)
-            warnings.push_back(formatString("%s: \"resolution_scales\" names several sizes of each photograph; the "
-                                            "first, 1/%g, is taken",
-                                            path.c_str(), resolution.scale));
-    }
     return checkedResolution(resolution, path, how);
 }
 

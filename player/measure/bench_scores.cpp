@@ -34,10 +34,9 @@ public:
                 Renderer& reference, BenchSummary& summary)
         : m_scene(scene), m_shots(shots), m_eye_count(uint32_t(options.play.eyes)), m_renderer(renderer),
           m_reference(reference), m_summary(summary), m_frame(frameOptions(scene, options.play)),
-          m_exact(exactOptions(m_frame)), m_control(lodControl(scene, options.play)), m_place(scorePlace(renderer))
+          m_exact(exactOptions(m_frame)), m_control(lodControl(scene, options.play)), m_place(scorePlace(renderer)),
+          m_exact_memory(memoryFor(renderer.id(), !m_place.on_device, reference))
     {
-        const bool same = reference.id() == renderer.id() && reference.takesDeviceTargets();
-        m_exact_memory = same ? m_place.memory : hostPictures(m_place.on_device);
     }
 
     void run(const std::vector<uint64_t>& scored)
@@ -62,7 +61,7 @@ private:
         for (const uint64_t i : scored)
             bytes += pictureBytes(m_shots[i]) * m_eye_count;
         const std::shared_ptr<PictureMemory> memory =
-            memoryToKeep(bytes, m_renderer.id(), m_renderer.onHost(), m_renderer);
+            memoryToKeep(bytes, m_renderer.id(), !m_place.on_device, m_renderer);
         if (memory == nullptr)
             throw Error(
                 ErrorCode::OutOfMemory,

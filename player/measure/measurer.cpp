@@ -75,9 +75,11 @@ ExactImages& Measurer::exactImages(const Path& path, const std::string& measured
     const bool own = on_host && name == measured && mayKeepOnHost(bytes);
     Renderer& drawing = own ? renderer(name) : reference(name, measured);
     std::shared_ptr<PictureMemory> memory = memoryToKeep(bytes, scoring, on_host, drawing);
-    const bool kept = memory != nullptr;
+    // a GPU draws an exact picture in less time than memory of the host takes to hold it
+    const bool has_room = on_host || m_renderers.contains({measured, false});
+    const bool kept = memory != nullptr && (on_host || !has_room || memory->kind() == FrameTarget::Kind::Device);
     if (!kept)
-        memory = scorePlace(renderer(measured)).memory;
+        memory = memoryFor(scoring, on_host, drawing);
     auto exact = std::make_unique<ExactImages>(*m_scene, path, frame, m_score, drawing, std::move(memory));
     if (kept)
         exact->keepAll();

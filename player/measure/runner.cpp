@@ -116,16 +116,20 @@ bool dependsOnPath(const FrameOptions& frame)
     return frame.reuse.policy != ReusePolicy::None || frame.lod_hysteresis > 0;
 }
 
+std::shared_ptr<PictureMemory> memoryFor(const DeviceId& scoring, bool on_host, const Renderer& drawing)
+{
+    const bool on_device = !on_host && drawing.id() == scoring && drawing.takesDeviceTargets();
+    return on_device ? devicePictures(scoring) : hostPictures(!on_host);
+}
+
 ScorePlace scorePlace(const Renderer& renderer)
 {
     ScorePlace place;
-    if ((place.scorer = makeDeviceScorer(renderer))) {
-        place.on_device = true;
-        place.memory = renderer.takesDeviceTargets() ? devicePictures(renderer.id()) : hostPictures(true);
-        return place;
-    }
-    place.scorer = makeHostScorer();
-    place.memory = hostPictures(false);
+    place.scorer = makeDeviceScorer(renderer);
+    place.on_device = place.scorer != nullptr;
+    if (!place.on_device)
+        place.scorer = makeHostScorer();
+    place.memory = memoryFor(renderer.id(), !place.on_device, renderer);
     return place;
 }
 
@@ -137,8 +141,9 @@ bool mayKeepOnHost(uint64_t bytes)
 std::shared_ptr<PictureMemory> memoryToKeep(uint64_t bytes, const DeviceId& scoring, bool on_host,
                                             const Renderer& drawing)
 {
-    if (!on_host && drawing.id() == scoring && drawing.takesDeviceTargets() && bytes <= freeDeviceBytes(scoring) / 8)
-        return devicePictures(scoring);
+    std::shared_ptr<PictureMemory> memory = memoryFor(scoring, on_host, drawing);
+    if (memory->kind() == FrameTarget::Kind::Device && bytes <= freeDeviceBytes(scoring) / 2)
+        return memory;
     return mayKeepOnHost(bytes) ? hostPictures(!on_host) : nullptr;
 }
 

@@ -63,10 +63,13 @@ struct ScorePlace {
 // On the renderer's device where that is a GPU. Throws Error(Device).
 ScorePlace scorePlace(const Renderer& renderer);
 
-// Memory for `bytes` of pictures that stay, which `drawing` draws and `scoring` scores, a device or (`on_host`) the host: of
-// that device, if `drawing` draws into it and they take no more than an eighth of what is free (frames that grow need some,
-// and where memory is short they are drawn in more passes); else of the host, up to a quarter of what this process may use.
-// Null where they are more.
+// Memory that `drawing` draws pictures into for the device `scoring`, or (`on_host`) the host, to score: of that device where
+// it can.
+std::shared_ptr<PictureMemory> memoryFor(const DeviceId& scoring, bool on_host, const Renderer& drawing);
+
+// The same for `bytes` of pictures that stay: of the device up to half of what is free there (frames that grow need some, and
+// where memory is short they are drawn in more passes); else of the host, up to a quarter of what this process may use. Null
+// where they are more.
 std::shared_ptr<PictureMemory> memoryToKeep(uint64_t bytes, const DeviceId& scoring, bool on_host,
                                             const Renderer& drawing);
 bool mayKeepOnHost(uint64_t bytes);

@@ -245,7 +245,6 @@ TEST_CASE("stored cameras are as large as the trainer's pictures (cfg_args resol
                           {"resolution=None", 640, 480, 0},
                           {"resolution=0", 640, 480, 1},
                           {"images='images_4', resolution=1", 640, 480, 1},
-                          {"resolution=2, resolution_scales=[2.0]", 160, 120, 0},
                           {"resolution=2, resolution_scales=[1.0, 2.0]", 320, 240, 1}}) {
         CAPTURE(c.settings);
         writeFile(
