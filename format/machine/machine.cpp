@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <optional>
 #include <thread>
 
 #include <unistd.h>
@@ -45,6 +46,15 @@ uint64_t dataBytes()
     return pages * uint64_t(sysconf(_SC_PAGESIZE));
 }
 
+#ifdef __linux__
+// The limit of data before boundMemory(), where that changed it.
+std::optional<rlimit>& startedWith()
+{
+    static std::optional<rlimit> limit;
+    return limit;
+}
+#endif
+
 int runnableProcessors()
 {
 #ifdef __linux__
@@ -82,8 +92,17 @@ void boundMemory()
     rlimit limit{};
     if (getrlimit(RLIMIT_DATA, &limit) != 0)
         return;
+    startedWith() = limit;
     limit.rlim_cur = std::min<rlim_t>(limit.rlim_cur, memory_free - memory_free / kReserve + stacks);
     setrlimit(RLIMIT_DATA, &limit);
+#endif
+}
+
+void restoreLimits([[maybe_unused]] int process)
+{
+#ifdef __linux__
+    if (startedWith())
+        (void)::prlimit(process, RLIMIT_DATA, &*startedWith(), nullptr);
 #endif
 }
 

@@ -14,6 +14,9 @@ uint64_t usableMemory();
 // it takes.
 void boundMemory();
 
+// Gives a child the limit that this process was started with.
+void restoreLimits(int process);
+
 // 1 or more: the processors that this process may run on, or fewer where a control group allows less of their time.
 int usableProcessors();
 

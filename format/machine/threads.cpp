@@ -32,7 +32,7 @@ size_t threadsOfProcess()
 // A thread that has been joined still counts for a moment.
 void waitUntilGone(size_t threads)
 {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(100);
+    const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(20);
     while (threadsOfProcess() > threads && std::chrono::steady_clock::now() < end)
         std::this_thread::yield();
 }

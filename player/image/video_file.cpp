@@ -3,6 +3,7 @@
 
 #include "format/error.h"
 #include "format/file/output_file.h"
+#include "format/machine/machine.h"
 #include "format/machine/threads.h"
 
 #include <algorithm>
@@ -170,6 +171,8 @@ struct VideoFile::Encoder {
         ::close(ends[0]);
         if (code != 0)
             process = 0;
+        else
+            restoreLimits(process);
         if (code == EAGAIN)
             throw tooFewThreads(program + ", which writes the video");
         if (code != 0) {
@@ -197,13 +200,15 @@ struct VideoFile::Encoder {
         const int code = wait();
         if (code == 0 && !early)
             return;
-        if (threadsAreShort(0)) // it does not tell this from other faults
-            throw tooFewThreads("ffmpeg, which writes the video", kVideoThreads);
         std::rewind(said);
         char line[300] = "";
         const size_t length = std::fread(line, 1, sizeof(line) - 1, said);
         std::string text(line, length);
         text = text.substr(0, text.find('\n'));
+        // of threads that it did not get it tells only some
+        if (threadsAreShort(0) && text.find("No space left") == std::string::npos)
+            throw tooFewThreads("ffmpeg, which writes the video" + (text.empty() ? "" : " and says \"" + text + "\""),
+                                kVideoThreads);
         throw Error(ErrorCode::Io,
                     formatString("--video: ffmpeg ended with exit code %d (%s), expected it to write the "
                                  "video; see that it has libx264, and room for the file",

@@ -13,7 +13,8 @@ namespace gsc {
 
 namespace {
 
-std::vector<uint64_t> scoredShots(const BenchOptions& options, uint64_t count)
+// `in_order`: a path is played up to the last, which is then the path's: the first is drawn from a cold start.
+std::vector<uint64_t> scoredShots(const BenchOptions& options, uint64_t count, bool in_order)
 {
     std::vector<uint64_t> shots;
     if (options.scores_path) {
@@ -23,7 +24,7 @@ std::vector<uint64_t> scoredShots(const BenchOptions& options, uint64_t count)
     } else {
         const uint64_t scored = std::min<uint64_t>(options.quality, count);
         for (uint64_t i = 0; i < scored; ++i)
-            shots.push_back(i * count / scored);
+            shots.push_back(in_order ? (i + 1) * count / scored - 1 : i * count / scored);
     }
     return shots;
 }
@@ -32,16 +33,19 @@ class BenchScorer {
 public:
     BenchScorer(const BenchOptions& options, const Scene& scene, const std::vector<Shot>& shots, Renderer& renderer,
                 Renderer& reference, BenchSummary& summary)
-        : m_scene(scene), m_shots(shots), m_eye_count(uint32_t(options.play.eyes)), m_renderer(renderer),
-          m_reference(reference), m_summary(summary), m_frame(frameOptions(scene, options.play)),
+        : m_options(options), m_scene(scene), m_shots(shots), m_eye_count(uint32_t(options.play.eyes)),
+          m_renderer(renderer), m_reference(reference), m_summary(summary), m_frame(frameOptions(scene, options.play)),
           m_exact(exactOptions(m_frame)), m_control(lodControl(scene, options.play)), m_place(scorePlace(renderer)),
           m_exact_memory(memoryFor(renderer.id(), !m_place.on_device, reference))
     {
     }
 
-    void run(const std::vector<uint64_t>& scored)
+    void run()
     {
-        if (dependsOnPath(m_frame) || m_control)
+        const bool in_order = dependsOnPath(m_frame) || m_control;
+        const std::vector<uint64_t> scored = scoredShots(m_options, m_shots.size(), in_order);
+        m_summary.scored = scored;
+        if (in_order)
             playAndScore(scored);
         else
             for (const uint64_t i : scored) {
@@ -63,12 +67,10 @@ private:
         const std::shared_ptr<PictureMemory> memory =
             memoryToKeep(bytes, m_renderer.id(), !m_place.on_device, m_renderer);
         if (memory == nullptr)
-            throw Error(
-                ErrorCode::OutOfMemory,
-                formatString(
-                    "--quality: the pictures of %zu cameras take %.1f GiB while the path is played, expected at most "
-                    "a quarter of the memory; score fewer",
-                    scored.size(), double(bytes) / double(1 << 30)));
+            throw Error(ErrorCode::OutOfMemory, formatString("--quality, --score-every: the pictures of %zu cameras "
+                                                             "take %.1f GiB while the path is played, expected at most "
+                                                             "an eighth of the memory; score fewer",
+                                                             scored.size(), double(bytes) / double(1 << 30)));
         std::map<uint64_t, FramePictures> played;
         m_renderer.dropCaches();
         for (uint64_t i = 0; i <= scored.back(); ++i) {
@@ -104,6 +106,7 @@ private:
         }
     }
 
+    const BenchOptions& m_options;
     const Scene& m_scene;
     const std::vector<Shot>& m_shots;
     uint32_t m_eye_count;
@@ -132,8 +135,7 @@ void scoreBench(const BenchOptions& options, const std::shared_ptr<const Scene>&
         }
         Renderer& reference = other ? *other : renderer;
         summary.reference = deviceText(reference.id());
-        summary.scored = scoredShots(options, shots.size());
-        BenchScorer(options, *scene, shots, renderer, reference, summary).run(summary.scored);
+        BenchScorer(options, *scene, shots, renderer, reference, summary).run();
     } catch (const Error& e) {
         if (e.code() != ErrorCode::OutOfMemory)
             throw;

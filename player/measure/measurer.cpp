@@ -3,8 +3,19 @@
 
 #include "format/error.h"
 #include "player/workers/open_renderer.h"
+#include "runtime/device_scorer.h"
 
 namespace gsc {
+
+namespace {
+
+// May a second renderer stay for the next path? It would load the model again.
+bool leavesRoom(const Renderer& renderer)
+{
+    return renderer.onHost() || freeDeviceBytes(renderer.id()) > renderer.device().memory_bytes / 2;
+}
+
+} // namespace
 
 Measurer::Measurer(std::shared_ptr<const Scene> scene, const PlayOptions& options, std::string reference,
                    const ScoreOptions& score, Reporter& log)
@@ -61,14 +72,16 @@ Renderer& Measurer::reference(const std::string& name, const std::string& measur
     }
 }
 
-// A renderer on the host draws them itself. On a GPU another one does, which is closed when they are kept: what tier exact
-// needs of the device would stay and count as the run's.
+// A renderer on the host draws them itself. On a GPU another one does: what tier exact needs of the device would stay and
+// count as the run's.
 ExactImages& Measurer::exactImages(const Path& path, const std::string& measured, const FrameOptions& frame)
 {
     const std::string name = referenceOf(measured);
     if (m_exact && m_exact_path == &path && m_exact_reference == name && m_exact_measured == measured)
         return *m_exact;
     m_exact.reset(); // its memory is needed
+    if (m_exact_measured != measured)
+        m_renderers.erase({m_exact_reference, true});
     const uint64_t bytes = ExactImages::bytes(path, m_score);
     const DeviceId scoring = renderer(measured).id();
     const bool on_host = renderer(measured).onHost(); // from here on the measured one may have to go
@@ -77,7 +90,8 @@ ExactImages& Measurer::exactImages(const Path& path, const std::string& measured
     std::shared_ptr<PictureMemory> memory = memoryToKeep(bytes, scoring, on_host, drawing);
     // a GPU draws an exact picture in less time than memory of the host takes to hold it
     const bool has_room = on_host || m_renderers.contains({measured, false});
-    const bool kept = memory != nullptr && (on_host || !has_room || memory->kind() == FrameTarget::Kind::Device);
+    const bool kept =
+        memory != nullptr && (drawing.onHost() || on_host || !has_room || memory->kind() == FrameTarget::Kind::Device);
     if (!kept)
         memory = memoryFor(scoring, on_host, drawing);
     auto exact = std::make_unique<ExactImages>(*m_scene, path, frame, m_score, drawing, std::move(memory));
@@ -87,7 +101,7 @@ ExactImages& Measurer::exactImages(const Path& path, const std::string& measured
         m_log.warning(formatString("%s: its exact images take %.1f GiB, too much to keep, and are rendered again for "
                                    "every run",
                                    path.cameras.c_str(), double(bytes) / double(1 << 30)));
-    if (kept && !own)
+    if (kept && !own && !leavesRoom(drawing))
         m_renderers.erase({name, true});
     m_exact = std::move(exact);
     m_exact_path = &path;

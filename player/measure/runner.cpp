@@ -52,7 +52,8 @@ void checkScored(const ScoreOptions& score, const Path& path, const std::string&
     if (score.first >= path.shots.size())
         throw Error(ErrorCode::Usage,
                     formatString("%s %llu: lies behind the last frame of %s, expected at most %zu; state a frame of it",
-                                 what.c_str(), static_cast<unsigned long long>(score.first), path.name.c_str(),
+                                 what.c_str(), static_cast<unsigned long long>(score.first),
+                                 path.name == "stored" ? "the stored cameras" : path.name.c_str(),
                                  path.shots.size() - 1));
 }
 
@@ -135,7 +136,7 @@ ScorePlace scorePlace(const Renderer& renderer)
 
 bool mayKeepOnHost(uint64_t bytes)
 {
-    return bytes <= usableMemory() / 4;
+    return bytes <= usableMemory() / 8;
 }
 
 std::shared_ptr<PictureMemory> memoryToKeep(uint64_t bytes, const DeviceId& scoring, bool on_host,

@@ -68,7 +68,7 @@ ScorePlace scorePlace(const Renderer& renderer);
 std::shared_ptr<PictureMemory> memoryFor(const DeviceId& scoring, bool on_host, const Renderer& drawing);
 
 // The same for `bytes` of pictures that stay: of the device up to half of what is free there (frames that grow need some, and
-// where memory is short they are drawn in more passes); else of the host, up to a quarter of what this process may use. Null
+// where memory is short they are drawn in more passes); else of the host, up to an eighth of what this process may use. Null
 // where they are more.
 std::shared_ptr<PictureMemory> memoryToKeep(uint64_t bytes, const DeviceId& scoring, bool on_host,
                                             const Renderer& drawing);

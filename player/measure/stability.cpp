@@ -78,6 +78,18 @@ void checkStabilityOutput(const StabilityOptions& options, const std::vector<std
     checkAppend(options.out);
 }
 
+// A bound on changes needs two frames in a row.
+void checkChanges(const StabilityOptions& options, const Path& path)
+{
+    const uint64_t frames = path.shots.size();
+    if (options.bound_temporal > 0 && frames > 1 && options.score.scoredOf(frames) < 2)
+        throw Error(
+            ErrorCode::Usage,
+            formatString("--score-first %llu: leaves one frame of %s, and --bound-temporal bounds changes from each "
+                         "frame to the next, expected two frames or more; pass --bound-temporal 0 too",
+                         static_cast<unsigned long long>(options.score.first), path.name.c_str()));
+}
+
 // All that changes the report besides times and memory.
 uint64_t stabilityHash(const StabilityOptions& options, const StabilitySummary& summary, const std::vector<Path>& paths)
 {
@@ -93,15 +105,16 @@ uint64_t stabilityHash(const StabilityOptions& options, const StabilitySummary& 
     StabilityOptions whole = options;
     whole.play.shard = {};
     const PlayOptions& play = options.play;
-    const OrderedJson said = {{"report", stabilityReportJson(whole, head)},
-                              {"trajectories", std::move(names)},
-                              {"tier", tierName(play.tier)},
-                              {"scored", {options.score.first, options.score.every}},
-                              {"near", play.near_z},
-                              {"background", play.background ? OrderedJson(*play.background) : OrderedJson()},
-                              {"mode", serviceModeName(play.workers.mode)},
-                              {"workers", std::move(workers)},
-                              {"vram_budget", play.vram_budget}};
+    OrderedJson said = {{"report", stabilityReportJson(whole, head)},
+                        {"trajectories", std::move(names)},
+                        {"tier", tierName(play.tier)},
+                        {"near", play.near_z},
+                        {"background", play.background ? OrderedJson(*play.background) : OrderedJson()},
+                        {"mode", serviceModeName(play.workers.mode)},
+                        {"workers", std::move(workers)},
+                        {"vram_budget", play.vram_budget}};
+    if (options.score.every > 1 || options.score.first > 0) // shards that score all go on with what they have
+        said["scored"] = {options.score.first, options.score.every};
     const std::string text = jsonText(said, -1);
     Checksum64 sum;
     sum.update(std::as_bytes(std::span(text)));
@@ -171,6 +184,7 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
         paths.push_back(openPath(*scene, reading, file, log));
         lengths.push_back(paths.back().shots.size());
         checkScored(options.score, paths.back(), "--score-first");
+        checkChanges(options, paths.back());
     }
     checkFrames(options.play, paths);
     Measurer measurer(scene, reading, options.reference, options.score, log);

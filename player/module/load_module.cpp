@@ -26,7 +26,8 @@ std::vector<fs::path> programFolders()
     std::error_code none;
     std::vector<fs::path> programs = {fs::read_symlink("/proc/self/exe", none)};
     const auto add = [&](const char* name) {
-        if (name != nullptr && *name != 0)
+        // a name without a folder was found in PATH: here it would be a file of the current folder
+        if (name != nullptr && std::strchr(name, '/') != nullptr)
             programs.push_back(fs::canonical(name, none)); // empty where there is no such file
     };
     add(reinterpret_cast<const char*>(::getauxval(AT_EXECFN)));

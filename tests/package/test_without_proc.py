@@ -62,6 +62,20 @@ class WithoutProc(unittest.TestCase):
                     self.run_it(*str(name).split(" "), "convert", "room", "-o", "room.gsc", "-w", "-q", proc=proc,
                                 PATH=path + os.environ["PATH"])
 
+    def test_the_current_folder_is_not_looked_at(self) -> None:
+        """It may hold a module of the same name: found in PATH, the program's own name is no path."""
+        alone = self.folder / "alone/gsc"
+        alone.parent.mkdir()
+        shutil.copy(GSC, alone)
+        self.run_it(GSC, "sample", "room", "--anchors", 500, "-o", "room", "-q", proc=True)
+        shutil.copy(GSC, self.folder / "gsc")
+        for module in (GSC.parent / "../lib/gsc").resolve().glob("*.so"):
+            shutil.copy(module, self.folder / module.name)
+        for proc in (True, False) if may_enter() else (True,):
+            said = self.run_it("gsc", "convert", "room", "-o", "room.gsc", "-q", code=5, proc=proc,
+                               PATH=f"{alone.parent}:{os.environ['PATH']}")
+            self.assertIn(f"not found, expected it in {alone.parent.resolve()}", said)
+
     def test_a_missing_module_is_said(self) -> None:
         alone = self.folder / "some/where/gsc"
         alone.parent.mkdir(parents=True)

@@ -187,7 +187,7 @@ class BenchCliTest(PlayTest):
             self.assertEqual(quality["psnr_pooled"], row["accuracy"]["psnr"]["pooled"])
             self.assertEqual(quality["psnr_worst"], row["accuracy"]["psnr"]["min"])
             self.assertIsNotNone(quality["psnr_pooled"])
-        self.assertEqual(self.quality("--quality", "2", "--target-ms", "0.0001")["frames"], [0, 2])
+        self.assertEqual(self.quality("--quality", "2", "--target-ms", "0.0001")["frames"], [1, 3])
         self.refused("bench", self.model, "--quality", "1", "--score-every", "2", code=1, says="together with")
         self.refused("bench", self.model, "--score-first", "4", "--cameras", self.path, "--size", "8x8", code=1,
                      says="--score-first 4")

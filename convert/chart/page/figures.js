@@ -265,7 +265,7 @@ var gscFigures = (function () {
       }
       shown.forEach(function (row) {
         option.series.push({
-          type: 'line', name: rows[row].name, xAxisIndex: index, yAxisIndex: index, showSymbol: count <= 2, symbol: parts.symbolOf(rows[row]),
+          type: 'line', name: rows[row].name, xAxisIndex: index, yAxisIndex: index, showSymbol: rows[row].frames[kind.key].length <= 2, symbol: parts.symbolOf(rows[row]),
           symbolSize: 5, z: 3, clip: false, sampling: 'lttb', emphasis: {lineStyle: {width: 2.5}},
           lineStyle: {width: 1.6, color: parts.colorOf(theme, rows[row]), type: parts.dashOf(rows[row])},
           itemStyle: {color: parts.colorOf(theme, rows[row])},
