@@ -76,6 +76,8 @@ std::vector<Membership> membershipsOf(const std::string& root)
 // a path that cannot be seen.
 std::string below(const Hierarchy& tree, std::string path)
 {
+    if (!path.starts_with('/'))
+        return "";
     if (tree.root != "/") {
         if (path != tree.root && !path.starts_with(tree.root + "/"))
             return "";
@@ -139,9 +141,9 @@ uint64_t fileBytes(const std::string& folder, bool second)
 
 void takeMemory(const std::string& folder, bool second, CgroupLimits& limits)
 {
-    uint64_t most = limitOf(wordsOf(folder + (second ? "memory.max" : "memory.limit_in_bytes")));
-    if (second) // above it a process hardly gets on
-        most = std::min(most, limitOf(wordsOf(folder + "memory.high")));
+    const uint64_t most = limitOf(wordsOf(folder + (second ? "memory.max" : "memory.limit_in_bytes")));
+    if (second) // above it a process hardly gets on, but lives: budgets keep below it, and no memory is refused
+        limits.memory = std::min(limits.memory, limitOf(wordsOf(folder + "memory.high")));
     if (most == std::numeric_limits<uint64_t>::max())
         return;
     const std::vector<std::string> words = wordsOf(folder + (second ? "memory.current" : "memory.usage_in_bytes"));

@@ -10,9 +10,10 @@
 namespace gsc {
 
 struct CgroupLimits {
-    uint64_t memory = std::numeric_limits<uint64_t>::max();      // bytes
-    uint64_t memory_free = std::numeric_limits<uint64_t>::max(); // of it, but for what its processes have besides files
-    uint64_t pids = std::numeric_limits<uint64_t>::max();        // processes and threads together
+    uint64_t memory = std::numeric_limits<uint64_t>::max(); // bytes
+    uint64_t memory_free =
+        std::numeric_limits<uint64_t>::max();             // before the system kills; without what is used but for files
+    uint64_t pids = std::numeric_limits<uint64_t>::max(); // processes and threads together
     double processors = std::numeric_limits<double>::infinity(); // of time: 1.5 is one and a half
 };
 

@@ -55,6 +55,12 @@ std::optional<rlimit>& startedWith()
 }
 #endif
 
+// NVIDIA's, of Linux or of Windows as WSL has it.
+bool gpuDriver()
+{
+    return ::access("/dev/nvidiactl", F_OK) == 0 || ::access("/dev/dxg", F_OK) == 0;
+}
+
 int runnableProcessors()
 {
 #ifdef __linux__
@@ -79,7 +85,7 @@ void boundMemory()
 {
 #ifdef __linux__
     const uint64_t memory_free = limitsAtStart().memory_free;
-    if (memory_free >= machineMemory() || dataBytes() > memory_free || ::access("/dev/nvidiactl", F_OK) == 0)
+    if (memory_free >= machineMemory() || dataBytes() > memory_free || gpuDriver())
         return;
     // a stack counts whole, though little of it is touched
     pthread_attr_t attributes;

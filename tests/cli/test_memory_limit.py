@@ -120,6 +120,9 @@ def main():
     gsc, play, work = (Path(a).resolve() for a in sys.argv[1:4])
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir(parents=True)
+    if any(os.path.exists(driver) for driver in ("/dev/nvidiactl", "/dev/dxg")):
+        print("skipped: where a GPU's driver is, the programs do not bound their memory")
+        return SKIPPED
     if os.geteuid() != 0:
         print("skipped: only root can limit memory")
         return SKIPPED

@@ -83,7 +83,7 @@ TEST_CASE("version 2: the least of a group and those around it")
     CHECK(limits.processors == 1.5);
 }
 
-TEST_CASE("version 2: memory.high counts, and so does what is used already but for files")
+TEST_CASE("version 2: memory.high slows down and kills nobody; what is used already counts but for files")
 {
     const gsc::CgroupLimits limits = limitsOf(
         "0::/\n", kSecond,
@@ -92,15 +92,23 @@ TEST_CASE("version 2: memory.high counts, and so does what is used already but f
          {"/sys/fs/cgroup/memory.current", "500000\n"},
          {"/sys/fs/cgroup/memory.stat", "anon 100000\nfile 400000\ninactive_file 250000\nactive_file 150000\n"}});
     CHECK(limits.memory == 900000);
-    CHECK(limits.memory_free == 800000);
+    CHECK(limits.memory_free == 900000); // of memory.max
+    const gsc::CgroupLimits slowed = limitsOf(
+        "0::/\n", kSecond, {{"/sys/fs/cgroup/memory.high", "900000\n"}, {"/sys/fs/cgroup/memory.current", "500000\n"}});
+    CHECK(slowed.memory == 900000);
+    CHECK(slowed.memory_free == kNone);
 }
 
 TEST_CASE("a group whose path cannot be seen from here: the folder that is mounted is the process's own")
 {
     const Files own = {{"/sys/fs/cgroup/memory.max", "5000\n"}};
-    CHECK(limitsOf("0::/\n", kSecond, own).memory == 5000);            // a namespace of its own
-    CHECK(limitsOf("0::/../../other\n", kSecond, own).memory == 5000); // moved out of it
-    CHECK(limitsOf("0::/docker/0123\n", kSecond, own).memory == 5000); // the host's path
+    CHECK(limitsOf("0::/\n", kSecond, own).memory == 5000);                            // a namespace of its own
+    CHECK(limitsOf("0::/../../other\n", kSecond, own).memory == 5000);                 // moved out of it
+    CHECK(limitsOf("0::/docker/0123\n", kSecond, own).memory == 5000);                 // the host's path
+    for (const char* const path : {"0::\n", "0::a\n", "0::a/b\n", "0::docker/0123\n"}) // no path at all
+        CHECK(limitsOf(path, kSecond, own).memory == 5000);
+    CHECK(limitsOf("0::docker/0123\n", "30 20 0:27 docker /sys/fs/cgroup rw - cgroup2 cgroup2 rw\n", own).memory ==
+          5000);
     const char* const bound = "30 20 0:27 /docker/0123 /sys/fs/cgroup rw - cgroup2 cgroup2 rw\n";
     CHECK(limitsOf("0::/docker/0123\n", bound, own).memory == 5000); // a part of the host's tree
     CHECK(limitsOf("0::/docker/0124\n", bound, own).memory == 5000); // of another container
