@@ -3,6 +3,8 @@
 
 #include "format/error.h"
 
+#include "player/cameras/json_fields.h"
+
 #include <nlohmann/json.hpp>
 
 #include <charconv>
@@ -17,6 +19,17 @@ constexpr const char* kMetreSchema = "gsc.metre/1";
 bool isLength(double value)
 {
     return value > 0 && value < kTooLong; // false for NaN
+}
+
+// The rule is one sentence that programs print; C0, DEL and C1 (in UTF-8 from 0xc2 0x80 on) could break or steer a terminal.
+bool hasControl(const std::string& text)
+{
+    for (size_t i = 0; i < text.size(); ++i) {
+        const auto c = uint8_t(text[i]);
+        if (c < 0x20 || c == 0x7f || (c == 0xc2 && i + 1 < text.size() && uint8_t(text[i + 1]) < 0xa0))
+            return true;
+    }
+    return false;
 }
 
 } // namespace
@@ -56,7 +69,8 @@ std::optional<Metre> metreOfManifest(std::string_view manifest)
 
 Metre parseMetreFile(std::string_view text, const std::string& path)
 {
-    const auto json = nlohmann::json::parse(text, nullptr, false);
+    // unlike the parser alone it refuses a key that is there twice
+    const auto json = nlohmann::json::accept(text) ? parseJson(text, path, "a file of a metre") : ParsedJson();
     const auto refuse = [&](const char* found) {
         throw Error(
             ErrorCode::InvalidFile,
@@ -70,6 +84,8 @@ Metre parseMetreFile(std::string_view text, const std::string& path)
         refuse("\"units\" is no length above 0");
     if (json.contains("rule") && !json["rule"].is_string())
         refuse("\"rule\" is no text");
+    if (json.contains("rule") && hasControl(json["rule"].get<std::string>()))
+        refuse("\"rule\" has a control character or a line end");
     return {json["units"].get<double>(), json.value("rule", "stated in metre.json beside the model")};
 }
 

@@ -137,7 +137,12 @@ class MetreTest(unittest.TestCase):
                             ('{"schema": "gsc.metre/1", "units": -2}', "no length"),
                             ('{"schema": "gsc.metre/1", "units": 1e300}', "no length"),
                             ('{"schema": "gsc.metre/1", "units": "1"}', "no length"),
-                            ('{"schema": "gsc.metre/1", "units": 1, "rule": 3}', "no text"), ("\xff", "no file of a metre")):
+                            ('{"schema": "gsc.metre/1", "units": 1, "rule": 3}', "no text"), ("\xff", "no file of a metre"),
+                            ('{"schema": "gsc.metre/1", "units": 1, "units": 2}', '"units"'),
+                            ('{"schema": "gsc.metre/1", "units": 1, "rule": "a\\nb"}', "control character"),
+                            ('{"schema": "gsc.metre/1", "units": 1, "rule": "a\\u001b[2J"}', "control character"),
+                            ('{"schema": "gsc.metre/1", "units": 1, "rule": "\\u0085"}', "control character"),
+                            ('{"schema": "gsc.metre/1", "units": 1, "rule": "\\u007f"}', "control character")):
             with self.subTest(text):
                 (self.folder / "data_set/metre.json").write_bytes(text.encode("latin1"))
                 run = self.gsc("convert", "data_set", "-o", "refused.gsc", "-q", code=3)
