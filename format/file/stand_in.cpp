@@ -61,7 +61,7 @@ void refusePointer(std::string_view text, uint64_t bytes, const std::string& pat
 void refusePage(std::string_view text, const std::string& path)
 {
     const char* kind = nullptr;
-    for (const char* start : {"<!doctype html", "<html", "<head", "<body"})
+    for (const char* start : {"<!doctype html", "<html", "<head", "<body", "<!--", "<title", "<meta", "<script"})
         if (startsWithWord(text, start))
             kind = "a web page";
     for (const char* start : {"<?xml", "<error>"}) // what storage services answer
@@ -71,6 +71,53 @@ void refusePage(std::string_view text, const std::string& path)
         throw Error(ErrorCode::InvalidFile, path + ": is " + kind +
                                                 ", expected the file that it is named as; download the file itself, a "
                                                 "server may have sent this instead");
+}
+
+// Does a text hold the word, whatever its letters' size?
+bool holdsWord(std::string_view text, std::string_view lower)
+{
+    for (; text.size() >= lower.size(); text.remove_prefix(1))
+        if (startsWithWord(text, lower))
+            return true;
+    return false;
+}
+
+// What GitHub, Hugging Face and storage services answer with, as one line.
+bool isAnswer(std::string_view text)
+{
+    for (const std::string_view line :
+         {"404: not found", "404 not found", "not found", "page not found", "file not found", "entry not found",
+          "repository not found", "403 forbidden", "403: forbidden", "forbidden", "access denied", "unauthorized",
+          "invalid username or password"})
+        if (startsWithWord(text, line) && text.substr(line.size()).find_first_not_of(".! \t\r\n") == text.npos)
+            return true;
+    return false;
+}
+
+// The same as an object of JSON.
+bool isAnswerObject(std::string_view text)
+{
+    if (!text.starts_with('{'))
+        return false;
+    text = withoutMark(text.substr(1));
+    if (!text.starts_with("\"message\"") && !text.starts_with("\"error\""))
+        return false;
+    for (const char* word : {"not found", "documentation_url", "restricted", "denied", "unauthorized", "forbidden"})
+        if (holdsWord(text, word))
+            return true;
+    return false;
+}
+
+void refuseAnswer(std::string_view text, uint64_t bytes, const std::string& path)
+{
+    if (bytes >= kMaxPointer || (!isAnswer(text) && !isAnswerObject(text)))
+        return;
+    std::string shown(text.substr(0, std::min<size_t>(text.find_first_of("\r\n"), 80)));
+    std::ranges::replace_if(
+        shown, [](char c) { return c >= 0 && (c < 0x20 || c == 0x7f); }, ' ');
+    throw Error(ErrorCode::InvalidFile, path + ": is an answer of a server, '" + shown +
+                                            "', expected the file that it is named as; check the address, and download "
+                                            "the file again");
 }
 
 std::string_view extensionOf(std::string_view path)
@@ -132,6 +179,7 @@ void refuseStandIn(std::span<const std::byte> start, uint64_t bytes, const std::
     const std::string_view text = withoutMark(raw);
     refusePointer(text, bytes, path);
     refusePage(text, path);
+    refuseAnswer(text, bytes, path);
     refuseLink(raw, bytes, path);
     refusePacked(raw, path);
 }

@@ -12,8 +12,8 @@ namespace gsc {
 
 constexpr size_t kStandInBytes = 1024; // that have to be seen of a file to tell
 
-// Refuses a Git LFS pointer, a symbolic link that Git left as text, a web page saved instead of a download, and a file
-// that was compressed as a whole. `start` holds the first bytes of the file, kStandInBytes or all, `bytes` is its size.
+// Refuses a Git LFS pointer, a symbolic link that Git left as text, a web page or a server's "404: Not Found" saved
+// instead of a download, and a file that was compressed as a whole. `start` holds the first bytes of the file, kStandInBytes or all, `bytes` is its size.
 // To be called by whatever opens a file of others, before its format is looked for. Throws Error: InvalidFile;
 // Unsupported for a compressed file.
 void refuseStandIn(std::span<const std::byte> start, uint64_t bytes, const std::string& path);

@@ -47,12 +47,28 @@ TEST_CASE("stand-ins: Git LFS pointers of every version, and what only mentions 
 
 TEST_CASE("stand-ins: pages, and text that is none")
 {
-    for (const char* page : {"<!DOCTYPE html>", "<!doctype HTML PUBLIC", " \r\n<HTML lang=en>", "<head>", "<body>x"})
+    for (const char* page : {"<!DOCTYPE html>", "<!doctype HTML PUBLIC", " \r\n<HTML lang=en>", "<head>", "<body>x",
+                             "<!-- saved -->\n<html>", "<title>Sign in</title>", "<script>", "<meta charset=utf-8>"})
         CHECK(says(page, "is a web page"));
     for (const char* document : {"<?xml version='1.0'?>", "<Error><Code>NoSuchKey"})
         CHECK(says(document, "is an XML document"));
     for (const char* other : {"<", "<hello>", "html", "{\"a\":\"<html>\"}", "Namespace(a='<html>')"})
         CHECK(said(other).empty());
+}
+
+TEST_CASE("stand-ins: what servers say instead of a file")
+{
+    for (const char* answer :
+         {"404: Not Found", "404: not found\n", "Not Found", "Not found.\r\n", "404 Not Found", "Entry not found",
+          "Repository not found", "403 Forbidden", "Forbidden", "Access denied", "Invalid username or password.",
+          "\xef\xbb\xbf{\"message\":\"Not Found\",\"documentation_url\":\"x\",\"status\":\"404\"}",
+          "{\n \"message\" : \"Bad credentials\", \"documentation_url\": \"x\"}",
+          "{\"error\":\"Repository not found\"}", "{\"error\": \"Access to model a/b is restricted\"}"})
+        CHECK_MESSAGE(says(answer, "is an answer of a server, '"), answer);
+    for (const char* other : {"404", "Not Founded", "4040: x", "{\"message\": \"hello\"}",
+                              "{\"error\": 0.5, \"psnr\": 30}", "{\"a\": \"Not Found\"}", "Forbidden: yes"})
+        CHECK_MESSAGE(said(other).empty(), other);
+    CHECK(said("Not Found" + std::string(2000, ' ')).empty());
 }
 
 TEST_CASE("stand-ins: links that Git left as text are told by the name they end with")
