@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <initializer_list>
 #include <string_view>
 
 namespace gsc {
@@ -70,6 +71,19 @@ LinearLayer readLayer(const TorchArchive& archive, const std::string& prefix, co
     return {uint32_t(weight.shape[1]), uint32_t(weight.shape[0]), weight.values, bias.values};
 }
 
+// Refuses tensors below `prefix` that are not among those that are `read`: the network would compute something else.
+void checkNames(const TorchArchive& archive, const std::string& prefix, std::initializer_list<std::string_view> read,
+                const char* expected, const std::string& path)
+{
+    for (const NamedTensor& tensor : archive.tensors)
+        if (tensor.name.starts_with(prefix) &&
+            std::ranges::find(read, std::string_view(tensor.name).substr(prefix.size())) == read.end())
+            throw Error(ErrorCode::Unsupported,
+                        path + ": holds '" + tensor.name.substr(0, 64) + "', expected " + expected +
+                            " and no such layer; only the MLPs of Scaffold-GS and Octree-GS can be "
+                            "converted");
+}
+
 // Module classes of a TorchScript file; a dictionary of tensors does not name them.
 void checkModules(const TorchArchive& archive, Activation activation, const std::string& path)
 {
@@ -88,7 +102,9 @@ void checkModules(const TorchArchive& archive, Activation activation, const std:
     expect("1", "ReLU");
     expect("2", "Linear");
     expect("3", kActivationClasses[uint32_t(activation)]);
-    expect("4", nullptr);
+    for (const auto& [child, type] : archive.modules)
+        if (child != "0" && child != "1" && child != "2" && child != "3")
+            expect(child, nullptr);
 }
 
 Mlp readMlp(const TorchArchive& archive, uint32_t kind, const std::string& prefix, const std::string& path,
@@ -106,6 +122,7 @@ Mlp readMlp(const TorchArchive& archive, uint32_t kind, const std::string& prefi
     mlp.activation = kActivations[kind];
     mlp.layers[0] = readLayer(archive, prefix + "0.", path);
     mlp.layers[1] = readLayer(archive, prefix + "2.", path);
+    checkNames(archive, prefix, {"0.weight", "0.bias", "2.weight", "2.bias"}, "Linear, ReLU, Linear", path);
     if (mlp.layers[1].in != mlp.layers[0].out)
         throw Error(ErrorCode::InvalidFile,
                     formatString("%s: second layer of '%s' takes %u values, expected the %u "
@@ -133,10 +150,12 @@ TorchArchive readArchive(const std::string& path)
     return readTorchArchive(readWholeFile(path, kMaxArchive, "a PyTorch archive"), path, isWeight);
 }
 
-void readEmbedding(const NamedTensor& weight, const std::string& path, Checkpoint& checkpoint)
+void readEmbedding(const TorchArchive& archive, const std::string& prefix, const std::string& path,
+                   Checkpoint& checkpoint)
 {
-    if (weight.shape.size() != 2 || weight.shape[0] == 0 || weight.shape[1] == 0 || weight.shape[0] > 1u << 24 ||
-        weight.shape[1] > 1024)
+    const NamedTensor& weight = requireTensor(archive, prefix + "embedding.weight", 2, path);
+    checkNames(archive, prefix, {"embedding.weight"}, "one table of rows", path);
+    if (weight.shape[0] == 0 || weight.shape[1] == 0 || weight.shape[0] > 1u << 24 || weight.shape[1] > 1024)
         throw Error(ErrorCode::InvalidFile, path + ": appearance embedding is no table of rows, expected one row per "
                                                    "training image; pass the file the trainer wrote");
     checkpoint.appearance_dim = uint32_t(weight.shape[1]);
@@ -164,8 +183,7 @@ void readSplit(const CheckpointFiles& files, Checkpoint& checkpoint)
     if (!files.has("embedding_appearance.pt"))
         return;
     const std::string path = (folder / "embedding_appearance.pt").string();
-    const TorchArchive archive = readArchive(path);
-    readEmbedding(requireTensor(archive, "embedding.weight", 2, path), path, checkpoint);
+    readEmbedding(readArchive(path), "", path, checkpoint);
     checkpoint.weight_paths.push_back(path);
 }
 
@@ -188,21 +206,28 @@ void checkOtherNetworks(const TorchArchive& archive, const std::string& path, st
         warnings.push_back(path + ": 'anchor_normals_mlp' of this GSDF model is left out, no image depends on it");
 }
 
+// The feature bank's key; empty without one. Scaffold-GS before 2024-01-22 calls it by the second.
+std::string bankKey(const TorchArchive& archive)
+{
+    for (const std::string key : {"feature_bank_mlp", "mlp_feature_bank"})
+        if (std::ranges::any_of(archive.tensors, [&](const NamedTensor& t) { return t.name.starts_with(key + "."); }))
+            return key;
+    return "";
+}
+
 // checkpoints.pth (Scaffold-GS and Octree-GS saved with "unite") and checkpoint.pth (Scaffold-GS before 2024-01-22)
-void readUnited(const std::string& path, bool v1, Checkpoint& checkpoint)
+void readUnited(const std::string& path, Checkpoint& checkpoint)
 {
     const TorchArchive archive = readArchive(path);
     checkOtherNetworks(archive, path, checkpoint.warnings);
     for (uint32_t kind = 0; kind <= kBank; ++kind) {
-        const std::string key = kind == kBank && v1 ? "mlp_feature_bank" : kMlpNames[kind];
-        const bool present = std::any_of(archive.tensors.begin(), archive.tensors.end(),
-                                         [&](const NamedTensor& t) { return t.name.starts_with(key + "."); });
-        if (kind == kBank && !present)
+        const std::string key = kind == kBank ? bankKey(archive) : kMlpNames[kind];
+        if (key.empty())
             continue;
         checkpoint.mlps.push_back(readMlp(archive, kind, key + ".", path, checkpoint.warnings));
     }
-    if (const NamedTensor* embedding = findTensor(archive, "appearance.embedding.weight"))
-        readEmbedding(*embedding, path, checkpoint);
+    if (findTensor(archive, "appearance.embedding.weight"))
+        readEmbedding(archive, "appearance.", path, checkpoint);
     checkpoint.weight_paths.push_back(path);
 }
 
@@ -222,7 +247,7 @@ void readWeights(const CheckpointFiles& files, Checkpoint& checkpoint)
     } else if (unite || v1) {
         checkpoint.container = unite ? "unite" : "v1";
         readUnited((std::filesystem::path(files.folder) / (unite ? "checkpoints.pth" : "checkpoint.pth")).string(),
-                   !unite, checkpoint);
+                   checkpoint);
     } else {
         throw Error(ErrorCode::InvalidFile,
                     files.folder +

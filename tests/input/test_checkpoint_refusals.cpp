@@ -40,6 +40,18 @@ void writeForeign(const fs::path& folder, const ModelSpec& spec, const std::stri
                                                                {}, 0, 0));
 }
 
+// A network as torch.save(mlp.state_dict()) leaves it.
+std::vector<NamedTensor> stateDictOf(const Mlp& mlp)
+{
+    std::vector<NamedTensor> tensors;
+    for (const size_t i : {0, 1}) {
+        const LinearLayer& layer = mlp.layers[i];
+        tensors.push_back({i == 0 ? "0.weight" : "2.weight", {layer.out, layer.in}, layer.weight});
+        tensors.push_back({i == 0 ? "0.bias" : "2.bias", {layer.out}, layer.bias});
+    }
+    return tensors;
+}
+
 // Calls the weights of the first layers "params", as tiny-cuda-nn calls its one vector.
 void nameAsTcnn(const fs::path& path)
 {
@@ -97,6 +109,85 @@ TEST_CASE("trap 33: GSDF with torch.nn.Linear layers is a Scaffold-GS model and 
         CHECK(mlp.inputs == kMlpTakesFeature); // no distance, unlike other models of this container
     CHECK(std::count_if(checkpoint.warnings.begin(), checkpoint.warnings.end(),
                         [](const std::string& warning) { return warning.find("GSDF") != std::string::npos; }) == 1);
+}
+
+TEST_CASE("refusals: layers of a state dict that are not among the two that are read")
+{
+    const TemporaryFolder folder;
+    const ModelSpec spec;
+    const fs::path iteration = writeModel(folder.path(), spec);
+    const WeightSet weights = makeWeights(spec.n_offsets, spec.feat_dim, {});
+    const std::vector<NamedTensor> plain = stateDictOf(weights.mlps[0]);
+    const auto write = [&](const std::vector<NamedTensor>& more) {
+        std::vector<NamedTensor> tensors = plain;
+        tensors.insert(tensors.end(), more.begin(), more.end());
+        writeFile(iteration / "opacity_mlp.pt", writeTensorArchive(tensors));
+    };
+    write({});
+    CHECK(outcomeOf([&] { (void)readCheckpoint(folder.path().string(), {}); }).code == ErrorCode::Ok);
+    const uint32_t hidden = weights.mlps[0].layers[0].out, out = weights.mlps[0].layers[1].out;
+    const auto layer = [](const std::string& prefix, uint32_t rows) {
+        return std::vector<NamedTensor>{
+            {prefix + "weight", {rows, rows}, std::vector<float>(size_t(rows) * rows, 0.5f)},
+            {prefix + "bias", {rows}, std::vector<float>(rows, 0.5f)}};
+    };
+    for (const char* prefix : {"3.", "4.", "5.", "norm."}) {
+        write(layer(prefix, out));
+        refuses(folder.path(), ErrorCode::Unsupported, ("'" + std::string(prefix) + "weight'").c_str(),
+                "only the MLPs");
+    }
+    write({{"1.weight", {hidden}, std::vector<float>(hidden, 0.5f)},
+           {"1.bias", {hidden}, std::vector<float>(hidden, 0.5f)}}); // LayerNorm
+    refuses(folder.path(), ErrorCode::Unsupported, "'1.weight'", "no such layer");
+    write({{"1.weight", {1}, {0.25f}}}); // PReLU
+    refuses(folder.path(), ErrorCode::Unsupported, "opacity_mlp.pt: holds '1.weight'", "no such layer");
+}
+
+TEST_CASE("refusals: an embedding with layers behind it")
+{
+    const TemporaryFolder folder;
+    ModelSpec spec;
+    spec.widths.appearance_rows = 3;
+    spec.widths.appearance_columns = 2;
+    const fs::path iteration = writeModel(folder.path(), spec);
+    std::vector<NamedTensor> tensors = {{"embedding.weight", {3, 2}, std::vector<float>(6, 1)}};
+    writeFile(iteration / "embedding_appearance.pt", writeTensorArchive(tensors));
+    CHECK(readCheckpoint(folder.path().string(), {}).mlps.size() == 3);
+    tensors.push_back({"mlp.weight", {2, 2}, std::vector<float>(4, 1)});
+    writeFile(iteration / "embedding_appearance.pt", writeTensorArchive(tensors));
+    refuses(folder.path(), ErrorCode::Unsupported, "embedding_appearance.pt: holds 'mlp.weight'", "one table of rows");
+}
+
+TEST_CASE("a file of several networks: what lies beside them is left, layers within them are refused")
+{
+    const TemporaryFolder folder;
+    const ModelSpec spec;
+    const fs::path iteration = writeModel(folder.path(), spec);
+    for (const char* name : {"opacity_mlp.pt", "cov_mlp.pt", "color_mlp.pt"})
+        fs::remove(iteration / name);
+    const WeightSet weights = makeWeights(spec.n_offsets, spec.feat_dim, {});
+    const auto write = [&](const std::string& name, const std::string& key) {
+        std::vector<NamedTensor> tensors = {{key, {2}, {1, 2}}};
+        for (const char* network : {"opacity_mlp", "cov_mlp", "color_mlp"})
+            for (NamedTensor tensor : stateDictOf(weights.mlps[network[1] == 'p' ? 0 : network[2] == 'v' ? 1 : 2])) {
+                tensor.name.insert(0, std::string(network) + ".");
+                tensors.push_back(tensor);
+            }
+        writeFile(iteration / name, writeTensorArchive(tensors));
+    };
+    for (const char* beside : {"optimizer.state.0.exp_avg", "opacity_mlp_accum", "xyz_gradient_accum"}) {
+        write("checkpoints.pth", beside);
+        CHECK(readCheckpoint(folder.path().string(), {}).mlps.size() == 3);
+    }
+    write("checkpoints.pth", "cov_mlp.4.weight");
+    refuses(folder.path(), ErrorCode::Unsupported, "'cov_mlp.4.weight'", "no such layer");
+    // a bank by the name of the other container is no other network
+    fs::remove(iteration / "checkpoints.pth");
+    write("checkpoint.pth", "feature_bank_mlp.0.weight");
+    refuses(folder.path(), ErrorCode::Unsupported, "feature_bank_mlp.0.weight", "files the trainer wrote");
+    fs::rename(iteration / "checkpoint.pth", iteration / "checkpoints.pth");
+    write("checkpoints.pth", "mlp_feature_bank.0.weight");
+    refuses(folder.path(), ErrorCode::Unsupported, "mlp_feature_bank.0.weight", "files the trainer wrote");
 }
 
 TEST_CASE("refusals: 'info' without 'level'")
