@@ -33,8 +33,12 @@ ConfigFile readConfig(const CheckpointFiles& files, bool any_gs, Checkpoint& che
         return config;
     }
     const ConfigValue tree = parseYaml(checkpoint.cfg_args, config.path);
-    if (const ConfigValue* model = tree.find("model_params"))
-        config.values = *model;
+    const ConfigValue* const model = tree.find("model_params");
+    if (!model || model->keys.empty())
+        throw Error(ErrorCode::InvalidFile,
+                    config.path + ": holds no settings of a model, expected them below 'model_params' as Octree-AnyGS "
+                                  "writes them; restore the file, or remove it");
+    config.values = *model;
     if (const ConfigValue* optim = tree.find("optim_params"))
         config.optim = *optim;
     if (const ConfigValue* pipeline = tree.find("pipeline_params"))

@@ -68,8 +68,8 @@ std::vector<SourceCamera> readTransforms(const CheckpointFiles& files, uint32_t 
 {
     std::vector<std::pair<std::string, bool>> paths = {{files.findBeside("transforms_test.json"), true},
                                                        {files.findBeside("transforms_train.json"), false}};
-    if (paths[1].first.empty())
-        paths = {{files.findBeside("transforms.json"), false}};
+    if (const std::string all = files.findBeside("transforms.json"); paths[1].first.empty() && !all.empty())
+        paths = {{all, false}};
     std::vector<SourceCamera> cameras;
     for (const auto& [path, is_test] : paths) {
         if (path.empty())
@@ -135,10 +135,8 @@ TrainerResolution resolutionOf(const ConfigValue* config, const std::string& pat
         return resolution;
     CameraReading how;
     how.warnings = &warnings;
-    if (const ConfigValue* images = config->find("images"))
-        warnOfSmallImages(images->text, path, how);
-    if (const ConfigValue* divisor = config->find("resolution"); divisor && divisor->kind != ConfigValue::Kind::None)
-        resolution.divisor = divisor->number;
+    warnOfSmallImages(config->getString("images", "", path), path, how);
+    resolution.divisor = config->getNumber("resolution", resolution.divisor, path);
     return checkedResolution(resolution, path, how);
 }
 
@@ -194,7 +192,7 @@ void assignSplit(std::vector<SourceCamera>& cameras, uint32_t embedding_rows, in
         held_out = countHeldOut(cameras, lod);
         if (eval < 0 && held_out != 0) {
             held_out = 0;
-            warnings.push_back("cfg_args: not found, so which cameras were held out is unknown");
+            warnings.push_back("cameras.json: no settings state 'eval', so which cameras were held out is unknown");
         }
     }
     for (size_t i = 0; i < cameras.size(); ++i) {

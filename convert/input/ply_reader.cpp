@@ -125,6 +125,9 @@ const PlyColumn* PlyHeader::find(std::string_view name) const
 PlyHeader parsePlyHeader(std::span<const std::byte> bytes, uint64_t file_bytes, const std::string& name)
 {
     const std::string_view start(reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), kMaxPlyHeader));
+    if (start.starts_with("PK\3\4"))
+        throw Error(ErrorCode::Unsupported,
+                    name + ": is a zip archive, expected the PLY file itself; unpack it with unzip");
     if (!start.starts_with("ply\n") && !start.starts_with("ply\r"))
         throwInvalid(name, "does not start with 'ply', expected a PLY file");
     size_t cursor = 0;

@@ -312,3 +312,81 @@ TEST_CASE("as left: sizes that settings and model do not share are told")
     CHECK(told("appearance_dim is 16, but the model has 0"));
     CHECK_FALSE(told("n_offsets"));
 }
+
+TEST_CASE("files as people have them: a config.yaml that holds no settings")
+{
+    const TemporaryFolder folder;
+    ModelSpec spec;
+    spec.columns = Columns::AnyBase;
+    spec.cfg_args = "Namespace()";
+    (void)writeModel(folder.path(), spec);
+    const auto said = [&](const std::string& yaml) {
+        writeFile(folder.path() / "config.yaml", yaml);
+        return readingOf(folder.path());
+    };
+    const std::string model = "{model_config: {name: GaussianModel, kwargs: {voxel_size: 0.5}}}\n";
+    CHECK(said("model_params: " + model).code == ErrorCode::Ok);
+    CHECK(said("{\"model_params\": " + model + "}").code == ErrorCode::Ok);
+    for (const std::string& yaml :
+         {std::string("404 : Not Here"), std::string("{\"answer\": \"none\"}"), std::string("hello"),
+          std::string("- a\n- b\n"), std::string(), std::string("# nothing\n"), std::string("model_params:\n"),
+          std::string("model_params: {}\n"), std::string("model_params: [1]\n"),
+          std::string("model_params: GaussianModel\n"), "model_parameters: " + model,
+          std::string("optim_params: {iterations: 1}\n"), "model:\n  model_params: " + model}) {
+        CAPTURE(yaml);
+        const Outcome outcome = said(yaml);
+        CHECK(outcome.code == ErrorCode::InvalidFile);
+        CHECK(outcome.says("config.yaml: "));
+        CHECK(outcome.says("'model_params'"));
+    }
+    CHECK(said("404: Not Found").says("config.yaml: is an answer of a server"));
+    CHECK(said("{\"message\": \"Not Found\"}").says("config.yaml: is an answer of a server"));
+    CHECK(said("model_params:\n  \u00a0white_background: true\n").says("U+00A0"));
+}
+
+TEST_CASE("files as people have them: settings that are words or numbers have to be that")
+{
+    const TemporaryFolder folder;
+    ModelSpec spec;
+    for (const char* setting : {"images='images' + '_4'", "images=4", "resolution='4'", "resolution=int(4)"}) {
+        CAPTURE(setting);
+        spec.cfg_args = std::string("Namespace(voxel_size=0.25, ") + setting + ")";
+        (void)writeModel(folder.path(), spec);
+        const Outcome outcome = readingOf(folder.path());
+        CHECK(outcome.code == ErrorCode::Unsupported);
+        CHECK(outcome.says(std::string(setting).substr(0, std::string(setting).find('='))));
+    }
+    spec.cfg_args = "Namespace(voxel_size=0.25, images=None, resolution=None)";
+    (void)writeModel(folder.path(), spec);
+    CHECK(readingOf(folder.path()).code == ErrorCode::Ok);
+}
+
+TEST_CASE("files as people have them: a camera file of the test pictures alone")
+{
+    const TemporaryFolder folder;
+    (void)writeModel(folder.path(), {});
+    const fs::path path = folder.path() / "transforms_test.json";
+    const auto warned = [&](const std::string& text) {
+        return std::ranges::any_of(readCheckpoint(folder.path().string(), {}).warnings,
+                                   [&](const std::string& warning) {
+                                       return warning.find("transforms_test.json: " + text) != std::string::npos;
+                                   });
+    };
+    writeFile(path, std::string("version https://git-lfs.github.com/spec/v1\noid sha256:aa\nsize 12\n"));
+    CHECK(warned("is a Git LFS pointer"));
+    writeFile(path, std::string("{\"camera_angle_x\": 1, \"w\": 8, \"h\": 8, \"frames\": [{\"file_path\": \"a\", "
+                                "\"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}"));
+    const Checkpoint read = readCheckpoint(folder.path().string(), {});
+    REQUIRE(read.cameras.size() == 1);
+    CHECK(read.cameras[0].is_test);
+}
+
+TEST_CASE("files as people have them: a zip archive by the name of what is in it")
+{
+    const TemporaryFolder folder;
+    const fs::path iteration = writeModel(folder.path(), {});
+    writeFile(iteration / "point_cloud.ply", std::string("PK\x03\x04\x14") + std::string(60, '\0'));
+    const Outcome outcome = readingOf(folder.path());
+    CHECK(outcome.code == ErrorCode::Unsupported);
+    CHECK(outcome.says("point_cloud.ply: is a zip archive"));
+}

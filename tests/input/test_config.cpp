@@ -249,6 +249,72 @@ TEST_CASE("cfg_args: expressions are kept where nothing needs them, and refused 
     }
 }
 
+TEST_CASE("cfg_args: a Namespace takes named values only, each once")
+{
+    const std::string generator = "(x for x in y)"; // the call's own brackets
+    for (const std::string& text :
+         {std::string("Namespace(a==True)"), std::string("Namespace(a:=True)"), std::string("Namespace(True)"),
+          std::string("Namespace(b=1, *['a'])"), std::string("Namespace('a')"), "Namespace" + generator,
+          std::string("argparse.Namespace(b=1, 2)"), std::string("Namespace(b=Namespace(1))"),
+          std::string("Namespace(a=False, **{'a': True})"), std::string("Namespace(**{'a': 1}, a=2)"),
+          std::string("Namespace(**{'a': 1}, **{'a': 1})"), std::string("Namespace(None=1)"),
+          std::string("Namespace(True=1)"), std::string("Namespace(b=1, False=1)"), std::string("Namespace(b=a.None)"),
+          std::string("Namespace(b=dict(True=1))")}) {
+        CAPTURE(text);
+        const Outcome outcome = outcomeOf([&] { (void)parse(text); });
+        CHECK(outcome.code == ErrorCode::InvalidFile);
+        CHECK(outcome.says("cfg_args: "));
+    }
+    CHECK(outcomeOf([] { (void)parse("Namespace(a==True)"); }).says("'a==True' has no name at byte 10"));
+    CHECK(outcomeOf([] { (void)parse("Namespace(a=0, **{'a': 1})"); }).says("'a' given twice"));
+    CHECK(parse("Namespace(**{'a': 1, 'a': 2})").getNumber("a", 0, "f") == 2);
+    CHECK(parse("Namespace(a=1, **{'b': 2}, **dict(c=3))").getNumber("c", 0, "f") == 3);
+    CHECK(parse("Namespace(b=f(1, *c), a=2)").getNumber("a", 0, "f") == 2); // others may take what they like
+}
+
+TEST_CASE("cfg_args: characters that no name of Python's has are refused by their number")
+{
+    const std::pair<const char*, const char*> characters[] = {{"\u00a0", "U+00A0"},
+                                                              {"\u200b", "U+200B"},
+                                                              {"\ufeff", "U+FEFF"},
+                                                              {"\uff1d", "U+FF1D"},
+                                                              {"\u2018", "U+2018"},
+                                                              {"\u0430", "U+0430"},
+                                                              {"\U0001f600", "U+1F600"},
+                                                              {"\xa0", "byte 0xA0"},
+                                                              {"\xe2\x80", "byte 0xE2"},
+                                                              {"\xc0\xa0", "byte 0xC0"},
+                                                              {"\x01", "U+0001"},
+                                                              {"$", "'$'"},
+                                                              {"?", "'?'"}};
+    for (const auto& [bytes, name] : characters) {
+        const std::string c = bytes;
+        CAPTURE(name);
+        for (const std::string& text : {"Namespace(" + c + "a=1)", "Namespace(a" + c + "=1)", "Namespace(a=1" + c + ")",
+                                        "Namespace(b=1, " + c + "a=1)", c + "Namespace(a=1)", "Namespace(a=1)" + c,
+                                        "Namespace(a=" + c + "b" + c + ")", "Namespace(a=0x1" + c + ")"}) {
+            CAPTURE(text);
+            const Outcome outcome = outcomeOf([&] { (void)parse(text); });
+            CHECK(outcome.code == ErrorCode::InvalidFile);
+            CHECK_MESSAGE(outcome.says(name), outcome.message);
+        }
+        if (c[0] != '\x01')
+            CHECK(parse("Namespace(b='" + c + "', c=<" + c + ">, a=1) # " + c).getNumber("a", 0, "f") == 1);
+    }
+    CHECK(outcomeOf([] { (void)parse("Namespace(b=1,\u00a0a=1)"); }).says("U+00A0 at byte 14"));
+}
+
+TEST_CASE("config.yaml: keys that a web page gave a blank of its own")
+{
+    for (const char* text : {"\u00a0a: 1", "a\u00a0: 1", "b: {\u200ba: 1}", "b: [{\ufeffa: 1}]"}) {
+        CAPTURE(text);
+        const Outcome outcome = outcomeOf([&] { (void)parseYaml(text, "y"); });
+        CHECK(outcome.code == ErrorCode::InvalidFile);
+        CHECK(outcome.says("U+"));
+    }
+    CHECK(parseYaml("a: caf\u00e9\u00a0", "y").find("a")->kind == Kind::String);
+}
+
 TEST_CASE("settings: Python's truth is the trainers'")
 {
     const ConfigValue config = parse("Namespace(a='False', b='', c=0.0, d=0.5, e=[], f=[0], g={}, h=True)");

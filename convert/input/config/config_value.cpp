@@ -94,6 +94,29 @@ std::string ConfigValue::getString(std::string_view path, const std::string& fal
     return value ? value->text : fallback;
 }
 
+std::string characterName(std::string_view text, size_t at)
+{
+    const auto first = uint8_t(text[at]);
+    if (first > 0x20 && first < 0x7f)
+        return std::string("'") + text[at] + "'";
+    // bytes of the character, and the first code that needs as many; the bits of it that the first byte has
+    const size_t bytes = first < 0x80   ? 1
+                         : first < 0xc2 ? 0
+                         : first < 0xe0 ? 2
+                         : first < 0xf0 ? 3
+                         : first < 0xf5 ? 4
+                                        : 0;
+    constexpr uint32_t least[] = {0, 0, 0x80, 0x800, 0x10000}, bits[] = {0, 0x7f, 0x1f, 0x0f, 0x07};
+    uint32_t code = first & bits[bytes];
+    bool is_utf8 = bytes != 0 && at + bytes <= text.size();
+    for (size_t i = 1; is_utf8 && i < bytes; ++i) {
+        const auto next = uint8_t(text[at + i]);
+        is_utf8 = (next & 0xc0) == 0x80;
+        code = code << 6 | (next & 0x3fu);
+    }
+    return is_utf8 && code >= least[bytes] ? formatString("U+%04X", code) : formatString("byte 0x%02X", first);
+}
+
 bool readNumber(const std::string& text, ConfigValue& value)
 {
     char* end = nullptr;

@@ -41,6 +41,9 @@ private:
 // Sets `value` to the number that `text` is; false, and nothing is set, if it is none.
 bool readNumber(const std::string& text, ConfigValue& value);
 
+// The character at byte `at` of `text` for a message: 'a', U+00A0, or byte 0xA0 where it is no UTF-8.
+std::string characterName(std::string_view text, size_t at);
+
 // "Namespace(key=value, ...)" as Python prints an argparse.Namespace: strings with escapes, numbers, None, True,
 // False, lists, tuples, dictionaries; values of any other type, and expressions, are kept as text. Throws Error:
 // InvalidFile for what Python does not parse, Unsupported for an expression that is no Namespace.

@@ -25,10 +25,18 @@ constexpr std::string_view kReserved[] = {
     "else",     "except", "finally", "for",   "from",  "global", "if",    "import",   "in",   "is",   "lambda",
     "nonlocal", "not",    "or",      "pass",  "raise", "return", "try",   "while",    "with", "yield"};
 
+// Words that are values, and no names that could be given one.
+constexpr std::string_view kConstants[] = {"None", "True", "False"};
+
 template <size_t N>
 bool isOneOf(std::string_view word, const std::string_view (&words)[N])
 {
     return std::ranges::find(words, word) != std::end(words);
+}
+
+bool isNamespace(std::string_view callee)
+{
+    return callee == "Namespace" || callee.ends_with(".Namespace");
 }
 
 class ReprParser {
@@ -46,7 +54,7 @@ public:
         const bool is_tuple = at(",");
         if (!is_tuple && peek().kind != PythonKind::End)
             fail("text after the expression");
-        if (is_tuple || value.kind != Kind::Dict || (value.text != "Namespace" && !value.text.ends_with(".Namespace")))
+        if (is_tuple || value.kind != Kind::Dict || !isNamespace(value.text))
             unsupported("is a Python expression but no Namespace of named values");
         return value;
     }
@@ -149,11 +157,18 @@ private:
         }
     }
 
-    std::string name()
+    std::string nameOrConstant()
     {
         if (peek().kind != PythonKind::Name || isOneOf(peek().text, kReserved))
             fail("name missing");
         return std::string(m_tokens[m_next++].text);
+    }
+
+    std::string name()
+    {
+        if (isOneOf(peek().text, kConstants))
+            fail("'" + std::string(peek().text) + "' is no name");
+        return nameOrConstant();
     }
 
     ConfigValue operand(int depth)
@@ -199,7 +214,7 @@ private:
             } else if (at("(")) {
                 const std::string callee = is_path ? other(first).text : std::string();
                 bool known = true;
-                ConfigValue result = arguments(depth, known);
+                ConfigValue result = arguments(depth, isNamespace(callee), known);
                 const bool is_dict = is_path && known && (!result.keys.empty() || callee.ends_with("Namespace"));
                 if (is_dict && !at(".") && !at("(") && !at("[")) {
                     result.text = callee;
@@ -256,7 +271,7 @@ private:
     ConfigValue word()
     {
         const size_t first = m_next;
-        const std::string text = name();
+        const std::string text = nameOrConstant();
         ConfigValue result;
         if (text == "None")
             return result;
@@ -342,25 +357,38 @@ private:
         return more.kind == Kind::Dict;
     }
 
-    // (key=value, value, **{...}); values without a key are dropped. `known` becomes false where keys are not known.
-    ConfigValue arguments(int depth, bool& known)
+    // A function takes each name once. `last`: only the first keys of `given` count.
+    void requireNew(const std::string& key, const ConfigValue& given, size_t last) const
+    {
+        const auto end = given.keys.begin() + ptrdiff_t(last);
+        if (std::find(given.keys.begin(), end, key) != end)
+            fail("'" + key.substr(0, 64) + "' given twice");
+    }
+
+    // (key=value, value, **{...}); values without a key are dropped, or refused where the function takes `only_named` ones.
+    // `known` becomes false where keys are not known.
+    ConfigValue arguments(int depth, bool only_named, bool& known)
     {
         ++m_next;
         ConfigValue result;
         result.kind = Kind::Dict;
         while (!accept(")")) {
+            const size_t first = m_next, given = result.keys.size();
             if (accept("**")) {
                 known = merge(expression(depth + 1), result) && known;
+                for (size_t i = given; i < result.keys.size(); ++i)
+                    requireNew(result.keys[i], result, given);
             } else if (at("=", 1)) {
                 std::string key = name();
                 ++m_next;
-                if (std::ranges::find(result.keys, key) != result.keys.end())
-                    fail("'" + key.substr(0, 64) + "' given twice");
+                requireNew(key, result, given);
                 result.add(std::move(key), expression(depth + 1));
             } else {
                 (void)accept("*");
                 (void)expression(depth + 1);
                 (void)comprehension(depth);
+                if (only_named)
+                    throwNoPython(m_file, "'" + other(first).text.substr(0, 64) + "' has no name", m_tokens[first].at);
             }
             if (!accept(",")) {
                 require(")");

@@ -26,9 +26,10 @@ bool isDigit(char c)
     return c >= '0' && c <= '9';
 }
 
+// Of ASCII: Python takes letters of every script, no setting has them, and what looks like a letter or a blank may be none.
 bool isNameCharacter(char c)
 {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || isDigit(c) || c == '_' || (c & 0x80) != 0;
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || isDigit(c) || c == '_';
 }
 
 void appendUtf8(std::string& out, uint32_t code)
@@ -120,7 +121,7 @@ private:
         const std::string_view rest = m_text.substr(m_cursor);
         const auto found = std::ranges::find_if(kOperators, [&](std::string_view o) { return rest.starts_with(o); });
         if (found == std::end(kOperators) && kSingle.find(rest[0]) == std::string_view::npos)
-            fail("a character that Python does not take");
+            fail("does not take " + characterName(m_text, m_cursor));
         m_brackets += std::string_view("([{").find(rest[0]) != std::string_view::npos;
         m_brackets -= std::string_view(")]}").find(rest[0]) != std::string_view::npos;
         if (m_brackets > kMaxBrackets)

@@ -23,7 +23,8 @@ struct PythonToken {
 };
 
 // The last is an End. Line ends count as spaces; "<...>" where a value should be is what Python prints of an object.
-// Throws Error(InvalidFile) where Python's own tokenizer would refuse; `file` is used in messages only.
+// Throws Error(InvalidFile) where Python's own tokenizer would refuse, and for letters beyond ASCII in a name; `file` is
+// used in messages only.
 std::vector<PythonToken> pythonTokens(std::string_view text, const std::string& file);
 
 // Error(InvalidFile) about byte `at` of the settings `file`.

@@ -107,6 +107,18 @@ void merge(ConfigValue more, ConfigValue& into)
     }
 }
 
+// A key of the trainers' is plain; a blank that a web page put there would make it another one without a word.
+std::string keyOf(const YAML::Node& node, const std::string& file)
+{
+    const std::string& key = node.Scalar();
+    const auto strange = std::ranges::find_if(key, [](char c) { return (c & 0x80) != 0; });
+    if (strange != key.end())
+        throw Error(ErrorCode::InvalidFile, file + ": a key on line " + std::to_string(node.Mark().line + 1) + " has " +
+                                                characterName(key, size_t(strange - key.begin())) +
+                                                ", expected plain letters; type that line anew");
+    return key;
+}
+
 ConfigValue convert(const YAML::Node& node, const std::string& file, int depth, size_t& nodes)
 {
     if (depth > kMaxDepth || ++nodes > kMaxNodes)
@@ -127,7 +139,7 @@ ConfigValue convert(const YAML::Node& node, const std::string& file, int depth, 
                 merge(convert(entry.second, file, depth + 1, nodes), value);
         for (const auto& entry : node)
             if (entry.first.IsScalar() && entry.first.Scalar() != "<<")
-                value.add(entry.first.Scalar(), convert(entry.second, file, depth + 1, nodes));
+                value.add(keyOf(entry.first, file), convert(entry.second, file, depth + 1, nodes));
     }
     return value;
 }
