@@ -269,6 +269,9 @@ TEST_CASE("cfg_args: a Namespace takes named values only, each once")
     CHECK(outcomeOf([] { (void)parse("Namespace(a=0, **{'a': 1})"); }).says("'a' given twice"));
     CHECK(parse("Namespace(**{'a': 1, 'a': 2})").getNumber("a", 0, "f") == 2);
     CHECK(parse("Namespace(a=1, **{'b': 2}, **dict(c=3))").getNumber("c", 0, "f") == 3);
+    for (const char* text : {"Namespace(**{a: 1})", "Namespace(b=1, **{1: 2})", "Namespace(**{('a'): 1, None: 2})"})
+        CHECK(outcomeOf([&] { (void)parse(text); }).code == ErrorCode::Unsupported);
+    CHECK(parse("Namespace(b={1: 2}, a=2)").getNumber("a", 0, "f") == 2);
     CHECK(parse("Namespace(b=f(1, *c), a=2)").getNumber("a", 0, "f") == 2); // others may take what they like
 }
 

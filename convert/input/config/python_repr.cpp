@@ -333,11 +333,10 @@ private:
                 known = merge(expression(depth + 1), result) && known;
             } else {
                 known = !accept("*") && known;
-                const size_t key_token = m_next;
                 ConfigValue key = expression(depth + 1);
-                std::string text = key.kind == Kind::String ? key.text : other(key_token).text;
+                known = key.kind == Kind::String && known; // no name of a setting otherwise
                 if (accept(":"))
-                    result.add(std::move(text), expression(depth + 1));
+                    result.add(std::move(key.text), expression(depth + 1));
                 else
                     known = false;
                 known = !comprehension(depth) && known;
