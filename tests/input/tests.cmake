@@ -6,7 +6,7 @@ if(TARGET gsc_input)
   gsc_add_test(test_torch_archive SOURCES input/test_torch_archive.cpp input/test_torch_variants.cpp
                input/test_legacy_archive.cpp LIBS gsc_input_fixture gsc_metrics)
   gsc_add_test(test_ply_reader SOURCES input/test_ply_reader.cpp LIBS gsc_input_fixture)
-  gsc_add_test(test_input_config SOURCES input/test_config.cpp LIBS gsc_input_fixture)
+  gsc_add_test(test_input_config SOURCES input/test_config.cpp input/test_yaml_config.cpp LIBS gsc_input_fixture)
   gsc_add_test(test_checkpoint SOURCES input/test_checkpoint.cpp input/test_checkpoint_files.cpp
                input/test_checkpoint_refusals.cpp input/test_as_left.cpp LIBS gsc_input_fixture)
   gsc_add_test(test_checkpoint_cameras SOURCES input/test_cameras.cpp LIBS gsc_input_fixture)

@@ -2,7 +2,7 @@
 // Python's repr of a Namespace. A parser and not a split at commas: paths may hold any character (trap 35). The trainers
 // give the file to eval(), so every expression is parsed; literals have values, all else is kept as text.
 #include "convert/input/config/config_value.h"
-#include "convert/input/config/python_tokens.h"
+#include "convert/input/config/python_cursor.h"
 #include "format/error.h"
 
 #include <algorithm>
@@ -39,12 +39,9 @@ bool isNamespace(std::string_view callee)
     return callee == "Namespace" || callee.ends_with(".Namespace");
 }
 
-class ReprParser {
+class ReprParser : PythonCursor {
 public:
-    ReprParser(std::string_view text, const std::string& file)
-        : m_text(text), m_file(file), m_tokens(pythonTokens(text, file))
-    {
-    }
+    ReprParser(std::string_view text, const std::string& file) : PythonCursor(text, file), m_text(text) {}
 
     ConfigValue run()
     {
@@ -60,40 +57,6 @@ public:
     }
 
 private:
-    [[noreturn]] void fail(const std::string& found) const { throwNoPython(m_file, found, peek().at); }
-
-    [[noreturn]] void unsupported(const std::string& found) const
-    {
-        throw Error(ErrorCode::Unsupported, m_file + ": " + found +
-                                                ", expected 'Namespace(...)' of literals as the trainers write it; "
-                                                "write the values themselves there");
-    }
-
-    [[nodiscard]] const PythonToken& peek(size_t ahead = 0) const
-    {
-        return m_tokens[std::min(m_next + ahead, m_tokens.size() - 1)];
-    }
-
-    // Is the next token this operator or reserved word?
-    [[nodiscard]] bool at(std::string_view word, size_t ahead = 0) const
-    {
-        const PythonToken& token = peek(ahead);
-        return (token.kind == PythonKind::Operator || token.kind == PythonKind::Name) && token.text == word;
-    }
-
-    bool accept(std::string_view word)
-    {
-        const bool found = at(word);
-        m_next += found;
-        return found;
-    }
-
-    void require(std::string_view word)
-    {
-        if (!accept(word))
-            fail("'" + std::string(word) + "' missing");
-    }
-
     // What has no value here: its text from token `first` on.
     [[nodiscard]] ConfigValue other(size_t first) const
     {
@@ -406,9 +369,6 @@ private:
     }
 
     std::string_view m_text;
-    const std::string& m_file;
-    std::vector<PythonToken> m_tokens;
-    size_t m_next = 0;
     size_t m_after_atom = 0; // the token behind the atom that was read last
 };
 
