@@ -16,7 +16,8 @@ namespace gsc {
 
 class FrameThread {
 public:
-    // Draws on the thread; where the system gives none, submit() draws. `images` and `depths` have an entry per eye; images are null where nobody wants the picture.
+    // Draws on the thread; where the system gives none, submit() draws. `images` and `depths` have an entry per eye;
+    // images are null where nobody wants the picture.
     using Draw = std::function<void(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options,
                                     float* const* images, FrameResult& result, const DepthRows<float>* depths)>;
 
