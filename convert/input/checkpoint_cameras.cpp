@@ -4,6 +4,7 @@
 #include "convert/input/input_file.h"
 #include "format/error.h"
 #include "player/cameras/camera_file.h"
+#include "player/cameras/trainer_size.h"
 
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/mat3x3.hpp>
@@ -43,9 +44,12 @@ SourceCamera fromCamera(const Camera& camera, int id)
 void warnOfLenses(const std::string& path, const std::vector<std::string>& told, size_t shifted, size_t cameras,
                   std::vector<std::string>& warnings)
 {
-    for (const std::string& text : told)
-        warnings.push_back(text +
-                           (text.find(": lens distortion") != std::string::npos ? "; a .gsc stores pinholes" : ""));
+    for (const std::string& text : told) {
+        const auto has = [&](const char* part) { return text.find(part) != std::string::npos; };
+        warnings.push_back(text + (has(": lens distortion")     ? "; a .gsc stores pinholes"
+                                   : has("--cameras-transform") ? " to gsc-play --cameras; gsc convert keeps them"
+                                                                : ""));
+    }
     if (shifted > 0)
         warnings.push_back(
             formatString("%s: cx, cy of %zu of %zu cameras are off the middle of the image and ignored; a "
@@ -126,26 +130,23 @@ size_t countHeldOut(const std::vector<SourceCamera>& cameras, int lod)
     return test.size();
 }
 
-// What the settings say; the same rule as readTrainerResolution() for a tree of values. Other resolution_scales than 1 are
-// refused before (checkpoint_settings.cpp).
-TrainerResolution resolutionOf(const ConfigValue* config, const std::string& path, std::vector<std::string>& warnings)
+// What the settings say. Other resolution_scales than 1 are refused before (checkpoint_settings.cpp).
+double resolutionOf(const ConfigValue* config, const std::string& path, std::vector<std::string>& warnings)
 {
-    TrainerResolution resolution;
     if (config == nullptr)
-        return resolution;
+        return kDefaultResolution;
     CameraReading how;
     how.warnings = &warnings;
     warnOfSmallImages(config->getString("images", "", path), path, how);
-    resolution.divisor = config->getNumber("resolution", resolution.divisor, path);
-    return checkedResolution(resolution, path, how);
+    return checkedResolution(config->getNumber("resolution", kDefaultResolution, path), path, how);
 }
 
 // Stores the cameras at the size that the trainer drew them: angles stay, pixels become as many as its pictures have. The
 // default rule is a player's own, and leaves the size of the photographs.
-void resizeAsTrained(std::vector<SourceCamera>& cameras, const TrainerResolution& resolution, const std::string& path,
+void resizeAsTrained(std::vector<SourceCamera>& cameras, double resolution, const std::string& path,
                      std::vector<std::string>& warnings)
 {
-    if (resolution.isDefault())
+    if (resolution == kDefaultResolution)
         return;
     size_t larger = 0;
     for (SourceCamera& camera : cameras) {
@@ -162,9 +163,8 @@ void resizeAsTrained(std::vector<SourceCamera>& cameras, const TrainerResolution
     if (larger > 0)
         warnings.push_back(
             formatString("%s: resolution is %g, so the trainer drew %zu of %zu cameras more than %u pixels "
-                         "wide; a player draws them %u wide, pass --size or --cameras cameras.json for "
-                         "the trainer's size",
-                         path.c_str(), resolution.divisor, larger, cameras.size(), kMostDrawn, kMostDrawn));
+                         "wide; a player draws them %u wide, pass --size for the trainer's size",
+                         path.c_str(), resolution, larger, cameras.size(), kMostDrawn, kMostDrawn));
 }
 
 } // namespace
@@ -207,7 +207,7 @@ std::vector<SourceCamera> readCameras(const CheckpointFiles& files, const Config
                                       const std::string& config_path, uint32_t embedding_rows,
                                       std::vector<std::string>& warnings)
 {
-    const TrainerResolution resolution = resolutionOf(config, config_path, warnings);
+    const double resolution = resolutionOf(config, config_path, warnings);
     const std::string path = files.findBeside("cameras.json");
     if (path.empty()) {
         std::vector<SourceCamera> cameras = readTransforms(files, embedding_rows, warnings);

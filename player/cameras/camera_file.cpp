@@ -6,6 +6,7 @@
 #include "player/cameras/colmap_cameras.h"
 #include "format/file/read_file.h"
 #include "player/cameras/json_fields.h"
+#include "player/cameras/trainer_size.h"
 
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/mat3x3.hpp>
@@ -22,7 +23,6 @@
 #include <memory>
 #include <numbers>
 #include <numeric>
-#include <optional>
 #include <utility>
 
 namespace gsc {
@@ -271,7 +271,7 @@ std::vector<SourceCamera> parseUpstreamCameras(std::string_view json, const std:
     return upstreamCameras(parseJson(json, name), name, how);
 }
 
-Camera cameraOf(const SourceCamera& source, const TrainerResolution& resolution)
+Camera cameraOf(const SourceCamera& source)
 {
     Camera camera;
     camera.name = source.name;
@@ -281,14 +281,14 @@ Camera cameraOf(const SourceCamera& source, const TrainerResolution& resolution)
     camera.fov_y = angleOf(source.height, source.fy);
     setMiddle(camera, source.middle_x / source.width, source.middle_y / source.height);
     camera.appearance = source.appearance;
-    const ImageSize size = trainerSize(source.width, source.height, resolution);
+    const ImageSize size = trainerSize(source.width, source.height, kDefaultResolution);
     camera.width = size.width;
     camera.height = size.height;
     return camera;
 }
 
 std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, TrajectoryFacts* eyes,
-                                    const CameraReading& how, const TrainerResolution& resolution)
+                                    const CameraReading& how)
 {
     const ParsedJson root = parseJson(json, name);
     std::vector<Camera> cameras;
@@ -296,7 +296,7 @@ std::vector<Camera> parseCameraFile(std::string_view json, const std::string& na
     bool may_be_moved = false;
     if (root.is_array()) {
         for (const SourceCamera& camera : upstreamCameras(root, name, how))
-            cameras.push_back(cameraOf(camera, resolution));
+            cameras.push_back(cameraOf(camera));
     } else {
         const JsonObject object(root, name);
         if (object.has("schema")) {
@@ -346,10 +346,9 @@ std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eye
                     formatString("%s: is %s and no JSON, expected a camera file that starts with [ or {; pass a "
                                  "cameras.json, a transforms.json or a trajectory",
                                  path.c_str(), text.compare(0, 4, "\x89GSC") == 0 ? "a model" : "something else"));
-    std::optional<TrainerResolution> resolution;
-    if (text[first] == '[') // the settings that a trainer left beside its cameras
-        resolution = readTrainerResolution(std::filesystem::path(path).parent_path().string(), how);
-    return parseCameraFile(text, path, eyes, how, resolution.value_or(TrainerResolution{}));
+    if (text[first] == '[') // a trainer leaves its settings beside its cameras
+        warnOfSettingsBeside(path, how);
+    return parseCameraFile(text, path, eyes, how);
 }
 
 } // namespace gsc

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "player/cameras/camera_reading.h"
-#include "player/cameras/trainer_size.h"
 #include "runtime/camera.h"
 
 #include <string>
@@ -21,9 +20,9 @@ void translationFromPosition(const double rotation[9], const double position[3],
 std::vector<SourceCamera> parseUpstreamCameras(std::string_view json, const std::string& name,
                                                const CameraReading& how = {});
 
-// What upstream renders for it: field of view of the source size, and the size that its option -r gives (6.2).
+// What upstream renders for it by default: field of view of the source size, at most 1600 pixels wide (6.2).
 // Precondition: as parseUpstreamCameras() leaves it.
-Camera cameraOf(const SourceCamera& source, const TrainerResolution& resolution = {});
+Camera cameraOf(const SourceCamera& source);
 
 // What a trajectory states beside its frames. With views, a frame is the pose of the head.
 struct TrajectoryFacts {
@@ -33,9 +32,8 @@ struct TrajectoryFacts {
 };
 
 // Upstream's cameras.json, a transforms*.json, nerfstudio's camera_path.json, or our trajectory
-// (schemas/trajectory.schema.json), told apart by content. Sizes are those of the file, for a cameras.json those that a
-// trainer draws with `resolution` (section 6.2). A file that
-// states no size leaves width and height 0: finishCamera() then takes it from the command line.
+// (schemas/trajectory.schema.json), told apart by content. Sizes are those of the file, for a cameras.json at most 1600
+// pixels wide (section 6.2). A file that states no size leaves width and height 0: finishCamera() then takes it from the command line.
 // `eyes`, if given, takes what a trajectory states beside its frames. Without it, a trajectory that gives the eyes
 // views of their own is refused, because its cameras alone are not what it shows.
 // cx and cy (pixels of the stated size) move the image off the axis: Camera::tan_mid_x, tan_mid_y.
@@ -43,9 +41,9 @@ struct TrajectoryFacts {
 // contradict each other are told there with what was taken.
 // Throws Error (InvalidFile, Unsupported).
 std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, TrajectoryFacts* eyes = nullptr,
-                                    const CameraReading& how = {}, const TrainerResolution& resolution = {});
-// The same of a file, the cameras of a COLMAP model (colmap_cameras.h) or what a folder holds (camera_folder.h). A
-// cameras.json is drawn as large as the cfg_args beside it say. Throws Error (Io, InvalidFile, Unsupported).
+                                    const CameraReading& how = {});
+// The same of a file, the cameras of a COLMAP model (colmap_cameras.h) or what a folder holds (camera_folder.h). `how`
+// is told of a cfg_args beside a cameras.json that states another size. Throws Error (Io, InvalidFile, Unsupported).
 std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eyes = nullptr,
                                    const CameraReading& how = {});
 

@@ -246,6 +246,9 @@ TEST_CASE("stored cameras are as large as the trainer's pictures (cfg_args resol
                           {"resolution=None", 640, 480, 0},
                           {"resolution=0", 640, 480, 1},
                           {"images='images_4', resolution=1", 640, 480, 1},
+                          {"images='images_2024', resolution=1", 640, 480, 0},
+                          {"resolution = 4", 160, 120, 0},
+                          {"**{'resolution': (4)}", 160, 120, 0},
                           {"resolution=2, resolution_scales=[1.0, 2.0]", 320, 240, 1}}) {
         CAPTURE(c.settings);
         writeFile(
@@ -263,5 +266,17 @@ TEST_CASE("stored cameras are as large as the trainer's pictures (cfg_args resol
         for (const std::string& warning : checkpoint.warnings)
             told += warning.find("cfg_args: ") != std::string::npos;
         CHECK(told == c.told);
+    }
+    for (const char* settings : {"resolution=2*2", "resolution='4'", "resolution=[4]"}) { // never guessed
+        CAPTURE(settings);
+        writeFile(folder.path() / "cfg_args",
+                  formatString("Namespace(voxel_size=0.25, eval=False, fork=2, dist2level='round', %s)", settings));
+        try {
+            (void)readCheckpoint(folder.path().string(), {});
+            FAIL("not refused");
+        } catch (const Error& error) {
+            CHECK(error.code() == ErrorCode::Unsupported);
+            CHECK(std::string(error.what()).find("'resolution'") != std::string::npos);
+        }
     }
 }
