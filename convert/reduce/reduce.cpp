@@ -190,8 +190,10 @@ private:
     {
         std::vector<Camera> cameras;
         for (const std::string& path : m_options.cameras)
-            std::ranges::move(sceneCameras(*m_scene, path, {false, m_options.cameras_transform, &m_report.warnings}),
-                              std::back_inserter(cameras));
+            std::ranges::move(
+                sceneCameras(*m_scene, path,
+                             {m_options.ignore_distortion, m_options.cameras_transform, &m_report.warnings}),
+                std::back_inserter(cameras));
         if (m_options.cameras.empty())
             cameras = sceneCameras(*m_scene, "stored", {});
         leaveOutRepeats(cameras); // or the verdict would look from where the weights did

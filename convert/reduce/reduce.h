@@ -26,6 +26,7 @@ struct ReduceOptions {
     bool overwrite = false;
     std::vector<std::string> cameras; // camera files; none = those stored
     CamerasTransform cameras_transform = CamerasTransform::Told;
+    bool ignore_distortion = false; // of `cameras`
     uint32_t levers = kAllLevers;
     std::optional<double> target_psnr;   // dB; none = only what never draws is left out
     std::optional<double> min_view_psnr; // dB; none = 4 below the target

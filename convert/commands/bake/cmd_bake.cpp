@@ -341,6 +341,9 @@ void addBakeCommand(CLI::App& app, Invocation& invocation)
     addByteSize(command, "--max-bytes", reduce.max_bytes, 1, "SIZE", "most bytes of the file's archive, such as 4M");
     const OptionHandle cameras = addTexts(command, "--cameras", reduce.cameras, "FILE.json",
                                           "camera files to look from instead of the cameras stored in the file");
+    addFlag(command, "--ignore-distortion", reduce.ignore_distortion,
+            "take cameras that state lens distortion as pinholes instead of refusing them")
+        .needs(cameras);
     addChoice<CamerasTransform>(
         command, "--cameras-transform", reduce.cameras_transform,
         {{"keep", CamerasTransform::Keep}, {"undo", CamerasTransform::Undo}}, "default: keep, with a warning",
