@@ -46,9 +46,10 @@ void warnOfLenses(const std::string& path, const std::vector<std::string>& told,
 {
     for (const std::string& text : told) {
         const auto has = [&](const char* part) { return text.find(part) != std::string::npos; };
-        warnings.push_back(text + (has(": lens distortion")     ? "; a .gsc stores pinholes"
-                                   : has("--cameras-transform") ? " to gsc-play --cameras; gsc convert keeps them"
-                                                                : ""));
+        warnings.push_back(text + (has(": lens distortion") ? "; a .gsc stores pinholes"
+                                   : has("--cameras-transform")
+                                       ? "; gsc convert has no such option, gsc-play --cameras has"
+                                       : ""));
     }
     if (shifted > 0)
         warnings.push_back(

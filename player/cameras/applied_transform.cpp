@@ -41,14 +41,14 @@ bool isIdentity(const glm::dmat4& m)
 
 AppliedTransform::AppliedTransform(const JsonObject& root, const CameraReading& how)
 {
-    const glm::dmat4 applied = root.has(kTransformKey) ? readTransform(root) : glm::dmat4(1);
-    m_scale = root.has(kScaleKey) ? root.positive(kScaleKey) : 1;
+    const glm::dmat4 applied = root.stated(kTransformKey) ? readTransform(root) : glm::dmat4(1);
+    m_scale = root.stated(kScaleKey) ? root.positive(kScaleKey) : 1;
     m_undo = how.transform == CamerasTransform::Undo;
     if (!m_undo) {
         tellKept(root, !isIdentity(applied) || m_scale != 1, how);
         return;
     }
-    if (!root.has(kTransformKey) && !root.has(kScaleKey))
+    if (!root.stated(kTransformKey) && !root.stated(kScaleKey))
         how.warn(root.where() +
                  ": has neither \"applied_transform\" nor \"applied_scale\" to undo; its poses are taken "
                  "as they stand");
@@ -70,12 +70,12 @@ void AppliedTransform::tellKept(const JsonObject& root, bool moves, const Camera
 {
     if (!moves || how.transform == CamerasTransform::Keep)
         return;
-    const bool both = root.has(kTransformKey) && root.has(kScaleKey);
+    const bool both = root.stated(kTransformKey) != nullptr && root.stated(kScaleKey) != nullptr;
     how.warn(formatString("%s: %s%s%s: the poses were moved away from the coordinates that they came from (COLMAP's), "
                           "and are taken as they stand; for a model in the original coordinates pass "
-                          "--cameras-transform undo to gsc-play, else keep",
-                          root.where().c_str(), root.has(kTransformKey) ? "\"applied_transform\"" : "",
-                          both ? ", " : "", root.has(kScaleKey) ? "\"applied_scale\"" : ""));
+                          "--cameras-transform undo, else keep",
+                          root.where().c_str(), root.stated(kTransformKey) ? "\"applied_transform\"" : "",
+                          both ? ", " : "", root.stated(kScaleKey) ? "\"applied_scale\"" : ""));
 }
 
 glm::dmat4 AppliedTransform::undone(const glm::dmat4& camera_to_world) const

@@ -31,6 +31,9 @@ double readDegrees(const JsonObject& object, const char* key); // the file's; re
 // camera's angles are known.
 void setMiddle(Camera& camera, double share_x, double share_y);
 
+// Tells `notes` of a lens that is possible and seldom meant: an axis outside the image, an angle close to a half turn.
+void noteUnusual(const Camera& camera, const std::string& where, CameraNotes& notes);
+
 // What the cameras of a file say beside their poses.
 struct CameraFindings {
     DistortionCheck distortion;

@@ -29,6 +29,7 @@ namespace gsc {
 
 namespace {
 
+constexpr double kWide = 170 * std::numbers::pi / 180; // radians
 constexpr uint64_t kMaxFileBytes = uint64_t(1) << 30;
 constexpr auto kUpstreamKeys =
     withDistortionKeys({"id", "img_name", "width", "height", "position", "rotation", "fx", "fy", "cx", "cy"});
@@ -90,6 +91,7 @@ std::vector<SourceCamera> upstreamCameras(const ParsedJson& root, const std::str
         const MiddleOffset middle = readMiddleOffset({entry}, camera.width, camera.height);
         camera.middle_x = middle.x;
         camera.middle_y = middle.y;
+        noteUnusual(cameraOf(camera), entry.where(), found.notes);
         return camera;
     };
     std::vector<SourceCamera> cameras = readEach({root, file, "entry", kUpstreamKeys}, how, read);
@@ -260,6 +262,21 @@ void setMiddle(Camera& camera, double share_x, double share_y)
     camera.tan_mid_y = 2 * share_y * std::tan(camera.fov_y / 2);
 }
 
+void noteUnusual(const Camera& camera, const std::string& where, CameraNotes& notes)
+{
+    const double widest = std::max(camera.fov_x, camera.fov_y);
+    if (widest > kWide)
+        notes.add(
+            "wide", where,
+            formatString("sees %g degrees, nearly a half turn, which is seldom meant; is the focal length in pixels "
+                         "of that size?",
+                         widest * 180 / std::numbers::pi));
+    const double right = std::abs(camera.tan_mid_x) / std::tan(camera.fov_x / 2);
+    const double down = std::abs(camera.tan_mid_y) / std::tan(camera.fov_y / 2);
+    if (right > 1 || down > 1)
+        notes.add("axis", where, "the axis (cx, cy) meets no pixel of the image, which is seldom meant; it is kept");
+}
+
 void translationFromPosition(const double rotation[9], const double position[3], double out[3])
 {
     const glm::dvec3 translation = -(glm::make_mat3(rotation) * glm::make_vec3(position)); // rows read as columns
@@ -339,6 +356,7 @@ std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eye
         warnOfNothingToUndo(path, how);
         return readColmapCameras(path, how);
     }
+    refuseFolderWithout(path);
     const std::string text = readInputText(path, kMaxFileBytes, "a camera file, or \"stored\" for those in the model");
     const size_t first = text.find_first_not_of(" \t\r\n\xef\xbb\xbf"); // and a byte order mark
     if (first == std::string::npos || (text[first] != '[' && text[first] != '{'))

@@ -65,6 +65,8 @@ std::vector<Paths> choicesIn(const std::filesystem::path& folder)
     for (const char* name : {"transforms.json", "transforms_val.json"})
         if (isFile(folder / name))
             choices.push_back({folder / name});
+    if (isFile(folder / "cameras.json")) // of a trained model
+        choices.push_back({folder / "cameras.json"});
     return choices;
 }
 
@@ -82,6 +84,21 @@ bool isCameraFolder(const std::string& path)
 {
     std::error_code none;
     return std::filesystem::is_directory(path, none) && !isColmapModel(path) && !choicesIn(path).empty();
+}
+
+void refuseFolderWithout(const std::string& path)
+{
+    std::error_code none;
+    if (!std::filesystem::is_directory(path, none) || isColmapModel(path) || isCameraFolder(path))
+        return;
+    const std::filesystem::path folder(path);
+    const bool half = isFile(folder / "cameras.txt") || isFile(folder / "cameras.bin");
+    throw Error(
+        ErrorCode::Io,
+        formatString("%s: is a folder %s, expected cameras.json, transforms.json, transforms_train.json, sparse/0 "
+                     "or a COLMAP model (cameras.txt with images.txt, or both as .bin) in it; pass the folder or "
+                     "the file that holds the cameras",
+                     path.c_str(), half ? "with a COLMAP model's cameras but not its images" : "without cameras"));
 }
 
 std::vector<Camera> readCameraFolder(const std::string& path, TrajectoryFacts* eyes, const CameraReading& how)

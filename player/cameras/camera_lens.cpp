@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <iterator>
+#include <span>
 
 namespace gsc {
 
@@ -12,17 +12,28 @@ namespace {
 
 constexpr double kMaxCentre = 1e6; // pixels; a crop may leave the axis outside the image, but not so far
 // of the lenses of OpenCV, COLMAP and nerfstudio
-constexpr const char* kCoefficients[] = {"k0", "k1", "k2", "k3", "k4", "k5", "k6", "p0",  "p1",  "p2",
-                                         "p3", "p4", "s0", "s1", "s2", "s3", "s4", "sx1", "sy1", "omega"};
-constexpr const char* kOtherProjections[] = {"is_fisheye", "latlong", "equirectangular", "orthographic"};
+constexpr const char* kCoefficients[] = {
+    "k0", "k1", "k2", "k3", "k4",  "k5",  "k6",    "p0",        "p1",        "p2",        "p3",        "p4",       "s0",
+    "s1", "s2", "s3", "s4", "sx1", "sy1", "omega", "ftheta_p0", "ftheta_p1", "ftheta_p2", "ftheta_p3", "ftheta_p4"};
+constexpr const char* kFisheye = "is_fisheye";
+// These pictures are no pinhole's, whatever else is ignored.
+constexpr const char* kOtherProjections[] = {"latlong", "equirectangular", "orthographic"};
+constexpr const char* kOtherModels[] = {
+    "EQUIRECTANGULAR",         "LATLONG", "ORTHOGRAPHIC", "ORTHOPHOTO", "OMNIDIRECTIONALSTEREO_L",
+    "OMNIDIRECTIONALSTEREO_R", "VR180_L", "VR180_R"};
 // pinholes where every coefficient is 0
 constexpr const char* kPinholes[] = {"PINHOLE", "SIMPLE_PINHOLE", "PERSPECTIVE", "SIMPLE_RADIAL",
                                      "RADIAL",  "OPENCV",         "FULL_OPENCV"};
 
-bool isPinhole(std::string model)
+bool isOneOf(std::span<const char* const> names, std::string model)
 {
     std::ranges::transform(model, model.begin(), [](unsigned char c) { return char(std::toupper(c)); });
-    return std::any_of(std::begin(kPinholes), std::end(kPinholes), [&](const char* name) { return model == name; });
+    return std::ranges::any_of(names, [&](const char* name) { return model == name; });
+}
+
+bool isFalse(const ParsedJson& value)
+{
+    return value == false || value == 0;
 }
 
 bool isZeroArray(const JsonObject& object, const char* key)
@@ -49,10 +60,11 @@ double middleOffset(const LensKeys& lens, const char* key, const char* size_key,
 
 } // namespace
 
-const JsonObject* LensKeys::holder(const char* key) const
+const JsonObject* LensKeys::holder(const char* key, bool null_counts) const
 {
-    const ParsedJson* const own = frame.find(key);
-    const ParsedJson* const common = file ? file->find(key) : nullptr;
+    const auto find = [&](const JsonObject& object) { return null_counts ? object.find(key) : object.stated(key); };
+    const ParsedJson* const own = find(frame);
+    const ParsedJson* const common = file ? find(*file) : nullptr;
     if (own && common && notes && *own != *common)
         notes->add(key, frame.where(),
                    formatString("key \"%s\" is %s and that of the whole file is %s; the frame's is taken", key,
@@ -62,9 +74,14 @@ const JsonObject* LensKeys::holder(const char* key) const
 
 DistortionCheck::DistortionCheck(std::string file, const CameraReading& how) : m_file(std::move(file)), m_how(how) {}
 
-void DistortionCheck::found(const JsonObject& holder, const char* key)
+void DistortionCheck::found(const JsonObject& holder, const char* key, bool has_pinhole)
 {
     const std::string value = shownJson(holder.at(key));
+    if (!has_pinhole)
+        throw Error(ErrorCode::Unsupported,
+                    formatString("%s: key \"%s\" is %s, expected a pinhole; such a picture is none even without its "
+                                 "distortion, so cut it into pinhole pictures and export their cameras",
+                                 holder.where().c_str(), key, value.c_str()));
     if (!m_how.ignore_distortion)
         throw Error(
             ErrorCode::Unsupported,
@@ -78,19 +95,27 @@ void DistortionCheck::found(const JsonObject& holder, const char* key)
 void DistortionCheck::add(const LensKeys& lens)
 {
     bool distorted = false;
-    const auto check = [&](const char* key, const auto& shows) {
-        const JsonObject* holder = lens.holder(key);
+    const auto check = [&](const char* key, const auto& shows, const auto& has_pinhole) {
+        const JsonObject* holder = lens.holder(key, false);
         if (!holder || shows(*holder))
             return;
         distorted = true;
-        found(*holder, key);
+        found(*holder, key, has_pinhole(*holder));
     };
-    check("camera_model", [](const JsonObject& o) { return isPinhole(o.text("camera_model")); });
+    const auto yes = [](const JsonObject&) { return true; };
     for (const char* key : kOtherProjections)
-        check(key, [key](const JsonObject& o) { return o.at(key) == false || o.at(key) == 0; });
-    check("distortion_params", [](const JsonObject& o) { return isZeroArray(o, "distortion_params"); });
+        check(
+            key, [key](const JsonObject& o) { return isFalse(o.at(key)); }, [](const JsonObject&) { return false; });
+    check(
+        "camera_model", [](const JsonObject& o) { return isOneOf(kPinholes, o.text("camera_model")); },
+        [](const JsonObject& o) { return !isOneOf(kOtherModels, o.text("camera_model")); });
+    check(
+        kFisheye, [](const JsonObject& o) { return isFalse(o.at(kFisheye)); }, yes);
+    check(
+        "distortion_params", [](const JsonObject& o) { return isZeroArray(o, "distortion_params"); }, yes);
     for (const char* key : kCoefficients)
-        check(key, [key](const JsonObject& o) { return o.number(key) == 0; });
+        check(
+            key, [key](const JsonObject& o) { return o.number(key) == 0; }, yes);
     ++m_cameras;
     m_distorted += distorted;
 }

@@ -19,12 +19,12 @@ struct LensKeys {
     const JsonObject* file = nullptr; // null: the frame stands alone
     CameraNotes* notes = nullptr;     // is told of keys that both have with different values
 
-    // Where `key` is read, null if it is nowhere.
-    [[nodiscard]] const JsonObject* holder(const char* key) const;
+    // Where `key` is read, null if it is nowhere; without `null_counts` a value of null is as if it were not there.
+    [[nodiscard]] const JsonObject* holder(const char* key, bool null_counts = true) const;
 };
 
 // What DistortionCheck reads.
-constexpr std::array<std::string_view, 26> kDistortionKeys = {"camera_model", "is_fisheye",
+constexpr std::array<std::string_view, 31> kDistortionKeys = {"camera_model", "is_fisheye",
                                                               "latlong",      "equirectangular",
                                                               "orthographic", "distortion_params",
                                                               "k0",           "k1",
@@ -36,7 +36,10 @@ constexpr std::array<std::string_view, 26> kDistortionKeys = {"camera_model", "i
                                                               "s0",           "s1",
                                                               "s2",           "s3",
                                                               "s4",           "sx1",
-                                                              "sy1",          "omega"};
+                                                              "sy1",          "omega",
+                                                              "ftheta_p0",    "ftheta_p1",
+                                                              "ftheta_p2",    "ftheta_p3",
+                                                              "ftheta_p4"};
 
 // Finds what no pinhole shows: a coefficient such as k1 or p2 that is not 0, another camera model, a fisheye lens.
 class DistortionCheck {
@@ -44,13 +47,13 @@ public:
     // Where `how` ignores such lenses, it is told so in one sentence for the file; otherwise they are refused.
     DistortionCheck(std::string file, const CameraReading& how);
 
-    // Throws Error(Unsupported) for a lens that is not ignored, Error(InvalidFile) for a key of the wrong type.
+    // Throws Error(Unsupported) for a lens that is not ignored or has no pinhole (a panorama), Error(InvalidFile) for a key of the wrong type.
     void add(const LensKeys& lens);
     // After the last camera.
     void finish();
 
 private:
-    void found(const JsonObject& holder, const char* key);
+    void found(const JsonObject& holder, const char* key, bool has_pinhole);
 
     std::string m_file, m_first;
     const CameraReading& m_how;

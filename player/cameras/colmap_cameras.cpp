@@ -76,9 +76,11 @@ void parseColmapBinary(std::string_view cameras, std::string_view images, Colmap
     Bytes lenses(cameras, model);
     for (auto count = lenses.take<uint64_t>(); count > 0; --count) {
         const auto id = lenses.take<int32_t>(), number = lenses.take<int32_t>();
-        if (number < 0 || size_t(number) >= lensModels().size())
+        if (number < 0)
             model.fail(formatString("camera %d of model %d", id, number),
                        formatString("a model from 0 to %zu", lensModels().size() - 1));
+        if (size_t(number) >= lensModels().size()) // how many values follow is not known, so nothing behind it is
+            model.refuseUnknown(formatString("camera %d", id), std::to_string(number));
         ColmapLens lens;
         lens.model = &lensModels()[size_t(number)];
         lens.width = double(lenses.take<uint64_t>());

@@ -2,6 +2,7 @@
 #include "player/cameras/colmap_model.h"
 
 #include "format/error.h"
+#include "player/cameras/camera_fields.h"
 
 #include <glm/gtc/quaternion.hpp>
 #include <glm/gtc/type_ptr.hpp>
@@ -14,6 +15,7 @@ namespace gsc {
 namespace {
 
 constexpr uint32_t kMaxSide = 32768; // pixels
+constexpr double kUnitError = 0.01;  // of a quaternion that was printed with few digits
 constexpr double kMaxMiddle = 1e6;   // pixels; a crop may leave the axis outside the image, but not so far
 
 constexpr LensModel kModels[] = {{"SIMPLE_PINHOLE", 3, false, LensKind::Pinhole, 0},
@@ -97,12 +99,28 @@ void ColmapModel::addLens(int64_t id, const ColmapLens& lens)
                 fail(formatString("camera %lld has a principal point at %g", shown(id), lens.values[i]),
                      "-1e6 to 1e6 pixels");
     }
-    if (!m_lenses.emplace(id, lens).second)
+    if (m_unknown.contains(id) || !m_lenses.emplace(id, lens).second)
         fail(formatString("camera %lld is there twice", shown(id)), "each number once");
+}
+
+void ColmapModel::addUnknown(int64_t id, const std::string& model)
+{
+    if (m_lenses.contains(id) || !m_unknown.emplace(id, model).second)
+        fail(formatString("camera %lld is there twice", shown(id)), "each number once");
+}
+
+void ColmapModel::refuseUnknown(const std::string& what, const std::string& model) const
+{
+    throw Error(ErrorCode::Unsupported,
+                formatString("%s: %s is of the model %s, which is not known here, expected one of COLMAP 4.0's such as "
+                             "PINHOLE; undistort the images (colmap image_undistorter), or correct the name",
+                             m_name.c_str(), what.c_str(), model.c_str()));
 }
 
 void ColmapModel::addPose(const ColmapPose& pose)
 {
+    if (const auto unknown = m_unknown.find(pose.camera); unknown != m_unknown.end())
+        refuseUnknown("the camera of image " + pose.name.substr(0, 60), unknown->second);
     const auto lens = m_lenses.find(pose.camera);
     if (lens == m_lenses.end())
         fail(formatString("image %.60s is of camera %lld, which is not there", pose.name.c_str(), shown(pose.camera)),
@@ -112,19 +130,23 @@ void ColmapModel::addPose(const ColmapPose& pose)
              "each number once");
     const auto& q = pose.rotation;
     const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    if (!(length > 0.99 && length < 1.01))
+    if (!(length > 1e-9 && length < 1e9))
         fail(formatString("image %.60s has a quaternion of length %g", pose.name.c_str(), length), "1");
+    if (std::abs(length - 1) > kUnitError)
+        m_notes.add("length", m_name + ": image " + pose.name.substr(0, 60),
+                    formatString("its quaternion has the length %g and not 1; it is normalised", length));
     for (const double t : pose.translation)
         if (!(std::abs(t) <= 1e15)) // NaN too
             fail(formatString("image %.60s is nowhere", pose.name.c_str()), "a finite place");
     if (lens->second.distorts())
         distorted(lens->second, pose.name);
     m_cameras.push_back(cameraOfPose(lens->second, pose, length));
+    noteUnusual(m_cameras.back(), m_name + ": image " + pose.name.substr(0, 60), m_notes);
 }
 
 void ColmapModel::checkCount(const char* file, uint64_t stated, bool of_images) const
 {
-    const size_t found = of_images ? m_cameras.size() : m_lenses.size();
+    const size_t found = of_images ? m_cameras.size() : m_lenses.size() + m_unknown.size();
     if (stated != found)
         m_how.warn(formatString("%s: %s says that it has %llu %s and has %zu; those are taken", m_name.c_str(), file,
                                 static_cast<unsigned long long>(stated), of_images ? "images" : "cameras", found));
@@ -137,6 +159,8 @@ std::vector<Camera> ColmapModel::finish()
     if (m_distorted > 0)
         m_how.warn(formatString("%s: %zu of %zu cameras state lens distortion (the first is %s), which is ignored",
                                 m_name.c_str(), m_distorted, m_cameras.size(), m_first.c_str()));
+    for (const std::string& text : m_notes.sentences())
+        m_how.warn(text);
     std::stable_sort(m_cameras.begin(), m_cameras.end(),
                      [](const Camera& a, const Camera& b) { return a.name < b.name; });
     return std::move(m_cameras);

@@ -2,6 +2,7 @@
 // The cameras of a COLMAP model while its files are parsed: lens models by number and name, and checks.
 #pragma once
 
+#include "player/cameras/camera_notes.h"
 #include "player/cameras/camera_reading.h"
 #include "runtime/camera.h"
 
@@ -49,7 +50,7 @@ struct ColmapPose {
 class ColmapModel {
 public:
     // `name` is used in messages.
-    ColmapModel(std::string name, const CameraReading& how) : m_name(std::move(name)), m_how(how) {}
+    ColmapModel(std::string name, const CameraReading& how) : m_name(std::move(name)), m_how(how), m_notes(m_name) {}
 
     [[nodiscard]] const std::string& name() const { return m_name; }
     [[nodiscard]] const CameraReading& how() const { return m_how; }
@@ -58,6 +59,10 @@ public:
     // All throw Error(InvalidFile), a lens that is not ignored Error(Unsupported).
     void addLens(int64_t id, const ColmapLens& lens);
     void addPose(const ColmapPose& pose);
+    // A camera of a model that is not in lensModels(): refused as Unsupported once an image is of it.
+    void addUnknown(int64_t id, const std::string& model);
+    [[noreturn]] void refuseUnknown(const std::string& what, const std::string& model) const;
+    [[nodiscard]] bool hasLens(int64_t id) const { return m_lenses.contains(id) || m_unknown.contains(id); }
     // `file` states how many cameras or images it has. Precondition: all are added.
     void checkCount(const char* file, uint64_t stated, bool of_images) const;
     // By name. Throws where there is none.
@@ -69,6 +74,8 @@ private:
     std::string m_name, m_first;
     const CameraReading& m_how;
     std::map<int64_t, ColmapLens> m_lenses;
+    std::map<int64_t, std::string> m_unknown;
+    CameraNotes m_notes;
     std::set<int64_t> m_images;
     std::vector<Camera> m_cameras;
     size_t m_distorted = 0;

@@ -14,7 +14,8 @@ namespace gsc {
 namespace {
 
 constexpr std::string_view kBlank = " \t\r\v\f";
-constexpr size_t kImageWords = 10; // number, quaternion, translation, camera, name
+constexpr size_t kSurelyPoints = 60;  // words of such triples, the rest of whose line is not looked at
+constexpr double kSquareError = 0.02; // of the square of a quaternion's length
 
 std::string_view trimmed(std::string_view text)
 {
@@ -23,7 +24,8 @@ std::string_view trimmed(std::string_view text)
                                            : text.substr(first, text.find_last_not_of(kBlank) - first + 1);
 }
 
-// The lines of a text that starts with a byte order mark or does not; ended by LF or CR LF.
+// The lines of a text that starts with a byte order mark or does not; ended by LF, CR LF or CR alone. Several CR before LF
+// are one end, as a program leaves them that turned LF into CR LF once more.
 class TextLines {
 public:
     explicit TextLines(std::string_view text) : m_rest(text.starts_with("\xef\xbb\xbf") ? text.substr(3) : text) {}
@@ -32,9 +34,11 @@ public:
     {
         if (m_rest.empty())
             return false;
-        const size_t end = std::min(m_rest.find('\n'), m_rest.size());
+        const size_t end = std::min(m_rest.find_first_of("\r\n"), m_rest.size());
         line = trimmed(m_rest.substr(0, end));
-        m_rest.remove_prefix(std::min(end + 1, m_rest.size()));
+        const size_t behind = m_rest.find_first_not_of('\r', end);
+        const bool is_lf = behind != std::string_view::npos && m_rest[behind] == '\n';
+        m_rest.remove_prefix(std::min(is_lf ? behind + 1 : end + 1, m_rest.size()));
         return true;
     }
 
@@ -94,8 +98,10 @@ void parseLens(std::string_view line, ColmapModel& model)
     const std::string_view width = takeWord(line), height = takeWord(line);
     if (!numbered || !isNumber(width, lens.width) || !isNumber(height, lens.height))
         model.fail("a camera that starts with " + start(whole), "its number, model, width and height");
-    if (known == lensModels().end())
-        model.fail("a camera of the unknown model " + start(name), "one of COLMAP's, such as PINHOLE");
+    if (known == lensModels().end()) {
+        model.addUnknown(id, std::string(name.substr(0, 40)));
+        return;
+    }
     lens.model = &*known;
     size_t values = 0;
     for (double value = 0; !line.empty(); ++values) {
@@ -110,16 +116,29 @@ void parseLens(std::string_view line, ColmapModel& model)
     model.addLens(id, lens);
 }
 
-// A line of points: x, y and a number, as often as there are points. An image may be called by a number, but its line has a
-// number of words that no such triples give.
+// A line of points: x, y and the whole number of the point in space, -1 for none, as often as there are points.
 bool isPoints(std::string_view line)
 {
     size_t words = 0;
     double value = 0;
-    for (; !line.empty() && words < kImageWords + 2; ++words)
-        if (!isNumber(takeWord(line), value))
+    for (; !line.empty() && words < kSurelyPoints; ++words)
+        if (!isNumber(takeWord(line), value) || (words % 3 == 2 && (value < -1 || value != std::floor(value))))
             return false;
-    return words < kImageWords || words == kImageWords + 2;
+    return words % 3 == 0;
+}
+
+// Whether `line` may be an image's, even one without a name: a unit quaternion and a camera that is there stand where an
+// image has them.
+bool mayBeImage(std::string_view line, const ColmapModel& model)
+{
+    int64_t number = 0;
+    double value = 0, squares = 0;
+    bool good = isWhole(takeWord(line), number);
+    for (size_t i = 0; i < 7 && good; ++i) {
+        good = isNumber(takeWord(line), value);
+        squares += i < 4 ? value * value : 0;
+    }
+    return good && isWhole(takeWord(line), number) && model.hasLens(number) && std::abs(squares - 1) < kSquareError;
 }
 
 void parseImage(std::string_view line, ColmapModel& model)
@@ -151,7 +170,11 @@ void parseImages(std::string_view text, ColmapModel& model)
             stated = stated ? stated : statedCount(line, "images");
             continue;
         }
-        if (line.empty() || (after_image && isPoints(line))) {
+        const bool is_points = after_image && !line.empty() && isPoints(line);
+        if (is_points && mayBeImage(line, model))
+            model.fail("a line that may be points or an image without a name, or called by numbers: " + start(line),
+                       "a name with a letter in it, and a line of points, if only an empty one, behind each image");
+        if (line.empty() || is_points) {
             points += after_image;
             after_image = false;
             continue;

@@ -12,8 +12,11 @@ namespace {
 
 constexpr int kMaxDepth = 64;     // the deepest file we read nests four levels
 constexpr double kMaxSize = 1e15; // of a coordinate: its square still fits a float
+// What stands for NaN and the infinities: no null, which may mean that a key is not there.
+constexpr std::string_view kNotFiniteText = "1e308";
+constexpr double kNotFinite = 1e308;
 
-// Copy of `text` with bare NaN, Infinity and -Infinity replaced by null.
+// Copy of `text` with bare NaN, Infinity and -Infinity replaced by kNotFinite.
 std::string withoutNonFinite(std::string_view text, const std::string& file, const char* expected)
 {
     std::string out;
@@ -35,7 +38,7 @@ std::string withoutNonFinite(std::string_view text, const std::string& file, con
             if (text.substr(i, word.size()) == word)
                 skip = word.size();
         if (skip > 0) {
-            out += "null";
+            out += kNotFiniteText;
             i += skip - 1;
             continue;
         }
@@ -87,8 +90,8 @@ std::string shownJson(const ParsedJson& value)
         return "an object";
     if (value.is_array())
         return formatString("an array of %zu", value.size());
-    if (value.is_null())
-        return "null or not finite";
+    if (value.is_number_float() && std::abs(value.get<double>()) >= kNotFinite)
+        return "not finite";
     std::string text = value.dump(-1, ' ', true, ParsedJson::error_handler_t::replace);
     if (text.size() > 40)
         text = text.substr(0, 40) + "...";
@@ -137,6 +140,12 @@ const ParsedJson* JsonObject::find(const char* key) const
 {
     const auto it = m_value.find(key);
     return it == m_value.end() ? nullptr : &*it;
+}
+
+const ParsedJson* JsonObject::stated(const char* key) const
+{
+    const ParsedJson* const value = find(key);
+    return value && value->is_null() ? nullptr : value;
 }
 
 const ParsedJson& JsonObject::at(const char* key) const

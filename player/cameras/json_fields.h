@@ -17,8 +17,8 @@ using ParsedJson = nlohmann::json;
 
 constexpr uint32_t kMaxImageSide = 32768; // pixels
 
-// Parses `text`; NaN and Infinity, which Python's json module writes, become null, so that they only matter where a
-// value is needed. `expected` is what the file should have been, for the message. Throws Error(InvalidFile), also for
+// Parses `text`; NaN and Infinity, which Python's json module writes, become a number larger than any that is taken, so
+// that they only matter where a value is needed. `expected` is what the file should have been, for the message. Throws Error(InvalidFile), also for
 // nesting deeper than any file we read has and for a key that an object has twice.
 ParsedJson parseJson(std::string_view text, const std::string& file, const char* expected = "a camera file");
 
@@ -38,6 +38,8 @@ public:
     // Null if the key is missing.
     [[nodiscard]] const ParsedJson* find(const char* key) const;
     [[nodiscard]] bool has(const char* key) const { return find(key) != nullptr; }
+    // The same where the value is null, as Python writes None: of keys that may be left out.
+    [[nodiscard]] const ParsedJson* stated(const char* key) const;
 
     // All throw Error(InvalidFile) if the key is missing or its value is not what the name says.
     [[nodiscard]] const ParsedJson& at(const char* key) const;

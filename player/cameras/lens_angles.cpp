@@ -12,6 +12,7 @@ namespace gsc {
 namespace {
 
 constexpr double kSameFocal = 1e-4; // relative; six printed digits of an angle are closer
+constexpr double kSameView = 1e-3;  // the same of an angle and a focal length, one of which was computed from the other
 
 enum class AngleUnit : uint8_t { Radians, Pixels, Degrees };
 
@@ -20,9 +21,14 @@ struct AngleKey {
     const char* y;
     AngleUnit unit;
 };
-constexpr AngleKey kAngleKeys[] = {{"camera_angle_x", "camera_angle_y", AngleUnit::Radians},
-                                   {"fl_x", "fl_y", AngleUnit::Pixels},
-                                   {"x_fov", "y_fov", AngleUnit::Degrees}};
+constexpr AngleKey kRadians{"camera_angle_x", "camera_angle_y", AngleUnit::Radians};
+constexpr AngleKey kPixels{"fl_x", "fl_y", AngleUnit::Pixels};
+constexpr AngleKey kDegrees{"x_fov", "y_fov", AngleUnit::Degrees};
+// The first that an object has is taken, as instant-ngp and nerfstudio do: BlenderNeRF's camera_angle_y is the sensor's and
+// not the picture's.
+constexpr AngleKey kOfSize[] = {kPixels, kRadians, kDegrees};
+// Pixels of a picture whose size nobody states say less than an angle.
+constexpr AngleKey kOfNoSize[] = {kRadians, kPixels, kDegrees};
 
 // What one key says: an angle, or a focal length in pixels.
 struct StatedAngle {
@@ -58,7 +64,8 @@ void noteDisagreement(const LensKeys& lens, const StatedAngle& taken, const Stat
     std::optional<double> a = taken.focal(side), b = other.focal(side);
     if (taken.pixels == 0 && other.pixels == 0) // comparable in any picture
         a = 1 / std::tan(taken.radians / 2), b = 1 / std::tan(other.radians / 2);
-    if (a && b && std::abs(*a - *b) <= kSameFocal * *a)
+    const double slack = (taken.pixels > 0) == (other.pixels > 0) ? kSameFocal : kSameView;
+    if (a && b && std::abs(*a - *b) <= slack * *a)
         return;
     const auto source = [&](const StatedAngle& s) { return s.holder == &lens.frame ? "" : " of the whole file"; };
     lens.notes->add(std::string("angles ") + taken.key + other.key + source(other), lens.frame.where(),
@@ -72,7 +79,7 @@ StatedAngle angleOfAxis(const LensKeys& lens, const char* AngleKey::*axis, uint3
 {
     StatedAngle taken;
     for (const JsonObject* holder : {&lens.frame, lens.file})
-        for (const AngleKey& key : kAngleKeys) {
+        for (const AngleKey& key : side > 0 ? kOfSize : kOfNoSize) {
             if (holder == nullptr || !holder->has(key.*axis))
                 continue;
             const StatedAngle stated = readStated(*holder, key.*axis, key.unit);

@@ -8,8 +8,8 @@
 namespace gsc {
 
 // Sets the angles or focal lengths of `camera`, whose size is read already, from camera_angle_x, fl_x, x_fov (degrees)
-// and the same of y. A frame's keys go before the file's, an angle before a focal length; keys that disagree are told
-// to lens.notes. One axis alone means square pixels. Throws Error(InvalidFile), also where no key is there.
+// and the same of y. A frame's keys go before the file's, a focal length before an angle where the size is known; keys
+// that disagree are told to lens.notes. One axis alone means square pixels. Throws Error(InvalidFile), also where no key is there.
 void readLensAngles(const LensKeys& lens, Camera& camera);
 
 } // namespace gsc

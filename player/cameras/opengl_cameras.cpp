@@ -176,17 +176,18 @@ std::vector<Camera> transformsCameras(const JsonObject& root, const std::string&
     tellOfCount(root, how);
     const auto read = [&](const JsonObject& frame, CameraFindings& found, size_t) {
         const LensKeys lens{frame, &root, &found.notes};
+        found.distortion.add(lens); // first: a panorama has no focal length
         Camera camera;
         camera.name = imageName(frame.text("file_path"));
         poseFromOpenGl(frame, "transform_matrix", applied.undone(readPose(frame, "transform_matrix")), camera);
         readSize(lens, camera);
         readLensAngles(lens, camera);
-        found.distortion.add(lens);
         const MiddleOffset middle = readMiddleOffset(lens, camera.width, camera.height);
         if (camera.width > 0) {
             finishCamera(camera, 0, 0, 0);
             setMiddle(camera, middle.x / camera.width, middle.y / camera.height);
         }
+        noteUnusual(camera, frame.where(), found.notes);
         return camera;
     };
     return readEach({root.at("frames"), file, "frame", kTransformsFrame, &root, kTransformsRoot}, how, read);
@@ -195,7 +196,7 @@ std::vector<Camera> transformsCameras(const JsonObject& root, const std::string&
 // What nerfstudio's viewer saves of a path: matrices of 16 numbers in OpenGL axes, vertical angles in degrees.
 std::vector<Camera> nerfstudioCameras(const JsonObject& root, const std::string& file, const CameraReading& how)
 {
-    if (root.has("camera_type") && root.text("camera_type") != "perspective" &&
+    if (root.stated("camera_type") && root.text("camera_type") != "perspective" &&
         root.text("camera_type") != "PERSPECTIVE")
         throw Error(ErrorCode::Unsupported, file + ": \"camera_type\" is " + root.text("camera_type").substr(0, 40) +
                                                 ", expected perspective; save the path as one");

@@ -4,6 +4,8 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+
 using namespace gsc;
 using namespace gsc::test;
 
@@ -216,6 +218,17 @@ TEST_CASE("transforms: used where there is no cameras.json, left out with a warn
     CHECK(camera.fx == doctest::Approx(400).epsilon(1e-6)); // 600 / (2 tan(half of 1.287)), tan = 3 / 4
     CHECK(camera.fy == doctest::Approx(camera.fx));
     CHECK(camera.rotation[3 + 2] == doctest::Approx(1)); // looks along +y, as OpenGL's -z column says
+
+    const auto told = [&](const char* part) {
+        const Checkpoint read = readCheckpoint(folder.path().string(), {});
+        return std::ranges::count_if(read.warnings,
+                                     [&](const auto& text) { return text.find(part) != std::string::npos; });
+    };
+    writeFile(folder.path() / "transforms_train.json", frames(2, "\"w\": 600, \"h\": 400, \"applied_scale\": 2, ", 1));
+    CHECK(told("else keep; gsc convert has no such option") == 1); // has no such option
+    writeFile(folder.path() / "transforms_train.json", frames(2, "\"w\": 600, \"h\": 400, \"latlong\": true, ", 1));
+    CHECK(told("key \"latlong\" is true, expected a pinhole") == 1);
+    CHECK(readCheckpoint(folder.path().string(), {}).cameras.empty());
 
     for (const std::string& json : {frames(2, "", 1), frames(2, size, 3), std::string("{\"frames\": 3}")}) {
         writeFile(folder.path() / "transforms_train.json", json);

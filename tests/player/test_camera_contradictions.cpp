@@ -107,14 +107,27 @@ TEST_CASE("one axis alone means square pixels")
     }
 }
 
-TEST_CASE("keys that do not say the same: the frame's, and the angle, with both values told")
+TEST_CASE("keys that do not say the same: the frame's, and the focal length, with both values told")
 {
     const std::string x = "\"camera_angle_x\": " + angle(150, 200) + ", ";
     const Read units = read(transforms(kSize + x + "\"fl_x\": 170, "));
-    checkFocal(units.cameras[0], 150, 150);
+    checkFocal(units.cameras[0], 170, 170);
     CHECK(units.told.size() == 1);
-    CHECK(units.tells({"f.json: frame 0", "\"camera_angle_x\"", "\"fl_x\"", "(170)", "so in 2 places"}) == 1);
-    CHECK(read(transforms(kSize + x + "\"fl_x\": 150.001, ")).told.empty()); // rounded
+    CHECK(units.tells(
+              {"f.json: frame 0", "\"fl_x\" of the whole file (170) and \"camera_angle_x\"", "so in 2 places"}) == 1);
+    CHECK(read(transforms(kSize + x + "\"fl_x\": 150.1, ")).told.empty()); // rounded
+    CHECK(read(transforms(kSize + x + "\"fl_x\": 150.2, ")).told.size() == 1);
+    // BlenderNeRF: the vertical angle is the sensor's, 36 x 24 mm, and the picture is 16 : 9
+    const Read blender =
+        read(transforms("\"w\": 192, \"h\": 108, \"fl_x\": 266.667, \"fl_y\": 266.667, \"camera_angle_x\": " +
+                        angle(50, 36) + ", \"camera_angle_y\": " + angle(50, 24) + ", "));
+    checkFocal(blender.cameras[0], 266.667, 266.667);
+    CHECK(blender.told.size() == 1);
+    CHECK(blender.tells({"\"fl_y\" of the whole file (266.667) and \"camera_angle_y\"", "the first is taken"}) == 1);
+    // without a size the angle holds for every picture
+    Camera any = read(transforms(x + "\"fl_x\": 170, ")).cameras[0];
+    finishCamera(any, 200, 150, 0);
+    checkFocal(any, 150, 150);
 
     const Read places = read(transforms(kSize + "\"fl_x\": 150, ", "\"fl_x\": 170, "));
     checkFocal(places.cameras[0], 150, 150);
@@ -139,6 +152,37 @@ TEST_CASE("keys that do not say the same: the frame's, and the angle, with both 
     const Read half = read(transforms("\"w\": 200, \"fl_x\": 150, "));
     CHECK(half.cameras[0].width == 0);
     CHECK(half.tells({"\"w\" is there without \"h\""}) == 1);
+}
+
+TEST_CASE("null, as Python writes None, is as if the key were not there; NaN is not")
+{
+    const char* const kNone =
+        "\"k1\": null, \"camera_model\": null, \"distortion_params\": null, \"is_fisheye\": null, ";
+    CHECK(
+        read(transforms(kSize + kNone + "\"fl_x\": 150, \"applied_transform\": null, \"applied_scale\": null, ", kNone))
+            .told.empty());
+    CHECK(refusal(transforms(kSize + "\"fl_x\": 150, \"k1\": 0.5, ", kNone)) == ErrorCode::Unsupported); // the file's
+    for (const char* key : {"\"k1\": NaN, ", "\"cx\": NaN, ", "\"applied_scale\": Infinity, "})
+        CHECK(refusal(transforms(kSize + "\"fl_x\": 150, " + key)) == ErrorCode::InvalidFile);
+    const std::string path = "\"render_width\": 200, \"render_height\": 100, \"camera_path\": [{\"fov\": 90, "
+                             "\"camera_to_world\": [1, 0, 0, 4, 0, 1, 0, 5, 0, 0, 1, 6, 0, 0, 0, 1]}]}";
+    CHECK(read("{\"camera_type\": null, " + path).told.empty());
+}
+
+TEST_CASE("lenses that are seldom meant are kept and told once")
+{
+    const Read outside = read(transforms(kSize + "\"fl_x\": 150, \"cx\": 201, \"cy\": 75, "));
+    CHECK(outside.told.size() == 1);
+    CHECK(outside.tells({"f.json: frame 0: the axis (cx, cy) meets no pixel", "so in 2 places"}) == 1);
+    const Read wide = read(transforms(kSize + "\"fl_x\": 1.39, "));
+    CHECK(wide.told.size() == 1);
+    CHECK(wide.tells({"frame 0: sees 178", "so in 2 places"}) == 1);
+    CHECK(read(transforms(kSize + "\"fl_x\": 15, \"cx\": 200, \"cy\": 0, ")).told.empty());
+    CHECK(
+        read(
+            "[{\"id\": 0, \"img_name\": \"a\", \"width\": 200, \"height\": 150, \"position\": [1, 2, 3], \"rotation\": "
+            "[[1, 0, 0], [0, 1, 0], [0, 0, 1]], \"fx\": 2, \"fy\": 2}]")
+            .tells({"entry 0 (a): sees 177"}) == 1);
 }
 
 TEST_CASE("a key that an object has twice is refused, wherever it stands")
@@ -233,6 +277,7 @@ TEST_CASE("applied_transform and applied_scale: kept and told, or undone")
     const Read kept = read(file);
     CHECK(kept.told.size() == 1);
     CHECK(kept.tells({"f.json: \"applied_transform\", \"applied_scale\"", "--cameras-transform undo"}) == 1);
+    CHECK(kept.tells({"gsc-play"}) == 0); // gsc export and others have the option too
     const Read asked = read(file, CamerasTransform::Keep);
     CHECK(asked.told.empty());
     for (const Read* as_it_stands : {&kept, &asked})

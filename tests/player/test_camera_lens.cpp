@@ -183,7 +183,7 @@ TEST_CASE("distortion is refused with its key and its value, or ignored and told
         {transforms(kSize, "\"p2\": 0.5, "), "f.json: frame 1: key \"p2\" is 0.5,"},
         {transforms("\"k3\": 0.5, "), "f.json: key \"k3\" is 0.5,"}, // without a size too
         {transforms(kSize + "\"camera_model\": \"OPENCV_FISHEYE\", "), "key \"camera_model\" is \"OPENCV_FISHEYE\","},
-        {transforms(kSize + "\"camera_model\": \"EQUIRECTANGULAR\", "), "key \"camera_model\" is \"EQUIRECTANGULAR\","},
+        {transforms(kSize + "\"ftheta_p0\": 0, \"ftheta_p1\": 0.001, "), "key \"ftheta_p1\" is 0.001,"},
         {transforms(kSize, "\"camera_model\": \"FISHEYE\", "), "f.json: frame 1: key \"camera_model\""},
         {transforms(kSize + "\"is_fisheye\": true, "), "key \"is_fisheye\" is true,"},
         {upstream("\"k1\": 0.5, "), "f.json: entry 0 (a): key \"k1\" is 0.5,"},
@@ -201,6 +201,16 @@ TEST_CASE("distortion is refused with its key and its value, or ignored and told
         CHECK(parseCameraFile(c.json, "f.json", nullptr, telling(ignored)).size() >= 1);
         CHECK(ignored.size() == 1);
     }
+    for (const char* keys :
+         {"\"camera_model\": \"EQUIRECTANGULAR\", ", "\"camera_model\": \"orthophoto\", ",
+          "\"equirectangular\": true, ", "\"orthographic\": 1, ", "\"latlong\": true, \"k1\": 0.1, "})
+        for (const bool ignore : {false, true}) { // no pinhole even without distortion
+            CAPTURE(keys);
+            std::vector<std::string> none;
+            const Refusal refused = refusal(transforms(keys), ignore ? telling(none) : CameraReading{});
+            CHECK(refused.code == ErrorCode::Unsupported);
+            CHECK(contains(refused.text, "expected a pinhole; such a picture is none even without"));
+        }
     std::vector<std::string> ignored;
     (void)parseCameraFile(transforms(kSize + "\"k1\": 0.25, ", "\"k1\": 0, "), "f.json", nullptr, telling(ignored));
     (void)parseCameraFile(transforms(kSize + "\"k1\": 0.25, \"camera_model\": \"FISHEYE\", "), "f.json", nullptr,

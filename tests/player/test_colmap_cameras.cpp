@@ -144,11 +144,11 @@ TEST_CASE("COLMAP: distortion is refused by name, or ignored and told")
 
 TEST_CASE("COLMAP: what is damaged is refused")
 {
-    CHECK(refusal(with(kCameras, "PINHOLE", "PANORAMA"), kImages) == ErrorCode::InvalidFile);
+    CHECK(refusal(with(kCameras, "PINHOLE", "PANORAMA"), kImages) == ErrorCode::Unsupported);
     CHECK(refusal(with(kCameras, "800 400", "0 400"), kImages) == ErrorCode::InvalidFile);
     CHECK(refusal(with(kCameras, "500 600", "nan 600"), kImages) == ErrorCode::InvalidFile);
     CHECK(refusal(with(kCameras, "7 SIMPLE", "8 SIMPLE"), kImages) == ErrorCode::InvalidFile);
-    CHECK(refusal(kCameras, with(kImages, "2 1 0 0 0", "2 1 1 0 0")) == ErrorCode::InvalidFile);
+    CHECK(refusal(kCameras, with(kImages, "2 1 0 0 0", "2 0 0 0 0")) == ErrorCode::InvalidFile);
     CHECK(refusal(kCameras, with(kImages, " 7 a.jpg", "")) == ErrorCode::InvalidFile);
     CHECK(refusal(kCameras, "# nothing\n") == ErrorCode::InvalidFile);
     std::string cameras, images;

@@ -177,8 +177,12 @@ TEST_CASE("COLMAP's models since 3.10: lenses that are refused as such, by name 
     }
     CHECK(parse("1 FOV 200 150 150 150 100 75 0\n", images).told.empty());
     (void)refusal("1 FOV 200 150 150 150 100 75 0.9\n", images, ErrorCode::Unsupported);
-    (void)refusal("1 PINHOLES 200 150 150 150 100 75\n", images, ErrorCode::InvalidFile);
-    (void)refusal(lensBytes({18, "", 4, true}, 0), imageBytes(), ErrorCode::InvalidFile, false, true);
+    for (const std::string& said :
+         {refusal("1 PINHOLES 200 150 150 150 100 75\n", images, ErrorCode::Unsupported, true),
+          refusal(lensBytes({18, "", 4, true}, 0), imageBytes(), ErrorCode::Unsupported, true, true)})
+        CHECK(said.find("undistort") != std::string::npos);
+    CHECK(parse("# Number of cameras: 2\n2 OF_TOMORROW 200 150 1\n" + kPinhole, images).told.empty()); // no image's
+    (void)refusal("1 OF_TOMORROW 200 150 1\n" + kPinhole, images, ErrorCode::InvalidFile);
     (void)refusal(lensBytes({-1, "", 4, true}, 0), imageBytes(), ErrorCode::InvalidFile, false, true);
 }
 
@@ -207,6 +211,31 @@ TEST_CASE("images.txt without lines of points: no image vanishes")
     (void)refusal(kPinhole, a + "1 2 3 four\n" + b, ErrorCode::InvalidFile);
 }
 
+TEST_CASE("images.txt without lines of points: an image without a name, or called by three numbers, is never points")
+{
+    const std::string a = image(1, "a.png"), c = image(3, "c.png");
+    for (const char* nameless : {"2 1 0 0 0 .1 0 0 1\n", "2 1 0 0 0 0 0 0 1\n", "2 1 0 0 0 7 0 0 1\n"}) {
+        CAPTURE(nameless);
+        (void)refusal(kPinhole, a + nameless + c, ErrorCode::InvalidFile);
+    }
+    (void)refusal(kPinhole, a + "2 1 0 0 0 0 0 0 1 1 2 3\n" + c, ErrorCode::InvalidFile); // or is it points?
+    const Model named = parse(kPinhole, a + "2 1 0 0 0 .1 0 0 1 1 2 3\n" + c);
+    CHECK(named.cameras.size() == 3);
+    CHECK(named.told.empty());
+    for (const char* points : {"1 2\n", "1 2 0.5\n", "1 2 -2\n", "1 2 3 4\n"}) {
+        CAPTURE(points);
+        (void)refusal(kPinhole, a + points + c, ErrorCode::InvalidFile);
+    }
+    std::string many;
+    for (int i = 0; i < 100; ++i)
+        many += formatString("%d.5 %d.25 %d ", i, i, i % 3 - 1);
+    for (const std::string& points : {many, std::string("0.5 0.5 7 0.5 0.5 -1 0 0 1"), std::string("1 1 0 0 0 0 0 0 9"),
+                                      std::string("1 2 18446744073709551615")}) {
+        CAPTURE(points);
+        CHECK(parse(kPinhole, a + points + "\n" + c).cameras.size() == 2);
+    }
+}
+
 TEST_CASE("text with the blanks, ends and marks of other programs")
 {
     const std::string good = image(1, "a.png") + "\n" + image(2, "dir one/b two.png") + kPoints;
@@ -217,6 +246,8 @@ TEST_CASE("text with the blanks, ends and marks of other programs")
     };
     for (const auto& [cameras, images] :
          {std::pair{with(kPinhole, '\n', "\r\n"), with(good, '\n', "\r\n")},
+          {with(kPinhole, '\n', "\r"), with(good, '\n', "\r")},
+          {with(kPinhole, '\n', "\r\r\n"), with(good, '\n', "\r\r\n")},
           {"\xef\xbb\xbf" + kPinhole, "\xef\xbb\xbf" + good},
           {with(kPinhole, ' ', "\t"), with(image(1, "a.png"), ' ', "\t") + "\n" + image(2, "b two.png")},
           {"\n  # note\n  1   PINHOLE 200 150  1.5e2 +120 1e2 7.5e+1 \n\n", "  " + good},
@@ -254,6 +285,15 @@ TEST_CASE("what a model says twice, or of another count, is told or refused")
     (void)refusal(kPinhole, "1 1 0 0 0 0 0 1e200 1 a.png\n", ErrorCode::InvalidFile);
     // a quaternion that was printed with few digits
     CHECK(parse(kPinhole, "1 0.707 0 0.707 0 0 0 0 1 a.png\n").cameras[0].rotation[6] == doctest::Approx(1));
+    CHECK(parse(kPinhole, "1 0.707 0 0.707 0 0 0 0 1 a.png\n").told.empty());
+    // others say a direction too
+    const Model longer = parse(kPinhole, "1 2 0 2 0 0 0 0 1 a.png\n");
+    CHECK(longer.cameras[0].rotation[6] == doctest::Approx(1));
+    CHECK(longer.tells("image a.png: its quaternion has the length 2.82843 and not 1; it is normalised"));
+    (void)refusal(kPinhole, "1 0 0 0 0 0 0 0 1 a.png\n", ErrorCode::InvalidFile);
+    CHECK(
+        parse("1 PINHOLE 200 150 150 120 -1 75\n", image(1, "a.png")).tells("image a.png: the axis (cx, cy) meets no"));
+    CHECK(parse("1 PINHOLE 200 150 5 120 100 75\n", image(1, "a.png")).tells("image a.png: sees 174."));
     CHECK(parse(lensBytes({1, "PINHOLE", 4, true}, 0) + "xyz", imageBytes() + "12", false, true).told.size() == 2);
 }
 
@@ -298,6 +338,30 @@ TEST_CASE("the folder of a data set: the model that the trainers take, and a wor
     CHECK(readPath(path / "blender").tells("transforms_val.json is there too"));
     folder.write("plain/transforms.json", transforms("a"));
     CHECK(readPath(path / "plain").cameras.size() == 1);
+    const char* const trained =
+        "[{\"id\": 0, \"img_name\": \"t\", \"width\": 8, \"height\": 8, \"position\": [0, 0, 0], "
+        "\"rotation\": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], \"fx\": 4, \"fy\": 4}]";
+    folder.write("plain/cameras.json", trained);
+    CHECK(readPath(path / "plain").tells("cameras.json is there too"));
+    folder.write("trained/cameras.json", trained);
+    CHECK(readPath(path / "trained").told.empty());
+    CHECK(readPath(path / "trained").cameras[0].name == "t");
+    folder.write("trained/cfg_args", "Namespace(resolution=4)");
+    CHECK(readPath(path / "trained").tells("cfg_args: its resolution is not applied"));
+
+    folder.write("half/cameras.txt", kPinhole);
+    fs::create_directories(path / "empty");
+    for (const auto& [name, found] : {std::pair("half", "a folder with a COLMAP model's cameras but not its images"),
+                                      {"empty", "a folder without cameras, expected cameras.json"}}) {
+        CAPTURE(name);
+        try {
+            (void)readPath(path / name);
+            FAIL("not refused");
+        } catch (const Error& e) {
+            CHECK(e.code() == ErrorCode::Io);
+            CHECK(std::string(e.what()).find(found) != std::string::npos);
+        }
+    }
 }
 
 TEST_CASE("text and binary side by side: the binary one, and a word where they differ")
