@@ -2,6 +2,7 @@
 #include "convert/bake/partition.h"
 
 #include "convert/bake/model_sections.h"
+#include "convert/bake/spatial_index.h"
 #include "format/error.h"
 #include "format/numbers/morton.h"
 
@@ -159,6 +160,15 @@ std::string describeMisfit(AnchorSource& source, const ScanResult& scan, Partiti
                         size.c_str(), kStoredAsFloats);
 }
 
+// OpenVDB takes no grid whose voxels are smaller: the cube of a side must stay above its tolerance.
+uint32_t leastCellLog2(double quantum)
+{
+    uint32_t log2 = 0;
+    while (log2 < kMaxCellLog2 && std::ldexp(quantum, int(log2)) < kLeastCell)
+        ++log2;
+    return log2;
+}
+
 // Smallest cell whose nodes hold `wanted` anchors on average; if none does, the smallest that gives the fewest nodes.
 void chooseCells(LevelPlan& level, const NodeCounter& counter, uint64_t wanted, std::vector<ChunkRecord>& chunks,
                  uint32_t level_index)
@@ -171,7 +181,8 @@ void chooseCells(LevelPlan& level, const NodeCounter& counter, uint64_t wanted, 
         return count;
     };
     const uint64_t fewest = countAt(kMaxCellLog2);
-    for (level.cell_log2 = 0; level.cell_log2 < kMaxCellLog2; ++level.cell_log2) {
+    level.cell_log2 = leastCellLog2(double(level.quantum));
+    for (; level.cell_log2 < kMaxCellLog2; ++level.cell_log2) {
         const uint64_t count = countAt(level.cell_log2);
         if (count == fewest || level.anchor_count / count >= wanted)
             break;

@@ -61,6 +61,11 @@ openvdb::MaskGrid::Ptr buildMask(const LevelRecord& level, PositionEncoding enco
     // a cell holds quanta c * w .. c * w + w - 1; OpenVDB's voxel c is centred on c
     const double width = double(1u << level.cell_log2), quantum = level.quantum;
     const double middle = encoding == PositionEncoding::Grid ? (width - 1) / 2 : width / 2;
+    if (width * quantum < kLeastCell)
+        throw Error(
+            ErrorCode::Unsupported,
+            formatString("level %d: its largest cell is %g world units wide, expected at least %g; scale the scene up",
+                         level.level, width * quantum, kLeastCell));
     const auto transform = openvdb::math::Transform::createLinearTransform(width * quantum);
     transform->postTranslate(openvdb::Vec3d(double(level.origin) + middle * quantum));
     grid->setTransform(transform);

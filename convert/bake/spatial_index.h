@@ -22,6 +22,9 @@ std::vector<std::byte> buildNanoVdb(const LevelRecord& level, PositionEncoding e
 // bytes for the same input: `id` takes the place of the random number that such a file has.
 std::string openVdbFile(std::span<const std::byte* const> grids, uint64_t id, void (*check)());
 
+// World units: cells of a level are at least as large.
+constexpr double kLeastCell = 2e-5;
+
 // That OpenVDB's log starts when it is loaded, at the least.
 constexpr size_t kSpatialIndexThreads = 4;
 

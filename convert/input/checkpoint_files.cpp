@@ -146,6 +146,20 @@ std::vector<std::string> sideFolders(const fs::path& folder, const std::string& 
     return folders;
 }
 
+// A file of --scene-dir that lies beside the model too is not read.
+void warnOfHiddenFiles(const std::string& scene_dir, CheckpointFiles& files)
+{
+    for (const char* name : {"cfg_args", "config.yaml", "cameras.json", "metre.json", "transforms.json",
+                             "transforms_train.json", "transforms_test.json"}) {
+        std::error_code none;
+        const fs::path there = fs::path(scene_dir) / name;
+        if (const std::string taken = files.findBeside(name);
+            fs::is_regular_file(there, none) && !fs::equivalent(there, taken, none))
+            files.warnings.push_back(there.string() + ": is not read, because " + taken +
+                                     " lies beside the model; move " + "one of them away if this is not what you want");
+    }
+}
+
 void requirePly(CheckpointFiles& files)
 {
     const fs::path folder = files.folder;
@@ -239,6 +253,8 @@ CheckpointFiles findCheckpointFiles(const std::string& path, const CheckpointOpt
         throw Error(ErrorCode::Io,
                     options.scene_dir + ": is no folder, expected the scene's; check the path of --scene-dir");
     files.side_dirs = sideFolders(files.folder, options.scene_dir);
+    if (!options.scene_dir.empty())
+        warnOfHiddenFiles(options.scene_dir, files);
     return files;
 }
 

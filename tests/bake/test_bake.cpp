@@ -73,6 +73,31 @@ TEST_CASE("models of any size bake, validate and compare equal")
         }
 }
 
+TEST_CASE("the cells of a fine grid are as large as the spatial index takes them, of one too fine it says so")
+{
+    for (const float voxel_size : {1e-4f, 1e-5f, 5e-6f, 1e-6f, 1e-7f})
+        for (const uint64_t anchors : {2, 20, 1000}) {
+            CAPTURE(voxel_size);
+            CAPTURE(anchors);
+            ModelShape shape;
+            shape.anchors = anchors;
+            shape.voxel_size = voxel_size;
+            const MemoryModel model = makeModel(shape);
+            BakeOptions options;
+            options.chunk_anchors = 1;
+            checkEqual(model, bakeModel(model, options));
+        }
+    ModelShape shape;
+    shape.anchors = 1000;
+    shape.voxel_size = 1e-8f;
+    const MemoryModel model = makeModel(shape);
+    try {
+        checkEqual(model, bakeModel(model, {}));
+    } catch (const Error& error) {
+        CHECK(error.code() == ErrorCode::Unsupported);
+    }
+}
+
 TEST_CASE("every input the trainers know is stored")
 {
     for (const uint32_t levels : {0, 3}) {

@@ -63,6 +63,10 @@ TEST_CASE("checkpoint: every way to name a model finds the same files")
     options = {};
     options.scene_dir = (folder.path() / "m").string();
     CHECK(read(folder.path() / "flat", options).voxel_size == 0.25f);
+    CHECK_FALSE(warns(read(folder.path() / "m", options), "is not read")); // it is the same file
+    fs::copy(folder.path() / "m/cfg_args", folder.path() / "flat/cfg_args");
+    CHECK(warns(read(folder.path() / "flat", options), "m/cfg_args: is not read, because"));
+    fs::remove(folder.path() / "flat/cfg_args");
     fs::create_directories(folder.path() / "viewer");
     fs::copy(latest, folder.path() / "viewer/point_cloud");
     fs::copy(folder.path() / "m/cfg_args", folder.path() / "viewer/cfg_args");
