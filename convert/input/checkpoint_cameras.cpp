@@ -131,7 +131,7 @@ size_t countHeldOut(const std::vector<SourceCamera>& cameras, int lod)
     return test.size();
 }
 
-// What the settings say. Other resolution_scales than 1 are refused before (checkpoint_settings.cpp).
+// Reads the settings' resolution. Other resolution_scales than 1 are refused before (checkpoint_settings.cpp).
 double resolutionOf(const ConfigValue* config, const std::string& path, std::vector<std::string>& warnings)
 {
     if (config == nullptr)

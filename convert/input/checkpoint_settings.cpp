@@ -91,7 +91,7 @@ void checkSetting(const Setting& setting, const ConfigFile& config)
     }
 }
 
-// Of gsplat's rasterization(); diff-gaussian-rasterization has its near plane in its code and no far one.
+// Arguments of gsplat's rasterization(); diff-gaussian-rasterization has its near plane in its code and no far one.
 void checkPlanes(const Checkpoint& checkpoint, const ConfigFile& config)
 {
     const bool gsplat = checkpoint.raster_rules == RasterRules::Gsplat;

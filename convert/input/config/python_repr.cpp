@@ -57,7 +57,7 @@ public:
     }
 
 private:
-    // What has no value here: its text from token `first` on.
+    // Keeps what has no value here as text, from token `first` on.
     [[nodiscard]] ConfigValue other(size_t first) const
     {
         ConfigValue result;
@@ -108,7 +108,7 @@ private:
         return found;
     }
 
-    // Of a lambda, up to its colon.
+    // Parameters of a lambda, up to its colon.
     void parameters(int depth)
     {
         while (!accept(":")) {

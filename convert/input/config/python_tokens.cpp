@@ -26,7 +26,7 @@ bool isDigit(char c)
     return c >= '0' && c <= '9';
 }
 
-// Of ASCII: Python takes letters of every script, no setting has them, and what looks like a letter or a blank may be none.
+// ASCII alone: Python takes letters of every script, no setting has them, and what looks like a letter or a blank may be none.
 bool isNameCharacter(char c)
 {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || isDigit(c) || c == '_';

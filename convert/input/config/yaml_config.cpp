@@ -95,7 +95,7 @@ ConfigValue scalar(const std::string& text, const std::string& tag)
     return value;
 }
 
-// What "<<" brings in, a dictionary or a list of them, the first of which wins; the dictionary's own keys come later,
+// Takes what "<<" brings in, a dictionary or a list of them, the first of which wins; the dictionary's own keys come later,
 // and the last of several wins.
 void merge(ConfigValue more, ConfigValue& into)
 {
