@@ -54,27 +54,48 @@ std::string withoutNonFinite(std::string_view text, const std::string& file, con
 }
 
 // Throws where an object has a key twice, of which a parser would keep the last without a word.
-class RefusedRepeats {
+// note: nlohmann's callback while parsing would tell the keys too, but looks at a whole array for every object in it
+class RefusedRepeats final : public ParsedJson::json_sax_t {
 public:
     RefusedRepeats(const std::string& file, const char* expected) : m_file(file), m_expected(expected) {}
 
-    void see(int depth, ParsedJson::parse_event_t event, const ParsedJson& parsed)
+    bool start_object(size_t) override
     {
-        const auto level = size_t(depth);
-        if (event == ParsedJson::parse_event_t::object_start) {
-            m_keys.resize(std::max(m_keys.size(), level + 2));
-            m_keys[level + 1].clear();
-        } else if (event == ParsedJson::parse_event_t::key &&
-                   !m_keys[level].insert(parsed.get_ref<const std::string&>()).second)
+        if (++m_depth > m_keys.size())
+            m_keys.emplace_back();
+        m_keys[m_depth - 1].clear();
+        return true;
+    }
+    bool key(string_t& name) override
+    {
+        if (!m_keys[m_depth - 1].insert(name).second)
             throw Error(ErrorCode::InvalidFile,
                         formatString("%s: key %s is there twice in one object, expected %s; leave one of them in",
-                                     m_file.c_str(), shownJson(parsed).c_str(), m_expected));
+                                     m_file.c_str(), shownJson(name).c_str(), m_expected));
+        return true;
     }
+    bool end_object() override
+    {
+        --m_depth;
+        return true;
+    }
+
+    bool null() override { return true; }
+    bool boolean(bool) override { return true; }
+    bool number_integer(number_integer_t) override { return true; }
+    bool number_unsigned(number_unsigned_t) override { return true; }
+    bool number_float(number_float_t, const string_t&) override { return true; }
+    bool string(string_t&) override { return true; }
+    bool binary(binary_t&) override { return true; }
+    bool start_array(size_t) override { return true; }
+    bool end_array() override { return true; }
+    bool parse_error(size_t, const std::string&, const nlohmann::detail::exception&) override { return false; }
 
 private:
     const std::string& m_file;
     const char* m_expected;
-    std::vector<std::set<std::string>> m_keys; // by depth, of the object that is open there
+    std::vector<std::set<std::string>> m_keys; // of the objects that are open
+    size_t m_depth = 0;
 };
 
 bool isPlainNumber(const ParsedJson& value)
@@ -101,12 +122,11 @@ std::string shownJson(const ParsedJson& value)
 ParsedJson parseJson(std::string_view text, const std::string& file, const char* expected)
 {
     const std::string clean = withoutNonFinite(text, file, expected);
-    RefusedRepeats repeats(file, expected);
     try {
-        return ParsedJson::parse(clean, [&](int depth, ParsedJson::parse_event_t event, const ParsedJson& parsed) {
-            repeats.see(depth, event, parsed);
-            return true;
-        });
+        ParsedJson parsed = ParsedJson::parse(clean);
+        RefusedRepeats repeats(file, expected);
+        (void)ParsedJson::sax_parse(clean, &repeats);
+        return parsed;
     } catch (const ParsedJson::exception& e) {
         // note: nlohmann's text starts with its own tag, "[json.exception.parse_error.101] ", and may quote any bytes
         const char* tag = std::strchr(e.what(), ']');
