@@ -91,16 +91,17 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size)
     const std::span<const std::byte> bytes(reinterpret_cast<const std::byte*>(data), size);
     try {
         const gsc::PlyHeader header = gsc::parsePlyHeader(bytes, size, "fuzz.ply");
-        // the parser's promise: the rows fill the file exactly
+        // the parser's promise: the rows lie in the file; elements behind them may follow
         if (header.header_bytes > size || header.row_bytes == 0 ||
-            header.row_count * header.row_bytes != size - header.header_bytes)
+            header.row_count > (size - header.header_bytes) / header.row_bytes)
             std::abort();
+        const size_t row_bytes = size_t(header.row_count * header.row_bytes);
         const gsc::AnchorColumns columns = gsc::findAnchorColumns(header, "fuzz.ply");
         for (const uint32_t fields : {uint32_t(gsc::kAnchorPlacement), uint32_t(gsc::kAnchorAll)}) {
             gsc::AnchorBatch batch;
             gsc::sizeBatch(batch, columns, fields, size_t(header.row_count));
-            gsc::decodeAnchorRows(bytes.subspan(header.header_bytes), header.row_bytes, columns, fields, 0, batch, 0,
-                                  "fuzz.ply");
+            gsc::decodeAnchorRows(bytes.subspan(header.header_bytes, row_bytes), header.row_bytes, columns, fields, 0,
+                                  batch, 0, "fuzz.ply");
             for (const int32_t level : batch.level)
                 if (level < 0 || level > gsc::kMaxAnchorLevel)
                     std::abort();

@@ -161,6 +161,15 @@ TEST_CASE("torch variants: tensors of any stride, offset and device, alone or as
     CHECK(much.says("many times the values"));
 }
 
+TEST_CASE("torch variants: a storage that is stated twice, larger the second time, is not read beyond its end")
+{
+    const Bytes twice = archiveOf(dictOf({{"a", tensorOf("0", 2, 0, {2}, {1})}, {"b", tensorOf("0", 7, 0, {7}, {1})}}),
+                                  {{"0", floats({1, 2})}});
+    const Outcome outcome = outcomeOf([&] { (void)readTorchArchive(twice, "t.pth"); });
+    CHECK(outcome.code == ErrorCode::InvalidFile);
+    CHECK(outcome.says("'b'"));
+}
+
 TEST_CASE("torch variants: what wraps a network is left out of its names, whatever wraps what")
 {
     const auto named = [](const std::string& key) {

@@ -155,6 +155,9 @@ private:
         NamedTensor tensor{name, source.shape, {}};
         if (count != 0) {
             const std::span<const std::byte> bytes = storageOf(source);
+            if (source.storage_count > bytes.size() / sizeof(float)) // of one storage, tensors may state several sizes
+                invalid("tensor '" + path + "' states a storage of more values than '" +
+                        source.storage_key.substr(0, 64) + "' has, expected as many");
             if (count > m_made_left / sizeof(float))
                 refuseSharing();
             m_made_left -= count * sizeof(float);
