@@ -20,4 +20,5 @@ fi
 cmake --preset release -DGSC_CI_TESTS=$ci
 cmake --build --preset release -j "$jobs"
 [ $# -gt 0 ] || set -- -LE long
-exec ctest --preset release -j "$jobs" "$@"
+# a shell's `command &` starts with SIGINT ignored, which programs under test would keep so
+exec env --default-signal=INT,HUP,TERM ctest --preset release -j "$jobs" "$@"
