@@ -36,7 +36,7 @@ private:
 
 // Throws Error: as InputFile, InvalidFile if the file is larger than `max_bytes` (`what` names what was expected).
 std::vector<std::byte> readWholeFile(const std::string& path, uint64_t max_bytes, const char* what);
-// The same of a text: without its byte order mark (decodedText()).
+// As readWholeFile(), of a text without its byte order mark (decodedText()).
 std::string readTextFile(const std::string& path, uint64_t max_bytes, const char* what);
 
 } // namespace gsc

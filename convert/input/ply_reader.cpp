@@ -21,7 +21,7 @@ constexpr const char* kTakeTrainers = "pass the point_cloud.ply that the trainer
     throw Error(ErrorCode::InvalidFile, name + ": " + text + "; " + remedy);
 }
 
-// Of a PLY that other programs read.
+// Refuses a PLY that other programs read.
 [[noreturn]] void throwUnsupported(const std::string& name, const std::string& text)
 {
     throw Error(ErrorCode::Unsupported, name + ": " + text + "; " + kTakeTrainers);

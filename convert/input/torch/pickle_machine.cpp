@@ -302,7 +302,7 @@ private:
         }
     }
 
-    // What torch.save writes only where it is told another protocol, or where other things lie beside the tensors.
+    // Opcodes that torch.save writes only where it is told another protocol, or where other things lie beside the tensors.
     void executeRare(uint8_t opcode)
     {
         switch (opcode) {

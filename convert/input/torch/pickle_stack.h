@@ -162,7 +162,7 @@ protected:
         pushInt(int64_t(value));
     }
 
-    // Of protocol 0: decimal digits, with an L behind those of a long.
+    // Integers of protocol 0: decimal digits, with an L behind those of a long.
     void pushDecimal()
     {
         std::string line = takeLine(kMaxPickleLine);
@@ -189,7 +189,7 @@ protected:
         push({PickleKind::Float, 0, value, {}, {}});
     }
 
-    // Of protocol 0: between quotes, or as it is. Texts with escapes are no name of ours.
+    // Texts of protocol 0: between quotes, or as it is. Texts with escapes are no name of ours.
     void pushTextLine(bool quoted)
     {
         std::string line = takeLine(kMaxPickleLine);

@@ -28,7 +28,7 @@ public:
     // Bytes of its content as the central directory states them. Throws Error(InvalidFile) if absent.
     [[nodiscard]] uint64_t size(const std::string& member) const;
 
-    // Of all members together.
+    // Bytes of all members together.
     [[nodiscard]] uint64_t contentBytes() const;
 
     // The content, its CRC-32 checked. Throws Error: InvalidFile (absent, damaged, larger than it can be), Unsupported
