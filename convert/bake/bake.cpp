@@ -18,7 +18,7 @@
 #include "format/machine/machine.h"
 #include "kernels/threads/parallel.h"
 #include "kernels/threads/tbb_bound.h"
-#include "player/module/load_module.h"
+#include "runtime/module/load_module.h"
 
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>

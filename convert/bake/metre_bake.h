@@ -4,7 +4,7 @@
 
 #include "convert/bake/partition.h"
 #include "convert/input/checkpoint.h"
-#include "player/cameras/length.h"
+#include "runtime/cameras/length.h"
 
 #include <cstddef>
 #include <memory>

@@ -4,7 +4,7 @@
 
 #include "convert/bake/bake.h"
 #include "format/gsc_layout.h"
-#include "player/cameras/length.h"
+#include "runtime/cameras/length.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -2,7 +2,7 @@
 #include "convert/bake/spatial_index.h"
 
 #include "format/error.h"
-#include "player/module/load_module.h"
+#include "runtime/module/load_module.h"
 
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>

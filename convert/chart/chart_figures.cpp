@@ -6,7 +6,7 @@
 #include "convert/chart/script_engine.h"
 #include "convert/chart/svg_png.h"
 #include "format/interrupt.h"
-#include "player/module/load_module.h"
+#include "runtime/module/load_module.h"
 
 namespace gsc {
 

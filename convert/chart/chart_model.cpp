@@ -6,7 +6,7 @@
 #include "convert/chart/run_words.h"
 #include "convert/chart/verdict.h"
 #include "format/error.h"
-#include "player/tool/reporter.h"
+#include "runtime/cli/reporter.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 #include "convert/chart/rounded.h"
 #include "format/error.h"
-#include "player/tool/reporter.h"
+#include "runtime/cli/reporter.h"
 
 #include <algorithm>
 #include <set>

@@ -2,7 +2,7 @@
 // What models cost at several qualities, as `gsc bake --curve` writes it: lines of gsc.curve/1.
 #pragma once
 
-#include "player/report/report_parts.h"
+#include "runtime/records/report_parts.h"
 
 #include <cmath>
 #include <cstdint>

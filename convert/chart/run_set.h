@@ -2,7 +2,7 @@
 // The runs of several files.
 #pragma once
 
-#include "player/report/run_row.h"
+#include "runtime/records/run_row.h"
 
 #include <cstdint>
 #include <optional>

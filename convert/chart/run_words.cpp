@@ -2,7 +2,7 @@
 #include "convert/chart/run_words.h"
 
 #include "format/error.h"
-#include "player/tool/reporter.h"
+#include "runtime/cli/reporter.h"
 
 #include <algorithm>
 #include <filesystem>

@@ -2,7 +2,7 @@
 #include "convert/chart/svg_png.h"
 
 #include "format/error.h"
-#include "player/module/load_module.h"
+#include "runtime/module/load_module.h"
 
 #include <cairo.h>
 #include <librsvg/rsvg.h>

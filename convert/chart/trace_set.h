@@ -2,7 +2,7 @@
 // Traces of renderer services, one a line, as files hold them.
 #pragma once
 
-#include "player/report/service_trace_report.h"
+#include "runtime/records/service_trace_report.h"
 
 #include <string>
 #include <string_view>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/command.h"
-#include "player/tool/version.h"
+#include "runtime/cli/version.h"
 
 namespace gsc {
 

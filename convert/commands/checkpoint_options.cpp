@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/checkpoint_options.h"
 
-#include "player/tool/options.h"
+#include "runtime/cli/options.h"
 
 #include <limits>
 

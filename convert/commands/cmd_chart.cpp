@@ -9,7 +9,7 @@
 #include "convert/chart/run_set.h"
 #include "convert/chart/trace_model.h"
 #include "format/file/output_file.h"
-#include "player/tool/version.h"
+#include "runtime/cli/version.h"
 
 #include <algorithm>
 #include <filesystem>

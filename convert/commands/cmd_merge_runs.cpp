@@ -4,7 +4,7 @@
 #include "convert/merge/merge_runs.h"
 #include "format/file/output_file.h"
 #include "format/file/read_file.h"
-#include "player/tool/version.h"
+#include "runtime/cli/version.h"
 
 namespace gsc {
 

@@ -5,7 +5,7 @@
 #include "convert/commands/manifest_check.h"
 #include "format/gsc_file.h"
 #include "format/gsc_reader.h"
-#include "player/tool/version.h"
+#include "runtime/cli/version.h"
 
 namespace gsc {
 

@@ -2,8 +2,8 @@
 // The commands of gsc.
 #pragma once
 
-#include "player/tool/options.h"
-#include "player/tool/tool.h"
+#include "runtime/cli/options.h"
+#include "runtime/cli/tool.h"
 
 #include <array>
 #include <memory>

@@ -2,7 +2,7 @@
 #include "convert/commands/convert_report.h"
 
 #include "convert/bake/model_sections.h"
-#include "player/tool/version.h"
+#include "runtime/cli/version.h"
 #include "convert/commands/model_facts.h"
 #include "kernels/sensitivity/sensitivity.h"
 

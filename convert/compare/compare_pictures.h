@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/compare/picture_set.h"
-#include "player/tool/reporter.h"
+#include "runtime/cli/reporter.h"
 
 #include <string>
 

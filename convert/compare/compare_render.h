@@ -4,8 +4,8 @@
 
 #include "convert/compare/picture_set.h"
 #include "convert/input/checkpoint.h"
-#include "player/cameras/camera_reading.h"
-#include "player/tool/reporter.h"
+#include "runtime/cameras/camera_reading.h"
+#include "runtime/cli/reporter.h"
 #include "kernels/frame/frame_types.h"
 
 #include <string>

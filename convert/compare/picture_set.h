@@ -2,8 +2,8 @@
 // Pictures scored against others, one by one and together.
 #pragma once
 
-#include "player/image/image_io.h"
-#include "player/tool/json.h"
+#include "runtime/image/image_io.h"
+#include "runtime/cli/json.h"
 #include "runtime/metrics/lpips.h"
 #include "runtime/metrics/metrics.h"
 

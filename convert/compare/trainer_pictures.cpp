@@ -3,7 +3,7 @@
 
 #include "format/file/read_file.h"
 #include "format/error.h"
-#include "player/cameras/camera_file.h"
+#include "runtime/cameras/camera_file.h"
 
 #include <nlohmann/json.hpp>
 

@@ -5,7 +5,7 @@
 #include "convert/grids/stored_grid.h"
 #include "format/interrupt.h"
 #include "kernels/threads/tbb_bound.h"
-#include "player/module/load_module.h"
+#include "runtime/module/load_module.h"
 
 #include <nanovdb/util/IO.h>
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "format/gsc_layout.h"
-#include "player/cameras/length.h"
+#include "runtime/cameras/length.h"
 #include "runtime/source_camera.h"
 
 #include <cstdint>

@@ -3,8 +3,8 @@
 
 #include "convert/input/input_file.h"
 #include "format/error.h"
-#include "player/cameras/camera_file.h"
-#include "player/cameras/trainer_size.h"
+#include "runtime/cameras/camera_file.h"
+#include "runtime/cameras/trainer_size.h"
 
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/mat3x3.hpp>

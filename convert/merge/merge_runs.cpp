@@ -3,7 +3,7 @@
 
 #include "format/error.h"
 #include "format/interrupt.h"
-#include "player/report/run_row.h"
+#include "runtime/records/run_row.h"
 
 #include <algorithm>
 #include <iterator>

@@ -4,7 +4,7 @@
 #include "convert/bake/chunk_values.h"
 #include "format/half.h"
 #include "format/numbers/morton.h"
-#include "player/report/record.h"
+#include "runtime/records/record.h"
 #include "runtime/camera.h"
 
 #include <algorithm>

@@ -5,7 +5,7 @@
 #include "convert/bake/bake.h"
 #include "convert/input/checkpoint.h"
 #include "format/gsc_reader.h"
-#include "player/tool/json.h"
+#include "runtime/cli/json.h"
 
 #include <string>
 #include <string_view>

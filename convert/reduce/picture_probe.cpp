@@ -3,7 +3,7 @@
 
 #include "convert/reduce/picture_bands.h"
 #include "format/interrupt.h"
-#include "player/cameras/scene_cameras.h"
+#include "runtime/cameras/scene_cameras.h"
 #include "runtime/metrics/metrics.h"
 
 #include <algorithm>

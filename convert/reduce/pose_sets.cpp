@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/reduce/pose_sets.h"
 
-#include "player/cameras/camera_file.h"
-#include "player/cameras/scene_cameras.h"
+#include "runtime/cameras/camera_file.h"
+#include "runtime/cameras/scene_cameras.h"
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>

@@ -16,7 +16,7 @@
 #include "format/interrupt.h"
 #include "kernels/decode/decode_fragments.h"
 #include "kernels/threads/parallel.h"
-#include "player/cameras/scene_cameras.h"
+#include "runtime/cameras/scene_cameras.h"
 #include "runtime/renderer.h"
 #include "runtime/scene.h"
 

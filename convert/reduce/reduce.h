@@ -6,7 +6,7 @@
 #include "convert/reduce/picture_probe.h"
 #include "convert/reduce/pose_sets.h"
 #include "convert/reduce/reduced_model.h"
-#include "player/cameras/camera_reading.h"
+#include "runtime/cameras/camera_reading.h"
 #include "runtime/device.h"
 
 #include <cstdint>

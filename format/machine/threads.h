@@ -23,7 +23,7 @@ int poolThreads(int threads);
 bool threadsAreShort(int threads);
 
 // While one lives on a thread, what starts threads there does without those that it does not get. Without it a program may
-// end where none can be started (player/tool/thread_guard.h).
+// end where none can be started (runtime/cli/thread_guard.h).
 class ThreadAttempt {
 public:
     ThreadAttempt() { ++count; }

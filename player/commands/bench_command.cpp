@@ -4,11 +4,13 @@
 #include "player/measure/bench.h"
 #include "player/commands/commands.h"
 #include "player/commands/render_options.h"
-#include "player/workers/worker_options.h"
-#include "player/sweep/row_file.h"
+#include "player/devices/worker_options.h"
+#include "runtime/records/row_file.h"
 #include "player/sweep/run_facts.h"
 #include "player/sweep/sweep.h"
-#include "player/tool/options.h"
+#include "runtime/cli/options.h"
+#include "player/commands/worker_flags.h"
+#include "player/measure/bench_rows.h"
 
 #include <memory>
 

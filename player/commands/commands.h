@@ -2,7 +2,7 @@
 // The commands of gsc-play. Playing has no word of its own: it is what the program does with a file.
 #pragma once
 
-#include "player/tool/tool.h"
+#include "runtime/cli/tool.h"
 
 namespace gsc {
 

@@ -4,13 +4,14 @@
 #include "player/commands/commands.h"
 #include "player/commands/play_command.h"
 #include "player/commands/render_options.h"
-#include "player/image/image_io.h"
-#include "player/workers/worker_options.h"
-#include "player/play.h"
-#include "player/report/play_report.h"
-#include "player/tool/options.h"
-#include "player/tool/version.h"
+#include "runtime/image/image_io.h"
+#include "player/devices/worker_options.h"
+#include "player/play/play.h"
+#include "player/play/play_report.h"
+#include "runtime/cli/options.h"
+#include "runtime/cli/version.h"
 #include "runtime/renderer.h"
+#include "player/commands/worker_flags.h"
 
 #include <memory>
 

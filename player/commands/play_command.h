@@ -2,7 +2,7 @@
 // The options of `gsc-play FILE`, apart from the command so that tests parse them.
 #pragma once
 
-#include "player/play_options.h"
+#include "player/options/play_options.h"
 
 namespace CLI {
 class App;

@@ -3,10 +3,10 @@
 
 #include "format/error.h"
 #include "format/file/output_paths.h"
-#include "player/cameras/length.h"
-#include "player/report/reuse_names.h"
-#include "player/tool/options.h"
-#include "player/workers/worker_options.h"
+#include "runtime/cameras/length.h"
+#include "runtime/records/reuse_names.h"
+#include "runtime/cli/options.h"
+#include "player/devices/worker_options.h"
 
 #include <cmath>
 #include <cstdio>

@@ -3,9 +3,9 @@
 // as it is read; what is wrong with several together is said by checkRenderOptions().
 #pragma once
 
-#include "player/measure/accuracy.h"
-#include "player/play_options.h"
-#include "player/tool/options.h"
+#include "runtime/records/score_options.h"
+#include "player/options/play_options.h"
+#include "runtime/cli/options.h"
 
 #include <string>
 

@@ -2,9 +2,10 @@
 #include "format/error.h"
 #include "player/commands/commands.h"
 #include "player/commands/render_options.h"
-#include "player/workers/worker_options.h"
+#include "player/devices/worker_options.h"
 #include "player/measure/stability.h"
-#include "player/tool/options.h"
+#include "runtime/cli/options.h"
+#include "player/commands/worker_flags.h"
 
 #include <memory>
 

@@ -3,9 +3,10 @@
 #include "player/commands/commands.h"
 #include "player/commands/render_options.h"
 #include "player/present/presenter.h"
-#include "player/tool/options.h"
+#include "runtime/cli/options.h"
 #include "player/window/window.h"
-#include "player/workers/worker_options.h"
+#include "player/devices/worker_options.h"
+#include "player/commands/worker_flags.h"
 
 #include <filesystem>
 #include <memory>

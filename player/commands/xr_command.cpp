@@ -2,10 +2,11 @@
 #include "format/error.h"
 #include "player/commands/commands.h"
 #include "player/commands/render_options.h"
-#include "player/tool/options.h"
+#include "runtime/cli/options.h"
 #include "player/window/window.h"
-#include "player/workers/worker_options.h"
+#include "player/devices/worker_options.h"
 #include "player/xr/xr.h"
+#include "player/commands/worker_flags.h"
 
 #include <memory>
 

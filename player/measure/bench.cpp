@@ -3,16 +3,17 @@
 
 #include "format/error.h"
 #include "format/interrupt.h"
-#include "player/workers/worker_report.h"
-#include "player/measure/lod_target.h"
+#include "player/devices/worker_report.h"
+#include "player/frames/lod_target.h"
 #include "player/measure/bench_scores.h"
-#include "player/measure/stopwatch.h"
-#include "player/workers/open_renderer.h"
-#include "player/workers/worker_options.h"
-#include "player/sweep/row_file.h"
-#include "player/shots.h"
+#include "player/frames/stopwatch.h"
+#include "player/devices/open_renderer.h"
+#include "player/devices/worker_options.h"
+#include "runtime/records/row_file.h"
+#include "player/frames/shots.h"
 #include "runtime/scene.h"
 #include "runtime/service/service_renderer.h"
+#include "player/measure/bench_rows.h"
 
 #include <algorithm>
 #include <chrono>

@@ -2,11 +2,11 @@
 // gsc-play bench: what frames cost, measured so that two runs can be compared.
 #pragma once
 
-#include "player/measure/accuracy.h"
-#include "player/play_options.h"
-#include "player/tool/reporter.h"
+#include "player/measure/scorer.h"
+#include "player/options/play_options.h"
+#include "runtime/cli/reporter.h"
 #include "player/measure/roofline.h"
-#include "player/report/frame_numbers.h"
+#include "runtime/records/frame_numbers.h"
 #include "runtime/renderer.h"
 #include "runtime/service/service_trace.h"
 #include "runtime/metrics/metrics.h"

@@ -3,10 +3,11 @@
 #include "player/measure/bench.h"
 
 #include "format/error.h"
-#include "player/workers/worker_report.h"
-#include "player/report/reuse_names.h"
-#include "player/report/run_row.h"
+#include "player/devices/worker_report.h"
+#include "runtime/records/reuse_names.h"
+#include "runtime/records/run_row.h"
 #include "runtime/frame_stats.h"
+#include "player/options/level_report.h"
 
 #include <algorithm>
 #include <cmath>

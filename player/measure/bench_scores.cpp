@@ -2,9 +2,9 @@
 #include "player/measure/bench_scores.h"
 
 #include "format/error.h"
-#include "player/measure/lod_target.h"
-#include "player/workers/open_renderer.h"
-#include "player/workers/worker_report.h"
+#include "player/frames/lod_target.h"
+#include "player/devices/open_renderer.h"
+#include "player/devices/worker_report.h"
 
 #include <algorithm>
 #include <map>

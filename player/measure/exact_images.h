@@ -2,9 +2,10 @@
 // The exact images of a path: kept, or drawn again for every run that is scored against them.
 #pragma once
 
-#include "player/measure/accuracy.h"
+#include "player/measure/scorer.h"
+#include "player/frames/path.h"
 #include "player/measure/frame_pictures.h"
-#include "player/report/frame_numbers.h"
+#include "runtime/records/frame_numbers.h"
 #include "runtime/renderer.h"
 #include "runtime/scene.h"
 
@@ -13,14 +14,6 @@
 #include <vector>
 
 namespace gsc {
-
-// The poses of one trajectory, as a run asks for them.
-struct Path {
-    std::string name;    // that the trajectory states, or its file's stem
-    std::string cameras; // as the caller named it
-    std::vector<Shot> shots;
-    uint32_t eye_count = 1;
-};
 
 // Renders a shot into `images`, or leaves it on the device if that is null. Sets the appearance in `frame`.
 TimedFrame renderShot(const Scene& scene, const Shot& shot, uint32_t eye_count, FrameOptions& frame, Renderer& renderer,

@@ -2,7 +2,7 @@
 // The pictures of one frame in memory that they are drawn into and scored in.
 #pragma once
 
-#include "player/shots.h"
+#include "player/frames/shots.h"
 #include "runtime/metrics/picture_scorer.h"
 #include "runtime/service/picture_memory.h"
 

@@ -6,9 +6,9 @@
 #include "format/file/output_paths.h"
 #include "format/interrupt.h"
 #include "format/machine/threads.h"
-#include "player/workers/open_renderer.h"
-#include "player/workers/open_service.h"
-#include "player/shots.h"
+#include "player/devices/open_renderer.h"
+#include "player/devices/open_service.h"
+#include "player/frames/shots.h"
 #include "runtime/scene.h"
 
 #include <algorithm>

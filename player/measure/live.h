@@ -2,10 +2,10 @@
 // gsc-play live: a trajectory fed in real time, as a viewer feeds its poses.
 #pragma once
 
-#include "player/play_options.h"
-#include "player/report/frame_numbers.h"
-#include "player/report/service_trace_report.h"
-#include "player/tool/reporter.h"
+#include "player/options/play_options.h"
+#include "runtime/records/frame_numbers.h"
+#include "runtime/records/service_trace_report.h"
+#include "runtime/cli/reporter.h"
 #include "runtime/service/renderer_service.h"
 
 #include <string>

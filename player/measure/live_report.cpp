@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/measure/live.h"
-#include "player/report/make_service_trace.h"
-#include "player/workers/worker_report.h"
+#include "player/devices/make_service_trace.h"
+#include "player/devices/worker_report.h"
 
 namespace gsc {
 

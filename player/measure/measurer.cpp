@@ -2,7 +2,7 @@
 #include "player/measure/measurer.h"
 
 #include "format/error.h"
-#include "player/workers/open_renderer.h"
+#include "player/devices/open_renderer.h"
 #include "runtime/device_scorer.h"
 
 namespace gsc {

@@ -7,16 +7,12 @@
 #include "runtime/device_scorer.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstring>
-#include <filesystem>
 #include <utility>
 
 namespace gsc {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 size_t valuesOf(const Shot& shot)
 {
@@ -36,17 +32,6 @@ size_t blockSize(const Path& path)
 
 } // namespace
 
-Path openPath(const Scene& scene, const PlayOptions& options, const std::string& listed, Reporter& log)
-{
-    Path path;
-    path.shots = chooseShots(scene, options, log, &path.name);
-    path.cameras = listed;
-    path.eye_count = uint32_t(options.eyes);
-    if (path.name.empty())
-        path.name = std::filesystem::path(listed).stem().string();
-    return path;
-}
-
 void checkScored(const ScoreOptions& score, const Path& path, const std::string& what)
 {
     if (score.first >= path.shots.size())
@@ -55,61 +40,6 @@ void checkScored(const ScoreOptions& score, const Path& path, const std::string&
                                  what.c_str(), static_cast<unsigned long long>(score.first),
                                  path.name == "stored" ? "the stored cameras" : path.name.c_str(),
                                  path.shots.size() - 1));
-}
-
-struct ShotsInFlight::Flying {
-    EyeParams eyes[kMaxEyes];
-    std::vector<float> pixels[kMaxEyes];
-    FrameTarget targets[kMaxEyes];
-    FrameRequest request;
-    uint64_t ticket = 0;
-    TimedFrame timed;
-    Clock::time_point start;
-};
-
-ShotsInFlight::ShotsInFlight(const Scene& scene, uint32_t eye_count, Renderer& renderer)
-    : m_scene(scene), m_eye_count(eye_count), m_renderer(renderer)
-{
-}
-
-// The renderer draws into pictures that go with this.
-ShotsInFlight::~ShotsInFlight()
-{
-    for (const std::unique_ptr<Flying>& flying : m_flying)
-        try {
-            FrameResult ignored;
-            (void)m_renderer.wait(flying->ticket, ignored);
-        } catch (...) { // one that was never submitted, or what has failed already
-        }
-}
-
-void ShotsInFlight::begin(const Shot& shot, FrameOptions& frame)
-{
-    throwIfInterrupted();
-    m_flying.push_back(m_spare ? std::move(m_spare) : std::make_unique<Flying>());
-    Flying& flying = *m_flying.back();
-    shotEyes(shot, m_eye_count, flying.eyes);
-    frame.appearance = shotAppearance(m_scene, shot);
-    for (uint32_t e = 0; e < m_eye_count; ++e) {
-        flying.pixels[e].resize(valuesOf(shot));
-        flying.targets[e] = hostTarget(flying.pixels[e].data());
-    }
-    flying.request = {{flying.eyes, m_eye_count}, {flying.targets, m_eye_count}, frame};
-    flying.timed = {0, {}, double(shot.camera.width) * shot.camera.height, double(frame.lod_bias)};
-    flying.start = Clock::now();
-    flying.ticket = m_renderer.submit(flying.request);
-}
-
-TimedFrame ShotsInFlight::end(std::vector<float>* images)
-{
-    Flying& flying = *m_flying.front();
-    flying.timed.result = finish(m_renderer, flying.request, flying.ticket);
-    flying.timed.wall_ms = std::chrono::duration<double, std::milli>(Clock::now() - flying.start).count();
-    for (uint32_t e = 0; e < m_eye_count; ++e)
-        std::swap(images[e], flying.pixels[e]);
-    m_spare = std::move(m_flying.front());
-    m_flying.pop_front();
-    return m_spare->timed;
 }
 
 bool dependsOnPath(const FrameOptions& frame)

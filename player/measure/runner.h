@@ -3,7 +3,7 @@
 #pragma once
 
 #include "player/measure/exact_images.h"
-#include <deque>
+
 #include <functional>
 #include <memory>
 #include <string>
@@ -11,36 +11,8 @@
 
 namespace gsc {
 
-// Reads `options.cameras`. `listed` is what reports call it. Throws Error (Usage, Io, InvalidFile).
-Path openPath(const Scene& scene, const PlayOptions& options, const std::string& listed, Reporter& log);
-
 // Throws Error(Usage) where no frame of the path would be scored. `what` is the option or the key of a file.
 void checkScored(const ScoreOptions& score, const Path& path, const std::string& what);
-
-// Shots that are drawn while pictures of those before are written.
-class ShotsInFlight {
-public:
-    // All must outlive this.
-    ShotsInFlight(const Scene& scene, uint32_t eye_count, Renderer& renderer);
-
-    ~ShotsInFlight();
-    ShotsInFlight(const ShotsInFlight&) = delete;
-    ShotsInFlight& operator=(const ShotsInFlight&) = delete;
-
-    // At most Renderer::framesInFlight(). Sets the appearance in `frame`.
-    void begin(const Shot& shot, FrameOptions& frame);
-    [[nodiscard]] size_t count() const { return m_flying.size(); }
-    // Ends the one begun first: its pictures, one per eye, take the place of what `images` had, whose memory is used again.
-    TimedFrame end(std::vector<float>* images);
-
-private:
-    struct Flying;
-    const Scene& m_scene;
-    uint32_t m_eye_count;
-    Renderer& m_renderer;
-    std::deque<std::unique_ptr<Flying>> m_flying;
-    std::unique_ptr<Flying> m_spare;
-};
 
 using FrameDone = std::function<void(uint64_t done)>; // frames, from 1
 

@@ -4,10 +4,13 @@
 #include "format/error.h"
 #include "player/measure/measurer.h"
 #include "player/shard/shard_rows.h"
-#include "player/sweep/run_facts.h"
-#include "player/workers/open_renderer.h"
-#include "player/workers/worker_options.h"
+#include "player/frames/content_hash.h"
+#include "player/devices/open_renderer.h"
+#include "player/devices/worker_options.h"
+#include "format/file/output_file.h"
+#include "format/file/output_paths.h"
 #include "runtime/frame_stats.h"
+#include "player/frames/path.h"
 
 #include <algorithm>
 #include <cmath>

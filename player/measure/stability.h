@@ -3,7 +3,7 @@
 #pragma once
 
 #include "player/measure/runner.h"
-#include "player/tool/json.h"
+#include "runtime/cli/json.h"
 
 #include <algorithm>
 #include <string>

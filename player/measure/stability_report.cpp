@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/error.h"
-#include "player/report/reuse_names.h"
-#include "player/report/run_row.h"
+#include "runtime/records/reuse_names.h"
+#include "runtime/records/run_row.h"
 #include "player/measure/stability.h"
 #include "runtime/frame_stats.h"
+#include "player/options/level_report.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,8 +5,8 @@
 #include "player/commands/commands.h"
 #include "player/mpi/mpi_renderer.h"
 #include "player/mpi/wire.h"
-#include "player/tool/version.h"
-#include "player/workers/worker_options.h"
+#include "runtime/cli/version.h"
+#include "player/devices/worker_options.h"
 
 #include <mpi.h>
 

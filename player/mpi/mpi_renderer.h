@@ -2,7 +2,7 @@
 // Renderers of other ranks, for a service on rank 0, and what those ranks do.
 #pragma once
 
-#include "player/workers/worker_options.h"
+#include "player/devices/worker_options.h"
 #include "runtime/renderer.h"
 
 #include <memory>

@@ -3,7 +3,7 @@
 #include "format/error.h"
 #include "player/mpi/mpi_renderer.h"
 #include "player/mpi/wire.h"
-#include "player/sweep/run_facts.h"
+#include "player/frames/content_hash.h"
 #include "runtime/scene.h"
 #include "runtime/service/picture_memory.h"
 

@@ -4,7 +4,7 @@
 #include "player/present/overlay_renderer.h"
 #include "player/present/shared_blocks.h"
 #include "player/present/swapchain.h"
-#include "player/module/load_module.h"
+#include "runtime/module/load_module.h"
 
 #include "format/error.h"
 

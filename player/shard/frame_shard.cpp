@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/shard/frame_shard.h"
 
-#include "player/report/report_parts.h"
-#include "player/report/reuse_names.h"
-#include "player/sweep/run_facts.h"
+#include "runtime/records/report_parts.h"
+#include "runtime/records/reuse_names.h"
+#include "player/frames/content_hash.h"
 #include "runtime/frame_stats.h"
 
 #include <filesystem>

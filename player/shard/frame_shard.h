@@ -3,7 +3,7 @@
 #pragma once
 
 #include "player/shard/shard_rows.h"
-#include "player/shots.h"
+#include "player/frames/shots.h"
 
 #include <optional>
 #include <string>

@@ -2,9 +2,9 @@
 // The file that a shard writes a line to for every task it has done, and goes on from when it is started again.
 #pragma once
 
-#include "player/report/shard_facts.h"
-#include "player/shard/shard.h"
-#include "player/sweep/row_file.h"
+#include "runtime/records/shard_facts.h"
+#include "player/options/shard.h"
+#include "runtime/records/row_file.h"
 
 #include <cstdint>
 #include <map>

@@ -3,9 +3,8 @@
 
 #include "format/checksum.h"
 #include "format/error.h"
-#include "format/gsc_layout.h"
-#include "format/file/mapped_file.h"
-#include "player/report/reuse_names.h"
+#include "player/frames/content_hash.h"
+#include "runtime/records/reuse_names.h"
 #include "runtime/frame_stats.h"
 
 #include <algorithm>
@@ -68,25 +67,6 @@ std::string shortName(const RowConfig& config)
 }
 
 } // namespace
-
-void addPoses(std::span<const Shot> shots, uint32_t eye_count, Checksum64& sum)
-{
-    for (const Shot& shot : shots) {
-        EyeParams eyes[kMaxEyes];
-        std::memset(eyes, 0, sizeof(eyes)); // no stray bytes between fields
-        shotEyes(shot, eye_count, eyes);
-        sum.update(std::as_bytes(std::span(eyes)));
-        sum.update(std::as_bytes(std::span(&shot.appearance, 1)));
-    }
-}
-
-uint64_t fileHash(const std::string& path)
-{
-    const MappedFile file(path);
-    FileHeader header{};
-    std::memcpy(&header, file.bytes().data(), std::min(sizeof(header), file.bytes().size()));
-    return header.header_checksum;
-}
 
 RowConfig rowConfig(const RunContext& context, const Path& path, const RunConfig& run)
 {

@@ -2,9 +2,8 @@
 // What a run was and what came of it, as its row has it and as a line of a table.
 #pragma once
 
-#include "format/checksum.h"
 #include "player/measure/runner.h"
-#include "player/report/run_row.h"
+#include "runtime/records/run_row.h"
 #include "player/sweep/sweep_config.h"
 
 #include <span>
@@ -12,9 +11,6 @@
 #include <vector>
 
 namespace gsc {
-
-// Every pose as the backend gets it.
-void addPoses(std::span<const Shot> shots, uint32_t eye_count, Checksum64& sum);
 
 // What all runs of a command share.
 struct RunContext {
@@ -25,10 +21,6 @@ struct RunContext {
     uint32_t warmup = 0;
     ScoreOptions score;
 };
-
-// The checksum of header and section table, which holds those of everything else. Precondition: Scene::open() took the
-// file. Throws Error(Io).
-uint64_t fileHash(const std::string& path);
 
 // Its id tells runs apart: all that changes a result, with the model's content and every pose. Where a matched budget is
 // not resolved it is another.

@@ -2,7 +2,7 @@
 #include "player/sweep/run_rows.h"
 
 #include "format/error.h"
-#include "player/sweep/row_file.h"
+#include "runtime/records/row_file.h"
 
 namespace gsc {
 

@@ -2,7 +2,7 @@
 // The file that a sweep writes: rows of schemas/run.schema.json, one per line, and what a killed run left of it.
 #pragma once
 
-#include "player/report/run_row.h"
+#include "runtime/records/run_row.h"
 
 #include <cstdint>
 #include <map>

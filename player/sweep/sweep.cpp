@@ -4,14 +4,16 @@
 #include "format/error.h"
 #include "format/file/output_file.h"
 #include "format/file/read_file.h"
-#include "player/measure/lod_target.h"
+#include "player/frames/lod_target.h"
 #include "player/measure/measurer.h"
 #include "player/shard/shard_rows.h"
-#include "player/sweep/row_file.h"
+#include "runtime/records/row_file.h"
 #include "player/sweep/run_facts.h"
 #include "player/sweep/run_rows.h"
 #include "player/sweep/sweep_config.h"
-#include "player/workers/open_renderer.h"
+#include "player/devices/open_renderer.h"
+#include "player/measure/bench_rows.h"
+#include "player/frames/path.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "player/measure/bench.h"
-#include "player/report/run_row.h"
+#include "runtime/records/run_row.h"
 
 #include <functional>
 

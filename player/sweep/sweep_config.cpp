@@ -2,8 +2,8 @@
 #include "player/sweep/sweep_config.h"
 
 #include "format/error.h"
-#include "player/cameras/json_fields.h"
-#include "player/report/reuse_names.h"
+#include "runtime/cameras/json_fields.h"
+#include "runtime/records/reuse_names.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,8 @@
 // The file of --sweep (schemas/sweep.schema.json) and the runs it asks for.
 #pragma once
 
-#include "player/measure/accuracy.h"
-#include "player/play_options.h"
+#include "runtime/records/score_options.h"
+#include "player/options/play_options.h"
 
 #include <nlohmann/json_fwd.hpp>
 

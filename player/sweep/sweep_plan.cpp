@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // From what a sweep asks for to the runs it takes.
 #include "format/error.h"
-#include "player/report/report_parts.h"
-#include "player/report/reuse_names.h"
+#include "runtime/records/report_parts.h"
+#include "runtime/records/reuse_names.h"
 #include "player/sweep/sweep_config.h"
 #include "runtime/frame_stats.h"
 

@@ -2,7 +2,7 @@
 // A picture beside the exact one of the same pose, and how far they are apart.
 #pragma once
 
-#include "player/image/image_io.h"
+#include "runtime/image/image_io.h"
 
 #include <cstddef>
 #include <future>

@@ -3,7 +3,7 @@
 // Axes are COLMAP's, as everywhere: right, down, forward; lengths are world units, angles radians.
 #pragma once
 
-#include "player/window/pose.h"
+#include "player/poses/pose.h"
 #include "runtime/camera.h"
 
 #include <array>

@@ -2,9 +2,9 @@
 #include "player/window/panel.h"
 
 #include "format/error.h"
-#include "player/report/frame_numbers.h"
-#include "player/report/reuse_names.h"
-#include "player/tool/reporter.h"
+#include "runtime/records/frame_numbers.h"
+#include "runtime/records/reuse_names.h"
+#include "runtime/cli/reporter.h"
 
 #include <algorithm>
 #include <cmath>

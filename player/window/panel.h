@@ -2,7 +2,7 @@
 // The panel over the picture: what it shows of frames, and what it switches.
 #pragma once
 
-#include "player/play_options.h"
+#include "player/options/play_options.h"
 #include "player/present/overlay.h"
 #include "player/window/comparison.h"
 #include "runtime/service/renderer_service.h"

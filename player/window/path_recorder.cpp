@@ -5,9 +5,9 @@
 
 #include "format/error.h"
 #include "format/file/output_file.h"
-#include "player/cameras/json_fields.h"
-#include "player/tool/json.h"
-#include "player/window/pose.h"
+#include "runtime/cameras/json_fields.h"
+#include "runtime/cli/json.h"
+#include "player/poses/pose.h"
 
 #include <algorithm>
 #include <cassert>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "player/window/comparison.h"
-#include "player/workers/frame_source.h"
+#include "player/devices/frame_source.h"
 
 namespace gsc {
 

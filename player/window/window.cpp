@@ -3,13 +3,13 @@
 
 #include "format/error.h"
 #include "format/interrupt.h"
-#include "player/module/load_module.h"
-#include "player/tool/json_lines.h"
-#include "player/tool/version.h"
+#include "runtime/module/load_module.h"
+#include "runtime/cli/json_lines.h"
+#include "runtime/cli/version.h"
 #include "player/window/window_session.h"
-#include "player/workers/open_renderer.h"
-#include "player/workers/worker_options.h"
-#include "player/workers/worker_report.h"
+#include "player/devices/open_renderer.h"
+#include "player/devices/worker_options.h"
+#include "player/devices/worker_report.h"
 
 namespace gsc {
 

@@ -2,9 +2,9 @@
 // gsc-play window: a model in a window, flown through by hand.
 #pragma once
 
-#include "player/play_options.h"
-#include "player/tool/json.h"
-#include "player/tool/reporter.h"
+#include "player/options/play_options.h"
+#include "runtime/cli/json.h"
+#include "runtime/cli/reporter.h"
 #include "runtime/service/service_trace.h"
 
 #include <string>

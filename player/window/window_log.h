@@ -2,7 +2,7 @@
 // What the window did, a JSON line for every frame that it showed (schemas/window-log.schema.json).
 #pragma once
 
-#include "player/tool/json.h"
+#include "runtime/cli/json.h"
 
 #include <cstdint>
 #include <string>

@@ -3,8 +3,8 @@
 #include "player/window/window_session.h"
 
 #include "format/error.h"
-#include "player/cameras/length.h"
-#include "player/image/image_io.h"
+#include "runtime/cameras/length.h"
+#include "runtime/image/image_io.h"
 #include "runtime/view/colour_legend.h"
 
 #include <algorithm>

@@ -2,9 +2,9 @@
 #include "player/window/window_session.h"
 
 #include "format/error.h"
-#include "player/cameras/length.h"
-#include "player/report/reuse_names.h"
-#include "player/cameras/world_up.h"
+#include "runtime/cameras/length.h"
+#include "runtime/records/reuse_names.h"
+#include "runtime/cameras/world_up.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,13 +3,13 @@
 #pragma once
 
 #include "player/window/controls.h"
-#include "player/workers/frame_source.h"
+#include "player/devices/frame_source.h"
 #include "player/window/navigation.h"
 #include "player/window/panel.h"
 #include "player/window/path_recorder.h"
 #include "player/window/rest_comparison.h"
 #include "player/window/window.h"
-#include "player/tool/json_lines.h"
+#include "runtime/cli/json_lines.h"
 #include "player/window/window_log.h"
 
 #include <chrono>

@@ -3,7 +3,7 @@
 #include "player/window/window_session.h"
 
 #include "format/error.h"
-#include "player/report/reuse_names.h"
+#include "runtime/records/reuse_names.h"
 #include "runtime/frame_stats.h"
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "player/present/headset/headset.h"
-#include "player/xr/placement.h"
+#include "player/poses/placement.h"
 
 namespace gsc {
 

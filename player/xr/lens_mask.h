@@ -4,7 +4,7 @@
 
 #include "kernels/frame/frame_types.h"
 #include "player/present/headset/headset.h"
-#include "player/xr/placement.h"
+#include "player/poses/placement.h"
 
 #include <string>
 

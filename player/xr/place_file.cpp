@@ -3,7 +3,7 @@
 
 #include "format/file/output_file.h"
 #include "format/file/read_file.h"
-#include "player/cameras/json_fields.h"
+#include "runtime/cameras/json_fields.h"
 
 #include <filesystem>
 

@@ -2,8 +2,8 @@
 // Where a viewer's eyes start in a model, beside the model: MODEL.gsc.place.json (schemas/place.schema.json).
 #pragma once
 
-#include "player/tool/json.h"
-#include "player/xr/placement.h"
+#include "runtime/cli/json.h"
+#include "player/poses/placement.h"
 
 #include <optional>
 #include <string>

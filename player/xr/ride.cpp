@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/xr/ride.h"
 
-#include "player/window/pose.h"
+#include "player/poses/pose.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 // A viewer who is carried along the cameras of a file, at the pace they were made for. Pure.
 #pragma once
 
-#include "player/xr/placement.h"
+#include "player/poses/placement.h"
 
 #include <vector>
 

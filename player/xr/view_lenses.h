@@ -3,7 +3,7 @@
 // the eyes.
 #pragma once
 
-#include "player/tool/reporter.h"
+#include "runtime/cli/reporter.h"
 #include "player/xr/lens_mask.h"
 
 namespace gsc {

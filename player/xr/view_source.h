@@ -3,9 +3,9 @@
 // are two pairs, and a frame is there when all its pairs are.
 #pragma once
 
-#include "player/workers/frame_source.h"
+#include "player/devices/frame_source.h"
 #include "player/xr/late_eyes.h"
-#include "player/xr/placement.h"
+#include "player/poses/placement.h"
 
 #include <future>
 

@@ -2,11 +2,11 @@
 // gsc-play xr: a model in a headset, through OpenXR.
 #pragma once
 
-#include "player/play_options.h"
+#include "player/options/play_options.h"
 #include "player/present/headset/headset.h"
-#include "player/report/report_parts.h"
-#include "player/tool/json.h"
-#include "player/tool/reporter.h"
+#include "runtime/records/report_parts.h"
+#include "runtime/cli/json.h"
+#include "runtime/cli/reporter.h"
 #include "runtime/service/service_trace.h"
 
 #include <array>

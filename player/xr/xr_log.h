@@ -2,7 +2,7 @@
 // What happened in each frame of a headset: lines in a file, and the sums of a whole run.
 #pragma once
 
-#include "player/tool/json_lines.h"
+#include "runtime/cli/json_lines.h"
 #include "player/xr/xr.h"
 
 namespace gsc {

@@ -3,9 +3,9 @@
 
 #include "format/error.h"
 #include "format/interrupt.h"
-#include "player/cameras/length.h"
-#include "player/cameras/world_up.h"
-#include "player/measure/lod_target.h"
+#include "runtime/cameras/length.h"
+#include "runtime/cameras/world_up.h"
+#include "player/frames/lod_target.h"
 #include "player/xr/place_file.h"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 // picture, and the pose that picture was drawn for.
 #pragma once
 
-#include "player/shots.h"
+#include "player/frames/shots.h"
 #include "player/xr/frame_guard.h"
 #include "player/xr/hands.h"
 #include "player/xr/ride.h"

@@ -7,9 +7,9 @@
 //   bench_bands FILE.gsc [size = 1024] [frames = 20] [backend = cpu] [horizontal angle = 90]
 //
 // Two eyes of size x size at the file's cameras, evenly spread over them. Times are the device's, the least of two draws.
-#include "player/cameras/camera_file.h"
-#include "player/shots.h"
-#include "player/tool/reporter.h"
+#include "runtime/cameras/camera_file.h"
+#include "player/frames/shots.h"
+#include "runtime/cli/reporter.h"
 #include "runtime/renderer.h"
 #include "runtime/service/bands.h"
 

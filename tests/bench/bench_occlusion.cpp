@@ -7,8 +7,8 @@
 //   bench_occlusion FILE.gsc [cameras = stored] [frames = 8] [size = 2048] [horizontal angle = 90] [threads = 0]
 //
 // Two eyes of size x size at cameras evenly spread over those of the file. Shares are of what the frame shows.
-#include "player/shots.h"
-#include "player/tool/reporter.h"
+#include "player/frames/shots.h"
+#include "runtime/cli/reporter.h"
 
 #include "kernels/blend/blend.h"
 #include "kernels/math/anchor.h"

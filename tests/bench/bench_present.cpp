@@ -4,8 +4,8 @@
 //
 // usage: bench_present MODEL.gsc [WIDTHxHEIGHT] [FRAMES]
 #include "format/error.h"
-#include "player/cameras/camera_file.h"
-#include "player/module/load_module.h"
+#include "runtime/cameras/camera_file.h"
+#include "runtime/module/load_module.h"
 #include "player/present/hand_over_ring.h"
 #include "runtime/service/renderer_service.h"
 

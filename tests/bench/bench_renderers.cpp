@@ -7,9 +7,9 @@
 //
 // Two eyes of 2048x2048 at the file's cameras. Per renderer, medians: wall from the end of a frame to the end of the next,
 // device time of a frame, their difference, and what submit() takes.
-#include "player/cameras/camera_file.h"
-#include "player/shots.h"
-#include "player/tool/reporter.h"
+#include "runtime/cameras/camera_file.h"
+#include "player/frames/shots.h"
+#include "runtime/cli/reporter.h"
 #include "runtime/renderer.h"
 #ifdef GSC_HAVE_CUDA
 #include "kernels/cuda/cuda_check.h"

@@ -7,7 +7,7 @@
 // the least of the rounds counts, which other work on the machine disturbs least. The first kWarmup frames, where all
 // is new, do not count.
 #include "format/error.h"
-#include "player/cameras/camera_file.h"
+#include "runtime/cameras/camera_file.h"
 #include "runtime/cpu/renderer_cpu.h"
 #include "runtime/camera.h"
 #include "runtime/scene.h"

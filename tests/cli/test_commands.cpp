@@ -5,7 +5,7 @@
 #include "convert/compare/compare_render.h"
 #include "convert/commands/manifest_check.h"
 #include "convert/sample/sample.h"
-#include "player/tool/quantity.h"
+#include "runtime/cli/quantity.h"
 #include "format/file/read_file.h"
 #include "format/file/output_file.h"
 

@@ -2,9 +2,9 @@
 // Camera files of all kinds: whatever the bytes are, either finite cameras come out or Error(InvalidFile, Unsupported).
 // Lens distortion is ignored.
 #include "format/error.h"
-#include "player/cameras/camera_file.h"
-#include "player/cameras/colmap_cameras.h"
-#include "player/cameras/trainer_size.h"
+#include "runtime/cameras/camera_file.h"
+#include "runtime/cameras/colmap_cameras.h"
+#include "runtime/cameras/trainer_size.h"
 
 #include <cmath>
 #include <cstddef>

@@ -30,7 +30,7 @@ FORBIDDEN = re.compile(r'#\s*include\s*[<"](openvdb|nanovdb|OpenImageIO|draco|to
 # what a start must do without
 HEAVY = re.compile(r"lib(OpenImageIO|opencv|Qt|av|openvdb|rsvg|OpenEXR)")
 START_MEMORY = 40  # MB
-MAY_INCLUDE = {"player/image/oiio_image.cpp"}
+MAY_INCLUDE = {"runtime/image/oiio_image.cpp"}
 
 
 def run(*command, **options) -> str:

@@ -5,7 +5,7 @@
 #include "kernels/decode/decode_body.h"
 #include "kernels/select/select.h"
 #include "kernels/select/select_body.h"
-#include "player/cameras/camera_file.h"
+#include "runtime/cameras/camera_file.h"
 #include "runtime/scene.h"
 #include "tests/player/baked_model.h"
 

@@ -4,7 +4,7 @@
 // about.
 #pragma once
 
-#include "player/shots.h"
+#include "player/frames/shots.h"
 #include "runtime/cpu/renderer_cpu.h"
 #include "runtime/metrics/metrics.h"
 #include "runtime/scene.h"

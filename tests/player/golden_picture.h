@@ -3,7 +3,7 @@
 #pragma once
 
 #include "format/error.h"
-#include "player/image/image_io.h"
+#include "runtime/image/image_io.h"
 #include "runtime/metrics/metrics.h"
 
 #include <cstdio>

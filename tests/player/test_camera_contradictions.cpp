@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Camera files that say a thing twice, or more than is read: honoured, or named in a warning with what was taken.
 #include "format/error.h"
-#include "player/cameras/camera_file.h"
+#include "runtime/cameras/camera_file.h"
 
 #include <doctest/doctest.h>
 

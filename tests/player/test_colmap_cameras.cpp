@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/error.h"
-#include "player/cameras/camera_file.h"
-#include "player/cameras/colmap_cameras.h"
+#include "runtime/cameras/camera_file.h"
+#include "runtime/cameras/colmap_cameras.h"
 
 #include <doctest/doctest.h>
 

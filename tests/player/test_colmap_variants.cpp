@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // COLMAP models and folders as other programs write them.
 #include "format/error.h"
-#include "player/cameras/camera_file.h"
-#include "player/cameras/colmap_cameras.h"
+#include "runtime/cameras/camera_file.h"
+#include "runtime/cameras/colmap_cameras.h"
 
 #include <doctest/doctest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Accuracy where an eye looks and around that, against values worked out by hand.
-#include "player/measure/accuracy.h"
-#include "player/report/run_row.h"
+#include "player/measure/scorer.h"
+#include "runtime/records/run_row.h"
 
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>

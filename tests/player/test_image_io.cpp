@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/error.h"
-#include "player/image/image_io.h"
+#include "runtime/image/image_io.h"
 
 #include <doctest/doctest.h>
 

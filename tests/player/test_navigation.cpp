@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/window/navigation.h"
-#include "player/cameras/world_up.h"
+#include "runtime/cameras/world_up.h"
 #include "tests/player/window_cameras.h"
 
 #include <doctest/doctest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/error.h"
-#include "player/image/out_pattern.h"
+#include "player/output/out_pattern.h"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/error.h"
-#include "player/cameras/camera_file.h"
+#include "runtime/cameras/camera_file.h"
 #include "player/window/navigation.h"
 #include "player/window/path_recorder.h"
 #include "tests/player/window_cameras.h"

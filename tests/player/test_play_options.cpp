@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/error.h"
 #include "player/commands/play_command.h"
-#include "player/measure/lod_target.h"
-#include "player/play_options.h"
-#include "player/tool/command_words.h"
+#include "player/frames/lod_target.h"
+#include "player/options/play_options.h"
+#include "runtime/cli/command_words.h"
 #include "tests/format/scratch_dir.h"
 #include "tests/format/tiny_gsc.h"
 

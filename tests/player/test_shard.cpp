@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // --shard: what is typed, what the starters of many processes set, and who does what.
-#include "player/shard/shard.h"
+#include "player/options/shard.h"
 
 #include "format/error.h"
-#include "player/report/shard_facts.h"
+#include "runtime/records/shard_facts.h"
 #include "player/sweep/sweep_config.h"
 
 #include <doctest/doctest.h>

@@ -13,7 +13,7 @@ if(TARGET gsc_player)
   gsc_add_test(test_navigation SOURCES player/test_navigation.cpp LIBS gsc_player glm::glm)
   gsc_add_test(test_path_recorder SOURCES player/test_path_recorder.cpp LIBS gsc_player glm::glm)
   gsc_add_test(test_roofline SOURCES player/test_roofline.cpp LIBS gsc_player)
-  gsc_add_test(test_accuracy SOURCES player/test_accuracy.cpp player/test_fovea.cpp
+  gsc_add_test(test_accuracy SOURCES player/test_scorer.cpp player/test_fovea.cpp
                LIBS gsc_player nlohmann_json::nlohmann_json)
   gsc_add_test(test_sweep_config SOURCES player/test_sweep_config.cpp LIBS gsc_player nlohmann_json::nlohmann_json)
   gsc_add_test(test_shard SOURCES player/test_shard.cpp LIBS gsc_player nlohmann_json::nlohmann_json)

@@ -2,7 +2,7 @@
 // Cameras for the tests of what a person moves.
 #pragma once
 
-#include "player/window/pose.h"
+#include "player/poses/pose.h"
 
 #include <glm/gtc/quaternion.hpp>
 

@@ -7,7 +7,7 @@
 #include "format/archive/archive.h"
 #include "format/error.h"
 #include "format/gsc_file.h"
-#include "player/cameras/camera_file.h"
+#include "runtime/cameras/camera_file.h"
 #include "runtime/renderer.h"
 #include "sample/sample_tools.h"
 #include "tests/reduce/made_up_model.h"

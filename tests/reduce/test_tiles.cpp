@@ -5,7 +5,7 @@
 #include "convert/reduce/tiles/tiles.h"
 #include "format/error.h"
 #include "format/gsc_file.h"
-#include "player/cameras/scene_cameras.h"
+#include "runtime/cameras/scene_cameras.h"
 #include "runtime/cpu/renderer_cpu.h"
 #include "runtime/scene.h"
 #include "sample/sample_tools.h"

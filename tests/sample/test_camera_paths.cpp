@@ -2,7 +2,7 @@
 // The nine paths beside every model: what the player reads, and that each moves as it says.
 #include "convert/input/checkpoint.h"
 #include "convert/sample/paths/camera_paths.h"
-#include "player/cameras/camera_file.h"
+#include "runtime/cameras/camera_file.h"
 #include "sample/sample_tools.h"
 
 #include <doctest/doctest.h>

@@ -5,8 +5,8 @@
 #include "convert/sample/paths/camera_paths.h"
 #include "convert/sample/paths/make_paths.h"
 #include "format/file/mapped_file.h"
-#include "player/cameras/camera_file.h"
-#include "player/cameras/length.h"
+#include "runtime/cameras/camera_file.h"
+#include "runtime/cameras/length.h"
 #include "sample/sample_tools.h"
 #include "support/checkpoints.h"
 

@@ -4,7 +4,7 @@
 #include "convert/input/checkpoint.h"
 #include "format/error.h"
 #include "format/gsc_layout.h"
-#include "player/cameras/camera_file.h"
+#include "runtime/cameras/camera_file.h"
 #include "sample/sample_tools.h"
 #include "support/checkpoints.h"
 #include "tests/support/source_folder.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A service's trace as a report, and the report as JSON and back.
-#include "player/report/make_service_trace.h"
+#include "player/devices/make_service_trace.h"
 
 #include <doctest/doctest.h>
 

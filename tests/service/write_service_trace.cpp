@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // write_service_trace: the trace of a service of two workers, one of which fails now and then, as a line of JSON.
-#include "player/report/make_service_trace.h"
+#include "player/devices/make_service_trace.h"
 #include "runtime/service/faulty_renderer.h"
 #include "tests/service/service_tools.h"
 

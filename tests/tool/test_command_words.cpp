@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/error.h"
-#include "player/tool/command_words.h"
-#include "player/tool/suggestion.h"
+#include "runtime/cli/command_words.h"
+#include "runtime/cli/suggestion.h"
 #include "tests/tool/tree.h"
 
 #include <doctest/doctest.h>

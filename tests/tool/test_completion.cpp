@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/tool/completion.h"
-#include "player/tool/man_page.h"
+#include "runtime/cli/completion.h"
+#include "runtime/cli/man_page.h"
 #include "tests/tool/tree.h"
 
 #include <doctest/doctest.h>

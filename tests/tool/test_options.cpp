@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/error.h"
-#include "player/tool/options.h"
+#include "runtime/cli/options.h"
 
 #include <CLI/CLI.hpp>
 #include <doctest/doctest.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/tool/reporter.h"
-#include "player/tool/stage_progress.h"
-#include "player/tool/tool.h"
+#include "runtime/cli/reporter.h"
+#include "runtime/cli/stage_progress.h"
+#include "runtime/cli/tool.h"
 #include "tests/format/in_child.h"
 
 #include <doctest/doctest.h>

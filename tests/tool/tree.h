@@ -2,7 +2,7 @@
 // A small tree of commands to parse.
 #pragma once
 
-#include "player/tool/options.h"
+#include "runtime/cli/options.h"
 
 #include <CLI/CLI.hpp>
 

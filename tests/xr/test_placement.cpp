@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/xr/placement.h"
+#include "player/poses/placement.h"
 
 #include "player/xr/ride.h"
 

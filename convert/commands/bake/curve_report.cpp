@@ -2,7 +2,7 @@
 #include "convert/commands/bake/curve_report.h"
 
 #include "convert/chart/curve_set.h"
-#include "player/tool/version.h"
+#include "runtime/cli/version.h"
 
 #include <cmath>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/bake/tile_report.h"
 
-#include "player/tool/version.h"
+#include "runtime/cli/version.h"
 
 namespace gsc {
 

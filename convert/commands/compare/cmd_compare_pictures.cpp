@@ -2,7 +2,7 @@
 #include "convert/commands/command.h"
 
 #include "convert/compare/compare_pictures.h"
-#include "player/tool/version.h"
+#include "runtime/cli/version.h"
 
 namespace gsc {
 

@@ -5,8 +5,8 @@
 
 #include "format/gsc_file.h"
 #include "format/gsc_reader.h"
-#include "player/cameras/length.h"
-#include "player/report/record.h"
+#include "runtime/cameras/length.h"
+#include "runtime/records/record.h"
 
 #include <algorithm>
 #include <optional>

@@ -2,7 +2,7 @@
 #include "convert/commands/info/info_at.h"
 
 #include "convert/grids/locate.h"
-#include "player/tool/options.h"
+#include "runtime/cli/options.h"
 
 #include <charconv>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include "convert/sample/sample.h"
 #include "format/gsc_layout.h"
 #include "format/file/output_paths.h"
-#include "player/tool/version.h"
+#include "runtime/cli/version.h"
 
 #include <filesystem>
 #include <functional>

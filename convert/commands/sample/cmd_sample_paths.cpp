@@ -4,8 +4,8 @@
 #include "convert/sample/paths/make_paths.h"
 #include "convert/sample/paths/model_paths.h"
 #include "format/file/output_paths.h"
-#include "player/tool/options.h"
-#include "player/tool/version.h"
+#include "runtime/cli/options.h"
+#include "runtime/cli/version.h"
 
 #include <memory>
 

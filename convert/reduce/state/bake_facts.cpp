@@ -3,7 +3,7 @@
 
 #include "format/checksum.h"
 #include "format/error.h"
-#include "player/tool/version.h"
+#include "runtime/cli/version.h"
 
 #include <algorithm>
 

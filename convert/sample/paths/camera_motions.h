@@ -6,7 +6,7 @@
 #include "convert/sample/model_text.h"
 #include "convert/sample/paths/ground_frame.h"
 #include "format/gsc_layout.h"
-#include "player/cameras/length.h"
+#include "runtime/cameras/length.h"
 
 #include <cstdint>
 #include <utility>

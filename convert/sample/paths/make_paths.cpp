@@ -6,7 +6,7 @@
 #include "format/error.h"
 #include "format/file/output_file.h"
 #include "format/gsc_file.h"
-#include "player/cameras/length.h"
+#include "runtime/cameras/length.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/sample/paths/model_paths.h"
-#include "player/cameras/length.h"
+#include "runtime/cameras/length.h"
 
 #include <string>
 #include <vector>

@@ -3,7 +3,7 @@
 
 #include "format/error.h"
 #include "format/interrupt.h"
-#include "player/cameras/world_up.h"
+#include "runtime/cameras/world_up.h"
 #include "runtime/camera.h"
 
 #include <glm/gtc/type_ptr.hpp>

@@ -5,7 +5,7 @@
 #include "convert/sample/paths/camera_motions.h"
 #include "convert/sample/paths/ground_frame.h"
 #include "format/gsc_reader.h"
-#include "player/cameras/length.h"
+#include "runtime/cameras/length.h"
 
 #include <string>
 #include <vector>

@@ -6,7 +6,7 @@
 
 #include "kernels/frame/frame_target.h"
 #include "player/present/presenter.h"
-#include "player/xr/placement.h"
+#include "player/poses/placement.h"
 
 #include <array>
 #include <cstdint>

@@ -3,7 +3,7 @@
 #include "player/present/headset/xr_masks.h"
 #include "player/present/headset/xr_runtime.h"
 #include "player/present/headset/xr_swapchains.h"
-#include "player/module/load_module.h"
+#include "runtime/module/load_module.h"
 
 #include "format/error.h"
 

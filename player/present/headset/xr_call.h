@@ -3,7 +3,7 @@
 #pragma once
 
 #include "player/present/vulkan_device.h"
-#include "player/xr/placement.h"
+#include "player/poses/placement.h"
 
 #include <ctime> // before OpenXR's, which have a timespec
 

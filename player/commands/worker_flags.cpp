@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/commands/worker_flags.h"
+
+#include "format/error.h"
+#include "player/commands/render_options.h"
+#include "player/devices/worker_options.h"
+#include "runtime/cli/options.h"
+
+#include <algorithm>
+#include <charconv>
+#include <utility>
+
+namespace gsc {
+
+namespace {
+
+constexpr size_t kMostWorkers = 64;
+constexpr double kMostFps = 100000;
+
+// What is between commas.
+std::vector<std::string> wordsOf(const std::string& text)
+{
+    std::vector<std::string> words{""};
+    for (const char c : text)
+        c == ',' ? words.emplace_back() : words.back() += c;
+    return words;
+}
+
+bool wholeNumber(const std::string& text, int& value)
+{
+    const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+    return code == std::errc() && end == text.data() + text.size() && value >= 0;
+}
+
+// "cuda:1", "cuda", "cpu".
+std::optional<DeviceId> deviceOf(const std::string& text)
+{
+    const size_t colon = text.find(':');
+    DeviceId id{text.substr(0, colon), 0};
+    if (id.backend != "cuda" && id.backend != "cpu" && id.backend != "cpu-reference")
+        return std::nullopt;
+    if (colon != std::string::npos && !wholeNumber(text.substr(colon + 1), id.ordinal))
+        return std::nullopt;
+    return id;
+}
+
+std::vector<DeviceId> parseDevices(const std::string& name, const std::string& text)
+{
+    std::vector<DeviceId> ids;
+    for (const std::string& word : wordsOf(text)) {
+        const std::optional<DeviceId> id = deviceOf(word);
+        if (!id)
+            detail::failValue(name, text, "no device", "names such as cuda:0,cuda:2 (gsc-play --list-devices)");
+        ids.push_back(*id);
+    }
+    return ids;
+}
+
+// "2", "all", "cpu:4".
+WorkerCount parseGpus(const std::string& name, const std::string& text)
+{
+    WorkerCount count;
+    count.given = true;
+    count.on_cpu = text.starts_with("cpu:");
+    count.all = text == "all";
+    int number = 0;
+    if (!count.all &&
+        (!wholeNumber(count.on_cpu ? text.substr(4) : text, number) || number < 1 || size_t(number) > kMostWorkers))
+        detail::failValue(name, text, "no number of devices", "a number, all, or cpu:N for N workers on the CPU");
+    count.number = uint32_t(number);
+    return count;
+}
+
+// "throw:0.01,hang:0.001,hang-ms:500,seed:7,device:cuda:1".
+Faults parseFaults(const std::string& name, const std::string& text)
+{
+    Faults faults;
+    const std::pair<const char*, double*> chances[] = {
+        {"throw", &faults.throws}, {"hang", &faults.hangs}, {"lost", &faults.lost}, {"memory", &faults.memory}};
+    for (const std::string& word : wordsOf(text)) {
+        const size_t colon = std::min(word.find(':'), word.size());
+        const std::string key = word.substr(0, colon), value = word.substr(std::min(colon + 1, word.size()));
+        const auto chance = std::ranges::find(chances, key, &std::pair<const char*, double*>::first);
+        if (chance != std::end(chances)) {
+            *chance->second = detail::number(name, value, {0, 1}, "");
+        } else if (key == "hang-ms") {
+            faults.hang = std::chrono::milliseconds(detail::wholeNumber(name, value, 1, 3600000));
+        } else if (key == "slow-ms") {
+            faults.slow = std::chrono::milliseconds(detail::wholeNumber(name, value, 1, 3600000));
+        } else if (key == "seed") {
+            faults.seed = uint64_t(detail::wholeNumber(name, value, 0, int64_t(1) << 40));
+        } else if (key == "device" && deviceOf(value)) {
+            faults.device = deviceOf(value);
+        } else {
+            detail::failValue(
+                name, text, "no fault",
+                "throw, hang, lost or memory with a chance such as lost:0.01, and hang-ms, slow-ms, seed or device");
+        }
+    }
+    return faults;
+}
+
+} // namespace
+
+void addWorkerOptions(CLI::App& app, PlayOptions& options)
+{
+    const Heading heading(app, "Several devices");
+    WorkerOptions& workers = options.workers;
+    const OptionHandle gpus = detail::addValue(
+        app, "--gpus", "N|all|cpu:N (default: one device)", "devices that draw together: N GPUs, all, or N on the CPU",
+        [&workers](const std::string& name, const std::string& text) { workers.count = parseGpus(name, text); });
+    const OptionHandle chosen = detail::addValue(
+        app, "--devices", "LIST", "which devices, such as cuda:0,cuda:2; pictures are gathered on the first",
+        [&workers](const std::string& name, const std::string& text) { workers.devices = parseDevices(name, text); });
+    chosen.excludes(gpus);
+    for (const OptionHandle& option : {gpus, chosen}) {
+        option.excludes(optionOf(app, "--backend"));
+        option.excludes(optionOf(app, "--device"));
+    }
+    addChoice<ServiceMode>(
+        app, "--mode", workers.mode,
+        {{"auto", ServiceMode::Auto},
+         {"frame", ServiceMode::Frame},
+         {"eye", ServiceMode::Eye},
+         {"split", ServiceMode::Split}},
+        "default: auto",
+        "frame: devices take frames in turn; eye: one eye each; split: a band of the image each; auto: "
+        "what measures best: least latency at --min-fps, or most frames");
+    addNumber(app, "--min-fps", workers.min_fps, {0, kMostFps}, " frames per second", "FPS (default: 0)",
+              "a device joins where the rate falls, or is about to fall, below this; 0 = all draw from the start");
+    addNumber(app, "--max-fps", workers.max_fps, {0, kMostFps}, " frames per second", "FPS (default: 0)",
+              "a device leaves where the rate is above (1 + 1/N) times this, N devices remaining; 0 = none leaves");
+    detail::addValue(
+        app, "--inject", "KIND:CHANCE,...",
+        "faults for tests, with a chance for each frame: throw, hang, lost, memory; also hang-ms:N, slow-ms:N for "
+        "every "
+        "frame, seed:N, device:cuda:1",
+        [&workers](const std::string& name, const std::string& text) { workers.faults = parseFaults(name, text); });
+}
+
+void checkWorkerOptions(const CLI::App& app, const PlayOptions& options)
+{
+    const WorkerOptions& workers = options.workers;
+    for (const char* option : {"--mode", "--min-fps", "--max-fps", "--inject"})
+        checkEffect(app, option, drawsWithService(options), "--gpus or --devices");
+    for (const char* option : {"--gpus", "--devices", "--device"})
+        if (remoteWorkers() != nullptr && isGiven(app, option))
+            throw Error(ErrorCode::Usage, formatString("%s: the ranks of an MPI job are its devices, expected it left "
+                                                       "out; say with mpirun -n N how many",
+                                                       option));
+    if (options.first_picture && drawsWithService(options))
+        throw Error(ErrorCode::Usage,
+                    "--first-picture: several devices load each at its own pace and would show now more, "
+                    "now less, expected one device; leave --first-picture or the others out");
+    if (workers.max_fps > 0 && workers.max_fps < workers.min_fps)
+        throw Error(ErrorCode::Usage,
+                    formatString("--max-fps %g: below --min-fps %g, expected at least that; raise it or "
+                                 "leave it out",
+                                 workers.max_fps, workers.min_fps));
+    if (workers.mode == ServiceMode::Eye && options.eyes != 2)
+        throw Error(ErrorCode::Usage,
+                    "--mode eye: with one eye, expected --eyes 2; pass that too or take another mode");
+    if (workers.mode == ServiceMode::Eye && options.stereo == StereoMode::Merged)
+        throw Error(ErrorCode::Usage, "--mode eye: together with --stereo merged, which decodes once for both eyes, "
+                                      "expected one of them; take --mode split or frame");
+}
+
+} // namespace gsc

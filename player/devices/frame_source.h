@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// Poses in, newest finished pictures out: what the window asks of the renderer service.
+#pragma once
+
+#include "player/present/hand_over_ring.h"
+#include "player/frames/shots.h"
+#include "player/devices/open_service.h"
+#include "runtime/service/renderer_service.h"
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+// What a pose was asked with.
+struct AskedPose {
+    Shot shot;
+    uint32_t eyes = 1;
+    PixelFormat format = PixelFormat::Rgba8;
+    bool wants_depth = false;     // for the host, and so is the picture then
+    float gaze[kMaxEyes][2] = {}; // Foveation's
+    LensShape lens[kMaxEyes];     // FrameOptions'
+    // PoseRequest::late of the cameras in `shot`; may be empty.
+    std::function<bool(Shot& shot)> late{};
+};
+
+struct DrawnPose {
+    AskedPose asked;
+    Delivery delivery;
+
+    [[nodiscard]] double latencyMs() const;
+};
+
+class FrameSource {
+public:
+    // Pictures come in memory that the display shares with the first device, or else in that of this process. `opened` is
+    // what openService() made of the same scene and options. Throws Error(Device).
+    FrameSource(std::shared_ptr<const Scene> scene, const PlayOptions& play, SharedMemory& memory,
+                OpenedService opened);
+    ~FrameSource();
+
+    // Does not wait; the number of the pose. Throws Error(Usage) for what cannot be drawn.
+    uint64_t submit(const AskedPose& pose, const FrameOptions& options);
+    // Waits at most so long. Of a service that keeps all, one that failed has an error and no picture. Throws Error(Device)
+    // where no worker is left.
+    std::optional<DrawnPose> next(std::chrono::nanoseconds most);
+
+    // How the display finds the pictures of a pose, side by side. Those on a GPU are handed over, once for each pose; the
+    // poses of the last two frames are still held by the caller. Empty where the GPU is lost: from then on pictures come in
+    // memory of this process, and the pose is to be submitted again.
+    [[nodiscard]] std::vector<ShownPicture> shown(const DrawnPose& drawn);
+
+    // The service, whose end may take long; nothing but the destructor may be called after this.
+    OpenedService release() { return std::move(m_opened); }
+
+    [[nodiscard]] bool waiting() const { return !m_open.empty(); } // for a pose
+    [[nodiscard]] ServiceStats stats() const { return m_opened.service->stats(); }
+    [[nodiscard]] std::string device() const { return m_opened.service->device().name; }
+
+private:
+    std::shared_ptr<const Scene> m_scene;
+    OpenedService m_opened;
+    std::map<uint64_t, AskedPose> m_open;
+    const std::string m_input;
+    std::unique_ptr<HandOverRing> m_ring; // null: pictures come in memory of this process
+    std::vector<ShownPicture> m_handed;   // of the pose that was handed over last
+    uint64_t m_handed_pose = 0;
+};
+
+} // namespace gsc

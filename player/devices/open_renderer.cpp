@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/devices/open_renderer.h"
+
+#include "format/error.h"
+#include "format/machine/threads.h"
+#include "player/devices/worker_options.h"
+#include "runtime/service/service_renderer.h"
+
+#include <chrono>
+#include <system_error>
+#include <thread>
+
+namespace gsc {
+
+std::shared_ptr<const Scene> openScene(const PlayOptions& options)
+{
+    const WorkerOptions& workers = options.workers;
+    DeviceId first{options.backend, options.device};
+    if (workers.several())
+        first = !workers.devices.empty() ? workers.devices.front() : DeviceId{workers.count.on_cpu ? "cpu" : "cuda", 0};
+    std::jthread start;
+    try {
+        const ThreadAttempt attempt;
+        start = std::jthread([&first] { startDevice(first); });
+    } catch (const std::system_error&) {
+        // it only saves time
+    }
+    return Scene::open(options.input, options.verify);
+}
+
+std::unique_ptr<Renderer> openRenderer(const PlayOptions& options, std::shared_ptr<const Scene> scene, Reporter& log,
+                                       double& load_ms)
+{
+    if (drawsWithService(options)) {
+        std::unique_ptr<Renderer> service = makeServiceRenderer(serviceOptions(options, log));
+        const auto start = std::chrono::steady_clock::now();
+        service->load(std::move(scene));
+        load_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+        return service;
+    }
+    std::vector<std::string> passed_over;
+    std::unique_ptr<Renderer> renderer =
+        makeLoadedRenderer({options.backend, options.device}, {options.threads, options.vram_budget}, std::move(scene),
+                           passed_over, &load_ms);
+    for (const std::string& text : passed_over)
+        log.warning(text);
+    return renderer;
+}
+
+} // namespace gsc

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/devices/open_service.h"
+
+#include "format/error.h"
+#include "player/devices/worker_options.h"
+
+#include <algorithm>
+
+namespace gsc {
+
+OpenedService openService(const std::shared_ptr<const Scene>& scene, const PlayOptions& options,
+                          const std::function<void(ServiceOptions&)>& set, Reporter& log)
+{
+    PlayOptions play = options;
+    std::vector<std::string> devices;
+    const auto open = [&] {
+        ServiceOptions service = serviceOptions(play, log);
+        service.keeps_all = false;
+        set(service);
+        devices.clear();
+        for (const DeviceId& device : service.devices)
+            devices.push_back(deviceText(device));
+        return OpenedService{std::make_unique<RendererService>(scene, service), devices};
+    };
+    try {
+        return open();
+    } catch (const Error& e) {
+        const bool of_device =
+            e.code() == ErrorCode::OutOfMemory || e.code() == ErrorCode::Unsupported || e.code() == ErrorCode::Device;
+        const bool on_cpu = !devices.empty() && devices.front() == "cpu";
+        if (play.backend != "auto" || drawsWithService(play) || on_cpu || !of_device)
+            throw;
+        log.warning(formatString("backend %s is passed over: %s", devices.empty() ? "auto" : devices.front().c_str(),
+                                 e.what()));
+    }
+    play.backend = "cpu";
+    return open();
+}
+
+bool allGone(const ServiceStats& stats)
+{
+    return std::ranges::all_of(stats.workers,
+                               [](const WorkerStats& worker) { return worker.state == WorkerState::Gone; });
+}
+
+} // namespace gsc

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// The service that the command line asks for, fed in real time: the newest pose is drawn next.
+#pragma once
+
+#include "player/options/play_options.h"
+#include "runtime/cli/reporter.h"
+#include "runtime/service/renderer_service.h"
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+struct OpenedService {
+    std::unique_ptr<RendererService> service;
+    std::vector<std::string> devices; // that draw, as they are named
+};
+
+// What the better device cannot load, the CPU loads, where the options leave the choice. `set` changes what the options say
+// nothing of. Throws Error.
+OpenedService openService(const std::shared_ptr<const Scene>& scene, const PlayOptions& options,
+                          const std::function<void(ServiceOptions&)>& set, Reporter& log);
+
+bool allGone(const ServiceStats& stats); // every worker
+
+} // namespace gsc

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/devices/worker_options.h"
+
+#include "format/error.h"
+#include "format/machine/machine.h"
+#include "runtime/cli/json.h"
+#include "runtime/cli/version.h"
+#include "runtime/service/faulty_renderer.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace gsc {
+
+namespace {
+
+// As many as are asked for, of those that this machine has.
+std::vector<DeviceId> devicesOf(const WorkerCount& count)
+{
+    if (count.on_cpu)
+        return std::vector<DeviceId>(count.number, DeviceId{"cpu"});
+    std::vector<DeviceId> found;
+    std::string why = "this build has no backend for GPUs";
+    for (const DeviceInfo& device : devices())
+        if (device.id.backend == "cuda") {
+            why = device.text;
+            if (device.usable)
+                found.push_back(device.id);
+        }
+    if (found.empty())
+        throw Error(ErrorCode::Device,
+                    formatString("--gpus: no GPU can be used (%s), expected one; take --gpus cpu:N", why.c_str()));
+    if (!count.all && found.size() < count.number)
+        throw Error(ErrorCode::Usage,
+                    formatString("--gpus %u: this machine has %zu, expected at most that; gsc-play --list-devices "
+                                 "lists them",
+                                 count.number, found.size()));
+    if (!count.all)
+        found.resize(count.number);
+    return found;
+}
+
+RemoteWorkers s_remote;
+bool s_has_remote = false;
+
+} // namespace
+
+void setRemoteWorkers(RemoteWorkers workers)
+{
+    s_remote = std::move(workers);
+    s_has_remote = true;
+}
+
+const RemoteWorkers* remoteWorkers()
+{
+    return s_has_remote ? &s_remote : nullptr;
+}
+
+bool drawsWithService(const PlayOptions& options)
+{
+    return options.workers.several() || s_has_remote;
+}
+
+std::vector<DeviceId> workerDevices(const PlayOptions& options)
+{
+    const WorkerOptions& workers = options.workers;
+    std::vector<DeviceId> all = !workers.devices.empty() ? workers.devices
+                                : workers.count.given    ? devicesOf(workers.count)
+                                                         : std::vector<DeviceId>{{options.backend, options.device}};
+    if (const RemoteWorkers* const remote = remoteWorkers())
+        all.insert(all.end(), remote->devices.begin(), remote->devices.end());
+    return all;
+}
+
+DeviceId firstDevice(const PlayOptions& options, Reporter* log)
+{
+    const DeviceId asked = workerDevices(options).front();
+    if (asked.backend != "auto")
+        return asked;
+    for (const DeviceInfo& device : devices()) {
+        if (device.id.ordinal != asked.ordinal)
+            continue;
+        if (device.usable)
+            return device.id;
+        if (log != nullptr)
+            log->warning(formatString("backend %s is passed over: %s", device.id.backend.c_str(), device.text.c_str()));
+    }
+    return asked; // of which a renderer says that there is none
+}
+
+ServiceOptions serviceOptions(const PlayOptions& options, Reporter& log)
+{
+    const WorkerOptions& workers = options.workers;
+    ServiceOptions service;
+    service.devices = workerDevices(options);
+    service.devices.front() = firstDevice(options, &log);
+    if (const RemoteWorkers* const remote = remoteWorkers())
+        service.make = [remote, options](const DeviceId& device, const RendererOptions& limits) {
+            return device.backend == "rank" ? remote->make(device, options, limits) : makeRenderer(device, limits);
+        };
+    const auto on_cpu = size_t(std::ranges::count(service.devices, "cpu", &DeviceId::backend));
+    service.renderer = {options.threads, options.vram_budget, options.first_picture && options.tier != Tier::Exact};
+    if (service.renderer.first_picture) // a switch to exact waits for the file
+        service.deadline = std::chrono::minutes(1);
+    if (options.threads == 0 && on_cpu > 1) // they share the cores
+        service.renderer.threads = std::max(1, usableProcessors() / int(on_cpu));
+    service.mode = service.devices.size() == 1 ? ServiceMode::Frame : workers.mode;
+    service.pace.min_fps = workers.min_fps;
+    service.pace.max_fps = workers.max_fps;
+    // a CPU may take minutes for a frame of the reference
+    if (!std::ranges::all_of(service.devices, [](const DeviceId& device) { return device.backend == "cuda"; }))
+        service.deadline = std::chrono::minutes(10);
+    if (workers.faults && workers.faults->any()) {
+        service.make = withFaults(*workers.faults, service.make);
+        if (workers.faults->hangs > 0)
+            service.deadline = std::min<ServiceTime>(service.deadline, workers.faults->hang / 2);
+    }
+    return service;
+}
+
+namespace {
+
+std::vector<DeviceInfo> usableDevices()
+{
+    std::vector<DeviceInfo> all = devices();
+    std::erase_if(all, [](const DeviceInfo& device) { return !device.usable; });
+    return all;
+}
+
+// "cuda:0", as --devices takes it.
+std::string listedName(const DeviceId& id)
+{
+    return id.backend == "cuda" ? id.backend + ":" + std::to_string(id.ordinal) : id.backend;
+}
+
+template <typename Each>
+void forEachLink(const std::vector<DeviceInfo>& all, const Each& each)
+{
+    for (const DeviceInfo& from : all)
+        for (const DeviceInfo& to : all)
+            if (from.id.backend == "cuda" && to.id.backend == "cuda" && from.id.ordinal < to.id.ordinal)
+                each(listedName(from.id), listedName(to.id), deviceLink(from.id, to.id));
+}
+
+} // namespace
+
+std::string deviceListText()
+{
+    const std::vector<DeviceInfo> all = usableDevices();
+    std::string text;
+    for (const DeviceInfo& device : all)
+        text += formatString("%-14s %s\n", listedName(device.id).c_str(), device.text.c_str());
+    forEachLink(all, [&](const std::string& from, const std::string& to, const std::string& link) {
+        text += formatString("%s - %s: %s\n", from.c_str(), to.c_str(), link.c_str());
+    });
+    return text;
+}
+
+std::string deviceListJson()
+{
+    using Json = OrderedJson;
+    const std::vector<DeviceInfo> all = usableDevices();
+    Json listed = Json::array(), links = Json::array();
+    for (const DeviceInfo& device : all)
+        listed.push_back({{"device", listedName(device.id)},
+                          {"name", device.name},
+                          {"memory_bytes", device.memory_bytes > 0 ? Json(device.memory_bytes) : Json()},
+                          {"text", device.text}});
+    forEachLink(all, [&](const std::string& from, const std::string& to, const std::string& link) {
+        links.push_back({{"from", from}, {"to", to}, {"link", link}});
+    });
+    return jsonText(Json{{"schema", "gsc.device-list/1"},
+                         {"tool", {{"name", "gsc-play"}, {"version", toolVersion()}}},
+                         {"devices", std::move(listed)},
+                         {"links", std::move(links)}},
+                    2) +
+           "\n";
+}
+
+} // namespace gsc

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which devices draw together, and how.
+#pragma once
+
+#include "player/options/play_options.h"
+#include "runtime/cli/reporter.h"
+#include "runtime/service/renderer_service.h"
+
+#include <string>
+
+namespace gsc {
+
+// The devices that the options ask for, a worker each. Without --gpus and --devices that of --backend and --device, which
+// may be "auto"; then the ranks of an MPI job. Throws Error (Usage, Device).
+std::vector<DeviceId> workerDevices(const PlayOptions& options);
+
+// The first of them; "auto" becomes the best that the machine can run. `log`, if not null, is warned of what that passes over.
+// Throws as workerDevices().
+DeviceId firstDevice(const PlayOptions& options, Reporter* log = nullptr);
+
+// All that the options ask of a service. What "auto" passes over is a warning. Throws Error (Usage, Device).
+ServiceOptions serviceOptions(const PlayOptions& options, Reporter& log);
+
+// Bytes that came from other ranks to this one, and how many of them were pixels and depths.
+struct WireBytes {
+    uint64_t all = 0, pictures = 0;
+};
+
+// Workers beside this process's own, of a program that has some (player/mpi).
+struct RemoteWorkers {
+    std::vector<DeviceId> devices;
+    std::function<std::unique_ptr<Renderer>(const DeviceId&, const PlayOptions&, const RendererOptions&)> make;
+    std::function<WireBytes()> wire;
+};
+void setRemoteWorkers(RemoteWorkers workers); // before any other thread runs
+const RemoteWorkers* remoteWorkers();         // null = none
+
+// Whether a service draws, even one of a single worker.
+bool drawsWithService(const PlayOptions& options);
+
+// gsc-play --list-devices: name, memory and links. schemas/device-list.schema.json
+std::string deviceListText();
+std::string deviceListJson();
+
+} // namespace gsc

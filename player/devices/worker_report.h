@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// What devices that draw together did, for the reports.
+#pragma once
+
+#include "runtime/cli/json.h"
+#include "runtime/service/service_renderer.h"
+
+#include <optional>
+#include <string>
+
+namespace gsc {
+
+// Of a renderer that several devices draw for; none of another.
+std::optional<ServiceStats> serviceStats(const Renderer& renderer);
+
+// "workers" of a report (schemas/bench-report.schema.json); null without.
+OrderedJson workersJson(const std::optional<ServiceStats>& stats);
+// Some lines; empty without.
+std::string workersText(const std::optional<ServiceStats>& stats);
+
+} // namespace gsc

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/frames/path.h"
+
+#include <filesystem>
+
+namespace gsc {
+
+Path openPath(const Scene& scene, const PlayOptions& options, const std::string& listed, Reporter& log)
+{
+    Path path;
+    path.shots = chooseShots(scene, options, log, &path.name);
+    path.cameras = listed;
+    path.eye_count = uint32_t(options.eyes);
+    if (path.name.empty())
+        path.name = std::filesystem::path(listed).stem().string();
+    return path;
+}
+
+} // namespace gsc

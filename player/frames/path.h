@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// The poses of a trajectory.
+#pragma once
+
+#include "player/frames/shots.h"
+
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+// The poses of one trajectory, as a run asks for them.
+struct Path {
+    std::string name;    // that the trajectory states, or its file's stem
+    std::string cameras; // as the caller named it
+    std::vector<Shot> shots;
+    uint32_t eye_count = 1;
+};
+
+// Reads `options.cameras`. `listed` is what reports call it. Throws Error (Usage, Io, InvalidFile).
+Path openPath(const Scene& scene, const PlayOptions& options, const std::string& listed, Reporter& log);
+
+} // namespace gsc

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/options/shard.h"
+
+#include "format/error.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <numeric>
+#include <optional>
+#include <string_view>
+
+namespace gsc {
+
+namespace {
+
+constexpr uint64_t kMaxShards = 1000000;
+
+std::optional<uint64_t> wholeOf(std::string_view text)
+{
+    uint64_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (text.empty() || error != std::errc() || end != text.data() + text.size())
+        return std::nullopt;
+    return value;
+}
+
+[[noreturn]] void failShard(const std::string& option, const std::string& text)
+{
+    throw Error(ErrorCode::Usage,
+                formatString("%s %.80s: no part of a whole, expected I/N with I from 1 to N and N at most %llu, such "
+                             "as 1/4, or auto or auto/N; correct it or leave %s out",
+                             option.c_str(), text.c_str(), static_cast<unsigned long long>(kMaxShards),
+                             option.c_str()));
+}
+
+// What a variable holds; nothing if it is not set. Throws Error(Usage) for anything but a whole number.
+std::optional<uint64_t> variable(const Environment& environment, const char* name)
+{
+    const char* const text = environment(name);
+    if (text == nullptr || *text == 0)
+        return std::nullopt;
+    const std::optional<uint64_t> value = wholeOf(text);
+    if (!value)
+        throw Error(ErrorCode::Usage, formatString("%s: is \"%.40s\", expected a whole number; correct it or pass "
+                                                   "--shard I/N",
+                                                   name, text));
+    return value;
+}
+
+// One of the programs that start many processes: where it says which one this is.
+struct Starter {
+    const char* index;
+    uint64_t place; // from 0
+    std::optional<uint64_t> count;
+};
+
+// An array's numbers may start anywhere and have a step, but each must be the place of a task.
+std::optional<Starter> slurm(const Environment& environment)
+{
+    const std::optional<uint64_t> id = variable(environment, "SLURM_ARRAY_TASK_ID");
+    const std::optional<uint64_t> count = variable(environment, "SLURM_ARRAY_TASK_COUNT");
+    if (!id)
+        return std::nullopt;
+    if (!count)
+        throw Error(ErrorCode::Usage, "--shard auto: SLURM_ARRAY_TASK_ID is set and SLURM_ARRAY_TASK_COUNT is not, "
+                                      "expected both, as sbatch --array sets them; pass --shard I/N");
+    const uint64_t first = variable(environment, "SLURM_ARRAY_TASK_MIN").value_or(0);
+    const uint64_t step = std::max<uint64_t>(1, variable(environment, "SLURM_ARRAY_TASK_STEP").value_or(1));
+    const uint64_t last = variable(environment, "SLURM_ARRAY_TASK_MAX").value_or(first + (*count - 1) * step);
+    if (*id < first || (*id - first) % step != 0 || (*id - first) / step >= *count ||
+        last != first + (*count - 1) * step)
+        throw Error(ErrorCode::Usage,
+                    formatString("--shard auto: task %llu of a Slurm array of %llu from %llu to %llu by %llu, expected "
+                                 "an array without gaps such as --array=1-4; pass --shard I/N",
+                                 static_cast<unsigned long long>(*id), static_cast<unsigned long long>(*count),
+                                 static_cast<unsigned long long>(first), static_cast<unsigned long long>(last),
+                                 static_cast<unsigned long long>(step)));
+    return Starter{"SLURM_ARRAY_TASK_ID", (*id - first) / step, count};
+}
+
+std::vector<Starter> startersOf(const Environment& environment, bool ranks_are_devices)
+{
+    std::vector<Starter> found;
+    if (const std::optional<Starter> array = slurm(environment))
+        found.push_back(*array);
+    const std::optional<uint64_t> rank = variable(environment, "OMPI_COMM_WORLD_RANK");
+    const std::optional<uint64_t> size = variable(environment, "OMPI_COMM_WORLD_SIZE");
+    if (rank && size && !ranks_are_devices)
+        found.push_back({"OMPI_COMM_WORLD_RANK", *rank, size});
+    if (const std::optional<uint64_t> index = variable(environment, "JOB_COMPLETION_INDEX"))
+        found.push_back({"JOB_COMPLETION_INDEX", *index, std::nullopt});
+    return found;
+}
+
+// `stated`: the N of auto/N.
+Shard automaticShard(const std::string& text, std::optional<uint64_t> stated, const Environment& environment,
+                     bool ranks_are_devices)
+{
+    const std::vector<Starter> found = startersOf(environment, ranks_are_devices);
+    if (found.empty() && ranks_are_devices)
+        throw Error(ErrorCode::Usage,
+                    formatString("--shard %s: the ranks of this MPI job are devices of one run, and neither "
+                                 "SLURM_ARRAY_TASK_ID (Slurm) nor%s JOB_COMPLETION_INDEX (Kubernetes) is set, expected "
+                                 "one of them; pass --shard I/N, or start gsc-play by mpirun for a part to each rank",
+                                 text.c_str(), stated ? "" : ", for auto/N,"));
+    if (found.empty())
+        throw Error(ErrorCode::Usage,
+                    formatString("--shard %s: none of SLURM_ARRAY_TASK_ID with SLURM_ARRAY_TASK_COUNT (Slurm), "
+                                 "OMPI_COMM_WORLD_RANK with OMPI_COMM_WORLD_SIZE (Open MPI)%s is set, expected one of "
+                                 "them; start it by sbatch --array or mpirun, or pass --shard I/N",
+                                 text.c_str(), stated ? " and JOB_COMPLETION_INDEX (Kubernetes)" : ""));
+    if (found.size() > 1)
+        throw Error(ErrorCode::Usage,
+                    formatString("--shard %s: both %s and %s are set, expected one of them to say which part this is; "
+                                 "pass --shard I/N",
+                                 text.c_str(), found[0].index, found[1].index));
+    const Starter& starter = found.front();
+    if (!starter.count && !stated)
+        throw Error(ErrorCode::Usage,
+                    formatString("--shard auto: %s is %llu and nothing says of how many, expected their number; pass "
+                                 "--shard auto/N with the completions of the job",
+                                 starter.index, static_cast<unsigned long long>(starter.place)));
+    const uint64_t count = starter.count.value_or(stated.value_or(0));
+    if (stated && count != *stated) // such as where one task of an array is submitted again by itself
+        throw Error(ErrorCode::Usage,
+                    formatString("--shard %s: %s is one of %llu, expected one of %llu; start as many, or pass --shard "
+                                 "I/N",
+                                 text.c_str(), starter.index, static_cast<unsigned long long>(count),
+                                 static_cast<unsigned long long>(*stated)));
+    if (count < 1 || count > kMaxShards || starter.place >= count)
+        throw Error(ErrorCode::Usage,
+                    formatString("--shard %s: %s is number %llu of %llu, expected less than that, and at most %llu; "
+                                 "pass --shard I/N",
+                                 text.c_str(), starter.index, static_cast<unsigned long long>(starter.place),
+                                 static_cast<unsigned long long>(count), static_cast<unsigned long long>(kMaxShards)));
+    return {starter.place + 1, count};
+}
+
+} // namespace
+
+std::string Shard::text() const
+{
+    return formatString("%llu/%llu", static_cast<unsigned long long>(index), static_cast<unsigned long long>(count));
+}
+
+const char* processEnvironment(const char* name)
+{
+    return std::getenv(name);
+}
+
+Shard parseShard(const std::string& text, const std::string& option, const Environment& environment,
+                 bool ranks_are_devices)
+{
+    if (text == "auto")
+        return automaticShard(text, std::nullopt, environment, ranks_are_devices);
+    const size_t slash = text.find('/');
+    if (slash == std::string::npos)
+        failShard(option, text);
+    const std::optional<uint64_t> count = wholeOf(std::string_view(text).substr(slash + 1));
+    if (!count || *count < 1 || *count > kMaxShards)
+        failShard(option, text);
+    if (text.substr(0, slash) == "auto")
+        return automaticShard(text, count, environment, ranks_are_devices);
+    const std::optional<uint64_t> index = wholeOf(std::string_view(text).substr(0, slash));
+    if (!index || *index < 1 || *index > *count)
+        failShard(option, text);
+    return {*index, *count};
+}
+
+bool takesTask(const Shard& shard, uint64_t task)
+{
+    return !shard.isGiven() || task % shard.count == shard.index - 1;
+}
+
+std::vector<uint64_t> blockShards(const std::vector<uint64_t>& weights, uint64_t count)
+{
+    // a task belongs where its middle lies
+    const double all = std::max(1.0, double(std::accumulate(weights.begin(), weights.end(), uint64_t(0))));
+    std::vector<uint64_t> shards;
+    uint64_t before = 0;
+    for (const uint64_t weight : weights) {
+        const double middle = (double(before) + double(weight) / 2) / all;
+        shards.push_back(std::min(count - 1, uint64_t(middle * double(count))));
+        before += weight;
+    }
+    return shards;
+}
+
+} // namespace gsc

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/play/play.h"
+
+#include "format/error.h"
+#include "format/interrupt.h"
+#include "format/file/output_file.h"
+#include "format/file/output_paths.h"
+#include "player/devices/worker_report.h"
+#include "player/frames/lod_target.h"
+#include "player/output/video_file.h"
+#include "player/frames/shots_in_flight.h"
+#include "player/frames/stopwatch.h"
+#include "player/devices/open_renderer.h"
+#include "player/output/out_pattern.h"
+#include "player/shard/frame_shard.h"
+#include "player/frames/shots.h"
+#include "runtime/scene.h"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+
+namespace gsc {
+
+namespace {
+
+// Paths of the images, checked before anything is rendered; their folders exist afterwards.
+std::vector<std::string> prepareOutputs(const std::vector<Shot>& shots, const PlayOptions& options, FrameShard& shard,
+                                        Reporter& log)
+{
+    namespace fs = std::filesystem;
+    std::vector<std::string> paths;
+    if (!options.out.empty() && !isStandardOutput(options.out)) {
+        std::vector<OutputFrame> named;
+        for (const Shot& shot : shots)
+            named.push_back({shot.camera.name, shot.index});
+        paths = outputPaths(options.out, named, options.eyes);
+    }
+    std::vector<NamedPath> outputs, inputs = {{options.input, "the model"}};
+    for (const std::string& path : paths)
+        outputs.push_back({path, "an image of --out"});
+    if (!options.stats.empty())
+        outputs.push_back({options.stats, "--stats"});
+    if (!options.video.empty())
+        outputs.push_back({options.video, "--video"});
+    if (options.cameras != "stored")
+        inputs.push_back({options.cameras, "the camera file"});
+    checkStandardOutput(options.stats, "--stats", log.json());
+    checkStandardOutput(options.out, "--out", log.json());
+    checkOutputsDiffer(outputs, inputs);
+    shard.plan(shots.size(), paths, log);
+    for (const size_t frame : shard.frames())
+        for (size_t eye = 0; eye < size_t(options.eyes) && !paths.empty(); ++eye)
+            checkOutput(paths[frame * size_t(options.eyes) + eye], OutputKind::Binary, shard.mayReplace(frame),
+                        OutputFolder::IsMade);
+    if (!options.stats.empty())
+        checkOutput(options.stats, OutputKind::Text, options.overwrite || options.shard.isGiven(),
+                    OutputFolder::IsMade);
+    if (!options.video.empty()) {
+        checkVideoProgram();
+        checkOutput(options.video, OutputKind::Binary, options.overwrite, OutputFolder::IsMade);
+    }
+    if (!paths.empty())
+        loadImageWriter(paths.front());
+    for (const NamedPath& file : outputs) {
+        const fs::path folder = fs::path(file.path).parent_path();
+        std::error_code code;
+        if (!folder.empty() && !fs::is_directory(folder, code) && !fs::create_directories(folder, code) && code)
+            throw Error(
+                ErrorCode::Io,
+                formatString("%s: cannot be created (%s), expected a folder that may be written; choose another "
+                             "place or change its rights",
+                             folder.string().c_str(), code.message().c_str()));
+    }
+    return paths;
+}
+
+void warnOfOddSides(const std::string& path, uint32_t width, uint32_t height, Reporter& log)
+{
+    if (width % 2 == 0 && height % 2 == 0)
+        return;
+    log.warning(formatString("%s: pictures of %u x %u pixels, of which browsers play even sides only; the video has "
+                             "%u x %u, because its last %s repeated",
+                             path.c_str(), width, height, width + width % 2, height + height % 2,
+                             height % 2 == 0  ? "column is"
+                             : width % 2 == 0 ? "row is"
+                                              : "column and row are"));
+}
+
+// Takes the pictures of every frame behind those of the one before.
+struct Streams {
+    std::optional<PictureStream> output; // standard output
+    std::optional<VideoFile> video;
+
+    // Throws Error(Usage) where pictures are of different sizes.
+    Streams(const std::vector<Shot>& shots, const PlayOptions& options, Reporter& log)
+    {
+        if (!isStandardOutput(options.out) && options.video.empty())
+            return;
+        const Camera& first = shots.front().camera;
+        for (const Shot& shot : shots)
+            if (shot.camera.width != first.width || shot.camera.height != first.height)
+                throw Error(ErrorCode::Usage,
+                            formatString("%s: camera %s has %u x %u pixels, expected %u x %u as all before it; choose "
+                                         "one --size for all, or write files",
+                                         options.video.empty() ? "--out -" : "--video", shot.camera.name.c_str(),
+                                         shot.camera.width, shot.camera.height, first.width, first.height));
+        const auto eyes = uint32_t(options.eyes);
+        if (isStandardOutput(options.out))
+            output.emplace(options.stream, first.width, first.height, eyes, options.fps, standardOutputSink());
+        if (options.video.empty())
+            return;
+        video.emplace(options.video, first.width, first.height, eyes, options.fps, options.overwrite);
+        warnOfOddSides(options.video, first.width * eyes, first.height, log);
+    }
+
+    void add(std::span<const Image> eyes)
+    {
+        if (output)
+            output->add(eyes);
+        if (video)
+            video->add(eyes);
+    }
+};
+
+// Images are kept, each is whole.
+void stopIfInterrupted(size_t frames, const PlaySummary& summary, const PlayOptions& options)
+{
+    if (!interrupted())
+        return;
+    const bool goes_on = options.shard.isGiven();
+    throw Error(ErrorCode::Interrupted,
+                formatString("interrupted: stopped after %zu of %zu frames, expected to run to the end; run it "
+                             "again%s (%zu image%s written, all complete, and %s)",
+                             summary.frames.size(), frames, goes_on ? " to go on" : "", summary.images.size(),
+                             summary.images.size() == 1 ? " was" : "s were",
+                             goes_on ? ("their lines are in " + options.stats).c_str() : "no statistics file"));
+}
+
+void noteFrame(Reporter& log, const FrameStats& stats)
+{
+    const StageTimes& t = stats.result.times;
+    log.detail(formatString(
+        "frame %llu %s: %.1f ms (select %.1f, decode %.1f, project %.1f, bin %.1f, sort %.1f, blend "
+        "%.1f), %llu anchors, %llu pairs",
+        static_cast<unsigned long long>(stats.frame), stats.camera.c_str(), t.total, t.select, t.decode, t.project,
+        t.bin, t.sort, t.blend, static_cast<unsigned long long>(stats.result.eyes[0].anchors_visible),
+        static_cast<unsigned long long>(stats.result.eyes[0].pairs + stats.result.eyes[1].pairs)));
+}
+
+} // namespace
+
+PlaySummary play(const PlayOptions& options, Reporter& log)
+{
+    PlaySummary summary;
+    FrameShard shard(options);
+    const auto open_start = std::chrono::steady_clock::now();
+    const std::shared_ptr<const Scene> scene = openScene(options);
+    summary.open_ms = millisecondsSince(open_start);
+    summary.file = {options.input, scene->bytes(), scene->anchorCount()};
+
+    const std::vector<Shot> shots = chooseShots(*scene, options, log);
+    std::optional<LodControl> control = lodControl(*scene, options);
+    const std::vector<std::string> paths = prepareOutputs(shots, options, shard, log);
+    std::optional<OutputFile> stats_file;
+    if (!options.stats.empty() && !options.shard.isGiven())
+        stats_file.emplace(options.stats, OutputKind::Text, options.overwrite);
+
+    Streams streams(shots, options, log);
+
+    const std::unique_ptr<Renderer> renderer = openRenderer(options, scene, log, summary.load_ms);
+    summary.backend = deviceText(renderer->id());
+    summary.tier = renderer->tierOf(options.tier);
+
+    if (options.shard.isGiven())
+        summary.backend = renderer->id().backend; // shards of one machine have a device each
+    shard.begin(shots, summary.backend, summary.tier);
+    summary.set_frames = shots.size();
+    summary.shard_frames = shard.own();
+    summary.frames_before = shard.own() - shard.frames().size();
+
+    FrameOptions frame_options = frameOptions(*scene, options);
+    std::vector<float> pixels[kMaxEyes];
+    const auto eye_count = uint32_t(options.eyes);
+    ShotsInFlight flying(*scene, eye_count, *renderer);
+    const size_t ahead = control ? 1 : renderer->framesInFlight(); // a target is held by what the frame before took
+    auto next = shard.frames().begin();
+    for (const size_t i : shard.frames()) {
+        stopIfInterrupted(shard.frames().size(), summary, options);
+        const Camera& camera = shots[i].camera;
+        for (; next != shard.frames().end() && flying.count() < ahead; ++next) {
+            if (control)
+                frame_options.lod_bias = float(control->bias());
+            flying.begin(shots[*next], frame_options);
+        }
+        const TimedFrame frame = flying.end(pixels);
+        const FrameStats stats{shots[i].index, camera.name, summary.backend,     summary.tier, camera.width,
+                               camera.height,  eye_count,   shots[i].appearance, frame.result, frame.lod_bias};
+        stopIfInterrupted(shard.frames().size(), summary, options);
+
+        Image images[kMaxEyes];
+        for (uint32_t eye = 0; eye < eye_count; ++eye)
+            images[eye] = {camera.width, camera.height, std::move(pixels[eye])};
+        for (uint32_t eye = 0; eye < eye_count && !paths.empty(); ++eye) {
+            writeImage(paths[i * eye_count + eye], images[eye], options.depth, shard.mayReplace(i));
+            summary.images.push_back(paths[i * eye_count + eye]);
+        }
+        streams.add(std::span(images, eye_count));
+        for (uint32_t eye = 0; eye < eye_count; ++eye)
+            pixels[eye] = std::move(images[eye].pixels); // the same memory for every frame
+        if (stats_file)
+            stats_file->write(frameStatsJson(stats) + "\n");
+        if (options.shard.isGiven())
+            shard.add(i, frameStatsJson(stats));
+        noteFrame(log, stats);
+        summary.frames.push_back(frame);
+        if (control)
+            control->add(frame.result.times.total);
+        log.progress("render", summary.frames.size(), shard.frames().size());
+    }
+    summary.service = serviceStats(*renderer);
+    if (streams.video)
+        streams.video->commit();
+    if (stats_file)
+        stats_file->commit();
+    return summary;
+}
+
+} // namespace gsc

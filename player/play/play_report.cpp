@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/play/play_report.h"
+
+#include "player/devices/worker_report.h"
+#include "runtime/records/frame_numbers.h"
+#include "runtime/records/reuse_names.h"
+#include "runtime/cli/version.h"
+#include "player/options/level_report.h"
+
+namespace gsc {
+
+namespace {
+
+using Json = OrderedJson;
+
+double meanCount(const PlayOptions& options, const PlaySummary& summary, uint64_t EyeCounts::*field)
+{
+    return countPerEye(summary.frames, options.eyes, field).mean;
+}
+
+// One line; empty without reuse.
+std::string reuseText(const PlayOptions& options, const PlaySummary& summary)
+{
+    if (options.reuse.policy == ReusePolicy::None)
+        return {};
+    const double decoded = meanCount(options, summary, &EyeCounts::anchors_decoded);
+    const double reused = meanCount(options, summary, &EyeCounts::anchors_reused);
+    std::string text =
+        formatString("reuse %s: %.1f %% of anchors drawn again, cache %.1f MiB, %llu evictions",
+                     policyName(options.reuse.policy), reused > 0 ? 100 * reused / (reused + decoded) : 0.0,
+                     double(mostOf(summary.frames, &FrameResult::cache_bytes)) / double(1 << 20),
+                     static_cast<unsigned long long>(sumOf(summary.frames, &FrameResult::cache_evictions)));
+    const double overdue = meanCount(options, summary, &EyeCounts::anchors_overdue);
+    if (overdue > 0)
+        text += formatString("; for want of budget %.1f overdue per eye", overdue);
+    return text + "\n";
+}
+
+// One line; empty for a run that is not split.
+std::string shardText(const PlayOptions& options, const PlaySummary& summary)
+{
+    if (!options.shard.isGiven())
+        return {};
+    return formatString("shard %s: %llu of %llu frames, %llu of them done before\n", options.shard.text().c_str(),
+                        static_cast<unsigned long long>(summary.shard_frames),
+                        static_cast<unsigned long long>(summary.set_frames),
+                        static_cast<unsigned long long>(summary.frames_before));
+}
+
+} // namespace
+
+std::string playReportText(const PlayOptions& options, const PlaySummary& summary)
+{
+    if (summary.frames.empty()) // a shard that had nothing left to do
+        return shardText(options, summary);
+    const FrameTimes times = timesOf(summary.frames);
+    const double median = times.device.median;
+    std::string text =
+        formatString("%zu frame%s, %s, %s, %s: median %.1f ms (%.1f frames/s), p95 %.1f ms, worst %.1f ms\n",
+                     summary.frames.size(), summary.frames.size() == 1 ? "" : "s",
+                     options.eyes == 1                      ? "one eye"
+                     : options.stereo == StereoMode::Merged ? "two eyes decoded at once"
+                                                            : "two eyes",
+                     tierName(summary.tier), summary.backend.c_str(), median, median > 0 ? 1000 / median : 0.0,
+                     times.device.p95, times.device.max);
+    text += "mean ms:";
+    for (size_t i = 0; i < std::size(kStages); ++i)
+        text += formatString(" %s %.1f", kStages[i].name, times.stages[i].mean);
+    text += formatString("\nmean per eye: %.0f anchors visible, %.0f Gaussians on screen, %.0f tile pairs\n",
+                         meanCount(options, summary, &EyeCounts::anchors_visible),
+                         meanCount(options, summary, &EyeCounts::gaussians_visible),
+                         meanCount(options, summary, &EyeCounts::pairs));
+    if (const double dropped = meanCount(options, summary, &EyeCounts::gaussians_dropped); dropped > 0)
+        text += formatString("dropped: %.1f Gaussians per eye that are not finite\n", dropped);
+    text += reuseText(options, summary) + targetText(options, summary.frames) + workersText(summary.service);
+    text += shardText(options, summary);
+    if (!summary.images.empty())
+        text += formatString("%zu image%s: %s%s\n", summary.images.size(), summary.images.size() == 1 ? "" : "s",
+                             summary.images.front().c_str(),
+                             summary.images.size() > 1 ? (" .. " + summary.images.back()).c_str() : "");
+    if (!options.video.empty())
+        text += "video: " + options.video + "\n";
+    return text;
+}
+
+std::string playReportJson(const PlayOptions& options, const PlaySummary& summary,
+                           const std::vector<std::string>& warnings)
+{
+    const FrameTimes times = timesOf(summary.frames);
+    Json stages, counts;
+    for (size_t i = 0; i < std::size(kStages); ++i)
+        stages[kStages[i].name] = times.stages[i].mean;
+    for (const EyeCount& count : std::span(kEyeCounts).subspan(kTestedCounts))
+        counts[count.name] = meanCount(options, summary, count.field);
+    double pixels = 0;
+    for (const TimedFrame& frame : summary.frames)
+        pixels += frame.pixels * options.eyes;
+    Json json = {
+        {"schema", "gsc.play/1"},
+        {"tool", {{"name", "gsc-play"}, {"version", toolVersion()}}},
+        {"file", toJson(summary.file)},
+        {"backend", summary.backend},
+        {"tier", tierName(summary.tier)},
+        {"eyes", options.eyes},
+        {"stereo", stereoName(options.stereo)},
+        {"frames", summary.frames.size()},
+        {"pixels", pixels},
+        {"ms",
+         {{"open", summary.open_ms},
+          {"load", summary.load_ms},
+          {"frame_mean", times.device.mean},
+          {"frame_p50", times.device.median},
+          {"frame_p95", times.device.p95},
+          {"frame_p99", times.device.p99},
+          {"frame_max", times.device.max},
+          {"stages_mean", std::move(stages)}}},
+        {"reuse", toJson(reuseFacts(options.reuse))},
+        {"mean_per_eye", std::move(counts)},
+        {"bytes_resident", mostOf(summary.frames, &FrameResult::bytes_resident)},
+        {"cache_bytes", mostOf(summary.frames, &FrameResult::cache_bytes)},
+        {"cache_evictions", sumOf(summary.frames, &FrameResult::cache_evictions)},
+        {"workers", workersJson(summary.service)},
+        {"images", summary.images},
+        {"warnings", warnings},
+    };
+    json.update(lodJson(options, summary.frames));
+    if (!options.video.empty())
+        json["video"] = options.video;
+    if (options.shard.isGiven())
+        json["shard"] = {{"index", options.shard.index},
+                         {"count", options.shard.count},
+                         {"tasks", summary.set_frames},
+                         {"own", summary.shard_frames},
+                         {"done_before", summary.frames_before}};
+    return jsonText(json, 2) + "\n";
+}
+
+} // namespace gsc

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/cameras/colmap_model.h"
+
+#include "format/error.h"
+#include "runtime/cameras/camera_fields.h"
+
+#include <glm/gtc/quaternion.hpp>
+#include <glm/gtc/type_ptr.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace gsc {
+
+namespace {
+
+constexpr uint32_t kMaxSide = 32768; // pixels
+constexpr double kUnitError = 0.01;  // of a quaternion that was printed with few digits
+constexpr double kMaxMiddle = 1e6;   // pixels; a crop may leave the axis outside the image, but not so far
+
+constexpr LensModel kModels[] = {{"SIMPLE_PINHOLE", 3, false, LensKind::Pinhole, 0},
+                                 {"PINHOLE", 4, true, LensKind::Pinhole, 0},
+                                 {"SIMPLE_RADIAL", 4, false, LensKind::Pinhole, 1},
+                                 {"RADIAL", 5, false, LensKind::Pinhole, 2},
+                                 {"OPENCV", 8, true, LensKind::Pinhole, 4},
+                                 {"OPENCV_FISHEYE", 8, true, LensKind::Fisheye, 4},
+                                 {"FULL_OPENCV", 12, true, LensKind::Pinhole, 8},
+                                 {"FOV", 5, true, LensKind::Pinhole, 1},
+                                 {"SIMPLE_RADIAL_FISHEYE", 4, false, LensKind::Fisheye, 1},
+                                 {"RADIAL_FISHEYE", 5, false, LensKind::Fisheye, 2},
+                                 {"THIN_PRISM_FISHEYE", 12, true, LensKind::Fisheye, 8},
+                                 {"RAD_TAN_THIN_PRISM_FISHEYE", 16, true, LensKind::Fisheye, 12},
+                                 {"SIMPLE_DIVISION", 4, false, LensKind::Pinhole, 1},
+                                 {"DIVISION", 5, true, LensKind::Pinhole, 1},
+                                 {"SIMPLE_FISHEYE", 3, false, LensKind::Fisheye, 0},
+                                 {"FISHEYE", 4, true, LensKind::Fisheye, 0},
+                                 {"EUCM", 6, true, LensKind::Pinhole, 1}, // alpha; without it beta does nothing
+                                 {"EQUIRECTANGULAR", 2, false, LensKind::Panorama, 0}};
+
+long long shown(int64_t id)
+{
+    return static_cast<long long>(id);
+}
+
+Camera cameraOfPose(const ColmapLens& lens, const ColmapPose& pose, double length)
+{
+    Camera camera;
+    const std::string file = pose.name.substr(pose.name.find_last_of("/\\") + 1);
+    camera.name = file.substr(0, file.find('.', 1));
+    const auto& q = pose.rotation;
+    // its columns, world to camera, are the rows of camera to world
+    const glm::dmat3 to_camera = glm::mat3_cast(glm::dquat(q[0], q[1], q[2], q[3]) / length);
+    std::copy_n(glm::value_ptr(to_camera), 9, camera.rotation);
+    std::copy_n(pose.translation, 3, camera.translation);
+    const double fx = lens.values[0], fy = lens.values[lens.focals() - 1];
+    const double* middle = lens.values.data() + lens.focals();
+    camera.width = uint32_t(lens.width);
+    camera.height = uint32_t(lens.height);
+    camera.fov_x = 2 * std::atan(lens.width / (2 * fx));
+    camera.fov_y = 2 * std::atan(lens.height / (2 * fy));
+    camera.tan_mid_x = (lens.width / 2 - middle[0]) / fx;
+    camera.tan_mid_y = (lens.height / 2 - middle[1]) / fy;
+    return camera;
+}
+
+} // namespace
+
+std::span<const LensModel> lensModels()
+{
+    return kModels;
+}
+
+bool ColmapLens::distorts() const
+{
+    const double* const first = values.data() + focals() + 2;
+    return model->kind != LensKind::Pinhole ||
+           std::any_of(first, first + model->coefficients, [](double v) { return v != 0; });
+}
+
+void ColmapModel::fail(const std::string& found, const std::string& expected) const
+{
+    throw Error(ErrorCode::InvalidFile,
+                m_name + ": " + found + ", expected " + expected + "; export the model from COLMAP again");
+}
+
+void ColmapModel::addLens(int64_t id, const ColmapLens& lens)
+{
+    const auto side = [](double pixels) { return pixels >= 1 && pixels <= kMaxSide && pixels == std::floor(pixels); };
+    if (!side(lens.width) || !side(lens.height))
+        fail(formatString("camera %lld is %g x %g", shown(id), lens.width, lens.height),
+             formatString("1 to %u pixels, whole ones", kMaxSide));
+    if (lens.model->kind != LensKind::Panorama) {
+        for (size_t i = 0; i < lens.focals(); ++i)
+            if (!(lens.values[i] >= 1e-3 && lens.values[i] <= 1e9))
+                fail(formatString("camera %lld has a focal length of %g", shown(id), lens.values[i]),
+                     "0.001 to 1e9 pixels");
+        for (size_t i = lens.focals(); i < lens.focals() + 2; ++i)
+            if (!(std::abs(lens.values[i]) <= kMaxMiddle))
+                fail(formatString("camera %lld has a principal point at %g", shown(id), lens.values[i]),
+                     "-1e6 to 1e6 pixels");
+    }
+    if (m_unknown.contains(id) || !m_lenses.emplace(id, lens).second)
+        fail(formatString("camera %lld is there twice", shown(id)), "each number once");
+}
+
+void ColmapModel::addUnknown(int64_t id, const std::string& model)
+{
+    if (m_lenses.contains(id) || !m_unknown.emplace(id, model).second)
+        fail(formatString("camera %lld is there twice", shown(id)), "each number once");
+}
+
+void ColmapModel::refuseUnknown(const std::string& what, const std::string& model) const
+{
+    throw Error(ErrorCode::Unsupported,
+                formatString("%s: %s is of the model %s, which is not known here, expected one of COLMAP 4.0's such as "
+                             "PINHOLE; undistort the images (colmap image_undistorter), or correct the name",
+                             m_name.c_str(), what.c_str(), model.c_str()));
+}
+
+void ColmapModel::addPose(const ColmapPose& pose)
+{
+    if (const auto unknown = m_unknown.find(pose.camera); unknown != m_unknown.end())
+        refuseUnknown("the camera of image " + pose.name.substr(0, 60), unknown->second);
+    const auto lens = m_lenses.find(pose.camera);
+    if (lens == m_lenses.end())
+        fail(formatString("image %.60s is of camera %lld, which is not there", pose.name.c_str(), shown(pose.camera)),
+             "one of the cameras file");
+    if (!m_images.insert(pose.image).second)
+        fail(formatString("image %lld is there twice, %.60s the second time", shown(pose.image), pose.name.c_str()),
+             "each number once");
+    const auto& q = pose.rotation;
+    const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    if (!(length > 1e-9 && length < 1e9))
+        fail(formatString("image %.60s has a quaternion of length %g", pose.name.c_str(), length), "1");
+    if (std::abs(length - 1) > kUnitError)
+        m_notes.add("length", m_name + ": image " + pose.name.substr(0, 60),
+                    formatString("its quaternion has the length %g and not 1; it is normalised", length));
+    for (const double t : pose.translation)
+        if (!(std::abs(t) <= 1e15)) // NaN too
+            fail(formatString("image %.60s is nowhere", pose.name.c_str()), "a finite place");
+    if (lens->second.distorts())
+        distorted(lens->second, pose.name);
+    m_cameras.push_back(cameraOfPose(lens->second, pose, length));
+    noteUnusual(m_cameras.back(), m_name + ": image " + pose.name.substr(0, 60), m_notes);
+}
+
+void ColmapModel::checkCount(const char* file, uint64_t stated, bool of_images) const
+{
+    const size_t found = of_images ? m_cameras.size() : m_lenses.size() + m_unknown.size();
+    if (stated != found)
+        m_how.warn(formatString("%s: %s says that it has %llu %s and has %zu; those are taken", m_name.c_str(), file,
+                                static_cast<unsigned long long>(stated), of_images ? "images" : "cameras", found));
+}
+
+std::vector<Camera> ColmapModel::finish()
+{
+    if (m_cameras.empty())
+        fail("no image", "at least one");
+    if (m_distorted > 0)
+        m_how.warn(formatString("%s: %zu of %zu cameras state lens distortion (the first is %s), which is ignored",
+                                m_name.c_str(), m_distorted, m_cameras.size(), m_first.c_str()));
+    for (const std::string& text : m_notes.sentences())
+        m_how.warn(text);
+    std::stable_sort(m_cameras.begin(), m_cameras.end(),
+                     [](const Camera& a, const Camera& b) { return a.name < b.name; });
+    return std::move(m_cameras);
+}
+
+void ColmapModel::distorted(const ColmapLens& lens, const std::string& image)
+{
+    const std::string what = image.substr(0, 60) + ", " + lens.model->name;
+    if (lens.model->kind == LensKind::Panorama)
+        throw Error(ErrorCode::Unsupported,
+                    formatString("%s: image %s is a panorama, expected a pinhole; cut it into pinhole pictures, or "
+                                 "undistort the images and export the model again",
+                                 m_name.c_str(), what.c_str()));
+    if (!m_how.ignore_distortion)
+        throw Error(ErrorCode::Unsupported,
+                    formatString("%s: image %s states lens distortion, expected a pinhole; undistort the images "
+                                 "(colmap image_undistorter), or pass --ignore-distortion",
+                                 m_name.c_str(), what.c_str()));
+    if (m_distorted++ == 0)
+        m_first = what;
+}
+
+} // namespace gsc

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/cameras/trainer_size.h"
+
+#include "format/error.h"
+#include "format/file/read_file.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <string_view>
+
+namespace gsc {
+
+namespace {
+
+constexpr uint64_t kMaxSettings = 1u << 20; // bytes
+constexpr double kTrainerMaxWidth = 1600;   // of -r -1
+constexpr double kMaxSettingSide = 32768;   // pixels
+constexpr size_t kMostDigits = 2;           // of the N of images_N; longer ones are years and numbers of sets
+constexpr std::string_view kDivisorKey = "resolution";
+constexpr std::string_view kImages = "images_";
+
+// `word` in `text` from `at` on where no letter, digit or underscore stands beside it; npos where it is not.
+size_t findWord(std::string_view text, std::string_view word, size_t at)
+{
+    const auto joins = [&](size_t i) {
+        return i < text.size() && (std::isalnum(static_cast<unsigned char>(text[i])) || text[i] == '_');
+    };
+    for (at = text.find(word, at); at != std::string_view::npos; at = text.find(word, at + 1))
+        if ((at == 0 || !joins(at - 1)) && !joins(at + word.size()))
+            return at;
+    return at;
+}
+
+// Whether nothing but -1, the default, stands behind the key that ends at `at`.
+bool isMinusOne(std::string_view text, size_t at)
+{
+    at = text.find_first_not_of(" \t\"'", at);
+    if (at == std::string_view::npos || (text[at] != '=' && text[at] != ':'))
+        return false;
+    at = text.find_first_not_of(" \t", at + 1);
+    if (at == std::string_view::npos || text.substr(at, 2) != "-1")
+        return false;
+    at = text.find_first_not_of(" \t\r", at + 2);
+    return at == std::string_view::npos || text[at] == ',' || text[at] == ')' || text[at] == '}' || text[at] == '\n';
+}
+
+bool mayStateSize(std::string_view text)
+{
+    for (size_t at = 0; (at = findWord(text, kDivisorKey, at)) != std::string_view::npos;)
+        if (at += kDivisorKey.size(); !isMinusOne(text, at))
+            return true;
+    return false;
+}
+
+// Where it cannot be read, what may state anything: nothing else is wanted of that file.
+std::string settingsText(const std::string& path)
+{
+    try {
+        return readInputText(path, kMaxSettings, "the trainer's settings");
+    } catch (const Error&) {
+        return std::string(kDivisorKey);
+    }
+}
+
+uint32_t sideOf(double pixels)
+{
+    return uint32_t(std::clamp(pixels, 1.0, kMaxSettingSide));
+}
+
+} // namespace
+
+ImageSize trainerSize(uint32_t width, uint32_t height, double r)
+{
+    if (r == 1 || r == 2 || r == 4 || r == 8) // nearbyint: half to even, as Python rounds
+        return {sideOf(std::nearbyint(width / r)), sideOf(std::nearbyint(height / r))};
+    // both truncations as the trainers', in double: the width may come out as 1599
+    const double down = r == kDefaultResolution ? std::max(1.0, width / kTrainerMaxWidth) : width / r;
+    return {sideOf(width / down), sideOf(height / down)};
+}
+
+double checkedResolution(double stated, const std::string& file, const CameraReading& how)
+{
+    if (stated == kDefaultResolution || (stated >= 1 && stated <= kMaxSettingSide))
+        return stated;
+    how.warn(
+        formatString("%s: resolution is %g, which no trainer takes; pictures are at most %g pixels wide, as with -1",
+                     file.c_str(), stated, kTrainerMaxWidth));
+    return kDefaultResolution;
+}
+
+void warnOfSettingsBeside(const std::string& cameras, const CameraReading& how)
+{
+    for (const char* name : {"cfg_args", "config.yaml"}) {
+        const std::filesystem::path path = std::filesystem::path(cameras).parent_path() / name;
+        std::error_code none;
+        if (!std::filesystem::is_regular_file(path, none))
+            continue;
+        const std::string text = settingsText(path.string());
+        if (mayStateSize(text))
+            how.warn(formatString(
+                "%s: its resolution is not applied to the cameras of %s, whose pictures are at most %g pixels wide; "
+                "take those that gsc convert stored in the model, which have the trainer's size (--cameras stored), "
+                "or pass --size",
+                path.c_str(), cameras.c_str(), kTrainerMaxWidth));
+        if (const size_t at = text.find(kImages); at != std::string::npos)
+            warnOfSmallImages(text.substr(at, text.find_first_not_of("0123456789", at + kImages.size()) - at),
+                              path.string(), how);
+    }
+}
+
+void warnOfSmallImages(const std::string& images, const std::string& file, const CameraReading& how)
+{
+    const size_t last = images.find_last_not_of('/');
+    const std::string name = images.substr(0, last == std::string::npos ? 0 : last + 1);
+    const size_t bar = name.find_last_of('_');
+    if (bar == std::string::npos || bar + 1 == name.size() ||
+        !std::all_of(name.begin() + std::ptrdiff_t(bar) + 1, name.end(),
+                     [](unsigned char c) { return std::isdigit(c); }))
+        return;
+    const std::string times = name.substr(bar + 1);
+    if (times.size() <= kMostDigits && std::atoi(times.c_str()) > 1)
+        how.warn(formatString("%s: images is '%.60s', which may be photographs 1/%s as large as those of the cameras; "
+                              "the cameras' own size is taken, pass --size for another",
+                              file.c_str(), name.c_str(), times.c_str()));
+}
+
+} // namespace gsc

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// How large a trainer draws its photographs (format facts, 6: loadCam of utils/camera_utils.py).
+#pragma once
+
+#include "runtime/cameras/camera_reading.h"
+
+#include <cstdint>
+#include <string>
+
+namespace gsc {
+
+// Option -r of the trainers, `resolution` in their settings: 1, 2, 4 and 8 divide, any other is the width in pixels, and
+// this one means at most 1600 pixels wide.
+constexpr double kDefaultResolution = -1;
+
+struct ImageSize {
+    uint32_t width = 0, height = 0;
+};
+
+// Of a photograph of `width` x `height`, both rounded as the trainers round them; a side is 1 or more.
+ImageSize trainerSize(uint32_t width, uint32_t height, double resolution);
+
+// `stated`, or the default where no trainer takes such a number, which `how` is told of; `file` is for the message.
+double checkedResolution(double stated, const std::string& file, const CameraReading& how);
+
+// Tells `how` of a cfg_args or config.yaml beside the file `cameras` that may state another resolution than the default,
+// or smaller photographs, because that is not applied: settings are parsed by gsc convert alone.
+void warnOfSettingsBeside(const std::string& cameras, const CameraReading& how);
+// `images` of the settings: images_4 are 1/4 as large, by custom, and then the trainer's pictures are too.
+void warnOfSmallImages(const std::string& images, const std::string& file, const CameraReading& how);
+
+} // namespace gsc

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+// Options of a command as both programs declare them. Every value is checked as it is read: what cannot be taken throws
+// Error(Usage) that names the option, what was found, what was expected and what to do.
+//
+// `placeholder` is what help and man page show behind the name, and what a shell completes by: lower-case words
+// separated by | are the values themselves, FILE.gsc, FILE and DIR are names of files (completion.h).
+#pragma once
+
+#include "format/error.h"
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace CLI {
+class App;
+class Option;
+} // namespace CLI
+
+namespace gsc {
+
+// An option that was declared. CLI11's headers, which take seconds to compile, stay in runtime/cli.
+class OptionHandle {
+public:
+    explicit OptionHandle(CLI::Option* option) : m_option(option) {}
+
+    OptionHandle required() const;
+    OptionHandle excludes(OptionHandle other) const;
+    OptionHandle needs(OptionHandle other) const;
+    [[nodiscard]] CLI::Option* get() const { return m_option; }
+
+private:
+    CLI::Option* m_option;
+};
+
+// While it lives, options that are declared stand under `name` in the help.
+class Heading {
+public:
+    Heading(CLI::App& app, const std::string& name);
+    ~Heading();
+    Heading(const Heading&) = delete;
+    Heading& operator=(const Heading&) = delete;
+
+private:
+    CLI::App& m_app;
+};
+
+// A command below `parent`, and what is said of it.
+CLI::App& addCommand(CLI::App& parent, const std::string& name, const std::string& help);
+void setFooter(CLI::App& app, const std::string& text);
+void takesCommand(CLI::App& app);     // one below it, or none
+bool hasCommand(const CLI::App& app); // after parsing: one below it was given
+void onParsed(CLI::App& app, std::function<void()> act);
+OptionHandle optionOf(CLI::App& app, const char* name); // declared before
+bool isGiven(const CLI::App& app, const char* name);    // after parsing; false where the command has no such option
+
+// Numbers from `least` to `most`.
+struct Range {
+    double least = 0, most = 0;
+    bool open = false; // the ends are not allowed
+};
+
+OptionHandle addFlag(CLI::App& app, const std::string& names, bool& field, const std::string& help);
+OptionHandle addText(CLI::App& app, const std::string& names, std::string& field, const std::string& placeholder,
+                     const std::string& help);
+// May be given several times, or take several words.
+OptionHandle addTexts(CLI::App& app, const std::string& names, std::vector<std::string>& field,
+                      const std::string& placeholder, const std::string& help);
+// "8G", bytes, from `least`.
+OptionHandle addByteSize(CLI::App& app, const std::string& names, uint64_t& field, uint64_t least,
+                         const std::string& placeholder, const std::string& help);
+// "20M", a count, from `least` to `most`.
+OptionHandle addCount(CLI::App& app, const std::string& names, uint64_t& field, uint64_t least, uint64_t most,
+                      const std::string& placeholder, const std::string& help);
+// "1920x1080".
+OptionHandle addImageSize(CLI::App& app, const std::string& names, uint32_t& width, uint32_t& height,
+                          const std::string& placeholder, const std::string& help);
+
+namespace detail {
+
+// The option with its text; `take` is called with each value. Once only, unless `several`.
+OptionHandle addValue(CLI::App& app, const std::string& names, const std::string& placeholder, const std::string& help,
+                      std::function<void(const std::string& name, const std::string& text)> take, bool several = false);
+// `name` is the option's longest, "--fov". Throws Error(Usage).
+[[noreturn]] void failValue(const std::string& name, const std::string& text, const char* found,
+                            const std::string& expected);
+double number(const std::string& name, const std::string& text, Range range, const char* unit);
+int64_t wholeNumber(const std::string& name, const std::string& text, int64_t least, int64_t most);
+[[noreturn]] void failChoice(const std::string& name, const std::string& text, const std::vector<std::string>& words);
+
+} // namespace detail
+
+// A decimal integer from `least` to `most`.
+template <typename Integer>
+OptionHandle addInteger(CLI::App& app, const std::string& names, Integer& field, int64_t least, int64_t most,
+                        const std::string& placeholder, const std::string& help)
+{
+    static_assert(std::is_integral_v<Integer>);
+    return detail::addValue(app, names, placeholder, help,
+                            [&field, least, most](const std::string& name, const std::string& text) {
+                                field = Integer(detail::wholeNumber(name, text, least, most));
+                            });
+}
+
+// A decimal number, finite. `unit` is for the message, such as " degrees".
+template <typename Float>
+OptionHandle addNumber(CLI::App& app, const std::string& names, Float& field, Range range, const char* unit,
+                       const std::string& placeholder, const std::string& help)
+{
+    static_assert(std::is_floating_point_v<Float>);
+    return detail::addValue(app, names, placeholder, help,
+                            [&field, range, unit](const std::string& name, const std::string& text) {
+                                field = Float(detail::number(name, text, range, unit));
+                            });
+}
+
+template <typename Value>
+using Choices = std::vector<std::pair<std::string, Value>>;
+
+// One of a few words, in the order given; the placeholder is made of them. `note` follows it in brackets.
+template <typename Value>
+OptionHandle addChoice(CLI::App& app, const std::string& names, Value& field, Choices<Value> choices,
+                       const std::string& note, const std::string& help)
+{
+    std::vector<std::string> words;
+    std::string placeholder;
+    for (const auto& [word, value] : choices) {
+        words.push_back(word);
+        placeholder += (placeholder.empty() ? "" : "|") + word;
+    }
+    return detail::addValue(app, names, placeholder + (note.empty() ? "" : " (" + note + ")"), help,
+                            [&field, choices = std::move(choices), words = std::move(words)](const std::string& name,
+                                                                                             const std::string& text) {
+                                for (const auto& [word, value] : choices)
+                                    if (word == text) {
+                                        field = value;
+                                        return;
+                                    }
+                                detail::failChoice(name, text, words);
+                            });
+}
+
+} // namespace gsc

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/cli/reporter.h"
+
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <sys/resource.h>
+#include <unistd.h>
+
+namespace gsc {
+
+OrderedJson jsonNumber(double value)
+{
+    return std::isfinite(value) ? OrderedJson(value) : OrderedJson(nullptr);
+}
+
+std::string jsonText(const OrderedJson& json, int indent)
+{
+    return json.dump(indent, ' ', false, OrderedJson::error_handler_t::replace);
+}
+
+std::string formatBytes(uint64_t bytes)
+{
+    static const char* const kUnits[] = {"B", "KiB", "MiB", "GiB", "TiB", "PiB", "EiB"};
+    double value = double(bytes);
+    size_t unit = 0;
+    while (value >= 1024 && unit + 1 < std::size(kUnits)) {
+        value /= 1024;
+        ++unit;
+    }
+    return unit == 0 ? formatString("%llu B", static_cast<unsigned long long>(bytes))
+                     : formatString(value < 10 ? "%.2f %s" : "%.1f %s", value, kUnits[unit]);
+}
+
+std::string formatCount(uint64_t count)
+{
+    std::string text = std::to_string(count);
+    for (size_t i = text.size(); i > 3; i -= 3)
+        text.insert(i - 3, 1, ',');
+    return text;
+}
+
+uint64_t peakMemoryBytes()
+{
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return uint64_t(usage.ru_maxrss) * 1024; // KiB on Linux
+}
+
+Reporter::Reporter(const ReporterOptions& options)
+    : m_options(options), m_progress(options.quiet ? ProgressMode::None : options.progress)
+{
+    const char* no_color = std::getenv("NO_COLOR"); // no-color.org: any value but the empty string
+    m_color = !options.no_color && !(no_color && *no_color) && isatty(STDERR_FILENO);
+}
+
+void Reporter::text(const std::string& text)
+{
+    const std::string valid = validUtf8(text); // names of files may hold anything
+    std::fwrite(valid.data(), 1, valid.size(), stdout);
+    if (text.empty() || text.back() != '\n')
+        std::fputc('\n', stdout);
+}
+
+void Reporter::object(const OrderedJson& json)
+{
+    text(jsonText(json));
+}
+
+void Reporter::line(const char* level, const char* color, const std::string& message)
+{
+    const std::lock_guard lock(m_saying);
+    m_progress.breakLine();
+    if (m_options.progress == ProgressMode::Json) {
+        std::fprintf(stderr, "%s\n", jsonText({{"event", level}, {"message", message}}, -1).c_str());
+        return;
+    }
+    if (color == nullptr)
+        std::fprintf(stderr, message.ends_with('\n') ? "%s" : "%s\n", validUtf8(message).c_str());
+    else if (m_color)
+        std::fprintf(stderr, "\033[%sm%s:\033[0m %s\n", color, level, validUtf8(message).c_str());
+    else
+        std::fprintf(stderr, "%s: %s\n", level, validUtf8(message).c_str());
+}
+
+void Reporter::error(const std::string& message)
+{
+    line("error", "1;31", message);
+}
+
+void Reporter::warning(const std::string& message)
+{
+    {
+        const std::lock_guard lock(m_saying);
+        m_warnings.push_back(message);
+    }
+    if (!m_options.quiet)
+        line("warning", "1;33", message);
+}
+
+void Reporter::detail(const std::string& message)
+{
+    if (m_options.verbose > 0 && !m_options.quiet)
+        line("info", "36", message);
+}
+
+void Reporter::tell(const std::string& message)
+{
+    if (!m_options.quiet)
+        line("info", nullptr, message);
+}
+
+void Reporter::done(const std::string& what)
+{
+    m_progress.close(false);
+    if (m_options.quiet)
+        return;
+    if (m_options.progress == ProgressMode::Json)
+        std::fprintf(stderr, "%s\n",
+                     jsonText({{"event", "finished"},
+                               {"message", what},
+                               {"elapsedMs", uint64_t(1000 * seconds())},
+                               {"peakMemoryBytes", peakMemoryBytes()}},
+                              -1)
+                         .c_str());
+    else
+        std::fprintf(stderr, "%s in %.1f s, peak memory %s\n", validUtf8(what).c_str(), seconds(),
+                     formatBytes(peakMemoryBytes()).c_str());
+}
+
+void Reporter::progress(const char* stage, uint64_t finished, uint64_t total)
+{
+    m_progress.update(stage, finished, total);
+}
+
+void Reporter::endProgress(bool failed)
+{
+    m_progress.close(failed);
+}
+
+void Reporter::flush()
+{
+    if (std::fflush(stdout) != 0 || std::ferror(stdout))
+        throw Error(ErrorCode::Io, formatString("standard output: cannot be written (%s), expected room for the "
+                                                "result; redirect it to another place",
+                                                std::strerror(errno)));
+}
+
+} // namespace gsc

@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/cli/tool.h"
+
+#include "runtime/cli/help_format.h"
+
+#include "format/file/file_fault.h"
+#include "format/machine/machine.h"
+#include "format/machine/threads.h"
+#include "runtime/cli/command_words.h"
+#include "runtime/cli/completion.h"
+#include "runtime/cli/man_page.h"
+#include "runtime/cli/options.h"
+#include "runtime/cli/thread_guard.h"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <new>
+#include <system_error>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+namespace gsc {
+
+namespace {
+
+// A command that could not do its work. With --format json a program still finds one object on stdout.
+ErrorCode fail(Reporter& report, ErrorCode code, const std::string& message)
+{
+    report.endProgress(true);
+    report.error(message);
+    if (report.json()) {
+        report.object(errorJson(code, message));
+        std::fflush(stdout);
+    }
+    return code;
+}
+
+ErrorCode failInternal(Reporter& report, const char* what)
+{
+    return fail(report, ErrorCode::Internal,
+                formatString("internal error: %s, expected no such case; this is a bug, please report it with the "
+                             "command line",
+                             what));
+}
+
+ErrorCode failWith(Reporter& report, const std::exception_ptr& error)
+{
+    try {
+        std::rethrow_exception(error);
+    } catch (const Error& e) {
+        return fail(report, e.code(), e.what());
+    } catch (const std::filesystem::filesystem_error& e) {
+        return fail(report, ErrorCode::Io,
+                    formatString("%s: %s, expected a path that can be used; check it and its rights",
+                                 e.path1().empty() ? "path" : e.path1().c_str(), e.code().message().c_str()));
+    } catch (const std::bad_alloc&) {
+        return fail(
+            report, ErrorCode::OutOfMemory,
+            formatString("memory: none left after a peak of %s of the %s that this machine or container allows, "
+                         "expected more to be available; close other programs, raise the limit, or ask for less "
+                         "(--memory-budget, --size, --threads)",
+                         formatBytes(peakMemoryBytes()).c_str(), formatBytes(usableMemory()).c_str()));
+    } catch (const std::system_error& e) {
+        if (e.code() != std::errc::resource_unavailable_try_again)
+            return failInternal(report, e.what());
+        const Error threads = tooFewThreads("this command");
+        return fail(report, threads.code(), threads.what());
+    } catch (const std::exception& e) {
+        return failInternal(report, e.what());
+    } catch (...) {
+        return failInternal(report, "an unknown exception");
+    }
+}
+
+// --format and --progress of a line that may not be parsed: its error takes the form it asked for.
+ReporterOptions reporterOf(const std::vector<std::string>& words)
+{
+    ReporterOptions options;
+    for (size_t i = 0; i < words.size(); ++i) {
+        const auto is = [&](const std::string& name, const char* value) {
+            return words[i] == name + "=" + value ||
+                   (words[i] == name && i + 1 < words.size() && words[i + 1] == value);
+        };
+        if (is("--format", "json"))
+            options.format = ReportFormat::Json;
+        if (is("--progress", "json"))
+            options.progress = ProgressMode::Json;
+        options.no_color |= words[i] == "--no-color";
+    }
+    return options;
+}
+
+void parse(CLI::App& root, Invocation& invocation, std::vector<std::string> words)
+{
+    std::reverse(words.begin(), words.end()); // as CLI11 wants them
+    try {
+        root.parse(std::move(words));
+    } catch (const CLI::Error& e) { // what checkWords() did not see
+        throw Error(ErrorCode::Usage, formatString("command line: %s, expected what %s --help tells; correct it",
+                                                   e.what(), root.get_name().c_str()));
+    }
+    if (invocation.run)
+        return;
+    const CLI::App* command = &root;
+    while (!command->get_subcommands().empty())
+        command = command->get_subcommands().front();
+    const std::string path = commandPath(*command);
+    throw Error(ErrorCode::Usage, formatString("%s: no command given, expected %s; see %s --help", path.c_str(),
+                                               listCommands(*command).c_str(), path.c_str()));
+}
+
+// A standard stream that was closed at the start is held by a file on which its use fails as before: the next file to be
+// opened, an output, would take its number, and what is printed would go into that.
+void holdClosedStreams()
+{
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        if (::fcntl(stream, F_GETFD) < 0)
+            (void)::open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY); // the lowest number that is free
+}
+
+std::string helpText(const CLI::App& command)
+{
+    const CLI::App* const parent = command.get_parent();
+    return command.help(parent != nullptr ? commandPath(*parent) : "");
+}
+
+void addPageCommand(CLI::App& root, Invocation& invocation, const char* name, const char* help,
+                    std::string (*text)(const CLI::App&))
+{
+    auto words = std::make_shared<std::vector<std::string>>();
+    CLI::App* command = root.add_subcommand(name, help);
+    addTexts(*command, "COMMAND", *words, "COMMAND", "the command, such as the words behind the program's name");
+    command->callback([&root, &invocation, words, text] {
+        const CLI::App* wanted = &root;
+        for (const std::string& word : *words) {
+            const CLI::App* const below = commandNamed(*wanted, word);
+            if (below == nullptr)
+                failCommand(word, *wanted);
+            wanted = below;
+        }
+        invocation.run = [page = text(*wanted)](Reporter& report) {
+            report.text(page);
+            return ErrorCode::Ok;
+        };
+    });
+}
+
+} // namespace
+
+OrderedJson errorJson(ErrorCode code, const std::string& message)
+{
+    const size_t object = message.find(": "), expected = message.find(", expected ");
+    const size_t remedy = expected == std::string::npos ? expected : message.find("; ", expected);
+    OrderedJson found, wanted, todo;
+    if (object != std::string::npos && object < expected && remedy != std::string::npos) {
+        found = message.substr(object + 2, expected - object - 2);
+        wanted = message.substr(expected + 11, remedy - expected - 11);
+        todo = message.substr(remedy + 2);
+    }
+    return {{"schema", "gsc.error/1"}, {"code", errorName(code)}, {"exit_code", int(code)}, {"message", message},
+            {"found", found},          {"expected", wanted},      {"remedy", todo}};
+}
+
+ErrorCode runInvocation(const Invocation& invocation)
+{
+    Reporter report(invocation.reporter);
+    installFileFaultHandler(report.json(), report.options().progress == ProgressMode::Json);
+    boundMemory();
+    installThreadGuard(report.json(), report.options().progress == ProgressMode::Json);
+    try {
+        const ErrorCode code = invocation.run(report);
+        report.endProgress(false);
+        report.flush();
+        return code;
+    } catch (...) {
+        return failWith(report, std::current_exception());
+    }
+}
+
+void addReporterOptions(CLI::App& command, ReporterOptions& options, bool takes_long)
+{
+    const Heading heading(command, "Output");
+    addChoice<ReportFormat>(command, "--format", options.format,
+                            {{"text", ReportFormat::Text}, {"json", ReportFormat::Json}}, "default: text",
+                            "form of the result on standard output");
+    if (takes_long)
+        addChoice<ProgressMode>(command, "--progress", options.progress,
+                                {{"auto", ProgressMode::Auto},
+                                 {"bar", ProgressMode::Bar},
+                                 {"plain", ProgressMode::Plain},
+                                 {"json", ProgressMode::Json},
+                                 {"none", ProgressMode::None}},
+                                "default: auto",
+                                "form of what is told on standard error; auto is a bar on a terminal, else lines");
+    addFlag(command, "-q,--quiet", options.quiet, "only errors on standard error");
+    command.add_flag("-v,--verbose", options.verbose, "say more on standard error");
+    addFlag(command, "--no-color", options.no_color, "no colour; NO_COLOR in the environment does the same");
+}
+
+void addToolCommands(CLI::App& root, Invocation& invocation)
+{
+    addPageCommand(root, invocation, "help", "Show the help of a command", helpText);
+    addPageCommand(root, invocation, "man", "Show a manual page, for man -l -", manPage);
+    auto shell = std::make_shared<Shell>();
+    CLI::App* command = root.add_subcommand("completion", "Print what makes a shell complete this program's words");
+    addChoice<Shell>(*command, "SHELL", *shell, {{"bash", Shell::Bash}, {"zsh", Shell::Zsh}, {"fish", Shell::Fish}}, "",
+                     "the shell")
+        .required();
+    const std::string name = root.get_name();
+    command->footer("examples:\n  source <(" + name + " completion bash)\n  " + name + " completion zsh > ~/.zfunc/_" +
+                    name + "\n  " + name + " completion fish > ~/.config/fish/completions/" + name + ".fish");
+    command->callback([&root, &invocation, shell] {
+        invocation.run = [text = completionScript(*shell, root.get_name())](Reporter& report) {
+            report.text(text);
+            return ErrorCode::Ok;
+        };
+    });
+}
+
+int runTool(CLI::App& root, Invocation& invocation, int argc, const char* const* argv)
+{
+    const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+    if (!words.empty() && words.front() == kCompleteCommand) {
+        std::fputs(completions(root, {words.begin() + 1, words.end()}).c_str(), stdout);
+        return int(ErrorCode::Ok);
+    }
+    Reporter report(reporterOf(words));
+    try {
+        const CommandState state = checkWords(root, words);
+        if (state.help || state.version) {
+            report.text(state.help ? helpText(*state.command) : root.version());
+            report.flush();
+            return int(ErrorCode::Ok);
+        }
+        parse(root, invocation, plainWords(state));
+    } catch (...) {
+        return int(failWith(report, std::current_exception()));
+    }
+    return int(runInvocation(invocation));
+}
+
+int runProgram(const Program& program, int argc, const char* const* argv)
+{
+    holdClosedStreams();
+    CLI::App root(program.description, program.name);
+    root.formatter(helpFormatter());
+    root.require_subcommand(0, 1);
+    root.set_version_flag("--version", program.version, program.version_help);
+    if (!program.footer.empty())
+        root.footer(program.footer);
+    Invocation invocation;
+    program.add_commands(root, invocation);
+    addToolCommands(root, invocation);
+    return runTool(root, invocation, argc, argv);
+}
+
+} // namespace gsc

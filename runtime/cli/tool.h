@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// What both programs do around their commands: parse, help, completion, manual pages, errors and exit codes.
+#pragma once
+
+#include "format/error.h"
+#include "runtime/cli/reporter.h"
+
+#include <functional>
+
+namespace CLI {
+class App;
+} // namespace CLI
+
+namespace gsc {
+
+// What the command line asked for. Parsing only fills options; the command runs afterwards, from a plain struct.
+struct Invocation {
+    ReporterOptions reporter;
+    std::function<ErrorCode(Reporter&)> run;
+};
+
+// --format, -q, -v, --no-color, and --progress for commands that take long.
+void addReporterOptions(CLI::App& command, ReporterOptions& options, bool takes_long);
+
+// The commands help, completion and man, behind all others. Precondition: the root has a version flag.
+void addToolCommands(CLI::App& root, Invocation& invocation);
+
+// Runs it and turns whatever it throws into a message and a code.
+ErrorCode runInvocation(const Invocation& invocation);
+
+// A program: its name, what it says of itself, and what declares its commands.
+struct Program {
+    std::string name, description, version, version_help, footer;
+    void (*add_commands)(CLI::App& root, Invocation& invocation);
+};
+
+// Everything main() does. Returns the exit code; never throws.
+int runProgram(const Program& program, int argc, const char* const* argv);
+// The same with a tree of commands of one's own.
+int runTool(CLI::App& root, Invocation& invocation, int argc, const char* const* argv);
+
+// gsc.error/1 (schemas/error.schema.json): the message, and its parts where it has the form
+// `<object>: <found>, expected <what>; <what to do>`.
+OrderedJson errorJson(ErrorCode code, const std::string& message);
+
+} // namespace gsc

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/image/image_io.h"
+
+#include "format/error.h"
+#include "format/file/output_file.h"
+#include "format/file/stand_in.h"
+#include "format/machine/threads.h"
+#include "runtime/image/oiio_image.h"
+#include "runtime/module/load_module.h"
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iomanip>
+#include <span>
+#include <string_view>
+
+namespace gsc {
+
+namespace {
+
+constexpr uint32_t kMaxSide = 32768; // pixels
+
+// What may be written; lower-case.
+#ifdef GSC_WITH_OIIO
+constexpr std::string_view kExtensions[] = {".pfm", ".png", ".exr"};
+#else
+constexpr std::string_view kExtensions[] = {".pfm"};
+#endif
+
+#ifdef GSC_WITH_OIIO
+// Where threads are short its pools start none: they take it for granted that they can.
+const OiioImageFunctions& loadOiio()
+{
+    const bool are_short = threadsAreShort(0);
+    if (are_short)
+        for (const char* const pool : {"OPENIMAGEIO_THREADS", "OMP_NUM_THREADS"})
+            ::setenv(pool, "1", 1);
+    const auto& functions = loadModule<OiioImageFunctions>("gsc_image_oiio", kOiioThreads);
+    if (are_short)
+        functions.startNoThreads();
+    return functions;
+}
+#endif
+
+// Of everything but PFM.
+const OiioImageFunctions& oiio([[maybe_unused]] const std::string& path)
+{
+#ifdef GSC_WITH_OIIO
+    static const OiioImageFunctions& functions = loadOiio();
+    return functions;
+#else
+    throw Error(ErrorCode::Unsupported,
+                path + ": this build cannot read this kind of image, expected .pfm; use a build with GSC_WITH_OIIO");
+#endif
+}
+
+std::ifstream opened(const std::string& path)
+{
+    std::ifstream file(path, std::ios::binary);
+    if (!file)
+        throw Error(ErrorCode::Io,
+                    formatString("%s: cannot be opened (%s), expected an image that can be read; check the path and "
+                                 "its rights",
+                                 path.c_str(), std::strerror(errno)));
+    char start[kStandInBytes];
+    file.read(start, sizeof(start));
+    const auto count = size_t(file.gcount());
+    file.clear();
+    file.seekg(0, std::ios::end);
+    refuseStandIn(std::as_bytes(std::span(start, count)), uint64_t(std::max<std::streamoff>(file.tellg(), 0)), path);
+    file.seekg(0);
+    return file;
+}
+
+std::string extensionOf(const std::string& path)
+{
+    std::string extension = std::filesystem::path(path).extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return char(std::tolower(c)); });
+    return extension;
+}
+
+// Portable float map: text header, then rows bottom up, little-endian (scale -1).
+void writePfm(OutputFile& file, const Image& image)
+{
+    static_assert(std::endian::native == std::endian::little);
+    constexpr size_t kBlock = size_t(1) << 20; // bytes
+    std::string block = formatString("PF\n%u %u\n-1.0\n", image.width, image.height);
+    const size_t row = size_t(image.width) * 3;
+    for (uint32_t y = image.height; y-- > 0;) {
+        block.append(reinterpret_cast<const char*>(image.pixels.data() + y * row), row * sizeof(float));
+        if (block.size() >= kBlock || y == 0) {
+            file.write(block);
+            block.clear();
+        }
+    }
+}
+
+Image readPfm(const std::string& path)
+{
+    std::ifstream file = opened(path);
+    std::string magic;
+    long width = 0, height = 0;
+    double scale = 0;
+    file >> std::setw(16) >> magic >> width >> height >> scale;
+    file.get(); // the one whitespace that ends the header
+    if (magic != "PF")
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: no colour PFM image, expected it to start with PF; convert it to a colour image",
+                                 path.c_str()));
+    if (width < 1 || height < 1 || width > long(kMaxSide) || height > long(kMaxSide))
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: is %ld x %ld pixels, expected 1 to %u each; pass another image", path.c_str(),
+                                 width, height, kMaxSide));
+    if (!std::isfinite(scale) || scale == 0)
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: has scale %g, expected -1 or 1; write the image again", path.c_str(), scale));
+    Image image;
+    image.width = uint32_t(width);
+    image.height = uint32_t(height);
+    const size_t row = size_t(width) * 3;
+    // row by row, so that a header that lies about the size costs no memory
+    std::vector<float> bottom_up;
+    for (long y = 0; y < height; ++y) {
+        bottom_up.resize(bottom_up.size() + row);
+        if (!file.read(reinterpret_cast<char*>(bottom_up.data() + size_t(y) * row),
+                       std::streamsize(row * sizeof(float))))
+            throw Error(ErrorCode::InvalidFile,
+                        formatString("%s: ends in row %ld of %ld, expected all of them; copy or write the image again",
+                                     path.c_str(), y, height));
+    }
+    if (scale > 0) // big-endian
+        for (float& value : bottom_up)
+            value = std::bit_cast<float>(__builtin_bswap32(std::bit_cast<uint32_t>(value)));
+    image.pixels.reserve(bottom_up.size());
+    for (long y = height; y-- > 0;) {
+        const auto from = bottom_up.begin() + ptrdiff_t(size_t(y) * row);
+        image.pixels.insert(image.pixels.end(), from, from + ptrdiff_t(row));
+    }
+    return image;
+}
+
+} // namespace
+
+std::string imageExtensions()
+{
+    std::string list;
+    for (const std::string_view extension : kExtensions)
+        list.append(list.empty() ? "" : ", ").append(extension);
+    return list;
+}
+
+bool isImageExtension(const std::string& path)
+{
+    return std::ranges::find(kExtensions, extensionOf(path)) != std::end(kExtensions);
+}
+
+void loadImageWriter(const std::string& path)
+{
+    if (extensionOf(path) != ".pfm")
+        (void)oiio(path);
+}
+
+void writeImage(const std::string& path, const Image& image, PixelDepth depth, bool overwrite)
+{
+    if (!isImageExtension(path))
+        throw Error(ErrorCode::Unsupported,
+                    formatString("%s: this build cannot write such a file, expected one of %s; choose one of them",
+                                 path.c_str(), imageExtensions().c_str()));
+    OutputFile file(path, OutputKind::Binary, overwrite);
+    const std::string extension = extensionOf(path);
+    if (extension == ".pfm") {
+        writePfm(file, image);
+    } else {
+        const std::vector<unsigned char> bytes = oiio(path).encode(path, extension, image, depth);
+        file.write(std::as_bytes(std::span(bytes)));
+    }
+    file.commit();
+}
+
+Image readImage(const std::string& path)
+{
+    if (extensionOf(path) == ".pfm")
+        return readPfm(path);
+    (void)opened(path);
+    return oiio(path).read(path);
+}
+
+} // namespace gsc

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/image/oiio_image.h"
+
+#include "format/error.h"
+#include "runtime/module/load_module.h"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <memory>
+
+namespace gsc {
+
+namespace {
+
+constexpr int kMaxSide = 32768; // pixels
+
+template <typename T>
+std::vector<T> quantised(const Image& image)
+{
+    std::vector<T> out(image.pixels.size());
+    std::ranges::transform(image.pixels, out.begin(), wholeValue<T>);
+    return out;
+}
+
+// In memory: OpenImageIO's PNG writer does not notice that its last buffer found no room.
+std::vector<unsigned char> encodeAs(OIIO::ImageOutput& output, const std::string& path, OIIO::ImageSpec spec,
+                                    OIIO::TypeDesc type, const void* pixels)
+{
+    spec.set_format(type);
+    OIIO::Filesystem::IOVecOutput encoded;
+    if (!output.set_ioproxy(&encoded) || !output.open(path, spec) || !output.write_image(type, pixels) ||
+        !output.close())
+        throw Error(ErrorCode::Internal, path + ": OpenImageIO cannot encode the image (" + output.geterror() +
+                                             "), expected it to; this is a bug of gsc, please report it");
+    return encoded.buffer();
+}
+
+template <typename T>
+Image readAs(OIIO::ImageInput& input, const std::string& path, OIIO::TypeDesc type, float max)
+{
+    const OIIO::ImageSpec& spec = input.spec();
+    Image image;
+    image.width = uint32_t(spec.width);
+    image.height = uint32_t(spec.height);
+    std::vector<T> raw(size_t(image.width) * image.height * 3);
+    if (!input.read_image(0, 0, 0, 3, type, raw.data()))
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: cannot be decoded (%s), expected a whole image; copy or write it again",
+                                 path.c_str(), input.geterror().c_str()));
+    image.pixels.resize(raw.size());
+    for (size_t i = 0; i < raw.size(); ++i)
+        image.pixels[i] = float(raw[i]) / max;
+    return image;
+}
+
+std::vector<unsigned char> encodeOiioImage(const std::string& path, const std::string& extension, const Image& image,
+                                           PixelDepth depth)
+{
+    const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(extension.substr(1));
+    if (!output)
+        throw Error(
+            ErrorCode::Unsupported,
+            formatString(
+                "%s: OpenImageIO cannot write %s (%s), expected it to; choose another kind of image, such as .pfm",
+                path.c_str(), extension.c_str(), OIIO::geterror().c_str()));
+    OIIO::ImageSpec spec(int(image.width), int(image.height), 3, OIIO::TypeDesc::FLOAT);
+    if (extension == ".exr") {
+        spec.attribute("compression", "zip");
+        // OpenImageIO would put the time in, and the same picture would not be the same bytes
+        spec.attribute("DateTime", "1970:01:01 00:00:00");
+        return encodeAs(*output, path, spec, OIIO::TypeDesc::FLOAT, image.pixels.data());
+    }
+    if (depth == PixelDepth::Sixteen) {
+        const std::vector<uint16_t> raw = quantised<uint16_t>(image);
+        return encodeAs(*output, path, spec, OIIO::TypeDesc::UINT16, raw.data());
+    }
+    const std::vector<uint8_t> raw = quantised<uint8_t>(image);
+    return encodeAs(*output, path, spec, OIIO::TypeDesc::UINT8, raw.data());
+}
+
+Image readOiioImage(const std::string& path)
+{
+    OIIO::ImageSpec config;
+    config.attribute("oiio:UnassociatedAlpha", 1); // colours as stored
+    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path, &config);
+    if (!input)
+        throw Error(
+            ErrorCode::InvalidFile,
+            formatString(
+                "%s: no image that can be read (%s), expected one that OpenImageIO knows; check the path and the file",
+                path.c_str(), OIIO::geterror().c_str()));
+    const OIIO::ImageSpec& spec = input->spec();
+    if (spec.width < 1 || spec.height < 1 || spec.width > kMaxSide || spec.height > kMaxSide || spec.depth > 1)
+        throw Error(ErrorCode::InvalidFile,
+                    formatString("%s: is %d x %d pixels, expected 1 to %d each; pass another image", path.c_str(),
+                                 spec.width, spec.height, kMaxSide));
+    if (spec.nchannels < 3)
+        throw Error(ErrorCode::Unsupported,
+                    formatString("%s: has %d channels, expected red, green and blue; convert it to a colour image",
+                                 path.c_str(), spec.nchannels));
+    // integers are divided here: OpenImageIO multiplies by a rounded reciprocal
+    if (spec.format == OIIO::TypeDesc::UINT8)
+        return readAs<uint8_t>(*input, path, OIIO::TypeDesc::UINT8, 255);
+    if (spec.format == OIIO::TypeDesc::UINT16)
+        return readAs<uint16_t>(*input, path, OIIO::TypeDesc::UINT16, 65535);
+    return readAs<float>(*input, path, OIIO::TypeDesc::FLOAT, 1);
+}
+
+// OpenEXR's; OpenImageIO's own pool is told by the environment, since to ask it would start it.
+void startNoOiioThreads()
+{
+    OIIO::attribute("exr_threads", -1);
+}
+
+constexpr OiioImageFunctions kFunctions{startNoOiioThreads, encodeOiioImage, readOiioImage};
+
+} // namespace
+
+} // namespace gsc
+
+GSC_EXPORT_MODULE(gsc::kFunctions)

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/module/load_module.h"
+
+#include "format/error.h"
+#include "format/machine/threads.h"
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <string_view>
+#include <vector>
+
+#include <dlfcn.h>
+#include <sys/auxv.h>
+
+namespace gsc {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Folders that the program may lie in, the surest first. Without /proc (a chroot, a sandbox) the name that it was started by
+// tells, and the name that the loader has of it, which differs where the loader was called with the program behind it.
+std::vector<fs::path> programFolders()
+{
+    std::error_code none;
+    std::vector<fs::path> programs = {fs::read_symlink("/proc/self/exe", none)};
+    const auto add = [&](const char* name) {
+        // a name without a folder was found in PATH: here it would be a file of the current folder
+        if (name != nullptr && std::strchr(name, '/') != nullptr)
+            programs.push_back(fs::canonical(name, none)); // empty where there is no such file
+    };
+    add(reinterpret_cast<const char*>(::getauxval(AT_EXECFN)));
+    Dl_info info{};
+    if (dladdr(reinterpret_cast<const void*>(&moduleFunctions), &info) != 0)
+        add(info.dli_fname);
+    std::vector<fs::path> folders;
+    for (const fs::path& program : programs)
+        if (const fs::path folder = program.parent_path();
+            folder.is_absolute() && std::ranges::find(folders, folder) == folders.end())
+            folders.push_back(folder);
+    return folders;
+}
+
+std::string findModule(const std::string& file)
+{
+    std::string looked_in;
+    for (const fs::path& folder : programFolders())
+        for (const fs::path& place : {folder, folder.parent_path() / "lib/gsc"}) {
+            std::error_code none;
+            if (fs::exists(place / file, none))
+                return (place / file).string();
+            looked_in += (looked_in.empty() ? "" : " or in ") + place.string();
+        }
+    if (looked_in.empty())
+        throw Error(ErrorCode::Unsupported,
+                    file + ": not found, because nothing tells where the program lies, expected /proc to, or the path "
+                           "that it is started by; start it by its whole path");
+    throw Error(ErrorCode::Unsupported,
+                formatString("%s: not found, expected it in %s; install gsc again, with all of its files", file.c_str(),
+                             looked_in.c_str()));
+}
+
+// The dynamic linker tells a fault's kind in words alone.
+bool isOfMemory(std::string_view why)
+{
+    return why.find("failed to map segment") != why.npos || why.find("cannot map zero-fill") != why.npos ||
+           why.find("allocate memory") != why.npos || why.find("cannot create") != why.npos;
+}
+
+} // namespace
+
+const void* moduleFunctions(const char* name, size_t threads)
+{
+    const std::string path = findModule(std::string(name) + ".so");
+    if (threads > 0 && dlopen(path.c_str(), RTLD_LAZY | RTLD_NOLOAD) == nullptr)
+        requireThreads(name, threads);
+    // not all symbols at once: of 250 libraries few functions are called
+    void* const library = dlopen(path.c_str(), RTLD_LAZY | RTLD_LOCAL);
+    if (const char* const why = library ? "" : dlerror(); isOfMemory(why))
+        throw Error(ErrorCode::OutOfMemory,
+                    formatString("%s: cannot be loaded (%s), expected memory for it and its libraries; close other "
+                                 "programs, or raise the limit of this process",
+                                 path.c_str(), why));
+    else if (!library)
+        throw Error(ErrorCode::Unsupported,
+                    formatString("%s: cannot be loaded (%s), expected it and its libraries to be whole and of this "
+                                 "machine; install gsc again, with what it needs",
+                                 path.c_str(), why));
+    const auto* const entry = static_cast<const ModuleEntry*>(dlsym(library, "gsc_module"));
+    const char* const version = entry ? entry->version : "none";
+    if (std::strcmp(version, GSC_MODULE_VERSION) != 0)
+        throw Error(
+            ErrorCode::Unsupported,
+            formatString("%s: is of version %s, expected the program's, %s; install gsc again, with all of its files",
+                         path.c_str(), version, GSC_MODULE_VERSION));
+    return entry->functions;
+}
+
+} // namespace gsc

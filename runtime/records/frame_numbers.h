@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// The numbers of frames that were drawn, as reports name them and sum them up.
+#pragma once
+
+#include "kernels/frame/frame_types.h"
+#include "runtime/records/report_parts.h"
+
+#include <array>
+#include <functional>
+#include <iterator>
+#include <span>
+#include <vector>
+
+namespace gsc {
+
+inline constexpr struct {
+    const char* name;
+    double StageTimes::*field;
+} kStages[] = {
+    {"select", &StageTimes::select}, {"decode", &StageTimes::decode}, {"project", &StageTimes::project},
+    {"bin", &StageTimes::bin},       {"sort", &StageTimes::sort},     {"blend", &StageTimes::blend},
+};
+constexpr size_t kDecodeStage = 1;
+
+struct EyeCount {
+    const char* name;
+    uint64_t EyeCounts::*field;
+};
+inline constexpr EyeCount kEyeCounts[] = {
+    {"groups_tested", &EyeCounts::groups_tested},         {"anchors_tested", &EyeCounts::anchors_tested},
+    {"anchors_visible", &EyeCounts::anchors_visible},     {"anchors_decoded", &EyeCounts::anchors_decoded},
+    {"anchors_reused", &EyeCounts::anchors_reused},       {"anchors_overdue", &EyeCounts::anchors_overdue},
+    {"gaussians_alive", &EyeCounts::gaussians_alive},     {"gaussians_visible", &EyeCounts::gaussians_visible},
+    {"gaussians_dropped", &EyeCounts::gaussians_dropped}, {"pairs", &EyeCounts::pairs},
+    {"blend_evaluations", &EyeCounts::blend_evaluations},
+};
+
+constexpr size_t kTestedCounts = 2; // how many of them say what was tested
+
+struct TimedFrame {
+    double wall_ms = 0; // what the caller waited for it
+    FrameResult result;
+    double pixels = 0; // of one eye
+    double lod_bias = 0;
+};
+using TimedFrames = std::span<const TimedFrame>;
+
+Spread spreadOf(TimedFrames frames, const std::function<double(const TimedFrame&)>& value);
+uint64_t sumOf(TimedFrames frames, uint64_t FrameResult::*field);
+uint64_t mostOf(TimedFrames frames, uint64_t FrameResult::*field);
+uint64_t ofEyes(const TimedFrame& frame, uint64_t EyeCounts::*field); // their sum
+Spread countPerEye(TimedFrames frames, int eyes, uint64_t EyeCounts::*field);
+
+// Milliseconds of frames.
+struct FrameTimes {
+    Spread wall, device;
+    std::array<Spread, std::size(kStages)> stages; // as kStages has them
+};
+FrameTimes timesOf(TimedFrames frames);
+
+// Those after the first `warmup`, or the last one where there are no more.
+TimedFrames timedFrames(TimedFrames frames, uint32_t warmup);
+
+// What reuse did in a run, over all frames: a cold start is part of what it costs.
+struct ReuseCounts {
+    Spread decoded, reused; // anchors per frame, all eyes
+    double hit_rate = 0;    // of the visible anchors
+    uint64_t overdue = 0, evictions = 0, cache_bytes = 0;
+};
+ReuseCounts reuseCounts(TimedFrames frames);
+
+} // namespace gsc

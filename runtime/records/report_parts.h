@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// What several reports of the player say in the same words.
+#pragma once
+
+#include "runtime/records/record.h"
+#include "runtime/renderer.h"
+
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+// Order statistics by nearest rank.
+struct Spread {
+    double mean = 0, median = 0, p95 = 0, p99 = 0, max = 0;
+};
+
+// Zeros for no values.
+Spread spreadOf(std::vector<double> values);
+
+// The q-quantile by nearest rank, q in (0, 1]. Precondition: at least one value, ascending.
+double nearestRank(const std::vector<double>& sorted, double q);
+
+struct ToolFacts {
+    std::string name, version, commit; // commit: empty where not known
+
+    bool operator==(const ToolFacts&) const = default;
+};
+ToolFacts thisTool();
+
+struct FileFacts {
+    std::string path;
+    uint64_t bytes = 0, anchors = 0;
+};
+
+struct ReuseFacts { // -1, empty and 0: the policy takes no such number, or none was given
+    std::string policy;
+    int64_t max_depth = -1;
+    std::string guidance;
+    double bound = -1;                            // 1/255 units
+    uint64_t decode_budget = 0, cache_budget = 0; // anchors per frame and eye, bytes
+};
+ReuseFacts reuseFacts(const ReuseOptions& reuse);
+
+// Each written and read by the same lines.
+void describe(const Record& at, Spread& spread);
+void describe(const Record& at, ToolFacts& tool);
+void describe(const Record& at, FileFacts& file);
+void describe(const Record& at, DeviceFacts& device);
+void describe(const Record& at, ReuseFacts& reuse);
+
+template <typename Facts>
+OrderedJson toJson(Facts facts)
+{
+    OrderedJson json;
+    describe(Record(json), facts);
+    return json;
+}
+
+OrderedJson unknownIfZero(double value);                  // null for 0
+std::string decibels(double psnr, const char* unit = ""); // "equal" for +infinity
+
+} // namespace gsc

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// One run of a sweep as gsc-play bench --sweep writes it and gsc chart reads it: a line of JSON
+// (schemas/run.schema.json).
+#pragma once
+
+#include "runtime/records/accuracy.h"
+#include "runtime/records/frame_numbers.h"
+#include "runtime/records/shard_facts.h"
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+// Numbers that are 0 and texts that are empty were not given, or are not known.
+struct RowConfig {
+    std::string id; // hash of everything in it that changes a result
+    std::string trajectory, cameras;
+    uint64_t frames = 0, warmup = 0;
+    bool cold = true; // the caches were empty at the first frame measured
+    ReuseFacts reuse;
+    std::string tier;                                      // asked for
+    double lod_bias = 0, lod_fade = 0, lod_hysteresis = 0; // levels
+    double fovea_pixels = 0;
+    std::string stereo;
+    uint32_t eyes = 1;
+    double ipd = 0;
+    std::array<uint32_t, 2> size{}; // width and height
+    double fov_degrees = 0, near_z = 0;
+    int appearance = -1; // row of the embedding, -1 = the cameras'
+    int threads = 0;     // 0 = all
+    uint64_t vram_budget = 0;
+};
+
+struct RunRow {
+    ToolFacts tool;
+    std::string label;
+    FileFacts file;
+    std::string backend;
+    std::string reference; // backend that rendered the exact images; empty: not told
+    DeviceFacts device;
+    RowConfig config;
+    std::string rendered_tier; // what the backend made of the tier asked for
+    FrameTimes ms;             // of the frames after the warm-up
+    Accuracy accuracy;         // read back, it says of what had images only that there were some
+    ReuseCounts reuse;
+    uint64_t peak_bytes = 0, repeats = 0;
+    std::vector<double> wall_ms; // per frame, as the accuracy of frames
+    std::vector<uint64_t> decoded;
+    std::optional<ShardFacts> shard; // of a row that a part of a sweep wrote
+};
+
+void describe(const Record& at, FrameTimes& times);
+void describe(const Record& at, FoveaAccuracy& accuracy);
+void describe(const Record& at, Accuracy& accuracy); // without its frames
+void describe(const Record& at, ReuseCounts& counts);
+void describe(const Record& at, RunRow& row);
+
+} // namespace gsc
