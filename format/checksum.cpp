@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/checksum.h"
+#include <gsc/checksum.h>
 
 // note: the whole of xxHash is compiled in here, so that nobody who links gsc_format needs its library or header
 #define XXH_INLINE_ALL

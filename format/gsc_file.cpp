@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/gsc_file.h"
+#include <gsc/gsc_file.h>
 
 #include "format/archive/archive.h"
-#include "format/error.h"
+#include <gsc/error.h>
 #include "format/file/stand_in.h"
 #include "format/machine/machine.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/gsc_reader.h"
+#include <gsc/gsc_reader.h>
 
 #include "format/validate/gsc_validate.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/gsc_status.h"
+#include <gsc/gsc_status.h>
 
-#include "format/error.h"
-#include "format/gsc_issues.h"
+#include <gsc/error.h>
+#include <gsc/gsc_issues.h>
 
 #include <algorithm>
 #include <cassert>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr IssueInfo kIssues[] = {
 #define GSC_ISSUE(id, severity, name, summary, detail) {id, Severity::severity, #name, summary, detail},
-#include "format/gsc_issues.def"
+#include <gsc/gsc_issues.def>
 #undef GSC_ISSUE
 };
 

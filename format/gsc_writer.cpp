@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/gsc_writer.h"
+#include <gsc/gsc_writer.h>
 
-#include "format/checksum.h"
-#include "format/error.h"
-#include "format/file/output_file.h"
+#include <gsc/checksum.h>
+#include <gsc/error.h>
+#include <gsc/file/output_file.h>
 
 #include <algorithm>
 #include <cerrno>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/interrupt.h"
+#include <gsc/interrupt.h>
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <atomic>
 #include <csignal>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/interrupt.h"
+#include <gsc/interrupt.h>
 #include "player/commands/commands.h"
 
 int main(int argc, char** argv)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/camera.h"
+#include <gsc/camera.h>
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/type_ptr.hpp>

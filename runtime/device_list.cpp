@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cpu/renderer_cpu.h"
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 #if defined(GSC_HAVE_CUDA)
 #include "runtime/cuda/picture_cuda.h"
 #include "runtime/cuda/renderer_cuda.h"

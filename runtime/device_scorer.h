@@ -3,7 +3,7 @@
 #pragma once
 
 #include "runtime/metrics/picture_scorer.h"
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 
 namespace gsc {
 

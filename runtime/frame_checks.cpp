@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/frame_checks.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "kernels/math/mlp.h"
 
 namespace gsc {

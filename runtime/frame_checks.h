@@ -2,7 +2,7 @@
 // What every renderer asks of a model and of a frame before it draws.
 #pragma once
 
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 
 namespace gsc {
 

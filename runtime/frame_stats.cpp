@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/frame_stats.h"
+#include <gsc/frame_stats.h>
 
 #include <nlohmann/json.hpp>
 

@@ -25,11 +25,8 @@ list(TRANSFORM package_libraries PREPEND gsc_ OUTPUT_VARIABLE package_targets)
 install(TARGETS ${package_targets} EXPORT gscTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT gscTargets NAMESPACE gsc:: DESTINATION ${package_dir})
 
-# the headers of the public interface, by hand: what is not listed is no promise
-install(FILES ${PROJECT_SOURCE_DIR}/kernels/frame/frame_target.h ${PROJECT_SOURCE_DIR}/kernels/frame/frame_types.h
-        DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/gsc/kernels/frame)
-install(FILES camera.h device.h frame_stats.h renderer.h scene.h source_camera.h
-        DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/gsc/runtime)
+# the public interface: what lies elsewhere is no promise
+install(DIRECTORY include/ ${PROJECT_SOURCE_DIR}/kernels/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/cmake/gscConfig.cmake.in
                               ${CMAKE_CURRENT_BINARY_DIR}/gscConfig.cmake INSTALL_DESTINATION ${package_dir})

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <algorithm>
 #include <utility>

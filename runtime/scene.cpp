@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/scene.h"
+#include <gsc/scene.h>
 
-#include "format/error.h"
-#include "format/gsc_file.h"
-#include "format/gsc_reader.h"
+#include <gsc/error.h>
+#include <gsc/gsc_file.h>
+#include <gsc/gsc_reader.h>
 #include "format/machine/machine.h"
 #include "kernels/math/anchor.h"
-#include "runtime/camera.h"
+#include <gsc/camera.h>
 #include "runtime/model/local_model.h"
 
 #include <algorithm>

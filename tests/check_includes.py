@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Checks what each folder may include (the table below), and that no folder grows past what one can look over.
+"""Checks what each folder may include (the table below), that no folders include each other in a circle, and that none grows
+past what one can look over.
 
-usage: check_includes.py
+usage: check_includes.py [--circles]     --circles lists every include that is part of a circle
 """
 import pathlib
 import re
@@ -10,33 +11,40 @@ import sys
 from collections import defaultdict
 
 # Folder: what its files may include, besides its own. The longest prefix of a file's path counts; "a !b" = a but not b.
+# <gsc/...> stands for the header in the include/ of its layer.
 PLAIN_STAGE = "format kernels !kernels/reuse"
 RULES = {
     "format": "",
+    "format/include": "",
     "kernels": PLAIN_STAGE,
-    "kernels/frame": "format kernels/math",
-    "kernels/math": "format kernels/frame",
+    "kernels/include": "format/include",
+    "kernels/frame": "format kernels/include kernels/math",
+    "kernels/math": "format kernels/include",
     "kernels/reuse": "format kernels",
     "runtime": "format kernels",
+    "runtime/include": "format/include kernels/include",
     "runtime/cuda/frame_": "format kernels !kernels/reuse runtime !runtime/reuse",
-    "runtime/metrics": "format kernels/metrics kernels/frame",
-    "runtime/metrics/lpips": "runtime/metrics kernels/threads",
+    "runtime/metrics": "format kernels/include kernels/metrics kernels/frame runtime/include",
+    "runtime/metrics/lpips": "runtime/metrics kernels/threads format/include",
     "runtime/metrics/convolve3x3": "runtime/metrics kernels/simd",
     "runtime/cli": "format",
     "runtime/module": "format",
-    "runtime/cameras": "format runtime",
+    "runtime/cameras": "format kernels/include runtime/include",
     "runtime/image": "format runtime/module",
-    "runtime/records": "format kernels/frame runtime",
-    "player": "format kernels/frame kernels/math runtime",
-    "convert": "format kernels/frame kernels/math kernels/sensitivity kernels/threads runtime",
+    "runtime/records": "format kernels/include runtime",
+    "player": "format kernels/include kernels/frame kernels/math runtime",
+    "convert": "format kernels/include kernels/frame kernels/math kernels/sensitivity kernels/threads runtime",
     "convert/explicit": "format kernels",
     "convert/explicit/sog": "format kernels convert/explicit convert/input/torch/zip_archive",
-    "convert/input": "format runtime/cameras runtime/source_camera",
+    "convert/input": "format runtime/cameras runtime/include",
     "convert/reduce": "format kernels !kernels/reuse runtime convert",
 }
-MOST_ROOMS = 21  # a source with its header is one, a folder is one
-SUFFIXES = {".h", ".cpp", ".cu", ".cuh"}
-INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
+# Circles that may be: folders, and why.
+CIRCLES: dict[frozenset[str], str] = {}
+MOST_ROOMS = 19  # a source with its header is one, a folder is one
+SUFFIXES = {".h", ".cpp", ".cu", ".cuh", ".def"}
+AREAS = ("format", "kernels", "runtime", "player", "convert")
+INCLUDE = re.compile(r'^#include (?:"([^"]+)"|<(gsc/[^>]+)>)', re.MULTILINE)
 
 
 def rule_of(path: str) -> tuple[str, str]:
@@ -54,27 +62,74 @@ def allowed(path: str, included: str) -> bool:
     return any(w[0] != "!" and included.startswith(w) for w in words)
 
 
+def folder_of(path: str) -> str:
+    """Its room; the headers of a library's interface are one room, whatever folders they are in."""
+    folder = path.rpartition("/")[0]
+    return folder.partition("/include/gsc")[0] + "/include" if "/include/gsc" in folder else folder
+
+
+def circles(arrows: dict[str, set[str]]) -> list[set[str]]:
+    """The sets of folders of which each reaches every other."""
+    def reached(start: str) -> set[str]:
+        found, open_ = set(), [start]
+        while open_:
+            for end in arrows.get(open_.pop(), ()):
+                if end not in found:
+                    found.add(end)
+                    open_.append(end)
+        return found
+    reach = {folder: reached(folder) for folder in arrows}
+    sets = {frozenset(other for other in reach[folder] if folder in reach.get(other, ())) for folder in arrows}
+    return sorted((set(members) for members in sets if members), key=sorted)
+
+
+def check_circles(includes: dict[tuple[str, str], list[str]], tell: bool) -> list[str]:
+    assert circles({"a": {"b"}, "b": {"c"}, "c": {"b", "d"}}) == [{"b", "c"}], "a circle is not found"
+    arrows = defaultdict(set)
+    for start, end in includes:
+        arrows[start].add(end)
+    faults = []
+    for members in circles(arrows):
+        if frozenset(members) not in CIRCLES:
+            faults.append(f"circle: {', '.join(sorted(members))}; let one of them stand below the others")
+        for (start, end), lines in sorted(includes.items()):
+            if tell and start in members and end in members:
+                faults += [f"  {start} -> {end}: {line}" for line in lines]
+    return faults
+
+
 def main() -> int:
     root = pathlib.Path(__file__).resolve().parent.parent
-    faults, rooms, checked = [], defaultdict(set), 0
-    for area in ("format", "kernels", "runtime", "player", "convert"):
-        for file in sorted((root / area).rglob("*")):
-            path = str(file.relative_to(root))
-            if file.suffix not in SUFFIXES or not file.is_file():
+    files = {str(file.relative_to(root)): file for area in AREAS for file in sorted((root / area).rglob("*"))
+             if file.suffix in SUFFIXES and file.is_file()}
+    public = {path.partition("/include/")[2]: path for path in files if "/include/gsc/" in path}
+    faults, rooms, checked, includes = [], defaultdict(set), 0, defaultdict(list)
+    for path, file in files.items():
+        folder = path.rpartition("/")[0]
+        rooms[folder.rpartition("/")[0]].add(folder)
+        rooms[folder].add(re.sub(r"(_cpu|_cuda|_reference|-inl)?\.\w+$", "", file.name))
+        text = file.read_text()
+        if "#include <CLI/" in text and folder != "runtime/cli":
+            faults.append(f"{path}: includes CLI11, which takes seconds to compile; use runtime/cli/options.h")
+        for quoted, named in INCLUDE.findall(text):
+            checked += 1
+            target = public.get(named) if named else quoted
+            if "/" not in quoted and not named:
+                continue  # beside it, or a library's
+            if quoted.startswith("tests/cuda_emulation/"):
+                continue  # stands for the toolkit's own header
+            if target not in files or "/include/gsc/" in quoted:
+                faults.append(f"{path}: includes {quoted or named}, expected the path of a header in the repository, or "
+                              "<gsc/...> of one in an include/")
                 continue
-            folder = str(file.parent.relative_to(root))
-            parent = str(pathlib.PurePath(folder).parent)
-            rooms[parent].add(folder)
-            rooms[folder].add(re.sub(r"(_cpu|_cuda|_reference|-inl)?\.\w+$", "", file.name))
-            text = file.read_text()
-            if "#include <CLI/" in text and folder != "runtime/cli":
-                faults.append(f"{path}: includes CLI11, which takes seconds to compile; use runtime/cli/options.h")
-            for included in INCLUDE.findall(text):
-                checked += 1
-                if included.startswith("tests/cuda_emulation/"):
-                    continue  # stands for the toolkit's own header
-                if "/" in included and not allowed(path, included):
-                    faults.append(f"{path}: includes {included}, expected only {rule_of(path)[1] or 'its own folder'}")
+            if not allowed(path, target):
+                faults.append(f"{path}: includes {target}, expected only {rule_of(path)[1] or 'its own folder'}")
+            if "/include/gsc/" in path and not named:
+                faults.append(f"{path}: is installed and includes {quoted}, which is not")
+            if folder_of(path) != folder_of(target):
+                includes[folder_of(path), folder_of(target)].append(f"{path} includes {target}")
+    found = check_circles(includes, "--circles" in sys.argv)
+    faults += found if "--circles" in sys.argv else []
     for folder, names in rooms.items():
         if len(names) > MOST_ROOMS:
             faults.append(f"{folder}: {len(names)} rooms, expected at most {MOST_ROOMS}; make a folder of some")

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Fails unless every Error says of what, what was found, what was expected and what to do (format/error.h).
+"""Fails unless every Error says of what, what was found, what was expected and what to do (format/include/gsc/error.h).
 
 Looks at the string literals of each construction of an Error, those of both sides of a ?: together. What a function
 that only throws one (marked noreturn, or a lambda that starts with throw) does not say, the literals of each call of it

@@ -42,7 +42,7 @@ AREAS = {
     "runtime": ["runtime"],
     "player": ["player"],
 }
-EVERYWHERE = {"format/gsc_layout.h", "kernels/frame/frame_types.h"}  # nearly every source would be built again
+EVERYWHERE = {"format/include/gsc/gsc_layout.h", "kernels/include/gsc/frame_types.h"}  # nearly every source would be built again
 # other checks than of behaviour, and those that build something
 NOT_RUN = r"^(check_|test_layers|test_package|test_installed|test_shells|test_man)"
 SECONDS = 150  # a test that takes longer, without a change, is left out

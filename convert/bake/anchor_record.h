@@ -4,7 +4,7 @@
 #pragma once
 
 #include "convert/input/checkpoint.h"
-#include "format/gsc_layout.h"
+#include <gsc/gsc_layout.h>
 
 #include <cstddef>
 #include <cstdint>

@@ -11,10 +11,10 @@
 #include "convert/bake/sensitivity_bake.h"
 #include "convert/bake/source_hash.h"
 #include "convert/bake/spatial_index.h"
-#include "format/checksum.h"
-#include "format/error.h"
-#include "format/gsc_writer.h"
-#include "format/interrupt.h"
+#include <gsc/checksum.h>
+#include <gsc/error.h>
+#include <gsc/gsc_writer.h>
+#include <gsc/interrupt.h>
 #include "format/machine/machine.h"
 #include "kernels/threads/parallel.h"
 #include "kernels/threads/tbb_bound.h"

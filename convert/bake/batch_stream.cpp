@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/bake/batch_stream.h"
 
-#include "format/interrupt.h"
+#include <gsc/interrupt.h>
 #include "kernels/threads/tbb_bound.h"
 
 #include <tbb/concurrent_queue.h>

@@ -3,7 +3,7 @@
 
 #include "convert/bake/anchor_record.h"
 #include "convert/bake/chunk_values.h"
-#include "format/checksum.h"
+#include <gsc/checksum.h>
 #include "format/numbers/morton.h"
 
 #include <algorithm>

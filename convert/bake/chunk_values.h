@@ -2,7 +2,7 @@
 // The anchors of one chunk as its payload holds them.
 #pragma once
 
-#include "format/gsc_reader.h"
+#include <gsc/gsc_reader.h>
 
 #include <array>
 #include <cstddef>

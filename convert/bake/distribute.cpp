@@ -3,7 +3,7 @@
 
 #include "convert/bake/anchor_record.h"
 #include "convert/bake/batch_stream.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <algorithm>
 #include <cstring>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/bake/grid_fit.h"
 
-#include "format/interrupt.h"
+#include <gsc/interrupt.h>
 
 #include <algorithm>
 #include <bit>

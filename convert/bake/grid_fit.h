@@ -4,7 +4,7 @@
 // bit for bit; the origin is stored nowhere by the trainers, the voxel size not always.
 #pragma once
 
-#include "format/gsc_layout.h"
+#include <gsc/gsc_layout.h>
 
 #include <cstdint>
 #include <optional>

@@ -3,7 +3,7 @@
 
 #include "convert/bake/model_sections.h"
 #include "convert/sample/paths/model_survey.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 namespace gsc {
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/bake/mlp_pack.h"
 
-#include "format/error.h"
-#include "format/half.h"
+#include <gsc/error.h>
+#include <gsc/half.h>
 
 #include <algorithm>
 #include <cassert>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The MLPs of a model as sections: MLPW (canonical, as trained) and MLPP (fused, transposed, padded, in the order
-// the kernels load). The layout is PackedMlpHeader's and MlpRecord's in format/gsc_layout.h.
+// the kernels load). The layout is PackedMlpHeader's and MlpRecord's in format/include/gsc/gsc_layout.h.
 #pragma once
 
 #include "convert/input/checkpoint.h"

@@ -2,8 +2,8 @@
 #include "convert/bake/model_sections.h"
 
 #include "convert/input/model_names.h"
-#include "format/error.h"
-#include "format/half.h"
+#include <gsc/error.h>
+#include <gsc/half.h>
 #include "kernels/sensitivity/sensitivity.h"
 
 #include <nlohmann/json.hpp>

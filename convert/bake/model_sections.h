@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/bake/bake.h"
-#include "format/gsc_layout.h"
+#include <gsc/gsc_layout.h>
 #include "runtime/cameras/length.h"
 
 #include <cstddef>

@@ -3,8 +3,8 @@
 
 #include "convert/bake/anchor_check.h"
 #include "convert/bake/batch_stream.h"
-#include "format/error.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/interrupt.h>
 
 #include <algorithm>
 #include <array>

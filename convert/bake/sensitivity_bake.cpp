@@ -3,7 +3,7 @@
 
 #include "convert/bake/mlp_pack.h"
 #include "convert/bake/model_sections.h"
-#include "format/half.h"
+#include <gsc/half.h>
 #include "kernels/math/anchor.h"
 #include "kernels/threads/stopwatch.h"
 #include "kernels/sensitivity/sensitivity.h"

@@ -2,9 +2,9 @@
 #include "convert/bake/source_hash.h"
 
 #include "convert/input/input_file.h"
-#include "format/checksum.h"
-#include "format/error.h"
-#include "format/interrupt.h"
+#include <gsc/checksum.h>
+#include <gsc/error.h>
+#include <gsc/interrupt.h>
 
 #include <algorithm>
 #include <vector>

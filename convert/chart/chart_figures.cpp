@@ -5,7 +5,7 @@
 #include "convert/chart/chart_page.h"
 #include "convert/chart/script_engine.h"
 #include "convert/chart/svg_png.h"
-#include "format/interrupt.h"
+#include <gsc/interrupt.h>
 #include "runtime/module/load_module.h"
 
 namespace gsc {

@@ -2,7 +2,7 @@
 // For builds without Duktape or librsvg.
 #include "convert/chart/chart_figures.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 namespace gsc {
 

@@ -5,7 +5,7 @@
 #include "convert/chart/rounded.h"
 #include "convert/chart/run_words.h"
 #include "convert/chart/verdict.h"
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cli/reporter.h"
 
 #include <algorithm>

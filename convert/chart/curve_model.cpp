@@ -2,7 +2,7 @@
 #include "convert/chart/curve_model.h"
 
 #include "convert/chart/rounded.h"
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cli/reporter.h"
 
 #include <algorithm>

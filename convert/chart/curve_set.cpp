@@ -2,8 +2,8 @@
 #include "convert/chart/curve_set.h"
 
 #include "convert/chart/trace_set.h"
-#include "format/error.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/interrupt.h>
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/chart/run_words.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cli/reporter.h"
 
 #include <algorithm>

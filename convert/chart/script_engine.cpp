@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/chart/script_engine.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <duktape.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/chart/svg_png.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/module/load_module.h"
 
 #include <cairo.h>

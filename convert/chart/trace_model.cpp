@@ -3,7 +3,7 @@
 
 #include "convert/chart/rounded.h"
 #include "convert/chart/run_words.h"
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cli/reporter.h"
 
 #include <algorithm>

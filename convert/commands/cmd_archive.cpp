@@ -2,12 +2,12 @@
 #include "convert/commands/command.h"
 
 #include "format/archive/archive.h"
-#include "format/file/mapped_file.h"
-#include "format/file/output_file.h"
+#include <gsc/file/mapped_file.h>
+#include <gsc/file/output_file.h>
 #include "format/file/stand_in.h"
-#include "format/gsc_file.h"
-#include "format/gsc_reader.h"
-#include "format/interrupt.h"
+#include <gsc/gsc_file.h>
+#include <gsc/gsc_reader.h>
+#include <gsc/interrupt.h>
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/command.h"
-#include "format/file/read_file.h"
+#include <gsc/file/read_file.h>
 
 #include "convert/chart/chart_figures.h"
 #include "convert/chart/chart_model.h"
@@ -8,7 +8,7 @@
 #include "convert/chart/curve_model.h"
 #include "convert/chart/run_set.h"
 #include "convert/chart/trace_model.h"
-#include "format/file/output_file.h"
+#include <gsc/file/output_file.h>
 #include "runtime/cli/version.h"
 
 #include <algorithm>

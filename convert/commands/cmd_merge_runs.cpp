@@ -2,8 +2,8 @@
 #include "convert/commands/command.h"
 
 #include "convert/merge/merge_runs.h"
-#include "format/file/output_file.h"
-#include "format/file/read_file.h"
+#include <gsc/file/output_file.h>
+#include <gsc/file/read_file.h>
 #include "runtime/cli/version.h"
 
 namespace gsc {

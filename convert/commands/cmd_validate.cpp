@@ -3,8 +3,8 @@
 
 #include "convert/grids/nanovdb_check.h"
 #include "convert/commands/manifest_check.h"
-#include "format/gsc_file.h"
-#include "format/gsc_reader.h"
+#include <gsc/gsc_file.h>
+#include <gsc/gsc_reader.h>
 #include "runtime/cli/version.h"
 
 namespace gsc {

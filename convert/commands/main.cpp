@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/command.h"
-#include "format/interrupt.h"
+#include <gsc/interrupt.h>
 
 int main(int argc, char** argv)
 {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/manifest_check.h"
 
-#include "format/error.h"
-#include "format/gsc_issues.h"
+#include <gsc/error.h>
+#include <gsc/gsc_issues.h>
 
 #include <nlohmann/json.hpp>
 

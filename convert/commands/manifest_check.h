@@ -2,7 +2,7 @@
 // Is META really JSON? format/ has no parser, so this part of the validation lives here.
 #pragma once
 
-#include "format/gsc_reader.h"
+#include <gsc/gsc_reader.h>
 
 namespace gsc {
 

@@ -8,8 +8,8 @@
 #include "convert/bake/mlp_pack.h"
 #include "convert/bake/model_sections.h"
 #include "convert/input/model_names.h"
-#include "format/error.h"
-#include "format/gsc_file.h"
+#include <gsc/error.h>
+#include <gsc/gsc_file.h>
 
 #include <nlohmann/json.hpp>
 

@@ -3,14 +3,14 @@
 
 #include "convert/bake/bake.h"
 #include "convert/compare/trainer_pictures.h"
-#include "format/interrupt.h"
-#include "format/file/output_paths.h"
+#include <gsc/interrupt.h>
+#include <gsc/file/output_paths.h>
 #include "format/file/temporary.h"
 #include "runtime/cameras/scene_cameras.h"
 #include "runtime/image/image_io.h"
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 #include "runtime/cpu/renderer_cpu.h"
-#include "runtime/scene.h"
+#include <gsc/scene.h>
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 #include "convert/input/checkpoint.h"
 #include "runtime/cameras/camera_reading.h"
 #include "runtime/cli/reporter.h"
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 
 #include <string>
 

@@ -2,8 +2,8 @@
 #include "convert/compare/lpips_weights.h"
 
 #include "convert/input/torch/torch_archive.h"
-#include "format/error.h"
-#include "format/file/mapped_file.h"
+#include <gsc/error.h>
+#include <gsc/file/mapped_file.h>
 #include "format/file/stand_in.h"
 
 #include <algorithm>

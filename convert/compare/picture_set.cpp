@@ -2,7 +2,7 @@
 #include "convert/compare/picture_set.h"
 
 #include "convert/compare/lpips_weights.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/compare/trainer_pictures.h"
 
-#include "format/file/read_file.h"
-#include "format/error.h"
+#include <gsc/file/read_file.h>
+#include <gsc/error.h>
 #include "runtime/cameras/camera_file.h"
 
 #include <nlohmann/json.hpp>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/input/checkpoint.h"
-#include "runtime/camera.h"
+#include <gsc/camera.h>
 
 #include <string>
 #include <vector>

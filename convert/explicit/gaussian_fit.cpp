@@ -2,7 +2,7 @@
 #include "convert/explicit/gaussian_fit.h"
 
 #include "convert/explicit/symmetric.h"
-#include "format/error.h"
+#include <gsc/error.h>
 #include "format/machine/machine.h"
 #include "kernels/decode/decode.h"
 #include "kernels/select/select.h"

@@ -2,7 +2,7 @@
 // The stored grids as files of other tools.
 #pragma once
 
-#include "format/gsc_reader.h"
+#include <gsc/gsc_reader.h>
 
 #include <cstdint>
 #include <functional>

@@ -2,7 +2,7 @@
 #include "convert/grids/locate.h"
 
 #include "convert/grids/stored_grid.h"
-#include "format/interrupt.h"
+#include <gsc/interrupt.h>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

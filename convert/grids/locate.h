@@ -2,7 +2,7 @@
 // What a file holds at a point of the world, level by level: down the tree that every file carries.
 #pragma once
 
-#include "format/gsc_reader.h"
+#include <gsc/gsc_reader.h>
 
 #include <array>
 #include <optional>

@@ -2,9 +2,9 @@
 #include "convert/grids/nanovdb_check.h"
 
 #include "convert/grids/stored_grid.h"
-#include "format/error.h"
-#include "format/gsc_issues.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/gsc_issues.h>
+#include <gsc/interrupt.h>
 #include "kernels/threads/tbb_bound.h"
 
 #include <nanovdb/util/GridChecksum.h>

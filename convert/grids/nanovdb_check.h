@@ -2,7 +2,7 @@
 // The stored NanoVDB grids against NanoVDB's own reader and against the leaves and anchors of the file.
 #pragma once
 
-#include "format/gsc_reader.h"
+#include <gsc/gsc_reader.h>
 
 namespace gsc {
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/grids/stored_grid.h"
 
-#include "format/error.h"
-#include "format/gsc_issues.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/gsc_issues.h>
+#include <gsc/interrupt.h>
 
 #include <algorithm>
 #include <cinttypes>

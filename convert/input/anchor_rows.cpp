@@ -2,7 +2,7 @@
 // From rows of a PLY to the arrays of an AnchorBatch.
 #include "convert/input/ply_reader.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <charconv>
 #include <cstring>

@@ -2,7 +2,7 @@
 #include "convert/input/checkpoint.h"
 
 #include "convert/input/ply_reader.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <algorithm>
 

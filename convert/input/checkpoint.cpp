@@ -5,7 +5,7 @@
 #include "convert/input/checkpoint_files.h"
 #include "convert/input/checkpoint_model.h"
 #include "convert/input/input_file.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <utility>
 

@@ -2,9 +2,9 @@
 // The neutral model every checkpoint reader produces and everything in convert/ consumes.
 #pragma once
 
-#include "format/gsc_layout.h"
+#include <gsc/gsc_layout.h>
 #include "runtime/cameras/length.h"
-#include "runtime/source_camera.h"
+#include <gsc/source_camera.h>
 
 #include <cstdint>
 #include <functional>

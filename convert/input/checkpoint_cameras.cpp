@@ -2,7 +2,7 @@
 #include "convert/input/checkpoint_cameras.h"
 
 #include "convert/input/input_file.h"
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cameras/camera_file.h"
 #include "runtime/cameras/trainer_size.h"
 

@@ -3,7 +3,7 @@
 #include "convert/input/checkpoint_model.h"
 
 #include "convert/input/model_names.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <cmath>
 

@@ -3,8 +3,8 @@
 #include "convert/input/checkpoint_model.h"
 
 #include "convert/input/model_names.h"
-#include "format/error.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/interrupt.h>
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 // Settings with which a trainer draws another picture than tier `exact` does of the same PLY and weights.
 #include "convert/input/checkpoint_model.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <algorithm>
 #include <cmath>

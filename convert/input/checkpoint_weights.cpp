@@ -5,7 +5,7 @@
 #include "convert/input/input_file.h"
 #include "convert/input/model_names.h"
 #include "convert/input/torch/torch_archive.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <algorithm>
 #include <cmath>

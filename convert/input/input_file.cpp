@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/input/input_file.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "format/file/stand_in.h"
-#include "format/utf8.h"
+#include <gsc/utf8.h>
 
 #include <algorithm>
 #include <cerrno>

@@ -2,7 +2,7 @@
 // Words for what a model is, as files, options and reports have them.
 #pragma once
 
-#include "format/gsc_layout.h"
+#include <gsc/gsc_layout.h>
 
 #include <iterator>
 

@@ -3,7 +3,7 @@
 
 #include "format/archive/archive.h"
 #include "format/archive/part_threads.h"
-#include "format/interrupt.h"
+#include <gsc/interrupt.h>
 
 #include <atomic>
 #include <cstring>

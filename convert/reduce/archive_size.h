@@ -2,8 +2,8 @@
 // What an archive of a file would take, by what its bytes stand for.
 #pragma once
 
-#include "format/gsc_file.h"
-#include "format/gsc_reader.h"
+#include <gsc/gsc_file.h>
+#include <gsc/gsc_reader.h>
 
 #include <cstdint>
 

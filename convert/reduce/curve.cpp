@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/reduce/curve.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <chrono>
 #include <filesystem>

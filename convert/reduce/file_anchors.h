@@ -4,7 +4,7 @@
 
 #include "convert/input/checkpoint.h"
 #include "convert/reduce/reduced_model.h"
-#include "format/gsc_reader.h"
+#include <gsc/gsc_reader.h>
 
 #include <cstdint>
 #include <vector>

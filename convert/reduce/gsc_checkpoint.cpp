@@ -2,10 +2,10 @@
 #include "convert/reduce/gsc_checkpoint.h"
 
 #include "convert/bake/chunk_values.h"
-#include "format/half.h"
+#include <gsc/half.h>
 #include "format/numbers/morton.h"
 #include "runtime/records/record.h"
-#include "runtime/camera.h"
+#include <gsc/camera.h>
 
 #include <algorithm>
 #include <cstring>

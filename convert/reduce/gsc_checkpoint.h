@@ -4,7 +4,7 @@
 
 #include "convert/bake/bake.h"
 #include "convert/input/checkpoint.h"
-#include "format/gsc_reader.h"
+#include <gsc/gsc_reader.h>
 #include "runtime/cli/json.h"
 
 #include <string>

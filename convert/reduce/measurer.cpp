@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/reduce/measurer.h"
 
-#include "format/interrupt.h"
-#include "runtime/renderer.h"
+#include <gsc/interrupt.h>
+#include <gsc/renderer.h>
 
 #include <algorithm>
 

@@ -8,9 +8,9 @@
 #include "convert/reduce/reduce.h"
 #include "convert/reduce/reduced_model.h"
 #include "convert/reduce/state/bake_state.h"
-#include "format/gsc_file.h"
-#include "format/gsc_reader.h"
-#include "runtime/scene.h"
+#include <gsc/gsc_file.h>
+#include <gsc/gsc_reader.h>
+#include <gsc/scene.h>
 
 #include <cstddef>
 #include <cstdint>

@@ -3,7 +3,7 @@
 // of Gaussians, 110 to 160 bytes of each slot in sight of a city, does not grow with the model.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 
 #include <algorithm>
 #include <cstdint>

@@ -2,7 +2,7 @@
 #include "convert/reduce/picture_probe.h"
 
 #include "convert/reduce/picture_bands.h"
-#include "format/interrupt.h"
+#include <gsc/interrupt.h>
 #include "runtime/cameras/scene_cameras.h"
 #include "runtime/metrics/metrics.h"
 

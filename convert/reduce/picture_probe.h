@@ -2,8 +2,8 @@
 // Pictures of a changed model held against those of the whole one, from the same poses.
 #pragma once
 
-#include "runtime/camera.h"
-#include "runtime/renderer.h"
+#include <gsc/camera.h>
+#include <gsc/renderer.h>
 
 #include <functional>
 #include <memory>

@@ -2,7 +2,7 @@
 // The poses a bake looks from: three sets that share none.
 #pragma once
 
-#include "runtime/camera.h"
+#include <gsc/camera.h>
 
 #include <vector>
 

@@ -11,14 +11,14 @@
 #include "convert/reduce/state/bake_facts.h"
 #include "convert/reduce/state/bake_state.h"
 #include "convert/reduce/step_search.h"
-#include "format/error.h"
-#include "format/gsc_file.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/gsc_file.h>
+#include <gsc/interrupt.h>
 #include "kernels/decode/decode_fragments.h"
 #include "kernels/threads/parallel.h"
 #include "runtime/cameras/scene_cameras.h"
-#include "runtime/renderer.h"
-#include "runtime/scene.h"
+#include <gsc/renderer.h>
+#include <gsc/scene.h>
 
 #include <algorithm>
 #include <chrono>

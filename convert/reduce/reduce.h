@@ -7,7 +7,7 @@
 #include "convert/reduce/pose_sets.h"
 #include "convert/reduce/reduced_model.h"
 #include "runtime/cameras/camera_reading.h"
-#include "runtime/device.h"
+#include <gsc/device.h>
 
 #include <cstdint>
 #include <functional>

@@ -8,8 +8,8 @@
 #include "convert/sample/model_folder.h"
 #include "convert/sample/model_text.h"
 #include "convert/sample/sample_plan.h"
-#include "format/error.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/interrupt.h>
 #include "format/machine/machine.h"
 #include "kernels/threads/tbb_bound.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/sample/model_text.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <charconv>
 

@@ -2,7 +2,7 @@
 // The text files beside a model: PLY header, cfg_args, cameras.json, trajectory.
 #pragma once
 
-#include "runtime/source_camera.h"
+#include <gsc/source_camera.h>
 
 #include <cstdint>
 #include <string>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/sample/sample_plan.h"
 
-#include "format/interrupt.h"
+#include <gsc/interrupt.h>
 
 namespace gsc {
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "format/archive/part_codec.h"
-#include "format/gsc_status.h"
+#include <gsc/gsc_status.h>
 
 #include <cstddef>
 #include <cstdint>

@@ -2,8 +2,8 @@
 #include "format/archive/archive.h"
 
 #include "format/archive/part_threads.h"
-#include "format/checksum.h"
-#include "format/interrupt.h"
+#include <gsc/checksum.h>
+#include <gsc/interrupt.h>
 #include "format/validate/gsc_validate.h"
 
 #include <algorithm>

@@ -2,10 +2,10 @@
 #include "format/archive/archive.h"
 
 #include "format/archive/part_threads.h"
-#include "format/checksum.h"
-#include "format/error.h"
-#include "format/gsc_writer.h"
-#include "format/interrupt.h"
+#include <gsc/checksum.h>
+#include <gsc/error.h>
+#include <gsc/gsc_writer.h>
+#include <gsc/interrupt.h>
 
 #include <algorithm>
 #include <atomic>

@@ -2,7 +2,7 @@
 // The codecs of archives (archive_layout.h): bytes to fewer bytes and back. Nothing that is decoded is trusted.
 #pragma once
 
-#include "format/archive/archive_layout.h"
+#include <gsc/archive_layout.h>
 
 #include <cstddef>
 #include <cstdint>

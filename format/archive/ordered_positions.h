@@ -3,7 +3,7 @@
 // a cell: so positions need no order of their own, and a set of points takes fewer bits than a list of them.
 #pragma once
 
-#include "format/archive/archive_layout.h"
+#include <gsc/archive_layout.h>
 
 #include <cstddef>
 #include <cstdint>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "format/archive/codec.h"
-#include "format/gsc_reader.h"
+#include <gsc/gsc_reader.h>
 
 #include <cstddef>
 #include <optional>

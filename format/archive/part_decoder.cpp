@@ -3,7 +3,7 @@
 
 #include "format/archive/ordered_positions.h"
 #include "format/archive/steps.h"
-#include "format/byte_view.h"
+#include <gsc/byte_view.h>
 
 #include <algorithm>
 #include <cstring>

@@ -3,7 +3,7 @@
 
 #include "format/archive/ordered_positions.h"
 #include "format/archive/steps.h"
-#include "format/checksum.h"
+#include <gsc/checksum.h>
 
 #include <algorithm>
 #include <cstring>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/archive/steps.h"
 
-#include "format/byte_view.h"
+#include <gsc/byte_view.h>
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/file/file_fault.h"
+#include <gsc/file/file_fault.h>
 
-#include "format/error.h"
-#include "format/file/mapped_file.h"
+#include <gsc/error.h>
+#include <gsc/file/mapped_file.h>
 #include "format/file/temporary.h"
 
 #include <atomic>

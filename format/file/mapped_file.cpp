@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/file/mapped_file.h"
+#include <gsc/file/mapped_file.h>
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <atomic>
 #include <cerrno>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/file/output_file.h"
+#include <gsc/file/output_file.h>
 
-#include "format/error.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/interrupt.h>
 #include "format/file/temporary.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/file/output_paths.h"
+#include <gsc/file/output_paths.h>
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <cerrno>
 #include <climits>

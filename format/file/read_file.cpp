@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/file/read_file.h"
+#include <gsc/file/read_file.h>
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "format/file/stand_in.h"
-#include "format/interrupt.h"
-#include "format/utf8.h"
+#include <gsc/interrupt.h>
+#include <gsc/utf8.h>
 
 #include <cerrno>
 #include <cstring>

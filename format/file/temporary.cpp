@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "format/file/temporary.h"
 
-#include "format/checksum.h"
-#include "format/error.h"
-#include "format/file/output_paths.h"
+#include <gsc/checksum.h>
+#include <gsc/error.h>
+#include <gsc/file/output_paths.h>
 
 #include <atomic>
 #include <cerrno>

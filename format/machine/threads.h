@@ -3,7 +3,7 @@
 // threads asks how many there are; what cannot ends with an Error that names the limits.
 #pragma once
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <cstddef>
 #include <string>

@@ -3,7 +3,7 @@
 // (kModelCompact). The power is not stored, it follows from the largest of the values.
 #pragma once
 
-#include "format/hostdev.h"
+#include <gsc/hostdev.h>
 
 #include <cstdint>
 #include <cstring>

@@ -2,10 +2,10 @@
 // The checks behind openGsc(), one function per region of the file. Internal to format/; callers use gsc_reader.h.
 #pragma once
 
-#include "format/byte_view.h"
-#include "format/error.h"
-#include "format/gsc_issues.h"
-#include "format/gsc_reader.h"
+#include <gsc/byte_view.h>
+#include <gsc/error.h>
+#include <gsc/gsc_issues.h>
+#include <gsc/gsc_reader.h>
 
 #include <array>
 #include <string>

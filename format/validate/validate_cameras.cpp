@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // CAMS: poses a player can start from.
 #include "format/validate/gsc_validate.h"
-#include "format/utf8.h"
+#include <gsc/utf8.h>
 
 #include <cmath>
 #include <cstddef>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // CHNK and GRUP: ranges that cover the model without a gap, payloads that lie one behind the other, bounds.
-#include "format/checksum.h"
+#include <gsc/checksum.h>
 #include "format/validate/gsc_validate.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // META, PARM and LEVL: small sections everything else is measured against.
 #include "format/validate/gsc_validate.h"
-#include "format/utf8.h"
+#include <gsc/utf8.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // MLPP: shapes that follow from the parameters, arrays that lie in the section, and values that are MLPW's.
-#include "format/half.h"
+#include <gsc/half.h>
 #include "format/validate/validate_regions.h"
 
 #include <bit>

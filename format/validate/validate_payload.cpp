@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // ANCH: what the chunk payloads hold, against everything the records say about it.
-#include "format/checksum.h"
+#include <gsc/checksum.h>
 #include "format/numbers/compact.h"
 #include "format/validate/gsc_validate.h"
-#include "format/interrupt.h"
+#include <gsc/interrupt.h>
 
 #include <algorithm>
 #include <bit>

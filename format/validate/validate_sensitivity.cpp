@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // SENS: values that are bounds, and records that bound them.
 #include "format/validate/gsc_validate.h"
-#include "format/half.h"
+#include <gsc/half.h>
 
 #include <algorithm>
 #include <cstddef>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Header and section table: everything that must hold before a byte of content is looked at.
-#include "format/archive/archive_layout.h"
-#include "format/checksum.h"
+#include <gsc/archive_layout.h>
+#include <gsc/checksum.h>
 #include "format/validate/gsc_validate.h"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "kernels/bin/bin.h"
-#include "kernels/frame/frame_target.h"
+#include <gsc/frame_target.h>
 #include "kernels/math/blend.h"
 
 #include <algorithm>

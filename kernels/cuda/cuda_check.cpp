@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kernels/cuda/cuda_check.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <cstring>
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "format/numbers/compact.h"
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 #include "kernels/math/eye.h"
 
 namespace gsc {

@@ -2,7 +2,7 @@
 // Where the arrays of a chunk lie, and reading one anchor of it.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 #include "kernels/math/real.h"
 
 namespace gsc {

@@ -2,7 +2,7 @@
 // EyeParams of the precision a template asks for, and the rules an eye is rendered with.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 
 #include <type_traits>
 

@@ -6,7 +6,7 @@
 // source, so the same ones stay while the eye moves.
 #pragma once
 
-#include "format/hostdev.h"
+#include <gsc/hostdev.h>
 
 #include <cstdint>
 

@@ -2,7 +2,7 @@
 // Level-of-detail mask of Octree-GS (format facts 5.2).
 #pragma once
 
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 #include "kernels/math/real.h"
 
 namespace gsc {

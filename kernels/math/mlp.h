@@ -2,7 +2,7 @@
 // The small networks, one anchor at a time, from the canonical weights of MLPW; where both sections' weights lie.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 #include "kernels/math/real.h"
 
 namespace gsc {

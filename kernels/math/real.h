@@ -2,7 +2,7 @@
 // Scalar helpers that mean the same on a CPU and on a GPU, for float and for double.
 #pragma once
 
-#include "format/hostdev.h"
+#include <gsc/hostdev.h>
 
 #include <cmath>
 #include <cstdint>

@@ -4,7 +4,7 @@
 // GPU. Written from the paper's equations.
 #pragma once
 
-#include "format/hostdev.h"
+#include <gsc/hostdev.h>
 
 #include <cmath>
 

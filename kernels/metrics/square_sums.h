@@ -3,8 +3,8 @@
 // pictures are sums of these in the order of the squares, so that they do not depend on what ran beside what.
 #pragma once
 
-#include "format/hostdev.h"
-#include "kernels/frame/frame_types.h"
+#include <gsc/hostdev.h>
+#include <gsc/frame_types.h>
 #include "kernels/math/foveation.h"
 
 #include <cmath>

@@ -2,7 +2,7 @@
 // Structural similarity of one channel of a pixel (Wang et al. 2004), the same on a CPU and a GPU.
 #pragma once
 
-#include "format/hostdev.h"
+#include <gsc/hostdev.h>
 
 namespace gsc {
 

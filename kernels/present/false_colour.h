@@ -2,7 +2,7 @@
 // The colours of FrameView: the same bits on host and device, so that a legend can be drawn from these functions.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 
 #include <cmath>
 

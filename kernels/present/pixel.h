@@ -2,8 +2,8 @@
 // A colour of the blend as a target stores it: the same bytes on host and device.
 #pragma once
 
-#include "format/half.h"
-#include "kernels/frame/frame_target.h"
+#include <gsc/half.h>
+#include <gsc/frame_target.h>
 
 namespace gsc {
 

@@ -2,8 +2,8 @@
 // A drawn picture, and its depths, into a target on the device.
 #pragma once
 
-#include "kernels/frame/frame_target.h"
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_target.h>
+#include <gsc/frame_types.h>
 
 struct CUstream_st;
 

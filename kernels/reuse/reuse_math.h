@@ -2,7 +2,7 @@
 // How much what is drawn of an anchor changes while it is kept (design section 5). policy.h decides by it.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 #include "kernels/math/real.h"
 
 #include <cmath>

@@ -2,7 +2,7 @@
 // Which anchors must be decoded again: how far the view of a strip has moved since it was decoded.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 #include "kernels/reuse/reuse_math.h"
 
 #include <bit>

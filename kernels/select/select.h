@@ -3,7 +3,7 @@
 #pragma once
 
 #include "kernels/simd/buffer.h"
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 #include "kernels/math/eye.h"
 
 #include <vector>

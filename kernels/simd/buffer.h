@@ -2,7 +2,7 @@
 // Frame memory: grows, never shrinks, keeps no content when it grows.
 #pragma once
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <cstddef>
 #include <cstdint>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/error.h"
-#include "format/file/output_paths.h"
+#include <gsc/error.h>
+#include <gsc/file/output_paths.h>
 #include "player/measure/bench.h"
 #include "player/commands/commands.h"
 #include "player/commands/render_options.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/error.h"
+#include <gsc/error.h>
 #include "player/commands/commands.h"
 #include "player/commands/render_options.h"
 #include "player/measure/live.h"

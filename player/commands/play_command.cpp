@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/error.h"
-#include "format/file/output_paths.h"
+#include <gsc/error.h>
+#include <gsc/file/output_paths.h>
 #include "player/commands/commands.h"
 #include "player/commands/play_command.h"
 #include "player/commands/render_options.h"
@@ -10,7 +10,7 @@
 #include "player/play/play_report.h"
 #include "runtime/cli/options.h"
 #include "runtime/cli/version.h"
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 #include "player/commands/worker_flags.h"
 
 #include <memory>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/commands/render_options.h"
 
-#include "format/error.h"
-#include "format/file/output_paths.h"
+#include <gsc/error.h>
+#include <gsc/file/output_paths.h>
 #include "runtime/cameras/length.h"
 #include "runtime/records/reuse_names.h"
 #include "runtime/cli/options.h"

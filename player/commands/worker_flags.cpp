@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/commands/worker_flags.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "player/commands/render_options.h"
 #include "player/devices/worker_options.h"
 #include "runtime/cli/options.h"

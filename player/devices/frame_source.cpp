@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/devices/frame_source.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "player/devices/open_service.h"
 #include "player/devices/worker_options.h"
 

@@ -4,7 +4,7 @@
 
 #include "player/options/play_options.h"
 #include "runtime/cli/reporter.h"
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 
 #include <memory>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/devices/worker_options.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "format/machine/machine.h"
 #include "runtime/cli/json.h"
 #include "runtime/cli/version.h"

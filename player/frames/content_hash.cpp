@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/frames/content_hash.h"
 
-#include "format/file/mapped_file.h"
-#include "format/gsc_layout.h"
+#include <gsc/file/mapped_file.h>
+#include <gsc/gsc_layout.h>
 
 #include <algorithm>
 #include <cstring>

@@ -2,7 +2,7 @@
 // Hashes of a model and of poses, which tell runs apart.
 #pragma once
 
-#include "format/checksum.h"
+#include <gsc/checksum.h>
 #include "player/frames/shots.h"
 
 #include <span>

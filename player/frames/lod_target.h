@@ -4,7 +4,7 @@
 
 #include "player/options/play_options.h"
 #include "runtime/view/lod_control.h"
-#include "runtime/scene.h"
+#include <gsc/scene.h>
 
 #include <optional>
 #include <string>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/frames/shots.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cameras/camera_file.h"
 #include "runtime/cameras/json_fields.h"
 #include "player/frames/lod_target.h"

@@ -4,8 +4,8 @@
 
 #include "player/options/play_options.h"
 #include "runtime/cli/reporter.h"
-#include "runtime/camera.h"
-#include "runtime/scene.h"
+#include <gsc/camera.h>
+#include <gsc/scene.h>
 
 #include <cstdint>
 #include <optional>

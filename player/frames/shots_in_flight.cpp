@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/frames/shots_in_flight.h"
 
-#include "format/interrupt.h"
+#include <gsc/interrupt.h>
 
 #include <chrono>
 #include <utility>

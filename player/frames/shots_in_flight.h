@@ -4,8 +4,8 @@
 
 #include "player/frames/shots.h"
 #include "runtime/records/frame_numbers.h"
-#include "runtime/renderer.h"
-#include "runtime/scene.h"
+#include <gsc/renderer.h>
+#include <gsc/scene.h>
 
 #include <deque>
 #include <memory>

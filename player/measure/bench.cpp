@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/measure/bench.h"
 
-#include "format/error.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/interrupt.h>
 #include "player/devices/worker_report.h"
 #include "player/frames/lod_target.h"
 #include "player/measure/bench_scores.h"
@@ -11,7 +11,7 @@
 #include "player/devices/worker_options.h"
 #include "runtime/records/row_file.h"
 #include "player/frames/shots.h"
-#include "runtime/scene.h"
+#include <gsc/scene.h>
 #include "runtime/service/service_renderer.h"
 #include "player/measure/bench_rows.h"
 

@@ -7,7 +7,7 @@
 #include "runtime/cli/reporter.h"
 #include "player/measure/roofline.h"
 #include "runtime/records/frame_numbers.h"
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 #include "runtime/service/service_trace.h"
 #include "runtime/metrics/metrics.h"
 

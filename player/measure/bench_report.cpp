@@ -2,11 +2,11 @@
 // The report of gsc-play bench, as JSON and as a table.
 #include "player/measure/bench.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "player/devices/worker_report.h"
 #include "runtime/records/reuse_names.h"
 #include "runtime/records/run_row.h"
-#include "runtime/frame_stats.h"
+#include <gsc/frame_stats.h>
 #include "player/options/level_report.h"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/measure/bench_rows.h"
 
-#include "format/error.h"
-#include "format/file/output_file.h"
+#include <gsc/error.h>
+#include <gsc/file/output_file.h>
 #include "runtime/records/record.h"
 
 #include <nlohmann/json.hpp>

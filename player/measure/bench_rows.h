@@ -2,7 +2,7 @@
 // The file that gsc-play bench adds a row to: --out.
 #pragma once
 
-#include "format/file/output_paths.h"
+#include <gsc/file/output_paths.h>
 #include "player/measure/bench.h"
 #include "runtime/records/row_file.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/measure/bench_scores.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "player/frames/lod_target.h"
 #include "player/devices/open_renderer.h"
 #include "player/devices/worker_report.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/measure/exact_images.h"
 
-#include "format/interrupt.h"
+#include <gsc/interrupt.h>
 
 #include <chrono>
 

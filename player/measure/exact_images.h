@@ -6,8 +6,8 @@
 #include "player/frames/path.h"
 #include "player/measure/frame_pictures.h"
 #include "runtime/records/frame_numbers.h"
-#include "runtime/renderer.h"
-#include "runtime/scene.h"
+#include <gsc/renderer.h>
+#include <gsc/scene.h>
 
 #include <memory>
 #include <string>

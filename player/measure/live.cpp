@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/measure/live.h"
 
-#include "format/error.h"
-#include "format/file/output_file.h"
-#include "format/file/output_paths.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/file/output_file.h>
+#include <gsc/file/output_paths.h>
+#include <gsc/interrupt.h>
 #include "format/machine/threads.h"
 #include "player/devices/open_renderer.h"
 #include "player/devices/open_service.h"
 #include "player/frames/shots.h"
-#include "runtime/scene.h"
+#include <gsc/scene.h>
 
 #include <algorithm>
 #include <atomic>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/measure/measurer.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "player/devices/open_renderer.h"
 #include "runtime/device_scorer.h"
 

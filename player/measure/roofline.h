@@ -26,7 +26,7 @@
 // pixel is full and finds splats of neighbouring tiles in the cache, so it may fall below its bytes.
 #pragma once
 
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 
 #include <cstdint>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/measure/runner.h"
 
-#include "format/error.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/interrupt.h>
 #include "format/machine/machine.h"
 #include "runtime/device_scorer.h"
 

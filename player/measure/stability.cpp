@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/measure/stability.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "player/measure/measurer.h"
 #include "player/shard/shard_rows.h"
 #include "player/frames/content_hash.h"
 #include "player/devices/open_renderer.h"
 #include "player/devices/worker_options.h"
-#include "format/file/output_file.h"
-#include "format/file/output_paths.h"
-#include "runtime/frame_stats.h"
+#include <gsc/file/output_file.h>
+#include <gsc/file/output_paths.h>
+#include <gsc/frame_stats.h>
 #include "player/frames/path.h"
 
 #include <algorithm>

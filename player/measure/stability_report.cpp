@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/records/reuse_names.h"
 #include "runtime/records/run_row.h"
 #include "player/measure/stability.h"
-#include "runtime/frame_stats.h"
+#include <gsc/frame_stats.h>
 #include "player/options/level_report.h"
 
 #include <algorithm>

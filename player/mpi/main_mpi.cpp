@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // gsc-play with the ranks of an MPI job as devices: rank 0 does what gsc-play does, the others draw for it.
-#include "format/error.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/interrupt.h>
 #include "player/commands/commands.h"
 #include "player/mpi/mpi_renderer.h"
 #include "player/mpi/wire.h"

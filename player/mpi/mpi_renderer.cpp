@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/mpi/mpi_renderer.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "player/mpi/wire.h"
 #include "player/frames/content_hash.h"
 #include "runtime/frame_checks.h"

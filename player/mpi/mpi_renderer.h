@@ -3,7 +3,7 @@
 #pragma once
 
 #include "player/devices/worker_options.h"
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 
 #include <memory>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // A rank that draws for rank 0: one thread, any number of renderers, two frames in flight in each.
-#include "format/error.h"
+#include <gsc/error.h>
 #include "player/mpi/mpi_renderer.h"
 #include "player/mpi/wire.h"
 #include "player/frames/content_hash.h"
-#include "runtime/scene.h"
+#include <gsc/scene.h>
 #include "runtime/service/picture_memory.h"
 
 #include <algorithm>

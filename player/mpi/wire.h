@@ -8,7 +8,7 @@
 // behind it, and nothing else.
 #pragma once
 
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 
 #include <mpi.h>
 

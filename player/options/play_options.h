@@ -2,7 +2,7 @@
 // What is to be rendered and how, as a plain struct.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 #include "runtime/cameras/camera_reading.h"
 #include "runtime/cameras/length.h"
 #include "player/output/picture_stream.h"

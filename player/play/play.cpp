@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/play/play.h"
 
-#include "format/error.h"
-#include "format/interrupt.h"
-#include "format/file/output_file.h"
-#include "format/file/output_paths.h"
+#include <gsc/error.h>
+#include <gsc/interrupt.h>
+#include <gsc/file/output_file.h>
+#include <gsc/file/output_paths.h>
 #include "player/devices/worker_report.h"
 #include "player/frames/lod_target.h"
 #include "player/output/video_file.h"
@@ -14,7 +14,7 @@
 #include "player/output/out_pattern.h"
 #include "player/shard/frame_shard.h"
 #include "player/frames/shots.h"
-#include "runtime/scene.h"
+#include <gsc/scene.h>
 
 #include <algorithm>
 #include <chrono>

@@ -5,7 +5,7 @@
 #include "player/options/play_options.h"
 #include "runtime/cli/reporter.h"
 #include "runtime/records/frame_numbers.h"
-#include "runtime/frame_stats.h"
+#include <gsc/frame_stats.h>
 #include "runtime/service/service_trace.h"
 
 #include <cstdint>

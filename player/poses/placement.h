@@ -3,7 +3,7 @@
 // A space has OpenXR's axes (x right, y up, z backward) and metres; the world has the model's axes and units.
 #pragma once
 
-#include "runtime/camera.h"
+#include <gsc/camera.h>
 
 #include <glm/gtc/quaternion.hpp>
 #include <glm/mat3x3.hpp>

@@ -2,7 +2,7 @@
 // Where a camera stands and how it is turned, free of its lens.
 #pragma once
 
-#include "runtime/camera.h"
+#include <gsc/camera.h>
 
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>

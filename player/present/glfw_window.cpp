@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/present/glfw_window.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "player/present/keys.h"
 #include "player/present/vulkan_device.h"
 

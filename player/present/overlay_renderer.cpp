@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/present/overlay_renderer.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <imgui.h>
 

@@ -6,7 +6,7 @@
 #include "player/present/swapchain.h"
 #include "runtime/module/load_module.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <algorithm>
 #include <chrono>

@@ -4,7 +4,7 @@
 #include "runtime/records/report_parts.h"
 #include "runtime/records/reuse_names.h"
 #include "player/frames/content_hash.h"
-#include "runtime/frame_stats.h"
+#include <gsc/frame_stats.h>
 
 #include <filesystem>
 

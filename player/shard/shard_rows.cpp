@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/shard/shard_rows.h"
 
-#include "format/error.h"
-#include "format/file/output_file.h"
+#include <gsc/error.h>
+#include <gsc/file/output_file.h>
 
 #include <filesystem>
 

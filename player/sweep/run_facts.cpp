@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/sweep/run_facts.h"
 
-#include "format/checksum.h"
-#include "format/error.h"
+#include <gsc/checksum.h>
+#include <gsc/error.h>
 #include "player/frames/content_hash.h"
 #include "runtime/records/reuse_names.h"
-#include "runtime/frame_stats.h"
+#include <gsc/frame_stats.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/sweep/run_rows.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/records/row_file.h"
 
 namespace gsc {

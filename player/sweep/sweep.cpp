@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/sweep/sweep.h"
 
-#include "format/error.h"
-#include "format/file/output_file.h"
-#include "format/file/read_file.h"
+#include <gsc/error.h>
+#include <gsc/file/output_file.h>
+#include <gsc/file/read_file.h>
 #include "player/frames/lod_target.h"
 #include "player/measure/measurer.h"
 #include "player/shard/shard_rows.h"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // From what a sweep asks for to the runs it takes.
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/records/report_parts.h"
 #include "runtime/records/reuse_names.h"
 #include "player/sweep/sweep_config.h"
-#include "runtime/frame_stats.h"
+#include <gsc/frame_stats.h>
 
 #include <nlohmann/json.hpp>
 

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "player/poses/pose.h"
-#include "runtime/camera.h"
+#include <gsc/camera.h>
 
 #include <array>
 #include <cstddef>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/window/panel.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/records/frame_numbers.h"
 #include "runtime/records/reuse_names.h"
 #include "runtime/cli/reporter.h"

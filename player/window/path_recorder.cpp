@@ -3,8 +3,8 @@
 // that have no position of their own, such as those of another file.
 #include "player/window/path_recorder.h"
 
-#include "format/error.h"
-#include "format/file/output_file.h"
+#include <gsc/error.h>
+#include <gsc/file/output_file.h>
 #include "runtime/cameras/json_fields.h"
 #include "runtime/cli/json.h"
 #include "player/poses/pose.h"

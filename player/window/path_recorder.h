@@ -2,7 +2,7 @@
 // What a person saw, as a trajectory (schemas/trajectory.schema.json) that every command draws again.
 #pragma once
 
-#include "runtime/camera.h"
+#include <gsc/camera.h>
 
 #include <cstddef>
 #include <string>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/window/window.h"
 
-#include "format/error.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/interrupt.h>
 #include "runtime/module/load_module.h"
 #include "runtime/cli/json_lines.h"
 #include "runtime/cli/version.h"

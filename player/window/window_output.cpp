@@ -2,7 +2,7 @@
 // What a window shows and writes.
 #include "player/window/window_session.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cameras/length.h"
 #include "runtime/image/image_io.h"
 #include "runtime/view/colour_legend.h"

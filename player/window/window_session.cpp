@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/window/window_session.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cameras/length.h"
 #include "runtime/records/reuse_names.h"
 #include "runtime/cameras/world_up.h"

@@ -2,9 +2,9 @@
 // What a window asks a picture of: where the viewer is, through which lens, and with which settings.
 #include "player/window/window_session.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/records/reuse_names.h"
-#include "runtime/frame_stats.h"
+#include <gsc/frame_stats.h>
 
 #include <algorithm>
 #include <cmath>

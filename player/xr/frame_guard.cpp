@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/xr/frame_guard.h"
 
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 // Which squares of an eye's picture nobody sees, because the lens in front of it hides them. Knows no headset.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 #include "player/present/headset/headset.h"
 #include "player/poses/placement.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/xr/place_file.h"
 
-#include "format/file/output_file.h"
-#include "format/file/read_file.h"
+#include <gsc/file/output_file.h>
+#include <gsc/file/read_file.h>
 #include "runtime/cameras/json_fields.h"
 
 #include <filesystem>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/xr/view_lenses.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <algorithm>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/xr/xr.h"
 
-#include "format/error.h"
-#include "format/file/output_paths.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/file/output_paths.h>
+#include <gsc/interrupt.h>
 #include "runtime/module/load_module.h"
 #include "runtime/cli/json_lines.h"
 #include "player/devices/open_renderer.h"

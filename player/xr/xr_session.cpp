@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/xr/xr_session.h"
 
-#include "format/error.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/interrupt.h>
 #include "runtime/cameras/length.h"
 #include "runtime/cameras/world_up.h"
 #include "player/frames/lod_target.h"

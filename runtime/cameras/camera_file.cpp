@@ -4,7 +4,7 @@
 #include "runtime/cameras/camera_fields.h"
 #include "runtime/cameras/camera_folder.h"
 #include "runtime/cameras/colmap_cameras.h"
-#include "format/file/read_file.h"
+#include <gsc/file/read_file.h>
 #include "runtime/cameras/json_fields.h"
 #include "runtime/cameras/trainer_size.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cameras/camera_folder.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cameras/colmap_cameras.h"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cameras/colmap_cameras.h"
 
-#include "format/error.h"
-#include "format/file/read_file.h"
+#include <gsc/error.h>
+#include <gsc/file/read_file.h>
 #include "runtime/cameras/colmap_model.h"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "runtime/cameras/camera_reading.h"
-#include "runtime/camera.h"
+#include <gsc/camera.h>
 
 #include <string>
 #include <string_view>

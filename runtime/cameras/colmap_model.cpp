@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cameras/colmap_model.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cameras/camera_fields.h"
 
 #include <glm/gtc/quaternion.hpp>

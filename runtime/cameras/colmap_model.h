@@ -4,7 +4,7 @@
 
 #include "runtime/cameras/camera_notes.h"
 #include "runtime/cameras/camera_reading.h"
-#include "runtime/camera.h"
+#include <gsc/camera.h>
 
 #include <array>
 #include <cstddef>

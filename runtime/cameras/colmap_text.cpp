@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // cameras.txt and images.txt, as COLMAP writes them and as others do.
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cameras/colmap_model.h"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // Hostile JSON to checked values; every message names the file, the place and the key.
 #pragma once
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <nlohmann/json.hpp>
 

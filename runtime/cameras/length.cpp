@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cameras/length.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include "runtime/cameras/json_fields.h"
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "runtime/cameras/camera_lens.h"
-#include "runtime/camera.h"
+#include <gsc/camera.h>
 
 namespace gsc {
 

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "runtime/cameras/camera_reading.h"
-#include "runtime/camera.h"
-#include "runtime/scene.h"
+#include <gsc/camera.h>
+#include <gsc/scene.h>
 
 #include <string>
 #include <utility>

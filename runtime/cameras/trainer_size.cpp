@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cameras/trainer_size.h"
 
-#include "format/error.h"
-#include "format/file/read_file.h"
+#include <gsc/error.h>
+#include <gsc/file/read_file.h>
 
 #include <algorithm>
 #include <cctype>

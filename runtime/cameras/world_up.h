@@ -2,7 +2,7 @@
 // Which way is up in a model that does not say so: people hold cameras upright, or look down from the air.
 #pragma once
 
-#include "runtime/camera.h"
+#include <gsc/camera.h>
 
 #include <glm/vec3.hpp>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cli/command_words.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cli/suggestion.h"
 
 #include <CLI/CLI.hpp>

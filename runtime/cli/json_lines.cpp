@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cli/json_lines.h"
 
-#include "format/error.h"
-#include "format/file/output_paths.h"
+#include <gsc/error.h>
+#include <gsc/file/output_paths.h>
 
 #include <cerrno>
 #include <span>

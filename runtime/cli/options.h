@@ -6,7 +6,7 @@
 // separated by | are the values themselves, FILE.gsc, FILE and DIR are names of files (completion.h).
 #pragma once
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <cstdint>
 #include <functional>

@@ -2,7 +2,7 @@
 // What a command says: its result on stdout, everything else on stderr.
 #pragma once
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cli/json.h"
 #include "runtime/cli/stage_progress.h"
 

@@ -2,7 +2,7 @@
 #include "runtime/cli/thread_guard.h"
 
 #include "format/file/temporary.h"
-#include "format/interrupt.h"
+#include <gsc/interrupt.h>
 #include "format/machine/threads.h"
 #include "runtime/cli/tool.h"
 

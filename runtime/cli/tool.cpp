@@ -3,7 +3,7 @@
 
 #include "runtime/cli/help_format.h"
 
-#include "format/file/file_fault.h"
+#include <gsc/file/file_fault.h>
 #include "format/machine/machine.h"
 #include "format/machine/threads.h"
 #include "runtime/cli/command_words.h"

@@ -2,7 +2,7 @@
 // What both programs do around their commands: parse, help, completion, manual pages, errors and exit codes.
 #pragma once
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cli/reporter.h"
 
 #include <functional>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cli/version.h"
 
-#include "format/error.h"
-#include "format/gsc_layout.h"
+#include <gsc/error.h>
+#include <gsc/gsc_layout.h>
 
 namespace gsc {
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "kernels/simd/buffer.h"
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 
 #include <condition_variable>
 #include <deque>

@@ -2,7 +2,7 @@
 // The renderers on the host, and the frame in double precision, for tests and measuring.
 #pragma once
 
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 
 namespace gsc {
 

@@ -2,7 +2,7 @@
 // The ceilings of the CUDA device, measured. Nothing here names a CUDA header.
 #pragma once
 
-#include "runtime/device.h"
+#include <gsc/device.h>
 
 namespace gsc {
 

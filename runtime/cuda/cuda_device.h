@@ -4,7 +4,7 @@
 
 #include "kernels/cuda/cuda_check.h"
 #include "kernels/frame/device_model.h"
-#include "runtime/device.h"
+#include <gsc/device.h>
 
 #include <cstddef>
 

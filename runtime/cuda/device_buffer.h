@@ -2,7 +2,7 @@
 // Device memory in one piece that grows and keeps no content when it grows, and how it is dealt out.
 #pragma once
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "kernels/cuda/cuda_check.h"
 
 #include <algorithm>

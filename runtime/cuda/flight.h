@@ -3,7 +3,7 @@
 #pragma once
 
 #include "runtime/cuda/frame_graph.h"
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 
 #include <deque>
 #include <exception>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cuda/frame_plan.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "kernels/frame/device_model.h"
 
 #include <algorithm>

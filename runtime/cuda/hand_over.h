@@ -3,7 +3,7 @@
 // Nothing here names a CUDA header.
 #pragma once
 
-#include "runtime/device.h"
+#include <gsc/device.h>
 
 #include <array>
 #include <cstddef>

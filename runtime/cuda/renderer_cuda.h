@@ -2,7 +2,7 @@
 // The renderer on a GPU. Nothing here names a CUDA header.
 #pragma once
 
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 
 namespace gsc {
 

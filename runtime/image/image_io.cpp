@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/image/image_io.h"
 
-#include "format/error.h"
-#include "format/file/output_file.h"
+#include <gsc/error.h>
+#include <gsc/file/output_file.h>
 #include "format/file/stand_in.h"
 #include "format/machine/threads.h"
 #include "runtime/image/oiio_image.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/image/oiio_image.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/module/load_module.h"
 
 #include <OpenImageIO/filesystem.h>

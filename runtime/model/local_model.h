@@ -5,7 +5,7 @@
 // cameras follow in eyeParams(). The stages notice nothing: distances, directions and levels do not depend on it.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 
 #include <array>
 #include <memory>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/model/model_sensitivity.h"
 
-#include "format/half.h"
+#include <gsc/half.h>
 #include "kernels/sensitivity/sensitivity.h"
 
 namespace gsc {

@@ -2,7 +2,7 @@
 // View sensitivities of a model whose file has none.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 #include "kernels/threads/parallel.h"
 
 #include <vector>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/records/accuracy.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/records/report_parts.h"
 
 namespace gsc {

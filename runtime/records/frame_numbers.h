@@ -2,7 +2,7 @@
 // The numbers of frames that were drawn, as reports name them and sum them up.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 #include "runtime/records/report_parts.h"
 
 #include <array>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/records/record.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <array>
 #include <utility>

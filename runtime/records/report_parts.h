@@ -3,7 +3,7 @@
 #pragma once
 
 #include "runtime/records/record.h"
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 
 #include <string>
 #include <vector>

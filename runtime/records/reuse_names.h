@@ -2,7 +2,7 @@
 // What may be kept between frames, and shared by the eyes, as command lines, sweeps and reports name it.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 
 #include <string>
 #include <utility>

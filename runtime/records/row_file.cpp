@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/records/row_file.h"
 
-#include "format/error.h"
-#include "format/file/output_file.h"
-#include "format/file/output_paths.h"
+#include <gsc/error.h>
+#include <gsc/file/output_file.h>
+#include <gsc/file/output_paths.h>
 #include "format/file/stand_in.h"
 #include "runtime/records/record.h"
 

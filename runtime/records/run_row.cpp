@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/records/run_row.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/records/score_options.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/records/service_trace_report.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <algorithm>
 #include <initializer_list>

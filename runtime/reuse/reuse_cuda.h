@@ -10,7 +10,7 @@
 #include "kernels/reuse/reuse_stages_cuda.h"
 #include "runtime/view/camera_motion.h"
 #include "runtime/cuda/frame_stages.h"
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 
 #include <cstddef>
 

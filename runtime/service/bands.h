@@ -2,7 +2,7 @@
 // Bands of an image that take equally long, one for each worker. Pure.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 
 #include <span>
 #include <vector>

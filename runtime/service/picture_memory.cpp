@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/service/picture_memory.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #if defined(GSC_HAVE_CUDA)
 #include "runtime/cuda/picture_cuda.h"
 #endif

@@ -2,7 +2,7 @@
 // Memory that pictures are delivered in, and how workers bring theirs there.
 #pragma once
 
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 
 #include <map>
 #include <mutex>

@@ -3,7 +3,7 @@
 // no clock. Every pose ends once, as one of PoseEnd; what ended is told once.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 
 #include <chrono>
 #include <cstdint>

@@ -2,7 +2,7 @@
 // What callers ask of a service: start, submit, next, and the numbers.
 #include "runtime/service/service_core.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "format/machine/threads.h"
 #include "runtime/frame_checks.h"
 

@@ -4,7 +4,7 @@
 // retired while the others go on.
 #pragma once
 
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 #include "runtime/service/mode_choice.h"
 #include "runtime/service/pace.h"
 #include "runtime/service/pose_ledger.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/service/service_renderer.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/frame_checks.h"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // What a renderer service did: counts while it runs, and a record of every pose and worker for those who ask for one.
 #pragma once
 
-#include "runtime/device.h"
+#include <gsc/device.h>
 #include "runtime/service/frame_cost.h"
 #include "runtime/service/mode_choice.h"
 #include "runtime/service/pose_ledger.h"

@@ -2,7 +2,7 @@
 // What the colours of a FrameView mean.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 
 #include <vector>
 

@@ -4,7 +4,7 @@
 // arguments, and every bound and every backend works as it does without.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 
 namespace gsc {
 

@@ -2,7 +2,7 @@
 // What two eyes have in common.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 
 namespace gsc {
 

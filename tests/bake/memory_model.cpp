@@ -3,7 +3,7 @@
 
 #include "convert/bake/grid_fit.h"
 #include "convert/grids/nanovdb_check.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <doctest/doctest.h>
 

@@ -4,8 +4,8 @@
 
 #include "convert/bake/bake.h"
 #include "convert/input/checkpoint.h"
-#include "format/gsc_reader.h"
-#include "format/file/mapped_file.h"
+#include <gsc/gsc_reader.h>
+#include <gsc/file/mapped_file.h>
 
 #include <cstdint>
 #include <memory>

@@ -2,7 +2,7 @@
 // An opened file as the stages of a frame read it, without the runtime.
 #pragma once
 
-#include "format/gsc_reader.h"
+#include <gsc/gsc_reader.h>
 #include "kernels/math/anchor.h"
 
 #include <vector>

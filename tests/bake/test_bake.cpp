@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is in a baked file. bakeModel() also requires every file here to pass the full validator and NanoVDB's reader.
 #include "convert/compare/compare_checkpoint.h"
-#include "format/error.h"
+#include <gsc/error.h>
 #include "kernels/math/lod.h"
 #include "tests/bake/memory_model.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Section SENS: what the kernel computes of the finished file, rounded up, whatever order it was baked in.
-#include "format/half.h"
+#include <gsc/half.h>
 #include "kernels/sensitivity/sensitivity.h"
 #include "tests/bake/memory_model.h"
 #include "tests/bake/model_view.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/compare/compare_checkpoint.h"
 #include "convert/bake/grid_fit.h"
-#include "format/half.h"
+#include <gsc/half.h>
 #include "kernels/sensitivity/sensitivity.h"
 #include "tests/bake/memory_model.h"
 #include "tests/bake/model_view.h"

@@ -6,9 +6,9 @@
 // Unpacking is what a player does before it opens the file, from a warm page cache: decoding into fresh memory, checksums
 // included; the best of seven, so that a busy machine tells less.
 #include "format/archive/archive.h"
-#include "format/error.h"
-#include "format/file/mapped_file.h"
-#include "format/gsc_file.h"
+#include <gsc/error.h>
+#include <gsc/file/mapped_file.h>
+#include <gsc/gsc_file.h>
 #include "kernels/threads/stopwatch.h"
 
 #include <algorithm>

@@ -10,7 +10,7 @@
 #include "runtime/cameras/camera_file.h"
 #include "player/frames/shots.h"
 #include "runtime/cli/reporter.h"
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 #include "runtime/service/bands.h"
 
 #include <algorithm>

@@ -4,12 +4,12 @@
 // CAMERA is an index into the file's cameras. DUMP receives, little-endian: uint32 n, F, K, then float[n][F] features,
 // float[n][3] directions and float[n][K] opacities (0 where below 1/255) of the visible anchors. Then every line "run"
 // on stdin decodes the frame once and answers with its milliseconds; end of input ends the program.
-#include "format/error.h"
+#include <gsc/error.h>
 #include "kernels/threads/parallel.h"
 #include "kernels/threads/stopwatch.h"
 #include "kernels/decode/decode.h"
-#include "runtime/camera.h"
-#include "runtime/scene.h"
+#include <gsc/camera.h>
+#include <gsc/scene.h>
 
 #include <algorithm>
 #include <cmath>

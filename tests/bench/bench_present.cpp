@@ -3,7 +3,7 @@
 // every pixel arrives.
 //
 // usage: bench_present MODEL.gsc [WIDTHxHEIGHT] [FRAMES]
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cameras/camera_file.h"
 #include "runtime/module/load_module.h"
 #include "player/present/hand_over_ring.h"

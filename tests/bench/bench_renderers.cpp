@@ -10,7 +10,7 @@
 #include "runtime/cameras/camera_file.h"
 #include "player/frames/shots.h"
 #include "runtime/cli/reporter.h"
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 #ifdef GSC_HAVE_CUDA
 #include "kernels/cuda/cuda_check.h"
 #endif

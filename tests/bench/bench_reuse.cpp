@@ -6,11 +6,11 @@
 // from nothing kept; per frame
 // the least of the rounds counts, which other work on the machine disturbs least. The first kWarmup frames, where all
 // is new, do not count.
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cameras/camera_file.h"
 #include "runtime/cpu/renderer_cpu.h"
-#include "runtime/camera.h"
-#include "runtime/scene.h"
+#include <gsc/camera.h>
+#include <gsc/scene.h>
 
 #include <algorithm>
 #include <cstdio>

@@ -5,7 +5,7 @@
 // towards a random side and compares what changes (drawnChangeReference) with sensitivity times chord.
 #include "kernels/threads/stopwatch.h"
 #include "kernels/sensitivity/sensitivity.h"
-#include "runtime/scene.h"
+#include <gsc/scene.h>
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 // The figures as files. The page draws the same with the same scripts.
 #include "convert/chart/chart_figures.h"
 #include "convert/chart/chart_model.h"
-#include "format/error.h"
+#include <gsc/error.h>
 #include "tests/chart/run_lines.h"
 
 #include <doctest/doctest.h>

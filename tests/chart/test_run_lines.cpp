@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reading runs: what is taken, what is refused and how it is said.
 #include "convert/chart/run_set.h"
-#include "format/error.h"
+#include <gsc/error.h>
 #include "tests/chart/run_lines.h"
 
 #include <doctest/doctest.h>

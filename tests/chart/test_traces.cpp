@@ -3,7 +3,7 @@
 #include "convert/chart/chart_figures.h"
 #include "convert/chart/chart_page.h"
 #include "convert/chart/trace_model.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <doctest/doctest.h>
 

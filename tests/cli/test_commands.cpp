@@ -6,8 +6,8 @@
 #include "convert/commands/manifest_check.h"
 #include "convert/sample/sample.h"
 #include "runtime/cli/quantity.h"
-#include "format/file/read_file.h"
-#include "format/file/output_file.h"
+#include <gsc/file/read_file.h>
+#include <gsc/file/output_file.h>
 
 #include <doctest/doctest.h>
 

@@ -7,8 +7,8 @@
 #include "convert/explicit/sog/zip_bundle.h"
 #include "convert/explicit/symmetric.h"
 #include "convert/input/torch/zip_archive.h"
-#include "format/error.h"
-#include "runtime/camera.h"
+#include <gsc/error.h>
+#include <gsc/camera.h>
 #include "runtime/metrics/metrics.h"
 #include "tests/explicit/random_set.h"
 #include "tests/kernels/render_tools.h"

@@ -4,7 +4,7 @@
 #include "convert/explicit/lod/stand_in.h"
 #include "convert/explicit/lod/streamed_sog.h"
 #include "convert/explicit/sog/sog_images.h"
-#include "format/error.h"
+#include <gsc/error.h>
 #include "tests/explicit/random_set.h"
 
 #include <doctest/doctest.h>

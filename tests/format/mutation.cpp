@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/format/mutation.h"
 
-#include "format/checksum.h"
+#include <gsc/checksum.h>
 
 namespace gsc::test {
 

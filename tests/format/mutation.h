@@ -4,8 +4,8 @@
 
 #include "tests/format/tiny_gsc.h"
 
-#include "format/gsc_issues.h"
-#include "format/gsc_reader.h"
+#include <gsc/gsc_issues.h>
+#include <gsc/gsc_reader.h>
 
 #include <functional>
 #include <set>

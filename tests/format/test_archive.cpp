@@ -4,10 +4,10 @@
 
 #include "format/archive/archive.h"
 #include "format/archive/ordered_positions.h"
-#include "format/checksum.h"
-#include "format/error.h"
-#include "format/gsc_file.h"
-#include "format/gsc_issues.h"
+#include <gsc/checksum.h>
+#include <gsc/error.h>
+#include <gsc/gsc_file.h>
+#include <gsc/gsc_issues.h>
 #include "tests/format/scratch_dir.h"
 
 #include <doctest/doctest.h>

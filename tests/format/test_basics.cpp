@@ -3,13 +3,13 @@
 #include "tests/format/mutation.h"
 #include "tests/format/scratch_dir.h"
 
-#include "format/byte_view.h"
-#include "format/checksum.h"
-#include "format/error.h"
+#include <gsc/byte_view.h>
+#include <gsc/checksum.h>
+#include <gsc/error.h>
 #include "format/validate/gsc_validate.h"
-#include "format/half.h"
-#include "format/file/mapped_file.h"
-#include "format/file/output_paths.h"
+#include <gsc/half.h>
+#include <gsc/file/mapped_file.h>
+#include <gsc/file/output_paths.h>
 
 #include <doctest/doctest.h>
 

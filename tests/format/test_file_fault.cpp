@@ -3,10 +3,10 @@
 #include "tests/format/in_child.h"
 #include "tests/format/scratch_dir.h"
 
-#include "format/error.h"
-#include "format/file/file_fault.h"
-#include "format/file/mapped_file.h"
-#include "format/file/output_file.h"
+#include <gsc/error.h>
+#include <gsc/file/file_fault.h>
+#include <gsc/file/mapped_file.h>
+#include <gsc/file/output_file.h>
 
 #include <doctest/doctest.h>
 

@@ -3,8 +3,8 @@
 #include "tests/format/in_child.h"
 #include "tests/format/scratch_dir.h"
 
-#include "format/error.h"
-#include "format/file/output_file.h"
+#include <gsc/error.h>
+#include <gsc/file/output_file.h>
 #include "format/file/temporary.h"
 
 #include <doctest/doctest.h>

@@ -4,10 +4,10 @@
 #include "tests/format/mutation.h"
 #include "tests/format/scratch_dir.h"
 
-#include "format/error.h"
-#include "format/gsc_writer.h"
-#include "format/interrupt.h"
-#include "format/file/mapped_file.h"
+#include <gsc/error.h>
+#include <gsc/gsc_writer.h>
+#include <gsc/interrupt.h>
+#include <gsc/file/mapped_file.h>
 
 #include <doctest/doctest.h>
 

@@ -2,7 +2,7 @@
 #include "tests/format/tiny_archive.h"
 
 #include "format/archive/archive.h"
-#include "format/checksum.h"
+#include <gsc/checksum.h>
 
 #include <algorithm>
 #include <bit>

@@ -2,7 +2,7 @@
 // Small archives in memory, to read and to break.
 #pragma once
 
-#include "format/archive/archive_layout.h"
+#include <gsc/archive_layout.h>
 #include "tests/format/tiny_gsc.h"
 
 #include <cstddef>

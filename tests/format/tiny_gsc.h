@@ -2,7 +2,7 @@
 // Small valid .gsc files in memory, made without gsc_format's writer, for every test that needs one to open or break.
 #pragma once
 
-#include "format/gsc_layout.h"
+#include <gsc/gsc_layout.h>
 
 #include <cstddef>
 #include <cstdint>

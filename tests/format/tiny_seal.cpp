@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/format/tiny_gsc.h"
 
-#include "format/byte_view.h"
-#include "format/checksum.h"
+#include <gsc/byte_view.h>
+#include <gsc/checksum.h>
 
 #include <algorithm>
 #include <cstring>

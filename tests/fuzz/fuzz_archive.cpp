@@ -6,8 +6,8 @@
 #include "tests/fuzz/input_limit.h"
 
 #include "format/archive/archive.h"
-#include "format/gsc_issues.h"
-#include "format/gsc_reader.h"
+#include <gsc/gsc_issues.h>
+#include <gsc/gsc_reader.h>
 
 #include <algorithm>
 #include <cstdlib>

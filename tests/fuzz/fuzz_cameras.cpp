@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Camera files of all kinds: whatever the bytes are, either finite cameras come out or Error(InvalidFile, Unsupported).
 // Lens distortion is ignored.
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cameras/camera_file.h"
 #include "runtime/cameras/colmap_cameras.h"
 #include "runtime/cameras/trainer_size.h"

@@ -5,8 +5,8 @@
 #include "tests/format/tiny_gsc.h"
 #include "tests/fuzz/input_limit.h"
 
-#include "format/gsc_issues.h"
-#include "format/gsc_reader.h"
+#include <gsc/gsc_issues.h>
+#include <gsc/gsc_reader.h>
 
 #include <algorithm>
 #include <cstdlib>

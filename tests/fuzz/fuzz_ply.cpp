@@ -2,7 +2,7 @@
 // PLY bytes: whatever the header promises, nothing but an Error may come of it.
 #include "convert/input/checkpoint_model.h"
 #include "convert/input/ply_reader.h"
-#include "format/error.h"
+#include <gsc/error.h>
 #include "tests/fuzz/input_seeds.h"
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 #include "convert/input/torch/torch_archive.h"
 #include "convert/input/torch/zip_archive.h"
 #include "convert/input/torch/zip_writer.h"
-#include "format/error.h"
+#include <gsc/error.h>
 #include "tests/fuzz/input_seeds.h"
 #include "tests/input/legacy_file.h"
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/input/checkpoint.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <cstddef>
 #include <filesystem>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files of torch.save before PyTorch 1.6. lpips_heads_legacy.pth is PyTorch's own (tests/runtime/lpips_reference.py).
 #include "convert/input/torch/torch_archive.h"
-#include "format/file/read_file.h"
+#include <gsc/file/read_file.h>
 #include "tests/input/legacy_file.h"
 #include "tests/input/model_fixture.h"
 #include "tests/support/lpips_random.h"

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "kernels/math/anchor.h"
-#include "runtime/camera.h"
+#include <gsc/camera.h>
 #include "tests/kernels/synthetic_model.h"
 
 #include <algorithm>

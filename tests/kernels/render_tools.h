@@ -2,7 +2,7 @@
 // Whole images for the stage and frame tests.
 #pragma once
 
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 #include "kernels/present/pixel.h"
 #include "runtime/cpu/renderer_cpu.h"
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/input/checkpoint.h"
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 
 #include <cstdint>
 #include <memory>

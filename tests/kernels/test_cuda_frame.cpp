@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whole frames of the CUDA backend against the scalar reference, on models of every shape.
-#include "format/error.h"
+#include <gsc/error.h>
 #include "tests/kernels/gpu_tools.h"
 
 #include <doctest/doctest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Frames that are drawn in several passes from near to far because memory is short.
-#include "format/error.h"
+#include <gsc/error.h>
 #include "tests/kernels/gpu_tools.h"
 
 #include <doctest/doctest.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The bytes of pictures, so that a change that is to change none is known to change none. A hash that differs on purpose
 // is replaced by what GSC_PRINT_HASHES=1 prints; the commit says why.
-#include "format/checksum.h"
+#include <gsc/checksum.h>
 #include "tests/kernels/gpu_tools.h"
 #include "tests/kernels/picture_hashes.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reuse on a GPU: what is drawn again is what was decoded, whatever model, eyes and frames there are.
-#include "format/error.h"
+#include <gsc/error.h>
 #include "tests/kernels/reuse_tools.h"
 
 #include <doctest/doctest.h>

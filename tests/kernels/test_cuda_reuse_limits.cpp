@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reuse on a GPU: the budgets hold, and nothing depends on the order of atomics or on how often a frame was drawn.
-#include "format/error.h"
-#include "format/half.h"
+#include <gsc/error.h>
+#include <gsc/half.h>
 #include "tests/kernels/reuse_tools.h"
 
 #include <doctest/doctest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whole frames: fast against scalar against double, one thread against several, two eyes against one.
-#include "format/error.h"
+#include <gsc/error.h>
 #include "tests/kernels/render_tools.h"
 #include "tests/kernels/simd_targets.h"
 #include "tests/kernels/synthetic_model.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kept strips against the scalar decode: one key, two keys, lanes, factors, short strips, and what is packed of them.
-#include "format/half.h"
+#include <gsc/half.h>
 #include "kernels/reuse/packed_strip.h"
 #include "kernels/math/eye.h"
 #include "tests/kernels/simd_targets.h"

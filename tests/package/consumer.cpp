@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Opens a model with the installed library and renders a frame of it.
-#include <format/error.h>
-#include <runtime/camera.h>
-#include <runtime/frame_stats.h>
-#include <runtime/renderer.h>
-#include <runtime/scene.h>
+#include <gsc/error.h>
+#include <gsc/camera.h>
+#include <gsc/frame_stats.h>
+#include <gsc/renderer.h>
+#include <gsc/scene.h>
 
 #include <cmath>
 #include <cstdio>

@@ -6,7 +6,7 @@
 #include "kernels/select/select.h"
 #include "kernels/select/select_body.h"
 #include "runtime/cameras/camera_file.h"
-#include "runtime/scene.h"
+#include <gsc/scene.h>
 #include "tests/player/baked_model.h"
 
 #include <nlohmann/json.hpp>

@@ -2,7 +2,7 @@
 // The golden cameras.json beside the trained models: the exact cameras of the trainers' renders.
 #pragma once
 
-#include "runtime/camera.h"
+#include <gsc/camera.h>
 
 #include <nlohmann/json.hpp>
 

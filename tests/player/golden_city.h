@@ -7,7 +7,7 @@
 #include "player/frames/shots.h"
 #include "runtime/cpu/renderer_cpu.h"
 #include "runtime/metrics/metrics.h"
-#include "runtime/scene.h"
+#include <gsc/scene.h>
 #include "tests/player/baked_model.h"
 
 #include <array>

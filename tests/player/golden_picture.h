@@ -2,7 +2,7 @@
 // The trainers' own pictures, and how far ours are from them.
 #pragma once
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/image/image_io.h"
 #include "runtime/metrics/metrics.h"
 

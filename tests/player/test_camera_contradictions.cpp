@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Camera files that say a thing twice, or more than is read: honoured, or named in a warning with what was taken.
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cameras/camera_file.h"
 
 #include <doctest/doctest.h>

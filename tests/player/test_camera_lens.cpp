@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Principal points and lens distortion in camera files of all three kinds, and lengths with a unit.
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cameras/camera_file.h"
 #include "runtime/cameras/length.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // COLMAP models and folders as other programs write them.
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cameras/camera_file.h"
 #include "runtime/cameras/colmap_cameras.h"
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Acceptance: every golden view of every trained model, converted and rendered with --tier exact, is the trainer's own
 // picture; on the fast path all of them, on the scalar reference the first view of each model.
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cpu/renderer_cpu.h"
-#include "runtime/camera.h"
+#include <gsc/camera.h>
 #include "runtime/model/local_model.h"
 #include "runtime/metrics/metrics.h"
-#include "runtime/scene.h"
+#include <gsc/scene.h>
 #include "tests/kernels/moved_model.h"
 #include "tests/player/baked_model.h"
 #include "tests/player/golden_cameras.h"

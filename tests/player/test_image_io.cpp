@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/image/image_io.h"
 
 #include <doctest/doctest.h>

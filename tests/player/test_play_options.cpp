@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/error.h"
+#include <gsc/error.h>
 #include "player/commands/play_command.h"
 #include "player/frames/lod_target.h"
 #include "player/options/play_options.h"

@@ -2,7 +2,7 @@
 // The file of a sweep that was stopped, the id of a run, and bounds of stability.
 #include "player/sweep/run_rows.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "player/sweep/run_facts.h"
 #include "player/measure/stability.h"
 

@@ -2,7 +2,7 @@
 // --shard: what is typed, what the starters of many processes set, and who does what.
 #include "player/options/shard.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/records/shard_facts.h"
 #include "player/sweep/sweep_config.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/sweep/sweep_config.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "format/gsc_file.h"
-#include "format/gsc_reader.h"
+#include <gsc/gsc_file.h>
+#include <gsc/gsc_reader.h>
 
 #include <string>
 

@@ -5,10 +5,10 @@
 #include "convert/reduce/picture_bands.h"
 #include "convert/reduce/reduce.h"
 #include "format/archive/archive.h"
-#include "format/error.h"
-#include "format/gsc_file.h"
+#include <gsc/error.h>
+#include <gsc/gsc_file.h>
 #include "runtime/cameras/camera_file.h"
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 #include "sample/sample_tools.h"
 #include "tests/reduce/made_up_model.h"
 #include "tests/reduce/opened.h"

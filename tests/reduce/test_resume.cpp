@@ -3,7 +3,7 @@
 #include "convert/reduce/curve.h"
 #include "convert/reduce/reduce.h"
 #include "convert/reduce/state/bake_state.h"
-#include "format/error.h"
+#include <gsc/error.h>
 #include "tests/reduce/made_up_model.h"
 
 #include <doctest/doctest.h>

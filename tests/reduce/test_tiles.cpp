@@ -3,11 +3,11 @@
 #include "convert/bake/bake.h"
 #include "convert/reduce/reduce.h"
 #include "convert/reduce/tiles/tiles.h"
-#include "format/error.h"
-#include "format/gsc_file.h"
+#include <gsc/error.h>
+#include <gsc/gsc_file.h>
 #include "runtime/cameras/scene_cameras.h"
 #include "runtime/cpu/renderer_cpu.h"
-#include "runtime/scene.h"
+#include <gsc/scene.h>
 #include "sample/sample_tools.h"
 #include "tests/reduce/opened.h"
 

@@ -2,7 +2,7 @@
 // Heads and eyes at random, for the tests of stereo.
 #pragma once
 
-#include "runtime/camera.h"
+#include <gsc/camera.h>
 #include "tests/kernels/synthetic_model.h"
 
 #include <algorithm>

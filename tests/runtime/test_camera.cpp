@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/error.h"
-#include "runtime/camera.h"
+#include <gsc/error.h>
+#include <gsc/camera.h>
 #include "tests/player/golden_cameras.h"
 #include "tests/support/checkpoints.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // False colours on a CPU: what they show, and that they leave nothing behind.
-#include "format/error.h"
+#include <gsc/error.h>
 #include "tests/kernels/false_colour_tools.h"
 #include "tests/runtime/reuse_tools.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Levels that lag behind the camera: how far, that a tremble switches nothing, and that nothing else changes.
-#include "format/error.h"
+#include <gsc/error.h>
 #include "kernels/math/lod.h"
 #include "kernels/select/select.h"
 #include "runtime/view/lod_lag.h"

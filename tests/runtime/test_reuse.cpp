@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What may be drawn again, and that nothing else changes: policies, budgets, both eyes.
-#include "format/error.h"
+#include <gsc/error.h>
 #include "kernels/reuse/reuse_math.h"
 #include "tests/runtime/reuse_tools.h"
 

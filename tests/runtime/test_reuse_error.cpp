@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The policy of error: what it predicts, what it decodes, and that pictures stay within its bound.
-#include "format/half.h"
+#include <gsc/half.h>
 #include "kernels/reuse/reuse_math.h"
 #include "kernels/reuse/schedule.h"
 #include "tests/runtime/reuse_tools.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/error.h"
-#include "runtime/scene.h"
+#include <gsc/error.h>
+#include <gsc/scene.h>
 #include "tests/format/tiny_gsc.h"
 
 #include <doctest/doctest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Eyes with lenses of their own: their images, and one decode for both.
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/view/stereo.h"
 #include "tests/kernels/render_tools.h"
 #include "tests/runtime/eye_pairs.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sample/sample_tools.h"
 
-#include "format/checksum.h"
-#include "format/error.h"
+#include <gsc/checksum.h>
+#include <gsc/error.h>
 
 #include <algorithm>
 #include <cstdlib>

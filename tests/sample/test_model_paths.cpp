@@ -4,7 +4,7 @@
 #include "convert/input/checkpoint.h"
 #include "convert/sample/paths/camera_paths.h"
 #include "convert/sample/paths/make_paths.h"
-#include "format/file/mapped_file.h"
+#include <gsc/file/mapped_file.h>
 #include "runtime/cameras/camera_file.h"
 #include "runtime/cameras/length.h"
 #include "sample/sample_tools.h"

@@ -2,8 +2,8 @@
 // Tiling a model into a city. The sample city stands in for a real aerial model where there is none.
 #include "convert/bake/grid_fit.h"
 #include "convert/input/checkpoint.h"
-#include "format/error.h"
-#include "format/gsc_layout.h"
+#include <gsc/error.h>
+#include <gsc/gsc_layout.h>
 #include "runtime/cameras/camera_file.h"
 #include "sample/sample_tools.h"
 #include "support/checkpoints.h"

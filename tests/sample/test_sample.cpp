@@ -3,7 +3,7 @@
 // trainer left.
 #include "convert/bake/grid_fit.h"
 #include "convert/input/checkpoint.h"
-#include "format/gsc_layout.h"
+#include <gsc/gsc_layout.h>
 #include "sample/sample_tools.h"
 
 #include <doctest/doctest.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is left behind: a whole model, or nothing.
-#include "format/error.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/interrupt.h>
 #include "sample/sample_tools.h"
 
 #include <doctest/doctest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "format/error.h"
+#include <gsc/error.h>
 #include "runtime/cli/command_words.h"
 #include "runtime/cli/suggestion.h"
 #include "tests/tool/tree.h"

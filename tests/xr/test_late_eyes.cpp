@@ -2,7 +2,7 @@
 // When a picture is seen, and that eyes are looked up once for each.
 #include "player/xr/late_eyes.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <doctest/doctest.h>
 

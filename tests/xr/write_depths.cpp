@@ -2,7 +2,7 @@
 // write_depths FILE.gsc CAMERAS OUT: depths that the renderer on the host finds for each camera of a file, fp32, picture
 // after picture: what those submitted to a headset are held against.
 #include "player/frames/shots.h"
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 
 #include <cstdio>
 #include <exception>

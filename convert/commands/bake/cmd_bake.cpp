@@ -7,10 +7,10 @@
 
 #include "convert/bake/bake.h"
 #include "convert/reduce/state/bake_state.h"
-#include "format/file/output_file.h"
-#include "format/file/output_paths.h"
+#include <gsc/file/output_file.h>
+#include <gsc/file/output_paths.h>
 #include "format/file/temporary.h"
-#include "format/gsc_layout.h"
+#include <gsc/gsc_layout.h>
 
 #include <algorithm>
 #include <bit>

@@ -4,7 +4,7 @@
 #include "convert/compare/compare_render.h"
 
 #include "convert/compare/compare_checkpoint.h"
-#include "runtime/frame_stats.h"
+#include <gsc/frame_stats.h>
 
 #include <functional>
 #include <optional>

@@ -3,8 +3,8 @@
 
 #include "convert/commands/export/export_gaussians.h"
 #include "convert/grids/grid_files.h"
-#include "format/file/output_file.h"
-#include "format/gsc_file.h"
+#include <gsc/file/output_file.h>
+#include <gsc/gsc_file.h>
 
 #include <algorithm>
 

@@ -3,8 +3,8 @@
 #include "convert/commands/info/info_at.h"
 #include "convert/commands/model_facts.h"
 
-#include "format/gsc_file.h"
-#include "format/gsc_reader.h"
+#include <gsc/gsc_file.h>
+#include <gsc/gsc_reader.h>
 #include "runtime/cameras/length.h"
 #include "runtime/records/record.h"
 

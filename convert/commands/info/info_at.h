@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/commands/command.h"
-#include "format/gsc_reader.h"
+#include <gsc/gsc_reader.h>
 
 #include <array>
 #include <string>

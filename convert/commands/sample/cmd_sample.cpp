@@ -2,8 +2,8 @@
 #include "convert/commands/command.h"
 
 #include "convert/sample/sample.h"
-#include "format/gsc_layout.h"
-#include "format/file/output_paths.h"
+#include <gsc/gsc_layout.h>
+#include <gsc/file/output_paths.h>
 #include "runtime/cli/version.h"
 
 #include <filesystem>

@@ -3,7 +3,7 @@
 
 #include "convert/sample/paths/make_paths.h"
 #include "convert/sample/paths/model_paths.h"
-#include "format/file/output_paths.h"
+#include <gsc/file/output_paths.h>
 #include "runtime/cli/options.h"
 #include "runtime/cli/version.h"
 

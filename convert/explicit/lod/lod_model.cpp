@@ -2,7 +2,7 @@
 #include "convert/explicit/lod/lod_model.h"
 
 #include "convert/explicit/lod/stand_in.h"
-#include "format/interrupt.h"
+#include <gsc/interrupt.h>
 
 #include <algorithm>
 #include <cmath>

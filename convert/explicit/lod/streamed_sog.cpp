@@ -2,7 +2,7 @@
 #include "convert/explicit/lod/streamed_sog.h"
 
 #include "convert/explicit/sog/sog_images.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <nlohmann/json.hpp>
 

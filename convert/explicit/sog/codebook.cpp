@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/explicit/sog/codebook.h"
 
-#include "format/interrupt.h"
+#include <gsc/interrupt.h>
 
 #include <algorithm>
 #include <cmath>

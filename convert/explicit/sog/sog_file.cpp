@@ -6,7 +6,7 @@
 #include "convert/explicit/sog/webp_image.h"
 #include "convert/explicit/sog/zip_bundle.h"
 #include "convert/input/torch/zip_archive.h"
-#include "format/error.h"
+#include <gsc/error.h>
 #include "format/numbers/morton.h"
 #include "kernels/threads/parallel.h"
 

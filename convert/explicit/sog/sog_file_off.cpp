@@ -2,7 +2,7 @@
 #include "convert/explicit/gaussian_files.h"
 
 #include "convert/explicit/sog/sog_images.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 namespace gsc {
 

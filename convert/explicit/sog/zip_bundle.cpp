@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/explicit/sog/zip_bundle.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <zip.h>
 

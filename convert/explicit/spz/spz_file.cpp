@@ -2,7 +2,7 @@
 #include "convert/explicit/gaussian_files.h"
 
 #include "convert/explicit/spz/spz_container.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <algorithm>
 #include <cmath>

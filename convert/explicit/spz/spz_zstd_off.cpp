@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/explicit/spz/spz_container.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 namespace gsc {
 

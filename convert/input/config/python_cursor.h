@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/input/config/python_tokens.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <algorithm>
 #include <cstddef>

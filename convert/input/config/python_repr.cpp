@@ -3,7 +3,7 @@
 // give the file to eval(), so every expression is parsed; literals have values, all else is kept as text.
 #include "convert/input/config/config_value.h"
 #include "convert/input/config/python_cursor.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <algorithm>
 #include <iterator>

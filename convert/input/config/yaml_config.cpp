@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/input/config/config_value.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <yaml-cpp/yaml.h>
 

@@ -2,7 +2,7 @@
 // Bounds-checked access to the bytes of a pickle, and its two kinds of complaint.
 #pragma once
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <algorithm>
 #include <cstddef>

@@ -2,7 +2,7 @@
 #include "convert/input/torch/pickle_machine.h"
 
 #include "convert/input/torch/pickle_stack.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <algorithm>
 #include <string_view>

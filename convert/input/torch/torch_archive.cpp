@@ -4,7 +4,7 @@
 #include "convert/input/torch/legacy_archive.h"
 #include "convert/input/torch/pickle_machine.h"
 #include "convert/input/torch/zip_archive.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <algorithm>
 #include <bit>

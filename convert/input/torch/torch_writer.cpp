@@ -3,7 +3,7 @@
 #include "convert/input/torch/torch_archive.h"
 
 #include "convert/input/torch/zip_writer.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <map>
 

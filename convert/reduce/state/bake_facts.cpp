@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/reduce/state/bake_facts.h"
 
-#include "format/checksum.h"
-#include "format/error.h"
+#include <gsc/checksum.h>
+#include <gsc/error.h>
 #include "runtime/cli/version.h"
 
 #include <algorithm>

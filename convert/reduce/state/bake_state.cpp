@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/reduce/state/bake_state.h"
 
-#include "format/checksum.h"
-#include "format/error.h"
-#include "format/file/output_file.h"
+#include <gsc/checksum.h>
+#include <gsc/error.h>
+#include <gsc/file/output_file.h>
 #include "format/file/stand_in.h"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 #include "convert/reduce/tiles/tile_check.h"
 
 #include "convert/input/model_names.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <algorithm>
 #include <cstring>

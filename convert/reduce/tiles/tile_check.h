@@ -2,7 +2,7 @@
 // Whether files can be tiles of one model.
 #pragma once
 
-#include "format/gsc_reader.h"
+#include <gsc/gsc_reader.h>
 
 #include <string>
 

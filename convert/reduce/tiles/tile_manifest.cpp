@@ -2,7 +2,7 @@
 #include "convert/reduce/tiles/tile_manifest.h"
 
 #include "convert/reduce/gsc_checkpoint.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <algorithm>
 

@@ -6,11 +6,11 @@
 #include "convert/reduce/gsc_checkpoint.h"
 #include "convert/reduce/tiles/tile_check.h"
 #include "convert/reduce/tiles/tile_manifest.h"
-#include "format/checksum.h"
-#include "format/error.h"
-#include "format/gsc_file.h"
-#include "format/interrupt.h"
-#include "runtime/camera.h"
+#include <gsc/checksum.h>
+#include <gsc/error.h>
+#include <gsc/gsc_file.h>
+#include <gsc/interrupt.h>
+#include <gsc/camera.h>
 
 #include <algorithm>
 #include <chrono>

@@ -5,7 +5,7 @@
 
 #include "convert/sample/model_text.h"
 #include "convert/sample/paths/ground_frame.h"
-#include "format/gsc_layout.h"
+#include <gsc/gsc_layout.h>
 #include "runtime/cameras/length.h"
 
 #include <cstdint>

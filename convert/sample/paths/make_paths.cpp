@@ -3,9 +3,9 @@
 #include "convert/sample/paths/make_paths.h"
 
 #include "convert/sample/paths/camera_paths.h"
-#include "format/error.h"
-#include "format/file/output_file.h"
-#include "format/gsc_file.h"
+#include <gsc/error.h>
+#include <gsc/file/output_file.h>
+#include <gsc/gsc_file.h>
 #include "runtime/cameras/length.h"
 
 #include <algorithm>

@@ -3,8 +3,8 @@
 
 #include "convert/sample/paths/camera_paths.h"
 #include "convert/sample/paths/path_places.h"
-#include "format/error.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/interrupt.h>
 
 #include <algorithm>
 #include <cmath>

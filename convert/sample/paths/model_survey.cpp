@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/sample/paths/model_survey.h"
 
-#include "format/error.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/interrupt.h>
 #include "runtime/cameras/world_up.h"
-#include "runtime/camera.h"
+#include <gsc/camera.h>
 
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/matrix.hpp>

@@ -4,7 +4,7 @@
 
 #include "convert/sample/paths/camera_motions.h"
 #include "convert/sample/paths/ground_frame.h"
-#include "format/gsc_reader.h"
+#include <gsc/gsc_reader.h>
 #include "runtime/cameras/length.h"
 
 #include <string>

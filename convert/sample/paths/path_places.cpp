@@ -2,7 +2,7 @@
 #include "convert/sample/paths/path_places.h"
 
 #include "convert/sample/paths/camera_paths.h"
-#include "format/interrupt.h"
+#include <gsc/interrupt.h>
 
 #include <algorithm>
 #include <cmath>

@@ -9,9 +9,9 @@
 #include "convert/sample/model_folder.h"
 #include "convert/sample/model_text.h"
 #include "convert/sample/replicate/replicate_source.h"
-#include "format/error.h"
-#include "format/gsc_layout.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/gsc_layout.h>
+#include <gsc/interrupt.h>
 
 #include <glm/gtc/type_precision.hpp>
 

@@ -2,8 +2,8 @@
 #include "convert/sample/replicate/replicate_source.h"
 
 #include "convert/bake/grid_fit.h"
-#include "format/error.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/interrupt.h>
 
 #include <glm/gtc/type_ptr.hpp>
 

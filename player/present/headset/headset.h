@@ -4,7 +4,7 @@
 // Poses are in the headset's space, times OpenXR's: nanoseconds of a clock of the runtime's own.
 #pragma once
 
-#include "kernels/frame/frame_target.h"
+#include <gsc/frame_target.h>
 #include "player/present/presenter.h"
 #include "player/poses/placement.h"
 

@@ -5,7 +5,7 @@
 #include "player/present/headset/xr_swapchains.h"
 #include "runtime/module/load_module.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <algorithm>
 #include <utility>

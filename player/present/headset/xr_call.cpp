@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/present/headset/xr_call.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 namespace gsc {
 

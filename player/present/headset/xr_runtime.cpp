@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/present/headset/xr_runtime.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <dlfcn.h>
 

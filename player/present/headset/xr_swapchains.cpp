@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/present/headset/xr_swapchains.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "player/present/headset/layer_depth.h"
 
 #include <algorithm>

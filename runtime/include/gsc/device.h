@@ -2,7 +2,7 @@
 // The devices that a renderer can be made for, and what a measurement must state of one.
 #pragma once
 
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <cstdint>
 #include <string>

@@ -8,7 +8,7 @@
 //   their bytes, DATA holds them one behind the other: the streams' records, then the streams' bytes.
 #pragma once
 
-#include "format/gsc_layout.h"
+#include <gsc/gsc_layout.h>
 
 #include <cstddef>
 #include <cstdint>

@@ -2,8 +2,8 @@
 // An opened .gsc file, mapped, ready for a backend.
 #pragma once
 
-#include "kernels/frame/frame_types.h"
-#include "runtime/source_camera.h"
+#include <gsc/frame_types.h>
+#include <gsc/source_camera.h>
 
 #include <memory>
 #include <string>

@@ -14,7 +14,7 @@
 //   the leaf, source index. A chunk (VDB lower node) owns consecutive anchors, a group (128 of them) too, a leaf too.
 #pragma once
 
-#include "format/hostdev.h"
+#include <gsc/hostdev.h>
 
 #include <cstddef>
 #include <cstdint>

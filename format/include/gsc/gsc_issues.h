@@ -9,14 +9,14 @@ namespace gsc {
 
 namespace issue {
 #define GSC_ISSUE(id, severity, name, summary, detail) inline constexpr uint16_t name = id;
-#include "format/gsc_issues.def"
+#include <gsc/gsc_issues.def>
 #undef GSC_ISSUE
 } // namespace issue
 
 // The detail formats one by one, so that the compiler checks the arguments of every report.
 namespace issue_detail {
 #define GSC_ISSUE(id, severity, name, summary, detail) inline constexpr char name[] = detail;
-#include "format/gsc_issues.def"
+#include <gsc/gsc_issues.def>
 #undef GSC_ISSUE
 } // namespace issue_detail
 

@@ -2,8 +2,8 @@
 // A .gsc file of either profile, as the bytes of a runtime file: mapped, or decoded into memory.
 #pragma once
 
-#include "format/file/mapped_file.h"
-#include "format/gsc_status.h"
+#include <gsc/file/mapped_file.h>
+#include <gsc/gsc_status.h>
 
 #include <cstddef>
 #include <span>

@@ -2,8 +2,8 @@
 // Cameras of every kind the player accepts, brought to the fp32 values upstream renders with (format facts, 6).
 #pragma once
 
-#include "kernels/frame/frame_types.h"
-#include "runtime/source_camera.h"
+#include <gsc/frame_types.h>
+#include <gsc/source_camera.h>
 
 #include <string>
 #include <string_view>

@@ -2,8 +2,8 @@
 // A .gsc file as typed spans into its bytes, zero copy. Nothing in the file is trusted.
 #pragma once
 
-#include "format/gsc_layout.h"
-#include "format/gsc_status.h"
+#include <gsc/gsc_layout.h>
+#include <gsc/gsc_status.h>
 
 #include <cstddef>
 #include <span>

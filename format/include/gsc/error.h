@@ -2,7 +2,7 @@
 // Errors of the environment and of input files. A caller bug is an assertion, never an Error.
 #pragma once
 
-#include "format/utf8.h"
+#include <gsc/utf8.h>
 
 #include <cstdint>
 #include <stdexcept>

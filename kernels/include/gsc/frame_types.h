@@ -2,8 +2,8 @@
 // Plain data that the stages of a frame pass on. Included by C++ and CUDA alike.
 #pragma once
 
-#include "format/gsc_layout.h"
-#include "format/hostdev.h"
+#include <gsc/gsc_layout.h>
+#include <gsc/hostdev.h>
 
 #include <cstddef>
 #include <cstdint>

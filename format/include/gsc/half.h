@@ -2,7 +2,7 @@
 // IEEE binary16, as its bits.
 #pragma once
 
-#include "format/hostdev.h"
+#include <gsc/hostdev.h>
 
 #include <cmath>
 #include <cstdint>

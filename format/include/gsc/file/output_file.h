@@ -3,7 +3,7 @@
 // written through. One that exists keeps its permission bits, and its owner and group where the system lets it.
 #pragma once
 
-#include "format/file/output_paths.h"
+#include <gsc/file/output_paths.h>
 
 #include <cstddef>
 #include <cstdint>

@@ -2,10 +2,10 @@
 // Plays a model on one device. Any number of renderers share a Scene; each is used from one thread at a time.
 #pragma once
 
-#include "kernels/frame/frame_target.h"
-#include "kernels/frame/frame_types.h"
-#include "runtime/device.h"
-#include "runtime/scene.h"
+#include <gsc/frame_target.h>
+#include <gsc/frame_types.h>
+#include <gsc/device.h>
+#include <gsc/scene.h>
 
 #include <chrono>
 #include <memory>

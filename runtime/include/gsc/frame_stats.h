@@ -2,7 +2,7 @@
 // What a frame cost, as one line of JSON (schemas/frame-stats.schema.json).
 #pragma once
 
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 
 #include <string>
 

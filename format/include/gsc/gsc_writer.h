@@ -3,7 +3,7 @@
 // depend on what is passed in, never on time, threads or addresses.
 #pragma once
 
-#include "format/gsc_layout.h"
+#include <gsc/gsc_layout.h>
 
 #include <cstddef>
 #include <cstdint>
