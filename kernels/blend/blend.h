@@ -21,13 +21,16 @@ struct BlendArgs {
     uint32_t grid_x, grid_y;
     uint32_t width, height;
     RasterConstants rules;
-    float background[3];
-    float* image; // height x width x 3, row 0 on top
+    float background[3] = {};
+    float* image = nullptr; // height x width x 3, row 0 on top
     DepthRows<float> depth{};
     const SortKey* sorted = nullptr; // the splats' depths, where there are rows for them
     ColumnRange columns{};           // of the image that are drawn
     bool cost = false;               // FrameView::Cost: pixels take the colour of their evaluations
     LensShape lens{};                // tiles that it hides are not written
+    // In place of a picture, per entry of a tile that is drawn: the squares of the splat's weights, transmittance times
+    // alpha, summed over the tile's pixels.
+    float* squares = nullptr;
 };
 
 // Returns the number of (pixel, splat) pairs evaluated.

@@ -32,6 +32,13 @@ constexpr uint32_t kTogether = 3;                  // splats of a block whose fa
 
 using M = hn::Mask<D>;
 
+// Results of blending a tile; squares are BlendArgs::squares.
+enum class Find { Colours, Depths, Cost, Squares };
+constexpr bool findsDepths(Find find)
+{
+    return find == Find::Depths || find == Find::Cost;
+}
+
 // State of a tile while it is blended, block by block, row-major in a block.
 struct TileState {
     HWY_ALIGN float transmittance[kPixels];
@@ -113,10 +120,16 @@ HWY_INLINE V logAlphaLoose(D d, const Lit& lit, const TileState& state, PixelPla
     return hn::IfThenElse(hn::Le(v, hn::Zero(d)), log_alpha, hn::Set(d, -INFINITY)); // NaN draws nothing either
 }
 
+HWY_INLINE void addSquares(D d, V weight, float* squares)
+{
+    hn::Store(hn::MulAdd(weight, weight, hn::Load(d, squares)), d, squares);
+}
+
 // Blends kCount splats, one behind the other, if they finish no pixel and are the depth of none. False, and nothing done,
-// otherwise.
-template <bool kDepth, uint32_t kCount>
-HWY_INLINE bool blendTogether(D d, const BlendRules& rules, const Lit* const* lits, PixelPlace at, PixelLight& light)
+// otherwise. `squares`: per splat, a sum per lane; of Find::Squares.
+template <Find kFind, uint32_t kCount>
+HWY_INLINE bool blendTogether(D d, const BlendRules& rules, const Lit* const* lits, PixelPlace at, PixelLight& light,
+                              float* const* squares)
 {
     V log_alpha[kCount], weight[kCount];
     for (uint32_t i = 0; i < kCount; ++i)
@@ -130,12 +143,16 @@ HWY_INLINE bool blendTogether(D d, const BlendRules& rules, const Lit* const* li
     }
     if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Lt(t, hn::Set(d, rules.bound)))))
         return false;
-    if constexpr (kDepth) {
+    if constexpr (findsDepths(kFind)) {
         const V half = hn::Set(d, kHalfLight);
         if (!hn::AllFalse(d, hn::And(hn::Ge(light.transmittance, half), hn::Lt(t, half))))
             return false;
     }
     for (uint32_t i = 0; i < kCount; ++i) {
+        if constexpr (kFind == Find::Squares) {
+            addSquares(d, weight[i], squares[i]);
+            continue;
+        }
         light.red = hn::MulAdd(weight[i], hn::Set(d, lits[i]->red), light.red);
         light.green = hn::MulAdd(weight[i], hn::Set(d, lits[i]->green), light.green);
         light.blue = hn::MulAdd(weight[i], hn::Set(d, lits[i]->blue), light.blue);
@@ -144,9 +161,9 @@ HWY_INLINE bool blendTogether(D d, const BlendRules& rules, const Lit* const* li
     return true;
 }
 
-// Any splat, on any pixels.
-HWY_NOINLINE void blendOne(const Lit& lit, bool loose, const BlendRules& rules, const TileState& state, PixelPlace at,
-                           PixelLight& light)
+// Any splat, on any pixels. Returns its weights.
+HWY_NOINLINE V blendOne(const Lit& lit, bool loose, const BlendRules& rules, const TileState& state, PixelPlace at,
+                        PixelLight& light)
 {
     const D d;
     const V log_alpha = loose ? logAlphaLoose(d, lit, state, at, rules.gsplat) : logAlpha(d, lit, at);
@@ -166,12 +183,14 @@ HWY_NOINLINE void blendOne(const Lit& lit, bool loose, const BlendRules& rules, 
     const V half = hn::Set(d, kHalfLight);
     const M spent = hn::And(hn::Ge(t, half), hn::Lt(light.transmittance, half));
     light.z = hn::IfThenElse(spent, hn::Set(d, lit.z), light.z);
+    return weight;
 }
 
-// Blends splats `list` of the batch on one vector of pixels. Returns how many were evaluated.
-template <bool kDepth>
+// Blends splats `list` of the batch on one vector of pixels. Returns how many were evaluated. `squares`: of the batch, as
+// blendTogether() has them.
+template <Find kFind>
 HWY_INLINE uint32_t blendVector(const SplatBatch& batch, const BlendRules& rules, SplatList list, PixelPlace at,
-                                TileState& state)
+                                TileState& state, float (*squares)[kBlockPixels])
 {
     const D d;
     const uint32_t first = at.block * kBlockPixels + at.part;
@@ -179,16 +198,19 @@ HWY_INLINE uint32_t blendVector(const SplatBatch& batch, const BlendRules& rules
                         hn::Load(d, state.red + first),
                         hn::Load(d, state.green + first),
                         hn::Load(d, state.blue + first),
-                        kDepth ? hn::Load(d, state.z + first) : hn::Zero(d),
+                        findsDepths(kFind) ? hn::Load(d, state.z + first) : hn::Zero(d),
                         maskOf(uint32_t(state.undone[at.block]) >> at.part)};
     uint32_t visited = 0;
     bool undone = !hn::AllFalse(d, light.undone);
     static_assert(kTogether == 3);
     while (list != 0 && undone) {
         const Lit* lits[kTogether];
+        float* sums[kTogether];
         uint32_t count = 0;
         SplatList these = list;
         do {
+            if constexpr (kFind == Find::Squares)
+                sums[count] = squares[std::countr_zero(list)];
             lits[count++] = batch.lits + std::countr_zero(list);
             list &= list - 1;
         } while (count < kTogether && list != 0);
@@ -196,13 +218,17 @@ HWY_INLINE uint32_t blendVector(const SplatBatch& batch, const BlendRules& rules
         visited += count;
         bool easy = (these & batch.loose) == 0;
         if (HWY_LIKELY(easy))
-            easy = count == 3   ? blendTogether<kDepth, 3>(d, rules, lits, at, light)
-                   : count == 2 ? blendTogether<kDepth, 2>(d, rules, lits, at, light)
-                                : blendTogether<kDepth, 1>(d, rules, lits, at, light);
+            easy = count == 3   ? blendTogether<kFind, 3>(d, rules, lits, at, light, sums)
+                   : count == 2 ? blendTogether<kFind, 2>(d, rules, lits, at, light, sums)
+                                : blendTogether<kFind, 1>(d, rules, lits, at, light, sums);
         if (HWY_UNLIKELY(!easy)) {
             PixelLight careful = light; // note: a copy, whose address the call gets: `light` stays in registers
-            for (uint32_t i = 0; i < count; ++i)
-                blendOne(*lits[i], (batch.loose >> (lits[i] - batch.lits) & 1) != 0, rules, state, at, careful);
+            for (uint32_t i = 0; i < count; ++i) {
+                const bool loose = (batch.loose >> (lits[i] - batch.lits) & 1) != 0;
+                const V weight = blendOne(*lits[i], loose, rules, state, at, careful);
+                if constexpr (kFind == Find::Squares)
+                    addSquares(d, weight, sums[i]);
+            }
             light = careful;
             undone = !hn::AllFalse(d, light.undone);
         }
@@ -211,7 +237,7 @@ HWY_INLINE uint32_t blendVector(const SplatBatch& batch, const BlendRules& rules
     hn::Store(light.red, d, state.red + first);
     hn::Store(light.green, d, state.green + first);
     hn::Store(light.blue, d, state.blue + first);
-    if constexpr (kDepth)
+    if constexpr (findsDepths(kFind))
         hn::Store(light.z, d, state.z + first);
     const uint32_t lanes = (1u << hn::Lanes(d)) - 1;
     const uint32_t others = state.undone[at.block] & ~(lanes << at.part);

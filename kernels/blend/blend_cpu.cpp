@@ -99,7 +99,17 @@ void storeCost(const BlendArgs& args, uint32_t tile_x, uint32_t tile_y, const ui
     }
 }
 
-template <bool kDepth, bool kCost = false>
+// BlendArgs::squares of some entries, and zeros for those of the next batch.
+void storeSquares(float (*squares)[kBlockPixels], uint32_t count, float* to)
+{
+    const D d;
+    for (uint32_t i = 0; i < count; ++i) {
+        to[i] = hn::GetLane(hn::SumOfLanes(d, hn::Load(d, squares[i])));
+        std::fill_n(squares[i], kBlockPixels, 0.0f);
+    }
+}
+
+template <Find kFind>
 uint64_t blendTile(const BlendArgs& args, const BlendRules& rules, uint32_t tile)
 {
     TileState state;
@@ -110,24 +120,31 @@ uint64_t blendTile(const BlendArgs& args, const BlendRules& rules, uint32_t tile
         prefetchSplat(args.splats + args.entries[i]);
     startTile(args, tile_x, tile_y, state);
     uint64_t blocks = 0;
-    uint32_t evaluations[kCost ? kBlockPixels : 1] = {};
+    uint32_t evaluations[kFind == Find::Cost ? kBlockPixels : 1] = {};
+    HWY_ALIGN float squares[kFind == Find::Squares ? kBatch : 1][kBlockPixels] = {};
+    if constexpr (kFind == Find::Squares)
+        std::fill(args.squares + begin, args.squares + end, 0.0f);
     for (uint32_t first = begin; first < end && state.live != 0; first += kBatch) {
-        prepareBatch(args, args.entries + first, std::min(kBatch, end - first), end - first, kDepth, state, batch);
+        const uint32_t count = std::min(kBatch, end - first);
+        prepareBatch(args, args.entries + first, count, end - first, findsDepths(kFind), state, batch);
         for (uint32_t live = state.live; live != 0; live &= live - 1) {
             const uint32_t block = uint32_t(__builtin_ctz(live));
             uint32_t visited = 0;
             for (uint32_t part = 0; part < kBlockPixels; part += uint32_t(hn::Lanes(D())))
-                visited =
-                    std::max(visited, blendVector<kDepth>(batch, rules, batch.blocks[block], {block, part}, state));
+                visited = std::max(
+                    visited, blendVector<kFind>(batch, rules, batch.blocks[block], {block, part}, state, squares));
             blocks += visited;
-            if constexpr (kCost)
+            if constexpr (kFind == Find::Cost)
                 evaluations[block] += visited;
             if (state.undone[block] == 0)
                 state.live &= ~(1u << block);
         }
+        if constexpr (kFind == Find::Squares)
+            storeSquares(squares, count, args.squares + first);
     }
-    storeTile(args, tile_x, tile_y, state);
-    if constexpr (kCost)
+    if constexpr (kFind != Find::Squares)
+        storeTile(args, tile_x, tile_y, state);
+    if constexpr (kFind == Find::Cost)
         storeCost(args, tile_x, tile_y, evaluations);
     return blocks * kBlockPixels;
 }
@@ -136,7 +153,10 @@ uint64_t blendTile(const BlendArgs& args, const BlendRules& rules, uint32_t tile
 // splats.
 uint64_t blendPatches(const BlendArgs& args, size_t first, size_t last)
 {
-    const auto blend = args.cost ? blendTile<true, true> : args.depth.z != nullptr ? blendTile<true> : blendTile<false>;
+    const auto blend = args.squares != nullptr   ? blendTile<Find::Squares>
+                       : args.cost               ? blendTile<Find::Cost>
+                       : args.depth.z != nullptr ? blendTile<Find::Depths>
+                                                 : blendTile<Find::Colours>;
     // gsplat's pixel is done where what goes on equals the bound, too
     const float bound = args.rules.gsplat ? std::nextafter(args.rules.stop, 1.0f) : args.rules.stop;
     const D d;

@@ -52,6 +52,8 @@ DecodeArgs prepareDecode(const ModelView& model, const EyeParams* eyes, uint32_t
 
 // Makes `scratch` fit the model. One scratch per worker.
 void reserveDecode(const ModelView& model, DecodeScratch& scratch);
+// Makes its blocks hold so many Gaussians, behind so many values of decode's own.
+void reserveBlocks(size_t gaussians, size_t own_values, DecodeScratch& scratch);
 
 // Decodes visible anchors [first, first + count), count <= kDecodeBlock, into scratch.blocks. Per eye only Gaussians
 // with opacity >= kOpacityFloor are kept: no other can change a pixel. fp32 in every tier: on a CPU half precision

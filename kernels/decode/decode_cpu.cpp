@@ -158,12 +158,16 @@ void reserveDecode(const ModelView& model, DecodeScratch& scratch)
     const PackedMlpHeader& packed = *reinterpret_cast<const PackedMlpHeader*>(model.packed);
     const size_t F = params.feat_dim, K = params.n_offsets;
     const size_t rows = 2 * (F + kViewRows) + 6 * packed.hidden_pad + packed.out_pad[0] + 3 * K + 3 + 6 + 1;
-    // a compressed store may write a whole vector past the last value
-    const size_t capacity = kDecodeBlock * K + kMaxLanes;
+    reserveBlocks(kDecodeBlock * K, rows * kMaxLanes, scratch);
+}
+
+void reserveBlocks(size_t gaussians, size_t own_values, DecodeScratch& scratch)
+{
+    const size_t capacity = gaussians + kMaxLanes; // a compressed store may write a whole vector past the last value
     constexpr size_t kArrays = 14;
-    scratch.values.reserve(rows * kMaxLanes + kMaxEyes * kArrays * capacity);
+    scratch.values.reserve(own_values + kMaxEyes * kArrays * capacity);
     scratch.origins.reserve(kMaxEyes * capacity);
-    float* values = scratch.values.data() + rows * kMaxLanes;
+    float* values = scratch.values.data() + own_values;
     const auto take = [&values, capacity] {
         float* p = values;
         values += capacity;

@@ -15,7 +15,7 @@ class Workers;
 
 // Splats lie in blocks: block b holds counts[b] of them from slot b * block_capacity on.
 struct SortArgs {
-    const ModelView* model;
+    const ModelView* model;       // null: splats of equal depth stay as they lie
     const VisibleAnchor* visible; // kDecodeBlock per block
     const uint32_t* depth_bits;   // per slot
     const uint16_t* origins;      // per slot, GaussianBlock::origin

@@ -166,7 +166,8 @@ size_t sortCpu(const SortArgs& args, const Workers& workers, SortScratch& scratc
                   scratch.histograms.data(), chunks);
         std::swap(scratch.keys[0], scratch.keys[1]);
     }
-    orderTies(args, workers, scratch.keys[0].data(), count, chunks, scratch.runs);
+    if (args.model != nullptr)
+        orderTies(args, workers, scratch.keys[0].data(), count, chunks, scratch.runs);
     return count;
 }
 

@@ -9,6 +9,7 @@
 #include <doctest/doctest.h>
 
 #include <cstring>
+#include <numeric>
 
 using namespace gsc;
 using namespace gsc::test;
@@ -113,6 +114,43 @@ std::vector<float> blendFast(const BlendCase& scene, const RasterConstants& rule
     return image;
 }
 
+// BlendArgs::squares of every entry of `bins`.
+std::vector<float> squaresFast(const BlendCase& scene, const BinScratch& bins, uint64_t pairs,
+                               const RasterConstants& rules, int threads)
+{
+    std::vector<float> squares(pairs, -5.0f);
+    BlendArgs args{bins.splats.data(),
+                   bins.tile_first.data(),
+                   bins.entries.data(),
+                   tileCount(scene.width),
+                   tileCount(scene.height),
+                   scene.width,
+                   scene.height,
+                   rules};
+    args.squares = squares.data();
+    blendCpu(args, Workers(threads));
+    return squares;
+}
+
+std::vector<float> squaresScalar(const BlendCase& scene, const BinScratch& bins, uint64_t pairs,
+                                 const RasterConstants& rules)
+{
+    std::vector<float> squares(pairs);
+    const float white[3] = {1, 1, 1};
+    for (uint32_t y = 0; y < scene.height; ++y)
+        for (uint32_t x = 0; x < scene.width; ++x) {
+            const uint32_t tile = y / kTileSize * tileCount(scene.width) + x / kTileSize;
+            PixelState<float> pixel{{0, 0, 0}, 1, false};
+            for (uint32_t i = bins.tile_first[tile]; i < bins.tile_first[tile + 1] && !pixel.done; ++i) {
+                const Splat& s = bins.splats[bins.entries[i]];
+                pixel.color[0] = 0; // which then is the weight
+                blendStep(rules, s.conic, s.x - float(x), s.y - float(y), s.opacity, white, pixel);
+                squares[i] += pixel.color[0] * pixel.color[0];
+            }
+        }
+    return squares;
+}
+
 std::vector<float> blendScalar(const BlendCase& scene, const RasterConstants& rules, const float* background,
                                uint64_t& pairs)
 {
@@ -149,6 +187,32 @@ TEST_CASE("image sizes round the edges of tiles, sparse and saturated, both rast
                     CHECK(compare(blendFast(scene, rulesOf(raster), background, 3, pairs),
                                   blendFast(scene, rulesOf(raster), background, 1, pairs))
                               .worst == 0);
+                });
+            }
+}
+
+TEST_CASE("squares of weights are those of the scalar step for every pair of tile and splat, on any number of threads")
+{
+    for (const auto& [width, height] : {std::pair<uint32_t, uint32_t>{33, 31}, {131, 77}})
+        for (const uint32_t count : {60u, 1500u})
+            for (const RasterRules raster : {RasterRules::DiffGaussian, RasterRules::Gsplat}) {
+                const BlendCase scene = randomScene(width, height, count, width + count, count > 1000 ? 0.5f : 0.005f);
+                BinScratch bins;
+                const uint64_t pairs = binCpu(
+                    {scene.fast.data(), scene.keys.data(), scene.keys.size(), tileCount(width), tileCount(height)},
+                    Workers(1), bins);
+                const std::vector<float> expected = squaresScalar(scene, bins, pairs, rulesOf(raster));
+                forEachTarget([&](const char* target) {
+                    CAPTURE(target);
+                    CAPTURE(count);
+                    const std::vector<float> squares = squaresFast(scene, bins, pairs, rulesOf(raster), 1);
+                    size_t off = 0; // a pixel may take or leave what is at 1/255 or at the bound
+                    for (size_t i = 0; i < pairs; ++i)
+                        off += !(std::fabs(squares[i] - expected[i]) <= 1e-3f * expected[i]);
+                    CHECK(off <= 1 + pairs / 1000);
+                    CHECK(std::reduce(squares.begin(), squares.end(), 0.0) ==
+                          doctest::Approx(std::reduce(expected.begin(), expected.end(), 0.0)).epsilon(1e-5));
+                    CHECK(squares == squaresFast(scene, bins, pairs, rulesOf(raster), 3));
                 });
             }
 }
