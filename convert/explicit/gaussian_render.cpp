@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/explicit/gaussian_render.h"
 
-#include "kernels/blend/blend.h"
-
 #include <algorithm>
 #include <cmath>
 
@@ -10,30 +8,21 @@ namespace gsc {
 
 namespace {
 
-constexpr size_t kBlock = 1024; // Gaussians that a worker projects together
-constexpr size_t kArrays = 14;  // of floats in a GaussianBlock
-constexpr size_t kRoom = kBlock + kMaxLanes;
+constexpr uint32_t kBlock = 1024; // Gaussians that a worker projects together
 
 } // namespace
 
 GaussianRenderer::GaussianRenderer(const GaussianSet& set, const double (&origin)[3], int threads)
-    : m_set(set), m_origin(origin), m_workers(threads), m_values(size_t(m_workers.count())),
-      m_origins(size_t(m_workers.count())), m_counts((set.size() + kBlock - 1) / kBlock)
+    : m_set(set), m_origin(origin), m_frame(threads)
 {
-    for (Buffer<float>& values : m_values) {
-        values.reserve(kArrays * kRoom);
-        std::fill_n(values.data(), kArrays * kRoom, 0.0f);
-    }
-    for (std::vector<uint16_t>& origins : m_origins)
-        origins.resize(kRoom);
-    m_splats.reserve(m_counts.size() * kBlock + kMaxLanes);
-    m_depth_bits.reserve(m_counts.size() * kBlock + kMaxLanes);
+    m_frame.capacity = kBlock;
+    for (DecodeState& state : m_frame.states)
+        reserveBlocks(kBlock, 0, state.scratch);
 }
 
-uint32_t GaussianRenderer::drawBlock(size_t block, const EyeParams& eye, const RasterConstants& rules,
-                                     GaussianBlock& gaussians)
+void GaussianRenderer::fillBlock(size_t first, const EyeParams& eye, GaussianBlock& gaussians) const
 {
-    const size_t first = block * kBlock, n = shValues(m_set.degree);
+    const size_t n = shValues(m_set.degree);
     uint32_t count = 0;
     for (size_t i = first; i < std::min(first + kBlock, m_set.size()); ++i) {
         if (m_set.opacity[i] < kOpacityFloor)
@@ -61,52 +50,28 @@ uint32_t GaussianRenderer::drawBlock(size_t block, const EyeParams& eye, const R
         ++count;
     }
     gaussians.count = count;
-    return projectBlockCpu({&eye, rules}, gaussians, m_splats.data() + first, m_depth_bits.data() + first,
-                           gaussians.origin)
-        .splats;
 }
 
 void GaussianRenderer::draw(const EyeParams& eye, const RasterConstants& rules, const float* background, float* image)
 {
-    m_workers.run(m_counts.size(), 1, [&](size_t begin, size_t end, int worker) {
-        float* at = m_values[size_t(worker)].data();
-        GaussianBlock gaussians{};
-        const auto take = [&at](float*& to) {
-            to = at;
-            at += kRoom;
-        };
-        for (size_t i = 0; i < 3; ++i) {
-            take(gaussians.position[i]);
-            take(gaussians.scale[i]);
-            take(gaussians.color[i]);
+    const size_t blocks = (m_set.size() + kBlock - 1) / kBlock;
+    SplatStore& store = m_frame.stores[0];
+    store.reserve(blocks, blocks * kBlock);
+    for (DecodeState& state : m_frame.states)
+        state.clearCounts();
+    m_frame.workers.run(blocks, 1, [&](size_t begin, size_t end, int worker) {
+        DecodeState& state = m_frame.states[size_t(worker)];
+        for (size_t block = begin; block < end; ++block) {
+            fillBlock(block * kBlock, eye, state.scratch.blocks[0]);
+            projectInto(store, block, block * kBlock, {&eye, rules}, state.scratch.blocks[0], 0, state);
         }
-        for (float*& rotation : gaussians.rotation)
-            take(rotation);
-        take(gaussians.opacity);
-        gaussians.origin = m_origins[size_t(worker)].data();
-        for (size_t block = begin; block < end; ++block)
-            m_counts[block] = drawBlock(block, eye, rules, gaussians);
     });
-    m_keys.clear();
-    for (size_t block = 0; block < m_counts.size(); ++block)
-        for (size_t i = 0; i < m_counts[block]; ++i)
-            m_keys.push_back({m_depth_bits.data()[block * kBlock + i], uint32_t(block * kBlock + i)});
-    std::stable_sort(m_keys.begin(), m_keys.end(),
-                     [](const SortKey& a, const SortKey& b) { return a.depth_bits < b.depth_bits; });
-    const uint32_t grid_x = tileCount(eye.width), grid_y = tileCount(eye.height);
-    (void)binCpu({m_splats.data(), m_keys.data(), m_keys.size(), grid_x, grid_y}, m_workers, m_bin);
-    BlendArgs args{m_bin.splats.data(),
-                   m_bin.tile_first.data(),
-                   m_bin.entries.data(),
-                   grid_x,
-                   grid_y,
-                   eye.width,
-                   eye.height,
-                   rules,
-                   {},
-                   image};
+    FrameResult unread;
+    m_frame.list(0, eye, blocks, nullptr, unread);
+    BlendArgs args = m_frame.listed(eye, rules);
     std::copy_n(background, 3, args.background);
-    (void)blendCpu(args, m_workers);
+    args.image = image;
+    (void)blendCpu(args, m_frame.workers);
 }
 
 } // namespace gsc

@@ -3,10 +3,7 @@
 #pragma once
 
 #include "convert/explicit/gaussian_set.h"
-#include "kernels/bin/bin.h"
-#include "kernels/threads/parallel.h"
-
-#include <vector>
+#include "runtime/cpu/frame_cpu.h"
 
 namespace gsc {
 
@@ -19,18 +16,11 @@ public:
     void draw(const EyeParams& eye, const RasterConstants& rules, const float* background, float* image);
 
 private:
-    uint32_t drawBlock(size_t block, const EyeParams& eye, const RasterConstants& rules, GaussianBlock& gaussians);
+    void fillBlock(size_t first, const EyeParams& eye, GaussianBlock& gaussians) const;
 
     const GaussianSet& m_set;
     const double (&m_origin)[3];
-    Workers m_workers;
-    std::vector<Buffer<float>> m_values; // per worker
-    std::vector<std::vector<uint16_t>> m_origins;
-    Buffer<Splat> m_splats;
-    Buffer<uint32_t> m_depth_bits;
-    std::vector<uint32_t> m_counts; // per block
-    std::vector<SortKey> m_keys;
-    BinScratch m_bin;
+    CpuFrame m_frame;
 };
 
 } // namespace gsc

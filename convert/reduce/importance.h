@@ -28,8 +28,8 @@ constexpr uint32_t kMostImportancePoses = 255; // that an Importance counts
 // Called from any thread, when the arrays of a chunk have been read for now.
 using ChunkRead = std::function<void(uint32_t chunk)>;
 
-// Takes poses one by one. Exact arithmetic but for the exponential, which is good to 1e-4; the result does not depend on
-// the number of threads. 9 bytes a slot, and what the renderer of the CPU takes for as many slots as a band may have.
+// Takes poses one by one. Weights are those of the CPU's pictures; the result does not depend on the number of threads. 9
+// bytes a slot, and what the renderer of the CPU takes for as many slots as a band may have.
 class ImportanceMeter {
 public:
     // `model` must outlive this. `threads`: 0 = all cores. `read` may be empty. `most_slots` is that of pictureBands(); with
