@@ -10,10 +10,7 @@
 #include "player/frames/shots.h"
 #include "runtime/cli/reporter.h"
 
-#include "kernels/blend/blend.h"
-#include "kernels/math/anchor.h"
-#include "kernels/threads/parallel.h"
-#include "runtime/cpu/decode_state.h"
+#include "runtime/cpu/frame_cpu.h"
 
 #include <algorithm>
 #include <atomic>
@@ -58,73 +55,52 @@ struct Totals {
 
 class OcclusionMeter {
 public:
-    OcclusionMeter(const ModelView& model, int threads)
-        : m_model(model), m_workers(threads), m_states(size_t(m_workers.count()))
-    {
-        for (DecodeState& state : m_states)
-            reserveDecode(model, state.scratch);
-    }
+    OcclusionMeter(const ModelView& model, int threads) : m_frame(threads) { m_frame.load(model); }
 
     Totals measure(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options)
     {
-        const RasterConstants rules = rasterConstants(*m_model.params, options.near_z);
-        SelectCounts counts{};
-        const size_t visible = selectCpu({&m_model, eyes, eye_count, rules, options.lod_bias, options.lod_fade},
-                                         m_workers, m_select, m_visible, counts);
+        FrameResult result;
+        m_frame.select(eyes, eye_count, options, result);
+        m_frame.decode(eyes, eye_count, options, result);
         Totals totals;
-        totals.anchors = visible;
-        m_needed.assign(visible, 0);
-        for (uint32_t e = 0; e < eye_count; ++e)
-            measureEye(eyes, eye_count, e, visible, rules, options, totals);
-        countNeeded(visible, totals);
+        totals.anchors = m_frame.visible_count;
+        m_needed.assign(m_frame.visible_count, 0);
+        const RasterConstants rules = rasterConstants(*m_frame.model.params, options.near_z);
+        for (uint32_t e = 0; e < eye_count; ++e) {
+            m_frame.list(e, eyes[e], m_frame.blocks(), nullptr, result);
+            totals.pairs += result.eyes[e].pairs;
+            totals.pairs_needed += pairsNeeded(e, eyes[e], rules);
+        }
+        countNeeded(totals);
         return totals;
     }
 
 private:
-    // Every stage of one eye, as the CPU's renderer runs them, up to the lists of the tiles.
-    void measureEye(const EyeParams* eyes, uint32_t eye_count, uint32_t e, size_t visible, const RasterConstants& rules,
-                    const FrameOptions& options, Totals& totals)
+    uint64_t pairsNeeded(uint32_t e, const EyeParams& eye, const RasterConstants& rules)
     {
-        const size_t blocks = (visible + kDecodeBlock - 1) / kDecodeBlock;
-        const uint32_t capacity = kDecodeBlock * m_model.params->n_offsets;
-        m_store.reserve(blocks, blocks * capacity);
-        const DecodeArgs args =
-            prepareDecode(m_model, eyes, eye_count, m_visible.data(), visible, options.appearance, m_bias);
-        m_workers.run(blocks, 1, [&](size_t begin, size_t end, int worker) {
-            DecodeState& state = m_states[size_t(worker)];
-            for (size_t b = begin; b < end; ++b) {
-                const size_t first = b * kDecodeBlock;
-                decodeBlockCpu(args, first, uint32_t(std::min<size_t>(kDecodeBlock, visible - first)), state.scratch);
-                (void)projectInto(m_store, b, b * capacity, {eyes + e, rules}, state.scratch.blocks[e], e, state);
-            }
-        });
-        const size_t count = sortCpu({&m_model, m_visible.data(), m_store.depth_bits.data(), m_store.origins.data(),
-                                      m_store.counts.data(), uint32_t(blocks), capacity},
-                                     m_workers, m_sort);
-        const uint32_t grid_x = tileCount(eyes[e].width), grid_y = tileCount(eyes[e].height);
-        totals.pairs += binCpu({m_store.splats.data(), m_sort.keys[0].data(), count, grid_x, grid_y}, m_workers, m_bin);
-        std::vector<uint64_t> needed(size_t(m_workers.count()));
-        m_workers.run(size_t(grid_x) * grid_y, 4, [&](size_t begin, size_t end, int worker) {
-            for (size_t tile = begin; tile < end; ++tile)
-                needed[size_t(worker)] += walk(tile, grid_x, eyes[e], rules, capacity);
-        });
-        for (const uint64_t pairs : needed)
-            totals.pairs_needed += pairs;
+        std::atomic<uint64_t> needed{0};
+        m_frame.workers.run(size_t(tileCount(eye.width)) * tileCount(eye.height), 4,
+                            [&](size_t begin, size_t end, int) {
+                                for (size_t tile = begin; tile < end; ++tile)
+                                    needed += walk(tile, e, eye, rules);
+                            });
+        return needed;
     }
 
     // How many of a tile's pairs come before all of its pixels are done; marks their anchors.
-    uint64_t walk(size_t tile, uint32_t grid_x, const EyeParams& eye, const RasterConstants& rules, uint32_t capacity)
+    uint64_t walk(size_t tile, uint32_t e, const EyeParams& eye, const RasterConstants& rules)
     {
+        const uint32_t grid_x = tileCount(eye.width);
         const auto x0 = uint32_t(tile % grid_x) * kTileSize, y0 = uint32_t(tile / grid_x) * kTileSize;
         const uint32_t x1 = std::min(x0 + kTileSize, eye.width), y1 = std::min(y0 + kTileSize, eye.height);
         PixelState<float> pixels[kTileSize * kTileSize];
         for (PixelState<float>& pixel : pixels)
             pixel = {{0, 0, 0}, 1, false};
         uint32_t open = (x1 - x0) * (y1 - y0);
-        uint32_t i = m_bin.tile_first[tile];
-        for (; i < m_bin.tile_first[tile + 1] && open > 0; ++i) {
-            const uint32_t at = m_bin.entries[i];
-            const Splat& splat = m_bin.splats[at];
+        uint32_t i = m_frame.bin.tile_first[tile];
+        for (; i < m_frame.bin.tile_first[tile + 1] && open > 0; ++i) {
+            const uint32_t at = m_frame.bin.entries[i];
+            const Splat& splat = m_frame.bin.splats[at];
             for (uint32_t y = std::max<uint32_t>(y0, splat.y0); y < std::min<uint32_t>(y1, splat.y1 + 1u); ++y)
                 for (uint32_t x = std::max<uint32_t>(x0, splat.x0); x < std::min<uint32_t>(x1, splat.x1 + 1u); ++x) {
                     PixelState<float>& pixel = pixels[(y - y0) * kTileSize + x - x0];
@@ -134,21 +110,21 @@ private:
                               pixel);
                     open -= pixel.done;
                 }
-            const uint32_t slot = m_sort.keys[0][at].slot;
-            const size_t anchor =
-                size_t(slot / capacity) * kDecodeBlock + m_store.origins[slot] / m_model.params->n_offsets;
+            const uint32_t slot = m_frame.sort.keys[0][at].slot;
+            const size_t anchor = size_t(slot / m_frame.capacity) * kDecodeBlock +
+                                  m_frame.stores[e].origins[slot] / m_frame.model.params->n_offsets;
             std::atomic_ref(m_needed[anchor]).store(1, std::memory_order_relaxed);
         }
-        return i - m_bin.tile_first[tile];
+        return i - m_frame.bin.tile_first[tile];
     }
 
-    void countNeeded(size_t visible, Totals& totals) const
+    void countNeeded(Totals& totals) const
     {
         uint64_t last = UINT64_MAX;
         bool last_needed = false;
-        for (size_t i = 0; i < visible; ++i) { // in file order, so those of a group follow each other
-            const VisibleAnchor& anchor = m_visible[i];
-            const uint64_t group = m_model.chunks[anchor.chunk].group_first + anchor.local / kGroupSize;
+        for (size_t i = 0; i < m_frame.visible_count; ++i) { // in file order, so those of a group follow each other
+            const VisibleAnchor& anchor = m_frame.visible[i];
+            const uint64_t group = m_frame.model.chunks[anchor.chunk].group_first + anchor.local / kGroupSize;
             if (group != last) {
                 totals.groups_needed += last_needed;
                 last_needed = false;
@@ -161,15 +137,7 @@ private:
         totals.groups_needed += last_needed;
     }
 
-    const ModelView& m_model;
-    Workers m_workers;
-    std::vector<DecodeState> m_states;
-    SelectScratch m_select;
-    Buffer<VisibleAnchor> m_visible;
-    Buffer<float> m_bias;
-    SplatStore m_store;
-    SortScratch m_sort;
-    BinScratch m_bin;
+    CpuFrame m_frame;
     std::vector<uint8_t> m_needed; // per visible anchor
 };
 

@@ -15,46 +15,28 @@ constexpr int kMaxWorkers = 256;
 } // namespace
 
 BenchScene::BenchScene(const ModelView& model, const EyeParams& eye, int32_t appearance)
-    : m_model(model), m_eye(eye), m_appearance(appearance), m_rules(rasterConstants(*model.params, 0)),
+    : m_model(model), m_eye(eye), m_appearance(appearance), m_rules(rasterConstants(*model.params, 0)), m_frame(1),
       m_scratch(kMaxWorkers)
 {
-    const Workers one(1);
-    SelectScratch scratch;
-    SelectCounts counts{};
-    m_visible_count = selectCpu({&m_model, &m_eye, 1, m_rules, 0}, one, scratch, m_visible, counts);
     m_selected = selectReference<float>(m_model, m_eye, m_rules, 0);
     m_image.resize(size_t(3) * eye.width * eye.height);
     m_reference_image.resize(m_image.size());
-    projectAll();
+    listAll();
     buildReference();
 }
 
-void BenchScene::projectAll()
+void BenchScene::listAll()
 {
-    m_scratch[0] = std::make_unique<DecodeScratch>();
-    reserveDecode(m_model, *m_scratch[0]);
-    const DecodeArgs args = prepareDecode(m_model, &m_eye, 1, m_visible.data(), m_visible_count, m_appearance, m_bias);
-    const size_t blocks = (m_visible_count + kDecodeBlock - 1) / kDecodeBlock;
-    const uint32_t capacity = kDecodeBlock * m_model.params->n_offsets;
-    m_splats.reserve(blocks * capacity);
-    m_depths.reserve(blocks * capacity);
-    m_origins.reserve(blocks * capacity);
-    m_counts.reserve(blocks);
-    for (size_t b = 0; b < blocks; ++b) {
-        const size_t first = b * kDecodeBlock;
-        decodeBlockCpu(args, first, uint32_t(std::min<size_t>(kDecodeBlock, m_visible_count - first)), *m_scratch[0]);
-        m_counts[b] = projectBlockCpu({&m_eye, m_rules}, m_scratch[0]->blocks[0], m_splats.data() + b * capacity,
-                                      m_depths.data() + b * capacity, m_origins.data() + b * capacity)
-                          .splats;
-    }
-    const Workers one(1);
-    const size_t count = sortCpu(
-        {&m_model, m_visible.data(), m_depths.data(), m_origins.data(), m_counts.data(), uint32_t(blocks), capacity},
-        one, m_sort);
-    m_pairs = binCpu({m_splats.data(), m_sort.keys[0].data(), count, tileCount(m_eye.width), tileCount(m_eye.height)},
-                     one, m_bin);
+    FrameOptions options;
+    options.appearance = m_appearance;
+    FrameResult result;
+    m_frame.load(m_model);
+    m_frame.select(&m_eye, 1, options, result);
+    m_frame.decode(&m_eye, 1, options, result);
+    const size_t count = m_frame.list(0, m_eye, m_frame.blocks(), nullptr, result);
+    m_pairs = result.eyes[0].pairs;
     for (size_t i = 0; i < count; ++i) {
-        const Splat& s = m_bin.splats[i];
+        const Splat& s = m_frame.bin.splats[i];
         SplatOf<float> same{};
         same.x = s.x;
         same.y = s.y;
@@ -66,8 +48,9 @@ void BenchScene::projectAll()
         m_same_splats.push_back(same);
     }
     const size_t tiles = size_t(tileCount(m_eye.width)) * tileCount(m_eye.height);
-    m_same_lists.first.assign(m_bin.tile_first.data(), m_bin.tile_first.data() + tiles + 1);
-    m_same_lists.entries.assign(m_bin.entries.data(), m_bin.entries.data() + m_pairs);
+    const BlendArgs lists = m_frame.listed(m_eye, m_rules);
+    m_same_lists.first.assign(lists.tile_first, lists.tile_first + tiles + 1);
+    m_same_lists.entries.assign(lists.entries, lists.entries + m_pairs);
 }
 
 void BenchScene::buildReference()
@@ -83,19 +66,19 @@ void BenchScene::buildReference()
 
 size_t BenchScene::decodeFast(const Workers& workers)
 {
-    const DecodeArgs args = prepareDecode(m_model, &m_eye, 1, m_visible.data(), m_visible_count, m_appearance, m_bias);
-    const size_t blocks = (m_visible_count + kDecodeBlock - 1) / kDecodeBlock;
+    const DecodeArgs args =
+        prepareDecode(m_model, &m_eye, 1, m_frame.visible.data(), visible(), m_appearance, m_frame.bias);
     for (int w = 0; w < workers.count(); ++w)
         if (m_scratch[size_t(w)] == nullptr) {
             m_scratch[size_t(w)] = std::make_unique<DecodeScratch>();
             reserveDecode(m_model, *m_scratch[size_t(w)]);
         }
     std::atomic<size_t> gaussians{0};
-    workers.run(blocks, 1, [&](size_t begin, size_t end, int worker) {
+    workers.run(m_frame.blocks(), 1, [&](size_t begin, size_t end, int worker) {
         DecodeScratch& scratch = *m_scratch[size_t(worker)];
         for (size_t b = begin; b < end; ++b) {
             const size_t first = b * kDecodeBlock;
-            decodeBlockCpu(args, first, uint32_t(std::min<size_t>(kDecodeBlock, m_visible_count - first)), scratch);
+            decodeBlockCpu(args, first, uint32_t(std::min<size_t>(kDecodeBlock, visible() - first)), scratch);
             gaussians.fetch_add(scratch.blocks[0].count, std::memory_order_relaxed);
         }
     });
@@ -110,16 +93,8 @@ size_t BenchScene::decodeReference()
 
 uint64_t BenchScene::blendFast(const Workers& workers)
 {
-    BlendArgs args{m_bin.splats.data(),
-                   m_bin.tile_first.data(),
-                   m_bin.entries.data(),
-                   tileCount(m_eye.width),
-                   tileCount(m_eye.height),
-                   m_eye.width,
-                   m_eye.height,
-                   m_rules,
-                   {},
-                   m_image.data()};
+    BlendArgs args = m_frame.listed(m_eye, m_rules);
+    args.image = m_image.data();
     return blendCpu(args, workers);
 }
 

@@ -2,8 +2,7 @@
 // One view taken through the stages, so that a benchmark can repeat any of them on the input it has in a frame.
 #pragma once
 
-#include "kernels/blend/blend.h"
-#include "kernels/threads/parallel.h"
+#include "runtime/cpu/frame_cpu.h"
 
 #include <memory>
 #include <vector>
@@ -22,30 +21,24 @@ public:
     uint64_t blendReferenceSameLists(); // the lists the fast path made: arithmetic alone
     uint64_t blendReferenceFullLists(); // every tile of upstream's rectangles: what culling saves, too
 
-    [[nodiscard]] size_t visible() const { return m_visible_count; }
+    [[nodiscard]] size_t visible() const { return m_frame.visible_count; }
     [[nodiscard]] size_t gaussians() const { return m_gaussians; }
     [[nodiscard]] uint64_t pairs() const { return m_pairs; }
     // Largest difference between the fast image and the reference's: a benchmark of something wrong is worth nothing.
     [[nodiscard]] float worstDifference() const;
 
 private:
-    void projectAll();
+    void listAll();
     void buildReference();
 
     const ModelView& m_model;
     EyeParams m_eye;
     int32_t m_appearance;
     RasterConstants m_rules;
-    Buffer<VisibleAnchor> m_visible;
-    size_t m_visible_count = 0, m_gaussians = 0;
+    CpuFrame m_frame;
+    size_t m_gaussians = 0;
     uint64_t m_pairs = 0;
-    Buffer<float> m_bias;
     std::vector<std::unique_ptr<DecodeScratch>> m_scratch; // per worker
-    Buffer<Splat> m_splats;
-    Buffer<uint32_t> m_depths, m_counts;
-    Buffer<uint16_t> m_origins;
-    SortScratch m_sort;
-    BinScratch m_bin;
     std::vector<SelectedAnchor<float>> m_selected;
     std::vector<SplatOf<float>> m_full_splats, m_same_splats;
     TileLists m_full_lists, m_same_lists;
