@@ -7,7 +7,6 @@
 #include "runtime/metrics/metrics.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace gsc {
 
@@ -97,7 +96,7 @@ void PictureProbe::add(size_t pose, const std::vector<float>& pixels, size_t cou
     result.mse += difference.mse / double(count);
     if (difference.psnr < result.worstPose().psnr)
         result.worst = result.poses.size() - 1;
-    result.psnr = result.mse > 0 ? -10 * std::log10(result.mse) : INFINITY;
+    result.psnr = psnrOf(result.mse);
 }
 
 FileScore PictureProbe::measure(std::shared_ptr<const Scene> file, size_t first, size_t count)

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/measure/scorer.h"
 
-#include "runtime/records/report_parts.h"
+#include "player/report/report_parts.h"
+#include "runtime/metrics/metrics.h"
 
 #include <algorithm>
 #include <cmath>
@@ -28,13 +29,6 @@ void addScore(Accuracy::Sampled& sampled, std::vector<double>& scores, uint32_t 
 double meanOf(const std::vector<double>& values)
 {
     return values.empty() ? 0 : std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
-}
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-double decibelsOf(double mse)
-{
-    return mse > 0 ? -10 * std::log10(mse) : kInfinity;
 }
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -80,7 +74,7 @@ void FoveaScorer::add(uint64_t frame, const FoveaSums (&sides)[2])
         Sums& all = m_sums[i];
         if (own.pixels == 0)
             continue;
-        const double psnr = decibelsOf(own.squares / double(3 * own.pixels));
+        const double psnr = psnrOf(own.squares / double(3 * own.pixels));
         if (all.pixels == 0 || psnr < all.psnr_min) {
             all.psnr_min = psnr;
             all.psnr_min_frame = frame;
@@ -104,7 +98,7 @@ FoveaAccuracy FoveaScorer::result() const
         if (sums.pixels == 0)
             continue;
         part.share = double(sums.pixels) / every;
-        part.psnr_pooled = decibelsOf(sums.squares / double(3 * sums.pixels));
+        part.psnr_pooled = psnrOf(sums.squares / double(3 * sums.pixels));
         part.psnr_min = sums.psnr_min;
         part.psnr_min_frame = sums.psnr_min_frame;
         if (sums.flip_pixels > 0)
@@ -171,8 +165,7 @@ Accuracy Scorer::result() const
         return result;
     std::vector<double> psnr = m_psnr;
     std::sort(psnr.begin(), psnr.end());
-    const double mse = m_mse / double(result.images);
-    result.psnr_pooled = decibelsOf(mse);
+    result.psnr_pooled = psnrOf(m_mse / double(result.images));
     result.psnr_p1 = nearestRank(psnr, 0.01);
     result.ssim.mean = meanOf(m_ssim);
     result.flip.mean = meanOf(m_flip);

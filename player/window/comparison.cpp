@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 
 namespace gsc {
 
@@ -33,14 +32,11 @@ Picture8 quantise(const Image& image)
 Comparison::Comparison(std::vector<Image> pictures, std::vector<Image> exact)
     : m_pictures(std::move(pictures)), m_exact(std::move(exact))
 {
-    double squares = 0;
-    for (size_t eye = 0; eye < m_exact.size(); ++eye) {
-        const ImageDifference difference = compareImages(viewOf(m_exact[eye]), viewOf(m_pictures[eye]));
-        squares += difference.mse;
-        m_numbers.worst_255 = std::max(m_numbers.worst_255, 255 * difference.max_error);
-    }
-    m_numbers.psnr =
-        squares > 0 ? -10 * std::log10(squares / double(m_exact.size())) : std::numeric_limits<double>::infinity();
+    PooledDifference eyes;
+    for (size_t eye = 0; eye < m_exact.size(); ++eye)
+        eyes.add(compareImages(viewOf(m_exact[eye]), viewOf(m_pictures[eye])));
+    m_numbers.psnr = eyes.psnr();
+    m_numbers.worst_255 = 255 * eyes.max_error;
     m_flip = std::async(std::launch::async, [this] {
         double sum = 0;
         for (size_t eye = 0; eye < m_exact.size(); ++eye)

@@ -12,14 +12,10 @@
 
 namespace gsc {
 
-namespace {
-
 double psnrOf(double mse)
 {
     return mse > 0 ? -10 * std::log10(mse) : std::numeric_limits<double>::infinity();
 }
-
-} // namespace
 
 ImageDifference compareImages(const ImageView& a, const ImageView& b)
 {

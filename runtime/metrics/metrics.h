@@ -14,12 +14,14 @@ struct ImageView {
 };
 
 struct ImageDifference {
-    double mse = 0;       // mean over pixels and channels
-    double psnr = 0;      // 10 log10(1 / mse), +inf if equal
+    double mse = 0; // mean over pixels and channels
+    double psnr = 0;
     double max_error = 0; // largest |a - b| of any channel
     uint32_t max_x = 0, max_y = 0;
     uint64_t over_1_255 = 0; // pixels with a channel off by more than 1/255
 };
+
+double psnrOf(double mse); // 10 log10(1 / mse), +inf of 0
 
 // Precondition of all: equal sizes.
 ImageDifference compareImages(const ImageView& a, const ImageView& b);

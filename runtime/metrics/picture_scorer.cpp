@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace gsc {
 
@@ -89,7 +88,7 @@ void SquareHistory::add(std::span<const SquareSums> squares, uint32_t width, uin
         addSums(all, square);
     const double values = 3.0 * width * height;
     scores.mse = values > 0 ? (all.error[0] + all.error[1]) / values : 0;
-    scores.psnr = scores.mse > 0 ? -10 * std::log10(scores.mse) : std::numeric_limits<double>::infinity();
+    scores.psnr = psnrOf(scores.mse);
     scores.max_error = all.largest;
     scores.over_1_255 = all.over_1_255;
     for (size_t part = 0; part < 2; ++part) {
