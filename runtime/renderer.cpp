@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gsc/renderer.h>
 
-#include <gsc/error.h>
+#include "format/error.h"
+#include "kernels/threads/stopwatch.h"
 
 #include <algorithm>
 #include <utility>
@@ -19,10 +20,10 @@ bool isOfDevice(ErrorCode code)
 std::unique_ptr<Renderer> loaded(std::unique_ptr<Renderer> renderer, std::shared_ptr<const Scene> scene,
                                  double* load_ms)
 {
-    const auto start = std::chrono::steady_clock::now();
+    Stopwatch watch;
     renderer->load(std::move(scene));
     if (load_ms != nullptr)
-        *load_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+        *load_ms = watch.lap();
     return renderer;
 }
 

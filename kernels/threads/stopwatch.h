@@ -5,13 +5,18 @@
 
 namespace gsc {
 
+inline double milliseconds(std::chrono::nanoseconds time)
+{
+    return std::chrono::duration<double, std::milli>(time).count();
+}
+
 class Stopwatch {
 public:
     // Milliseconds since construction or the last lap.
     double lap()
     {
         const Clock::time_point now = Clock::now();
-        const double ms = std::chrono::duration<double, std::milli>(now - m_start).count();
+        const double ms = milliseconds(now - m_start);
         m_start = now;
         return ms;
     }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/service/mode_choice.h"
 
-#include <gsc/error.h>
+#include "format/error.h"
+#include "kernels/threads/stopwatch.h"
 
 #include <algorithm>
 #include <cmath>
@@ -74,7 +75,7 @@ void ModeChoice::Trial::endTurn(size_t first_number)
     for (size_t i = kSkipped; i < turn.size(); ++i) {
         const bool has = i >= turns();
         const ServiceTime span = has ? turn[i].at - turn[i - turns()].at : ServiceTime(0);
-        const double ms = std::chrono::duration<double, std::milli>(span).count() / turns();
+        const double ms = milliseconds(span) / turns();
         counted.push_back({first_number + i, turn[i], has ? ms : NAN});
     }
     turn.clear();

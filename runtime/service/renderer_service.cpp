@@ -4,6 +4,7 @@
 
 #include <gsc/error.h>
 #include "format/machine/threads.h"
+#include "kernels/threads/stopwatch.h"
 #include "runtime/frame_checks.h"
 
 #include <algorithm>
@@ -15,11 +16,6 @@ namespace gsc {
 namespace {
 
 constexpr auto kHangsAtEnd = std::chrono::seconds(1); // that the end waits for a worker in a call
-
-double msOf(ServiceTime time)
-{
-    return std::chrono::duration<double, std::milli>(time).count();
-}
 
 void checkServiceOptions(const ServiceOptions& options)
 {
@@ -220,7 +216,7 @@ std::optional<Delivery> RendererService::Core::next(std::chrono::nanoseconds mos
                     delivery.eyes[e] = work->target(e, work->pictures->kind(), work->memory.get());
                 delivery.memory = work->memory;
                 delivery.result = work->result();
-                m_latency.add(msOf(delivery.delivered - delivery.submitted));
+                m_latency.add(milliseconds(delivery.delivered - delivery.submitted));
             }
             settle();
             return delivery;

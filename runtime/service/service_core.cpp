@@ -2,7 +2,8 @@
 // What happens with the mutex held: which worker draws what, how many draw, what has ended.
 #include "runtime/service/service_core.h"
 
-#include <gsc/error.h>
+#include "format/error.h"
+#include "kernels/threads/stopwatch.h"
 
 #include <algorithm>
 #include <utility>
@@ -15,11 +16,6 @@ constexpr auto kLook = std::chrono::milliseconds(5);           // between two lo
 constexpr auto kTryAgain = std::chrono::seconds(20);           // plans after a drift, at the soonest
 constexpr ServiceTime kAhead = std::chrono::milliseconds(100); // what a started worker is good for
 constexpr double kMeanOf = 8;                                  // frames
-
-double msBetween(ServiceTime from, ServiceTime to)
-{
-    return std::chrono::duration<double, std::milli>(to - from).count();
-}
 
 } // namespace
 
@@ -170,7 +166,7 @@ void RendererService::Core::noteDrawn(uint64_t pose, const std::shared_ptr<PoseW
             m_span_ms = 0;
         m_span_ms = m_span_ms == 0 ? busy : m_span_ms + (busy - m_span_ms) / kMeanOf;
         if (m_options.mode == ServiceMode::Auto &&
-            m_choice.add(work->plan_serial, {work->drawn, msBetween(*work->begun, work->drawn), busy}) &&
+            m_choice.add(work->plan_serial, {work->drawn, milliseconds(work->drawn - *work->begun), busy}) &&
             m_choice.decided())
             note(TraceEvent::Kind::Plan, -1, m_choice.cause());
     }
@@ -341,7 +337,7 @@ void RendererService::Core::abandon(size_t index, ServiceTime deadline)
     hung->abandoned = true;
     const std::string text =
         formatString("hangs: %s took longer than %.0f ms",
-                     hung->state == WorkerState::Working ? "a part" : "loading or letting go", msBetween({}, deadline));
+                     hung->state == WorkerState::Working ? "a part" : "loading or letting go", milliseconds(deadline));
     const auto error = std::make_exception_ptr(
         Error(ErrorCode::Device, formatString("%s: %s, expected less; see whether the device still answers",
                                               deviceText(hung->device).c_str(), text.c_str())));

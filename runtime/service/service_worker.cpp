@@ -2,7 +2,8 @@
 // A worker's thread: makes its renderer, takes parts, draws them, brings them to where pictures are delivered.
 #include "runtime/service/service_core.h"
 
-#include <gsc/error.h>
+#include "format/error.h"
+#include "kernels/threads/stopwatch.h"
 
 #include <algorithm>
 
@@ -11,11 +12,6 @@ namespace gsc {
 namespace {
 
 constexpr uint32_t kFirstParts = 3; // of a renderer, which tell nothing of its speed
-
-double milliseconds(ServiceTime time)
-{
-    return std::chrono::duration<double, std::milli>(time).count();
-}
 
 } // namespace
 
