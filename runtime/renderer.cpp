@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gsc/renderer.h>
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "kernels/threads/stopwatch.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/measure/scorer.h"
 
-#include "player/report/report_parts.h"
+#include "runtime/records/report_parts.h"
 #include "runtime/metrics/metrics.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/service/mode_choice.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "kernels/threads/stopwatch.h"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // What happens with the mutex held: which worker draws what, how many draw, what has ended.
 #include "runtime/service/service_core.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "kernels/threads/stopwatch.h"
 
 #include <algorithm>

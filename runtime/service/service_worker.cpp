@@ -2,7 +2,7 @@
 // A worker's thread: makes its renderer, takes parts, draws them, brings them to where pictures are delivered.
 #include "runtime/service/service_core.h"
 
-#include "format/error.h"
+#include <gsc/error.h>
 #include "kernels/threads/stopwatch.h"
 
 #include <algorithm>
