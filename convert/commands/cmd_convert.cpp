@@ -3,7 +3,7 @@
 #include "convert/commands/command.h"
 #include "convert/commands/convert_report.h"
 
-#include "convert/bake/model_sections.h"
+#include "convert/write/model_sections.h"
 #include "convert/compare/compare_checkpoint.h"
 #include <gsc/gsc_layout.h>
 #include <gsc/file/output_file.h>
@@ -18,7 +18,7 @@ namespace {
 struct ConvertOptions {
     std::string input;
     CheckpointOptions checkpoint;
-    BakeOptions bake;
+    WriteOptions write;
     std::string appearance = "all";
     std::string report;
     bool dry_run = false;
@@ -39,7 +39,7 @@ int parseAppearance(const std::string& text)
 
 std::vector<NamedPath> outputsOf(const ConvertOptions& options)
 {
-    std::vector<NamedPath> outputs = {{options.bake.output, "--output"}};
+    std::vector<NamedPath> outputs = {{options.write.output, "--output"}};
     if (!options.report.empty())
         outputs.push_back({options.report, "--report"});
     return outputs;
@@ -78,7 +78,7 @@ Error errorAbout(const Error& error, const std::string& path, const std::string&
 
 // Throws unless the file holds every value of the checkpoint bit for bit. `path` is where it lies until it is `output`.
 void verifyFile(const Checkpoint& checkpoint, const std::string& path, const std::string& output,
-                const BakeProgress& progress)
+                const WriteProgress& progress)
 {
     CompareReport comparison;
     try {
@@ -94,33 +94,33 @@ void verifyFile(const Checkpoint& checkpoint, const std::string& path, const std
 
 ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
 {
-    BakeOptions bake_options = options.bake;
-    bake_options.appearance = parseAppearance(options.appearance);
+    WriteOptions write_options = options.write;
+    write_options.appearance = parseAppearance(options.appearance);
     const std::vector<NamedPath> outputs = outputsOf(options);
     checkOutputsDiffer(outputs, std::vector<NamedPath>{{options.input, "the input"}});
-    checkOutput(bake_options.output, OutputKind::Binary, bake_options.overwrite);
+    checkOutput(write_options.output, OutputKind::Binary, write_options.overwrite);
     if (!options.report.empty())
-        checkOutput(options.report, OutputKind::Text, bake_options.overwrite);
+        checkOutput(options.report, OutputKind::Text, write_options.overwrite);
     checkStandardOutput(options.report, "--report", report.json());
 
     const Checkpoint checkpoint = readCheckpoint(options.input, options.checkpoint);
-    (void)keptEmbeddingRows(checkpoint, bake_options.appearance); // a dry run refuses what the bake would
+    (void)keptEmbeddingRows(checkpoint, write_options.appearance); // a dry run refuses what the writer would
     checkOutputsDiffer(outputs, filesOf(checkpoint, options.checkpoint.scene_dir));
 
-    ConvertFacts facts{checkpoint, bake_options, nullptr, false, checkpoint.warnings, 0};
+    ConvertFacts facts{checkpoint, write_options, nullptr, false, checkpoint.warnings, 0};
     for (const std::string& warning : facts.warnings)
         report.warning(warning);
-    BakeReport bake_report;
+    WriteReport written;
     if (!options.dry_run) {
-        const BakeProgress progress = std::bind_front(&Reporter::progress, &report);
+        const WriteProgress progress = std::bind_front(&Reporter::progress, &report);
         if (options.verify)
-            bake_options.verify = [&](const std::string& path) {
-                verifyFile(checkpoint, path, bake_options.output, progress);
+            write_options.verify = [&](const std::string& path) {
+                verifyFile(checkpoint, path, write_options.output, progress);
                 facts.verified = true;
             };
-        bake_report = bake(checkpoint, bake_options, progress);
-        facts.bake = &bake_report;
-        for (const std::string& warning : bake_report.warnings) {
+        written = writeGsc(checkpoint, write_options, progress);
+        facts.written = &written;
+        for (const std::string& warning : written.warnings) {
             report.warning(warning);
             facts.warnings.push_back(warning);
         }
@@ -128,7 +128,7 @@ ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
     }
     facts.seconds = report.seconds();
     if (!options.report.empty())
-        writeTextFile(options.report, jsonText(convertJson(facts)) + "\n", bake_options.overwrite);
+        writeTextFile(options.report, jsonText(convertJson(facts)) + "\n", write_options.overwrite);
     if (report.json())
         report.object(convertJson(facts));
     else if (isStandardOutput(options.report)) // which holds the report alone
@@ -141,25 +141,25 @@ ErrorCode runConvert(const ConvertOptions& options, Reporter& report)
 
 void addBakeOptions(CLI::App& command, ConvertOptions& options)
 {
-    addText(command, "-o,--output", options.bake.output, "FILE.gsc", "file to write").required();
-    addFlag(command, "-w,--overwrite", options.bake.overwrite, "replace files that exist");
+    addText(command, "-o,--output", options.write.output, "FILE.gsc", "file to write").required();
+    addFlag(command, "-w,--overwrite", options.write.overwrite, "replace files that exist");
     addText(command, "--report", options.report, "FILE.json",
             "write the report there too, as JSON; - is standard output");
     const Heading heading(command, "Making the file");
     addText(command, "--appearance", options.appearance, "all|ROW (default: all)",
             "row of the appearance embedding to keep");
-    addFlag(command, "--drop-invalid", options.bake.drop_invalid,
+    addFlag(command, "--drop-invalid", options.write.drop_invalid,
             "leave out anchors with values that are not finite instead of refusing the model");
-    addChoice<SensitivityMode>(command, "--sensitivity", options.bake.sensitivity,
+    addChoice<SensitivityMode>(command, "--sensitivity", options.write.sensitivity,
                                {{"none", SensitivityMode::None}, {"sampled", SensitivityMode::Sampled}},
                                "default: sampled",
                                "how fast each anchor changes with the view, which a player keeps decoded anchors by: "
                                "sampled from six directions, or left out");
-    addCount(command, "--chunk-anchors", options.bake.chunk_anchors, 1, kMaxAnchors, "N (default: 16384)",
+    addCount(command, "--chunk-anchors", options.write.chunk_anchors, 1, kMaxAnchors, "N (default: 16384)",
              "anchors per chunk to aim for");
-    addByteSize(command, "--memory-budget", options.bake.memory_budget, 1,
+    addByteSize(command, "--memory-budget", options.write.memory_budget, 1,
                 "SIZE (default: 1G, or a quarter of memory if less)", "memory for buffers, such as 4G");
-    addInteger(command, "-j,--threads", options.bake.threads, 0, 4096, "N (default: 0)",
+    addInteger(command, "-j,--threads", options.write.threads, 0, 4096, "N (default: 0)",
                "threads, 0 = all cores; the bytes do not depend on it");
     const OptionHandle verify =
         addFlag(command, "--verify", options.verify,

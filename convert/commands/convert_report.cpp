@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/convert_report.h"
 
-#include "convert/bake/model_sections.h"
-#include "runtime/cli/version.h"
+#include "convert/write/model_sections.h"
+#include "player/tool/version.h"
 #include "convert/commands/model_facts.h"
 #include "kernels/sensitivity/sensitivity.h"
 
@@ -14,16 +14,16 @@ namespace {
 bool isLossless(const ConvertFacts& facts)
 {
     const bool rows_left_out = facts.options.appearance >= 0 && facts.checkpoint.embeddingRows() > 1;
-    return facts.bake->dropped == 0 && !rows_left_out;
+    return facts.written->dropped == 0 && !rows_left_out;
 }
 
 std::string howVerified(const ConvertFacts& facts)
 {
     if (facts.verified)
         return "read back: every attribute of every anchor compared bit for bit with the checkpoint";
-    return facts.bake->exact_grid ? "while baking: every position recomputed from its integers bit for bit; other "
-                                    "values are copied as fp32"
-                                  : "by construction: every value is copied as fp32, positions too";
+    return facts.written->exact_grid ? "while baking: every position recomputed from its integers bit for bit; other "
+                                       "values are copied as fp32"
+                                     : "by construction: every value is copied as fp32, positions too";
 }
 
 Json inputJson(const ConvertFacts& facts)
@@ -35,7 +35,7 @@ Json inputJson(const ConvertFacts& facts)
                  {"container", checkpoint.container},
                  {"iteration", checkpoint.iteration >= 0 ? Json(checkpoint.iteration) : Json(nullptr)},
                  {"cameras", checkpoint.cameras.size()}};
-    json["bytes"] = facts.bake ? Json(facts.bake->input_bytes) : Json(nullptr);
+    json["bytes"] = facts.written ? Json(facts.written->input_bytes) : Json(nullptr);
     return json;
 }
 
@@ -47,9 +47,9 @@ ModelParams paramsOf(const Checkpoint& checkpoint)
     return params;
 }
 
-double ratio(const BakeReport& bake)
+double ratio(const WriteReport& written)
 {
-    return bake.input_bytes ? double(bake.output_bytes) / double(bake.input_bytes) : 0;
+    return written.input_bytes ? double(written.output_bytes) / double(written.input_bytes) : 0;
 }
 
 } // namespace
@@ -59,24 +59,25 @@ Json convertJson(const ConvertFacts& facts)
     Json json = {
         {"schema", "gsc.convert/1"},
         {"generator", {{"name", "gsc"}, {"version", toolVersion()}}},
-        {"dry_run", facts.bake == nullptr},
+        {"dry_run", facts.written == nullptr},
         {"input", inputJson(facts)},
         {"model", modelJson(paramsOf(facts.checkpoint), facts.checkpoint.anchor_count)},
         {"options", Json::parse(effectiveOptions(facts.options))},
     };
     Json stages = Json::array();
-    if (const BakeReport* bake = facts.bake) {
-        json["output"] = {{"path", facts.options.output}, {"bytes", bake->output_bytes},
-                          {"ratio", ratio(*bake)},        {"anchors", bake->anchors},
-                          {"dropped", bake->dropped},     {"levels", bake->levels},
-                          {"chunks", bake->chunks},       {"groups", bake->groups},
-                          {"leaves", bake->leaves},       {"positions", bake->exact_grid ? "grid" : "float"}};
-        json["output"]["sensitivity_thread_seconds"] =
-            facts.options.sensitivity == SensitivityMode::None ? Json(nullptr) : jsonNumber(bake->sensitivity_seconds);
+    if (const WriteReport* written = facts.written) {
+        json["output"] = {{"path", facts.options.output}, {"bytes", written->output_bytes},
+                          {"ratio", ratio(*written)},     {"anchors", written->anchors},
+                          {"dropped", written->dropped},  {"levels", written->levels},
+                          {"chunks", written->chunks},    {"groups", written->groups},
+                          {"leaves", written->leaves},    {"positions", written->exact_grid ? "grid" : "float"}};
+        json["output"]["sensitivity_thread_seconds"] = facts.options.sensitivity == SensitivityMode::None
+                                                           ? Json(nullptr)
+                                                           : jsonNumber(written->sensitivity_seconds);
         json["quality"] = {{"lossless", isLossless(facts)},
                            {"verified", facts.verified ? "read-back" : "bake"},
                            {"how", howVerified(facts)}};
-        for (const BakeStage& stage : bake->stages)
+        for (const WriteStage& stage : written->stages)
             stages.push_back({{"name", stage.name}, {"seconds", jsonNumber(stage.seconds)}});
     } else {
         json["output"] = nullptr;
@@ -95,20 +96,20 @@ std::string convertText(const ConvertFacts& facts)
     std::string text = modelText(paramsOf(checkpoint), checkpoint.anchor_count);
     text += formatString("\nread        %s and %zu weight files, %zu cameras", checkpoint.ply_path.c_str(),
                          checkpoint.weight_paths.size(), checkpoint.cameras.size());
-    if (!facts.bake)
+    if (!facts.written)
         return text + formatString("\ndry run     nothing written; it would be %s\n", facts.options.output.c_str());
-    const BakeReport& bake = *facts.bake;
+    const WriteReport& written = *facts.written;
     text += formatString("\nwrote       %s, %s (%.3f of the checkpoint)", facts.options.output.c_str(),
-                         formatBytes(bake.output_bytes).c_str(), ratio(bake));
-    text += formatString("\nindex       %s levels, %s chunks, %s groups, %s leaves", formatCount(bake.levels).c_str(),
-                         formatCount(bake.chunks).c_str(), formatCount(bake.groups).c_str(),
-                         formatCount(bake.leaves).c_str());
+                         formatBytes(written.output_bytes).c_str(), ratio(written));
+    text += formatString("\nindex       %s levels, %s chunks, %s groups, %s leaves",
+                         formatCount(written.levels).c_str(), formatCount(written.chunks).c_str(),
+                         formatCount(written.groups).c_str(), formatCount(written.leaves).c_str());
     if (facts.options.sensitivity != SensitivityMode::None)
         text += formatString("\nsensitivity sampled from %u directions, %.2f s of all threads together", kProbes,
-                             bake.sensitivity_seconds);
-    if (bake.dropped)
-        text +=
-            formatString("\ndropped     %s anchors with values that are not finite", formatCount(bake.dropped).c_str());
+                             written.sensitivity_seconds);
+    if (written.dropped)
+        text += formatString("\ndropped     %s anchors with values that are not finite",
+                             formatCount(written.dropped).c_str());
     text += formatString("\nlossless    %s (%s)\n", isLossless(facts) ? "yes" : "no", howVerified(facts).c_str());
     return text;
 }

@@ -2,7 +2,7 @@
 // What `gsc convert` tells about its work (schemas/convert-report.schema.json).
 #pragma once
 
-#include "convert/bake/bake.h"
+#include "convert/write/write_gsc.h"
 #include "convert/commands/command.h"
 
 #include <string>
@@ -12,10 +12,10 @@ namespace gsc {
 
 struct ConvertFacts {
     const Checkpoint& checkpoint;
-    const BakeOptions& options;
-    const BakeReport* bake = nullptr;  // null with --dry-run
-    bool verified = false;             // --verify: the file was read back and compared with the checkpoint
-    std::vector<std::string> warnings; // of reading and of baking
+    const WriteOptions& options;
+    const WriteReport* written = nullptr; // null with --dry-run
+    bool verified = false;                // --verify: the file was read back and compared with the checkpoint
+    std::vector<std::string> warnings;    // of reading and of writing
     double seconds = 0;
 };
 

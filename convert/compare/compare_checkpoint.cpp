@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/compare/compare_checkpoint.h"
 
-#include "convert/bake/anchor_check.h"
-#include "convert/bake/anchor_record.h"
-#include "convert/bake/batch_stream.h"
-#include "convert/bake/chunk_values.h"
-#include "convert/bake/mlp_pack.h"
-#include "convert/bake/model_sections.h"
+#include "convert/write/anchor_check.h"
+#include "convert/write/anchor_record.h"
+#include "convert/write/batch_stream.h"
+#include "convert/write/chunk_values.h"
+#include "convert/write/mlp_pack.h"
+#include "convert/write/model_sections.h"
 #include "convert/input/model_names.h"
 #include <gsc/error.h>
 #include <gsc/gsc_file.h>
@@ -52,7 +52,7 @@ const float* constantOf(const ModelParams& params, ChunkArray array)
 
 class Comparison {
 public:
-    Comparison(const Checkpoint& checkpoint, const GscView& view, const BakeProgress& progress)
+    Comparison(const Checkpoint& checkpoint, const GscView& view, const WriteProgress& progress)
         : m_checkpoint(checkpoint), m_view(view), m_progress(progress)
     {
     }
@@ -97,7 +97,7 @@ private:
     bool compareSettings()
     {
         const ModelParams expected = modelParams(m_checkpoint), &file = *m_view.params;
-        constexpr uint32_t kFound = kModelHasRotation | kModelHasOpacity | kModelHasNormal; // decided while baking
+        constexpr uint32_t kFound = kModelHasRotation | kModelHasOpacity | kModelHasNormal; // decided while writing
         same("family", expected.family, file.family);
         same("flags", expected.flags & ~kFound, file.flags & ~kFound);
         same("level_rule", expected.level_rule, file.level_rule);
@@ -261,7 +261,7 @@ private:
 
     const Checkpoint& m_checkpoint;
     const GscView& m_view;
-    const BakeProgress& m_progress;
+    const WriteProgress& m_progress;
     const std::thread::id m_thread = std::this_thread::get_id();
     CompareReport m_report;
 };
@@ -283,12 +283,13 @@ std::string CompareReport::summary() const
 }
 
 CompareReport compareCheckpoint(const Checkpoint& checkpoint, AnchorSource& source, const GscView& view,
-                                const BakeProgress& progress)
+                                const WriteProgress& progress)
 {
     return Comparison(checkpoint, view, progress).run(source);
 }
 
-CompareReport compareCheckpoint(const Checkpoint& checkpoint, const std::string& gsc_path, const BakeProgress& progress)
+CompareReport compareCheckpoint(const Checkpoint& checkpoint, const std::string& gsc_path,
+                                const WriteProgress& progress)
 {
     const IssueSink sink = throwFirstIssue(gsc_path);
     const GscFile file(gsc_path, sink);

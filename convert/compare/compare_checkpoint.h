@@ -2,8 +2,8 @@
 // Every value of a checkpoint against the .gsc made from it, bit for bit.
 #pragma once
 
-#include "convert/bake/bake.h"
-#include <gsc/gsc_reader.h>
+#include "convert/write/write_gsc.h"
+#include "format/gsc_reader.h"
 
 #include <cstdint>
 #include <string>
@@ -31,9 +31,9 @@ struct CompareReport {
 
 // Memory does not grow with the model. Throws Error: Io, InvalidFile if the .gsc is damaged.
 CompareReport compareCheckpoint(const Checkpoint& checkpoint, const std::string& gsc_path,
-                                const BakeProgress& progress);
+                                const WriteProgress& progress);
 // Precondition: `view` came from openGsc() without errors.
 CompareReport compareCheckpoint(const Checkpoint& checkpoint, AnchorSource& source, const GscView& view,
-                                const BakeProgress& progress);
+                                const WriteProgress& progress);
 
 } // namespace gsc

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/compare/compare_render.h"
 
-#include "convert/bake/bake.h"
+#include "convert/write/write_gsc.h"
 #include "convert/compare/trainer_pictures.h"
 #include <gsc/interrupt.h>
 #include <gsc/file/output_paths.h>
@@ -23,14 +23,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-void bakeFresh(const Checkpoint& checkpoint, const std::string& path, int threads, Reporter& report)
+void writeFresh(const Checkpoint& checkpoint, const std::string& path, int threads, Reporter& report)
 {
-    BakeOptions options;
+    WriteOptions options;
     options.output = path;
     options.threads = threads;
     options.drop_invalid = true;
     options.sensitivity = SensitivityMode::None; // nothing that is rendered here reads it
-    bake(checkpoint, options, std::bind_front(&Reporter::progress, &report));
+    writeGsc(checkpoint, options, std::bind_front(&Reporter::progress, &report));
 }
 
 // Draws a file, as a player shows it or in double precision.
@@ -174,7 +174,7 @@ RenderComparison compareRenders(const Checkpoint& checkpoint, const std::string&
         const Temporary folder(resolveOutput((fs::temp_directory_path() / "gsc-compare").string()),
                                TemporaryKind::Folder, 0700);
         const std::string fresh = folder.path() + "/fresh.gsc";
-        bakeFresh(checkpoint, fresh, options.threads, report);
+        writeFresh(checkpoint, fresh, options.threads, report);
         FileRenderer reference(fresh, CpuPath::Reference, Tier::Exact, options.reference, options.threads);
         for (const Camera& camera : cameras) {
             throwIfInterrupted();

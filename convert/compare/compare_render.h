@@ -29,7 +29,7 @@ struct RenderOptions {
 
 struct RenderComparison {
     Tier tier = Tier::Exact;   // that the file was rendered in
-    PictureSet reference;      // the file through the fast backend, against the scalar reference over a fresh bake
+    PictureSet reference;      // the file through the fast backend, against the scalar reference over a fresh file
     PictureSet trainer;        // the same against the trainer's own pictures; empty if there are none
     std::string lpips_missing; // why a view has no LPIPS; empty = all have
 

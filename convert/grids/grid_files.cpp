@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/grids/grid_files.h"
 
-#include "convert/bake/spatial_index.h"
+#include "convert/write/spatial_index.h"
 #include "convert/grids/stored_grid.h"
 #include <gsc/interrupt.h>
 #include "kernels/threads/tbb_bound.h"

@@ -2,8 +2,8 @@
 // A level's NanoVDB grid as it lies in the file, once it is known to be safe to walk.
 #pragma once
 
-#include "convert/bake/chunk_values.h"
-#include <gsc/gsc_reader.h>
+#include "convert/write/chunk_values.h"
+#include "format/gsc_reader.h"
 
 #include <nanovdb/NanoVDB.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/reduce/file_anchors.h"
 
-#include "convert/bake/chunk_values.h"
+#include "convert/write/chunk_values.h"
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Anchors of .gsc files as the baker reads those of a checkpoint.
+// Anchors of .gsc files as the writer reads those of a checkpoint.
 #pragma once
 
 #include "convert/input/checkpoint.h"

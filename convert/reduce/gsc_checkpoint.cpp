@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/reduce/gsc_checkpoint.h"
 
-#include "convert/bake/chunk_values.h"
-#include <gsc/half.h>
+#include "convert/write/chunk_values.h"
+#include "format/half.h"
 #include "format/numbers/morton.h"
 #include "runtime/records/record.h"
 #include <gsc/camera.h>
@@ -73,9 +73,9 @@ OrderedJson manifestOf(std::string_view manifest)
     return parsed.json.is_object() ? std::move(parsed.json) : OrderedJson::object();
 }
 
-BakeOptions bakeOptionsOf(const GscView& view)
+WriteOptions writeOptionsOf(const GscView& view)
 {
-    BakeOptions result;
+    WriteOptions result;
     result.sensitivity = view.sensitivity.empty() ? SensitivityMode::None : SensitivityMode::Sampled;
     const OrderedJson manifest = manifestOf(view.manifest);
     const auto options = manifest.find("options");

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A .gsc file as the baker takes a checkpoint.
+// A .gsc file as the writer takes a checkpoint.
 #pragma once
 
-#include "convert/bake/bake.h"
+#include "convert/write/write_gsc.h"
 #include "convert/input/checkpoint.h"
 #include <gsc/gsc_reader.h>
 #include "runtime/cli/json.h"
@@ -18,7 +18,7 @@ namespace gsc {
 // META, or an empty object where it is none or nests too deep for a person to have meant it.
 [[nodiscard]] OrderedJson manifestOf(std::string_view manifest);
 // The options that a file of the same anchors would be made with again, byte for byte.
-[[nodiscard]] BakeOptions bakeOptionsOf(const GscView& view);
+[[nodiscard]] WriteOptions writeOptionsOf(const GscView& view);
 
 // Weights as the nearest halves.
 void roundToHalves(std::vector<Mlp>& mlps);

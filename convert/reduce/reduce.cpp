@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/reduce/reduce.h"
 
-#include "convert/bake/bake.h"
-#include "convert/bake/mlp_pack.h"
+#include "convert/write/write_gsc.h"
+#include "convert/write/mlp_pack.h"
 #include "convert/reduce/file_anchors.h"
 #include "convert/reduce/gsc_checkpoint.h"
 #include "convert/reduce/measurer.h"
@@ -275,22 +275,22 @@ private:
         if (checkpoint.anchor_count == 0)
             throw Error(ErrorCode::Difference, m_options.name + ": no anchor would be left, expected one; no pose sees "
                                                                 "any, pass other --cameras");
-        BakeOptions bake;
-        bake.output = m_output;
-        bake.overwrite = m_options.overwrite;
-        bake.threads = m_options.threads;
+        WriteOptions write;
+        write.output = m_output;
+        write.overwrite = m_options.overwrite;
+        write.threads = m_options.threads;
         // the row that a file of one has; options of a file of several that is said to be of one are not taken over
         if (m_view.embedding_rows.size() == 1)
-            bake.appearance = int(m_view.embedding_rows[0]);
-        bake.sensitivity = SensitivityMode::None;
-        bake.source.emplace(BakedSource{
+            write.appearance = int(m_view.embedding_rows[0]);
+        write.sensitivity = SensitivityMode::None;
+        write.source.emplace(KnownSource{
             m_view.header->source_hash, reducedFacts(m_view.manifest, reductionText(m_report, m_target)), {}});
-        bake.verify = [&](const std::string& path) {
+        write.verify = [&](const std::string& path) {
             if (last) // all of `source` has been read
                 m_model.reset();
             measureFile(path);
         };
-        (void)bakeFrom(checkpoint, source, bake, [](const char*, uint64_t, uint64_t) {});
+        (void)writeGscFrom(checkpoint, source, write, [](const char*, uint64_t, uint64_t) {});
     }
 
     // The file before it has its name.

@@ -89,7 +89,7 @@ private:
 };
 
 // Throws Error: Difference where the target cannot be kept, naming the pose; Usage for too few cameras; as Scene::open()
-// and bake(); as BakeState. Then no file is left, but for ReduceOptions::resume, which goes when the output is written, and
+// and writeGsc(); as BakeState. Then no file is left, but for ReduceOptions::resume, which goes when the output is written, and
 // only then. The same bytes on any number of threads, but not on any device: rounding of pictures differs.
 ReduceReport reduce(const ReduceOptions& options, const ReduceProgress& progress);
 

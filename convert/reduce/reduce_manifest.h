@@ -12,7 +12,7 @@ namespace gsc {
 
 // JSON of the manifest's "reduction": levers, poses and measured loss. The same for the same input and options.
 [[nodiscard]] std::string reductionText(const ReduceReport& report, std::optional<double> target);
-// BakedSource::facts of a file with that reduction, made from one with this manifest.
+// KnownSource::facts of a file with that reduction, made from one with this manifest.
 [[nodiscard]] std::string reducedFacts(std::string_view manifest, const std::string& reduction);
 
 } // namespace gsc

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/bake/bake.h"
+#include "convert/write/write_gsc.h"
 #include "convert/commands/command.h"
 #include "convert/commands/export/export_gaussians.h"
 #include "convert/compare/compare_render.h"
@@ -172,9 +172,9 @@ TEST_CASE("an SPZ of more Gaussians than its readers take warns, and nothing els
     sample.anchors = 300;
     sample.output = (folder / "room").string();
     makeSample(sample, {});
-    BakeOptions baking;
+    WriteOptions baking;
     baking.output = (folder / "room.gsc").string();
-    bake(readCheckpoint(sample.output, {}), baking, {});
+    writeGsc(readCheckpoint(sample.output, {}), baking, {});
     GaussianExportOptions options;
     options.file = baking.output;
     options.degree = 0;

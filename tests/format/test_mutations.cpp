@@ -14,7 +14,7 @@ using namespace gsc::test;
 
 namespace {
 
-// Found by `gsc validate`, which has a JSON parser and NanoVDB; their cases lie in tests/cli and tests/bake. And those of
+// Found by `gsc validate`, which has a JSON parser and NanoVDB; their cases lie in tests/cli and tests/write. And those of
 // archives, in test_archive.cpp.
 const std::set<uint16_t> kReportedElsewhere = {issue::ManifestJson,
                                                issue::GridType,

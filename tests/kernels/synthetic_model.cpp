@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/kernels/synthetic_model.h"
 
-#include "convert/bake/mlp_pack.h"
+#include "convert/write/mlp_pack.h"
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,7 @@ find_package(TBB REQUIRED)
 
 # Models in memory, packed as the bake packs them. Other areas may link it.
 add_library(gsc_test_synthetic STATIC kernels/synthetic_model.cpp kernels/synthetic_random.cpp
-                                      ${PROJECT_SOURCE_DIR}/convert/bake/mlp_pack.cpp)
+                                      ${PROJECT_SOURCE_DIR}/convert/write/mlp_pack.cpp)
 target_link_libraries(gsc_test_synthetic PUBLIC gsc_format PRIVATE gsc_build_flags)
 target_include_directories(gsc_test_synthetic PUBLIC ${PROJECT_SOURCE_DIR})
 

@@ -2,7 +2,7 @@
 // A trained model, baked into a temporary folder that goes away with the object.
 #pragma once
 
-#include "convert/bake/bake.h"
+#include "convert/write/write_gsc.h"
 #include "convert/input/checkpoint.h"
 #include "tests/format/scratch_dir.h"
 
@@ -14,9 +14,9 @@ class BakedModel {
 public:
     explicit BakedModel(const std::string& model)
     {
-        BakeOptions options;
+        WriteOptions options;
         options.output = path();
-        (void)bake(readCheckpoint(model, {}), options, [](const char*, uint64_t, uint64_t) {});
+        (void)writeGsc(readCheckpoint(model, {}), options, [](const char*, uint64_t, uint64_t) {});
     }
 
     [[nodiscard]] std::string path() const { return m_folder / "model.gsc"; }

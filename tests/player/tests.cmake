@@ -77,16 +77,16 @@ if(TARGET gsc_player)
 endif()
 
 # against the trainers' own renders and dumps
-if(TARGET gsc_bake AND GSC_BUILD_PLAYER)
+if(TARGET gsc_write AND GSC_BUILD_PLAYER)
   gsc_add_test(
     test_golden
     SOURCES player/test_golden.cpp
-    LIBS gsc_bake gsc_image gsc_metrics gsc_runtime nlohmann_json::nlohmann_json
+    LIBS gsc_write gsc_image gsc_metrics gsc_runtime nlohmann_json::nlohmann_json
     LABELS cpu slow
     TIMEOUT 600)
 
   add_library(gsc_golden_city STATIC player/golden_city.cpp)
-  target_link_libraries(gsc_golden_city PUBLIC gsc_bake gsc_image gsc_metrics gsc_player gsc_runtime gsc_sample
+  target_link_libraries(gsc_golden_city PUBLIC gsc_write gsc_image gsc_metrics gsc_player gsc_runtime gsc_sample
                                         PRIVATE gsc_build_flags gsc_test_main)
   gsc_add_test(
     test_golden_cities
@@ -106,7 +106,7 @@ if(TARGET gsc_bake AND GSC_BUILD_PLAYER)
   endif()
 
   add_executable(dump_intermediates player/dump_intermediates.cpp)
-  target_link_libraries(dump_intermediates PRIVATE gsc_bake gsc_cameras gsc_runtime gsc_kernels
+  target_link_libraries(dump_intermediates PRIVATE gsc_write gsc_cameras gsc_runtime gsc_kernels
                                                    nlohmann_json::nlohmann_json gsc_build_flags)
   execute_process(COMMAND ${GSC_SYSTEM_PYTHON} -c "import numpy" RESULT_VARIABLE gsc_no_numpy OUTPUT_QUIET ERROR_QUIET)
   if(gsc_no_numpy)

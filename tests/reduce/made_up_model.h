@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "convert/bake/bake.h"
+#include "convert/write/write_gsc.h"
 #include "convert/reduce/reduce.h"
 #include "sample/sample_tools.h"
 
@@ -18,12 +18,12 @@ struct MadeUpModel {
         SampleOptions options = sampleOptions(scene, kind, 1500, folder / "model");
         options.everything_on = kind == SampleModel::Octree;
         REQUIRE(tryMake(options).code == 0);
-        BakeOptions bake_options;
+        WriteOptions bake_options;
         bake_options.output = whole();
         Checkpoint checkpoint = readCheckpoint(folder / "model", {});
         for (size_t k = 0; k < 2; ++k) // slots that are alive nowhere
             checkpoint.mlps[0].layers[1].bias[k] = -100;
-        (void)bake(checkpoint, bake_options, {});
+        (void)writeGsc(checkpoint, bake_options, {});
     }
 
     [[nodiscard]] std::string whole() const { return folder / "whole.gsc"; }

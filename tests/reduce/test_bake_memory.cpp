@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a bake holds in memory grows with the anchors, and by no more than is written down here.
-#include "convert/bake/bake.h"
+#include "convert/write/write_gsc.h"
 #include "convert/reduce/reduce.h"
 #include "sample/sample_tools.h"
 #include "tests/support/sanitized.h"
@@ -49,7 +49,7 @@ Memory mostOf(uint64_t anchors)
 {
     const ScratchFolder folder;
     REQUIRE(tryMake(sampleOptions(SampleScene::City, SampleModel::Scaffold, anchors, folder / "model")).code == 0);
-    BakeOptions convert;
+    WriteOptions convert;
     convert.output = folder / "whole.gsc";
     convert.sensitivity = SensitivityMode::None;
     convert.threads = 1;
@@ -59,7 +59,7 @@ Memory mostOf(uint64_t anchors)
         camera.fx *= 30;
         camera.fy *= 30;
     }
-    (void)bake(checkpoint, convert, {});
+    (void)writeGsc(checkpoint, convert, {});
     ReduceOptions options;
     options.input = options.name = convert.output;
     options.output = folder / "baked.gsc";

@@ -74,7 +74,7 @@ TEST_CASE("a manifest of other types, or one that nests without end, is no obsta
         TinyGscOptions options;
         options.manifest = manifest;
         const Foreign foreign(options);
-        CHECK(bakeOptionsOf(foreign.view).chunk_anchors == BakeOptions().chunk_anchors);
+        CHECK(writeOptionsOf(foreign.view).chunk_anchors == WriteOptions().chunk_anchors);
         CHECK(checkpointOf(foreign.view, "foreign").container.empty());
         const GscFile again(foreign.written(), throwFirstIssue("written"));
         GscView view;

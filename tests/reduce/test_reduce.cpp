@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A bake keeps what it promises, the same on any number of threads, and leaves nothing where it cannot.
-#include "convert/bake/bake.h"
+#include "convert/write/write_gsc.h"
 #include "convert/reduce/curve.h"
 #include "convert/reduce/picture_bands.h"
 #include "convert/reduce/reduce.h"
@@ -265,10 +265,10 @@ TEST_CASE("a trained model keeps 45 dB in a fifth of its archive")
         if (!path.ends_with("/fox_scaffold"))
             continue;
         const ScratchFolder folder;
-        BakeOptions convert;
+        WriteOptions convert;
         convert.output = folder / "whole.gsc";
         convert.sensitivity = SensitivityMode::None;
-        (void)bake(readCheckpoint(path, {}), convert, {});
+        (void)writeGsc(readCheckpoint(path, {}), convert, {});
         ReduceOptions options;
         options.input = options.name = convert.output;
         options.output = folder / "baked.gsc";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is cut and joined again is the same file, and what cannot be joined is refused by name.
-#include "convert/bake/bake.h"
+#include "convert/write/write_gsc.h"
 #include "convert/reduce/reduce.h"
 #include "convert/reduce/tiles/tiles.h"
 #include <gsc/error.h>
@@ -22,14 +22,14 @@ namespace {
 
 constexpr double kFar = 1e30;
 
-void convertTo(const std::string& model, const std::string& output, const BakeOptions& how = {}, float bias = 0)
+void convertTo(const std::string& model, const std::string& output, const WriteOptions& how = {}, float bias = 0)
 {
     Checkpoint checkpoint = readCheckpoint(model, {});
     checkpoint.mlps[0].layers[1].bias[0] = -100; // a slot that is alive nowhere
     checkpoint.mlps[1].layers[1].bias[2] += bias;
-    BakeOptions options = how;
+    WriteOptions options = how;
     options.output = output;
-    (void)bake(checkpoint, options, {});
+    (void)writeGsc(checkpoint, options, {});
 }
 
 struct Model {
@@ -195,7 +195,7 @@ TEST_CASE("what cannot be joined is refused, saying which and what")
 TEST_CASE("tiles that were never one file follow each other")
 {
     const Model model;
-    BakeOptions how;
+    WriteOptions how;
     how.chunk_anchors = 64; // another file, so another model as far as anybody knows
     convertTo(model.source(), model.folder / "more.gsc", how);
     const TileReport report = model.join({"whole.gsc", "more.gsc"}, "twice.gsc");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // `gsc sample paths`: every path moves as its description says, at the pace of the metre it states, and sees the model.
-#include "convert/bake/bake.h"
+#include "convert/write/write_gsc.h"
 #include "convert/input/checkpoint.h"
 #include "convert/sample/paths/camera_paths.h"
 #include "convert/sample/paths/make_paths.h"
@@ -91,9 +91,9 @@ double shareInImage(const std::vector<dvec3>& anchors, const Pose& pose)
 
 std::string bakeTo(const Checkpoint& checkpoint, const std::string& file)
 {
-    BakeOptions options;
+    WriteOptions options;
     options.output = file;
-    (void)bake(checkpoint, options, [](const char*, uint64_t, uint64_t) {});
+    (void)writeGsc(checkpoint, options, [](const char*, uint64_t, uint64_t) {});
     return file;
 }
 
@@ -284,10 +284,10 @@ TEST_CASE("model paths: an appearance row per path, of a camera nearby")
     CHECK(rows.size() > 3);
     CHECK(rows.count(-1) == 0);
 
-    BakeOptions one;
+    WriteOptions one;
     one.output = scratch / "one.gsc";
     one.appearance = 2;
-    (void)bake(checkpoint, one, [](const char*, uint64_t, uint64_t) {});
+    (void)writeGsc(checkpoint, one, [](const char*, uint64_t, uint64_t) {});
     for (const auto& [name, frames] : make(one.output, scratch / "one").paths)
         for (const int row : frames.appearance)
             CHECK(row == 2); // the only one the file holds

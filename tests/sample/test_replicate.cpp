@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tiling a model into a city. The sample city stands in for a real aerial model where there is none.
-#include "convert/bake/grid_fit.h"
+#include "convert/write/grid_fit.h"
 #include "convert/input/checkpoint.h"
 #include <gsc/error.h>
 #include <gsc/gsc_layout.h>

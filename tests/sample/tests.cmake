@@ -6,13 +6,13 @@ if(TARGET gsc_sample)
   target_link_libraries(gsc_sample_tools PUBLIC gsc_sample gsc_format gsc_build_flags)
 
   gsc_add_test(test_sample SOURCES sample/test_sample.cpp sample/test_sample_weights.cpp
-               LIBS gsc_sample_tools gsc_bake gsc_input TBB::tbb)
+               LIBS gsc_sample_tools gsc_write gsc_input TBB::tbb)
   gsc_add_test(test_sample_folder SOURCES sample/test_sample_folder.cpp LIBS gsc_sample_tools)
-  gsc_add_test(test_replicate SOURCES sample/test_replicate.cpp LIBS gsc_sample_tools gsc_bake gsc_input gsc_cameras)
+  gsc_add_test(test_replicate SOURCES sample/test_replicate.cpp LIBS gsc_sample_tools gsc_write gsc_input gsc_cameras)
   gsc_add_test(test_camera_paths SOURCES sample/test_camera_paths.cpp
-               LIBS gsc_sample_tools gsc_bake gsc_input gsc_cameras)
+               LIBS gsc_sample_tools gsc_write gsc_input gsc_cameras)
   gsc_add_test(test_model_paths SOURCES sample/test_model_paths.cpp TIMEOUT 1200
-               LIBS gsc_sample_tools gsc_bake gsc_input gsc_cameras)
+               LIBS gsc_sample_tools gsc_write gsc_input gsc_cameras)
   if(GSC_SANITIZE) # five minutes, of what test_camera_paths runs too
     set_tests_properties(test_model_paths PROPERTIES LABELS "cpu;slow")
   endif()

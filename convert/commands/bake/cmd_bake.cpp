@@ -5,7 +5,7 @@
 #include "convert/commands/checkpoint_options.h"
 #include "convert/commands/command.h"
 
-#include "convert/bake/bake.h"
+#include "convert/write/write_gsc.h"
 #include "convert/reduce/state/bake_state.h"
 #include <gsc/file/output_file.h>
 #include <gsc/file/output_paths.h>
@@ -153,11 +153,11 @@ std::vector<std::string> filesOf(const BakeCommand& command, bool keep_all, Work
         const Checkpoint checkpoint = readCheckpoint(input, command.checkpoint);
         for (const std::string& warning : checkpoint.warnings)
             report.warning(warning);
-        BakeOptions convert;
+        WriteOptions convert;
         convert.output = workplace.file(formatString("whole%zu.gsc", files.size()));
         convert.threads = command.reduce.threads;
         convert.sensitivity = keep_all ? SensitivityMode::Sampled : SensitivityMode::None;
-        (void)bake(checkpoint, convert, std::bind_front(&Reporter::progress, &report));
+        (void)writeGsc(checkpoint, convert, std::bind_front(&Reporter::progress, &report));
         files.push_back(convert.output);
     }
     return files;

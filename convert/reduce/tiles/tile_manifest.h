@@ -19,7 +19,7 @@ struct TileFacts {
     std::optional<CropBox> box;
 };
 
-// BakedSource::facts. Of all of a model cut and joined again they are those of the model.
+// KnownSource::facts. Of all of a model cut and joined again they are those of the model.
 [[nodiscard]] std::string tileFactsText(const TileFacts& facts);
 
 } // namespace gsc

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/reduce/tiles/tiles.h"
 
-#include "convert/bake/chunk_values.h"
+#include "convert/write/chunk_values.h"
 #include "convert/reduce/file_anchors.h"
 #include "convert/reduce/gsc_checkpoint.h"
 #include "convert/reduce/tiles/tile_check.h"
@@ -35,7 +35,7 @@ bool isInside(const CropBox& box, const std::array<float, 3>& position)
 // One join; the members are its state from step to step.
 class Joiner {
 public:
-    Joiner(const TileOptions& options, const BakeProgress& progress) : m_options(options), m_progress(progress) {}
+    Joiner(const TileOptions& options, const WriteProgress& progress) : m_options(options), m_progress(progress) {}
 
     TileReport run()
     {
@@ -190,10 +190,10 @@ private:
             checkpoint.flags &= ~uint32_t(kModelCompact);
         addCameras(checkpoint);
 
-        BakeOptions bake = bakeOptionsOf(m_views[0]);
-        bake.output = m_options.output;
-        bake.overwrite = m_options.overwrite;
-        bake.threads = m_options.threads;
+        WriteOptions write = writeOptionsOf(m_views[0]);
+        write.output = m_options.output;
+        write.overwrite = m_options.overwrite;
+        write.threads = m_options.threads;
         TileFacts facts;
         for (const GscView& view : m_views)
             facts.manifests.push_back(view.manifest);
@@ -202,11 +202,11 @@ private:
         facts.box = m_options.crop;
         if (facts.one_model && m_places.size() < m_origin.whole_anchors)
             facts.tile = m_origin;
-        bake.source.emplace(BakedSource{facts.source_hash, tileFactsText(facts),
-                                        facts.tile ? tileSection() : std::vector<std::byte>()});
-        bake.verify = [&](const std::string& path) { checkWhole(path); };
+        write.source.emplace(KnownSource{facts.source_hash, tileFactsText(facts),
+                                         facts.tile ? tileSection() : std::vector<std::byte>()});
+        write.verify = [&](const std::string& path) { checkWhole(path); };
         FileAnchors source(m_views, m_places);
-        const BakeReport made = bakeFrom(checkpoint, source, bake, m_progress);
+        const WriteReport made = writeGscFrom(checkpoint, source, write, m_progress);
         m_report.bytes = made.output_bytes;
         m_report.warnings = made.warnings;
         if (m_some_compact)
@@ -243,7 +243,7 @@ private:
     }
 
     const TileOptions& m_options;
-    const BakeProgress& m_progress;
+    const WriteProgress& m_progress;
     std::vector<std::unique_ptr<GscFile>> m_files;
     std::vector<GscView> m_views;
     TileRecord m_origin{};
@@ -255,7 +255,7 @@ private:
 
 } // namespace
 
-TileReport joinTiles(const TileOptions& options, const BakeProgress& progress)
+TileReport joinTiles(const TileOptions& options, const WriteProgress& progress)
 {
     return Joiner(options, progress).run();
 }

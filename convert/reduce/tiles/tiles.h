@@ -2,7 +2,7 @@
 // Files cut to a box and joined again. Exact: nothing is drawn, and no value of an anchor that stays changes.
 #pragma once
 
-#include "convert/bake/bake.h"
+#include "convert/write/write_gsc.h"
 
 #include <array>
 #include <cstdint>
@@ -41,8 +41,8 @@ struct TileReport {
 
 // Files that were cut from one model are joined in the order of its rows; others one after another. A file that was not cut
 // is a model of which it is the whole. Throws Error: Usage for a box that holds no anchor; Difference, naming file and
-// field, for files that are not of one model or share an anchor; as openGsc() and bake(). Then no file is left. The same
+// field, for files that are not of one model or share an anchor; as openGsc() and writeGsc(). Then no file is left. The same
 // bytes on any number of threads.
-TileReport joinTiles(const TileOptions& options, const BakeProgress& progress);
+TileReport joinTiles(const TileOptions& options, const WriteProgress& progress);
 
 } // namespace gsc

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Camera paths through any baked model, at the pace of a viewer of human size.
+// Camera paths through any model, at the pace of a viewer of human size.
 #pragma once
 
 #include "convert/sample/paths/camera_motions.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a baked model tells about where one can stand in it: its ground, its cameras, its scale, what they saw.
+// What a model tells about where one can stand in it: its ground, its cameras, its scale, what they saw.
 #pragma once
 
 #include "convert/sample/paths/camera_motions.h"

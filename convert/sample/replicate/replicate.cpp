@@ -3,7 +3,7 @@
 // by a small jitter per anchor, so that no two copies tie in depth; both are whole cells of the anchor's own grid.
 #include "convert/sample/sample.h"
 
-#include "convert/bake/bake.h"
+#include "convert/write/write_gsc.h"
 #include "convert/sample/paths/camera_paths.h"
 #include "convert/sample/hash_random.h"
 #include "convert/sample/model_folder.h"
@@ -115,11 +115,11 @@ Metre metreOf(const Checkpoint& checkpoint, const CityGrid& grid, const NewFolde
 {
     Metre metre = checkpoint.metre;
     if (!(metre.units > 0)) {
-        BakeOptions options;
+        WriteOptions options;
         options.output = folder.file("source.gsc");
         options.drop_invalid = true;
         options.sensitivity = SensitivityMode::None;
-        metre = bake(checkpoint, options, progress).metre;
+        metre = writeGsc(checkpoint, options, progress).metre;
         std::filesystem::remove(options.output);
     }
     if (!(metre.units > 0))

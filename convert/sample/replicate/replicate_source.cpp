@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/sample/replicate/replicate_source.h"
 
-#include "convert/bake/grid_fit.h"
-#include <gsc/error.h>
-#include <gsc/interrupt.h>
+#include "convert/write/grid_fit.h"
+#include "format/error.h"
+#include "format/interrupt.h"
 
 #include <glm/gtc/type_ptr.hpp>
 
