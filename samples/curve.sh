@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Bytes and milliseconds against quality, of models side by side: bakes each to several targets and charts all.
 #   samples/curve.sh OUT_DIR MODEL...      a MODEL is a folder of a trainer or a .gsc file; gsc is found in PATH
-# The chart of convert/reduce/README.md: samples/curve.sh out fox_scaffold boruszyn_scaffold; cp out/figures/curve-quality.svg samples/curve.svg
+# The chart of convert/bake/README.md: samples/curve.sh out fox_scaffold boruszyn_scaffold; cp out/figures/curve-quality.svg samples/curve.svg
 set -euo pipefail
 [ $# -ge 2 ] || { echo "usage: samples/curve.sh OUT_DIR MODEL..." >&2; exit 1; }
 out=$1

@@ -36,8 +36,8 @@ RULES = {
     "convert": "format kernels/include kernels/frame kernels/math kernels/sensitivity kernels/threads runtime",
     "convert/explicit": "format kernels runtime/cpu",
     "convert/explicit/sog": "format kernels convert/explicit convert/input/torch/zip_archive",
-    "convert/input": "format runtime/cameras runtime/include",
-    "convert/reduce": "format kernels !kernels/reuse runtime convert",
+    "convert/input": "format player/cameras runtime/source_camera",
+    "convert/bake": "format kernels !kernels/reuse runtime player convert",
 }
 # Circles that may be: folders, and why.
 CIRCLES: dict[frozenset[str], str] = {}

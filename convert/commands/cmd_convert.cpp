@@ -3,10 +3,10 @@
 #include "convert/commands/command.h"
 #include "convert/commands/convert_report.h"
 
-#include "convert/write/model_sections.h"
 #include "convert/compare/compare_checkpoint.h"
-#include <gsc/gsc_layout.h>
-#include <gsc/file/output_file.h>
+#include "convert/write/model_sections.h"
+#include "format/file/output_file.h"
+#include "format/gsc_layout.h"
 
 #include <filesystem>
 #include <functional>

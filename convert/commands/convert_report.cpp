@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/convert_report.h"
 
-#include "convert/write/model_sections.h"
-#include "player/tool/version.h"
 #include "convert/commands/model_facts.h"
+#include "convert/write/model_sections.h"
 #include "kernels/sensitivity/sensitivity.h"
+#include "player/tool/version.h"
 
 namespace gsc {
 

@@ -2,8 +2,8 @@
 // What `gsc convert` tells about its work (schemas/convert-report.schema.json).
 #pragma once
 
-#include "convert/write/write_gsc.h"
 #include "convert/commands/command.h"
+#include "convert/write/write_gsc.h"
 
 #include <string>
 #include <vector>

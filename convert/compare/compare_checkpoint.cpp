@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/compare/compare_checkpoint.h"
 
+#include "convert/input/model_names.h"
 #include "convert/write/anchor_check.h"
 #include "convert/write/anchor_record.h"
 #include "convert/write/batch_stream.h"
 #include "convert/write/chunk_values.h"
 #include "convert/write/mlp_pack.h"
 #include "convert/write/model_sections.h"
-#include "convert/input/model_names.h"
-#include <gsc/error.h>
-#include <gsc/gsc_file.h>
+#include "format/error.h"
+#include "format/gsc_file.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/compare/compare_render.h"
 
-#include "convert/write/write_gsc.h"
 #include "convert/compare/trainer_pictures.h"
-#include <gsc/interrupt.h>
-#include <gsc/file/output_paths.h>
+#include "convert/write/write_gsc.h"
+#include "format/file/output_paths.h"
 #include "format/file/temporary.h"
-#include "runtime/cameras/scene_cameras.h"
-#include "runtime/image/image_io.h"
-#include <gsc/renderer.h>
+#include "format/interrupt.h"
+#include "player/cameras/scene_cameras.h"
+#include "player/image/image_io.h"
 #include "runtime/cpu/renderer_cpu.h"
-#include <gsc/scene.h>
+#include "runtime/renderer.h"
+#include "runtime/scene.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/grids/grid_files.h"
 
-#include "convert/write/spatial_index.h"
 #include "convert/grids/stored_grid.h"
-#include <gsc/interrupt.h>
+#include "convert/write/spatial_index.h"
+#include "format/interrupt.h"
 #include "kernels/threads/tbb_bound.h"
 #include "runtime/module/load_module.h"
 

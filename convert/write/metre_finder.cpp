@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/write/metre_finder.h"
 
-#include "convert/write/model_sections.h"
 #include "convert/sample/paths/model_survey.h"
-#include <gsc/error.h>
+#include "convert/write/model_sections.h"
+#include "format/error.h"
 
 namespace gsc {
 

@@ -2,9 +2,9 @@
 // The metre of a model, from the anchors as they are written: what `gsc sample paths` derives from the file, bit for bit.
 #pragma once
 
-#include "convert/write/partition.h"
 #include "convert/input/checkpoint.h"
-#include "runtime/cameras/length.h"
+#include "convert/write/partition.h"
+#include "player/cameras/length.h"
 
 #include <cstddef>
 #include <memory>

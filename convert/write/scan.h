@@ -2,8 +2,8 @@
 // First pass over a checkpoint: which anchors are usable, what is constant, which levels there are.
 #pragma once
 
-#include "convert/write/grid_fit.h"
 #include "convert/input/checkpoint.h"
+#include "convert/write/grid_fit.h"
 
 #include <cstdint>
 #include <functional>

@@ -5,8 +5,8 @@
 #include "convert/write/model_sections.h"
 #include "format/half.h"
 #include "kernels/math/anchor.h"
-#include "kernels/threads/stopwatch.h"
 #include "kernels/sensitivity/sensitivity.h"
+#include "kernels/threads/stopwatch.h"
 
 #include <algorithm>
 

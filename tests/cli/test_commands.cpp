@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/write/write_gsc.h"
 #include "convert/commands/command.h"
 #include "convert/commands/export/export_gaussians.h"
-#include "convert/compare/compare_render.h"
 #include "convert/commands/manifest_check.h"
+#include "convert/compare/compare_render.h"
 #include "convert/sample/sample.h"
-#include "runtime/cli/quantity.h"
-#include <gsc/file/read_file.h>
-#include <gsc/file/output_file.h>
+#include "convert/write/write_gsc.h"
+#include "format/file/output_file.h"
+#include "format/file/read_file.h"
+#include "player/tool/quantity.h"
 
 #include <doctest/doctest.h>
 

@@ -2,8 +2,8 @@
 // A trained model, baked into a temporary folder that goes away with the object.
 #pragma once
 
-#include "convert/write/write_gsc.h"
 #include "convert/input/checkpoint.h"
+#include "convert/write/write_gsc.h"
 #include "tests/format/scratch_dir.h"
 
 #include <string>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tiling a model into a city. The sample city stands in for a real aerial model where there is none.
-#include "convert/write/grid_fit.h"
 #include "convert/input/checkpoint.h"
-#include <gsc/error.h>
-#include <gsc/gsc_layout.h>
-#include "runtime/cameras/camera_file.h"
+#include "convert/write/grid_fit.h"
+#include "format/error.h"
+#include "format/gsc_layout.h"
+#include "player/cameras/camera_file.h"
 #include "sample/sample_tools.h"
 #include "support/checkpoints.h"
 #include "tests/support/source_folder.h"

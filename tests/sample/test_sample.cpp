@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What makeSample writes: the same bytes every time, the anchors asked for, and a model that cannot be told from one a
 // trainer left.
-#include "convert/write/grid_fit.h"
 #include "convert/input/checkpoint.h"
-#include <gsc/gsc_layout.h>
+#include "convert/write/grid_fit.h"
+#include "format/gsc_layout.h"
 #include "sample/sample_tools.h"
 
 #include <doctest/doctest.h>

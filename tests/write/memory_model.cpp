@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/write/memory_model.h"
 
-#include "convert/write/grid_fit.h"
 #include "convert/grids/nanovdb_check.h"
-#include <gsc/error.h>
+#include "convert/write/grid_fit.h"
+#include "format/error.h"
 
 #include <doctest/doctest.h>
 

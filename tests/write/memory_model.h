@@ -2,10 +2,10 @@
 // Small models in memory, as the writer sees them.
 #pragma once
 
-#include "convert/write/write_gsc.h"
 #include "convert/input/checkpoint.h"
-#include <gsc/gsc_reader.h>
-#include <gsc/file/mapped_file.h>
+#include "convert/write/write_gsc.h"
+#include "format/file/mapped_file.h"
+#include "format/gsc_reader.h"
 
 #include <cstdint>
 #include <memory>

@@ -3,9 +3,9 @@
 #include "convert/write/grid_fit.h"
 #include "format/half.h"
 #include "kernels/sensitivity/sensitivity.h"
+#include "tests/support/checkpoints.h"
 #include "tests/write/memory_model.h"
 #include "tests/write/model_view.h"
-#include "tests/support/checkpoints.h"
 
 #include <doctest/doctest.h>
 

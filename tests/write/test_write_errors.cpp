@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Hostile numbers and broken surroundings: a clear error, nothing left behind.
-#include "convert/write/anchor_check.h"
 #include "convert/compare/compare_checkpoint.h"
+#include "convert/write/anchor_check.h"
 #include "format/error.h"
 #include "format/interrupt.h"
 #include "tests/write/memory_model.h"

@@ -7,7 +7,7 @@ namespace gsc {
 
 namespace {
 
-Json storedJson(const ReduceSizes& sizes)
+Json storedJson(const BakeSizes& sizes)
 {
     const StoredBytes& archive = sizes.archive;
     return {{"bytes", sizes.file},
@@ -39,7 +39,7 @@ std::string setText(const char* name, const SetScore& score)
                         score.psnr, score.worstPose().psnr, score.worstPose().name.c_str());
 }
 
-std::string bytesText(const char* name, const ReduceSizes& sizes, uint64_t anchors)
+std::string bytesText(const char* name, const BakeSizes& sizes, uint64_t anchors)
 {
     return formatString("%-11s %s; archive %s, %.1f bytes an anchor\n", name, formatBytes(sizes.file).c_str(),
                         formatBytes(sizes.archive.file).c_str(), double(sizes.archive.file) / double(anchors));
@@ -47,13 +47,13 @@ std::string bytesText(const char* name, const ReduceSizes& sizes, uint64_t ancho
 
 } // namespace
 
-Json bakeJson(const ReduceOptions& options, const ReduceReport& report)
+Json bakeJson(const BakeOptions& options, const BakeReport& report)
 {
     Json levers = Json::array(), stages = Json::array();
     const std::vector<int64_t> shares = leverShares(report);
     for (uint32_t i = 0; i < kLevers; ++i)
         levers.push_back({{"name", kLeverNames[i]}, {"used", (report.levers >> i & 1u) != 0}, {"bytes", shares[i]}});
-    for (const ReduceStage& stage : report.stages)
+    for (const BakeStage& stage : report.stages)
         stages.push_back({{"name", stage.name}, {"seconds", jsonNumber(stage.seconds)}});
     return {{"schema", "gsc.bake/1"},
             {"generator", {{"name", "gsc"}, {"version", toolVersion()}}},
@@ -84,7 +84,7 @@ Json bakeJson(const ReduceOptions& options, const ReduceReport& report)
             {"peak_memory_bytes", peakMemoryBytes()}};
 }
 
-std::string bakeText(const ReduceOptions& options, const ReduceReport& report)
+std::string bakeText(const BakeOptions& options, const BakeReport& report)
 {
     std::string text = formatString("wrote       %s\n", options.output.c_str());
     text += formatString("left out    %s of %s anchors; masked %s of %s slots of the others\n",

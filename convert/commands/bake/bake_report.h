@@ -2,14 +2,14 @@
 // What `gsc bake` says.
 #pragma once
 
+#include "convert/bake/bake.h"
 #include "convert/commands/command.h"
-#include "convert/reduce/reduce.h"
 
 #include <string>
 
 namespace gsc {
 
-Json bakeJson(const ReduceOptions& options, const ReduceReport& report);
-std::string bakeText(const ReduceOptions& options, const ReduceReport& report);
+Json bakeJson(const BakeOptions& options, const BakeReport& report);
+std::string bakeText(const BakeOptions& options, const BakeReport& report);
 
 } // namespace gsc

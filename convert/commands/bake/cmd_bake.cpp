@@ -5,10 +5,10 @@
 #include "convert/commands/checkpoint_options.h"
 #include "convert/commands/command.h"
 
+#include "convert/bake/state/bake_state.h"
 #include "convert/write/write_gsc.h"
-#include "convert/reduce/state/bake_state.h"
-#include <gsc/file/output_file.h>
-#include <gsc/file/output_paths.h>
+#include "format/file/output_file.h"
+#include "format/file/output_paths.h"
 #include "format/file/temporary.h"
 #include <gsc/gsc_layout.h>
 
@@ -28,7 +28,7 @@ struct BakeCommand {
     std::vector<std::string> inputs;
     std::optional<CropBox> crop;
     std::vector<double> curve; // targets
-    ReduceOptions reduce;
+    BakeOptions bake;
     CheckpointOptions checkpoint;
     std::vector<std::string> levers;
     bool compact = false;
@@ -109,16 +109,16 @@ std::vector<double> parseTargets(const std::string& name, const std::string& tex
 // What only a search can do.
 void refuseWithoutTarget(const BakeCommand& command)
 {
-    const ReduceOptions &reduce = command.reduce, none;
-    const char* const given = !command.levers.empty()                                ? "--levers"
-                              : command.compact                                      ? "--compact"
-                              : !reduce.cameras.empty()                              ? "--cameras"
-                              : reduce.max_bytes > 0                                 ? "--max-bytes"
-                              : reduce.limits.most_pixels != none.limits.most_pixels ? "--most-pixels"
-                              : reduce.device.backend != none.device.backend         ? "--backend"
-                              : reduce.device.ordinal != none.device.ordinal         ? "--device"
-                              : !reduce.resume.empty()                               ? "--resume"
-                                                                                     : nullptr;
+    const BakeOptions &bake = command.bake, none;
+    const char* const given = !command.levers.empty()                              ? "--levers"
+                              : command.compact                                    ? "--compact"
+                              : !bake.cameras.empty()                              ? "--cameras"
+                              : bake.max_bytes > 0                                 ? "--max-bytes"
+                              : bake.limits.most_pixels != none.limits.most_pixels ? "--most-pixels"
+                              : bake.device.backend != none.device.backend         ? "--backend"
+                              : bake.device.ordinal != none.device.ordinal         ? "--device"
+                              : !bake.resume.empty()                               ? "--resume"
+                                                                                   : nullptr;
     if (given != nullptr)
         throw Error(ErrorCode::Usage, formatString("%s: given without --target-psnr, expected no such option where "
                                                    "files are cut or joined as they are; pass the target or leave it "
@@ -155,7 +155,7 @@ std::vector<std::string> filesOf(const BakeCommand& command, bool keep_all, Work
             report.warning(warning);
         WriteOptions convert;
         convert.output = workplace.file(formatString("whole%zu.gsc", files.size()));
-        convert.threads = command.reduce.threads;
+        convert.threads = command.bake.threads;
         convert.sensitivity = keep_all ? SensitivityMode::Sampled : SensitivityMode::None;
         (void)writeGsc(checkpoint, convert, std::bind_front(&Reporter::progress, &report));
         files.push_back(convert.output);
@@ -175,7 +175,7 @@ bool makesTile(const BakeCommand& command)
 
 TileOptions tileOptions(const BakeCommand& command, const std::vector<std::string>& files, const std::string& output)
 {
-    return {files, command.inputs, output, command.reduce.overwrite, command.crop, command.reduce.threads};
+    return {files, command.inputs, output, command.bake.overwrite, command.crop, command.bake.threads};
 }
 
 TileReport makeTile(const TileOptions& options, Reporter& report)
@@ -201,14 +201,14 @@ ErrorCode cutOrJoin(const BakeCommand& command, Reporter& report)
 {
     refuseWithoutTarget(command);
     Workplace workplace;
-    const TileOptions options = tileOptions(command, filesOf(command, true, workplace, report), command.reduce.output);
+    const TileOptions options = tileOptions(command, filesOf(command, true, workplace, report), command.bake.output);
     const TileReport result = makeTile(options, report);
     report.endProgress(false);
     if (report.json())
         report.object(tilesJson(options, result));
     else
         report.text(tilesText(options, result));
-    report.done("baked " + command.reduce.name);
+    report.done("baked " + command.bake.name);
     return ErrorCode::Ok;
 }
 
@@ -218,7 +218,7 @@ void tellKept(uint64_t pictures, Reporter& report)
         report.tell(formatString("%s pictures of a bake before were not drawn again", formatCount(pictures).c_str()));
 }
 
-ErrorCode drawCurve(const BakeCommand& command, ReduceOptions options, Reporter& report)
+ErrorCode drawCurve(const BakeCommand& command, BakeOptions options, Reporter& report)
 {
     Workplace workplace;
     options.input = wholeFile(command, workplace, report);
@@ -246,7 +246,7 @@ ErrorCode drawCurve(const BakeCommand& command, ReduceOptions options, Reporter&
 ErrorCode runAsked(const BakeCommand& given, Reporter& report)
 {
     BakeCommand command = given;
-    ReduceOptions& options = command.reduce;
+    BakeOptions& options = command.bake;
     options.name = nameOf(command.inputs);
     options.levers = leversOf(command.levers) | (command.compact ? uint32_t(kLeverCompact) : 0u);
     if (command.target > 0)
@@ -281,7 +281,7 @@ ErrorCode runAsked(const BakeCommand& given, Reporter& report)
         return cutOrJoin(command, report);
     Workplace workplace;
     options.input = wholeFile(command, workplace, report);
-    const ReduceReport result = reduce(options, std::bind_front(&Reporter::progress, &report));
+    const BakeReport result = bake(options, std::bind_front(&Reporter::progress, &report));
     for (const std::string& warning : result.warnings)
         report.warning(warning);
     tellKept(result.pictures_kept, report);
@@ -296,7 +296,7 @@ ErrorCode runAsked(const BakeCommand& given, Reporter& report)
 
 ErrorCode runBake(const BakeCommand& given, Reporter& report)
 {
-    const std::string& state = given.reduce.resume;
+    const std::string& state = given.bake.resume;
     try {
         return runAsked(given, report);
     } catch (const Error& error) {
@@ -315,14 +315,14 @@ ErrorCode runBake(const BakeCommand& given, Reporter& report)
 void addBakeCommand(CLI::App& app, Invocation& invocation)
 {
     auto options = std::make_shared<BakeCommand>();
-    ReduceOptions& reduce = options->reduce;
+    BakeOptions& bake = options->bake;
     CLI::App& command =
         addCommand(app, "bake", "Make the smallest file that keeps a stated quality; cut files, and join tiles");
     addTexts(command, "INPUT", options->inputs, "FILE.gsc|MODEL",
              "a .gsc file, or a model as `gsc convert` takes it; tiles of one model, to be joined")
         .required();
-    addText(command, "-o,--output", reduce.output, "FILE.gsc|FILE.jsonl", "file to write").required();
-    addFlag(command, "-w,--overwrite", reduce.overwrite, "replace a file that exists");
+    addText(command, "-o,--output", bake.output, "FILE.gsc|FILE.jsonl", "file to write").required();
+    addFlag(command, "-w,--overwrite", bake.overwrite, "replace a file that exists");
     detail::addValue(
         command, "--crop", "X0,Y0,Z0,X1,Y1,Z1",
         "keep the anchors that lie in this box of the world, its upper ends not being part of it",
@@ -338,32 +338,32 @@ void addBakeCommand(CLI::App& app, Invocation& invocation)
         "measure what the model costs at each of these targets instead, bytes, memory and time against pictures: "
         "--output is then a file of JSON lines, which `gsc chart` draws",
         [options](const std::string& name, const std::string& text) { options->curve = parseTargets(name, text); });
-    addByteSize(command, "--max-bytes", reduce.max_bytes, 1, "SIZE", "most bytes of the file's archive, such as 4M");
-    const OptionHandle cameras = addTexts(command, "--cameras", reduce.cameras, "FILE.json",
+    addByteSize(command, "--max-bytes", bake.max_bytes, 1, "SIZE", "most bytes of the file's archive, such as 4M");
+    const OptionHandle cameras = addTexts(command, "--cameras", bake.cameras, "FILE.json",
                                           "camera files to look from instead of the cameras stored in the file");
-    addFlag(command, "--ignore-distortion", reduce.ignore_distortion,
+    addFlag(command, "--ignore-distortion", bake.ignore_distortion,
             "take cameras that state lens distortion as pinholes instead of refusing them")
         .needs(cameras);
     addChoice<CamerasTransform>(
-        command, "--cameras-transform", reduce.cameras_transform,
+        command, "--cameras-transform", bake.cameras_transform,
         {{"keep", CamerasTransform::Keep}, {"undo", CamerasTransform::Undo}}, "default: keep, with a warning",
         "poses of a transforms.json with applied_transform: as they stand, or where they came from")
         .needs(cameras);
-    addInteger(command, "--most-pixels", reduce.limits.most_pixels, 1000, 100'000'000, "N (default: 1000000)",
+    addInteger(command, "--most-pixels", bake.limits.most_pixels, 1000, 100'000'000, "N (default: 1000000)",
                "of a picture that is drawn to judge; larger cameras are drawn smaller");
     addTexts(command, "--levers", options->levers, "LEVER,...",
              "what may be done: slots, anchors, features, offsets, scales, networks, order (default: all)");
     addFlag(
         command, "--compact", options->compact,
         "steps of features and offsets that a GPU holds in 0.56 of the memory, of models of 32 features: about 60 dB");
-    addChoice<std::string>(command, "--backend", reduce.device.backend,
+    addChoice<std::string>(command, "--backend", bake.device.backend,
                            {{"auto", "auto"}, {"cpu", "cpu"}, {"cuda", "cuda"}}, "default: auto",
                            "what draws the pictures that judge; auto takes a GPU where there is one");
-    addInteger(command, "--device", reduce.device.ordinal, 0, 255, "N (default: 0)",
+    addInteger(command, "--device", bake.device.ordinal, 0, 255, "N (default: 0)",
                "which of the backend's devices, as gsc-play backends numbers them");
-    addText(command, "--resume", reduce.resume, "FILE",
+    addText(command, "--resume", bake.resume, "FILE",
             "keep what is measured there, and go on from it where it exists; it goes once the output is written");
-    addInteger(command, "-j,--threads", reduce.threads, 0, 1024, "N (default: 0)",
+    addInteger(command, "-j,--threads", bake.threads, 0, 1024, "N (default: 0)",
                "threads, 0 = all cores; the bytes do not depend on it, but they may on the backend");
     addCheckpointOptions(command, options->checkpoint);
     addReporterOptions(command, invocation.reporter, true);

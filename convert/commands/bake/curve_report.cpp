@@ -10,7 +10,7 @@ namespace gsc {
 
 namespace {
 
-Json pointJson(const std::string& name, const ReduceOptions& options, const Curve& curve, const CurvePoint& point)
+Json pointJson(const std::string& name, const BakeOptions& options, const Curve& curve, const CurvePoint& point)
 {
     const FileScore& score = point.score;
     CurveRow row;
@@ -45,7 +45,7 @@ std::string psnrText(double value)
 
 } // namespace
 
-std::string curveLines(const std::string& name, const ReduceOptions& options, const Curve& curve)
+std::string curveLines(const std::string& name, const BakeOptions& options, const Curve& curve)
 {
     std::string lines;
     for (const CurvePoint& point : curve.points)
@@ -53,7 +53,7 @@ std::string curveLines(const std::string& name, const ReduceOptions& options, co
     return lines;
 }
 
-Json curveJson(const std::string& name, const ReduceOptions& options, const std::string& output, const Curve& curve)
+Json curveJson(const std::string& name, const BakeOptions& options, const std::string& output, const Curve& curve)
 {
     Json points = Json::array();
     for (const CurvePoint& point : curve.points)

@@ -2,8 +2,8 @@
 // What `gsc bake` says of files that it cut or joined.
 #pragma once
 
+#include "convert/bake/tiles/tiles.h"
 #include "convert/commands/command.h"
-#include "convert/reduce/tiles/tiles.h"
 
 #include <string>
 

@@ -3,15 +3,15 @@
 // by a small jitter per anchor, so that no two copies tie in depth; both are whole cells of the anchor's own grid.
 #include "convert/sample/sample.h"
 
-#include "convert/write/write_gsc.h"
-#include "convert/sample/paths/camera_paths.h"
 #include "convert/sample/hash_random.h"
 #include "convert/sample/model_folder.h"
 #include "convert/sample/model_text.h"
+#include "convert/sample/paths/camera_paths.h"
 #include "convert/sample/replicate/replicate_source.h"
-#include <gsc/error.h>
-#include <gsc/gsc_layout.h>
-#include <gsc/interrupt.h>
+#include "convert/write/write_gsc.h"
+#include "format/error.h"
+#include "format/gsc_layout.h"
+#include "format/interrupt.h"
 
 #include <glm/gtc/type_precision.hpp>
 

@@ -1,0 +1,363 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/bake/bake.h"
+
+#include "convert/bake/bake_manifest.h"
+#include "convert/bake/file_anchors.h"
+#include "convert/bake/gsc_checkpoint.h"
+#include "convert/bake/measurer.h"
+#include "convert/bake/pose_sets.h"
+#include "convert/bake/state/bake_facts.h"
+#include "convert/bake/state/bake_state.h"
+#include "convert/bake/step_search.h"
+#include "convert/write/mlp_pack.h"
+#include "convert/write/write_gsc.h"
+#include "format/error.h"
+#include "format/gsc_file.h"
+#include "format/interrupt.h"
+#include "kernels/decode/decode_fragments.h"
+#include "kernels/threads/parallel.h"
+#include "runtime/cameras/scene_cameras.h"
+#include <gsc/renderer.h>
+#include <gsc/scene.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iterator>
+#include <memory>
+
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
+
+namespace gsc {
+
+namespace {
+
+constexpr size_t kFewestCameras = 4;
+// Where the verdict is short, the search aims higher by a share of that, and no more often than this: few cameras are no
+// good sample of each other.
+constexpr int kMostAgain = 4;
+constexpr double kAgainShare = 0.6, kAgainMargin = 0.1; // dB
+
+static_assert(PoseLimits{}.weights <= kMostImportancePoses);
+
+} // namespace
+
+// The members are its state from stage to stage.
+struct Baker::State {
+    State(const BakeOptions& options, const BakeProgress& progress)
+        : m_options(options), m_progress(progress), m_workers(options.threads),
+          m_file(std::make_shared<const GscFile>(options.input, throwFirstIssue(options.name), GscFile::Read::All,
+                                                 options.threads))
+    {
+        openGsc(m_file->bytes(), m_view, GscCheck::Full, throwFirstIssue(options.name));
+        m_scene = Scene::open(m_file, options.name);
+        letGo();
+        if (m_view.params->flags & kModelCompact) // and it stays so
+            m_options.levers |= kLeverCompact;
+        const ModelParams& params = *m_view.params;
+        if ((m_options.levers & kLeverCompact) &&
+            (params.feat_dim != kFastFeatures || params.n_offsets > 4 * kItemsPerLane))
+            m_report.warnings.push_back(formatString(
+                "--compact: saves no memory of a model of %u features and %u Gaussians an anchor, expected "
+                "32 and at most 12; leave it out",
+                params.feat_dim, params.n_offsets));
+    }
+
+    // What no target has a part in. `curve`: the targets that will follow, or empty.
+    void prepare(std::span<const double> curve)
+    {
+        const auto start = Clock::now();
+        m_report.anchors = m_view.header->anchor_count;
+        m_report.slots = m_report.anchors * m_view.params->n_offsets;
+        stage("poses", [&] { choosePoses(); });
+        openDevice(curve);
+        stage("sizes", [&] { m_report.before = m_measurer->sizes(); });
+        letGo();
+        stage("weights", [&] { m_importance.emplace(m_measurer->weigh(m_report.before)); });
+        m_report.anchors_unseen = uint64_t(std::ranges::count(m_importance->seen, 0u));
+        stage("references", [&] { m_measurer->drawWhole(); });
+        std::vector<Mlp> halves = checkpointOf(m_view, m_options.name).mlps;
+        roundToHalves(halves);
+        m_weights = canonicalMlps(halves);
+        m_packed = packMlps(halves, m_view.params->feat_dim, m_view.params->appearance_dim);
+        // another order draws ties otherwise: 78 dB in the worst view of a trained model
+        const bool by_source = !(m_options.levers & kLeverOrder) || !m_options.target_psnr;
+        m_order = anchorOrder(m_view, by_source);
+        m_model.emplace(m_scene->view(), *m_importance, m_workers, m_weights, m_packed, whenRead());
+        if (!by_source)
+            m_model->setOrder(numbersOf(m_order));
+        m_report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+        m_prepared = m_report;
+    }
+
+    // One file, with a target of its own.
+    BakeReport bakeTo(const std::string& output, std::optional<double> target, std::optional<double> min_view,
+                      bool last)
+    {
+        const auto start = Clock::now();
+        m_report = m_prepared;
+        m_output = output;
+        m_target = target;
+        m_report.target = target.value_or(0);
+        m_report.min_view = target ? min_view.value_or(*target - 4) : 0;
+        m_report.plan.levers = m_options.levers;
+        m_margin = kSearchMargin;
+        stage("search", [&] { search(); });
+        stage("verdict", [&] { judge(); });
+        for (int again = 0; lack() > 0; ++again) {
+            if (again == kMostAgain)
+                refuse(m_report.verdict, "verdict", "though poses of the search keep more");
+            m_margin += kAgainShare * lack() + kAgainMargin;
+            m_measurer->expect(3 * m_poses.search.size() + m_poses.verdict.size());
+            stage("search", [&] { search(); });
+            stage("verdict", [&] { judge(); });
+        }
+        m_model->apply(m_report.plan);
+        m_report.anchors_left_out = m_model->leftOut();
+        m_report.slots_masked = m_model->masked();
+        m_report.pictures_drawn = m_measurer->drawn();
+        m_report.pictures_kept = m_measurer->kept();
+        if (last) {
+            m_measurer.reset();
+            m_importance.reset();
+        }
+        stage("write", [&] { write(last); });
+        m_report.seconds += std::chrono::duration<double>(Clock::now() - start).count();
+        return std::move(m_report);
+    }
+
+    FileScore measure(const std::string& path) { return m_measurer->measure(path); }
+
+    [[nodiscard]] const BakeReport& prepared() const { return m_prepared; }
+
+private:
+    using Clock = std::chrono::steady_clock;
+
+    template <typename Work>
+    void stage(const char* name, Work&& work)
+    {
+        throwIfInterrupted();
+        const auto start = Clock::now();
+        work();
+#if defined(__GLIBC__)
+        (void)malloc_trim(0); // what threads have freed is kept for threads to come, which mostly have other needs
+#endif
+        m_report.stages.push_back({name, std::chrono::duration<double>(Clock::now() - start).count()});
+    }
+
+    // What is read of the source from here on is read again.
+    void letGo() const
+    {
+        m_file->letGo(m_file->bytes());
+    }
+
+    [[nodiscard]] ChunkRead whenRead() const
+    {
+        return [this](uint32_t chunk) { m_file->letGo(chunkPayload(m_view, m_view.chunks[chunk])); };
+    }
+
+    static std::vector<uint32_t> numbersOf(const std::vector<uint32_t>& order)
+    {
+        std::vector<uint32_t> numbers(order.size());
+        for (uint32_t i = 0; i < order.size(); ++i)
+            numbers[order[i]] = i;
+        return numbers;
+    }
+
+    // What draws, with the whole model loaded, and what a bake before has left, if it drew with the same.
+    void openDevice(std::span<const double> curve)
+    {
+        std::vector<std::string> passed_over;
+        std::unique_ptr<Renderer> renderer =
+            makeLoadedRenderer(m_options.device, {m_options.threads}, m_scene, passed_over);
+        m_report.device = deviceText(renderer->id());
+        m_report.warnings.insert(m_report.warnings.end(), passed_over.begin(), passed_over.end());
+        std::optional<BakeState> before;
+        if (!m_options.resume.empty())
+            before.emplace(m_options.resume, bakeFacts(m_options, curve, m_view, m_poses, *renderer),
+                           std::max(m_poses.search.size(), m_poses.verdict.size()), m_options.resume_seconds);
+        m_measurer.emplace(MeasuredModel{m_file, m_view, m_scene}, m_poses, std::move(renderer), std::move(before),
+                           m_options.threads, m_progress);
+        const size_t search = m_poses.search.size(), verdict = m_poses.verdict.size();
+        m_measurer->expect(m_poses.weights.size() + search + verdict +
+                           std::max<size_t>(curve.size(), 1) *
+                               (verdict + (m_options.target_psnr ? searchPictures(search) : search)));
+    }
+
+    void choosePoses()
+    {
+        std::vector<Camera> cameras;
+        for (const std::string& path : m_options.cameras)
+            std::ranges::move(
+                sceneCameras(*m_scene, path,
+                             {m_options.ignore_distortion, m_options.cameras_transform, &m_report.warnings}),
+                std::back_inserter(cameras));
+        if (m_options.cameras.empty())
+            cameras = sceneCameras(*m_scene, "stored", {});
+        leaveOutRepeats(cameras); // or the verdict would look from where the weights did
+        if (cameras.size() < kFewestCameras)
+            throw Error(ErrorCode::Usage,
+                        formatString("%s: %zu different cameras, expected %zu or more to find weights, steps and a "
+                                     "verdict from; pass --cameras FILE",
+                                     m_options.name.c_str(), cameras.size(), kFewestCameras));
+        m_poses = splitPoses(std::move(cameras), m_options.limits);
+        m_report.weight_poses = m_poses.weights.size();
+    }
+
+    void search()
+    {
+        if (!m_target) {
+            m_report.plan.levers = m_options.levers & (kLeverSlots | kLeverAnchors | kLeverCompact);
+            m_report.search = m_measurer->score(*m_model, m_report.plan, 0, m_poses.search.size());
+            m_report.levers = m_report.plan.levers;
+            return;
+        }
+        const PlanScore score = [this](const BakePlan& plan, size_t first, size_t count) {
+            return m_measurer->score(*m_model, plan, first, count);
+        };
+        SearchTask task{*m_scene->view().params, m_report.anchors,           score,
+                        m_poses.search.size(),   m_measurer->weightPixels(), m_options.levers};
+        task.target = m_report.target;
+        task.min_view = m_report.min_view;
+        task.margin = m_margin;
+        const BakePlan before = m_report.plan;
+        if (m_report.probes > 0)
+            task.from = &before;
+        const SearchResult found = searchSteps(task);
+        m_report.plan = found.plan;
+        m_report.levers = found.plan.levers;
+        m_report.search = found.score;
+        m_report.probes += found.probes;
+        if (!found.kept)
+            refuse(found.score, "search", "the steps could be no finer");
+    }
+
+    void judge()
+    {
+        m_report.verdict = m_measurer->score(*m_model, m_report.plan, m_poses.search.size(), m_poses.verdict.size());
+    }
+
+    // dB that the verdict is short of what was asked for.
+    [[nodiscard]] double lack() const
+    {
+        return m_target ? std::max(m_report.target - m_report.verdict.psnr,
+                                   m_report.min_view - m_report.verdict.worstPose().psnr)
+                        : 0;
+    }
+
+    [[noreturn]] void refuse(const SetScore& score, const char* set, const char* why) const
+    {
+        const PoseScore& worst = score.worstPose();
+        throw Error(ErrorCode::Difference,
+                    formatString("%s: the poses of the %s have %.2f dB together and %.2f dB at %s, expected %.2f and "
+                                 "%.2f (%s); nothing was written, pass another --target-psnr or --min-view-psnr, more "
+                                 "--cameras or fewer --levers%s",
+                                 m_options.name.c_str(), set, score.psnr, worst.psnr, worst.name.c_str(),
+                                 m_report.target, m_report.min_view, why,
+                                 m_options.levers & kLeverCompact ? ", or leave --compact out" : ""));
+    }
+
+    void write(bool last)
+    {
+        Checkpoint checkpoint = checkpointOf(m_view, m_options.name);
+        if (m_report.levers & kLeverNetworks)
+            roundToHalves(checkpoint.mlps);
+        if (m_model->masked() > 0)
+            checkpoint.flags |= kModelMaskedSlots;
+        if (m_report.levers & kLeverCompact)
+            checkpoint.flags |= kModelCompact;
+        const std::vector<AnchorPlace> places = keptPlaces(m_view, *m_model, m_order);
+        const std::vector<GscView> files{m_view};
+        FileAnchors source(files, places, &*m_model);
+        checkpoint.anchor_count = places.size();
+        if (checkpoint.anchor_count == 0)
+            throw Error(ErrorCode::Difference, m_options.name + ": no anchor would be left, expected one; no pose sees "
+                                                                "any, pass other --cameras");
+        WriteOptions write;
+        write.output = m_output;
+        write.overwrite = m_options.overwrite;
+        write.threads = m_options.threads;
+        // the row that a file of one has; options of a file of several that is said to be of one are not taken over
+        if (m_view.embedding_rows.size() == 1)
+            write.appearance = int(m_view.embedding_rows[0]);
+        write.sensitivity = SensitivityMode::None;
+        write.source.emplace(KnownSource{
+            m_view.header->source_hash, reducedFacts(m_view.manifest, reductionText(m_report, m_target)), {}});
+        write.verify = [&](const std::string& path) {
+            if (last) // all of `source` has been read
+                m_model.reset();
+            measureFile(path);
+        };
+        (void)writeGscFrom(checkpoint, source, write, [](const char*, uint64_t, uint64_t) {});
+    }
+
+    // The file before it has its name.
+    void measureFile(const std::string& path)
+    {
+        const IssueSink sink = throwFirstIssue(m_output);
+        const GscFile file(path, sink);
+        GscView view;
+        openGsc(file.bytes(), view, GscCheck::Full, sink);
+        file.letGo(file.bytes());
+        m_report.after = {file.bytes().size(), archiveSize(file, view, m_options.threads)};
+        if (m_options.max_bytes > 0 && m_report.after.archive.file > m_options.max_bytes)
+            throw Error(ErrorCode::Difference,
+                        formatString("%s: its archive would have %llu bytes, expected at most %llu of --max-bytes; "
+                                     "nothing was written, pass a lower --target-psnr or more bytes",
+                                     m_output.c_str(), (unsigned long long)m_report.after.archive.file,
+                                     (unsigned long long)m_options.max_bytes));
+    }
+
+    BakeOptions m_options;
+    const BakeProgress& m_progress;
+    Workers m_workers;
+    std::shared_ptr<const GscFile> m_file;
+    GscView m_view;
+    std::shared_ptr<const Scene> m_scene;
+    PoseSets m_poses;
+    std::optional<Importance> m_importance;
+    std::vector<std::byte> m_weights, m_packed; // networks in halves
+    std::optional<ReducedModel> m_model;
+    std::optional<Measurer> m_measurer; // goes before what its renderer has loaded
+    std::vector<uint32_t> m_order;      // of the anchors in a file that is written
+    std::string m_output;               // of the bake that is under way
+    std::optional<double> m_target;
+    double m_margin = kSearchMargin;
+    BakeReport m_prepared, m_report;
+};
+
+Baker::Baker(const BakeOptions& options, const BakeProgress& progress, std::span<const double> curve)
+    : m_state(std::make_unique<State>(options, progress))
+{
+    m_state->prepare(curve);
+}
+
+Baker::~Baker() = default;
+
+BakeReport Baker::bakeTo(const std::string& output, std::optional<double> target, std::optional<double> min_view,
+                         bool last)
+{
+    return m_state->bakeTo(output, target, min_view, last);
+}
+
+FileScore Baker::measure(const std::string& path)
+{
+    return m_state->measure(path);
+}
+
+const BakeReport& Baker::prepared() const
+{
+    return m_state->prepared();
+}
+
+BakeReport bake(const BakeOptions& options, const BakeProgress& progress)
+{
+    BakeReport report =
+        Baker(options, progress).bakeTo(options.output, options.target_psnr, options.min_view_psnr, true);
+    removeBakeState(options.resume, report.warnings);
+    return report;
+}
+
+} // namespace gsc

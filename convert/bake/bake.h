@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// `gsc bake`: the smallest file that keeps a stated quality, found by rendering.
+#pragma once
+
+#include "convert/bake/archive_size.h"
+#include "convert/bake/picture_probe.h"
+#include "convert/bake/pose_sets.h"
+#include "convert/bake/reduced_model.h"
+#include "player/cameras/camera_reading.h"
+#include "runtime/device.h"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+struct BakeOptions {
+    std::string input; // a .gsc file
+    std::string name;  // of the input in messages and in the report, where it is another
+    std::string output;
+    bool overwrite = false;
+    std::vector<std::string> cameras; // camera files; none = those stored
+    CamerasTransform cameras_transform = CamerasTransform::Told;
+    bool ignore_distortion = false; // of `cameras`
+    uint32_t levers = kAllLevers;
+    std::optional<double> target_psnr;   // dB; none = only what never draws is left out
+    std::optional<double> min_view_psnr; // dB; none = 4 below the target
+    uint64_t max_bytes = 0;              // of the archive, 0 = any
+    PoseLimits limits;
+    DeviceId device; // what draws the pictures of the search and of the verdict
+    int threads = 0;
+    // A file that keeps what has been measured, and is gone on from where it exists; empty = none. It is bound to all that
+    // bakeFacts() has of these options. While weights are found it is written this many seconds apart, or more.
+    std::string resume;
+    double resume_seconds = 30;
+};
+
+struct BakeStage {
+    std::string name;
+    double seconds;
+};
+
+struct BakeReport {
+    uint64_t anchors = 0, anchors_left_out = 0, anchors_unseen = 0;
+    uint64_t slots = 0, slots_masked = 0; // of the anchors that stay
+    uint32_t levers = 0;                  // those that were used
+    BakePlan plan;
+    uint32_t probes = 0; // of the search
+    size_t weight_poses = 0;
+    SetScore search, verdict;
+    double target = 0, min_view = 0; // dB, 0 = none
+    BakeSizes before, after;
+    uint64_t pictures_drawn = 0, pictures_kept = 0; // kept: that a bake before had drawn for BakeOptions::resume
+    std::string device;                             // what drew
+    std::vector<std::string> warnings;              // what was passed over and why
+    std::vector<BakeStage> stages;
+    double seconds = 0;
+};
+
+// Told how far it is, in pictures that were drawn and will be.
+using BakeProgress = std::function<void(const char* stage, uint64_t done, uint64_t total)>;
+
+// A model that is baked to one target or several: what no target has a part in is done once. What both are made from must
+// outlive it. Throws as bake().
+class Baker {
+public:
+    // `curve`: the targets there will be; empty = that of the options, or none.
+    Baker(const BakeOptions& options, const BakeProgress& progress, std::span<const double> curve = {});
+    ~Baker();
+    Baker(const Baker&) = delete;
+    Baker& operator=(const Baker&) = delete;
+
+    // Output and target instead of those of the options. Without a target where the options have none, with one where they
+    // have one. `last`: no call follows, and what this one needs no more is given back on the way.
+    BakeReport bakeTo(const std::string& output, std::optional<double> target, std::optional<double> min_view,
+                      bool last = false);
+    // A file, one of those or the model's, as it is drawn from the poses of the verdict.
+    [[nodiscard]] FileScore measure(const std::string& path);
+    [[nodiscard]] const BakeReport& prepared() const; // as far as no target has a part in it
+
+private:
+    struct State;
+    std::unique_ptr<State> m_state;
+};
+
+// Throws Error: Difference where the target cannot be kept, naming the pose; Usage for too few cameras; as Scene::open()
+// and writeGsc(); as BakeState. Then no file is left, but for BakeOptions::resume, which goes when the output is written, and
+// only then. The same bytes on any number of threads, but not on any device: rounding of pictures differs.
+BakeReport bake(const BakeOptions& options, const BakeProgress& progress);
+
+// Bytes that each lever took off the archive, in the order of kLeverNames; together, the difference of both archives but for
+// what is not of anchors or networks.
+[[nodiscard]] std::vector<int64_t> leverShares(const BakeReport& report);
+
+} // namespace gsc

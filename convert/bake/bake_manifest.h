@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a baked file says of itself.
+#pragma once
+
+#include "convert/bake/bake.h"
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace gsc {
+
+// JSON of the manifest's "reduction": levers, poses and measured loss. The same for the same input and options.
+[[nodiscard]] std::string reductionText(const BakeReport& report, std::optional<double> target);
+// KnownSource::facts of a file with that reduction, made from one with this manifest.
+[[nodiscard]] std::string reducedFacts(std::string_view manifest, const std::string& reduction);
+
+} // namespace gsc

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Anchors of .gsc files as the writer reads those of a checkpoint.
+#pragma once
+
+#include "convert/bake/reduced_model.h"
+#include "convert/input/checkpoint.h"
+#include "format/gsc_reader.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace gsc {
+
+struct AnchorPlace {
+    uint32_t file, chunk, anchor; // the anchor's number is that of its file
+};
+
+// Those of `order` that `model` keeps, all of one file.
+[[nodiscard]] std::vector<AnchorPlace> keptPlaces(const GscView& view, const ReducedModel& model,
+                                                  const std::vector<uint32_t>& order);
+
+// The anchors at `places`, in that order, bit for bit as their files have them; with `model`, which is of the only file,
+// scales, offsets and features are its own. All must outlive it.
+class FileAnchors final : public AnchorSource {
+public:
+    FileAnchors(const std::vector<GscView>& files, const std::vector<AnchorPlace>& places,
+                const ReducedModel* model = nullptr)
+        : m_files(files), m_places(places), m_model(model)
+    {
+    }
+    bool next(AnchorBatch& batch, uint32_t fields, size_t max_rows) override;
+    void rewind() override { m_next = 0; }
+
+private:
+    void put(const AnchorPlace& place, uint32_t fields, size_t at, AnchorBatch& batch) const;
+
+    const std::vector<GscView>& m_files;
+    const std::vector<AnchorPlace>& m_places;
+    const ReducedModel* m_model;
+    size_t m_next = 0;
+};
+
+} // namespace gsc

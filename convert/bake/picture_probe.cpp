@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/bake/picture_probe.h"
+
+#include "convert/bake/picture_bands.h"
+#include "format/interrupt.h"
+#include "player/cameras/scene_cameras.h"
+#include "runtime/metrics/metrics.h"
+
+#include <algorithm>
+
+namespace gsc {
+
+PictureProbe::PictureProbe(std::shared_ptr<const Scene> scene, std::unique_ptr<Renderer> renderer,
+                           std::function<void()> told)
+    : m_scene(std::move(scene)), m_renderer(std::move(renderer)), m_told(std::move(told))
+{
+}
+
+EyeParams PictureProbe::eyeOf(const Camera& camera) const
+{
+    return eyeParams(camera, m_scene->view().origin);
+}
+
+FrameOptions PictureProbe::optionsOf(const Camera& camera) const
+{
+    return exactOptionsFor(*m_scene, camera);
+}
+
+void PictureProbe::draw(const Camera& camera, std::vector<float>& pixels)
+{
+    // what a device holds lies on it; half of a city is in sight at most
+    const uint64_t slots = m_scene->anchorCount() * m_scene->view().params->n_offsets / 2;
+    for (const ColumnRange& columns : pictureBands(camera.width, m_renderer->onHost() ? slots : 0))
+        (void)drawColumns(camera, columns, pixels);
+    m_told();
+}
+
+FrameResult PictureProbe::drawColumns(const Camera& camera, const ColumnRange& columns, std::vector<float>& pixels)
+{
+    throwIfInterrupted();
+    pixels.resize(size_t(3) * camera.width * camera.height);
+    float* const image = pixels.data();
+    const EyeParams eye = eyeOf(camera);
+    FrameOptions options = optionsOf(camera);
+    options.columns = columns;
+    return render(*m_renderer, {&eye, 1}, options, &image);
+}
+
+void PictureProbe::addPoses(const std::vector<Camera>& cameras)
+{
+    m_cameras.insert(m_cameras.end(), cameras.begin(), cameras.end());
+    m_pictures.resize(m_cameras.size());
+}
+
+size_t PictureProbe::undrawn(size_t first, size_t count) const
+{
+    return size_t(std::count_if(m_pictures.begin() + ptrdiff_t(first), m_pictures.begin() + ptrdiff_t(first + count),
+                                [](const std::vector<float>& picture) { return picture.empty(); }));
+}
+
+void PictureProbe::drawWhole(size_t first, size_t count)
+{
+    for (size_t i = first; i < first + count; ++i) {
+        if (!m_pictures[i].empty())
+            continue;
+        if (!m_whole_loaded)
+            m_renderer->load(m_scene);
+        m_whole_loaded = true;
+        std::vector<float> pixels;
+        draw(m_cameras[i], pixels);
+        m_pictures[i] = std::move(pixels);
+    }
+}
+
+SetScore PictureProbe::score(const ModelView& model, size_t first, size_t count)
+{
+    drawWhole(first, count);
+    m_whole_loaded = false;
+    m_renderer->load(model);
+    SetScore result;
+    std::vector<float> pixels;
+    for (size_t i = first; i < first + count; ++i) {
+        draw(m_cameras[i], pixels);
+        add(i, pixels, count, result);
+    }
+    return result;
+}
+
+// A pose of `count` to what is known of those before it.
+void PictureProbe::add(size_t pose, const std::vector<float>& pixels, size_t count, SetScore& result) const
+{
+    const Camera& camera = m_cameras[pose];
+    const ImageDifference difference = compareImages({m_pictures[pose].data(), camera.width, camera.height},
+                                                     {pixels.data(), camera.width, camera.height});
+    result.poses.push_back({camera.name, difference.psnr});
+    result.mse += difference.mse / double(count);
+    if (difference.psnr < result.worstPose().psnr)
+        result.worst = result.poses.size() - 1;
+    result.psnr = psnrOf(result.mse);
+}
+
+FileScore PictureProbe::measure(std::shared_ptr<const Scene> file, size_t first, size_t count)
+{
+    drawWhole(first, count);
+    m_whole_loaded = false;
+    m_renderer->load(std::move(file));
+    FileScore result;
+    result.worst_ssim = 1;
+    std::vector<float> pixels;
+    std::vector<double> frame, decode;
+    for (size_t i = first; i < first + count; ++i) {
+        for (size_t turn = 0; turn < kDrawsToMeasure; ++turn) {
+            const FrameResult drawn = drawColumns(m_cameras[i], {}, pixels);
+            m_told();
+            result.resident_bytes = std::max(result.resident_bytes, drawn.bytes_resident);
+            if (turn == 0) {
+                frame.push_back(drawn.times.total);
+                decode.push_back(drawn.times.decode);
+            }
+            frame.back() = std::min(frame.back(), drawn.times.total);
+            decode.back() = std::min(decode.back(), drawn.times.decode);
+        }
+        add(i, pixels, count, result.set);
+        const ImageView whole{m_pictures[i].data(), m_cameras[i].width, m_cameras[i].height};
+        const ImageView now{pixels.data(), whole.width, whole.height};
+        const double likeness = ssim(whole, now), error = flip(whole, now);
+        result.ssim += likeness / double(count);
+        result.flip += error / double(count);
+        result.worst_ssim = std::min(result.worst_ssim, likeness);
+        result.worst_flip = std::max(result.worst_flip, error);
+    }
+    const auto median = [](std::vector<double>& values) {
+        const auto middle = values.begin() + ptrdiff_t(values.size() / 2);
+        std::ranges::nth_element(values, middle);
+        return *middle;
+    };
+    result.frame_ms = median(frame);
+    result.decode_ms = median(decode);
+    return result;
+}
+
+} // namespace gsc

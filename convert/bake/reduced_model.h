@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// A model with some of its slots and anchors left out and the rest on coarser steps, in memory, as a renderer reads it.
+#pragma once
+
+#include "convert/bake/importance.h"
+#include "kernels/frame/frame_types.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+class Workers;
+
+// What a bake may change to make a file smaller.
+enum Lever : uint32_t {
+    kLeverSlots = 1u << 0,    // slots that add least are masked
+    kLeverAnchors = 1u << 1,  // anchors that add least are left out
+    kLeverFeatures = 1u << 2, // features, offsets and scales on power-of-two steps, which each anchor has its own of
+    kLeverOffsets = 1u << 3,
+    kLeverScales = 1u << 4,
+    kLeverNetworks = 1u << 5, // networks in halves
+    kLeverOrder = 1u << 6,    // the order of the checkpoint's rows is not kept
+    kLeverCompact = 1u << 7,  // steps at least so coarse that a GPU holds them in half of the bytes (kModelCompact)
+};
+constexpr uint32_t kLevers = 8, kAllLevers = kLeverCompact - 1; // all that make only the archive smaller
+extern const char* const kLeverNames[kLevers];
+
+// What an error costs, per unit of importance: where a change of a value by x costs `x^2 * importance * factor` in summed
+// squared error. Of a feature, of a place, of the logarithm of a size, of a slot and of an anchor that are left out.
+struct ErrorCosts {
+    double feature = 0.02, place = 0.05, size = 0.05, slot = 0.2, anchor = 0.25;
+
+    bool operator==(const ErrorCosts&) const = default;
+};
+
+struct BakePlan {
+    uint32_t levers = kAllLevers;
+    double error = 0; // that a value may cost, in summed squared error: the one knob. 0 = only what never draws goes
+    ErrorCosts costs;
+
+    bool operator==(const BakePlan&) const = default;
+};
+
+// Steps of one anchor as exponents of two.
+struct AnchorSteps {
+    int feature, offset, extent, size;
+};
+
+class ReducedModel {
+public:
+    // All must outlive this; after the last apply() `importance` is not read any more. `networks`: MLPW and MLPP in halves.
+    // 4 bytes for each value of a scale, an offset and a feature. `read`: of chunks of the source, may be empty.
+    ReducedModel(const ModelView& source, const Importance& importance, const Workers& workers,
+                 std::span<const std::byte> weights, std::span<const std::byte> packed, ChunkRead read = {});
+
+    // Starts from the source again, unless it is as the plan says already. The same on any number of threads.
+    void apply(const BakePlan& plan);
+
+    [[nodiscard]] const ModelView& view() const { return m_view; }
+    [[nodiscard]] const ModelView& source() const { return m_source; }
+    [[nodiscard]] bool isLeftOut(uint64_t anchor) const { return m_left_out[anchor] != 0; }
+    [[nodiscard]] const float* scale(uint64_t anchor) const { return m_scale.get() + 6 * anchor; }
+    [[nodiscard]] const float* offset(uint64_t anchor) const
+    {
+        return m_offset.get() + 3 * m_params.n_offsets * anchor;
+    }
+    [[nodiscard]] const float* feature(uint64_t anchor) const { return m_feature.get() + m_params.feat_dim * anchor; }
+    [[nodiscard]] uint64_t anchors() const { return m_left_out.size(); }
+    [[nodiscard]] uint64_t leftOut() const { return m_anchors_out; }
+    [[nodiscard]] uint64_t masked() const { return m_slots_out; } // slots of the anchors that stay
+
+    // Source numbers of the anchors as the file will have them, for the order of splats of equal depth.
+    void setOrder(std::vector<uint32_t> number);
+
+private:
+    void applyTo(uint64_t anchor, uint32_t chunk, uint32_t local, const BakePlan& plan);
+    void boundChunk(uint32_t chunk);
+    [[nodiscard]] double worth(uint64_t anchor, uint32_t k, double measured, double median, double unseen) const;
+
+    const ModelView& m_source;
+    const Importance& m_importance;
+    const Workers& m_workers;
+    const ChunkRead m_read;
+    ModelParams m_params;
+    std::vector<ChunkRecord> m_chunks;
+    std::vector<GroupRecord> m_groups;
+    std::vector<ChunkArrays> m_arrays;
+    std::unique_ptr<float[]> m_scale, m_offset, m_feature; // written by apply()
+    std::vector<uint32_t> m_number;
+    std::vector<uint8_t> m_left_out;
+    std::vector<uint16_t> m_masks; // per anchor: slots that are masked and were not
+    std::optional<BakePlan> m_applied;
+    uint64_t m_anchors_out = 0, m_slots_out = 0;
+    std::span<const std::byte> m_weights, m_packed;
+    double m_median_weight = 0, m_median_place = 0; // of slots that draw
+    double m_unseen_weight = 0, m_unseen_place = 0; // per slot, of anchors that no pose saw
+    ModelView m_view;
+};
+
+} // namespace gsc

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a file says of itself that was cut from another or joined from several.
+#pragma once
+
+#include "convert/bake/tiles/tiles.h"
+#include "format/gsc_layout.h"
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace gsc {
+
+struct TileFacts {
+    std::vector<std::string_view> manifests; // of the files it is made of
+    bool one_model = false;                  // all were cut from one
+    uint64_t source_hash = 0;
+    std::optional<TileRecord> tile; // of what it is a part
+    std::optional<CropBox> box;
+};
+
+// KnownSource::facts. Of all of a model cut and joined again they are those of the model.
+[[nodiscard]] std::string tileFactsText(const TileFacts& facts);
+
+} // namespace gsc
