@@ -2,10 +2,10 @@
 // `gsc export --to ply|spz|glb|sog [--lod]` and `--html`: explicit Gaussians, and what they lost.
 #pragma once
 
-#include "convert/explicit/gaussian_files.h"
-#include "runtime/cameras/camera_reading.h"
-#include "runtime/cli/json.h"
-#include "runtime/cli/reporter.h"
+#include "convert/export/gaussian_files.h"
+#include "player/cameras/camera_reading.h"
+#include "player/tool/json.h"
+#include "player/tool/reporter.h"
 
 #include <limits>
 #include <optional>

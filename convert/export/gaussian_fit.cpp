@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/export/gaussian_fit.h"
+
+#include "convert/export/symmetric.h"
+#include "format/error.h"
+#include "format/machine/machine.h"
+#include "kernels/decode/decode.h"
+#include "kernels/select/select.h"
+#include "kernels/threads/parallel.h"
+
+#include <glm/gtc/quaternion.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace gsc {
+
+namespace {
+
+constexpr uint64_t kRangeBytes = 1u << 30;  // of the sums of the anchors that are looked at together, at most
+constexpr size_t kPartGaussians = 1u << 16; // that are given away together: 16 MiB at degree 3
+// What keeps coefficients small for which the cameras' directions say little, relative to a Gaussian's weight, times the
+// degree's square.
+constexpr double kRidge = 1e-3;
+// Networks answer for any direction, so a view also tells of what lies beside its picture: of so many times its width and
+// height, at a small weight, which decides where no picture shows an anchor.
+constexpr float kBeside = 3;
+constexpr float kBesideWeight = 0.1f;
+constexpr double kThinnest = 1e-4; // axis, of the longest: sums of floats tell no thinner ones apart
+
+// The same eye with a picture that much wider.
+EyeParams widened(EyeParams eye)
+{
+    eye.width = uint32_t(kBeside * float(eye.width));
+    eye.height = uint32_t(kBeside * float(eye.height));
+    eye.tan_fov_x *= kBeside;
+    eye.tan_fov_y *= kBeside;
+    for (size_t i = 0; i < 8; ++i) // the rows of x and y
+        eye.full_projection[i] /= kBeside;
+    return eye;
+}
+
+float weightOf(const EyeParams& eye, const Vec3<float>& p)
+{
+    const Vec3<float> t = viewPoint<float>(eye, p);
+    const bool shown = std::abs(t.x - eye.tan_mid_x * t.z) <= eye.tan_fov_x * t.z &&
+                       std::abs(t.y - eye.tan_mid_y * t.z) <= eye.tan_fov_y * t.z;
+    return shown ? 1.0f : kBesideWeight;
+}
+
+// Sums of a Gaussian over the views that show it, as floats one after the other:
+struct SumLayout {
+    size_t n, triangle; // of the system of the colours
+    size_t rhs, weight, opacity, covariance, position, score, count;
+
+    explicit SumLayout(int degree)
+        : n(shValues(degree)), triangle(n * (n + 1) / 2), rhs(triangle), weight(rhs + 3 * n), opacity(weight + 1),
+          covariance(opacity + 1), position(covariance + 6), score(position + 3), count(score + 1)
+    {
+    }
+};
+
+void addCovariance(const float* scale, const float* q, double weight, float* sum)
+{
+    glm::dmat3 axes = glm::mat3_cast(glm::dquat(q[0], q[1], q[2], q[3]));
+    for (int i = 0; i < 3; ++i)
+        axes[i] *= double(scale[i]);
+    const glm::dmat3 covariance = axes * transpose(axes);
+    for (int i = 0, at = 0; i < 3; ++i)
+        for (int j = i; j < 3; ++j)
+            sum[at++] += float(weight * covariance[i][j]);
+}
+
+class Fitter {
+public:
+    Fitter(const ModelView& model, std::span<const FitView> views, const FitOptions& options)
+        : m_model(model), m_views(views), m_options(options), m_layout(options.degree), m_workers(options.threads),
+          m_scratch(size_t(m_workers.count()))
+    {
+        for (DecodeScratch& scratch : m_scratch)
+            reserveDecode(model, scratch);
+    }
+
+    void run(const GaussianSink& take, const std::function<void(uint64_t, uint64_t)>& progress)
+    {
+        const ChunkRecord& last = m_model.chunks[m_model.params->chunk_count - 1];
+        const uint64_t K = m_model.params->n_offsets, anchors = last.anchor_first + last.anchor_count;
+        const uint64_t memory = usableMemory(), bytes = memory > 0 ? std::min(kRangeBytes, memory / 8) : kRangeBytes;
+        const uint64_t each = std::max<uint64_t>(bytes / (K * m_layout.count * sizeof(float)), kDecodeBlock);
+        const uint64_t ranges = (anchors + each - 1) / each;
+        for (uint64_t r = 0; r < ranges; ++r) {
+            const uint64_t first = r * each, end = std::min(first + each, anchors);
+            m_sums.assign((end - first) * K * m_layout.count, 0.0f);
+            m_seen.assign(end - first, 0.0f);
+            for (size_t v = 0; v < m_views.size(); ++v) {
+                progress(r * m_views.size() + v, ranges * m_views.size());
+                addView(m_views[v], first, end);
+            }
+            giveRange(first, end, take);
+        }
+    }
+
+private:
+    [[nodiscard]] uint64_t anchorOf(const VisibleAnchor& visible) const
+    {
+        return m_model.chunks[visible.chunk].anchor_first + visible.local;
+    }
+
+    void addView(const FitView& view, uint64_t first, uint64_t end)
+    {
+        SelectCounts counts{};
+        const EyeParams wide = m_options.as_seen ? view.eye : widened(view.eye);
+        const size_t all =
+            selectCpu({&m_model, &wide, 1, m_options.rules, 0, 0}, m_workers, m_select, m_visible, counts);
+        // in the order of the file
+        const auto before = [this](uint64_t anchor) {
+            return [this, anchor](const VisibleAnchor& visible) { return anchorOf(visible) < anchor; };
+        };
+        const VisibleAnchor* const visible = m_visible.data();
+        const VisibleAnchor* const from = std::partition_point(visible, visible + all, before(first));
+        const VisibleAnchor* const to = std::partition_point(from, visible + all, before(end));
+        const auto count = size_t(to - from);
+        const DecodeArgs args = prepareDecode(m_model, &view.eye, 1, from, count, view.appearance, m_bias);
+        m_workers.run((count + kDecodeBlock - 1) / kDecodeBlock, 1, [&](size_t begin, size_t stop, int worker) {
+            for (size_t b = begin; b < stop; ++b)
+                addBlock(args, b * kDecodeBlock, std::min<size_t>(kDecodeBlock, count - b * kDecodeBlock), first,
+                         view.eye, m_scratch[size_t(worker)]);
+        });
+    }
+
+    void addBlock(const DecodeArgs& args, size_t at, size_t count, uint64_t first, const EyeParams& eye,
+                  DecodeScratch& scratch)
+    {
+        decodeBlockCpu(args, at, uint32_t(count), scratch);
+        const GaussianBlock& block = scratch.blocks[0];
+        const uint32_t K = m_model.params->n_offsets;
+        float weights[kDecodeBlock];
+        for (size_t i = 0; i < count; ++i) {
+            const VisibleAnchor& visible = args.visible[at + i];
+            weights[i] = m_options.as_seen ? 1 : weightOf(eye, anchorPosition(m_model, visible.chunk, visible.local));
+            m_seen[anchorOf(visible) - first] += weights[i];
+        }
+        for (uint32_t g = 0; g < block.count; ++g) {
+            const uint64_t anchor = anchorOf(args.visible[at + block.origin[g] / K]) - first;
+            add(block, g, eye, weights[block.origin[g] / K],
+                m_sums.data() + (anchor * K + block.origin[g] % K) * m_layout.count);
+        }
+    }
+
+    void add(const GaussianBlock& block, uint32_t g, const EyeParams& eye, float seen, float* sums) const
+    {
+        float direction[3], distance = 0, position[3], scale[3], rotation[4];
+        for (size_t i = 0; i < 3; ++i) {
+            position[i] = block.position[i][g];
+            scale[i] = block.scale[i][g];
+            direction[i] = position[i] - eye.center[i];
+            distance += direction[i] * direction[i];
+        }
+        distance = std::sqrt(distance);
+        float finite = block.opacity[g] + distance;
+        for (size_t i = 0; i < 4; ++i)
+            finite += rotation[i] = block.rotation[i][g];
+        finite += scale[0] + scale[1] + scale[2] + block.color[0][g] + block.color[1][g] + block.color[2][g];
+        if (!std::isfinite(finite) || !(distance > 0)) // no rasteriser draws it
+            return;
+        for (float& d : direction)
+            d /= distance;
+        const float opacity = block.opacity[g];
+        const float weight = seen * opacity / (distance * distance); // a near view shows it larger
+        float basis[kMostShValues];
+        shBasis(m_options.degree, direction, basis);
+        size_t at = 0;
+        for (size_t i = 0; i < m_layout.n; ++i) {
+            for (size_t j = 0; j <= i; ++j)
+                sums[at++] += weight * basis[i] * basis[j];
+            for (size_t c = 0; c < 3; ++c)
+                sums[m_layout.rhs + 3 * i + c] += weight * basis[i] * (block.color[c][g] - 0.5f);
+        }
+        sums[m_layout.weight] += weight;
+        sums[m_layout.opacity] += seen * opacity;
+        addCovariance(scale, rotation, weight, sums + m_layout.covariance);
+        std::copy_n(position, 3, sums + m_layout.position); // the same from everywhere
+        std::sort(scale, scale + 3);
+        const float focal = eye.focal_x / distance;
+        const float area = (scale[2] * focal + 0.55f) * (scale[1] * focal + 0.55f);
+        sums[m_layout.score] += seen * opacity * std::min(area, float(eye.width) * float(eye.height));
+    }
+
+    void giveRange(uint64_t first, uint64_t end, const GaussianSink& take) const
+    {
+        GaussianSet set;
+        set.degree = m_options.degree;
+        const uint64_t K = m_model.params->n_offsets;
+        const ChunkRecord* chunk = m_model.chunks;
+        for (uint64_t a = first; a < end; ++a) {
+            while (a >= uint64_t(chunk->anchor_first) + chunk->anchor_count)
+                ++chunk;
+            for (uint64_t k = 0; k < K; ++k) {
+                const float* sums = m_sums.data() + ((a - first) * K + k) * m_layout.count;
+                if (sums[m_layout.weight] > 0)
+                    appendOne(sums, m_seen[a - first], set);
+            }
+            set.level.resize(set.size(), uint16_t(chunk->level_index));
+            if (set.size() >= kPartGaussians || a + 1 == end) {
+                take(set);
+                set = {};
+                set.degree = m_options.degree;
+            }
+        }
+    }
+
+    void appendOne(const float* sums, float seen, GaussianSet& set) const
+    {
+        const size_t n = m_layout.n;
+        const double weight = sums[m_layout.weight];
+        double matrix[kMostShValues * (kMostShValues + 1) / 2], color[3 * kMostShValues] = {};
+        std::copy_n(sums, m_layout.triangle, matrix);
+        std::copy_n(sums + m_layout.rhs, 3 * n, color);
+        for (size_t i = 1; i < n; ++i) {
+            const auto degree = double(i < 4 ? 1 : i < 9 ? 2 : 3);
+            matrix[i * (i + 1) / 2 + i] += kRidge * degree * degree * weight;
+        }
+        if (!solveSymmetric(matrix, color, n, 3)) // a Gaussian of hardly any weight
+            return;
+        double covariance[6], rotation[4], deviation[3], finite = sums[m_layout.score];
+        for (size_t i = 0; i < 6; ++i)
+            finite += covariance[i] = sums[m_layout.covariance + i] / weight;
+        for (const double value : color)
+            finite += value;
+        const float opacity = std::min(sums[m_layout.opacity] / seen, 1.0f);
+        if (!(opacity >= kOpacityFloor) || !std::isfinite(finite)) // no rasteriser draws it
+            return;
+        ellipsoidAxes(covariance, rotation, deviation);
+        const double least = std::max({deviation[0], deviation[1], deviation[2], 1e-12}) * kThinnest;
+        for (size_t i = 0; i < 3; ++i) {
+            set.position.push_back(float(sums[m_layout.position + i] + m_model.origin[i]));
+            set.log_scale.push_back(float(std::log(std::max(deviation[i], least))));
+        }
+        for (const double q : rotation)
+            set.rotation.push_back(float(q));
+        set.opacity.push_back(opacity); // where a view of its anchor does not show it, it had none
+        for (size_t i = 0; i < 3 * shValues(m_options.degree); ++i)
+            set.color.push_back(float(color[i]));
+        set.score.push_back(sums[m_layout.score]);
+    }
+
+    const ModelView& m_model;
+    std::span<const FitView> m_views;
+    FitOptions m_options;
+    SumLayout m_layout;
+    Workers m_workers;
+    std::vector<DecodeScratch> m_scratch;
+    SelectScratch m_select;
+    Buffer<VisibleAnchor> m_visible;
+    Buffer<float> m_bias;
+    std::vector<float> m_seen; // weights of the views, of the range's anchors
+    std::vector<float> m_sums; // of the range's Gaussians
+};
+
+} // namespace
+
+void fitGaussians(const ModelView& model, std::span<const FitView> views, const FitOptions& options,
+                  const GaussianSink& take, const std::function<void(uint64_t, uint64_t)>& progress)
+{
+    Fitter(model, views, options).run(take, progress);
+}
+
+} // namespace gsc

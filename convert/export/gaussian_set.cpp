@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/export/gaussian_set.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace gsc {
+
+GaussianSet pick(const GaussianSet& set, std::span<const uint32_t> which)
+{
+    GaussianSet some;
+    some.degree = set.degree;
+    const auto copy = [which](const std::vector<float>& from, std::vector<float>& to, size_t each) {
+        to.reserve(which.size() * each);
+        for (const uint32_t i : which)
+            to.insert(to.end(), from.data() + i * each, from.data() + (i + 1) * each);
+    };
+    copy(set.position, some.position, 3);
+    copy(set.log_scale, some.log_scale, 3);
+    copy(set.rotation, some.rotation, 4);
+    copy(set.opacity, some.opacity, 1);
+    copy(set.color, some.color, set.colorValues());
+    return some;
+}
+
+void append(GaussianSet& set, const GaussianSet& part)
+{
+    set.degree = part.degree;
+    const auto add = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    add(set.position, part.position);
+    add(set.log_scale, part.log_scale);
+    add(set.rotation, part.rotation);
+    add(set.opacity, part.opacity);
+    add(set.color, part.color);
+    add(set.score, part.score);
+    add(set.level, part.level);
+}
+
+void keepBest(GaussianSet& set, size_t most)
+{
+    if (set.size() <= most)
+        return;
+    std::vector<size_t> kept(set.size());
+    std::iota(kept.begin(), kept.end(), size_t(0));
+    const auto better = [&](size_t a, size_t b) {
+        return set.score[a] != set.score[b] ? set.score[a] > set.score[b] : a < b;
+    };
+    std::nth_element(kept.begin(), kept.begin() + std::ptrdiff_t(most), kept.end(), better);
+    kept.resize(most);
+    std::sort(kept.begin(), kept.end());
+    const auto compact = [&](auto& values, size_t each) {
+        for (size_t i = 0; i < most; ++i)
+            std::copy_n(values.begin() + std::ptrdiff_t(kept[i] * each), each,
+                        values.begin() + std::ptrdiff_t(i * each));
+        values.resize(most * each);
+    };
+    compact(set.position, 3);
+    compact(set.log_scale, 3);
+    compact(set.rotation, 4);
+    compact(set.color, set.colorValues());
+    compact(set.score, 1);
+    if (!set.level.empty())
+        compact(set.level, 1);
+    compact(set.opacity, 1);
+}
+
+} // namespace gsc

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/export/sog/webp_image.h"
+
+#include <gsc/error.h>
+#include <gsc/interrupt.h>
+
+#include <webp/decode.h>
+#include <webp/encode.h>
+
+#include <memory>
+
+namespace gsc {
+
+namespace {
+
+constexpr int kEffort = 6; // of 0 to 9, libwebp's own default: more takes twice the time for 1 % of the bytes
+
+} // namespace
+
+ByteImage::ByteImage(uint32_t width_, uint32_t height_)
+    : width(width_), height(height_), rgba(size_t(4) * width_ * height_)
+{
+    for (size_t i = 3; i < rgba.size(); i += 4)
+        rgba[i] = 255;
+}
+
+std::vector<std::byte> encodeWebp(const ByteImage& image)
+{
+    WebPConfig config;
+    WebPPicture picture;
+    WebPMemoryWriter writer;
+    WebPMemoryWriterInit(&writer);
+    const std::unique_ptr<WebPMemoryWriter, void (*)(WebPMemoryWriter*)> free_writer(&writer, WebPMemoryWriterClear);
+    bool good = WebPConfigInit(&config) != 0 && WebPConfigLosslessPreset(&config, kEffort) != 0 &&
+                WebPPictureInit(&picture) != 0;
+    if (!good) // the library's major version is another than the header's
+        throw Error(ErrorCode::Unsupported,
+                    "libwebp: another version than this program was built with, expected the same; build it again");
+    const std::unique_ptr<WebPPicture, void (*)(WebPPicture*)> free_picture(&picture, WebPPictureFree);
+    config.exact = 1; // colours of transparent pixels count
+    picture.use_argb = 1;
+    picture.width = int(image.width);
+    picture.height = int(image.height);
+    picture.writer = WebPMemoryWrite;
+    picture.custom_ptr = &writer;
+    picture.progress_hook = [](int, const WebPPicture*) { return interrupted() ? 0 : 1; };
+    good = WebPPictureImportRGBA(&picture, image.rgba.data(), int(4 * image.width)) != 0 &&
+           WebPEncode(&config, &picture) != 0;
+    throwIfInterrupted();
+    if (!good)
+        throw Error(
+            ErrorCode::OutOfMemory,
+            formatString("WebP image of %u x %u: not written (libwebp's error %d), expected memory for it; close "
+                         "other programs, or choose --max-gaussians",
+                         image.width, image.height, int(picture.error_code)));
+    const auto* first = reinterpret_cast<const std::byte*>(writer.mem);
+    return {first, first + writer.size};
+}
+
+ByteImage decodeWebp(std::span<const std::byte> file, const std::string& name)
+{
+    const auto* bytes = reinterpret_cast<const uint8_t*>(file.data());
+    int width = 0, height = 0;
+    ByteImage image;
+    if (WebPGetInfo(bytes, file.size(), &width, &height) != 0) {
+        image = ByteImage(uint32_t(width), uint32_t(height));
+        if (WebPDecodeRGBAInto(bytes, file.size(), image.rgba.data(), image.rgba.size(), 4 * width) != nullptr)
+            return image;
+    }
+    throw Error(ErrorCode::InvalidFile, name + ": no WebP image, expected one; export it again");
+}
+
+} // namespace gsc
