@@ -31,10 +31,18 @@ RULES = {
     "player/tool": "format",
     "player/cameras": "format runtime",
     "convert": "format kernels/frame kernels/math kernels/sensitivity kernels/threads runtime player",
+    "convert/bake": "format kernels !kernels/reuse runtime player convert/input convert/survey convert/write",
+    "convert/chart": "format player convert/page",
     "convert/export": "format kernels",
     "convert/export/sog": "format kernels convert/export convert/input/torch/zip_archive",
+    "convert/grids": "format kernels/threads player/module convert/survey convert/write/spatial_index",
     "convert/input": "format player/cameras runtime/source_camera",
-    "convert/bake": "format kernels !kernels/reuse runtime player convert",
+    "convert/merge": "format player",
+    "convert/page": "",
+    "convert/sample": "format kernels/threads runtime player/cameras convert/input convert/survey convert/write/write_gsc",
+    "convert/survey": "format runtime player/cameras",
+    "convert/viewer": "convert/page",
+    "convert/write": "format kernels/math kernels/sensitivity kernels/threads player convert/input convert/survey",
 }
 # Circles that may be: folders, and why.
 CIRCLES: dict[frozenset[str], str] = {}

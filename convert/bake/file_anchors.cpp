@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/bake/file_anchors.h"
 
-#include "convert/write/chunk_values.h"
+#include "convert/survey/chunk_values.h"
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/bake/gsc_checkpoint.h"
 
-#include "convert/write/chunk_values.h"
+#include "convert/survey/chunk_values.h"
 #include "format/half.h"
 #include "format/numbers/morton.h"
 #include "runtime/records/record.h"

@@ -2,10 +2,10 @@
 #include "convert/compare/compare_checkpoint.h"
 
 #include "convert/input/model_names.h"
+#include "convert/survey/chunk_values.h"
 #include "convert/write/anchor_check.h"
 #include "convert/write/anchor_record.h"
 #include "convert/write/batch_stream.h"
-#include "convert/write/chunk_values.h"
 #include "convert/write/mlp_pack.h"
 #include "convert/write/model_sections.h"
 #include "format/error.h"

@@ -2,7 +2,7 @@
 // A level's NanoVDB grid as it lies in the file, once it is known to be safe to walk.
 #pragma once
 
-#include "convert/write/chunk_values.h"
+#include "convert/survey/chunk_values.h"
 #include "format/gsc_reader.h"
 
 #include <nanovdb/NanoVDB.h>

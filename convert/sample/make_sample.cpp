@@ -2,14 +2,14 @@
 #include "convert/sample/sample.h"
 
 #include "convert/input/torch/torch_archive.h"
-#include "convert/sample/replicate/anchor_rows.h"
+#include "convert/sample/model/model_folder.h"
+#include "convert/sample/model/model_text.h"
 #include "convert/sample/paths/camera_paths.h"
-#include "convert/sample/scenes/lighting.h"
-#include "convert/sample/model_folder.h"
-#include "convert/sample/model_text.h"
 #include "convert/sample/sample_plan.h"
-#include <gsc/error.h>
-#include <gsc/interrupt.h>
+#include "convert/sample/scenes/lighting.h"
+#include "convert/sample/scenes/surface_rows.h"
+#include "format/error.h"
+#include "format/interrupt.h"
 #include "format/machine/machine.h"
 #include "kernels/threads/tbb_bound.h"
 
@@ -60,7 +60,7 @@ void fillSlice(const SamplePlan& plan, SampleModel model, Slice& slice)
     SceneTile content;
     buildTile(plan.spec, slice.tile, content);
     addNeighbourOccluders(plan.spec, slice.tile, content);
-    AnchorRows rows(plan.spec, plan.grid, model, content);
+    SurfaceRows rows(plan.spec, plan.grid, model, content);
     rows.rows().reserve((slice.last - slice.first) * kSampleRowFloats);
     for (const SurfaceShare& share : shareTile(plan, slice.tile, content)) {
         const uint64_t first = std::max(share.first, slice.first), last = std::min(share.last, slice.last);

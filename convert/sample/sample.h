@@ -2,14 +2,13 @@
 // Checkpoints in upstream's own layout: made from nothing, or a real model tiled into a city.
 #pragma once
 
+#include "convert/sample/model/sample_kinds.h"
+
 #include <cstdint>
 #include <functional>
 #include <string>
 
 namespace gsc {
-
-enum class SampleScene { City, Street, Room };
-enum class SampleModel { Scaffold, Octree };
 
 struct SampleOptions {
     SampleScene scene = SampleScene::City;

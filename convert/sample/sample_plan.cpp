@@ -33,7 +33,7 @@ uint64_t boundary(const SamplePlan& plan, double anchors)
 SamplePlan planSample(const SampleOptions& options)
 {
     SamplePlan plan;
-    plan.spec = planScene(options);
+    plan.spec = planScene(options.scene, options.anchors, options.seed);
     plan.anchors = options.anchors;
     plan.levels = levelCount(options);
     double sum = 0;

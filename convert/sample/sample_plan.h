@@ -2,7 +2,8 @@
 // How the anchors of a sample are shared out: every level of every surface gets its part of [0, anchors), in order.
 #pragma once
 
-#include "convert/sample/anchor_grid.h"
+#include "convert/sample/model/anchor_grid.h"
+#include "convert/sample/sample.h"
 #include "convert/sample/scenes/scene.h"
 
 #include <cstdint>

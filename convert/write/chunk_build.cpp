@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/write/chunk_build.h"
 
+#include "convert/survey/chunk_values.h"
 #include "convert/write/anchor_record.h"
-#include "convert/write/chunk_values.h"
 #include "format/checksum.h"
 #include "format/numbers/morton.h"
 

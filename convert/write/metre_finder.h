@@ -3,12 +3,14 @@
 #pragma once
 
 #include "convert/input/checkpoint.h"
+#include "convert/survey/vec3.h"
 #include "convert/write/partition.h"
+#include "format/gsc_reader.h"
 #include "player/cameras/length.h"
 
 #include <cstddef>
-#include <memory>
 #include <span>
+#include <vector>
 
 namespace gsc {
 
@@ -16,7 +18,6 @@ class MetreFinder {
 public:
     // `params` must outlive this.
     MetreFinder(const ModelParams& params, const Partition& partition, uint64_t anchors);
-    ~MetreFinder();
     MetreFinder(const MetreFinder&) = delete;
     MetreFinder& operator=(const MetreFinder&) = delete;
 
@@ -27,8 +28,10 @@ public:
     Metre derive(const Checkpoint& checkpoint);
 
 private:
-    struct State; // note: the survey's vectors have the name of the kernels'
-    std::unique_ptr<State> m_state;
+    FileHeader m_header{};
+    std::vector<LevelRecord> m_levels;
+    GscView m_view;                           // of what is known before the file is there
+    std::vector<std::vector<dvec3>> m_points; // per chunk
 };
 
 } // namespace gsc

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/input/checkpoint.h"
-#include "convert/write/grid_fit.h"
+#include "convert/survey/grid_fit.h"
 
 #include <cstdint>
 #include <functional>

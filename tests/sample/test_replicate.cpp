@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tiling a model into a city. The sample city stands in for a real aerial model where there is none.
 #include "convert/input/checkpoint.h"
-#include "convert/write/grid_fit.h"
+#include "convert/survey/grid_fit.h"
 #include "format/error.h"
 #include "format/gsc_layout.h"
 #include "player/cameras/camera_file.h"

@@ -2,7 +2,7 @@
 // What makeSample writes: the same bytes every time, the anchors asked for, and a model that cannot be told from one a
 // trainer left.
 #include "convert/input/checkpoint.h"
-#include "convert/write/grid_fit.h"
+#include "convert/survey/grid_fit.h"
 #include "format/gsc_layout.h"
 #include "sample/sample_tools.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The hand-made MLPs give back what features say.
-#include "convert/sample/sample_weights.h"
+#include "convert/sample/model/sample_weights.h"
 
 #include <doctest/doctest.h>
 

@@ -2,7 +2,7 @@
 #include "tests/write/memory_model.h"
 
 #include "convert/grids/nanovdb_check.h"
-#include "convert/write/grid_fit.h"
+#include "convert/survey/grid_fit.h"
 #include "format/error.h"
 
 #include <doctest/doctest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/compare/compare_checkpoint.h"
-#include "convert/write/grid_fit.h"
+#include "convert/survey/grid_fit.h"
 #include "format/half.h"
 #include "kernels/sensitivity/sensitivity.h"
 #include "tests/support/checkpoints.h"

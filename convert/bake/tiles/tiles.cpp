@@ -5,7 +5,7 @@
 #include "convert/bake/gsc_checkpoint.h"
 #include "convert/bake/tiles/tile_check.h"
 #include "convert/bake/tiles/tile_manifest.h"
-#include "convert/write/chunk_values.h"
+#include "convert/survey/chunk_values.h"
 #include "format/checksum.h"
 #include "format/error.h"
 #include "format/gsc_file.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/sample/paths/camera_motions.h"
 
-#include "convert/sample/camera_view.h"
-#include <gsc/error.h>
+#include "convert/survey/camera_view.h"
+#include "format/error.h"
 
 #include <algorithm>
 #include <cmath>

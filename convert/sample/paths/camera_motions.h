@@ -3,36 +3,18 @@
 // world units, headings run from axis 0 of the site towards its axis 1, `down` is below the horizon.
 #pragma once
 
-#include "convert/sample/model_text.h"
-#include "convert/sample/paths/ground_frame.h"
-#include <gsc/gsc_layout.h>
-#include "runtime/cameras/length.h"
+#include "convert/sample/model/model_text.h"
+#include "convert/survey/path_site.h"
+#include "player/cameras/length.h"
 
 #include <cstdint>
 #include <utility>
 
 namespace gsc {
 
-constexpr double kEyeHeight = 1.6;  // metres
 constexpr double kArmLength = 0.7;  // metres
 constexpr double kWalkSpeed = 1.4;  // metres per second
 constexpr double kHeadsetRate = 72; // frames per second
-
-constexpr double degrees(double angle)
-{
-    return angle * kPi / 180;
-}
-
-// The place a set of paths is made for. World units, unless a field says otherwise. `low` and `high` are those of the
-// built ground; the model was photographed from `view_height`.
-struct PathSite : GroundFrame {
-    double metre = 1; // world units that stand for one metre of a viewer's body
-    // Octree-GS: level = round_rule(log(standard_dist / distance) / log(fork)) in 0..finest_level
-    LevelRule level_rule = LevelRule::None;
-    double standard_dist = 0;
-    uint32_t fork = 2;
-    int32_t finest_level = 0;
-};
 
 struct PathLens {
     uint32_t width = 2048, height = 2048; // pixels

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/sample/paths/camera_motions.h"
-#include "convert/sample/paths/model_survey.h"
+#include "convert/survey/model_survey.h"
 
 #include <string>
 #include <vector>

@@ -3,7 +3,8 @@
 // hides what; free space is where photographs were taken, and elsewhere where no anchors are near.
 #pragma once
 
-#include "convert/sample/paths/model_survey.h"
+#include "convert/sample/paths/camera_motions.h"
+#include "convert/survey/model_survey.h"
 
 #include <span>
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/sample/hash_random.h"
+#include "convert/sample/model/hash_random.h"
 #include "convert/sample/scenes/lighting.h"
 #include "convert/sample/scenes/materials.h"
 

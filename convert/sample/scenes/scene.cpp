@@ -28,12 +28,12 @@ dvec3 sunDirection(SampleScene scene)
     return normalized(scene == SampleScene::Street ? dvec3{0.45, -0.5, 0.75} : dvec3{-0.62, -0.42, 0.62});
 }
 
-SceneSpec planScene(const SampleOptions& options)
+SceneSpec planScene(SampleScene scene, uint64_t anchors, uint64_t seed)
 {
     SceneSpec spec;
-    spec.scene = options.scene;
-    spec.seed = options.seed;
-    makerOf(spec.scene).plan(options.anchors, spec);
+    spec.scene = scene;
+    spec.seed = seed;
+    makerOf(scene).plan(anchors, spec);
     return spec;
 }
 

@@ -3,9 +3,9 @@
 // World units are metres, z is up.
 #pragma once
 
-#include "convert/sample/camera_view.h"
-#include "convert/sample/sample.h"
+#include "convert/sample/model/sample_kinds.h"
 #include "convert/sample/scenes/surface.h"
+#include "convert/survey/camera_view.h"
 
 #include <cstdint>
 #include <string>
@@ -52,7 +52,7 @@ constexpr double kStreetPlot = 12; // metres of facade per plot
 // World direction towards the sun.
 dvec3 sunDirection(SampleScene scene);
 
-SceneSpec planScene(const SampleOptions& options);
+SceneSpec planScene(SampleScene scene, uint64_t anchors, uint64_t seed);
 // Surfaces of the tile and the occluders that stand on it.
 void buildTile(const SceneSpec& spec, uint32_t tile, SceneTile& out);
 // Occluders of other tiles whose shadow may fall on this one.

@@ -2,7 +2,7 @@
 // Things that stand in the scenes: boxes, houses, trees, cars, surroundings.
 #pragma once
 
-#include "convert/sample/hash_random.h"
+#include "convert/sample/model/hash_random.h"
 #include "convert/sample/scenes/scene.h"
 
 namespace gsc {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/sample/scenes/surface.h"
 
-#include "convert/sample/hash_random.h"
+#include "convert/sample/model/hash_random.h"
 
 namespace gsc {
 

@@ -2,7 +2,7 @@
 // A scene is a list of surface patches; each is cut into near-square cells, one anchor per cell.
 #pragma once
 
-#include "convert/sample/vec3.h"
+#include "convert/survey/vec3.h"
 
 #include <array>
 #include <cstdint>

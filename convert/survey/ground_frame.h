@@ -2,8 +2,8 @@
 // The ground that the anchors of a model lie on.
 #pragma once
 
-#include "convert/sample/camera_view.h"
-#include "runtime/cameras/principal_axes.h"
+#include "convert/survey/camera_view.h"
+#include "player/cameras/principal_axes.h"
 
 #include <algorithm>
 #include <cstdint>

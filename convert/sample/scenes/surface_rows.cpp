@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/sample/replicate/anchor_rows.h"
+#include "convert/sample/scenes/surface_rows.h"
 
-#include "convert/sample/hash_random.h"
+#include "convert/sample/model/hash_random.h"
 #include "convert/sample/scenes/materials.h"
 
 #include <glm/gtc/type_ptr.hpp>
@@ -80,21 +80,21 @@ Box cellBounds(const Surface& surface, const Cell& cell)
 
 } // namespace
 
-struct AnchorRows::Patch {
+struct SurfaceRows::Patch {
     dvec3 center;
     dvec3 target[K]; // centres of the Gaussians
     dvec3 tone[K];   // logits of their colours
     dvec3 turn, gloss;
 };
 
-AnchorRows::AnchorRows(const SceneSpec& spec, const AnchorGrid& grid, SampleModel model, const SceneTile& tile)
+SurfaceRows::SurfaceRows(const SceneSpec& spec, const AnchorGrid& grid, SampleModel model, const SceneTile& tile)
     : m_spec(spec), m_grid(grid), m_octree(model == SampleModel::Octree), m_light(spec, tile),
       m_taken(grid, tile.bounded, tile.min, tile.max)
 {
 }
 
-void AnchorRows::evaluate(const Surface& surface, const Cell& cell, const NearOccluders& near, uint64_t key,
-                          Patch& patch)
+void SurfaceRows::evaluate(const Surface& surface, const Cell& cell, const NearOccluders& near, uint64_t key,
+                           Patch& patch)
 {
     const double width = std::sqrt(cell.width * cell.height / K);
     SurfacePoint middle = surfacePoint(surface, 0.5 * (cell.u0 + cell.u1), 0.5 * (cell.v0 + cell.v1));
@@ -135,8 +135,8 @@ void AnchorRows::evaluate(const Surface& surface, const Cell& cell, const NearOc
     patch.gloss = glossAxes(middle.normal, gloss);
 }
 
-void AnchorRows::writeRow(const Surface& surface, const Cell& cell, uint32_t level, const Patch& patch,
-                          const GridCell& at, uint64_t key)
+void SurfaceRows::writeRow(const Surface& surface, const Cell& cell, uint32_t level, const Patch& patch,
+                           const GridCell& at, uint64_t key)
 {
     m_rows.resize(m_rows.size() + kSampleRowFloats);
     float* row = &m_rows[m_rows.size() - kSampleRowFloats];
@@ -192,7 +192,7 @@ void AnchorRows::writeRow(const Surface& surface, const Cell& cell, uint32_t lev
     scale[6] = 1; // rot_0; the others stay zero
 }
 
-void AnchorRows::add(const Surface& original, uint32_t level, const CellLayout& layout, uint64_t first, uint64_t last)
+void SurfaceRows::add(const Surface& original, uint32_t level, const CellLayout& layout, uint64_t first, uint64_t last)
 {
     if (first == last)
         return;

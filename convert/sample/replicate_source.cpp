@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/sample/replicate/replicate_source.h"
+#include "convert/sample/replicate_source.h"
 
-#include "convert/write/grid_fit.h"
+#include "convert/survey/grid_fit.h"
 #include "format/error.h"
 #include "format/interrupt.h"
 

@@ -2,8 +2,8 @@
 // Where the cameras of photographs stand, where they look and what they see.
 #pragma once
 
-#include "convert/sample/vec3.h"
-#include <gsc/source_camera.h>
+#include "convert/survey/vec3.h"
+#include "runtime/source_camera.h"
 
 #include <span>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/write/grid_fit.h"
+#include "convert/survey/grid_fit.h"
 
 #include <gsc/interrupt.h>
 

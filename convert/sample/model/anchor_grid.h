@@ -2,7 +2,7 @@
 // The voxel grids a trainer leaves anchors on (format facts, 5.3), and the cells that are taken.
 #pragma once
 
-#include "convert/sample/vec3.h"
+#include "convert/survey/vec3.h"
 
 #include <cstdint>
 #include <unordered_set>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/sample/anchor_grid.h"
+#include "convert/sample/model/anchor_grid.h"
 
-#include "convert/sample/hash_random.h"
-#include <gsc/gsc_layout.h>
+#include "convert/sample/model/hash_random.h"
+#include "format/gsc_layout.h"
 
 namespace gsc {
 

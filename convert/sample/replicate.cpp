@@ -3,11 +3,11 @@
 // by a small jitter per anchor, so that no two copies tie in depth; both are whole cells of the anchor's own grid.
 #include "convert/sample/sample.h"
 
-#include "convert/sample/hash_random.h"
-#include "convert/sample/model_folder.h"
-#include "convert/sample/model_text.h"
+#include "convert/sample/model/hash_random.h"
+#include "convert/sample/model/model_folder.h"
+#include "convert/sample/model/model_text.h"
 #include "convert/sample/paths/camera_paths.h"
-#include "convert/sample/replicate/replicate_source.h"
+#include "convert/sample/replicate_source.h"
 #include "convert/write/write_gsc.h"
 #include "format/error.h"
 #include "format/gsc_layout.h"

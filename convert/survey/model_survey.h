@@ -2,10 +2,9 @@
 // What a model tells about where one can stand in it: its ground, its cameras, its scale, what they saw.
 #pragma once
 
-#include "convert/sample/paths/camera_motions.h"
-#include "convert/sample/paths/ground_frame.h"
-#include <gsc/gsc_reader.h>
-#include "runtime/cameras/length.h"
+#include "convert/survey/path_site.h"
+#include "format/gsc_reader.h"
+#include "player/cameras/length.h"
 
 #include <string>
 #include <vector>
@@ -46,7 +45,7 @@ ModelSurvey surveyModel(const GscView& view, const std::string& name, const Metr
 
 // The anchors that a survey of `view` looks at, chunk by chunk: addSurveyPoints() appends those of one chunk. Needs
 // header, params and levels of `view`; `payload` holds the chunk's arrays.
-void addSurveyPoints(const GscView& view, const ChunkRecord& chunk, const std::byte* payload,
+void addSurveyPoints(const GscView& view, const ChunkRecord& chunk, std::span<const std::byte> payload,
                      std::vector<dvec3>& points);
 
 // The survey of the points of all chunks in order. Needs params, cameras, their names and embedding_rows of `view`.

@@ -2,9 +2,9 @@
 // Cells of a scene's surfaces -> rows of upstream's PLY.
 #pragma once
 
-#include "convert/sample/anchor_grid.h"
+#include "convert/sample/model/anchor_grid.h"
+#include "convert/sample/model/sample_weights.h"
 #include "convert/sample/scenes/lighting.h"
-#include "convert/sample/sample_weights.h"
 
 #include <cstdint>
 #include <vector>
@@ -14,9 +14,9 @@ namespace gsc {
 constexpr size_t kSampleRowFloats = 79; // F = 32, K = 10; Scaffold-GS and Octree-GS alike
 
 // Writes the anchors of one tile. Not thread-safe; make one per task.
-class AnchorRows {
+class SurfaceRows {
 public:
-    AnchorRows(const SceneSpec& spec, const AnchorGrid& grid, SampleModel model, const SceneTile& tile);
+    SurfaceRows(const SceneSpec& spec, const AnchorGrid& grid, SampleModel model, const SceneTile& tile);
 
     // Cells [first, last) of `layout` on `surface`, which lies at `level`.
     void add(const Surface& surface, uint32_t level, const CellLayout& layout, uint64_t first, uint64_t last);

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/sample/paths/model_survey.h"
+#include "convert/survey/model_survey.h"
 
-#include <gsc/error.h>
-#include <gsc/interrupt.h>
-#include "runtime/cameras/world_up.h"
-#include <gsc/camera.h>
+#include "convert/survey/chunk_values.h"
+#include "format/error.h"
+#include "format/interrupt.h"
+#include "player/cameras/world_up.h"
+#include "runtime/camera.h"
 
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/matrix.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <optional>
 
 namespace gsc {
@@ -26,24 +26,6 @@ constexpr double kUprightAgreement = 40; // degrees between the ground's normal 
 constexpr double kAerialMetres = 20;     // the capture height of an aerial model
 constexpr double kLeastEyeHeight = 0.02; // of the viewing distance: below it, the ground was hardly found
 constexpr double kInwardMetres = 3;      // the distance to what an inward capture looks at
-
-dvec3 anchorPosition(const ModelParams& params, const LevelRecord& level, const ChunkRecord& chunk,
-                     const std::byte* payload, const ChunkArrayLayout& layout, uint32_t i)
-{
-    const std::byte* at = payload + layout.offset[0] + layout.stride[0] * i;
-    if (params.position_encoding != uint32_t(PositionEncoding::Grid)) {
-        float p[3];
-        std::memcpy(p, at, sizeof(p));
-        return glm::make_vec3(p);
-    }
-    GridPosition p;
-    std::memcpy(&p, at, sizeof(p));
-    dvec3 out;
-    for (int axis = 0; axis < 3; ++axis)
-        out[axis] = double(
-            gridCoordinate(int32_t(int64_t(chunk.origin[axis]) + p.local[axis]), level.quantum, level.origin, false));
-    return out;
-}
 
 // Training cameras, or all where too few were trained on.
 std::vector<SourceCamera> storedCameras(const GscView& view)
@@ -171,15 +153,15 @@ const char* captureName(CaptureKind kind)
     return kNames[int(kind)];
 }
 
-void addSurveyPoints(const GscView& view, const ChunkRecord& chunk, const std::byte* payload,
+void addSurveyPoints(const GscView& view, const ChunkRecord& chunk, std::span<const std::byte> payload,
                      std::vector<dvec3>& points)
 {
     const uint64_t step = (view.header->anchor_count + kSurveyAnchors - 1) / kSurveyAnchors;
-    const ChunkArrayLayout layout = chunkArrayLayout(*view.params, chunk.anchor_count);
+    const LevelRecord& level = view.levels[chunk.level_index];
+    const ChunkValues values(*view.params, chunk, level.quantum, level.origin, payload);
     const uint64_t first = (step - chunk.anchor_first % step) % step;
     for (uint64_t i = first; i < chunk.anchor_count; i += step) {
-        const dvec3 p =
-            anchorPosition(*view.params, view.levels[chunk.level_index], chunk, payload, layout, uint32_t(i));
+        const dvec3 p = glm::make_vec3(values.position(uint32_t(i)).data());
         if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z))
             points.push_back(p);
     }
@@ -233,7 +215,7 @@ ModelSurvey surveyModel(const GscView& view, const std::string& name, const Metr
     std::vector<dvec3> points;
     for (const ChunkRecord& chunk : view.chunks) {
         throwIfInterrupted();
-        addSurveyPoints(view, chunk, chunkPayload(view, chunk).data(), points);
+        addSurveyPoints(view, chunk, chunkPayload(view, chunk), points);
     }
     return surveyPoints(view, std::move(points), name, metre);
 }

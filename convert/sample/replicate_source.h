@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/input/checkpoint.h"
-#include "convert/sample/paths/ground_frame.h"
+#include "convert/survey/ground_frame.h"
 
 #include <cstdint>
 #include <vector>

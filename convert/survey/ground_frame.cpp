@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/sample/paths/ground_frame.h"
+#include "convert/survey/ground_frame.h"
 
 #include <glm/matrix.hpp>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/sample/model_text.h"
+#include "convert/sample/model/model_text.h"
 
 #include <gsc/error.h>
 
