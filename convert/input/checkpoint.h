@@ -2,9 +2,9 @@
 // The neutral model every checkpoint reader produces and everything in convert/ consumes.
 #pragma once
 
-#include <gsc/gsc_layout.h>
-#include "runtime/cameras/length.h"
-#include <gsc/source_camera.h>
+#include "convert/input/torch/mlp.h"
+#include "player/cameras/length.h"
+#include "runtime/source_camera.h"
 
 #include <cstdint>
 #include <functional>
@@ -13,19 +13,6 @@
 #include <vector>
 
 namespace gsc {
-
-struct LinearLayer {
-    uint32_t in = 0, out = 0;
-    std::vector<float> weight; // [out][in], row-major
-    std::vector<float> bias;   // [out]
-};
-
-struct Mlp {
-    MlpKind kind{};
-    Activation activation = Activation::None;
-    uint32_t inputs = 0; // MlpInputs
-    LinearLayer layers[2];
-};
 
 // Everything of a checkpoint but its anchors. Scalars a checkpoint does not hold are filled as upstream's
 // loader would fill them.

@@ -3,7 +3,7 @@
 // PyTorch 1.6. A pickle-subset machine with whitelisted opcodes and globals; nothing in a file is ever executed.
 #pragma once
 
-#include "convert/input/checkpoint.h"
+#include "convert/input/torch/mlp.h"
 
 #include <cstddef>
 #include <cstdint>
