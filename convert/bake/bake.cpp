@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/bake/bake.h"
 
+#include "convert/bake/bake_facts.h"
 #include "convert/bake/bake_manifest.h"
-#include "convert/bake/file_anchors.h"
-#include "convert/bake/gsc_checkpoint.h"
-#include "convert/bake/measurer.h"
-#include "convert/bake/pose_sets.h"
-#include "convert/bake/state/bake_facts.h"
+#include "convert/bake/bake_meter.h"
+#include "convert/bake/model/file_anchors.h"
+#include "convert/bake/model/gsc_checkpoint.h"
+#include "convert/bake/pictures/pose_sets.h"
 #include "convert/bake/state/bake_state.h"
 #include "convert/bake/step_search.h"
 #include "convert/write/mlp_pack.h"
@@ -23,6 +23,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <iterator>
 #include <memory>
 
@@ -42,59 +43,54 @@ constexpr double kAgainShare = 0.6, kAgainMargin = 0.1; // dB
 
 static_assert(PoseLimits{}.weights <= kMostImportancePoses);
 
-} // namespace
-
-// The members are its state from stage to stage.
-struct Baker::State {
-    State(const BakeOptions& options, const BakeProgress& progress)
-        : m_options(options), m_progress(progress), m_workers(options.threads),
-          m_file(std::make_shared<const GscFile>(options.input, throwFirstIssue(options.name), GscFile::Read::All,
-                                                 options.threads))
+// A model that is baked to one target or several: what no target has a part in is done once. Options and progress must outlive
+// it. Throws as bake().
+class Baker {
+public:
+    // `curve`: the targets that there will be; empty = that of the options, or none.
+    Baker(const BakeOptions& options, const BakeProgress& progress, std::span<const double> curve = {})
+        : m_options(options), m_progress(progress), m_workers(options.threads), m_source(options)
     {
-        openGsc(m_file->bytes(), m_view, GscCheck::Full, throwFirstIssue(options.name));
-        m_scene = Scene::open(m_file, options.name);
-        letGo();
-        if (m_view.params->flags & kModelCompact) // and it stays so
+        const auto start = Clock::now();
+        if (m_source.view.params->flags & kModelCompact) // and it stays so
             m_options.levers |= kLeverCompact;
-        const ModelParams& params = *m_view.params;
+        const ModelParams& params = *m_source.view.params;
         if ((m_options.levers & kLeverCompact) &&
             (params.feat_dim != kFastFeatures || params.n_offsets > 4 * kItemsPerLane))
             m_report.warnings.push_back(formatString(
                 "--compact: saves no memory of a model of %u features and %u Gaussians an anchor, expected "
                 "32 and at most 12; leave it out",
                 params.feat_dim, params.n_offsets));
-    }
-
-    // What no target has a part in. `curve`: the targets that will follow, or empty.
-    void prepare(std::span<const double> curve)
-    {
-        const auto start = Clock::now();
-        m_report.anchors = m_view.header->anchor_count;
-        m_report.slots = m_report.anchors * m_view.params->n_offsets;
+        m_report.anchors = m_source.view.header->anchor_count;
+        m_report.slots = m_report.anchors * params.n_offsets;
         stage("poses", [&] { choosePoses(); });
         openDevice(curve);
-        stage("sizes", [&] { m_report.before = m_measurer->sizes(); });
-        letGo();
-        stage("weights", [&] { m_importance.emplace(m_measurer->weigh(m_report.before)); });
+        stage("sizes", [&] { m_report.before = m_meter->sizes(); });
+        m_source.letGo();
+        stage("weights", [&] { m_importance.emplace(m_meter->weigh(m_report.before)); });
         m_report.anchors_unseen = uint64_t(std::ranges::count(m_importance->seen, 0u));
-        stage("references", [&] { m_measurer->drawWhole(); });
-        std::vector<Mlp> halves = checkpointOf(m_view, m_options.name).mlps;
+        stage("references", [&] { m_meter->drawWhole(); });
+        std::vector<Mlp> halves = checkpointOf(m_source.view, m_options.name).mlps;
         roundToHalves(halves);
         m_weights = canonicalMlps(halves);
-        m_packed = packMlps(halves, m_view.params->feat_dim, m_view.params->appearance_dim);
+        m_packed = packMlps(halves, params.feat_dim, params.appearance_dim);
         // another order draws ties otherwise: 78 dB in the worst view of a trained model
         const bool by_source = !(m_options.levers & kLeverOrder) || !m_options.target_psnr;
-        m_order = anchorOrder(m_view, by_source);
-        m_model.emplace(m_scene->view(), *m_importance, m_workers, m_weights, m_packed, whenRead());
+        m_order = anchorOrder(m_source.view, by_source);
+        m_model.emplace(m_source.scene->view(), *m_importance, m_workers, m_weights, m_packed, m_source.whenRead());
         if (!by_source)
             m_model->setOrder(numbersOf(m_order));
         m_report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
         m_prepared = m_report;
     }
 
-    // One file, with a target of its own.
+    Baker(const Baker&) = delete;
+    Baker& operator=(const Baker&) = delete;
+
+    // One file, with output and target instead of those of the options: without a target where the options have none, with one
+    // where they have one. `last`: no call follows, and what this one needs no more is given back on the way.
     BakeReport bakeTo(const std::string& output, std::optional<double> target, std::optional<double> min_view,
-                      bool last)
+                      bool last = false)
     {
         const auto start = Clock::now();
         m_report = m_prepared;
@@ -110,17 +106,17 @@ struct Baker::State {
             if (again == kMostAgain)
                 refuse(m_report.verdict, "verdict", "though poses of the search keep more");
             m_margin += kAgainShare * lack() + kAgainMargin;
-            m_measurer->expect(3 * m_poses.search.size() + m_poses.verdict.size());
+            m_meter->expect(3 * m_poses.search.size() + m_poses.verdict.size());
             stage("search", [&] { search(); });
             stage("verdict", [&] { judge(); });
         }
         m_model->apply(m_report.plan);
         m_report.anchors_left_out = m_model->leftOut();
         m_report.slots_masked = m_model->masked();
-        m_report.pictures_drawn = m_measurer->drawn();
-        m_report.pictures_kept = m_measurer->kept();
+        m_report.pictures_drawn = m_meter->drawn();
+        m_report.pictures_kept = m_meter->kept();
         if (last) {
-            m_measurer.reset();
+            m_meter.reset();
             m_importance.reset();
         }
         stage("write", [&] { write(last); });
@@ -128,9 +124,10 @@ struct Baker::State {
         return std::move(m_report);
     }
 
-    FileScore measure(const std::string& path) { return m_measurer->measure(path); }
+    // A file, one of those or the model's, as it is drawn from the poses of the verdict.
+    [[nodiscard]] FileScore measure(const std::string& path) { return m_meter->measure(path); }
 
-    [[nodiscard]] const BakeReport& prepared() const { return m_prepared; }
+    [[nodiscard]] const BakeReport& prepared() const { return m_prepared; } // as far as no target has a part in it
 
 private:
     using Clock = std::chrono::steady_clock;
@@ -147,17 +144,6 @@ private:
         m_report.stages.push_back({name, std::chrono::duration<double>(Clock::now() - start).count()});
     }
 
-    // What is read of the source from here on is read again.
-    void letGo() const
-    {
-        m_file->letGo(m_file->bytes());
-    }
-
-    [[nodiscard]] ChunkRead whenRead() const
-    {
-        return [this](uint32_t chunk) { m_file->letGo(chunkPayload(m_view, m_view.chunks[chunk])); };
-    }
-
     static std::vector<uint32_t> numbersOf(const std::vector<uint32_t>& order)
     {
         std::vector<uint32_t> numbers(order.size());
@@ -171,19 +157,18 @@ private:
     {
         std::vector<std::string> passed_over;
         std::unique_ptr<Renderer> renderer =
-            makeLoadedRenderer(m_options.device, {m_options.threads}, m_scene, passed_over);
+            makeLoadedRenderer(m_options.device, {m_options.threads}, m_source.scene, passed_over);
         m_report.device = deviceText(renderer->id());
         m_report.warnings.insert(m_report.warnings.end(), passed_over.begin(), passed_over.end());
         std::optional<BakeState> before;
         if (!m_options.resume.empty())
-            before.emplace(m_options.resume, bakeFacts(m_options, curve, m_view, m_poses, *renderer),
+            before.emplace(m_options.resume, bakeFacts(m_options, curve, m_source.view, m_poses, *renderer),
                            std::max(m_poses.search.size(), m_poses.verdict.size()), m_options.resume_seconds);
-        m_measurer.emplace(MeasuredModel{m_file, m_view, m_scene}, m_poses, std::move(renderer), std::move(before),
-                           m_options.threads, m_progress);
+        m_meter.emplace(m_source, m_poses, std::move(renderer), std::move(before), m_options.threads, m_progress);
         const size_t search = m_poses.search.size(), verdict = m_poses.verdict.size();
-        m_measurer->expect(m_poses.weights.size() + search + verdict +
-                           std::max<size_t>(curve.size(), 1) *
-                               (verdict + (m_options.target_psnr ? searchPictures(search) : search)));
+        m_meter->expect(m_poses.weights.size() + search + verdict +
+                        std::max<size_t>(curve.size(), 1) *
+                            (verdict + (m_options.target_psnr ? searchPictures(search) : search)));
     }
 
     void choosePoses()
@@ -191,11 +176,11 @@ private:
         std::vector<Camera> cameras;
         for (const std::string& path : m_options.cameras)
             std::ranges::move(
-                sceneCameras(*m_scene, path,
+                sceneCameras(*m_source.scene, path,
                              {m_options.ignore_distortion, m_options.cameras_transform, &m_report.warnings}),
                 std::back_inserter(cameras));
         if (m_options.cameras.empty())
-            cameras = sceneCameras(*m_scene, "stored", {});
+            cameras = sceneCameras(*m_source.scene, "stored", {});
         leaveOutRepeats(cameras); // or the verdict would look from where the weights did
         if (cameras.size() < kFewestCameras)
             throw Error(ErrorCode::Usage,
@@ -210,15 +195,15 @@ private:
     {
         if (!m_target) {
             m_report.plan.levers = m_options.levers & (kLeverSlots | kLeverAnchors | kLeverCompact);
-            m_report.search = m_measurer->score(*m_model, m_report.plan, 0, m_poses.search.size());
+            m_report.search = m_meter->score(*m_model, m_report.plan, 0, m_poses.search.size());
             m_report.levers = m_report.plan.levers;
             return;
         }
         const PlanScore score = [this](const BakePlan& plan, size_t first, size_t count) {
-            return m_measurer->score(*m_model, plan, first, count);
+            return m_meter->score(*m_model, plan, first, count);
         };
-        SearchTask task{*m_scene->view().params, m_report.anchors,           score,
-                        m_poses.search.size(),   m_measurer->weightPixels(), m_options.levers};
+        SearchTask task{*m_source.scene->view().params, m_report.anchors,        score,
+                        m_poses.search.size(),          m_meter->weightPixels(), m_options.levers};
         task.target = m_report.target;
         task.min_view = m_report.min_view;
         task.margin = m_margin;
@@ -236,7 +221,7 @@ private:
 
     void judge()
     {
-        m_report.verdict = m_measurer->score(*m_model, m_report.plan, m_poses.search.size(), m_poses.verdict.size());
+        m_report.verdict = m_meter->score(*m_model, m_report.plan, m_poses.search.size(), m_poses.verdict.size());
     }
 
     // dB that the verdict is short of what was asked for.
@@ -261,15 +246,15 @@ private:
 
     void write(bool last)
     {
-        Checkpoint checkpoint = checkpointOf(m_view, m_options.name);
+        Checkpoint checkpoint = checkpointOf(m_source.view, m_options.name);
         if (m_report.levers & kLeverNetworks)
             roundToHalves(checkpoint.mlps);
         if (m_model->masked() > 0)
             checkpoint.flags |= kModelMaskedSlots;
         if (m_report.levers & kLeverCompact)
             checkpoint.flags |= kModelCompact;
-        const std::vector<AnchorPlace> places = keptPlaces(m_view, *m_model, m_order);
-        const std::vector<GscView> files{m_view};
+        const std::vector<AnchorPlace> places = keptPlaces(m_source.view, *m_model, m_order);
+        const std::vector<GscView> files{m_source.view};
         FileAnchors source(files, places, &*m_model);
         checkpoint.anchor_count = places.size();
         if (checkpoint.anchor_count == 0)
@@ -280,11 +265,12 @@ private:
         write.overwrite = m_options.overwrite;
         write.threads = m_options.threads;
         // the row that a file of one has; options of a file of several that is said to be of one are not taken over
-        if (m_view.embedding_rows.size() == 1)
-            write.appearance = int(m_view.embedding_rows[0]);
+        if (m_source.view.embedding_rows.size() == 1)
+            write.appearance = int(m_source.view.embedding_rows[0]);
         write.sensitivity = SensitivityMode::None;
-        write.source.emplace(KnownSource{
-            m_view.header->source_hash, reducedFacts(m_view.manifest, reductionText(m_report, m_target)), {}});
+        write.source.emplace(KnownSource{m_source.view.header->source_hash,
+                                         reducedFacts(m_source.view.manifest, reductionText(m_report, m_target)),
+                                         {}});
         write.verify = [&](const std::string& path) {
             if (last) // all of `source` has been read
                 m_model.reset();
@@ -313,44 +299,22 @@ private:
     BakeOptions m_options;
     const BakeProgress& m_progress;
     Workers m_workers;
-    std::shared_ptr<const GscFile> m_file;
-    GscView m_view;
-    std::shared_ptr<const Scene> m_scene;
+    SourceModel m_source;
     PoseSets m_poses;
     std::optional<Importance> m_importance;
     std::vector<std::byte> m_weights, m_packed; // networks in halves
     std::optional<ReducedModel> m_model;
-    std::optional<Measurer> m_measurer; // goes before what its renderer has loaded
-    std::vector<uint32_t> m_order;      // of the anchors in a file that is written
-    std::string m_output;               // of the bake that is under way
+    std::optional<BakeMeter> m_meter; // goes before what its renderer has loaded
+    std::vector<uint32_t> m_order;    // of the anchors in a file that is written
+    BakeReport m_prepared;            // as far as no target has a part in it
+    // of the bake that is under way
+    std::string m_output;
     std::optional<double> m_target;
     double m_margin = kSearchMargin;
-    BakeReport m_prepared, m_report;
+    BakeReport m_report;
 };
 
-Baker::Baker(const BakeOptions& options, const BakeProgress& progress, std::span<const double> curve)
-    : m_state(std::make_unique<State>(options, progress))
-{
-    m_state->prepare(curve);
-}
-
-Baker::~Baker() = default;
-
-BakeReport Baker::bakeTo(const std::string& output, std::optional<double> target, std::optional<double> min_view,
-                         bool last)
-{
-    return m_state->bakeTo(output, target, min_view, last);
-}
-
-FileScore Baker::measure(const std::string& path)
-{
-    return m_state->measure(path);
-}
-
-const BakeReport& Baker::prepared() const
-{
-    return m_state->prepared();
-}
+} // namespace
 
 BakeReport bake(const BakeOptions& options, const BakeProgress& progress)
 {
@@ -358,6 +322,37 @@ BakeReport bake(const BakeOptions& options, const BakeProgress& progress)
         Baker(options, progress).bakeTo(options.output, options.target_psnr, options.min_view_psnr, true);
     removeBakeState(options.resume, report.warnings);
     return report;
+}
+
+Curve bakeCurve(const BakeOptions& options, const std::vector<double>& targets, const std::string& scratch,
+                const BakeProgress& progress)
+{
+    const auto start = std::chrono::steady_clock::now();
+    BakeOptions same = options;
+    same.target_psnr = targets.front(); // that there is one is all that counts here
+    same.overwrite = true;
+    Baker baker(same, progress, targets);
+    Curve curve;
+    curve.anchors = baker.prepared().anchors;
+    curve.device = baker.prepared().device;
+    curve.warnings = baker.prepared().warnings;
+    curve.points.push_back({std::nullopt, curve.anchors, baker.prepared().before, baker.measure(options.input)});
+    for (const double target : targets) {
+        try {
+            const BakeReport report = baker.bakeTo(scratch, target, options.min_view_psnr);
+            curve.points.push_back(
+                {target, report.anchors - report.anchors_left_out, report.after, baker.measure(scratch)});
+            curve.pictures_kept = report.pictures_kept;
+        } catch (const Error& error) {
+            if (error.code() != ErrorCode::Difference || (curve.points.size() == 1 && target == targets.back()))
+                throw;
+            curve.warnings.push_back(error.what());
+        }
+    }
+    std::error_code ignored; // its folder is removed too
+    std::filesystem::remove(scratch, ignored);
+    curve.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return curve;
 }
 
 } // namespace gsc

@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// `gsc bake`: the smallest file that keeps a stated quality, found by rendering.
+// `gsc bake`: the smallest file that keeps a stated quality, found by rendering. Options and report are plain data; what is
+// measured on the way is in the bake's own class (bake.cpp) and, for one that is stopped, in a file (state/bake_state.h).
 #pragma once
 
-#include "convert/bake/archive_size.h"
-#include "convert/bake/picture_probe.h"
-#include "convert/bake/pose_sets.h"
-#include "convert/bake/reduced_model.h"
+#include "convert/bake/model/archive_size.h"
+#include "convert/bake/model/reduced_model.h"
+#include "convert/bake/pictures/picture_probe.h"
+#include "convert/bake/pictures/pose_sets.h"
 #include "player/cameras/camera_reading.h"
 #include "runtime/device.h"
 
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -65,33 +64,33 @@ struct BakeReport {
 // Told how far it is, in pictures that were drawn and will be.
 using BakeProgress = std::function<void(const char* stage, uint64_t done, uint64_t total)>;
 
-// A model that is baked to one target or several: what no target has a part in is done once. What both are made from must
-// outlive it. Throws as bake().
-class Baker {
-public:
-    // `curve`: the targets there will be; empty = that of the options, or none.
-    Baker(const BakeOptions& options, const BakeProgress& progress, std::span<const double> curve = {});
-    ~Baker();
-    Baker(const Baker&) = delete;
-    Baker& operator=(const Baker&) = delete;
-
-    // Output and target instead of those of the options. Without a target where the options have none, with one where they
-    // have one. `last`: no call follows, and what this one needs no more is given back on the way.
-    BakeReport bakeTo(const std::string& output, std::optional<double> target, std::optional<double> min_view,
-                      bool last = false);
-    // A file, one of those or the model's, as it is drawn from the poses of the verdict.
-    [[nodiscard]] FileScore measure(const std::string& path);
-    [[nodiscard]] const BakeReport& prepared() const; // as far as no target has a part in it
-
-private:
-    struct State;
-    std::unique_ptr<State> m_state;
-};
-
 // Throws Error: Difference where the target cannot be kept, naming the pose; Usage for too few cameras; as Scene::open()
 // and writeGsc(); as BakeState. Then no file is left, but for BakeOptions::resume, which goes when the output is written, and
 // only then. The same bytes on any number of threads, but not on any device: rounding of pictures differs.
 BakeReport bake(const BakeOptions& options, const BakeProgress& progress);
+
+// What a model costs at several qualities: bytes, memory and time against pictures.
+struct CurvePoint {
+    std::optional<double> target; // dB; none: the model itself
+    uint64_t anchors = 0;
+    BakeSizes sizes;
+    FileScore score; // against the model itself, from the poses of the verdict
+};
+
+struct Curve {
+    uint64_t anchors = 0;              // of the model
+    std::string device;                // what drew
+    std::vector<CurvePoint> points;    // the model, then the targets that can be kept, in the order asked for
+    std::vector<std::string> warnings; // targets that cannot be kept and why; what was passed over
+    uint64_t pictures_kept = 0;        // that a bake before had drawn for BakeOptions::resume
+    double seconds = 0;
+};
+
+// Bakes to each of `targets`, as bake() would one by one; BakeOptions::output is not used. `scratch`: a file that is
+// made and removed for each. BakeOptions::resume stays: it is the caller's to remove when the curve is written. Throws as
+// bake(); Difference where no target can be kept.
+[[nodiscard]] Curve bakeCurve(const BakeOptions& options, const std::vector<double>& targets,
+                              const std::string& scratch, const BakeProgress& progress);
 
 // Bytes that each lever took off the archive, in the order of kLeverNames; together, the difference of both archives but for
 // what is not of anchors or networks.

@@ -2,8 +2,8 @@
 // How coarse a model may be: one knob, the error that a value may cost, turned until pictures keep a target.
 #pragma once
 
-#include "convert/bake/picture_probe.h"
-#include "convert/bake/reduced_model.h"
+#include "convert/bake/model/reduced_model.h"
+#include "convert/bake/pictures/picture_probe.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -113,8 +113,8 @@ FitCheck countNodes(AnchorSource& source, const ScanResult& scan, const Partitio
     FitCheck check;
     check.counters.resize(partition.levels.size());
     uint64_t done = 0;
-    forEachPlacement(source, scan, [&](std::span<const Placement> placements) {
-        for (const Placement& p : placements) {
+    forEachPlacement(source, scan, [&](std::span<const ScannedPlace> placements) {
+        for (const ScannedPlace& p : placements) {
             const uint32_t index = partition.levelIndex(p.level);
             const LevelPlan& level = partition.levels[index];
             bool exact = true;

@@ -27,7 +27,7 @@ public:
         : m_checkpoint(checkpoint), m_drop_invalid(drop_invalid), m_result(result)
     {
         m_stride = std::max<uint64_t>(1, checkpoint.anchor_count / kSampleRows);
-        m_keep_placements = checkpoint.anchor_count <= placement_bytes / sizeof(Placement);
+        m_keep_placements = checkpoint.anchor_count <= placement_bytes / sizeof(ScannedPlace);
         if (m_keep_placements)
             result.placements.reserve(checkpoint.anchor_count);
     }
@@ -90,7 +90,7 @@ public:
 private:
     void addPlacement(const AnchorBatch& batch, size_t i)
     {
-        Placement placement;
+        ScannedPlace placement;
         std::copy_n(&batch.position[3 * i], 3, placement.position);
         placement.level = batch.level[i];
         if (!m_level || placement.level != m_level->level) {
@@ -151,10 +151,10 @@ ScanResult scanAnchors(AnchorSource& source, const Checkpoint& checkpoint, bool 
 }
 
 void forEachPlacement(AnchorSource& source, const ScanResult& scan,
-                      const std::function<void(std::span<const Placement>)>& work)
+                      const std::function<void(std::span<const ScannedPlace>)>& work)
 {
     if (!scan.placements.empty()) {
-        const std::span<const Placement> all(scan.placements);
+        const std::span<const ScannedPlace> all(scan.placements);
         for (size_t first = 0; first < all.size(); first += kBatchRows) {
             throwIfInterrupted();
             work(all.subspan(first, std::min(kBatchRows, all.size() - first)));
@@ -162,7 +162,7 @@ void forEachPlacement(AnchorSource& source, const ScanResult& scan,
         return;
     }
     DroppedRows dropped(scan.dropped);
-    std::vector<Placement> kept;
+    std::vector<ScannedPlace> kept;
     forEachBatch(source, kAnchorPlacement, [&](const AnchorBatch& batch) {
         kept.clear();
         for (size_t i = 0; i < batch.count; ++i)

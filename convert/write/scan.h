@@ -13,7 +13,7 @@
 
 namespace gsc {
 
-struct Placement {
+struct ScannedPlace {
     float position[3];
     int32_t level;
 };
@@ -25,7 +25,7 @@ struct ScanResult {
     std::vector<std::string> warnings;     // what was dropped and why
     std::map<int32_t, LevelRecord> levels; // number, count and bounds of the anchors kept
     std::vector<GridSample> samples;       // coordinates spread over the file, bounded
-    std::vector<Placement> placements;     // of the anchors kept; empty if they would not fit the budget
+    std::vector<ScannedPlace> placements;  // of the anchors kept; empty if they would not fit the budget
     uint32_t varying = 0;                  // kModelHasRotation, kModelHasOpacity, kModelHasNormal
     float rotation[4] = {1, 0, 0, 0};      // of the first anchor kept
     float opacity = 0;
@@ -38,6 +38,6 @@ ScanResult scanAnchors(AnchorSource& source, const Checkpoint& checkpoint, bool 
 
 // The placements of the anchors kept, in order: from memory, or by reading the source again.
 void forEachPlacement(AnchorSource& source, const ScanResult& scan,
-                      const std::function<void(std::span<const Placement>)>& work);
+                      const std::function<void(std::span<const ScannedPlace>)>& work);
 
 } // namespace gsc

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A bake keeps what it promises, the same on any number of threads, and leaves nothing where it cannot.
 #include "convert/bake/bake.h"
-#include "convert/bake/curve.h"
-#include "convert/bake/picture_bands.h"
+#include "convert/bake/weights/picture_bands.h"
 #include "convert/write/write_gsc.h"
 #include "format/archive/archive.h"
 #include <gsc/error.h>

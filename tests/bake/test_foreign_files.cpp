@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sound files that gsc did not write: what their manifest claims and how their rows are numbered is not trusted.
-#include "convert/bake/gsc_checkpoint.h"
+#include "convert/bake/model/gsc_checkpoint.h"
 #include "convert/bake/tiles/tiles.h"
 #include "format/error.h"
 #include "format/gsc_file.h"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A bake that was stopped goes on: its file is that of one that never stopped, and nothing that was kept is drawn again.
 #include "convert/bake/bake.h"
-#include "convert/bake/curve.h"
 #include "convert/bake/state/bake_state.h"
 #include "format/error.h"
 #include "tests/bake/made_up_model.h"

@@ -8,10 +8,10 @@
 // short, which can only be the last, is as if it had never been.
 #pragma once
 
-#include "convert/bake/archive_size.h"
-#include "convert/bake/importance.h"
-#include "convert/bake/picture_probe.h"
-#include "convert/bake/reduced_model.h"
+#include "convert/bake/model/archive_size.h"
+#include "convert/bake/model/reduced_model.h"
+#include "convert/bake/pictures/picture_probe.h"
+#include "convert/bake/weights/importance.h"
 
 #include <chrono>
 #include <cstddef>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/bake/tiles/tile_manifest.h"
 
-#include "convert/bake/gsc_checkpoint.h"
+#include "convert/bake/model/gsc_checkpoint.h"
 #include "format/error.h"
 
 #include <algorithm>

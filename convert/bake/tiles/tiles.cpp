@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/bake/tiles/tiles.h"
 
-#include "convert/bake/file_anchors.h"
-#include "convert/bake/gsc_checkpoint.h"
+#include "convert/bake/model/file_anchors.h"
+#include "convert/bake/model/gsc_checkpoint.h"
 #include "convert/bake/tiles/tile_check.h"
 #include "convert/bake/tiles/tile_manifest.h"
 #include "convert/survey/chunk_values.h"

@@ -2,7 +2,6 @@
 // What `gsc bake --curve` writes and says.
 #pragma once
 
-#include "convert/bake/curve.h"
 #include "convert/commands/command.h"
 
 #include <string>

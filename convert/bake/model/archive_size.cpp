@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/bake/archive_size.h"
+#include "convert/bake/model/archive_size.h"
 
 #include "format/archive/archive.h"
 #include "format/archive/part_threads.h"

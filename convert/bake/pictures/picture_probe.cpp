@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/bake/picture_probe.h"
+#include "convert/bake/pictures/picture_probe.h"
 
-#include "convert/bake/picture_bands.h"
+#include "convert/bake/weights/picture_bands.h"
 #include "format/interrupt.h"
 #include "player/cameras/scene_cameras.h"
 #include "runtime/metrics/metrics.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/bake/state/bake_facts.h"
+#include "convert/bake/bake_facts.h"
 
 #include <gsc/checksum.h>
 #include <gsc/error.h>

@@ -3,11 +3,11 @@
 #pragma once
 
 #include "convert/bake/bake.h"
-#include "convert/bake/importance.h"
-#include "convert/bake/picture_probe.h"
-#include "convert/bake/pose_sets.h"
-#include "convert/bake/reduced_model.h"
+#include "convert/bake/model/reduced_model.h"
+#include "convert/bake/pictures/picture_probe.h"
+#include "convert/bake/pictures/pose_sets.h"
 #include "convert/bake/state/bake_state.h"
+#include "convert/bake/weights/importance.h"
 #include "format/gsc_file.h"
 #include "format/gsc_reader.h"
 #include "runtime/scene.h"
@@ -20,20 +20,28 @@
 
 namespace gsc {
 
-struct MeasuredModel {
+// The model that is baked.
+struct SourceModel {
+    explicit SourceModel(const BakeOptions& options);
+    SourceModel(const SourceModel&) = delete;
+    SourceModel& operator=(const SourceModel&) = delete;
+
+    void letGo() const { file->letGo(file->bytes()); } // what is read of it from here on is read again
+    [[nodiscard]] ChunkRead whenRead() const;
+
     std::shared_ptr<const GscFile> file;
-    const GscView& view; // of the file
+    GscView view; // of the file
     std::shared_ptr<const Scene> scene;
 };
 
-class Measurer {
+class BakeMeter {
 public:
     // `renderer` has loaded the model. `before`: the file that what is measured goes to, if any. What is referred to must
     // outlive this. Every function that measures throws as BakeState and as the renderer, and Error(Interrupted).
-    Measurer(MeasuredModel model, const PoseSets& poses, std::unique_ptr<Renderer> renderer,
-             std::optional<BakeState> before, int threads, const BakeProgress& progress);
-    Measurer(const Measurer&) = delete;
-    Measurer& operator=(const Measurer&) = delete;
+    BakeMeter(const SourceModel& model, const PoseSets& poses, std::unique_ptr<Renderer> renderer,
+              std::optional<BakeState> before, int threads, const BakeProgress& progress);
+    BakeMeter(const BakeMeter&) = delete;
+    BakeMeter& operator=(const BakeMeter&) = delete;
 
     // More pictures will be drawn, for a bar that knows the whole.
     void expect(size_t pictures) { m_pictures += pictures; }
@@ -59,7 +67,7 @@ private:
     void drawAgain(size_t first, size_t count);
     void showProgress() const;
 
-    const MeasuredModel m_model;
+    const SourceModel& m_model;
     const PoseSets& m_poses;
     const int m_threads;
     const BakeProgress& m_progress;

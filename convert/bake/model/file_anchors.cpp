@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/bake/file_anchors.h"
+#include "convert/bake/model/file_anchors.h"
 
 #include "convert/survey/chunk_values.h"
 

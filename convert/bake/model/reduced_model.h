@@ -2,7 +2,7 @@
 // A model with some of its slots and anchors left out and the rest on coarser steps, in memory, as a renderer reads it.
 #pragma once
 
-#include "convert/bake/importance.h"
+#include "convert/bake/weights/importance.h"
 #include "kernels/frame/frame_types.h"
 
 #include <cstddef>

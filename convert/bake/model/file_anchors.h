@@ -2,7 +2,7 @@
 // Anchors of .gsc files as the writer reads those of a checkpoint.
 #pragma once
 
-#include "convert/bake/reduced_model.h"
+#include "convert/bake/model/reduced_model.h"
 #include "convert/input/checkpoint.h"
 #include "format/gsc_reader.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/bake/reduced_model.h"
+#include "convert/bake/model/reduced_model.h"
 
 #include "format/numbers/compact.h"
 #include "kernels/threads/parallel.h"

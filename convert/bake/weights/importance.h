@@ -2,7 +2,7 @@
 // What every slot (Gaussian of an anchor) adds to pictures: what a bake may leave out, and how coarse the rest may be.
 #pragma once
 
-#include "convert/bake/picture_bands.h"
+#include "convert/bake/weights/picture_bands.h"
 #include "kernels/frame/frame_types.h"
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/bake/pose_sets.h"
+#include "convert/bake/pictures/pose_sets.h"
 
 #include "runtime/cameras/camera_file.h"
 #include "runtime/cameras/scene_cameras.h"

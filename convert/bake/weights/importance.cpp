@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/bake/importance.h"
+#include "convert/bake/weights/importance.h"
 
 #include "runtime/cpu/frame_cpu.h"
 

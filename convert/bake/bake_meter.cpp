@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/bake/measurer.h"
+#include "convert/bake/bake_meter.h"
 
 #include <gsc/interrupt.h>
 #include <gsc/renderer.h>
@@ -8,25 +8,37 @@
 
 namespace gsc {
 
-Measurer::Measurer(MeasuredModel model, const PoseSets& poses, std::unique_ptr<Renderer> renderer,
-                   std::optional<BakeState> before, int threads, const BakeProgress& progress)
-    : m_model(std::move(model)), m_poses(poses), m_threads(threads), m_progress(progress), m_before(std::move(before)),
+SourceModel::SourceModel(const BakeOptions& options)
+    : file(std::make_shared<const GscFile>(options.input, throwFirstIssue(options.name), GscFile::Read::All,
+                                           options.threads))
+{
+    openGsc(file->bytes(), view, GscCheck::Full, throwFirstIssue(options.name));
+    scene = Scene::open(file, options.name);
+    letGo();
+}
+
+ChunkRead SourceModel::whenRead() const
+{
+    return [this](uint32_t chunk) { file->letGo(chunkPayload(view, view.chunks[chunk])); };
+}
+
+BakeMeter::BakeMeter(const SourceModel& model, const PoseSets& poses, std::unique_ptr<Renderer> renderer,
+                     std::optional<BakeState> before, int threads, const BakeProgress& progress)
+    : m_model(model), m_poses(poses), m_threads(threads), m_progress(progress), m_before(std::move(before)),
       m_probe(m_model.scene, std::move(renderer), [this] { tell(); })
 {
 }
 
-BakeSizes Measurer::sizes() const
+BakeSizes BakeMeter::sizes() const
 {
     if (m_before && m_before->poses() > 0)
         return m_before->before();
     return {m_model.file->bytes().size(), archiveSize(*m_model.file, m_model.view, m_threads)};
 }
 
-Importance Measurer::weigh(const BakeSizes& sizes)
+Importance BakeMeter::weigh(const BakeSizes& sizes)
 {
-    const GscView& view = m_model.view;
-    ImportanceMeter meter(m_model.scene->view(), m_threads,
-                          [&](uint32_t chunk) { m_model.file->letGo(chunkPayload(view, view.chunks[chunk])); });
+    ImportanceMeter meter(m_model.scene->view(), m_threads, m_model.whenRead());
     size_t done = 0;
     if (m_before && m_before->poses() > 0) {
         m_before->read(meter.found());
@@ -49,7 +61,7 @@ Importance Measurer::weigh(const BakeSizes& sizes)
     return std::move(meter).take();
 }
 
-void Measurer::drawWhole()
+void BakeMeter::drawWhole()
 {
     m_probe.addPoses(m_poses.search);
     m_probe.addPoses(m_poses.verdict);
@@ -60,7 +72,7 @@ void Measurer::drawWhole()
         m_probe.drawWhole(0, count);
 }
 
-SetScore Measurer::score(ReducedModel& model, const BakePlan& plan, size_t first, size_t count)
+SetScore BakeMeter::score(ReducedModel& model, const BakePlan& plan, size_t first, size_t count)
 {
     if (m_before)
         if (std::optional<SetScore> known = m_before->take(plan, first, count)) {
@@ -77,7 +89,7 @@ SetScore Measurer::score(ReducedModel& model, const BakePlan& plan, size_t first
     return score;
 }
 
-FileScore Measurer::measure(const std::string& path)
+FileScore BakeMeter::measure(const std::string& path)
 {
     const size_t first = m_poses.search.size(), count = m_poses.verdict.size();
     expect(kDrawsToMeasure * count);
@@ -85,7 +97,7 @@ FileScore Measurer::measure(const std::string& path)
     return m_probe.measure(Scene::open(path), first, count);
 }
 
-uint64_t Measurer::weightPixels() const
+uint64_t BakeMeter::weightPixels() const
 {
     uint64_t pixels = 0;
     for (const Camera& camera : m_poses.weights)
@@ -94,26 +106,26 @@ uint64_t Measurer::weightPixels() const
 }
 
 // A picture was drawn.
-void Measurer::tell()
+void BakeMeter::tell()
 {
-    m_model.file->letGo(m_model.file->bytes());
+    m_model.letGo();
     ++m_drawn;
     showProgress();
 }
 
-void Measurer::keep(int64_t pictures)
+void BakeMeter::keep(int64_t pictures)
 {
     m_kept += pictures;
     showProgress();
 }
 
 // What these poses are held against was put off, and is to be drawn now.
-void Measurer::drawAgain(size_t first, size_t count)
+void BakeMeter::drawAgain(size_t first, size_t count)
 {
     m_kept -= int64_t(m_probe.undrawn(first, count));
 }
 
-void Measurer::showProgress() const
+void BakeMeter::showProgress() const
 {
     if (m_progress)
         m_progress("bake", std::min(m_drawn + uint64_t(m_kept), m_pictures), m_pictures);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/bake/gsc_checkpoint.h"
+#include "convert/bake/model/gsc_checkpoint.h"
 
 #include "convert/survey/chunk_values.h"
 #include "format/half.h"

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/bake/bake.h"
-#include "convert/bake/pose_sets.h"
+#include "convert/bake/pictures/pose_sets.h"
 #include "format/gsc_reader.h"
 #include "runtime/renderer.h"
 
