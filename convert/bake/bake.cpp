@@ -11,9 +11,9 @@
 #include "convert/bake/step_search.h"
 #include "convert/write/mlp_pack.h"
 #include "convert/write/write_gsc.h"
-#include "format/error.h"
-#include "format/gsc_file.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/gsc_file.h>
+#include <gsc/interrupt.h>
 #include "kernels/decode/decode_fragments.h"
 #include "kernels/threads/parallel.h"
 #include "runtime/cameras/scene_cameras.h"

@@ -7,8 +7,8 @@
 #include "convert/bake/model/reduced_model.h"
 #include "convert/bake/pictures/picture_probe.h"
 #include "convert/bake/pictures/pose_sets.h"
-#include "player/cameras/camera_reading.h"
-#include "runtime/device.h"
+#include "runtime/cameras/camera_reading.h"
+#include <gsc/device.h>
 
 #include <cstdint>
 #include <functional>

@@ -4,8 +4,8 @@
 
 #include "convert/bake/bake.h"
 #include "convert/bake/pictures/pose_sets.h"
-#include "format/gsc_reader.h"
-#include "runtime/renderer.h"
+#include <gsc/gsc_reader.h>
+#include <gsc/renderer.h>
 
 #include <span>
 #include <string>

@@ -8,9 +8,9 @@
 #include "convert/bake/pictures/pose_sets.h"
 #include "convert/bake/state/bake_state.h"
 #include "convert/bake/weights/importance.h"
-#include "format/gsc_file.h"
-#include "format/gsc_reader.h"
-#include "runtime/scene.h"
+#include <gsc/gsc_file.h>
+#include <gsc/gsc_reader.h>
+#include <gsc/scene.h>
 
 #include <cstddef>
 #include <cstdint>

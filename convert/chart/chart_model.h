@@ -2,7 +2,7 @@
 // What a page shows, as data: page/figures.js turns it into figures, page/report.js into text and tables.
 #pragma once
 
-#include "convert/chart/run_set.h"
+#include "convert/chart/rows/run_set.h"
 
 #include <nlohmann/json.hpp>
 

@@ -2,7 +2,7 @@
 // What a page of curves shows, as data: page/curve_figures.js turns it into a figure and a table.
 #pragma once
 
-#include "convert/chart/curve_set.h"
+#include "convert/chart/rows/curve_set.h"
 
 #include <nlohmann/json.hpp>
 

@@ -2,7 +2,7 @@
 // Runs in words: what they have in common is said once, what tells them apart names them.
 #pragma once
 
-#include "convert/chart/run_set.h"
+#include "convert/chart/rows/run_set.h"
 
 namespace gsc {
 

@@ -3,7 +3,7 @@
 // text and tables.
 #pragma once
 
-#include "convert/chart/trace_set.h"
+#include "convert/chart/rows/trace_set.h"
 
 #include <nlohmann/json.hpp>
 

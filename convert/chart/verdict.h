@@ -2,7 +2,7 @@
 // A comparison's outcome in words.
 #pragma once
 
-#include "convert/chart/run_set.h"
+#include "convert/chart/rows/run_set.h"
 
 #include <nlohmann/json.hpp>
 

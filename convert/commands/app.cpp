@@ -15,6 +15,14 @@ Results go to stdout, everything else to stderr. `gsc help COMMAND` tells more a
 
 } // namespace
 
+std::vector<std::string> partsOf(const std::string& list)
+{
+    std::vector<std::string> parts;
+    for (size_t at = 0; at <= list.size(); at += parts.back().size() + 1)
+        parts.push_back(list.substr(at, list.find(',', at) - at));
+    return parts;
+}
+
 int runGsc(int argc, const char* const* argv)
 {
     return runProgram({"gsc", "Turns trained Scaffold-GS and Octree-GS models into .gsc files, and checks them.",

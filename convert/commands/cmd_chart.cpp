@@ -6,7 +6,7 @@
 #include "convert/chart/chart_model.h"
 #include "convert/chart/chart_page.h"
 #include "convert/chart/curve_model.h"
-#include "convert/chart/run_set.h"
+#include "convert/chart/rows/run_set.h"
 #include "convert/chart/trace_model.h"
 #include <gsc/file/output_file.h>
 #include "runtime/cli/version.h"

@@ -5,8 +5,8 @@
 
 #include "convert/compare/compare_checkpoint.h"
 #include "convert/write/model_sections.h"
-#include "format/file/output_file.h"
-#include "format/gsc_layout.h"
+#include <gsc/file/output_file.h>
+#include <gsc/gsc_layout.h>
 
 #include <filesystem>
 #include <functional>

@@ -7,6 +7,8 @@
 
 #include <array>
 #include <memory>
+#include <string>
+#include <vector>
 
 namespace gsc {
 
@@ -36,6 +38,9 @@ void onParsed(CLI::App& command, Invocation& invocation, const std::shared_ptr<O
 {
     onParsed(command, [=, &invocation] { invocation.run = [=](Reporter& report) { return run(*options, report); }; });
 }
+
+// The parts of a list at its commas, at least one.
+std::vector<std::string> partsOf(const std::string& list);
 
 // Everything main() does. Returns the exit code; never throws.
 int runGsc(int argc, const char* const* argv);

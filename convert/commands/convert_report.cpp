@@ -4,7 +4,7 @@
 #include "convert/commands/model_facts.h"
 #include "convert/write/model_sections.h"
 #include "kernels/sensitivity/sensitivity.h"
-#include "player/tool/version.h"
+#include "runtime/cli/version.h"
 
 namespace gsc {
 

@@ -8,8 +8,8 @@
 #include "convert/write/batch_stream.h"
 #include "convert/write/mlp_pack.h"
 #include "convert/write/model_sections.h"
-#include "format/error.h"
-#include "format/gsc_file.h"
+#include <gsc/error.h>
+#include <gsc/gsc_file.h>
 
 #include <nlohmann/json.hpp>
 

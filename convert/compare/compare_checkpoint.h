@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/write/write_gsc.h"
-#include "format/gsc_reader.h"
+#include <gsc/gsc_reader.h>
 
 #include <cstdint>
 #include <string>

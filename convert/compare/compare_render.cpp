@@ -3,14 +3,14 @@
 
 #include "convert/compare/trainer_pictures.h"
 #include "convert/write/write_gsc.h"
-#include "format/file/output_paths.h"
+#include <gsc/file/output_paths.h>
 #include "format/file/temporary.h"
-#include "format/interrupt.h"
-#include "player/cameras/scene_cameras.h"
-#include "player/image/image_io.h"
+#include <gsc/interrupt.h>
+#include "runtime/cameras/scene_cameras.h"
+#include "runtime/image/image_io.h"
 #include "runtime/cpu/renderer_cpu.h"
-#include "runtime/renderer.h"
-#include "runtime/scene.h"
+#include <gsc/renderer.h>
+#include <gsc/scene.h>
 
 #include <algorithm>
 #include <cmath>
@@ -46,12 +46,12 @@ public:
     [[nodiscard]] const Scene& scene() const { return *m_scene; }
     [[nodiscard]] Tier tier() const { return m_renderer->tierOf(m_tier); }
 
-    // `appearance` is the trainer's row, ignored by a model without embedding.
-    Image render(const Camera& camera, int appearance)
+    Image render(const Camera& camera)
     {
         Image image{camera.width, camera.height, {}};
         image.pixels.resize(3 * size_t(camera.width) * camera.height);
-        const FrameOptions options = frameOptions(appearance);
+        FrameOptions options = exactOptionsFor(*m_scene, camera);
+        options.tier = m_tier;
         if (m_precision == ReferencePrecision::Double) {
             std::vector<double> exact(image.pixels.size());
             double* const pixels = exact.data();
@@ -68,18 +68,6 @@ public:
     }
 
 private:
-    [[nodiscard]] FrameOptions frameOptions(int appearance) const
-    {
-        FrameOptions options;
-        options.tier = m_tier;
-        const ModelParams& params = *m_scene->view().params;
-        if (params.flags & kModelWhiteBackground)
-            std::fill(std::begin(options.background), std::end(options.background), 1.0f);
-        if (params.appearance_dim)
-            options.appearance = m_scene->appearanceRow(appearance);
-        return options;
-    }
-
     std::shared_ptr<const Scene> m_scene;
     std::unique_ptr<Renderer> m_renderer;
     Tier m_tier;
@@ -142,7 +130,7 @@ void compareWithTrainer(const std::vector<TrainerPicture>& pictures, FileRendere
         Camera camera = source.camera;
         camera.width = picture.width;
         camera.height = picture.height;
-        Image actual = renderer.render(camera, appearanceFor(renderer.scene(), camera));
+        Image actual = renderer.render(camera);
         const bool eight_bit = isEightBit(picture);
         if (eight_bit)
             undoRounding(picture, actual);
@@ -176,12 +164,12 @@ RenderComparison compareRenders(const Checkpoint& checkpoint, const std::string&
         const std::string fresh = folder.path() + "/fresh.gsc";
         writeFresh(checkpoint, fresh, options.threads, report);
         FileRenderer reference(fresh, CpuPath::Reference, Tier::Exact, options.reference, options.threads);
-        for (const Camera& camera : cameras) {
+        for (Camera camera : cameras) {
             throwIfInterrupted();
             report.progress("reference pictures", result.reference.views.size(), cameras.size());
-            const int appearance = appearanceFor(fast.scene(), camera);
-            const Image expected = reference.render(camera, appearance);
-            result.reference.add(scorePicture(camera.name, expected, fast.render(camera, appearance), lpips.get()));
+            camera.appearance = appearanceFor(fast.scene(), camera); // a row that the file has: the fresh one has all
+            const Image expected = reference.render(camera);
+            result.reference.add(scorePicture(camera.name, expected, fast.render(camera), lpips.get()));
         }
     }
     compareWithTrainer(pictures, fast, lpips.get(), report, result);

@@ -2,7 +2,7 @@
 #include "convert/export/gaussian_fit.h"
 
 #include "convert/export/symmetric.h"
-#include "format/error.h"
+#include <gsc/error.h>
 #include "format/machine/machine.h"
 #include "kernels/decode/decode.h"
 #include "kernels/select/select.h"

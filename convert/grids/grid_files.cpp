@@ -3,7 +3,7 @@
 
 #include "convert/grids/stored_grid.h"
 #include "convert/write/spatial_index.h"
-#include "format/interrupt.h"
+#include <gsc/interrupt.h>
 #include "kernels/threads/tbb_bound.h"
 #include "runtime/module/load_module.h"
 

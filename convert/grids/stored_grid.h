@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/survey/chunk_values.h"
-#include "format/gsc_reader.h"
+#include <gsc/gsc_reader.h>
 
 #include <nanovdb/NanoVDB.h>
 

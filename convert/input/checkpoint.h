@@ -3,8 +3,8 @@
 #pragma once
 
 #include "convert/input/torch/mlp.h"
-#include "player/cameras/length.h"
-#include "runtime/source_camera.h"
+#include "runtime/cameras/length.h"
+#include <gsc/source_camera.h>
 
 #include <cstdint>
 #include <functional>

@@ -4,12 +4,12 @@
 #include "convert/input/torch/torch_archive.h"
 #include "convert/sample/model/model_folder.h"
 #include "convert/sample/model/model_text.h"
-#include "convert/sample/paths/camera_paths.h"
+#include "convert/sample/paths/site_paths.h"
 #include "convert/sample/sample_plan.h"
 #include "convert/sample/scenes/lighting.h"
 #include "convert/sample/scenes/surface_rows.h"
-#include "format/error.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/interrupt.h>
 #include "format/machine/machine.h"
 #include "kernels/threads/tbb_bound.h"
 
@@ -198,7 +198,7 @@ SampleReport makeSample(const SampleOptions& options, const SampleProgress& prog
     folder.append("cameras.json", camerasJson(cameras));
     const PathSite site = pathSite(options, plan);
     folder.append(kMetreFile, metreFileText({site.metre, "the scene was made in metres"}));
-    writeCameraPaths(folder, cameraPaths(site));
+    writeSitePaths(folder, sitePaths(site));
 
     const std::string iteration = octree ? "point_cloud/iteration_40000/" : "point_cloud/iteration_30000/";
     writeWeights(folder, iteration, options, plan, uint32_t(trained));

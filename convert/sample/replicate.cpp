@@ -3,15 +3,16 @@
 // by a small jitter per anchor, so that no two copies tie in depth; both are whole cells of the anchor's own grid.
 #include "convert/sample/sample.h"
 
+#include "convert/input/input_file.h"
 #include "convert/sample/model/hash_random.h"
 #include "convert/sample/model/model_folder.h"
 #include "convert/sample/model/model_text.h"
-#include "convert/sample/paths/camera_paths.h"
+#include "convert/sample/paths/site_paths.h"
 #include "convert/sample/replicate_source.h"
 #include "convert/write/write_gsc.h"
-#include "format/error.h"
-#include "format/gsc_layout.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/gsc_layout.h>
+#include <gsc/interrupt.h>
 
 #include <glm/gtc/type_precision.hpp>
 
@@ -19,7 +20,6 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <string_view>
 
 namespace gsc {
@@ -160,15 +160,6 @@ void refuseSource(const std::string& output, const std::string& path)
     }
 }
 
-std::string readWhole(const std::string& path)
-{
-    std::ifstream in(path, std::ios::binary);
-    std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-    if (!in)
-        throw Error(ErrorCode::Io, path + ": cannot be read, expected a readable file; check its rights and the disk");
-    return bytes;
-}
-
 } // namespace
 
 SampleReport replicateCheckpoint(const ReplicateOptions& options, const SampleProgress& progress)
@@ -190,14 +181,15 @@ SampleReport replicateCheckpoint(const ReplicateOptions& options, const SamplePr
 
     const std::string iteration = formatString("point_cloud/iteration_%d/", std::max(checkpoint.iteration, 0));
     for (const std::string& path : checkpoint.weight_paths)
-        folder.append(iteration + std::filesystem::path(path).filename().string(), readWhole(path));
+        folder.append(iteration + std::filesystem::path(path).filename().string(),
+                      readWholeFile(path, UINT64_MAX, "weights"));
     if (!checkpoint.cfg_args.empty())
         folder.append("cfg_args", checkpoint.cfg_args);
     const Metre metre = metreOf(checkpoint, grid, folder, progress);
     folder.append(kMetreFile, metreFileText(metre));
-    const std::vector<CameraPath> paths = cameraPaths(pathSite(source, grid, checkpoint, metre.units));
+    const std::vector<CameraPath> paths = sitePaths(pathSite(source, grid, checkpoint, metre.units));
     folder.append("cameras.json", camerasJson(paths.front().frames));
-    writeCameraPaths(folder, paths);
+    writeSitePaths(folder, paths);
 
     const std::string ply = iteration + "point_cloud.ply";
     folder.append(ply, plyHeader(options.anchors, source.octree, checkpoint.feat_dim, checkpoint.n_offsets));

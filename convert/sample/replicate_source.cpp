@@ -2,8 +2,8 @@
 #include "convert/sample/replicate_source.h"
 
 #include "convert/survey/grid_fit.h"
-#include "format/error.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/interrupt.h>
 
 #include <glm/gtc/type_ptr.hpp>
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/survey/vec3.h"
-#include "runtime/source_camera.h"
+#include <gsc/source_camera.h>
 
 #include <span>
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/survey/camera_view.h"
-#include "player/cameras/principal_axes.h"
+#include "runtime/cameras/principal_axes.h"
 
 #include <algorithm>
 #include <cstdint>

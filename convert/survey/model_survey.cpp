@@ -2,10 +2,10 @@
 #include "convert/survey/model_survey.h"
 
 #include "convert/survey/chunk_values.h"
-#include "format/error.h"
-#include "format/interrupt.h"
-#include "player/cameras/world_up.h"
-#include "runtime/camera.h"
+#include <gsc/error.h>
+#include <gsc/interrupt.h>
+#include "runtime/cameras/world_up.h"
+#include <gsc/camera.h>
 
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/matrix.hpp>

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "convert/survey/path_site.h"
-#include "format/gsc_reader.h"
-#include "player/cameras/length.h"
+#include <gsc/gsc_reader.h>
+#include "runtime/cameras/length.h"
 
 #include <string>
 #include <vector>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/survey/ground_frame.h"
-#include "format/gsc_layout.h"
+#include <gsc/gsc_layout.h>
 
 #include <cstdint>
 

@@ -3,7 +3,7 @@
 
 #include "convert/survey/chunk_values.h"
 #include "convert/write/anchor_record.h"
-#include "format/checksum.h"
+#include <gsc/checksum.h>
 #include "format/numbers/morton.h"
 
 #include <algorithm>

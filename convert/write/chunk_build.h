@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/write/partition.h"
-#include "format/gsc_layout.h"
+#include <gsc/gsc_layout.h>
 
 #include <cstddef>
 #include <cstdint>

@@ -3,7 +3,7 @@
 
 #include "convert/write/anchor_record.h"
 #include "convert/write/batch_stream.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <algorithm>
 #include <cstring>

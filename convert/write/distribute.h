@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/write/partition.h"
-#include "format/gsc_writer.h"
+#include <gsc/gsc_writer.h>
 
 #include <cstdint>
 #include <functional>

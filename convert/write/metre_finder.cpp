@@ -3,7 +3,7 @@
 
 #include "convert/survey/model_survey.h"
 #include "convert/write/model_sections.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 namespace gsc {
 

@@ -5,8 +5,8 @@
 #include "convert/input/checkpoint.h"
 #include "convert/survey/vec3.h"
 #include "convert/write/partition.h"
-#include "format/gsc_reader.h"
-#include "player/cameras/length.h"
+#include <gsc/gsc_reader.h>
+#include "runtime/cameras/length.h"
 
 #include <cstddef>
 #include <span>

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "convert/write/write_gsc.h"
-#include "format/gsc_layout.h"
-#include "player/cameras/length.h"
+#include <gsc/gsc_layout.h>
+#include "runtime/cameras/length.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -3,7 +3,7 @@
 
 #include "convert/write/model_sections.h"
 #include "convert/write/spatial_index.h"
-#include "format/error.h"
+#include <gsc/error.h>
 #include "format/numbers/morton.h"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/write/scan.h"
-#include "format/gsc_layout.h"
+#include <gsc/gsc_layout.h>
 
 #include <cstdint>
 #include <functional>

@@ -3,8 +3,8 @@
 
 #include "convert/write/anchor_check.h"
 #include "convert/write/batch_stream.h"
-#include "format/error.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/interrupt.h>
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,7 @@
 
 #include "convert/write/mlp_pack.h"
 #include "convert/write/model_sections.h"
-#include "format/half.h"
+#include <gsc/half.h>
 #include "kernels/math/anchor.h"
 #include "kernels/sensitivity/sensitivity.h"
 #include "kernels/threads/stopwatch.h"

@@ -11,10 +11,10 @@
 #include "convert/write/sensitivity_sampler.h"
 #include "convert/write/source_hash.h"
 #include "convert/write/spatial_index.h"
-#include "format/checksum.h"
-#include "format/error.h"
-#include "format/gsc_writer.h"
-#include "format/interrupt.h"
+#include <gsc/checksum.h>
+#include <gsc/error.h>
+#include <gsc/gsc_writer.h>
+#include <gsc/interrupt.h>
 #include "format/machine/machine.h"
 #include "kernels/threads/parallel.h"
 #include "kernels/threads/tbb_bound.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The file that a bake goes on from: what is put in comes out, and no byte of it can change unnoticed.
 #include "convert/bake/state/bake_state.h"
-#include "format/error.h"
+#include <gsc/error.h>
 #include "sample/sample_tools.h"
 
 #include <doctest/doctest.h>

@@ -2,8 +2,8 @@
 // Sound files that gsc did not write: what their manifest claims and how their rows are numbered is not trusted.
 #include "convert/bake/model/gsc_checkpoint.h"
 #include "convert/bake/tiles/tiles.h"
-#include "format/error.h"
-#include "format/gsc_file.h"
+#include <gsc/error.h>
+#include <gsc/gsc_file.h>
 #include "sample/sample_tools.h"
 #include "tests/format/tiny_gsc.h"
 

@@ -2,7 +2,7 @@
 // A bake that was stopped goes on: its file is that of one that never stopped, and nothing that was kept is drawn again.
 #include "convert/bake/bake.h"
 #include "convert/bake/state/bake_state.h"
-#include "format/error.h"
+#include <gsc/error.h>
 #include "tests/bake/made_up_model.h"
 
 #include <doctest/doctest.h>

@@ -3,9 +3,9 @@
 #include "convert/bake/bake.h"
 #include "convert/bake/tiles/tiles.h"
 #include "convert/write/write_gsc.h"
-#include "format/error.h"
-#include "format/gsc_file.h"
-#include "player/cameras/scene_cameras.h"
+#include <gsc/error.h>
+#include <gsc/gsc_file.h>
+#include "runtime/cameras/scene_cameras.h"
 #include "runtime/cpu/renderer_cpu.h"
 #include <gsc/scene.h>
 #include "sample/sample_tools.h"

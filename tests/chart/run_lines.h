@@ -2,7 +2,7 @@
 // Lines of gsc.run/1 for tests, as short as they may be. make_runs.py makes long ones.
 #pragma once
 
-#include "convert/chart/run_set.h"
+#include "convert/chart/rows/run_set.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reading runs: what is taken, what is refused and how it is said.
-#include "convert/chart/run_set.h"
+#include "convert/chart/rows/run_set.h"
 #include <gsc/error.h>
 #include "tests/chart/run_lines.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The verdict in words, and colours that stay the same on the whole page.
 #include "convert/chart/chart_model.h"
-#include "convert/chart/run_set.h"
+#include "convert/chart/rows/run_set.h"
 #include "tests/chart/run_lines.h"
 
 #include <doctest/doctest.h>

@@ -5,9 +5,9 @@
 #include "convert/compare/compare_render.h"
 #include "convert/sample/sample.h"
 #include "convert/write/write_gsc.h"
-#include "format/file/output_file.h"
-#include "format/file/read_file.h"
-#include "player/tool/quantity.h"
+#include <gsc/file/output_file.h>
+#include <gsc/file/read_file.h>
+#include "runtime/cli/quantity.h"
 
 #include <doctest/doctest.h>
 

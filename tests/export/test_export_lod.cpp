@@ -4,7 +4,7 @@
 #include "convert/export/lod/stand_in.h"
 #include "convert/export/lod/streamed_sog.h"
 #include "convert/export/sog/sog_images.h"
-#include "format/error.h"
+#include <gsc/error.h>
 #include "tests/export/random_set.h"
 
 #include <doctest/doctest.h>

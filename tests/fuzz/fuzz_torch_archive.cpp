@@ -7,6 +7,7 @@
 #include <gsc/error.h>
 #include "tests/fuzz/input_seeds.h"
 #include "tests/input/legacy_file.h"
+#include "tests/input/torch_files.h"
 
 #include <cstdint>
 #include <cstdlib>
@@ -52,7 +53,8 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv)
     const std::vector<float> embedding(8);
     const auto script = gsc::writeTorchScriptMlp(mlp, "opacity_mlp");
     const auto table = gsc::writeTorchScriptEmbedding(embedding, 4, 2, "embedding_appearance");
-    const auto dictionary = gsc::writeStateDictArchive({{"opacity_mlp", &mlp}, {"cov_mlp", &mlp}}, embedding, 4, 2);
+    const auto dictionary =
+        gsc::test::writeStateDictArchive({{"opacity_mlp", &mlp}, {"cov_mlp", &mlp}}, embedding, 4, 2);
     gsc::test::addSeeds(argc, argv,
                         {text(script), text(table), text(dictionary), legacyFile(false), legacyFile(true),
                          text(gsc::ZipArchive(script, "seed").read("opacity_mlp/data.pkl")),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/input/model_fixture.h"
 
-#include "convert/input/torch/torch_archive.h"
+#include "tests/input/torch_files.h"
 
 #include <algorithm>
 #include <cstdlib>

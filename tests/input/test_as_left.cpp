@@ -3,6 +3,7 @@
 #include "convert/input/checkpoint.h"
 #include "convert/input/torch/torch_archive.h"
 #include "tests/input/model_fixture.h"
+#include "tests/input/torch_files.h"
 
 #include <doctest/doctest.h>
 

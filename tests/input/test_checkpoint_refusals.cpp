@@ -5,6 +5,7 @@
 #include "convert/input/torch/zip_archive.h"
 #include "convert/input/torch/zip_writer.h"
 #include "tests/input/model_fixture.h"
+#include "tests/input/torch_files.h"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 if(TARGET gsc_input)
-  add_library(gsc_input_fixture STATIC input/model_fixture.cpp)
+  add_library(gsc_input_fixture STATIC input/model_fixture.cpp input/torch_files.cpp)
   target_link_libraries(gsc_input_fixture PUBLIC gsc_input gsc_build_flags)
 
   gsc_add_test(test_torch_archive SOURCES input/test_torch_archive.cpp input/test_torch_variants.cpp

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // `gsc sample paths`: every path moves as its description says, at the pace of the metre it states, and sees the model.
 #include "convert/input/checkpoint.h"
-#include "convert/sample/paths/camera_paths.h"
 #include "convert/sample/paths/make_paths.h"
+#include "convert/sample/paths/site_paths.h"
 #include "convert/write/write_gsc.h"
-#include "format/file/mapped_file.h"
-#include "player/cameras/camera_file.h"
-#include "player/cameras/length.h"
+#include <gsc/file/mapped_file.h>
+#include "runtime/cameras/camera_file.h"
+#include "runtime/cameras/length.h"
 #include "sample/sample_tools.h"
 #include "support/checkpoints.h"
 

@@ -2,9 +2,9 @@
 // Tiling a model into a city. The sample city stands in for a real aerial model where there is none.
 #include "convert/input/checkpoint.h"
 #include "convert/survey/grid_fit.h"
-#include "format/error.h"
-#include "format/gsc_layout.h"
-#include "player/cameras/camera_file.h"
+#include <gsc/error.h>
+#include <gsc/gsc_layout.h>
+#include "runtime/cameras/camera_file.h"
 #include "sample/sample_tools.h"
 #include "support/checkpoints.h"
 #include "tests/support/source_folder.h"

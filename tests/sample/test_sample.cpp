@@ -3,7 +3,7 @@
 // trainer left.
 #include "convert/input/checkpoint.h"
 #include "convert/survey/grid_fit.h"
-#include "format/gsc_layout.h"
+#include <gsc/gsc_layout.h>
 #include "sample/sample_tools.h"
 
 #include <doctest/doctest.h>

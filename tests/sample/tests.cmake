@@ -9,11 +9,11 @@ if(TARGET gsc_sample)
                LIBS gsc_sample_tools gsc_write gsc_input TBB::tbb)
   gsc_add_test(test_sample_folder SOURCES sample/test_sample_folder.cpp LIBS gsc_sample_tools)
   gsc_add_test(test_replicate SOURCES sample/test_replicate.cpp LIBS gsc_sample_tools gsc_write gsc_input gsc_cameras)
-  gsc_add_test(test_camera_paths SOURCES sample/test_camera_paths.cpp
+  gsc_add_test(test_site_paths SOURCES sample/test_site_paths.cpp
                LIBS gsc_sample_tools gsc_write gsc_input gsc_cameras)
   gsc_add_test(test_model_paths SOURCES sample/test_model_paths.cpp TIMEOUT 1200
                LIBS gsc_sample_tools gsc_write gsc_input gsc_cameras)
-  if(GSC_SANITIZE) # five minutes, of what test_camera_paths runs too
+  if(GSC_SANITIZE) # five minutes, of what test_site_paths runs too
     set_tests_properties(test_model_paths PROPERTIES LABELS "cpu;slow")
   endif()
 endif()

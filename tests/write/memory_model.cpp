@@ -3,7 +3,7 @@
 
 #include "convert/grids/nanovdb_check.h"
 #include "convert/survey/grid_fit.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <doctest/doctest.h>
 

@@ -4,8 +4,8 @@
 
 #include "convert/input/checkpoint.h"
 #include "convert/write/write_gsc.h"
-#include "format/file/mapped_file.h"
-#include "format/gsc_reader.h"
+#include <gsc/file/mapped_file.h>
+#include <gsc/gsc_reader.h>
 
 #include <cstdint>
 #include <memory>

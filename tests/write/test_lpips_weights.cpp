@@ -2,6 +2,7 @@
 #include "convert/compare/lpips_weights.h"
 #include "convert/input/torch/torch_archive.h"
 #include "tests/input/model_fixture.h"
+#include "tests/input/torch_files.h"
 #include "tests/support/lpips_random.h"
 #include "tests/support/source_folder.h"
 

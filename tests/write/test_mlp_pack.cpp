@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/write/mlp_pack.h"
-#include "format/error.h"
-#include "format/half.h"
+#include <gsc/error.h>
+#include <gsc/half.h>
 #include "tests/write/memory_model.h"
 
 #include <doctest/doctest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Section SENS: what the kernel computes of the finished file, rounded up, whatever order it was written in.
-#include "format/half.h"
+#include <gsc/half.h>
 #include "kernels/sensitivity/sensitivity.h"
 #include "tests/write/memory_model.h"
 #include "tests/write/model_view.h"

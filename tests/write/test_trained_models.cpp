@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/compare/compare_checkpoint.h"
 #include "convert/survey/grid_fit.h"
-#include "format/half.h"
+#include <gsc/half.h>
 #include "kernels/sensitivity/sensitivity.h"
 #include "tests/support/checkpoints.h"
 #include "tests/write/memory_model.h"

@@ -2,8 +2,8 @@
 // Hostile numbers and broken surroundings: a clear error, nothing left behind.
 #include "convert/compare/compare_checkpoint.h"
 #include "convert/write/anchor_check.h"
-#include "format/error.h"
-#include "format/interrupt.h"
+#include <gsc/error.h>
+#include <gsc/interrupt.h>
 #include "tests/write/memory_model.h"
 
 #include <doctest/doctest.h>

@@ -4,7 +4,7 @@
 
 #include "convert/bake/model/reduced_model.h"
 #include "convert/input/checkpoint.h"
-#include "format/gsc_reader.h"
+#include <gsc/gsc_reader.h>
 
 #include <cstdint>
 #include <vector>

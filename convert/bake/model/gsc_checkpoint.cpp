@@ -2,7 +2,7 @@
 #include "convert/bake/model/gsc_checkpoint.h"
 
 #include "convert/survey/chunk_values.h"
-#include "format/half.h"
+#include <gsc/half.h>
 #include "format/numbers/morton.h"
 #include "runtime/records/record.h"
 #include <gsc/camera.h>

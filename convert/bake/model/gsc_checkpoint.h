@@ -4,8 +4,8 @@
 
 #include "convert/input/checkpoint.h"
 #include "convert/write/write_gsc.h"
-#include "format/gsc_reader.h"
-#include "player/tool/json.h"
+#include <gsc/gsc_reader.h>
+#include "runtime/cli/json.h"
 
 #include <string>
 #include <string_view>

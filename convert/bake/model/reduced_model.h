@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/bake/weights/importance.h"
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -45,11 +45,6 @@ struct BakePlan {
     ErrorCosts costs;
 
     bool operator==(const BakePlan&) const = default;
-};
-
-// Steps of one anchor as exponents of two.
-struct AnchorSteps {
-    int feature, offset, extent, size;
 };
 
 class ReducedModel {

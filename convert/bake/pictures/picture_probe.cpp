@@ -2,8 +2,8 @@
 #include "convert/bake/pictures/picture_probe.h"
 
 #include "convert/bake/weights/picture_bands.h"
-#include "format/interrupt.h"
-#include "player/cameras/scene_cameras.h"
+#include <gsc/interrupt.h>
+#include "runtime/cameras/scene_cameras.h"
 #include "runtime/metrics/metrics.h"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 #include "convert/bake/tiles/tile_manifest.h"
 
 #include "convert/bake/model/gsc_checkpoint.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <algorithm>
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/bake/tiles/tiles.h"
-#include "format/gsc_layout.h"
+#include <gsc/gsc_layout.h>
 
 #include <string>
 #include <string_view>

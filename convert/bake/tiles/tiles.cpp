@@ -6,11 +6,11 @@
 #include "convert/bake/tiles/tile_check.h"
 #include "convert/bake/tiles/tile_manifest.h"
 #include "convert/survey/chunk_values.h"
-#include "format/checksum.h"
-#include "format/error.h"
-#include "format/gsc_file.h"
-#include "format/interrupt.h"
-#include "runtime/camera.h"
+#include <gsc/checksum.h>
+#include <gsc/error.h>
+#include <gsc/gsc_file.h>
+#include <gsc/interrupt.h>
+#include <gsc/camera.h>
 
 #include <algorithm>
 #include <chrono>

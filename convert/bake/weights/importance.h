@@ -3,7 +3,7 @@
 #pragma once
 
 #include "convert/bake/weights/picture_bands.h"
-#include "kernels/frame/frame_types.h"
+#include <gsc/frame_types.h>
 
 #include <cstdint>
 #include <functional>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `gsc bake` says.
+// What `gsc bake` writes and says: of a bake, of a curve, of files that it cut or joined.
 #pragma once
 
 #include "convert/bake/bake.h"
+#include "convert/bake/tiles/tiles.h"
 #include "convert/commands/command.h"
 
 #include <string>
@@ -11,5 +12,13 @@ namespace gsc {
 
 Json bakeJson(const BakeOptions& options, const BakeReport& report);
 std::string bakeText(const BakeOptions& options, const BakeReport& report);
+
+// Lines of gsc.curve/1, one for each point. `name` is the model's.
+std::string curveLines(const std::string& name, const BakeOptions& options, const Curve& curve);
+Json curveJson(const std::string& name, const BakeOptions& options, const std::string& output, const Curve& curve);
+std::string curveText(const std::string& output, const Curve& curve);
+
+Json tilesJson(const TileOptions& options, const TileReport& report);
+std::string tilesText(const TileOptions& options, const TileReport& report);
 
 } // namespace gsc

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/commands/bake/bake_report.h"
-#include "convert/commands/bake/curve_report.h"
-#include "convert/commands/bake/tile_report.h"
 #include "convert/commands/checkpoint_options.h"
 #include "convert/commands/command.h"
 
 #include "convert/bake/state/bake_state.h"
 #include "convert/write/write_gsc.h"
-#include "format/file/output_file.h"
-#include "format/file/output_paths.h"
+#include <gsc/file/output_file.h>
+#include <gsc/file/output_paths.h>
 #include "format/file/temporary.h"
 #include <gsc/gsc_layout.h>
 
@@ -45,15 +43,12 @@ uint32_t leversOf(const std::vector<std::string>& lists)
     for (const char* const name : levers_named)
         names += (names.empty() ? "" : ", ") + std::string(name);
     for (const std::string& list : lists) // each may be a list itself: "slots,anchors"
-        for (size_t at = 0; at <= list.size();) {
-            const size_t end = std::min(list.find(',', at), list.size());
-            const std::string word = list.substr(at, end - at);
+        for (const std::string& word : partsOf(list)) {
             const auto found = std::ranges::find(levers_named, word);
             if (found == levers_named.end())
                 throw Error(ErrorCode::Usage, "--levers " + word + ": not a lever, expected some of " + names +
                                                   "; correct it or leave it out");
             levers |= 1u << (found - levers_named.begin());
-            at = end + 1;
         }
     return levers;
 }
@@ -69,21 +64,18 @@ bool isGscFile(const std::string& path)
 
 CropBox parseBox(const std::string& name, const std::string& text)
 {
-    std::array<double, 6> ends{};
-    size_t count = 0, at = 0;
-    const char* const expected = "six numbers X0,Y0,Z0,X1,Y1,Z1, such as 0,0,0,8,8,4";
-    for (; at <= text.size(); ++count) {
-        const size_t end = std::min(text.find(',', at), text.size());
-        if (count == ends.size())
-            detail::failValue(name, text, "has more numbers", expected);
-        ends[count] = detail::number(name, text.substr(at, end - at), {-1e30, 1e30}, "");
-        at = end + 1;
-    }
-    if (count != ends.size())
-        detail::failValue(name, text, "has fewer numbers", expected);
     CropBox box;
-    std::copy_n(ends.begin(), 3, box.from.begin());
-    std::copy_n(ends.begin() + 3, 3, box.to.begin());
+    size_t count = 0;
+    const std::vector<std::string> parts = partsOf(text);
+    for (const std::string& part : parts) {
+        if (count == 6)
+            break;
+        (count < 3 ? box.from : box.to)[count % 3] = detail::number(name, part, {-1e30, 1e30}, "");
+        ++count;
+    }
+    if (parts.size() != 6)
+        detail::failValue(name, text, parts.size() > 6 ? "has more numbers" : "has fewer numbers",
+                          "six numbers X0,Y0,Z0,X1,Y1,Z1, such as 0,0,0,8,8,4");
     for (size_t axis = 0; axis < 3; ++axis)
         if (!(box.from[axis] < box.to[axis]))
             detail::failValue(name, text, "is empty", "the first three numbers below the last three");
@@ -93,15 +85,13 @@ CropBox parseBox(const std::string& name, const std::string& text)
 std::vector<double> parseTargets(const std::string& name, const std::string& text)
 {
     std::vector<double> targets;
-    for (size_t at = 0; at <= text.size();) {
-        const size_t end = std::min(text.find(',', at), text.size());
-        const double target = detail::number(name, text.substr(at, end - at), kTargets, " dB");
+    for (const std::string& part : partsOf(text)) {
+        const double target = detail::number(name, part, kTargets, " dB");
         if (std::ranges::find(targets, target) != targets.end())
             throw Error(ErrorCode::Usage,
                         formatString("%s %s: %g dB is there twice, expected each target once; leave one out",
                                      name.c_str(), text.c_str(), target));
         targets.push_back(target);
-        at = end + 1;
     }
     return targets;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/commands/bake/curve_report.h"
+#include "convert/commands/bake/bake_report.h"
 
-#include "convert/chart/curve_set.h"
+#include "convert/chart/rows/curve_set.h"
 #include "runtime/cli/version.h"
 
 #include <cmath>

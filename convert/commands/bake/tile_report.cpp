@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/commands/bake/tile_report.h"
+#include "convert/commands/bake/bake_report.h"
 
 #include "runtime/cli/version.h"
 

@@ -5,16 +5,16 @@
 #include "convert/export/gaussian_render.h"
 #include "convert/export/lod/streamed_sog.h"
 #include "convert/viewer/viewer_page.h"
-#include "format/file/mapped_file.h"
+#include <gsc/file/mapped_file.h>
 #include "format/file/new_folder.h"
-#include "format/file/output_file.h"
-#include "format/interrupt.h"
-#include "player/cameras/scene_cameras.h"
-#include "player/tool/quantity.h"
-#include "player/tool/version.h"
+#include <gsc/file/output_file.h>
+#include <gsc/interrupt.h>
+#include "runtime/cameras/scene_cameras.h"
+#include "runtime/cli/quantity.h"
+#include "runtime/cli/version.h"
 #include "runtime/cpu/renderer_cpu.h"
 #include "runtime/metrics/metrics.h"
-#include "runtime/renderer.h"
+#include <gsc/renderer.h>
 
 #include <charconv>
 #include <filesystem>

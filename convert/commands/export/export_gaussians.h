@@ -3,9 +3,9 @@
 #pragma once
 
 #include "convert/export/gaussian_files.h"
-#include "player/cameras/camera_reading.h"
-#include "player/tool/json.h"
-#include "player/tool/reporter.h"
+#include "runtime/cameras/camera_reading.h"
+#include "runtime/cli/json.h"
+#include "runtime/cli/reporter.h"
 
 #include <limits>
 #include <optional>

@@ -2,9 +2,9 @@
 #include "convert/commands/command.h"
 
 #include "convert/sample/sample.h"
-#include "format/file/output_paths.h"
-#include "format/gsc_layout.h"
-#include "player/tool/version.h"
+#include <gsc/file/output_paths.h>
+#include <gsc/gsc_layout.h>
+#include "runtime/cli/version.h"
 
 #include <filesystem>
 #include <functional>

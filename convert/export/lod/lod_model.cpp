@@ -2,7 +2,7 @@
 #include "convert/export/lod/lod_model.h"
 
 #include "convert/export/lod/stand_in.h"
-#include "format/interrupt.h"
+#include <gsc/interrupt.h>
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 #include "convert/export/lod/streamed_sog.h"
 
 #include "convert/export/sog/sog_images.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <nlohmann/json.hpp>
 

@@ -2,7 +2,7 @@
 #include "convert/export/gaussian_files.h"
 
 #include "convert/export/sog/sog_images.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 namespace gsc {
 

@@ -2,7 +2,7 @@
 #include "convert/export/gaussian_files.h"
 
 #include "convert/export/spz/spz_container.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <algorithm>
 #include <cmath>

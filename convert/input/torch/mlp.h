@@ -2,7 +2,7 @@
 // A network as the trainers save it.
 #pragma once
 
-#include "format/gsc_layout.h"
+#include <gsc/gsc_layout.h>
 
 #include <cstdint>
 #include <vector>

@@ -41,17 +41,12 @@ using WantedTensor = std::function<bool(const std::string& name)>;
 TorchArchive readTorchArchive(std::span<const std::byte> bytes, const std::string& name,
                               const WantedTensor& wanted = {});
 
-// What `gsc sample` and the tests write: bytes as PyTorch 1.12 lays them out (stored members, data descriptors with
+// What `gsc sample` writes: bytes as PyTorch 1.12 lays them out (stored members, data descriptors with
 // zero sizes in the local headers, 64-byte aligned payloads, ZIP64 end records).
 // TorchScript Sequential(Linear, ReLU, Linear[, activation]) under the folder `stem`.
 std::vector<std::byte> writeTorchScriptMlp(const Mlp& mlp, const std::string& stem);
 // TorchScript Embedding module with one child `embedding`.
 std::vector<std::byte> writeTorchScriptEmbedding(std::span<const float> values, uint32_t rows, uint32_t columns,
                                                  const std::string& stem);
-// torch.save of {key: OrderedDict(state_dict)}, the "unite" and v1 containers.
-std::vector<std::byte> writeStateDictArchive(const std::vector<std::pair<std::string, const Mlp*>>& mlps,
-                                             std::span<const float> embedding, uint32_t rows, uint32_t columns);
-// torch.save of an OrderedDict of tensors, for tests.
-std::vector<std::byte> writeTensorArchive(std::span<const NamedTensor> tensors);
 
 } // namespace gsc

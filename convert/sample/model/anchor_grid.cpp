@@ -2,7 +2,7 @@
 #include "convert/sample/model/anchor_grid.h"
 
 #include "convert/sample/model/hash_random.h"
-#include "format/gsc_layout.h"
+#include <gsc/gsc_layout.h>
 
 namespace gsc {
 

@@ -2,7 +2,7 @@
 #include "convert/sample/paths/camera_motions.h"
 
 #include "convert/survey/camera_view.h"
-#include "format/error.h"
+#include <gsc/error.h>
 
 #include <algorithm>
 #include <cmath>

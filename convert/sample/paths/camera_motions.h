@@ -5,7 +5,7 @@
 
 #include "convert/sample/model/model_text.h"
 #include "convert/survey/path_site.h"
-#include "player/cameras/length.h"
+#include "runtime/cameras/length.h"
 
 #include <cstdint>
 #include <utility>

@@ -2,7 +2,7 @@
 // Reads a model, makes its paths and writes them: all or none.
 #include "convert/sample/paths/make_paths.h"
 
-#include "convert/sample/paths/camera_paths.h"
+#include "convert/sample/paths/site_paths.h"
 #include <gsc/error.h>
 #include <gsc/file/output_file.h>
 #include <gsc/gsc_file.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/sample/paths/model_paths.h"
 
-#include "convert/sample/paths/camera_paths.h"
 #include "convert/sample/paths/path_places.h"
+#include "convert/sample/paths/site_paths.h"
 #include <gsc/error.h>
 #include <gsc/interrupt.h>
 

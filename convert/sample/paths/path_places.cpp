@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/sample/paths/path_places.h"
 
-#include "convert/sample/paths/camera_paths.h"
+#include "convert/sample/paths/site_paths.h"
 #include <gsc/interrupt.h>
 
 #include <algorithm>

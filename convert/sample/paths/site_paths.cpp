@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/sample/paths/camera_paths.h"
+#include "convert/sample/paths/site_paths.h"
 
 #include <gsc/error.h>
 
@@ -156,13 +156,13 @@ double levelBoundary(const PathSite& site, double near_to)
     return nearest;
 }
 
-std::vector<CameraPath> cameraPaths(const PathSite& site)
+std::vector<CameraPath> sitePaths(const PathSite& site)
 {
     return {aerial(site),      orbit(site),      headTurn(site), teleport(site), zoomOut(site),
             walkThrough(site), levelSwing(site), jitter(site),   wideEyes(site)};
 }
 
-void writeCameraPaths(const NewFolder& folder, const std::vector<CameraPath>& paths)
+void writeSitePaths(const NewFolder& folder, const std::vector<CameraPath>& paths)
 {
     for (const CameraPath& path : paths)
         folder.append("paths/" + path.name + ".json", trajectoryJson(path));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The nine paths beside every model: what the player reads, and that each moves as it says.
 #include "convert/input/checkpoint.h"
-#include "convert/sample/paths/camera_paths.h"
+#include "convert/sample/paths/site_paths.h"
 #include "runtime/cameras/camera_file.h"
 #include "sample/sample_tools.h"
 

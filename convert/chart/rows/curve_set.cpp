@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/chart/curve_set.h"
+#include "convert/chart/rows/curve_set.h"
 
-#include "convert/chart/trace_set.h"
+#include "convert/chart/rows/row_lines.h"
 #include <gsc/error.h>
-#include <gsc/interrupt.h>
 
 #include <algorithm>
 
@@ -13,13 +12,8 @@ namespace {
 
 CurveRow parsedRow(std::string_view line, const std::string& where)
 {
-    const ParsedRow parsed = parseRow(line);
-    if (parsed.state != ParsedRow::State::Whole)
-        throw Error(ErrorCode::InvalidFile,
-                    where + ": " + parsed.fault +
-                        ", expected one object per line as gsc bake --curve writes them; remove "
-                        "the line or run it again");
-    const Record record(parsed.json, where, "gsc.curve/1");
+    const OrderedJson json = rowOf(line, where, "one object per line as gsc bake --curve writes them");
+    const Record record(json, where, "gsc.curve/1");
     CurveRow row;
     record.field("schema", row.schema, kText);
     if (row.schema.starts_with("gsc.curve/") && row.schema != "gsc.curve/1")
@@ -65,16 +59,7 @@ bool isCurveText(std::string_view text)
 
 void addCurves(std::string_view text, const std::string& path, std::vector<ChartCurve>& curves)
 {
-    uint64_t number = 0;
-    while (!text.empty()) {
-        throwIfInterrupted();
-        ++number;
-        const size_t end = text.find('\n');
-        const std::string_view line = text.substr(0, end);
-        text.remove_prefix(end == text.npos ? text.size() : end + 1);
-        if (line.find_first_not_of(" \t\r") == line.npos)
-            continue;
-        const std::string where = formatString("%s:%llu", path.c_str(), static_cast<unsigned long long>(number));
+    forEachRow(text, path, [&](std::string_view line, const std::string& where) {
         CurveRow row = parsedRow(line, where);
         const auto isOf = [&row](const ChartCurve& curve) {
             const CurveRow& first = curve.rows.front();
@@ -94,7 +79,7 @@ void addCurves(std::string_view text, const std::string& path, std::vector<Chart
                                      "pass each file once",
                                      where.c_str(), row.model.c_str()));
         curve.rows.push_back(std::move(row));
-    }
+    });
 }
 
 } // namespace gsc

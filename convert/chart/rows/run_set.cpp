@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "convert/chart/run_set.h"
+#include "convert/chart/rows/run_set.h"
 
+#include "convert/chart/rows/row_lines.h"
 #include <gsc/error.h>
-#include <gsc/interrupt.h>
 
 #include <algorithm>
 #include <functional>
@@ -76,12 +76,8 @@ ChartRun folded(std::vector<ChartRun> group)
 
 std::optional<ChartRun> parseRunLine(std::string_view line, const std::string& where, std::string& other)
 {
-    const ParsedRow parsed = parseRow(line);
-    if (parsed.state != ParsedRow::State::Whole)
-        throw Error(ErrorCode::InvalidFile, where + ": " + parsed.fault +
-                                                ", expected one object per line as gsc-play bench --sweep writes "
-                                                "them; remove the line or run it again");
-    const Record record(parsed.json, where);
+    const OrderedJson json = rowOf(line, where, "one object per line as gsc-play bench --sweep writes them");
+    const Record record(json, where);
     std::string schema;
     record.field("schema", schema, kText);
     if (!schema.starts_with("gsc.run/")) {
@@ -101,22 +97,13 @@ std::optional<ChartRun> parseRunLine(std::string_view line, const std::string& w
 void addRuns(std::string_view text, const std::string& path, RunSet& runs)
 {
     std::map<std::string, uint64_t> others;
-    uint64_t number = 0;
-    while (!text.empty()) {
-        throwIfInterrupted();
-        ++number;
-        const size_t end = text.find('\n');
-        const std::string_view line = text.substr(0, end);
-        text.remove_prefix(end == text.npos ? text.size() : end + 1);
-        if (line.find_first_not_of(" \t\r") == line.npos)
-            continue;
+    forEachRow(text, path, [&](std::string_view line, const std::string& where) {
         std::string other;
-        const std::string where = formatString("%s:%llu", path.c_str(), static_cast<unsigned long long>(number));
         if (auto row = parseRunLine(line, where, other))
             runs.rows.push_back(std::move(*row));
         else
             ++others[other];
-    }
+    });
     for (const auto& [schema, count] : others) {
         runs.skipped += count;
         runs.notes.push_back(formatString("%s: skipped %llu line%s of %s, which gsc chart does not draw", path.c_str(),

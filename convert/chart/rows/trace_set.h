@@ -14,8 +14,6 @@ struct ChartTrace : ServiceTraceReport {
     std::string title; // the file it came from, with a number where there are several
 };
 
-// Does it begin with an object whose first key is "schema", its value beginning with `schema`?
-bool startsWithSchema(std::string_view text, std::string_view schema);
 // Does it begin with a trace, rather than with a run of a sweep?
 bool isTraceText(std::string_view text);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Camera paths for measuring a player: an ordinary flight, and those made to break reuse, merging and LOD.
+// Camera paths of a site whose ground is known, as a sample's is: an ordinary flight, and those made to break reuse,
+// merging and LOD. Those of a model that has to be surveyed first are in model_paths.h.
 #pragma once
 
 #include "convert/sample/paths/camera_motions.h"
@@ -26,10 +27,10 @@ void flyDiagonal(PathMaker& path, const PathSite& site, int frames, double from,
 
 // aerial, orbit, head_turn, teleport, zoom_out, walk_through, level_swing, jitter, wide_eyes: same site, same frames.
 // Precondition: low < high, view_height and metre above 0.
-std::vector<CameraPath> cameraPaths(const PathSite& site);
+std::vector<CameraPath> sitePaths(const PathSite& site);
 
 constexpr const char* kFirstPath = "paths/aerial.json"; // in the model folder
 // paths/NAME.json of each.
-void writeCameraPaths(const NewFolder& folder, const std::vector<CameraPath>& paths);
+void writeSitePaths(const NewFolder& folder, const std::vector<CameraPath>& paths);
 
 } // namespace gsc
