@@ -39,7 +39,7 @@ void addLiveOptions(CLI::App& app, LiveOptions& options)
               "see --still-distance");
     addText(app, "--trace", options.trace, "FILE.json",
             "every pose, start and stop with its cause (schemas/service-trace.schema.json); gsc chart draws it");
-    addFlag(app, "-w,--overwrite", options.play.overwrite, "replace the trace file if it exists");
+    addFlag(app, "-w,--overwrite", options.play.output.overwrite, "replace the trace file if it exists");
 }
 
 ErrorCode runLive(const LiveOptions& options, Reporter& report)

@@ -50,71 +50,73 @@ exit codes:
 void addOutputOptions(CLI::App& app, PlayOptions& options)
 {
     const Heading heading(app, "Files");
-    addText(app, "--out", options.out, "PATTERN",
+    addText(app, "--out", options.output.out, "PATTERN",
             "images to write; {name}, {frame}, {frame:04} and {eye} are filled in (" + imageExtensions() +
                 "); - is a stream on standard output, two eyes side by side");
     addChoice<StreamFormat>(
-        app, "--stream", options.stream,
+        app, "--stream", options.output.stream,
         {{"y4m", StreamFormat::Y4m}, {"rgb24", StreamFormat::Rgb24}, {"rgb48", StreamFormat::Rgb48}}, "default: y4m",
         "what --out - writes: YUV4MPEG2 (4:4:4, 16 bits, full range), or 8 or 16 bits per channel and nothing else");
-    addText(app, "--video", options.video, "FILE.mp4",
+    addText(app, "--video", options.output.video, "FILE.mp4",
             "a video through the program ffmpeg: H.264, nearly lossless, two eyes side by side");
-    addNumber(app, "--fps", options.fps, {0.001, 1000}, " frames a second", "N (default: 30)",
+    addNumber(app, "--fps", options.output.fps, {0.001, 1000}, " frames a second", "N (default: 30)",
               "the rate of a video, and that a y4m stream states");
-    addChoice<PixelDepth>(app, "--depth", options.depth, {{"8", PixelDepth::Eight}, {"16", PixelDepth::Sixteen}},
+    addChoice<PixelDepth>(app, "--depth", options.output.depth, {{"8", PixelDepth::Eight}, {"16", PixelDepth::Sixteen}},
                           "default: 8", "bits per channel of a PNG");
     addText(
-        app, "--stats", options.stats, "FILE.jsonl",
+        app, "--stats", options.output.stats, "FILE.jsonl",
         "one JSON object per frame and line: time per stage, counts (schemas/frame-stats.schema.json); - is standard "
         "output");
-    addFlag(app, "-w,--overwrite", options.overwrite, "replace files that exist");
+    addFlag(app, "-w,--overwrite", options.output.overwrite, "replace files that exist");
     addShard(app, options, "the frames", "--stats");
 }
 
 // A shard draws every so many frames, so none may depend on the one before.
 void checkShard(const PlayOptions& options)
 {
-    const bool keeps = options.reuse.policy != ReusePolicy::None;
-    if (options.shard.isGiven() && (keeps || options.lod_hysteresis > 0 || options.target_ms > 0))
+    const bool keeps = options.frame.reuse.policy != ReusePolicy::None;
+    if (options.shard.isGiven() && (keeps || options.frame.lod_hysteresis > 0 || options.frame.target_ms > 0))
         throw Error(ErrorCode::Usage,
                     formatString("--shard %s: with %s a frame depends on those before it, expected frames that can be "
                                  "drawn apart; leave one of them out",
                                  options.shard.text().c_str(),
-                                 keeps                        ? "--reuse"
-                                 : options.lod_hysteresis > 0 ? "--lod-hysteresis"
-                                                              : "--target-ms"));
-    checkShardFile(options, "--stats", options.stats);
+                                 keeps                              ? "--reuse"
+                                 : options.frame.lod_hysteresis > 0 ? "--lod-hysteresis"
+                                                                    : "--target-ms"));
+    checkShardFile(options, "--stats", options.output.stats);
 }
 
 void checkOut(const CLI::App& app, const PlayOptions& options)
 {
-    const bool is_png = options.out.size() > 4 && options.out.compare(options.out.size() - 4, 4, ".png") == 0;
-    const bool is_stream = isStandardOutput(options.out);
+    const bool is_png =
+        options.output.out.size() > 4 && options.output.out.compare(options.output.out.size() - 4, 4, ".png") == 0;
+    const bool is_stream = isStandardOutput(options.output.out);
     checkEffect(app, "--depth", is_png, "--out of a .png");
     checkEffect(app, "--stream", is_stream, "--out -");
-    checkEffect(app, "--fps", !options.video.empty() || (is_stream && options.stream == StreamFormat::Y4m),
+    checkEffect(app, "--fps",
+                !options.output.video.empty() || (is_stream && options.output.stream == StreamFormat::Y4m),
                 "--video or --out - --stream y4m");
     checkEffect(app, "--overwrite",
-                (!options.out.empty() && !is_stream) || !options.video.empty() ||
-                    (!options.stats.empty() && !isStandardOutput(options.stats)),
+                (!options.output.out.empty() && !is_stream) || !options.output.video.empty() ||
+                    (!options.output.stats.empty() && !isStandardOutput(options.output.stats)),
                 "--out, --video or --stats");
-    if (is_stream && isStandardOutput(options.stats))
+    if (is_stream && isStandardOutput(options.output.stats))
         throw Error(ErrorCode::Usage,
                     "--stats -: --out - has standard output, expected one of them; give --stats a file");
-    if ((is_stream || !options.video.empty()) && options.shard.isGiven())
+    if ((is_stream || !options.output.video.empty()) && options.shard.isGiven())
         throw Error(ErrorCode::Usage, formatString("%s: is one stream, expected the files of --shard %s; give --out a "
                                                    "pattern of names, or leave --shard out",
                                                    is_stream ? "--out -" : "--video", options.shard.text().c_str()));
-    if (!options.video.empty() && !options.video.ends_with(".mp4"))
+    if (!options.output.video.empty() && !options.output.video.ends_with(".mp4"))
         throw Error(ErrorCode::Unsupported,
                     formatString("--video %s: ends otherwise, expected .mp4; choose such a name, "
                                  "or pipe --out - into ffmpeg",
-                                 options.video.c_str()));
-    if (!options.out.empty() && !is_stream && !isImageExtension(options.out))
+                                 options.output.video.c_str()));
+    if (!options.output.out.empty() && !is_stream && !isImageExtension(options.output.out))
         throw Error(
             ErrorCode::Unsupported,
             formatString("--out %s: this build cannot write such a file, expected one of %s; choose one of them",
-                         options.out.c_str(), imageExtensions().c_str()));
+                         options.output.out.c_str(), imageExtensions().c_str()));
 }
 
 ErrorCode runPlay(const PlayOptions& options, Reporter& report)
@@ -123,7 +125,8 @@ ErrorCode runPlay(const PlayOptions& options, Reporter& report)
     report.endProgress(false);
     const std::string text =
         report.json() ? playReportJson(options, summary, report.warnings()) : playReportText(options, summary);
-    isStandardOutput(options.stats) || isStandardOutput(options.out) ? report.tell(text) : report.text(text);
+    isStandardOutput(options.output.stats) || isStandardOutput(options.output.out) ? report.tell(text)
+                                                                                   : report.text(text);
     return ErrorCode::Ok;
 }
 
@@ -143,11 +146,11 @@ void addPlayOptions(CLI::App& app, PlayOptions& options)
 
 void checkPlayOptions(const CLI::App& app, const PlayOptions& options)
 {
-    if (options.input.empty())
+    if (options.model.file.empty())
         throw Error(ErrorCode::Usage, "FILE: not given, expected a .gsc behind gsc-play; see gsc-play --help");
     checkRenderOptions(app, options, false);
     checkWorkerOptions(app, options);
-    checkEffect(app, "--device", !options.backend.starts_with("cpu"), "--backend cuda or auto");
+    checkEffect(app, "--device", !options.devices.backend.starts_with("cpu"), "--backend cuda or auto");
     checkOut(app, options);
     checkShard(options);
 }

@@ -32,7 +32,7 @@ std::vector<float> parseColor(const std::string& name, const std::string& text)
 void addReuseOptions(CLI::App& app, PlayOptions& options)
 {
     const Heading heading(app, "Reuse of decoded Gaussians");
-    ReuseOptions& reuse = options.reuse;
+    ReuseOptions& reuse = options.frame.reuse;
     addChoice<ReusePolicy>(app, "--reuse", reuse.policy, reusePolicies(), "default: none",
                            "when they are drawn again in later frames: none: never; depth: for so many frames, fewer "
                            "the more of the view is new; error: while their predicted change stays within a bound");
@@ -52,11 +52,11 @@ void addReuseOptions(CLI::App& app, PlayOptions& options)
 void addLevelOptions(CLI::App& app, PlayOptions& options)
 {
     const Heading heading(app, "Levels of detail");
-    addNumber(app, "--lod-bias", options.lod_bias, {-kMaxLodBias, kMaxLodBias}, " levels", "X (default: 0)",
+    addNumber(app, "--lod-bias", options.frame.lod_bias, {-kMaxLodBias, kMaxLodBias}, " levels", "X (default: 0)",
               "levels added to the one that distance asks for: below 0 draws less, 0 is the trainer's");
-    addNumber(app, "--lod-fade", options.lod_fade, {0, kMaxLodWidth}, " levels", "X (default: 0)",
+    addNumber(app, "--lod-fade", options.frame.lod_fade, {0, kMaxLodWidth}, " levels", "X (default: 0)",
               "levels over which an anchor fades in about the place where the trainer's switches it on, up to 1");
-    addNumber(app, "--lod-hysteresis", options.lod_hysteresis, {0, kMaxLodWidth}, " levels", "X (default: 0)",
+    addNumber(app, "--lod-hysteresis", options.frame.lod_hysteresis, {0, kMaxLodWidth}, " levels", "X (default: 0)",
               "levels that a switch may lag behind the camera, up to 1: one that trembles at it switches nothing");
 }
 
@@ -65,13 +65,13 @@ void addFoveationOptions(CLI::App& app, PlayOptions& options, bool knows_gaze)
     Choices<FoveationMode> modes = {{"none", FoveationMode::None}, {"fixed", FoveationMode::Fixed}};
     if (knows_gaze)
         modes.emplace_back("gaze", FoveationMode::Gaze);
-    addChoice<FoveationMode>(app, "--foveation", options.foveation, modes, "default: none",
+    addChoice<FoveationMode>(app, "--foveation", options.frame.foveation, modes, "default: none",
                              std::string("thin out Gaussians that are finer than an eye tells apart away from where it "
                                          "looks, in tier fast on a GPU: "
                                          "fixed: from the axis of each eye") +
                                  (knows_gaze ? "; gaze: from where the eyes look, if the headset tells" : ""));
     addNumber(
-        app, "--fovea-pixels", options.fovea_pixels, {0.1, kMostFoveaPixels}, " pixels", "X (default: 2)",
+        app, "--fovea-pixels", options.frame.fovea_pixels, {0.1, kMostFoveaPixels}, " pixels", "X (default: 2)",
         "with --foveation: standard deviation of the finest Gaussian 40 degrees away and beyond; up to 12 degrees "
         "everything is drawn, and in between it grows with the angle");
 }
@@ -89,14 +89,14 @@ OptionHandle addBackend(CLI::App& app, const char* name, std::string& field, boo
 
 void addFile(CLI::App& app, PlayOptions& options)
 {
-    addText(app, "FILE", options.input, "FILE.gsc", "model to play");
+    addText(app, "FILE", options.model.file, "FILE.gsc", "model to play");
 }
 
 void addCameraReading(CLI::App& app, PlayOptions& options)
 {
-    addFlag(app, "--ignore-distortion", options.ignore_distortion,
+    addFlag(app, "--ignore-distortion", options.cameras.ignore_distortion,
             "draw the cameras of a file that states lens distortion as pinholes instead of refusing it");
-    addChoice<CamerasTransform>(app, "--cameras-transform", options.cameras_transform,
+    addChoice<CamerasTransform>(app, "--cameras-transform", options.cameras.transform,
                                 {{"keep", CamerasTransform::Keep}, {"undo", CamerasTransform::Undo}},
                                 "default: keep, with a warning",
                                 "poses of a transforms.json with applied_transform or applied_scale: as they stand, or "
@@ -105,7 +105,7 @@ void addCameraReading(CLI::App& app, PlayOptions& options)
 
 void addCameras(CLI::App& app, PlayOptions& options)
 {
-    addText(app, "--cameras", options.cameras, "stored|FILE.json (default: stored)",
+    addText(app, "--cameras", options.cameras.file, "stored|FILE.json (default: stored)",
             "cameras.json of a trained model, transforms.json, nerfstudio's camera_path.json, the folder of a COLMAP "
             "model, of a data set or of a trained model, "
             "or a trajectory (schemas/trajectory.schema.json), or "
@@ -118,9 +118,9 @@ void addFrames(CLI::App& app, PlayOptions& options)
     detail::addValue(app, "--frames", "A:B (default: all)",
                      "cameras A to B-1 of the camera file; either may be left out",
                      [&options](const std::string& name, const std::string& text) {
-                         options.frame_range = name + " " + text;
-                         options.frames_may_end_sooner = false;
-                         if (!parseFrameRange(text, options.frame_first, options.frame_end))
+                         options.cameras.range = name + " " + text;
+                         options.cameras.may_end_sooner = false;
+                         if (!parseFrameRange(text, options.cameras.first, options.cameras.end))
                              detail::failValue(name, text, "no range", "A:B with A below B, such as 0:100");
                      });
 }
@@ -128,17 +128,18 @@ void addFrames(CLI::App& app, PlayOptions& options)
 void addViewOptions(CLI::App& app, PlayOptions& options, const std::string& size)
 {
     const Heading heading(app, "View");
-    addImageSize(app, "--size", options.width, options.height, "WxH (default: " + size + ")", "pixels of the image");
+    addImageSize(app, "--size", options.view.width, options.view.height, "WxH (default: " + size + ")",
+                 "pixels of the image");
     detail::addValue(app, "--fov", "DEGREES (default: the camera's)", "horizontal angle of view",
                      [&options](const std::string& name, const std::string& text) {
                          const double angle = detail::number(name, text, {0.01, 179.9}, " degrees");
-                         options.fov_x = angle * std::numbers::pi / 180;
+                         options.view.fov_x = angle * std::numbers::pi / 180;
                      });
-    addInteger(app, "--eyes", options.eyes, 1, 2, "1|2 (default: 1)", "1, or 2 for stereo");
+    addInteger(app, "--eyes", options.view.eyes, 1, 2, "1|2 (default: 1)", "1, or 2 for stereo");
     detail::addValue(app, "--ipd", "LENGTH (default: 0.064 m of the model's metre, or the trajectory's)",
                      "distance of the two eyes: world units, or metres such as 64mm",
                      [&options](const std::string& name, const std::string& text) {
-                         options.ipd = parseLength(text, name.c_str());
+                         options.view.ipd = parseLength(text, name.c_str());
                      });
     addLookOptions(app, options);
 }
@@ -146,20 +147,20 @@ void addViewOptions(CLI::App& app, PlayOptions& options, const std::string& size
 void addLookOptions(CLI::App& app, PlayOptions& options)
 {
     const Heading heading(app, "View");
-    addChoice<StereoMode>(app, "--stereo", options.stereo, stereoModes(), "default: exact",
+    addChoice<StereoMode>(app, "--stereo", options.frame.stereo, stereoModes(), "default: exact",
                           "exact: the networks look from each eye; merged: from the middle between the two, once for "
                           "both");
-    addInteger(app, "--appearance", options.appearance, 0, std::numeric_limits<int>::max(),
+    addInteger(app, "--appearance", options.cameras.appearance, 0, std::numeric_limits<int>::max(),
                "ROW (default: the camera's own)", "row of the appearance embedding for every camera");
     detail::addValue(app, "--background", "model|R,G,B (default: model)",
                      "colour behind the model, or what it was trained with",
                      [&options](const std::string& name, const std::string& text) {
                          if (text == "model")
-                             options.background.reset();
+                             options.frame.background.reset();
                          else
-                             options.background = parseColor(name, text);
+                             options.frame.background = parseColor(name, text);
                      });
-    addNumber(app, "--near", options.near_z, {0, kMaxLength, true}, " world units", "Z (default: the model's)",
+    addNumber(app, "--near", options.frame.near_z, {0, kMaxLength, true}, " world units", "Z (default: the model's)",
               "nearest depth drawn, world units");
 }
 
@@ -167,17 +168,18 @@ void addRunOptions(CLI::App& app, PlayOptions& options, bool knows_gaze)
 {
     const Heading heading(app, "Rendering");
     addChoice<Tier>(
-        app, "--tier", options.tier, tiers(), "default: fast",
+        app, "--tier", options.frame.tier, tiers(), "default: fast",
         "exact: the trainer's image, of a model far from the origin without what rounding does to it there; "
         "fast: half precision where the backend has it; the CPU renders exact");
-    addBackend(app, "--backend", options.backend, true, "what renders; gsc-play backends lists what this machine has");
-    addInteger(app, "--device", options.device, 0, 255, "N (default: 0)",
+    addBackend(app, "--backend", options.devices.backend, true,
+               "what renders; gsc-play backends lists what this machine has");
+    addInteger(app, "--device", options.devices.device, 0, 255, "N (default: 0)",
                "which of the backend's devices, as gsc-play backends numbers them");
-    addInteger(app, "--threads", options.threads, 0, 4096, "N (default: 0)",
+    addInteger(app, "--threads", options.devices.threads, 0, 4096, "N (default: 0)",
                "CPU threads, 0 = all cores; most that read the file for a GPU");
-    addByteSize(app, "--vram-budget", options.vram_budget, 1, "SIZE (default: all there is)",
+    addByteSize(app, "--vram-budget", options.devices.vram_budget, 1, "SIZE (default: all there is)",
                 "most device memory for model and frame, such as 4G; frames that need more are drawn in more passes");
-    addFlag(app, "--verify", options.verify, "check the checksum of every byte before the first frame");
+    addFlag(app, "--verify", options.model.verify, "check the checksum of every byte before the first frame");
     addFoveationOptions(app, options, knows_gaze);
     addReuseOptions(app, options);
     addLevelOptions(app, options);
@@ -185,7 +187,7 @@ void addRunOptions(CLI::App& app, PlayOptions& options, bool knows_gaze)
 
 void addFirstPicture(CLI::App& app, PlayOptions& options)
 {
-    addFlag(app, "--first-picture", options.first_picture,
+    addFlag(app, "--first-picture", options.devices.first_picture,
             "draw while the model is on its way to the GPU, coarse levels and near anchors first; --tier exact waits");
 }
 
@@ -222,7 +224,7 @@ void addScoreFrames(CLI::App& app, ScoreOptions& score)
 void addTargetOption(CLI::App& app, PlayOptions& options)
 {
     const Heading heading(app, "Levels of detail");
-    addNumber(app, "--target-ms", options.target_ms, {1e-6, kMaxTargetMs}, " milliseconds", "MS (default: none)",
+    addNumber(app, "--target-ms", options.frame.target_ms, {1e-6, kMaxTargetMs}, " milliseconds", "MS (default: none)",
               "hold this frame time: levels fall while frames take longer, and come back slowly up to --lod-bias");
 }
 
@@ -235,31 +237,32 @@ void checkEffect(const CLI::App& app, const char* option, bool has_effect, const
                                  option, needs.c_str(), option));
 }
 
-void checkEyes(const CLI::App& app, const PlayOptions& options)
+void checkEyes(const CLI::App& app, const PlayOptions& options, bool takes_two_eyes)
 {
-    if (options.stereo == StereoMode::Merged)
-        checkEffect(app, "--stereo", options.eyes == 2, "--eyes 2");
-    checkEffect(app, "--ipd", options.eyes == 2, "--eyes 2");
+    const bool two = takes_two_eyes || options.view.eyes == 2;
+    if (options.frame.stereo == StereoMode::Merged)
+        checkEffect(app, "--stereo", two, "--eyes 2");
+    checkEffect(app, "--ipd", two, "--eyes 2");
 }
 
-void checkRenderOptions(const CLI::App& app, const PlayOptions& options, bool paths_follow)
+void checkRenderOptions(const CLI::App& app, const PlayOptions& options, bool paths_follow, bool takes_two_eyes)
 {
-    const ReuseOptions& reuse = options.reuse;
+    const ReuseOptions& reuse = options.frame.reuse;
     for (const char* option : {"--reuse-depth", "--reuse-guidance"})
         checkEffect(app, option, reuse.policy == ReusePolicy::Depth, "--reuse depth");
     for (const char* option : {"--reuse-bound", "--decode-budget"})
         checkEffect(app, option, reuse.policy == ReusePolicy::Error, "--reuse error");
-    checkEffect(app, "--fovea-pixels", options.foveation != FoveationMode::None, "--foveation");
-    if (options.foveation != FoveationMode::None && options.tier == Tier::Exact)
+    checkEffect(app, "--fovea-pixels", options.frame.foveation != FoveationMode::None, "--foveation");
+    if (options.frame.foveation != FoveationMode::None && options.frame.tier == Tier::Exact)
         throw Error(ErrorCode::Usage, "--foveation: leaves Gaussians out, expected --tier fast; pass that or leave "
                                       "--foveation out");
     checkEffect(app, "--cache-budget", reuse.policy != ReusePolicy::None, "--reuse depth or --reuse error");
     if (!paths_follow) {
-        checkEyes(app, options);
+        checkEyes(app, options, takes_two_eyes);
         for (const char* option : {"--ignore-distortion", "--cameras-transform"})
-            checkEffect(app, option, options.cameras != "stored", "--cameras FILE");
+            checkEffect(app, option, options.cameras.isFile(), "--cameras FILE");
     }
-    if (options.stereo == StereoMode::Merged && reuse.policy == ReusePolicy::Error)
+    if (options.frame.stereo == StereoMode::Merged && reuse.policy == ReusePolicy::Error)
         throw Error(ErrorCode::Usage, "--stereo merged: together with --reuse error, which bounds the change for each "
                                       "eye, expected --reuse depth or none; pass one of these or --stereo exact");
 }

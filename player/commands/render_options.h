@@ -33,10 +33,12 @@ OptionHandle addBackend(CLI::App& app, const char* name, std::string& field, boo
 void checkShardFile(const PlayOptions& options, const char* option, const std::string& file);
 
 // What has an effect with two eyes only. Throws Error(Usage).
-void checkEyes(const CLI::App& app, const PlayOptions& options);
+void checkEyes(const CLI::App& app, const PlayOptions& options, bool takes_two_eyes = false);
 
-// `paths_follow`: cameras are read from files that are not known yet. Throws Error(Usage).
-void checkRenderOptions(const CLI::App& app, const PlayOptions& options, bool paths_follow);
+// `paths_follow`: cameras are read from files that are not known yet. `takes_two_eyes`: whatever --eyes says.
+// Throws Error(Usage).
+void checkRenderOptions(const CLI::App& app, const PlayOptions& options, bool paths_follow,
+                        bool takes_two_eyes = false);
 
 // Throws Error(Usage) if `option` was given and `has_effect` is false; `needs` is what it wants.
 void checkEffect(const CLI::App& app, const char* option, bool has_effect, const std::string& needs);

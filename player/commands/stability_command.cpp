@@ -78,7 +78,7 @@ void addStabilityCommand(CLI::App& root, Invocation& invocation)
                 formatString("--score-every %llu: leaves frames out, and --bound-temporal bounds changes from each "
                              "frame to the next, expected 1; pass --bound-temporal 0 too",
                              static_cast<unsigned long long>(options->score.every)));
-        options->play.frames_may_end_sooner = true; // the longest trajectory is looked at, see stability()
+        options->play.cameras.may_end_sooner = true; // the longest trajectory is looked at, see stability()
         invocation.run = [options](Reporter& report) { return runStability(*options, report); };
     });
 }

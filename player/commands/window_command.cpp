@@ -31,16 +31,14 @@ void addWindowOptions(CLI::App& app, WindowOptions& options)
     const Heading heading(app, "Window");
     addText(app, "--folder", options.folder, "DIR (default: .)", "takes screenshots and recorded paths");
     addText(app, "--log", options.log, "FILE", "a JSON line for every frame shown (schemas/window-log.schema.json)");
-    addFlag(app, "-w,--overwrite", options.play.overwrite, "replace the log if it exists");
+    addFlag(app, "-w,--overwrite", options.play.output.overwrite, "replace the log if it exists");
     addFirstPicture(app, options.play);
     addFlag(app, "--no-vsync", options.tears, "do not wait for the display between two frames");
 }
 
 void checkWindowOptions(const CLI::App& app, const WindowOptions& options)
 {
-    PlayOptions both = options.play; // the window switches between one eye and two
-    both.eyes = 2;
-    checkRenderOptions(app, both, false);
+    checkRenderOptions(app, options.play, false, true); // the window switches between one eye and two
     checkWorkerOptions(app, options.play);
     checkEffect(app, "--overwrite", !options.log.empty(), "--log");
     if (!std::filesystem::is_directory(options.folder))
@@ -78,6 +76,7 @@ void addWindowCommand(CLI::App& root, Invocation& invocation)
     setFooter(command, kWindowExamples);
     onParsed(command, [&command, &invocation, options] {
         checkWindowOptions(command, *options);
+        options->play.devices.first_picture &= options->play.frame.tier != Tier::Exact; // which waits for the file
         invocation.run = [options](Reporter& report) { return runWindowCommand(*options, report); };
     });
 }

@@ -105,7 +105,7 @@ Faults parseFaults(const std::string& name, const std::string& text)
 void addWorkerOptions(CLI::App& app, PlayOptions& options)
 {
     const Heading heading(app, "Several devices");
-    WorkerOptions& workers = options.workers;
+    WorkerOptions& workers = options.devices.workers;
     const OptionHandle gpus = detail::addValue(
         app, "--gpus", "N|all|cpu:N (default: one device)", "devices that draw together: N GPUs, all, or N on the CPU",
         [&workers](const std::string& name, const std::string& text) { workers.count = parseGpus(name, text); });
@@ -140,15 +140,15 @@ void addWorkerOptions(CLI::App& app, PlayOptions& options)
 
 void checkWorkerOptions(const CLI::App& app, const PlayOptions& options)
 {
-    const WorkerOptions& workers = options.workers;
+    const WorkerOptions& workers = options.devices.workers;
     for (const char* option : {"--mode", "--min-fps", "--max-fps", "--inject"})
-        checkEffect(app, option, drawsWithService(options), "--gpus or --devices");
+        checkEffect(app, option, drawsWithService(options.devices), "--gpus or --devices");
     for (const char* option : {"--gpus", "--devices", "--device"})
         if (remoteWorkers() != nullptr && isGiven(app, option))
             throw Error(ErrorCode::Usage, formatString("%s: the ranks of an MPI job are its devices, expected it left "
                                                        "out; say with mpirun -n N how many",
                                                        option));
-    if (options.first_picture && drawsWithService(options))
+    if (options.devices.first_picture && drawsWithService(options.devices))
         throw Error(ErrorCode::Usage,
                     "--first-picture: several devices load each at its own pace and would show now more, "
                     "now less, expected one device; leave --first-picture or the others out");
@@ -157,10 +157,10 @@ void checkWorkerOptions(const CLI::App& app, const PlayOptions& options)
                     formatString("--max-fps %g: below --min-fps %g, expected at least that; raise it or "
                                  "leave it out",
                                  workers.max_fps, workers.min_fps));
-    if (workers.mode == ServiceMode::Eye && options.eyes != 2)
+    if (workers.mode == ServiceMode::Eye && options.view.eyes != 2)
         throw Error(ErrorCode::Usage,
                     "--mode eye: with one eye, expected --eyes 2; pass that too or take another mode");
-    if (workers.mode == ServiceMode::Eye && options.stereo == StereoMode::Merged)
+    if (workers.mode == ServiceMode::Eye && options.frame.stereo == StereoMode::Merged)
         throw Error(ErrorCode::Usage, "--mode eye: together with --stereo merged, which decodes once for both eyes, "
                                       "expected one of them; take --mode split or frame");
 }

@@ -65,7 +65,7 @@ void addXrOptions(CLI::App& app, XrChoice& choice)
     addNumber(app, "--seconds", options.seconds, {0, 1e9}, " seconds", "S (default: 0)",
               "end the session after that long; 0 = when it is left in the headset");
     addText(app, "--log", options.log, "FILE", "a JSON line for every frame (schemas/xr-log.schema.json)");
-    addFlag(app, "-w,--overwrite", options.play.overwrite, "replace the log if it exists");
+    addFlag(app, "-w,--overwrite", options.play.output.overwrite, "replace the log if it exists");
 }
 
 void checkXrOptions(const CLI::App& app, const XrChoice& choice)
@@ -78,7 +78,7 @@ void checkXrOptions(const CLI::App& app, const XrChoice& choice)
             checkEffect(app, option, false, "no --info");
         return;
     }
-    if (options.play.input.empty())
+    if (options.play.model.file.empty())
         throw Error(ErrorCode::Usage, "FILE: not given, expected a .gsc model; pass one, or --info");
     checkRenderOptions(app, options.play, false);
     checkWorkerOptions(app, options.play);
@@ -115,7 +115,7 @@ ErrorCode runXrCommand(const XrChoice& choice, Reporter& report)
     }
     WindowOptions window;
     window.play = choice.xr.play;
-    window.play.eyes = 1;
+    window.play.view.eyes = 1;
     const WindowSummary summary = runWindow(window, report);
     if (report.json())
         report.object(windowJson(summary));
@@ -129,7 +129,7 @@ ErrorCode runXrCommand(const XrChoice& choice, Reporter& report)
 void addXrCommand(CLI::App& root, Invocation& invocation)
 {
     auto choice = std::make_shared<XrChoice>();
-    choice->xr.play.eyes = 2;
+    choice->xr.play.view.eyes = 2;
     CLI::App& command = addCommand(root, "xr", "Walk through a model in a headset");
     addFile(command, choice->xr.play);
     addXrOptions(command, *choice);
@@ -143,6 +143,7 @@ void addXrCommand(CLI::App& root, Invocation& invocation)
     setFooter(command, kXrExamples);
     onParsed(command, [&command, &invocation, choice] {
         checkXrOptions(command, *choice);
+        choice->xr.play.devices.first_picture &= choice->xr.play.frame.tier != Tier::Exact; // which waits for the file
         invocation.run = [choice](Reporter& report) { return runXrCommand(*choice, report); };
     });
 }

@@ -14,11 +14,11 @@ double DrawnPose::latencyMs() const
     return std::chrono::duration<double, std::milli>(delivery.delivered - delivery.submitted).count();
 }
 
-FrameSource::FrameSource(std::shared_ptr<const Scene> scene, const PlayOptions& play, SharedMemory& memory,
-                         OpenedService opened)
-    : m_scene(std::move(scene)), m_opened(std::move(opened)), m_input(play.input)
+FrameSource::FrameSource(std::shared_ptr<const Scene> scene, const ModelChoice& model, const DeviceChoice& choice,
+                         SharedMemory& memory, OpenedService opened)
+    : m_scene(std::move(scene)), m_opened(std::move(opened)), m_input(model.file)
 {
-    const DeviceId first = firstDevice(play);
+    const DeviceId first = firstDevice(choice);
     if (memory.sharesMemory() && m_opened.devices.front() == deviceText(first))
         m_ring = std::make_unique<HandOverRing>(memory, first);
 }

@@ -39,8 +39,8 @@ class FrameSource {
 public:
     // Pictures come in memory that the display shares with the first device, or else in that of this process. `opened` is
     // what openService() made of the same scene and options. Throws Error(Device).
-    FrameSource(std::shared_ptr<const Scene> scene, const PlayOptions& play, SharedMemory& memory,
-                OpenedService opened);
+    FrameSource(std::shared_ptr<const Scene> scene, const ModelChoice& model, const DeviceChoice& choice,
+                SharedMemory& memory, OpenedService opened);
     ~FrameSource();
 
     // Does not wait; the number of the pose. Throws Error(Usage) for what cannot be drawn.

@@ -12,10 +12,10 @@
 
 namespace gsc {
 
-std::shared_ptr<const Scene> openScene(const PlayOptions& options)
+std::shared_ptr<const Scene> openScene(const ModelChoice& model, const DeviceChoice& choice)
 {
-    const WorkerOptions& workers = options.workers;
-    DeviceId first{options.backend, options.device};
+    const WorkerOptions& workers = choice.workers;
+    DeviceId first{choice.backend, choice.device};
     if (workers.several())
         first = !workers.devices.empty() ? workers.devices.front() : DeviceId{workers.count.on_cpu ? "cpu" : "cuda", 0};
     std::jthread start;
@@ -25,23 +25,22 @@ std::shared_ptr<const Scene> openScene(const PlayOptions& options)
     } catch (const std::system_error&) {
         // it only saves time
     }
-    return Scene::open(options.input, options.verify);
+    return Scene::open(model.file, model.verify);
 }
 
-std::unique_ptr<Renderer> openRenderer(const PlayOptions& options, std::shared_ptr<const Scene> scene, Reporter& log,
-                                       double& load_ms)
+std::unique_ptr<Renderer> openRenderer(const ModelChoice& model, const DeviceChoice& choice,
+                                       std::shared_ptr<const Scene> scene, Reporter& log, double& load_ms)
 {
-    if (drawsWithService(options)) {
-        std::unique_ptr<Renderer> service = makeServiceRenderer(serviceOptions(options, log));
+    if (drawsWithService(choice)) {
+        std::unique_ptr<Renderer> service = makeServiceRenderer(serviceOptions(model, choice, log));
         const auto start = std::chrono::steady_clock::now();
         service->load(std::move(scene));
         load_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
         return service;
     }
     std::vector<std::string> passed_over;
-    std::unique_ptr<Renderer> renderer =
-        makeLoadedRenderer({options.backend, options.device}, {options.threads, options.vram_budget}, std::move(scene),
-                           passed_over, &load_ms);
+    std::unique_ptr<Renderer> renderer = makeLoadedRenderer(
+        {choice.backend, choice.device}, {choice.threads, choice.vram_budget}, std::move(scene), passed_over, &load_ms);
     for (const std::string& text : passed_over)
         log.warning(text);
     return renderer;

@@ -8,13 +8,12 @@
 
 namespace gsc {
 
-OpenedService openService(const std::shared_ptr<const Scene>& scene, const PlayOptions& options,
-                          const std::function<void(ServiceOptions&)>& set, Reporter& log)
+OpenedService openService(const std::shared_ptr<const Scene>& scene, const ModelChoice& model,
+                          const DeviceChoice& choice, const std::function<void(ServiceOptions&)>& set, Reporter& log)
 {
-    PlayOptions play = options;
     std::vector<std::string> devices;
-    const auto open = [&] {
-        ServiceOptions service = serviceOptions(play, log);
+    const auto open = [&](const DeviceChoice& drawing) {
+        ServiceOptions service = serviceOptions(model, drawing, log);
         service.keeps_all = false;
         set(service);
         devices.clear();
@@ -23,18 +22,17 @@ OpenedService openService(const std::shared_ptr<const Scene>& scene, const PlayO
         return OpenedService{std::make_unique<RendererService>(scene, service), devices};
     };
     try {
-        return open();
+        return open(choice);
     } catch (const Error& e) {
         const bool of_device =
             e.code() == ErrorCode::OutOfMemory || e.code() == ErrorCode::Unsupported || e.code() == ErrorCode::Device;
         const bool on_cpu = !devices.empty() && devices.front() == "cpu";
-        if (play.backend != "auto" || drawsWithService(play) || on_cpu || !of_device)
+        if (choice.backend != "auto" || drawsWithService(choice) || on_cpu || !of_device)
             throw;
         log.warning(formatString("backend %s is passed over: %s", devices.empty() ? "auto" : devices.front().c_str(),
                                  e.what()));
     }
-    play.backend = "cpu";
-    return open();
+    return open(choice.of("cpu"));
 }
 
 bool allGone(const ServiceStats& stats)

@@ -2,7 +2,7 @@
 // The service that the command line asks for, fed in real time: the newest pose is drawn next.
 #pragma once
 
-#include "player/options/play_options.h"
+#include "player/options/device_choice.h"
 #include "runtime/cli/reporter.h"
 #include "runtime/service/renderer_service.h"
 
@@ -20,8 +20,8 @@ struct OpenedService {
 
 // What the better device cannot load, the CPU loads, where the options leave the choice. `set` changes what the options say
 // nothing of. Throws Error.
-OpenedService openService(const std::shared_ptr<const Scene>& scene, const PlayOptions& options,
-                          const std::function<void(ServiceOptions&)>& set, Reporter& log);
+OpenedService openService(const std::shared_ptr<const Scene>& scene, const ModelChoice& model,
+                          const DeviceChoice& choice, const std::function<void(ServiceOptions&)>& set, Reporter& log);
 
 bool allGone(const ServiceStats& stats); // every worker
 

@@ -56,25 +56,25 @@ const RemoteWorkers* remoteWorkers()
     return s_has_remote ? &s_remote : nullptr;
 }
 
-bool drawsWithService(const PlayOptions& options)
+bool drawsWithService(const DeviceChoice& choice)
 {
-    return options.workers.several() || s_has_remote;
+    return choice.workers.several() || s_has_remote;
 }
 
-std::vector<DeviceId> workerDevices(const PlayOptions& options)
+std::vector<DeviceId> workerDevices(const DeviceChoice& choice)
 {
-    const WorkerOptions& workers = options.workers;
+    const WorkerOptions& workers = choice.workers;
     std::vector<DeviceId> all = !workers.devices.empty() ? workers.devices
                                 : workers.count.given    ? devicesOf(workers.count)
-                                                         : std::vector<DeviceId>{{options.backend, options.device}};
+                                                         : std::vector<DeviceId>{{choice.backend, choice.device}};
     if (const RemoteWorkers* const remote = remoteWorkers())
         all.insert(all.end(), remote->devices.begin(), remote->devices.end());
     return all;
 }
 
-DeviceId firstDevice(const PlayOptions& options, Reporter* log)
+DeviceId firstDevice(const DeviceChoice& choice, Reporter* log)
 {
-    const DeviceId asked = workerDevices(options).front();
+    const DeviceId asked = workerDevices(choice).front();
     if (asked.backend != "auto")
         return asked;
     for (const DeviceInfo& device : devices()) {
@@ -88,21 +88,23 @@ DeviceId firstDevice(const PlayOptions& options, Reporter* log)
     return asked; // of which a renderer says that there is none
 }
 
-ServiceOptions serviceOptions(const PlayOptions& options, Reporter& log)
+ServiceOptions serviceOptions(const ModelChoice& model, const DeviceChoice& choice, Reporter& log)
 {
-    const WorkerOptions& workers = options.workers;
+    const WorkerOptions& workers = choice.workers;
     ServiceOptions service;
-    service.devices = workerDevices(options);
-    service.devices.front() = firstDevice(options, &log);
+    service.devices = workerDevices(choice);
+    service.devices.front() = firstDevice(choice, &log);
     if (const RemoteWorkers* const remote = remoteWorkers())
-        service.make = [remote, options](const DeviceId& device, const RendererOptions& limits) {
-            return device.backend == "rank" ? remote->make(device, options, limits) : makeRenderer(device, limits);
+        service.make = [remote, model, backend = choice.backend](const DeviceId& device,
+                                                                 const RendererOptions& limits) {
+            return device.backend == "rank" ? remote->make(device, model, backend, limits)
+                                            : makeRenderer(device, limits);
         };
     const auto on_cpu = size_t(std::ranges::count(service.devices, "cpu", &DeviceId::backend));
-    service.renderer = {options.threads, options.vram_budget, options.first_picture && options.tier != Tier::Exact};
+    service.renderer = {choice.threads, choice.vram_budget, choice.first_picture};
     if (service.renderer.first_picture) // a switch to exact waits for the file
         service.deadline = std::chrono::minutes(1);
-    if (options.threads == 0 && on_cpu > 1) // they share the cores
+    if (choice.threads == 0 && on_cpu > 1) // they share the cores
         service.renderer.threads = std::max(1, usableProcessors() / int(on_cpu));
     service.mode = service.devices.size() == 1 ? ServiceMode::Frame : workers.mode;
     service.pace.min_fps = workers.min_fps;

@@ -2,7 +2,7 @@
 // Which devices draw together, and how.
 #pragma once
 
-#include "player/options/play_options.h"
+#include "player/options/device_choice.h"
 #include "runtime/cli/reporter.h"
 #include "runtime/service/renderer_service.h"
 
@@ -12,14 +12,14 @@ namespace gsc {
 
 // The devices that the options ask for, a worker each. Without --gpus and --devices that of --backend and --device, which
 // may be "auto"; then the ranks of an MPI job. Throws Error (Usage, Device).
-std::vector<DeviceId> workerDevices(const PlayOptions& options);
+std::vector<DeviceId> workerDevices(const DeviceChoice& choice);
 
 // The first of them; "auto" becomes the best that the machine can run. `log`, if not null, is warned of what that passes over.
 // Throws as workerDevices().
-DeviceId firstDevice(const PlayOptions& options, Reporter* log = nullptr);
+DeviceId firstDevice(const DeviceChoice& choice, Reporter* log = nullptr);
 
-// All that the options ask of a service. What "auto" passes over is a warning. Throws Error (Usage, Device).
-ServiceOptions serviceOptions(const PlayOptions& options, Reporter& log);
+// All that the choice asks of a service. What "auto" passes over is a warning. Throws Error (Usage, Device).
+ServiceOptions serviceOptions(const ModelChoice& model, const DeviceChoice& choice, Reporter& log);
 
 // Bytes that came from other ranks to this one, and how many of them were pixels and depths.
 struct WireBytes {
@@ -29,14 +29,16 @@ struct WireBytes {
 // Workers beside this process's own, of a program that has some (player/mpi).
 struct RemoteWorkers {
     std::vector<DeviceId> devices;
-    std::function<std::unique_ptr<Renderer>(const DeviceId&, const PlayOptions&, const RendererOptions&)> make;
+    std::function<std::unique_ptr<Renderer>(const DeviceId&, const ModelChoice&, const std::string& backend,
+                                            const RendererOptions&)>
+        make;
     std::function<WireBytes()> wire;
 };
 void setRemoteWorkers(RemoteWorkers workers); // before any other thread runs
 const RemoteWorkers* remoteWorkers();         // null = none
 
 // Whether a service draws, even one of a single worker.
-bool drawsWithService(const PlayOptions& options);
+bool drawsWithService(const DeviceChoice& choice);
 
 // gsc-play --list-devices: name, memory and links. schemas/device-list.schema.json
 std::string deviceListText();

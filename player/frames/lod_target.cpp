@@ -23,27 +23,28 @@ void checkLevelChoice(const Scene& scene, const std::string& model, const std::s
                                  what.c_str(), value, model.c_str()));
 }
 
-void checkLevelOptions(const Scene& scene, const PlayOptions& options)
+void checkLevelOptions(const Scene& scene, const std::string& model, const FrameChoice& choice, bool levels_hold_target)
 {
-    checkLevelChoice(scene, options.input, "--lod-bias", options.lod_bias);
-    checkLevelChoice(scene, options.input, "--lod-fade", options.lod_fade);
-    checkLevelChoice(scene, options.input, "--lod-hysteresis", options.lod_hysteresis);
-    checkLevelChoice(scene, options.input, "--target-ms", options.target_ms);
+    checkLevelChoice(scene, model, "--lod-bias", choice.lod_bias);
+    checkLevelChoice(scene, model, "--lod-fade", choice.lod_fade);
+    checkLevelChoice(scene, model, "--lod-hysteresis", choice.lod_hysteresis);
+    if (levels_hold_target)
+        checkLevelChoice(scene, model, "--target-ms", choice.target_ms);
 }
 
-double coarsestBias(const Scene& scene, const PlayOptions& options)
+double coarsestBias(const Scene& scene, const FrameChoice& choice)
 {
     // all levels and, for forks of 2, what is up to sixteen times nearer than the finest asks for; no more, because it
     // would have to be climbed again
-    const double coarsest = options.lod_bias - double(scene.view().params->level_clamp) - 4;
+    const double coarsest = choice.lod_bias - double(scene.view().params->level_clamp) - 4;
     return std::max(coarsest, -kMaxLodBias);
 }
 
-std::optional<LodControl> lodControl(const Scene& scene, const PlayOptions& options)
+std::optional<LodControl> lodControl(const Scene& scene, const FrameChoice& choice)
 {
-    if (!(options.target_ms > 0))
+    if (!(choice.target_ms > 0))
         return std::nullopt;
-    return LodControl({options.target_ms, options.lod_bias, coarsestBias(scene, options)});
+    return LodControl({choice.target_ms, choice.lod_bias, coarsestBias(scene, choice)});
 }
 
 } // namespace gsc

@@ -5,12 +5,13 @@
 
 namespace gsc {
 
-Path openPath(const Scene& scene, const PlayOptions& options, const std::string& listed, Reporter& log)
+Path openPath(const Scene& scene, const std::string& model, const CameraChoice& from, const ViewChoice& view,
+              const std::string& listed, Reporter& log)
 {
     Path path;
-    path.shots = chooseShots(scene, options, log, &path.name);
+    path.shots = chooseShots(scene, model, from, view, log, &path.name);
     path.cameras = listed;
-    path.eye_count = uint32_t(options.eyes);
+    path.eye_count = uint32_t(view.eyes);
     if (path.name.empty())
         path.name = std::filesystem::path(listed).stem().string();
     return path;

@@ -17,7 +17,8 @@ struct Path {
     uint32_t eye_count = 1;
 };
 
-// Reads `options.cameras`. `listed` is what reports call it. Throws Error (Usage, Io, InvalidFile).
-Path openPath(const Scene& scene, const PlayOptions& options, const std::string& listed, Reporter& log);
+// `listed` is what reports call the cameras. Throws as chooseShots().
+Path openPath(const Scene& scene, const std::string& model, const CameraChoice& from, const ViewChoice& view,
+              const std::string& listed, Reporter& log);
 
 } // namespace gsc

@@ -4,7 +4,6 @@
 #include <gsc/error.h>
 #include "runtime/cameras/camera_file.h"
 #include "runtime/cameras/json_fields.h"
-#include "player/frames/lod_target.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,11 +24,11 @@ std::vector<Camera> storedCameras(const Scene& scene, const std::string& file)
 }
 
 // A head of a trajectory with views, sized as asked for. The lens is the view's whatever the size is.
-void sizeHead(Camera& head, const PlayOptions& options)
+void sizeHead(Camera& head, const ViewChoice& view)
 {
-    if (options.width > 0) {
-        head.width = options.width;
-        head.height = options.height;
+    if (view.width > 0) {
+        head.width = view.width;
+        head.height = view.height;
     }
     if (head.width == 0)
         throw Error(
@@ -38,18 +37,18 @@ void sizeHead(Camera& head, const PlayOptions& options)
 }
 
 // Throws what the views of a trajectory cannot give or take.
-void checkViews(const TrajectoryFacts& facts, const PlayOptions& options)
+void checkViews(const TrajectoryFacts& facts, const std::string& cameras, const ViewChoice& view)
 {
-    const char* const file = options.cameras.c_str();
-    if (options.ipd.value > 0)
+    const char* const file = cameras.c_str();
+    if (view.ipd.value > 0)
         throw Error(ErrorCode::Usage, formatString("--ipd: %s says with \"views\" where the eyes are, expected no "
                                                    "distance; leave --ipd out",
                                                    file));
-    if (options.fov_x > 0)
+    if (view.fov_x > 0)
         throw Error(ErrorCode::Usage, formatString("--fov: %s gives the eyes their lenses with \"views\", expected no "
                                                    "angle; leave --fov out",
                                                    file));
-    if (options.eyes == 2 && facts.views.size() < 2)
+    if (view.eyes == 2 && facts.views.size() < 2)
         throw Error(ErrorCode::Usage, formatString("%s: \"views\" holds one eye, expected the left and the right one "
                                                    "for two; pass --eyes 1",
                                                    file));
@@ -57,18 +56,19 @@ void checkViews(const TrajectoryFacts& facts, const PlayOptions& options)
 
 // Distance of two eyes in world units; 0 with one eye, or where views say where they are. Throws Error(Usage) where it
 // is not known.
-double eyeDistance(const Scene& scene, const TrajectoryFacts& facts, const PlayOptions& options, Reporter& log)
+double eyeDistance(const Scene& scene, const std::string& file, const TrajectoryFacts& facts, const CameraChoice& from,
+                   const ViewChoice& view, Reporter& log)
 {
-    const Length& given = options.ipd;
-    if (options.eyes == 1 && given.value > 0)
+    const Length& given = view.ipd;
+    if (view.eyes == 1 && given.value > 0)
         throw Error(ErrorCode::Usage, "--ipd: has no effect with one eye, expected two; pass --eyes 2 or leave it out");
-    if (options.eyes == 1 || !facts.views.empty())
+    if (view.eyes == 1 || !facts.views.empty())
         return 0;
     if (given.value > 0 && given.unit == LengthUnit::World)
         return given.value;
     if (given.value == 0 && facts.ipd > 0)
         return facts.ipd;
-    const char* const model = options.input.c_str();
+    const char* const model = file.c_str();
     const std::optional<Metre> metre = metreOfManifest(scene.manifest());
     if (!metre && given.value > 0)
         throw Error(ErrorCode::Usage,
@@ -79,7 +79,7 @@ double eyeDistance(const Scene& scene, const TrajectoryFacts& facts, const PlayO
         throw Error(ErrorCode::Usage,
                     formatString("%s: states no distance of the eyes, expected \"ipd\" in a trajectory or a metre in "
                                  "%s; pass --ipd LENGTH, or convert the model again",
-                                 options.cameras == "stored" ? model : options.cameras.c_str(), model));
+                                 from.isFile() ? from.file.c_str() : model, model));
     const double metres = given.value > 0 ? given.value : kEyesApart;
     if (!(metres * metre->units < 1e15))
         throw Error(ErrorCode::Usage, formatString("--ipd %gm: %g world units in %s, expected less than 1e15; pass a "
@@ -93,29 +93,28 @@ double eyeDistance(const Scene& scene, const TrajectoryFacts& facts, const PlayO
 }
 
 // Throws where the range that was asked for ends behind the cameras.
-void checkRange(const PlayOptions& options, size_t cameras)
+void checkRange(const CameraChoice& from, size_t cameras)
 {
-    if (options.frame_first >= cameras)
+    if (from.first >= cameras)
         throw Error(ErrorCode::Usage,
                     formatString("%s: camera %llu is not there, expected at most %zu; pass one of those",
-                                 options.frame_range.empty() ? "--frames" : options.frame_range.c_str(),
-                                 static_cast<unsigned long long>(options.frame_first), cameras - 1));
-    const bool open_end = options.frame_end == std::numeric_limits<uint64_t>::max();
-    if (options.frames_may_end_sooner || open_end || options.frame_end <= cameras)
+                                 from.range.empty() ? "--frames" : from.range.c_str(),
+                                 static_cast<unsigned long long>(from.first), cameras - 1));
+    const bool open_end = from.end == std::numeric_limits<uint64_t>::max();
+    if (from.may_end_sooner || open_end || from.end <= cameras)
         return;
-    const std::string name = options.frame_range.substr(0, options.frame_range.find(' '));
-    const auto first = static_cast<unsigned long long>(options.frame_first);
-    throw Error(ErrorCode::Usage,
-                formatString("%s: ends behind the last camera, expected at most %zu; pass %s "
-                             "%llu:%zu or %llu:",
-                             options.frame_range.c_str(), cameras, name.c_str(), first, cameras, first));
+    const std::string name = from.range.substr(0, from.range.find(' '));
+    const auto first = static_cast<unsigned long long>(from.first);
+    throw Error(ErrorCode::Usage, formatString("%s: ends behind the last camera, expected at most %zu; pass %s "
+                                               "%llu:%zu or %llu:",
+                                               from.range.c_str(), cameras, name.c_str(), first, cameras, first));
 }
 
 // --fov is one angle, from which the other follows as of square pixels.
-void tellSquared(const std::vector<Camera>& cameras, const PlayOptions& options, Reporter& log)
+void tellSquared(const std::vector<Camera>& cameras, const std::string& file, const ViewChoice& view, Reporter& log)
 {
     constexpr double kSquare = 0.01; // relative; the trainers' own focal lengths differ by less
-    if (!(options.fov_x > 0))
+    if (!(view.fov_x > 0))
         return;
     const auto squared = std::ranges::count_if(cameras, [](const Camera& camera) {
         if (!(camera.fov_x > 0 && camera.fov_y > 0 && camera.width > 0 && camera.height > 0))
@@ -126,21 +125,21 @@ void tellSquared(const std::vector<Camera>& cameras, const PlayOptions& options,
     if (squared > 0)
         log.warning(formatString("--fov: pixels of %lld of %zu cameras are not square in %s; with an angle of your own "
                                  "they are drawn square",
-                                 static_cast<long long>(squared), cameras.size(), options.cameras.c_str()));
+                                 static_cast<long long>(squared), cameras.size(), file.c_str()));
 }
 
 std::vector<Shot> cutShots(std::vector<Camera> cameras, const TrajectoryFacts& facts, double ipd,
-                           const PlayOptions& options)
+                           const CameraChoice& from, const ViewChoice& view)
 {
-    checkRange(options, cameras.size());
+    checkRange(from, cameras.size());
     std::vector<Shot> shots;
-    const uint64_t end = std::min<uint64_t>(options.frame_end, cameras.size());
-    for (uint64_t i = options.frame_first; i < end; ++i) {
+    const uint64_t end = std::min<uint64_t>(from.end, cameras.size());
+    for (uint64_t i = from.first; i < end; ++i) {
         Camera& camera = cameras[i];
         if (facts.views.empty())
-            finishCamera(camera, options.width, options.height, options.fov_x);
+            finishCamera(camera, view.width, view.height, view.fov_x);
         else
-            sizeHead(camera, options);
+            sizeHead(camera, view);
         if (camera.width < 1 || camera.height < 1 || camera.width > kMaxImageSide || camera.height > kMaxImageSide)
             throw Error(ErrorCode::Usage,
                         formatString("camera %s: its image is %u x %u pixels, expected 1 to %u each; pass --size WxH",
@@ -148,19 +147,19 @@ std::vector<Shot> cutShots(std::vector<Camera> cameras, const TrajectoryFacts& f
         Shot shot{camera, i, -1, ipd, std::nullopt};
         if (!facts.views.empty())
             shot.camera = eyeOfHead(camera, facts.views[0]);
-        if (options.eyes == 2 && facts.views.size() == 2)
+        if (view.eyes == 2 && facts.views.size() == 2)
             shot.right_eye = eyeOfHead(camera, facts.views[1]);
         shots.push_back(std::move(shot));
     }
     return shots;
 }
 
-void chooseAppearance(const Scene& scene, const PlayOptions& options, std::vector<Shot>& shots, Reporter& log)
+void chooseAppearance(const Scene& scene, const std::string& model, int row, std::vector<Shot>& shots, Reporter& log)
 {
-    if (options.appearance >= 0) {
-        (void)scene.appearanceRow(options.appearance); // throws where the model has no such row
+    if (row >= 0) {
+        (void)scene.appearanceRow(row); // throws where the model has no such row
         for (Shot& shot : shots)
-            shot.appearance = options.appearance;
+            shot.appearance = row;
         return;
     }
     const std::vector<uint32_t> known = scene.appearanceRows();
@@ -178,55 +177,52 @@ void chooseAppearance(const Scene& scene, const PlayOptions& options, std::vecto
     if (without > 0)
         log.warning(formatString("%s: the model has an appearance embedding and %llu of %zu cameras name no row of it; "
                                  "row %d is used, pass --appearance ROW to choose",
-                                 options.input.c_str(), static_cast<unsigned long long>(without), shots.size(),
-                                 fallback));
+                                 model.c_str(), static_cast<unsigned long long>(without), shots.size(), fallback));
     if (missing > 0)
         log.warning(formatString("%s: %llu of %zu cameras name an appearance row that is not in the file; row %d is "
                                  "used, pass --appearance ROW to choose",
-                                 options.input.c_str(), static_cast<unsigned long long>(missing), shots.size(),
-                                 fallback));
+                                 model.c_str(), static_cast<unsigned long long>(missing), shots.size(), fallback));
 }
 
 } // namespace
 
-std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, Reporter& log, std::string* title)
+std::vector<Shot> chooseShots(const Scene& scene, const std::string& model, const CameraChoice& from,
+                              const ViewChoice& view, Reporter& log, std::string* title)
 {
-    checkLevelOptions(scene, options);
-    TrajectoryFacts eyes;
+    TrajectoryFacts facts;
     std::vector<std::string> warnings;
     std::vector<Camera> cameras =
-        options.cameras == "stored"
-            ? storedCameras(scene, options.input)
-            : readCameraFile(options.cameras, &eyes, {options.ignore_distortion, options.cameras_transform, &warnings});
+        from.isFile() ? readCameraFile(from.file, &facts, {from.ignore_distortion, from.transform, &warnings})
+                      : storedCameras(scene, model);
     for (const std::string& text : warnings)
         log.warning(text);
-    if (!eyes.views.empty())
-        checkViews(eyes, options);
-    tellSquared(cameras, options, log);
+    if (!facts.views.empty())
+        checkViews(facts, from.file, view);
+    tellSquared(cameras, from.file, view, log);
     if (title != nullptr)
-        *title = eyes.name;
-    const double ipd = eyeDistance(scene, eyes, options, log);
-    std::vector<Shot> shots = cutShots(std::move(cameras), eyes, ipd, options);
+        *title = facts.name;
+    const double ipd = eyeDistance(scene, model, facts, from, view, log);
+    std::vector<Shot> shots = cutShots(std::move(cameras), facts, ipd, from, view);
     for (Shot& shot : shots)
         std::copy_n(scene.view().origin, 3, shot.origin);
-    chooseAppearance(scene, options, shots, log);
+    chooseAppearance(scene, model, from.appearance, shots, log);
     return shots;
 }
 
-FrameOptions frameOptions(const Scene& scene, const PlayOptions& options)
+FrameOptions frameOptions(const Scene& scene, const FrameChoice& choice)
 {
     FrameOptions frame;
-    frame.tier = options.tier;
-    frame.stereo = options.stereo;
-    frame.near_z = float(options.near_z);
-    frame.lod_bias = float(options.lod_bias);
-    frame.lod_fade = float(options.lod_fade);
-    frame.lod_hysteresis = float(options.lod_hysteresis);
-    frame.reuse = options.reuse;
-    frame.foveation.smallest = float(options.foveaPixels());
+    frame.tier = choice.tier;
+    frame.stereo = choice.stereo;
+    frame.near_z = float(choice.near_z);
+    frame.lod_bias = float(choice.lod_bias);
+    frame.lod_fade = float(choice.lod_fade);
+    frame.lod_hysteresis = float(choice.lod_hysteresis);
+    frame.reuse = choice.reuse;
+    frame.foveation.smallest = float(choice.foveaPixels());
     const bool white = (scene.view().params->flags & kModelWhiteBackground) != 0;
     for (size_t c = 0; c < 3; ++c)
-        frame.background[c] = options.background ? (*options.background)[c] : white ? 1.0f : 0.0f;
+        frame.background[c] = choice.background ? (*choice.background)[c] : white ? 1.0f : 0.0f;
     return frame;
 }
 

@@ -2,7 +2,8 @@
 // What a run renders: cameras, embedding rows and frame options, chosen by the command line and the file.
 #pragma once
 
-#include "player/options/play_options.h"
+#include "player/options/camera_choice.h"
+#include "player/options/frame_choice.h"
 #include "runtime/cli/reporter.h"
 #include <gsc/camera.h>
 #include <gsc/scene.h>
@@ -23,13 +24,13 @@ struct Shot {
 };
 
 // At least one. `title`, if given, takes the name that a trajectory states, empty if none. Warns where an embedding row
-// had to be chosen for a camera and where distortion is ignored. Throws Error (Usage, Io, InvalidFile, Unsupported);
-// Usage also where an option would have no effect on this model.
-std::vector<Shot> chooseShots(const Scene& scene, const PlayOptions& options, Reporter& log,
-                              std::string* title = nullptr);
+// had to be chosen for a camera and where distortion is ignored. `model` is the scene's file. Throws Error (Usage, Io,
+// InvalidFile, Unsupported).
+std::vector<Shot> chooseShots(const Scene& scene, const std::string& model, const CameraChoice& from,
+                              const ViewChoice& view, Reporter& log, std::string* title = nullptr);
 
 // Background, near plane, tier, stereo, what is said of levels, and reuse; the appearance is the shot's.
-FrameOptions frameOptions(const Scene& scene, const PlayOptions& options);
+FrameOptions frameOptions(const Scene& scene, const FrameChoice& choice);
 
 // The same with nothing left out: what `frame` is compared with.
 FrameOptions exactOptions(FrameOptions frame);

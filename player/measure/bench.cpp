@@ -30,7 +30,7 @@ class Bench {
 public:
     Bench(const BenchOptions& options, const Scene& scene, Renderer& renderer, const std::vector<Shot>& shots)
         : m_options(options.play), m_in_flight(options.in_flight), m_scene(scene), m_renderer(renderer), m_shots(shots),
-          m_frame(frameOptions(scene, options.play)), m_control(lodControl(scene, options.play))
+          m_frame(frameOptions(scene, options.play.frame)), m_control(lodControl(scene, options.play.frame))
     {
     }
 
@@ -68,7 +68,7 @@ public:
     }
 
 private:
-    [[nodiscard]] uint32_t eyeCount() const { return uint32_t(m_options.eyes); }
+    [[nodiscard]] uint32_t eyeCount() const { return uint32_t(m_options.view.eyes); }
 
     struct Begun {
         EyeParams eyes[kMaxEyes] = {};
@@ -105,8 +105,9 @@ DeviceCeilings ceilingsOf(Renderer& renderer, Reporter& log)
 // Before the model is loaded.
 void checkFramesInFlight(const BenchOptions& options)
 {
-    const uint32_t most =
-        drawsWithService(options.play) ? serviceFramesInFlight(workerDevices(options.play).size()) : kFramesInFlight;
+    const uint32_t most = drawsWithService(options.play.devices)
+                              ? serviceFramesInFlight(workerDevices(options.play.devices).size())
+                              : kFramesInFlight;
     if (options.in_flight > most)
         throw Error(ErrorCode::Usage,
                     formatString("--frames-in-flight %u: these devices take at most %u, expected that "
@@ -119,23 +120,26 @@ void checkFramesInFlight(const BenchOptions& options)
 BenchSummary bench(const BenchOptions& options, Reporter& log)
 {
     std::vector<NamedPath> inputs;
-    if (options.play.cameras != "stored")
-        inputs.push_back({options.play.cameras, "the camera file"});
+    if (options.play.cameras.isFile())
+        inputs.push_back({options.play.cameras.file, "the camera file"});
     checkRowOutput(options, inputs, log.json());
     if (const RowFile rows = readBenchRows(options.out); !rows.cut_off.empty())
         log.warning(rows.cut_off);
     checkFramesInFlight(options);
     BenchSummary summary;
     const Clock::time_point open_start = Clock::now();
-    const std::shared_ptr<const Scene> scene = openScene(options.play);
+    const std::shared_ptr<const Scene> scene = openScene(options.play.model, options.play.devices);
     summary.open_ms = millisecondsSince(open_start);
-    summary.file = {options.play.input, scene->bytes(), scene->anchorCount()};
-    const std::vector<Shot> shots = chooseShots(*scene, options.play, log);
+    summary.file = {options.play.model.file, scene->bytes(), scene->anchorCount()};
+    checkLevelOptions(*scene, options.play.model.file, options.play.frame);
+    const std::vector<Shot> shots =
+        chooseShots(*scene, options.play.model.file, options.play.cameras, options.play.view, log);
     summary.shots = shots.size();
     if (options.scores_path)
-        checkScored(options.score, {options.play.cameras, {}, shots}, "--score-first");
+        checkScored(options.score, {options.play.cameras.file, {}, shots}, "--score-first");
 
-    const std::unique_ptr<Renderer> renderer = openRenderer(options.play, scene, log, summary.load_ms);
+    const std::unique_ptr<Renderer> renderer =
+        openRenderer(options.play.model, options.play.devices, scene, log, summary.load_ms);
     summary.backend = deviceText(renderer->id());
     summary.ipd = shots.front().ipd;
 
@@ -154,7 +158,7 @@ BenchSummary bench(const BenchOptions& options, Reporter& log)
     }
     summary.service = serviceStats(*renderer);
     summary.device = renderer->device();
-    summary.tier = renderer->tierOf(options.play.tier);
+    summary.tier = renderer->tierOf(options.play.frame.tier);
     summary.anchor_cost = anchorCost(scene->view(), summary.tier);
     summary.ceilings = ceilingsOf(*renderer, log);
 

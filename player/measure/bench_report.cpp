@@ -124,8 +124,8 @@ std::vector<RooflineRow> rooflineRows(const BenchOptions& options, const BenchSu
         RooflineRow row{stage.name, {}, {}, 0};
         for (double StageWork::*field : kWorkFields) {
             row.work.*field = median([&](const TimedFrame& frame) {
-                const FrameWork work = leastWork(summary.anchor_cost, frame.result.eyes, uint32_t(options.play.eyes),
-                                                 frame.pixels, sorts_apart);
+                const FrameWork work = leastWork(summary.anchor_cost, frame.result.eyes,
+                                                 uint32_t(options.play.view.eyes), frame.pixels, sorts_apart);
                 return work.*(stage.work).*field;
             });
             total.work.*field += row.work.*field;
@@ -146,23 +146,23 @@ std::vector<RooflineRow> rooflineRows(const BenchOptions& options, const BenchSu
 Json configJson(const BenchOptions& options, const BenchSummary& summary)
 {
     const PlayOptions& play = options.play;
-    Json json = {{"cameras", play.cameras},
+    Json json = {{"cameras", play.cameras.file},
                  {"shots", summary.shots},
                  {"tier", tierName(summary.tier)},
-                 {"eyes", play.eyes},
-                 {"stereo", stereoName(play.stereo)},
-                 {"ipd", play.eyes == 2 ? unknownIfZero(summary.ipd) : Json()},
-                 {"size", play.width > 0 ? Json{play.width, play.height} : Json()},
-                 {"fov_degrees", unknownIfZero(play.fov_x * 180 / std::numbers::pi)},
-                 {"near", unknownIfZero(play.near_z)},
-                 {"appearance", play.appearance >= 0 ? Json(play.appearance) : Json()},
-                 {"threads", play.threads},
-                 {"vram_budget", play.vram_budget > 0 ? Json(play.vram_budget) : Json()},
-                 {"reuse", toJson(reuseFacts(play.reuse))},
+                 {"eyes", play.view.eyes},
+                 {"stereo", stereoName(play.frame.stereo)},
+                 {"ipd", play.view.eyes == 2 ? unknownIfZero(summary.ipd) : Json()},
+                 {"size", play.view.width > 0 ? Json{play.view.width, play.view.height} : Json()},
+                 {"fov_degrees", unknownIfZero(play.view.fov_x * 180 / std::numbers::pi)},
+                 {"near", unknownIfZero(play.frame.near_z)},
+                 {"appearance", play.cameras.appearance >= 0 ? Json(play.cameras.appearance) : Json()},
+                 {"threads", play.devices.threads},
+                 {"vram_budget", play.devices.vram_budget > 0 ? Json(play.devices.vram_budget) : Json()},
+                 {"reuse", toJson(reuseFacts(play.frame.reuse))},
                  {"frames_in_flight", options.in_flight},
                  {"warmup", options.warmup},
                  {"frames", options.measured}};
-    json.update(lodJson(play, summary.frames));
+    json.update(lodJson(play.frame, summary.frames));
     return json;
 }
 
@@ -248,13 +248,13 @@ std::string benchReportJson(const BenchOptions& options, const BenchSummary& sum
     Json ms = {{"open", summary.open_ms}, {"load", summary.load_ms}}, counts, cache;
     ms.update(toJson(timesOf(summary.frames)));
     for (const EyeCount& count : kEyeCounts)
-        counts[count.name] = meanAndMax(countPerEye(summary.frames, options.play.eyes, count.field));
+        counts[count.name] = meanAndMax(countPerEye(summary.frames, options.play.view.eyes, count.field));
     for (const auto& count : kCacheCounts) // of decoded Gaussians, all eyes together
         cache[count.name] = meanAndMax(cacheCount(summary, count.field));
     const Repeats repeats = repeatsOf(summary);
     double pixels = 0;
     for (const TimedFrame& frame : summary.frames)
-        pixels += frame.pixels * options.play.eyes;
+        pixels += frame.pixels * options.play.view.eyes;
     const Json json = {
         {"schema", "gsc.bench/1"},
         {"tool", toJson(thisTool())},
@@ -288,9 +288,9 @@ std::string benchReportText(const BenchOptions& options, const BenchSummary& sum
 {
     const PlayOptions& play = options.play;
     const DeviceFacts& device = summary.device;
-    std::string text = formatString("%s: %llu anchors, %s, %s, %s; %s", play.input.c_str(),
+    std::string text = formatString("%s: %llu anchors, %s, %s, %s; %s", play.model.file.c_str(),
                                     static_cast<unsigned long long>(summary.file.anchors), summary.backend.c_str(),
-                                    tierName(summary.tier), play.eyes == 2 ? "two eyes" : "one eye",
+                                    tierName(summary.tier), play.view.eyes == 2 ? "two eyes" : "one eye",
                                     device.name.empty() ? "unknown device" : device.name.c_str());
     if (!device.driver.empty())
         text += formatString(", driver %s", device.driver.c_str());
@@ -309,13 +309,13 @@ std::string benchReportText(const BenchOptions& options, const BenchSummary& sum
     text += formatString("p99 of the time per Gaussian is %.2f times its median\nper eye\n",
                          even.median > 0 ? even.p99 / even.median : 0.0);
     for (const EyeCount& count : kEyeCounts)
-        text += tableRow(count.name, countPerEye(summary.frames, play.eyes, count.field), 0);
-    if (play.reuse.policy != ReusePolicy::None) {
+        text += tableRow(count.name, countPerEye(summary.frames, play.view.eyes, count.field), 0);
+    if (play.frame.reuse.policy != ReusePolicy::None) {
         text += "cache, all eyes\n";
         for (const auto& count : kCacheCounts)
             text += tableRow(count.name, cacheCount(summary, count.field), 0);
     }
-    text += targetText(play, summary.frames) + rooflineText(options, summary) + workersText(summary.service);
+    text += targetText(play.frame, summary.frames) + rooflineText(options, summary) + workersText(summary.service);
     text += formatString("peak memory %.3f GiB",
                          double(mostOf(summary.frames, &FrameResult::bytes_resident)) / double(1 << 30));
     if (device.context_bytes > 0)

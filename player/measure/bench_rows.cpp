@@ -41,7 +41,7 @@ void checkRowOutput(const BenchOptions& options, std::vector<NamedPath> inputs, 
 {
     if (options.out.empty())
         return;
-    inputs.push_back({options.play.input, "the model"});
+    inputs.push_back({options.play.model.file, "the model"});
     const NamedPath out{options.out, "--out"};
     checkOutputsDiffer(std::span(&out, 1), inputs);
     checkStandardOutput(options.out, "--out", json_summary);

@@ -33,9 +33,10 @@ class BenchScorer {
 public:
     BenchScorer(const BenchOptions& options, const Scene& scene, const std::vector<Shot>& shots, Renderer& renderer,
                 Renderer& reference, BenchSummary& summary)
-        : m_options(options), m_scene(scene), m_shots(shots), m_eye_count(uint32_t(options.play.eyes)),
-          m_renderer(renderer), m_reference(reference), m_summary(summary), m_frame(frameOptions(scene, options.play)),
-          m_exact(exactOptions(m_frame)), m_control(lodControl(scene, options.play)), m_place(scorePlace(renderer)),
+        : m_options(options), m_scene(scene), m_shots(shots), m_eye_count(uint32_t(options.play.view.eyes)),
+          m_renderer(renderer), m_reference(reference), m_summary(summary),
+          m_frame(frameOptions(scene, options.play.frame)), m_exact(exactOptions(m_frame)),
+          m_control(lodControl(scene, options.play.frame)), m_place(scorePlace(renderer)),
           m_exact_memory(memoryFor(renderer.id(), !m_place.on_device, reference))
     {
     }
@@ -127,11 +128,9 @@ void scoreBench(const BenchOptions& options, const std::shared_ptr<const Scene>&
     try {
         std::unique_ptr<Renderer> other;
         if (!options.reference.empty()) {
-            PlayOptions play = options.play;
-            play.backend = options.reference;
-            play.workers = {}; // what several devices draw is measured against one
-            double ignored = 0;
-            other = openRenderer(play, scene, log, ignored);
+            double ignored = 0; // what several devices draw is measured against one
+            other =
+                openRenderer(options.play.model, options.play.devices.alone(options.reference), scene, log, ignored);
         }
         Renderer& reference = other ? *other : renderer;
         summary.reference = deviceText(reference.id());

@@ -8,6 +8,7 @@
 #include "format/machine/threads.h"
 #include "player/devices/open_renderer.h"
 #include "player/devices/open_service.h"
+#include "player/frames/lod_target.h"
 #include "player/frames/shots.h"
 #include <gsc/scene.h>
 
@@ -68,9 +69,9 @@ void checkTrace(const LiveOptions& options, Reporter& log)
     if (options.trace.empty())
         return;
     checkStandardOutput(options.trace, "--trace", log.json());
-    std::vector<NamedPath> inputs = {{options.play.input, "the model"}};
-    if (options.play.cameras != "stored")
-        inputs.push_back({options.play.cameras, "the camera file"});
+    std::vector<NamedPath> inputs = {{options.play.model.file, "the model"}};
+    if (options.play.cameras.isFile())
+        inputs.push_back({options.play.cameras.file, "the camera file"});
     const NamedPath trace{options.trace, "--trace"};
     checkOutputsDiffer(std::span(&trace, 1), inputs);
 }
@@ -92,12 +93,12 @@ void throwIfFailed(const LiveOptions& options, const ServiceStats& stats)
     if (allGone(stats))
         throw Error(ErrorCode::Device, formatString("%s: no worker is left%s, expected one; look at --list-devices and "
                                                     "start again",
-                                                    options.play.input.c_str(), because.c_str()));
+                                                    options.play.model.file.c_str(), because.c_str()));
     if (stats.counts.of(PoseEnd::Shown) == 0 && stats.counts.of(PoseEnd::Failed) > 0)
         throw Error(ErrorCode::Device,
                     formatString("%s: no pose was shown and %llu failed%s, expected pictures; render one frame with "
                                  "gsc-play to see why",
-                                 options.play.input.c_str(),
+                                 options.play.model.file.c_str(),
                                  static_cast<unsigned long long>(stats.counts.of(PoseEnd::Failed)), because.c_str()));
 }
 
@@ -108,22 +109,23 @@ LiveSummary live(const LiveOptions& options, Reporter& log)
     const PlayOptions& play = options.play;
     checkTrace(options, log);
     LiveSummary summary;
-    const std::shared_ptr<const Scene> scene = openScene(play);
-    summary.file = {play.input, scene->bytes(), scene->anchorCount()};
-    const std::vector<Shot> shots = chooseShots(*scene, play, log);
-    FrameOptions frame = frameOptions(*scene, play);
+    const std::shared_ptr<const Scene> scene = openScene(play.model, play.devices);
+    summary.file = {play.model.file, scene->bytes(), scene->anchorCount()};
+    checkLevelOptions(*scene, play.model.file, play.frame);
+    const std::vector<Shot> shots = chooseShots(*scene, play.model.file, play.cameras, play.view, log);
+    FrameOptions frame = frameOptions(*scene, play.frame);
 
     std::optional<OutputFile> file;
     if (!options.trace.empty())
-        file.emplace(options.trace, OutputKind::Text, play.overwrite);
+        file.emplace(options.trace, OutputKind::Text, play.output.overwrite);
     const OpenedService opened = openService(
-        scene, play, [&options](ServiceOptions& service) { setLive(options, service); }, log);
+        scene, play.model, play.devices, [&options](ServiceOptions& service) { setLive(options, service); }, log);
     RendererService& service = *opened.service;
     summary.devices = opened.devices;
-    summary.tier = service.tierOf(play.tier);
+    summary.tier = service.tierOf(play.frame.tier);
 
     const uint64_t poses = options.seconds > 0 ? uint64_t(std::ceil(options.seconds * options.rate)) : shots.size();
-    const auto eye_count = uint32_t(play.eyes);
+    const auto eye_count = uint32_t(play.view.eyes);
     Display display(service);
     const Clock::time_point start = Clock::now();
     uint64_t shown_before = 0;

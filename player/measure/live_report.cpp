@@ -7,7 +7,7 @@ namespace gsc {
 
 ServiceTraceReport liveTrace(const LiveOptions& options, const LiveSummary& summary)
 {
-    const WorkerOptions& workers = options.play.workers;
+    const WorkerOptions& workers = options.play.devices.workers;
     ServiceTraceReport report = makeServiceTrace(summary.trace, summary.service);
     report.tool = thisTool();
     report.file = summary.file.path;

@@ -17,9 +17,10 @@ bool leavesRoom(const Renderer& renderer)
 
 } // namespace
 
-Measurer::Measurer(std::shared_ptr<const Scene> scene, const PlayOptions& options, std::string reference,
-                   const ScoreOptions& score, Reporter& log)
-    : m_scene(std::move(scene)), m_options(options), m_reference(std::move(reference)), m_score(score), m_log(log)
+Measurer::Measurer(std::shared_ptr<const Scene> scene, const ModelChoice& model, const DeviceChoice& choice,
+                   std::string reference, const ScoreOptions& score, Reporter& log)
+    : m_scene(std::move(scene)), m_model(model), m_choice(choice), m_reference(std::move(reference)), m_score(score),
+      m_log(log)
 {
 }
 
@@ -27,12 +28,10 @@ Renderer& Measurer::renderer(const std::string& name, bool second)
 {
     std::unique_ptr<Renderer>& slot = m_renderers[{name, second}];
     if (!slot) {
-        PlayOptions options = m_options;
-        options.backend = name;
-        if (second || (name == m_reference && name != m_measured))
-            options.workers = {}; // devices that draw together are what is measured
+        // devices that draw together are what is measured
+        const bool alone = second || (name == m_reference && name != m_measured);
         double ignored = 0;
-        slot = openRenderer(options, m_scene, m_log, ignored);
+        slot = openRenderer(m_model, alone ? m_choice.alone(name) : m_choice.of(name), m_scene, m_log, ignored);
     }
     return *slot;
 }

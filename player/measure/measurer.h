@@ -3,6 +3,7 @@
 // can keep them.
 #pragma once
 
+#include "player/options/device_choice.h"
 #include "player/measure/runner.h"
 
 #include <map>
@@ -14,8 +15,8 @@ namespace gsc {
 class Measurer {
 public:
     // `reference` names the backend of the exact images; empty = the one that is measured. All must outlive this.
-    Measurer(std::shared_ptr<const Scene> scene, const PlayOptions& options, std::string reference,
-             const ScoreOptions& score, Reporter& log);
+    Measurer(std::shared_ptr<const Scene> scene, const ModelChoice& model, const DeviceChoice& choice,
+             std::string reference, const ScoreOptions& score, Reporter& log);
 
     // The backend's own name for one of --backend. Throws Error, as all do.
     std::string nameOf(const std::string& backend);
@@ -32,7 +33,8 @@ private:
     ExactImages& exactImages(const Path& path, const std::string& measured, const FrameOptions& frame);
 
     std::shared_ptr<const Scene> m_scene;
-    PlayOptions m_options;
+    ModelChoice m_model;
+    DeviceChoice m_choice;
     std::string m_reference, m_measured; // backends; m_measured: of "auto"
     ScoreOptions m_score;
     Reporter& m_log;

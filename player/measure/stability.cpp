@@ -10,6 +10,7 @@
 #include <gsc/file/output_file.h>
 #include <gsc/file/output_paths.h>
 #include <gsc/frame_stats.h>
+#include "player/frames/lod_target.h"
 #include "player/frames/path.h"
 
 #include <algorithm>
@@ -34,7 +35,7 @@ std::vector<std::string> cameraFiles(const StabilityOptions& options)
         throw Error(ErrorCode::Usage,
                     formatString("--trajectories: none given, expected camera files or a folder of them; gsc sample "
                                  "paths %s -o DIR makes those that break reuse",
-                                 options.play.input.c_str()));
+                                 options.play.model.file.c_str()));
     std::vector<std::string> files;
     for (const std::string& given : options.trajectories) {
         std::error_code code;
@@ -50,7 +51,7 @@ std::vector<std::string> cameraFiles(const StabilityOptions& options)
             throw Error(ErrorCode::Io, formatString("%s: holds no camera file (%s), expected *.json; gsc sample paths "
                                                     "%s -o DIR makes some",
                                                     given.c_str(), code ? code.message().c_str() : "no *.json",
-                                                    options.play.input.c_str()));
+                                                    options.play.model.file.c_str()));
         std::sort(found.begin(), found.end());
         files.insert(files.end(), found.begin(), found.end());
     }
@@ -58,22 +59,22 @@ std::vector<std::string> cameraFiles(const StabilityOptions& options)
 }
 
 // A range that ends behind the last camera of every trajectory is a mistake.
-void checkFrames(const PlayOptions& options, const std::vector<Path>& paths)
+void checkFrames(const CameraChoice& from, const std::vector<Path>& paths)
 {
     size_t most = 0;
     for (const Path& path : paths)
         most = std::max(most, path.shots.size());
-    if (options.frame_end != std::numeric_limits<uint64_t>::max() && options.frame_first + most < options.frame_end)
+    if (from.end != std::numeric_limits<uint64_t>::max() && from.first + most < from.end)
         throw Error(
             ErrorCode::Usage,
             formatString("%s: ends behind the last camera of every trajectory, expected at most %llu; pass that",
-                         options.frame_range.c_str(), static_cast<unsigned long long>(options.frame_first + most)));
+                         from.range.c_str(), static_cast<unsigned long long>(from.first + most)));
 }
 
 // --out of a shard, before any work.
 void checkStabilityOutput(const StabilityOptions& options, const std::vector<std::string>& files)
 {
-    std::vector<NamedPath> inputs = {{options.play.input, "the model"}};
+    std::vector<NamedPath> inputs = {{options.play.model.file, "the model"}};
     for (const std::string& file : files)
         inputs.push_back({file, "a camera file"});
     const NamedPath out{options.out, "--out"};
@@ -103,19 +104,17 @@ uint64_t stabilityHash(const StabilityOptions& options, const StabilitySummary& 
     for (const Path& path : paths)
         names.push_back({path.name, path.shots.size()});
     OrderedJson workers = OrderedJson::array(); // each keeps entries of its own
-    for (const DeviceId& device : workerDevices(options.play))
+    for (const DeviceId& device : workerDevices(options.play.devices))
         workers.push_back(device.backend);
-    StabilityOptions whole = options;
-    whole.play.shard = {};
     const PlayOptions& play = options.play;
-    OrderedJson said = {{"report", stabilityReportJson(whole, head)},
+    OrderedJson said = {{"report", stabilityReportJson(options, head, false)},
                         {"trajectories", std::move(names)},
-                        {"tier", tierName(play.tier)},
-                        {"near", play.near_z},
-                        {"background", play.background ? OrderedJson(*play.background) : OrderedJson()},
-                        {"mode", serviceModeName(play.workers.mode)},
+                        {"tier", tierName(play.frame.tier)},
+                        {"near", play.frame.near_z},
+                        {"background", play.frame.background ? OrderedJson(*play.frame.background) : OrderedJson()},
+                        {"mode", serviceModeName(play.devices.workers.mode)},
                         {"workers", std::move(workers)},
-                        {"vram_budget", play.vram_budget}};
+                        {"vram_budget", play.devices.vram_budget}};
     if (options.score.every > 1 || options.score.first > 0) // shards that score all go on with what they have
         said["scored"] = {options.score.first, options.score.every};
     const std::string text = jsonText(said, -1);
@@ -176,27 +175,27 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
         checkStabilityOutput(options, files);
         rows.emplace(options.out, kStabilityRow, shard);
     }
-    const std::shared_ptr<const Scene> scene = openScene(options.play);
+    const std::shared_ptr<const Scene> scene = openScene(options.play.model, options.play.devices);
     StabilitySummary summary;
-    summary.file = {options.play.input, scene->bytes(), scene->anchorCount()};
-    PlayOptions reading = options.play;
+    summary.file = {options.play.model.file, scene->bytes(), scene->anchorCount()};
+    const PlayOptions& play = options.play;
+    checkLevelOptions(*scene, play.model.file, play.frame);
     std::vector<Path> paths;
     std::vector<uint64_t> lengths;
     for (const std::string& file : files) {
-        reading.cameras = file;
-        paths.push_back(openPath(*scene, reading, file, log));
+        paths.push_back(openPath(*scene, play.model.file, play.cameras.of(file), play.view, file, log));
         lengths.push_back(paths.back().shots.size());
         checkScored(options.score, paths.back(), "--score-first");
         checkChanges(options, paths.back());
     }
-    checkFrames(options.play, paths);
-    Measurer measurer(scene, reading, options.reference, options.score, log);
-    summary.backend = measurer.nameOf(reading.backend);
+    checkFrames(play.cameras, paths);
+    Measurer measurer(scene, play.model, play.devices, options.reference, options.score, log);
+    summary.backend = measurer.nameOf(play.devices.backend);
     summary.reference = measurer.referenceOf(summary.backend);
     summary.all_paths = paths.size();
     if (rows) {
         rows->begin(
-            shardFacts(shard, paths.size(), fileHash(options.play.input), stabilityHash(options, summary, paths)));
+            shardFacts(shard, paths.size(), fileHash(options.play.model.file), stabilityHash(options, summary, paths)));
         if (!rows->cutOff().empty())
             log.tell(rows->cutOff()); // no warning of the report: it says nothing of the pictures
     }
@@ -209,7 +208,7 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
             own.push_back(i);
             total += lengths[i];
         }
-    const FrameOptions frame = frameOptions(*scene, reading);
+    const FrameOptions frame = frameOptions(*scene, play.frame);
     for (const size_t i : own) {
         const OrderedJson* const row = rows ? rows->find(i) : nullptr;
         if (row != nullptr) {

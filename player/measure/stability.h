@@ -2,6 +2,7 @@
 // gsc-play stability: does what is kept between frames hold on the paths that were made to break it?
 #pragma once
 
+#include "player/options/play_options.h"
 #include "player/measure/runner.h"
 #include "runtime/cli/json.h"
 
@@ -61,8 +62,9 @@ std::vector<Verdict> judge(const StabilityOptions& options, const RunResult& run
 StabilitySummary stability(const StabilityOptions& options, Reporter& log);
 
 std::string stabilityReportText(const StabilityOptions& options, const StabilitySummary& summary);
-// One object, schemas/stability-report.schema.json.
-std::string stabilityReportJson(const StabilityOptions& options, const StabilitySummary& summary);
+// One object, schemas/stability-report.schema.json; what a shard is, if there is one and it is asked for.
+std::string stabilityReportJson(const StabilityOptions& options, const StabilitySummary& summary,
+                                bool tells_shard = true);
 
 // The line of one trajectory: a report of it alone, without the shard. And back: what the report of all says of it.
 std::string stabilityRow(const StabilityOptions& options, const StabilitySummary& summary, const StabilityPath& path);

@@ -72,17 +72,17 @@ OrderedJson reportJson(const StabilityOptions& options, const StabilitySummary& 
         {"backend", summary.backend},
         {"reference", summary.reference},
         {"device", toJson(device)},
-        {"tier", tierName(shown.empty() ? play.tier : shown.back().tier)},
-        {"eyes", play.eyes},
-        {"stereo", stereoName(play.stereo)},
-        {"size", play.width > 0 ? OrderedJson{play.width, play.height} : OrderedJson()},
-        {"fov_degrees", unknownIfZero(play.fov_x * 180 / std::numbers::pi)},
+        {"tier", tierName(shown.empty() ? play.frame.tier : shown.back().tier)},
+        {"eyes", play.view.eyes},
+        {"stereo", stereoName(play.frame.stereo)},
+        {"size", play.view.width > 0 ? OrderedJson{play.view.width, play.view.height} : OrderedJson()},
+        {"fov_degrees", unknownIfZero(play.view.fov_x * 180 / std::numbers::pi)},
         {"warmup", options.warmup},
-        {"reuse", toJson(reuseFacts(play.reuse))},
-        {"lod_bias", play.lod_bias},
-        {"lod_fade", play.lod_fade},
-        {"lod_hysteresis", play.lod_hysteresis},
-        {"fovea_pixels", foveaJson(play)},
+        {"reuse", toJson(reuseFacts(play.frame.reuse))},
+        {"lod_bias", play.frame.lod_bias},
+        {"lod_fade", play.frame.lod_fade},
+        {"lod_hysteresis", play.frame.lod_hysteresis},
+        {"fovea_pixels", foveaJson(play.frame)},
         {"bounds",
          {{"psnr", unknownIfZero(options.bound_psnr)},
           {"temporal", unknownIfZero(options.bound_temporal)},
@@ -95,10 +95,10 @@ OrderedJson reportJson(const StabilityOptions& options, const StabilitySummary& 
 
 } // namespace
 
-std::string stabilityReportJson(const StabilityOptions& options, const StabilitySummary& summary)
+std::string stabilityReportJson(const StabilityOptions& options, const StabilitySummary& summary, bool tells_shard)
 {
     OrderedJson json = reportJson(options, summary, summary.paths);
-    if (const Shard& shard = options.play.shard; shard.isGiven())
+    if (const Shard& shard = options.play.shard; shard.isGiven() && tells_shard)
         json["shard"] = {{"index", shard.index},
                          {"count", shard.count},
                          {"tasks", summary.all_paths},
@@ -142,9 +142,10 @@ StabilityPath readStabilityRow(const OrderedJson& row, const std::string& where)
 
 std::string stabilityReportText(const StabilityOptions& options, const StabilitySummary& summary)
 {
-    std::string text = formatString(
-        "%s: %s, %s against exact of %s\n", options.play.input.c_str(), summary.backend.c_str(),
-        tierName(summary.paths.empty() ? options.play.tier : summary.paths.back().tier), summary.reference.c_str());
+    std::string text =
+        formatString("%s: %s, %s against exact of %s\n", options.play.model.file.c_str(), summary.backend.c_str(),
+                     tierName(summary.paths.empty() ? options.play.frame.tier : summary.paths.back().tier),
+                     summary.reference.c_str());
     if (options.play.shard.isGiven())
         text += formatString("shard %s: %zu of %llu trajectories, %llu of them done before\n",
                              options.play.shard.text().c_str(), summary.paths.size(),

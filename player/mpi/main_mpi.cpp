@@ -67,8 +67,9 @@ int main(int argc, char** argv)
         gsc::RemoteWorkers remote;
         for (int other = 1; other < ranks; ++other)
             remote.devices.push_back({"rank", other});
-        remote.make = [](const gsc::DeviceId& id, const gsc::PlayOptions& options, const gsc::RendererOptions& limits) {
-            return gsc::makeMpiRenderer(id.ordinal, options, limits);
+        remote.make = [](const gsc::DeviceId& id, const gsc::ModelChoice& model, const std::string& backend,
+                         const gsc::RendererOptions& limits) {
+            return gsc::makeMpiRenderer(id.ordinal, model, backend, limits);
         };
         remote.wire = gsc::wireBytes;
         gsc::setRemoteWorkers(std::move(remote));

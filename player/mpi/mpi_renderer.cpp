@@ -67,8 +67,8 @@ ErrorCode codeOfOpening(ErrorCode code)
 
 class MpiRenderer final : public Renderer {
 public:
-    MpiRenderer(int rank, const PlayOptions& options, const RendererOptions& limits)
-        : m_rank(rank), m_number(++s_renderers), m_options(options), m_limits(limits)
+    MpiRenderer(int rank, const ModelChoice& model, const std::string& backend, const RendererOptions& limits)
+        : m_rank(rank), m_number(++s_renderers), m_model(model), m_backend(backend), m_limits(limits)
     {
         ++s_alive;
     }
@@ -90,15 +90,15 @@ public:
     {
         close();
         WireOpen open;
-        open.file = openedFile(m_options.input);
-        open.verify = m_options.verify;
+        open.file = openedFile(m_model.file);
+        open.verify = m_model.verify;
         open.options = m_limits;
-        if (m_options.backend.size() >= sizeof(open.backend) || m_options.input.size() >= sizeof(open.path))
+        if (m_backend.size() >= sizeof(open.backend) || m_model.file.size() >= sizeof(open.path))
             throw Error(ErrorCode::Usage,
                         formatString("%s: a path of %zu bytes, expected fewer than %zu; use a shorter one",
-                                     m_options.input.c_str(), m_options.input.size(), sizeof(open.path)));
-        m_options.backend.copy(open.backend, sizeof(open.backend) - 1);
-        m_options.input.copy(open.path, sizeof(open.path) - 1);
+                                     m_model.file.c_str(), m_model.file.size(), sizeof(open.path)));
+        m_backend.copy(open.backend, sizeof(open.backend) - 1);
+        m_model.file.copy(open.path, sizeof(open.path) - 1);
         send(WireCommand::Open);
         wireSend(&open, sizeof(open), m_rank, replyTag(m_number)); // no other message comes between
         m_open = true;
@@ -246,7 +246,8 @@ private:
 
     int m_rank;
     uint32_t m_number;
-    PlayOptions m_options;
+    ModelChoice m_model;
+    std::string m_backend;
     RendererOptions m_limits;
     bool m_open = false;
     DeviceFacts m_facts;
@@ -271,9 +272,10 @@ void wireReceive(void* data, size_t bytes, int rank, int tag)
                  [&](size_t at, int piece) { receivePiece(static_cast<std::byte*>(data) + at, piece, rank, tag); });
 }
 
-std::unique_ptr<Renderer> makeMpiRenderer(int rank, const PlayOptions& options, const RendererOptions& limits)
+std::unique_ptr<Renderer> makeMpiRenderer(int rank, const ModelChoice& model, const std::string& backend,
+                                          const RendererOptions& limits)
 {
-    return std::make_unique<MpiRenderer>(rank, options, limits);
+    return std::make_unique<MpiRenderer>(rank, model, backend, limits);
 }
 
 WireBytes wireBytes()

@@ -9,10 +9,11 @@
 
 namespace gsc {
 
-// A renderer that rank `rank` makes from `options` (backend, device) and loads from the same path, which has to hold
+// A renderer that rank `rank` makes of `backend` and loads from the same path, which has to hold
 // the same file there: load() throws Error(Usage) where it does not. Pictures come as memory of this process. Used from
 // one thread at a time; several are used side by side.
-std::unique_ptr<Renderer> makeMpiRenderer(int rank, const PlayOptions& options, const RendererOptions& limits);
+std::unique_ptr<Renderer> makeMpiRenderer(int rank, const ModelChoice& model, const std::string& backend,
+                                          const RendererOptions& limits);
 
 WireBytes wireBytes();
 

@@ -17,32 +17,32 @@ double leastBias(TimedFrames frames)
 
 } // namespace
 
-OrderedJson foveaJson(const PlayOptions& options)
+OrderedJson foveaJson(const FrameChoice& choice)
 {
-    return unknownIfZero(options.foveaPixels());
+    return unknownIfZero(choice.foveaPixels());
 }
 
-OrderedJson lodJson(const PlayOptions& options, TimedFrames frames)
+OrderedJson lodJson(const FrameChoice& choice, TimedFrames frames)
 {
     OrderedJson used;
-    if (options.target_ms > 0) {
+    if (choice.target_ms > 0) {
         const Spread bias = spreadOf(frames, &TimedFrame::lod_bias);
         used = {{"mean", bias.mean}, {"min", leastBias(frames)}, {"max", bias.max}};
     }
-    return {{"lod_bias", options.lod_bias},
-            {"lod_fade", options.lod_fade},
-            {"lod_hysteresis", options.lod_hysteresis},
-            {"fovea_pixels", foveaJson(options)},
-            {"target_ms", unknownIfZero(options.target_ms)},
+    return {{"lod_bias", choice.lod_bias},
+            {"lod_fade", choice.lod_fade},
+            {"lod_hysteresis", choice.lod_hysteresis},
+            {"fovea_pixels", foveaJson(choice)},
+            {"target_ms", unknownIfZero(choice.target_ms)},
             {"lod_bias_used", std::move(used)}};
 }
 
-std::string targetText(const PlayOptions& options, TimedFrames frames)
+std::string targetText(const FrameChoice& choice, TimedFrames frames)
 {
-    if (!(options.target_ms > 0))
+    if (!(choice.target_ms > 0))
         return {};
     const Spread bias = spreadOf(frames, &TimedFrame::lod_bias);
-    return formatString("target %g ms: LOD bias %.2f mean, %.2f to %.2f\n", options.target_ms, bias.mean,
+    return formatString("target %g ms: LOD bias %.2f mean, %.2f to %.2f\n", choice.target_ms, bias.mean,
                         leastBias(frames), bias.max);
 }
 

@@ -31,35 +31,35 @@ std::vector<std::string> prepareOutputs(const std::vector<Shot>& shots, const Pl
 {
     namespace fs = std::filesystem;
     std::vector<std::string> paths;
-    if (!options.out.empty() && !isStandardOutput(options.out)) {
+    if (!options.output.out.empty() && !isStandardOutput(options.output.out)) {
         std::vector<OutputFrame> named;
         for (const Shot& shot : shots)
             named.push_back({shot.camera.name, shot.index});
-        paths = outputPaths(options.out, named, options.eyes);
+        paths = outputPaths(options.output.out, named, options.view.eyes);
     }
-    std::vector<NamedPath> outputs, inputs = {{options.input, "the model"}};
+    std::vector<NamedPath> outputs, inputs = {{options.model.file, "the model"}};
     for (const std::string& path : paths)
         outputs.push_back({path, "an image of --out"});
-    if (!options.stats.empty())
-        outputs.push_back({options.stats, "--stats"});
-    if (!options.video.empty())
-        outputs.push_back({options.video, "--video"});
-    if (options.cameras != "stored")
-        inputs.push_back({options.cameras, "the camera file"});
-    checkStandardOutput(options.stats, "--stats", log.json());
-    checkStandardOutput(options.out, "--out", log.json());
+    if (!options.output.stats.empty())
+        outputs.push_back({options.output.stats, "--stats"});
+    if (!options.output.video.empty())
+        outputs.push_back({options.output.video, "--video"});
+    if (options.cameras.isFile())
+        inputs.push_back({options.cameras.file, "the camera file"});
+    checkStandardOutput(options.output.stats, "--stats", log.json());
+    checkStandardOutput(options.output.out, "--out", log.json());
     checkOutputsDiffer(outputs, inputs);
     shard.plan(shots.size(), paths, log);
     for (const size_t frame : shard.frames())
-        for (size_t eye = 0; eye < size_t(options.eyes) && !paths.empty(); ++eye)
-            checkOutput(paths[frame * size_t(options.eyes) + eye], OutputKind::Binary, shard.mayReplace(frame),
+        for (size_t eye = 0; eye < size_t(options.view.eyes) && !paths.empty(); ++eye)
+            checkOutput(paths[frame * size_t(options.view.eyes) + eye], OutputKind::Binary, shard.mayReplace(frame),
                         OutputFolder::IsMade);
-    if (!options.stats.empty())
-        checkOutput(options.stats, OutputKind::Text, options.overwrite || options.shard.isGiven(),
+    if (!options.output.stats.empty())
+        checkOutput(options.output.stats, OutputKind::Text, options.output.overwrite || options.shard.isGiven(),
                     OutputFolder::IsMade);
-    if (!options.video.empty()) {
+    if (!options.output.video.empty()) {
         checkVideoProgram();
-        checkOutput(options.video, OutputKind::Binary, options.overwrite, OutputFolder::IsMade);
+        checkOutput(options.output.video, OutputKind::Binary, options.output.overwrite, OutputFolder::IsMade);
     }
     if (!paths.empty())
         loadImageWriter(paths.front());
@@ -96,7 +96,7 @@ struct Streams {
     // Throws Error(Usage) where pictures are of different sizes.
     Streams(const std::vector<Shot>& shots, const PlayOptions& options, Reporter& log)
     {
-        if (!isStandardOutput(options.out) && options.video.empty())
+        if (!isStandardOutput(options.output.out) && options.output.video.empty())
             return;
         const Camera& first = shots.front().camera;
         for (const Shot& shot : shots)
@@ -104,15 +104,17 @@ struct Streams {
                 throw Error(ErrorCode::Usage,
                             formatString("%s: camera %s has %u x %u pixels, expected %u x %u as all before it; choose "
                                          "one --size for all, or write files",
-                                         options.video.empty() ? "--out -" : "--video", shot.camera.name.c_str(),
+                                         options.output.video.empty() ? "--out -" : "--video", shot.camera.name.c_str(),
                                          shot.camera.width, shot.camera.height, first.width, first.height));
-        const auto eyes = uint32_t(options.eyes);
-        if (isStandardOutput(options.out))
-            output.emplace(options.stream, first.width, first.height, eyes, options.fps, standardOutputSink());
-        if (options.video.empty())
+        const auto eyes = uint32_t(options.view.eyes);
+        if (isStandardOutput(options.output.out))
+            output.emplace(options.output.stream, first.width, first.height, eyes, options.output.fps,
+                           standardOutputSink());
+        if (options.output.video.empty())
             return;
-        video.emplace(options.video, first.width, first.height, eyes, options.fps, options.overwrite);
-        warnOfOddSides(options.video, first.width * eyes, first.height, log);
+        video.emplace(options.output.video, first.width, first.height, eyes, options.output.fps,
+                      options.output.overwrite);
+        warnOfOddSides(options.output.video, first.width * eyes, first.height, log);
     }
 
     void add(std::span<const Image> eyes)
@@ -135,7 +137,7 @@ void stopIfInterrupted(size_t frames, const PlaySummary& summary, const PlayOpti
                              "again%s (%zu image%s written, all complete, and %s)",
                              summary.frames.size(), frames, goes_on ? " to go on" : "", summary.images.size(),
                              summary.images.size() == 1 ? " was" : "s were",
-                             goes_on ? ("their lines are in " + options.stats).c_str() : "no statistics file"));
+                             goes_on ? ("their lines are in " + options.output.stats).c_str() : "no statistics file"));
 }
 
 void noteFrame(Reporter& log, const FrameStats& stats)
@@ -156,22 +158,24 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
     PlaySummary summary;
     FrameShard shard(options);
     const auto open_start = std::chrono::steady_clock::now();
-    const std::shared_ptr<const Scene> scene = openScene(options);
+    const std::shared_ptr<const Scene> scene = openScene(options.model, options.devices);
     summary.open_ms = millisecondsSince(open_start);
-    summary.file = {options.input, scene->bytes(), scene->anchorCount()};
+    summary.file = {options.model.file, scene->bytes(), scene->anchorCount()};
 
-    const std::vector<Shot> shots = chooseShots(*scene, options, log);
-    std::optional<LodControl> control = lodControl(*scene, options);
+    checkLevelOptions(*scene, options.model.file, options.frame);
+    const std::vector<Shot> shots = chooseShots(*scene, options.model.file, options.cameras, options.view, log);
+    std::optional<LodControl> control = lodControl(*scene, options.frame);
     const std::vector<std::string> paths = prepareOutputs(shots, options, shard, log);
     std::optional<OutputFile> stats_file;
-    if (!options.stats.empty() && !options.shard.isGiven())
-        stats_file.emplace(options.stats, OutputKind::Text, options.overwrite);
+    if (!options.output.stats.empty() && !options.shard.isGiven())
+        stats_file.emplace(options.output.stats, OutputKind::Text, options.output.overwrite);
 
     Streams streams(shots, options, log);
 
-    const std::unique_ptr<Renderer> renderer = openRenderer(options, scene, log, summary.load_ms);
+    const std::unique_ptr<Renderer> renderer =
+        openRenderer(options.model, options.devices, scene, log, summary.load_ms);
     summary.backend = deviceText(renderer->id());
-    summary.tier = renderer->tierOf(options.tier);
+    summary.tier = renderer->tierOf(options.frame.tier);
 
     if (options.shard.isGiven())
         summary.backend = renderer->id().backend; // shards of one machine have a device each
@@ -180,9 +184,9 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
     summary.shard_frames = shard.own();
     summary.frames_before = shard.own() - shard.frames().size();
 
-    FrameOptions frame_options = frameOptions(*scene, options);
+    FrameOptions frame_options = frameOptions(*scene, options.frame);
     std::vector<float> pixels[kMaxEyes];
-    const auto eye_count = uint32_t(options.eyes);
+    const auto eye_count = uint32_t(options.view.eyes);
     ShotsInFlight flying(*scene, eye_count, *renderer);
     const size_t ahead = control ? 1 : renderer->framesInFlight(); // a target is held by what the frame before took
     auto next = shard.frames().begin();
@@ -203,7 +207,7 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
         for (uint32_t eye = 0; eye < eye_count; ++eye)
             images[eye] = {camera.width, camera.height, std::move(pixels[eye])};
         for (uint32_t eye = 0; eye < eye_count && !paths.empty(); ++eye) {
-            writeImage(paths[i * eye_count + eye], images[eye], options.depth, shard.mayReplace(i));
+            writeImage(paths[i * eye_count + eye], images[eye], options.output.depth, shard.mayReplace(i));
             summary.images.push_back(paths[i * eye_count + eye]);
         }
         streams.add(std::span(images, eye_count));

@@ -15,19 +15,19 @@ using Json = OrderedJson;
 
 double meanCount(const PlayOptions& options, const PlaySummary& summary, uint64_t EyeCounts::*field)
 {
-    return countPerEye(summary.frames, options.eyes, field).mean;
+    return countPerEye(summary.frames, options.view.eyes, field).mean;
 }
 
 // One line; empty without reuse.
 std::string reuseText(const PlayOptions& options, const PlaySummary& summary)
 {
-    if (options.reuse.policy == ReusePolicy::None)
+    if (options.frame.reuse.policy == ReusePolicy::None)
         return {};
     const double decoded = meanCount(options, summary, &EyeCounts::anchors_decoded);
     const double reused = meanCount(options, summary, &EyeCounts::anchors_reused);
     std::string text =
         formatString("reuse %s: %.1f %% of anchors drawn again, cache %.1f MiB, %llu evictions",
-                     policyName(options.reuse.policy), reused > 0 ? 100 * reused / (reused + decoded) : 0.0,
+                     policyName(options.frame.reuse.policy), reused > 0 ? 100 * reused / (reused + decoded) : 0.0,
                      double(mostOf(summary.frames, &FrameResult::cache_bytes)) / double(1 << 20),
                      static_cast<unsigned long long>(sumOf(summary.frames, &FrameResult::cache_evictions)));
     const double overdue = meanCount(options, summary, &EyeCounts::anchors_overdue);
@@ -58,9 +58,9 @@ std::string playReportText(const PlayOptions& options, const PlaySummary& summar
     std::string text =
         formatString("%zu frame%s, %s, %s, %s: median %.1f ms (%.1f frames/s), p95 %.1f ms, worst %.1f ms\n",
                      summary.frames.size(), summary.frames.size() == 1 ? "" : "s",
-                     options.eyes == 1                      ? "one eye"
-                     : options.stereo == StereoMode::Merged ? "two eyes decoded at once"
-                                                            : "two eyes",
+                     options.view.eyes == 1                       ? "one eye"
+                     : options.frame.stereo == StereoMode::Merged ? "two eyes decoded at once"
+                                                                  : "two eyes",
                      tierName(summary.tier), summary.backend.c_str(), median, median > 0 ? 1000 / median : 0.0,
                      times.device.p95, times.device.max);
     text += "mean ms:";
@@ -72,14 +72,14 @@ std::string playReportText(const PlayOptions& options, const PlaySummary& summar
                          meanCount(options, summary, &EyeCounts::pairs));
     if (const double dropped = meanCount(options, summary, &EyeCounts::gaussians_dropped); dropped > 0)
         text += formatString("dropped: %.1f Gaussians per eye that are not finite\n", dropped);
-    text += reuseText(options, summary) + targetText(options, summary.frames) + workersText(summary.service);
+    text += reuseText(options, summary) + targetText(options.frame, summary.frames) + workersText(summary.service);
     text += shardText(options, summary);
     if (!summary.images.empty())
         text += formatString("%zu image%s: %s%s\n", summary.images.size(), summary.images.size() == 1 ? "" : "s",
                              summary.images.front().c_str(),
                              summary.images.size() > 1 ? (" .. " + summary.images.back()).c_str() : "");
-    if (!options.video.empty())
-        text += "video: " + options.video + "\n";
+    if (!options.output.video.empty())
+        text += "video: " + options.output.video + "\n";
     return text;
 }
 
@@ -94,15 +94,15 @@ std::string playReportJson(const PlayOptions& options, const PlaySummary& summar
         counts[count.name] = meanCount(options, summary, count.field);
     double pixels = 0;
     for (const TimedFrame& frame : summary.frames)
-        pixels += frame.pixels * options.eyes;
+        pixels += frame.pixels * options.view.eyes;
     Json json = {
         {"schema", "gsc.play/1"},
         {"tool", {{"name", "gsc-play"}, {"version", toolVersion()}}},
         {"file", toJson(summary.file)},
         {"backend", summary.backend},
         {"tier", tierName(summary.tier)},
-        {"eyes", options.eyes},
-        {"stereo", stereoName(options.stereo)},
+        {"eyes", options.view.eyes},
+        {"stereo", stereoName(options.frame.stereo)},
         {"frames", summary.frames.size()},
         {"pixels", pixels},
         {"ms",
@@ -114,7 +114,7 @@ std::string playReportJson(const PlayOptions& options, const PlaySummary& summar
           {"frame_p99", times.device.p99},
           {"frame_max", times.device.max},
           {"stages_mean", std::move(stages)}}},
-        {"reuse", toJson(reuseFacts(options.reuse))},
+        {"reuse", toJson(reuseFacts(options.frame.reuse))},
         {"mean_per_eye", std::move(counts)},
         {"bytes_resident", mostOf(summary.frames, &FrameResult::bytes_resident)},
         {"cache_bytes", mostOf(summary.frames, &FrameResult::cache_bytes)},
@@ -123,9 +123,9 @@ std::string playReportJson(const PlayOptions& options, const PlaySummary& summar
         {"images", summary.images},
         {"warnings", warnings},
     };
-    json.update(lodJson(options, summary.frames));
-    if (!options.video.empty())
-        json["video"] = options.video;
+    json.update(lodJson(options.frame, summary.frames));
+    if (!options.output.video.empty())
+        json["video"] = options.output.video;
     if (options.shard.isGiven())
         json["shard"] = {{"index", options.shard.index},
                          {"count", options.shard.count},

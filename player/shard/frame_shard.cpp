@@ -18,24 +18,25 @@ uint64_t setHash(const PlayOptions& options, const std::vector<Shot>& shots, con
     OrderedJson frames = OrderedJson::array();
     for (const Shot& shot : shots)
         frames.push_back({shot.index, shot.camera.name, shot.camera.width, shot.camera.height});
-    const std::string extension = std::filesystem::path(options.out).extension().string();
-    const OrderedJson said = {{"tool", toJson(thisTool())},
-                              {"backend", backend},
-                              {"tier", tierName(tier)},
-                              {"eyes", options.eyes},
-                              {"stereo", stereoName(options.stereo)},
-                              {"lod_bias", options.lod_bias},
-                              {"lod_fade", options.lod_fade},
-                              {"near", options.near_z},
-                              {"background", options.background ? OrderedJson(*options.background) : OrderedJson()},
-                              {"vram_budget", options.vram_budget},
-                              {"images", extension},
-                              {"depth", options.depth == PixelDepth::Sixteen ? 16 : 8},
-                              {"frames", std::move(frames)}};
+    const std::string extension = std::filesystem::path(options.output.out).extension().string();
+    const OrderedJson said = {
+        {"tool", toJson(thisTool())},
+        {"backend", backend},
+        {"tier", tierName(tier)},
+        {"eyes", options.view.eyes},
+        {"stereo", stereoName(options.frame.stereo)},
+        {"lod_bias", options.frame.lod_bias},
+        {"lod_fade", options.frame.lod_fade},
+        {"near", options.frame.near_z},
+        {"background", options.frame.background ? OrderedJson(*options.frame.background) : OrderedJson()},
+        {"vram_budget", options.devices.vram_budget},
+        {"images", extension},
+        {"depth", options.output.depth == PixelDepth::Sixteen ? 16 : 8},
+        {"frames", std::move(frames)}};
     const std::string text = jsonText(said, -1);
     Checksum64 sum;
     sum.update(std::as_bytes(std::span(text)));
-    addPoses(shots, uint32_t(options.eyes), sum);
+    addPoses(shots, uint32_t(options.view.eyes), sum);
     return sum.digest();
 }
 
@@ -44,14 +45,14 @@ uint64_t setHash(const PlayOptions& options, const std::vector<Shot>& shots, con
 FrameShard::FrameShard(const PlayOptions& options) : m_options(options)
 {
     if (options.shard.isGiven())
-        m_rows.emplace(options.stats, kFrameRow, options.shard);
+        m_rows.emplace(options.output.stats, kFrameRow, options.shard);
 }
 
 bool FrameShard::isDone(size_t frame, const std::vector<std::string>& paths) const
 {
     if (!m_rows || m_rows->find(frame) == nullptr)
         return false;
-    const size_t eyes = paths.empty() ? 0 : size_t(m_options.eyes);
+    const size_t eyes = paths.empty() ? 0 : size_t(m_options.view.eyes);
     for (size_t eye = 0; eye < eyes; ++eye) {
         std::error_code code;
         const uint64_t bytes = std::filesystem::file_size(paths[frame * eyes + eye], code);
@@ -80,13 +81,13 @@ void FrameShard::plan(size_t frames, const std::vector<std::string>& paths, Repo
 bool FrameShard::mayReplace(size_t frame) const
 {
     const bool is_ours = m_rows && m_rows->find(frame) != nullptr; // one of its images went
-    return m_options.overwrite || m_cut == frame || is_ours;
+    return m_options.output.overwrite || m_cut == frame || is_ours;
 }
 
 void FrameShard::begin(const std::vector<Shot>& shots, const std::string& backend, Tier tier)
 {
     if (m_rows)
-        m_rows->begin(shardFacts(m_options.shard, shots.size(), fileHash(m_options.input),
+        m_rows->begin(shardFacts(m_options.shard, shots.size(), fileHash(m_options.model.file),
                                  setHash(m_options, shots, backend, tier)));
 }
 

@@ -2,6 +2,7 @@
 // The frames of a picture set that a shard draws, and those of them that it has drawn before it was stopped.
 #pragma once
 
+#include "player/options/play_options.h"
 #include "player/shard/shard_rows.h"
 #include "player/frames/shots.h"
 

@@ -18,7 +18,6 @@ namespace {
 
 std::string idOf(const RunContext& context, const Path& path, const RunConfig& run)
 {
-    const PlayOptions& options = context.options;
     OrderedJson said = {{"run", runKeyJson(run)},
                         {"trajectory", path.name},
                         {"frames", path.shots.size()},
@@ -26,10 +25,10 @@ std::string idOf(const RunContext& context, const Path& path, const RunConfig& r
                         {"ssim", context.score.ssim_every},
                         {"flip", context.score.flip_every},
                         {"reference", context.reference},
-                        {"near", options.near_z},
-                        {"background", options.background ? OrderedJson(*options.background) : OrderedJson()},
-                        {"threads", options.threads},
-                        {"vram_budget", options.vram_budget}};
+                        {"near", run.near_z},
+                        {"background", run.background ? OrderedJson(*run.background) : OrderedJson()},
+                        {"threads", context.devices.threads},
+                        {"vram_budget", context.devices.vram_budget}};
     if (context.score.every > 1 || context.score.first > 0) // runs that score all keep the ids that they had
         said["scored"] = {context.score.first, context.score.every};
     const std::string text = jsonText(said, -1);
@@ -70,7 +69,6 @@ std::string shortName(const RowConfig& config)
 
 RowConfig rowConfig(const RunContext& context, const Path& path, const RunConfig& run)
 {
-    const PlayOptions& options = context.options;
     RowConfig config;
     config.id = idOf(context, path, run);
     config.trajectory = path.name;
@@ -86,12 +84,12 @@ RowConfig rowConfig(const RunContext& context, const Path& path, const RunConfig
     config.stereo = stereoName(run.stereo);
     config.eyes = path.eye_count;
     config.ipd = path.eye_count == 2 ? path.shots.front().ipd : 0;
-    config.size = {options.width, options.height};
-    config.fov_degrees = options.fov_x * 180 / std::numbers::pi;
-    config.near_z = options.near_z;
-    config.appearance = options.appearance;
-    config.threads = options.threads;
-    config.vram_budget = options.vram_budget;
+    config.size = {context.view.width, context.view.height};
+    config.fov_degrees = context.view.fov_x * 180 / std::numbers::pi;
+    config.near_z = run.near_z;
+    config.appearance = context.appearance;
+    config.threads = context.devices.threads;
+    config.vram_budget = context.devices.vram_budget;
     return config;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "player/measure/runner.h"
+#include "player/options/device_choice.h"
 #include "runtime/records/run_row.h"
 #include "player/sweep/sweep_config.h"
 
@@ -14,7 +15,9 @@ namespace gsc {
 
 // What all runs of a command share.
 struct RunContext {
-    PlayOptions options; // size, field of view and eyes as they were asked for; its trajectory and reuse are not used
+    ViewChoice view;              // as it was asked for
+    DeviceChoice devices;         // its limits; a run names its own backend
+    int appearance = -1;          // as it was asked for
     std::string label, reference; // the backend of the exact images
     FileFacts file;
     uint64_t file_hash = 0;

@@ -30,19 +30,17 @@ namespace {
 
 constexpr size_t kMaxConfigBytes = 16 << 20;
 
-PlayOptions withFrames(PlayOptions options, const SweepConfig& config)
+ViewChoice viewOf(const SweepConfig& config, ViewChoice view)
 {
     if (config.width > 0) {
-        options.width = config.width;
-        options.height = config.height;
+        view.width = config.width;
+        view.height = config.height;
     }
     if (config.fov_degrees > 0)
-        options.fov_x = config.fov_degrees * std::numbers::pi / 180;
+        view.fov_x = config.fov_degrees * std::numbers::pi / 180;
     if (config.eyes > 0)
-        options.eyes = config.eyes;
-    if (config.frames > 0)
-        options.frame_end = config.frames;
-    return options;
+        view.eyes = config.eyes;
+    return view;
 }
 
 std::string resolved(const std::string& config_file, const std::string& trajectory)
@@ -73,26 +71,33 @@ uint64_t meanDecodes(const RunRow& row)
 class Sweep {
 public:
     Sweep(const BenchOptions& options, const SweepConfig& config, Reporter& log)
-        : m_config(config), m_log(log), m_rows(options.out, m_cut_off), m_scene(openScene(options.play))
+        : m_config(config), m_log(log), m_rows(options.out, m_cut_off),
+          m_scene(openScene(options.play.model, options.play.devices))
     {
-        m_context.options = withFrames(options.play, config);
+        const PlayOptions& play = options.play;
+        checkLevelOptions(*m_scene, play.model.file, play.frame);
+        m_context.view = viewOf(config, play.view);
+        m_context.devices = play.devices;
+        m_context.appearance = play.cameras.appearance;
         for (const std::string& trajectory : config.trajectories) {
-            PlayOptions reading = m_context.options;
-            reading.cameras = resolved(options.sweep, trajectory);
-            m_paths.push_back(openPath(*m_scene, reading, trajectory, log));
+            CameraChoice from = play.cameras.of(resolved(options.sweep, trajectory));
+            if (config.frames > 0)
+                from.end = config.frames;
+            m_paths.push_back(openPath(*m_scene, play.model.file, from, m_context.view, trajectory, log));
             checkScored(config.score, m_paths.back(), options.sweep + ": score_first");
         }
         m_context.label = options.label;
-        m_context.file = {options.play.input, m_scene->bytes(), m_scene->anchorCount()};
-        m_context.file_hash = fileHash(options.play.input);
+        m_context.file = {options.play.model.file, m_scene->bytes(), m_scene->anchorCount()};
+        m_context.file_hash = fileHash(options.play.model.file);
         m_context.warmup = config.warmup;
         m_context.score = config.score;
-        m_measurer = std::make_unique<Measurer>(m_scene, m_context.options, options.reference, config.score, log);
+        m_measurer =
+            std::make_unique<Measurer>(m_scene, play.model, play.devices, options.reference, config.score, log);
         if (!m_cut_off.empty())
             log.warning(m_cut_off);
         m_runs = expandRuns(config);
         for (const RunConfig& run : m_runs)
-            if (run.stereo == StereoMode::Merged && m_context.options.eyes == 1)
+            if (run.stereo == StereoMode::Merged && m_context.view.eyes == 1)
                 throw Error(ErrorCode::Usage, formatString("%s: a run has stereo merged and there is one eye, expected "
                                                            "two eyes; state \"eyes\": 2 or pass --eyes 2",
                                                            options.sweep.c_str()));
@@ -100,7 +105,7 @@ public:
             for (const auto& [axis, value] : {std::pair<const char*, double>{"lod_bias", run.lod_bias},
                                               {"lod_fade", run.lod_fade},
                                               {"lod_hysteresis", run.lod_hysteresis}})
-                checkLevelChoice(*m_scene, options.play.input, options.sweep + ": a run has " + axis, value);
+                checkLevelChoice(*m_scene, options.play.model.file, options.sweep + ": a run has " + axis, value);
         std::set<std::string> backends;
         for (const RunConfig& run : m_runs)
             if (backends.insert(run.backend).second)
@@ -212,9 +217,7 @@ private:
             m_frames_done += frames;
             return m_shard && !m_rows.hasTask(task.number) ? appended(*row, task) : *row;
         }
-        PlayOptions play = m_context.options;
-        static_cast<RunChoice&>(play) = run;
-        const FrameOptions frame = frameOptions(*m_scene, play);
+        const FrameOptions frame = frameOptions(*m_scene, run);
         const RunResult result = m_measurer->run(
             path, run.backend, frame, [&](uint64_t done) { m_log.progress("render", m_frames_done + done, m_total); });
         m_frames_done += frames;
@@ -259,7 +262,8 @@ private:
 void sweep(const BenchOptions& options, Reporter& log, const std::function<void(const RunRow&)>& show)
 {
     const std::string text = readInputText(options.sweep, kMaxConfigBytes, "a sweep (schemas/sweep.schema.json)");
-    const SweepConfig config = parseSweepConfig(text, options.sweep, {options.play}, backendNames());
+    const SweepConfig config =
+        parseSweepConfig(text, options.sweep, {options.play.frame, options.play.devices.backend}, backendNames());
     checkOut(options, config, log.json());
     Sweep run(options, config, log);
     try {

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "runtime/records/score_options.h"
-#include "player/options/play_options.h"
+#include "player/options/frame_choice.h"
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -15,7 +15,8 @@
 namespace gsc {
 
 // One combination of what a sweep varies.
-struct RunConfig : RunChoice {
+struct RunConfig : FrameChoice {
+    std::string backend = "auto";
     bool match_budget = false; // the decode budget is what the run of depthRunOf() decodes
 };
 

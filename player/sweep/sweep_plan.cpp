@@ -3,6 +3,7 @@
 #include <gsc/error.h>
 #include "runtime/records/report_parts.h"
 #include "runtime/records/reuse_names.h"
+#include "player/options/shard.h"
 #include "player/sweep/sweep_config.h"
 #include <gsc/frame_stats.h>
 

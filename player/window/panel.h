@@ -2,7 +2,7 @@
 // The panel over the picture: what it shows of frames, and what it switches.
 #pragma once
 
-#include "player/options/play_options.h"
+#include "player/options/frame_choice.h"
 #include "player/present/overlay.h"
 #include "player/window/comparison.h"
 #include "runtime/service/renderer_service.h"
@@ -14,7 +14,7 @@ namespace gsc {
 
 // What a person switches while the window is open.
 struct ViewSettings {
-    RunChoice choice;
+    FrameChoice choice;
     bool two_eyes = false;
     float background[3] = {};
     FrameView view = FrameView::Picture;

@@ -8,6 +8,7 @@
 #include "runtime/cli/version.h"
 #include "player/window/window_session.h"
 #include "player/devices/open_renderer.h"
+#include "player/frames/lod_target.h"
 #include "player/devices/worker_options.h"
 #include "player/devices/worker_report.h"
 
@@ -30,17 +31,18 @@ const PresentFunctions& presentFunctions()
 
 WindowSummary runWindow(const WindowOptions& options, Reporter& log)
 {
-    checkJsonLines(options.log, options.play.overwrite, options.play.input, options.play.cameras);
-    const std::shared_ptr<const Scene> scene = openScene(options.play);
+    checkJsonLines(options.log, options.play.output.overwrite, options.play.model.file, options.play.cameras.file);
+    const std::shared_ptr<const Scene> scene = openScene(options.play.model, options.play.devices);
     PresenterOptions presenter;
-    presenter.title = options.play.input + " - gsc";
-    if (options.play.width > 0) {
-        presenter.width = options.play.width;
-        presenter.height = options.play.height;
+    presenter.title = options.play.model.file + " - gsc";
+    if (options.play.view.width > 0) {
+        presenter.width = options.play.view.width;
+        presenter.height = options.play.view.height;
     }
     presenter.waits_for_display = !options.tears;
-    presenter.device = deviceUuid(firstDevice(options.play));
+    presenter.device = deviceUuid(firstDevice(options.play.devices));
     const std::unique_ptr<Presenter> display = presentFunctions().open(presenter);
+    checkLevelOptions(*scene, options.play.model.file, options.play.frame);
     WindowSession session(options, scene, *display, log);
     try {
         while (session.step())

@@ -238,7 +238,7 @@ void WindowSession::writeRecording()
     (void)m_recorder.stop(name);
     m_wrote = name;
     m_summary.files.push_back(name);
-    say("wrote " + name + "; gsc-play bench " + m_options.play.input + " --cameras " + name + " plays it");
+    say("wrote " + name + "; gsc-play bench " + m_options.play.model.file + " --cameras " + name + " plays it");
 }
 
 } // namespace gsc

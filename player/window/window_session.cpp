@@ -55,52 +55,50 @@ Value nextOf(const Names& names, Value value)
     return value;
 }
 
+// The cameras as they are stored, in a picture of the window's size.
+std::vector<Shot> shotsOf(const Scene& scene, const PlayOptions& play, int eyes, const Length& ipd, Reporter& log)
+{
+    const ViewChoice view{play.view.width > 0 ? play.view.width : kWindowWidth,
+                          play.view.height > 0 ? play.view.height : kWindowHeight, play.view.fov_x, eyes, ipd};
+    return chooseShots(scene, play.model.file, play.cameras, view, log);
+}
+
 } // namespace
 
 WindowSession::WindowSession(const WindowOptions& options, std::shared_ptr<const Scene> scene, Presenter& presenter,
                              Reporter& log)
     : m_options(options), m_scene(std::move(scene)), m_presenter(presenter), m_report(log),
-      m_source(m_scene, options.play, presenter,
+      m_source(m_scene, options.play.model, options.play.devices, presenter,
                openService(
-                   m_scene, options.play, [](ServiceOptions&) {}, log)),
-      m_shots([&] {
-          PlayOptions one = options.play; // cameras as they are stored; the window has its own size
-          one.eyes = 1;
-          one.ipd = {};
-          one.width = one.width > 0 ? one.width : kWindowWidth;
-          one.height = one.height > 0 ? one.height : kWindowHeight;
-          return chooseShots(*m_scene, one, log);
-      }()),
-      m_navigator(worldOf(*m_scene, m_shots))
+                   m_scene, options.play.model, options.play.devices, [](ServiceOptions&) {}, log)),
+      m_shots(shotsOf(*m_scene, options.play, 1, {}, log)), m_navigator(worldOf(*m_scene, m_shots))
 {
     ViewLimits limits;
     limits.has_levels = m_scene->view().params->level_count > 1;
     try {
-        PlayOptions two = options.play;
-        two.eyes = 2;
-        two.width = two.width > 0 ? two.width : kWindowWidth;
-        two.height = two.height > 0 ? two.height : kWindowHeight;
         Reporter silent({ReportFormat::Text, ProgressMode::None, true}); // it is only a try
-        m_ipd = chooseShots(*m_scene, two, options.play.eyes == 2 ? log : silent).front().ipd;
+        m_ipd = shotsOf(*m_scene, options.play, 2, options.play.view.ipd, options.play.view.eyes == 2 ? log : silent)
+                    .front()
+                    .ipd;
     } catch (const Error& e) {
-        if (options.play.eyes == 2)
+        if (options.play.view.eyes == 2)
             throw;
         limits.no_stereo = e.what();
     }
     if (m_ipd == 0 && limits.no_stereo.empty()) {
         limits.no_stereo = "the cameras say where each eye of theirs is, not how far eyes are apart";
-        if (options.play.eyes == 2)
+        if (options.play.view.eyes == 2)
             throw Error(
                 ErrorCode::Usage,
                 formatString("%s: says where each eye is, expected how far they are apart, for the window moves "
                              "both; pass other cameras, or leave out --eyes 2",
-                             options.play.cameras.c_str()));
+                             options.play.cameras.file.c_str()));
     }
     m_no_stereo = limits.no_stereo;
 
-    m_settings.choice = options.play;
-    m_settings.two_eyes = options.play.eyes == 2;
-    std::copy_n(gsc::frameOptions(*m_scene, options.play).background, 3, m_settings.background);
+    m_settings.choice = options.play.frame;
+    m_settings.two_eyes = options.play.view.eyes == 2;
+    std::copy_n(gsc::frameOptions(*m_scene, options.play.frame).background, 3, m_settings.background);
     m_worked = m_settings;
     std::vector<std::string> names;
     for (const Shot& shot : m_shots)
@@ -109,8 +107,8 @@ WindowSession::WindowSession(const WindowOptions& options, std::shared_ptr<const
     m_overlay.keys = helpLines();
     jump(0, false);
     say("F1: keys");
-    m_log =
-        std::make_unique<JsonLines>(options.log, options.play.overwrite); // last: an error before leaves a file alone
+    m_log = std::make_unique<JsonLines>(options.log,
+                                        options.play.output.overwrite); // last: an error before leaves a file alone
 }
 
 bool WindowSession::idle() const
@@ -264,7 +262,7 @@ void WindowSession::changeSettings(const ViewSettings& settings)
 {
     const ViewSettings before = m_settings;
     m_settings = settings;
-    const RunChoice &a = before.choice, &b = settings.choice;
+    const FrameChoice &a = before.choice, &b = settings.choice;
     const bool picture = a.tier != b.tier || a.reuse.policy != b.reuse.policy || a.reuse.bound != b.reuse.bound ||
                          a.lod_bias != b.lod_bias || a.lod_fade != b.lod_fade || before.two_eyes != settings.two_eyes ||
                          before.view != settings.view ||
@@ -408,7 +406,7 @@ WindowSummary WindowSession::finish()
     if (m_recorder.records())
         writeRecording();
     m_presenter.finish();
-    m_summary.file = m_options.play.input;
+    m_summary.file = m_options.play.model.file;
     m_summary.seconds = now();
     m_summary.service = m_source.stats();
     return m_summary;

@@ -66,9 +66,7 @@ AskedPose WindowSession::pose(const View& view) const
 
 FrameOptions WindowSession::frameOptionsNow() const
 {
-    PlayOptions play = m_options.play;
-    static_cast<RunChoice&>(play) = m_settings.choice;
-    FrameOptions frame = gsc::frameOptions(*m_scene, play);
+    FrameOptions frame = gsc::frameOptions(*m_scene, m_settings.choice);
     std::copy_n(m_settings.background, 3, frame.background);
     frame.view = m_settings.view;
     return frame;
@@ -76,7 +74,7 @@ FrameOptions WindowSession::frameOptionsNow() const
 
 std::string WindowSession::settingsText() const
 {
-    const RunChoice& choice = m_settings.choice;
+    const FrameChoice& choice = m_settings.choice;
     std::string text = formatString("%s, reuse %s", tierName(choice.tier), policyName(choice.reuse.policy));
     if (choice.reuse.policy == ReusePolicy::Error)
         text += formatString(" %g/255", double(choice.reuse.bound));

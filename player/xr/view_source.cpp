@@ -5,19 +5,19 @@
 
 namespace gsc {
 
-ViewSource::ViewSource(std::shared_ptr<const Scene> scene, const PlayOptions& play, SharedMemory& memory, bool waits,
-                       size_t views, Reporter& log)
-    : m_scene(std::move(scene)), m_play(play), m_memory(memory), m_waits(waits), m_keeps_all(waits || views > kMaxEyes),
-      m_log(log)
+ViewSource::ViewSource(std::shared_ptr<const Scene> scene, const ModelChoice& model, const DeviceChoice& choice,
+                       SharedMemory& memory, bool waits, size_t views, Reporter& log)
+    : m_scene(std::move(scene)), m_model(model), m_choice(choice), m_memory(memory), m_waits(waits),
+      m_keeps_all(waits || views > kMaxEyes), m_log(log)
 {
-    m_source = std::make_unique<FrameSource>(m_scene, m_play, m_memory, opener()());
+    m_source = std::make_unique<FrameSource>(m_scene, m_model, m_choice, m_memory, opener()());
 }
 
 std::function<OpenedService()> ViewSource::opener() const
 {
-    return [scene = m_scene, play = m_play, keeps_all = m_keeps_all, &log = m_log] {
+    return [scene = m_scene, model = m_model, choice = m_choice, keeps_all = m_keeps_all, &log = m_log] {
         return openService(
-            scene, play, [&](ServiceOptions& service) { service.keeps_all = keeps_all; }, log);
+            scene, model, choice, [&](ServiceOptions& service) { service.keeps_all = keeps_all; }, log);
     };
 }
 
@@ -74,7 +74,7 @@ std::optional<DrawnViews> ViewSource::next(std::chrono::nanoseconds most)
         if (m_opening.wait_for(most) != std::future_status::ready)
             return std::nullopt;
         try {
-            m_source = std::make_unique<FrameSource>(m_scene, m_play, m_memory, m_opening.get());
+            m_source = std::make_unique<FrameSource>(m_scene, m_model, m_choice, m_memory, m_opening.get());
         } catch (const Error& e) {
             renew(e);
         }

@@ -32,8 +32,8 @@ class ViewSource {
 public:
     // `waits`: every frame is drawn, in order, and one that cannot be is an error. While a renderer is made anew, `log` belongs
     // to the thread that does so. Throws Error.
-    ViewSource(std::shared_ptr<const Scene> scene, const PlayOptions& play, SharedMemory& memory, bool waits,
-               size_t views, Reporter& log);
+    ViewSource(std::shared_ptr<const Scene> scene, const ModelChoice& model, const DeviceChoice& choice,
+               SharedMemory& memory, bool waits, size_t views, Reporter& log);
 
     // Does not wait. False where it takes none now: the renderer is being made anew, or more than two views are still being
     // drawn. Throws Error(Usage) for what cannot be drawn.
@@ -62,7 +62,8 @@ private:
     static constexpr int kTries = 3;
 
     std::shared_ptr<const Scene> m_scene;
-    PlayOptions m_play;
+    ModelChoice m_model;
+    DeviceChoice m_choice;
     SharedMemory& m_memory;
     bool m_waits, m_keeps_all;
     Reporter& m_log;

@@ -28,7 +28,7 @@ std::unique_ptr<Headset> openHeadset(const XrOptions& options)
 {
 #ifdef GSC_WITH_XR
     HeadsetOptions headset;
-    headset.device = deviceUuid(firstDevice(options.play));
+    headset.device = deviceUuid(firstDevice(options.play.devices));
     headset.scale = options.scale;
     headset.stage = options.stage;
     headset.depth = options.depth;
@@ -44,10 +44,10 @@ std::unique_ptr<Headset> openHeadset(const XrOptions& options)
 // Nobody wants to hear at the end that a file cannot be written, or lose one to another.
 void checkFiles(const XrOptions& options)
 {
-    checkJsonLines(options.log, options.play.overwrite, options.play.input, options.play.cameras);
+    checkJsonLines(options.log, options.play.output.overwrite, options.play.model.file, options.play.cameras.file);
     if (!options.keeps_place)
         return;
-    const std::string place = placePath(options.play.input);
+    const std::string place = placePath(options.play.model.file);
     checkOutput(place, OutputKind::Text, true);
     const NamedPath outputs[] = {{place, "--keep-place"}, {options.log, "--log"}};
     checkOutputsDiffer({outputs, options.log.empty() ? 1u : 2u}, {});
@@ -139,7 +139,7 @@ XrSummary runXr(const XrOptions& options, Reporter& log)
     } catch (const Error& e) {
         failHeadset(e);
     }
-    const std::shared_ptr<const Scene> scene = openScene(options.play);
+    const std::shared_ptr<const Scene> scene = openScene(options.play.model, options.play.devices);
     const HeadsetFacts& facts = headset->facts();
     log.tell(formatString("%s on %s, %zu views of %ux%u", facts.headset.c_str(), facts.runtime.c_str(),
                           facts.views.size(), facts.views.front().width, facts.views.front().height));

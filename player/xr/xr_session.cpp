@@ -21,38 +21,34 @@ constexpr double kLagShare = 0.1; // of the newest picture in m_lag
 constexpr double kMostLag = 3;    // refreshes; a pose further ahead is a guess
 
 // What holds the frame time of a model with one level is what the periphery shows: there are no levels to fall.
-bool guardsByFovea(const Scene& scene, const PlayOptions& play)
+bool guardsByFovea(const Scene& scene, const FrameChoice& choice)
 {
-    return play.target_ms > 0 && play.foveation != FoveationMode::None && !hasLevels(scene);
+    return choice.target_ms > 0 && choice.foveation != FoveationMode::None && !hasLevels(scene);
 }
 
-FrameGuardOptions guardOptions(const Scene& scene, const PlayOptions& play)
+FrameGuardOptions guardOptions(const Scene& scene, const FrameChoice& choice)
 {
     FrameGuardOptions guard;
-    guard.target_ms = play.target_ms;
-    guard.finest_bias = guard.coarsest_bias = play.lod_bias;
-    if (!guardsByFovea(scene, play))
-        guard.coarsest_bias = coarsestBias(scene, play);
-    if (play.foveation != FoveationMode::None)
-        guard.fovea_pixels = play.fovea_pixels;
+    guard.target_ms = choice.target_ms;
+    guard.finest_bias = guard.coarsest_bias = choice.lod_bias;
+    if (!guardsByFovea(scene, choice))
+        guard.coarsest_bias = coarsestBias(scene, choice);
+    if (choice.foveation != FoveationMode::None)
+        guard.fovea_pixels = choice.fovea_pixels;
     return guard;
 }
 
-std::vector<Shot> shotsOf(const Scene& scene, const XrOptions& options, Reporter& log)
+std::vector<Shot> shotsOf(const Scene& scene, const PlayOptions& play, Reporter& log)
 {
-    PlayOptions one = options.play; // places alone matter: lens and size are the headset's
-    one.eyes = 1;
-    one.width = one.height = 16;
-    if (one.target_ms > 0 && !hasLevels(scene)) {
-        if (!guardsByFovea(scene, one))
-            throw Error(
-                ErrorCode::Usage,
-                formatString("--target-ms %g: has no effect on %s, which has one level of detail, expected several "
-                             "or a periphery to thin out; add --foveation fixed, or leave it out",
-                             one.target_ms, one.input.c_str()));
-        one.target_ms = 0; // of levels
-    }
-    return chooseShots(scene, one, log);
+    const bool by_fovea = guardsByFovea(scene, play.frame);
+    if (play.frame.target_ms > 0 && !hasLevels(scene) && !by_fovea)
+        throw Error(ErrorCode::Usage,
+                    formatString("--target-ms %g: has no effect on %s, which has one level of detail, expected several "
+                                 "or a periphery to thin out; add --foveation fixed, or leave it out",
+                                 play.frame.target_ms, play.model.file.c_str()));
+    checkLevelOptions(scene, play.model.file, play.frame, !by_fovea);
+    constexpr uint32_t kSide = 16; // places alone matter: lens and size are the headset's
+    return chooseShots(scene, play.model.file, play.cameras, {kSide, kSide, play.view.fov_x, 1, {}}, log);
 }
 
 double metreOf(const Scene& scene, const XrOptions& options)
@@ -65,7 +61,7 @@ double metreOf(const Scene& scene, const XrOptions& options)
             ErrorCode::Usage,
             formatString("%s: does not say how long a metre is, expected that for a headset, whose viewer has a "
                          "size; pass --metre with its world units",
-                         options.play.input.c_str()));
+                         options.play.model.file.c_str()));
     return metre->units;
 }
 
@@ -118,9 +114,11 @@ double beganToThere(const DrawnViews& drawn)
 
 XrSession::XrSession(const XrOptions& options, std::shared_ptr<const Scene> scene, Headset& headset, Reporter& log)
     : m_options(options), m_scene(std::move(scene)), m_headset(headset), m_report(log),
-      m_shots(shotsOf(*m_scene, options, log)), m_metre(metreOf(*m_scene, options)), m_floor(eyeHeight() - kEyeHeight),
-      m_place(startPlace()), m_hands(m_place, m_floor), m_frame_options(frameOptions(*m_scene, options.play)),
-      m_lenses(headset, log), m_source(m_scene, options.play, headset, options.waits, headset.facts().views.size(), log)
+      m_shots(shotsOf(*m_scene, options.play, log)), m_metre(metreOf(*m_scene, options)),
+      m_floor(eyeHeight() - kEyeHeight), m_place(startPlace()), m_hands(m_place, m_floor),
+      m_frame_options(frameOptions(*m_scene, options.play.frame)), m_lenses(headset, log),
+      m_source(m_scene, options.play.model, options.play.devices, headset, options.waits, headset.facts().views.size(),
+               log)
 {
     if (options.rides) {
         std::vector<Camera> cameras;
@@ -128,16 +126,17 @@ XrSession::XrSession(const XrOptions& options, std::shared_ptr<const Scene> scen
             cameras.push_back(shot.camera);
         m_ride.emplace(std::move(cameras), options.ride_fps, upOf(m_shots), m_metre, eyeHeight());
     } else if (options.keeps_place) {
-        if (const std::optional<Placement> kept = readPlace(options.play.input))
+        if (const std::optional<Placement> kept = readPlace(options.play.model.file))
             m_place =
                 raised({kept->origin(), kept->axes(), options.metre > 0 ? options.metre : kept->scale()}, -eyeHeight());
     }
-    if (options.play.target_ms > 0)
-        m_guard.emplace(guardOptions(*m_scene, options.play));
+    if (options.play.frame.target_ms > 0)
+        m_guard.emplace(guardOptions(*m_scene, options.play.frame));
     if (options.late)
         m_late = std::make_shared<LateEyes>(headset, options.waits);
     m_headset.prepare();
-    m_log = std::make_unique<XrLog>(options.log, options.play.overwrite); // last: an error before leaves a file alone
+    m_log = std::make_unique<XrLog>(options.log,
+                                    options.play.output.overwrite); // last: an error before leaves a file alone
 }
 
 XrSession::~XrSession()
@@ -261,7 +260,7 @@ void XrSession::ask(const HeadsetFrame& frame, XrFrame& line)
         m_frame_options.lod_bias = float(m_guard->lodBias());
         m_frame_options.foveation.smallest = float(m_guard->foveaPixels());
     }
-    const bool gazes = m_options.play.foveation == FoveationMode::Gaze && input.gaze;
+    const bool gazes = m_options.play.frame.foveation == FoveationMode::Gaze && input.gaze;
     (void)m_source.submit(views(frame.display_time, time, gazes ? &*input.gaze : nullptr), m_frame_options);
 }
 
@@ -361,7 +360,7 @@ void XrSession::take(XrFrame& line)
 XrSummary XrSession::finish()
 {
     XrSummary summary;
-    summary.file = m_options.play.input;
+    summary.file = m_options.play.model.file;
     summary.headset = m_headset.facts();
     m_lenses.tell(summary.headset);
     summary.seconds = milliseconds(Clock::now() - m_start) / 1000;
@@ -376,7 +375,7 @@ XrSummary XrSession::finish()
 // As the place of the eyes: the next session may stand on another floor.
 std::string XrSession::keepPlace() const
 {
-    return writePlace(m_options.play.input, raised(m_place, eyeHeight()));
+    return writePlace(m_options.play.model.file, raised(m_place, eyeHeight()));
 }
 
 void XrSession::forgetPictures()

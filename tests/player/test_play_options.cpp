@@ -206,7 +206,7 @@ TEST_CASE("a target time takes no more detail away than --lod-bias may")
 {
     const test::ScratchDir folder;
     PlayOptions options;
-    options.input = folder / "model.gsc";
+    options.model.file = folder / "model.gsc";
     for (const int32_t clamp : {1, 40}) {
         CAPTURE(clamp);
         test::TinyGscOptions tiny;
@@ -214,12 +214,12 @@ TEST_CASE("a target time takes no more detail away than --lod-bias may")
         std::vector<std::byte> file = test::tinyGsc(tiny);
         test::records<ModelParams>(file, kSectionParams)->level_clamp = clamp;
         test::reseal(file);
-        std::ofstream(options.input, std::ios::binary)
+        std::ofstream(options.model.file, std::ios::binary)
             .write(reinterpret_cast<const char*>(file.data()), std::streamsize(file.size()));
-        const auto scene = Scene::open(options.input);
-        options.target_ms = 0;
+        const auto scene = Scene::open(options.model.file);
+        options.frame.target_ms = 0;
         CHECK_FALSE(lodControl(*scene, options));
-        options.target_ms = 1;
+        options.frame.target_ms = 1;
         std::optional<LodControl> control = lodControl(*scene, options);
         REQUIRE(control);
         for (int i = 0; i < 10000; ++i)

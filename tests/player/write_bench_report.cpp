@@ -7,7 +7,7 @@
 int main(int argc, char**)
 {
     gsc::BenchOptions options;
-    options.play.input = "model.gsc";
+    options.play.model.file = "model.gsc";
     gsc::BenchSummary summary;
     summary.backend = "device";
     summary.tier = gsc::Tier::Fast;

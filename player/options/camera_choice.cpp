@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/options/play_options.h"
+#include "player/options/camera_choice.h"
 
 #include <charconv>
 

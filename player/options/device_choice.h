@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which model is loaded, and which devices draw it.
+#pragma once
+
+#include <gsc/device.h>
+#include "runtime/service/faulty_renderer.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+struct ModelChoice {
+    std::string file;
+    bool verify = false; // the checksum of every byte before the first frame
+};
+
+// Devices that draw together, by their number.
+struct WorkerCount {
+    bool given = false, all = false, on_cpu = false;
+    uint32_t number = 0;
+};
+
+struct WorkerOptions {
+    WorkerCount count;
+    std::vector<DeviceId> devices; // by name; not with a count
+    ServiceMode mode = ServiceMode::Auto;
+    double min_fps = 0, max_fps = 0; // 0 = no such limit
+    std::optional<Faults> faults;
+
+    [[nodiscard]] bool several() const { return count.given || !devices.empty(); } // or one, which was named so
+};
+
+struct DeviceChoice {
+    std::string backend = "auto";
+    int device = 0;             // of the backend's
+    int threads = 0;            // 0 = all cores
+    uint64_t vram_budget = 0;   // bytes, 0 = all there is
+    bool first_picture = false; // drawn while the model comes to the device
+    WorkerOptions workers;
+
+    [[nodiscard]] DeviceChoice of(const std::string& other) const // the same of another backend
+    {
+        DeviceChoice choice = *this;
+        choice.backend = other;
+        return choice;
+    }
+    [[nodiscard]] DeviceChoice alone(const std::string& other) const // one device of that backend
+    {
+        DeviceChoice choice = of(other);
+        choice.workers = {};
+        return choice;
+    }
+};
+
+} // namespace gsc

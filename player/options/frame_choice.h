@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// How a frame is drawn.
+#pragma once
+
+#include <gsc/frame_types.h>
+
+#include <optional>
+#include <vector>
+
+namespace gsc {
+
+// Where an eye looks, around which everything is drawn.
+enum class FoveationMode { None, Fixed, Gaze };
+
+struct FrameChoice {
+    Tier tier = Tier::Fast;
+    double lod_bias = 0;                     // levels added
+    double lod_fade = 0, lod_hysteresis = 0; // levels, as FrameOptions has them
+    FoveationMode foveation = FoveationMode::None;
+    double fovea_pixels = 2; // of foveation: Foveation::smallest
+    StereoMode stereo = StereoMode::Exact;
+    ReuseOptions reuse;                           // what is kept between frames
+    std::optional<std::vector<float>> background; // 3 values; none = the model's
+    double near_z = 0;                            // world units, 0 = the model's
+    double target_ms = 0;                         // of a frame, held by a falling lod_bias; 0 = none
+
+    [[nodiscard]] double foveaPixels() const { return foveation == FoveationMode::None ? 0 : fovea_pixels; }
+};
+
+} // namespace gsc

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the pictures and the numbers of a run go.
+#pragma once
+
+#include "player/output/picture_stream.h"
+
+#include <string>
+
+namespace gsc {
+
+struct OutputChoice {
+    std::string out; // pattern, empty = write nothing, "-" = a stream on standard output
+    PixelDepth depth = PixelDepth::Eight;
+    StreamFormat stream = StreamFormat::Y4m; // of --out -
+    std::string video;                       // file, empty = none
+    double fps = 30;                         // of a Y4m and of a video
+    std::string stats;                       // file, empty = none
+    bool overwrite = false;
+};
+
+} // namespace gsc
