@@ -4,6 +4,7 @@
 #include <gsc/error.h>
 #include "runtime/cameras/camera_file.h"
 #include "runtime/cameras/json_fields.h"
+#include "runtime/cameras/scene_cameras.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,17 +12,6 @@
 namespace gsc {
 
 namespace {
-
-std::vector<Camera> storedCameras(const Scene& scene, const std::string& file)
-{
-    std::vector<Camera> cameras;
-    for (const SourceCamera& stored : scene.cameras())
-        cameras.push_back(cameraOf(stored));
-    if (cameras.empty())
-        throw Error(ErrorCode::Usage,
-                    formatString("%s: holds no cameras, expected some to play; pass --cameras FILE", file.c_str()));
-    return cameras;
-}
 
 // A head of a trajectory with views, sized as asked for. The lens is the view's whatever the size is.
 void sizeHead(Camera& head, const ViewChoice& view)
@@ -165,23 +155,22 @@ void chooseAppearance(const Scene& scene, const std::string& model, int row, std
     const std::vector<uint32_t> known = scene.appearanceRows();
     if (known.empty())
         return;
-    const int fallback = int(known.front());
     uint64_t without = 0, missing = 0;
     for (Shot& shot : shots) {
-        const int wanted = shot.camera.appearance;
-        const bool there = wanted >= 0 && std::binary_search(known.begin(), known.end(), uint32_t(wanted));
-        without += wanted < 0;
-        missing += wanted >= 0 && !there;
-        shot.appearance = there ? wanted : fallback;
+        shot.appearance = appearanceOf(known, shot.camera);
+        without += shot.camera.appearance < 0;
+        missing += shot.camera.appearance >= 0 && shot.appearance != shot.camera.appearance;
     }
     if (without > 0)
         log.warning(formatString("%s: the model has an appearance embedding and %llu of %zu cameras name no row of it; "
                                  "row %d is used, pass --appearance ROW to choose",
-                                 model.c_str(), static_cast<unsigned long long>(without), shots.size(), fallback));
+                                 model.c_str(), static_cast<unsigned long long>(without), shots.size(),
+                                 int(known.front())));
     if (missing > 0)
         log.warning(formatString("%s: %llu of %zu cameras name an appearance row that is not in the file; row %d is "
                                  "used, pass --appearance ROW to choose",
-                                 model.c_str(), static_cast<unsigned long long>(missing), shots.size(), fallback));
+                                 model.c_str(), static_cast<unsigned long long>(missing), shots.size(),
+                                 int(known.front())));
 }
 
 } // namespace
@@ -193,7 +182,10 @@ std::vector<Shot> chooseShots(const Scene& scene, const std::string& model, cons
     std::vector<std::string> warnings;
     std::vector<Camera> cameras =
         from.isFile() ? readCameraFile(from.file, &facts, {from.ignore_distortion, from.transform, &warnings})
-                      : storedCameras(scene, model);
+                      : sceneCameras(scene, from.file, {});
+    if (cameras.empty())
+        throw Error(ErrorCode::Usage,
+                    formatString("%s: holds no cameras, expected some to play; pass --cameras FILE", model.c_str()));
     for (const std::string& text : warnings)
         log.warning(text);
     if (!facts.views.empty())
@@ -211,7 +203,7 @@ std::vector<Shot> chooseShots(const Scene& scene, const std::string& model, cons
 
 FrameOptions frameOptions(const Scene& scene, const FrameChoice& choice)
 {
-    FrameOptions frame;
+    FrameOptions frame = modelOptions(scene);
     frame.tier = choice.tier;
     frame.stereo = choice.stereo;
     frame.near_z = float(choice.near_z);
@@ -220,42 +212,9 @@ FrameOptions frameOptions(const Scene& scene, const FrameChoice& choice)
     frame.lod_hysteresis = float(choice.lod_hysteresis);
     frame.reuse = choice.reuse;
     frame.foveation.smallest = float(choice.foveaPixels());
-    const bool white = (scene.view().params->flags & kModelWhiteBackground) != 0;
-    for (size_t c = 0; c < 3; ++c)
-        frame.background[c] = choice.background ? (*choice.background)[c] : white ? 1.0f : 0.0f;
+    if (choice.background)
+        std::copy_n(choice.background->begin(), 3, frame.background);
     return frame;
-}
-
-FrameOptions exactOptions(FrameOptions frame)
-{
-    frame.tier = Tier::Exact;
-    frame.stereo = StereoMode::Exact;
-    frame.lod_bias = frame.lod_fade = frame.lod_hysteresis = 0;
-    frame.reuse = {};
-    frame.foveation = {};
-    return frame;
-}
-
-void shotEyes(const Shot& shot, uint32_t eye_count, EyeParams* eyes)
-{
-    if (eye_count == 1) {
-        eyes[0] = eyeParams(shot.camera, shot.origin);
-        return;
-    }
-    if (shot.right_eye) {
-        eyes[0] = eyeParams(shot.camera, shot.origin);
-        eyes[1] = eyeParams(*shot.right_eye, shot.origin);
-        return;
-    }
-    Camera left, right;
-    stereoPair(shot.camera, shot.ipd, left, right);
-    eyes[0] = eyeParams(left, shot.origin);
-    eyes[1] = eyeParams(right, shot.origin);
-}
-
-int32_t shotAppearance(const Scene& scene, const Shot& shot)
-{
-    return shot.appearance < 0 ? -1 : scene.appearanceRow(shot.appearance);
 }
 
 } // namespace gsc

@@ -5,23 +5,13 @@
 #include "player/options/camera_choice.h"
 #include "player/options/frame_choice.h"
 #include "runtime/cli/reporter.h"
-#include <gsc/camera.h>
+#include "runtime/frames/shot.h"
 #include <gsc/scene.h>
 
-#include <cstdint>
-#include <optional>
+#include <string>
 #include <vector>
 
 namespace gsc {
-
-struct Shot {
-    Camera camera;                   // the only eye, or the middle between two that are `ipd` apart
-    uint64_t index = 0;              // in the camera file
-    int appearance = -1;             // the trainer's embedding row; -1 if the model has none
-    double ipd = 0;                  // of two eyes, world units; 0 = one eye, or views say where they are
-    std::optional<Camera> right_eye; // of a trajectory with views; `camera` is then the left one
-    double origin[3] = {};           // ModelView::origin of the scene that is rendered
-};
 
 // At least one. `title`, if given, takes the name that a trajectory states, empty if none. Warns where an embedding row
 // had to be chosen for a camera and where distortion is ignored. `model` is the scene's file. Throws Error (Usage, Io,
@@ -31,14 +21,5 @@ std::vector<Shot> chooseShots(const Scene& scene, const std::string& model, cons
 
 // Background, near plane, tier, stereo, what is said of levels, and reuse; the appearance is the shot's.
 FrameOptions frameOptions(const Scene& scene, const FrameChoice& choice);
-
-// The same with nothing left out: what `frame` is compared with.
-FrameOptions exactOptions(FrameOptions frame);
-
-// The eyes of a shot, one or two, as its scene's backend takes them.
-void shotEyes(const Shot& shot, uint32_t eye_count, EyeParams* eyes);
-
-// Row of EMBD, as FrameOptions wants it.
-int32_t shotAppearance(const Scene& scene, const Shot& shot);
 
 } // namespace gsc

@@ -33,10 +33,11 @@ class BenchScorer {
 public:
     BenchScorer(const BenchOptions& options, const Scene& scene, const std::vector<Shot>& shots, Renderer& renderer,
                 Renderer& reference, BenchSummary& summary)
-        : m_options(options), m_scene(scene), m_shots(shots), m_eye_count(uint32_t(options.play.view.eyes)),
-          m_renderer(renderer), m_reference(reference), m_summary(summary),
-          m_frame(frameOptions(scene, options.play.frame)), m_exact(exactOptions(m_frame)),
-          m_control(lodControl(scene, options.play.frame)), m_place(scorePlace(renderer)),
+        : m_options(options), m_shots(shots), m_eye_count(uint32_t(options.play.view.eyes)), m_renderer(renderer),
+          m_summary(summary), m_frame(frameOptions(scene, options.play.frame)),
+          m_control(lodControl(scene, options.play.frame)),
+          m_loop(scene, shots, m_eye_count, m_frame, renderer, m_control ? &*m_control : nullptr),
+          m_exact_loop(scene, shots, m_eye_count, exactOptions(m_frame), reference), m_place(scorePlace(renderer)),
           m_exact_memory(memoryFor(renderer.id(), !m_place.on_device, reference))
     {
     }
@@ -51,7 +52,7 @@ public:
         else
             for (const uint64_t i : scored) {
                 const FramePictures images = takePictures(*m_place.memory, m_shots[i], m_eye_count);
-                (void)renderShot(m_scene, m_shots[i], m_eye_count, m_frame, m_renderer, &images);
+                (void)m_loop.draw(i, drawsInto(&images));
                 score(i, images);
             }
         if (!m_fovea.empty())
@@ -74,16 +75,13 @@ private:
                                                              scored.size(), double(bytes) / double(1 << 30)));
         std::map<uint64_t, FramePictures> played;
         m_renderer.dropCaches();
-        for (uint64_t i = 0; i <= scored.back(); ++i) {
-            const FramePictures* images = nullptr;
-            if (std::ranges::binary_search(scored, i))
-                images = &(played[i] = takePictures(*memory, m_shots[i], m_eye_count));
-            if (m_control)
-                m_frame.lod_bias = float(m_control->bias());
-            const TimedFrame frame = renderShot(m_scene, m_shots[i], m_eye_count, m_frame, m_renderer, images);
-            if (m_control)
-                m_control->add(frame.result.times.total);
-        }
+        m_loop.run(
+            scored.back() + 1, 1, [](size_t frame) { return frame; },
+            [&](size_t i, LoopFrame& frame) {
+                if (std::ranges::binary_search(scored, i))
+                    drawsInto (&(played[i] = takePictures(*memory, m_shots[i], m_eye_count)))(i, frame);
+            },
+            [](size_t, LoopFrame&, const TimedFrame&) {});
         for (const auto& [i, images] : played)
             score(i, images);
     }
@@ -92,7 +90,7 @@ private:
     {
         const Shot& shot = m_shots[number];
         const FramePictures exact = takePictures(*m_exact_memory, shot, m_eye_count);
-        (void)renderShot(m_scene, shot, m_eye_count, m_exact, m_reference, &exact);
+        (void)m_exact_loop.draw(number, drawsInto(&exact));
         EyeParams eyes[kMaxEyes];
         shotEyes(shot, m_eye_count, eyes);
         const bool foveated = m_frame.foveation.smallest > 0;
@@ -108,13 +106,13 @@ private:
     }
 
     const BenchOptions& m_options;
-    const Scene& m_scene;
     const std::vector<Shot>& m_shots;
     uint32_t m_eye_count;
-    Renderer &m_renderer, &m_reference;
+    Renderer& m_renderer;
     BenchSummary& m_summary;
-    FrameOptions m_frame, m_exact;
+    FrameOptions m_frame;
     std::optional<LodControl> m_control;
+    FrameLoop m_loop, m_exact_loop;
     ScorePlace m_place;
     std::shared_ptr<PictureMemory> m_exact_memory;
     FoveaScorer m_fovea;

@@ -1,36 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/measure/exact_images.h"
 
-#include <gsc/interrupt.h>
-
-#include <chrono>
-
 namespace gsc {
 
-TimedFrame renderShot(const Scene& scene, const Shot& shot, uint32_t eye_count, FrameOptions& frame, Renderer& renderer,
-                      const FramePictures* images)
+FrameLoop::Prepare drawsInto(const FramePictures* images)
 {
-    using Clock = std::chrono::steady_clock;
-    throwIfInterrupted();
-    EyeParams eyes[kMaxEyes];
-    shotEyes(shot, eye_count, eyes);
-    frame.appearance = shotAppearance(scene, shot);
-    FrameTarget targets[kMaxEyes];
-    for (uint32_t e = 0; images != nullptr && e < eye_count; ++e)
-        targets[e] = images->target(e);
-    FrameRequest request{{eyes, eye_count}, {}, frame};
-    if (images != nullptr)
-        request.targets = {targets, eye_count};
-    TimedFrame timed{0, {}, double(shot.camera.width) * shot.camera.height, double(frame.lod_bias)};
-    const Clock::time_point start = Clock::now();
-    timed.result = render(renderer, request);
-    timed.wall_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-    return timed;
+    return [images](size_t, LoopFrame& frame) {
+        frame.delivers = images != nullptr;
+        for (uint32_t e = 0; frame.delivers && e < frame.eye_count; ++e)
+            frame.targets[e] = images->target(e);
+    };
 }
 
 ExactImages::ExactImages(const Scene& scene, const Path& path, const FrameOptions& frame, const ScoreOptions& score,
                          Renderer& renderer, std::shared_ptr<PictureMemory> memory)
-    : m_scene(scene), m_path(path), m_frame(exactOptions(frame)), m_score(score), m_renderer(renderer),
+    : m_path(path), m_score(score), m_loop(scene, path.shots, path.eye_count, exactOptions(frame), renderer),
       m_memory(std::move(memory))
 {
 }
@@ -47,7 +31,7 @@ uint64_t ExactImages::bytes(const Path& path, const ScoreOptions& score)
 FramePictures ExactImages::render(size_t shot)
 {
     const FramePictures images = takePictures(*m_memory, m_path.shots[shot], m_path.eye_count);
-    (void)renderShot(m_scene, m_path.shots[shot], m_path.eye_count, m_frame, m_renderer, &images);
+    (void)m_loop.draw(shot, drawsInto(&images));
     return images;
 }
 

@@ -5,7 +5,7 @@
 #include "player/measure/scorer.h"
 #include "player/frames/path.h"
 #include "player/measure/frame_pictures.h"
-#include "runtime/records/frame_numbers.h"
+#include "runtime/frames/frame_loop.h"
 #include <gsc/renderer.h>
 #include <gsc/scene.h>
 
@@ -15,9 +15,8 @@
 
 namespace gsc {
 
-// Renders a shot into `images`, or leaves it on the device if that is null. Sets the appearance in `frame`.
-TimedFrame renderShot(const Scene& scene, const Shot& shot, uint32_t eye_count, FrameOptions& frame, Renderer& renderer,
-                      const FramePictures* images);
+// What a frame of a FrameLoop is drawn into; null: it stays on the device.
+FrameLoop::Prepare drawsInto(const FramePictures* images);
 
 // Images of tier exact without reuse and without caches, of the frames that `score` scores: what every run of the path is
 // measured against.
@@ -40,11 +39,9 @@ public:
 private:
     FramePictures render(size_t shot);
 
-    const Scene& m_scene;
     const Path& m_path;
-    FrameOptions m_frame;
     ScoreOptions m_score;
-    Renderer& m_renderer;
+    FrameLoop m_loop;
     std::shared_ptr<PictureMemory> m_memory;
     std::vector<FramePictures> m_kept; // per shot; empty unless kept
     FramePictures m_current;

@@ -85,8 +85,9 @@ class Run {
 public:
     Run(const Scene& scene, const Path& path, const FrameOptions& frame, Renderer& renderer, ExactImages& exact,
         const ScoreOptions& score, const FrameDone& done)
-        : m_scene(scene), m_path(path), m_frame(frame), m_renderer(renderer), m_exact(exact), m_score(score),
-          m_done(done), m_place(scorePlace(renderer)), m_scorer(score, std::move(m_place.scorer))
+        : m_path(path), m_frame(frame), m_renderer(renderer),
+          m_loop(scene, path.shots, path.eye_count, frame, renderer), m_exact(exact), m_score(score), m_done(done),
+          m_place(scorePlace(renderer)), m_scorer(score, std::move(m_place.scorer))
     {
     }
 
@@ -104,15 +105,13 @@ public:
     }
 
 private:
-    TimedFrame draw(size_t shot, const FramePictures* images)
-    {
-        return renderShot(m_scene, m_path.shots[shot], m_path.eye_count, m_frame, m_renderer, images);
-    }
+    TimedFrame draw(size_t shot, const FramePictures* images) { return m_loop.draw(shot, drawsInto(images)); }
 
     void time(RunResult& run)
     {
-        for (size_t i = 0; i < m_path.shots.size(); ++i)
-            run.frames.push_back(draw(i, nullptr));
+        m_loop.run(
+            m_path.shots.size(), 1, [](size_t frame) { return frame; }, nullptr,
+            [&run](size_t, LoopFrame&, const TimedFrame& timed) { run.frames.push_back(timed); });
     }
 
     // A block of frames at a time; each is drawn into the same memory, as a player has it.
@@ -169,10 +168,10 @@ private:
         }
     }
 
-    const Scene& m_scene;
     const Path& m_path;
     FrameOptions m_frame;
     Renderer& m_renderer;
+    FrameLoop m_loop;
     ExactImages& m_exact;
     const ScoreOptions& m_score;
     const FrameDone& m_done;

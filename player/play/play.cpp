@@ -8,7 +8,7 @@
 #include "player/devices/worker_report.h"
 #include "player/frames/lod_target.h"
 #include "player/output/video_file.h"
-#include "player/frames/shots_in_flight.h"
+#include "runtime/frames/frame_loop.h"
 #include "player/frames/stopwatch.h"
 #include "player/devices/open_renderer.h"
 #include "player/output/out_pattern.h"
@@ -184,45 +184,40 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
     summary.shard_frames = shard.own();
     summary.frames_before = shard.own() - shard.frames().size();
 
-    FrameOptions frame_options = frameOptions(*scene, options.frame);
-    std::vector<float> pixels[kMaxEyes];
     const auto eye_count = uint32_t(options.view.eyes);
-    ShotsInFlight flying(*scene, eye_count, *renderer);
-    const size_t ahead = control ? 1 : renderer->framesInFlight(); // a target is held by what the frame before took
-    auto next = shard.frames().begin();
-    for (const size_t i : shard.frames()) {
-        stopIfInterrupted(shard.frames().size(), summary, options);
-        const Camera& camera = shots[i].camera;
-        for (; next != shard.frames().end() && flying.count() < ahead; ++next) {
-            if (control)
-                frame_options.lod_bias = float(control->bias());
-            flying.begin(shots[*next], frame_options);
-        }
-        const TimedFrame frame = flying.end(pixels);
-        const FrameStats stats{shots[i].index, camera.name, summary.backend,     summary.tier, camera.width,
-                               camera.height,  eye_count,   shots[i].appearance, frame.result, frame.lod_bias};
-        stopIfInterrupted(shard.frames().size(), summary, options);
-
-        Image images[kMaxEyes];
-        for (uint32_t eye = 0; eye < eye_count; ++eye)
-            images[eye] = {camera.width, camera.height, std::move(pixels[eye])};
-        for (uint32_t eye = 0; eye < eye_count && !paths.empty(); ++eye) {
-            writeImage(paths[i * eye_count + eye], images[eye], options.output.depth, shard.mayReplace(i));
-            summary.images.push_back(paths[i * eye_count + eye]);
-        }
-        streams.add(std::span(images, eye_count));
-        for (uint32_t eye = 0; eye < eye_count; ++eye)
-            pixels[eye] = std::move(images[eye].pixels); // the same memory for every frame
-        if (stats_file)
-            stats_file->write(frameStatsJson(stats) + "\n");
-        if (options.shard.isGiven())
-            shard.add(i, frameStatsJson(stats));
-        noteFrame(log, stats);
-        summary.frames.push_back(frame);
-        if (control)
-            control->add(frame.result.times.total);
-        log.progress("render", summary.frames.size(), shard.frames().size());
-    }
+    const std::vector<size_t>& frames = shard.frames();
+    FrameLoop loop(*scene, shots, eye_count, frameOptions(*scene, options.frame), *renderer,
+                   control ? &*control : nullptr);
+    const auto prepare = [&](size_t, LoopFrame& frame) {
+        stopIfInterrupted(frames.size(), summary, options);
+        frame.drawToHost();
+    };
+    loop.run(
+        frames.size(), renderer->framesInFlight(), [&](size_t n) { return frames[n]; }, prepare,
+        [&](size_t n, LoopFrame& drawn, const TimedFrame& frame) {
+            stopIfInterrupted(frames.size(), summary, options);
+            const size_t i = frames[n];
+            const Camera& camera = shots[i].camera;
+            const FrameStats stats{shots[i].index, camera.name, summary.backend,     summary.tier, camera.width,
+                                   camera.height,  eye_count,   shots[i].appearance, frame.result, frame.lod_bias};
+            Image images[kMaxEyes];
+            for (uint32_t eye = 0; eye < eye_count; ++eye)
+                images[eye] = {camera.width, camera.height, std::move(drawn.images[eye])};
+            for (uint32_t eye = 0; eye < eye_count && !paths.empty(); ++eye) {
+                writeImage(paths[i * eye_count + eye], images[eye], options.output.depth, shard.mayReplace(i));
+                summary.images.push_back(paths[i * eye_count + eye]);
+            }
+            streams.add(std::span(images, eye_count));
+            for (uint32_t eye = 0; eye < eye_count; ++eye)
+                drawn.images[eye] = std::move(images[eye].pixels); // the same memory for every frame
+            if (stats_file)
+                stats_file->write(frameStatsJson(stats) + "\n");
+            if (options.shard.isGiven())
+                shard.add(i, frameStatsJson(stats));
+            noteFrame(log, stats);
+            summary.frames.push_back(frame);
+            log.progress("render", summary.frames.size(), frames.size());
+        });
     summary.service = serviceStats(*renderer);
     if (streams.video)
         streams.video->commit();

@@ -4,7 +4,6 @@
 #include "runtime/cameras/camera_file.h"
 
 #include <algorithm>
-#include <iterator>
 
 namespace gsc {
 
@@ -22,25 +21,18 @@ std::vector<Camera> sceneCameras(const Scene& scene, const std::string& cameras,
     return all;
 }
 
-int appearanceFor(const Scene& scene, const Camera& camera)
+int appearanceOf(const std::vector<uint32_t>& rows, const Camera& camera)
 {
-    const std::vector<uint32_t> rows = scene.appearanceRows();
     if (rows.empty())
         return -1;
     const bool kept =
-        camera.appearance >= 0 && std::find(rows.begin(), rows.end(), uint32_t(camera.appearance)) != rows.end();
+        camera.appearance >= 0 && std::binary_search(rows.begin(), rows.end(), uint32_t(camera.appearance));
     return kept ? camera.appearance : int(rows.front());
 }
 
-FrameOptions exactOptionsFor(const Scene& scene, const Camera& camera)
+int appearanceFor(const Scene& scene, const Camera& camera)
 {
-    FrameOptions options;
-    options.tier = Tier::Exact;
-    if (scene.view().params->flags & kModelWhiteBackground)
-        std::fill(std::begin(options.background), std::end(options.background), 1.0f);
-    if (const int row = appearanceFor(scene, camera); row >= 0)
-        options.appearance = scene.appearanceRow(row);
-    return options;
+    return appearanceOf(scene.appearanceRows(), camera);
 }
 
 } // namespace gsc

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cameras that a command looks at a scene with: those stored in its file, or a camera file's; and what it draws with.
+// The cameras that a command looks at a scene with: those stored in its file, or a camera file's.
 #pragma once
 
 #include "runtime/cameras/camera_reading.h"
@@ -18,9 +18,7 @@ std::vector<Camera> sceneCameras(const Scene& scene, const std::string& cameras,
 
 // The trainer's row of the embedding that the camera asks for if the file kept it, else the first it has; -1 without embedding.
 int appearanceFor(const Scene& scene, const Camera& camera);
-
-// What the trainer draws the camera with: the tier `exact`, the model's background, appearanceFor().
-FrameOptions exactOptionsFor(const Scene& scene, const Camera& camera);
+int appearanceOf(const std::vector<uint32_t>& rows, const Camera& camera); // `rows`: Scene::appearanceRows()
 
 // At most so many of a list, evenly spread.
 template <typename T>
