@@ -5,7 +5,7 @@
 #include <hwy/highway.h>
 
 #include "kernels/bin/bin.h"
-#include "kernels/simd/ellipse-inl.h"
+#include "kernels/bin/ellipse-inl.h"
 #include "kernels/threads/parallel.h"
 
 #include <algorithm>

@@ -4,17 +4,13 @@
 #pragma once
 
 #include "kernels/frame/device_model.h"
+#include "kernels/sort/sort_key.h"
 
 #include <cstddef>
 
 struct CUstream_st;
 
 namespace gsc {
-
-struct BinKey {
-    uint32_t depth_bits;
-    uint32_t slot; // of the splat, counted over all lists
-};
 
 // A list of so many keys is long: which pixels its splats touch is found before it is blended, in units of so many keys.
 constexpr uint32_t kLongListBits = 10, kLongList = 1u << kLongListBits;
@@ -40,7 +36,7 @@ struct BinCudaArgs {
     uint32_t slot_capacity;
     DepthPass pass;
     uint32_t* cells; // lists x grid.cells(): counts; afterwards the end of each cell in `keys`
-    BinKey* keys;    // pair_capacity; unordered within a cell
+    SortKey* keys;   // pair_capacity; unordered within a cell
     uint32_t pair_capacity;
     uint32_t* wide;         // kWideSplats: splats of many bins
     uint32_t* bin_class;    // lists x grid.bins(): leading zeros of the count

@@ -9,7 +9,7 @@
 #endif
 
 #include "kernels/blend/blend.h"
-#include "kernels/simd/ellipse-inl.h"
+#include "kernels/bin/ellipse-inl.h"
 #include "kernels/simd/simd_math-inl.h"
 
 #include <hwy/contrib/math/math-inl.h>

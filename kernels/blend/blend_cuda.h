@@ -48,7 +48,7 @@ struct BlendCudaArgs {
     uint32_t* segment_pairs;      // segmentCapacity() x pairs of a bin: first segments, as items of SegmentQueue
     uint32_t* segment_queue;      // segmentQueueWords()
     SegmentState* segment_states; // as many as segment_pairs, by the first segment
-    const BinKey* keys;           // sorted
+    const SortKey* keys;          // sorted
     uint32_t pair_capacity;
     FrameCounters* counters;
     float* image[kMaxEyes];         // height x width x 3

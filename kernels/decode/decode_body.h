@@ -8,16 +8,6 @@
 
 namespace gsc {
 
-template <typename Real>
-struct GaussianOf {
-    Real position[3]; // world
-    Real scale[3];    // standard deviations, world units
-    Real rotation[4]; // w x y z, normalised
-    Real opacity;
-    Real color[3];
-    uint64_t order; // emissionOrder()
-};
-
 // Values of scratch decodeAnchor() needs: feature, banked feature, input, hidden, outputs of the three heads.
 GSC_HD size_t decodeScratch(const ModelParams& params)
 {

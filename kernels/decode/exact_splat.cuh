@@ -4,8 +4,8 @@
 
 #include "kernels/cuda/anchor_shape.cuh"
 #include "kernels/cuda/depth_cells.cuh"
+#include "kernels/decode/decode_body.h"
 #include "kernels/decode/decode_exact_cuda.h"
-#include "kernels/project/project_body.h"
 
 namespace gsc {
 

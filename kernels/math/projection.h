@@ -10,6 +10,17 @@
 
 namespace gsc {
 
+// What decoding an anchor gives, seen by one eye.
+template <typename Real>
+struct GaussianOf {
+    Real position[3]; // world
+    Real scale[3];    // standard deviations, world units
+    Real rotation[4]; // w x y z, normalised
+    Real opacity;
+    Real color[3];
+    uint64_t order; // emissionOrder()
+};
+
 template <typename Real>
 struct Covariance3 {
     Real xx, xy, xz, yy, yz, zz;
@@ -207,6 +218,16 @@ GSC_HD Footprint<Real> footprint(const EyeOf<Real>& eye, const RasterConstants& 
     }
     f.tiles = tileRect<Real>(eye, rules.gsplat, f.x, f.y, f.radius);
     f.visible = f.radius > 0 && !f.tiles.empty();
+    return f;
+}
+
+// Footprint of a decoded Gaussian; `finite` also covers its colour, which footprint() does not see.
+template <typename Real>
+GSC_HD Footprint<Real> projectGaussian(const EyeOf<Real>& eye, const RasterConstants& rules, const GaussianOf<Real>& g)
+{
+    Footprint<Real> f =
+        footprint<Real>(eye, rules, Vec3<Real>{g.position[0], g.position[1], g.position[2]}, g.scale, g.rotation);
+    f.finite = f.finite && isFinite(g.color[0]) && isFinite(g.color[1]) && isFinite(g.color[2]);
     return f;
 }
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kernels/project/project.h"
 
-#include "kernels/project/project_body.h"
-
 namespace gsc {
 
 template <typename Real>

@@ -42,7 +42,7 @@ template <uint32_t kStride>
 struct Nearer {
     const uint32_t* orders; // SortCudaArgs
 
-    __device__ __forceinline__ bool operator()(const BinKey& a, const BinKey& b) const
+    __device__ __forceinline__ bool operator()(const SortKey& a, const SortKey& b) const
     {
         if (a.depth_bits != b.depth_bits)
             return a.depth_bits < b.depth_bits;
@@ -53,13 +53,13 @@ struct Nearer {
 // A bitonic network over `count` keys in any memory, of which every `sorted` are sorted. Its merges begin with the second
 // half mirrored, so that keys beyond the end need not exist. For what registers cannot hold or order.
 template <typename Order, typename Team>
-GSC_NO_INLINE __device__ void sortInMemory(BinKey* keys, uint32_t count, uint32_t sorted, const Order& nearer,
+GSC_NO_INLINE __device__ void sortInMemory(SortKey* keys, uint32_t count, uint32_t sorted, const Order& nearer,
                                            const Team& team)
 {
     const auto exchange = [&](uint32_t i, uint32_t j) {
         if (j >= count)
             return;
-        const BinKey a = keys[i], b = keys[j];
+        const SortKey a = keys[i], b = keys[j];
         if (nearer(b, a)) {
             keys[i] = b;
             keys[j] = a;
@@ -104,7 +104,7 @@ __device__ __forceinline__ void extremes(uint32_t& low, uint32_t& high, const Te
 // Orders keys whose sorted bits are the same by all of their depth and by emission. The thread of a run's first key
 // orders the run. all_bits: the sorted ones are all of the depth. False if a run is too long for that.
 template <uint32_t kItemCount, typename Order, typename Team>
-__device__ __forceinline__ bool orderTies(const BinKey* keys, uint32_t count, uint32_t index_bits, bool all_bits,
+__device__ __forceinline__ bool orderTies(const SortKey* keys, uint32_t count, uint32_t index_bits, bool all_bits,
                                           const Order& nearer, const TeamMemory& memory, const Team& team)
 {
     const uint32_t lane = team.thread & 31u;
@@ -125,7 +125,7 @@ __device__ __forceinline__ bool orderTies(const BinKey* keys, uint32_t count, ui
     const auto tied = [&](uint32_t e) { return (memory.ties[e / 32] >> (e & 31u) & 1u) != 0; };
     const auto keyOf = [&](uint32_t item) { // equal depths differ by slot alone, which is in shared memory
         const uint32_t at = item & index_mask;
-        return all_bits ? BinKey{0, memory.slots[at]} : keys[at];
+        return all_bits ? SortKey{0, memory.slots[at]} : keys[at];
     };
     bool too_long = false;
     for (uint32_t w = team.thread; w < kItemCount * team.threads / 32; w += team.threads) {
@@ -141,7 +141,7 @@ __device__ __forceinline__ bool orderTies(const BinKey* keys, uint32_t count, ui
             }
             for (uint32_t i = e + 1; i < end; ++i) {
                 const uint32_t moving = memory.sorted[padded(i)];
-                const BinKey key = keyOf(moving);
+                const SortKey key = keyOf(moving);
                 uint32_t to = i;
                 for (; to > e; --to) {
                     const uint32_t before_it = memory.sorted[padded(to - 1)];
@@ -159,7 +159,8 @@ __device__ __forceinline__ bool orderTies(const BinKey* keys, uint32_t count, ui
 // Sorts up to kItemCount keys per thread: as many bits of the depth, counted from the nearest, as fit into a word beside
 // the place of the key. kWhole: keys are moved, not their slots alone.
 template <uint32_t kItemCount, bool kWhole, typename Order, typename Team>
-__device__ void sortPiece(BinKey* keys, uint32_t count, const Order& nearer, const TeamMemory& memory, const Team& team)
+__device__ void sortPiece(SortKey* keys, uint32_t count, const Order& nearer, const TeamMemory& memory,
+                          const Team& team)
 {
     const uint32_t index_bits = uint32_t(31 - __clz(int(team.threads * kItemCount)));
     uint32_t values[kItemCount], low = ~0u, high = 0;
@@ -167,7 +168,7 @@ __device__ void sortPiece(BinKey* keys, uint32_t count, const Order& nearer, con
 #pragma unroll
     for (uint32_t i = 0; i < kItemCount; ++i) {
         const uint32_t at = i * team.threads + team.thread;
-        const BinKey key = at < count ? keys[at] : BinKey{~0u, 0};
+        const SortKey key = at < count ? keys[at] : SortKey{~0u, 0};
         values[i] = key.depth_bits;
         memory.slots[at] = key.slot;
         if (at < count) {
@@ -195,7 +196,7 @@ __device__ void sortPiece(BinKey* keys, uint32_t count, const Order& nearer, con
     }
     const uint32_t index_mask = (1u << index_bits) - 1u;
     if constexpr (kWhole) {
-        BinKey moved[kItemCount];
+        SortKey moved[kItemCount];
 #pragma unroll
         for (uint32_t i = 0; i < kItemCount; ++i) {
             const uint32_t e = i * team.threads + team.thread;
@@ -220,7 +221,7 @@ __device__ void sortPiece(BinKey* keys, uint32_t count, const Order& nearer, con
 // A piece that is too long for a block: part by part, and then the parts together. Rare, and kept apart so that its
 // registers are not the other pieces'.
 template <typename Order>
-GSC_NO_INLINE __device__ void sortLong(BinKey* keys, const Piece& piece, const Order& nearer, const TeamMemory& memory,
+GSC_NO_INLINE __device__ void sortLong(SortKey* keys, const Piece& piece, const Order& nearer, const TeamMemory& memory,
                                        const SortTeam& block)
 {
     constexpr uint32_t kPart = kThreads * kItems;

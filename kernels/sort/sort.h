@@ -6,6 +6,7 @@
 #include "kernels/simd/buffer.h"
 #include "kernels/project/project.h"
 #include "kernels/select/select.h"
+#include "kernels/sort/sort_key.h"
 
 #include <vector>
 
@@ -23,11 +24,6 @@ struct SortArgs {
     uint32_t block_count;
     uint32_t block_capacity;
     const uint32_t* groups = nullptr; // per block, where blocks are groups; `visible` is not read then
-};
-
-struct SortKey {
-    uint32_t depth_bits;
-    uint32_t slot;
 };
 
 // Keys [begin, end) of equal depth.

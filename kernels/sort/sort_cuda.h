@@ -2,12 +2,15 @@
 // Depth order within the pieces of the bins' lists, on the device.
 #pragma once
 
-#include "kernels/bin/bin_cuda.h"
+#include "kernels/frame/device_model.h"
+#include "kernels/sort/sort_key.h"
+
+struct CUstream_st;
 
 namespace gsc {
 
 struct SortCudaArgs {
-    BinKey* keys;           // sorted in place piece by piece; afterwards only `slot` means something
+    SortKey* keys;          // sorted in place piece by piece; afterwards only `slot` means something
     const uint32_t* orders; // emission order of the splat in slot 0; in shared bins the first eye's tell the order
     bool exact;             // slots are ExactSplats, not PackedSplats
     const Piece* pieces;

@@ -185,7 +185,7 @@ FrameBuffers layOutFrame(ArenaLayout& layout, const DeviceScene& scene, const Fr
     b.places = layout.take<SplatPlace>(size_t(shape.lists()) * capacity.slots);
     if (!shape.exact)
         b.touches = layout.take<uint16_t>(slots);
-    b.keys = layout.take<BinKey>(capacity.pairs);
+    b.keys = layout.take<SortKey>(capacity.pairs);
     b.wide = layout.take<uint32_t>(kWideSplats);
     for (uint32_t e = 0; e < shape.eye_count; ++e) {
         b.image[e] = layout.take<float>(shape.pixels(e) * 3);

@@ -69,7 +69,7 @@ struct FrameBuffers { // device memory
     unsigned char* splats;
     SplatPlace* places;
     uint16_t* touches; // null in `exact`
-    BinKey* keys;
+    SortKey* keys;
     uint32_t* wide;
     Piece* pieces;
     TouchUnit* touch_units;

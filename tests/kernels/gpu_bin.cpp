@@ -152,7 +152,7 @@ void checkBin(const Places& p, uint32_t pair_capacity, uint32_t readers)
     const GuardedBuffer<SplatPlace> places(p.places);
     const GuardedBuffer<uint16_t> slab_of(p.slab_of);
     const GuardedBuffer<uint32_t> cells(expected.counts), bin_class(bins), bin_queue(bins);
-    const GuardedBuffer<BinKey> keys(pair_capacity);
+    const GuardedBuffer<SortKey> keys(pair_capacity);
     const GuardedBuffer<Piece> pieces(size_t(kPieceClasses) * piece_capacity);
     const GuardedBuffer<unsigned char> scratch(scratch_bytes);
     const GuardedBuffer<uint32_t> bin_units(bins);
@@ -200,7 +200,7 @@ void checkBin(const Places& p, uint32_t pair_capacity, uint32_t readers)
     CHECK(ends == expected.ends);
     CHECK(std::is_sorted(ends.begin(), ends.end()));
 
-    const std::vector<BinKey> found = keys.read();
+    const std::vector<SortKey> found = keys.read();
     uint32_t wrong = 0;
     for (size_t cell = 0; cell < expected.cells.size(); ++cell) {
         std::vector<std::pair<uint32_t, uint32_t>> content;

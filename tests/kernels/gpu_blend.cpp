@@ -72,7 +72,7 @@ Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes, uint32_t lo
     for (uint32_t pass = 0; pass < passes; ++pass) {
         const auto first = uint32_t(scene.splats.size() * pass / passes);
         const auto last = uint32_t(scene.splats.size() * (pass + 1) / passes);
-        std::vector<BinKey> keys;
+        std::vector<SortKey> keys;
         std::vector<uint32_t> ends, queue(bins), counts(bins);
         for (uint32_t bin = 0; bin < bins; ++bin) {
             const size_t begin = keys.size();
@@ -114,7 +114,7 @@ Drawn blendOnDevice(const BlendScene<Splat>& scene, uint32_t passes, uint32_t lo
         const GuardedBuffer<uint32_t> segment_pairs(segments * pairsOfBin(scene.grid)),
             segment_queue(segmentQueueWords(scene.grid, units.size(), kTestProcessors));
         const GuardedBuffer<SegmentState> segment_states(segments * pairsOfBin(scene.grid));
-        const GuardedBuffer<BinKey> device_keys(keys);
+        const GuardedBuffer<SortKey> device_keys(keys);
         const GuardedBuffer<uint32_t> cells(ends), bin_queue(queue);
         const GuardedBuffer<FrameCounters> device_counters(std::vector<FrameCounters>{counters});
         BlendCudaArgs args{};

@@ -3,7 +3,6 @@
 
 #include "kernels/decode/decode.h"
 #include "kernels/math/projection.h"
-#include "kernels/project/project_body.h"
 #include "kernels/select/pass_list_cuda.h"
 
 #include <doctest/doctest.h>

@@ -44,8 +44,8 @@ void checkSort(const std::vector<uint32_t>& counts, const Pattern& pattern, uint
 {
     CAPTURE(pattern.name);
     CAPTURE(sizeof(Splat));
-    constexpr uint32_t kGap = 3;    // keys between two pieces
-    constexpr BinKey kGapKey{0, 1}; // nearer than any, should it be compared
+    constexpr uint32_t kGap = 3;     // keys between two pieces
+    constexpr SortKey kGapKey{0, 1}; // nearer than any, should it be compared
     Random random(seed);
     uint32_t total = kGap;
     for (const uint32_t count : counts)
@@ -67,7 +67,7 @@ void checkSort(const std::vector<uint32_t>& counts, const Pattern& pattern, uint
         splats[i].order = ranks[i] * 3;
 
     const auto piece_capacity = uint32_t(counts.size());
-    std::vector<BinKey> keys(total, kGapKey);
+    std::vector<SortKey> keys(total, kGapKey);
     std::vector<Piece> pieces(size_t(kPieceClasses) * piece_capacity, Piece{~0u, ~0u});
     FrameCounters before{};
     std::vector<Piece> listed;
@@ -81,7 +81,7 @@ void checkSort(const std::vector<uint32_t>& counts, const Pattern& pattern, uint
         at += count + kGap;
     }
 
-    const GuardedBuffer<BinKey> device_keys(keys);
+    const GuardedBuffer<SortKey> device_keys(keys);
     const GuardedBuffer<Splat> device_splats(splats);
     const GuardedBuffer<Piece> device_pieces(pieces);
     const GuardedBuffer<FrameCounters> counters(std::vector<FrameCounters>{before});
@@ -93,12 +93,12 @@ void checkSort(const std::vector<uint32_t>& counts, const Pattern& pattern, uint
     CHECK(device_pieces.intact());
     CHECK(counters.intact());
 
-    const std::vector<BinKey> sorted = device_keys.read();
-    std::vector<BinKey> expected = keys;
+    const std::vector<SortKey> sorted = device_keys.read();
+    std::vector<SortKey> expected = keys;
     std::vector<bool> inside(total, false);
     for (const Piece& piece : listed) {
         std::sort(expected.begin() + piece.first, expected.begin() + piece.first + piece.count,
-                  [&splats](const BinKey& a, const BinKey& b) {
+                  [&splats](const SortKey& a, const SortKey& b) {
                       return a.depth_bits != b.depth_bits ? a.depth_bits < b.depth_bits
                                                           : splats[a.slot].order < splats[b.slot].order;
                   });
