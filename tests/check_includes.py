@@ -127,14 +127,17 @@ def main() -> int:
                 faults.append(f"{path}: includes {quoted or named}, expected the path of a header in the repository, or "
                               "<gsc/...> of one in an include/")
                 continue
-            if not allowed(path, target):
-                faults.append(f"{path}: includes {target}, expected only {rule_of(path)[1] or 'its own folder'}")
-            if "/include/gsc/" in path and not named:
-                faults.append(f"{path}: is installed and includes {quoted}, which is not")
-            if folder_of(path) != folder_of(target):
-                includes[folder_of(path), folder_of(target)].append(f"{path} includes {target}")
-    found = check_circles(includes, "--circles" in sys.argv)
-    faults += found if "--circles" in sys.argv else []
+            folder = str(file.parent.relative_to(root))
+            parent = str(pathlib.PurePath(folder).parent)
+            rooms[parent].add(folder)
+            rooms[folder].add(re.sub(r"(_cpu|_cuda|_reference|-inl)?\.\w+$", "", file.name))
+            text = file.read_text()
+            if "#include <CLI/" in text and folder != "player/tool":
+                faults.append(f"{path}: includes CLI11, which takes seconds to compile; use player/tool/options.h")
+            for included in INCLUDE.findall(text):
+                checked += 1
+                if "/" in included and not allowed(path, included):
+                    faults.append(f"{path}: includes {included}, expected only {rule_of(path)[1] or 'its own folder'}")
     for folder, names in rooms.items():
         if len(names) > MOST_ROOMS:
             faults.append(f"{folder}: {len(names)} rooms, expected at most {MOST_ROOMS}; make a folder of some")

@@ -9,15 +9,6 @@
 #include <cstddef>
 #include <cstdint>
 
-// A kernel's dynamic shared memory.
-#ifdef GSC_CUDA_EMULATION
-#define GSC_DYNAMIC_SHARED(name) unsigned char* const name = gsc_emulation::dynamicShared()
-#define GSC_NO_INLINE
-#else
-#define GSC_NO_INLINE __noinline__ // what is rare keeps its registers to itself
-#define GSC_DYNAMIC_SHARED(name) extern __shared__ __align__(16) unsigned char name[]
-#endif
-
 namespace gsc {
 
 // Asynchronous. Throws Error (Device, Unsupported) if the launch itself fails. beside: starts as soon as the kernel before

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instructions that CUDA C++ has no name for. The emulation has functions of the same names.
+// Code that only nvcc compiles: instructions that CUDA C++ has no name for, and dynamic shared memory. Where CUDA is emulated,
+// a header of the same path comes before this one (tests/cuda_emulation/include).
 #pragma once
 
-#ifdef GSC_CUDA_EMULATION
-#include "tests/cuda_emulation/ptx_emulation.h"
-#else
-
 #include <cstdint>
+
+// A kernel's dynamic shared memory. A function that returns it costs the sort 8 instructions.
+#define GSC_DYNAMIC_SHARED(name) extern __shared__ __align__(16) unsigned char name[]
 
 namespace gsc {
 
@@ -124,5 +124,3 @@ __device__ __forceinline__ unsigned long long deviceNanoseconds()
 }
 
 } // namespace gsc
-
-#endif

@@ -53,8 +53,8 @@ struct Nearer {
 // A bitonic network over `count` keys in any memory, of which every `sorted` are sorted. Its merges begin with the second
 // half mirrored, so that keys beyond the end need not exist. For what registers cannot hold or order.
 template <typename Order, typename Team>
-GSC_NO_INLINE __device__ void sortInMemory(SortKey* keys, uint32_t count, uint32_t sorted, const Order& nearer,
-                                           const Team& team)
+__device__ __attribute__((noinline)) void sortInMemory(SortKey* keys, uint32_t count, uint32_t sorted,
+                                                       const Order& nearer, const Team& team)
 {
     const auto exchange = [&](uint32_t i, uint32_t j) {
         if (j >= count)
@@ -221,8 +221,8 @@ __device__ void sortPiece(SortKey* keys, uint32_t count, const Order& nearer, co
 // A piece that is too long for a block: part by part, and then the parts together. Rare, and kept apart so that its
 // registers are not the other pieces'.
 template <typename Order>
-GSC_NO_INLINE __device__ void sortLong(SortKey* keys, const Piece& piece, const Order& nearer, const TeamMemory& memory,
-                                       const SortTeam& block)
+__device__ __attribute__((noinline)) void sortLong(SortKey* keys, const Piece& piece, const Order& nearer,
+                                                   const TeamMemory& memory, const SortTeam& block)
 {
     constexpr uint32_t kPart = kThreads * kItems;
     for (uint32_t first = 0; first < piece.count; first += kPart)

@@ -4,6 +4,7 @@
 
 #include <gsc/error.h>
 #include "kernels/cuda/cuda_check.h"
+#include "runtime/cuda/arena_room.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -88,25 +89,13 @@ public:
     T* take(size_t count)
     {
         T* const at = m_base == nullptr ? nullptr : reinterpret_cast<T*>(m_base + m_bytes);
-        m_bytes += room(at, std::max<size_t>(count, 1) * sizeof(T));
+        m_bytes += arenaRoom(at, std::max<size_t>(count, 1) * sizeof(T));
         return at;
     }
 
     [[nodiscard]] size_t bytes() const { return m_bytes; }
 
 private:
-    static size_t room([[maybe_unused]] void* at, size_t bytes)
-    {
-        constexpr size_t kAlign = 256;
-        size_t all = (bytes + kAlign - 1) / kAlign * kAlign;
-#ifdef GSC_CUDA_EMULATION
-        all += kAlign; // nobody's: to write there is an error
-        if (at != nullptr)
-            gsc_emulation::handOut(at, bytes, all);
-#endif
-        return all;
-    }
-
     unsigned char* m_base;
     size_t m_bytes = 0;
 };

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The emulation itself: its arithmetic, and that it stops at what a GPU would pass over.
+#include "kernels/cuda/ptx.cuh"
+#include "runtime/cuda/device_buffer.h"
 #include "tests/cuda_emulation/address_sanitizer.h"
-#include "tests/cuda_emulation/ptx_emulation.h"
 
 #include <cuda_runtime.h>
 
@@ -190,6 +191,13 @@ TEST_CASE("emulation: a missing barrier shows in some order of the threads")
             }
         }
     CHECK(wrong > 0);
+}
+
+TEST_CASE("emulation: behind every piece of an arena is room that is nobody's")
+{
+    gsc::ArenaLayout counted(nullptr);
+    counted.take<char>(1);
+    CHECK(counted.bytes() == 512);
 }
 
 TEST_CASE("emulation: what CUDA leaves undefined ends the program")

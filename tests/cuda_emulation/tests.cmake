@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # The CUDA backend without a GPU: kernels and runtime are compiled by the C++ compiler against the headers of
-# cuda_emulation/include/, which stand for the toolkit's. Has the libraries and the test beside those of the toolkit.
+# cuda_emulation/include/, which stand for the toolkit's and for two of ours. Has the libraries and the test beside those of
+# the toolkit.
 if(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|aarch64|arm64)$")
   return()
 endif()
@@ -8,7 +9,7 @@ endif()
 add_library(gsc_cuda_emulation STATIC cuda_emulation/block.cpp cuda_emulation/fiber.cpp cuda_emulation/graph.cpp
                                       cuda_emulation/runtime.cpp)
 target_link_libraries(gsc_cuda_emulation PRIVATE gsc_build_flags Threads::Threads)
-# before all others: a machine may have the toolkit
+# before all others, so what needs it links it first: a machine may have the toolkit, and ours lie in PROJECT_SOURCE_DIR
 target_include_directories(gsc_cuda_emulation BEFORE PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/cuda_emulation/include)
 target_include_directories(gsc_cuda_emulation PUBLIC ${PROJECT_SOURCE_DIR})
 target_compile_definitions(gsc_cuda_emulation PUBLIC GSC_CUDA_EMULATION)
@@ -35,13 +36,13 @@ set(emulated_runtime device_list.cpp service/picture_memory.cpp
 list(TRANSFORM emulated_runtime PREPEND ${PROJECT_SOURCE_DIR}/runtime/)
 add_library(gsc_runtime_cuda_emulated STATIC ${emulated_runtime} cuda_emulation/ceilings.cpp
                                              $<TARGET_OBJECTS:gsc_runtime_host>)
-target_link_libraries(gsc_runtime_cuda_emulated PUBLIC gsc_camera gsc_format gsc_metrics
+target_link_libraries(gsc_runtime_cuda_emulated PUBLIC gsc_cuda_emulation gsc_camera gsc_format gsc_metrics
                       PRIVATE gsc_kernels gsc_kernels_cuda_emulated gsc_build_flags glm::glm ${CMAKE_DL_LIBS})
 target_compile_definitions(gsc_runtime_cuda_emulated PRIVATE GSC_HAVE_CUDA)
 
 add_executable(test_cuda_emulated ${gsc_test_cuda_sources} cuda_emulation/test_emulation.cpp)
 gsc_compile_test_fast(test_cuda_emulated REUSE_FROM gsc_test_main)
-target_link_libraries(test_cuda_emulated PRIVATE gsc_test_synthetic gsc_runtime_cuda_emulated
+target_link_libraries(test_cuda_emulated PRIVATE gsc_cuda_emulation gsc_test_synthetic gsc_runtime_cuda_emulated
                                                  gsc_kernels_cuda_emulated gsc_kernels gsc_build_flags doctest::doctest)
 # in parts of about equal length, for machines with more than one core
 set(whole_frames "*test_cuda_frame*,*test_cuda_far*,*test_cuda_graph*,*test_cuda_renderer*")

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What kernels/cuda/ptx.cuh has in PTX.
+// Stands for the header of this path, which only nvcc compiles.
 #pragma once
 
 #include "tests/cuda_emulation/halves.h"
 #include "tests/cuda_emulation/intrinsics.h"
 
 #include <chrono>
+
+#define GSC_DYNAMIC_SHARED(name) unsigned char* const name = gsc_emulation::dynamicShared()
 
 namespace gsc {
 

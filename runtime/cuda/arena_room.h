@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// How much of an arena a piece takes. Where CUDA is emulated, a header of the same path comes before this one
+// (tests/cuda_emulation/include), which sees to it that nobody leaves a piece.
+#pragma once
+
+#include <cstddef>
+
+namespace gsc {
+
+// Of a piece of `bytes` at `at`; null while pieces are only counted. Aligned for any load.
+inline size_t arenaRoom(void* /*at*/, size_t bytes)
+{
+    constexpr size_t kAlign = 256;
+    return (bytes + kAlign - 1) / kAlign * kAlign;
+}
+
+} // namespace gsc
