@@ -14,25 +14,21 @@ target_include_directories(gsc_cuda_emulation BEFORE PUBLIC ${CMAKE_CURRENT_SOUR
 target_include_directories(gsc_cuda_emulation PUBLIC ${PROJECT_SOURCE_DIR})
 target_compile_definitions(gsc_cuda_emulation PUBLIC GSC_CUDA_EMULATION)
 
-set(emulated_kernels upload/upload.cu select/select.cu select/pass_list.cu decode/decode.cu decode/decode_compact.cu decode/decode_exact.cu
-                     decode/decode_exact_any.cu bin/bin.cu present/present.cu cuda/stage_clock.cu sort/sort.cu reuse/select_strips.cu reuse/schedule.cu
-                     reuse/grant.cu reuse/decode_keep.cu reuse/draw_kept.cu reuse/paint_kept.cu present/paint.cu
-                     blend/blend.cu blend/blend_exact.cu blend/blend_cost.cu blend/blend_cost_exact.cu
-                     metrics/squares.cu metrics/ssim.cu metrics/flip.cu)
+include(${PROJECT_SOURCE_DIR}/kernels/cuda_sources.cmake)
+set(emulated_kernels ${gsc_cuda_exact} ${gsc_cuda_fast} ${gsc_cuda_plain})
 list(TRANSFORM emulated_kernels PREPEND ${PROJECT_SOURCE_DIR}/kernels/)
+list(TRANSFORM gsc_cuda_host PREPEND ${PROJECT_SOURCE_DIR}/kernels/)
 # note: a property of this directory alone; where there is a toolkit, kernels/ still gives the same files to nvcc.
 # The kernels read values as other types, as CUDA allows
 set_source_files_properties(
   ${emulated_kernels} PROPERTIES LANGUAGE CXX COMPILE_OPTIONS "-fno-strict-aliasing;-Wno-unknown-pragmas")
-add_library(gsc_kernels_cuda_emulated STATIC ${emulated_kernels} ${PROJECT_SOURCE_DIR}/kernels/cuda/cuda_check.cpp
-                                               ${PROJECT_SOURCE_DIR}/kernels/decode/decode_pack.cpp
-                                               ${PROJECT_SOURCE_DIR}/kernels/decode/decode_exact_pack.cpp)
+add_library(gsc_kernels_cuda_emulated STATIC ${emulated_kernels} ${gsc_cuda_host})
 target_link_libraries(gsc_kernels_cuda_emulated PUBLIC gsc_cuda_emulation gsc_format PRIVATE gsc_build_flags)
 
 # the runtime with this backend in the place of the other, so that there is one list of backends in the program
-set(emulated_runtime device_list.cpp service/picture_memory.cpp
-    cuda/renderer_cuda.cpp cuda/chunk_reader.cpp cuda/cuda_device.cpp cuda/device_scene.cpp cuda/flight.cpp
-    cuda/picture_cuda.cpp cuda/picture_scorer_cuda.cpp device_scorer.cpp cuda/frame_graph.cpp cuda/frame_stages.cpp cuda/nvml.cpp reuse/reuse_cuda.cpp)
+include(${PROJECT_SOURCE_DIR}/runtime/cuda_sources.cmake)
+set(emulated_runtime ${gsc_runtime_cuda} device_list.cpp device_scorer.cpp cuda/picture_scorer_cuda.cpp
+                     service/picture_memory.cpp)
 list(TRANSFORM emulated_runtime PREPEND ${PROJECT_SOURCE_DIR}/runtime/)
 add_library(gsc_runtime_cuda_emulated STATIC ${emulated_runtime} cuda_emulation/ceilings.cpp
                                              $<TARGET_OBJECTS:gsc_runtime_host>)
