@@ -5,23 +5,21 @@
 # it fuses what the trainers' kernels fuse and nothing else (math/README.md): -fmad=false
 set(gsc_cuda_exact
   select/select.cu
-  decode/decode_exact.cu
-  decode/decode_exact_any.cu
+  decode/exact/decode_tiled.cu
+  decode/exact/decode_any.cu
   reuse/select_strips.cu
-  blend/blend_exact.cu
-  blend/blend_cost_exact.cu
+  blend/cuda/blend_exact.cu
   present/present.cu
   metrics/squares.cu
   metrics/ssim.cu
   metrics/flip.cu)
 # the tier `fast`: subnormal numbers are zero, roots and quotients good to 2 units in the last place
 set(gsc_cuda_fast
-  decode/decode.cu
-  decode/decode_compact.cu
+  decode/fast/decode_fast.cu
+  decode/fast/decode_compact.cu
   reuse/decode_keep.cu
   reuse/draw_kept.cu
-  blend/blend.cu
-  blend/blend_cost.cu)
+  blend/cuda/blend_fast.cu)
 # it has little arithmetic
 set(gsc_cuda_plain
   upload/upload.cu
@@ -36,5 +34,5 @@ set(gsc_cuda_plain
 # the host's side
 set(gsc_cuda_host
   cuda/cuda_check.cpp
-  decode/decode_pack.cpp
-  decode/decode_exact_pack.cpp)
+  decode/fast/pack_fragments.cpp
+  decode/exact/pack_tiles.cpp)

@@ -11,16 +11,22 @@ import sys
 from collections import defaultdict
 
 # Folder: what its files may include, besides its own. The longest prefix of a file's path counts; "a !b" = a but not b.
-# <gsc/...> stands for the header in the include/ of its layer.
-PLAIN_STAGE = "format kernels !kernels/reuse"
+STAGE = "format kernels/cuda kernels/frame kernels/math kernels/simd kernels/threads"
 RULES = {
     "format": "",
-    "format/include": "",
-    "kernels": PLAIN_STAGE,
-    "kernels/include": "format/include",
-    "kernels/frame": "format kernels/include kernels/math",
-    "kernels/math": "format kernels/include",
+    "kernels": "format kernels !kernels/reuse",
+    "kernels/bin": STAGE + " kernels/project kernels/sort",
+    "kernels/blend": STAGE + " kernels/bin kernels/decode kernels/present",
+    "kernels/cuda": "format kernels/frame kernels/math",
+    "kernels/decode": STAGE + " kernels/select",
+    "kernels/frame": "format kernels/math",
+    "kernels/math": "format kernels/frame",
+    "kernels/project": STAGE + " kernels/decode",
     "kernels/reuse": "format kernels",
+    "kernels/select": STAGE,
+    "kernels/simd": "format",
+    "kernels/sort": STAGE + " kernels/decode kernels/project kernels/select",
+    "kernels/threads": "format",
     "runtime": "format kernels",
     "runtime/include": "format/include kernels/include",
     "runtime/cuda/frame_": "format kernels !kernels/reuse runtime !runtime/reuse",

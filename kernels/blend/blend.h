@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Splats to pixels, front to back (format facts 7.5).
+// Splats to pixels, front to back (format facts 7.5), on a CPU.
 #pragma once
 
 #include "kernels/bin/bin.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Blending of all eyes on the device: bins by four warps each, those with long lists by half a warp per sub-tile.
+// Blending of all eyes on a device. How is told in kernels/blend/cuda/blend_kernel.cuh.
 #pragma once
 
 #include "kernels/bin/bin_cuda.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Anchors to Gaussians: view inputs, feature bank, three networks, post-processing (format facts 4).
+// Anchors to Gaussians: view inputs, feature bank, three networks, post-processing (format facts 4). On a CPU: decode_cpu.cpp,
+// 4 to 16 anchors at a time, and decode_reference.cpp, one. On a device: fast/ and exact/.
 #pragma once
 
 #include "kernels/simd/buffer.h"

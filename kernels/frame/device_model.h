@@ -81,7 +81,7 @@ struct alignas(8) SplatPlace {
 };
 
 // What an eye's pixels of a small splat are, in 16 bits that finding them in long lists reads in place of the splat
-// (blend/touch.cuh): the first of its columns of 4 pixels, modulo 16, and how many follow it, the first of its rows of
+// (blend/cuda/touch.cuh): the first of its columns of 4 pixels, modulo 16, and how many follow it, the first of its rows of
 // pixels, modulo 64, and how many follow. In a bin 64 pixels off, whose list holds it because of the other eye, it names the
 // same sub-tiles: there it is evaluated for nothing, and counted.
 constexpr uint32_t kTouchColumn = 4;          // pixels
@@ -162,7 +162,7 @@ struct PassCounters {
         pairs[kMaxEyes];      // (bin, splat); more than 2^32 of them overflow the cells, so they are counted apart
     uint32_t slots[kMaxEyes]; // splat slots reserved, with gaps
     uint32_t gaps[kMaxEyes];  // slots of those that stayed unused
-    uint32_t anchors_listed;  // of a pass of several (pass_list_cuda.h)
+    uint32_t anchors_listed;  // of a pass of several (select_cuda.h)
     uint32_t pieces[kPieceClasses], next_piece[kPieceClasses];
     uint32_t bin_classes[kBinClasses], queued[kBinClasses]; // fullest first
     uint32_t wide;                                          // splats of many bins, of which kWideSplats are listed

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Decode into entries: a granted strip at a time, all of its anchors, from one place or two.
 #include "kernels/cuda/launch.cuh"
-#include "kernels/decode/decode_steps.cuh"
+#include "kernels/decode/fast/networks.cuh"
 #include "kernels/reuse/kept_entry.cuh"
 
 #include <type_traits>

@@ -3,7 +3,7 @@
 // into entries, and draws entries. Between the two the schedule decides (reuse_cuda.h).
 #pragma once
 
-#include "kernels/decode/decode_cuda.h"
+#include "kernels/decode/fast/decode_fast_cuda.h"
 #include "kernels/present/paint_cuda.h"
 #include "kernels/reuse/reuse_cuda.h"
 #include "kernels/select/select_cuda.h"

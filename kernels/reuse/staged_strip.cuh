@@ -2,7 +2,7 @@
 // The Gaussians of a strip that frames with reuse draw, for one eye after the other.
 #pragma once
 
-#include "kernels/decode/decode_emit.cuh"
+#include "kernels/decode/fast/emit.cuh"
 
 namespace gsc {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "kernels/select/pass_list_cuda.h"
+#include "kernels/select/select_cuda.h"
 
 #include "kernels/cuda/anchor_shape.cuh"
 #include "kernels/cuda/depth_cells.cuh"

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cuda/device_scene.h"
 
-#include "kernels/decode/decode_fragments.h"
+#include "kernels/decode/fast/decode_fast_cuda.h"
+#include "kernels/decode/fast/fragments.h"
 #include "kernels/math/anchor.h"
 #include "kernels/math/eye.h"
 #include "kernels/math/lod.h"

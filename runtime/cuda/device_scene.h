@@ -4,7 +4,7 @@
 #pragma once
 
 #include "kernels/frame/device_model.h"
-#include "kernels/decode/decode_exact_cuda.h"
+#include "kernels/decode/exact/decode_exact_cuda.h"
 #include "kernels/upload/upload_cuda.h"
 #include "runtime/cuda/chunk_reader.h"
 #include "runtime/cuda/device_buffer.h"

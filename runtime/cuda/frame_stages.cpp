@@ -2,11 +2,11 @@
 #include "runtime/cuda/frame_stages.h"
 
 #include "kernels/decode/decode_body.h"
-#include "kernels/decode/decode_exact_cuda.h"
+#include "kernels/decode/exact/decode_exact_cuda.h"
 #include "kernels/math/lod.h"
 #include "kernels/math/projection.h"
 #include "kernels/present/false_colour.h"
-#include "kernels/select/pass_list_cuda.h"
+#include "kernels/select/select_cuda.h"
 #include "kernels/sort/sort_cuda.h"
 #include "runtime/frame_checks.h"
 #include "runtime/view/stereo.h"

@@ -4,7 +4,7 @@
 
 #include "kernels/bin/bin_cuda.h"
 #include "kernels/blend/blend_cuda.h"
-#include "kernels/decode/decode_cuda.h"
+#include "kernels/decode/fast/decode_fast_cuda.h"
 #include "kernels/present/paint_cuda.h"
 #include "kernels/select/select_cuda.h"
 #include "runtime/cuda/device_buffer.h"

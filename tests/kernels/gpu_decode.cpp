@@ -3,7 +3,7 @@
 
 #include "kernels/decode/decode.h"
 #include "kernels/math/projection.h"
-#include "kernels/select/pass_list_cuda.h"
+#include "kernels/select/select_cuda.h"
 
 #include <doctest/doctest.h>
 

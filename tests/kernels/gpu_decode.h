@@ -3,7 +3,8 @@
 #pragma once
 
 #include "kernels/decode/decode_body.h"
-#include "kernels/decode/decode_exact_cuda.h"
+#include "kernels/decode/exact/decode_exact_cuda.h"
+#include "kernels/decode/fast/decode_fast_cuda.h"
 #include "tests/kernels/gpu_stage.h"
 
 #include <map>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pieces of every class sorted on the device: by depth, then by emission order, and nothing beside them touched.
-#include "kernels/decode/decode_exact_cuda.h"
+#include "kernels/decode/exact/decode_exact_cuda.h"
 #include "kernels/sort/sort_cuda.h"
 #include "tests/kernels/gpu_stage.h"
 

@@ -1,51 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// What blending does with one splat, in each tier, and which sub-tiles of a warp's tile it touches.
+// Rules by which a splat changes a pixel: of either tier, and those that find depths or count costs.
 #pragma once
 
 #include "kernels/blend/blend_cuda.h"
+#include "kernels/blend/cuda/sub_tiles.cuh"
 #include "kernels/cuda/halves.cuh"
 #include "kernels/cuda/ptx.cuh"
 #include "kernels/math/blend.h"
 
 namespace gsc {
 
-// The ellipse A dx^2 + 2 B dx dy + C dy^2 = reach on which alpha is 1/255, prepared for tests against sub-tiles.
-struct Bounds {
-    float extent_x, extent_y; // half of its box, pixels
-    float lean;               // the rightmost point lies at dy = -lean
-    float inv_a, half_b, det, a_reach;
-};
-
-__device__ __forceinline__ Bounds unbounded()
-{
-    return {INFINITY, INFINITY, 0.0f, 1.0f, 0.0f, 0.0f, INFINITY};
-}
-
-// det: a c - b^2, above zero.
-__device__ __forceinline__ Bounds boundsOf(float a, float b, float c, float det, float reach)
-{
-    const float inv_det = __fdividef(1.0f, det);
-    // note: 1.001 covers the determinant's rounding at the bounds that callers ask of it
-    const float extent_x = sqrtApprox(reach * c * inv_det) * 1.001f + 0.02f;
-    const float extent_y = sqrtApprox(reach * a * inv_det) * 1.001f + 0.02f;
-    return {extent_x, extent_y, __fdividef(b, c) * extent_x, __fdividef(1.0f, a), b, det, a * reach};
-}
-
 // Where rules mark a finished pixel: its light is below zero, and the absolute value is final.
 __device__ __forceinline__ float finished(float T)
 {
     return __uint_as_float(__float_as_uint(T) | 0x80000000u); // -fabsf(T) takes two instructions
 }
-
-// Two pixels of a row, as the rules count them.
-struct PixelPair {
-    float x[2], y;
-};
-
-// Pixels of the tiles that upstream draws a splat in, those of its 3-sigma square, inclusive. May exceed the image.
-struct PixelBox {
-    float x0, y0, x1, y1;
-};
 
 // What blending reads of a splat, in shared memory. 48 bytes: threads beside each other write them without meeting in a
 // bank, which 64 would not do. log2 of the falloff at a pixel counted from the bin's first is -u^2 - v^2, with
@@ -314,73 +283,32 @@ struct DepthRules : Base {
     }
 };
 
-// How a bin is cut into sub-tiles of 32 pixels, and a warp's share of them: kRowCount pairs beside each other. Each half of
-// the warp blends one of a pair, a lane two pixels of a row: what is read and computed of a splat serves both.
-template <uint32_t kWidthOfSubTile, uint32_t kBinHeight, uint32_t kRowCount>
-struct Tile {
-    static constexpr uint32_t kWidth = kWidthOfSubTile, kHeight = 32 / kWidth, kLaneWidth = kWidth / 2;
-    static constexpr uint32_t kBinRows = kBinHeight / kHeight, kBinColumns = kBinWidth / kWidth;
-    static constexpr uint32_t kBinPairs = kBinRows * kBinColumns / 2;
-    static constexpr uint32_t kRows = kRowCount, kColumns = 2;
-    static_assert(kBinRows * kBinColumns <= 32); // a mask is a word
+// Counts in color[0] how many splats are evaluated for a pixel. As in the picture a pixel that is finished counts on until
+// all of its sub-tile are, and what fills up a four does not count.
+template <typename Base>
+struct CostRules : Base {
+    static constexpr bool kSegments = false; // counts add up to those of a list that is not cut
 
-    float transmittance[kRows][2]; // in the units of the rules: Rules::takesLight()
-    float color[kRows][2][3];
-};
-
-// Where a warp's pairs begin in their bin, in sub-tiles.
-struct PairPlace {
-    uint32_t row, column;
-};
-
-constexpr uint32_t kHalf = 16, kHalfMask = 0xffffu; // lanes of half a warp
-
-__device__ __forceinline__ uint32_t halfOfWarp()
-{
-    return threadIdx.x >> 4 & 1u;
-}
-
-// Bit 0: is it true for some lane of the first half, bit 1: of the second? The whole warp together.
-// note: sums, because ptxas 13.0 takes two bits that are made by comparisons for zero where both are set
-__device__ __forceinline__ uint32_t halvesThat(bool value)
-{
-    const uint32_t lanes = __ballot_sync(~0u, value);
-    return ((lanes & kHalfMask) + kHalfMask) >> kHalf | ((lanes >> kHalf) + kHalfMask) >> kHalf << 1;
-}
-
-// The lanes of this half for which it is true, its first in bit 0. The whole warp together.
-__device__ __forceinline__ uint32_t ballotOfHalf(bool value)
-{
-    return __ballot_sync(~0u, value) >> (threadIdx.x & kHalf) & kHalfMask;
-}
-
-// Sub-tiles of the bin at pixel (x0, y0) that the ellipse round `x`, `y` touches within the box, whose edges are edges of
-// sub-tiles too; errs towards more. Bit row * kBinColumns + column.
-template <typename T>
-__device__ __forceinline__ uint32_t subTileMask(const Bounds& q, const PixelBox& box, float x, float y, float x0,
-                                                float y0)
-{
-    static_assert(uint32_t(kTileSize) % T::kWidth == 0 && uint32_t(kTileSize) % T::kHeight == 0);
-    const float left = x - x0, top = y - y0;
-    uint32_t mask = 0;
-#pragma unroll
-    for (uint32_t row = 0; row < T::kBinRows; ++row) {
-        const float low = fmaxf(fmaxf(float(T::kHeight * row), box.y0 - y0) - top, -q.extent_y);
-        const float high = fminf(fminf(float(T::kHeight * (row + 1) - 1), box.y1 - y0) - top, q.extent_y);
-        const float tr = fminf(fmaxf(-q.lean, low), high), tl = fminf(fmaxf(q.lean, low), high);
-        const float right =
-            fminf((sqrtApprox(fmaxf(q.a_reach - q.det * tr * tr, 0.0f)) - q.half_b * tr) * q.inv_a + 0.02f + left,
-                  box.x1 - x0);
-        const float begin =
-            fmaxf(left - 0.02f - (sqrtApprox(fmaxf(q.a_reach - q.det * tl * tl, 0.0f)) + q.half_b * tl) * q.inv_a,
-                  box.x0 - x0);
-        // columns whose last pixel is not left of `begin` and whose first is not right of `right`
-        const int first = max(__float2int_ru((begin + 1.0f) * (1.0f / T::kWidth)), 1) - 1;
-        const int last = min(__float2int_rd(right * (1.0f / T::kWidth)), int(T::kBinColumns) - 1);
-        if (low <= high && right >= 0.0f && first <= last)
-            mask |= ((2u << last) - (1u << first)) << (row * T::kBinColumns);
+    static __device__ __forceinline__ typename Base::Lit light(const typename Base::Splat& s, const BlendCudaArgs& args,
+                                                               float x0, float y0)
+    {
+        typename Base::Lit lit = Base::light(s, args, x0, y0);
+        lit.color[0] = 1.0f; // that of nothing() is 0
+        return lit;
     }
-    return mask;
-}
+
+    static __device__ __forceinline__ void blend(const typename Base::Lit* const (&splats)[4],
+                                                 const BlendCudaArgs& args, const PixelPair& at, const float (&)[2],
+                                                 float (&T)[2], float (&color)[2][3])
+    {
+#pragma unroll
+        for (uint32_t p = 0; p < 2; ++p)
+#pragma unroll
+            for (uint32_t i = 0; i < 4; ++i) {
+                color[p][0] += splats[i]->color[0];
+                T[p] = Base::pass(*splats[i], args, at.x[p], at.y, T[p]);
+            }
+    }
+};
 
 } // namespace gsc

@@ -5,7 +5,9 @@
 #pragma once
 
 #include "kernels/decode/decode_cuda.h"
-#include "kernels/decode/decode_fragments.h"
+#include "kernels/decode/fast/fragments.h"
+
+struct CUstream_st;
 
 namespace gsc {
 

@@ -3,8 +3,8 @@
 // reads both factors as rows of four from shared memory. Each sum starts at zero and takes its inputs in the trainers'
 // order, features first, the bias last, an appearance with it; so what the features add is the same for both eyes and is summed once.
 #include "kernels/cuda/launch.cuh"
-#include "kernels/decode/decode_emit.cuh"
-#include "kernels/decode/exact_splat.cuh"
+#include "kernels/cuda/ptx.cuh"
+#include "kernels/decode/exact/exact_splat.cuh"
 
 #include <algorithm>
 
@@ -13,11 +13,12 @@ namespace gsc {
 namespace {
 
 constexpr uint32_t kMostWarps = 12;          // of a block, one per multiprocessor: with more, registers spill
+constexpr uint32_t kRows = 16;               // anchors of a warp
 constexpr uint32_t kHeadValues = 33 * kRows; // from a head's units to the next's: two heads meet in a bank, not three
 constexpr uint32_t kOutputs = 11 * kExactOffsets; // rows: opacity, covariance (k-major), colour (k-major)
 constexpr uint32_t kViewRows = 5;                 // direction, distance, level
 constexpr uint32_t kUnitTile = 12, kOutputTile = 16;
-static_assert(kRows == 16 && kUnitTile * 8 == kExactUnits && kOutputTile * 8 == kExactColumns);
+static_assert(kUnitTile * 8 == kExactUnits && kOutputTile * 8 == kExactColumns);
 
 // A warp's room. Rows of 16 anchors.
 struct Room {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Long lists behind their first units. A sub-tile that still takes light there may have most of a million keys to go through,
-// and a frame would wait for the one warp that does. So what is behind is cut into segments of kSegmentUnits units. A warp
-// blends the segments of its pair of sub-tiles in turn; once other warps have nothing left to do, it puts those that it has
-// not begun into a queue, and the others blend them apart.
+// Segments of long lists, of kSegmentUnits units each, behind the first units. A sub-tile that still takes light there may have
+// most of a million keys to go through. A warp blends the segments of its pair of sub-tiles in turn; once other warps have
+// nothing left to do, it puts those that it has not begun into a queue, and the others blend them apart.
 //
 // Pictures do not depend on which warp takes what when. Each segment but the first is blended as if all light reached it, and
 // what it leaves is multiplied. The bound at which light ends is divided by the light that reaches the segment. Where only
@@ -10,7 +9,7 @@
 // segment have it blended again.
 #pragma once
 
-#include "kernels/blend/blend_bin.cuh"
+#include "kernels/blend/cuda/bins.cuh"
 
 namespace gsc {
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Host side of the matrix-unit decode: weights in the order of its fragments.
-#include "kernels/decode/decode_cuda.h"
+#include "kernels/decode/fast/decode_fast_cuda.h"
 
-#include <gsc/half.h>
-#include "kernels/decode/decode_fragments.h"
+#include "format/half.h"
+#include "kernels/decode/fast/fragments.h"
 #include "kernels/math/mlp.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the matrix-unit decode deals its work to lanes. Shared by the packer (host) and the kernel.
+// Fragments of the matrix-unit decode: how it deals its work to lanes. For the packer (host) and the kernel.
 //
 // A row of m16n8k16 is an anchor seen from one place: 16 anchors from one, or 8 from each of two eyes. K of the first
 // layer is three tiles: two of features, one of the view: direction, distance and level, the first two as a high and a low

@@ -4,56 +4,14 @@
 #pragma once
 
 #include "kernels/cuda/anchor_shape.cuh"
-#include "kernels/cuda/depth_cells.cuh"
-#include "kernels/cuda/slot_writer.cuh"
-#include "kernels/cuda/warp_list.cuh"
-#include "kernels/decode/decode_fragments.h"
-#include "kernels/decode/decode_networks.cuh"
-#include "kernels/decode/decode_project.cuh"
+#include "kernels/decode/slots.cuh"
+#include "kernels/decode/fast/networks.cuh"
+#include "kernels/decode/fast/project_fast.cuh"
 
 namespace gsc {
 
 constexpr uint32_t kRows = 16; // of the networks: an anchor each, seen from one place
 constexpr uint32_t kNoSlot = ~0u;
-
-// Slots that a warp reserves at once. Few leave smaller gaps, of which every warp has one; many are waited for less often,
-// which is worth the gaps of large frames.
-constexpr uint32_t kSmallPiece = 64, kLargePiece = 256, kLargeFrame = 4u << 20;
-
-__host__ __device__ __forceinline__ uint32_t slotPiece(uint32_t slot_capacity)
-{
-    return slot_capacity < kLargeFrame ? kSmallPiece : kLargePiece;
-}
-
-// Slots and counts of one eye, gathered by a warp. Two of them with fixed names, not an array: an index that the
-// compiler does not know would put them into local memory.
-struct EyeTally {
-    SlotWriter writer;
-    uint32_t alive = 0, written = 0, pairs = 0; // per lane
-};
-
-// Hands a warp's counts in and marks the slots it did not use. kShared: the first eye's writer is that of both.
-template <bool kShared>
-__device__ __forceinline__ void finish(const DecodeFrame& args, uint32_t e, const EyeTally& tally, uint32_t positive,
-                                       uint32_t lane)
-{
-    if (!kShared || e == 0)
-        tally.writer.close(lane, args.places + size_t(e) * args.slot_capacity, args.slot_capacity);
-    addOfWarp(&args.counters->gaussians[e], tally.alive, lane);
-    addOfWarp(&args.counters->splats[e], tally.written, lane);
-    const bool any_positive = __any_sync(~0u, (positive >> e & 1u) != 0);
-    unsigned long long pairs = tally.pairs;
-    for (uint32_t with = 16; with != 0; with /= 2)
-        pairs += __shfl_xor_sync(~0u, pairs, with);
-    if (lane != 0)
-        return;
-    if ((!kShared || e == 0) && tally.writer.left != 0)
-        atomicAdd(&args.counters->pass.gaps[e], tally.writer.left);
-    if (pairs != 0)
-        atomicAdd(&args.counters->pass.pairs[kShared ? 0 : e], pairs);
-    if (any_positive)
-        atomicOr(&args.counters->any_positive[e], 1u);
-}
 
 // Bins of both boxes. Precondition: neither is kNoBins.
 __device__ __forceinline__ uint32_t boxAround(uint32_t a, uint32_t b)
@@ -94,16 +52,6 @@ __device__ __forceinline__ bool writeSplat(const DecodeCudaArgs& args, uint32_t 
     to[1] = splat.words[1];
     args.touches[touchPlace(kShared, e, kShared ? slot : e * args.slot_capacity + slot)] = uint16_t(splat.touch);
     return true;
-}
-
-// Counts a splat in the cells of its list, and returns how many they are. All lanes of the warp call it together, with
-// kNoBins for nothing.
-__device__ __forceinline__ uint32_t countCells(const DecodeFrame& args, uint32_t list, const SplatPlace& place)
-{
-    uint32_t* cells = args.cells + size_t(list) * args.grid.cells();
-    const auto count = [&](uint32_t cell) { return atomicAdd(cells + cell, 1u); };
-    forCellsOfWarp<1>(args.grid, args.pass.slab_of, place, 0, count, count, [](uint32_t, uint32_t, uint32_t) {});
-    return place.box != kNoBins ? binCount(place.box) : 0u;
 }
 
 constexpr uint32_t kNoOrder = ~0u; // more than any

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "kernels/decode/decode_kernel.cuh"
+#include "kernels/decode/fast/decode_kernel.cuh"
 
 namespace gsc {
 

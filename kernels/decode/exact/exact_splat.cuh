@@ -3,9 +3,9 @@
 #pragma once
 
 #include "kernels/cuda/anchor_shape.cuh"
-#include "kernels/cuda/depth_cells.cuh"
 #include "kernels/decode/decode_body.h"
-#include "kernels/decode/decode_exact_cuda.h"
+#include "kernels/decode/exact/decode_exact_cuda.h"
+#include "kernels/decode/slots.cuh"
 
 namespace gsc {
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Host side of the tiled decode in fp32: weights in the order in which its lanes read them.
-#include "kernels/decode/decode_exact_cuda.h"
+#include "kernels/decode/exact/decode_exact_cuda.h"
+#include "kernels/decode/fast/decode_fast_cuda.h"
 #include "kernels/math/mlp.h"
 
 #include <algorithm>

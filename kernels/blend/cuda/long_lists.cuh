@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a warp blends two sub-tiles of a long list by itself.
+// Long lists: a warp blends two sub-tiles of a bin by itself.
 #pragma once
 
-#include "kernels/blend/blend_bin.cuh"
-#include "kernels/blend/segments.cuh"
-#include "kernels/blend/touch.cuh"
+#include "kernels/blend/cuda/bins.cuh"
+#include "kernels/blend/cuda/segments.cuh"
+#include "kernels/blend/cuda/touch.cuh"
 
 namespace gsc {
 
@@ -92,15 +92,9 @@ __device__ __forceinline__ bool blendTile(const BlendCudaArgs& args, const Area&
     return open != 0;
 }
 
-// What of the long lists a launch blends.
-enum class LongPart : uint32_t {
-    // Of the longest lists their first units: most sub-tiles are finished by then. All lists, if none is so long.
-    First,
-    // What is behind those, and the other lists, which keep the device busy meanwhile. Nothing, if First had all.
-    Behind,
-    // Every list, as far as its units were found: depths, which pixels have before their light ends.
-    All
-};
+// Part of the long lists that a launch blends (blend_kernel.cuh). All: every list, as far as its units were found: depths,
+// which pixels have before their light ends.
+enum class LongPart : uint32_t { First, Behind, All };
 
 // How a warp blends a segment; Whole: it is none.
 enum class SegmentWay : uint32_t { Whole, InTurn, Apart, Again };

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "kernels/cuda/halves.cuh"
-#include "kernels/decode/decode_cuda.h"
+#include "kernels/decode/fast/decode_fast_cuda.h"
 #include "kernels/math/foveation.h"
 #include "kernels/math/projection.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scalar arithmetic of the reference, one thread per anchor and eye: for models whose networks the tiles do not take.
 #include "kernels/cuda/launch.cuh"
-#include "kernels/decode/exact_splat.cuh"
+#include "kernels/decode/exact/exact_splat.cuh"
 
 namespace gsc {
 

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Long lists: which sub-tiles every key's splat touches, found by the whole device before those are blended. Then half a
-// warp blends each sub-tile by itself and reads nothing that does not touch it.
+// Long lists: the whole device finds which sub-tiles and rows every key's splat touches, before they are blended.
 #pragma once
 
-#include "kernels/blend/blend_cuda.h"
-#include "kernels/blend/blend_rules.cuh"
+#include "kernels/blend/cuda/bins.cuh"
 #include "kernels/cuda/launch.cuh"
 
 namespace gsc {
@@ -105,12 +103,6 @@ __device__ __forceinline__ Touched touchedBy(uint32_t code, const TouchBin& bin)
         if ((rows >> row * T::kHeight & ((1u << T::kHeight) - 1u)) != 0)
             sub_tiles |= columns << row * kColumns;
     return {sub_tiles, rows};
-}
-
-// Which of unfinished: `entry` as eye `eye` draws it.
-__device__ __forceinline__ uint32_t& unfinishedOf(const BlendCudaArgs& args, uint32_t entry, uint32_t eye)
-{
-    return args.unfinished[entry + (args.shared_bins ? eye * args.grid.bins() : 0u)];
 }
 
 // Words of a key: its sub-tiles, then its rows; in one where both have room.

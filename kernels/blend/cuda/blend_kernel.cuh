@@ -3,7 +3,8 @@
 // rules for fused multiply-adds.
 #pragma once
 
-#include "kernels/blend/blend_tile.cuh"
+#include "kernels/blend/cuda/long_lists.cuh"
+#include "kernels/blend/cuda/short_lists.cuh"
 
 namespace gsc {
 
@@ -102,6 +103,16 @@ void launchBlend(const BlendCudaArgs& args, uint32_t processors, CUstream_st* st
         launchRows<Rules, 2>(args, processors, stream);
     else
         launchRows<Rules, 4>(args, processors, stream);
+}
+
+// Nothing is behind the counts.
+template <typename Rules>
+void launchCost(BlendCudaArgs args, uint32_t processors, CUstream_st* stream)
+{
+    args.empty_is_black = false;
+    for (float& value : args.background)
+        value = 0;
+    launchBlend<Rules>(args, processors, stream);
 }
 
 } // namespace gsc

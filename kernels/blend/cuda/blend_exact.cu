@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compiled with -fmad=false: gaussianPower() fuses what the trainers' kernel fuses.
-#include "kernels/blend/blend_kernel.cuh"
+#include "kernels/blend/cuda/blend_kernel.cuh"
 
 namespace gsc {
 
@@ -10,6 +10,13 @@ void blendExactCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st*
         launchBlend<ExactRules<true>>(args, processors, stream);
     else
         launchBlend<ExactRules<false>>(args, processors, stream);
+    if (args.depth[0] != nullptr)
+        blendDepthsExactCuda(args, processors, stream);
+}
+
+void blendCostExactCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream)
+{
+    launchCost<CostRules<AnyExactRules>>(args, processors, stream);
     if (args.depth[0] != nullptr)
         blendDepthsExactCuda(args, processors, stream);
 }

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bins in the image of an eye: where their pixels lie, and how those begin and end. For short lists and long ones.
+#pragma once
+
+#include "kernels/blend/cuda/rules.cuh"
+
+namespace gsc {
+
+// A bin as one eye draws it.
+struct BinOfEye {
+    uint32_t entry, eye; // entry: list x bins + bin
+};
+
+// Number `i` of the bins that are blended, fullest first. Eyes that share a list follow each other.
+__device__ __forceinline__ BinOfEye binAt(const BlendCudaArgs& args, uint32_t i)
+{
+    const uint32_t readers = args.shared_bins ? kMaxEyes : 1u, entry = args.bin_queue[i / readers];
+    return {entry, args.shared_bins ? i % kMaxEyes : entry >= args.grid.bins() ? 1u : 0u};
+}
+
+// Where a bin lies in the image of its eye, and its list.
+struct Area {
+    uint32_t eye, bin_x, bin_y; // pixels
+    uint32_t begin, end;        // of the keys
+};
+
+// False: left of the eye's image, or hidden by its lens.
+template <typename T>
+__device__ __forceinline__ bool areaOf(const BlendCudaArgs& args, const BinOfEye& target, Area& area)
+{
+    const uint32_t e = target.eye, entry = target.entry;
+    const uint32_t bin = entry < args.grid.bins() ? entry : entry - args.grid.bins();
+    const uint32_t eye_column = bin % args.grid.columns - (e == 0 ? args.grid.shift[0] : args.grid.shift[1]);
+    area = {e, eye_column * kBinWidth, bin / args.grid.columns * (T::kBinRows * T::kHeight),
+            entry == 0 ? 0u : min(args.cells[(entry << args.grid.slab_bits) - 1], args.pair_capacity),
+            min(args.cells[((entry + 1) << args.grid.slab_bits) - 1], args.pair_capacity)};
+    return eye_column < args.grid.columns && args.lens[e].shows(eye_column, area.bin_y / kLensSquare);
+}
+
+// What a pixel of an eye starts with, or goes on with. Transmittance: as the rules have it, and below zero where there is no
+// pixel. Until it goes on the image of depths holds the transmittance of a pixel that has no depth yet, below zero.
+struct Begun {
+    float transmittance, color[3];
+};
+
+template <typename Rules>
+__device__ __forceinline__ Begun begunPixel(const BlendCudaArgs& args, uint32_t e, uint32_t x, uint32_t y, bool goes_on)
+{
+    const uint32_t width = e == 0 ? args.width[0] : args.width[1], height = e == 0 ? args.height[0] : args.height[1];
+    const bool inside = x < width && y < height;
+    Begun begun{inside ? Rules::kWhole : -1.0f, {0, 0, 0}};
+    if (goes_on && inside) {
+        const size_t pixel = size_t(y) * width + x;
+        if constexpr (Rules::kDepth) {
+            const float depth = (e == 0 ? args.depth[0] : args.depth[1])[pixel];
+            return {-depth, {depth, 0, 0}};
+        }
+        begun.transmittance = (e == 0 ? args.transmittance[0] : args.transmittance[1])[pixel];
+        for (int i = 0; i < 3; ++i)
+            begun.color[i] = (e == 0 ? args.image[0] : args.image[1])[pixel * 3 + i];
+    } else if constexpr (Rules::kOnBackground && !Rules::kDepth) {
+        for (int i = 0; i < 3; ++i)
+            begun.color[i] = args.background[i];
+    }
+    return begun;
+}
+
+template <typename Rules>
+__device__ __forceinline__ void endPixel(const BlendCudaArgs& args, uint32_t e, uint32_t x, uint32_t y,
+                                         float transmittance, const float* color, bool last)
+{
+    const uint32_t width = e == 0 ? args.width[0] : args.width[1], height = e == 0 ? args.height[0] : args.height[1];
+    if (x >= width || y >= height)
+        return;
+    const bool black = last && args.empty_is_black && args.counters->any_positive[e] == 0;
+    const size_t at = size_t(y) * width + x;
+    if constexpr (Rules::kDepth) {
+        (e == 0 ? args.depth[0] : args.depth[1])[at] = transmittance < 0.0f ? color[0]
+                                                       : last               ? INFINITY
+                                                                            : -transmittance;
+        return;
+    }
+    float* const pixel = (e == 0 ? args.image[0] : args.image[1]) + at * 3;
+    for (int i = 0; i < 3; ++i)
+        pixel[i] = black                           ? 0.0f
+                   : Rules::kOnBackground || !last ? color[i]
+                                                   : fmaf(fabsf(transmittance), args.background[i], color[i]);
+    if (!last)
+        (e == 0 ? args.transmittance[0] : args.transmittance[1])[at] = transmittance;
+}
+
+// Which of unfinished: `entry` as eye `eye` draws it.
+__device__ __forceinline__ uint32_t& unfinishedOf(const BlendCudaArgs& args, uint32_t entry, uint32_t eye)
+{
+    return args.unfinished[entry + (args.shared_bins ? eye * args.grid.bins() : 0u)];
+}
+
+// This lane's pixels in pair `i` of a warp's. (x0, y0): the bin's first pixel, as the rules count them.
+template <typename T>
+__device__ __forceinline__ PixelPair pixelPair(uint32_t x0, uint32_t y0, const PairPlace& pairs, uint32_t i)
+{
+    const uint32_t lane = threadIdx.x % kHalf;
+    const uint32_t x = x0 + (pairs.column + halfOfWarp()) * T::kWidth + lane % T::kLaneWidth;
+    return {{float(x), float(x + T::kLaneWidth)}, float(y0 + (pairs.row + i) * T::kHeight + lane / T::kLaneWidth)};
+}
+
+// Calls f(row, i, x, y) for the pixels of this lane, two in each of a warp's pairs, counted from the bin's first.
+template <typename T, typename F>
+__device__ __forceinline__ void forPixels(const PairPlace& pairs, F&& f)
+{
+    const uint32_t lane = threadIdx.x % kHalf;
+#pragma unroll
+    for (uint32_t row = 0; row < T::kRows; ++row)
+#pragma unroll
+        for (uint32_t i = 0; i < 2; ++i)
+            f(row, i, (pairs.column + halfOfWarp()) * T::kWidth + i * T::kLaneWidth + lane % T::kLaneWidth,
+              (pairs.row + row) * T::kHeight + lane / T::kLaneWidth);
+}
+
+// Counted by warp: every lane holds the same.
+__device__ __forceinline__ void countEvaluations(const BlendCudaArgs& args, const uint32_t (&evaluations)[kMaxEyes])
+{
+    for (uint32_t e = 0; e < kMaxEyes; ++e)
+        if ((threadIdx.x & 31u) == 0 && evaluations[e] != 0)
+            atomicAdd(&args.counters->evaluations[e], 32ull * evaluations[e]);
+}
+
+} // namespace gsc
