@@ -1,6 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernel that blends, and its launch. Each tier has it in a file of its own, because they are compiled with different
-// rules for fused multiply-adds.
+// Blending on a device: read this first. The kernels here take the sorted lists of bins (kernels/bin, kernels/sort) and
+// write the pictures of the eyes, from near to far. Each tier compiles them in a file of its own (blend_fast.cu,
+// blend_exact.cu), because nvcc may fuse multiply-adds in one and not in the other. Pictures of either tier, costs and depths
+// come of the same kernels with other Rules (rules.cuh): the alpha of a splat at a pixel, the light behind it, where light ends.
+//
+// The unit of work is half a warp that blends a sub-tile of 32 pixels, two in a row for each lane: what is read and computed
+// of a splat serves both. A sub-tile takes only splats whose ellipse touches it (sub_tiles.cuh), four at a time without a
+// branch, until none of its pixels takes light. Bins wait in a queue, fullest first; bins.cuh says where one lies in an
+// eye's image, and how its pixels begin and end.
+//
+// Short lists (short_lists.cuh, blendKernel): four warps share a bin, a quarter each. They turn 128 splats at a time into
+// what the rules read, in shared memory, with a mask of the sub-tiles that each touches, while the next 128 are on their
+// way from memory. Then each warp lists the splats of each of its sub-tiles, and blends list by list.
+//
+// Long lists, of 1024 splats or more, would keep four warps busy for too long. So the whole device first finds what each
+// splat touches (touch.cuh, touchKernel): a bit for every splat and sub-tile, and for every splat and row of pixels. The
+// sub-tiles are narrower there, because far splats crowd in few rows. Decode left a code of 16 bits that tells it of a
+// small splat; others are looked at. Then half a warp blends a sub-tile by itself, without a barrier, and fetches only what
+// touches it in rows that still take light (long_lists.cuh, tileKernel). Most sub-tiles are finished early in their list:
+// of the longest lists, of 32,768 splats or more, only so many are looked at and blended at first.
+//
+// Behind those, in `fast`, lists are cut into segments of 8192 splats, so that a frame does not wait for one warp
+// (segments.cuh). Warps with nothing left to do take segments that others have not begun; each is blended as if all light
+// reached it, and what it leaves is multiplied.
+//
+// The order of launches (launchRows()):
+//   1. touchKernel: the first 16 units, of 2048 splats, of every long list.
+//   2. tileKernel, First: the longest lists as far as that. If there are none, all long lists.
+//   3. blendKernel: the short lists, beside the end of 2, which leaves multiprocessors idle.
+//   4. touchKernel, behind: the other units of lists with a sub-tile that still takes light.
+//   5. tileKernel, Behind: what is left of the longest lists, and the other long ones. Nothing, if 2 had all.
+// Where depths are wanted, tileKernel (All) and blendKernel follow once more with DepthRules: instances of their own, so that
+// those of pictures keep their registers.
+//
+// The headers, each of which needs only those before it: sub_tiles.cuh, rules.cuh, bins.cuh, short_lists.cuh; touch.cuh,
+// segments.cuh, long_lists.cuh. kernels/README.md says what a picture depends on and what memory long lists take.
 #pragma once
 
 #include "kernels/blend/cuda/long_lists.cuh"
