@@ -18,7 +18,7 @@ struct BinArgs {
     uint32_t grid_x, grid_y; // tiles
 };
 
-// What a splat touches of a window of 4 x 4 tiles, between counting and listing.
+// Tiles that a splat touches in a window of 4 x 4, between counting and listing.
 struct TileWindow {
     uint32_t tile;  // the window's first
     uint16_t tiles; // bit 4 row + column

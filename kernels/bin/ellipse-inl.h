@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which of 4 x 4 square cells the ellipse power >= -cutoff of a splat touches. Included once per target.
+// Cells, of 4 x 4 square ones, that the ellipse power >= -cutoff of a splat touches. Included once per target.
 
 #if defined(GSC_KERNELS_ELLIPSE_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef GSC_KERNELS_ELLIPSE_INL_H

@@ -187,7 +187,7 @@ private:
     uint32_t m_first = 0;                   // of the warp; the last lane's
 };
 
-// What the pass needed of the buffers. Reads all before it writes any, so that it waits once.
+// Notes what the pass needed of the buffers. Reads all before it writes any, so that it waits once.
 __device__ __forceinline__ void countPass(const BinCudaArgs& args)
 {
     FrameCounters& counters = *args.counters;

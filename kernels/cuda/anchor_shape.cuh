@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the device holds of an anchor's Gaussians, of either layout (DeviceModel). Kernels that decode are compiled for each:
+// Shapes and offsets of an anchor's Gaussians as the device holds them, of either layout (DeviceModel). Kernels that decode are compiled for each:
 // to ask as they load took 12 % more of their time.
 #pragma once
 

@@ -28,7 +28,7 @@ struct GaussianBlock {
     bool any_positive; // an opacity above zero existed, drawn or not (trap 25)
 };
 
-// What a frame needs of the weights; prepareDecode() fills it once a frame.
+// Arguments of a frame, and the weights it needs; prepareDecode() fills them once a frame.
 struct DecodeArgs {
     const ModelView* model;
     const EyeParams* eyes;

@@ -209,7 +209,7 @@ HWY_INLINE void hiddenLayers(const DecodeArgs& args, const PackedMlpHeader& pack
           packedWeights(model, packed.second_bias_f32[0]), nullptr, K, false, batch.opacity);
 }
 
-// What the eyes have in common of the first layer.
+// Computes what the eyes have in common of the first layer.
 HWY_INLINE void sharedLayer(const DecodeArgs& args, const PackedMlpHeader& packed, const Batch& batch)
 {
     const uint32_t H = packed.hidden_pad;

@@ -8,7 +8,7 @@
 
 namespace gsc {
 
-// What blending reads of a Gaussian in the tier `fast`, 32 bytes, two 16-byte loads.
+// A splat as blending reads it in the tier `fast`, 32 bytes, two 16-byte loads.
 struct alignas(16) PackedSplat {
     float x, y;        // 0   pixels, centres at integers
     float factor[3];   // 8   log2 of the falloff is -(factor[0] dx + factor[1] dy)^2 - (factor[2] dy)^2
@@ -31,7 +31,7 @@ struct alignas(16) ExactSplat {
 };
 static_assert(sizeof(ExactSplat) == 48);
 
-// What both decoders read and write. Device pointers; rows of an eye lie slot_capacity or grid.cells() apart. In shared
+// Arrays that decoders of either tier read and write. Device pointers; rows of an eye lie slot_capacity or grid.cells() apart. In shared
 // bins there is one row of places and cells, and a splat has the same slot in both eyes' rows; where an eye does not see
 // it, it lies at kUnseenPlace there.
 struct DecodeFrame : FrameNow {

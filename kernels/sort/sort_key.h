@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is sorted. Sort owns it; bin and blend read it. Pieces of lists lie in kernels/frame/device_model.h, whose counters
-// are theirs: bin cuts them, sort orders the keys of each.
+// Keys of splats: sort owns them, bin and blend read them. Pieces of lists lie in kernels/frame/device_model.h, whose
+// counters are theirs: bin cuts them, sort orders the keys of each.
 #pragma once
 
 #include <cstdint>

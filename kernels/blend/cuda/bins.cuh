@@ -37,7 +37,7 @@ __device__ __forceinline__ bool areaOf(const BlendCudaArgs& args, const BinOfEye
     return eye_column < args.grid.columns && args.lens[e].shows(eye_column, area.bin_y / kLensSquare);
 }
 
-// What a pixel of an eye starts with, or goes on with. Transmittance: as the rules have it, and below zero where there is no
+// Values that a pixel of an eye starts with, or goes on with. Transmittance: as the rules have it, and below zero where there is no
 // pixel. Until it goes on the image of depths holds the transmittance of a pixel that has no depth yet, below zero.
 struct Begun {
     float transmittance, color[3];

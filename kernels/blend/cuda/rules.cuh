@@ -16,7 +16,7 @@ __device__ __forceinline__ float finished(float T)
     return __uint_as_float(__float_as_uint(T) | 0x80000000u); // -fabsf(T) takes two instructions
 }
 
-// What blending reads of a splat, in shared memory. 48 bytes: threads beside each other write them without meeting in a
+// A splat as blending reads it, in shared memory. 48 bytes: threads beside each other write them without meeting in a
 // bank, which 64 would not do. log2 of the falloff at a pixel counted from the bin's first is -u^2 - v^2, with
 // u = slope_x px + slope_y py + u0 and v = slope py + v0. Nothing cancels but in u and v, and little there: only of a needle
 // are slopes large and its place far away.

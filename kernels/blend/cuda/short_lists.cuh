@@ -23,7 +23,7 @@ struct Team {
     __device__ __forceinline__ bool any(bool value) const { return barrierAny(barrier, kGroup, value); }
 };
 
-// Of a warp that shares its bin with three others: it has a quarter of the bin.
+// The place of a warp that shares its bin with three others: it has a quarter of the bin.
 template <typename T>
 __device__ __forceinline__ PairPlace quarterOfBin()
 {

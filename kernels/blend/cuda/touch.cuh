@@ -76,7 +76,7 @@ __device__ __forceinline__ void transposeBits(uint32_t (&words)[kCount])
     }
 }
 
-// What a small splat touches of a bin, as touchKernel() has it.
+// Sub-tiles and rows of a bin that a splat touches, as touchKernel() has them.
 struct Touched {
     uint32_t sub_tiles, rows;
 };
@@ -127,14 +127,14 @@ __device__ __forceinline__ Touched touchedBy(const typename Rules::Splat& splat,
             rowMask(splat.y - y0, bounds.extent_y, TouchPlanes<T>::kRows)};
 }
 
-// Of each warp: slots of splats that have no code, then what they touch.
+// Words of each warp: slots of splats that have no code, then what they touch.
 template <typename T>
 struct TouchShared {
     uint32_t unknown[kTouchThreads / 32][kWarpKeys];
     uint32_t rows[kTouchThreads / 32][kTwoWords<T> ? kWarpKeys : 1];
 };
 
-// What a lane's keys of a unit touch, of which it has every 32nd from the warp's first on. Every splat is fetched, all before
+// Finds what a lane's keys of a unit touch, of which it has every 32nd from the warp's first on. Every splat is fetched, all before
 // the first is looked at.
 template <typename Rules, typename T, uint32_t kCount>
 __device__ __forceinline__ void touchOfSplats(const uint32_t (&slots)[kCount], const typename Rules::Splat* splats,

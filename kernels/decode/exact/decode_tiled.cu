@@ -116,7 +116,7 @@ __device__ __forceinline__ void applyBank(const float* bank, Room& room, uint32_
     __syncwarp();
 }
 
-// What the features add to the hidden units of all heads: units 32 j + 4 column + c of a lane's four anchors.
+// Sums what the features add to the hidden units of all heads: units 32 j + 4 column + c of a lane's four anchors.
 __device__ __forceinline__ void sumFeatures(const ExactWeights& weights, Room& room, uint32_t lane)
 {
     const uint32_t four = 4 * (lane & 3u), column = lane >> 2;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What both decoders of the tier `exact` do with a Gaussian and with an anchor.
+// Steps that both decoders of the tier `exact` share: an anchor's chunk, a Gaussian's bins, its splat.
 #pragma once
 
 #include "kernels/cuda/anchor_shape.cuh"

@@ -116,7 +116,7 @@ __device__ __forceinline__ void askForAnchors(const DecodeCudaArgs& args, uint32
         ask(model.source, 4, 0);
 }
 
-// What a look at 16 rows is told of each of a lane's two.
+// A lane's two of 16 rows: anchor, eyes that see it, level fraction.
 struct Rows {
     uint32_t anchors[2], seen_by[2]; // seen_by: 0: no anchor
     float fractions[2][2];           // per row and eye, or of the row's only eye
@@ -144,7 +144,7 @@ __device__ __forceinline__ void decodeRows(const DecodeCudaArgs& args, const Dec
             positions[r][2] = p.z;
         }
         gatherInputs<kCompact>(args, rows.anchors, t, feature, levels);
-        // zeros that the compiler does not know: or else it copies the features together for each product
+        // zeros opaque to the compiler, which would else copy the features for each product
         const uint32_t nothing[2] = {args.eye_count >> 2, args.eye_count >> 3};
 #pragma unroll
         for (uint32_t i = 0; i < 8; ++i)

@@ -78,7 +78,7 @@ __device__ __forceinline__ PlainGaussian plainGaussian(const DeviceModel& model,
             offset.masked};
 }
 
-// What one lane has emitted: 0 or 1, and pairs of a cell and a splat.
+// Counts of what one lane has emitted: 0 or 1, and pairs of a cell and a splat.
 struct Emitted {
     uint32_t alive, written, pairs;
 };
