@@ -14,7 +14,7 @@
 #include <gsc/error.h>
 #include <gsc/gsc_file.h>
 #include <gsc/interrupt.h>
-#include "kernels/decode/decode_fragments.h"
+#include "kernels/decode/fast/fragments.h"
 #include "kernels/threads/parallel.h"
 #include "runtime/cameras/scene_cameras.h"
 #include <gsc/renderer.h>

@@ -2,7 +2,7 @@
 // Host side of the matrix-unit decode: weights in the order of its fragments.
 #include "kernels/decode/fast/decode_fast_cuda.h"
 
-#include "format/half.h"
+#include <gsc/half.h>
 #include "kernels/decode/fast/fragments.h"
 #include "kernels/math/mlp.h"
 
