@@ -11,6 +11,7 @@
 #include "runtime/cpu/renderer_cpu.h"
 #include <gsc/renderer.h>
 #include <gsc/scene.h>
+#include "runtime/frames/shot.h"
 
 #include <algorithm>
 #include <cmath>

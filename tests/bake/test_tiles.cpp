@@ -12,6 +12,7 @@
 #include "tests/bake/opened.h"
 
 #include <doctest/doctest.h>
+#include "runtime/frames/shot.h"
 
 #include <algorithm>
 

@@ -5,6 +5,7 @@
 #include <gsc/interrupt.h>
 #include "runtime/cameras/scene_cameras.h"
 #include "runtime/metrics/metrics.h"
+#include "runtime/frames/shot.h"
 
 #include <algorithm>
 

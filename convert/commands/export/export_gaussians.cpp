@@ -15,6 +15,7 @@
 #include "runtime/cpu/renderer_cpu.h"
 #include "runtime/metrics/metrics.h"
 #include <gsc/renderer.h>
+#include "runtime/frames/shot.h"
 
 #include <charconv>
 #include <filesystem>
