@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What every frame has anew. It opens the arguments of every kernel that needs it, as their base or in their first
-// member, so that a captured graph is brought up to date by one loop (runtime/cuda/frame_graph.h). Plain data.
+// member, so that a captured graph is brought up to date by one loop (runtime/cuda/frame/frame_graph.h). Plain data.
 #pragma once
 
 #include "kernels/math/band.h"

@@ -4,7 +4,7 @@
 
 #include "player/frames/shots.h"
 #include "runtime/metrics/picture_scorer.h"
-#include "runtime/service/picture_memory.h"
+#include "runtime/device_pictures.h"
 
 #include <memory>
 

@@ -3,11 +3,13 @@
 
 #include "runtime/cpu/frame_cpu.h"
 #include "runtime/cpu/frame_thread.h"
-#include "runtime/frame_checks.h"
+#include "runtime/frame/frame_checks.h"
 
 #include "kernels/threads/stopwatch.h"
 #include "runtime/view/lod_lag.h"
 #include "runtime/reuse/reuse_cpu.h"
+#include "runtime/cpu/frame/paint_cpu.h"
+#include "runtime/cpu/stereo_cpu.h"
 
 #include <algorithm>
 

@@ -2,7 +2,7 @@
 // One decode for both eyes (StereoMode::Merged) on the CPU.
 #pragma once
 
-#include "runtime/cpu/decode_state.h"
+#include "runtime/cpu/frame/decode_state.h"
 
 namespace gsc {
 

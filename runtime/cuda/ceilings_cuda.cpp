@@ -2,8 +2,8 @@
 #include "runtime/cuda/ceilings_cuda.h"
 
 #include "kernels/ceilings/ceilings_cuda.h"
-#include "runtime/cuda/cuda_device.h"
-#include "runtime/cuda/device_buffer.h"
+#include "runtime/cuda/device/cuda_device.h"
+#include "runtime/cuda/device/device_buffer.h"
 
 #include <algorithm>
 #include <limits>

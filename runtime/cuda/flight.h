@@ -2,7 +2,7 @@
 // A frame of the CUDA renderer from submit() to the wait() that ends it: what it has beside the buffers that all share.
 #pragma once
 
-#include "runtime/cuda/frame_graph.h"
+#include "runtime/cuda/frame/frame_graph.h"
 #include <gsc/renderer.h>
 
 #include <deque>

@@ -2,7 +2,7 @@
 #include "runtime/cuda/hand_over.h"
 
 #if defined(GSC_HAVE_CUDA)
-#include "runtime/cuda/cuda_device.h"
+#include "runtime/cuda/device/cuda_device.h"
 
 #include <algorithm>
 #include <map>

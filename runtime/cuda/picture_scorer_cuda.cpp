@@ -2,8 +2,8 @@
 #include "runtime/cuda/picture_scorer_cuda.h"
 
 #include "kernels/metrics/scores_cuda.h"
-#include "runtime/cuda/cuda_device.h"
-#include "runtime/cuda/device_buffer.h"
+#include "runtime/cuda/device/cuda_device.h"
+#include "runtime/cuda/device/device_buffer.h"
 #include "runtime/metrics/filter_weights.h"
 #include "runtime/metrics/metrics.h"
 

@@ -2,15 +2,10 @@
 // The renderer on a GPU. Nothing here names a CUDA header.
 #pragma once
 
+#include "runtime/cuda/device/cuda_devices.h"
 #include <gsc/renderer.h>
 
 namespace gsc {
-
-// That the process sees; 0 where there is no driver.
-int cudaDeviceCount();
-
-// Looks at one. Starts the driver, which takes some tenths of a second.
-DeviceInfo lookAtCudaDevice(int ordinal);
 
 // Throws Error as lookAtCudaDevice() says, or OutOfMemory.
 std::unique_ptr<Renderer> makeCudaRenderer(int ordinal, const RendererOptions& options);

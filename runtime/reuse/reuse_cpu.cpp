@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/reuse/reuse_cpu.h"
 
-#include "runtime/cpu/paint_cpu.h"
-#include "runtime/frame_checks.h"
+#include "runtime/cpu/frame/paint_cpu.h"
+#include "runtime/frame/frame_checks.h"
 #include "kernels/threads/stopwatch.h"
 #include "kernels/sensitivity/sensitivity.h"
 #include "kernels/math/lod.h"

@@ -4,7 +4,7 @@
 
 #include "kernels/threads/parallel.h"
 #include "kernels/select/select.h"
-#include "runtime/cpu/decode_state.h"
+#include "runtime/cpu/frame/decode_state.h"
 #include "runtime/view/camera_motion.h"
 #include "runtime/reuse/decoded_cache.h"
 

@@ -9,7 +9,7 @@
 
 #include "kernels/reuse/reuse_stages_cuda.h"
 #include "runtime/view/camera_motion.h"
-#include "runtime/cuda/frame_stages.h"
+#include "runtime/cuda/frame/frame_stages.h"
 #include <gsc/renderer.h>
 
 #include <cstddef>

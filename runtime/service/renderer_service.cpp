@@ -4,8 +4,7 @@
 
 #include <gsc/error.h>
 #include "format/machine/threads.h"
-#include "kernels/threads/stopwatch.h"
-#include "runtime/frame_checks.h"
+#include "runtime/frame/frame_checks.h"
 
 #include <algorithm>
 #include <array>

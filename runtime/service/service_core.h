@@ -5,7 +5,7 @@
 
 #include "runtime/service/bands.h"
 #include "runtime/service/frame_cost.h"
-#include "runtime/service/picture_memory.h"
+#include "runtime/device_pictures.h"
 #include "runtime/service/renderer_service.h"
 
 #include <condition_variable>

@@ -10,7 +10,10 @@
 #include "player/frames/shots.h"
 #include "runtime/cli/reporter.h"
 
-#include "runtime/cpu/frame_cpu.h"
+#include "kernels/blend/blend.h"
+#include "kernels/math/anchor.h"
+#include "kernels/threads/parallel.h"
+#include "runtime/cpu/frame/decode_state.h"
 
 #include <algorithm>
 #include <atomic>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "kernels/cuda/cuda_check.h"
-#include "runtime/cuda/cuda_device.h"
+#include "runtime/cuda/device/cuda_device.h"
 
 #include <algorithm>
 #include <cstddef>

@@ -2,7 +2,7 @@
 // What the tests of the CUDA stages share: a model on the device, and the host's view of what stages hand on.
 #pragma once
 
-#include "runtime/cuda/device_scene.h"
+#include "runtime/cuda/device/device_scene.h"
 #include "tests/kernels/gpu_buffers.h"
 #include "tests/kernels/gpu_tools.h"
 

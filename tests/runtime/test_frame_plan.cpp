@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/cuda/frame_plan.h"
+#include "runtime/cuda/frame/frame_plan.h"
 
 #include <gsc/error.h>
 #include "kernels/frame/device_model.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/cuda/nvml.h"
+#include "runtime/cuda/device/nvml.h"
 
 #include <memory>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/cuda/cuda_device.h"
+#include "runtime/cuda/device/cuda_device.h"
 
 #include "kernels/upload/upload_cuda.h"
-#include "runtime/cuda/nvml.h"
-#include "runtime/cuda/renderer_cuda.h"
+#include "runtime/cuda/device/cuda_devices.h"
+#include "runtime/cuda/device/nvml.h"
 
 #include <map>
 #include <mutex>

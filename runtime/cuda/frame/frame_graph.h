@@ -2,7 +2,7 @@
 // A frame as a CUDA graph: captured once, then launched for every frame of the same shape.
 #pragma once
 
-#include "runtime/cuda/frame_stages.h"
+#include "runtime/cuda/frame/frame_stages.h"
 
 #include <memory>
 #include <vector>

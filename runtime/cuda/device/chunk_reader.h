@@ -3,7 +3,7 @@
 // device, which takes them from there in order. The driver's own copy from pageable memory reads with one thread.
 #pragma once
 
-#include "runtime/cuda/cuda_device.h"
+#include "runtime/cuda/device/cuda_device.h"
 
 #include <chrono>
 #include <condition_variable>

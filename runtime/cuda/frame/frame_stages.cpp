@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/cuda/frame_stages.h"
+#include "runtime/cuda/frame/frame_stages.h"
 
 #include "kernels/decode/decode_body.h"
 #include "kernels/decode/exact/decode_exact_cuda.h"
@@ -8,7 +8,7 @@
 #include "kernels/present/false_colour.h"
 #include "kernels/select/select_cuda.h"
 #include "kernels/sort/sort_cuda.h"
-#include "runtime/frame_checks.h"
+#include "runtime/frame/frame_checks.h"
 #include "runtime/view/stereo.h"
 
 #include <algorithm>

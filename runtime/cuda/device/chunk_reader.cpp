@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/cuda/chunk_reader.h"
+#include "runtime/cuda/device/chunk_reader.h"
 
 #include "format/machine/threads.h"
 

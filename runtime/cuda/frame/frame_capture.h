@@ -4,7 +4,7 @@
 #pragma once
 
 #include "kernels/frame/frame_now.h"
-#include "runtime/cuda/cuda_device.h"
+#include "runtime/cuda/device/cuda_device.h"
 
 #include <memory>
 #include <vector>

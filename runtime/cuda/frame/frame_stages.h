@@ -7,10 +7,10 @@
 #include "kernels/decode/fast/decode_fast_cuda.h"
 #include "kernels/present/paint_cuda.h"
 #include "kernels/select/select_cuda.h"
-#include "runtime/cuda/device_buffer.h"
-#include "runtime/cuda/device_scene.h"
-#include "runtime/cuda/frame_capture.h"
-#include "runtime/cuda/frame_plan.h"
+#include "runtime/cuda/device/device_buffer.h"
+#include "runtime/cuda/device/device_scene.h"
+#include "runtime/cuda/frame/frame_capture.h"
+#include "runtime/cuda/frame/frame_plan.h"
 
 namespace gsc {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/cuda/frame_graph.h"
+#include "runtime/cuda/frame/frame_graph.h"
 
 #include "kernels/cuda/stage_clock_cuda.h"
 

@@ -6,8 +6,8 @@
 #include "kernels/frame/device_model.h"
 #include "kernels/decode/exact/decode_exact_cuda.h"
 #include "kernels/upload/upload_cuda.h"
-#include "runtime/cuda/chunk_reader.h"
-#include "runtime/cuda/device_buffer.h"
+#include "runtime/cuda/device/chunk_reader.h"
+#include "runtime/cuda/device/device_buffer.h"
 
 #include <memory>
 

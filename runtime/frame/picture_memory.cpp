@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/service/picture_memory.h"
+#include "runtime/frame/picture_memory.h"
 
 #include <gsc/error.h>
-#if defined(GSC_HAVE_CUDA)
-#include "runtime/cuda/picture_cuda.h"
-#endif
 
 #include <new>
 
@@ -15,28 +12,6 @@ namespace {
 // What a pool keeps for later: blocks, and bytes beyond the first few.
 constexpr size_t kMostSpare = 32, kFewSpare = 4, kSpareBytes = size_t(512) << 20;
 constexpr std::align_val_t kPage{4096};
-
-class HostPictures final : public PictureMemory {
-public:
-    explicit HostPictures(bool page_locked) : m_pool(makePool(page_locked)) {}
-
-    [[nodiscard]] FrameTarget::Kind kind() const override { return FrameTarget::Kind::Host; }
-    std::shared_ptr<std::byte> take(size_t bytes) override { return m_pool->take(bytes); }
-    [[nodiscard]] bool takesFrom(const Renderer&) const override { return true; }
-    void trim() override { m_pool->trim(); }
-
-private:
-    static std::shared_ptr<BlockPool> makePool([[maybe_unused]] bool page_locked)
-    {
-#if defined(GSC_HAVE_CUDA)
-        if (page_locked)
-            return std::make_shared<BlockPool>(allocatePageLocked, freePageLocked, 0);
-#endif
-        return std::make_shared<BlockPool>(allocatePages, freePages, 0);
-    }
-
-    std::shared_ptr<BlockPool> m_pool;
-};
 
 } // namespace
 
@@ -119,30 +94,6 @@ void BlockPool::giveBack(std::byte* block, size_t bytes)
     }
     for (std::byte* const old : dropped)
         m_free(old, m_place);
-}
-
-std::shared_ptr<PictureMemory> hostPictures(bool page_locked)
-{
-    return std::make_shared<HostPictures>(page_locked);
-}
-
-std::shared_ptr<PictureMemory> devicePictures([[maybe_unused]] const DeviceId& device)
-{
-#if defined(GSC_HAVE_CUDA)
-    if (device.backend == "cuda")
-        return cudaPictures(device.ordinal);
-#endif
-    return hostPictures(false);
-}
-
-std::unique_ptr<PictureBridge> bridgeTo([[maybe_unused]] const PictureMemory& memory,
-                                        [[maybe_unused]] const Renderer& renderer)
-{
-#if defined(GSC_HAVE_CUDA)
-    return cudaBridge(memory, renderer);
-#else
-    return nullptr; // host memory takes from all
-#endif
 }
 
 } // namespace gsc

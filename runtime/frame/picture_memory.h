@@ -50,15 +50,6 @@ public:
     virtual void finish() = 0; // waits until all are there
 };
 
-// Memory of this process; page-locked for copies from a GPU, of a build that has CUDA.
-std::shared_ptr<PictureMemory> hostPictures(bool page_locked);
-
-// Memory of that device; the host's for one that is the host.
-std::shared_ptr<PictureMemory> devicePictures(const DeviceId& device);
-
-// For a renderer that `memory` does not take from. Throws Error(Device).
-std::unique_ptr<PictureBridge> bridgeTo(const PictureMemory& memory, const Renderer& renderer);
-
 // Whole pages of this process; `place` is of no matter. Throws Error(OutOfMemory).
 std::byte* allocatePages(size_t bytes, int place);
 void freePages(std::byte* block, int place);

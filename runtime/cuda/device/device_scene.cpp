@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/cuda/device_scene.h"
+#include "runtime/cuda/device/device_scene.h"
 
 #include "kernels/decode/fast/decode_fast_cuda.h"
 #include "kernels/decode/fast/fragments.h"
