@@ -16,7 +16,6 @@ public:
     [[nodiscard]] FrameTarget::Kind kind() const override { return FrameTarget::Kind::Host; }
     std::shared_ptr<std::byte> take(size_t bytes) override { return m_pool->take(bytes); }
     [[nodiscard]] bool takesFrom(const Renderer&) const override { return true; }
-    void trim() override { m_pool->trim(); }
 
 private:
     static std::shared_ptr<BlockPool> makePool([[maybe_unused]] bool page_locked)

@@ -33,6 +33,8 @@ RULES = {
     "runtime": "format kernels",
     "runtime/include": "format/include kernels/include",
     "runtime/cuda/frame": "format kernels !kernels/reuse runtime !runtime/reuse",
+    "runtime/frame": "format kernels runtime/include",
+    "runtime/service/policy": "format kernels/include",
     "runtime/metrics": "format kernels/include kernels/metrics kernels/frame runtime/include",
     "runtime/metrics/lpips": "runtime/metrics kernels/threads format/include",
     "runtime/metrics/convolve3x3": "runtime/metrics kernels/simd",

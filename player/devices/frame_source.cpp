@@ -30,7 +30,7 @@ uint64_t FrameSource::submit(const AskedPose& pose, const FrameOptions& options)
     EyeParams eyes[kMaxEyes];
     shotEyes(pose.shot, pose.eyes, eyes);
     PoseRequest request;
-    request.eyes = {eyes, pose.eyes};
+    request.eyes.assign(eyes, eyes + pose.eyes);
     request.options = options;
     request.options.appearance = shotAppearance(*m_scene, pose.shot);
     std::copy_n(&pose.gaze[0][0], 2 * kMaxEyes, &request.options.foveation.gaze[0][0]);

@@ -140,7 +140,7 @@ LiveSummary live(const LiveOptions& options, Reporter& log)
         shotEyes(shot, eye_count, eyes);
         frame.appearance = shotAppearance(*scene, shot);
         PoseRequest request;
-        request.eyes = {eyes, eye_count};
+        request.eyes.assign(eyes, eyes + eye_count);
         request.options = frame;
         request.on_device = true;
         (void)service.submit(request);

@@ -66,7 +66,6 @@ public:
             m_pool->forget();
         return gone;
     }
-    void trim() override { m_pool->trim(); }
     [[nodiscard]] int ordinal() const { return m_ordinal; }
 
 private:

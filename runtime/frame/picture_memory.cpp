@@ -39,18 +39,6 @@ void BlockPool::forget()
     m_spare_bytes = 0;
 }
 
-void BlockPool::trim()
-{
-    std::multimap<size_t, std::byte*> spare;
-    {
-        const std::lock_guard lock(m_mutex);
-        spare.swap(m_spare);
-        m_spare_bytes = 0;
-    }
-    for (const auto& [bytes, block] : spare)
-        m_free(block, m_place);
-}
-
 BlockPool::~BlockPool()
 {
     for (const auto& [bytes, block] : m_spare)

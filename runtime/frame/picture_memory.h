@@ -26,8 +26,6 @@ public:
 
     // Whether its device is lost: then all that it gave is of no use, and none of it is freed.
     virtual bool lost() { return false; }
-
-    virtual void trim() = 0; // frees what nobody holds
 };
 
 // Rows of bytes, in memory of a picture.
@@ -67,7 +65,6 @@ public:
 
     std::shared_ptr<std::byte> take(size_t bytes);
     void forget(); // a reset has freed all blocks, and others may lie there now
-    void trim();   // frees those that nobody holds
 
 private:
     void giveBack(std::byte* block, size_t bytes);

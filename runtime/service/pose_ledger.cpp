@@ -28,6 +28,14 @@ void PoseLedger::end(uint64_t pose, PoseEnd how, const std::exception_ptr& error
     m_ended.push_back({pose, how, error});
 }
 
+template <typename Which>
+void PoseLedger::endAll(PoseEnd how, const Which& which)
+{
+    for (const Pose& pose : std::vector(m_poses.begin(), m_poses.end()))
+        if (which(pose))
+            end(pose.id, how);
+}
+
 void PoseLedger::failPose(Pose& pose, const std::exception_ptr& error)
 {
     if (!m_rules.keeps_all)
@@ -41,12 +49,8 @@ void PoseLedger::expire(ServiceTime now)
 {
     if (m_rules.keeps_all || m_rules.timeout.count() == 0)
         return;
-    std::vector<uint64_t> late;
-    for (const Pose& pose : m_poses)
-        if (pose.state == State::Waits && now - pose.since > m_rules.timeout)
-            late.push_back(pose.id);
-    for (const uint64_t pose : late)
-        end(pose, PoseEnd::Expired);
+    endAll(PoseEnd::Expired,
+           [&](const Pose& pose) { return pose.state == State::Waits && now - pose.since > m_rules.timeout; });
 }
 
 uint64_t PoseLedger::next(ServiceTime now)
@@ -57,15 +61,10 @@ uint64_t PoseLedger::next(ServiceTime now)
         return at == m_poses.end() ? 0 : at->id;
     }
     uint64_t newest = 0;
-    std::vector<uint64_t> older;
     for (const Pose& pose : m_poses)
-        if (pose.state == State::Waits) {
-            if (newest != 0)
-                older.push_back(newest);
+        if (pose.state == State::Waits)
             newest = pose.id;
-        }
-    for (const uint64_t pose : older)
-        end(pose, PoseEnd::Expired);
+    endAll(PoseEnd::Expired, [&](const Pose& pose) { return pose.state == State::Waits && pose.id != newest; });
     return newest;
 }
 
@@ -106,11 +105,6 @@ PoseLedger::Part* PoseLedger::drawing(const Job& job)
 bool PoseLedger::isDrawing(const Job& job) const
 {
     return const_cast<PoseLedger*>(this)->drawing(job) != nullptr;
-}
-
-const PosePart& PoseLedger::part(const Job& job) const
-{
-    return find(job.pose)->parts[job.part].what;
 }
 
 bool PoseLedger::drawn(const Job& job)
@@ -206,15 +200,9 @@ std::optional<EndedPose> PoseLedger::deliver()
     }
     const auto newest =
         std::find_if(m_poses.rbegin(), m_poses.rend(), [](const Pose& pose) { return pose.state == State::Drawn; });
-    const uint64_t shown = newest->id;
-    std::vector<uint64_t> late;
-    for (const Pose& pose : m_poses)
-        if (pose.id < shown && pose.state == State::Drawn)
-            late.push_back(pose.id);
-    for (const uint64_t pose : late)
-        end(pose, PoseEnd::Late);
-    m_shown = shown;
-    end(shown, PoseEnd::Shown);
+    m_shown = newest->id;
+    endAll(PoseEnd::Late, [&](const Pose& pose) { return pose.id < m_shown && pose.state == State::Drawn; });
+    end(m_shown, PoseEnd::Shown);
     return m_ended.back();
 }
 

@@ -4,8 +4,8 @@
 #pragma once
 
 #include <gsc/frame_types.h>
+#include "runtime/service/policy/service_time.h"
 
-#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <exception>
@@ -15,8 +15,6 @@
 #include <vector>
 
 namespace gsc {
-
-using ServiceTime = std::chrono::nanoseconds; // since the service began
 
 enum class PoseEnd : uint32_t {
     Shown,   // delivered
@@ -79,8 +77,7 @@ public:
 
     // A part of the oldest pose that has one for this worker.
     std::optional<Job> take(int worker);
-    [[nodiscard]] const PosePart& part(const Job& job) const; // of one that is being drawn
-    [[nodiscard]] bool isDrawing(const Job& job) const;       // nobody has ended it or given it back
+    [[nodiscard]] bool isDrawing(const Job& job) const; // nobody has ended it or given it back
 
     // Each of these ignores a job that is no longer being drawn, and says so with false.
     bool drawn(const Job& job);
@@ -126,6 +123,8 @@ private:
     Part* drawing(const Job& job);
     [[nodiscard]] bool overtaken(const Pose& pose) const { return !m_rules.keeps_all && pose.id < m_shown; }
     void end(uint64_t pose, PoseEnd how, const std::exception_ptr& error = nullptr);
+    template <typename Which>
+    void endAll(PoseEnd how, const Which& which);
     void failPose(Pose& pose, const std::exception_ptr& error);
 
     LedgerRules m_rules;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A pose by itself: where its pictures lie, what became of its parts, whether it shows what another does.
-#include "runtime/service/service_core.h"
+#include "runtime/service/pose_work.h"
 
 #include <algorithm>
 #include <cmath>
@@ -40,45 +40,69 @@ bool sameOptions(const FrameOptions& a, const FrameOptions& b)
 
 } // namespace
 
-void PoseWork::layOut()
+PoseWork::PoseWork(const PoseRequest& request) : asked(request)
 {
+    if (asked.late)
+        late = std::make_shared<Late>();
     constexpr size_t kAlign = 256;
     const auto place = [this](size_t size) {
         const size_t at = bytes;
         bytes += (size + kAlign - 1) / kAlign * kAlign;
         return at;
     };
-    bytes = 0;
-    for (uint32_t e = 0; e < eye_count; ++e) {
-        const size_t pixels = size_t(eyes[e].width) * eyes[e].height;
-        pixels_at[e] = place(pixels * pixelBytes(format));
-        if (wants_depth)
+    for (uint32_t e = 0; e < eyeCount(); ++e) {
+        const size_t pixels = size_t(asked.eyes[e].width) * asked.eyes[e].height;
+        pixels_at[e] = place(pixels * pixelBytes(asked.format));
+        if (asked.wants_depth)
             depths_at[e] = place(pixels * sizeof(float));
     }
 }
 
-// `eyes` stay as they were submitted: others read them with the mutex held.
+std::shared_ptr<PoseWork> PoseWork::again() const
+{
+    auto fresh = std::make_shared<PoseWork>(*this);
+    fresh->memory = nullptr;
+    fresh->pictures = nullptr;
+    fresh->drawn_anew = true;
+    for (Part& part : fresh->parts)
+        part = {part.what};
+    return fresh;
+}
+
+void PoseWork::setParts(const std::vector<PosePart>& cut)
+{
+    parts.clear();
+    for (const PosePart& part : cut)
+        parts.push_back({part});
+}
+
+bool PoseWork::isCut() const
+{
+    return std::ranges::any_of(parts, [](const Part& part) { return !part.what.columns.all(); });
+}
+
 std::span<const EyeParams> PoseWork::latestEyes() const
 {
-    const std::span<const EyeParams> asked(eyes, eye_count);
     if (late == nullptr)
-        return asked;
+        return asked.eyes;
     std::call_once(late->looked, [&] {
-        std::ranges::copy(asked, late->eyes);
-        late->found = late->look({late->eyes, eye_count});
-        for (uint32_t e = 0; e < eye_count; ++e) // memory was laid out for pictures of their size
-            late->found = late->found && late->eyes[e].width == eyes[e].width && late->eyes[e].height == eyes[e].height;
+        late->eyes = asked.eyes;
+        late->found =
+            asked.late(late->eyes) &&
+            std::ranges::equal(late->eyes, asked.eyes, [](const EyeParams& a, const EyeParams& b) {
+                return a.width == b.width && a.height == b.height; // memory was laid out for pictures of their size
+            });
     });
-    return late->found ? std::span<const EyeParams>(late->eyes, eye_count) : asked;
+    return late->found ? late->eyes : asked.eyes;
 }
 
 FrameTarget PoseWork::target(uint32_t eye, FrameTarget::Kind kind, std::byte* block) const
 {
     FrameTarget to;
     to.kind = kind;
-    to.format = format;
+    to.format = asked.format;
     to.pixels = block + pixels_at[eye];
-    if (wants_depth)
+    if (asked.wants_depth)
         to.depth = reinterpret_cast<float*>(block + depths_at[eye]);
     return to;
 }
@@ -88,10 +112,10 @@ FrameResult PoseWork::result() const
     FrameResult all;
     all.passes = 0;
     double longest = -1;
-    for (const PoseWork::Part& part : parts) {
+    for (const Part& part : parts) {
         const FrameResult& own = part.result;
         uint32_t at = 0;
-        for (uint32_t e = 0; e < eye_count; ++e)
+        for (uint32_t e = 0; e < eyeCount(); ++e)
             if (part.what.eyes >> e & 1)
                 all.eyes[e].add(own.eyes[at++]);
         if (own.times.total > longest) {
@@ -109,15 +133,22 @@ FrameResult PoseWork::result() const
     return all;
 }
 
+FrameLoad PoseWork::load() const
+{
+    FrameLoad all;
+    for (const Part& part : parts) {
+        const FrameLoad own = loadOf(part.result);
+        all = {all.anchors + own.anchors, all.pairs + own.pairs, all.evaluations + own.evaluations};
+    }
+    return all;
+}
+
 bool PoseWork::showsSameAs(const PoseWork& other, double distance, double degrees) const
 {
-    if (other.eye_count != eye_count || other.format != format || other.wants_depth != wants_depth ||
-        other.on_device != on_device || !sameOptions(other.options, options))
-        return false;
-    for (uint32_t e = 0; e < eye_count; ++e)
-        if (!isNear(other.eyes[e], eyes[e], distance, degrees))
-            return false;
-    return true;
+    const auto near = [&](const EyeParams& a, const EyeParams& b) { return isNear(a, b, distance, degrees); };
+    const PoseRequest& a = other.asked;
+    return a.format == asked.format && a.wants_depth == asked.wants_depth && a.on_device == asked.on_device &&
+           sameOptions(a.options, asked.options) && std::ranges::equal(a.eyes, asked.eyes, near);
 }
 
 } // namespace gsc

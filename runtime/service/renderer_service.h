@@ -5,16 +5,19 @@
 #pragma once
 
 #include <gsc/renderer.h>
-#include "runtime/service/mode_choice.h"
-#include "runtime/service/pace.h"
+#include "runtime/service/policy/mode_choice.h"
+#include "runtime/service/policy/pace.h"
 #include "runtime/service/pose_ledger.h"
 #include "runtime/service/service_trace.h"
 
 #include <functional>
+#include <thread>
 
 namespace gsc {
 
 using MakeRenderer = std::function<std::unique_ptr<Renderer>(const DeviceId&, const RendererOptions&)>;
+
+struct ServiceState;
 
 struct ServiceOptions {
     std::vector<DeviceId> devices{DeviceId{}}; // a worker each; one may be named more than once
@@ -30,8 +33,7 @@ struct ServiceOptions {
     // model (RendererOptions::first_picture). 0 = such a pose is drawn.
     double still_distance = 0, still_degrees = 0;
 
-    PaceRules pace;         // without a limit all workers draw from the start
-    bool keeps_warm = true; // workers that do not draw hold the model, so that they join at once
+    PaceRules pace;                                 // without a limit all workers draw from the start
     ServiceTime deadline{std::chrono::seconds(10)}; // for a part of a frame; a worker that takes longer hangs. 0 = none
     ServiceTime load_deadline{std::chrono::minutes(10)};    // the same for loading the model and for letting it go
     ServiceTime comes_back{std::chrono::milliseconds(250)}; // after a fault; then twice as long, at most 64 times this
@@ -44,8 +46,8 @@ struct ServiceOptions {
 
 // What a pose is drawn from; copied by submit().
 struct PoseRequest {
-    std::span<const EyeParams> eyes; // 1 or 2; not shared by bands where they differ in width
-    FrameOptions options{};          // without columns; lod_hysteresis with one worker only, whose frames it follows
+    std::vector<EyeParams> eyes; // 1 or 2; not shared by bands where they differ in width
+    FrameOptions options{};      // without columns; lod_hysteresis with one worker only, whose frames it follows
     PixelFormat format = PixelFormat::Rgba8;
     bool wants_depth = false; // of each pixel, see FrameTarget
     bool on_device = false;   // delivered in memory of the first worker's device; otherwise of the host
@@ -54,15 +56,12 @@ struct PoseRequest {
     std::function<bool(std::span<EyeParams> eyes)> late{};
 };
 
-struct Delivery {
-    uint64_t pose = 0;
-    PoseEnd end = PoseEnd::Shown; // or Failed, if all poses are kept
-    std::exception_ptr error{};   // of a pose that failed
-
+// Its end is Shown, or Failed if all poses are kept.
+struct Delivery : EndedPose {
     // One that is shown has these. Targets are of whole pictures, rows without a gap, and live as long as `memory`.
     FrameTarget eyes[kMaxEyes] = {};
-    std::shared_ptr<const std::byte> memory;
-    FrameResult result; // counts of all workers; times of the one that took longest
+    std::shared_ptr<const std::byte> memory{};
+    FrameResult result{}; // counts of all workers; times of the one that took longest
     ServiceTime submitted{0}, begun{0}, drawn{0}, delivered{0};
 };
 
@@ -86,8 +85,6 @@ public:
     // Waits for what is delivered next, at most so long. Nothing if the time has passed, or if no pose is open.
     std::optional<Delivery> next(std::chrono::nanoseconds most = std::chrono::nanoseconds::max());
 
-    void giveMemoryBack(); // of workers that do not draw, which load again when they are needed, and of spare pictures
-    void setPace(double min_fps, double max_fps);
     void dropCaches(); // every renderer draws its next frame as if it were the first; no pose may be open
 
     [[nodiscard]] ServiceStats stats() const;
@@ -98,8 +95,12 @@ public:
     [[nodiscard]] Tier tierOf(Tier asked) const;
 
 private:
-    class Core;
-    std::shared_ptr<Core> m_core; // also held by a worker that hangs
+    RendererService(std::shared_ptr<const Scene> scene, const ModelView& model, const ServiceOptions& options);
+    void start();
+    void stop();
+
+    std::shared_ptr<ServiceState> m_state; // also held by a worker that hangs
+    std::thread m_keeper;
 };
 
 } // namespace gsc

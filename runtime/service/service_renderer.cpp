@@ -44,7 +44,7 @@ public:
         (void)service();
         checkInFlight(m_flying.size(), framesInFlight());
         PoseRequest pose;
-        pose.eyes = request.eyes;
+        pose.eyes.assign(request.eyes.begin(), request.eyes.end());
         pose.options = request.options;
         Flying flying;
         const bool any = std::ranges::any_of(

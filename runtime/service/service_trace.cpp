@@ -31,6 +31,22 @@ const char* poseEndName(PoseEnd end)
     return kNames[uint32_t(end)];
 }
 
+void TraceRecord::note(TraceEvent::Kind kind, int worker, const std::string& cause)
+{
+    if (m_trace.events.size() < m_limit)
+        m_trace.events.push_back({m_clock.now(), kind, worker, cause});
+    else if (m_limit > 0)
+        ++m_trace.left_out;
+}
+
+void TraceRecord::add(const TracePose& pose)
+{
+    if (m_trace.poses.size() < m_limit)
+        m_trace.poses.push_back(pose);
+    else if (m_limit > 0)
+        ++m_trace.left_out;
+}
+
 void LatencyCounts::add(double ms)
 {
     const double bucket = std::log(std::max(ms, kLeast) / kLeast) / kWidth;

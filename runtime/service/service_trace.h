@@ -3,8 +3,8 @@
 #pragma once
 
 #include <gsc/device.h>
-#include "runtime/service/frame_cost.h"
-#include "runtime/service/mode_choice.h"
+#include "runtime/service/policy/frame_cost.h"
+#include "runtime/service/policy/mode_choice.h"
 #include "runtime/service/pose_ledger.h"
 
 namespace gsc {
@@ -74,6 +74,21 @@ struct ServiceTrace {
     std::vector<TraceEvent> events;
     std::vector<TracePose> poses;
     uint64_t left_out = 0; // poses and events past the limit
+};
+
+// Keeps a trace up to a limit. Every call is made with the service's mutex held.
+class TraceRecord {
+public:
+    TraceRecord(size_t limit, const ServiceClock& clock) : m_limit(limit), m_clock(clock) {}
+
+    void note(TraceEvent::Kind kind, int worker, const std::string& cause); // now
+    void add(const TracePose& pose);
+    [[nodiscard]] const ServiceTrace& trace() const { return m_trace; }
+
+private:
+    const size_t m_limit; // of poses, and of events
+    const ServiceClock& m_clock;
+    ServiceTrace m_trace;
 };
 
 // Counts values in buckets 2 % wide, of a fixed size.

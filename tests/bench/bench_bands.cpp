@@ -11,7 +11,7 @@
 #include "player/frames/shots.h"
 #include "runtime/cli/reporter.h"
 #include <gsc/renderer.h>
-#include "runtime/service/bands.h"
+#include "runtime/service/policy/bands.h"
 
 #include <algorithm>
 #include <cstdio>

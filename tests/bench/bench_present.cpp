@@ -34,7 +34,7 @@ double percentile(std::vector<double> values, double share)
 Delivery draw(RendererService& service, const EyeParams (&eyes)[2], bool on_device)
 {
     PoseRequest request;
-    request.eyes = eyes;
+    request.eyes.assign(eyes, eyes + 2);
     request.on_device = on_device;
     (void)service.submit(request);
     std::optional<Delivery> drawn = service.next(std::chrono::minutes(1));

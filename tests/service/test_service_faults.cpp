@@ -244,9 +244,7 @@ TEST_CASE("where the first worker cannot be made another draws, also one that re
             throw Error(ErrorCode::OutOfMemory, "device: no memory, expected some; take less");
         return makeRenderer(device, limits);
     };
-    for (const bool warm : {true, false}) {
-        made = 0;
-        options.keeps_warm = warm;
+    {
         RendererService service(model.view(), options);
         submitWalk(service, 0, 1, FrameOptions{});
         CHECK(service.next(20s)->end == PoseEnd::Shown);

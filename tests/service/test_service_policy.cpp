@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // When workers start and stop, what frames will cost, where bands are cut and which plan is chosen: with a simulated clock.
-#include "runtime/service/bands.h"
-#include "runtime/service/frame_cost.h"
-#include "runtime/service/mode_choice.h"
-#include "runtime/service/pace.h"
+#include "runtime/service/policy/bands.h"
+#include "runtime/service/policy/frame_cost.h"
+#include "runtime/service/policy/mode_choice.h"
+#include "runtime/service/policy/pace.h"
 #include "runtime/service/service_trace.h"
 
 #include <doctest/doctest.h>

@@ -3,9 +3,11 @@
 // counts go on as they have changed. Pure.
 #pragma once
 
-#include "runtime/service/pose_ledger.h"
+#include <gsc/frame_types.h>
+#include "runtime/service/policy/service_time.h"
 
 #include <array>
+#include <deque>
 
 namespace gsc {
 

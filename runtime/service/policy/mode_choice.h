@@ -2,7 +2,11 @@
 // How poses are shared among workers, chosen by trial. Pure.
 #pragma once
 
-#include "runtime/service/pose_ledger.h"
+#include "runtime/service/policy/service_time.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
 
 namespace gsc {
 
@@ -39,7 +43,6 @@ class ModeChoice {
 public:
     // The rate that is to be held with the least latency, in frames per second; 0 = the highest there is.
     explicit ModeChoice(double wanted_fps) : m_wanted(wanted_fps) {}
-    void want(double fps) { m_wanted = fps; } // counts from the next begin()
 
     // Plans for so many workers and eyes. merged: one decode serves both eyes, so they stay together. fewer: one worker
     // alone is tried too, which is of no use where a pace says how many draw.

@@ -2,7 +2,11 @@
 // How many workers draw: Algorithm 2 of the GS-Cache paper, with a look ahead. Pure: knows no thread and no clock.
 #pragma once
 
-#include "runtime/service/pose_ledger.h"
+#include "runtime/service/policy/service_time.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
 
 namespace gsc {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/service/bands.h"
+#include "runtime/service/policy/bands.h"
 
 #include <algorithm>
 #include <numeric>

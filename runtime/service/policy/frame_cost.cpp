@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/service/frame_cost.h"
+#include "runtime/service/policy/frame_cost.h"
 
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>

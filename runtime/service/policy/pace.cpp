@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/service/pace.h"
+#include "runtime/service/policy/pace.h"
 
 #include <gsc/error.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/service/mode_choice.h"
+#include "runtime/service/policy/mode_choice.h"
 
 #include <gsc/error.h>
 #include "kernels/threads/stopwatch.h"

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// A pose from submit() until it has ended. Has no lock of its own: what is asked and where it is drawn stay as they are
+// while workers draw, without the service's mutex; all else is read and written with it held.
+#pragma once
+
+#include "runtime/device_pictures.h"
+#include "runtime/service/renderer_service.h"
+
+#include <mutex>
+
+namespace gsc {
+
+struct PoseWork {
+    explicit PoseWork(const PoseRequest& request);
+    // The same pose, to be drawn anew into other memory after a fault.
+    [[nodiscard]] std::shared_ptr<PoseWork> again() const;
+
+    const PoseRequest asked;
+
+    struct Late { // what PoseRequest::late found
+        std::once_flag looked;
+        std::vector<EyeParams> eyes;
+        bool found = false;
+    };
+    std::shared_ptr<Late> late; // also of the pose that is drawn anew
+
+    ServiceTime submitted{0}, drawn{0};
+    std::optional<ServiceTime> begun;
+    SharePlan plan; // that it was begun by
+    uint64_t plan_serial = 0;
+
+    // Picture of each eye, then its depths, in one block.
+    size_t pixels_at[kMaxEyes] = {}, depths_at[kMaxEyes] = {}, bytes = 0;
+    std::shared_ptr<std::byte> memory;
+    std::shared_ptr<PictureMemory> pictures; // that it is of
+
+    struct Part {
+        PosePart what;
+        int worker = -1;
+        double busy_ms = 0;
+        FrameResult result{};
+    };
+    std::vector<Part> parts;
+    bool drawn_anew = false;  // after a fault
+    bool first_parts = false; // a part is among the first that its renderer drew, whose buffers grow
+
+    [[nodiscard]] uint32_t eyeCount() const { return uint32_t(asked.eyes.size()); }
+    [[nodiscard]] uint32_t allEyes() const { return (1u << eyeCount()) - 1; } // a bit each
+
+    [[nodiscard]] bool isCut() const; // into bands
+
+    void setParts(const std::vector<PosePart>& cut);
+    // Of parts that were drawn side by side: one result of all, and what they cost together.
+    [[nodiscard]] FrameResult result() const;
+    [[nodiscard]] FrameLoad load() const;
+
+    // Where its eyes are drawn from: looks late, once for all parts. Called without the service's mutex.
+    [[nodiscard]] std::span<const EyeParams> latestEyes() const;
+    // Are its eyes all so near to those of `other` (world units, degrees) that they show the same, of the same options?
+    [[nodiscard]] bool showsSameAs(const PoseWork& other, double distance, double degrees) const;
+    // What an eye's picture is drawn into, in a block of memory such as `memory`.
+    [[nodiscard]] FrameTarget target(uint32_t eye, FrameTarget::Kind kind, std::byte* block) const;
+};
+
+} // namespace gsc

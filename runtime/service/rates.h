@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Frames per second that workers can draw, measured and foreseen; 0 = not known. Every call is made with the service's mutex
+// held.
+#pragma once
+
+#include "runtime/service/pose_work.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace gsc {
+
+class Rates {
+public:
+    // All parts of `work` are drawn.
+    void learn(const PoseWork& work)
+    {
+        constexpr double kMeanOf = 8; // frames
+        double busy = 0, sum = 0;
+        for (const PoseWork::Part& part : work.parts) {
+            busy = std::max(busy, part.busy_ms);
+            sum += part.busy_ms;
+        }
+        m_cost.learn(*work.begun, work.load(), work.plan.mode == ServiceMode::Frame ? sum : busy);
+        if (std::exchange(m_plan, work.plan) != work.plan)
+            m_busy_ms = 0;
+        m_busy_ms = m_busy_ms == 0 ? busy : m_busy_ms + (busy - m_busy_ms) / kMeanOf;
+    }
+
+    // Of so many workers that draw.
+    [[nodiscard]] double measured(size_t workers) const
+    {
+        const size_t turns = m_plan.mode == ServiceMode::Frame ? std::max<size_t>(workers, 1) : 1;
+        return m_busy_ms > 0 ? double(turns) * 1000 / m_busy_ms : 0;
+    }
+
+    // What `rate` becomes with the frames to come.
+    [[nodiscard]] double foreseen(double rate, ServiceTime now) const
+    {
+        constexpr ServiceTime kAhead = std::chrono::milliseconds(100); // what a started worker is good for
+        const double now_ms = m_cost.predict(now - kAhead), then_ms = m_cost.predict(now + kAhead);
+        return now_ms > 0 && then_ms > 0 ? rate * now_ms / then_ms : 0;
+    }
+
+private:
+    FrameCost m_cost;
+    double m_busy_ms = 0; // that a frame takes the worker that takes longest: a running mean,
+    SharePlan m_plan;     // of frames by this plan alone
+};
+
+} // namespace gsc
