@@ -1,33 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gsc/renderer.h>
 
-#include <gsc/error.h>
 #include "kernels/threads/stopwatch.h"
+#include "runtime/devices/device_fallback.h"
 
 #include <algorithm>
 #include <utility>
 
 namespace gsc {
-
-namespace {
-
-// Is it the device that cannot, so that another may?
-bool isOfDevice(ErrorCode code)
-{
-    return code == ErrorCode::OutOfMemory || code == ErrorCode::Unsupported || code == ErrorCode::Device;
-}
-
-std::unique_ptr<Renderer> loaded(std::unique_ptr<Renderer> renderer, std::shared_ptr<const Scene> scene,
-                                 double* load_ms)
-{
-    Stopwatch watch;
-    renderer->load(std::move(scene));
-    if (load_ms != nullptr)
-        *load_ms = watch.lap();
-    return renderer;
-}
-
-} // namespace
 
 void Renderer::load(std::shared_ptr<const Scene> scene)
 {
@@ -39,21 +19,22 @@ std::unique_ptr<Renderer> makeLoadedRenderer(const DeviceId& device, const Rende
                                              std::shared_ptr<const Scene> scene, std::vector<std::string>& passed_over,
                                              double* load_ms)
 {
-    std::string name = device.backend;
-    try {
+    DeviceId taken = device;
+    const auto passOver = [&](const std::string& why) { passed_over.push_back(why); };
+    const auto open = [&](const DeviceId& on) {
         std::string warning;
-        const int ordinal = device.backend.starts_with("cpu") ? 0 : device.ordinal; // which a reference may have
-        std::unique_ptr<Renderer> renderer = makeRenderer({device.backend, ordinal}, options, &warning);
+        const int ordinal = on.backend.starts_with("cpu") ? 0 : on.ordinal; // which a reference may have
+        std::unique_ptr<Renderer> renderer = makeRenderer({on.backend, ordinal}, options, &warning);
         if (!warning.empty())
-            passed_over.push_back(warning);
-        name = renderer->id().backend;
-        return loaded(std::move(renderer), scene, load_ms);
-    } catch (const Error& e) {
-        if (device.backend != "auto" || name == "cpu" || !isOfDevice(e.code()))
-            throw;
-        passed_over.push_back(formatString("backend %s is passed over: %s", name.c_str(), e.what()));
-    }
-    return loaded(makeRenderer({"cpu"}, options), std::move(scene), load_ms);
+            passOver(warning);
+        taken = renderer->id();
+        Stopwatch watch;
+        renderer->load(scene);
+        if (load_ms != nullptr)
+            *load_ms = watch.lap();
+        return renderer;
+    };
+    return orOnCpu(device, taken, open, passOver);
 }
 
 FrameResult finish(Renderer& renderer, const FrameRequest& request, uint64_t ticket)

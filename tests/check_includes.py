@@ -34,7 +34,7 @@ RULES = {
     "runtime/include": "format/include kernels/include",
     "runtime/cuda/frame": "format kernels !kernels/reuse runtime !runtime/reuse",
     "runtime/frame": "format kernels runtime/include",
-    "runtime/service/policy": "format kernels/include",
+    "runtime/service/policy": "format kernels/include kernels/threads",
     "runtime/metrics": "format kernels/include kernels/metrics kernels/frame runtime/include",
     "runtime/metrics/lpips": "runtime/metrics kernels/threads format/include",
     "runtime/metrics/convolve3x3": "runtime/metrics kernels/simd",

@@ -15,7 +15,7 @@ SUFFIXES = {".cpp", ".h", ".cu", ".cuh"}
 
 # (file, literals of the construction): why they are not the whole message
 FORWARDED = {
-    ("runtime/device_list.cpp", "backend %s: %s"): "the rest is a text of failure() in runtime/cuda/device/cuda_device.cpp",
+    ("runtime/devices/device_list.cpp", "backend %s: %s"): "the rest is a text of failure() in runtime/cuda/device/cuda_device.cpp",
     ("player/mpi/mpi_renderer.cpp", "rank %d: %s"): "the rest is a message of another rank",
     ("runtime/cuda/device/cuda_device.cpp", "cuda: "): "the rest is a text of failure() in the same file",
 }

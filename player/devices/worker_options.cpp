@@ -74,18 +74,10 @@ std::vector<DeviceId> workerDevices(const DeviceChoice& choice)
 
 DeviceId firstDevice(const DeviceChoice& choice, Reporter* log)
 {
-    const DeviceId asked = workerDevices(choice).front();
-    if (asked.backend != "auto")
-        return asked;
-    for (const DeviceInfo& device : devices()) {
-        if (device.id.ordinal != asked.ordinal)
-            continue;
-        if (device.usable)
-            return device.id;
+    return bestDevice(workerDevices(options).front(), [log](const std::string& why) {
         if (log != nullptr)
-            log->warning(formatString("backend %s is passed over: %s", device.id.backend.c_str(), device.text.c_str()));
-    }
-    return asked; // of which a renderer says that there is none
+            log->warning(why);
+    });
 }
 
 ServiceOptions serviceOptions(const ModelChoice& model, const DeviceChoice& choice, Reporter& log)
@@ -129,19 +121,13 @@ std::vector<DeviceInfo> usableDevices()
     return all;
 }
 
-// "cuda:0", as --devices takes it.
-std::string listedName(const DeviceId& id)
-{
-    return id.backend == "cuda" ? id.backend + ":" + std::to_string(id.ordinal) : id.backend;
-}
-
 template <typename Each>
 void forEachLink(const std::vector<DeviceInfo>& all, const Each& each)
 {
     for (const DeviceInfo& from : all)
         for (const DeviceInfo& to : all)
             if (from.id.backend == "cuda" && to.id.backend == "cuda" && from.id.ordinal < to.id.ordinal)
-                each(listedName(from.id), listedName(to.id), deviceLink(from.id, to.id));
+                each(deviceText(from.id), deviceText(to.id), deviceLink(from.id, to.id));
 }
 
 } // namespace
@@ -151,7 +137,7 @@ std::string deviceListText()
     const std::vector<DeviceInfo> all = usableDevices();
     std::string text;
     for (const DeviceInfo& device : all)
-        text += formatString("%-14s %s\n", listedName(device.id).c_str(), device.text.c_str());
+        text += formatString("%-14s %s\n", deviceText(device.id).c_str(), device.text.c_str());
     forEachLink(all, [&](const std::string& from, const std::string& to, const std::string& link) {
         text += formatString("%s - %s: %s\n", from.c_str(), to.c_str(), link.c_str());
     });
@@ -164,7 +150,7 @@ std::string deviceListJson()
     const std::vector<DeviceInfo> all = usableDevices();
     Json listed = Json::array(), links = Json::array();
     for (const DeviceInfo& device : all)
-        listed.push_back({{"device", listedName(device.id)},
+        listed.push_back({{"device", deviceText(device.id)},
                           {"name", device.name},
                           {"memory_bytes", device.memory_bytes > 0 ? Json(device.memory_bytes) : Json()},
                           {"text", device.text}});

@@ -4,7 +4,7 @@
 
 #include "player/frames/shots.h"
 #include "runtime/metrics/picture_scorer.h"
-#include "runtime/device_pictures.h"
+#include "runtime/devices/device_pictures.h"
 
 #include <memory>
 

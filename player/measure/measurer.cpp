@@ -3,7 +3,7 @@
 
 #include <gsc/error.h>
 #include "player/devices/open_renderer.h"
-#include "runtime/device_scorer.h"
+#include "runtime/devices/device_scorer.h"
 
 namespace gsc {
 

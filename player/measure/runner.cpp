@@ -4,7 +4,7 @@
 #include <gsc/error.h>
 #include <gsc/interrupt.h>
 #include "format/machine/machine.h"
-#include "runtime/device_scorer.h"
+#include "runtime/devices/device_scorer.h"
 
 #include <algorithm>
 #include <cstring>

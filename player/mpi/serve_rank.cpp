@@ -5,7 +5,7 @@
 #include "player/mpi/wire.h"
 #include "player/frames/content_hash.h"
 #include <gsc/scene.h>
-#include "runtime/device_pictures.h"
+#include "runtime/devices/device_pictures.h"
 
 #include <algorithm>
 #include <cstring>

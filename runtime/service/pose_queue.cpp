@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/service/pose_queue.h"
 
+#include "kernels/threads/stopwatch.h"
+
 #include <algorithm>
 
 namespace gsc {
@@ -51,7 +53,7 @@ std::optional<Delivery> PoseQueue::deliver()
             delivery.eyes[e] = work.target(e, work.pictures->kind(), work.memory.get());
         delivery.memory = work.memory;
         delivery.result = work.result();
-        m_latency.add(millisecondsOf(delivery.delivered - delivery.submitted));
+        m_latency.add(milliseconds(delivery.delivered - delivery.submitted));
     }
     settle();
     return delivery;

@@ -3,7 +3,7 @@
 // while workers draw, without the service's mutex; all else is read and written with it held.
 #pragma once
 
-#include "runtime/device_pictures.h"
+#include "runtime/devices/device_pictures.h"
 #include "runtime/service/renderer_service.h"
 
 #include <mutex>

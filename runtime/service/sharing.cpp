@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/service/sharing.h"
 
+#include "kernels/threads/stopwatch.h"
+
 namespace gsc {
 
 namespace {
@@ -119,7 +121,7 @@ void Sharing::learn(const PoseWork& work)
     if (work.isCut())
         m_bands.learn(work.asked.eyes.front().width, bands, ms);
     if (m_options.mode == ServiceMode::Auto &&
-        m_choice.add(work.plan_serial, {work.drawn, millisecondsOf(work.drawn - *work.begun), busy}) &&
+        m_choice.add(work.plan_serial, {work.drawn, milliseconds(work.drawn - *work.begun), busy}) &&
         m_choice.decided())
         m_trace.note(TraceEvent::Kind::Plan, -1, m_choice.cause());
 }

@@ -2,6 +2,7 @@
 #include "runtime/service/worker_retirement.h"
 
 #include <gsc/error.h>
+#include "kernels/threads/stopwatch.h"
 
 #include <algorithm>
 #include <utility>
@@ -86,7 +87,7 @@ std::vector<WorkerPtr> replaceHanging(ServiceState& service)
         if (!hung->in_call || deadline.count() <= 0 || service.clock.now() - *hung->in_call <= deadline)
             continue;
         const std::string text = formatString("hangs: %s took longer than %.0f ms",
-                                              draws ? "a part" : "loading or letting go", millisecondsOf(deadline));
+                                              draws ? "a part" : "loading or letting go", milliseconds(deadline));
         const auto error = std::make_exception_ptr(
             Error(ErrorCode::Device, formatString("%s: %s, expected less; see whether the device still answers",
                                                   deviceText(hung->device).c_str(), text.c_str())));

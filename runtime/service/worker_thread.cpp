@@ -3,6 +3,7 @@
 
 #include <gsc/error.h>
 #include "format/machine/threads.h"
+#include "kernels/threads/stopwatch.h"
 #include "runtime/service/worker_retirement.h"
 
 #include <algorithm>
@@ -125,7 +126,7 @@ private:
         }
         worker.stats.device = m_renderer->id();
         worker.stats.name = facts.name;
-        worker.stats.load_ms = millisecondsOf(m_service->clock.now() - from);
+        worker.stats.load_ms = milliseconds(m_service->clock.now() - from);
         worker.dropped = drops;
         worker.state = WorkerState::Warm;
         m_drawn = 0;
@@ -266,7 +267,7 @@ private:
         PoseWork& work = *ended.work;
         PoseWork::Part& drawn = work.parts[ended.job.part];
         drawn.worker = worker.index;
-        drawn.busy_ms = millisecondsOf(at - std::max(ended.since, m_busy_until));
+        drawn.busy_ms = milliseconds(at - std::max(ended.since, m_busy_until));
         drawn.result = result;
         m_busy_until = at;
         work.first_parts = work.first_parts || m_drawn < kFirstParts;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Scores of pictures on a GPU against those of the host's scorer.
 #include "kernels/metrics/square_sums.h"
-#include "runtime/device_scorer.h"
+#include "runtime/devices/device_scorer.h"
 #include "tests/kernels/gpu_buffers.h"
 #include "tests/kernels/gpu_tools.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A renderer service with workers on GPUs, two devices where there are two: the bytes of one renderer.
 #include "runtime/service/faulty_renderer.h"
-#include "runtime/device_pictures.h"
+#include "runtime/devices/device_pictures.h"
 #include "tests/kernels/gpu_buffers.h"
 #include "tests/kernels/reuse_tools.h"
 

@@ -5,6 +5,7 @@
 #include <gsc/error.h>
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,8 @@ struct DeviceId {
     bool operator==(const DeviceId&) const = default;
 };
 
-std::string deviceText(const DeviceId& device); // "cuda:1"; of the first "cuda"
+// The one name of a device, in reports and messages: "cuda:0", "cpu".
+std::string deviceText(const DeviceId& device);
 
 struct DeviceInfo {
     DeviceId id;
@@ -38,6 +40,10 @@ std::string deviceLink(const DeviceId& from, const DeviceId& to);
 
 // Every device of every backend of this build, best first; a backend without a device once, with the reason.
 std::vector<DeviceInfo> devices();
+
+// The best device that this machine can run, if `asked` is "auto"; of the ordinal asked for. What is passed over and why is
+// told. `asked` itself otherwise, and where there is none: makeRenderer() says why.
+DeviceId bestDevice(const DeviceId& asked, const std::function<void(const std::string&)>& passOver = {});
 
 // Starts a device, or the best that "auto" finds, which takes a GPU some tenths of a second; makeRenderer() would. Throws
 // nothing: what is wrong with it is makeRenderer()'s to say.

@@ -8,11 +8,6 @@ namespace gsc {
 
 using ServiceTime = std::chrono::nanoseconds; // since the service began
 
-inline double millisecondsOf(ServiceTime time)
-{
-    return std::chrono::duration<double, std::milli>(time).count();
-}
-
 class ServiceClock {
 public:
     [[nodiscard]] ServiceTime now() const { return std::chrono::steady_clock::now() - m_from; }

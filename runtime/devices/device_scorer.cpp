@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/device_scorer.h"
+#include "runtime/devices/device_scorer.h"
 
 #if defined(GSC_HAVE_CUDA)
 #include "runtime/cuda/picture_scorer_cuda.h"

@@ -50,11 +50,31 @@ Error unusable(const DeviceInfo& device)
     return Error(device.why, formatString("backend %s: %s", deviceText(device.id).c_str(), device.text.c_str()));
 }
 
+std::string passedOver(const DeviceInfo& device)
+{
+    return formatString("backend %s is passed over: %s", deviceText(device.id).c_str(), device.text.c_str());
+}
+
 } // namespace
 
 std::string deviceText(const DeviceId& device)
 {
-    return device.ordinal == 0 ? device.backend : device.backend + ":" + std::to_string(device.ordinal);
+    const bool only_one = device.backend == "auto" || device.backend.starts_with("cpu");
+    return only_one && device.ordinal == 0 ? device.backend : device.backend + ":" + std::to_string(device.ordinal);
+}
+
+DeviceId bestDevice(const DeviceId& asked, const std::function<void(const std::string&)>& passOver)
+{
+    for (const Entry& entry : kEntries) {
+        if (asked.backend != "auto" || (asked.ordinal != 0 && asked.ordinal >= entry.count()))
+            continue;
+        const DeviceInfo found = entry.look(asked.ordinal);
+        if (found.usable)
+            return found.id;
+        if (passOver)
+            passOver(passedOver(found));
+    }
+    return asked;
 }
 
 std::vector<std::string> backendNames()
@@ -139,7 +159,7 @@ std::unique_ptr<Renderer> makeRenderer(const DeviceId& device, const RendererOpt
         if (found.usable)
             return entry.make(device.ordinal, options);
         if (any && warning != nullptr)
-            *warning = formatString("backend %s is passed over: %s", entry.name, found.text.c_str());
+            *warning = passedOver(found);
     }
     throw unusable(found);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/device_pictures.h"
+#include "runtime/devices/device_pictures.h"
 
 #if defined(GSC_HAVE_CUDA)
 #include "runtime/cuda/picture_cuda.h"
