@@ -3,6 +3,7 @@
 #include "kernels/blend/blend.h"
 #include "kernels/present/pixel.h"
 #include "runtime/cpu/frame_thread.h"
+#include "runtime/devices/device_fallback.h"
 #include "tests/kernels/render_tools.h"
 #include "tests/kernels/synthetic_model.h"
 #include "tests/runtime/reuse_tools.h"
@@ -271,4 +272,30 @@ TEST_CASE("submit does not wait, a wait may end before the frame, and what drawi
     (void)thread.submit(request);
     thread.clear();
     CHECK_THROWS_WITH_AS(thread.wait(3, result, ever), doctest::Contains("not in flight"), Error);
+}
+
+TEST_CASE("a device has one name; the CPU does what a better device cannot, where the choice is left open")
+{
+    const std::pair<DeviceId, const char*> names[] = {{{"cuda", 0}, "cuda:0"}, {{"cuda", 2}, "cuda:2"},
+                                                      {{"cpu", 0}, "cpu"},     {{"cpu", 7}, "cpu:7"},
+                                                      {{"auto", 0}, "auto"},   {{"rank", 1}, "rank:1"}};
+    for (const auto& [device, name] : names)
+        CHECK(deviceText(device) == name);
+    CHECK(bestDevice({"cuda", 3}) == DeviceId{"cuda", 3}); // there or not
+    CHECK(bestDevice({}).backend != "auto");
+
+    const auto opened = [](const DeviceId& asked, const DeviceId& taken, ErrorCode code) {
+        std::vector<std::string> passed_over;
+        const DeviceId by = orOnCpu(
+            asked, taken, [&](const DeviceId& on) { return on.backend == "cpu" ? on : throw Error(code, "too large"); },
+            [&](const std::string& why) { passed_over.push_back(why); });
+        CHECK(by == DeviceId{"cpu"});
+        return passed_over;
+    };
+    for (const ErrorCode code : {ErrorCode::OutOfMemory, ErrorCode::Unsupported, ErrorCode::Device}) {
+        CHECK(opened({}, {"cuda", 0}, code) == std::vector<std::string>{"backend cuda:0 is passed over: too large"});
+        CHECK_THROWS_AS(opened({"cuda", 0}, {"cuda", 0}, code), Error); // it is what was asked for
+        CHECK_THROWS_AS(opened({}, {"cpu"}, code), Error);              // has failed already
+    }
+    CHECK_THROWS_AS(opened({}, {"cuda", 0}, ErrorCode::Usage), Error); // of no device
 }
