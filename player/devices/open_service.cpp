@@ -13,9 +13,7 @@ OpenedService openService(const std::shared_ptr<const Scene>& scene, const Model
 {
     DeviceId taken;
     const auto open = [&](const DeviceId& on) {
-        PlayOptions play = options;
-        play.backend = on.backend;
-        ServiceOptions service = serviceOptions(play, log);
+        ServiceOptions service = serviceOptions(model, choice.of(on.backend), log);
         service.keeps_all = false;
         set(service);
         taken = service.devices.front();
@@ -24,8 +22,8 @@ OpenedService openService(const std::shared_ptr<const Scene>& scene, const Model
             devices.push_back(deviceText(device));
         return OpenedService{std::make_unique<RendererService>(scene, service), devices};
     };
-    const DeviceId asked{options.backend, options.device};
-    if (drawsWithService(options))
+    const DeviceId asked{choice.backend, choice.device};
+    if (drawsWithService(choice))
         return open(asked);
     return orOnCpu(asked, taken, open, [&log](const std::string& why) { log.warning(why); });
 }

@@ -74,7 +74,7 @@ std::vector<DeviceId> workerDevices(const DeviceChoice& choice)
 
 DeviceId firstDevice(const DeviceChoice& choice, Reporter* log)
 {
-    return bestDevice(workerDevices(options).front(), [log](const std::string& why) {
+    return bestDevice(workerDevices(choice).front(), [log](const std::string& why) {
         if (log != nullptr)
             log->warning(why);
     });

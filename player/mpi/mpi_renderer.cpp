@@ -4,7 +4,7 @@
 #include <gsc/error.h>
 #include "player/mpi/wire.h"
 #include "player/frames/content_hash.h"
-#include "runtime/frame/frame_checks.h"
+#include "runtime/backend/frame_checks.h"
 
 #include <algorithm>
 #include <atomic>

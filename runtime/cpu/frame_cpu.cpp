@@ -2,9 +2,9 @@
 #include "runtime/cpu/frame_cpu.h"
 
 #include "kernels/threads/stopwatch.h"
-#include "runtime/cpu/paint_cpu.h"
+#include "runtime/cpu/frame/paint_cpu.h"
 #include "runtime/cpu/stereo_cpu.h"
-#include "runtime/frame_checks.h"
+#include "runtime/backend/frame_checks.h"
 
 #include <algorithm>
 

@@ -5,7 +5,7 @@
 
 #include "kernels/blend/blend.h"
 #include "kernels/threads/parallel.h"
-#include "runtime/cpu/decode_state.h"
+#include "runtime/cpu/frame/decode_state.h"
 
 namespace gsc {
 

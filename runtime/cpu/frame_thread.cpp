@@ -3,7 +3,7 @@
 
 #include "format/machine/threads.h"
 #include "kernels/present/pixel.h"
-#include "runtime/frame/frame_checks.h"
+#include "runtime/backend/frame_checks.h"
 
 #include <algorithm>
 #include <system_error>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/cpu/renderer_cpu.h"
-#include "runtime/frame/frame_checks.h"
+#include "runtime/backend/frame_checks.h"
 
 #include "kernels/blend/blend.h"
 #include "kernels/present/false_colour.h"

@@ -3,7 +3,7 @@
 
 #include "runtime/cpu/frame_cpu.h"
 #include "runtime/cpu/frame_thread.h"
-#include "runtime/frame/frame_checks.h"
+#include "runtime/backend/frame_checks.h"
 
 #include "kernels/threads/stopwatch.h"
 #include "runtime/view/lod_lag.h"

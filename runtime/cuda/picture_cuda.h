@@ -2,7 +2,7 @@
 // Pictures in memory of a GPU or page-locked for GPUs. Nothing here names a CUDA header.
 #pragma once
 
-#include "runtime/frame/picture_memory.h"
+#include "runtime/backend/picture_memory.h"
 
 namespace gsc {
 

@@ -4,7 +4,7 @@
 #include "runtime/cuda/ceilings_cuda.h"
 #include "runtime/cuda/flight.h"
 #include "kernels/present/false_colour.h"
-#include "runtime/frame/frame_checks.h"
+#include "runtime/backend/frame_checks.h"
 #include "runtime/view/lod_lag.h"
 #include "runtime/reuse/reuse_cuda.h"
 

@@ -2,7 +2,7 @@
 // The memory for pictures that a device has, of the backends of this build.
 #pragma once
 
-#include "runtime/frame/picture_memory.h"
+#include "runtime/backend/picture_memory.h"
 
 namespace gsc {
 

@@ -2,7 +2,7 @@
 #include "runtime/reuse/reuse_cpu.h"
 
 #include "runtime/cpu/frame/paint_cpu.h"
-#include "runtime/frame/frame_checks.h"
+#include "runtime/backend/frame_checks.h"
 #include "kernels/threads/stopwatch.h"
 #include "kernels/sensitivity/sensitivity.h"
 #include "kernels/math/lod.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/reuse/reuse_cuda.h"
 
-#include "runtime/frame/frame_checks.h"
+#include "runtime/backend/frame_checks.h"
 #include "runtime/model/model_sensitivity.h"
 
 #include <algorithm>

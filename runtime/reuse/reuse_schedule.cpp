@@ -3,7 +3,7 @@
 // budget.
 #include "runtime/reuse/reuse_cpu.h"
 
-#include "runtime/frame/frame_checks.h"
+#include "runtime/backend/frame_checks.h"
 
 #include <algorithm>
 #include <cmath>

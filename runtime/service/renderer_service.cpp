@@ -4,7 +4,7 @@
 
 #include <gsc/error.h>
 #include "format/machine/threads.h"
-#include "runtime/frame/frame_checks.h"
+#include "runtime/backend/frame_checks.h"
 #include "runtime/service/keeper.h"
 #include "runtime/service/worker_retirement.h"
 #include "runtime/service/worker_thread.h"

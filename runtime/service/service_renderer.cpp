@@ -2,7 +2,7 @@
 #include "runtime/service/service_renderer.h"
 
 #include <gsc/error.h>
-#include "runtime/frame/frame_checks.h"
+#include "runtime/backend/frame_checks.h"
 
 #include <algorithm>
 #include <cstring>

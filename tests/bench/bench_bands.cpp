@@ -9,6 +9,7 @@
 // Two eyes of size x size at the file's cameras, evenly spread over them. Times are the device's, the least of two draws.
 #include "runtime/cameras/camera_file.h"
 #include "player/frames/shots.h"
+#include "player/options/play_options.h"
 #include "runtime/cli/reporter.h"
 #include <gsc/renderer.h>
 #include "runtime/service/policy/bands.h"
@@ -129,18 +130,18 @@ int main(int argc, char** argv)
         const auto frames = size_t(argc > 3 ? std::atoi(argv[3]) : 20);
         const std::shared_ptr<const Scene> scene = Scene::open(argv[1]);
         PlayOptions options;
-        options.input = argv[1];
-        options.eyes = 2;
-        options.width = options.height = size;
-        options.fov_x = (argc > 5 ? std::atof(argv[5]) : 90) * std::numbers::pi / 180;
+        options.model.file = argv[1];
+        options.view.eyes = 2;
+        options.view.width = options.view.height = size;
+        options.view.fov_x = (argc > 5 ? std::atof(argv[5]) : 90) * std::numbers::pi / 180;
         Reporter log({.quiet = true});
-        const std::vector<Shot> shots = chooseShots(*scene, options, log);
+        const std::vector<Shot> shots = chooseShots(*scene, options.model.file, options.cameras, options.view, log);
         std::vector<Pose> poses;
         for (size_t i = 0; i < std::min(frames, shots.size()); ++i) {
             const Shot& shot = shots[i * shots.size() / std::min(frames, shots.size())];
             Pose& pose = poses.emplace_back();
             shotEyes(shot, 2, pose.eyes);
-            pose.options = frameOptions(*scene, options);
+            pose.options = frameOptions(*scene, options.frame);
             pose.options.appearance = shotAppearance(*scene, shot);
         }
         const std::unique_ptr<Renderer> renderer = makeRenderer({argc > 4 ? argv[4] : "cpu", 0});

@@ -8,12 +8,13 @@
 //
 // Two eyes of size x size at cameras evenly spread over those of the file. Shares are of what the frame shows.
 #include "player/frames/shots.h"
+#include "player/options/play_options.h"
 #include "runtime/cli/reporter.h"
 
 #include "kernels/blend/blend.h"
 #include "kernels/math/anchor.h"
 #include "kernels/threads/parallel.h"
-#include "runtime/cpu/frame/decode_state.h"
+#include "runtime/cpu/frame_cpu.h"
 
 #include <algorithm>
 #include <atomic>
@@ -152,22 +153,22 @@ int main(int argc, char** argv)
         return 2;
     try {
         PlayOptions options;
-        options.input = argv[1];
-        options.cameras = argc > 2 ? argv[2] : "stored";
+        options.model.file = argv[1];
+        options.cameras.file = argc > 2 ? argv[2] : "stored";
         const auto frames = size_t(argc > 3 ? std::atoi(argv[3]) : 8);
-        options.width = options.height = uint32_t(argc > 4 ? std::atoi(argv[4]) : 2048);
-        options.fov_x = (argc > 5 ? std::atof(argv[5]) : 90) * std::numbers::pi / 180;
-        options.eyes = 2;
-        const std::shared_ptr<const Scene> scene = Scene::open(options.input);
+        options.view.width = options.view.height = uint32_t(argc > 4 ? std::atoi(argv[4]) : 2048);
+        options.view.fov_x = (argc > 5 ? std::atof(argv[5]) : 90) * std::numbers::pi / 180;
+        options.view.eyes = 2;
+        const std::shared_ptr<const Scene> scene = Scene::open(options.model.file);
         Reporter log({.quiet = true});
-        const std::vector<Shot> shots = chooseShots(*scene, options, log);
+        const std::vector<Shot> shots = chooseShots(*scene, options.model.file, options.cameras, options.view, log);
         OcclusionMeter meter(scene->view(), argc > 6 ? std::atoi(argv[6]) : 0);
         Totals all;
         for (size_t i = 0; i < std::min(frames, shots.size()); ++i) {
             const Shot& shot = shots[i * shots.size() / std::min(frames, shots.size())];
             EyeParams eyes[kMaxEyes];
             shotEyes(shot, 2, eyes);
-            FrameOptions frame = frameOptions(*scene, options);
+            FrameOptions frame = frameOptions(*scene, options.frame);
             frame.appearance = shotAppearance(*scene, shot);
             const Totals totals = meter.measure(eyes, 2, frame);
             totals.print(shot.camera.name.c_str());

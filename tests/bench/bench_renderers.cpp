@@ -9,6 +9,7 @@
 // device time of a frame, their difference, and what submit() takes.
 #include "runtime/cameras/camera_file.h"
 #include "player/frames/shots.h"
+#include "player/options/play_options.h"
 #include "runtime/cli/reporter.h"
 #include <gsc/renderer.h>
 #ifdef GSC_HAVE_CUDA
@@ -107,16 +108,16 @@ int main(int argc, char** argv)
         const std::string backend = argc > 4 ? argv[4] : "cuda";
         const std::shared_ptr<const Scene> scene = Scene::open(argv[1]);
         PlayOptions options;
-        options.input = argv[1];
-        options.eyes = 2;
-        options.width = options.height = 2048;
-        options.fov_x = std::numbers::pi / 2;
+        options.model.file = argv[1];
+        options.view.eyes = 2;
+        options.view.width = options.view.height = 2048;
+        options.view.fov_x = std::numbers::pi / 2;
         Reporter log({.quiet = true});
         std::vector<Pose> poses;
-        for (const Shot& shot : chooseShots(*scene, options, log)) {
+        for (const Shot& shot : chooseShots(*scene, options.model.file, options.cameras, options.view, log)) {
             Pose& pose = poses.emplace_back();
             shotEyes(shot, 2, pose.eyes);
-            pose.options = frameOptions(*scene, options);
+            pose.options = frameOptions(*scene, options.frame);
             pose.options.appearance = shotAppearance(*scene, shot);
         }
         std::vector<std::unique_ptr<Renderer>> renderers;
@@ -130,14 +131,15 @@ int main(int argc, char** argv)
             FrameTarget targets[kMaxEyes];
             for (FrameTarget& to : targets) {
                 to = {FrameTarget::Kind::Device, PixelFormat::Rgba8, nullptr, 0, 0};
-                GSC_CUDA_CHECK(cudaMalloc(&to.pixels, size_t(4) * options.width * options.height));
+                GSC_CUDA_CHECK(cudaMalloc(&to.pixels, size_t(4) * options.view.width * options.view.height));
             }
             print("on device", run(*renderers[0], poses, frames, targets));
             for (const FrameTarget& to : targets)
                 GSC_CUDA_CHECK(cudaFree(to.pixels));
         }
 #endif
-        std::vector<uint32_t> pixels(size_t(options.width) * options.height); // of both eyes, which nobody looks at
+        std::vector<uint32_t> pixels(size_t(options.view.width) *
+                                     options.view.height); // of both eyes, which nobody looks at
         std::vector<float> depths(pixels.size());
         FrameTarget target{FrameTarget::Kind::Host, PixelFormat::Rgba8, pixels.data(), 0, 0};
         print("to host", run(*renderers[0], poses, frames, std::vector(kMaxEyes, target)));

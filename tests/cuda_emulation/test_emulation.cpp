@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The emulation itself: its arithmetic, and that it stops at what a GPU would pass over.
 #include "kernels/cuda/ptx.cuh"
-#include "runtime/cuda/device_buffer.h"
+#include "runtime/cuda/device/device_buffer.h"
 #include "tests/cuda_emulation/address_sanitizer.h"
 
 #include <cuda_runtime.h>

@@ -26,9 +26,9 @@ add_library(gsc_kernels_cuda_emulated STATIC ${emulated_kernels} ${gsc_cuda_host
 target_link_libraries(gsc_kernels_cuda_emulated PUBLIC gsc_cuda_emulation gsc_format PRIVATE gsc_build_flags)
 
 # the runtime with this backend in the place of the other, so that there is one list of backends in the program
-set(emulated_runtime devices/device_list.cpp devices/device_pictures.cpp
-    cuda/renderer_cuda.cpp cuda/device/chunk_reader.cpp cuda/device/cuda_device.cpp cuda/device/device_scene.cpp cuda/flight.cpp
-    cuda/picture_cuda.cpp cuda/picture_scorer_cuda.cpp devices/device_scorer.cpp cuda/frame/frame_graph.cpp cuda/frame/frame_stages.cpp cuda/device/nvml.cpp reuse/reuse_cuda.cpp)
+include(${PROJECT_SOURCE_DIR}/runtime/cuda_sources.cmake)
+set(emulated_runtime ${gsc_runtime_cuda} cuda/picture_scorer_cuda.cpp devices/device_list.cpp devices/device_pictures.cpp
+    devices/device_scorer.cpp)
 list(TRANSFORM emulated_runtime PREPEND ${PROJECT_SOURCE_DIR}/runtime/)
 add_library(gsc_runtime_cuda_emulated STATIC ${emulated_runtime} cuda_emulation/ceilings.cpp
                                              $<TARGET_OBJECTS:gsc_runtime_host>)

@@ -103,21 +103,21 @@ City::City(const GoldenCity& golden, const std::string& model) : m_golden(golden
     CAPTURE(name);
     CHECK(sha256 == golden.ply_sha256);
 
-    m_options.input = m_baked->path();
-    m_options.cameras = made.path_file;
-    m_options.eyes = 2;
-    m_options.ipd = {golden.ipd, LengthUnit::World};
-    m_options.width = m_options.height = 1024;
-    m_options.fov_x = std::numbers::pi / 2;
-    m_options.background = {0, 0, 0};
+    m_options.model.file = m_baked->path();
+    m_options.cameras.file = made.path_file;
+    m_options.view.eyes = 2;
+    m_options.view.ipd = {golden.ipd, LengthUnit::World};
+    m_options.view.width = m_options.view.height = 1024;
+    m_options.view.fov_x = std::numbers::pi / 2;
+    m_options.frame.background = {0, 0, 0};
     Reporter log({.quiet = true});
-    m_shots = chooseShots(*m_scene, m_options, log);
+    m_shots = chooseShots(*m_scene, m_options.model.file, m_options.cameras, m_options.view, log);
 }
 
 CityView City::render(Renderer& backend, size_t frame, Tier tier) const
 {
     const Shot& shot = m_shots.at(frame);
-    FrameOptions options = frameOptions(*m_scene, m_options);
+    FrameOptions options = frameOptions(*m_scene, m_options.frame);
     options.tier = tier;
     options.appearance = shotAppearance(*m_scene, shot);
     EyeParams eyes[2];

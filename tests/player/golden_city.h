@@ -5,6 +5,7 @@
 #pragma once
 
 #include "player/frames/shots.h"
+#include "player/options/play_options.h"
 #include "runtime/cpu/renderer_cpu.h"
 #include "runtime/metrics/metrics.h"
 #include <gsc/scene.h>

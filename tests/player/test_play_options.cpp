@@ -83,51 +83,51 @@ TEST_CASE("every option arrives")
                  "--cameras-transform",
                  "undo"},
                 o) == -1);
-    CHECK(o.input == "m.gsc");
-    CHECK(o.cameras == "c.json");
-    CHECK(o.tier == Tier::Exact);
-    CHECK(o.eyes == 2);
-    CHECK(o.ipd.value == 0.06);
-    CHECK(o.ipd.unit == LengthUnit::World);
-    CHECK(o.width == 640);
-    CHECK(o.height == 480);
-    CHECK(o.fov_x == doctest::Approx(std::numbers::pi / 2));
-    CHECK(o.out == "{frame}_{eye}.pfm");
-    CHECK(o.stats == "s.jsonl");
-    CHECK(o.backend == "cpu");
-    CHECK(o.threads == 3);
-    CHECK(o.appearance == 5);
-    REQUIRE(o.background.has_value());
-    CHECK((*o.background)[1] == 0.5f);
-    CHECK(o.near_z == 0.3);
-    CHECK(o.frame_first == 2);
-    CHECK(o.frame_end == 9);
-    CHECK(o.frame_range == "--frames 2:9");
-    CHECK(o.ignore_distortion);
-    CHECK(o.cameras_transform == CamerasTransform::Undo);
-    CHECK(o.overwrite);
-    CHECK(o.verify);
+    CHECK(o.model.file == "m.gsc");
+    CHECK(o.cameras.file == "c.json");
+    CHECK(o.frame.tier == Tier::Exact);
+    CHECK(o.view.eyes == 2);
+    CHECK(o.view.ipd.value == 0.06);
+    CHECK(o.view.ipd.unit == LengthUnit::World);
+    CHECK(o.view.width == 640);
+    CHECK(o.view.height == 480);
+    CHECK(o.view.fov_x == doctest::Approx(std::numbers::pi / 2));
+    CHECK(o.output.out == "{frame}_{eye}.pfm");
+    CHECK(o.output.stats == "s.jsonl");
+    CHECK(o.devices.backend == "cpu");
+    CHECK(o.devices.threads == 3);
+    CHECK(o.cameras.appearance == 5);
+    REQUIRE(o.frame.background.has_value());
+    CHECK((*o.frame.background)[1] == 0.5f);
+    CHECK(o.frame.near_z == 0.3);
+    CHECK(o.cameras.first == 2);
+    CHECK(o.cameras.end == 9);
+    CHECK(o.cameras.range == "--frames 2:9");
+    CHECK(o.cameras.ignore_distortion);
+    CHECK(o.cameras.transform == CamerasTransform::Undo);
+    CHECK(o.output.overwrite);
+    CHECK(o.model.verify);
 }
 
 TEST_CASE("defaults")
 {
     PlayOptions o;
     CHECK(parse({"m.gsc"}, o) == -1);
-    CHECK(o.cameras == "stored");
-    CHECK(o.tier == Tier::Fast);
-    CHECK(o.eyes == 1);
-    CHECK_FALSE(o.background.has_value());
-    CHECK(o.appearance == -1);
-    CHECK(o.ipd.value == 0);
-    CHECK(o.frame_range.empty());
-    CHECK_FALSE(o.ignore_distortion);
-    CHECK(o.cameras_transform == CamerasTransform::Told);
+    CHECK(o.cameras.file == "stored");
+    CHECK(o.frame.tier == Tier::Fast);
+    CHECK(o.view.eyes == 1);
+    CHECK_FALSE(o.frame.background.has_value());
+    CHECK(o.cameras.appearance == -1);
+    CHECK(o.view.ipd.value == 0);
+    CHECK(o.cameras.range.empty());
+    CHECK_FALSE(o.cameras.ignore_distortion);
+    CHECK(o.cameras.transform == CamerasTransform::Told);
     PlayOptions eyes; // the model or the trajectory may state the distance
     CHECK(parse({"m.gsc", "--eyes", "2"}, eyes) == -1);
     PlayOptions metres;
     CHECK(parse({"m.gsc", "--eyes", "2", "--ipd", "64mm"}, metres) == -1);
-    CHECK(metres.ipd.value == 0.064);
-    CHECK(metres.ipd.unit == LengthUnit::Metre);
+    CHECK(metres.view.ipd.value == 0.064);
+    CHECK(metres.view.ipd.unit == LengthUnit::Metre);
 }
 
 TEST_CASE("wrong command lines exit with 1")
@@ -163,22 +163,22 @@ TEST_CASE("what is kept between frames")
     CHECK(parse({"m.gsc", "--reuse", "depth", "--reuse-depth", "7", "--reuse-guidance", "staged", "--cache-budget",
                  "64M", "--lod-bias", "-1.5"},
                 o) == -1);
-    CHECK(o.reuse.policy == ReusePolicy::Depth);
-    CHECK(o.reuse.max_depth == 7);
-    CHECK(o.reuse.guidance == DepthGuidance::Staged);
-    CHECK(o.reuse.cache_bytes == 64u << 20);
-    CHECK(o.lod_bias == -1.5);
+    CHECK(o.frame.reuse.policy == ReusePolicy::Depth);
+    CHECK(o.frame.reuse.max_depth == 7);
+    CHECK(o.frame.reuse.guidance == DepthGuidance::Staged);
+    CHECK(o.frame.reuse.cache_bytes == 64u << 20);
+    CHECK(o.frame.lod_bias == -1.5);
     PlayOptions e;
     CHECK(parse({"m.gsc", "--reuse", "error", "--reuse-bound", "0.5", "--decode-budget", "1000"}, e) == -1);
-    CHECK(e.reuse.policy == ReusePolicy::Error);
-    CHECK(e.reuse.bound == 0.5f);
-    CHECK(e.reuse.decode_budget == 1000);
+    CHECK(e.frame.reuse.policy == ReusePolicy::Error);
+    CHECK(e.frame.reuse.bound == 0.5f);
+    CHECK(e.frame.reuse.decode_budget == 1000);
     PlayOptions none;
     CHECK(parse({"m.gsc"}, none) == -1);
-    CHECK(none.reuse.policy == ReusePolicy::None);
-    CHECK(none.reuse.max_depth == 10);
-    CHECK(none.reuse.bound == 1);
-    CHECK(none.lod_bias == 0);
+    CHECK(none.frame.reuse.policy == ReusePolicy::None);
+    CHECK(none.frame.reuse.max_depth == 10);
+    CHECK(none.frame.reuse.bound == 1);
+    CHECK(none.frame.lod_bias == 0);
 }
 
 TEST_CASE("how levels are chosen")
@@ -186,15 +186,15 @@ TEST_CASE("how levels are chosen")
     PlayOptions o;
     CHECK(parse({"m.gsc", "--lod-fade", "0.5", "--lod-hysteresis", "0.1", "--target-ms", "11", "--lod-bias", "-1"},
                 o) == -1);
-    CHECK(o.lod_fade == 0.5);
-    CHECK(o.lod_hysteresis == 0.1);
-    CHECK(o.target_ms == 11);
-    CHECK(o.lod_bias == -1); // where the target starts
+    CHECK(o.frame.lod_fade == 0.5);
+    CHECK(o.frame.lod_hysteresis == 0.1);
+    CHECK(o.frame.target_ms == 11);
+    CHECK(o.frame.lod_bias == -1); // where the target starts
     PlayOptions none;
     CHECK(parse({"m.gsc"}, none) == -1);
-    CHECK(none.lod_fade == 0);
-    CHECK(none.lod_hysteresis == 0);
-    CHECK(none.target_ms == 0);
+    CHECK(none.frame.lod_fade == 0);
+    CHECK(none.frame.lod_hysteresis == 0);
+    CHECK(none.frame.target_ms == 0);
     for (const char* option : {"--lod-fade", "--lod-hysteresis"})
         for (const char* wrong : {"nan", "-0.1", "1.1", "inf", "x"})
             CHECK(parse({"m.gsc", option, wrong}) == 1);
@@ -218,9 +218,9 @@ TEST_CASE("a target time takes no more detail away than --lod-bias may")
             .write(reinterpret_cast<const char*>(file.data()), std::streamsize(file.size()));
         const auto scene = Scene::open(options.model.file);
         options.frame.target_ms = 0;
-        CHECK_FALSE(lodControl(*scene, options));
+        CHECK_FALSE(lodControl(*scene, options.frame));
         options.frame.target_ms = 1;
-        std::optional<LodControl> control = lodControl(*scene, options);
+        std::optional<LodControl> control = lodControl(*scene, options.frame);
         REQUIRE(control);
         for (int i = 0; i < 10000; ++i)
             control->add(1e6);
@@ -270,7 +270,7 @@ TEST_CASE("what has no effect is refused")
     PlayOptions png;
     const int code = parse({"m.gsc", "--depth", "16", "--out", "{frame}.png"}, png);
     CHECK((code == -1 || code == 5)); // where the build writes none
-    CHECK(png.depth == PixelDepth::Sixteen);
+    CHECK(png.output.depth == PixelDepth::Sixteen);
     CHECK(parse({"m.gsc", "--stereo", "merged"}) == 1);
     CHECK(parse({"m.gsc", "--fov", "0"}) == 1);
     CHECK(parse({"m.gsc", "--fov", "179.9"}) == -1);

@@ -184,8 +184,11 @@ TEST_CASE("an id is of everything that changes a result and of nothing else")
     other.file_hash = 78;
     CHECK(idOf(other, path, errorRun(1)) != id);
     other = context;
-    other.options.near_z = 0.5;
+    other.devices.vram_budget = 1;
     CHECK(idOf(other, path, errorRun(1)) != id);
+    RunConfig nearer = errorRun(1);
+    nearer.near_z = 0.5;
+    CHECK(idOf(context, path, nearer) != id);
     other = context;
     other.reference = "cpu-reference";
     CHECK(idOf(other, path, errorRun(1)) != id);

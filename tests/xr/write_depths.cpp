@@ -2,6 +2,7 @@
 // write_depths FILE.gsc CAMERAS OUT: depths that the renderer on the host finds for each camera of a file, fp32, picture
 // after picture: what those submitted to a headset are held against.
 #include "player/frames/shots.h"
+#include "player/options/play_options.h"
 #include <gsc/renderer.h>
 
 #include <cstdio>
@@ -16,12 +17,12 @@ namespace {
 void write(const gsc::PlayOptions& options, const char* path)
 {
     gsc::Reporter log{gsc::ReporterOptions{}};
-    const std::shared_ptr<const gsc::Scene> scene = gsc::Scene::open(options.input, options.verify);
+    const std::shared_ptr<const gsc::Scene> scene = gsc::Scene::open(options.model.file, options.model.verify);
     const auto renderer = gsc::makeRenderer(gsc::DeviceId{"cpu"}, {});
     renderer->load(scene);
-    gsc::FrameOptions frame = gsc::frameOptions(*scene, options);
+    gsc::FrameOptions frame = gsc::frameOptions(*scene, options.frame);
     std::ofstream out(path, std::ios::binary);
-    for (const gsc::Shot& shot : gsc::chooseShots(*scene, options, log)) {
+    for (const gsc::Shot& shot : gsc::chooseShots(*scene, options.model.file, options.cameras, options.view, log)) {
         gsc::EyeParams eye;
         gsc::shotEyes(shot, 1, &eye);
         frame.appearance = gsc::shotAppearance(*scene, shot);
@@ -45,8 +46,8 @@ int main(int argc, char** argv)
         return 1;
     }
     gsc::PlayOptions options;
-    options.input = argv[1];
-    options.cameras = argv[2];
+    options.model.file = argv[1];
+    options.cameras.file = argv[2];
     try {
         write(options, argv[3]);
     } catch (const std::exception& e) {

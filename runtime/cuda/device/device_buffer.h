@@ -4,7 +4,7 @@
 
 #include <gsc/error.h>
 #include "kernels/cuda/cuda_check.h"
-#include "runtime/cuda/arena_room.h"
+#include "runtime/cuda/device/arena_room.h"
 
 #include <algorithm>
 #include <cstddef>

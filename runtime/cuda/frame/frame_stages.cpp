@@ -8,7 +8,7 @@
 #include "kernels/present/false_colour.h"
 #include "kernels/select/select_cuda.h"
 #include "kernels/sort/sort_cuda.h"
-#include "runtime/frame/frame_checks.h"
+#include "runtime/backend/frame_checks.h"
 #include "runtime/view/stereo.h"
 
 #include <algorithm>

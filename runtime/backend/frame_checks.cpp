@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/frame/frame_checks.h"
+#include "runtime/backend/frame_checks.h"
 
 #include <gsc/error.h>
 #include "kernels/math/mlp.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/frame/picture_memory.h"
+#include "runtime/backend/picture_memory.h"
 
 #include <gsc/error.h>
 
