@@ -57,9 +57,13 @@ struct Context {
 bool checkHeader(Context& context);
 bool checkTable(Context& context);
 void checkPadding(Context& context);
+[[nodiscard]] bool checkHeaderChecksum(Context& context, const FileHeader& header, std::span<const std::byte> table);
 // No: all but ANCH and DATA, whose entries cover those of their parts; Yes: META, PARM, LEVL
 enum class SummaryOnly { No, Yes };
 void checkSectionChecksums(Context& context, SummaryOnly summary);
+void checkAnchorsChecksum(Context& context, const SectionEntry& anchors); // over those of all chunks
+void checkChunkChecksum(IssueLog& log, const ChunkRecord& chunk, uint32_t index, std::span<const std::byte> payload,
+                        uint64_t payload_at);
 void checkManifest(Context& context);
 bool checkParams(Context& context);
 bool checkLevels(Context& context);

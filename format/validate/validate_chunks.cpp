@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // CHNK and GRUP: ranges that cover the model without a gap, payloads that lie one behind the other, bounds.
-#include <gsc/checksum.h>
 #include "format/validate/gsc_validate.h"
 
 #include <algorithm>
@@ -190,12 +189,7 @@ void checkAnchorsEntry(Context& context, uint64_t payload_end)
     // the padding that follows the last payload may be part of the section or not
     if (entry.bytes != payload_end && entry.bytes != alignUp(payload_end, kPayloadAlign))
         GSC_REPORT(context.log, AnchorsBytes, entry.offset, "/sections/ANCH", entry.bytes, payload_end);
-    Checksum64 sum;
-    for (const ChunkRecord& chunk : context.view.chunks)
-        sum.update(std::as_bytes(std::span(&chunk.checksum, 1)));
-    if (sum.digest() != entry.checksum)
-        GSC_REPORT(context.log, SectionChecksum, entry.offset, "/sections/ANCH/checksum", "ANCH", sum.digest(),
-                   entry.checksum);
+    checkAnchorsChecksum(context, entry);
 }
 
 } // namespace

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // ANCH: what the chunk payloads hold, against everything the records say about it.
-#include <gsc/checksum.h>
 #include "format/numbers/compact.h"
 #include "format/validate/gsc_validate.h"
 #include <gsc/interrupt.h>
@@ -31,10 +30,7 @@ public:
 
     void run()
     {
-        const uint64_t sum = checksum64(m_payload);
-        if (sum != m_chunk.checksum)
-            GSC_REPORT(m_log, PayloadChecksum, m_payload_at, place("chunks", m_chunk_index, "checksum"), sum,
-                       m_chunk.checksum);
+        checkChunkChecksum(m_log, m_chunk, m_chunk_index, m_payload, m_payload_at);
         checkSourceIndices();
         if (m_has_grid)
             for (uint32_t i = 0; i < m_chunk.leaf_count; ++i)

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Header and section table: everything that must hold before a byte of content is looked at.
 #include <gsc/archive_layout.h>
-#include <gsc/checksum.h>
 #include "format/validate/gsc_validate.h"
 
 #include <algorithm>
@@ -69,17 +68,6 @@ bool checkMagic(Context& context)
     else
         GSC_REPORT(context.log, NotGsc, 0, "/header/magic", hexText(start).c_str());
     return false;
-}
-
-uint64_t headerChecksum(std::span<const std::byte> header, std::span<const std::byte> table)
-{
-    FileHeader copy;
-    std::memcpy(&copy, header.data(), sizeof(copy));
-    copy.header_checksum = 0;
-    Checksum64 sum;
-    sum.update(std::as_bytes(std::span(&copy, 1)));
-    sum.update(table);
-    return sum.digest();
 }
 
 void checkReserved(Context& context, const FileHeader& header)
@@ -201,12 +189,8 @@ bool checkHeader(Context& context)
                    sizeof(FileHeader) + uint64_t(header.section_count) * sizeof(SectionEntry));
         return false;
     }
-    const uint64_t sum = headerChecksum(context.file.bytes().first(sizeof(FileHeader)), std::as_bytes(*table));
-    if (sum != header.header_checksum) {
-        GSC_REPORT(log, HeaderChecksum, offsetof(FileHeader, header_checksum), "/header/header_checksum", sum,
-                   header.header_checksum);
+    if (!checkHeaderChecksum(context, header, std::as_bytes(*table)))
         return false;
-    }
     if (header.profile != uint8_t(context.profile))
         GSC_REPORT(log, ProfileUnsupported, offsetof(FileHeader, profile), "/header/profile", header.profile,
                    unsigned(context.profile));
@@ -256,24 +240,6 @@ void checkPadding(Context& context)
         end = entry.offset + entry.bytes;
     }
     check(end, context.file.size());
-}
-
-void checkSectionChecksums(Context& context, SummaryOnly summary)
-{
-    const auto wanted = [summary](uint32_t type) {
-        return summary == SummaryOnly::No ? type != kSectionAnchors && type != kSectionData
-                                          : type == kSectionMeta || type == kSectionParams || type == kSectionLevels;
-    };
-    uint32_t index = 0;
-    for (const SectionEntry& entry : context.view.sections) {
-        if (wanted(entry.type)) {
-            const uint64_t sum = checksum64(context.content(entry));
-            if (sum != entry.checksum)
-                GSC_REPORT(context.log, SectionChecksum, entry.offset, place("sections", index, "checksum"),
-                           fourCcText(entry.type).c_str(), sum, entry.checksum);
-        }
-        ++index;
-    }
 }
 
 } // namespace gsc::validate

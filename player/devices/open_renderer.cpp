@@ -32,7 +32,8 @@ std::unique_ptr<Renderer> openRenderer(const ModelChoice& model, const DeviceCho
                                        std::shared_ptr<const Scene> scene, Reporter& log, double& load_ms)
 {
     if (drawsWithService(choice)) {
-        std::unique_ptr<Renderer> service = makeServiceRenderer(serviceOptions(model, choice, log));
+        const ServiceOptions options = serviceOptions(model, choice, log);
+        std::unique_ptr<Renderer> service = makeServiceRenderer(options);
         const auto start = std::chrono::steady_clock::now();
         service->load(std::move(scene));
         load_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();

@@ -5,11 +5,11 @@
 
 namespace gsc {
 
-Path openPath(const Scene& scene, const std::string& model, const CameraChoice& from, const ViewChoice& view,
+Path openPath(const Scene& scene, const std::string& model, const CameraChoice& choice, const ViewChoice& view,
               const std::string& listed, Reporter& log)
 {
     Path path;
-    path.shots = chooseShots(scene, model, from, view, log, &path.name);
+    path.shots = chooseShots(scene, model, choice, view, log, &path.name);
     path.cameras = listed;
     path.eye_count = uint32_t(view.eyes);
     if (path.name.empty())

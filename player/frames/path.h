@@ -18,7 +18,7 @@ struct Path {
 };
 
 // `listed` is what reports call the cameras. Throws as chooseShots().
-Path openPath(const Scene& scene, const std::string& model, const CameraChoice& from, const ViewChoice& view,
+Path openPath(const Scene& scene, const std::string& model, const CameraChoice& choice, const ViewChoice& view,
               const std::string& listed, Reporter& log);
 
 } // namespace gsc

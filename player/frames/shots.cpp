@@ -46,8 +46,8 @@ void checkViews(const TrajectoryFacts& facts, const std::string& cameras, const 
 
 // Distance of two eyes in world units; 0 with one eye, or where views say where they are. Throws Error(Usage) where it
 // is not known.
-double eyeDistance(const Scene& scene, const std::string& file, const TrajectoryFacts& facts, const CameraChoice& from,
-                   const ViewChoice& view, Reporter& log)
+double eyeDistance(const Scene& scene, const std::string& file, const TrajectoryFacts& facts,
+                   const CameraChoice& choice, const ViewChoice& view, Reporter& log)
 {
     const Length& given = view.ipd;
     if (view.eyes == 1 && given.value > 0)
@@ -69,7 +69,7 @@ double eyeDistance(const Scene& scene, const std::string& file, const Trajectory
         throw Error(ErrorCode::Usage,
                     formatString("%s: states no distance of the eyes, expected \"ipd\" in a trajectory or a metre in "
                                  "%s; pass --ipd LENGTH, or convert the model again",
-                                 from.isFile() ? from.file.c_str() : model, model));
+                                 choice.isFile() ? choice.file.c_str() : model, model));
     const double metres = given.value > 0 ? given.value : kEyesApart;
     if (!(metres * metre->units < 1e15))
         throw Error(ErrorCode::Usage, formatString("--ipd %gm: %g world units in %s, expected less than 1e15; pass a "
@@ -83,21 +83,21 @@ double eyeDistance(const Scene& scene, const std::string& file, const Trajectory
 }
 
 // Throws where the range that was asked for ends behind the cameras.
-void checkRange(const CameraChoice& from, size_t cameras)
+void checkRange(const CameraChoice& choice, size_t cameras)
 {
-    if (from.first >= cameras)
+    if (choice.first >= cameras)
         throw Error(ErrorCode::Usage,
                     formatString("%s: camera %llu is not there, expected at most %zu; pass one of those",
-                                 from.range.empty() ? "--frames" : from.range.c_str(),
-                                 static_cast<unsigned long long>(from.first), cameras - 1));
-    const bool open_end = from.end == std::numeric_limits<uint64_t>::max();
-    if (from.may_end_sooner || open_end || from.end <= cameras)
+                                 choice.range.empty() ? "--frames" : choice.range.c_str(),
+                                 static_cast<unsigned long long>(choice.first), cameras - 1));
+    const bool open_end = choice.end == std::numeric_limits<uint64_t>::max();
+    if (choice.may_end_sooner || open_end || choice.end <= cameras)
         return;
-    const std::string name = from.range.substr(0, from.range.find(' '));
-    const auto first = static_cast<unsigned long long>(from.first);
+    const std::string name = choice.range.substr(0, choice.range.find(' '));
+    const auto first = static_cast<unsigned long long>(choice.first);
     throw Error(ErrorCode::Usage, formatString("%s: ends behind the last camera, expected at most %zu; pass %s "
                                                "%llu:%zu or %llu:",
-                                               from.range.c_str(), cameras, name.c_str(), first, cameras, first));
+                                               choice.range.c_str(), cameras, name.c_str(), first, cameras, first));
 }
 
 // --fov is one angle, from which the other follows as of square pixels.
@@ -119,12 +119,12 @@ void tellSquared(const std::vector<Camera>& cameras, const std::string& file, co
 }
 
 std::vector<Shot> cutShots(std::vector<Camera> cameras, const TrajectoryFacts& facts, double ipd,
-                           const CameraChoice& from, const ViewChoice& view)
+                           const CameraChoice& choice, const ViewChoice& view)
 {
-    checkRange(from, cameras.size());
+    checkRange(choice, cameras.size());
     std::vector<Shot> shots;
-    const uint64_t end = std::min<uint64_t>(from.end, cameras.size());
-    for (uint64_t i = from.first; i < end; ++i) {
+    const uint64_t end = std::min<uint64_t>(choice.end, cameras.size());
+    for (uint64_t i = choice.first; i < end; ++i) {
         Camera& camera = cameras[i];
         if (facts.views.empty())
             finishCamera(camera, view.width, view.height, view.fov_x);
@@ -175,29 +175,29 @@ void chooseAppearance(const Scene& scene, const std::string& model, int row, std
 
 } // namespace
 
-std::vector<Shot> chooseShots(const Scene& scene, const std::string& model, const CameraChoice& from,
+std::vector<Shot> chooseShots(const Scene& scene, const std::string& model, const CameraChoice& choice,
                               const ViewChoice& view, Reporter& log, std::string* title)
 {
     TrajectoryFacts facts;
     std::vector<std::string> warnings;
     std::vector<Camera> cameras =
-        from.isFile() ? readCameraFile(from.file, &facts, {from.ignore_distortion, from.transform, &warnings})
-                      : sceneCameras(scene, from.file, {});
+        choice.isFile() ? readCameraFile(choice.file, &facts, {choice.ignore_distortion, choice.transform, &warnings})
+                        : sceneCameras(scene, choice.file, {});
     if (cameras.empty())
         throw Error(ErrorCode::Usage,
                     formatString("%s: holds no cameras, expected some to play; pass --cameras FILE", model.c_str()));
     for (const std::string& text : warnings)
         log.warning(text);
     if (!facts.views.empty())
-        checkViews(facts, from.file, view);
-    tellSquared(cameras, from.file, view, log);
+        checkViews(facts, choice.file, view);
+    tellSquared(cameras, choice.file, view, log);
     if (title != nullptr)
         *title = facts.name;
-    const double ipd = eyeDistance(scene, model, facts, from, view, log);
-    std::vector<Shot> shots = cutShots(std::move(cameras), facts, ipd, from, view);
+    const double ipd = eyeDistance(scene, model, facts, choice, view, log);
+    std::vector<Shot> shots = cutShots(std::move(cameras), facts, ipd, choice, view);
     for (Shot& shot : shots)
         std::copy_n(scene.view().origin, 3, shot.origin);
-    chooseAppearance(scene, model, from.appearance, shots, log);
+    chooseAppearance(scene, model, choice.appearance, shots, log);
     return shots;
 }
 

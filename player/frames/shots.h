@@ -16,7 +16,7 @@ namespace gsc {
 // At least one. `title`, if given, takes the name that a trajectory states, empty if none. Warns where an embedding row
 // had to be chosen for a camera and where distortion is ignored. `model` is the scene's file. Throws Error (Usage, Io,
 // InvalidFile, Unsupported).
-std::vector<Shot> chooseShots(const Scene& scene, const std::string& model, const CameraChoice& from,
+std::vector<Shot> chooseShots(const Scene& scene, const std::string& model, const CameraChoice& choice,
                               const ViewChoice& view, Reporter& log, std::string* title = nullptr);
 
 // Background, near plane, tier, stereo, what is said of levels, and reuse; the appearance is the shot's.

@@ -261,60 +261,15 @@ void XrSession::ask(const HeadsetFrame& frame, XrFrame& line)
         m_frame_options.foveation.smallest = float(m_guard->foveaPixels());
     }
     const bool gazes = m_options.play.frame.foveation == FoveationMode::Gaze && input.gaze;
-    (void)m_source.submit(views(frame.display_time, time, gazes ? &*input.gaze : nullptr), m_frame_options);
-}
-
-AskedViews XrSession::views(int64_t shown_at, int64_t time, const SpacePose* gaze) const
-{
-    const Shot& lens = m_shots.front();
     AskedViews views;
     views.frame = m_frame;
-    views.shown_at = shown_at;
+    views.shown_at = frame.display_time;
     views.time = time;
+    views.eyes = m_eyes;
     views.lod_bias = m_frame_options.lod_bias;
     views.fovea_pixels = m_frame_options.foveation.smallest;
-    views.metre = m_place.scale();
-    views.eyes = m_eyes;
-    const std::vector<HeadsetView>& sizes = m_headset.facts().views;
-    const auto camera = [&](size_t view) {
-        Camera eye = lens.camera;
-        eye.width = sizes[view].width;
-        eye.height = sizes[view].height;
-        return m_place.eye(m_eyes[view], eye);
-    };
-    if (m_late)
-        views.late = std::make_shared<LateLook>();
-    for (size_t view = 0; view < m_eyes.size(); view += kMaxEyes) {
-        AskedPose& pair = views.pairs.emplace_back();
-        pair.shot = lens;
-        pair.shot.camera = camera(view);
-        pair.shot.ipd = 0;
-        pair.shot.right_eye.reset();
-        pair.eyes = 1;
-        pair.format = m_headset.facts().pixels;
-        pair.wants_depth = m_headset.facts().takes_depth;
-        if (view + 1 < m_eyes.size()) {
-            pair.shot.right_eye = camera(view + 1);
-            pair.eyes = 2;
-        }
-        if (m_late)
-            pair.late = [late = m_late, look = views.late, place = m_place, view, asked = m_eyes](Shot& shot) {
-                if (!late->find(*look, asked))
-                    return false;
-                shot.camera = place.eye(look->eyes[view], shot.camera);
-                if (shot.right_eye)
-                    shot.right_eye = place.eye(look->eyes[view + 1], *shot.right_eye);
-                return true;
-            };
-        for (size_t e = 0; e < pair.eyes; ++e)
-            pair.lens[e] = m_lenses.of(view + e);
-        for (size_t e = 0; gaze != nullptr && e < pair.eyes; ++e) {
-            const std::array<float, 2> at = gazeOf(m_eyes[view + e], *gaze);
-            std::ranges::copy(at, pair.gaze[e]);
-            views.gaze.push_back(at);
-        }
-    }
-    return views;
+    requestViews(views, m_shots.front(), m_place, m_headset.facts(), m_lenses, gazes ? &*input.gaze : nullptr, m_late);
+    (void)m_source.submit(std::move(views), m_frame_options);
 }
 
 void XrSession::take(XrFrame& line)

@@ -8,6 +8,7 @@
 #include "player/xr/hands.h"
 #include "player/xr/ride.h"
 #include "player/xr/view_lenses.h"
+#include "player/xr/view_request.h"
 #include "player/xr/view_source.h"
 #include "player/xr/xr.h"
 #include "player/xr/xr_log.h"
@@ -37,7 +38,6 @@ private:
     void move(const HeadsetFrame& frame, const HeadsetInput& input);
     void ask(const HeadsetFrame& frame, XrFrame& line);
     void take(XrFrame& line);
-    [[nodiscard]] AskedViews views(int64_t shown_at, int64_t time, const SpacePose* gaze) const;
     void forgetPictures(); // that were drawn or are being drawn: of another place, or of long ago
     [[nodiscard]] double eyeHeight() const { return m_options.stage ? kEyeHeight : 0; } // above the space's origin
     [[nodiscard]] Placement startPlace() const;

@@ -174,14 +174,15 @@ void writeImage(const std::string& path, const Image& image, PixelDepth depth, b
         throw Error(ErrorCode::Unsupported,
                     formatString("%s: this build cannot write such a file, expected one of %s; choose one of them",
                                  path.c_str(), imageExtensions().c_str()));
-    OutputFile file(path, OutputKind::Binary, overwrite);
     const std::string extension = extensionOf(path);
-    if (extension == ".pfm") {
+    std::vector<unsigned char> encoded;
+    if (extension != ".pfm")
+        encoded = oiio(path).encode(path, extension, image, depth);
+    OutputFile file(path, OutputKind::Binary, overwrite);
+    if (extension == ".pfm")
         writePfm(file, image);
-    } else {
-        const std::vector<unsigned char> bytes = oiio(path).encode(path, extension, image, depth);
-        file.write(std::as_bytes(std::span(bytes)));
-    }
+    else
+        file.write(std::as_bytes(std::span(encoded)));
     file.commit();
 }
 

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/play/play_outputs.h"
+
+#include <gsc/error.h>
+#include <gsc/file/output_paths.h>
+#include "player/output/out_pattern.h"
+#include "runtime/image/image_io.h"
+
+#include <filesystem>
+#include <span>
+#include <utility>
+
+namespace gsc {
+
+namespace {
+
+std::vector<std::string> imagePaths(const std::vector<Shot>& shots, const std::string& pattern, int eyes)
+{
+    std::vector<OutputFrame> named;
+    for (const Shot& shot : shots)
+        named.push_back({shot.camera.name, shot.index});
+    return outputPaths(pattern, named, eyes);
+}
+
+void makeFolderOf(const std::string& file)
+{
+    namespace fs = std::filesystem;
+    const fs::path folder = fs::path(file).parent_path();
+    std::error_code code;
+    if (!folder.empty() && !fs::is_directory(folder, code) && !fs::create_directories(folder, code) && code)
+        throw Error(ErrorCode::Io,
+                    formatString("%s: cannot be created (%s), expected a folder that may be written; choose another "
+                                 "place or change its rights",
+                                 folder.string().c_str(), code.message().c_str()));
+}
+
+void warnOfOddSides(const std::string& path, uint32_t width, uint32_t height, Reporter& log)
+{
+    if (width % 2 == 0 && height % 2 == 0)
+        return;
+    log.warning(formatString("%s: pictures of %u x %u pixels, of which browsers play even sides only; the video has "
+                             "%u x %u, because its last %s repeated",
+                             path.c_str(), width, height, width + width % 2, height + height % 2,
+                             height % 2 == 0  ? "column is"
+                             : width % 2 == 0 ? "row is"
+                                              : "column and row are"));
+}
+
+} // namespace
+
+PlayOutputs::PlayOutputs(const PlayOptions& options, const std::vector<Shot>& shots, FrameShard& shard, Reporter& log)
+    : m_options(options), m_shard(shard), m_eyes(size_t(options.view.eyes)),
+      m_streams(isStandardOutput(options.output.out))
+{
+    if (!options.output.out.empty() && !m_streams)
+        m_paths = imagePaths(shots, options.output.out, options.view.eyes);
+    shard.plan(shots.size(), m_paths, log);
+    checkPaths(log);
+    if (!m_paths.empty())
+        loadImageWriter(m_paths.front());
+    if (!options.output.stats.empty() && !options.shard.isGiven())
+        m_stats.emplace(options.output.stats, OutputKind::Text, options.output.overwrite);
+    if (m_streams || !options.output.video.empty())
+        openStreams(shots, log);
+}
+
+void PlayOutputs::checkPaths(Reporter& log)
+{
+    const OutputChoice& to = m_options.output;
+    std::vector<NamedPath> outputs, inputs = {{m_options.model.file, "the model"}};
+    for (const std::string& path : m_paths)
+        outputs.push_back({path, "an image of --out"});
+    if (!to.stats.empty())
+        outputs.push_back({to.stats, "--stats"});
+    if (!to.video.empty())
+        outputs.push_back({to.video, "--video"});
+    if (m_options.cameras.isFile())
+        inputs.push_back({m_options.cameras.file, "the camera file"});
+    checkStandardOutput(to.stats, "--stats", log.json());
+    checkStandardOutput(to.out, "--out", log.json());
+    checkOutputsDiffer(outputs, inputs);
+    for (const size_t shot : m_shard.frames())
+        for (size_t eye = 0; eye < m_eyes && !m_paths.empty(); ++eye)
+            checkOutput(m_paths[shot * m_eyes + eye], OutputKind::Binary, m_shard.mayReplace(shot),
+                        OutputFolder::IsMade);
+    if (!to.stats.empty())
+        checkOutput(to.stats, OutputKind::Text, to.overwrite || m_options.shard.isGiven(), OutputFolder::IsMade);
+    if (!to.video.empty()) {
+        checkVideoProgram();
+        checkOutput(to.video, OutputKind::Binary, to.overwrite, OutputFolder::IsMade);
+    }
+    for (const NamedPath& file : outputs)
+        makeFolderOf(file.path);
+}
+
+void PlayOutputs::openStreams(const std::vector<Shot>& shots, Reporter& log)
+{
+    const OutputChoice& to = m_options.output;
+    const Camera& first = shots.front().camera;
+    for (const Shot& shot : shots)
+        if (shot.camera.width != first.width || shot.camera.height != first.height)
+            throw Error(ErrorCode::Usage,
+                        formatString("%s: camera %s has %u x %u pixels, expected %u x %u as all before it; choose "
+                                     "one --size for all, or write files",
+                                     to.video.empty() ? "--out -" : "--video", shot.camera.name.c_str(),
+                                     shot.camera.width, shot.camera.height, first.width, first.height));
+    if (m_streams)
+        m_stream.emplace(to.stream, first.width, first.height, uint32_t(m_eyes), to.fps, standardOutputSink());
+    if (to.video.empty())
+        return;
+    m_video.emplace(to.video, first.width, first.height, uint32_t(m_eyes), to.fps, to.overwrite);
+    warnOfOddSides(to.video, first.width * uint32_t(m_eyes), first.height, log);
+}
+
+std::vector<std::string> PlayOutputs::add(size_t shot, LoopFrame& drawn, const std::string& stats)
+{
+    std::vector<std::string> written;
+    Image images[kMaxEyes];
+    for (size_t eye = 0; eye < m_eyes; ++eye) {
+        images[eye] = {drawn.shot->camera.width, drawn.shot->camera.height, std::move(drawn.images[eye])};
+        if (m_paths.empty())
+            continue;
+        written.push_back(m_paths[shot * m_eyes + eye]);
+        writeImage(written.back(), images[eye], m_options.output.depth, m_shard.mayReplace(shot));
+    }
+    const std::span<const Image> eyes(images, m_eyes);
+    if (m_stream)
+        m_stream->add(eyes);
+    if (m_video)
+        m_video->add(eyes);
+    for (size_t eye = 0; eye < m_eyes; ++eye)
+        drawn.images[eye] = std::move(images[eye].pixels); // the same memory for every frame
+    if (m_stats)
+        m_stats->write(stats + "\n");
+    if (m_options.shard.isGiven())
+        m_shard.add(shot, stats);
+    return written;
+}
+
+void PlayOutputs::commit()
+{
+    if (m_video)
+        m_video->commit();
+    if (m_stats)
+        m_stats->commit();
+}
+
+} // namespace gsc

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where pictures and numbers of the frames of gsc-play go: files, a stream, a video.
+#pragma once
+
+#include <gsc/file/output_file.h>
+#include "player/frames/shots.h"
+#include "player/options/play_options.h"
+#include "player/output/picture_stream.h"
+#include "player/output/video_file.h"
+#include "player/shard/frame_shard.h"
+#include "runtime/cli/reporter.h"
+#include "runtime/frames/frame_loop.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace gsc {
+
+class PlayOutputs {
+public:
+    // Checks every file before anything is rendered and plans `shard`; their folders exist afterwards. All must outlive
+    // this. Throws Error: Usage also where pictures of different sizes would go into one stream or video; Io, Unsupported.
+    PlayOutputs(const PlayOptions& options, const std::vector<Shot>& shots, FrameShard& shard, Reporter& log);
+
+    // Takes the pictures of shot `shot`, and `stats`, its line. Returns the image files written, left eye first.
+    // Throws Error(Io).
+    std::vector<std::string> add(size_t shot, LoopFrame& drawn, const std::string& stats);
+    // Behind the last frame: the video and the statistics are there.
+    void commit();
+
+private:
+    void checkPaths(Reporter& log);
+    void openStreams(const std::vector<Shot>& shots, Reporter& log);
+
+    const PlayOptions& m_options;
+    FrameShard& m_shard;
+    size_t m_eyes;
+    bool m_streams;                   // --out -
+    std::vector<std::string> m_paths; // of the images of all shots, shot-major; empty if they are not written
+    std::optional<PictureStream> m_stream;
+    std::optional<VideoFile> m_video;
+    std::optional<OutputFile> m_stats; // none of a shard, which keeps its own
+};
+
+} // namespace gsc
