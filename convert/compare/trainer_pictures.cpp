@@ -3,7 +3,7 @@
 
 #include <gsc/file/read_file.h>
 #include <gsc/error.h>
-#include "runtime/cameras/camera_file.h"
+#include "runtime/cameras/trainer_cameras.h"
 
 #include <nlohmann/json.hpp>
 

@@ -4,7 +4,7 @@
 #include "convert/input/input_file.h"
 #include <gsc/error.h>
 #include "runtime/cameras/camera_file.h"
-#include "runtime/cameras/trainer_size.h"
+#include "runtime/cameras/trainer_cameras.h"
 
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/mat3x3.hpp>

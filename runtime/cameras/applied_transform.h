@@ -12,7 +12,7 @@
 
 namespace gsc {
 
-// What takes a camera-to-world matrix of `root`'s frames back, none where it is taken as it stands; `how` is told of that.
+// Takes a camera-to-world matrix of `root`'s frames back, or leaves it where it is taken as it stands; `how` is told of that.
 // A transform that scales scales places alone: cameras stay rigid. Throws Error(InvalidFile) for keys that are no such
 // values; Error(Unsupported) for a transform that is asked to be undone and stretches or mirrors.
 class AppliedTransform {

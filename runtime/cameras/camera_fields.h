@@ -1,21 +1,90 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the readers of camera files of JSON share.
+// Reads from JSON what cameras of several formats have: the fields of a lens and a pose, keys nobody reads, and a sentence
+// for each kind of thing assumed.
 #pragma once
 
-#include "runtime/cameras/camera_lens.h"
-#include <gsc/camera.h>
+#include "runtime/cameras/camera_reading.h"
+#include "runtime/cameras/json_fields.h"
 
 #include <glm/mat3x3.hpp>
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <map>
+#include <set>
 #include <span>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
 namespace gsc {
+
+// Assumptions made while a file was read, one sentence for each kind however many frames it concerns.
+class CameraNotes {
+public:
+    explicit CameraNotes(std::string file) : m_file(std::move(file)) {}
+
+    // `text` is told of the first object of each `kind`, with the number of objects. `where`: of the object.
+    void add(const std::string& kind, const std::string& where, const std::string& text);
+    // The keys of `object` that are not in `known` are named together.
+    void addUnread(const JsonObject& object, std::span<const char* const> known);
+    // After the last object: one sentence each, none where nothing was assumed.
+    [[nodiscard]] std::vector<std::string> sentences() const;
+
+private:
+    struct Note {
+        std::string text, last;
+        size_t count = 0;
+    };
+
+    std::string m_file;
+    std::map<std::string, Note> m_notes;
+    std::set<std::string> m_unread;
+};
+
+// The keys of a frame, which stand for those of the whole file where the frame lacks them.
+struct LensKeys {
+    const JsonObject& frame;
+    const JsonObject* file = nullptr; // null: the frame stands alone
+    CameraNotes* notes = nullptr;     // is told of keys that both have with different values
+
+    // Finds the object that `key` is read of, null if there is none; without `null_counts` a value of null is as if it were not there.
+    [[nodiscard]] const JsonObject* holder(const char* key, bool null_counts = true) const;
+};
+
+// Keys that DistortionCheck reads; coefficients are those of the lenses of OpenCV, COLMAP and nerfstudio.
+constexpr const char* kProjectionKeys[] = {"camera_model",    "is_fisheye",   "latlong",
+                                           "equirectangular", "orthographic", "distortion_params"};
+constexpr const char* kCoefficients[] = {
+    "k0", "k1", "k2", "k3", "k4",  "k5",  "k6",    "p0",        "p1",        "p2",        "p3",        "p4",       "s0",
+    "s1", "s2", "s3", "s4", "sx1", "sy1", "omega", "ftheta_p0", "ftheta_p1", "ftheta_p2", "ftheta_p3", "ftheta_p4"};
+
+// Finds what no pinhole shows: a coefficient such as k1 or p2 that is not 0, another camera model, a fisheye lens.
+class DistortionCheck {
+public:
+    // Tells `how` in one sentence for the file where such lenses are ignored; otherwise they are refused.
+    DistortionCheck(std::string file, const CameraReading& how);
+
+    // Throws Error(Unsupported) for a lens that is not ignored or has no pinhole (a panorama), Error(InvalidFile) for a key of the wrong type.
+    void add(const LensKeys& lens);
+    // After the last camera.
+    void finish();
+
+private:
+    void found(const JsonObject& holder, const char* key, bool has_pinhole);
+
+    std::string m_file, m_first;
+    const CameraReading& m_how;
+    size_t m_cameras = 0, m_distorted = 0;
+};
+
+// Pixels from where the axis meets the image (cx, cy) to the middle of `width` x `height`, right and down; 0 for what
+// is not stated. Throws Error(InvalidFile), also where cx or cy is there and the size is not (0).
+struct MiddleOffset {
+    double x = 0, y = 0;
+};
+MiddleOffset readMiddleOffset(const LensKeys& lens, uint32_t width, uint32_t height);
 
 constexpr double kRotationTolerance = 1e-3; // files with six printed digits pass, scaled or sheared matrices do not
 
@@ -26,15 +95,13 @@ double orthogonalityError(const glm::dmat3& m, double scale2);
 double readFocal(const JsonObject& object, const char* key);
 double readAngle(const JsonObject& object, const char* key);   // radians
 double readDegrees(const JsonObject& object, const char* key); // the file's; returns radians
-
-// Moves the image so that its middle lies these shares of its sides right and down of the axis. Precondition: the
-// camera's angles are known.
-void setMiddle(Camera& camera, double share_x, double share_y);
+// An orthonormal, right-handed matrix of 3 rows, row-major; `what` it is, for messages.
+void readRotation(const JsonObject& object, double out[9], const char* what = "camera-to-world");
 
 // Tells `notes` of a lens that is possible and seldom meant: an axis outside the image, an angle close to a half turn.
 void noteUnusual(const Camera& camera, const std::string& where, CameraNotes& notes);
 
-// What the cameras of a file say beside their poses.
+// Findings in the cameras of a file beside their poses.
 struct CameraFindings {
     DistortionCheck distortion;
     CameraNotes notes;
@@ -49,15 +116,15 @@ struct CameraFindings {
     }
 };
 
-// What `read` makes of each object of an array; `what` it is, for messages. `root`, if given, is the object that holds the
+// Collects what `read` makes of each object of an array; `what` it is, for messages. `root`, if given, is the object that holds the
 // array; keys of neither kind that are not in `known` are named.
 struct ArrayOfCameras {
     const ParsedJson& array;
     const std::string& file;
     const char* what;
-    std::span<const std::string_view> known;
+    std::span<const char* const> known;
     const JsonObject* root = nullptr;
-    std::span<const std::string_view> known_of_root = {};
+    std::span<const char* const> known_of_root = {};
 };
 template <typename Read>
 auto readEach(const ArrayOfCameras& from, const CameraReading& how, const Read& read)
@@ -76,18 +143,14 @@ auto readEach(const ArrayOfCameras& from, const CameraReading& how, const Read& 
     return cameras;
 }
 
-// `own` and what DistortionCheck reads.
-template <size_t N>
-constexpr std::array<std::string_view, N + kDistortionKeys.size()> withDistortionKeys(const std::string_view (&own)[N])
+// The keys of several lists, one list behind the other.
+template <size_t... N>
+constexpr auto joinKeys(const char* const (&... lists)[N])
 {
-    std::array<std::string_view, N + kDistortionKeys.size()> all;
-    std::copy_n(own, N, all.begin());
-    std::copy(kDistortionKeys.begin(), kDistortionKeys.end(), all.begin() + N);
+    std::array<const char*, (N + ...)> all{};
+    auto end = all.begin();
+    ((end = std::copy_n(lists, N, end)), ...);
     return all;
 }
-
-// The cameras of a transforms*.json and of nerfstudio's camera_path.json, whose axes are OpenGL's.
-std::vector<Camera> transformsCameras(const JsonObject& root, const std::string& file, const CameraReading& how);
-std::vector<Camera> nerfstudioCameras(const JsonObject& root, const std::string& file, const CameraReading& how);
 
 } // namespace gsc

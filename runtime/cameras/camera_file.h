@@ -1,35 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The camera files the player and the converter accept.
+// Reads the camera files that the player and the converter accept.
 #pragma once
 
 #include "runtime/cameras/camera_reading.h"
-#include <gsc/camera.h>
 
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace gsc {
-
-// t = -R^T p: Camera::translation of a camera at p (world) with Camera::rotation R. Everything that knows a position goes
-// through here, so that the same position gives the same bits.
-void translationFromPosition(const double rotation[9], const double position[3], double out[3]);
-
-// Upstream's cameras.json, without appearance and split, of which it says nothing. `name` is used in messages only.
-// Throws Error (InvalidFile, Unsupported).
-std::vector<SourceCamera> parseUpstreamCameras(std::string_view json, const std::string& name,
-                                               const CameraReading& how = {});
-
-// What upstream renders for it by default: field of view of the source size, at most 1600 pixels wide (6.2).
-// Precondition: as parseUpstreamCameras() leaves it.
-Camera cameraOf(const SourceCamera& source);
-
-// What a trajectory states beside its frames. With views, a frame is the pose of the head.
-struct TrajectoryFacts {
-    std::string name;           // empty = not stated
-    double ipd = 0;             // world units, 0 = not stated
-    std::vector<EyeView> views; // left eye first; empty = not stated
-};
 
 // Upstream's cameras.json, a transforms*.json, nerfstudio's camera_path.json, or our trajectory
 // (schemas/trajectory.schema.json), told apart by content. Sizes are those of the file, for a cameras.json at most 1600
@@ -42,8 +21,8 @@ struct TrajectoryFacts {
 // Throws Error (InvalidFile, Unsupported).
 std::vector<Camera> parseCameraFile(std::string_view json, const std::string& name, TrajectoryFacts* eyes = nullptr,
                                     const CameraReading& how = {});
-// The same of a file, the cameras of a COLMAP model (colmap_cameras.h) or what a folder holds (camera_folder.h). `how`
-// is told of a cfg_args beside a cameras.json that states another size. Throws Error (Io, InvalidFile, Unsupported).
+// Reads the same of a file, a COLMAP model (colmap_cameras.h) or what a folder holds (camera_source.h). `how` is told of a
+// cfg_args beside a cameras.json that states another size. Throws Error (Io, InvalidFile, Unsupported).
 std::vector<Camera> readCameraFile(const std::string& path, TrajectoryFacts* eyes = nullptr,
                                    const CameraReading& how = {});
 

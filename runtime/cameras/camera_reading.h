@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a camera file is read, wherever a command takes one.
+// Choices of how a camera file is read, wherever a command takes one, and what every reader of one shares.
 #pragma once
+
+#include <gsc/camera.h>
 
 #include <cstdint>
 #include <string>
@@ -9,7 +11,7 @@
 
 namespace gsc {
 
-// Of a file whose poses were moved (nerfstudio's applied_transform and applied_scale).
+// Treatment of a file whose poses were moved (nerfstudio's applied_transform and applied_scale).
 enum class CamerasTransform : uint8_t {
     Told, // they are taken as they stand, with a warning
     Keep, // the same, asked for, so without one
@@ -27,5 +29,24 @@ struct CameraReading {
             warnings->push_back(std::move(text));
     }
 };
+
+// Statements of a trajectory beside its frames. With views, a frame is the pose of the head.
+struct TrajectoryFacts {
+    std::string name;           // empty = not stated
+    double ipd = 0;             // world units, 0 = not stated
+    std::vector<EyeView> views; // left eye first; empty = not stated
+};
+
+// t = -R^T p: Camera::translation of a camera at p (world) with Camera::rotation R. Everything that knows a position goes
+// through here, so that the same position gives the same bits.
+void translationFromPosition(const double rotation[9], const double position[3], double out[3]);
+
+// The whole angle, in radians, that so many pixels span at a focal length in pixels.
+double angleOf(double pixels, double focal);
+// Moves the image so that its middle lies these shares of its sides right and down of the axis. Precondition: the
+// camera's angles are known.
+void setMiddle(Camera& camera, double share_x, double share_y);
+// The file's name without folders, cut at the first dot, as upstream names images.
+std::string imageName(const std::string& path);
 
 } // namespace gsc

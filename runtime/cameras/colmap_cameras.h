@@ -2,8 +2,7 @@
 // Cameras of a COLMAP model: a folder with cameras and images as .bin or .txt (colmap.github.io/format.html).
 #pragma once
 
-#include "runtime/cameras/camera_reading.h"
-#include <gsc/camera.h>
+#include "runtime/cameras/camera_source.h"
 
 #include <string>
 #include <string_view>
@@ -11,14 +10,11 @@
 
 namespace gsc {
 
-// A folder that has images.bin or images.txt, or one of these files or of cameras.bin and cameras.txt.
-bool isColmapModel(const std::string& path);
+// By name, at the size of their photographs. Of a model in both forms the binary one is taken, as COLMAP and the trainers
+// do, and `how` is told where the other one differs. Precondition: `files` are a model's. Throws Error (Io, InvalidFile, Unsupported).
+std::vector<Camera> readColmapCameras(const CameraFiles& files, const CameraReading& how);
 
-// By name, at the size of their photographs. Of a folder with both forms the binary one is taken, as COLMAP and the
-// trainers do, and `how` is told where the other one differs. Throws Error (Io, InvalidFile, Unsupported).
-std::vector<Camera> readColmapCameras(const std::string& path, const CameraReading& how);
-
-// The same from the contents of both files; `name` is used in messages. In images.txt the line of points behind each image
+// Reads the same from the contents of both files; `name` is used in messages. In images.txt the line of points behind each image
 // may be missing: behind all of them, or behind some, which `how` is told of.
 std::vector<Camera> parseColmapCameras(std::string_view cameras, std::string_view images, bool binary,
                                        const std::string& name, const CameraReading& how);

@@ -2,7 +2,6 @@
 #include "runtime/cameras/colmap_model.h"
 
 #include <gsc/error.h>
-#include "runtime/cameras/camera_fields.h"
 
 #include <glm/gtc/quaternion.hpp>
 #include <glm/gtc/type_ptr.hpp>
@@ -45,8 +44,7 @@ long long shown(int64_t id)
 Camera cameraOfPose(const ColmapLens& lens, const ColmapPose& pose, double length)
 {
     Camera camera;
-    const std::string file = pose.name.substr(pose.name.find_last_of("/\\") + 1);
-    camera.name = file.substr(0, file.find('.', 1));
+    camera.name = imageName(pose.name);
     const auto& q = pose.rotation;
     // its columns, world to camera, are the rows of camera to world
     const glm::dmat3 to_camera = glm::mat3_cast(glm::dquat(q[0], q[1], q[2], q[3]) / length);
@@ -56,8 +54,8 @@ Camera cameraOfPose(const ColmapLens& lens, const ColmapPose& pose, double lengt
     const double* middle = lens.values.data() + lens.focals();
     camera.width = uint32_t(lens.width);
     camera.height = uint32_t(lens.height);
-    camera.fov_x = 2 * std::atan(lens.width / (2 * fx));
-    camera.fov_y = 2 * std::atan(lens.height / (2 * fy));
+    camera.fov_x = angleOf(lens.width, fx);
+    camera.fov_y = angleOf(lens.height, fy);
     camera.tan_mid_x = (lens.width / 2 - middle[0]) / fx;
     camera.tan_mid_y = (lens.height / 2 - middle[1]) / fy;
     return camera;

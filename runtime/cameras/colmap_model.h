@@ -2,9 +2,7 @@
 // The cameras of a COLMAP model while its files are parsed: lens models by number and name, and checks.
 #pragma once
 
-#include "runtime/cameras/camera_notes.h"
-#include "runtime/cameras/camera_reading.h"
-#include <gsc/camera.h>
+#include "runtime/cameras/camera_fields.h"
 
 #include <array>
 #include <cstddef>
@@ -18,7 +16,7 @@
 
 namespace gsc {
 
-// How a lens model projects where all of its coefficients are 0.
+// Projection of a lens model where all of its coefficients are 0.
 enum class LensKind : uint8_t { Pinhole, Fisheye, Panorama };
 
 struct LensModel {
@@ -80,8 +78,5 @@ private:
     std::vector<Camera> m_cameras;
     size_t m_distorted = 0;
 };
-
-// cameras.txt and images.txt.
-void parseColmapText(std::string_view cameras, std::string_view images, ColmapModel& model);
 
 } // namespace gsc

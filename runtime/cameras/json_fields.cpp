@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kMaxDepth = 64;     // the deepest file we read nests four levels
 constexpr double kMaxSize = 1e15; // of a coordinate: its square still fits a float
-// What stands for NaN and the infinities: no null, which may mean that a key is not there.
+// Stands for NaN and the infinities: no null, which may mean that a key is not there.
 constexpr std::string_view kNotFiniteText = "1e308";
 constexpr double kNotFinite = 1e308;
 

@@ -27,7 +27,7 @@ struct Metre {
     std::string rule; // how it came about, one sentence without a full stop
 };
 
-// What `gsc convert` wrote into the manifest (/model/metre); none in older files and where it is no length.
+// Reads what `gsc convert` wrote into the manifest (/model/metre); none in older files and where it is no length.
 std::optional<Metre> metreOfManifest(std::string_view manifest);
 
 // metre.json beside a checkpoint: the metre of a model whose scale is known (schemas/metre.schema.json). `path` is used in

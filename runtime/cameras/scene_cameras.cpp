@@ -2,6 +2,7 @@
 #include "runtime/cameras/scene_cameras.h"
 
 #include "runtime/cameras/camera_file.h"
+#include "runtime/cameras/trainer_cameras.h"
 
 #include <algorithm>
 

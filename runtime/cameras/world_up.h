@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which way is up in a model that does not say so: people hold cameras upright, or look down from the air.
+// Finds which way is up in a model that does not say so: people hold cameras upright, or look down from the air.
 #pragma once
 
 #include <gsc/camera.h>
@@ -12,7 +12,7 @@
 
 namespace gsc {
 
-// Of one photograph, unit vectors of the world.
+// Axes of one photograph, unit vectors of the world.
 struct ViewAxes {
     glm::dvec3 right, down, forward;
 };

@@ -6,7 +6,7 @@
 #include "format/archive/archive.h"
 #include <gsc/error.h>
 #include <gsc/gsc_file.h>
-#include "runtime/cameras/camera_file.h"
+#include "runtime/cameras/trainer_cameras.h"
 #include <gsc/renderer.h>
 #include "sample/sample_tools.h"
 #include "tests/bake/made_up_model.h"

@@ -4,7 +4,7 @@
 //
 // usage: bench_present MODEL.gsc [WIDTHxHEIGHT] [FRAMES]
 #include <gsc/error.h>
-#include "runtime/cameras/camera_file.h"
+#include "runtime/cameras/trainer_cameras.h"
 #include "runtime/module/load_module.h"
 #include "player/present/hand_over_ring.h"
 #include "runtime/service/renderer_service.h"

@@ -4,7 +4,7 @@
 #include <gsc/error.h>
 #include "runtime/cameras/camera_file.h"
 #include "runtime/cameras/colmap_cameras.h"
-#include "runtime/cameras/trainer_size.h"
+#include "runtime/cameras/trainer_cameras.h"
 
 #include <cmath>
 #include <cstddef>

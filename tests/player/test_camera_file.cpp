@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gsc/error.h>
 #include "runtime/cameras/camera_file.h"
+#include "runtime/cameras/trainer_cameras.h"
 #include "tests/player/golden_cameras.h"
 #include "tests/support/checkpoints.h"
 

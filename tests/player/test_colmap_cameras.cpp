@@ -116,11 +116,11 @@ TEST_CASE("COLMAP: text and binary give the same cameras, by name")
     fs::create_directories(folder);
     std::ofstream(folder / "cameras.bin", std::ios::binary) << cameras;
     std::ofstream(folder / "images.bin", std::ios::binary) << images;
-    CHECK(isColmapModel(folder.string()));
+    CHECK(findCameras(folder.string(), {})[0].form == CameraForm::ModelInBinary);
     check(readCameraFile(folder.string()));
     check(readCameraFile((folder / "images.bin").string()));
     fs::remove_all(folder);
-    CHECK_FALSE(isColmapModel(folder.string()));
+    CHECK(findCameras(folder.string(), {})[0].form == CameraForm::Json); // a file that is not there
 }
 
 TEST_CASE("COLMAP: distortion is refused by name, or ignored and told")

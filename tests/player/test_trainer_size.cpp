@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gsc/error.h>
 #include "runtime/cameras/camera_file.h"
-#include "runtime/cameras/trainer_size.h"
+#include "runtime/cameras/trainer_cameras.h"
 
 #include <doctest/doctest.h>
 

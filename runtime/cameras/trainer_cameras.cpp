@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/cameras/trainer_size.h"
+#include "runtime/cameras/trainer_cameras.h"
 
+#include "runtime/cameras/camera_fields.h"
 #include <gsc/error.h>
 #include <gsc/file/read_file.h>
 
@@ -8,13 +9,18 @@
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
-#include <string_view>
+#include <iterator>
+#include <map>
 
 namespace gsc {
 
 namespace {
 
+constexpr auto kUpstreamKeys =
+    joinKeys(kProjectionKeys, kCoefficients,
+             {"id", "img_name", "width", "height", "position", "rotation", "fx", "fy", "cx", "cy"});
 constexpr uint64_t kMaxSettings = 1u << 20; // bytes
 constexpr double kTrainerMaxWidth = 1600;   // of -r -1
 constexpr double kMaxSettingSide = 32768;   // pixels
@@ -55,7 +61,7 @@ bool mayStateSize(std::string_view text)
     return false;
 }
 
-// Where it cannot be read, what may state anything: nothing else is wanted of that file.
+// Returns a text that may state anything where the file cannot be read: nothing else is wanted of it.
 std::string settingsText(const std::string& path)
 {
     try {
@@ -70,7 +76,75 @@ uint32_t sideOf(double pixels)
     return uint32_t(std::clamp(pixels, 1.0, kMaxSettingSide));
 }
 
+std::vector<SourceCamera> upstreamCameras(const ParsedJson& root, const std::string& file, const CameraReading& how)
+{
+    if (!root.is_array())
+        throw Error(ErrorCode::InvalidFile,
+                    formatString(
+                        "%s: the root is no array, expected the list of cameras that training writes; pass such a file",
+                        file.c_str()));
+    // several cameras of one name are all kept, but who asks for one by name gets one of them
+    std::map<std::string, size_t> seen;
+    std::string repeated;
+    size_t repeats = 0;
+    const auto read = [&](JsonObject& entry, CameraFindings& found, size_t) {
+        SourceCamera camera;
+        camera.name = entry.text("img_name");
+        entry.setWhere(entry.where() + formatString(" (%.60s)", camera.name.c_str()));
+        camera.id = int(entry.integer("id", 0, INT32_MAX));
+        camera.width = entry.imageSide("width");
+        camera.height = entry.imageSide("height");
+        entry.vector3("position", camera.position);
+        readRotation(entry, camera.rotation);
+        camera.fx = readFocal(entry, "fx");
+        camera.fy = readFocal(entry, "fy");
+        found.distortion.add({entry});
+        const MiddleOffset middle = readMiddleOffset({entry}, camera.width, camera.height);
+        camera.middle_x = middle.x;
+        camera.middle_y = middle.y;
+        noteUnusual(cameraOf(camera), entry.where(), found.notes);
+        if (++seen[camera.name] == 2 && repeats++ == 0)
+            repeated = camera.name;
+        return camera;
+    };
+    std::vector<SourceCamera> cameras = readEach({root, file, "entry", kUpstreamKeys}, how, read);
+    if (repeats > 0)
+        how.warn(
+            formatString("%s: %zu names are of more than one camera (the first is %.60s); each of these is a camera "
+                         "of its own here",
+                         file.c_str(), repeats, repeated.c_str()));
+    return cameras;
+}
+
 } // namespace
+
+Camera cameraOf(const SourceCamera& source)
+{
+    Camera camera;
+    camera.name = source.name;
+    std::memcpy(camera.rotation, source.rotation, sizeof(camera.rotation));
+    translationFromPosition(source.rotation, source.position, camera.translation);
+    camera.fov_x = angleOf(source.width, source.fx);
+    camera.fov_y = angleOf(source.height, source.fy);
+    setMiddle(camera, source.middle_x / source.width, source.middle_y / source.height);
+    camera.appearance = source.appearance;
+    const ImageSize size = trainerSize(source.width, source.height, kDefaultResolution);
+    camera.width = size.width;
+    camera.height = size.height;
+    return camera;
+}
+
+std::vector<SourceCamera> parseUpstreamCameras(std::string_view json, const std::string& name, const CameraReading& how)
+{
+    return upstreamCameras(parseJson(json, name), name, how);
+}
+
+std::vector<Camera> trainerCameras(const nlohmann::json& root, const std::string& name, const CameraReading& how)
+{
+    std::vector<Camera> cameras;
+    std::ranges::transform(upstreamCameras(root, name, how), std::back_inserter(cameras), cameraOf);
+    return cameras;
+}
 
 ImageSize trainerSize(uint32_t width, uint32_t height, double r)
 {

@@ -1,13 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-// How large a trainer draws its photographs (format facts, 6: loadCam of utils/camera_utils.py).
+// A trainer's cameras.json, and how large it draws its photographs (format facts, 6: loadCam of utils/camera_utils.py).
 #pragma once
 
 #include "runtime/cameras/camera_reading.h"
 
+#include <nlohmann/json_fwd.hpp>
+
 #include <cstdint>
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace gsc {
+
+// Upstream's cameras.json, without appearance and split, of which it says nothing. `name` is used in messages only.
+// Throws Error (InvalidFile, Unsupported).
+std::vector<SourceCamera> parseUpstreamCameras(std::string_view json, const std::string& name,
+                                               const CameraReading& how = {});
+// Reads the same from parsed JSON, as upstream draws them.
+std::vector<Camera> trainerCameras(const nlohmann::json& root, const std::string& name, const CameraReading& how);
+
+// Returns what upstream renders for it by default: field of view of the source size, at most 1600 pixels wide (6.2).
+// Precondition: as parseUpstreamCameras() leaves it.
+Camera cameraOf(const SourceCamera& source);
 
 // Option -r of the trainers, `resolution` in their settings: 1, 2, 4 and 8 divide, any other is the width in pixels, and
 // this one means at most 1600 pixels wide.
@@ -17,7 +32,7 @@ struct ImageSize {
     uint32_t width = 0, height = 0;
 };
 
-// Of a photograph of `width` x `height`, both rounded as the trainers round them; a side is 1 or more.
+// Sizes a photograph of `width` x `height`, both rounded as the trainers round them; a side is 1 or more.
 ImageSize trainerSize(uint32_t width, uint32_t height, double resolution);
 
 // `stated`, or the default where no trainer takes such a number, which `how` is told of; `file` is for the message.

@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/cameras/camera_lens.h"
+#include "runtime/cameras/camera_fields.h"
 
-#include <algorithm>
+#include <glm/gtc/type_ptr.hpp>
+#include <glm/matrix.hpp>
+
 #include <cctype>
 #include <cmath>
-#include <span>
+#include <numbers>
+#include <numeric>
 
 namespace gsc {
 
 namespace {
 
+constexpr double kWide = 170 * std::numbers::pi / 180; // radians
+constexpr size_t kMostNamed = 12;                      // keys
 constexpr double kMaxCentre = 1e6; // pixels; a crop may leave the axis outside the image, but not so far
-// of the lenses of OpenCV, COLMAP and nerfstudio
-constexpr const char* kCoefficients[] = {
-    "k0", "k1", "k2", "k3", "k4",  "k5",  "k6",    "p0",        "p1",        "p2",        "p3",        "p4",       "s0",
-    "s1", "s2", "s3", "s4", "sx1", "sy1", "omega", "ftheta_p0", "ftheta_p1", "ftheta_p2", "ftheta_p3", "ftheta_p4"};
 constexpr const char* kFisheye = "is_fisheye";
 // These pictures are no pinhole's, whatever else is ignored.
 constexpr const char* kOtherProjections[] = {"latlong", "equirectangular", "orthographic"};
@@ -59,6 +60,44 @@ double middleOffset(const LensKeys& lens, const char* key, const char* size_key,
 }
 
 } // namespace
+
+void CameraNotes::add(const std::string& kind, const std::string& where, const std::string& text)
+{
+    Note& note = m_notes[kind];
+    if (note.count == 0)
+        note.text = where + ": " + text;
+    if (note.count == 0 || note.last != where)
+        ++note.count;
+    note.last = where;
+}
+
+void CameraNotes::addUnread(const JsonObject& object, std::span<const char* const> known)
+{
+    for (const std::string& key : object.keys())
+        if (std::ranges::find(known, key) == known.end())
+            m_unread.insert(key);
+}
+
+std::vector<std::string> CameraNotes::sentences() const
+{
+    std::vector<std::string> all;
+    for (const auto& [kind, note] : m_notes)
+        all.push_back(note.count == 1 ? note.text : note.text + formatString("; so in %zu places", note.count));
+    if (m_unread.empty())
+        return all;
+    std::string names;
+    size_t named = 0;
+    for (const std::string& key : m_unread) {
+        if (named++ == kMostNamed)
+            break;
+        names += (names.empty() ? "" : ", ") + shownJson(key);
+    }
+    if (m_unread.size() > kMostNamed)
+        names += formatString(" and %zu more", m_unread.size() - kMostNamed);
+    all.push_back(m_file + ": has " + names +
+                  ", which no camera here is made of; poses and lenses are those of the other keys");
+    return all;
+}
 
 const JsonObject* LensKeys::holder(const char* key, bool null_counts) const
 {
@@ -132,13 +171,60 @@ MiddleOffset readMiddleOffset(const LensKeys& lens, uint32_t width, uint32_t hei
     return {middleOffset(lens, "cx", "w", width), middleOffset(lens, "cy", "h", height)};
 }
 
-void refuseMiddleOffset(const LensKeys& lens)
+double orthogonalityError(const glm::dmat3& m, double scale2)
 {
-    for (const char* key : {"cx", "cy"})
-        if (const JsonObject* holder = lens.holder(key))
-            holder->fail(key, shownJson(holder->at(key)),
-                         "none in a trajectory, whose frames look through the middle of the image; state lenses that "
-                         "do not with \"views\"");
+    const glm::dmat3 off = transpose(m) * m - glm::dmat3(scale2);
+    const double* const entries = glm::value_ptr(off);
+    return std::accumulate(entries, entries + 9, 0.0, [](double a, double b) { return std::max(a, std::abs(b)); });
+}
+
+double readFocal(const JsonObject& object, const char* key)
+{
+    const double focal = object.positive(key);
+    if (focal < 1e-3 || focal > 1e9)
+        object.fail(key, formatString("%g", focal), "a focal length between 0.001 and 1e9 pixels");
+    return focal;
+}
+
+double readAngle(const JsonObject& object, const char* key)
+{
+    const double angle = object.number(key);
+    if (!(angle >= 1e-6 && angle < std::numbers::pi - 1e-6))
+        object.fail(key, formatString("%g", angle), "an angle in radians between 0 and pi");
+    return angle;
+}
+
+double readDegrees(const JsonObject& object, const char* key)
+{
+    const double degrees = object.number(key);
+    if (!(degrees >= 1e-4 && degrees < 180 - 1e-4))
+        object.fail(key, formatString("%g", degrees), "an angle in degrees between 0 and 180");
+    return degrees * std::numbers::pi / 180;
+}
+
+void readRotation(const JsonObject& object, double out[9], const char* what)
+{
+    object.matrix("rotation", 3, 3, out);
+    const glm::dmat3 rotation = transpose(glm::make_mat3(out)); // from rows
+    const double error = orthogonalityError(rotation, 1), det = determinant(rotation);
+    if (!(error < kRotationTolerance) || det < 0)
+        object.fail("rotation", formatString("no rotation (determinant %g, columns off orthonormal by %g)", det, error),
+                    formatString("an orthonormal, right-handed %s matrix", what));
+}
+
+void noteUnusual(const Camera& camera, const std::string& where, CameraNotes& notes)
+{
+    const double widest = std::max(camera.fov_x, camera.fov_y);
+    if (widest > kWide)
+        notes.add(
+            "wide", where,
+            formatString("sees %g degrees, nearly a half turn, which is seldom meant; is the focal length in pixels "
+                         "of that size?",
+                         widest * 180 / std::numbers::pi));
+    const double right = std::abs(camera.tan_mid_x) / std::tan(camera.fov_x / 2);
+    const double down = std::abs(camera.tan_mid_y) / std::tan(camera.fov_y / 2);
+    if (right > 1 || down > 1)
+        notes.add("axis", where, "the axis (cx, cy) meets no pixel of the image, which is seldom meant; it is kept");
 }
 
 } // namespace gsc
