@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Checks what each folder may include (the table below), that no folders include each other in a circle, and that none grows
-past what one can look over.
+"""Checks what each folder may include (the table below), that no folders include each other in a circle, that none grows
+past what one can look over, and that no two headers define a class of one name: linkers take either for both.
 
 usage: check_includes.py [--circles]     --circles lists every include that is part of a circle
 """
@@ -13,6 +13,8 @@ from collections import defaultdict
 # Folder: what its files may include, besides its own. The longest prefix of a file's path counts; "a !b" = a but not b.
 # <gsc/...> stands for the header in the include/ of its layer.
 STAGE = "format kernels/include kernels/cuda kernels/frame kernels/math kernels/simd kernels/threads"
+# rooms that are no part of libgsc_runtime
+SHARED = " ".join(f"!runtime/{room}" for room in ("cameras", "cli", "frames", "image", "module", "records"))
 RULES = {
     "format": "",
     "format/include": "",
@@ -30,13 +32,13 @@ RULES = {
     "kernels/simd": "format",
     "kernels/sort": STAGE + " kernels/decode kernels/project kernels/select",
     "kernels/threads": "format",
-    "runtime": "format kernels",
+    "runtime": "format kernels runtime " + SHARED,
     "runtime/include": "format/include kernels/include",
     "runtime/cameras": "format kernels/include runtime/include",
     "runtime/cli": "format",
     "runtime/frames": "format kernels/include runtime/include runtime/cameras runtime/records runtime/view",
     "runtime/image": "format runtime/module",
-    "runtime/cuda/frame": "format kernels runtime/include runtime/backend runtime/view runtime/cuda/device",
+    "runtime/cuda/frame": "format kernels !kernels/reuse runtime/include runtime/backend runtime/view runtime/cuda/device",
     "runtime/backend": "format kernels runtime/include",
     "runtime/service/policy": "format kernels/include kernels/threads",
     "runtime/metrics": "format kernels/include kernels/metrics kernels/frame runtime/include",
@@ -44,7 +46,7 @@ RULES = {
     "runtime/metrics/convolve3x3": "runtime/metrics kernels/simd",
     "runtime/module": "format",
     "runtime/records": "format kernels/include runtime/include runtime/cli",
-    "player": "format kernels/include kernels/frame kernels/math runtime",
+    "player": "format kernels/include kernels/frame kernels/math runtime !runtime/cpu !runtime/cuda/device !runtime/cuda/frame !runtime/reuse",
     "convert": "format kernels/include kernels/frame kernels/math kernels/sensitivity kernels/threads runtime",
     "convert/bake": "format kernels !kernels/reuse runtime convert/input convert/survey convert/write",
     "convert/chart": "format runtime/cli runtime/module runtime/records convert/page",
@@ -64,7 +66,8 @@ CIRCLES: dict[frozenset[str], str] = {}
 MOST_ROOMS = 18  # a source with its header is one, a folder is one
 SUFFIXES = {".h", ".cpp", ".cu", ".cuh", ".def"}
 AREAS = ("format", "kernels", "runtime", "player", "convert")
-INCLUDE = re.compile(r'^#include (?:"([^"]+)"|<(gsc/[^>]+)>)', re.MULTILINE)
+CLASS = re.compile(r"^(?:class|struct) (\w+)(?: final)?(?: :[^;{]*)?\s*\{", re.MULTILINE)
+INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]+(?:"([^"]+)"|<(gsc/[^>]+)>)', re.MULTILINE)
 
 
 def rule_of(path: str) -> tuple[str, str]:
@@ -123,7 +126,7 @@ def main() -> int:
     files = {str(file.relative_to(root)): file for area in AREAS for file in sorted((root / area).rglob("*"))
              if file.suffix in SUFFIXES and file.is_file()}
     public = {path.partition("/include/")[2]: path for path in files if "/include/gsc/" in path}
-    faults, rooms, checked, includes = [], defaultdict(set), 0, defaultdict(list)
+    faults, rooms, checked, includes, classes = [], defaultdict(set), 0, defaultdict(list), defaultdict(list)
     for path, file in files.items():
         folder = path.rpartition("/")[0]
         rooms[folder.rpartition("/")[0]].add(folder)
@@ -131,6 +134,8 @@ def main() -> int:
         text = file.read_text()
         if "#include <CLI/" in text and folder != "runtime/cli":
             faults.append(f"{path}: includes CLI11, which takes seconds to compile; use runtime/cli/options.h")
+        for name in set(CLASS.findall(text)) if file.suffix in {".h", ".cuh"} else ():
+            classes[name].append(path)
         for quoted, named in INCLUDE.findall(text):
             checked += 1
             target = public.get(named) if named else quoted
@@ -146,6 +151,8 @@ def main() -> int:
                 faults.append(f"{path}: is installed and includes {quoted}, which is not")
             if folder_of(path) != folder_of(target):
                 includes[folder_of(path), folder_of(target)].append(f"{path} includes {target}")
+    faults += [f"{name}: is a class of {' and of '.join(paths)}, expected one; give one another name"
+               for name, paths in sorted(classes.items()) if len(paths) > 1]
     faults += check_circles(includes, "--circles" in sys.argv)
     for folder, names in rooms.items():
         if len(names) > MOST_ROOMS:

@@ -37,7 +37,7 @@ from collections import Counter
 AREAS = {
     "format": ["format"],
     "input": ["convert/input"],
-    "write": ["convert/write", "convert/compare"],
+    "write": ["convert/write", "convert/survey", "convert/compare"],
     "kernels": ["kernels"],
     "runtime": ["runtime"],
     "player": ["player"],

@@ -11,7 +11,7 @@
 #include "runtime/cpu/renderer_cpu.h"
 #include <gsc/renderer.h>
 #include <gsc/scene.h>
-#include "runtime/frames/shot.h"
+#include "runtime/frames/frame_loop.h"
 
 #include <algorithm>
 #include <cmath>
@@ -61,9 +61,12 @@ public:
             renderReference64(m_scene->view(), &eye, 1, options, &pixels, result);
             image.pixels.assign(exact.begin(), exact.end());
         } else {
-            float* const pixels = image.pixels.data();
-            const EyeParams eye = eyeParams(camera, m_scene->view().origin);
-            (void)gsc::render(*m_renderer, {&eye, 1}, options, &pixels);
+            const std::vector<Shot> shots{shotOf(*m_scene, camera)};
+            FrameLoop loop(*m_scene, shots, 1, options, *m_renderer);
+            (void)loop.draw(0, [&image](size_t, LoopFrame& frame) {
+                frame.targets[0] = hostTarget(image.pixels.data());
+                frame.delivers = true;
+            });
         }
         return image;
     }

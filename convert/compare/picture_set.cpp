@@ -3,6 +3,7 @@
 
 #include "convert/compare/lpips_weights.h"
 #include <gsc/error.h>
+#include "runtime/records/report_parts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -33,11 +34,6 @@ OrderedJson viewsJson(const std::vector<ScoredPicture>& views)
                         {"flip", jsonNumber(view.flip)},
                         {"lpips", optionalNumber(view.lpips)}});
     return json;
-}
-
-std::string decibels(double psnr)
-{
-    return std::isinf(psnr) ? "equal" : formatString("%.2f dB", psnr);
 }
 
 double meanOf(const std::vector<ScoredPicture>& views, double ScoredPicture::*score)
@@ -135,13 +131,14 @@ std::string pictureSetText(const char* title, const PictureSet& pictures)
         return formatString("%-24s none\n", title);
     const PooledDifference& pool = pictures.pool;
     std::string text = formatString("%-24s pooled %s, worst %s (%s), max error %.3g\n", title,
-                                    decibels(pool.psnr()).c_str(), decibels(pool.worst_psnr).c_str(),
+                                    decibels(pool.psnr(), " dB").c_str(), decibels(pool.worst_psnr, " dB").c_str(),
                                     pictures.views[size_t(pool.worst_frame)].name.c_str(), pool.max_error);
     for (const ScoredPicture& view : pictures.views)
-        text += formatString("  %-22s %s, max error %.3g, MSE %.3g, SSIM %.6f, FLIP %.6f%s%s\n", view.name.c_str(),
-                             decibels(view.difference.psnr).c_str(), view.difference.max_error, view.difference.mse,
-                             view.ssim, view.flip, view.lpips ? formatString(", LPIPS %.6f", *view.lpips).c_str() : "",
-                             view.picture_bits == 8 ? ", beyond the rounding of an 8-bit picture" : "");
+        text +=
+            formatString("  %-22s %s, max error %.3g, MSE %.3g, SSIM %.6f, FLIP %.6f%s%s\n", view.name.c_str(),
+                         decibels(view.difference.psnr, " dB").c_str(), view.difference.max_error, view.difference.mse,
+                         view.ssim, view.flip, view.lpips ? formatString(", LPIPS %.6f", *view.lpips).c_str() : "",
+                         view.picture_bits == 8 ? ", beyond the rounding of an 8-bit picture" : "");
     return text;
 }
 

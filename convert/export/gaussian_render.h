@@ -3,11 +3,7 @@
 #pragma once
 
 #include "convert/export/gaussian_set.h"
-#include "kernels/bin/bin.h"
-#include "kernels/threads/parallel.h"
 #include "runtime/cpu/frame_cpu.h"
-
-#include <vector>
 
 namespace gsc {
 

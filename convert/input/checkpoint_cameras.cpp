@@ -151,7 +151,7 @@ void resizeAsTrained(std::vector<SourceCamera>& cameras, double resolution, cons
         return;
     size_t larger = 0;
     for (SourceCamera& camera : cameras) {
-        const ImageSize size = trainerSize(camera.width, camera.height, resolution);
+        const TrainedSize size = trainerSize(camera.width, camera.height, resolution);
         const double across = double(size.width) / camera.width, down = double(size.height) / camera.height;
         camera.fx *= across;
         camera.middle_x *= across;

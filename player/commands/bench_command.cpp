@@ -4,7 +4,6 @@
 #include "player/measure/bench.h"
 #include "player/commands/commands.h"
 #include "player/commands/render_options.h"
-#include "player/devices/worker_options.h"
 #include "runtime/records/row_file.h"
 #include "player/sweep/run_facts.h"
 #include "player/sweep/sweep.h"

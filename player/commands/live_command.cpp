@@ -3,7 +3,6 @@
 #include "player/commands/commands.h"
 #include "player/commands/render_options.h"
 #include "player/measure/live.h"
-#include "player/devices/worker_options.h"
 #include "runtime/cli/options.h"
 #include "player/commands/worker_flags.h"
 

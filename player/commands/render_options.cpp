@@ -191,6 +191,11 @@ void addFirstPicture(CLI::App& app, PlayOptions& options)
             "draw while the model is on its way to the GPU, coarse levels and near anchors first; --tier exact waits");
 }
 
+void settleFirstPicture(PlayOptions& options)
+{
+    options.devices.first_picture &= options.frame.tier != Tier::Exact;
+}
+
 void addShard(CLI::App& app, PlayOptions& options, const char* what, const char* file)
 {
     detail::addValue(

@@ -25,6 +25,7 @@ void addShard(CLI::App& app, PlayOptions& options, const char* what, const char*
 void addScoreFrames(CLI::App& app, ScoreOptions& score); // --score-every, --score-first
 void addTargetOption(CLI::App& app, PlayOptions& options);
 void addFirstPicture(CLI::App& app, PlayOptions& options); // of what is watched while it loads
+void settleFirstPicture(PlayOptions& options);             // after parsing: tier exact waits for the file
 
 // A backend by name, or "auto" too: the names of every build; one that this build lacks is refused when it is opened.
 OptionHandle addBackend(CLI::App& app, const char* name, std::string& field, bool or_auto, const char* help);

@@ -2,7 +2,6 @@
 #include <gsc/error.h>
 #include "player/commands/commands.h"
 #include "player/commands/render_options.h"
-#include "player/devices/worker_options.h"
 #include "player/measure/stability.h"
 #include "runtime/cli/options.h"
 #include "player/commands/worker_flags.h"

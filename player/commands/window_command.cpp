@@ -5,7 +5,6 @@
 #include "player/present/presenter.h"
 #include "runtime/cli/options.h"
 #include "player/window/window.h"
-#include "player/devices/worker_options.h"
 #include "player/commands/worker_flags.h"
 
 #include <filesystem>
@@ -76,7 +75,7 @@ void addWindowCommand(CLI::App& root, Invocation& invocation)
     setFooter(command, kWindowExamples);
     onParsed(command, [&command, &invocation, options] {
         checkWindowOptions(command, *options);
-        options->play.devices.first_picture &= options->play.frame.tier != Tier::Exact; // which waits for the file
+        settleFirstPicture(options->play);
         invocation.run = [options](Reporter& report) { return runWindowCommand(*options, report); };
     });
 }

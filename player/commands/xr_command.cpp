@@ -4,7 +4,6 @@
 #include "player/commands/render_options.h"
 #include "runtime/cli/options.h"
 #include "player/window/window.h"
-#include "player/devices/worker_options.h"
 #include "player/xr/xr.h"
 #include "player/commands/worker_flags.h"
 
@@ -114,8 +113,10 @@ ErrorCode runXrCommand(const XrChoice& choice, Reporter& report)
         report.warning(std::string(e.what()) + "; a window is opened instead, without what is a headset's alone");
     }
     WindowOptions window;
-    window.play = choice.xr.play;
-    window.play.view.eyes = 1;
+    window.play.model = choice.xr.play.model;
+    window.play.cameras = choice.xr.play.cameras;
+    window.play.frame = choice.xr.play.frame;
+    window.play.devices = choice.xr.play.devices;
     const WindowSummary summary = runWindow(window, report);
     if (report.json())
         report.object(windowJson(summary));
@@ -143,7 +144,7 @@ void addXrCommand(CLI::App& root, Invocation& invocation)
     setFooter(command, kXrExamples);
     onParsed(command, [&command, &invocation, choice] {
         checkXrOptions(command, *choice);
-        choice->xr.play.devices.first_picture &= choice->xr.play.frame.tier != Tier::Exact; // which waits for the file
+        settleFirstPicture(choice->xr.play);
         invocation.run = [choice](Reporter& report) { return runXrCommand(*choice, report); };
     });
 }

@@ -11,9 +11,10 @@ namespace gsc {
 OpenedService openService(const std::shared_ptr<const Scene>& scene, const ModelChoice& model,
                           const DeviceChoice& choice, const std::function<void(ServiceOptions&)>& set, Reporter& log)
 {
-    DeviceId taken;
+    const DeviceId asked{choice.backend, choice.device};
+    DeviceId taken = asked;
     const auto open = [&](const DeviceId& on) {
-        ServiceOptions service = serviceOptions(model, choice.of(on.backend), log);
+        ServiceOptions service = serviceOptions(model, choice.of(on), log);
         service.keeps_all = false;
         set(service);
         taken = service.devices.front();
@@ -22,7 +23,6 @@ OpenedService openService(const std::shared_ptr<const Scene>& scene, const Model
             devices.push_back(deviceText(device));
         return OpenedService{std::make_unique<RendererService>(scene, service), devices};
     };
-    const DeviceId asked{choice.backend, choice.device};
     if (drawsWithService(choice))
         return open(asked);
     return orOnCpu(asked, taken, open, [&log](const std::string& why) { log.warning(why); });

@@ -47,6 +47,12 @@ struct DeviceChoice {
         choice.backend = other;
         return choice;
     }
+    [[nodiscard]] DeviceChoice of(const DeviceId& other) const // the same of another device
+    {
+        DeviceChoice choice = of(other.backend);
+        choice.device = other.ordinal;
+        return choice;
+    }
     [[nodiscard]] DeviceChoice alone(const std::string& other) const // one device of that backend
     {
         DeviceChoice choice = of(other);

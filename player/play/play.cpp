@@ -91,8 +91,9 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
         summary.frames.push_back(frame);
         log.progress("render", summary.frames.size(), frames.size());
     };
+    const size_t ahead = control ? 1 : renderer->framesInFlight(); // a target is held by what the frame before took
     loop.run(
-        frames.size(), renderer->framesInFlight(), [&](size_t n) { return frames[n]; }, prepare, done);
+        frames.size(), ahead, [&](size_t n) { return frames[n]; }, prepare, done);
     summary.service = serviceStats(*renderer);
     outputs.commit();
     return summary;

@@ -15,7 +15,7 @@ namespace gsc {
 struct WindowOptions {
     PlayOptions play;         // width, height: of the window, 0 = 1280 x 720; its outputs are not used
     std::string folder = "."; // takes screenshots and recorded paths
-    std::string log;          // file of JSON lines, empty = none; PlayOptions::overwrite is its
+    std::string log;          // file of JSON lines, empty = none; OutputChoice::overwrite is its
     bool tears = false;       // pictures change while the display refreshes: sooner, and with a seam
 };
 

@@ -27,7 +27,7 @@ struct XrOptions {
     bool waits = false;       // each frame shows the picture of its own pose
     bool late = false;        // eyes are looked up again when their picture is begun
     double seconds = 0;       // after which the session is asked to end; 0 = when the person ends it
-    std::string log;          // file of JSON lines, empty = none; PlayOptions::overwrite is its
+    std::string log;          // file of JSON lines, empty = none; OutputChoice::overwrite is its
     bool keeps_place = false; // the place of the viewer is stored beside the model at the end
     bool falls_back = false;  // to the window, where no headset can be had
 };

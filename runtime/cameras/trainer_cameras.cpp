@@ -128,7 +128,7 @@ Camera cameraOf(const SourceCamera& source)
     camera.fov_y = angleOf(source.height, source.fy);
     setMiddle(camera, source.middle_x / source.width, source.middle_y / source.height);
     camera.appearance = source.appearance;
-    const ImageSize size = trainerSize(source.width, source.height, kDefaultResolution);
+    const TrainedSize size = trainerSize(source.width, source.height, kDefaultResolution);
     camera.width = size.width;
     camera.height = size.height;
     return camera;
@@ -146,7 +146,7 @@ std::vector<Camera> trainerCameras(const nlohmann::json& root, const std::string
     return cameras;
 }
 
-ImageSize trainerSize(uint32_t width, uint32_t height, double r)
+TrainedSize trainerSize(uint32_t width, uint32_t height, double r)
 {
     if (r == 1 || r == 2 || r == 4 || r == 8) // nearbyint: half to even, as Python rounds
         return {sideOf(std::nearbyint(width / r)), sideOf(std::nearbyint(height / r))};

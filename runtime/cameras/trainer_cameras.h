@@ -28,12 +28,12 @@ Camera cameraOf(const SourceCamera& source);
 // this one means at most 1600 pixels wide.
 constexpr double kDefaultResolution = -1;
 
-struct ImageSize {
+struct TrainedSize {
     uint32_t width = 0, height = 0;
 };
 
 // Sizes a photograph of `width` x `height`, both rounded as the trainers round them; a side is 1 or more.
-ImageSize trainerSize(uint32_t width, uint32_t height, double resolution);
+TrainedSize trainerSize(uint32_t width, uint32_t height, double resolution);
 
 // `stated`, or the default where no trainer takes such a number, which `how` is told of; `file` is for the message.
 double checkedResolution(double stated, const std::string& file, const CameraReading& how);

@@ -83,10 +83,9 @@ FrameLoop::FrameLoop(const Scene& scene, const std::vector<Shot>& shots, uint32_
 void FrameLoop::run(size_t count, size_t ahead, const ShotOf& shot_of, const Prepare& prepare, const Done& done)
 {
     Flights flights(m_renderer);
-    const size_t most = m_control ? 1 : ahead; // a target is held by what the frame before took
     size_t begun = 0;
     for (size_t ended = 0; ended < count; ++ended) {
-        for (; begun < count && flights.count() < most; ++begun) {
+        for (; begun < count && flights.count() < ahead; ++begun) {
             Flying& flying = flights.add();
             LoopFrame& frame = flying.frame;
             frame.shot = &m_shots[shot_of(begun)];

@@ -31,8 +31,8 @@ public:
     using Prepare = std::function<void(size_t frame, LoopFrame& drawn)>;
     using Done = std::function<void(size_t frame, LoopFrame& drawn, const TimedFrame& timed)>;
 
-    // The appearance of `options` is each shot's. `control`, if not null, gives each frame its bias and takes its time: then
-    // one frame is in flight. All must outlive this.
+    // The appearance of `options` is each shot's. `control`, if not null, gives each frame its bias and takes its time.
+    // All must outlive this.
     FrameLoop(const Scene& scene, const std::vector<Shot>& shots, uint32_t eye_count, const FrameOptions& options,
               Renderer& renderer, LodControl* control = nullptr);
 

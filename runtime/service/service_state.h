@@ -23,7 +23,7 @@ struct ServiceState {
     std::condition_variable worker_wakes, caller_wakes, keeper_wakes;
     TraceRecord trace{options.trace_limit, clock};
     PoseQueue poses{options, clock, trace, caller_wakes};
-    Workers workers{options.devices, poses, trace, worker_wakes};
+    ServiceWorkers workers{options.devices, poses, trace, worker_wakes};
     Sharing sharing{options, clock, trace, poses, workers, worker_wakes};
     DeliveryMemory pictures;
     uint64_t drops = 0;       // calls of dropCaches()

@@ -13,7 +13,7 @@ class Sharing {
 public:
     // `changed` wakes the workers' threads.
     Sharing(const ServiceOptions& options, const ServiceClock& clock, TraceRecord& trace, PoseQueue& poses,
-            const Workers& workers, std::condition_variable& changed)
+            const ServiceWorkers& workers, std::condition_variable& changed)
         : m_options(options), m_clock(clock), m_trace(trace), m_poses(poses), m_workers(workers), m_changed(changed),
           m_choice(options.pace.min_fps)
     {
@@ -42,7 +42,7 @@ private:
     const ServiceClock& m_clock;
     TraceRecord& m_trace;
     PoseQueue& m_poses;
-    const Workers& m_workers;
+    const ServiceWorkers& m_workers;
     std::condition_variable& m_changed;
     ModeChoice m_choice;
     std::vector<SharePlan> m_tried; // by m_choice

@@ -6,15 +6,15 @@
 
 namespace gsc {
 
-Workers::Workers(const std::vector<DeviceId>& devices, PoseQueue& poses, TraceRecord& trace,
-                 std::condition_variable& changed)
+ServiceWorkers::ServiceWorkers(const std::vector<DeviceId>& devices, PoseQueue& poses, TraceRecord& trace,
+                               std::condition_variable& changed)
     : m_poses(poses), m_trace(trace), m_changed(changed)
 {
     for (const DeviceId& device : devices)
         m_all.push_back(std::make_shared<Worker>(int(m_all.size()), device));
 }
 
-std::vector<int> Workers::working() const
+std::vector<int> ServiceWorkers::working() const
 {
     std::vector<int> working;
     for (const WorkerPtr& worker : m_all)
@@ -23,12 +23,12 @@ std::vector<int> Workers::working() const
     return working;
 }
 
-bool Workers::allGone() const
+bool ServiceWorkers::allGone() const
 {
     return std::ranges::all_of(m_all, [](const WorkerPtr& worker) { return worker->state == WorkerState::Gone; });
 }
 
-void Workers::order(Worker& worker, bool draws, const std::string& cause)
+void ServiceWorkers::order(Worker& worker, bool draws, const std::string& cause)
 {
     if (std::exchange(worker.draws, draws) == draws)
         return;
@@ -43,13 +43,13 @@ void Workers::order(Worker& worker, bool draws, const std::string& cause)
     m_changed.notify_all();
 }
 
-void Workers::replace(WorkerPtr fresh)
+void ServiceWorkers::replace(WorkerPtr fresh)
 {
     WorkerPtr& place = m_all[size_t(fresh->index)];
     m_abandoned.push_back(std::exchange(place, std::move(fresh)));
 }
 
-void Workers::joinFinished()
+void ServiceWorkers::joinFinished()
 {
     std::erase_if(m_abandoned, [](const WorkerPtr& worker) {
         if (!worker->finished)
@@ -59,14 +59,14 @@ void Workers::joinFinished()
     });
 }
 
-std::vector<WorkerPtr> Workers::withAbandoned() const
+std::vector<WorkerPtr> ServiceWorkers::withAbandoned() const
 {
     std::vector<WorkerPtr> both = m_all;
     both.insert(both.end(), m_abandoned.begin(), m_abandoned.end());
     return both;
 }
 
-void Workers::fill(ServiceStats& stats) const
+void ServiceWorkers::fill(ServiceStats& stats) const
 {
     stats.working = uint32_t(working().size());
     for (const WorkerPtr& worker : m_all) {

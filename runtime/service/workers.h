@@ -35,11 +35,11 @@ struct Worker {
 
 using WorkerPtr = std::shared_ptr<Worker>;
 
-class Workers {
+class ServiceWorkers {
 public:
     // One for each device, none of which has a thread. `changed` wakes the workers' threads.
-    Workers(const std::vector<DeviceId>& devices, PoseQueue& poses, TraceRecord& trace,
-            std::condition_variable& changed);
+    ServiceWorkers(const std::vector<DeviceId>& devices, PoseQueue& poses, TraceRecord& trace,
+                   std::condition_variable& changed);
 
     [[nodiscard]] const std::vector<WorkerPtr>& all() const { return m_all; } // by Worker::index
     [[nodiscard]] std::vector<int> working() const;

@@ -70,7 +70,7 @@ TEST_CASE("sizes of a trainer's pictures for every kind of -r")
                           {3, 2, 8, 1, 1}}) {
         CAPTURE(c.resolution);
         CAPTURE(c.width);
-        const ImageSize size = trainerSize(c.width, c.height, c.resolution);
+        const TrainedSize size = trainerSize(c.width, c.height, c.resolution);
         CHECK(size.width == c.expected_width); // round(x.5) is the even one, as in Python
         CHECK(size.height == c.expected_height);
     }

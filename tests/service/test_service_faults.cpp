@@ -244,11 +244,9 @@ TEST_CASE("where the first worker cannot be made another draws, also one that re
             throw Error(ErrorCode::OutOfMemory, "device: no memory, expected some; take less");
         return makeRenderer(device, limits);
     };
-    {
-        RendererService service(model.view(), options);
-        submitWalk(service, 0, 1, FrameOptions{});
-        CHECK(service.next(20s)->end == PoseEnd::Shown);
-    }
+    RendererService service(model.view(), options);
+    submitWalk(service, 0, 1, FrameOptions{});
+    CHECK(service.next(20s)->end == PoseEnd::Shown);
     options.make = {};
     options.devices[1] = {"cpu", 7}; // rests, and is a mistake all the same
     CHECK_THROWS_AS(RendererService(model.view(), options), Error);

@@ -2,10 +2,8 @@
 #include "convert/bake/pictures/picture_probe.h"
 
 #include "convert/bake/weights/picture_bands.h"
-#include <gsc/interrupt.h>
-#include "runtime/cameras/scene_cameras.h"
+#include "runtime/frames/frame_loop.h"
 #include "runtime/metrics/metrics.h"
-#include "runtime/frames/shot.h"
 
 #include <algorithm>
 
@@ -27,30 +25,32 @@ FrameOptions PictureProbe::optionsOf(const Camera& camera) const
     return exactOptionsFor(*m_scene, camera);
 }
 
-void PictureProbe::draw(const Camera& camera, std::vector<float>& pixels)
+void PictureProbe::draw(size_t pose, std::vector<float>& pixels)
 {
     // what a device holds lies on it; half of a city is in sight at most
     const uint64_t slots = m_scene->anchorCount() * m_scene->view().params->n_offsets / 2;
-    for (const ColumnRange& columns : pictureBands(camera.width, m_renderer->onHost() ? slots : 0))
-        (void)drawColumns(camera, columns, pixels);
+    for (const ColumnRange& columns : pictureBands(m_shots[pose].camera.width, m_renderer->onHost() ? slots : 0))
+        (void)drawColumns(pose, columns, pixels);
     m_told();
 }
 
-FrameResult PictureProbe::drawColumns(const Camera& camera, const ColumnRange& columns, std::vector<float>& pixels)
+FrameResult PictureProbe::drawColumns(size_t pose, const ColumnRange& columns, std::vector<float>& pixels)
 {
-    throwIfInterrupted();
-    pixels.resize(size_t(3) * camera.width * camera.height);
-    float* const image = pixels.data();
-    const EyeParams eye = eyeOf(camera);
-    FrameOptions options = optionsOf(camera);
-    options.columns = columns;
-    return render(*m_renderer, {&eye, 1}, options, &image);
+    pixels.resize(size_t(3) * m_shots[pose].camera.width * m_shots[pose].camera.height);
+    FrameLoop loop(*m_scene, m_shots, 1, exactOptions(modelOptions(*m_scene)), *m_renderer);
+    const auto into = [&](size_t, LoopFrame& frame) {
+        frame.options.columns = columns;
+        frame.targets[0] = hostTarget(pixels.data());
+        frame.delivers = true;
+    };
+    return loop.draw(pose, into).result;
 }
 
 void PictureProbe::addPoses(const std::vector<Camera>& cameras)
 {
-    m_cameras.insert(m_cameras.end(), cameras.begin(), cameras.end());
-    m_pictures.resize(m_cameras.size());
+    for (const Camera& camera : cameras)
+        m_shots.push_back(shotOf(*m_scene, camera));
+    m_pictures.resize(m_shots.size());
 }
 
 size_t PictureProbe::undrawn(size_t first, size_t count) const
@@ -68,7 +68,7 @@ void PictureProbe::drawWhole(size_t first, size_t count)
             m_renderer->load(m_scene);
         m_whole_loaded = true;
         std::vector<float> pixels;
-        draw(m_cameras[i], pixels);
+        draw(i, pixels);
         m_pictures[i] = std::move(pixels);
     }
 }
@@ -81,7 +81,7 @@ SetScore PictureProbe::score(const ModelView& model, size_t first, size_t count)
     SetScore result;
     std::vector<float> pixels;
     for (size_t i = first; i < first + count; ++i) {
-        draw(m_cameras[i], pixels);
+        draw(i, pixels);
         add(i, pixels, count, result);
     }
     return result;
@@ -90,7 +90,7 @@ SetScore PictureProbe::score(const ModelView& model, size_t first, size_t count)
 // A pose of `count` to what is known of those before it.
 void PictureProbe::add(size_t pose, const std::vector<float>& pixels, size_t count, SetScore& result) const
 {
-    const Camera& camera = m_cameras[pose];
+    const Camera& camera = m_shots[pose].camera;
     const ImageDifference difference = compareImages({m_pictures[pose].data(), camera.width, camera.height},
                                                      {pixels.data(), camera.width, camera.height});
     result.poses.push_back({camera.name, difference.psnr});
@@ -111,7 +111,7 @@ FileScore PictureProbe::measure(std::shared_ptr<const Scene> file, size_t first,
     std::vector<double> frame, decode;
     for (size_t i = first; i < first + count; ++i) {
         for (size_t turn = 0; turn < kDrawsToMeasure; ++turn) {
-            const FrameResult drawn = drawColumns(m_cameras[i], {}, pixels);
+            const FrameResult drawn = drawColumns(i, {}, pixels);
             m_told();
             result.resident_bytes = std::max(result.resident_bytes, drawn.bytes_resident);
             if (turn == 0) {
@@ -122,7 +122,7 @@ FileScore PictureProbe::measure(std::shared_ptr<const Scene> file, size_t first,
             decode.back() = std::min(decode.back(), drawn.times.decode);
         }
         add(i, pixels, count, result.set);
-        const ImageView whole{m_pictures[i].data(), m_cameras[i].width, m_cameras[i].height};
+        const ImageView whole{m_pictures[i].data(), m_shots[i].camera.width, m_shots[i].camera.height};
         const ImageView now{pixels.data(), whole.width, whole.height};
         const double likeness = ssim(whole, now), error = flip(whole, now);
         result.ssim += likeness / double(count);

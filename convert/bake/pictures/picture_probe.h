@@ -4,6 +4,7 @@
 
 #include <gsc/camera.h>
 #include <gsc/renderer.h>
+#include "runtime/frames/shot.h"
 
 #include <functional>
 #include <memory>
@@ -44,7 +45,7 @@ public:
 
     // Poses that scores are of, in this order.
     void addPoses(const std::vector<Camera>& cameras);
-    [[nodiscard]] const Camera& pose(size_t index) const { return m_cameras[index]; }
+    [[nodiscard]] const Camera& pose(size_t index) const { return m_shots[index].camera; }
     // Draws what the poses [first, first + count) are held against, unless it is drawn. What scores them does so too.
     void drawWhole(size_t first, size_t count);
     [[nodiscard]] size_t undrawn(size_t first, size_t count) const; // of those
@@ -57,9 +58,9 @@ public:
     [[nodiscard]] FrameOptions optionsOf(const Camera& camera) const;
 
 private:
-    void draw(const Camera& camera, std::vector<float>& pixels);
+    void draw(size_t pose, std::vector<float>& pixels);
     // Some columns of a picture; the others stay as they were.
-    FrameResult drawColumns(const Camera& camera, const ColumnRange& columns, std::vector<float>& pixels);
+    FrameResult drawColumns(size_t pose, const ColumnRange& columns, std::vector<float>& pixels);
 
     void add(size_t pose, const std::vector<float>& pixels, size_t count, SetScore& result) const;
 
@@ -67,7 +68,7 @@ private:
     std::unique_ptr<Renderer> m_renderer;
     bool m_whole_loaded = true;
     std::function<void()> m_told;
-    std::vector<Camera> m_cameras;
+    std::vector<Shot> m_shots;
     std::vector<std::vector<float>> m_pictures; // of the whole model; empty = undrawn
 };
 

@@ -15,7 +15,7 @@
 #include "runtime/cpu/renderer_cpu.h"
 #include "runtime/metrics/metrics.h"
 #include <gsc/renderer.h>
-#include "runtime/frames/shot.h"
+#include "runtime/frames/frame_loop.h"
 
 #include <charconv>
 #include <filesystem>
@@ -27,17 +27,6 @@ namespace {
 
 constexpr size_t kMostFitCameras = 96,
                  kMostJudges = 12; // spread evenly; more change the fit by hundredths of a decibel
-
-struct View {
-    std::string name;
-    EyeParams eye;
-    FrameOptions options; // of the exact picture
-};
-
-View viewOf(const Scene& scene, const Camera& camera)
-{
-    return {camera.name, eyeParams(camera, scene.view().origin), exactOptionsFor(scene, camera)};
-}
 
 size_t cameraNumber(const std::vector<Camera>& cameras, const std::string& at)
 {
@@ -75,22 +64,22 @@ std::vector<Camera> camerasOf(const Scene& scene, const GaussianExportOptions& o
 
 // Those that are fitted, and those that judge.
 struct Views {
-    std::vector<View> fit, judges;
+    std::vector<Shot> fit, judges;
 };
 
 Views chooseViews(const Scene& scene, const std::vector<Camera>& cameras, const std::string& at)
 {
     if (!at.empty()) {
-        const View view = viewOf(scene, cameras[cameraNumber(cameras, at)]);
+        const Shot view = shotOf(scene, cameras[cameraNumber(cameras, at)]);
         return {{view}, {view}};
     }
     Views views;
     for (size_t i = 0; i < cameras.size(); ++i)
-        (i % 2 == 0 ? views.fit : views.judges).push_back(viewOf(scene, cameras[i]));
+        (i % 2 == 0 ? views.fit : views.judges).push_back(shotOf(scene, cameras[i]));
     return {takeEvenly(std::move(views.fit), kMostFitCameras), takeEvenly(std::move(views.judges), kMostJudges)};
 }
 
-GaussianLoss lossOf(const GaussianSet& set, const std::shared_ptr<const Scene>& scene, const std::vector<View>& judges,
+GaussianLoss lossOf(const GaussianSet& set, const std::shared_ptr<const Scene>& scene, const std::vector<Shot>& judges,
                     const GaussianExportOptions& options, Reporter& report)
 {
     const std::unique_ptr<Renderer> exact = makeRenderer({"cpu"}, {options.threads});
@@ -99,28 +88,31 @@ GaussianLoss lossOf(const GaussianSet& set, const std::shared_ptr<const Scene>& 
     const RasterConstants rules = rasterConstants(*scene->view().params, 0);
     GaussianLoss loss;
     PooledDifference pooled;
-    for (size_t i = 0; i < judges.size(); ++i) {
-        throwIfInterrupted();
+    FrameLoop loop(*scene, judges, 1, exactOptions(modelOptions(*scene)), *exact);
+    const auto prepare = [&](size_t i, LoopFrame& frame) {
         report.progress("compare", i, judges.size());
-        const View& view = judges[i];
-        std::vector<float> wanted(3 * size_t(view.eye.width) * view.eye.height), drawn(wanted.size());
-        float* const image = wanted.data();
-        (void)render(*exact, {&view.eye, 1}, view.options, &image);
-        renderer.draw(view.eye, rules, view.options.background, drawn.data());
-        const ImageView a{wanted.data(), view.eye.width, view.eye.height};
-        const ImageView b{drawn.data(), view.eye.width, view.eye.height};
+        frame.drawToHost();
+    };
+    const auto compare = [&](size_t, LoopFrame& wanted, const TimedFrame&) {
+        const EyeParams& eye = wanted.eyes[0];
+        std::vector<float> drawn(wanted.images[0].size());
+        renderer.draw(eye, rules, wanted.options.background, drawn.data());
+        const ImageView a{wanted.images[0].data(), eye.width, eye.height};
+        const ImageView b{drawn.data(), eye.width, eye.height};
         pooled.add(compareImages(a, b));
         loss.ssim += ssim(a, b) / double(judges.size());
-    }
+    };
+    loop.run(
+        judges.size(), 1, [](size_t i) { return i; }, prepare, compare);
     loss.cameras = judges.size();
     loss.psnr = pooled.psnr();
     loss.worst_psnr = pooled.worst_psnr;
-    loss.worst = judges[pooled.worst_frame].name;
+    loss.worst = judges[pooled.worst_frame].camera.name;
     return loss;
 }
 
 // The file is written then: where memory is too short for this, only the loss is not told.
-void judge(const GaussianSet& set, const std::shared_ptr<const Scene>& scene, const std::vector<View>& judges,
+void judge(const GaussianSet& set, const std::shared_ptr<const Scene>& scene, const std::vector<Shot>& judges,
            const GaussianExportOptions& options, Reporter& report, GaussianExport& result)
 {
     try {
@@ -190,7 +182,7 @@ bool isOfLevels(const std::filesystem::path& entry)
 constexpr FolderKind kLodFolder = {"folder of levels", "gsc export --lod", {kLodMetaName, nullptr}, isOfLevels};
 
 // Writes the levels, and reads each back to tell what it lost. `set` is gone then.
-void exportLevels(GaussianSet& set, const std::shared_ptr<const Scene>& scene, const std::vector<View>& judges,
+void exportLevels(GaussianSet& set, const std::shared_ptr<const Scene>& scene, const std::vector<Shot>& judges,
                   const GaussianExportOptions& options, Reporter& report, NewFolder& folder, GaussianExport& result)
 {
     {
@@ -366,8 +358,11 @@ GaussianExport exportGaussians(const GaussianExportOptions& options, Reporter& r
     const std::vector<Camera> cameras = camerasOf(*scene, options, report);
     const Views views = chooseViews(*scene, cameras, options.at);
     std::vector<FitView> fit;
-    for (const View& view : views.fit)
-        fit.push_back({view.eye, view.options.appearance});
+    for (const Shot& view : views.fit) {
+        FitView& fitted = fit.emplace_back();
+        shotEyes(view, 1, &fitted.eye);
+        fitted.appearance = shotAppearance(*scene, view);
+    }
     const int degree = options.at.empty() ? options.degree : 0;
     const FitOptions fit_options{degree, options.threads, !options.at.empty(),
                                  rasterConstants(*scene->view().params, 0)};

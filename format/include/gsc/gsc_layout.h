@@ -95,7 +95,7 @@ static_assert(std::is_trivially_copyable_v<FileHeader> && std::is_standard_layou
 
 enum class Profile : uint8_t {
     Runtime = 0, // this layout
-    Archive = 1, // stands for a file of this layout: archive/archive_layout.h
+    Archive = 1, // stands for a file of this layout: archive_layout.h
 };
 
 struct SectionEntry {
