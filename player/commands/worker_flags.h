@@ -11,7 +11,7 @@ class App;
 namespace gsc {
 
 void addWorkerOptions(CLI::App& app, PlayOptions& options);
-// What is wrong with several options together. Throws Error(Usage).
+// Refuses options that do not go together. Throws Error(Usage).
 void checkWorkerOptions(const CLI::App& app, const PlayOptions& options);
 
 } // namespace gsc

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which devices draw together, and how.
+// Devices that draw together, and the way they share the work.
 #pragma once
 
 #include "player/options/device_choice.h"

@@ -2,7 +2,6 @@
 #include "player/frames/shots.h"
 
 #include <gsc/error.h>
-#include "runtime/cameras/camera_file.h"
 #include "runtime/cameras/json_fields.h"
 #include "runtime/cameras/scene_cameras.h"
 
@@ -181,8 +180,7 @@ std::vector<Shot> chooseShots(const Scene& scene, const std::string& model, cons
     TrajectoryFacts facts;
     std::vector<std::string> warnings;
     std::vector<Camera> cameras =
-        choice.isFile() ? readCameraFile(choice.file, &facts, {choice.ignore_distortion, choice.transform, &warnings})
-                        : sceneCameras(scene, choice.file, {});
+        sceneCameras(scene, choice.file, {choice.ignore_distortion, choice.transform, &warnings}, &facts);
     if (cameras.empty())
         throw Error(ErrorCode::Usage,
                     formatString("%s: holds no cameras, expected some to play; pass --cameras FILE", model.c_str()));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run renders: cameras, embedding rows and frame options, chosen by the command line and the file.
+// Shots of a run: cameras, embedding rows and frame options, chosen by the command line and the file.
 #pragma once
 
 #include "player/options/camera_choice.h"

@@ -15,7 +15,7 @@
 
 namespace gsc {
 
-// What a frame of a FrameLoop is drawn into; null: it stays on the device.
+// Draws a frame of a FrameLoop into `images`; null leaves it on the device.
 FrameLoop::Prepare drawsInto(const FramePictures* images);
 
 // Images of tier exact without reuse and without caches, of the frames that `score` scores: what every run of the path is

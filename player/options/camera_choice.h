@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which cameras a run looks through, and how their pictures are sized.
+// Cameras that a run looks through, and the size of their pictures.
 #pragma once
 
 #include "runtime/cameras/camera_reading.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which model is loaded, and which devices draw it.
+// The model that is loaded and the devices that draw it.
 #pragma once
 
 #include <gsc/device.h>

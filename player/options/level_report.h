@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What was asked of levels and foveation, as reports say it.
+// Levels and foveation as they were asked for, in the words of reports.
 #pragma once
 
 #include "player/options/frame_choice.h"

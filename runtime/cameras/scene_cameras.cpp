@@ -8,13 +8,15 @@
 
 namespace gsc {
 
-std::vector<Camera> sceneCameras(const Scene& scene, const std::string& cameras, const CameraReading& how)
+std::vector<Camera> sceneCameras(const Scene& scene, const std::string& cameras, const CameraReading& how,
+                                 TrajectoryFacts* facts)
 {
     std::vector<Camera> all;
     if (!cameras.empty() && cameras != "stored") {
-        all = readCameraFile(cameras, nullptr, how);
+        all = readCameraFile(cameras, facts, how);
         for (Camera& camera : all)
-            finishCamera(camera, 0, 0, 0);
+            if (facts == nullptr)
+                finishCamera(camera, 0, 0, 0);
     } else {
         for (const SourceCamera& stored : scene.cameras())
             all.push_back(cameraOf(stored));

@@ -12,9 +12,11 @@
 
 namespace gsc {
 
-// `cameras`: a camera file, or "stored" or empty. Sizes and angles are the cameras' own.
+// `cameras`: a camera file, or "stored" or empty. Sizes and angles are the cameras' own. With `facts` those of a file are as
+// they were read, and to be finished by the caller (finishCamera()).
 // Throws Error (Io, InvalidFile, Unsupported, Usage).
-std::vector<Camera> sceneCameras(const Scene& scene, const std::string& cameras, const CameraReading& how);
+std::vector<Camera> sceneCameras(const Scene& scene, const std::string& cameras, const CameraReading& how,
+                                 TrajectoryFacts* facts = nullptr);
 
 // The trainer's row of the embedding that the camera asks for if the file kept it, else the first it has; -1 without embedding.
 int appearanceFor(const Scene& scene, const Camera& camera);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a machine's better device cannot do, the CPU does instead, where the caller leaves the choice.
+// The CPU takes over what a machine's better device cannot do, where the caller leaves the choice.
 #pragma once
 
 #include <gsc/device.h>

@@ -31,10 +31,10 @@ int32_t shotAppearance(const Scene& scene, const Shot& shot);
 // The model's own background, and otherwise the default.
 FrameOptions modelOptions(const Scene& scene);
 
-// The same frame with nothing left out: what `frame` is compared with.
+// Leaves nothing out of `frame`: the picture that it is compared with.
 FrameOptions exactOptions(FrameOptions frame);
 
-// What the trainer draws the camera with: exactOptions(modelOptions()), appearanceFor().
+// Options that the trainer draws the camera with: exactOptions(modelOptions()), appearanceFor().
 FrameOptions exactOptionsFor(const Scene& scene, const Camera& camera);
 
 } // namespace gsc

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the callers of a service, its keeper and its workers' threads share. One mutex guards all of it; renderers are used
+// State that the callers of a service, its keeper and its workers' threads share. One mutex guards it; renderers are used
 // without it, each by the thread of its worker alone (worker_thread.h).
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which worker draws what: how workers share poses, by which plan, and what each draws of a pose by that plan. Every call is
+// Shares poses among workers: by which plan, and what each draws of a pose by that plan. Every call is
 // made with the service's mutex held.
 #pragma once
 
