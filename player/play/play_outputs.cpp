@@ -2,7 +2,6 @@
 #include "player/play/play_outputs.h"
 
 #include <gsc/error.h>
-#include <gsc/file/output_paths.h>
 #include "player/output/out_pattern.h"
 #include "runtime/image/image_io.h"
 
@@ -55,16 +54,18 @@ PlayOutputs::PlayOutputs(const PlayOptions& options, const std::vector<Shot>& sh
     if (!options.output.out.empty() && !m_streams)
         m_paths = imagePaths(shots, options.output.out, options.view.eyes);
     shard.plan(shots.size(), m_paths, log);
-    checkPaths(log);
+    const std::vector<NamedPath> files = checkPaths(log);
     if (!m_paths.empty())
         loadImageWriter(m_paths.front());
+    for (const NamedPath& file : files)
+        makeFolderOf(file.path);
     if (!options.output.stats.empty() && !options.shard.isGiven())
         m_stats.emplace(options.output.stats, OutputKind::Text, options.output.overwrite);
     if (m_streams || !options.output.video.empty())
         openStreams(shots, log);
 }
 
-void PlayOutputs::checkPaths(Reporter& log)
+std::vector<NamedPath> PlayOutputs::checkPaths(Reporter& log) const
 {
     const OutputChoice& to = m_options.output;
     std::vector<NamedPath> outputs, inputs = {{m_options.model.file, "the model"}};
@@ -89,8 +90,7 @@ void PlayOutputs::checkPaths(Reporter& log)
         checkVideoProgram();
         checkOutput(to.video, OutputKind::Binary, to.overwrite, OutputFolder::IsMade);
     }
-    for (const NamedPath& file : outputs)
-        makeFolderOf(file.path);
+    return outputs;
 }
 
 void PlayOutputs::openStreams(const std::vector<Shot>& shots, Reporter& log)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <gsc/file/output_file.h>
+#include <gsc/file/output_paths.h>
 #include "player/frames/shots.h"
 #include "player/options/play_options.h"
 #include "player/output/picture_stream.h"
@@ -30,7 +31,7 @@ public:
     void commit();
 
 private:
-    void checkPaths(Reporter& log);
+    [[nodiscard]] std::vector<NamedPath> checkPaths(Reporter& log) const; // all files that will be written
     void openStreams(const std::vector<Shot>& shots, Reporter& log);
 
     const PlayOptions& m_options;
