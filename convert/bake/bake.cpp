@@ -152,7 +152,7 @@ private:
         return numbers;
     }
 
-    // What draws, with the whole model loaded, and what a bake before has left, if it drew with the same.
+    // Opens what draws, with the whole model loaded; keeps that of the bake before, if it drew with the same.
     void openDevice(std::span<const double> curve)
     {
         std::vector<std::string> passed_over;

@@ -69,7 +69,7 @@ using BakeProgress = std::function<void(const char* stage, uint64_t done, uint64
 // only then. The same bytes on any number of threads, but not on any device: rounding of pictures differs.
 BakeReport bake(const BakeOptions& options, const BakeProgress& progress);
 
-// What a model costs at several qualities: bytes, memory and time against pictures.
+// Cost of a model at one of several qualities: bytes, memory and time against pictures.
 struct CurvePoint {
     std::optional<double> target; // dB; none: the model itself
     uint64_t anchors = 0;

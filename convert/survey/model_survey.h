@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a model tells about where one can stand in it: its ground, its cameras, its scale, what they saw.
+// Places where one can stand in a model, as it tells of them: ground, cameras, scale, what they saw.
 #pragma once
 
 #include "convert/survey/path_site.h"

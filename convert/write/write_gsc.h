@@ -16,7 +16,7 @@ namespace gsc {
 
 enum class SensitivityMode { None, Sampled }; // section SENS: left out, or the largest of six directions
 
-// Of a file that is made from others: what they say of the checkpoint they came from, and what was taken away.
+// Source of a file that is made from others: the checkpoint they came from, and what was taken away.
 struct KnownSource {
     uint64_t hash = 0; // FileHeader::source_hash
     // JSON object: what the manifest says of "source", and keys that it has besides: "reduction" or "reductions" where

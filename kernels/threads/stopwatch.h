@@ -10,6 +10,11 @@ inline double milliseconds(std::chrono::nanoseconds time)
     return std::chrono::duration<double, std::milli>(time).count();
 }
 
+inline double millisecondsSince(std::chrono::steady_clock::time_point start)
+{
+    return milliseconds(std::chrono::steady_clock::now() - start);
+}
+
 class Stopwatch {
 public:
     // Milliseconds since construction or the last lap.

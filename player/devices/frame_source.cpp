@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/devices/frame_source.h"
 
+#include "kernels/threads/stopwatch.h"
 #include <gsc/error.h>
 #include "player/devices/open_service.h"
 #include "player/devices/worker_options.h"
@@ -11,7 +12,7 @@ namespace gsc {
 
 double DrawnPose::latencyMs() const
 {
-    return std::chrono::duration<double, std::milli>(delivery.delivered - delivery.submitted).count();
+    return milliseconds(delivery.delivered - delivery.submitted);
 }
 
 FrameSource::FrameSource(std::shared_ptr<const Scene> scene, const ModelChoice& model, const DeviceChoice& choice,

@@ -3,6 +3,7 @@
 
 #include <gsc/error.h>
 #include "format/machine/threads.h"
+#include "kernels/threads/stopwatch.h"
 #include "player/devices/worker_options.h"
 #include "runtime/service/service_renderer.h"
 
@@ -36,7 +37,7 @@ std::unique_ptr<Renderer> openRenderer(const ModelChoice& model, const DeviceCho
         std::unique_ptr<Renderer> service = makeServiceRenderer(options);
         const auto start = std::chrono::steady_clock::now();
         service->load(std::move(scene));
-        load_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+        load_ms = millisecondsSince(start);
         return service;
     }
     std::vector<std::string> passed_over;

@@ -5,7 +5,7 @@
 #include "player/devices/worker_report.h"
 #include "player/frames/lod_target.h"
 #include "player/measure/bench_scores.h"
-#include "player/frames/stopwatch.h"
+#include "kernels/threads/stopwatch.h"
 #include "player/devices/open_renderer.h"
 #include "player/devices/worker_options.h"
 #include "runtime/records/row_file.h"

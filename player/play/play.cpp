@@ -6,7 +6,7 @@
 #include "player/devices/worker_report.h"
 #include "player/frames/lod_target.h"
 #include "runtime/frames/frame_loop.h"
-#include "player/frames/stopwatch.h"
+#include "kernels/threads/stopwatch.h"
 #include "player/devices/open_renderer.h"
 #include "player/play/play_outputs.h"
 #include "player/frames/shots.h"

@@ -3,6 +3,7 @@
 
 #include <gsc/error.h>
 #include <gsc/interrupt.h>
+#include "kernels/threads/stopwatch.h"
 #include "runtime/cameras/length.h"
 #include "runtime/cameras/world_up.h"
 #include "player/frames/lod_target.h"
@@ -92,11 +93,6 @@ Placement raised(const Placement& place, double higher)
 int64_t refreshes(int64_t time, int64_t period)
 {
     return period > 0 ? std::llround(double(time) / double(period)) : 0;
-}
-
-double milliseconds(std::chrono::steady_clock::duration time)
-{
-    return std::chrono::duration<double, std::milli>(time).count();
 }
 
 // From when the renderer took the first pair until the last was drawn.

@@ -2,6 +2,7 @@
 #include "runtime/frames/frame_loop.h"
 
 #include <gsc/interrupt.h>
+#include "kernels/threads/stopwatch.h"
 
 #include <algorithm>
 #include <chrono>
@@ -26,6 +27,7 @@ struct FrameLoop::Flying {
     LoopFrame frame;
     FrameRequest request;
     uint64_t ticket = 0;
+    bool submitted = false;
     Clock::time_point start;
 };
 
@@ -39,8 +41,9 @@ public:
         for (const std::unique_ptr<Flying>& flying : m_flying)
             try {
                 FrameResult ignored;
-                (void)m_renderer.wait(flying->ticket, ignored);
-            } catch (...) { // one that was never submitted, or what has failed already
+                if (flying->submitted)
+                    (void)m_renderer.wait(flying->ticket, ignored);
+            } catch (...) { // what has failed already
             }
     }
     Flights(const Flights&) = delete;
@@ -57,7 +60,7 @@ public:
         const LoopFrame& frame = flying.frame;
         timed.result = finish(m_renderer, flying.request, flying.ticket);
         const Clock::time_point now = Clock::now();
-        timed.wall_ms = std::chrono::duration<double, std::milli>(now - std::max(flying.start, m_last_end)).count();
+        timed.wall_ms = milliseconds(now - std::max(flying.start, m_last_end));
         timed.pixels = double(frame.shot->camera.width) * frame.shot->camera.height;
         timed.lod_bias = double(frame.options.lod_bias);
         m_last_end = now;
@@ -90,7 +93,7 @@ void FrameLoop::run(size_t count, size_t ahead, const ShotOf& shot_of, const Pre
             LoopFrame& frame = flying.frame;
             frame.shot = &m_shots[shot_of(begun)];
             frame.eye_count = m_eye_count;
-            frame.delivers = false;
+            frame.delivers = flying.submitted = false;
             shotEyes(*frame.shot, m_eye_count, frame.eyes);
             frame.options = m_options;
             frame.options.appearance = shotAppearance(m_scene, *frame.shot);
@@ -104,6 +107,7 @@ void FrameLoop::run(size_t count, size_t ahead, const ShotOf& shot_of, const Pre
                 flying.request.targets = {frame.targets, m_eye_count};
             flying.start = Clock::now();
             flying.ticket = m_renderer.submit(flying.request);
+            flying.submitted = true;
         }
         TimedFrame timed;
         Flying& flying = flights.end(timed);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `gsc bake` writes and says: of a bake, of a curve, of files that it cut or joined.
+// Reports of `gsc bake`: of a bake, of a curve, of files that it cut or joined.
 #pragma once
 
 #include "convert/bake/bake.h"

@@ -41,7 +41,7 @@ using WantedTensor = std::function<bool(const std::string& name)>;
 TorchArchive readTorchArchive(std::span<const std::byte> bytes, const std::string& name,
                               const WantedTensor& wanted = {});
 
-// What `gsc sample` writes: bytes as PyTorch 1.12 lays them out (stored members, data descriptors with
+// Bytes of a network for `gsc sample`, as PyTorch 1.12 lays them out (stored members, data descriptors with
 // zero sizes in the local headers, 64-byte aligned payloads, ZIP64 end records).
 // TorchScript Sequential(Linear, ReLU, Linear[, activation]) under the folder `stem`.
 std::vector<std::byte> writeTorchScriptMlp(const Mlp& mlp, const std::string& stem);
