@@ -52,6 +52,7 @@ FrameOptions exactOptions(FrameOptions frame)
     frame.lod_bias = frame.lod_fade = frame.lod_hysteresis = 0;
     frame.reuse = {};
     frame.foveation = {};
+    frame.detail = 0;
     return frame;
 }
 

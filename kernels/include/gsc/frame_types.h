@@ -132,6 +132,8 @@ struct Foveation {
     bool operator==(const Foveation&) const = default;
 };
 
+constexpr float kMostDetail = 64; // pixels
+
 constexpr uint32_t kLensSquare = 32; // pixels, each side
 constexpr uint32_t kLensRows = 128;  // of squares that a LensShape tells about; what lies below is shown
 
@@ -161,6 +163,10 @@ struct FrameOptions {
     ReuseOptions reuse;
     FrameView view = FrameView::Picture;
     Foveation foveation;
+    // Pixels that the smallest detail drawn by itself takes, 0 to kMostDetail; 0 = everything is drawn. Groups of anchors
+    // that are far are drawn from coarse copies, which are kept from frame to frame (kernels/coarse/README.md). Not with
+    // `reuse`, nor in the tier `exact` on a GPU.
+    float detail = 0;
     // Columns of every eye that are drawn. Targets are of the whole image, and their other columns are not touched. Only
     // what the columns can show is selected and decoded, and counts are of that. Pixels and depths are those of the whole
     // image to the last byte in `exact`; in `fast` too, but for what kernels/README.md says of bands. With reuse every
@@ -220,8 +226,17 @@ struct StageTimes {
     }
 };
 
+// Groups of anchors that a frame with FrameOptions::detail draws, each once.
+struct CoarseCounts {
+    uint64_t near = 0;  // decoded for this frame, as without it
+    uint64_t kept = 0;  // from a coarse copy that is within its bound
+    uint64_t stale = 0; // from one that is past its bound, and waits to be made anew
+    uint64_t made = 0;  // from one that this frame has made
+};
+
 struct FrameResult {
     EyeCounts eyes[kMaxEyes];
+    CoarseCounts coarse;
     StageTimes times;             // of every try
     uint64_t bytes_resident = 0;  // model, buffers, and the driver's context
     uint32_t repeats = 0;         // how often it was drawn again because a buffer was too small
