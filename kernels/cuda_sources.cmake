@@ -19,6 +19,8 @@ set(gsc_cuda_fast
   decode/fast/decode_compact.cu
   reuse/decode_keep.cu
   reuse/draw_kept.cu
+  coarse/coarse_make.cu
+  coarse/coarse_draw.cu
   blend/cuda/blend_fast.cu)
 # it has little arithmetic
 set(gsc_cuda_plain
@@ -27,6 +29,7 @@ set(gsc_cuda_plain
   bin/bin.cu
   sort/sort.cu
   reuse/schedule.cu
+  coarse/coarse_schedule.cu
   reuse/grant.cu
   reuse/paint_kept.cu
   present/paint.cu

@@ -96,4 +96,21 @@ GSC_HD LevelChoice<Real> chooseLevel(LevelRule rule, Real predicted, int32_t lev
     return {saturatingInt(r), Real(1)};
 }
 
+// Is an anchor of `level` shown from `center`? fraction: its opacity factor. shift: lodShift() of its level; extra: its
+// extra level.
+template <typename Real>
+GSC_HD bool levelShows(const ModelParams& params, int32_t level, const Vec3<Real>& p, Real shift, Real extra,
+                       const Real* center, Real lod_bias, Real lod_fade, Real& fraction)
+{
+    fraction = Real(1);
+    if (!(params.flags & kModelHasLevels) || params.level_rule == uint32_t(LevelRule::None))
+        return true;
+    const Real predicted = predictedLevel<Real>(params, p, shift, center, extra, lod_bias);
+    const LevelChoice<Real> choice =
+        chooseLevel(LevelRule(params.level_rule), predicted, params.level_clamp, lod_fade);
+    if (level == choice.level)
+        fraction = choice.fraction;
+    return level <= choice.level;
+}
+
 } // namespace gsc

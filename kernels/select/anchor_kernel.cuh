@@ -44,10 +44,10 @@ __global__ void __launch_bounds__(kAnchorThreads, kAnchorResident)
     __shared__ uint32_t warp_count[kAnchorThreads / 32];
     __shared__ uint32_t base;
     const uint32_t lane = threadIdx.x & 31u, warp = threadIdx.x >> 5;
-    const uint32_t count = args.counters->groups_visible;
+    const uint32_t count = *args.group_count;
     uint32_t seen[kMaxEyes] = {}, noted = 0;
     for (uint32_t i = blockIdx.x; i < count; i += gridDim.x) {
-        const uint32_t entry = args.visible_groups[i], index = entry & ((1u << kAnchorBits) - 1);
+        const uint32_t entry = args.listed_groups[i], index = entry & ((1u << kAnchorBits) - 1);
         const GroupRecord& group = args.model.groups[index];
         const uint32_t anchor = group.anchor_first + threadIdx.x;
         uint32_t eyes = 0;

@@ -122,16 +122,8 @@ __device__ inline bool anchorVisible(const SelectCudaArgs& args, const EyeParams
 {
     const ModelParams& params = args.model.params;
     const Vec3<float> p{placement.x, placement.y, placement.z};
-    fraction = 1.0f;
-    if ((params.flags & kModelHasLevels) && params.level_rule != uint32_t(LevelRule::None)) {
-        const float predicted = predictedLevel<float>(params, p, lod_shift, eye.center, placement.w, args.lod_bias);
-        const LevelChoice<float> choice =
-            chooseLevel(LevelRule(params.level_rule), predicted, params.level_clamp, args.lod_fade);
-        if (level > choice.level)
-            return false;
-        if (level == choice.level)
-            fraction = choice.fraction;
-    }
+    if (!levelShows<float>(params, level, p, lod_shift, placement.w, eye.center, args.lod_bias, args.lod_fade, fraction))
+        return false;
     const float* size = args.model.size + size_t(3) * anchor;
     const float scale[3] = {size[0], size[1], size[2]};
     const float* rotation = args.model.rotation;

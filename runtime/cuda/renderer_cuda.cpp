@@ -6,6 +6,7 @@
 #include "kernels/present/false_colour.h"
 #include "runtime/backend/frame_checks.h"
 #include "runtime/view/lod_lag.h"
+#include "runtime/coarse/coarse_cuda.h"
 #include "runtime/reuse/reuse_cuda.h"
 
 #include <algorithm>
@@ -52,6 +53,7 @@ public:
             flight.ticket = 0;
         giveFramesBack(); // a model that is larger than the last may need it
         m_reuse.release();
+        m_coarse.release();
         try {
             guarded([&] {
                 if (m_first_picture && canDecodeFast(model)) // others draw in `exact`, which needs all of it
@@ -75,6 +77,7 @@ public:
         for (Flight& flight : m_flights)
             flight.graphs.clear();
         m_reuse.drop();
+        m_coarse.release();
         forgetLoad(); // what follows is drawn as after load(), in buffers that have grown
     }
 
@@ -112,6 +115,12 @@ private:
         return m_flights[0].ticket == 0 ? m_flights[0] : m_flights[1];
     }
 
+    [[nodiscard]] const FrameReuse* keeperOf(const FrameShape& shape) const
+    {
+        return shape.coarse       ? static_cast<const FrameReuse*>(&m_coarse)
+               : shape.uses_reuse ? &m_reuse
+                                  : nullptr;
+    }
     // of a pass's entries only some would be decoded
     static bool reuses(const FrameShape& shape, uint32_t passes) { return shape.uses_reuse && passes == 1; }
     [[nodiscard]] uint64_t frameBytes(FrameShape shape, const FrameCapacity& capacity) const;
@@ -121,7 +130,8 @@ private:
         if (shape.exact)
             return decodeExactGaps(m_scene.exactWeights() != nullptr, limits.processors, limits.shared_bytes, slots);
         return decodeFastGaps(limits.processors, slots) +
-               (reuses(shape, passes) ? drawKeptGaps(limits.processors, slots) : 0);
+               (reuses(shape, passes) ? drawKeptGaps(limits.processors, slots) : 0) +
+               (shape.coarse ? coarseDrawGaps(limits.processors, slots) : 0);
     }
     [[nodiscard]] uint64_t freeForFrames() const;
     [[nodiscard]] FrameRoom roomFor(const FrameShape& shape) const;
@@ -142,6 +152,7 @@ private:
     // What the frame's graph is launched with.
     const FrameNow& beginNow(const FrameShape& shape, const FrameNow& plain, const FrameRequest& request,
                              uint32_t flight);
+    const FrameNow& beginCoarse(const FrameShape& shape, const FrameOptions& options);
     FrameGraph& graphFor(const FrameShape& shape, const FrameNow& now, uint32_t flight);
     void end(Flight& flight);
 
@@ -152,6 +163,7 @@ private:
     DeviceScene m_scene;
     bool m_first_picture;
     CudaReuse m_reuse{m_budget};
+    CudaCoarse m_coarse{m_budget};
     DeviceArena m_arena{m_budget};
     LodLag m_lag;
     FrameNow m_now{}; // of the frame submitted last
@@ -160,6 +172,7 @@ private:
         uint64_t ticket = 0;
         uint32_t eye_count = 0;
         ReusePolicy policy = ReusePolicy::None;
+        float detail = 0;
 
         bool operator==(const Begun&) const = default;
     };
@@ -169,7 +182,7 @@ private:
     FrameCapacity m_capacity;
     FrameHistory m_history;
     struct Plan { // what the capacity was last planned for
-        bool exact, uses_reuse;
+        bool exact, uses_reuse, coarse;
         uint32_t eye_count, lists, bins;
         uint64_t bytes;
 
@@ -225,7 +238,7 @@ FrameRoom CudaRenderer::roomFor(const FrameShape& shape) const
 // Once for every kind of frame and what memory is left for it.
 void CudaRenderer::planCapacity(const FrameShape& shape, const FrameRoom& room)
 {
-    const Plan plan{shape.exact, shape.uses_reuse, shape.eye_count, shape.lists(), shape.bins(), room.bytes};
+    const Plan plan{shape.exact, shape.uses_reuse, shape.coarse, shape.eye_count, shape.lists(), shape.bins(), room.bytes};
     if (m_planned == plan)
         return;
     m_planned = plan;
@@ -250,9 +263,9 @@ const FrameNow& CudaRenderer::beginNow(const FrameShape& shape, const FrameNow& 
                                        uint32_t flight)
 {
     const FrameOptions& options = request.options;
-    const Begun begun{request.repeats, shape.eye_count, options.reuse.policy};
+    const Begun begun{request.repeats, shape.eye_count, options.reuse.policy, options.detail};
     const bool again = request.repeats != 0 && request.repeats == m_last && begun == m_begun;
-    m_begun = {m_last + 1, shape.eye_count, options.reuse.policy};
+    m_begun = {m_last + 1, shape.eye_count, options.reuse.policy, options.detail};
     if (!again) {
         m_now = plain;
         m_lag.follow(m_scene.host(), options, request.eyes.data(), shape.eye_count, m_now.level_eyes);
@@ -264,6 +277,8 @@ const FrameNow& CudaRenderer::beginNow(const FrameShape& shape, const FrameNow& 
         if (!shape.uses_reuse)
             m_reuse.skipFrame();
     }
+    if (shape.coarse)
+        return again ? m_coarse.beginAgain() : beginCoarse(shape, options);
     if (!shape.uses_reuse)
         return m_now;
     if (again)
@@ -274,6 +289,16 @@ const FrameNow& CudaRenderer::beginNow(const FrameShape& shape, const FrameNow& 
         m_free = freeForFrames();
     }
     return m_reuse.begin(m_now, shape.eye_count, options, flight, m_stream);
+}
+
+const FrameNow& CudaRenderer::beginCoarse(const FrameShape& shape, const FrameOptions& options)
+{
+    if (m_coarse.needsMemory()) {
+        giveFramesBack();
+        m_coarse.prepare(m_scene);
+        m_free = freeForFrames();
+    }
+    return m_coarse.begin(m_now, shape.eye_count, options, m_device.limits().processors, m_stream);
 }
 
 FrameGraph& CudaRenderer::graphFor(const FrameShape& shape, const FrameNow& now, uint32_t flight)
@@ -292,7 +317,7 @@ FrameGraph& CudaRenderer::graphFor(const FrameShape& shape, const FrameNow& now,
     if (found != own.graphs.end()) {
         std::rotate(own.graphs.begin(), found, found + 1);
     } else {
-        own.graphs.push_front(std::make_unique<FrameGraph>(job, m_reuse, own.counters.data, m_stream));
+        own.graphs.push_front(std::make_unique<FrameGraph>(job, keeperOf(shape), own.counters.data, m_stream));
         if (own.graphs.size() > kGraphs)
             own.graphs.pop_back();
     }
@@ -397,7 +422,9 @@ void CudaRenderer::end(Flight& flight)
     FrameResult& result = flight.result;
     if (flight.shape.uses_reuse)
         m_reuse.addCounts(uint32_t(&flight - m_flights), flight.shape.eye_count, flight.overflowed, result);
-    result.cache_bytes = m_reuse.bytes();
+    if (flight.shape.coarse)
+        m_coarse.addCounts(uint32_t(&flight - m_flights), flight.shape.eye_count, result);
+    result.cache_bytes = m_reuse.bytes() + m_coarse.bytes();
     result.bytes_resident = m_budget.used;
     result.passes = flight.shape.passes;
     result.anchors_absent = flight.anchors_absent;

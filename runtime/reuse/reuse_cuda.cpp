@@ -154,7 +154,7 @@ void CudaReuse::listAnchors(FrameCapture& capture, const FrameJob& job) const
                 selectStripsCuda);
 }
 
-void CudaReuse::decode(FrameCapture& capture, const FrameJob& job) const
+void CudaReuse::decode(FrameCapture& capture, const FrameJob& job, uint32_t pass) const
 {
     const bool limited = job.shape.limits_decoding;
     const ScheduleCudaArgs schedule{
@@ -171,7 +171,7 @@ void CudaReuse::decode(FrameCapture& capture, const FrameJob& job) const
     if (!m_ample)
         capture.add(schedule, evictCuda);
     capture.add(schedule, grantCuda);
-    const KeepCudaArgs keep{decodeArgs(job, 0), m_tables, job.shape.merged};
+    const KeepCudaArgs keep{decodeArgs(job, pass), m_tables, job.shape.merged};
     capture.add(keep, decodeKeepCuda);
     capture.add(keep, drawKeptCuda);
     if (job.shape.view == FrameView::Age)

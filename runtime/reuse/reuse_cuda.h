@@ -48,7 +48,7 @@ public:
 
     void prepareFrame(FrameCapture& capture, const FrameJob& job) const override;
     void listAnchors(FrameCapture& capture, const FrameJob& job) const override;
-    void decode(FrameCapture& capture, const FrameJob& job) const override;
+    void decode(FrameCapture& capture, const FrameJob& job, uint32_t pass) const override;
     void report(FrameCapture& capture, const FrameJob& job) const override;
 
     // Of a frame drawn with it and ended, in the order in which they began.

@@ -224,6 +224,14 @@ inline uint32_t atomicOr(uint32_t* at, uint32_t v)
     *at = old | v;
     return old;
 }
+inline uint32_t atomicCAS(uint32_t* at, uint32_t expected, uint32_t v)
+{
+    const uint32_t was = *at;
+    if (was == expected)
+        *at = v;
+    return was;
+}
+
 inline uint32_t atomicMin(uint32_t* at, uint32_t v)
 {
     const uint32_t old = *at;

@@ -83,43 +83,54 @@ struct Emitted {
     uint32_t alive, written, pairs;
 };
 
-// Activates and projects a lane's Gaussian for one eye, and writes what the eye sees of it; an opacity below
-// kOpacityFloor stands for no Gaussian. All lanes of the warp call it together. of(i): what the networks gave, before
-// activations: scale (0 to 2), rotation (3 to 6), colour (7 to 9).
+// What the networks gave for a Gaussian, activated. quaternion: of length sqrt(2), as projectFast() takes it.
+struct ActiveGaussian {
+    float sigma[3], color[3], quaternion[4];
+};
+
+// of(i): what the networks gave, before activations: scale (0 to 2), rotation (3 to 6), colour (7 to 9).
+template <typename Outputs>
+__device__ __forceinline__ ActiveGaussian activeGaussian(const PlainGaussian& plain, const Outputs& of)
+{
+    ActiveGaussian active{{plain.extent[0] * sigmoidFast(of(0)), plain.extent[1] * sigmoidFast(of(1)),
+                           plain.extent[2] * sigmoidFast(of(2))},
+                          {sigmoidFast(of(7)), sigmoidFast(of(8)), sigmoidFast(of(9))},
+                          {}};
+    float norm = 0.0f;
+#pragma unroll
+    for (uint32_t c = 0; c < 4; ++c) {
+        active.quaternion[c] = of(3 + c);
+        norm = fmaf(active.quaternion[c], active.quaternion[c], norm);
+    }
+    const float inverse = rsqrtf(0.5f * fmaxf(norm, 1e-24f));
+#pragma unroll
+    for (float& c : active.quaternion)
+        c *= inverse;
+    return active;
+}
+
+// Projects a lane's Gaussian for one eye, and writes what the eye sees of it; an opacity below kOpacityFloor stands for no
+// Gaussian. All lanes of the warp call it together. project(out, finite): as projectFast().
 // kShared: the eyes share their bins. slot and box are what the first eye wrote it to, or kNoSlot and kNoBins; then what
 // this eye did. The last of them (`last`) gives each slot its place and counts it. A Gaussian takes a slot for each eye
 // where a box round both would be larger than both together, and where blending could not tell that it ends within an
 // eye's own box (isNeedle()). Two such slots may meet in a bin; no eye sees both.
-template <bool kShared, bool kThins, typename Outputs>
-__device__ __forceinline__ Emitted emitGaussian(const DecodeCudaArgs& args, uint32_t e, float opacity,
-                                                const PlainGaussian& plain, const Outputs& of, bool last,
-                                                uint32_t& slot, uint32_t& box, uint32_t lane, SlotWriter& writer)
+template <bool kShared, typename Project>
+__device__ __forceinline__ Emitted emitProjected(const DecodeCudaArgs& args, uint32_t e, float opacity,
+                                                 const float* position, const Project& project, bool last,
+                                                 uint32_t& slot, uint32_t& box, uint32_t lane, SlotWriter& writer)
 {
     Candidate out;
     Emitted emitted{};
     bool drawn = false;
     if (opacity >= kOpacityFloor) {
-        const float sigma[3] = {plain.extent[0] * sigmoidFast(of(0)), plain.extent[1] * sigmoidFast(of(1)),
-                                plain.extent[2] * sigmoidFast(of(2))};
-        const float rgb[3] = {sigmoidFast(of(7)), sigmoidFast(of(8)), sigmoidFast(of(9))};
-        float q[4], norm = 0.0f;
-#pragma unroll
-        for (uint32_t c = 0; c < 4; ++c) {
-            q[c] = of(3 + c);
-            norm = fmaf(q[c], q[c], norm);
-        }
-        const float inverse = rsqrtf(0.5f * fmaxf(norm, 1e-24f)); // projectFast()
-#pragma unroll
-        for (uint32_t c = 0; c < 4; ++c)
-            q[c] *= inverse;
-        const Vec3<float> at{plain.position[0], plain.position[1], plain.position[2]};
+        const Vec3<float> at{position[0], position[1], position[2]};
         const bool here = args.pass.count == 1 ||
                           passOf(args.pass, args.grid, viewPoint<float>(args.eyes[e], at).z) == args.pass.index;
         if (here) {
             emitted.alive = 1;
             bool finite; // its geometry
-            drawn = projectFast<kThins>(args, e, plain.position, sigma, q, opacity, rgb, plain.order, out, finite);
-            finite = finite & (plain.order != kNoOrder) & isfinite(rgb[0] + rgb[1] + rgb[2]);
+            drawn = project(out, finite);
             drawn = drawn & finite;
             if (!finite) // rare
                 atomicAdd(&args.counters->dropped[e], 1u);
@@ -173,6 +184,22 @@ __device__ __forceinline__ Emitted emitGaussian(const DecodeCudaArgs& args, uint
             }
     }
     return emitted;
+}
+
+// The same of what the networks gave: activeGaussian().
+template <bool kShared, bool kThins, typename Outputs>
+__device__ __forceinline__ Emitted emitGaussian(const DecodeCudaArgs& args, uint32_t e, float opacity,
+                                                const PlainGaussian& plain, const Outputs& of, bool last,
+                                                uint32_t& slot, uint32_t& box, uint32_t lane, SlotWriter& writer)
+{
+    const auto project = [&](Candidate& out, bool& finite) {
+        const ActiveGaussian active = activeGaussian(plain, of);
+        const bool drawn = projectFast<kThins>(args, e, plain.position, active.sigma, active.quaternion, opacity,
+                                               active.color, plain.order, out, finite);
+        finite = finite & (plain.order != kNoOrder) & isfinite(active.color[0] + active.color[1] + active.color[2]);
+        return drawn;
+    };
+    return emitProjected<kShared>(args, e, opacity, plain.position, project, last, slot, box, lane, writer);
 }
 
 __device__ __forceinline__ void addTo(EyeTally& tally, const Emitted& emitted)

@@ -15,15 +15,30 @@ struct Candidate {
     uint32_t touch; // touchCode()
 };
 
-// Projects one Gaussian. False if it cannot change a pixel of the columns that are drawn. quaternion: of length sqrt(2),
-// which spares the factors 2 of its matrix. finite: it can be projected, or lies outside of the depths that are drawn.
-// kThins: DecodeFrame::thins.
+// Of a quaternion of length sqrt(2), row-major.
+__device__ __forceinline__ void rotationOf(const float* quaternion, float (&r)[9])
+{
+    const float qw = quaternion[0], qx = quaternion[1], qy = quaternion[2], qz = quaternion[3];
+    r[0] = 1 - (qy * qy + qz * qz);
+    r[1] = qx * qy - qw * qz;
+    r[2] = qx * qz + qw * qy;
+    r[3] = qx * qy + qw * qz;
+    r[4] = 1 - (qx * qx + qz * qz);
+    r[5] = qy * qz - qw * qx;
+    r[6] = qx * qz - qw * qy;
+    r[7] = qy * qz + qw * qx;
+    r[8] = 1 - (qx * qx + qy * qy);
+}
+
+// Projects one Gaussian. False if it cannot change a pixel of the columns that are drawn. root(u, v, uu, uv, vv): adds up
+// what the columns of a root of its covariance, world units, make of two vectors: sums of squares and of products. finite:
+// it can be projected, or lies outside of the depths that are drawn. kThins: DecodeFrame::thins.
 // note: no early return, and & in place of &&: nearly every Gaussian goes all the way, and a branch costs more than it
 // saves
-template <bool kThins>
-__device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t e, const float* position,
-                                            const float* sigma, const float* quaternion, float opacity,
-                                            const float* color, uint32_t order, Candidate& out, bool& finite)
+template <bool kThins, typename Root>
+__device__ __forceinline__ bool projectRoot(const DecodeCudaArgs& args, uint32_t e, const float* position,
+                                            const Root& root, float opacity, const float* color, uint32_t order,
+                                            Candidate& out, bool& finite)
 {
     const EyeParams& eye = args.eyes[e];
     const Vec3<float> p{position[0], position[1], position[2]};
@@ -42,19 +57,8 @@ __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t
         ju[i] = w[i] - tx * w[8 + i];
         jv[i] = w[4 + i] - ty * w[8 + i];
     }
-    const float qw = quaternion[0], qx = quaternion[1], qy = quaternion[2], qz = quaternion[3];
-    const float r[9] = {1 - (qy * qy + qz * qz), qx * qy - qw * qz,       qx * qz + qw * qy,
-                        qx * qy + qw * qz,       1 - (qx * qx + qz * qz), qy * qz - qw * qx,
-                        qx * qz - qw * qy,       qy * qz + qw * qx,       1 - (qx * qx + qy * qy)};
     float uu = 0.0f, uv = 0.0f, vv = 0.0f;
-#pragma unroll
-    for (int j = 0; j < 3; ++j) {
-        const float pu = sigma[j] * (ju[0] * r[j] + ju[1] * r[3 + j] + ju[2] * r[6 + j]);
-        const float pv = sigma[j] * (jv[0] * r[j] + jv[1] * r[3 + j] + jv[2] * r[6 + j]);
-        uu = fmaf(pu, pu, uu);
-        uv = fmaf(pu, pv, uv);
-        vv = fmaf(pv, pv, vv);
-    }
+    root(ju, jv, uu, uv, vv);
     float a = fmaf(fx * fx, uu, 0.3f), b = fx * fy * uv, c = fmaf(fy * fy, vv, 0.3f);
     float det = a * c - b * b;
     bool drawn = !outside & (det > 0.0f);
@@ -118,6 +122,27 @@ __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t
                     order};
     out.place = {__float_as_uint(t.z), __byte_perm(from, to, 0x5410)};
     return drawn;
+}
+
+// The same of a scale and a rotation. quaternion: of length sqrt(2), which spares the factors 2 of its matrix.
+template <bool kThins>
+__device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t e, const float* position,
+                                            const float* sigma, const float* quaternion, float opacity,
+                                            const float* color, uint32_t order, Candidate& out, bool& finite)
+{
+    const auto root = [&](const float* ju, const float* jv, float& uu, float& uv, float& vv) {
+        float r[9];
+        rotationOf(quaternion, r);
+#pragma unroll
+        for (int j = 0; j < 3; ++j) {
+            const float pu = sigma[j] * (ju[0] * r[j] + ju[1] * r[3 + j] + ju[2] * r[6 + j]);
+            const float pv = sigma[j] * (jv[0] * r[j] + jv[1] * r[3 + j] + jv[2] * r[6 + j]);
+            uu = fmaf(pu, pu, uu);
+            uv = fmaf(pu, pv, uv);
+            vv = fmaf(pv, pv, vv);
+        }
+    };
+    return projectRoot<kThins>(args, e, position, root, opacity, color, order, out, finite);
 }
 
 } // namespace gsc

@@ -18,7 +18,7 @@ cudaGraphNode_t FrameCapture::last() const
     return nodes[count - 1];
 }
 
-FrameGraph::FrameGraph(const FrameJob& job, const FrameReuse& reuse, FrameCounters* counters, const CudaStream& stream)
+FrameGraph::FrameGraph(const FrameJob& job, const FrameReuse* reuse, FrameCounters* counters, const CudaStream& stream)
     : m_shape(job.shape), m_capacity(job.capacity)
 {
     FrameCapture recorded(stream, job.limits.processors);
@@ -47,19 +47,18 @@ FrameGraph::~FrameGraph()
     cudaGraphDestroy(m_graph);
 }
 
-void FrameGraph::capture(FrameCapture& capture, const FrameJob& job, const FrameReuse& reuse, FrameCounters* counters)
+void FrameGraph::capture(FrameCapture& capture, const FrameJob& job, const FrameReuse* reuse, FrameCounters* counters)
 {
-    const bool reuses = job.shape.uses_reuse;
     const auto next = [&](Stage ended, Stage begun) {
         nextStageCuda(job.buffers.counters, ended, begun, capture.stream().handle);
     };
     startClockCuda(job.buffers.counters, capture.stream().handle);
     capture.clear(job.buffers.histogram, kClearedBytes);
-    if (reuses)
-        reuse.prepareFrame(capture, job);
+    if (reuse != nullptr)
+        reuse->prepareFrame(capture, job);
     capture.add(selectArgs(job), selectGroupsCuda);
-    if (reuses)
-        reuse.listAnchors(capture, job);
+    if (reuse != nullptr)
+        reuse->listAnchors(capture, job);
     else
         capture.add(selectArgs(job), selectAnchorsCuda);
     cutDepths(capture, job);
@@ -69,8 +68,8 @@ void FrameGraph::capture(FrameCapture& capture, const FrameJob& job, const Frame
             capture.clear(&job.buffers.counters->pass, sizeof(PassCounters));
         capture.clear(job.buffers.cells, job.shape.cells() * sizeof(uint32_t));
         listPass(capture, job, p);
-        if (reuses)
-            reuse.decode(capture, job);
+        if (reuse != nullptr)
+            reuse->decode(capture, job, p);
         else
             decodeFrame(capture, job, p);
         paintFrame(capture, job);
@@ -83,8 +82,8 @@ void FrameGraph::capture(FrameCapture& capture, const FrameJob& job, const Frame
     }
     next(Stage::Blend, Stage::None);
     capture.copyToHost(counters, job.buffers.counters, sizeof(FrameCounters));
-    if (reuses)
-        reuse.report(capture, job);
+    if (reuse != nullptr)
+        reuse->report(capture, job);
 }
 
 void FrameGraph::launch(const FrameNow& now, const CudaEvent& start, const CudaStream& stream)

@@ -11,9 +11,10 @@ namespace gsc {
 
 class FrameGraph {
 public:
-    // Captures the stages of `job` and the copy of the counters to `counters`. reuse: where the shape uses it. Throws
+    // Captures the stages of `job` and the copy of the counters to `counters`. reuse: what takes the place of stages, or
+    // null. Throws
     // Error (Device, OutOfMemory).
-    FrameGraph(const FrameJob& job, const FrameReuse& reuse, FrameCounters* counters, const CudaStream& stream);
+    FrameGraph(const FrameJob& job, const FrameReuse* reuse, FrameCounters* counters, const CudaStream& stream);
     ~FrameGraph();
     FrameGraph(const FrameGraph&) = delete;
     FrameGraph& operator=(const FrameGraph&) = delete;
@@ -21,11 +22,11 @@ public:
     // Can it draw this job? Buffers are not compared: whoever moves them drops the graph.
     [[nodiscard]] bool fits(const FrameJob& job) const { return m_shape == job.shape && m_capacity == job.capacity; }
 
-    // Asynchronous, behind `start`. now: a ReuseNow where the shape uses reuse.
+    // Asynchronous, behind `start`. now: what FrameReuse takes, where there is one.
     void launch(const FrameNow& now, const CudaEvent& start, const CudaStream& stream);
 
 private:
-    void capture(FrameCapture& capture, const FrameJob& job, const FrameReuse& reuse, FrameCounters* counters);
+    void capture(FrameCapture& capture, const FrameJob& job, const FrameReuse* reuse, FrameCounters* counters);
 
     FrameShape m_shape;
     FrameCapacity m_capacity;

@@ -89,6 +89,11 @@ FrameShape frameShape(const ModelParams& params, Tier tier, uint32_t eye_count, 
     if (options.reuse.policy != ReusePolicy::None && tier == Tier::Exact)
         throw Error(ErrorCode::Unsupported, "cuda: reuse in the tier exact, expected reuse policy none there; use the "
                                             "tier fast, if the model has it, or the backend cpu");
+    if (options.detail > 0 && tier == Tier::Exact)
+        throw Error(ErrorCode::Unsupported,
+                    formatString("cuda: detail of %g pixels in the tier exact, expected 0 there; use the tier fast, if the "
+                                 "model has it, or the backend cpu",
+                                 double(options.detail)));
     FrameShape shape{};
     uint32_t width = 0, height = 0;
     for (uint32_t e = 0; e < eye_count; ++e) {
@@ -115,6 +120,7 @@ FrameShape frameShape(const ModelParams& params, Tier tier, uint32_t eye_count, 
     shape.merged = decodesMerged(options, eye_count);
     shape.thins = !shape.exact && options.foveation.smallest > 0;
     shape.uses_reuse = options.reuse.policy != ReusePolicy::None;
+    shape.coarse = options.detail > 0;
     std::copy_n(options.background, 3, shape.background);
     shape.appearance = options.appearance;
     shape.empty_is_black = options.empty_is_black;
@@ -204,6 +210,8 @@ SelectCudaArgs selectArgs(const FrameJob& job)
     args.eye_count = job.shape.eye_count;
     args.rules = job.shape.rules;
     args.visible_groups = job.buffers.visible_groups;
+    args.listed_groups = args.visible_groups;
+    args.group_count = &job.buffers.counters->groups_visible;
     args.visible = job.buffers.visible;
     args.fraction = job.buffers.fraction;
     args.capacity = job.capacity.visible;

@@ -26,6 +26,7 @@ struct FrameShape {
     bool merged;          // one decode for both eyes
     bool shared_bins;     // one list of splats per bin for both eyes
     bool uses_reuse;      // one pass, `fast`
+    bool coarse;          // FrameOptions::detail, `fast`
     bool thins;           // foveation
     bool limits_decoding; // with reuse: there is a decode budget
     bool depths;          // of pixels, for a target that wants them
@@ -103,7 +104,7 @@ public:
     virtual ~FrameReuse() = default;
     virtual void prepareFrame(FrameCapture& capture, const FrameJob& job) const = 0;
     virtual void listAnchors(FrameCapture& capture, const FrameJob& job) const = 0; // of the visible groups
-    virtual void decode(FrameCapture& capture, const FrameJob& job) const = 0;
+    virtual void decode(FrameCapture& capture, const FrameJob& job, uint32_t pass) const = 0;
     virtual void report(FrameCapture& capture, const FrameJob& job) const = 0;
 };
 

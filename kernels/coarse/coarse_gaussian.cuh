@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// Gaussians of coarse copies: how they are packed (CoarsePage).
+#pragma once
+
+#include "kernels/coarse/coarse_cuda.h"
+#include "kernels/cuda/halves.cuh"
+
+namespace gsc {
+
+// Of a group: from what its places are counted, and in which units its factors are.
+struct CoarseFrame {
+    float origin[3];
+    float step; // of a place
+    float cell;
+};
+
+constexpr float kPlaceSteps = float((1u << 21) - 1);
+
+__device__ __forceinline__ CoarseFrame coarseFrame(const GroupRecord& group, float exponent)
+{
+    CoarseFrame frame;
+    float extent = 0.0f;
+#pragma unroll
+    for (int i = 0; i < 3; ++i) {
+        frame.origin[i] = group.gaussian_min[i];
+        extent = fmaxf(extent, group.gaussian_max[i] - group.gaussian_min[i]);
+    }
+    frame.step = extent * (1.0f / kPlaceSteps);
+    frame.cell = exp2f(exponent);
+    return frame;
+}
+
+struct CoarseGaussian {
+    float position[3], factor[6], color[3], opacity; // factor: L00 L10 L20 L11 L21 L22, world units
+    uint32_t order;
+};
+
+// The factor of a covariance c: xx xy xz yy yz zz. least: what a pivot is at least.
+__device__ __forceinline__ void factorize(const float* c, float least, float* factor)
+{
+    const float l00 = sqrtf(fmaxf(c[0], least * least)), inverse0 = __fdividef(1.0f, l00);
+    const float l10 = c[1] * inverse0, l20 = c[2] * inverse0;
+    const float l11 = sqrtf(fmaxf(c[3] - l10 * l10, least * least));
+    const float l21 = __fdividef(c[4] - l20 * l10, l11);
+    const float l22 = sqrtf(fmaxf(c[5] - l20 * l20 - l21 * l21, least * least));
+    factor[0] = l00;
+    factor[1] = l10;
+    factor[2] = l20;
+    factor[3] = l11;
+    factor[4] = l21;
+    factor[5] = l22;
+}
+
+__device__ __forceinline__ void storeCoarse(CoarsePage& page, uint32_t at, const CoarseFrame& frame,
+                                            const CoarseGaussian& gaussian)
+{
+    uint32_t place[3];
+    const float per_step = frame.step > 0.0f ? __fdividef(1.0f, frame.step) : 0.0f;
+#pragma unroll
+    for (int i = 0; i < 3; ++i)
+        place[i] = uint32_t(
+            __float2int_rn(fminf(fmaxf((gaussian.position[i] - frame.origin[i]) * per_step, 0.0f), kPlaceSteps)));
+    const float unit = __fdividef(1.0f, frame.cell);
+    const auto halves = [&](uint32_t low, uint32_t high) {
+        return packHalves(fminf(fmaxf(gaussian.factor[low] * unit, -6e4f), 6e4f),
+                          fminf(fmaxf(gaussian.factor[high] * unit, -6e4f), 6e4f));
+    };
+    page.first[at] = {{place[0] | place[1] << 21, place[1] >> 11 | place[2] << 10, halves(0, 1), halves(2, 3)}};
+    page.second[at] = {{halves(4, 5), packSteps(gaussian.color[0], gaussian.color[1]),
+                        packSteps(gaussian.color[2], gaussian.opacity), gaussian.order}};
+}
+
+__device__ __forceinline__ CoarseGaussian loadCoarse(const CoarsePage& page, uint32_t at, const CoarseFrame& frame)
+{
+    const uint4 a = reinterpret_cast<const uint4*>(page.first)[at], b = reinterpret_cast<const uint4*>(page.second)[at];
+    constexpr uint32_t kMask = (1u << 21) - 1;
+    const uint32_t place[3] = {a.x & kMask, (a.x >> 21 | a.y << 11) & kMask, a.y >> 10 & kMask};
+    CoarseGaussian gaussian;
+#pragma unroll
+    for (int i = 0; i < 3; ++i)
+        gaussian.position[i] = fmaf(float(place[i]), frame.step, frame.origin[i]);
+    const float2 f01 = halvesOf(a.z), f23 = halvesOf(a.w), f45 = halvesOf(b.x), rg = stepsOf(b.y), bo = stepsOf(b.z);
+    const float factor[6] = {f01.x, f01.y, f23.x, f23.y, f45.x, f45.y};
+#pragma unroll
+    for (int i = 0; i < 6; ++i)
+        gaussian.factor[i] = factor[i] * frame.cell;
+    gaussian.color[0] = rg.x;
+    gaussian.color[1] = rg.y;
+    gaussian.color[2] = bo.x;
+    gaussian.opacity = bo.y;
+    gaussian.order = b.w;
+    return gaussian;
+}
+
+} // namespace gsc

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pages and depths of coarse copies, as kernels that list them share them.
+#pragma once
+
+#include "kernels/coarse/coarse_cuda.h"
+#include "kernels/cuda/depth_cells.cuh"
+#include "kernels/cuda/warp_list.cuh"
+
+namespace gsc {
+
+// A copy's pages become free after this frame: those that this one takes were free before it.
+__device__ __forceinline__ void givePages(const CoarseTables& tables, uint32_t group, uint32_t pages)
+{
+    const unsigned long long at = atomicAdd(&tables.free->given, static_cast<unsigned long long>(pages));
+    for (uint32_t p = 0; p < pages; ++p)
+        tables.ring[(at + p) % tables.page_count] = tables.page_of[size_t(group) * kMostPages + p];
+}
+
+// Counts a copy where select counts anchors: one for each eye and what an anchor gives.
+__device__ __forceinline__ void addCoarseDepth(const FrameNow& now, uint32_t* histogram, const DeviceModel& model,
+                                               uint32_t group, uint32_t eyes, uint32_t gaussians)
+{
+    const GroupRecord& record = model.groups[group];
+    const Vec3<float> middle{0.5f * (record.anchor_min[0] + record.anchor_max[0]),
+                             0.5f * (record.anchor_min[1] + record.anchor_max[1]),
+                             0.5f * (record.anchor_min[2] + record.anchor_max[2])};
+    const uint32_t anchors = (gaussians + model.params.n_offsets / 2) / max(model.params.n_offsets, 1u);
+    for (uint32_t e = 0; e < kMaxEyes; ++e)
+        if ((eyes >> e & 1u) != 0 && anchors != 0)
+            atomicAdd(histogram + depthBucket(__float_as_uint(fmaxf(viewPoint<float>(now.eyes[e], middle).z, 0.0f))),
+                      anchors);
+}
+
+} // namespace gsc

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+// What FrameOptions::detail decides about a group of anchors, once for the CPU and the GPU (README.md): how large its cells
+// are, whether it is far, and when its coarse copy is due to be made anew.
+#pragma once
+
+#include "kernels/math/eye.h"
+#include "kernels/math/real.h"
+
+#include <cmath>
+
+namespace gsc {
+
+constexpr float kFarShare = 0.6f;        // of a group's Gaussians that are small: from there on it is far
+constexpr float kMostDirection = 0.05f;  // change of the unit view direction that a copy is good for
+constexpr float kMostCloser = 0.3f;      // octaves of distance that the camera may come closer
+constexpr float kMostFurther = 0.75f;    // and leave
+constexpr float kMostLevels = 0.1f;      // of FrameOptions::lod_bias
+constexpr float kStaleMost = 2.0f;       // of these bounds: a copy that is further off is not drawn
+constexpr float kNearAgain = 1.2f;       // a group that was near is looked at again when its cells are as much larger
+constexpr float kLargestOpacity = 0.99f; // that blending takes
+
+// From where a frame makes copies, and what its cells follow.
+struct CoarseView {
+    float center[3];     // between the eyes, world units
+    float pixel_at_one;  // what a pixel of the finer eye spans at distance 1, in the middle of its image
+    float cell_at_one;   // edge of a cell at distance 1: detail times that
+    float half_distance; // between the eyes, world units
+    float lod_bias;      // FrameOptions
+};
+
+// What a group was last made for, or looked at for.
+struct CoarseKey {
+    float center[3]; // CoarseView
+    float cell;      // wanted edge, before it became a power of two
+    float lod_bias;  // CoarseView
+};
+
+GSC_HD CoarseKey keyOf(const CoarseView& view, float cell)
+{
+    return {{view.center[0], view.center[1], view.center[2]}, cell, view.lod_bias};
+}
+
+// View that copies are made from. Precondition: eye_count is 1 or 2, detail is above 0.
+inline CoarseView coarseView(const EyeParams* eyes, uint32_t eye_count, float detail, float lod_bias)
+{
+    CoarseView view{};
+    float square = 0, focal = 0;
+    for (int i = 0; i < 3; ++i) {
+        const float a = eyes[0].center[i], b = eyes[eye_count - 1].center[i];
+        view.center[i] = 0.5f * (a + b);
+        square += (a - b) * (a - b);
+    }
+    for (uint32_t e = 0; e < eye_count; ++e)
+        focal = std::fmax(focal, std::fmax(eyes[e].focal_x, eyes[e].focal_y));
+    view.pixel_at_one = 1.0f / focal;
+    view.cell_at_one = detail / focal;
+    view.half_distance = 0.5f * std::sqrt(square);
+    view.lod_bias = lod_bias;
+    return view;
+}
+
+// Distance from `center` to the box, 0 within.
+GSC_HD float boxDistance(const float* box_min, const float* box_max, const float* center)
+{
+    float square = 0;
+    for (int i = 0; i < 3; ++i) {
+        const float outside = maxNumber(maxNumber(box_min[i] - center[i], center[i] - box_max[i]), 0.0f);
+        square += outside * outside;
+    }
+    return std::sqrt(square);
+}
+
+// Edge of cells that a group wants, world units: its pixels are finest at its nearest Gaussian.
+GSC_HD float wantedCell(const CoarseView& view, const float* box_min, const float* box_max)
+{
+    return view.cell_at_one * boxDistance(box_min, box_max, view.center);
+}
+
+// The power of two at or below, as its exponent. Precondition: cell is above 0 and finite.
+GSC_HD int cellExponent(float cell)
+{
+    return int(__builtin_bit_cast(uint32_t, cell) >> 23 & 255u) - 127;
+}
+
+// How far a copy is off, 1 = due to be made anew: the largest of its changes by their bounds. cell: wantedCell() now.
+GSC_HD float coarseChange(const CoarseView& view, const CoarseKey& key, float cell, const float* box_min,
+                          const float* box_max)
+{
+    float now[3], then[3], a = 0, b = 0, turned = 0;
+    for (int i = 0; i < 3; ++i) {
+        const float middle = 0.5f * (box_min[i] + box_max[i]);
+        now[i] = middle - view.center[i];
+        then[i] = middle - key.center[i];
+        a += now[i] * now[i];
+        b += then[i] * then[i];
+    }
+    const float inverse_a = 1.0f / std::sqrt(a), inverse_b = 1.0f / std::sqrt(b);
+    for (int i = 0; i < 3; ++i) {
+        const float change = now[i] * inverse_a - then[i] * inverse_b;
+        turned += change * change;
+    }
+    // the eyes see it from either side
+    const float direction = (std::sqrt(turned) + view.half_distance * inverse_a) * (1.0f / kMostDirection);
+    const float octaves = std::log2(cell) - std::log2(key.cell);
+    const float size = octaves < 0 ? octaves * (-1.0f / kMostCloser) : octaves * (1.0f / kMostFurther);
+    const float levels = std::fabs(view.lod_bias - key.lod_bias) * (1.0f / kMostLevels);
+    const float change = maxNumber(maxNumber(direction, size), levels);
+    return change < 1e6f ? change : 1e6f; // NaN, too: from within a box, or on its middle
+}
+
+// Of a Gaussian as a point sees it, pixels squared: what it covers on the screen, with the rasteriser's own filter. It lies
+// `direction` (unit) away, where a world unit spans `scale` pixels. trace, along: of its covariance C, world units, the
+// trace and direction C direction; adjugate: direction adj(C) direction.
+GSC_HD float screenArea(float trace, float along, float adjugate, float scale)
+{
+    const float s = scale * scale, filter = 0.3f;
+    const float det = s * s * adjugate + filter * s * (trace - along) + filter * filter;
+    return std::sqrt(maxNumber(det, filter * filter));
+}
+
+// Light of a Gaussian on the screen, what joining adds up: its optical depth times the area it covers. Blending draws
+// nothing below an opacity of 1/255: of a depth that is little more, little is drawn.
+constexpr float kUndrawnDepth = 1.0f / 255.0f;
+
+GSC_HD float opticalDepth(float opacity)
+{
+    return -std::log(1.0f - minNumber(opacity, kLargestOpacity));
+}
+
+// Factor of a covariance after which what covers `area` (screenArea()) covers `wanted`, at least `area`.
+GSC_HD float growth(float trace, float along, float adjugate, float scale, float wanted)
+{
+    const float s = scale * scale, filter = 0.3f;
+    const float linear = filter * s * (trace - along), more = wanted * wanted - filter * filter;
+    return 2.0f * more / (linear + std::sqrt(linear * linear + 4.0f * s * s * adjugate * more));
+}
+
+} // namespace gsc

@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernels/coarse/coarse_cuda.h"
+#include "kernels/coarse/coarse_list.cuh"
+#include "kernels/cuda/launch.cuh"
+
+#include <algorithm>
+
+namespace gsc {
+
+namespace {
+
+constexpr uint32_t kThreads = 256;
+// Buckets of urgency: what cannot be drawn from a copy, in an order of the frame's own; copies that are off, worst first;
+// groups that were near and may be far by now.
+constexpr uint32_t kUnseen = 1024, kStale = 2048;
+static_assert(kUnseen + kStale + 1024 == kCoarseUrgencies);
+constexpr uint32_t kNothing = kCoarseUrgencies; // is wanted
+
+__device__ __forceinline__ uint32_t mixed(uint32_t group, uint32_t frame)
+{
+    uint32_t value = group * 2654435769u + frame * 2246822519u;
+    value = (value ^ value >> 15) * 739982445u;
+    return value >> 22; // 10 bits
+}
+
+__global__ void resetKernel(const CoarseTables tables)
+{
+    const uint32_t first = blockIdx.x * blockDim.x + threadIdx.x, step = gridDim.x * blockDim.x;
+    for (uint32_t i = first; i < tables.group_count; i += step)
+        tables.groups[i] = CoarseGroup{};
+    for (uint32_t i = first; i < tables.page_count; i += step)
+        tables.ring[i] = i;
+    if (first == 0)
+        *tables.free = {0, tables.page_count};
+}
+
+// May its copy be drawn as it is?
+__device__ __forceinline__ bool isUsable(const CoarseGroup& kept, float change)
+{
+    return CoarseKind(kept.kind) == CoarseKind::Far && change <= kStaleMost;
+}
+
+// Pages that are free before the frame, and that are to be: those of two frames.
+__device__ __forceinline__ uint32_t freePages(const CoarseTables& tables)
+{
+    return uint32_t(tables.free->given - tables.free->taken);
+}
+
+__device__ __forceinline__ uint32_t wantedPages(const CoarseScheduleArgs& args)
+{
+    return min(2 * args.now.budget * kMostPages, args.tables.page_count / 4);
+}
+
+struct Looked {
+    uint32_t group, eyes;
+    float change, cell;
+    bool can_be_far; // a copy made now would be within its bound
+};
+
+__device__ __forceinline__ Looked lookAt(const CoarseScheduleArgs& args, uint32_t i, CoarseGroup& kept)
+{
+    const uint32_t entry = args.visible_groups[i];
+    Looked looked{entry & ((1u << kAnchorBits) - 1), entry >> kAnchorBits, 0, 0, false};
+    const GroupRecord& group = args.model.groups[looked.group];
+    kept = args.tables.groups[looked.group];
+    looked.cell = wantedCell(args.now.view, group.gaussian_min, group.gaussian_max);
+    looked.change = CoarseKind(kept.kind) == CoarseKind::Far
+                        ? coarseChange(args.now.view, kept.key, looked.cell, group.gaussian_min, group.gaussian_max)
+                        : 1e6f;
+    const CoarseKey now = keyOf(args.now.view, looked.cell);
+    looked.can_be_far = looked.cell > 0.0f &&
+                        coarseChange(args.now.view, now, looked.cell, group.gaussian_min, group.gaussian_max) <= 1.0f;
+    return looked;
+}
+
+__device__ __forceinline__ uint32_t urgencyOf(const CoarseScheduleArgs& args, const CoarseGroup& kept,
+                                              const Looked& looked)
+{
+    const uint32_t order = mixed(looked.group, args.now.frame);
+    if (!looked.can_be_far)
+        return kNothing;
+    if (CoarseKind(kept.kind) == CoarseKind::Near)
+        return looked.cell > kNearAgain * kept.key.cell ? kUnseen + kStale + order : kNothing;
+    if (!isUsable(kept, looked.change))
+        return order;
+    // linear from the bound to where it cannot be drawn any more
+    return looked.change > 1.0f ? kUnseen + uint32_t(float(kStale - 1) * (kStaleMost - looked.change)) : kNothing;
+}
+
+__global__ void __launch_bounds__(kThreads) scheduleKernel(const __grid_constant__ CoarseScheduleArgs args)
+{
+    const uint32_t count = args.frame->groups_visible, first = blockIdx.x * kThreads + threadIdx.x,
+                   step = gridDim.x * kThreads;
+    for (uint32_t i = first; i < count; i += step) {
+        CoarseGroup kept;
+        const Looked looked = lookAt(args, i, kept);
+        const uint32_t urgency = urgencyOf(args, kept, looked);
+        args.tables.urgency[i] = urgency;
+        if (urgency != kNothing)
+            atomicAdd(&args.tables.counters->urgencies[urgency], 1u);
+    }
+    if (args.now.again != 0 || freePages(args.tables) >= wantedPages(args))
+        return;
+    // copies that were not drawn lately give their pages first; those of the frame before have an age of 1
+    for (uint32_t base = blockIdx.x * kThreads; base < args.tables.group_count; base += step) {
+        const uint32_t g = base + threadIdx.x;
+        const CoarseGroup kept = g < args.tables.group_count ? args.tables.groups[g] : CoarseGroup{};
+        const uint32_t age = kept.pages != 0 ? min(args.now.frame - kept.used, kCoarseAges - 1) : 0u;
+        const uint32_t peers = __match_any_sync(~0u, age), pages = __reduce_add_sync(peers, kept.pages);
+        if (age > 1 && (threadIdx.x & 31u) == uint32_t(__ffs(int(peers)) - 1))
+            atomicAdd(&args.tables.counters->ages[age], pages);
+    }
+}
+
+// The largest `end` for which the buckets before it have `most` together or less. One block of 1024 threads.
+template <uint32_t kBuckets>
+__device__ __forceinline__ uint32_t bucketsWithin(const uint32_t* buckets, uint32_t most, bool reversed)
+{
+    constexpr uint32_t kEach = kBuckets / 1024;
+    __shared__ uint32_t sums[32], found;
+    const uint32_t lane = threadIdx.x & 31u, warp = threadIdx.x >> 5;
+    uint32_t own[kEach], sum = 0;
+#pragma unroll
+    for (uint32_t k = 0; k < kEach; ++k) {
+        const uint32_t at = threadIdx.x * kEach + k;
+        own[k] = buckets[reversed ? kBuckets - 1 - at : at];
+        sum += own[k];
+    }
+    uint32_t end = sumUpTo(sum);
+    if (lane == 31)
+        sums[warp] = end;
+    if (threadIdx.x == 0)
+        found = kBuckets;
+    __syncthreads();
+    for (uint32_t w = 0; w < warp; ++w)
+        end += sums[w];
+    uint32_t at = end - sum;
+#pragma unroll
+    for (uint32_t k = 0; k < kEach; ++k) {
+        at += own[k];
+        if (at > most)
+            atomicMin(&found, threadIdx.x * kEach + k);
+    }
+    __syncthreads();
+    const uint32_t result = found;
+    __syncthreads();
+    return result;
+}
+
+__global__ void __launch_bounds__(1024) levelsKernel(const __grid_constant__ CoarseScheduleArgs args)
+{
+    CoarseCounters& counters = *args.tables.counters;
+    const uint32_t free = freePages(args.tables);
+    // pages that a frame's copies may take have to be free before
+    const uint32_t budget = args.now.again != 0 ? 0u : min(args.now.budget, free / kMostPages);
+    const uint32_t granted = bucketsWithin<kCoarseUrgencies>(counters.urgencies, budget, false);
+    const uint32_t wanted = wantedPages(args);
+    const uint32_t missing = wanted - min(wanted, free);
+    const uint32_t within = bucketsWithin<kCoarseAges>(counters.ages, missing, true);
+    if (threadIdx.x != 0)
+        return;
+    counters.granted_before = granted;
+    // one bucket more than fits; what is in sight stays
+    counters.evicted_from =
+        missing != 0 && args.now.again == 0 ? max(kCoarseAges - min(within + 1, kCoarseAges), 2u) : 0u;
+}
+
+// note: apart from listing, which notes what is drawn
+__global__ void __launch_bounds__(kThreads) evictKernel(const __grid_constant__ CoarseScheduleArgs args)
+{
+    const CoarseTables& tables = args.tables;
+    const uint32_t from = tables.counters->evicted_from;
+    if (from == 0)
+        return;
+    for (uint32_t g = blockIdx.x * kThreads + threadIdx.x; g < tables.group_count; g += gridDim.x * kThreads) {
+        const CoarseGroup& kept = tables.groups[g];
+        if (kept.pages != 0 && args.now.frame - kept.used >= from) {
+            givePages(tables, g, kept.pages);
+            tables.groups[g] = CoarseGroup{};
+        }
+    }
+}
+
+__global__ void __launch_bounds__(kThreads) listKernel(const __grid_constant__ CoarseScheduleArgs args)
+{
+    const CoarseTables& tables = args.tables;
+    CoarseCounters& counters = *tables.counters;
+    const uint32_t count = args.frame->groups_visible, lane = threadIdx.x & 31u, step = gridDim.x * kThreads;
+    uint32_t near = 0, fresh = 0, stale = 0, made = 0, fresh_anchors = 0, stale_anchors = 0, made_anchors = 0;
+    for (uint32_t base = blockIdx.x * kThreads; base < count; base += step) {
+        const uint32_t i = base + threadIdx.x;
+        bool is_wanted = false, is_drawn = false;
+        Looked looked{};
+        CoarseGroup kept{};
+        if (i < count) {
+            looked = lookAt(args, i, kept);
+            is_wanted = tables.urgency[i] < counters.granted_before && tables.urgency[i] != kNothing;
+            is_drawn = !is_wanted && isUsable(kept, looked.change);
+            if (!is_wanted && !is_drawn) {
+                ++near;
+                if (kept.pages != 0) { // grossly off: it has to be made anew in any case
+                    givePages(tables, looked.group, kept.pages);
+                    tables.groups[looked.group] = CoarseGroup{};
+                }
+            }
+            if (is_drawn) {
+                tables.groups[looked.group].used = args.now.frame;
+                addCoarseDepth(args.now, args.histogram, args.model, looked.group, looked.eyes, kept.count);
+                const bool again = kept.made == args.now.frame, is_stale = looked.change > 1.0f;
+                (again ? made : is_stale ? stale : fresh) += 1;
+                (again ? made_anchors : is_stale ? stale_anchors : fresh_anchors) += kept.anchors;
+            }
+        }
+        const uint32_t entry = looked.group | looked.eyes << kAnchorBits;
+        const bool is_near = i < count && !is_wanted && !is_drawn;
+        const uint32_t at_near = appendPlace(is_near, lane, &counters.near);
+        if (is_near)
+            tables.near[at_near] = entry;
+        const uint32_t at_drawn = appendPlace(is_drawn, lane, &counters.drawn);
+        if (is_drawn)
+            tables.drawn[at_drawn] = entry;
+        const uint32_t at_wanted = appendPlace(is_wanted, lane, &counters.wants);
+        if (is_wanted)
+            tables.wants[at_wanted] = entry;
+    }
+    addOfWarp(&counters.groups_near, near, lane);
+    addOfWarp(&counters.groups_kept, fresh, lane);
+    addOfWarp(&counters.groups_stale, stale, lane);
+    addOfWarp(&counters.groups_made, made, lane);
+    addOfWarp(&counters.anchors_kept, fresh_anchors, lane);
+    addOfWarp(&counters.anchors_stale, stale_anchors, lane);
+    addOfWarp(&counters.anchors_made, made_anchors, lane);
+}
+
+uint32_t blocksFor(uint32_t items, uint32_t processors)
+{
+    return std::max(std::min((items + kThreads - 1) / kThreads, 8 * processors), 1u);
+}
+
+} // namespace
+
+void resetCoarseCuda(const CoarseTables& tables, uint32_t processors, CUstream_st* stream)
+{
+    launchCuda(resetKernel, blocksFor(std::max(tables.group_count, tables.page_count), processors), kThreads, 0, stream,
+               tables);
+}
+
+void coarseScheduleCuda(const CoarseScheduleArgs& args, uint32_t processors, CUstream_st* stream)
+{
+    launchCuda(scheduleKernel, blocksFor(args.tables.group_count, processors), kThreads, 0, stream, args);
+}
+
+void coarseLevelsCuda(const CoarseScheduleArgs& args, CUstream_st* stream)
+{
+    launchCuda(levelsKernel, 1, 1024, 0, stream, args);
+}
+
+void coarseEvictCuda(const CoarseScheduleArgs& args, uint32_t processors, CUstream_st* stream)
+{
+    launchCuda(evictKernel, blocksFor(args.tables.group_count, processors), kThreads, 0, stream, args);
+}
+
+void coarseListCuda(const CoarseScheduleArgs& args, uint32_t processors, CUstream_st* stream)
+{
+    launchCuda(listKernel, blocksFor(args.tables.group_count, processors), kThreads, 0, stream, args);
+}
+
+} // namespace gsc

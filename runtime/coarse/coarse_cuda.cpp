@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/coarse/coarse_cuda.h"
+
+#include <algorithm>
+
+namespace gsc {
+
+namespace {
+
+constexpr uint64_t kShareOfMemory = 3; // copies take at most one in so many bytes that are free
+// Of the Gaussians that a model can have, those that copies of all of its groups hold: less than a third where they are far
+// enough, seven in ten of which are alive.
+constexpr double kKeptShare = 0.3;
+constexpr uint32_t kBudgetShare = 8, kLeastBudget = 512; // groups that a frame makes: one in so many, and some more
+
+} // namespace
+
+void CudaCoarse::release()
+{
+    m_arena.release();
+    m_tables = {};
+    m_now = {};
+    m_forget = true;
+}
+
+void CudaCoarse::prepare(const DeviceScene& scene)
+{
+    const DeviceModel& model = scene.model();
+    m_forget = true;
+    size_t left = 0, total = 0;
+    GSC_CUDA_CHECK(cudaMemGetInfo(&left, &total));
+    m_tables.group_count = uint32_t(model.params.group_count);
+    const double gaussians = double(model.anchor_count) * model.params.n_offsets;
+    const uint64_t all =
+        uint64_t(gaussians * kKeptShare / kPageGaussians) + uint64_t(m_tables.group_count) + kMostPages;
+    const uint64_t room = m_arena.free(left) / kShareOfMemory / (sizeof(CoarsePage) + sizeof(uint32_t));
+    m_tables.page_count = uint32_t(std::min<uint64_t>({all, room, kNoPage - 1}));
+    layOutIn(m_arena, "coarse copies", [&](ArenaLayout& layout) {
+        const size_t groups = m_tables.group_count;
+        m_tables.counters = layout.take<CoarseCounters>(1);
+        m_tables.free = layout.take<CoarseRing>(1);
+        m_tables.groups = layout.take<CoarseGroup>(groups);
+        m_tables.near = layout.take<uint32_t>(groups);
+        m_tables.drawn = layout.take<uint32_t>(groups);
+        m_tables.wants = layout.take<uint32_t>(groups);
+        m_tables.urgency = layout.take<uint32_t>(groups);
+        m_tables.page_of = layout.take<uint32_t>(groups * kMostPages);
+        m_tables.ring = layout.take<uint32_t>(m_tables.page_count);
+        m_tables.pages = layout.take<CoarsePage>(m_tables.page_count);
+    });
+}
+
+const CoarseNow& CudaCoarse::begin(const FrameNow& frame, uint32_t eye_count, const FrameOptions& options,
+                                   uint32_t processors, const CudaStream& stream)
+{
+    setNow(m_now, frame);
+    if (m_forget || options.appearance != m_appearance) {
+        resetCoarseCuda(m_tables, processors, stream.handle);
+        m_now.frame = 0;
+        m_forget = false;
+    }
+    m_appearance = options.appearance;
+    m_now.view = coarseView(frame.eyes, eye_count, options.detail, options.lod_bias);
+    m_now.budget = m_tables.group_count / kBudgetShare + kLeastBudget;
+    m_now.again = 0;
+    ++m_now.frame;
+    return m_now;
+}
+
+const CoarseNow& CudaCoarse::beginAgain()
+{
+    m_now.again = 1;
+    return m_now;
+}
+
+CoarseCudaArgs CudaCoarse::cudaArgs(const FrameJob& job, uint32_t pass) const
+{
+    return {decodeArgs(job, pass), m_tables, m_now.view, m_now.frame, job.buffers.histogram};
+}
+
+void CudaCoarse::prepareFrame(FrameCapture& capture, const FrameJob&) const
+{
+    capture.clear(m_tables.counters, sizeof(CoarseCounters));
+}
+
+void CudaCoarse::listAnchors(FrameCapture& capture, const FrameJob& job) const
+{
+    const CoarseScheduleArgs schedule{m_now,
+                                      job.scene.model(),
+                                      job.shape.eye_count,
+                                      job.buffers.visible_groups,
+                                      job.buffers.histogram,
+                                      job.buffers.counters,
+                                      m_tables};
+    capture.add(schedule, coarseScheduleCuda);
+    capture.add(schedule, coarseLevelsCuda);
+    capture.add(schedule, coarseEvictCuda);
+    capture.add(schedule, coarseListCuda);
+    capture.add(cudaArgs(job, 0), coarseMakeCuda);
+    SelectCudaArgs select = selectArgs(job);
+    select.listed_groups = m_tables.near;
+    select.group_count = &m_tables.counters->near;
+    capture.add(select, selectAnchorsCuda);
+}
+
+void CudaCoarse::decode(FrameCapture& capture, const FrameJob& job, uint32_t pass) const
+{
+    decodeFrame(capture, job, pass);
+    capture.add(cudaArgs(job, pass), coarseDrawCuda);
+}
+
+void CudaCoarse::report(FrameCapture& capture, const FrameJob& job) const
+{
+    capture.copyToHost(m_pinned[job.flight].data, m_tables.counters, offsetof(CoarseCounters, urgencies));
+}
+
+void CudaCoarse::addCounts(uint32_t flight, uint32_t eye_count, FrameResult& result) const
+{
+    const CoarseCounters& c = *m_pinned[flight].data;
+    result.coarse = {c.groups_near, c.groups_kept, c.groups_stale, c.groups_made};
+    const uint32_t copied = c.anchors_made + c.anchors_kept + c.anchors_stale;
+    for (uint32_t e = 0; e < eye_count; ++e) {
+        result.eyes[e].anchors_visible += copied;
+        result.eyes[e].anchors_reused += c.anchors_kept + c.anchors_stale;
+        result.eyes[e].anchors_overdue += c.anchors_stale;
+    }
+    result.eyes[0].anchors_decoded += c.anchors_made;
+}
+
+} // namespace gsc

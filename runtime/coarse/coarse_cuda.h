@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the CUDA backend keeps of coarse copies from frame to frame (kernels/coarse/README.md): its memory and what the
+// kernels must know of a frame. They decide everything else (kernels/coarse/coarse_cuda.h).
+#pragma once
+
+#include "kernels/coarse/coarse_cuda.h"
+#include "runtime/cuda/frame/frame_stages.h"
+#include <gsc/renderer.h>
+
+namespace gsc {
+
+class CudaCoarse final : public FrameReuse {
+public:
+    explicit CudaCoarse(MemoryBudget& budget) : m_arena(budget) {}
+
+    // Forgets everything and gives the memory back. Whoever has graphs drops them.
+    void release();
+    // Must prepare() take memory? Then graphs and the memory of frames are to be given back before.
+    [[nodiscard]] bool needsMemory() const { return m_arena.bytes() == 0; }
+    // Room for the copies of the model, as many as a share of what is free allows. Throws Error (OutOfMemory, Device).
+    void prepare(const DeviceScene& scene);
+
+    // Begins a frame. After prepare(). Returns what its graph is launched with, as long as this lives.
+    const CoarseNow& begin(const FrameNow& now, uint32_t eye_count, const FrameOptions& options, uint32_t processors,
+                           const CudaStream& stream);
+    const CoarseNow& beginAgain(); // the frame begun last overflowed; nothing is decided anew
+
+    void prepareFrame(FrameCapture& capture, const FrameJob& job) const override;
+    void listAnchors(FrameCapture& capture, const FrameJob& job) const override;
+    void decode(FrameCapture& capture, const FrameJob& job, uint32_t pass) const override;
+    void report(FrameCapture& capture, const FrameJob& job) const override;
+
+    // Of a frame drawn with it and ended.
+    void addCounts(uint32_t flight, uint32_t eye_count, FrameResult& result) const;
+    [[nodiscard]] uint64_t bytes() const { return m_arena.bytes(); }
+
+private:
+    [[nodiscard]] CoarseCudaArgs cudaArgs(const FrameJob& job, uint32_t pass) const;
+
+    DeviceArena m_arena;
+    CoarseTables m_tables{};
+    CoarseNow m_now{};
+    Pinned<CoarseCounters> m_pinned[kFramesInFlight];
+    bool m_forget = true;      // before the next frame
+    int32_t m_appearance = -1; // that copies were made for
+};
+
+} // namespace gsc
