@@ -69,8 +69,8 @@ const ChartRun* baselineOf(const Panel& panel, const ChartRun& row)
 {
     const ChartRun* best = nullptr;
     for (const ChartRun* none : panel.rows) {
-        const bool fits = none->config.reuse.policy == "none" && none->config.tier == row.config.tier &&
-                          none->config.threads == row.config.threads &&
+        const bool fits = none->config.reuse.policy == "none" && none->config.detail == 0 &&
+                          none->config.tier == row.config.tier && none->config.threads == row.config.threads &&
                           none->config.vram_budget == row.config.vram_budget;
         if (fits && (!best || likeness(*none, row) > likeness(*best, row)))
             best = none;

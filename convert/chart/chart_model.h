@@ -25,7 +25,7 @@ namespace gsc {
 //    "views": {"min" | "pooled": {"front": [row, ...], "shown": [row, ...]}}}]}
 // Decibels are null where images are equal and kBrokenPsnr where one is not finite, which keeps a run off the front;
 // other values are null where there are none. `speedup` is against the row
-// with policy none of the same tier, threads and memory bound of the panel ("baseline"), null where there is none.
+// with policy none and detail 0, of the same tier, threads and memory bound of the panel ("baseline"), null where there is none.
 // `front` is the Pareto front of median time against that accuracy, fastest first; `shown` are the rows that get a
 // colour and a line, fastest first: all of a few rows, else baselines, front, and the best of policies not among them.
 // Numbers have five digits. Rows must not be empty.

@@ -64,6 +64,7 @@ std::vector<std::string> configWords(const ChartRun& row)
         numberWords("LOD bias %+g", config.lod_bias),
         numberWords("LOD fade %g", config.lod_fade),
         numberWords("LOD hysteresis %g", config.lod_hysteresis),
+        numberWords("detail %g", config.detail),
         numberWords(config.fovea_pixels == 1 ? "foveation to %g pixel" : "foveation to %g pixels", config.fovea_pixels),
         config.stereo != "exact" ? "stereo " + config.stereo : std::string(),
         config.cold ? "cold start" : "warm start",

@@ -45,7 +45,7 @@ std::string costWords(const ChartRun& run, const Json& row)
     if (run.rounds > 1)
         text += formatString(" (%s to %s in %llu repeats)", msWords(run.least_ms).c_str(), msWords(run.most_ms).c_str(),
                              static_cast<unsigned long long>(run.rounds));
-    if (!row["speedup"].is_null() && run.config.reuse.policy != "none")
+    if (!row["speedup"].is_null() && (run.config.reuse.policy != "none" || run.config.detail > 0))
         text += formatString(", %.2f times as fast as none", row["speedup"].get<double>()) +
                 (row["in_noise"].get<bool>() ? ", within the spread of the repeats" : "");
     return text;
@@ -96,7 +96,9 @@ std::string baselineWords(const Json& panels)
     if (count == 0)
         return {};
     return (count == panels.size() ? "No run" : titles + ": no run") +
-           " has policy none, so there is no speed-up to tell. Add {\"policy\": \"none\"} to the runs of the sweep.";
+           " has policy none and detail 0, so there is no speed-up to tell. Add {\"policy\": \"none\", \"detail\": 0} "
+           "to the "
+           "runs of the sweep.";
 }
 
 } // namespace gsc

@@ -42,7 +42,8 @@ void addBenchOptions(CLI::App& app, BenchOptions& options)
         "frames submitted before the first of them is waited for, 2 or 3 for each device at most; with 2 a device "
         "has no pause between them, 3 for each where several take turns");
     addInteger(app, "--quality", options.quality, 0, kMany, "N (default: 0)",
-               "cameras to score against the tier exact, spread over all; with reuse, --lod-hysteresis or --target-ms "
+               "cameras to score against the tier exact, spread over all; with reuse, --detail, --lod-hysteresis or "
+               "--target-ms "
                "the path is played up to the last of them");
     addScoreFrames(app, options.score);
     for (const char* option : {"--score-every", "--score-first"})

@@ -72,15 +72,16 @@ void addOutputOptions(CLI::App& app, PlayOptions& options)
 }
 
 // A shard draws every so many frames, so none may depend on the one before.
-void checkShard(const PlayOptions& options)
+void checkShard(const CLI::App& app, const PlayOptions& options)
 {
-    const bool keeps = options.frame.reuse.policy != ReusePolicy::None;
-    if (options.shard.isGiven() && (keeps || options.frame.lod_hysteresis > 0 || options.frame.target_ms > 0))
+    const bool keeps = options.frame.reuse.policy != ReusePolicy::None, coarse = options.frame.detail > 0;
+    if (options.shard.isGiven() && (keeps || coarse || options.frame.lod_hysteresis > 0 || options.frame.target_ms > 0))
         throw Error(ErrorCode::Usage,
                     formatString("--shard %s: with %s a frame depends on those before it, expected frames that can be "
                                  "drawn apart; leave one of them out",
                                  options.shard.text().c_str(),
                                  keeps                              ? "--reuse"
+                                 : coarse                           ? detailOption(app)
                                  : options.frame.lod_hysteresis > 0 ? "--lod-hysteresis"
                                                                     : "--target-ms"));
     checkShardFile(options, "--stats", options.output.stats);
@@ -152,7 +153,7 @@ void checkPlayOptions(const CLI::App& app, const PlayOptions& options)
     checkWorkerOptions(app, options);
     checkEffect(app, "--device", !options.devices.backend.starts_with("cpu"), "--backend cuda or auto");
     checkOut(app, options);
-    checkShard(options);
+    checkShard(app, options);
 }
 
 void addPlayCommand(CLI::App& root, Invocation& invocation)

@@ -52,6 +52,11 @@ void addReuseOptions(CLI::App& app, PlayOptions& options)
 void addLevelOptions(CLI::App& app, PlayOptions& options)
 {
     const Heading heading(app, "Levels of detail");
+    addNumber(
+        app, "--detail", options.frame.detail, {0, double(kMostDetail)}, " pixels", "PIXELS (default: 0)",
+        "smallest detail that is drawn by itself: groups of anchors that are far are drawn coarse, from copies in "
+        "which what is smaller is joined, and which later frames of a path draw again; 0 = everything. What no "
+        "frame before has seen, such as single pictures, is drawn as without it");
     addNumber(app, "--lod-bias", options.frame.lod_bias, {-kMaxLodBias, kMaxLodBias}, " levels", "X (default: 0)",
               "levels added to the one that distance asks for: below 0 draws less, 0 is the trainer's");
     addNumber(app, "--lod-fade", options.frame.lod_fade, {0, kMaxLodWidth}, " levels", "X (default: 0)",
@@ -167,10 +172,11 @@ void addLookOptions(CLI::App& app, PlayOptions& options)
 void addRunOptions(CLI::App& app, PlayOptions& options, bool knows_gaze)
 {
     const Heading heading(app, "Rendering");
-    addChoice<Tier>(
-        app, "--tier", options.frame.tier, tiers(), "default: fast",
+    addChoice<TierChoice>(
+        app, "--tier", options.frame, tierChoices(), "default: fast",
         "exact: the trainer's image, of a model far from the origin without what rounding does to it there; "
-        "fast: half precision where the backend has it; the CPU renders exact");
+        "fast: half precision where the backend has it; the CPU renders exact; " +
+            formatString("turbo: fast with --detail %g, for paths", kTurboDetail));
     addBackend(app, "--backend", options.devices.backend, true,
                "what renders; gsc-play backends lists what this machine has");
     addInteger(app, "--device", options.devices.device, 0, 255, "N (default: 0)",
@@ -250,9 +256,31 @@ void checkEyes(const CLI::App& app, const PlayOptions& options, bool takes_two_e
     checkEffect(app, "--ipd", two, "--eyes 2");
 }
 
+const char* detailOption(const CLI::App& app)
+{
+    return isGiven(app, "--detail") ? "--detail" : "--tier turbo";
+}
+
+namespace {
+
+void checkDetail(const CLI::App& app, const FrameChoice& choice)
+{
+    if (choice.detail > 0 && choice.tier == Tier::Exact)
+        throw Error(ErrorCode::Usage, "--detail: joins what is small, expected --tier fast or turbo; pass one of those "
+                                      "or leave --detail out");
+    if (choice.detail > 0 && choice.reuse.policy != ReusePolicy::None)
+        throw Error(ErrorCode::Usage,
+                    formatString("%s: together with --reuse %s, expected one of them, because both keep what was "
+                                 "decoded; leave one of them out",
+                                 detailOption(app), policyName(choice.reuse.policy)));
+}
+
+} // namespace
+
 void checkRenderOptions(const CLI::App& app, const PlayOptions& options, bool paths_follow, bool takes_two_eyes)
 {
     const ReuseOptions& reuse = options.frame.reuse;
+    checkDetail(app, options.frame);
     for (const char* option : {"--reuse-depth", "--reuse-guidance"})
         checkEffect(app, option, reuse.policy == ReusePolicy::Depth, "--reuse depth");
     for (const char* option : {"--reuse-bound", "--decode-budget"})

@@ -18,7 +18,7 @@ void addFrames(CLI::App& app, PlayOptions& options);        // --frames A:B
 // Size, angle, eyes, and those of addLookOptions().
 void addViewOptions(CLI::App& app, PlayOptions& options, const std::string& size = "the camera's");
 void addLookOptions(CLI::App& app, PlayOptions& options); // colours, and how two eyes are drawn
-// Tier, backend, memory, foveation, reuse, levels. `knows_gaze`: something tells where eyes look.
+// Tier, backend, memory, foveation, reuse, detail, levels. `knows_gaze`: something tells where eyes look.
 void addRunOptions(CLI::App& app, PlayOptions& options, bool knows_gaze = false);
 // --shard; `what` is split: "the frames". Every shard of it keeps what it has done in `file`, "--stats".
 void addShard(CLI::App& app, PlayOptions& options, const char* what, const char* file);
@@ -32,6 +32,9 @@ OptionHandle addBackend(CLI::App& app, const char* name, std::string& field, boo
 
 // --shard needs a `file` to keep what is done in, named by `option`. Throws Error(Usage).
 void checkShardFile(const PlayOptions& options, const char* option, const std::string& file);
+
+// The option that asks for detail. Precondition: one does.
+const char* detailOption(const CLI::App& app);
 
 // What has an effect with two eyes only. Throws Error(Usage).
 void checkEyes(const CLI::App& app, const PlayOptions& options, bool takes_two_eyes = false);

@@ -210,6 +210,7 @@ FrameOptions frameOptions(const Scene& scene, const FrameChoice& choice)
     frame.lod_hysteresis = float(choice.lod_hysteresis);
     frame.reuse = choice.reuse;
     frame.foveation.smallest = float(choice.foveaPixels());
+    frame.detail = float(choice.detailPixels());
     if (choice.background)
         std::copy_n(choice.background->begin(), 3, frame.background);
     return frame;

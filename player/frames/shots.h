@@ -19,7 +19,7 @@ namespace gsc {
 std::vector<Shot> chooseShots(const Scene& scene, const std::string& model, const CameraChoice& choice,
                               const ViewChoice& view, Reporter& log, std::string* title = nullptr);
 
-// Background, near plane, tier, stereo, what is said of levels, and reuse; the appearance is the shot's.
+// Background, near plane, tier, detail, stereo, what is said of levels, and reuse; the appearance is the shot's.
 FrameOptions frameOptions(const Scene& scene, const FrameChoice& choice);
 
 } // namespace gsc

@@ -245,12 +245,14 @@ std::string tableRow(const char* name, const Spread& s, int digits)
 
 std::string benchReportJson(const BenchOptions& options, const BenchSummary& summary)
 {
-    Json ms = {{"open", summary.open_ms}, {"load", summary.load_ms}}, counts, cache;
+    Json ms = {{"open", summary.open_ms}, {"load", summary.load_ms}}, counts, cache, coarse;
     ms.update(toJson(timesOf(summary.frames)));
     for (const EyeCount& count : kEyeCounts)
         counts[count.name] = meanAndMax(countPerEye(summary.frames, options.play.view.eyes, count.field));
     for (const auto& count : kCacheCounts) // of decoded Gaussians, all eyes together
         cache[count.name] = meanAndMax(cacheCount(summary, count.field));
+    for (const auto& count : kCoarseCounts) // each group once for all eyes
+        coarse[count.name] = meanAndMax(groupsPerFrame(summary.frames, count.field));
     const Repeats repeats = repeatsOf(summary);
     double pixels = 0;
     for (const TimedFrame& frame : summary.frames)
@@ -267,6 +269,7 @@ std::string benchReportJson(const BenchOptions& options, const BenchSummary& sum
         {"ns_per_gaussian", toJson(perGaussian(summary))},
         {"per_eye", std::move(counts)},
         {"cache", std::move(cache)},
+        {"coarse", std::move(coarse)},
         {"roofline", rooflineJson(options, summary)},
         {"pixels_per_frame", pixels / double(std::max<size_t>(summary.frames.size(), 1))},
         {"peak_bytes", mostOf(summary.frames, &FrameResult::bytes_resident)},
@@ -314,6 +317,11 @@ std::string benchReportText(const BenchOptions& options, const BenchSummary& sum
         text += "cache, all eyes\n";
         for (const auto& count : kCacheCounts)
             text += tableRow(count.name, cacheCount(summary, count.field), 0);
+    }
+    if (play.frame.detailPixels() > 0) {
+        text += formatString("detail %g, all eyes\n", play.frame.detailPixels());
+        for (const auto& count : kCoarseCounts)
+            text += tableRow(count.name, groupsPerFrame(summary.frames, count.field), 0);
     }
     text += targetText(play.frame, summary.frames) + rooflineText(options, summary) + workersText(summary.service);
     text += formatString("peak memory %.3f GiB",

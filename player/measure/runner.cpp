@@ -44,7 +44,7 @@ void checkScored(const ScoreOptions& score, const Path& path, const std::string&
 
 bool dependsOnPath(const FrameOptions& frame)
 {
-    return frame.reuse.policy != ReusePolicy::None || frame.lod_hysteresis > 0;
+    return frame.reuse.policy != ReusePolicy::None || frame.detail > 0 || frame.lod_hysteresis > 0;
 }
 
 std::shared_ptr<PictureMemory> memoryFor(const DeviceId& scoring, bool on_host, const Renderer& drawing)

@@ -82,6 +82,7 @@ OrderedJson reportJson(const StabilityOptions& options, const StabilitySummary& 
         {"lod_bias", play.frame.lod_bias},
         {"lod_fade", play.frame.lod_fade},
         {"lod_hysteresis", play.frame.lod_hysteresis},
+        {"detail", play.frame.detailPixels()},
         {"fovea_pixels", foveaJson(play.frame)},
         {"bounds",
          {{"psnr", unknownIfZero(options.bound_psnr)},

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <gsc/frame_types.h>
+#include "runtime/records/reuse_names.h"
 
 #include <optional>
 #include <vector>
@@ -12,8 +13,7 @@ namespace gsc {
 // Where an eye looks, around which everything is drawn.
 enum class FoveationMode { None, Fixed, Gaze };
 
-struct FrameChoice {
-    Tier tier = Tier::Fast;
+struct FrameChoice : TierChoice {
     double lod_bias = 0;                     // levels added
     double lod_fade = 0, lod_hysteresis = 0; // levels, as FrameOptions has them
     FoveationMode foveation = FoveationMode::None;
@@ -24,6 +24,8 @@ struct FrameChoice {
     double near_z = 0;                            // world units, 0 = the model's
     double target_ms = 0;                         // of a frame, held by a falling lod_bias; 0 = none
 
+    // A window switches to exact and back, and exact draws everything.
+    [[nodiscard]] double detailPixels() const { return tier == Tier::Exact ? 0 : detail; }
     [[nodiscard]] double foveaPixels() const { return foveation == FoveationMode::None ? 0 : fovea_pixels; }
 };
 

@@ -83,8 +83,9 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
     const auto done = [&](size_t n, LoopFrame& drawn, const TimedFrame& frame) {
         stopIfInterrupted(frames.size(), summary, options);
         const Shot& shot = *drawn.shot;
-        const FrameStats stats{shot.index,         shot.camera.name, summary.backend, summary.tier, shot.camera.width,
-                               shot.camera.height, eye_count,        shot.appearance, frame.result, frame.lod_bias};
+        const FrameStats stats{shot.index,        shot.camera.name,   summary.backend, summary.tier,
+                               shot.camera.width, shot.camera.height, eye_count,       shot.appearance,
+                               frame.result,      frame.lod_bias,     frame.detail};
         for (std::string& path : outputs.add(frames[n], drawn, frameStatsJson(stats)))
             summary.images.push_back(std::move(path));
         noteFrame(log, stats);

@@ -72,7 +72,8 @@ std::string playReportText(const PlayOptions& options, const PlaySummary& summar
                          meanCount(options, summary, &EyeCounts::pairs));
     if (const double dropped = meanCount(options, summary, &EyeCounts::gaussians_dropped); dropped > 0)
         text += formatString("dropped: %.1f Gaussians per eye that are not finite\n", dropped);
-    text += reuseText(options, summary) + targetText(options.frame, summary.frames) + workersText(summary.service);
+    text += reuseText(options, summary) + detailText(options.frame, summary.frames) +
+            targetText(options.frame, summary.frames) + workersText(summary.service);
     text += shardText(options, summary);
     if (!summary.images.empty())
         text += formatString("%zu image%s: %s%s\n", summary.images.size(), summary.images.size() == 1 ? "" : "s",

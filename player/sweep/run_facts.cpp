@@ -60,6 +60,8 @@ std::string shortName(const RowConfig& config)
         text += formatString(" fade %g", config.lod_fade);
     if (config.lod_hysteresis != 0)
         text += formatString(" lag %g", config.lod_hysteresis);
+    if (config.detail != 0)
+        text += formatString(" detail %g", config.detail);
     if (config.fovea_pixels != 0)
         text += formatString(" fovea %g", config.fovea_pixels);
     return text;
@@ -80,6 +82,7 @@ RowConfig rowConfig(const RunContext& context, const Path& path, const RunConfig
     config.lod_bias = run.lod_bias;
     config.lod_fade = run.lod_fade;
     config.lod_hysteresis = run.lod_hysteresis;
+    config.detail = run.detail;
     config.fovea_pixels = run.foveaPixels();
     config.stereo = stereoName(run.stereo);
     config.eyes = path.eye_count;

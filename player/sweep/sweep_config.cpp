@@ -97,7 +97,11 @@ Settings settingsFor(const std::vector<std::string>& backends)
          [](RunConfig& run, const Value& v) {
              run.reuse.cache_bytes = v.countOrNull(" bytes, or null for a quarter of the machine's");
          }},
-        {"tier", [](RunConfig& run, const Value& v) { run.tier = v.word(tiers()); }},
+        {"tier", [](RunConfig& run, const Value& v) { static_cast<TierChoice&>(run) = v.word(tierChoices()); }},
+        {"detail", // behind the tier, whose detail it takes the place of
+         [](RunConfig& run, const Value& v) {
+             run.detail = v.number(0, double(kMostDetail), "pixels; 0 = everything is drawn by itself");
+         }},
         {"lod_bias",
          [](RunConfig& run, const Value& v) { run.lod_bias = v.number(-kMaxLodBias, kMaxLodBias, "levels"); }},
         {"lod_fade", [](RunConfig& run, const Value& v) { run.lod_fade = v.number(0, kMaxLodWidth, "levels"); }},
@@ -160,6 +164,14 @@ RunConfig readRun(const JsonObject& object, const Settings& settings, const RunC
     if (run.stereo == StereoMode::Merged && run.reuse.policy == ReusePolicy::Error)
         object.fail("stereo", "\"merged\" with a policy that bounds the change for each eye",
                     "\"exact\", or the policy \"depth\" or \"none\"");
+    if (const ParsedJson* pixels = object.find("detail"); pixels && run.detail > 0 && run.tier == Tier::Exact)
+        object.fail("detail", shownJson(*pixels) + " with tier exact, which draws everything by itself",
+                    "0, or the tier \"fast\" or \"turbo\"");
+    if (run.tier != Tier::Exact && run.detail > 0 && run.reuse.policy != ReusePolicy::None)
+        object.fail(object.find("policy") ? "policy" : "detail",
+                    formatString("\"%s\" with a detail of %g pixels: both keep what was decoded",
+                                 policyName(run.reuse.policy), run.detail),
+                    "the policy \"none\", or the detail 0");
     if (const ParsedJson* pixels = object.find("fovea_pixels");
         pixels && run.foveaPixels() > 0 && run.tier == Tier::Exact)
         object.fail("fovea_pixels", shownJson(*pixels) + " with tier exact, which leaves nothing out",

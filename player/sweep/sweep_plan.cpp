@@ -35,6 +35,7 @@ RunConfig collapsed(RunConfig run)
         reuse.cache_bytes = 0;
         run.match_budget = false;
     }
+    run.detail = run.detailPixels();
     if (run.tier == Tier::Exact) // leaves nothing out
         run.foveation = FoveationMode::None;
     return run;
@@ -68,6 +69,8 @@ nlohmann::ordered_json runKeyJson(const RunConfig& run)
         json["lod_fade"] = run.lod_fade;
     if (run.lod_hysteresis != 0)
         json["lod_hysteresis"] = run.lod_hysteresis;
+    if (run.detail > 0)
+        json["detail"] = run.detail;
     if (run.foveaPixels() > 0)
         json["fovea_pixels"] = run.fovea_pixels;
     json.update(toJson(reuseFacts(run.reuse)));
@@ -91,13 +94,14 @@ std::vector<RunConfig> expandRuns(const SweepConfig& config)
 {
     RunList list;
     for (const RunConfig& run : config.runs)
-        if (run.stereo == StereoMode::Exact || run.reuse.policy != ReusePolicy::Error)
+        if ((run.stereo == StereoMode::Exact || run.reuse.policy != ReusePolicy::Error) &&
+            (run.detailPixels() == 0 || run.reuse.policy == ReusePolicy::None))
             list.add(run);
     if (list.runs().empty())
         throw Error(ErrorCode::InvalidFile,
-                    "sweep: its axes join stereo merged only with the policy error, which bounds "
-                    "the change for each eye, expected a run; add \"exact\", or the policy \"depth\" or "
-                    "\"none\"");
+                    "sweep: its axes join stereo merged only with the policy error, which bounds the change for each "
+                    "eye, or detail only with policies that keep what was decoded themselves, expected a run; add the "
+                    "stereo \"exact\", the detail 0, or the policy \"none\"");
     const std::vector<RunConfig> asked = list.runs();
     for (const RunConfig& run : asked)
         if (run.match_budget)

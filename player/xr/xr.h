@@ -43,7 +43,7 @@ struct XrFrame {
     bool fresh = false; // they were not shown before
     uint64_t age = 0;   // refreshes from then to this frame
     double off_ms = 0;  // when they are seen, less when they were located for
-    double latency_ms = 0, draw_ms = 0, lod_bias = 0,
+    double latency_ms = 0, draw_ms = 0, lod_bias = 0, detail = 0,
            fovea_pixels = 0;                // of a fresh picture: from submit until it was there; of the device
     uint64_t anchors_absent = 0;            // of a fresh picture: of the model, from it
     double busy_ms = 0;                     // from the runtime's wake-up until the frame was ended

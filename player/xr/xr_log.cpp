@@ -42,6 +42,7 @@ void XrLog::add(const XrFrame& frame)
         {"latency_ms", frame.fresh ? jsonNumber(frame.latency_ms) : OrderedJson()},
         {"draw_ms", frame.fresh ? jsonNumber(frame.draw_ms) : OrderedJson()},
         {"lod_bias", frame.fresh ? jsonNumber(frame.lod_bias) : OrderedJson()},
+        {"detail", frame.fresh ? jsonNumber(frame.detail) : OrderedJson()},
         {"fovea_pixels", frame.fresh && frame.fovea_pixels > 0 ? OrderedJson(frame.fovea_pixels) : OrderedJson()},
         {"gaze", frame.fresh && !frame.gaze.empty() ? OrderedJson(frame.gaze) : OrderedJson()},
         {"anchors_absent", frame.fresh ? OrderedJson(frame.anchors_absent) : OrderedJson()},

@@ -263,6 +263,7 @@ void XrSession::ask(const HeadsetFrame& frame, XrFrame& line)
     views.time = time;
     views.eyes = m_eyes;
     views.lod_bias = m_frame_options.lod_bias;
+    views.detail = m_frame_options.detail;
     views.fovea_pixels = m_frame_options.foveation.smallest;
     requestViews(views, m_shots.front(), m_place, m_headset.facts(), m_lenses, gazes ? &*input.gaze : nullptr, m_late);
     (void)m_source.submit(std::move(views), m_frame_options);
@@ -297,6 +298,7 @@ void XrSession::take(XrFrame& line)
     if (m_late)
         m_late->drew(beganToThere(*drawn));
     line.lod_bias = double(drawn->asked.lod_bias);
+    line.detail = double(drawn->asked.detail);
     line.fovea_pixels = double(drawn->asked.fovea_pixels);
     line.gaze = drawn->asked.gaze;
     if (m_guard)

@@ -63,6 +63,7 @@ public:
         timed.wall_ms = milliseconds(now - std::max(flying.start, m_last_end));
         timed.pixels = double(frame.shot->camera.width) * frame.shot->camera.height;
         timed.lod_bias = double(frame.options.lod_bias);
+        timed.detail = double(frame.options.detail);
         m_last_end = now;
         m_spare = std::move(m_flying.front());
         m_flying.pop_front();

@@ -36,6 +36,11 @@ uint64_t ofEyes(const TimedFrame& frame, uint64_t EyeCounts::*field)
     return sum;
 }
 
+Spread groupsPerFrame(TimedFrames frames, uint64_t CoarseCounts::*field)
+{
+    return spreadOf(frames, [&](const TimedFrame& frame) { return double(frame.result.coarse.*field); });
+}
+
 Spread countPerEye(TimedFrames frames, int eyes, uint64_t EyeCounts::*field)
 {
     return spreadOf(frames, [&](const TimedFrame& frame) { return double(ofEyes(frame, field)) / eyes; });

@@ -35,13 +35,24 @@ inline constexpr EyeCount kEyeCounts[] = {
     {"blend_evaluations", &EyeCounts::blend_evaluations},
 };
 
+// What detail did with groups of anchors.
+inline constexpr struct {
+    const char* name;
+    uint64_t CoarseCounts::*field;
+} kCoarseCounts[] = {
+    {"groups_near", &CoarseCounts::near},
+    {"groups_kept", &CoarseCounts::kept},
+    {"groups_stale", &CoarseCounts::stale},
+    {"groups_made", &CoarseCounts::made},
+};
+
 constexpr size_t kTestedCounts = 2; // how many of them say what was tested
 
 struct TimedFrame {
     double wall_ms = 0; // what the caller waited for it
     FrameResult result;
-    double pixels = 0; // of one eye
-    double lod_bias = 0;
+    double pixels = 0;               // of one eye
+    double lod_bias = 0, detail = 0; // FrameOptions' of this frame
 };
 using TimedFrames = std::span<const TimedFrame>;
 
@@ -49,6 +60,7 @@ Spread spreadOf(TimedFrames frames, const std::function<double(const TimedFrame&
 uint64_t sumOf(TimedFrames frames, uint64_t FrameResult::*field);
 uint64_t mostOf(TimedFrames frames, uint64_t FrameResult::*field);
 uint64_t ofEyes(const TimedFrame& frame, uint64_t EyeCounts::*field); // their sum
+Spread groupsPerFrame(TimedFrames frames, uint64_t CoarseCounts::*field);
 Spread countPerEye(TimedFrames frames, int eyes, uint64_t EyeCounts::*field);
 
 // Milliseconds of frames.

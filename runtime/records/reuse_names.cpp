@@ -38,6 +38,13 @@ const std::vector<std::pair<std::string, Tier>>& tiers()
     return names;
 }
 
+const std::vector<std::pair<std::string, TierChoice>>& tierChoices()
+{
+    static const std::vector<std::pair<std::string, TierChoice>> names = {
+        {"exact", {Tier::Exact, 0}}, {"fast", {Tier::Fast, 0}}, {"turbo", {Tier::Fast, kTurboDetail}}};
+    return names;
+}
+
 const std::vector<std::pair<std::string, StereoMode>>& stereoModes()
 {
     static const std::vector<std::pair<std::string, StereoMode>> names = {{"exact", StereoMode::Exact},

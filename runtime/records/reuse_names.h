@@ -14,10 +14,18 @@ constexpr uint32_t kMaxReuseDepth = 1000000; // frames
 constexpr double kMaxReuseBound = 255;       // 1/255: the whole range
 constexpr double kMaxLodBias = 16;           // levels, either way
 constexpr double kMaxLodWidth = 1;           // levels, of a transition or a hysteresis
+constexpr double kTurboDetail = 2;           // pixels: FrameOptions::detail of the tier turbo
+
+// What --tier says: the tier, and the detail that goes with it unless --detail says otherwise.
+struct TierChoice {
+    Tier tier = Tier::Fast;
+    double detail = 0; // pixels, FrameOptions::detail
+};
 
 const std::vector<std::pair<std::string, ReusePolicy>>& reusePolicies();
 const std::vector<std::pair<std::string, DepthGuidance>>& depthGuidances();
-const std::vector<std::pair<std::string, Tier>>& tiers(); // that may be asked for
+const std::vector<std::pair<std::string, Tier>>& tiers();
+const std::vector<std::pair<std::string, TierChoice>>& tierChoices(); // that may be asked for: turbo too
 const std::vector<std::pair<std::string, StereoMode>>& stereoModes();
 const char* policyName(ReusePolicy policy);
 const char* guidanceName(DepthGuidance guidance);

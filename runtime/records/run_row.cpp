@@ -101,6 +101,8 @@ void describe(const Record& at, RowConfig& config)
         at.field("lod_fade", config.lod_fade, kNumber);
     if (at.has("lod_hysteresis"))
         at.field("lod_hysteresis", config.lod_hysteresis, kNumber);
+    if (at.has("detail"))
+        at.field("detail", config.detail, kPositive);
     if (at.has("fovea_pixels"))
         at.fieldOrNull("fovea_pixels", config.fovea_pixels, kPositive);
     at.field("stereo", config.stereo, kName);

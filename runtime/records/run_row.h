@@ -23,7 +23,7 @@ struct RowConfig {
     ReuseFacts reuse;
     std::string tier;                                      // asked for
     double lod_bias = 0, lod_fade = 0, lod_hysteresis = 0; // levels
-    double fovea_pixels = 0;
+    double detail = 0, fovea_pixels = 0;                   // pixels
     std::string stereo;
     uint32_t eyes = 1;
     double ipd = 0;

@@ -60,9 +60,32 @@ TEST_CASE("without a run of policy none the page says why there is no speed-up")
     CHECK(chartModel({none, walk})["no_baseline"] == "");
     CHECK(
         chartModel({none, walk, orbit, turn})["no_baseline"] ==
-        "orbit, turn: no run has policy none, so there is no speed-up to tell. Add {\"policy\": \"none\"} to the runs "
-        "of the sweep.");
-    CHECK(chartModel({walk, orbit})["no_baseline"].get<std::string>().starts_with("No run has policy none, "));
+        "orbit, turn: no run has policy none and detail 0, so there is no speed-up to tell. Add {\"policy\": \"none\", "
+        "\"detail\": 0} to the runs of the sweep.");
+    CHECK(chartModel({walk, orbit})["no_baseline"].get<std::string>().starts_with(
+        "No run has policy none and detail 0, "));
+}
+
+TEST_CASE("detail: told in words, sped up against none, and no baseline itself")
+{
+    json coarse = runOf("none", 2, 55), reused = errorRun(1, 4, 60);
+    coarse["config"]["detail"] = 2;
+    const std::vector<ChartRun> both = {parsed(coarse), parsed(reused), parsed(runOf("none", 6, nullptr))};
+    const auto model = chartModel(both);
+    const auto& rows = model["panels"][0]["rows"];
+    CHECK(rows[0]["name"] == "none, detail 2");
+    CHECK(rows[0]["speedup"] == 3);
+    CHECK(rows[0]["baseline"] == false);
+    CHECK(rows[1]["speedup"] == 1.5);
+    CHECK(rows[2]["name"] == "none");
+    CHECK(rows[2]["baseline"] == true);
+    CHECK(verdictOf(both) == "none, detail 2 is the fastest that keeps 50 dB: 2.00 ms, 3.00 times as fast as none. "
+                             "error 1/255 is the fastest that keeps 60 dB: 4.00 ms, 1.50 times as fast as none. "
+                             "none is the fastest that keeps 70 dB: 6.00 ms.");
+    const auto without = chartModel({both[0], both[1]});
+    CHECK(without["panels"][0]["rows"][0]["baseline"] == false);
+    CHECK(without["panels"][0]["rows"][1]["speedup"].is_null());
+    CHECK(without["no_baseline"].get<std::string>().starts_with("No run has policy none and detail 0, "));
 }
 
 TEST_CASE("verdict: repeats are told, and that a difference is within their spread")

@@ -121,8 +121,8 @@ class BenchCliTest(PlayTest):
         run = self.play(*base, "--out", "soft/{frame}.pfm", "--lod-fade", "1", "--lod-hysteresis", "0.2", "--format", "json")
         report = json.loads(run.stdout)
         check_schema("play-report", report)
-        self.assertEqual([report[key] for key in ("lod_bias", "lod_fade", "lod_hysteresis", "fovea_pixels", "target_ms", "lod_bias_used")],
-                         [0, 1, 0.2, None, None, None])
+        self.assertEqual([report[key] for key in ("lod_bias", "lod_fade", "lod_hysteresis", "detail", "fovea_pixels", "target_ms",
+                                                  "lod_bias_used")], [0, 1, 0.2, 0, None, None, None])
         images = [[path.read_bytes() for path in sorted((self.folder / name).iterdir())] for name in ("plain", "soft")]
         self.assertNotEqual(images[0], images[1])
 
@@ -151,6 +151,25 @@ class BenchCliTest(PlayTest):
         self.refused(*base, "--lod-fade", "2", code=1, says="--lod-fade")
         self.refused(*base, "--lod-hysteresis", "0.1", "--backend", "cpu-reference", code=5, says="hysteresis")
 
+    def test_detail_is_reported(self) -> None:
+        groups = ["groups_near", "groups_kept", "groups_stale", "groups_made"]
+        for options, detail in (((), 0), (("--detail", "1.5"), 1.5), (("--tier", "turbo"), 2)):
+            report = json.loads(self.small(*options, "--stats", "s.jsonl", "-w", "--format", "json").stdout)
+            check_schema("play-report", report)
+            self.assertEqual((report["tier"], report["detail"]), ("exact", detail))  # a CPU draws exact
+            for line in (self.folder / "s.jsonl").read_text().splitlines():
+                check_schema("frame-stats", json.loads(line))
+                self.assertEqual(json.loads(line)["detail"], detail)
+                if detail == 0:
+                    self.assertEqual([json.loads(line)[name] for name in groups], [0] * 4)
+            self.assertEqual(f"detail {detail}: groups per frame" in self.small(*options).stdout, detail > 0)
+            report = json.loads(self.bench("--measure", "3", *options, "--format", "json").stdout)
+            check_schema("bench-report", report)
+            self.assertEqual((report["config"]["detail"], list(report["coarse"])), (detail, groups))
+            self.assertEqual("groups_stale" in self.bench("--measure", "3", *options).stdout, detail > 0)
+        self.refused(self.model, "--tier", "exact", "--detail", "2", code=1, says="expected --tier fast or turbo")
+        self.refused("bench", self.model, "--detail", "2", "--reuse", "depth", code=1, says="--detail: together with --reuse depth")
+
     def quality(self, *options: str) -> dict:
         report = json.loads(self.bench("--measure", "1", *options, "--format", "json").stdout)
         check_schema("bench-report", report)
@@ -170,6 +189,7 @@ class BenchCliTest(PlayTest):
         for options, run in (
             (("--reuse", "depth", "--reuse-depth", "2"), {"policy": "depth", "max_depth": 2}),
             (("--lod-hysteresis", "0.2"), {"lod_hysteresis": 0.2}),
+            (("--detail", "4", "--lod-bias", "-1"), {"detail": 4, "lod_bias": -1}),
         ):
             sweep = self.folder / "sweep.json"
             out = self.folder / "rows.jsonl"

@@ -202,6 +202,46 @@ TEST_CASE("how levels are chosen")
         CHECK(parse({"m.gsc", "--target-ms", wrong}) == 1);
 }
 
+TEST_CASE("detail: of --detail, or of the tier turbo, whichever comes first")
+{
+    const auto frame = [](std::initializer_list<const char*> arguments) {
+        PlayOptions o;
+        CHECK(parse(arguments, o) == -1);
+        return o.frame;
+    };
+    CHECK(frame({"m.gsc"}).detail == 0);
+    CHECK(frame({"m.gsc", "--tier", "fast"}).detail == 0);
+    CHECK(frame({"m.gsc", "--tier", "turbo"}).tier == Tier::Fast);
+    CHECK(frame({"m.gsc", "--tier", "turbo"}).detail == kTurboDetail);
+    CHECK(frame({"m.gsc", "--detail", "1.5"}).tier == Tier::Fast);
+    CHECK(frame({"m.gsc", "--detail", "1.5"}).detail == 1.5);
+    CHECK(frame({"m.gsc", "--tier", "turbo", "--detail", "4"}).detail == 4);
+    CHECK(frame({"m.gsc", "--detail", "4", "--tier", "turbo"}).detail == 4);
+    CHECK(frame({"m.gsc", "--detail", "0", "--tier", "turbo"}).detail == 0);
+    CHECK(frame({"m.gsc", "--detail", "64"}).detail == 64);
+    CHECK(frame({"m.gsc", "--detail", "0", "--tier", "exact"}).tier == Tier::Exact);
+    FrameChoice switched = frame({"m.gsc", "--tier", "turbo"});
+    CHECK(switched.detailPixels() == kTurboDetail);
+    switched.tier = Tier::Exact; // as the window does
+    CHECK(switched.detailPixels() == 0);
+    for (const char* wrong : {"-1", "64.5", "nan", "inf", "x", ""})
+        CHECK(parse({"m.gsc", "--detail", wrong}) == 1);
+}
+
+TEST_CASE("detail goes with neither exact, nor reuse, nor shards")
+{
+    CHECK(parse({"m.gsc", "--tier", "exact", "--detail", "2"}) == 1);
+    for (const char* policy : {"depth", "error"}) {
+        CHECK(parse({"m.gsc", "--detail", "2", "--reuse", policy}) == 1);
+        CHECK(parse({"m.gsc", "--tier", "turbo", "--reuse", policy}) == 1);
+        CHECK(parse({"m.gsc", "--tier", "turbo", "--detail", "0", "--reuse", policy}) == -1);
+    }
+    CHECK(parse({"m.gsc", "--detail", "2", "--reuse", "none"}) == -1);
+    CHECK(parse({"m.gsc", "--detail", "2", "--shard", "1/2", "--stats", "s"}) == 1);
+    CHECK(parse({"m.gsc", "--tier", "turbo", "--shard", "1/2", "--stats", "s"}) == 1);
+    CHECK(parse({"m.gsc", "--tier", "fast", "--shard", "1/2", "--stats", "s"}) == -1);
+}
+
 TEST_CASE("a target time takes no more detail away than --lod-bias may")
 {
     const test::ScratchDir folder;

@@ -230,6 +230,31 @@ TEST_CASE("foveation makes another run, which is found again with what lies wher
     CHECK(RunRows(old.path(), cut_off).find(id)->config.fovea_pixels == 0);
 }
 
+TEST_CASE("detail makes another run, which is found again")
+{
+    RunConfig plain, coarse;
+    plain.backend = coarse.backend = "cpu";
+    coarse.detail = 1.5;
+    const std::string id = idOf(someContext(), onePath(), plain);
+    CHECK(idOf(someContext(), onePath(), coarse) != id);
+    const RunRow row = someRow(coarse);
+    CHECK(toJson(row)["config"]["detail"] == 1.5);
+    CHECK(toJson(row)["config"]["tier"] == "fast");
+    CHECK(toJson(someRow(plain))["config"]["detail"] == 0);
+    CHECK(runTableLine(row).find("none detail 1.5 ") != std::string::npos);
+
+    std::string cut_off;
+    const TempFile file(lineOf(row) + "\n");
+    const RunRows rows(file.path(), cut_off);
+    REQUIRE(rows.find(row.config.id) != nullptr);
+    CHECK(lineOf(*rows.find(row.config.id)) == lineOf(row));
+    OrderedJson older = toJson(someRow(plain)); // of a player without such an axis
+    older["config"].erase("detail");
+    const TempFile old(jsonText(older, -1) + "\n");
+    REQUIRE(RunRows(old.path(), cut_off).find(id) != nullptr);
+    CHECK(RunRows(old.path(), cut_off).find(id)->config.detail == 0);
+}
+
 TEST_CASE("rows are found again, a half-written one is cut off when the next comes")
 {
     const RunRow first = someRow(errorRun(1)), second = someRow(errorRun(2));

@@ -168,6 +168,27 @@ TEST_CASE("a device: timed with images left there, then rendered again for the s
     CHECK(run.frames[2].result.eyes[0].anchors_decoded == 3); // counts are of the timed pass
 }
 
+TEST_CASE("with detail the frames between the scored ones are drawn too, and exact goes without")
+{
+    const NoScene scene;
+    const Path path = greyPath(3);
+    for (const float detail : {0.0f, 2.0f}) {
+        GreyRenderer backend(false);
+        FrameOptions options;
+        options.detail = detail;
+        const ScoreOptions last{0, 0, 2, 0};
+        CHECK(dependsOnPath(options) == (detail > 0));
+        ExactImages exact(scene, path, options, last, backend);
+        exact.keepAll();
+        for (const GreyRenderer::Call& call : backend.calls)
+            CHECK(call.options.detail == 0);
+        backend.calls.clear();
+        (void)measureRun(scene, path, options, backend, exact, last, [](uint64_t) {});
+        CHECK(backend.calls.size() == (detail > 0 ? 6 : 5)); // timed, and drawn again for the scores
+        CHECK(backend.calls[0].options.detail == detail);
+    }
+}
+
 TEST_CASE("exact images that are not kept come from a backend of their own")
 {
     const NoScene scene;

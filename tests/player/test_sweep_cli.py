@@ -189,6 +189,33 @@ class SweepTest(unittest.TestCase):
             self.assertLess(motion["max_frame"], row["config"]["frames"])
             self.assertLessEqual(pop["p50"], pop["max"])
 
+    def test_detail(self) -> None:
+        self.write(axes={"tier": ["exact", "fast", "turbo"], "policy": ["none", "depth"]}, runs=[{"detail": 4}],
+                   trajectories=["paths/first.json"])
+        check_schema("sweep", json.loads(self.config.read_text()))
+        run = self.sweep()
+        rows = self.rows()
+        for row in rows:
+            check_schema("run", row)
+            self.assertEqual(row["rendered_tier"], "exact")  # of a CPU
+        told = [(row["config"]["policy"], row["config"]["tier"], row["config"]["detail"]) for row in rows]
+        self.assertEqual(told, [("none", "exact", 0), ("depth", "exact", 0), ("none", "fast", 0), ("depth", "fast", 0),
+                                ("none", "fast", 2), ("none", "fast", 4)])
+        self.assertIn("none detail 2", run.stdout)
+        self.assertIn("6 of 6 runs were in the file", self.sweep().stderr)
+        self.write(runs=[{}, {"detail": 0}, {"tier": "exact"}], trajectories=["paths/first.json"])
+        self.out.unlink()
+        self.sweep("--tier", "turbo")  # which is the command line's for what the file leaves out
+        self.assertEqual([(row["config"]["tier"], row["config"]["detail"]) for row in self.rows()],
+                         [("fast", 2), ("fast", 0), ("exact", 0)])
+        self.write(runs=[{"tier": "exact", "detail": 2}])
+        self.refused(code=3, says='runs[0]: key "detail" is 2 with tier exact')
+        self.write(runs=[{"tier": "turbo", "policy": "error"}])
+        self.refused(code=3, says='runs[0]: key "policy" is "error" with a detail of 2 pixels')
+        report = json.loads(self.stability("--trajectories", "c/paths/first.json", "--detail", "3", "--format", "json").stdout)
+        check_schema("stability-report", report)
+        self.assertEqual(report["detail"], 3)
+
     def test_foveation(self) -> None:
         """A CPU draws everything: the same pictures, told apart by their configuration."""
         axes = {"tier": ["fast", "exact"], "fovea_pixels": [0, 1.5, 3]}

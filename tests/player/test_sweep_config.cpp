@@ -151,6 +151,37 @@ TEST_CASE("foveation is an axis: 0 is without it, and tier exact has none")
     CHECK(rest[2].foveaPixels() == 0);
 }
 
+TEST_CASE("detail is an axis, and the tier turbo stands for one")
+{
+    const auto details = [](const SweepConfig& config) {
+        std::vector<double> list;
+        for (const RunConfig& run : expandRuns(config))
+            list.push_back(run.tier == Tier::Exact ? -1 : run.detail);
+        return list;
+    };
+    using List = std::vector<double>;
+    CHECK(details(withAxes(R"("tier":["exact","fast","turbo"])")) == List{-1, 0, 2});
+    CHECK(details(withAxes(R"("detail":[0,1,2,4],"tier":["exact","fast","turbo"])")) == List{-1, 0, 1, 2, 4});
+    // it keeps what reuse would keep
+    CHECK(details(withAxes(R"("detail":[0,2],"policy":["none","depth"],"max_depth":[3,4])")) == List{0, 0, 0, 2});
+    CHECK(details(withAxes(R"("detail":[0])", R"(,"runs":[{"tier":"turbo"},{"tier":"turbo","detail":4},{}])")) ==
+          List{0, 2, 4});
+    const std::vector<RunConfig> runs = expandRuns(withAxes(R"("tier":["fast","turbo"])"));
+    CHECK_FALSE(runKeyJson(runs[0]).contains("detail")); // the key it always had
+    CHECK(runKeyJson(runs[1])["detail"] == 2);
+    CHECK(runKeyJson(runs[1])["tier"] == "fast");
+    // what the command line says holds where the file says nothing
+    RunConfig base;
+    base.detail = 3;
+    const auto with = [&](const char* list) {
+        return details(parseSweepConfig(
+            std::string(R"({"schema":"gsc.sweep/1","trajectories":["a"],"runs":)") + list + "}", "s", base, {"cpu"}));
+    };
+    CHECK(with(R"([{},{"detail":0},{"lod_bias":1},{"tier":"exact"}])") == List{3, 0, 3, -1});
+    CHECK(refusal(R"({"schema":"gsc.sweep/1","trajectories":["a"],"axes":{"policy":["error"],"detail":[2]}})")
+              .find("the detail 0") != std::string::npos);
+}
+
 TEST_CASE("a matched budget comes after the run it is taken from")
 {
     const std::string axes = R"("policy":["error","depth"],"max_depth":[7,10],"guidance":["staged"])";
@@ -243,7 +274,13 @@ TEST_CASE("wrong files are refused with the place and what was expected")
         {head + R"(,"axes":{"decode_budget":[0]}})", "\"decode_budget[0]\"", "null for no limit"},
         {head + R"(,"axes":{"cache_budget":["1M"]}})", "\"cache_budget[0]\"", "bytes"},
         {head + R"(,"axes":{"cut":[true]}})", "\"cut\"", "not known"},
-        {head + R"(,"axes":{"tier":["turbo"]}})", "\"tier[0]\"", "\"exact\""},
+        {head + R"(,"axes":{"tier":["best"]}})", "\"tier[0]\"", "\"exact\", \"fast\", \"turbo\""},
+        {head + R"(,"axes":{"detail":[2,-1]}})", "\"detail[1]\"", "0 = everything"},
+        {head + R"(,"axes":{"detail":[65]}})", "\"detail[0]\"", "0 to 64"},
+        {head + R"(,"axes":{"detail":[null]}})", "\"detail[0]\"", "a number"},
+        {head + R"(,"runs":[{"detail":2,"tier":"exact"}]})", "\"detail\"", "\"turbo\""},
+        {head + R"(,"runs":[{"detail":2,"policy":"depth"}]})", "\"policy\"", "\"none\""},
+        {head + R"(,"runs":[{"policy":"error","tier":"turbo"}]})", "\"policy\"", "the detail 0"},
         {head + R"(,"axes":{"lod_fade":[1.5]}})", "\"lod_fade[0]\"", "0 to 1"},
         {head + R"(,"runs":[{"lod_hysteresis":-0.5}]})", "\"lod_hysteresis\"", "0 to 1"},
         {head + R"(,"axes":{"lod_bias":[17]}})", "\"lod_bias[0]\"", "-16 to 16"},

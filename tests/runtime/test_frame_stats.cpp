@@ -75,6 +75,8 @@ FrameStats someStats()
     stats.result.cache_bytes = 8;
     stats.result.cache_evictions = 9;
     stats.lod_bias = -0.5;
+    stats.detail = 1.5;
+    stats.result.coarse = {11, 12, 13, 14};
     return stats;
 }
 
@@ -98,6 +100,11 @@ TEST_CASE("a line of statistics fits its schema and carries every value")
     CHECK(json["cache_bytes"] == 8);
     CHECK(json["cache_evictions"] == 9);
     CHECK(json["lod_bias"] == -0.5);
+    CHECK(json["detail"] == 1.5);
+    CHECK(json["groups_near"] == 11);
+    CHECK(json["groups_kept"] == 12);
+    CHECK(json["groups_stale"] == 13);
+    CHECK(json["groups_made"] == 14);
     CHECK(json["appearance"] == 3);
     CHECK(json["tier"] == "exact");
 }

@@ -17,7 +17,7 @@ struct FrameStats {
     uint32_t eye_count = 1;
     int appearance = -1; // the trainer's embedding row, -1 = none
     FrameResult result;
-    double lod_bias = 0; // FrameOptions::lod_bias of this frame
+    double lod_bias = 0, detail = 0; // FrameOptions' of this frame
 };
 
 const char* tierName(Tier tier);
