@@ -26,7 +26,8 @@ except ImportError:  # the schema checks are then left out, and the run says so
 
 SOURCE, PLAY, GSC = (pathlib.Path(a).resolve() for a in sys.argv[1:4])
 MANIFEST = pathlib.Path(sys.argv[4]).resolve() if len(sys.argv) > 4 else None
-PATHS = ["aerial", "orbit", "head_turn", "teleport", "zoom_out", "walk_through", "level_swing", "jitter", "wide_eyes"]
+PATHS = ["aerial", "orbit", "head_turn", "teleport", "zoom_out", "walk_through", "level_swing", "jitter", "wide_eyes", "flight", "stroll",
+         "look_around"]
 
 
 def check_schema(name: str, value) -> None:

@@ -7,6 +7,7 @@
 #include <gsc/file/mapped_file.h>
 #include "runtime/cameras/camera_file.h"
 #include "runtime/cameras/length.h"
+#include "sample/live_motion.h"
 #include "sample/sample_tools.h"
 #include "support/checkpoints.h"
 
@@ -109,8 +110,10 @@ Made make(const std::string& model, const std::string& output, Length ipd = {})
     options.output = output;
     options.ipd = ipd;
     Made made{makePaths(options), {}};
-    for (const ModelPath& path : made.report.paths)
+    for (const ModelPath& path : made.report.paths) {
         made.paths[path.path.name] = readFrames(output + "/" + path.path.name + ".json", made.report.metre);
+        made.paths[path.path.name].fps = path.path.fps;
+    }
     CHECK(hashFolder(output).size() == made.report.paths.size());
     return made;
 }
@@ -162,6 +165,26 @@ void checkPace(Made& made)
         CHECK((jumps.speed(i) + jumps.turn(i) == 0) == (i % 10 != 0));
 }
 
+void checkLive(Made& made)
+{
+    std::vector<dvec3> position, forward;
+    const auto motion = [&](const char* name) {
+        CAPTURE(name);
+        REQUIRE(made.paths.count(name) == 1);
+        CHECK(made.paths[name].fps == 90);
+        position.clear(), forward.clear();
+        for (const Pose& pose : made.paths[name].poses) {
+            position.push_back(pose.position);
+            forward.push_back(pose.forward);
+        }
+        return LiveMotion(position, forward, made.report.metre);
+    };
+    if (made.paths.count("aerial"))
+        motion("flight").checkFlight();
+    motion("stroll").checkStroll(75 + 61); // while the walker turns, as in `walk`
+    motion("look_around").checkLookAround();
+}
+
 void checkShapes(Made& made)
 {
     const Frames& head = made.paths["head_turn"];
@@ -207,10 +230,12 @@ Made checkModel(const Checkpoint& checkpoint, const ScratchFolder& scratch, cons
     CAPTURE(name);
     Made made = make(bakeTo(checkpoint, scratch / (name + ".gsc")), scratch / (name + "_paths"));
     const bool flies = made.report.capture == CaptureKind::Aerial || made.report.capture == CaptureKind::None;
-    CHECK(made.paths.size() == (flies ? 11 : 10));
+    CHECK(made.paths.size() == (flies ? 14 : 12));
     CHECK(made.paths.count("aerial") == size_t(flies));
+    CHECK(made.paths.count("flight") == size_t(flies));
     checkMetre(scratch / (name + ".gsc"), made.report);
     checkPace(made);
+    checkLive(made);
     checkShapes(made);
     checkSight(made, anchorsOf(checkpoint));
     return made;
@@ -310,8 +335,9 @@ TEST_CASE("model paths: without cameras, or with cameras that see nothing, the b
         CHECK(made.report.cameras == 0);
         CHECK(made.report.metre_rule.find("no cameras") == 0);
         checkMetre(scratch / (name + ".gsc"), made.report);
-        CHECK(made.paths.size() == 11);
+        CHECK(made.paths.size() == 14);
         checkPace(made);
+        checkLive(made);
         checkShapes(made);
     }
 }
@@ -334,4 +360,28 @@ TEST_CASE("model paths: the same bytes twice; the eyes' distance sets the pace")
     CHECK(wide.report.metre == first.report.metre);
     CHECK(wide.paths["walk"].ipd == doctest::Approx(0.08 * first.report.metre));
     CHECK(wide.paths["wide_eyes"].ipd == doctest::Approx(20 * wide.paths["walk"].ipd));
+}
+
+TEST_CASE("model paths: --fps is that of all of them; --only takes those that move as people do")
+{
+    const ScratchFolder scratch;
+    makeSample(sampleOptions(SampleScene::City, SampleModel::Scaffold, 6000, scratch / "m"), {});
+    PathsOptions options;
+    options.input = bakeTo(readCheckpoint(scratch / "m", {}), scratch / "m.gsc");
+    options.output = scratch / "paths";
+    options.only = {"walk", "flight", "stroll", "look_around"};
+    const PathsReport usual = makePaths(options);
+    options.fps = 30;
+    options.overwrite = true;
+    const PathsReport slow = makePaths(options);
+    REQUIRE(usual.paths.size() == 4);
+    REQUIRE(slow.paths.size() == 4);
+    for (size_t i = 0; i < 4; ++i) {
+        const CameraPath &a = usual.paths[i].path, &b = slow.paths[i].path;
+        CAPTURE(a.name);
+        CHECK(a.fps == (a.name == "walk" ? 72 : 90));
+        CHECK(b.fps == 30);
+        CHECK(double(b.frames.size()) / b.fps == doctest::Approx(double(a.frames.size()) / a.fps).epsilon(0.02));
+        CHECK(slow.paths[i].top_speed == doctest::Approx(usual.paths[i].top_speed).epsilon(1e-6));
+    }
 }

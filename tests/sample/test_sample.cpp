@@ -65,7 +65,7 @@ TEST_CASE("sample: the same options give the same bytes, on one thread and on tw
         options.overwrite = true;
         makeSample(options, {});
         const auto first = hashFolder(options.output);
-        CHECK(first.size() == 18); // cfg_args, cameras.json, metre.json, PLY, four MLPs, embedding, nine paths
+        CHECK(first.size() == 21); // cfg_args, cameras.json, metre.json, PLY, four MLPs, embedding, twelve paths
         {
             const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
             options.output = scratch / "second";

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The nine paths beside every model: what the player reads, and that each moves as it says.
+// The paths beside every model: what the player reads, and that each moves as it says.
 #include "convert/input/checkpoint.h"
 #include "convert/sample/paths/site_paths.h"
 #include "runtime/cameras/camera_file.h"
+#include "sample/live_motion.h"
 #include "sample/sample_tools.h"
 
 #include <doctest/doctest.h>
@@ -36,8 +37,6 @@ Poses readPoses(const std::string& path)
     TrajectoryFacts eyes;
     const std::vector<Camera> cameras = readCameraFile(path, &eyes);
     poses.ipd = eyes.ipd;
-    CHECK(cameras.size() >= 40);
-    CHECK(cameras.size() <= 120);
     CHECK(poses.ipd > 0);
     size_t wrong = 0;
     for (const Camera& c : cameras) {
@@ -161,14 +160,40 @@ void checkDistances(std::map<std::string, Poses>& paths, double standard_dist, b
     CHECK(crossings == 7);
 }
 
+void checkLive(const std::string& model, std::map<std::string, Poses>& paths)
+{
+    const double metre = paths["stroll"].ipd / kEyesApart;
+    const auto motion = [&](const char* name) {
+        REQUIRE(paths.count(name) == 1);
+        CHECK(readText(model + "/paths/" + name + ".json").find("\"fps\": 90.0,") != std::string::npos);
+        return LiveMotion(paths[name].position, paths[name].forward, metre);
+    };
+    motion("flight").checkFlight();
+    motion("stroll").checkStroll(75.001);
+    motion("look_around").checkLookAround();
+    // the curve of aerial: from its first place on its line, and to its last place but where that is too far
+    const Poses &aerial = paths["aerial"], &flight = paths["flight"];
+    const dvec3 way = aerial.position.back() - aerial.position.front();
+    const dvec3 flown = flight.position.back() - flight.position.front();
+    CHECK(length(flight.position.front() - aerial.position.front()) < 1e-9 * length(way));
+    CHECK(length(flight.forward.front() - aerial.forward.front()) < 1e-9);
+    CHECK(length(cross(flown, normalized(way))) < 1e-9 * length(way));
+    CHECK(length(flown) <= length(way) * (1 + 1e-9));
+    CHECK((length(flown) > length(way) - 2 * flight.step(1) || flight.size() == 1800));
+}
+
 void checkPaths(const std::string& model)
 {
     CAPTURE(model);
     std::map<std::string, Poses> paths = readPaths(model);
-    REQUIRE(paths.size() == 9);
-    for (const char* name :
-         {"aerial", "orbit", "head_turn", "teleport", "zoom_out", "walk_through", "level_swing", "jitter", "wide_eyes"})
+    REQUIRE(paths.size() == 12);
+    for (const char* name : {"aerial", "orbit", "head_turn", "teleport", "zoom_out", "walk_through", "level_swing",
+                             "jitter", "wide_eyes"}) {
         REQUIRE(paths.count(name) == 1);
+        CHECK(paths[name].size() >= 40);
+        CHECK(paths[name].size() <= 120);
+    }
+    checkLive(model, paths);
     checkStill(paths["head_turn"], paths["teleport"]);
     checkMoving(paths);
     const Checkpoint checkpoint = readCheckpoint(model, {});

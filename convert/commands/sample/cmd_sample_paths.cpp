@@ -86,7 +86,8 @@ void addSamplePathsCommand(CLI::App& sample, Invocation& invocation)
     addFlag(command, "-w,--overwrite", options->overwrite, "replace paths that exist");
     addImageSize(command, "--size", options->width, options->height, "WxH (default: 2048x2048)", "pixels of the image");
     addNumber(command, "--fov", raw->fov, {1, 170}, " degrees", "DEGREES (default: 90)", "horizontal angle of view");
-    addNumber(command, "--fps", options->fps, {1, 1000}, "", "N (default: 72)", "frames per second");
+    addNumber(command, "--fps", options->fps, {1, 1000}, "", "N (default: 72; flight, stroll, look_around: 90)",
+              "frames per second");
     detail::addValue(command, "--ipd", "LENGTH (default: 64mm)",
                      "distance of the eyes: metres such as 64mm, or world units, which then are 64mm and say how large "
                      "the model's metre is; paces follow from the metre",

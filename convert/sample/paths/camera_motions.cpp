@@ -9,10 +9,70 @@
 
 namespace gsc {
 
+namespace {
+
+constexpr double kWalkRamp = 1, kHeadRamp = 0.3;       // seconds in which a viewer is up to speed
+constexpr double kStrollTurns = 75, kQuickTurns = 120; // degrees per second
+constexpr double kLookSeconds = 12;
+
+constexpr Glance kStrollGlances[] = {{0, 5, 0.5},  {45, -5, 1.2}, {0, 10, 1.8},  {-70, -8, 1}, {-20, 0, 0.8},
+                                     {0, 15, 1.2}, {60, 0, 1.2},  {-35, -10, 1}, {0, 0, 0}};
+constexpr Glance kLookGlances[] = {{40, 0, 0.4},  {-50, 10, 0.5},  {90, -10, 0.4}, {20, 25, 0.6},
+                                   {-90, 0, 0.4}, {-20, -20, 0.5}, {60, 0, 0.4},   {0, 0, 0}};
+
+// `t` seconds after the first of them began.
+Glance glanceAt(std::span<const Glance> glances, double speed, double t)
+{
+    Glance from{};
+    for (const Glance& to : glances) {
+        const Eased turn(std::hypot(to.heading - from.heading, to.down - from.down), speed, kHeadRamp);
+        if (t < turn.seconds()) {
+            const double share = turn.share(t);
+            return {lerp(from.heading, to.heading, share), lerp(from.down, to.down, share), 0};
+        }
+        from = to;
+        t -= turn.seconds() + to.seconds;
+        if (t < 0)
+            break;
+    }
+    return from;
+}
+
+} // namespace
+
 dvec3 radialDirection(const PathSite& site, double heading, double down)
 {
     const dvec3 level = site.axis[0] * std::cos(heading) + site.axis[1] * std::sin(heading);
     return level * std::cos(down) - site.up * std::sin(down);
+}
+
+dvec3 turned(dvec3 from, dvec3 to, dvec3 up, double t)
+{
+    const double angle = std::atan2(length(cross(from, to)), dot(from, to));
+    if (angle < 1e-9)
+        return from;
+    dvec3 side = to - from * dot(to, from);
+    if (angle > kPi - 1e-6)
+        side = cross(up, from);
+    return normalized(from * std::cos(angle * t) + normalized(side) * std::sin(angle * t));
+}
+
+Place along(const Walk& walk, dvec3 up, double t)
+{
+    return {lerp(walk.first.position, walk.last.position, t), turned(walk.first.forward, walk.last.forward, up, t)};
+}
+
+Eased::Eased(double way, double speed, double ramp) : m_way(way), m_ramp(ramp), m_speed(std::min(speed, way / ramp)) {}
+
+double Eased::share(double t) const
+{
+    // its acceleration is half a wave of a sine, so that nothing starts with a jerk
+    const auto ramp = [this](double s) { return 0.5 * s - m_ramp / (2 * kPi) * std::sin(kPi * s / m_ramp); };
+    const double left = seconds() - t;
+    if (t <= 0 || left <= 0)
+        return t <= 0 ? 0 : 1;
+    const double rate = m_speed / m_way;
+    return t < m_ramp ? rate * ramp(t) : left < m_ramp ? 1 - rate * ramp(left) : rate * (t - 0.5 * m_ramp);
 }
 
 PathMaker::PathMaker(const PathSite& site, const char* name, double fps, const PathLens& lens)
@@ -74,6 +134,29 @@ void shake(PathMaker& path, int frames, dvec3 target, dvec3 forward, double dist
         for (int axis = 0; axis < 3; ++axis)
             eye = eye + axes[axis] * (reach * std::sin(i * (rate + spread * axis) + axis));
         path.look(eye, normalized(target - eye));
+    }
+}
+
+void stroll(PathMaker& path, const Walk& walk)
+{
+    const PathSite& site = path.site();
+    const Eased pace(length(walk.last.position - walk.first.position), kWalkSpeed * site.metre, kWalkRamp);
+    for (int i = 0; i < int(std::lround(pace.seconds() * path.fps())); ++i) {
+        const double t = i / path.fps();
+        const auto [position, ahead] = along(walk, site.up, pace.share(t));
+        const Glance glance = glanceAt(kStrollGlances, kStrollTurns, t - kWalkRamp);
+        path.look(position,
+                  radialDirection(
+                      site, std::atan2(dot(ahead, site.axis[1]), dot(ahead, site.axis[0])) + degrees(glance.heading),
+                      std::asin(std::clamp(-dot(ahead, site.up), -1.0, 1.0)) + degrees(glance.down)));
+    }
+}
+
+void lookAround(PathMaker& path, dvec3 eye, double heading)
+{
+    for (int i = 0; i < int(std::lround(kLookSeconds * path.fps())); ++i) {
+        const Glance glance = glanceAt(kLookGlances, kQuickTurns, i / path.fps());
+        path.look(eye, path.direction(heading + glance.heading, glance.down));
     }
 }
 

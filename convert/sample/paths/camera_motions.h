@@ -8,6 +8,7 @@
 #include "runtime/cameras/length.h"
 
 #include <cstdint>
+#include <span>
 #include <utility>
 
 namespace gsc {
@@ -15,6 +16,7 @@ namespace gsc {
 constexpr double kArmLength = 0.7;  // metres
 constexpr double kWalkSpeed = 1.4;  // metres per second
 constexpr double kHeadsetRate = 72; // frames per second
+constexpr double kLiveRate = 90;    // of the paths that move as people do
 
 struct PathLens {
     uint32_t width = 2048, height = 2048; // pixels
@@ -23,6 +25,37 @@ struct PathLens {
 
 // Unit vector; the two angles in radians.
 dvec3 radialDirection(const PathSite& site, double heading, double down);
+
+struct Place {
+    dvec3 position{}, forward{}; // forward is a unit vector
+};
+
+// A straight walk, gaze turning evenly from the first to the last.
+struct Walk {
+    Place first, last;
+};
+
+// A unit vector between the two, at an even rate. Opposite ones turn about `up`.
+dvec3 turned(dvec3 from, dvec3 to, dvec3 up, double t);
+Place along(const Walk& walk, dvec3 up, double t);
+
+// Something that moves from rest to rest by `way` above 0, speeding up and slowing down for `ramp` seconds each. Its
+// speed is `speed` in between, and less where the way is too short for that.
+class Eased {
+public:
+    Eased(double way, double speed, double ramp);
+    [[nodiscard]] double seconds() const { return m_way / m_speed + m_ramp; }
+    // Of the way, 0..1, at any time in seconds.
+    [[nodiscard]] double share(double t) const;
+
+private:
+    double m_way, m_ramp, m_speed;
+};
+
+// A head that turns so far from straight ahead, in degrees, and stays there; the first one's turn begins straight ahead.
+struct Glance {
+    double heading, down, seconds;
+};
 
 // Adds frames to a path. Precondition: the site outlives it.
 class PathMaker {
@@ -35,6 +68,7 @@ public:
         return radialDirection(m_site, degrees(heading), degrees(down));
     }
     [[nodiscard]] const PathSite& site() const { return m_site; }
+    [[nodiscard]] double fps() const { return m_path.fps; }
     void eyes(double times) { m_path.ipd *= times; }
     CameraPath take() { return std::move(m_path); }
 
@@ -56,5 +90,10 @@ void swing(PathMaker& path, int frames, dvec3 target, dvec3 forward, double dist
 // Eyes at `distance` before `target` that shake by 1 mm at first and 2 cm in the end. Radians per frame of the three
 // axes: rate, rate + spread, rate + 2 spread.
 void shake(PathMaker& path, int frames, dvec3 target, dvec3 forward, double distance, double rate, double spread);
+// A walk at kWalkSpeed from rest to rest, while the head turns to either side at 75 degrees per second.
+void stroll(PathMaker& path, const Walk& walk);
+constexpr double kStrollWay = 26.6; // metres: 20 seconds
+// 12 seconds of a standing viewer who looks up to 90 degrees to either side, at up to 120 degrees per second.
+void lookAround(PathMaker& path, dvec3 eye, double heading);
 
 } // namespace gsc

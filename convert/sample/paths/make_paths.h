@@ -15,7 +15,7 @@ struct PathsOptions {
     std::string output;                   // folder of the NAME.json
     uint32_t width = 2048, height = 2048; // pixels
     double fov_x = 0.5 * kPi;             // radians
-    double fps = kHeadsetRate;
+    double fps = 0;                       // as in modelPaths()
     // Of the eyes. World units say how large the metre is: kEyesApart of one; else it is the file's, or derived.
     Length ipd;
     std::vector<std::string> only;

@@ -17,7 +17,7 @@ constexpr double kSeconds = 4;       // of most paths
 constexpr double kWalkSeconds = 3;   // 4.2 m
 constexpr double kOrbitSpeed = 25;   // degrees per second
 constexpr double kAscentSpeed = 4;   // metres per second
-constexpr double kFlightSpeed = 10;  // metres per second
+constexpr double kAerialSpeed = 10;  // metres per second
 constexpr double kSwingReach = 0.3;  // metres to either side: leaning forward and back once a second
 constexpr double kShakeRate = 3;     // Hz of the slowest axis
 constexpr double kZoomPerSecond = 2; // times as far
@@ -150,23 +150,45 @@ std::string levelSwing(const PathOrder& order, PathMaker& path)
     return formatString("four swings of %.2g m about %s", share * distance / order.metre(), about);
 }
 
+// As far as the middle half of the diagonal goes; metres per second.
+std::string fly(const PathOrder& order, PathMaker& path, double speed, double most_seconds)
+{
+    const FlightPace pace = flightPace(order.survey.site, speed, most_seconds, order.fps);
+    double height = 0;
+    const PathSite moved = order.places.flightSite(kFlightFrom, pace.to, height);
+    flyDiagonal(path, moved, pace.frames, kFlightFrom, pace.to, height);
+    return formatString("a flight at %.3g m/s at %.3g m, looking ahead and 25 degrees down", speed,
+                        height / order.metre());
+}
+
 std::string aerial(const PathOrder& order, PathMaker& path)
 {
-    const PathSite& site = order.survey.site;
-    const double diagonal = std::hypot(site.high[0] - site.low[0], site.high[1] - site.low[1]);
-    // as far as the middle half of the diagonal goes
-    const int frames = int(
-        std::clamp(0.5 * diagonal / (kFlightSpeed * order.metre()) * order.fps, 2.0, double(order.frames(kSeconds))));
-    const double part = (frames - 1) * kFlightSpeed * order.metre() / order.fps / diagonal;
-    double height = 0;
-    const PathSite moved = order.places.flightSite(0.25, 0.25 + part, height);
-    flyDiagonal(path, moved, frames, 0.25, 0.25 + part, height);
-    return formatString("a flight at 10 m/s at %.3g m, looking ahead and 25 degrees down", height / order.metre());
+    return fly(order, path, kAerialSpeed, kSeconds);
+}
+
+std::string flight(const PathOrder& order, PathMaker& path)
+{
+    return fly(order, path, flightSpeed(order.survey.site), kFlightSeconds[1]);
+}
+
+std::string stroll(const PathOrder& order, PathMaker& path)
+{
+    stroll(path, order.places.walk(kStrollWay));
+    return "a walk at 1.4 m/s that begins and ends at rest, the head turning to either side";
+}
+
+std::string lookAround(const PathOrder& order, PathMaker& path)
+{
+    const Turn turn = order.places.turn();
+    lookAround(path, turn.eye, turn.heading + 90);
+    return "looks up to 90 degrees to either side, at up to 120 degrees per second";
 }
 
 struct NamedPath {
     const char* name;
     std::string (*make)(const PathOrder&, PathMaker&); // adds the frames and says what they are
+    double fps = kHeadsetRate;                         // where none is asked for
+    bool flies = false;                                // only where cameras were in the air, or there are none
 };
 
 constexpr NamedPath kPaths[] = {{"walk", walk},
@@ -179,7 +201,10 @@ constexpr NamedPath kPaths[] = {{"walk", walk},
                                 {"walk_through", walkThrough},
                                 {"level_swing", levelSwing},
                                 {"wide_eyes", wideEyes},
-                                {"aerial", aerial}};
+                                {"aerial", aerial, kHeadsetRate, true},
+                                {"flight", flight, kLiveRate, true},
+                                {"stroll", stroll, kLiveRate},
+                                {"look_around", lookAround, kLiveRate}};
 
 int appearanceNear(const ModelSurvey& survey, dvec3 position)
 {
@@ -234,21 +259,23 @@ std::vector<ModelPath> modelPaths(const ModelSurvey& survey, const PathLens& len
                                   const std::vector<std::string>& only)
 {
     const PathPlaces places(survey, lens);
-    const PathOrder order{survey, places, fps};
     std::vector<ModelPath> made;
     for (const NamedPath& named : kPaths) {
         throwIfInterrupted();
         const bool asked = std::find(only.begin(), only.end(), named.name) != only.end();
         if (!only.empty() && !asked)
             continue;
-        if (named.make == aerial && !survey.fromAbove()) {
+        if (named.flies && !survey.fromAbove()) {
             if (asked)
-                throw Error(ErrorCode::Usage, "--only: the cameras of this model stand on the ground, expected some in "
-                                              "the air for the path aerial; leave it out");
+                throw Error(ErrorCode::Usage,
+                            formatString("--only: the cameras of this model stand on the ground, expected some in the "
+                                         "air for the path %s; leave it out",
+                                         named.name));
             continue;
         }
         const bool teleports = named.make == teleport;
-        PathMaker maker(survey.site, named.name, fps, lens);
+        const PathOrder order{survey, places, fps > 0 ? fps : named.fps};
+        PathMaker maker(survey.site, named.name, order.fps, lens);
         std::string description = named.make(order, maker);
         CameraPath path = maker.take();
         path.metre = survey.site.metre;

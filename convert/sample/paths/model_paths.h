@@ -19,9 +19,10 @@ struct ModelPath {
 // Names of the paths, in the order they are made.
 const std::vector<std::string>& modelPathNames();
 
-// walk, ascent, zoom_out, orbit, head_turn, jitter, teleport, walk_through, level_swing, wide_eyes, and aerial unless
-// the cameras stand on the ground. `only` names those wanted, empty = all. Throws Error (Usage: aerial was asked for
-// where there is none; Interrupted).
+// walk, ascent, zoom_out, orbit, head_turn, jitter, teleport, walk_through, level_swing, wide_eyes, stroll, look_around,
+// and aerial and flight unless the cameras stand on the ground. `fps` 0: kLiveRate for flight, stroll and look_around,
+// kHeadsetRate for the others. `only` names those wanted, empty = all. Throws Error (Usage: one was asked for that this
+// model has not; Interrupted).
 std::vector<ModelPath> modelPaths(const ModelSurvey& survey, const PathLens& lens, double fps,
                                   const std::vector<std::string>& only);
 

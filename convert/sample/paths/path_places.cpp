@@ -32,11 +32,6 @@ dvec3 pitched(dvec3 forward, dvec3 up, double steepest)
     return normalized(flat) * std::sqrt(1 - height * height) + up * height;
 }
 
-Place along(const Walk& walk, dvec3 up, double t)
-{
-    return {lerp(walk.first.position, walk.last.position, t), turned(walk.first.forward, walk.last.forward, up, t)};
-}
-
 // The best of them by `worth`, the first of equals. Precondition: there is one.
 template <typename T, typename Worth>
 T best(const std::vector<T>& candidates, const Worth& worth)
@@ -55,17 +50,6 @@ T best(const std::vector<T>& candidates, const Worth& worth)
 }
 
 } // namespace
-
-dvec3 turned(dvec3 from, dvec3 to, dvec3 up, double t)
-{
-    const double angle = std::atan2(length(cross(from, to)), dot(from, to));
-    if (angle < 1e-9)
-        return from;
-    dvec3 side = to - from * dot(to, from);
-    if (angle > kPi - 1e-6)
-        side = cross(up, from);
-    return normalized(from * std::cos(angle * t) + normalized(side) * std::sin(angle * t));
-}
 
 PathPlaces::PathPlaces(const ModelSurvey& survey, const PathLens& lens)
     : m_survey(survey), m_lens(lens), m_sample(everyNth(survey.seen, kScorePoints))
@@ -131,6 +115,7 @@ std::vector<Walk> PathPlaces::walksOnGround(double metres) const
 {
     const PathSite& site = m_survey.site;
     std::vector<Walk> found, high;
+    const int steps = std::max(2, int(metres / 2));
     for (int u = 0; u < kGridSide; ++u)
         for (int v = 0; v < kGridSide; ++v)
             for (int heading = 0; heading < 360; heading += 45) {
@@ -138,8 +123,8 @@ std::vector<Walk> PathPlaces::walksOnGround(double metres) const
                 dvec3 first = site.axis[0] * lerp(site.low[0], site.high[0], (u + 0.5) / kGridSide) +
                               site.axis[1] * lerp(site.low[1], site.high[1], (v + 0.5) / kGridSide);
                 double ground = -1e300;
-                for (const double t : {0.0, 0.5, 1.0})
-                    ground = std::max(ground, groundNear(first + way * t));
+                for (int i = 0; i <= steps; ++i)
+                    ground = std::max(ground, groundNear(first + way * (i / double(steps))));
                 first = first + site.up * (ground + kEyeHeight * site.metre);
                 // photographed from above: the horizon is what such a model knows least
                 const dvec3 forward = radialDirection(site, degrees(heading), degrees(25));

@@ -11,15 +11,6 @@
 
 namespace gsc {
 
-struct Place {
-    dvec3 position{}, forward{}; // forward is a unit vector
-};
-
-// A straight walk, gaze turning evenly from the first to the last.
-struct Walk {
-    Place first, last;
-};
-
 // An arc round a target.
 struct Arc {
     dvec3 target{};
@@ -31,9 +22,6 @@ struct Turn {
     dvec3 eye{};
     double heading = 0; // degrees
 };
-
-// A unit vector between the two, at an even rate. Opposite ones turn about `up`.
-dvec3 turned(dvec3 from, dvec3 to, dvec3 up, double t);
 
 class PathPlaces {
 public:

@@ -33,52 +33,41 @@ double eyeHeight(const PathSite& site)
     return kEyeHeight * site.metre;
 }
 
-CameraPath aerial(const PathSite& site)
+void aerial(const PathSite& site, PathMaker& path)
 {
-    PathMaker path(site, "aerial", 30);
-    flyDiagonal(path, site, 40, 0.25, 0.75, 0.5 * site.view_height);
-    return path.take();
+    flyDiagonal(path, site, 40, kFlightFrom, 0.75, 0.5 * site.view_height);
 }
 
-CameraPath orbit(const PathSite& site)
+void orbit(const PathSite& site, PathMaker& path)
 {
-    PathMaker path(site, "orbit", kHeadsetRate);
     circle(path, 120, pathTarget(site), site.view_height, 0, 1, 35);
-    return path.take();
 }
 
-CameraPath headTurn(const PathSite& site)
+void headTurn(const PathSite& site, PathMaker& path)
 {
-    PathMaker path(site, "head_turn", kHeadsetRate);
     turnHead(path, above(site, 0.5, 0.5, eyeHeight(site)), 0, 5, 18, 36, 18); // 180 degrees in 36 steps of 1/72 s
-    return path.take();
 }
 
-CameraPath teleport(const PathSite& site)
+void teleport(const PathSite& site, PathMaker& path)
 {
     // where on the ground, how high (0 = eye height, 1 = view height), heading and downward angle in degrees
     static constexpr double kPlaces[8][5] = {
         {0.30, 0.30, 0, 45, 0}, {0.70, 0.60, 0.5, 200, 30}, {0.20, 0.75, 0, 300, 0}, {0.80, 0.20, 1, 135, 50},
         {0.50, 0.50, 0, 0, 0},  {0.25, 0.50, 0.25, 20, 15}, {0.75, 0.80, 0, 225, 0}, {0.40, 0.20, 0.75, 90, 40}};
-    PathMaker path(site, "teleport", kHeadsetRate);
     for (const auto& place : kPlaces)
         stand(path, 10, above(site, place[0], place[1], lerp(eyeHeight(site), site.view_height, place[2])),
               path.direction(place[3], place[4]));
-    return path.take();
 }
 
-CameraPath zoomOut(const PathSite& site)
+void zoomOut(const PathSite& site, PathMaker& path)
 {
-    PathMaker path(site, "zoom_out", kHeadsetRate);
     const double last = std::max(4 * site.view_height, std::hypot(side(site, 0), side(site, 1)));
     recede(path, 100, pathTarget(site), radialDirection(site, diagonal(site), degrees(50)), 0.25 * site.view_height,
            last);
-    return path.take();
 }
 
-CameraPath walkThrough(const PathSite& site)
+void walkThrough(const PathSite& site, PathMaker& path)
 {
-    PathMaker path(site, "walk_through", kHeadsetRate);
     // off the axes, so that a street along one of them does not lead past everything
     const double heading = 0.6 * diagonal(site);
     const double way =
@@ -86,37 +75,83 @@ CameraPath walkThrough(const PathSite& site)
     const dvec3 forward = radialDirection(site, heading, 0);
     for (int i = 0; i < 120; ++i)
         path.look(above(site, 0.5, 0.5, eyeHeight(site)) + forward * (way * (i / 119.0 - 0.5)), forward);
-    return path.take();
 }
 
-CameraPath levelSwing(const PathSite& site)
+void levelSwing(const PathSite& site, PathMaker& path)
 {
-    PathMaker path(site, "level_swing", kHeadsetRate);
     swing(path, 96, pathTarget(site), radialDirection(site, diagonal(site), degrees(40)),
           levelBoundary(site, site.view_height), 0.1, 24); // four swings
-    return path.take();
 }
 
-CameraPath jitter(const PathSite& site)
+void jitter(const PathSite& site, PathMaker& path)
 {
-    PathMaker path(site, "jitter", kHeadsetRate);
     shake(path, 120, pathTarget(site), radialDirection(site, diagonal(site), degrees(45)), kArmLength * site.metre, 1.1,
           0.37);
-    return path.take();
 }
 
-CameraPath wideEyes(const PathSite& site)
+void wideEyes(const PathSite& site, PathMaker& path)
 {
-    PathMaker path(site, "wide_eyes", kHeadsetRate);
     path.eyes(kWideEyes);
     const double heading = diagonal(site);
     const dvec3 way = radialDirection(site, heading, 0), forward = radialDirection(site, heading, degrees(5));
     for (int i = 0; i < 60; ++i)
         path.look(above(site, 0.5, 0.5, eyeHeight(site)) + way * (kWalkSpeed * site.metre * i / kHeadsetRate), forward);
-    return path.take();
 }
 
+void flight(const PathSite& site, PathMaker& path)
+{
+    const FlightPace pace = flightPace(site, flightSpeed(site), kFlightSeconds[1], path.fps());
+    flyDiagonal(path, site, pace.frames, kFlightFrom, pace.to, 0.5 * site.view_height);
+}
+
+// Down the middle: in the street, and in a city often along one.
+void stroll(const PathSite& site, PathMaker& path)
+{
+    const dvec3 forward = radialDirection(site, 0, 0), middle = above(site, 0.5, 0.5, eyeHeight(site));
+    const dvec3 half = forward * (0.5 * std::min(kStrollWay * site.metre, 0.8 * side(site, 0)));
+    stroll(path, {{middle - half, forward}, {middle + half, forward}});
+}
+
+void lookAround(const PathSite& site, PathMaker& path)
+{
+    lookAround(path, above(site, 0.5, 0.5, eyeHeight(site)), 0);
+}
+
+struct NamedSitePath {
+    const char* name;
+    double fps;
+    void (*make)(const PathSite&, PathMaker&); // adds the frames
+};
+
+constexpr NamedSitePath kSitePaths[] = {{"aerial", 30, aerial},
+                                        {"orbit", kHeadsetRate, orbit},
+                                        {"head_turn", kHeadsetRate, headTurn},
+                                        {"teleport", kHeadsetRate, teleport},
+                                        {"zoom_out", kHeadsetRate, zoomOut},
+                                        {"walk_through", kHeadsetRate, walkThrough},
+                                        {"level_swing", kHeadsetRate, levelSwing},
+                                        {"jitter", kHeadsetRate, jitter},
+                                        {"wide_eyes", kHeadsetRate, wideEyes},
+                                        {"flight", kLiveRate, flight},
+                                        {"stroll", kLiveRate, stroll},
+                                        {"look_around", kLiveRate, lookAround}};
+
 } // namespace
+
+FlightPace flightPace(const PathSite& site, double speed, double most_seconds, double fps)
+{
+    const double way = std::hypot(side(site, 0), side(site, 1));
+    const double most = std::max(2.0, std::round(most_seconds * fps));
+    FlightPace pace;
+    pace.frames = int(std::clamp(0.5 * way / (speed * site.metre) * fps, 2.0, most));
+    pace.to = kFlightFrom + (pace.frames - 1) * speed * site.metre / fps / way;
+    return pace;
+}
+
+double flightSpeed(const PathSite& site)
+{
+    return std::min(kFlightSpeed, 0.5 * std::hypot(side(site, 0), side(site, 1)) / site.metre / kFlightSeconds[0]);
+}
 
 void flyDiagonal(PathMaker& path, const PathSite& site, int frames, double from, double to, double height)
 {
@@ -158,8 +193,13 @@ double levelBoundary(const PathSite& site, double near_to)
 
 std::vector<CameraPath> sitePaths(const PathSite& site)
 {
-    return {aerial(site),      orbit(site),      headTurn(site), teleport(site), zoomOut(site),
-            walkThrough(site), levelSwing(site), jitter(site),   wideEyes(site)};
+    std::vector<CameraPath> made;
+    for (const NamedSitePath& named : kSitePaths) {
+        PathMaker path(site, named.name, named.fps);
+        named.make(site, path);
+        made.push_back(path.take());
+    }
+    return made;
 }
 
 void writeSitePaths(const NewFolder& folder, const std::vector<CameraPath>& paths)
