@@ -5,13 +5,15 @@ asymmetric eyes of 2064x2208. A line for each path: share of refreshes whose pic
 of the device, of the way from pose to picture, between the time that eyes were located for and the one they are seen at, and of the
 thread.
 
-bench_xr.py GSC_PLAY CITY.gsc PATHS RUNTIME_MANIFEST [--paths aerial,turn] [--lens] [options of gsc-play xr]
+bench_xr.py GSC_PLAY CITY.gsc PATHS RUNTIME_MANIFEST [--paths aerial,turn] [--lens] [--from 60] [options of gsc-play xr]
 
+--from: counts from the refresh on that shows the 60th picture.
 --lens: the runtime says that lenses show an ellipse which touches the sides of the picture, and hide what lies outside of it.
 
 PATHS: the folder `paths` that `gsc sample replicate` makes beside a city. `turn` is its aerial.json's first camera while the head turns
 60 degrees either way, at up to 72 degrees a second; `dive` goes from there straight on, in 400 poses, to a height of eyes below the
-ground of walk_through.json and so through it.
+ground of walk_through.json and so through it. flight, stroll and look_around move as people do and are played at their own pace;
+the poses of the other paths are farther apart, and are spread over the SECONDS below.
 """
 
 import json
@@ -63,7 +65,8 @@ def percentile(values: list[float], share: float) -> float:
     return sorted(values)[min(len(values) - 1, int(share * len(values)))]
 
 
-def run(play: str, city: str, manifest: str, folder: pathlib.Path, name: str, paths: pathlib.Path, lens: bool, options: list[str]) -> None:
+def run(play: str, city: str, manifest: str, folder: pathlib.Path, name: str, paths: pathlib.Path, lens: bool, begin: int,
+        options: list[str]) -> None:
     settings = {"clock": "real", "hz": 90, "hash": False, "head": [{"t": 0}], "views": [
         {"fov": [-54, 40, 44, -55], "position": [-0.032, 0, 0], "rotation": about_y(2), "width": SIZE[0], "height": SIZE[1]},
         {"fov": [-40, 54, 44, -55], "position": [0.032, 0, 0], "rotation": about_y(-2), "width": SIZE[0], "height": SIZE[1]}]}
@@ -77,7 +80,9 @@ def run(play: str, city: str, manifest: str, folder: pathlib.Path, name: str, pa
         cameras = folder / "dive.json"
         first = lambda file: json.loads((paths / file).read_text())["frames"][0]  # noqa: E731
         cameras.write_text(json.dumps(dive(first("aerial.json"), first("walk_through.json"))))
-    seconds, frames = SECONDS[name], len(json.loads(cameras.read_text())["frames"])
+    path = json.loads(cameras.read_text())
+    frames = len(path["frames"])
+    seconds = SECONDS[name] if name in SECONDS else frames / path["fps"]
     way = ["--frames", "0:1"] if name == "turn" else ["--ride", "--ride-fps", f"{frames / seconds:.3f}"]
     (folder / "settings.json").write_text(json.dumps(settings))
     log = folder / f"{name}.jsonl"
@@ -85,7 +90,8 @@ def run(play: str, city: str, manifest: str, folder: pathlib.Path, name: str, pa
                    check=True, stdout=subprocess.DEVNULL,
                    env={**os.environ, "XR_RUNTIME_JSON": manifest, "GSC_FAKE_XR": str(folder / "settings.json")})
     lines = [json.loads(line) for line in log.read_text().splitlines()]
-    shown = [line for line in lines if line["age"] is not None]
+    counted = lines[[i for i, line in enumerate(lines) if line["fresh"]][begin - 1]:] if begin else lines
+    shown = [line for line in counted if line["age"] is not None]
     fresh = [line for line in shown if line["fresh"]]
     of = lambda key: [line[key] for line in fresh]  # noqa: E731
     median, late = percentile(of("draw_ms"), 0.5), percentile(of("draw_ms"), 0.99)
@@ -93,7 +99,7 @@ def run(play: str, city: str, manifest: str, folder: pathlib.Path, name: str, pa
     off = [abs(line["off_ms"]) for line in shown]
     pixels = [value for value in of("fovea_pixels") if value]
     print(f"{name}: {100 * sum(ages[:3]) / len(shown):.1f} % of {len(shown)} refreshes at most 2 old, ages from 0 {ages}, "
-          f"{sum(line['missed'] for line in lines)} missed; device {median:.2f} ms, p99 {late:.2f}, {late / median:.2f} times; pose to "
+          f"{sum(line['missed'] for line in counted)} missed; device {median:.2f} ms, p99 {late:.2f}, {late / median:.2f} times; pose to "
           f"picture {percentile(of('latency_ms'), 0.5):.1f}, p99 {percentile(of('latency_ms'), 0.99):.1f}; seen "
           f"{percentile(off, 0.5):.1f}, mean {sum(off) / len(off):.1f}, p99 {percentile(off, 0.99):.1f} ms off the time of their eyes; thread "
           f"{percentile([line['busy_ms'] for line in shown], 0.5):.2f}, p99 {percentile([line['busy_ms'] for line in shown], 0.99):.2f}; "
@@ -107,9 +113,12 @@ def main() -> None:
         names, options = options[1].split(","), options[2:]
     lens = options[:1] == ["--lens"]
     options = options[lens:]
+    begin = 0
+    if options[:1] == ["--from"]:
+        begin, options = int(options[1]), options[2:]
     with tempfile.TemporaryDirectory(prefix="gsc_bench_xr_") as folder:
         for name in names:
-            run(play, city, str(pathlib.Path(manifest).resolve()), pathlib.Path(folder), name, pathlib.Path(paths), lens, options)
+            run(play, city, str(pathlib.Path(manifest).resolve()), pathlib.Path(folder), name, pathlib.Path(paths), lens, begin, options)
 
 
 if __name__ == "__main__":
