@@ -132,7 +132,7 @@ struct Foveation {
     bool operator==(const Foveation&) const = default;
 };
 
-constexpr float kMostDetail = 64; // pixels
+constexpr float kMostDetail = 8; // pixels
 
 constexpr uint32_t kLensSquare = 32; // pixels, each side
 constexpr uint32_t kLensRows = 128;  // of squares that a LensShape tells about; what lies below is shown
