@@ -8,12 +8,18 @@
 
 namespace gsc {
 
+// note: twice the pages, so that no place is written before what was taken from it has been read
+__device__ __forceinline__ uint32_t ringRoom(const CoarseTables& tables)
+{
+    return 2 * tables.page_count;
+}
+
 // A copy's pages become free after this frame: those that this one takes were free before it.
 __device__ __forceinline__ void givePages(const CoarseTables& tables, uint32_t group, uint32_t pages)
 {
     const unsigned long long at = atomicAdd(&tables.free->given, static_cast<unsigned long long>(pages));
     for (uint32_t p = 0; p < pages; ++p)
-        tables.ring[(at + p) % tables.page_count] = tables.page_of[size_t(group) * kMostPages + p];
+        tables.ring[(at + p) % ringRoom(tables)] = tables.page_of[size_t(group) * kMostPages + p];
 }
 
 // Counts a copy where select counts anchors: one for each eye and what an anchor gives.

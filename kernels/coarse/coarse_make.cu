@@ -337,7 +337,7 @@ __global__ void __launch_bounds__(kThreads, kBlocks) makeKernel(const __grid_con
             shared.alive = shared.small = shared.cells = shared.gaussians = shared.anchors = 0;
             const unsigned long long from = atomicAdd(&tables.free->taken, static_cast<unsigned long long>(kMostPages));
             for (uint32_t p = 0; p < kMostPages; ++p)
-                shared.pages[p] = tables.ring[(from + p) % tables.page_count];
+                shared.pages[p] = tables.ring[(from + p) % ringRoom(tables)];
         }
         __syncthreads();
         if (fits)
@@ -369,7 +369,7 @@ __global__ void __launch_bounds__(kThreads, kBlocks) makeKernel(const __grid_con
                 if (p < pages)
                     page_of[p] = shared.pages[p];
                 else
-                    tables.ring[(to + p - pages) % tables.page_count] = shared.pages[p];
+                    tables.ring[(to + p - pages) % ringRoom(tables)] = shared.pages[p];
             kept = {keyOf(args.view, cell),
                     uint32_t(far ? CoarseKind::Far : CoarseKind::Near),
                     total,

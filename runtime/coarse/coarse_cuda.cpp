@@ -33,8 +33,8 @@ void CudaCoarse::prepare(const DeviceScene& scene)
     const double gaussians = double(model.anchor_count) * model.params.n_offsets;
     const uint64_t all =
         uint64_t(gaussians * kKeptShare / kPageGaussians) + uint64_t(m_tables.group_count) + kMostPages;
-    const uint64_t room = m_arena.free(left) / kShareOfMemory / (sizeof(CoarsePage) + sizeof(uint32_t));
-    m_tables.page_count = uint32_t(std::min<uint64_t>({all, room, kNoPage - 1}));
+    const uint64_t room = m_arena.free(left) / kShareOfMemory / (sizeof(CoarsePage) + 2 * sizeof(uint32_t));
+    m_tables.page_count = uint32_t(std::min<uint64_t>({all, room, kNoPage / 2}));
     layOutIn(m_arena, "coarse copies", [&](ArenaLayout& layout) {
         const size_t groups = m_tables.group_count;
         m_tables.counters = layout.take<CoarseCounters>(1);
@@ -45,7 +45,7 @@ void CudaCoarse::prepare(const DeviceScene& scene)
         m_tables.wants = layout.take<uint32_t>(groups);
         m_tables.urgency = layout.take<uint32_t>(groups);
         m_tables.page_of = layout.take<uint32_t>(groups * kMostPages);
-        m_tables.ring = layout.take<uint32_t>(m_tables.page_count);
+        m_tables.ring = layout.take<uint32_t>(size_t(2) * m_tables.page_count);
         m_tables.pages = layout.take<CoarsePage>(m_tables.page_count);
     });
 }

@@ -52,6 +52,8 @@ DeviceSelection selectOnDevice(const StageModel& model, const std::vector<EyePar
     args.lod_bias = lod_bias;
     args.lod_fade = lod_fade;
     args.visible_groups = groups.get();
+    args.listed_groups = groups.get();
+    args.group_count = &counters.get()->groups_visible;
     args.visible = visible.get();
     args.fraction = fades ? fraction.get() : nullptr;
     args.capacity = capacity;
