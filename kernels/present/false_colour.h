@@ -75,6 +75,21 @@ GSC_HD FalseColour costColour(uint32_t evaluations)
                      : white;
 }
 
+// FrameView::Detail: how a group of anchors is drawn, as CoarseCounts counts it.
+enum class GroupSource : uint32_t { Near = 0, Kept = 1, Stale = 2, Made = 3 };
+
+// Told apart by any colour vision.
+GSC_HD FalseColour detailColour(GroupSource source)
+{
+    const FalseColour colours[4] = {
+        {0.85f, 0.85f, 0.80f}, // near: grey
+        {0.00f, 0.45f, 0.80f}, // kept: blue
+        {0.90f, 0.40f, 0.00f}, // stale: orange
+        {0.00f, 0.70f, 0.45f}, // made: green
+    };
+    return colours[uint32_t(source) & 3u];
+}
+
 // Does the view draw Gaussians in other colours than their own?
 GSC_HD bool paintsGaussians(FrameView view)
 {

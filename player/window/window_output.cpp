@@ -92,11 +92,10 @@ void WindowSession::fillOverlay()
     if (now() > m_message_ends)
         m_overlay.message.clear();
     fillNotes();
-    constexpr const char* kMeanings[] = {"", "level", "frames since decoded", "Gaussians evaluated"};
+    constexpr const char* kMeanings[] = {"", "level", "frames since decoded", "Gaussians evaluated", "groups"};
     m_overlay.legend = {kMeanings[size_t(m_settings.view)], {}};
     for (const LegendColour& colour : colourLegend(m_settings.view, m_scene->view().params->level_count))
-        m_overlay.legend.colours.push_back(
-            {{colour.rgb[0], colour.rgb[1], colour.rgb[2]}, std::to_string(colour.value)});
+        m_overlay.legend.colours.push_back({{colour.rgb[0], colour.rgb[1], colour.rgb[2]}, colour.text});
     if (!m_overlay.panel)
         return;
     m_panel->setSettings(m_settings, m_camera, int(m_navigator.mode()), m_navigator.speed());

@@ -209,7 +209,7 @@ void WindowSession::act(Action action)
                  settings.choice.stereo == StereoMode::Merged); // which the renderer refuses
         break;
     case Action::NextView:
-        settings.view = FrameView((uint32_t(settings.view) + 1) % 4);
+        settings.view = FrameView((uint32_t(settings.view) + 1) % kFrameViews);
         break;
     case Action::Stereo:
         settings.two_eyes = !settings.two_eyes && m_ipd > 0;

@@ -78,11 +78,14 @@ std::string WindowSession::settingsText() const
     std::string text = formatString("%s, reuse %s", tierName(choice.tier), policyName(choice.reuse.policy));
     if (choice.reuse.policy == ReusePolicy::Error)
         text += formatString(" %g/255", double(choice.reuse.bound));
+    if (choice.detailPixels() > 0)
+        text += formatString(", detail %g", choice.detail);
     if (choice.lod_bias != 0)
         text += formatString(", level bias %g", choice.lod_bias);
     if (choice.lod_fade != 0)
         text += formatString(", level fade %g", choice.lod_fade);
-    constexpr const char* kViews[] = {"", ", colours: level", ", colours: age of reuse", ", colours: cost"};
+    constexpr const char* kViews[] = {"", ", colours: level", ", colours: age of reuse", ", colours: cost",
+                                      ", colours: detail"};
     return text + kViews[size_t(m_settings.view)];
 }
 

@@ -119,13 +119,14 @@ void checkOptions(const ModelView& model, const FrameOptions& options, uint32_t 
                          double(fovea.smallest), options.tier == Tier::Exact ? "exact" : "fast"));
     if (!(options.detail >= 0 && options.detail <= kMostDetail) ||
         (options.detail > 0 && options.reuse.policy != ReusePolicy::None))
-        throw Error(ErrorCode::Usage,
-                    formatString("frame: detail of %g pixels, reuse policy %u, expected 0 to %g pixels, and without reuse "
-                                 "where it is not 0; correct them",
-                                 double(options.detail), uint32_t(options.reuse.policy), double(kMostDetail)));
-    if (options.view > FrameView::Cost)
+        throw Error(
+            ErrorCode::Usage,
+            formatString("frame: detail of %g pixels, reuse policy %u, expected 0 to %g pixels, and without reuse "
+                         "where it is not 0; correct them",
+                         double(options.detail), uint32_t(options.reuse.policy), double(kMostDetail)));
+    if (uint32_t(options.view) >= kFrameViews)
         throw Error(ErrorCode::Usage, formatString("frame: view %u, expected 0 to %u; choose one that there is",
-                                                   uint32_t(options.view), uint32_t(FrameView::Cost)));
+                                                   uint32_t(options.view), kFrameViews - 1));
     const bool has_rows = params.appearance_dim > 0;
     if (has_rows && (options.appearance < 0 || uint32_t(options.appearance) >= params.appearance_rows))
         throw Error(ErrorCode::Usage,

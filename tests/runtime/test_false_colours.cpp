@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // False colours on a CPU: what they show, and that they leave nothing behind.
 #include <gsc/error.h>
+#include "runtime/view/colour_legend.h"
 #include "tests/kernels/false_colour_tools.h"
 #include "tests/runtime/reuse_tools.h"
 
@@ -33,7 +34,30 @@ TEST_CASE("ramps: their ends, their steps, and one colour for one count")
             const FalseColour a = levelColour(level);
             CHECK_FALSE(is(levelColour(other), a.r, a.g, a.b));
         }
+    for (uint32_t source = 0; source < 4; ++source)
+        for (uint32_t other = 0; other < source; ++other) {
+            const FalseColour a = detailColour(GroupSource(source)), b = detailColour(GroupSource(other));
+            CHECK(std::abs(a.r - b.r) + std::abs(a.g - b.g) + std::abs(a.b - b.b) > 0.5f);
+        }
     CHECK(is(levelColour(-12), levelColour(0).r, levelColour(0).g, levelColour(0).b));
+}
+
+TEST_CASE("a legend has the colours that are drawn, each with a word; a picture has none")
+{
+    CHECK(colourLegend(FrameView::Picture, 3).empty());
+    CHECK(colourLegend(FrameView::Level, 3).size() == 3);
+    CHECK(colourLegend(FrameView::Age, 1)[2].text == "15");
+    CHECK(colourLegend(FrameView::Cost, 1)[4].text == "4095");
+    const std::vector<LegendColour> groups = colourLegend(FrameView::Detail, 1);
+    REQUIRE(groups.size() == 4);
+    const char* const words[] = {"near", "kept", "stale", "made"};
+    for (uint32_t i = 0; i < 4; ++i) {
+        const FalseColour drawn = detailColour(GroupSource(i));
+        CHECK(groups[i].text == words[i]);
+        CHECK(groups[i].rgb[0] == drawn.r);
+        CHECK(groups[i].rgb[1] == drawn.g);
+        CHECK(groups[i].rgb[2] == drawn.b);
+    }
 }
 
 TEST_CASE("views change no byte of the pictures around them, with and without reuse")
@@ -112,7 +136,7 @@ TEST_CASE("a view that there is not is refused")
 {
     const SyntheticModel model(modelOptions());
     FrameOptions options;
-    options.view = FrameView(4);
+    options.view = FrameView(kFrameViews);
     CHECK_THROWS_WITH_AS((void)render(*open(model.view()), walk(0, 1), options),
-                         doctest::Contains("view 4, expected 0 to 3"), Error);
+                         doctest::Contains("view 5, expected 0 to 4"), Error);
 }

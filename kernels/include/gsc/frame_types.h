@@ -118,7 +118,9 @@ enum class FrameView : uint32_t {
     Level = 1,   // of a Gaussian: the level of its anchor
     Age = 2,     // of a Gaussian: frames since its anchor was decoded, 0 = in this one
     Cost = 3,    // of a pixel: Gaussians evaluated for it, which EyeCounts::blend_evaluations sums up
+    Detail = 4,  // of a Gaussian: whether its group of anchors is near, kept, stale or made (CoarseCounts)
 };
+constexpr uint32_t kFrameViews = 5;
 
 constexpr float kMostFoveaPixels = 100;
 
