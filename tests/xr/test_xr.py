@@ -128,6 +128,13 @@ class XrTest(PictureTest):
         begun = next(line for line in lines if line["fovea_pixels"] > 2)  # levels first
         self.assertEqual(begun["lod_bias"], -2)
 
+    def test_detail_is_told(self) -> None:
+        for options, detail in (((), 0), (("--tier", "turbo"), 2), (("--detail", "1.5"), 1.5)):
+            run = self.xr("room", "--xr-sync", *options, settings=self.settings(4))
+            told = [line["detail"] for line in run.log if line["fresh"]]
+            self.assertGreater(len(told), 1)
+            self.assertEqual(set(told), {detail})
+
     def test_gaze(self) -> None:
         info = subprocess.run([PLAY, "xr", "--info"], cwd=self.folder, capture_output=True, text=True, check=True,
                               env=environment(MANIFEST, self.settings(gaze=[{"t": 0, "rotation": [0, 0, 0, 1]}])))
