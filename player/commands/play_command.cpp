@@ -32,6 +32,8 @@ constexpr const char* kPlayExamples = R"(examples:
       decoded Gaussians are drawn again while they change by less than 1/255
   gsc-play city.gsc --cameras flight.json --target-ms 11 --lod-fade 0.5 --lod-hysteresis 0.1 --stats out.jsonl
       detail falls where a frame would take longer than 11 ms, and no level pops
+  gsc-play city.gsc --cameras flight.json --tier turbo --stats out.jsonl
+      what is far and small is joined and kept from frame to frame: faster, for paths
   gsc-play room.gsc --cameras path.json --size 1280x720 --out - | ffplay -
       pictures to another program, as they are drawn
   gsc-play room.gsc --cameras path.json --size 1920x1080 --video flight.mp4 --fps 60
