@@ -68,7 +68,7 @@ struct CoarseTables {    // device pointers
     CoarseGroup* groups; // of the model
     uint32_t* page_of;   // groups x kMostPages
     CoarsePage* pages;   // page_count
-    uint32_t* ring;          // 2 x page_count
+    uint32_t* ring;      // 2 x page_count
     uint32_t page_count, group_count;
     uint32_t* near;    // groups: decoded for this frame: group | eyes << kAnchorBits
     uint32_t* drawn;   // the same: from copies
