@@ -181,17 +181,8 @@ __device__ __forceinline__ CoarseGaussian joined(const MakeShared& shared, const
                                              (c[1] * c[2] - c[0] * c[4]) * y * z),
                                  0.0f);
     const float light = weight * __fdividef(1.0f, kOne * group.most), area = screenArea(trace, along, adjugate, scale);
-    const float most_depth = -logf(1.0f - kLargestOpacity);
-    float depth = __fdividef(light, area) + kUndrawnDepth;
-    if (depth > most_depth) { // the light stays, on a larger area
-        const float grows = growth(trace, along, adjugate, scale, __fdividef(light, most_depth - kUndrawnDepth));
-        if (grows < 1e4f)
-#pragma unroll
-            for (float& entry : c)
-                entry *= grows;
-        depth = most_depth;
-    }
-    out.opacity = 1.0f - __expf(-depth);
+    // note: what is more than this was behind others; to grow the area by it makes walls of it
+    out.opacity = fminf(1.0f - __expf(-(__fdividef(light, area) + kUndrawnDepth)), kLargestOpacity);
     factorize(c, 1e-3f * group.frame.cell, out.factor);
     out.order = shared.orders[cell];
     return out;

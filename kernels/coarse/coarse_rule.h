@@ -127,12 +127,4 @@ GSC_HD float opticalDepth(float opacity)
     return -std::log(1.0f - minNumber(opacity, kLargestOpacity));
 }
 
-// Factor of a covariance after which what covers `area` (screenArea()) covers `wanted`, at least `area`.
-GSC_HD float growth(float trace, float along, float adjugate, float scale, float wanted)
-{
-    const float s = scale * scale, filter = 0.3f;
-    const float linear = filter * s * (trace - along), more = wanted * wanted - filter * filter;
-    return 2.0f * more / (linear + std::sqrt(linear * linear + 4.0f * s * s * adjugate * more));
-}
-
 } // namespace gsc
