@@ -35,8 +35,8 @@ struct CoarseGaussian {
     uint32_t order;
 };
 
-// The factor of a covariance c: xx xy xz yy yz zz. least: what a pivot is at least.
-__device__ __forceinline__ void factorize(const float* c, float least, float* factor)
+// The factor of a covariance c: xx xy xz yy yz zz, positive definite but for rounding. least: what a pivot is at least.
+__device__ __forceinline__ void factorOf(const float* c, float least, float* factor)
 {
     const float l00 = sqrtf(fmaxf(c[0], least * least)), inverse0 = __fdividef(1.0f, l00);
     const float l10 = c[1] * inverse0, l20 = c[2] * inverse0;
@@ -49,6 +49,37 @@ __device__ __forceinline__ void factorize(const float* c, float least, float* fa
     factor[3] = l11;
     factor[4] = l21;
     factor[5] = l22;
+}
+
+// The same of a rotation (row-major) and standard deviations, row by row: squares of what is long and thin would drown what
+// is thin.
+__device__ __forceinline__ void factorOf(const float (&rotation)[9], const float* sigma, float* factor)
+{
+    float rows[3][3], units[2][3] = {};
+#pragma unroll
+    for (int i = 0; i < 3; ++i)
+#pragma unroll
+        for (int k = 0; k < 3; ++k)
+            rows[i][k] = rotation[3 * i + k] * sigma[k];
+    const auto dot = [](const float* a, const float* b) { return fmaf(a[0], b[0], fmaf(a[1], b[1], a[2] * b[2])); };
+    const auto unit = [&](const float* row, float* to) {
+        const float square = fmaxf(dot(row, row), 1e-30f), inverse = rsqrtf(square);
+        for (int k = 0; k < 3; ++k)
+            to[k] = row[k] * inverse;
+        return square * inverse;
+    };
+    const auto take = [&](float* row, const float* from) {
+        const float along = dot(row, from);
+        for (int k = 0; k < 3; ++k)
+            row[k] = fmaf(-along, from[k], row[k]);
+        return along;
+    };
+    factor[0] = unit(rows[0], units[0]);
+    factor[1] = take(rows[1], units[0]);
+    factor[2] = take(rows[2], units[0]);
+    factor[3] = unit(rows[1], units[1]);
+    factor[4] = take(rows[2], units[1]);
+    factor[5] = sqrtf(dot(rows[2], rows[2]));
 }
 
 __device__ __forceinline__ void storeCoarse(CoarsePage& page, uint32_t at, const CoarseFrame& frame,

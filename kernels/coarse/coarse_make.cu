@@ -21,7 +21,7 @@ constexpr uint32_t kMostCells = 640;                    // of a copy
 constexpr uint32_t kMostGaussians = kMostPages * kPageGaussians;
 constexpr uint32_t kAxisBits = 10, kAxisCells = 1u << kAxisBits; // cells of a group along an axis
 constexpr uint32_t kNoKey = ~0u;
-constexpr float kOne = float(1u << 19); // weight 1: sums over 2048 Gaussians of up to 2 fit 31 bits
+constexpr float kOne = float(1u << 24); // the largest weight there is: sums up to 64 of it fit 31 bits
 
 // What a cell gathers, in steps of 1 / kOne: weight; weight times place in the cell (3), colour (3), second moments of the
 // place (6: xx xy xz yy yz zz).
@@ -145,7 +145,7 @@ __device__ __forceinline__ void join(MakeShared& shared, const MadeGroup& group,
     atomicMin(&shared.orders[cell], order);
 }
 
-// What a cell has gathered as one Gaussian. inverse_most: MadeGroup::most.
+// What a cell has gathered as one Gaussian.
 __device__ __forceinline__ CoarseGaussian joined(const MakeShared& shared, const MadeGroup& group,
                                                  const CoarseView& view, uint32_t cell)
 {
@@ -160,6 +160,8 @@ __device__ __forceinline__ CoarseGaussian joined(const MakeShared& shared, const
         out.position[i] = (group.base[i] + index + mean[i]) * group.frame.cell;
         out.color[i] = fminf(fmaxf(sum(kColor + i) * inverse, 0.0f), 1.0f);
     }
+    // what rounding of the sums may take from a sum of squares: without it, what is faint could get any shape
+    const float rounding = 3.0f * inverse + 1e-6f;
     float c[6];
     uint32_t at = 0;
 #pragma unroll
@@ -167,8 +169,12 @@ __device__ __forceinline__ CoarseGaussian joined(const MakeShared& shared, const
 #pragma unroll
         for (int j = i; j < 3; ++j, ++at) {
             c[at] = sum(kMoment + at) * inverse - mean[i] * mean[j];
-            c[at] = (i == j ? fmaxf(c[at], 1e-6f) : c[at]) * group.frame.cell * group.frame.cell;
+            if (i == j) // no more than there can be of what is small, should sums not fit
+                c[at] = fminf(fmaxf(c[at], 0.0f), 1.25f) + rounding;
         }
+    const float square = group.frame.cell * group.frame.cell;
+    for (float& entry : c)
+        entry *= square;
     float direction[3];
     const float scale = __fdividef(1.0f, view.pixel_at_one * distanceTo(out.position, view.center, direction));
     const float x = direction[0], y = direction[1], z = direction[2];
@@ -183,7 +189,7 @@ __device__ __forceinline__ CoarseGaussian joined(const MakeShared& shared, const
     const float light = weight * __fdividef(1.0f, kOne * group.most), area = screenArea(trace, along, adjugate, scale);
     // note: what is more than this was behind others; to grow the area by it makes walls of it
     out.opacity = fminf(1.0f - __expf(-(__fdividef(light, area) + kUndrawnDepth)), kLargestOpacity);
-    factorize(c, 1e-3f * group.frame.cell, out.factor);
+    factorOf(c, 1e-3f * group.frame.cell, out.factor);
     out.order = shared.orders[cell];
     return out;
 }
@@ -281,7 +287,9 @@ __device__ __forceinline__ void makeStrip(const CoarseCudaArgs& args, MakeShared
         }
         large.opacity = staged.opacities[i];
         large.order = plain.order;
-        factorize(it.covariance, 1e-4f * group.frame.cell, large.factor);
+        float rotation[9];
+        rotationOf(active.quaternion, rotation);
+        factorOf(rotation, active.sigma, large.factor);
         storeCoarse(args.tables.pages[shared.pages[to / kPageGaussians]], to % kPageGaussians, group.frame, large);
     }
     __syncwarp(); // what is staged is used again
