@@ -92,6 +92,7 @@ struct CoarseScheduleArgs {
     CoarseNow now;
     DeviceModel model;
     uint32_t eye_count;
+    RasterConstants rules;
     const uint32_t* visible_groups; // SelectCudaArgs
     uint32_t* histogram;            // the same
     FrameCounters* frame;

@@ -51,22 +51,46 @@ __device__ __forceinline__ uint32_t wantedPages(const CoarseScheduleArgs& args)
     return min(2 * args.now.budget * kMostPages, args.tables.page_count / 4);
 }
 
+// Does the eye surely see every anchor of a group? Of one that it sees in part a copy would show the rest, too.
+__device__ __forceinline__ bool seesAll(const EyeParams& eye, float near_z, const GroupRecord& group)
+{
+    const Vec3<float> c{0.5f * (group.anchor_min[0] + group.anchor_max[0]),
+                        0.5f * (group.anchor_min[1] + group.anchor_max[1]),
+                        0.5f * (group.anchor_min[2] + group.anchor_max[2])};
+    const float hx = group.anchor_max[0] - c.x, hy = group.anchor_max[1] - c.y, hz = group.anchor_max[2] - c.z;
+    const float size =
+        fabsf(c.x) + fabsf(c.y) + fabsf(c.z) + fabsf(eye.center[0]) + fabsf(eye.center[1]) + fabsf(eye.center[2]);
+    const float radius = sqrtf(hx * hx + hy * hy + hz * hz) * 1.001f + size * 4e-6f;
+    const Vec3<float> t = viewPoint<float>(eye, c);
+    const auto inside = [&](float along, float focal, float middle, float pixels) {
+        const float half = 0.5f * pixels - 1.0f, off = focal * middle; // of the image, less a pixel
+        const float normal = sqrtf(focal * focal + (half + fabsf(off)) * (half + fabsf(off)));
+        return fabsf(along * focal - t.z * off) + radius * normal <= t.z * half;
+    };
+    return t.z - radius > near_z && inside(t.x, eye.focal_x, eye.tan_mid_x, float(eye.width)) &&
+           inside(t.y, eye.focal_y, eye.tan_mid_y, float(eye.height));
+}
+
 struct Looked {
     uint32_t group, eyes;
     float change, cell;
-    bool can_be_far; // a copy made now would be within its bound
+    bool can_be_far; // a copy made now would be within its bound, and shows what the eyes see
+    bool shows_all;  // the second of these
 };
 
 __device__ __forceinline__ Looked lookAt(const CoarseScheduleArgs& args, uint32_t i, CoarseGroup& kept)
 {
     const uint32_t entry = args.visible_groups[i];
-    Looked looked{entry & ((1u << kAnchorBits) - 1), entry >> kAnchorBits, 0, 0, false};
+    Looked looked{entry & ((1u << kAnchorBits) - 1), entry >> kAnchorBits, 0, 0, false, true};
     const GroupRecord& group = args.model.groups[looked.group];
     kept = args.tables.groups[looked.group];
     looked.cell = wantedCell(args.now.view, group.gaussian_min, group.gaussian_max);
     looked.change = CoarseKind(kept.kind) == CoarseKind::Far
                         ? coarseChange(args.now.view, kept.key, looked.cell, group.gaussian_min, group.gaussian_max)
                         : 1e6f;
+    for (uint32_t e = 0; e < args.eye_count; ++e)
+        if ((looked.eyes >> e & 1u) != 0 && !seesAll(args.now.eyes[e], args.rules.near_z, group))
+            looked.shows_all = false;
     const CoarseKey now = keyOf(args.now.view, looked.cell);
     looked.can_be_far = looked.cell > 0.0f &&
                         coarseChange(args.now.view, now, looked.cell, group.gaussian_min, group.gaussian_max) <= 1.0f;
@@ -195,10 +219,11 @@ __global__ void __launch_bounds__(kThreads) listKernel(const __grid_constant__ C
         if (i < count) {
             looked = lookAt(args, i, kept);
             is_wanted = tables.urgency[i] < counters.granted_before && tables.urgency[i] != kNothing;
-            is_drawn = !is_wanted && isUsable(kept, looked.change);
+            const bool is_usable = isUsable(kept, looked.change);
+            is_drawn = !is_wanted && is_usable && looked.shows_all;
             if (!is_wanted && !is_drawn) {
                 ++near;
-                if (kept.pages != 0) { // grossly off: it has to be made anew in any case
+                if (kept.pages != 0 && !is_usable) { // grossly off: it has to be made anew in any case
                     givePages(tables, looked.group, kept.pages);
                     tables.groups[looked.group] = CoarseGroup{};
                 }

@@ -88,6 +88,7 @@ void CudaCoarse::listAnchors(FrameCapture& capture, const FrameJob& job) const
     const CoarseScheduleArgs schedule{m_now,
                                       job.scene.model(),
                                       job.shape.eye_count,
+                                      job.shape.rules,
                                       job.buffers.visible_groups,
                                       job.buffers.histogram,
                                       job.buffers.counters,
