@@ -187,8 +187,15 @@ __device__ __forceinline__ CoarseGaussian joined(const MakeShared& shared, const
                                              (c[1] * c[2] - c[0] * c[4]) * y * z),
                                  0.0f);
     const float light = weight * __fdividef(1.0f, kOne * group.most), area = screenArea(trace, along, adjugate, scale);
-    // note: what is more than this was behind others; to grow the area by it makes walls of it
-    out.opacity = fminf(1.0f - __expf(-(__fdividef(light, area) + kUndrawnDepth)), kLargestOpacity);
+    const float depth = __fdividef(light, area) + kUndrawnDepth, wider = widening(depth);
+    if (wider > 1.0f) {
+        const float grows = growth(trace, along, adjugate, scale, wider * area);
+        if (grows < kMostGrowth)
+#pragma unroll
+            for (float& entry : c)
+                entry *= grows;
+    }
+    out.opacity = fminf(1.0f - __expf(-depth), kLargestOpacity);
     factorOf(c, 1e-3f * group.frame.cell, out.factor);
     out.order = shared.orders[cell];
     return out;

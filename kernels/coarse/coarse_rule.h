@@ -127,4 +127,22 @@ GSC_HD float opticalDepth(float opacity)
     return -std::log(1.0f - minNumber(opacity, kLargestOpacity));
 }
 
+// Factor by which the area of what is joined grows where its optical depth in the middle is more than blending takes: a
+// profile 1 - exp(-depth g) covers Ein(depth) times the area of g, which is 0.5772 + log(depth) for depths above 4.
+GSC_HD float widening(float depth)
+{
+    constexpr float kMostDepth = 4.605170f, kMostCover = 0.577216f + 1.527180f; // of kLargestOpacity
+    return depth > kMostDepth ? (0.577216f + std::log(depth)) * (1.0f / kMostCover) : 1.0f;
+}
+
+// Factor of a covariance after which what covers `area` (screenArea()) covers `wanted`, at least `area`. Large where the
+// covariance covers nothing.
+GSC_HD float growth(float trace, float along, float adjugate, float scale, float wanted)
+{
+    const float s = scale * scale, filter = 0.3f;
+    const float linear = filter * s * (trace - along), more = wanted * wanted - filter * filter;
+    return 2.0f * more / (linear + std::sqrt(linear * linear + 4.0f * s * s * adjugate * more));
+}
+constexpr float kMostGrowth = 20.0f; // more than that is of what covers nothing
+
 } // namespace gsc
