@@ -21,7 +21,7 @@ constexpr uint32_t kMostCells = 640;                    // of a copy
 constexpr uint32_t kMostGaussians = kMostPages * kPageGaussians;
 constexpr uint32_t kAxisBits = 10, kAxisCells = 1u << kAxisBits; // cells of a group along an axis
 constexpr uint32_t kNoKey = ~0u;
-constexpr float kOne = float(1u << 24); // the largest weight there is: sums up to 64 of it fit 31 bits
+constexpr float kOne = float(1u << 21); // the largest weight there is: sums of up to 800 times that fit 31 bits
 
 // What a cell gathers, in steps of 1 / kOne: weight; weight times place in the cell (3), colour (3), second moments of the
 // place (6: xx xy xz yy yz zz).
@@ -172,6 +172,12 @@ __device__ __forceinline__ CoarseGaussian joined(const MakeShared& shared, const
             if (i == j) // no more than there can be of what is small, should sums not fit
                 c[at] = fminf(fmaxf(c[at], 0.0f), 1.25f) + rounding;
         }
+#pragma unroll
+    for (int i = 0; i < 3; ++i) { // xy, xz, yz
+        const uint32_t of[3] = {1, 2, 4}, first[3] = {0, 0, 3}, second[3] = {3, 5, 5};
+        const float most = sqrtf(c[first[i]] * c[second[i]]);
+        c[of[i]] = fminf(fmaxf(c[of[i]], -most), most);
+    }
     const float square = group.frame.cell * group.frame.cell;
     for (float& entry : c)
         entry *= square;

@@ -10,7 +10,7 @@
 
 namespace gsc {
 
-constexpr float kFarShare = 0.6f;        // of a group's Gaussians that are small: from there on it is far
+constexpr float kFarShare = 0.9f;        // of a group's Gaussians that are small: from there on it is far
 constexpr float kMostDirection = 0.03f;  // change of the unit view direction that a copy is good for
 constexpr float kMostCloser = 0.3f;      // octaves of distance that the camera may come closer
 constexpr float kMostFurther = 0.75f;    // and leave
