@@ -30,7 +30,6 @@ set(gsc_cuda_plain
   sort/sort.cu
   reuse/schedule.cu
   coarse/coarse_schedule.cu
-  reuse/grant.cu
   reuse/paint_kept.cu
   present/paint.cu
   cuda/stage_clock.cu)

@@ -20,6 +20,12 @@ struct Written {
     __device__ __forceinline__ uint32_t& of(uint32_t owner) { return slot[(owner & 255u) + (owner >> 8) * kRows]; }
 };
 
+// Of what an eye draws of a strip, or kNoEntry: nothing that is kept.
+__device__ __forceinline__ uint32_t drawnSlot(const KeepCudaArgs& args, const ListedStrip& strip, uint32_t eye)
+{
+    return lanesOfEye(strip.lanes, eye) != 0 ? args.tables.keptSlot(strip.strip, args.merged ? 0 : eye) : kNoEntry;
+}
+
 // What the first eye has written of a strip and the second does not draw.
 template <bool kCompact>
 __device__ __forceinline__ void finishFirst(const KeepCudaArgs& args, Written& written, uint32_t lane, EyeTally& tally)
@@ -45,7 +51,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(cons
 {
     const uint32_t lane = threadIdx.x & 31u, g = lane >> 2;
     const uint32_t warp = (blockIdx.x * kThreads + threadIdx.x) >> 5, warps = gridDim.x * kThreads / 32;
-    const uint32_t strips = args.tables.scratch->counters.strips, room = args.tables.room;
+    const uint32_t strips = args.tables.counters->strips, room = args.tables.room;
     // not in registers, where two of them would leave no room for a third block
     __shared__ __align__(8) unsigned char memory[kMaxEyes * kThreads * sizeof(EyeTally)];
     EyeTally* const tallies = reinterpret_cast<EyeTally*>(memory) + threadIdx.x;
@@ -58,22 +64,20 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(cons
     uint32_t positive = 0; // bit per eye
     for (uint32_t i = warp; i < strips; i += warps) {
         const ListedStrip strip = args.tables.listed[i];
-        const DrawnSlots slots = args.tables.drawn[i];
+        const uint32_t slots[kMaxEyes] = {drawnSlot(args, strip, 0), drawnSlot(args, strip, 1)};
         const uint32_t seen_by[2] = {eyesOfRow(strip.lanes, g), eyesOfRow(strip.lanes, g + 8)};
-        const bool both = slots.slot[0] != kNoEntry && slots.slot[1] != kNoEntry;
+        const bool both = slots[0] != kNoEntry && slots[1] != kNoEntry;
         if (kShared)
             __syncwarp(); // `written` is used again
 #pragma unroll 1
         for (uint32_t v = 0; v < args.eye_count; ++v) {
-            const uint32_t slot = v == 0 ? slots.slot[0] : slots.slot[1];
+            const uint32_t slot = v == 0 ? slots[0] : slots[1];
             if (slot == kNoEntry)
                 continue;
             const KeptWord* const words = wordsOf(args.tables, slot);
             const KeptEntry& entry = args.tables.entries[slot];
             const uint32_t count = entry.alive;
-            const float t = placeBetween(entry.keys, args.eyes[v].center).t;
-            const uint32_t rows = entry.positive[0] | (t != 0.0f ? entry.positive[1] : 0u);
-            if ((rows & strip.lanes >> (16 * v)) != 0)
+            if ((entry.positive & strip.lanes >> (16 * v)) != 0)
                 positive |= 1u << v;
             float factors[2];
             keptFactors(args.fraction, i, v, lane, factors);
@@ -83,7 +87,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(cons
                 tally.writer = tallies[0].writer;
 #pragma unroll 1
             for (uint32_t first = 0; first < count; first += 32) {
-                StagedLane staged = loadKept(words, room, first + lane, t); // room is a multiple of 32
+                StagedLane staged = loadKept(words, room, first + lane); // room is a multiple of 32
                 staged.first = strip.first;
                 const bool some = first + lane < count;
                 if (kShared && !turns.first && some) {
@@ -98,7 +102,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(cons
             if constexpr (kShared) {
                 if (!turns.last)
                     __syncwarp();
-                else if (!turns.first && slots.slot[0] != slots.slot[1])
+                else if (!turns.first && slots[0] != slots[1])
                     finishFirst<kCompact>(args, written, lane, tally);
                 if (v != 0)
                     tallies[0].writer = tally.writer;

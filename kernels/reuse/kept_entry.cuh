@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Gaussians of an entry: 24 bytes each and key, in kKeptWords words that lie a slot's room apart. Halves of what
+// The Gaussians of an entry: 24 bytes each, in kKeptWords words that lie a slot's room apart. Halves of what
 // comes before the activations, but for the opacity, which must be told from 1/255 when it is close to 1, too.
-//   0  opacity in steps of 1/32767, owner (row | k << 8) of the first key, scale 0 and 1
+//   0  opacity in steps of 1/32767, owner (row | k << 8), scale 0 and 1
 //   1  rotation
 //   2  scale 2, colour
 #pragma once
@@ -26,7 +26,7 @@ struct StagedLane {
 
 __device__ __forceinline__ KeptWord* wordsOf(const ReuseTables& tables, uint32_t slot)
 {
-    return tables.words + size_t(slot) * 2 * kKeptWords * tables.room;
+    return tables.words + size_t(slot) * kKeptWords * tables.room;
 }
 
 // Eyes that see a row of a strip, from ListedStrip::lanes.
@@ -47,11 +47,11 @@ __device__ __forceinline__ void keptFactors(const float* fraction, uint32_t inde
     factors[1] = of[8];
 }
 
-// Writes what is staged as a key of an entry.
-__device__ __forceinline__ void keepGaussians(const ReuseTables& tables, uint32_t slot, uint32_t key,
-                                              const StagedStrip& staged, uint32_t alive, uint32_t lane)
+// Writes what is staged into an entry.
+__device__ __forceinline__ void keepGaussians(const ReuseTables& tables, uint32_t slot, const StagedStrip& staged,
+                                              uint32_t alive, uint32_t lane)
 {
-    KeptWord* const words = wordsOf(tables, slot) + key * kKeptWords * tables.room;
+    KeptWord* const words = wordsOf(tables, slot);
     for (uint32_t i = lane; i < alive; i += 32) {
         const int opacity = __float2int_rn(fminf(fmaxf(staged.opacities[i], -1.0f), 1.0f) * 32767.0f);
         const auto halves = [&](uint32_t low, uint32_t high) {
@@ -63,7 +63,8 @@ __device__ __forceinline__ void keepGaussians(const ReuseTables& tables, uint32_
     }
 }
 
-__device__ __forceinline__ StagedLane loadKey(const KeptWord* words, uint32_t room, uint32_t i)
+// Gaussian i of an entry. Precondition: i below the room.
+__device__ __forceinline__ StagedLane loadKept(const KeptWord* words, uint32_t room, uint32_t i)
 {
     const KeptWord a = words[i], b = words[room + i], c = words[2 * room + i];
     const float2 s01 = halvesOf(a.high), r01 = halvesOf(b.low), r23 = halvesOf(b.high), s2c0 = halvesOf(c.low),
@@ -73,22 +74,6 @@ __device__ __forceinline__ StagedLane loadKey(const KeptWord* words, uint32_t ro
             a.low >> 16,
             kNoSlot,
             0};
-}
-
-// Gaussian i at place `t` between the keys. Precondition: i below the room.
-__device__ __forceinline__ StagedLane loadKept(const KeptWord* words, uint32_t room, uint32_t i, float t)
-{
-    StagedLane kept = loadKey(words, room, i);
-    if (t == 0.0f)
-        return kept;
-    const StagedLane second = loadKey(words + kKeptWords * room, room, i);
-    const auto mix = [t](float& to, float from) { to = fmaf(t, from - to, to); };
-#pragma unroll
-    for (uint32_t which = 0; which < 10; ++which)
-        mix(kept.outputs[which], second.outputs[which]);
-    mix(kept.its_opacity, second.its_opacity);
-    kept.its_opacity = fminf(kept.its_opacity, 1.0f); // beyond a key the line leaves what packSteps() takes
-    return kept;
 }
 
 } // namespace gsc

@@ -10,7 +10,8 @@ namespace {
 __global__ void __launch_bounds__(kPaintThreads) paintKeptKernel(const __grid_constant__ PaintKeptArgs args)
 {
     paintAll<PackedSplat>(args.paint, [&](uint32_t eye, uint32_t source) {
-        const uint32_t slot = args.tables.decided[args.paint.origins[source] / kStripAnchors].slot[eye];
+        const uint32_t strip = args.paint.origins[source] / kStripAnchors;
+        const uint32_t slot = args.tables.keptSlot(strip, args.merged ? 0 : eye);
         return ageColour(slot == kNoEntry ? 0u
                                           : args.frame - args.tables.entries[slot].decoded); // what has none is new
     });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a frame with reuse does in place of plain stages: it lists strips in place of anchors, decodes what was granted
+// What a frame with reuse does in place of plain stages: it lists strips in place of anchors, decodes what is due
 // into entries, and draws entries. Between the two the schedule decides (reuse_cuda.h).
 #pragma once
 
@@ -16,22 +16,29 @@ struct StripSelectArgs : SelectCudaArgs {
     using Now = ReuseNow;
 
     ReuseTables tables;
-    uint32_t frame;    // ReuseNow
-    bool counts_fresh; // ReusePolicy::Depth
+    uint32_t frame; // ReuseNow
 };
 
 inline void setNow(StripSelectArgs& args, const ReuseNow& now)
 {
     static_cast<FrameNow&>(args) = now;
     args.frame = now.frame;
-    args.counts_fresh = now.policy == ReusePolicy::Depth;
 }
 
 // The visible list means nothing, and `fraction` is per listed strip, eye and row.
 struct KeepCudaArgs : DecodeCudaArgs {
+    using Now = ReuseNow;
+
     ReuseTables tables;
-    bool one_view; // ReuseNow::merged: what has no entry is decoded from look_from, too
+    bool merged;    // ReuseNow: decoded from look_from
+    uint32_t frame; // ReuseNow
 };
+
+inline void setNow(KeepCudaArgs& args, const ReuseNow& now)
+{
+    static_cast<FrameNow&>(args) = now;
+    args.frame = now.frame;
+}
 
 // FrameView::Age.
 struct PaintKeptArgs {
@@ -39,6 +46,7 @@ struct PaintKeptArgs {
 
     PaintCudaArgs paint;
     ReuseTables tables;
+    bool merged;    // ReuseNow
     uint32_t frame; // ReuseNow
 };
 
@@ -49,7 +57,7 @@ inline void setNow(PaintKeptArgs& args, const ReuseNow& now)
 
 void selectStripsCuda(const StripSelectArgs& args, uint32_t processors, CUstream_st* stream); // of the visible groups
 
-// Decodes what is granted, all anchors of each strip, into its entry, or, without one, draws it. One pass.
+// Decodes what is due, all anchors of each strip, into its entry, or, where another has its slot, draws it. One pass.
 void decodeKeepCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream);
 // Draws what is listed to be drawn of entries. After decodeKeepCuda().
 void drawKeptCuda(const KeepCudaArgs& args, uint32_t processors, CUstream_st* stream);

@@ -2,17 +2,12 @@
 // Which anchors must be decoded again: how far the view of a strip has moved since it was decoded.
 #pragma once
 
-#include <gsc/frame_types.h>
+#include "kernels/reuse/depth.h"
 #include "kernels/reuse/reuse_math.h"
 
 #include <bit>
 
 namespace gsc {
-
-// The granule of decoding and reuse: consecutive anchors of a group, as many as decode takes in one vector. A group is
-// the granule of selection; a strip is finer because one anchor that is due makes its whole granule due.
-constexpr uint32_t kStripAnchors = 16;
-constexpr uint32_t kStripsPerGroup = kGroupSize / kStripAnchors;
 
 // Some anchors show nothing to any probe and something to a camera: none is taken for blind. Below half of 1/255 for
 // any change of direction.

@@ -16,12 +16,9 @@ struct ListStrips {
         return uint32_t((any & 0xffffu) != 0) + uint32_t(any >> 16 != 0);
     }
 
-    static __device__ __forceinline__ uint32_t* length(const Args& args)
-    {
-        return &args.tables.scratch->counters.strips;
-    }
+    static __device__ __forceinline__ uint32_t* length(const Args& args) { return &args.tables.counters->strips; }
 
-    // Anchors that the frame before did not see, of both eyes; for the depth policy.
+    // Anchors that the frame before did not see, of both eyes.
     static __device__ __forceinline__ uint32_t freshLanes(const Args& args, const ListedStrip& listed)
     {
         const SeenStrip before = args.tables.seen[(args.frame - 1) & 1u][listed.strip];
@@ -44,13 +41,13 @@ struct ListStrips {
                                  (warp.left >> lane & 0xffffu) | (warp.right >> lane) << 16,
                                  min(warp.group.anchor_count - threadIdx.x, kStripAnchors)};
         args.tables.listed[slot] = listed;
-        return args.counts_fresh ? freshLanes(args, listed) : 0u;
+        return freshLanes(args, listed);
     }
 
     static __device__ __forceinline__ void finish(const Args& args, uint32_t fresh)
     {
         if (fresh != 0)
-            atomicAdd(&args.tables.scratch->counters.fresh, fresh);
+            atomicAdd(&args.tables.counters->fresh, fresh);
     }
 };
 

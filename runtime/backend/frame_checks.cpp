@@ -161,6 +161,15 @@ bool decodesMerged(const FrameOptions& options, uint32_t eye_count)
     return options.stereo == StereoMode::Merged && eye_count == 2;
 }
 
+void checkReuse(const std::string& backend, ReusePolicy policy)
+{
+    if (backend == "cuda" && policy == ReusePolicy::Error)
+        throw Error(
+            ErrorCode::Unsupported,
+            "frame: reuse policy error on the backend cuda, where decoding takes less time than drawing what it "
+            "keeps, expected depth or none; pass --detail there, or --backend cpu with --reuse error");
+}
+
 void checkRequest(const ModelView& model, const FrameRequest& request, bool on_host)
 {
     if (model.params == nullptr)

@@ -4,6 +4,8 @@
 
 #include <gsc/renderer.h>
 
+#include <string>
+
 namespace gsc {
 
 // All throw Error(Usage) for what the caller can correct, InvalidFile or Unsupported for what it cannot.
@@ -11,8 +13,9 @@ void checkModel(const ModelView& model);
 // `model` has no params before the first load. on_host: of the renderer.
 void checkRequest(const ModelView& model, const FrameRequest& request, bool on_host);
 void checkOptions(const ModelView& model, const FrameOptions& options, uint32_t eye_count);
-void checkSize(uint32_t width, uint32_t height);               // pixels
-void checkColumns(const ColumnRange& columns, uint32_t width); // of an image
+void checkSize(uint32_t width, uint32_t height);                 // pixels
+void checkColumns(const ColumnRange& columns, uint32_t width);   // of an image
+void checkReuse(const std::string& backend, ReusePolicy policy); // Unsupported: a renderer of the backend has no such
 // Of the program that calls: may another frame be submitted, and is this ticket's in flight?
 void checkInFlight(size_t frames, uint32_t most = kFramesInFlight);
 [[noreturn]] void throwNotInFlight(uint64_t ticket);

@@ -52,7 +52,7 @@ public:
         for (Flight& flight : m_flights)
             flight.ticket = 0;
         giveFramesBack(); // a model that is larger than the last may need it
-        m_reuse.release();
+        m_reuse.drop();
         m_coarse.release();
         try {
             guarded([&] {
@@ -285,7 +285,7 @@ const FrameNow& CudaRenderer::beginNow(const FrameShape& shape, const FrameNow& 
         return m_reuse.beginAgain(flight);
     if (m_reuse.needsMemory(options.reuse, shape.eye_count)) {
         giveFramesBack();
-        m_reuse.prepare(m_scene, options.reuse, shape.eye_count, m_stream);
+        m_reuse.prepare(m_scene, options.reuse, shape.eye_count);
         m_free = freeForFrames();
     }
     return m_reuse.begin(m_now, shape.eye_count, options, flight, m_stream);
@@ -345,7 +345,6 @@ uint64_t CudaRenderer::begin(const FrameRequest& request)
         plain.lenses[e] = eyeLens(plain.eyes[e]);
         plain.bands[e] = eyeBand(plain.eyes[e], options.columns);
     }
-    shape.limits_decoding = CudaReuse::limitsDecoding(options.reuse);
     shape.depths = std::ranges::any_of(request.targets, &FrameTarget::hasDepth);
     if (!m_scene.whole() && (request.repeats == 0 || request.repeats != m_last)) // which draws what it drew
         bringAnchors(plain.eyes[0], shape.exact);
@@ -421,7 +420,7 @@ void CudaRenderer::end(Flight& flight)
     flight.fillResult();
     FrameResult& result = flight.result;
     if (flight.shape.uses_reuse)
-        m_reuse.addCounts(uint32_t(&flight - m_flights), flight.shape.eye_count, flight.overflowed, result);
+        m_reuse.addCounts(uint32_t(&flight - m_flights), flight.shape.eye_count, result);
     if (flight.shape.coarse)
         m_coarse.addCounts(uint32_t(&flight - m_flights), flight.shape.eye_count, result);
     result.cache_bytes = m_reuse.bytes() + m_coarse.bytes();

@@ -96,7 +96,7 @@ void CpuReuse::run(const ReuseFrame& frame, FrameResult& result)
     m_policy = reuse.policy;
     ++m_frame;
     m_motion.follow(frame.eyes, frame.eye_count);
-    m_rule = reuseRule(reuse, m_motion.eyes(), kGoesOn);
+    m_rule = reuseRule(reuse, m_motion.eyes());
     const uint64_t limit = reuse.cache_bytes > 0 ? reuse.cache_bytes : m_memory;
     const uint64_t evictions = m_cache.evictions();
     m_cache.shrink(limit);

@@ -2,49 +2,33 @@
 // What the CUDA backend keeps of decoded Gaussians from frame to frame (design sections 4 and 5): its memory and what the
 // kernels must know of a frame. They decide everything else (kernels/reuse/reuse_cuda.h).
 //
-// Unlike the CPU's: a refresh decodes both keys anew, the first from where the camera is, in place of going on from the
-// last key, and counts as two decodes; nobody notes how broad splats are (kAnew, policy.h); frames of more than one pass,
-// which only scarce memory brings about, decode everything and keep nothing; a new limit of memory forgets what is kept.
+// Unlike the CPU's: only ReusePolicy::Depth; frames of more than one pass, which only scarce memory brings about, decode
+// everything and keep nothing; a new limit of memory forgets what is kept.
 #pragma once
 
 #include "kernels/reuse/reuse_stages_cuda.h"
-#include "runtime/view/camera_motion.h"
 #include "runtime/cuda/frame/frame_stages.h"
 #include <gsc/renderer.h>
 
-#include <cstddef>
-
 namespace gsc {
-
-// What the host reads of a frame.
-struct ReuseReport {
-    ReuseState state;
-    ReuseCounters counters;
-};
-
-static_assert(offsetof(ReuseReport, counters) == offsetof(ReuseScratch, counters)); // copied in one piece
 
 class CudaReuse final : public FrameReuse {
 public:
-    explicit CudaReuse(MemoryBudget& budget) : m_cache(budget), m_sensitivity(budget) {}
+    explicit CudaReuse(MemoryBudget& budget) : m_cache(budget) {}
 
-    // Forget everything, or what frames left but not what is known of the model, and give the memory back. Whoever has
-    // graphs drops them.
-    void release();
+    // Forgets everything and gives the memory back. Whoever has graphs drops them.
     void drop();
     // Must prepare() move memory for such a frame? Then graphs and the memory of frames are to be given back before.
     [[nodiscard]] bool needsMemory(const ReuseOptions& reuse, uint32_t eye_count) const;
-    // Room for a frame's entries, as many as the options and a quarter of what is free allow, and what the policy reads.
-    // Throws Error (OutOfMemory, Device).
-    void prepare(const DeviceScene& scene, const ReuseOptions& reuse, uint32_t eye_count, const CudaStream& stream);
+    // Room for a frame's entries, as many as the options and a quarter of what is free allow. Throws Error (OutOfMemory,
+    // Device).
+    void prepare(const DeviceScene& scene, const ReuseOptions& reuse, uint32_t eye_count);
 
     // Begins a frame. After prepare(). Returns what its graph is launched with, as long as this lives.
     const ReuseNow& begin(const FrameNow& now, uint32_t eye_count, const FrameOptions& options, uint32_t flight,
                           const CudaStream& stream);
-    const ReuseNow& beginAgain(uint32_t flight); // the frame begun last overflowed; nothing is decided anew
+    const ReuseNow& beginAgain(uint32_t flight); // the frame begun last overflowed
     void skipFrame();                            // a frame is drawn without it
-
-    [[nodiscard]] static bool limitsDecoding(const ReuseOptions& reuse);
 
     void prepareFrame(FrameCapture& capture, const FrameJob& job) const override;
     void listAnchors(FrameCapture& capture, const FrameJob& job) const override;
@@ -52,30 +36,22 @@ public:
     void report(FrameCapture& capture, const FrameJob& job) const override;
 
     // Of a frame drawn with it and ended, in the order in which they began.
-    void addCounts(uint32_t flight, uint32_t eye_count, bool overflowed, FrameResult& result);
+    void addCounts(uint32_t flight, uint32_t eye_count, FrameResult& result);
     [[nodiscard]] uint64_t bytes() const { return m_cache.bytes(); }
 
 private:
     void layOut(ArenaLayout& layout, ReuseTables& tables) const;
 
-    DeviceArena m_cache, m_sensitivity;
+    DeviceArena m_cache;
     ReuseTables m_tables{};
-    const uint32_t* m_view_sensitivity = nullptr; // per anchor, or null
-    bool m_ample = false;                         // there is a slot for every strip and eye
     ReuseNow m_now{};
-    struct Begun {
-        bool forgot = false, again = false;
-    };
-    Begun m_begun[kFramesInFlight];
-    Pinned<ReuseReport> m_pinned[kFramesInFlight];
-    ReuseReport m_report{}; // of the first time the last frame was drawn
-    CameraMotion m_motion;
+    bool m_again[kFramesInFlight] = {};
+    Pinned<ReuseCounters> m_pinned[kFramesInFlight];
+    ReuseCounters m_report{}; // of the first time the last frame was drawn
     uint64_t m_limit = 0;     // bytes of entries that m_cache was made for, as the options say
     uint32_t m_eyes = 0;      // the same
     bool m_forget = true;     // before the next frame
-    uint32_t m_evictions = 0; // ReuseState, after the last frame
     int32_t m_appearance = -1;
-    ReusePolicy m_policy = ReusePolicy::None;
 };
 
 } // namespace gsc

@@ -90,7 +90,7 @@ float CpuReuse::leadKey(LazyStrip& strip, uint32_t e, float rate, float target, 
     }
     const float behind = std::sqrt(way / pace); // frames
     // the frames at which rate * (frames + bend * frames^2) is the target
-    const float bend = motion.bend / (8 * m_rule.tuning.curve);
+    const float bend = motion.bend / (8 * kCurve);
     const auto framesFor = [&](float each) {
         const float all = 2 * target / (each + std::sqrt(each * (each + 4 * target * bend)));
         return std::min(all - behind, kMaxLeadFrames);
@@ -125,9 +125,8 @@ StripKeys CpuReuse::planFor(LazyStrip& strip, uint32_t e, const EyeWork& eye, ui
             keys.count = 2;
         }
         const float allowed = allowedChange(m_rule, e, strip.id, keys, cover);
-        if (own != kNoSlot &&
-            leadKey(strip, e, eye.outlook.rate, spanAhead(m_rule.tuning, allowed, level), keys) >= 1 &&
-            changeOf(m_rule, keys, motion.center, change).error <= std::max(allowed, 0.5f * half))
+        if (own != kNoSlot && leadKey(strip, e, eye.outlook.rate, spanAhead(allowed, level), keys) >= 1 &&
+            changeOf(keys, motion.center, change).error <= std::max(allowed, 0.5f * half))
             plan = keys;
         else if (placeAhead(motion, eye.outlook.rate, half, 0.5f, change, plan.center[0]))
             std::copy_n(plan.center[0], 3, plan.center[1]);
@@ -145,9 +144,9 @@ bool CpuReuse::chooseOwn(LazyStrip& strip, uint32_t e, uint32_t seen, float cove
     const StripKeys& keys = widened(eye.slot, strip, seen);
     const float* const camera = m_rule.eye[e].center;
     const float allowed = allowedChange(m_rule, e, strip.id, keys, cover);
-    eye.drawn = changeAtMost(m_rule, keys, camera);
+    eye.drawn = changeAtMost(keys, camera);
     if (!(eye.drawn.error <= allowed))
-        eye.drawn = changeOf(m_rule, keys, camera, strip.changeOf(eye.lanes));
+        eye.drawn = changeOf(keys, camera, strip.changeOf(eye.lanes));
     return eye.drawn.error <= allowed;
 }
 
@@ -158,7 +157,7 @@ bool CpuReuse::chooseOther(LazyStrip& strip, uint32_t e, uint32_t seen, float co
     if (other == kNoSlot)
         return false;
     const StripKeys& keys = widened(other, strip, seen);
-    const KeptChange there = changeOf(m_rule, keys, m_rule.eye[e].center, strip.changeOf(eye.lanes));
+    const KeptChange there = changeOf(keys, m_rule.eye[e].center, strip.changeOf(eye.lanes));
     if (!(there.error < eye.drawn.error))
         return false;
     eye.slot = other;
@@ -190,7 +189,7 @@ void CpuReuse::scheduleByError(uint32_t eye_count, LazyStrip& strip, StripWork& 
     if (left.due)
         left.plan = planFor(strip, 0, left, seen, cover);
     if (left.due && right.due &&
-        changeOf(m_rule, left.plan, m_rule.eye[1].center, strip.changeOf(right.lanes)).error <=
+        changeOf(left.plan, m_rule.eye[1].center, strip.changeOf(right.lanes)).error <=
             allowedChange(m_rule, 1, strip.id, left.plan, cover)) {
         right.due = false;
         right.shares = true;

@@ -38,6 +38,8 @@ void checkServiceOptions(const ServiceOptions& options)
 void checkPose(const ModelView& model, const ServiceOptions& service, const PoseRequest& request)
 {
     checkRequest(model, {request.eyes, {}, request.options}, true);
+    for (const DeviceId& device : service.devices)
+        checkReuse(device.backend, request.options.reuse.policy);
     if (!request.options.columns.all())
         throw Error(ErrorCode::Usage,
                     "service: a pose with columns of its own, expected none; leave them out, the service "

@@ -14,7 +14,7 @@ void CameraMotion::follow(const EyeParams* eyes, uint32_t eye_count)
         uint32_t& history = m_history[e];
         if (e >= eye_count) {
             history = 0;
-            eye.steady = eye.erratic = false;
+            eye.steady = false;
             continue;
         }
         float change = 0, length = 0, square = 0, along = 0, turned = 0;
@@ -32,7 +32,6 @@ void CameraMotion::follow(const EyeParams* eyes, uint32_t eye_count)
             eye.center[i] = eyes[e].center[i];
         }
         eye.steady = history > 0 && length > 0 && (history == 1 || change <= 0.5f * length);
-        eye.erratic = history > 0 && length > 0 && !eye.steady;
         const float aside = history > 1 && square > 0 ? turned / square - along / square * (along / square) : 0.0f;
         eye.bend = std::sqrt(std::max(aside, 0.0f));
         ++history;

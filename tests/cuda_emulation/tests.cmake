@@ -58,7 +58,7 @@ if(GSC_SANITIZE) # all whole frames would take an hour of a core: a few stand fo
   set_tests_properties(${emulated} PROPERTIES LABELS "cpu;slow;emulation")
   set(some_frames "renderer: a picture*,renderer: two on*,renderer: a lost*,one decode for both eyes*between them"
       "lenses off*,image sizes that*,more anchors*,levels that lag*,eyes that are turned*,depths*"
-      "reuse: a camera that stands*,reuse: depth decides*,reuse: a decode budget*,reuse: a small cache*")
+      "reuse: a camera that stands*,reuse: depth decides*,reuse: a small cache*")
   list(JOIN some_frames "," some_frames)
   add_test(NAME test_cuda_emulated_some COMMAND test_cuda_emulated "--test-case=${some_frames}")
   set_tests_properties(test_cuda_emulated_some PROPERTIES LABELS "cpu;emulation" TIMEOUT 1200)

@@ -13,20 +13,10 @@
 
 namespace gsc::test {
 
-// A camera at `x` on a line, with eyes that look the same way and so share their bins.
-inline std::vector<EyeParams> strafe(float x, size_t eye_count, float apart = 0)
-{
-    std::vector<EyeParams> eyes;
-    for (size_t e = 0; e < eye_count; ++e)
-        eyes.push_back(eyeAhead(x + apart * float(e), -5, 120, 90));
-    return eyes;
-}
-
-inline FrameOptions with(ReusePolicy policy, float bound = 0, uint32_t depth = 10)
+inline FrameOptions with(ReusePolicy policy, uint32_t depth = 10)
 {
     FrameOptions options = onGrey(Tier::Fast);
     options.reuse.policy = policy;
-    options.reuse.bound = bound;
     options.reuse.max_depth = depth;
     return options;
 }

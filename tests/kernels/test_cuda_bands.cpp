@@ -92,18 +92,16 @@ TEST_CASE("bands of an image: kept entries, nothing to show, columns that are no
     const std::unique_ptr<Renderer> gpu = makeRenderer({"cuda"}), plain = makeRenderer({"cuda"});
     gpu->load(model.view());
     plain->load(model.view());
-    for (const ReusePolicy policy : {ReusePolicy::Error, ReusePolicy::Depth})
-        for (int i = 0; i < 3; ++i) {
-            const std::vector<EyeParams> eyes = {eyeAhead(0.4f + 0.02f * float(i), -5, 143, 90)};
-            FrameOptions options = onGrey(Tier::Fast), none = options;
-            options.reuse.policy = policy;
-            options.reuse.bound = 0.5f;
-            options.reuse.max_depth = 2;
-            options.columns = none.columns = {32, 96};
-            const auto kept = render(*gpu, eyes, options), wanted = render(*plain, eyes, none);
-            CHECK(compare(kept[0].pixels, wanted[0].pixels).psnr >= 35);
-            CHECK(std::ranges::count(kept[0].pixels, -7.0f) == 3 * 90 * (143 - 64));
-        }
+    for (int i = 0; i < 3; ++i) {
+        const std::vector<EyeParams> eyes = {eyeAhead(0.4f + 0.02f * float(i), -5, 143, 90)};
+        FrameOptions options = onGrey(Tier::Fast), none = options;
+        options.reuse.policy = ReusePolicy::Depth;
+        options.reuse.max_depth = 2;
+        options.columns = none.columns = {32, 96};
+        const auto kept = render(*gpu, eyes, options), wanted = render(*plain, eyes, none);
+        CHECK(compare(kept[0].pixels, wanted[0].pixels).psnr >= 35);
+        CHECK(std::ranges::count(kept[0].pixels, -7.0f) == 3 * 90 * (143 - 64));
+    }
     std::vector<EyeParams> eyes = {eyeAhead(0, -5, 96, 64)};
     eyes[0].world_to_view[11] -= 100; // the model lies behind
     FrameOptions options = onGrey(Tier::Fast);

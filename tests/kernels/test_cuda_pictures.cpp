@@ -132,7 +132,7 @@ std::vector<Job> jobs(const std::vector<Model>& all)
         add(model, "fast_merged", with_row(merged), two);
         add(model, "fast_shared", with_row(fast), ahead);
     }
-    const Model &scaffold = all[0], &round = all[2], &progressive = all[4];
+    const Model &scaffold = all[0], &round = all[2], &progressive = all[4], &bank = all[8];
     add(scaffold, "exact_two", exact, two);
     add(scaffold, "off_axis", fast, [](int) { return lensOffAxis(); });
     add(scaffold, "near", changed(fast, [](FrameOptions& o) { o.near_z = 4; }), one);
@@ -153,37 +153,29 @@ std::vector<Job> jobs(const std::vector<Model>& all)
         });
     };
     for (const Model* model : {&scaffold, &round}) {
-        add(*model, "error_0", reuse(ReusePolicy::Error, [](ReuseOptions& r) { r.bound = 0; }), one, 4);
-        add(*model, "error_2", reuse(ReusePolicy::Error, [](ReuseOptions& r) { r.bound = 2; }), two, 4);
-        add(*model, "error_shared", reuse(ReusePolicy::Error, [](ReuseOptions& r) { r.bound = 2; }), ahead, 4);
         add(*model, "depth", reuse(ReusePolicy::Depth, [](ReuseOptions& r) { r.max_depth = 2; }), two, 4);
         FrameOptions paper = reuse(ReusePolicy::Depth, [](ReuseOptions& r) { r.max_depth = 2; });
         paper.stereo = StereoMode::Merged;
         add(*model, "depth_merged", paper, two, 4);
         add(*model, "depth_merged_shared", paper, ahead, 4);
-        add(*model, "error_budget",
-            reuse(ReusePolicy::Error,
-                  [](ReuseOptions& r) {
-                      r.bound = 0.5f;
-                      r.decode_budget = 100;
-                  }),
-            two, 4);
-        add(*model, "error_small_cache",
-            reuse(ReusePolicy::Error,
-                  [](ReuseOptions& r) {
-                      r.bound = 2;
-                      r.cache_bytes = uint64_t(60) << 10;
-                  }),
-            two, 4);
+        add(*model, "depth_shared", reuse(ReusePolicy::Depth, [](ReuseOptions& r) { r.max_depth = 2; }), ahead, 4);
+        const FrameOptions little = reuse(ReusePolicy::Depth, [](ReuseOptions& r) {
+            r.max_depth = 2;
+            r.cache_bytes = uint64_t(30) << 10;
+        });
+        add(*model, "depth_small_cache", little, two, 4);
+        paper.reuse = little.reuse;
+        add(*model, "depth_merged_small_cache", paper, ahead, 4);
     }
     add(scaffold, "depth_exponential",
         reuse(ReusePolicy::Depth, [](ReuseOptions& r) { r.guidance = DepthGuidance::Exponential; }), one, 4);
     add(scaffold, "depth_staged",
         reuse(ReusePolicy::Depth, [](ReuseOptions& r) { r.guidance = DepthGuidance::Staged; }), one, 4);
-    add(round, "error_fade",
-        changed(reuse(ReusePolicy::Error, [](ReuseOptions& r) { r.bound = 2; }),
-                [](FrameOptions& o) { o.lod_fade = 0.5f; }),
-        two, 4);
+    const FrameOptions kept = reuse(ReusePolicy::Depth, [](ReuseOptions&) {});
+    add(bank, "depth", kept, two, 4);
+    add(round, "depth_fade", changed(kept, [](FrameOptions& o) { o.lod_fade = 0.5f; }), two, 4);
+    add(round, "depth_age", changed(kept, [](FrameOptions& o) { o.view = FrameView::Age; }), two, 4);
+    add(scaffold, "depth_foveation", changed(kept, [](FrameOptions& o) { o.foveation.smallest = 2; }), two, 4);
     return list;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A renderer service with workers on GPUs, two devices where there are two: the bytes of one renderer.
+#include <gsc/error.h>
 #include "runtime/service/faulty_renderer.h"
 #include "runtime/devices/device_pictures.h"
 #include "tests/kernels/gpu_buffers.h"
@@ -146,6 +147,16 @@ TEST_CASE("service: GPU and CPU work together, and what the CPU draws is brought
     const auto cpu = makeRenderer({"cpu"});
     cpu->load(model.view());
     CHECK(othersIn(bytesOf(delivery->eyes, walk(0, 2)), byOne(*cpu, walk(0, 2), plain(Tier::Exact))) < 0.01);
+}
+
+TEST_CASE("service: a pose that one of its GPUs would not draw is refused as it is handed in")
+{
+    const SyntheticModel model(modelOptions());
+    ServiceOptions workers = gpuWorkers(1, ServiceMode::Frame);
+    workers.devices.insert(workers.devices.begin(), DeviceId{"cpu"});
+    RendererService service(model.view(), workers);
+    const PoseRequest pose{.eyes = walk(0, 1), .options = with(ReusePolicy::Error)};
+    CHECK_THROWS_WITH_AS(service.submit(pose), doctest::Contains("--detail"), Error);
 }
 
 TEST_CASE("service: a bridge brings columns of a picture to their place and leaves the others")

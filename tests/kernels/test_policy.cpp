@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What --reuse decides, pinned at its boundaries: CPU and GPU call the same functions.
+// What --reuse decides, pinned at its boundaries.
 #include "kernels/reuse/policy.h"
+#include "kernels/reuse/depth.h"
 
 #include <doctest/doctest.h>
 
@@ -13,14 +14,14 @@ namespace {
 
 const float kNaN = std::nanf("");
 
-ReuseRule ruleOf(float bound, const EyeMotion& motion = {}, const ReuseTuning& tuning = kAnew, uint64_t budget = 0)
+ReuseRule ruleOf(float bound, const EyeMotion& motion = {}, uint64_t budget = 0)
 {
     ReuseOptions reuse;
     reuse.policy = ReusePolicy::Error;
     reuse.bound = bound;
     reuse.decode_budget = budget;
     const EyeMotion eyes[kMaxEyes] = {motion, motion};
-    return reuseRule(reuse, eyes, tuning);
+    return reuseRule(reuse, eyes);
 }
 
 EyeMotion moving(float x, float step)
@@ -66,17 +67,13 @@ TEST_CASE("a bound is in 1/255, and a camera that rests may draw all of it and n
     CHECK(ruleOf(255).bound == 1);
     CHECK(ruleOf(1).bound == doctest::Approx(1 / 255.0).epsilon(1e-6));
     const StripKeys keys = keysBetween(0, 1, 0);
-    for (const ReuseTuning& tuning : {kGoesOn, kAnew})
-        for (uint32_t strip = 0; strip < 50; ++strip)
-            CHECK(allowedChange(ruleOf(2, {}, tuning), 0, strip, keys) == 2.0f / 255.0f);
+    for (uint32_t strip = 0; strip < 50; ++strip)
+        CHECK(allowedChange(ruleOf(2), 0, strip, keys) == 2.0f / 255.0f);
     CHECK(allowedChange(ruleOf(0), 1, 3, keys) == 0);
 }
 
-TEST_CASE("a camera on its way may draw at most the bound, spread by strip, and an erratic one its share")
+TEST_CASE("a camera on its way may draw at most the bound, spread by strip")
 {
-    const EyeMotion steady = moving(0, 1);
-    EyeMotion erratic;
-    erratic.erratic = true;
     const float center[3] = {};
     const StripKeys fresh = keysAt(center, 1, true), later = keysAt(center, 1, false), two = keysBetween(0, 1, 0);
     const uint32_t low = stripOf(false), high = stripOf(true);
@@ -84,70 +81,61 @@ TEST_CASE("a camera on its way may draw at most the bound, spread by strip, and 
     CHECK(stagger(low) < 0.32f);
     CHECK(stagger(high) > 0.98f);
     CHECK(stagger(high) < 1);
-    for (const ReuseTuning& tuning : {kGoesOn, kAnew}) {
-        const ReuseRule rule = ruleOf(255, steady, tuning);
-        for (const uint32_t strip : {low, high}) {
-            const double spread = double(stagger(strip));
-            CHECK(allowedChange(rule, 0, strip, fresh) == doctest::Approx(double(tuning.fresh) * spread));
-            CHECK(allowedChange(rule, 0, strip, later) == doctest::Approx(0.85 + 0.15 * spread));
-            CHECK(allowedChange(rule, 0, strip, two) == doctest::Approx(1 - double(tuning.spread) * (1 - spread)));
-        }
-        for (uint32_t strip = 0; strip < 1000; ++strip)
-            for (const StripKeys& keys : {fresh, later, two})
-                CHECK(allowedChange(rule, 0, strip, keys) <= 1);
-        CHECK(allowedChange(ruleOf(255, erratic, tuning), 0, low, fresh) == tuning.erratic);
+    const ReuseRule rule = ruleOf(255, moving(0, 1));
+    for (const uint32_t strip : {low, high}) {
+        const double spread = double(stagger(strip));
+        CHECK(allowedChange(rule, 0, strip, fresh) == doctest::Approx(spread));
+        CHECK(allowedChange(rule, 0, strip, later) == doctest::Approx(0.85 + 0.15 * spread));
+        CHECK(allowedChange(rule, 0, strip, two) == doctest::Approx(0.85 + 0.15 * spread));
     }
-    // two new keys are not due half-way between them, not even where the least is allowed
-    CHECK(kAnew.fill < allowedChange(ruleOf(255, steady), 0, low, two));
+    for (uint32_t strip = 0; strip < 1000; ++strip)
+        for (const StripKeys& keys : {fresh, later, two})
+            CHECK(allowedChange(rule, 0, strip, keys) <= 1);
     // and what is broad its share of that
     CHECK(allowedChange(ruleOf(255), 0, 0, two, kBroad) == 1);
     CHECK(allowedChange(ruleOf(255), 0, 0, two, 4 * kBroad) == doctest::Approx(0.5));
-    CHECK(allowedChange(ruleOf(255, erratic), 0, 0, two, 4 * kBroad) == doctest::Approx(0.25));
 }
 
 TEST_CASE("an entry is drawn at the place of its keys' line next to the camera, off by the rest and the curve")
 {
-    const ReuseRule rule = ruleOf(1);
-    const float curve = rule.tuning.curve;
     const StripKeys keys = keysBetween(1, 3, 0.5f);
     const auto at = [&](float x) {
         const float camera[3] = {x, 0, 0};
-        return changeOf(rule, keys, camera, way);
+        return changeOf(keys, camera, way);
     };
     for (const float end : {1.0f, 3.0f}) { // keys are exact
         CHECK(at(end).t == (end - 1) / 2);
         CHECK(at(end).error == 0);
     }
     CHECK(at(2).t == 0.5f);
-    CHECK(at(2).error == curve * 0.5f); // all of it in the middle
-    CHECK(at(4).error == 4 * curve * 0.75f * 0.5f);
+    CHECK(at(2).error == kCurve * 0.5f); // all of it in the middle
+    CHECK(at(4).error == 4 * kCurve * 0.75f * 0.5f);
     CHECK(at(6).t == kMostMix);
-    CHECK(at(6).error == doctest::Approx(2 + 4 * double(curve) * 0.75 * 0.5));
+    CHECK(at(6).error == doctest::Approx(2 + 4 * double(kCurve) * 0.75 * 0.5));
     CHECK(at(-2).t == kLeastMix);
-    CHECK(at(-2).error == doctest::Approx(2 + 4 * double(curve) * 0.75 * 0.5));
+    CHECK(at(-2).error == doctest::Approx(2 + 4 * double(kCurve) * 0.75 * 0.5));
     const float here[3] = {7, 0, 0}, there[3] = {7.5f, 0, 0};
     const StripKeys single = keysAt(here, 1, true);
-    CHECK(changeOf(rule, single, here, way).error == 0);
-    CHECK(changeOf(rule, single, there, way).t == 0);
-    CHECK(changeOf(rule, single, there, way).error == 0.5f);
+    CHECK(changeOf(single, here, way).error == 0);
+    CHECK(changeOf(single, there, way).t == 0);
+    CHECK(changeOf(single, there, way).error == 0.5f);
     StripKeys same = keysBetween(2, 2, 0.5f); // a way of no length
-    CHECK(changeOf(rule, same, here, way).t == 0);
+    CHECK(changeOf(same, here, way).t == 0);
 }
 
 TEST_CASE("what a look tells is never below what the anchors say")
 {
-    const ReuseRule rule = ruleOf(1);
     StripKeys keys = keysBetween(0, 0.5f, 0.1f);
     const Vec3<float> p = {0.5f, 0, 4};
     keys.reach = {0.3f / 4, 4, 0.3f};
     const auto change = [&](const float* c0, const float* c1) { return predictedChange(p, c0, c1, 0.2f, 0.1f); };
     for (float x = -1; x < 2; x += 0.01f) {
         const float camera[3] = {x, 0.3f * x, 0};
-        CHECK(changeAtMost(rule, keys, camera).error >= changeOf(rule, keys, camera, change).error);
-        CHECK(changeAtMost(rule, keys, camera).t == changeOf(rule, keys, camera, change).t);
+        CHECK(changeAtMost(keys, camera).error >= changeOf(keys, camera, change).error);
+        CHECK(changeAtMost(keys, camera).t == changeOf(keys, camera, change).t);
     }
     keys.reach = {}; // nothing is known
-    CHECK(std::isinf(changeAtMost(rule, keys, keys.center[0]).error));
+    CHECK(std::isinf(changeAtMost(keys, keys.center[0]).error));
 }
 
 TEST_CASE("a camera that does not move has an outlook of no change, and one that does gets nearer to a key ahead")
@@ -192,10 +180,9 @@ TEST_CASE("a place ahead is as far as its lead, not nearer than asked for and no
 
 TEST_CASE("entries span what the curve leaves of the bound, or live as long as the budget has them live")
 {
-    CHECK(spanAhead(kAnew, 0.08f, 0) == doctest::Approx(0.7));
-    CHECK(spanAhead(kGoesOn, 0.07f, 0) == doctest::Approx(0.9));
-    CHECK(spanAhead(kAnew, 0.08f, 2) == 2);
-    CHECK(spanAhead(kAnew, 0, 0) == 0);
+    CHECK(spanAhead(0.07f, 0) == doctest::Approx(0.9));
+    CHECK(spanAhead(0.07f, 2) == 2);
+    CHECK(spanAhead(0, 0) == 0);
     CHECK(halfLife(1, 0) == kLeadShare);
     CHECK(halfLife(1, 4) == 2);
 }
@@ -212,7 +199,7 @@ TEST_CASE("an entry is young enough for as many frames as the depth says after t
 
 TEST_CASE("a budget holds back what is kept and not grossly wrong, and is of the error policy alone")
 {
-    const ReuseRule none = ruleOf(1), some = ruleOf(1, {}, kAnew, 100);
+    const ReuseRule none = ruleOf(1), some = ruleOf(1, {}, 100);
     CHECK(mustDecode(none, true, 0));
     CHECK(mustDecode(some, false, 0));
     CHECK_FALSE(mustDecode(some, true, kGross));
@@ -221,7 +208,7 @@ TEST_CASE("a budget holds back what is kept and not grossly wrong, and is of the
     ReuseOptions depth;
     depth.policy = ReusePolicy::Depth;
     depth.decode_budget = 100;
-    CHECK(reuseRule(depth, some.eye, kAnew).decode_budget == 0);
+    CHECK(reuseRule(depth, some.eye).decode_budget == 0);
     CHECK(budgetLevel(some, 100, 7) == 0); // met
     CHECK(budgetLevel(some, 101, 7) == 0.07f);
     CHECK(budgetLevel(none, 101, 7) == 0);

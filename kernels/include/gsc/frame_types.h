@@ -88,7 +88,7 @@ enum class Tier : uint32_t { Exact = 0, Fast = 1 };
 enum class ReusePolicy : uint32_t {
     None = 0,  // every visible anchor is decoded for every frame and eye
     Depth = 1, // at most so many frames, fewer the more of the view is new: the GS-Cache paper's Algorithm 1
-    Error = 2, // as long as its predicted change stays within a bound
+    Error = 2, // as long as its predicted change stays within a bound; on a CPU
 };
 
 // How ReusePolicy::Depth turns the share of visible anchors that are new into a depth.

@@ -86,6 +86,7 @@ void FrameShape::shareBins(EyeParams* eyes)
 FrameShape frameShape(const ModelParams& params, Tier tier, uint32_t eye_count, const FrameOptions& options,
                       EyeParams* eyes)
 {
+    checkReuse("cuda", options.reuse.policy);
     if (options.reuse.policy != ReusePolicy::None && tier == Tier::Exact)
         throw Error(ErrorCode::Unsupported, "cuda: reuse in the tier exact, expected reuse policy none there; use the "
                                             "tier fast, if the model has it, or the backend cpu");

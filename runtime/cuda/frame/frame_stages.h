@@ -21,15 +21,14 @@ struct FrameShape {
     BinGrid grid;                               // as large as the larger eye needs
     uint32_t passes;
     RasterConstants rules;
-    bool exact;           // the scalar decode and 48-byte splats
-    bool fades;           // anchors have opacity factors
-    bool merged;          // one decode for both eyes
-    bool shared_bins;     // one list of splats per bin for both eyes
-    bool uses_reuse;      // one pass, `fast`
-    bool coarse;          // FrameOptions::detail, `fast`
-    bool thins;           // foveation
-    bool limits_decoding; // with reuse: there is a decode budget
-    bool depths;          // of pixels, for a target that wants them
+    bool exact;       // the scalar decode and 48-byte splats
+    bool fades;       // anchors have opacity factors
+    bool merged;      // one decode for both eyes
+    bool shared_bins; // one list of splats per bin for both eyes
+    bool uses_reuse;  // one pass, `fast`
+    bool coarse;      // FrameOptions::detail, `fast`
+    bool thins;       // foveation
+    bool depths;      // of pixels, for a target that wants them
     float background[3];
     int32_t appearance;
     bool empty_is_black;

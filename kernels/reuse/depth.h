@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// What reuse is counted in, and ReusePolicy::Depth, the GS-Cache paper's Algorithm 1: the same on a CPU and on a GPU.
+#pragma once
+
+#include <gsc/frame_types.h>
+#include <gsc/hostdev.h>
+
+#include <cmath>
+
+namespace gsc {
+
+// The granule of decoding and reuse: consecutive anchors of a group, as many as decode takes in one vector. A group is
+// the granule of selection; a strip is finer because one anchor that is due makes its whole granule due.
+constexpr uint32_t kStripAnchors = 16;
+constexpr uint32_t kStripsPerGroup = kGroupSize / kStripAnchors;
+
+// Share of the visible anchors, of all eyes, that the frame before did not see.
+GSC_HD float updateRate(uint64_t fresh, uint64_t visible)
+{
+    return visible > 0 ? float(double(fresh) / double(visible)) : 0.0f;
+}
+
+// Frames that an entry may be drawn after the one that decoded it, from the share of the visible anchors that were not
+// visible in the frame before: the paper's H(update rate). The more of the view is new, the less is reused. The paper
+// names three shapes and no constants: these are ours.
+GSC_HD uint32_t reuseDepth(DepthGuidance guidance, uint32_t max_depth, float update_rate)
+{
+    const float depth = float(max_depth);
+    if (guidance == DepthGuidance::Exponential)
+        return uint32_t(depth * std::exp(-5.0f * update_rate) + 0.5f);
+    if (guidance == DepthGuidance::Staged)
+        return update_rate < 0.05f  ? max_depth
+               : update_rate < 0.2f ? max_depth / 2
+               : update_rate < 0.5f ? max_depth / 4
+                                    : 0;
+    return uint32_t(depth * (1.0f - update_rate) + 0.5f);
+}
+
+// May what frame `decoded` decoded be drawn in `frame`? `depth`: reuseDepth().
+GSC_HD bool youngEnough(uint64_t frame, uint64_t decoded, uint32_t depth)
+{
+    return frame - decoded <= depth;
+}
+
+} // namespace gsc
