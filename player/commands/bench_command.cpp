@@ -65,7 +65,7 @@ void addBenchOptions(CLI::App& app, BenchOptions& options)
 void checkBenchOptions(const CLI::App& app, const BenchOptions& options)
 {
     checkRenderOptions(app, options.play, !options.sweep.empty());
-    checkWorkerOptions(app, options.play);
+    checkWorkerOptions(app, options.play, !options.sweep.empty());
     checkEffect(app, "--shard", !options.sweep.empty(), "--sweep");
     checkShardFile(options.play, "--out", options.out);
     checkEffect(app, "--reference", scores(options) || !options.sweep.empty(), "--quality, --score-every or --sweep");

@@ -28,7 +28,7 @@ constexpr const char* kPlayExamples = R"(examples:
       the trainer's own image, 16 bits per channel
   gsc-play room.gsc --eyes 2 --ipd 0.065 --out 'vr/{frame:04}_{eye}.exr'
       both eyes, 32-bit float
-  gsc-play room.gsc --cameras path.json --reuse error --reuse-bound 1 --stats out.jsonl
+  gsc-play room.gsc --cameras path.json --backend cpu --reuse error --reuse-bound 1
       decoded Gaussians are drawn again while they change by less than 1/255
   gsc-play city.gsc --cameras flight.json --target-ms 11 --lod-fade 0.5 --lod-hysteresis 0.1 --stats out.jsonl
       detail falls where a frame would take longer than 11 ms, and no level pops

@@ -33,9 +33,10 @@ void addReuseOptions(CLI::App& app, PlayOptions& options)
 {
     const Heading heading(app, "Reuse of decoded Gaussians");
     ReuseOptions& reuse = options.frame.reuse;
-    addChoice<ReusePolicy>(app, "--reuse", reuse.policy, reusePolicies(), "default: none",
-                           "when they are drawn again in later frames: none: never; depth: for so many frames, fewer "
-                           "the more of the view is new; error: while their predicted change stays within a bound");
+    addChoice<ReusePolicy>(
+        app, "--reuse", reuse.policy, reusePolicies(), "default: none",
+        "when they are drawn again in later frames: none: never; depth: for so many frames, fewer "
+        "the more of the view is new; error, on a CPU: while their predicted change stays within a bound");
     addInteger(app, "--reuse-depth", reuse.max_depth, 0, kMaxReuseDepth, "N (default: 10)",
                "frames one is drawn again at most, with --reuse depth");
     addChoice<DepthGuidance>(app, "--reuse-guidance", reuse.guidance, depthGuidances(), "default: linear",

@@ -13,7 +13,8 @@ namespace gsc {
 namespace {
 
 constexpr const char* kStabilityExamples = R"(example:
-  gsc sample paths room.gsc -o paths && gsc-play stability room.gsc --trajectories paths --size 640x480 --reuse error
+  gsc sample paths room.gsc -o paths
+  gsc-play stability room.gsc --trajectories paths --size 640x480 --backend cpu --reuse error
       every breaking path, each frame against the tier exact; exit code 8 if one passes a bound)";
 
 void addStabilityOptions(CLI::App& app, StabilityOptions& options)

@@ -4,6 +4,7 @@
 #include <gsc/error.h>
 #include "player/commands/render_options.h"
 #include "player/devices/worker_options.h"
+#include "runtime/backend/frame_checks.h"
 #include "runtime/cli/options.h"
 
 #include <algorithm>
@@ -138,7 +139,7 @@ void addWorkerOptions(CLI::App& app, PlayOptions& options)
         [&workers](const std::string& name, const std::string& text) { workers.faults = parseFaults(name, text); });
 }
 
-void checkWorkerOptions(const CLI::App& app, const PlayOptions& options)
+void checkWorkerOptions(const CLI::App& app, const PlayOptions& options, bool sweeps)
 {
     const WorkerOptions& workers = options.devices.workers;
     for (const char* option : {"--mode", "--min-fps", "--max-fps", "--inject"})
@@ -163,6 +164,8 @@ void checkWorkerOptions(const CLI::App& app, const PlayOptions& options)
     if (workers.mode == ServiceMode::Eye && options.frame.stereo == StereoMode::Merged)
         throw Error(ErrorCode::Usage, "--mode eye: together with --stereo merged, which decodes once for both eyes, "
                                       "expected one of them; take --mode split or frame");
+    if (!sweeps && options.frame.reuse.policy == ReusePolicy::Error && drawsOnGpu(options.devices))
+        checkReuse("cuda", options.frame.reuse.policy);
 }
 
 } // namespace gsc

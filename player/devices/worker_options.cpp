@@ -72,6 +72,14 @@ std::vector<DeviceId> workerDevices(const DeviceChoice& choice)
     return all;
 }
 
+bool drawsOnGpu(const DeviceChoice& choice)
+{
+    const WorkerCount& count = choice.workers.count;
+    return (count.given && !count.on_cpu) || std::ranges::any_of(workerDevices(choice), [](const DeviceId& device) {
+               return bestDevice(device).backend == "cuda";
+           });
+}
+
 DeviceId firstDevice(const DeviceChoice& choice, Reporter* log)
 {
     return bestDevice(workerDevices(choice).front(), [log](const std::string& why) {

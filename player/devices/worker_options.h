@@ -14,6 +14,9 @@ namespace gsc {
 // may be "auto"; then the ranks of an MPI job. Throws Error (Usage, Device).
 std::vector<DeviceId> workerDevices(const DeviceChoice& choice);
 
+// Whether one of them is a GPU; "auto" as firstDevice() has it. Throws as workerDevices(), but for GPUs that are not there.
+bool drawsOnGpu(const DeviceChoice& choice);
+
 // The first of them; "auto" becomes the best that the machine can run. `log`, if not null, is warned of what that passes over.
 // Throws as workerDevices().
 DeviceId firstDevice(const DeviceChoice& choice, Reporter* log = nullptr);

@@ -7,6 +7,7 @@
 #include "player/frames/lod_target.h"
 #include "player/measure/measurer.h"
 #include "player/shard/shard_rows.h"
+#include "runtime/backend/frame_checks.h"
 #include "runtime/records/row_file.h"
 #include "player/sweep/run_facts.h"
 #include "player/sweep/run_rows.h"
@@ -198,6 +199,7 @@ private:
     {
         const Path& path = *task.path;
         RunConfig run = *task.run;
+        checkReuse(run.backend, run.reuse.policy);
         m_context.reference = m_measurer->referenceOf(run.backend);
         if (run.match_budget) {
             const RunConfig depth = depthRunOf(m_config, run);

@@ -3,6 +3,7 @@
 
 #include <gsc/error.h>
 #include "runtime/cameras/length.h"
+#include "player/devices/worker_options.h"
 #include "runtime/records/reuse_names.h"
 #include "runtime/cameras/world_up.h"
 
@@ -205,8 +206,9 @@ void WindowSession::act(Action action)
     case Action::NextReuse:
         do {
             settings.choice.reuse.policy = nextOf(reusePolicies(), settings.choice.reuse.policy);
-        } while (settings.choice.reuse.policy == ReusePolicy::Error && settings.two_eyes &&
-                 settings.choice.stereo == StereoMode::Merged); // which the renderer refuses
+        } while (settings.choice.reuse.policy == ReusePolicy::Error &&
+                 (drawsOnGpu(m_options.play.devices) ||
+                  (settings.two_eyes && settings.choice.stereo == StereoMode::Merged))); // which renderers refuse
         break;
     case Action::NextView:
         settings.view = FrameView((uint32_t(settings.view) + 1) % kFrameViews);

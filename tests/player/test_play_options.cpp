@@ -169,7 +169,8 @@ TEST_CASE("what is kept between frames")
     CHECK(o.frame.reuse.cache_bytes == 64u << 20);
     CHECK(o.frame.lod_bias == -1.5);
     PlayOptions e;
-    CHECK(parse({"m.gsc", "--reuse", "error", "--reuse-bound", "0.5", "--decode-budget", "1000"}, e) == -1);
+    CHECK(parse({"m.gsc", "--backend", "cpu", "--reuse", "error", "--reuse-bound", "0.5", "--decode-budget", "1000"},
+                e) == -1);
     CHECK(e.frame.reuse.policy == ReusePolicy::Error);
     CHECK(e.frame.reuse.bound == 0.5f);
     CHECK(e.frame.reuse.decode_budget == 1000);
