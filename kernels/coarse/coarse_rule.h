@@ -82,7 +82,8 @@ GSC_HD int cellExponent(float cell)
     return int(__builtin_bit_cast(uint32_t, cell) >> 23 & 255u) - 127;
 }
 
-// How far a copy is off, 1 = due to be made anew: the largest of its changes by their bounds. cell: wantedCell() now.
+// How far a copy is off, 1 = due to be made anew: the largest of its changes by their bounds. cell: wantedCell() now. One of
+// finer cells or more levels than are wanted is drawn until it is made anew: nothing is missing in it.
 GSC_HD float coarseChange(const CoarseView& view, const CoarseKey& key, float cell, const float* box_min,
                           const float* box_max)
 {
@@ -102,8 +103,10 @@ GSC_HD float coarseChange(const CoarseView& view, const CoarseKey& key, float ce
     // the eyes see it from either side
     const float direction = (std::sqrt(turned) + view.half_distance * inverse_a) * (1.0f / kMostDirection);
     const float octaves = std::log2(cell) - std::log2(key.cell);
-    const float size = octaves < 0 ? octaves * (-1.0f / kMostCloser) : octaves * (1.0f / kMostFurther);
-    const float levels = std::fabs(view.lod_bias - key.lod_bias) * (1.0f / kMostLevels);
+    const float size =
+        octaves < 0 ? octaves * (-1.0f / kMostCloser) : minNumber(octaves * (1.0f / kMostFurther), kStaleMost);
+    const float more = (view.lod_bias - key.lod_bias) * (1.0f / kMostLevels);
+    const float levels = more < 0 ? minNumber(-more, kStaleMost) : more;
     const float change = maxNumber(maxNumber(direction, size), levels);
     return change < 1e6f ? change : 1e6f; // NaN, too: from within a box, or on its middle
 }
