@@ -237,7 +237,9 @@ void addTargetOption(CLI::App& app, PlayOptions& options)
 {
     const Heading heading(app, "Levels of detail");
     addNumber(app, "--target-ms", options.frame.target_ms, {1e-6, kMaxTargetMs}, " milliseconds", "MS (default: none)",
-              "hold this frame time: levels fall while frames take longer, and come back slowly up to --lod-bias");
+              "hold this frame time: while frames take longer, detail doubles up to 4 pixels where it can be drawn, "
+              "then levels "
+              "fall; both come back slowly to what --detail and --lod-bias say");
 }
 
 void checkEffect(const CLI::App& app, const char* option, bool has_effect, const std::string& needs)

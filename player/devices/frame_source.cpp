@@ -5,6 +5,7 @@
 #include <gsc/error.h>
 #include "player/devices/open_service.h"
 #include "player/devices/worker_options.h"
+#include "player/frames/lod_target.h"
 
 #include <algorithm>
 
@@ -25,6 +26,11 @@ FrameSource::FrameSource(std::shared_ptr<const Scene> scene, const ModelChoice& 
 }
 
 FrameSource::~FrameSource() = default;
+
+bool FrameSource::drawsDetail(const FrameChoice& choice) const
+{
+    return gsc::drawsDetail(choice, stats().workers.front().device.backend, m_opened.service->tierOf(choice.tier));
+}
 
 uint64_t FrameSource::submit(const AskedPose& pose, const FrameOptions& options)
 {

@@ -59,6 +59,7 @@ public:
 
     [[nodiscard]] bool waiting() const { return !m_open.empty(); } // for a pose
     [[nodiscard]] ServiceStats stats() const { return m_opened.service->stats(); }
+    [[nodiscard]] bool drawsDetail(const FrameChoice& choice) const; // player/frames/lod_target.h
     [[nodiscard]] std::string device() const { return m_opened.service->device().name; }
 
 private:

@@ -8,6 +8,19 @@
 
 namespace gsc {
 
+namespace {
+
+// How far a target may let the bias fall.
+double coarsestBias(const Scene& scene, const FrameChoice& choice)
+{
+    // all levels and, for forks of 2, what is up to sixteen times nearer than the finest asks for; no more, because it
+    // would have to be climbed again
+    const double coarsest = choice.lod_bias - double(scene.view().params->level_clamp) - 4;
+    return std::max(coarsest, -kMaxLodBias);
+}
+
+} // namespace
+
 bool hasLevels(const Scene& scene)
 {
     const ModelParams& params = *scene.view().params;
@@ -23,28 +36,50 @@ void checkLevelChoice(const Scene& scene, const std::string& model, const std::s
                                  what.c_str(), value, model.c_str()));
 }
 
-void checkLevelOptions(const Scene& scene, const std::string& model, const FrameChoice& choice, bool levels_hold_target)
+void checkLevelOptions(const Scene& scene, const std::string& model, const FrameChoice& choice)
 {
     checkLevelChoice(scene, model, "--lod-bias", choice.lod_bias);
     checkLevelChoice(scene, model, "--lod-fade", choice.lod_fade);
     checkLevelChoice(scene, model, "--lod-hysteresis", choice.lod_hysteresis);
-    if (levels_hold_target)
-        checkLevelChoice(scene, model, "--target-ms", choice.target_ms);
 }
 
-double coarsestBias(const Scene& scene, const FrameChoice& choice)
+bool drawsDetail(const FrameChoice& choice, const std::string& backend, Tier runs)
 {
-    // all levels and, for forks of 2, what is up to sixteen times nearer than the finest asks for; no more, because it
-    // would have to be climbed again
-    const double coarsest = choice.lod_bias - double(scene.view().params->level_clamp) - 4;
-    return std::max(coarsest, -kMaxLodBias);
+    if (choice.tier != Tier::Fast || choice.reuse.policy != ReusePolicy::None)
+        return false;
+    return backend == "cuda" && runs == Tier::Fast;
 }
 
-std::optional<LodControl> lodControl(const Scene& scene, const FrameChoice& choice)
+std::optional<FrameGuard> frameGuard(const Scene& scene, const FrameChoice& choice, Guarded guarded)
 {
     if (!(choice.target_ms > 0))
         return std::nullopt;
-    return LodControl({choice.target_ms, choice.lod_bias, coarsestBias(scene, choice)});
+    FrameGuardOptions guard;
+    guard.target_ms = choice.target_ms;
+    guard.finest_bias = guard.coarsest_bias = choice.lod_bias;
+    if (hasLevels(scene))
+        guard.coarsest_bias = coarsestBias(scene, choice);
+    if (guarded.periphery)
+        guard.fovea_pixels = choice.foveaPixels();
+    guard.detail = guard.most_detail = choice.detailPixels();
+    if (guarded.detail)
+        guard.most_detail = std::max(guard.detail, FrameGuard::kGuardedDetail);
+    if (!hasLevels(scene) && !guarded.detail && guard.fovea_pixels == 0)
+        return std::nullopt;
+    return FrameGuard(guard);
+}
+
+std::optional<FrameGuard> checkedGuard(const Scene& scene, const std::string& model, const FrameChoice& choice,
+                                       Guarded guarded)
+{
+    std::optional<FrameGuard> guard = frameGuard(scene, choice, guarded);
+    if (choice.target_ms > 0 && !guard)
+        throw Error(ErrorCode::Usage,
+                    formatString("--target-ms %g: has no effect on %s, which has one level of detail and is not drawn "
+                                 "coarse by this backend and tier, expected something to give up; add --tier fast on a "
+                                 "GPU or, in a headset or window, --foveation fixed, or leave it out",
+                                 choice.target_ms, model.c_str()));
+    return guard;
 }
 
 } // namespace gsc

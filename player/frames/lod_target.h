@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is asked of a model's levels: --target-ms, and whether there are levels at all.
+// What is asked of a model's levels, whether there are levels at all, and what --target-ms may take of frames.
 #pragma once
 
 #include "player/options/frame_choice.h"
-#include "runtime/view/lod_control.h"
+#include "runtime/view/frame_guard.h"
 #include <gsc/scene.h>
 
 #include <optional>
@@ -14,17 +14,24 @@ namespace gsc {
 // Does a rule choose between levels? Not in a Scaffold-GS model, nor in one that was trained with a single level.
 bool hasLevels(const Scene& scene);
 
-// Throws Error(Usage) where `value`, in levels or milliseconds, is asked of the levels of a model that has one. `what`
-// is the option or the key of a file, with its file; 0 asks for nothing.
+// Throws Error(Usage) where `value`, in levels, is asked of the levels of a model that has one. `what` is the option or
+// the key of a file, with its file; 0 asks for nothing.
 void checkLevelChoice(const Scene& scene, const std::string& model, const std::string& what, double value);
-// All of a choice's; the target too where levels are what holds it.
-void checkLevelOptions(const Scene& scene, const std::string& model, const FrameChoice& choice,
-                       bool levels_hold_target = true);
+void checkLevelOptions(const Scene& scene, const std::string& model, const FrameChoice& choice); // all of a choice's
 
-// How far a target may let the bias fall.
-double coarsestBias(const Scene& scene, const FrameChoice& choice);
+// Can frames of the choice be drawn with detail by a backend that draws them in tier `runs` (Renderer::tierOf())?
+bool drawsDetail(const FrameChoice& choice, const std::string& backend, Tier runs);
 
-// What gives each frame its bias; none without a target. Precondition: checkLevelOptions() passed.
-std::optional<LodControl> lodControl(const Scene& scene, const FrameChoice& choice);
+// What a target may take of frames beside levels.
+struct Guarded {
+    bool detail = false;    // drawsDetail()
+    bool periphery = false; // of --foveation
+};
+
+// None without a target, or where there is nothing to take.
+std::optional<FrameGuard> frameGuard(const Scene& scene, const FrameChoice& choice, Guarded guarded);
+// The same; throws Error(Usage) where there is nothing to take.
+std::optional<FrameGuard> checkedGuard(const Scene& scene, const std::string& model, const FrameChoice& choice,
+                                       Guarded guarded);
 
 } // namespace gsc

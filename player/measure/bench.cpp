@@ -79,9 +79,12 @@ BenchSummary bench(const BenchOptions& options, Reporter& log)
     summary.backend = deviceText(renderer->id());
     summary.ipd = shots.front().ipd;
 
-    std::optional<LodControl> control = lodControl(*scene, options.play.frame);
+    summary.tier = renderer->tierOf(options.play.frame.tier);
+    std::optional<FrameGuard> guard =
+        checkedGuard(*scene, options.play.model.file, options.play.frame,
+                     {drawsDetail(options.play.frame, renderer->id().backend, summary.tier)});
     FrameLoop loop(*scene, shots, uint32_t(options.play.view.eyes), frameOptions(*scene, options.play.frame), *renderer,
-                   control ? &*control : nullptr);
+                   guard ? &*guard : nullptr);
     const uint64_t total = uint64_t(options.warmup) + options.measured;
     // the measured frames start at the first shot whatever the warm-up was
     const auto shot_of = [&](size_t i) { return (i >= options.warmup ? i - options.warmup : i) % shots.size(); };
@@ -94,7 +97,6 @@ BenchSummary bench(const BenchOptions& options, Reporter& log)
     });
     summary.service = serviceStats(*renderer);
     summary.device = renderer->device();
-    summary.tier = renderer->tierOf(options.play.frame.tier);
     summary.anchor_cost = anchorCost(scene->view(), summary.tier);
     summary.ceilings = ceilingsOf(*renderer, log);
 

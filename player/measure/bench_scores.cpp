@@ -35,8 +35,9 @@ public:
                 Renderer& reference, BenchSummary& summary)
         : m_options(options), m_shots(shots), m_eye_count(uint32_t(options.play.view.eyes)), m_renderer(renderer),
           m_summary(summary), m_frame(frameOptions(scene, options.play.frame)),
-          m_control(lodControl(scene, options.play.frame)),
-          m_loop(scene, shots, m_eye_count, m_frame, renderer, m_control ? &*m_control : nullptr),
+          m_guard(frameGuard(scene, options.play.frame,
+                             {drawsDetail(options.play.frame, renderer.id().backend, summary.tier)})),
+          m_loop(scene, shots, m_eye_count, m_frame, renderer, m_guard ? &*m_guard : nullptr),
           m_exact_loop(scene, shots, m_eye_count, exactOptions(m_frame), reference), m_place(scorePlace(renderer)),
           m_exact_memory(memoryFor(renderer.id(), !m_place.on_device, reference))
     {
@@ -44,7 +45,7 @@ public:
 
     void run()
     {
-        const bool in_order = dependsOnPath(m_frame) || m_control;
+        const bool in_order = dependsOnPath(m_frame) || m_guard;
         const std::vector<uint64_t> scored = scoredShots(m_options, m_shots.size(), in_order);
         m_summary.scored = scored;
         if (in_order)
@@ -111,7 +112,7 @@ private:
     Renderer& m_renderer;
     BenchSummary& m_summary;
     FrameOptions m_frame;
-    std::optional<LodControl> m_control;
+    std::optional<FrameGuard> m_guard;
     FrameLoop m_loop, m_exact_loop;
     ScorePlace m_place;
     std::shared_ptr<PictureMemory> m_exact_memory;

@@ -22,7 +22,7 @@ struct FrameChoice : TierChoice {
     ReuseOptions reuse;                           // what is kept between frames
     std::optional<std::vector<float>> background; // 3 values; none = the model's
     double near_z = 0;                            // world units, 0 = the model's
-    double target_ms = 0;                         // of a frame, held by a falling lod_bias; 0 = none
+    double target_ms = 0;                         // of a frame, held by a FrameGuard; 0 = none
 
     // A window switches to exact and back, and exact draws everything.
     [[nodiscard]] double detailPixels() const { return tier == Tier::Exact ? 0 : detail; }

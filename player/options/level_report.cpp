@@ -10,9 +10,18 @@ namespace gsc {
 namespace {
 
 // Precondition: there is a frame.
-double leastBias(TimedFrames frames)
+double leastOf(TimedFrames frames, double TimedFrame::*field)
 {
-    return std::ranges::min(frames, {}, &TimedFrame::lod_bias).lod_bias;
+    return std::ranges::min(frames, {}, field).*field;
+}
+
+// null without a target
+OrderedJson usedJson(const FrameChoice& choice, TimedFrames frames, double TimedFrame::*field)
+{
+    if (!(choice.target_ms > 0))
+        return {};
+    const Spread used = spreadOf(frames, field);
+    return {{"mean", used.mean}, {"min", leastOf(frames, field)}, {"max", used.max}};
 }
 
 } // namespace
@@ -24,27 +33,24 @@ OrderedJson foveaJson(const FrameChoice& choice)
 
 OrderedJson lodJson(const FrameChoice& choice, TimedFrames frames)
 {
-    OrderedJson used;
-    if (choice.target_ms > 0) {
-        const Spread bias = spreadOf(frames, &TimedFrame::lod_bias);
-        used = {{"mean", bias.mean}, {"min", leastBias(frames)}, {"max", bias.max}};
-    }
     return {{"lod_bias", choice.lod_bias},
             {"lod_fade", choice.lod_fade},
             {"lod_hysteresis", choice.lod_hysteresis},
             {"detail", choice.detailPixels()},
             {"fovea_pixels", foveaJson(choice)},
             {"target_ms", unknownIfZero(choice.target_ms)},
-            {"lod_bias_used", std::move(used)}};
+            {"lod_bias_used", usedJson(choice, frames, &TimedFrame::lod_bias)},
+            {"detail_used", usedJson(choice, frames, &TimedFrame::detail)}};
 }
 
 std::string targetText(const FrameChoice& choice, TimedFrames frames)
 {
     if (!(choice.target_ms > 0))
         return {};
-    const Spread bias = spreadOf(frames, &TimedFrame::lod_bias);
-    return formatString("target %g ms: LOD bias %.2f mean, %.2f to %.2f\n", choice.target_ms, bias.mean,
-                        leastBias(frames), bias.max);
+    const Spread bias = spreadOf(frames, &TimedFrame::lod_bias), detail = spreadOf(frames, &TimedFrame::detail);
+    return formatString("target %g ms: LOD bias %.2f mean, %.2f to %.2f; detail %.2f mean, %.2f to %.2f\n",
+                        choice.target_ms, bias.mean, leastOf(frames, &TimedFrame::lod_bias), bias.max, detail.mean,
+                        leastOf(frames, &TimedFrame::detail), detail.max);
 }
 
 std::string detailText(const FrameChoice& choice, TimedFrames frames)

@@ -56,7 +56,6 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
     summary.file = {options.model.file, scene->bytes(), scene->anchorCount()};
 
     checkLevelOptions(*scene, options.model.file, options.frame);
-    std::optional<LodControl> control = lodControl(*scene, options.frame);
     const std::vector<Shot> shots = chooseShots(*scene, options.model.file, options.cameras, options.view, log);
     const FrameOptions drawn_with = frameOptions(*scene, options.frame);
     PlayOutputs outputs(options, shots, shard, log);
@@ -65,6 +64,8 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
         openRenderer(options.model, options.devices, scene, log, summary.load_ms);
     summary.backend = deviceText(renderer->id());
     summary.tier = renderer->tierOf(options.frame.tier);
+    std::optional<FrameGuard> guard = checkedGuard(*scene, options.model.file, options.frame,
+                                                   {drawsDetail(options.frame, renderer->id().backend, summary.tier)});
 
     if (options.shard.isGiven())
         summary.backend = renderer->id().backend; // shards of one machine have a device each
@@ -75,7 +76,7 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
 
     const auto eye_count = uint32_t(options.view.eyes);
     const std::vector<size_t>& frames = shard.frames();
-    FrameLoop loop(*scene, shots, eye_count, drawn_with, *renderer, control ? &*control : nullptr);
+    FrameLoop loop(*scene, shots, eye_count, drawn_with, *renderer, guard ? &*guard : nullptr);
     const auto prepare = [&](size_t, LoopFrame& frame) {
         stopIfInterrupted(frames.size(), summary, options);
         frame.drawToHost();
@@ -92,7 +93,7 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
         summary.frames.push_back(frame);
         log.progress("render", summary.frames.size(), frames.size());
     };
-    const size_t ahead = control ? 1 : renderer->framesInFlight(); // a target is held by what the frame before took
+    const size_t ahead = guard ? 1 : renderer->framesInFlight(); // a target is held by what the frame before took
     loop.run(
         frames.size(), ahead, [&](size_t n) { return frames[n]; }, prepare, done);
     summary.service = serviceStats(*renderer);

@@ -44,6 +44,8 @@ public:
     // One picture for each view. Those of the frame before are not read any more.
     [[nodiscard]] std::vector<ShownPicture> shown(const DrawnViews& drawn);
 
+    // FrameSource's. Precondition: !renewing().
+    [[nodiscard]] bool drawsDetail(const FrameChoice& choice) const { return m_source->drawsDetail(choice); }
     [[nodiscard]] bool renewing() const { return m_opening.valid(); } // `log` is not the caller's
     [[nodiscard]] bool waiting() const { return !m_open.empty() || m_opening.valid(); }
     [[nodiscard]] std::optional<ServiceStats> stats() const; // of the renderer there is

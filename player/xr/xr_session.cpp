@@ -21,33 +21,9 @@ constexpr auto kIdle = std::chrono::milliseconds(10);
 constexpr double kLagShare = 0.1; // of the newest picture in m_lag
 constexpr double kMostLag = 3;    // refreshes; a pose further ahead is a guess
 
-// What holds the frame time of a model with one level is what the periphery shows: there are no levels to fall.
-bool guardsByFovea(const Scene& scene, const FrameChoice& choice)
-{
-    return choice.target_ms > 0 && choice.foveation != FoveationMode::None && !hasLevels(scene);
-}
-
-FrameGuardOptions guardOptions(const Scene& scene, const FrameChoice& choice)
-{
-    FrameGuardOptions guard;
-    guard.target_ms = choice.target_ms;
-    guard.finest_bias = guard.coarsest_bias = choice.lod_bias;
-    if (!guardsByFovea(scene, choice))
-        guard.coarsest_bias = coarsestBias(scene, choice);
-    if (choice.foveation != FoveationMode::None)
-        guard.fovea_pixels = choice.fovea_pixels;
-    return guard;
-}
-
 std::vector<Shot> shotsOf(const Scene& scene, const PlayOptions& play, Reporter& log)
 {
-    const bool by_fovea = guardsByFovea(scene, play.frame);
-    if (play.frame.target_ms > 0 && !hasLevels(scene) && !by_fovea)
-        throw Error(ErrorCode::Usage,
-                    formatString("--target-ms %g: has no effect on %s, which has one level of detail, expected several "
-                                 "or a periphery to thin out; add --foveation fixed, or leave it out",
-                                 play.frame.target_ms, play.model.file.c_str()));
-    checkLevelOptions(scene, play.model.file, play.frame, !by_fovea);
+    checkLevelOptions(scene, play.model.file, play.frame);
     constexpr uint32_t kSide = 16; // places alone matter: lens and size are the headset's
     return chooseShots(scene, play.model.file, play.cameras, {kSide, kSide, play.view.fov_x, 1, {}}, log);
 }
@@ -126,8 +102,8 @@ XrSession::XrSession(const XrOptions& options, std::shared_ptr<const Scene> scen
             m_place =
                 raised({kept->origin(), kept->axes(), options.metre > 0 ? options.metre : kept->scale()}, -eyeHeight());
     }
-    if (options.play.frame.target_ms > 0)
-        m_guard.emplace(guardOptions(*m_scene, options.play.frame));
+    m_guard = checkedGuard(*m_scene, options.play.model.file, options.play.frame,
+                           {m_source.drawsDetail(options.play.frame), true});
     if (options.late)
         m_late = std::make_shared<LateEyes>(headset, options.waits);
     m_headset.prepare();
@@ -252,10 +228,8 @@ void XrSession::ask(const HeadsetFrame& frame, XrFrame& line)
         return; // what was drawn last stays where it was
     if (!m_source.renewing())
         m_lenses.follow(m_eyes);
-    if (m_guard) {
-        m_frame_options.lod_bias = float(m_guard->lodBias());
-        m_frame_options.foveation.smallest = float(m_guard->foveaPixels());
-    }
+    if (m_guard)
+        m_guard->applyTo(m_frame_options);
     const bool gazes = m_options.play.frame.foveation == FoveationMode::Gaze && input.gaze;
     AskedViews views;
     views.frame = m_frame;

@@ -4,7 +4,6 @@
 #pragma once
 
 #include "player/frames/shots.h"
-#include "player/xr/frame_guard.h"
 #include "player/xr/hands.h"
 #include "player/xr/ride.h"
 #include "player/xr/view_lenses.h"
@@ -12,6 +11,7 @@
 #include "player/xr/view_source.h"
 #include "player/xr/xr.h"
 #include "player/xr/xr_log.h"
+#include "runtime/view/frame_guard.h"
 
 #include <chrono>
 #include <deque>

@@ -78,9 +78,8 @@ private:
 };
 
 FrameLoop::FrameLoop(const Scene& scene, const std::vector<Shot>& shots, uint32_t eye_count,
-                     const FrameOptions& options, Renderer& renderer, LodControl* control)
-    : m_scene(scene), m_shots(shots), m_eye_count(eye_count), m_options(options), m_renderer(renderer),
-      m_control(control)
+                     const FrameOptions& options, Renderer& renderer, FrameGuard* guard)
+    : m_scene(scene), m_shots(shots), m_eye_count(eye_count), m_options(options), m_renderer(renderer), m_guard(guard)
 {
 }
 
@@ -98,8 +97,8 @@ void FrameLoop::run(size_t count, size_t ahead, const ShotOf& shot_of, const Pre
             shotEyes(*frame.shot, m_eye_count, frame.eyes);
             frame.options = m_options;
             frame.options.appearance = shotAppearance(m_scene, *frame.shot);
-            if (m_control)
-                frame.options.lod_bias = float(m_control->bias());
+            if (m_guard)
+                m_guard->applyTo(frame.options);
             if (prepare)
                 prepare(begun, frame);
             throwIfInterrupted();
@@ -112,8 +111,8 @@ void FrameLoop::run(size_t count, size_t ahead, const ShotOf& shot_of, const Pre
         }
         TimedFrame timed;
         Flying& flying = flights.end(timed);
-        if (m_control)
-            m_control->add(timed.result.times.total);
+        if (m_guard)
+            m_guard->add(timed.result.times.total);
         done(ended, flying.frame, timed);
     }
 }

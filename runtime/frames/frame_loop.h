@@ -5,7 +5,7 @@
 #include <gsc/renderer.h>
 #include "runtime/frames/shot.h"
 #include "runtime/records/frame_numbers.h"
-#include "runtime/view/lod_control.h"
+#include "runtime/view/frame_guard.h"
 
 #include <functional>
 #include <vector>
@@ -31,10 +31,11 @@ public:
     using Prepare = std::function<void(size_t frame, LoopFrame& drawn)>;
     using Done = std::function<void(size_t frame, LoopFrame& drawn, const TimedFrame& timed)>;
 
-    // The appearance of `options` is each shot's. `control`, if not null, gives each frame its bias and takes its time.
+    // The appearance of `options` is each shot's. `guard`, if not null, says what each frame gives up and takes its
+    // time.
     // All must outlive this.
     FrameLoop(const Scene& scene, const std::vector<Shot>& shots, uint32_t eye_count, const FrameOptions& options,
-              Renderer& renderer, LodControl* control = nullptr);
+              Renderer& renderer, FrameGuard* guard = nullptr);
 
     // Draws `count` frames, frame i of shot `shot_of(i)`, at most `ahead` of them at once (Renderer::framesInFlight()), in
     // order. `prepare` comes before a frame is submitted, `done` when it has ended. Wall times are from submit() to the
@@ -53,7 +54,7 @@ private:
     uint32_t m_eye_count;
     FrameOptions m_options;
     Renderer& m_renderer;
-    LodControl* m_control;
+    FrameGuard* m_guard;
 };
 
 } // namespace gsc

@@ -122,12 +122,12 @@ class BenchCliTest(PlayTest):
         report = json.loads(run.stdout)
         check_schema("play-report", report)
         self.assertEqual([report[key] for key in ("lod_bias", "lod_fade", "lod_hysteresis", "detail", "fovea_pixels", "target_ms",
-                                                  "lod_bias_used")], [0, 1, 0.2, 0, None, None, None])
+                                                  "lod_bias_used", "detail_used")], [0, 1, 0.2, 0, None, None, None, None])
         images = [[path.read_bytes() for path in sorted((self.folder / name).iterdir())] for name in ("plain", "soft")]
         self.assertNotEqual(images[0], images[1])
 
         # no frame takes so little: the bias falls from frame to frame once three are known
-        target = ("--target-ms", "0.0001", "--lod-bias", "0.5")
+        target = ("--target-ms", "0.0001", "--lod-bias", "0.5", "--tier", "exact")  # which has no detail to give up
         report = json.loads(self.play(*base, *target, "--stats", "s.jsonl", "--format", "json").stdout)
         check_schema("play-report", report)
         lines = [json.loads(line) for line in (self.folder / "s.jsonl").read_text().splitlines()]
@@ -140,6 +140,7 @@ class BenchCliTest(PlayTest):
         self.assertEqual(report["lod_bias_used"]["max"], 0.5)
         self.assertAlmostEqual(report["lod_bias_used"]["min"], used[-1])
         self.assertEqual((report["target_ms"], report["lod_bias"]), (0.0001, 0.5))
+        self.assertEqual(report["detail_used"], {"mean": 0, "min": 0, "max": 0})
         self.assertIn("target 0.0001 ms: LOD bias", self.play(*base, *target).stdout)
 
         bench = ("bench", *base, "--warmup", "2", "--measure", "6", *target)

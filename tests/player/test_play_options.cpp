@@ -259,13 +259,16 @@ TEST_CASE("a target time takes no more detail away than --lod-bias may")
             .write(reinterpret_cast<const char*>(file.data()), std::streamsize(file.size()));
         const auto scene = Scene::open(options.model.file);
         options.frame.target_ms = 0;
-        CHECK_FALSE(lodControl(*scene, options.frame));
+        CHECK_FALSE(frameGuard(*scene, options.frame, {true, true}));
         options.frame.target_ms = 1;
-        std::optional<LodControl> control = lodControl(*scene, options.frame);
-        REQUIRE(control);
-        for (int i = 0; i < 10000; ++i)
-            control->add(1e6);
-        CHECK(control->bias() == (clamp == 1 ? -5 : -16)); // all levels, and four for what is nearer
+        for (const bool detail : {false, true}) {
+            std::optional<FrameGuard> guard = frameGuard(*scene, options.frame, {detail, false});
+            REQUIRE(guard);
+            for (int i = 0; i < 10000; ++i)
+                guard->add(1e6);
+            CHECK(guard->lodBias() == (clamp == 1 ? -5 : -16)); // all levels, and four for what is nearer
+            CHECK(guard->detail() == (detail ? 4 : 0));
+        }
     }
 }
 

@@ -7,7 +7,8 @@ gsc_add_test(test_lpips SOURCES runtime/test_lpips.cpp LIBS gsc_lpips)
 gsc_add_test(test_frame_plan SOURCES runtime/test_frame_plan.cpp LIBS gsc_runtime)
 gsc_add_test(test_frame_stats SOURCES runtime/test_frame_stats.cpp LIBS gsc_runtime nlohmann_json::nlohmann_json)
 gsc_add_test(test_scene SOURCES runtime/test_scene.cpp LIBS gsc_runtime gsc_test_tiny)
-gsc_add_test(test_lod SOURCES runtime/test_lod_lag.cpp runtime/test_lod_control.cpp
+gsc_add_test(test_lod SOURCES runtime/test_lod_lag.cpp runtime/test_frame_guard.cpp runtime/test_guard_order.cpp
+                              runtime/test_guard_detail.cpp
                       LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
 gsc_add_test(test_local_model SOURCES runtime/test_local_model.cpp LIBS gsc_test_synthetic gsc_runtime gsc_kernels)
 gsc_add_test(test_reuse SOURCES runtime/test_reuse.cpp runtime/test_reuse_error.cpp

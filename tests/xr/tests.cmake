@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 if(TARGET gsc_player)
-  gsc_add_test(test_placement SOURCES xr/test_placement.cpp xr/test_hands.cpp xr/test_late_eyes.cpp xr/test_frame_guard.cpp
+  gsc_add_test(test_placement SOURCES xr/test_placement.cpp xr/test_hands.cpp xr/test_late_eyes.cpp
                                       xr/test_lens_mask.cpp LIBS gsc_player glm::glm)
 endif()
 add_subdirectory(xr/fake)

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the guard of a headset's frames gives up, and in which order.
-#include "player/xr/frame_guard.h"
+// What the guard of --target-ms gives up, and in which order.
+#include "runtime/view/frame_guard.h"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <vector>
 
 using namespace gsc;
 
@@ -68,4 +70,68 @@ TEST_CASE("all is given back when frames are quick again")
         guard.add(1);
     CHECK(guard.lodBias() == 0.5);
     CHECK(guard.foveaPixels() == 2);
+}
+
+TEST_CASE("detail becomes coarser first and is given back last")
+{
+    FrameGuard guard({10, 0.5, -4, 2, 1, 4});
+    double detail = guard.detail();
+    std::vector<double> steps = {detail};
+    for (int i = 0; i < 1000; ++i) {
+        guard.add(i < 20 ? 11 : 50);
+        if (guard.detail() != detail)
+            steps.push_back(detail = guard.detail());
+        if (detail < 4) { // levels bridge a few frames, the periphery none
+            CHECK(guard.lodBias() >= 0.5 - 2 * FrameGuard::kRemade * FrameGuard::kBridge * std::log(11 / 9.5));
+            CHECK(guard.foveaPixels() == 2);
+        }
+    }
+    CHECK(steps == std::vector<double>{1, 2, 4});
+    CHECK(guard.lodBias() == doctest::Approx(-4));
+    CHECK(guard.foveaPixels() == doctest::Approx(8));
+    for (int i = 0; i < 2000; ++i) {
+        const bool all = guard.lodBias() == 0.5 && guard.foveaPixels() == 2;
+        guard.add(1);
+        CHECK((all || guard.detail() == 4));
+    }
+    CHECK(guard.detail() == 1);
+    FrameOptions frame;
+    guard.applyTo(frame);
+    CHECK(frame.detail == 1.0f);
+    CHECK(frame.lod_bias == 0.5f);
+    CHECK(frame.foveation.smallest == 2.0f);
+}
+
+TEST_CASE("from everything by itself detail goes to one pixel, and back only where that may fit")
+{
+    FrameGuard guard({10, 0, 0, 0, 0, 4});
+    for (int i = 0; i < 3; ++i)
+        guard.add(20);
+    CHECK(guard.detail() == FrameGuard::kFirstDetail);
+    for (int i = 0; i < 1000; ++i)
+        guard.add(5);
+    CHECK(guard.detail() == FrameGuard::kFirstDetail);
+    for (int i = 0; i < 3; ++i)
+        guard.add(3.9);
+    CHECK(guard.detail() == 0);
+}
+
+TEST_CASE("a start with detail is given time to make copies")
+{
+    FrameGuard guard({10, 0, 0, 0, 2, 4});
+    for (uint32_t i = 0; i + 1 < FrameGuard::kRemade; ++i) {
+        guard.add(20);
+        CHECK(guard.detail() == 2);
+    }
+}
+
+TEST_CASE("what cannot be drawn coarse, or coarser, is left as it is")
+{
+    for (const double detail : {0.0, 6.0}) {
+        FrameGuard guard({10, 0, -4, 0, detail, detail});
+        for (int i = 0; i < 500; ++i) {
+            guard.add(i < 250 ? 50 : 1);
+            CHECK(guard.detail() == detail);
+        }
+    }
 }

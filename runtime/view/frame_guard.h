@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// Holds the time of frames (--target-ms): what the next frame gives up, from how long the last ones took. First detail becomes
+// coarser, then levels fall, then what the periphery shows, then the other levels; all comes back in the reverse order.
+// Pure. Fewer pixels would make frames slower (player/xr/README.md).
+#pragma once
+
+#include <gsc/frame_types.h>
+
+#include <cstdint>
+
+namespace gsc {
+
+// Where it starts and what it gives back up to; equal ends: nothing is taken of that.
+struct FrameGuardOptions {
+    double target_ms = 0;                        // above 0; frames are kept just below it
+    double finest_bias = 0, coarsest_bias = -16; // levels, FrameOptions::lod_bias
+    double fovea_pixels = 0;                     // Foveation::smallest, 0 = there is no foveation
+    double detail = 0, most_detail = 0;          // pixels, FrameOptions::detail
+};
+
+// Times are medians of the last three frames, so that a single late one moves nothing. Between `kQuiet` of the target and
+// the target itself nothing moves, which is why a steady scene comes to rest.
+//
+// Levels and periphery are a damped integrator: each frame moves them by a share of ln(aim / time), quickly down and slowly
+// up. It knows nothing of the scene: it holds for anything whose time falls by a factor of up to 8 per level, told up to
+// three frames late.
+//
+// Detail doubles, once or twice, from 0 to kFirstDetail, and then waits until coarse copies have been made anew; levels
+// bridge that time. It becomes finer in small steps, each of which makes few copies due: an octave at once would leave none
+// that fits.
+class FrameGuard {
+public:
+    static constexpr double kAim = 0.95, kQuiet = 0.9;       // of the target
+    static constexpr double kDown = 0.15, kUp = 0.03;        // levels per frame and factor e off the aim
+    static constexpr double kMostDown = 0.2, kMostUp = 0.03; // levels per frame
+    // With detail a change of it or of levels makes coarse copies due all at once, and frames that make them take up to a
+    // fifth longer.
+    static constexpr double kQuietCoarse = 0.75; // of the target
+    static constexpr double kBridge = 0.25;      // kDown until copies are made anew
+    // Faster, and coarse copies lack more levels than they may before all are made anew (kMostLevels and
+    // kStaleMost in kernels/coarse/coarse_rule.h).
+    static constexpr double kMostUpCoarse = 0.0125;
+    static constexpr double kLevelsFirst = 2;                     // levels that fall before the periphery does
+    static constexpr double kFoveaDoublings = 2;                  // of `fovea_pixels` at most
+    static constexpr double kFirstDetail = 1, kGuardedDetail = 4; // pixels
+    static constexpr double kOctave =
+        0.25; // factors e of a frame's time that a doubling saves, about; the first pixel more
+    static constexpr double kFiner = 0.02; // octaves of detail that a frame gives back
+    static constexpr double kWithout =
+        0.4; // of the target: below it all is drawn by itself again, at up to 2.25 of the time
+    static constexpr uint32_t kRemade = 8; // frames in which copies are made anew: a frame makes an eighth of all
+
+    // Precondition: target_ms > 0, coarsest_bias <= finest_bias, detail <= most_detail.
+    explicit FrameGuard(const FrameGuardOptions& options);
+
+    // The time of a frame, in order. What is not a positive number is passed over.
+    void add(double frame_ms);
+
+    // For the next frame.
+    [[nodiscard]] double lodBias() const;
+    [[nodiscard]] double foveaPixels() const;
+    [[nodiscard]] double detail() const { return m_detail; }
+    void applyTo(FrameOptions& frame) const;
+
+private:
+    [[nodiscard]] bool remade() const { return m_since >= kRemade; }
+    void fall(double error);
+    void comeBack(double error, double median);
+    void setDetail(double pixels);
+
+    FrameGuardOptions m_options;
+    double m_levels_first, m_doublings;
+    double m_spent = 0; // levels and doublings together
+    double m_detail;
+    uint32_t m_since = kRemade; // frames since detail became coarser or was switched, at most kRemade
+    double m_times[3] = {};
+    uint32_t m_count = 0; // of frames, at most kRemade
+};
+
+} // namespace gsc
