@@ -70,6 +70,7 @@ void addWindowCommand(CLI::App& root, Invocation& invocation)
     addFrames(command, options->play);
     addViewOptions(command, options->play, formatString("%ux%u", kWindowWidth, kWindowHeight));
     addRunOptions(command, options->play);
+    addTargetOption(command, options->play);
     addWorkerOptions(command, options->play);
     addReporterOptions(command, invocation.reporter, false);
     setFooter(command, kWindowExamples);

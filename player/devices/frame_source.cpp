@@ -54,7 +54,10 @@ uint64_t FrameSource::submit(const AskedPose& pose, const FrameOptions& options)
             return true;
         };
     const uint64_t number = m_opened.service->submit(request);
-    m_open.insert_or_assign(number, pose);
+    AskedPose& asked = m_open.insert_or_assign(number, pose).first->second;
+    asked.lod_bias = options.lod_bias;
+    asked.detail = options.detail;
+    asked.fovea_pixels = options.foveation.smallest;
     return number;
 }
 

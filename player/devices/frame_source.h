@@ -21,9 +21,10 @@ struct AskedPose {
     Shot shot;
     uint32_t eyes = 1;
     PixelFormat format = PixelFormat::Rgba8;
-    bool wants_depth = false;     // for the host, and so is the picture then
-    float gaze[kMaxEyes][2] = {}; // Foveation's
-    LensShape lens[kMaxEyes];     // FrameOptions'
+    bool wants_depth = false;                         // for the host, and so is the picture then
+    float gaze[kMaxEyes][2] = {};                     // Foveation's
+    LensShape lens[kMaxEyes];                         // FrameOptions'
+    float lod_bias = 0, detail = 0, fovea_pixels = 0; // FrameOptions' that it was submitted with
     // PoseRequest::late of the cameras in `shot`; may be empty.
     std::function<bool(Shot& shot)> late{};
 };

@@ -34,6 +34,7 @@ constexpr KeyRow kKeys[] = {
     {kKeySpace, Action::PlayCameras, "Space", "go through the cameras, or stop"},
     {'T', Action::NextTier, "T", "tier: exact or fast"},
     {'U', Action::NextReuse, "U", "reuse: none, depth or error"},
+    {'G', Action::NextDetail, "G", "groups that are far coarse: detail of 1, 2 or 4 pixels, or off"},
     {'V', Action::NextView, "V", "picture, or false colours: level, age, cost, detail"},
     {'O', Action::Stereo, "O", "two eyes side by side, or one"},
     {kKeyComma, Action::LessDetail, ",", "a quarter of a level less detail"},

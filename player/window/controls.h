@@ -30,6 +30,7 @@ enum class Action {
     LevelOut,
     NextTier,
     NextReuse,
+    NextDetail,
     NextView,
     Stereo,
     LessDetail,

@@ -61,6 +61,8 @@ Panel::Panel(const ViewLimits& limits, std::vector<std::string> cameras, Overlay
     item("reuse").choices = wordsOf(reusePolicies());
     add(Kind::Slider, "reuse bound, 1/255", "with reuse error: predicted change that is drawn");
     item("reuse bound, 1/255").most = 16;
+    add(Kind::Choice, "detail, pixels", "G");
+    item("detail, pixels").choices = wordsOf(kDetails);
     add(Kind::Slider, "level bias", "comma, period");
     item("level bias").least = -4;
     item("level bias").most = 4;
@@ -128,6 +130,7 @@ void Panel::setSettings(const ViewSettings& settings, int camera, int mode, doub
     item("reuse").choice = indexOf(reusePolicies(), settings.choice.reuse.policy);
     item("reuse bound, 1/255").value = settings.choice.reuse.bound;
     item("reuse bound, 1/255").enabled = settings.choice.reuse.policy == ReusePolicy::Error;
+    item("detail, pixels").choice = indexOf(kDetails, settings.choice.detail);
     item("level bias").value = float(settings.choice.lod_bias);
     item("level fade").value = float(settings.choice.lod_fade);
     item("two eyes").on = settings.two_eyes;
@@ -154,6 +157,8 @@ bool Panel::take(ViewSettings& settings, int& camera, int& mode, bool& screensho
     settings.choice.tier = tiers()[size_t(item("tier").choice)].second;
     settings.choice.reuse.policy = reusePolicies()[size_t(item("reuse").choice)].second;
     settings.choice.reuse.bound = item("reuse bound, 1/255").value;
+    if (const int detail = item("detail, pixels").choice; detail >= 0) // another than the listed stays
+        settings.choice.detail = kDetails[size_t(detail)].second;
     settings.choice.lod_bias = item("level bias").value;
     settings.choice.lod_fade = item("level fade").value;
     settings.two_eyes = item("two eyes").on;

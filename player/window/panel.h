@@ -7,10 +7,15 @@
 #include "player/window/comparison.h"
 #include "runtime/service/renderer_service.h"
 
+#include <array>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace gsc {
+
+// Pixels that the window switches detail between.
+constexpr std::array<std::pair<const char*, double>, 4> kDetails{{{"off", 0}, {"1", 1}, {"2", 2}, {"4", 4}}};
 
 // What a person switches while the window is open.
 struct ViewSettings {

@@ -17,13 +17,14 @@ struct WindowFrame {
     uint64_t asked = 0;            // newest pose that was submitted
     std::vector<std::string> keys; // that went down since the frame before
     uint32_t width = 0, height = 0;
-    double refresh_ms = 0, latency_ms = 0; // from frame to frame; from the pose to its picture
-    uint64_t anchors_absent = 0;           // of the model, from the picture
-    double position[3] = {};               // of the viewer
-    std::string shows;                     // "picture", "split" or "difference"
-    double psnr = 0, flip = -1;            // of the last two; flip below 0 = not known
-    std::string wrote;                     // file that was written for this frame, empty = none
-    std::string said;                      // the message at the bottom, empty = none
+    double refresh_ms = 0, latency_ms = 0;             // from frame to frame; from the pose to its picture
+    uint64_t anchors_absent = 0;                       // of the model, from the picture
+    double lod_bias = 0, detail = 0, fovea_pixels = 0; // of the picture
+    double position[3] = {};                           // of the viewer
+    std::string shows;                                 // "picture", "split" or "difference"
+    double psnr = 0, flip = -1;                        // of the last two; flip below 0 = not known
+    std::string wrote;                                 // file that was written for this frame, empty = none
+    std::string said;                                  // the message at the bottom, empty = none
 };
 
 OrderedJson windowLine(const WindowFrame& frame);

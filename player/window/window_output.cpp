@@ -130,7 +130,13 @@ void WindowSession::show(const WindowInput& input)
     WindowFrame line;
     line.frame = m_summary.frames;
     line.seconds = at;
-    line.pose = m_shown.empty() ? 0 : m_shown.back().delivery.pose;
+    if (!m_shown.empty()) {
+        const AskedPose& asked = m_shown.back().asked;
+        line.pose = m_shown.back().delivery.pose;
+        line.lod_bias = double(asked.lod_bias);
+        line.detail = double(asked.detail);
+        line.fovea_pixels = double(asked.fovea_pixels);
+    }
     line.asked = m_asked;
     line.keys = std::exchange(m_keys, {});
     line.width = input.width;

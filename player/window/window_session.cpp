@@ -101,6 +101,7 @@ WindowSession::WindowSession(const WindowOptions& options, std::shared_ptr<const
     m_settings.two_eyes = options.play.view.eyes == 2;
     std::copy_n(gsc::frameOptions(*m_scene, options.play.frame).background, 3, m_settings.background);
     m_worked = m_settings;
+    m_guard = checkedGuard(*m_scene, options.play.model.file, m_settings.choice, guarded(m_settings.choice));
     std::vector<std::string> names;
     for (const Shot& shot : m_shots)
         names.push_back(shot.camera.name);
@@ -210,6 +211,12 @@ void WindowSession::act(Action action)
                  (drawsOnGpu(m_options.play.devices) ||
                   (settings.two_eyes && settings.choice.stereo == StereoMode::Merged))); // which renderers refuse
         break;
+    case Action::NextDetail: {
+        const auto next = std::ranges::find_if(
+            kDetails, [&](const auto& detail) { return detail.second > m_settings.choice.detail; });
+        settings.choice.detail = next == kDetails.end() ? 0 : next->second;
+        break;
+    }
     case Action::NextView:
         settings.view = FrameView((uint32_t(settings.view) + 1) % kFrameViews);
         break;
@@ -262,16 +269,20 @@ void WindowSession::takePanel()
 // A comparison that is shown otherwise needs no new picture; everything else does.
 void WindowSession::changeSettings(const ViewSettings& settings)
 {
+    if (const std::string why = whyNot(settings.choice); !why.empty())
+        return say(why);
     const ViewSettings before = m_settings;
     m_settings = settings;
     const FrameChoice &a = before.choice, &b = settings.choice;
     const bool picture = a.tier != b.tier || a.reuse.policy != b.reuse.policy || a.reuse.bound != b.reuse.bound ||
-                         a.lod_bias != b.lod_bias || a.lod_fade != b.lod_fade || before.two_eyes != settings.two_eyes ||
-                         before.view != settings.view ||
+                         a.detail != b.detail || a.lod_bias != b.lod_bias || a.lod_fade != b.lod_fade ||
+                         before.two_eyes != settings.two_eyes || before.view != settings.view ||
                          !std::equal(before.background, before.background + 3, settings.background);
     m_changed = m_changed || picture;
-    if (picture)
+    if (picture) {
+        m_guard = frameGuard(*m_scene, b, guarded(b));
         say(settingsText());
+    }
     if (before.compare != settings.compare || before.split != settings.split) {
         m_comparison.showOtherwise();
         m_dirty = true;
@@ -352,6 +363,7 @@ void WindowSession::ask()
         const ViewSettings refused = m_settings;
         m_settings = m_worked;
         m_settings.compare = refused.compare;
+        m_guard = frameGuard(*m_scene, m_settings.choice, guarded(m_settings.choice));
         m_asked = m_source.submit(pose(wanted), frameOptionsNow());
     }
 }
@@ -389,11 +401,24 @@ void WindowSession::takePicture()
     } else if (std::exchange(m_loading, false))
         say("loaded");
     m_loading = m_last.anchors_absent > 0;
+    hold(m_last.times.total);
     m_panel->addFrame({&m_last, drawn->asked.eyes, drawn->latencyMs()});
     m_shown.push_back(std::move(*drawn));
     while (m_shown.size() > 3) // the newest, and two that the display may be reading
         m_shown.pop_front();
     m_dirty = true;
+}
+
+// What the guard gives back is drawn, also of a view at rest.
+void WindowSession::hold(double frame_ms)
+{
+    if (!m_guard || m_loading)
+        return;
+    const FrameOptions before = frameOptionsNow();
+    m_guard->add(frame_ms);
+    const FrameOptions after = frameOptionsNow();
+    m_changed = m_changed || before.detail != after.detail || before.lod_bias != after.lod_bias ||
+                before.foveation.smallest != after.foveation.smallest;
 }
 
 void WindowSession::say(const std::string& message)

@@ -4,6 +4,7 @@
 
 #include "player/window/controls.h"
 #include "player/devices/frame_source.h"
+#include "player/frames/lod_target.h"
 #include "player/window/navigation.h"
 #include "player/window/panel.h"
 #include "player/window/path_recorder.h"
@@ -56,6 +57,7 @@ private:
     void jump(int camera, bool animated);
     void changeSettings(const ViewSettings& settings);
     void say(const std::string& message);
+    void hold(double frame_ms);
     [[nodiscard]] bool idle() const;
     [[nodiscard]] bool compares() const { return m_comparison.ready() && m_settings.compare != CompareMode::Off; }
     [[nodiscard]] Camera lens(uint32_t width, uint32_t height) const;
@@ -63,6 +65,8 @@ private:
     [[nodiscard]] AskedPose pose(const View& view) const;
     [[nodiscard]] FrameOptions frameOptionsNow() const;
     [[nodiscard]] std::string settingsText() const;
+    [[nodiscard]] std::string whyNot(const FrameChoice& choice) const; // it cannot be switched to; empty = it can
+    [[nodiscard]] Guarded guarded(const FrameChoice& choice) const;
     [[nodiscard]] std::string freeName(const char* stem, const std::vector<const char*>& endings) const;
     [[nodiscard]] double now() const { return std::chrono::duration<double>(Clock::now() - m_start).count(); }
 
@@ -77,6 +81,7 @@ private:
     double m_tan_y = 1; // half of what the window spans upwards at depth 1
     Navigator m_navigator;
     Controls m_controls;
+    std::optional<FrameGuard> m_guard; // of --target-ms
     ViewSettings m_settings, m_worked; // wanted; that a pose was last taken with
     Overlay m_overlay;
     std::unique_ptr<Panel> m_panel;

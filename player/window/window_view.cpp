@@ -69,7 +69,28 @@ FrameOptions WindowSession::frameOptionsNow() const
     FrameOptions frame = gsc::frameOptions(*m_scene, m_settings.choice);
     std::copy_n(m_settings.background, 3, frame.background);
     frame.view = m_settings.view;
+    if (m_guard)
+        m_guard->applyTo(frame);
     return frame;
+}
+
+Guarded WindowSession::guarded(const FrameChoice& choice) const
+{
+    return {m_source.drawsDetail(choice), choice.tier != Tier::Exact};
+}
+
+std::string WindowSession::whyNot(const FrameChoice& choice) const
+{
+    if (choice.detail > 0 && choice.reuse.policy != ReusePolicy::None)
+        return formatString(
+            "detail %g: together with reuse %s, expected one of them, because both keep what was decoded; "
+            "switch the other off",
+            choice.detail, policyName(choice.reuse.policy));
+    if (choice.detail > m_settings.choice.detail && choice.tier == Tier::Exact)
+        return formatString("detail %g: in the tier exact, expected fast, because exact draws everything by itself; "
+                            "switch the tier",
+                            choice.detail);
+    return {};
 }
 
 std::string WindowSession::settingsText() const

@@ -15,8 +15,7 @@ namespace gsc {
 struct AskedViews {
     uint64_t frame = 0;             // of the headset, in which they were located
     int64_t shown_at = 0, time = 0; // when that frame was to be seen; that they were located for
-    float lod_bias = 0, detail = 0, fovea_pixels = 0;
-    double metre = 1; // world units, as the space lay then
+    double metre = 1;               // world units, as the space lay then
     std::vector<SpaceEye> eyes;
     std::vector<std::array<float, 2>> gaze; // of each, if known
     std::vector<AskedPose> pairs;

@@ -236,9 +236,6 @@ void XrSession::ask(const HeadsetFrame& frame, XrFrame& line)
     views.shown_at = frame.display_time;
     views.time = time;
     views.eyes = m_eyes;
-    views.lod_bias = m_frame_options.lod_bias;
-    views.detail = m_frame_options.detail;
-    views.fovea_pixels = m_frame_options.foveation.smallest;
     requestViews(views, m_shots.front(), m_place, m_headset.facts(), m_lenses, gazes ? &*input.gaze : nullptr, m_late);
     (void)m_source.submit(std::move(views), m_frame_options);
 }
@@ -271,9 +268,10 @@ void XrSession::take(XrFrame& line)
     }
     if (m_late)
         m_late->drew(beganToThere(*drawn));
-    line.lod_bias = double(drawn->asked.lod_bias);
-    line.detail = double(drawn->asked.detail);
-    line.fovea_pixels = double(drawn->asked.fovea_pixels);
+    const AskedPose& asked = drawn->pairs.front().asked;
+    line.lod_bias = double(asked.lod_bias);
+    line.detail = double(asked.detail);
+    line.fovea_pixels = double(asked.fovea_pixels);
     line.gaze = drawn->asked.gaze;
     if (m_guard)
         m_guard->add(line.draw_ms);

@@ -44,11 +44,10 @@ public:
     static constexpr double kFoveaDoublings = 2;                  // of `fovea_pixels` at most
     static constexpr double kFirstDetail = 1, kGuardedDetail = 4; // pixels
     static constexpr double kOctave =
-        0.25; // factors e of a frame's time that a doubling saves, about; the first pixel more
-    static constexpr double kFiner = 0.02; // octaves of detail that a frame gives back
-    static constexpr double kWithout =
-        0.4; // of the target: below it all is drawn by itself again, at up to 2.25 of the time
-    static constexpr uint32_t kRemade = 8; // frames in which copies are made anew: a frame makes an eighth of all
+        0.25; // factors e of a frame's time that a doubling saves; the first pixel saves more
+    static constexpr double kFiner = 0.02;  // octaves of detail that a frame gives back
+    static constexpr double kWithout = 0.4; // of the target: all is drawn by itself again, in up to 2.5 of the time
+    static constexpr uint32_t kRemade = 8;  // frames in which copies are made anew: a frame makes an eighth of all
 
     // Precondition: target_ms > 0, coarsest_bias <= finest_bias, detail <= most_detail.
     explicit FrameGuard(const FrameGuardOptions& options);

@@ -31,7 +31,7 @@ SIZE = (320, 240)
 MOST_FRAMES = 2  # from a key to its picture
 FEWER = "-5.5"  # levels of the street, so that its pictures have about half of the anchors
 SAYS = {"1": "^fly$", "2": "^orbit$", "3": "^walk$", "PageDown": "^camera ", "PageUp": "^camera ", "Home": "^camera ",
-        "T": "^exact, ", "U": "reuse depth", "V": "colours: level", "O": "^exact, ", ",": "level bias -0.25", ".": "colours: level",
+        "T": "^exact, ", "U": "reuse depth", "G": "^detail 1: together with reuse depth", "V": "colours: level", "O": "^exact, ", ",": "level bias -0.25", ".": "colours: level",
         "R": "^records", "F12": "^wrote .*gsc-0001"}  # at the first press, in the order of the help
 MODELS = {"room": (), "street": ("--model", "octree")}  # without and with levels
 
@@ -196,6 +196,43 @@ class WindowTest(unittest.TestCase):
             self.assertEqual(said.partition("colours: ")[2], view or "")
             window.settle()
         self.closed(window)
+
+    def says(self, window: Window, key: str) -> str:
+        start = len(window.lines())
+        window.display.xdo("key", key)
+        pressed = window.line(lambda line: line["keys"], start)
+        said = window.line(lambda line: line["said"], pressed["frame"] - 1)["said"]
+        window.settle()
+        return said
+
+    def test_detail(self) -> None:
+        window = self.open("room")
+        for pixels in (1, 2, 4):
+            self.assertIn(f"detail {pixels}", self.says(window, "g"))
+            self.assertEqual(window.settle()["detail"], pixels)
+        self.assertIn("detail 4: together with reuse depth", self.says(window, "u"))
+        self.assertEqual(window.settle()["detail"], 4)  # as it was
+        self.assertNotIn("detail", self.says(window, "g"))
+        self.assertIn("reuse depth", self.says(window, "u"))
+        self.assertIn("detail 1: together with reuse depth", self.says(window, "g"))
+        self.assertEqual(window.settle()["detail"], 0)
+        self.says(window, "u")
+        self.says(window, "u")
+        self.says(window, "t")
+        self.assertIn("in the tier exact", self.says(window, "g"))
+        self.closed(window)
+
+    def test_target(self) -> None:
+        window = self.open("street", "--target-ms", "0.001", "--tier", "exact")  # which has no detail to give up
+        drawn = lambda: [line for line in window.lines() if line["pose"] > 0]  # noqa: E731
+        self.assertEqual(drawn()[0]["lod_bias"], 0)
+        window.hold("w", poses=8)
+        window.line(lambda line: line["lod_bias"] is not None and line["lod_bias"] < -1)
+        biases = [line["lod_bias"] for line in drawn()]
+        self.assertEqual(biases, sorted(biases, reverse=True))
+        self.closed(window)
+        self.assertIn("--target-ms 5: has no effect on", self.play("window", "../room.gsc", "--target-ms", "5", "--tier", "exact",
+                                                                 code=1, on_display=True).stderr)
 
     def test_first_key(self) -> None:
         """The first key of all acts: nothing of the overlay has the keyboard before somebody gives it that."""

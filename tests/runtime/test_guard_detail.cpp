@@ -118,11 +118,14 @@ TEST_CASE("after a step of 1.5 in cost frames are within the target in 12 frames
             CHECK(framesToRecover(scene, guard) <= 12);
             CHECK(guard.detail() > detail);
         }
-    FrameGuard guard = guardOf(0, false); // detail alone
-    CoarseScene scene = restingScene(guard, 0);
-    scene.per_level = 1;
-    scene.load *= 1.5;
-    CHECK(framesToRecover(scene, guard) <= 12);
+    for (const double detail : {0.0, 1.0}) { // of one level
+        CAPTURE(detail);
+        FrameGuard guard = guardOf(detail, false);
+        CoarseScene scene = restingScene(guard, detail);
+        scene.load *= 1.5;
+        CHECK(framesToRecover(scene, guard) <= 12);
+        CHECK(guard.lodBias() == 0);
+    }
 }
 
 TEST_CASE("what the guard does makes no frame much longer than the step did, and then nothing moves")
