@@ -33,9 +33,10 @@ bool sameOptions(const FrameOptions& a, const FrameOptions& b)
     return a.tier == b.tier && a.stereo == b.stereo && std::ranges::equal(a.background, b.background) &&
            a.appearance == b.appearance && a.near_z == b.near_z && a.empty_is_black == b.empty_is_black &&
            a.lod_bias == b.lod_bias && a.lod_fade == b.lod_fade && a.lod_hysteresis == b.lod_hysteresis &&
-           a.view == b.view && a.foveation == b.foveation && a.detail == b.detail && std::ranges::equal(a.lens, b.lens) &&
-           r.policy == s.policy && r.max_depth == s.max_depth && r.guidance == s.guidance && r.bound == s.bound &&
-           r.decode_budget == s.decode_budget && r.cache_bytes == s.cache_bytes;
+           a.view == b.view && a.foveation == b.foveation && a.detail == b.detail &&
+           std::ranges::equal(a.lens, b.lens) && r.policy == s.policy && r.max_depth == s.max_depth &&
+           r.guidance == s.guidance && r.bound == s.bound && r.decode_budget == s.decode_budget &&
+           r.cache_bytes == s.cache_bytes;
 }
 
 } // namespace
@@ -118,6 +119,7 @@ FrameResult PoseWork::result() const
         for (uint32_t e = 0; e < eyeCount(); ++e)
             if (part.what.eyes >> e & 1)
                 all.eyes[e].add(own.eyes[at++]);
+        all.coarse.add(own.coarse);
         if (own.times.total > longest) {
             longest = own.times.total;
             all.times = own.times;

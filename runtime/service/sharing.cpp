@@ -12,7 +12,9 @@ constexpr auto kTryAgain = std::chrono::seconds(20); // plans after a drift, at 
 // Poses of another kind may be shared best by another plan.
 uint64_t kindOf(const PoseRequest& asked)
 {
-    uint64_t kind = asked.eyes.size() | uint64_t(asked.options.tier) << 2 | uint64_t(asked.options.reuse.policy) << 4;
+    const FrameOptions& options = asked.options;
+    uint64_t kind = asked.eyes.size() | uint64_t(options.tier) << 2 | uint64_t(options.reuse.policy) << 4 |
+                    uint64_t(options.detail > 0) << 6; // not how much: a guard changes it from frame to frame
     for (const EyeParams& eye : asked.eyes)
         kind = kind * 1000003 + eye.width * 65537ull + eye.height;
     return kind;

@@ -13,7 +13,8 @@ namespace gsc {
 
 namespace {
 
-constexpr uint32_t kFirstParts = 3; // of a renderer, too early to tell its speed
+// Parts of a renderer that are too early to tell its speed: buffers grow; with detail, coarse copies are made.
+constexpr uint32_t kFirstParts = 3, kFirstCoarseParts = 16;
 
 // Its members are the thread's alone; m_lock is held but in calling().
 class WorkerThread {
@@ -112,7 +113,8 @@ private:
         DeviceFacts facts;
         calling([&] {
             const ServiceState& service = *m_service;
-            const RendererOptions& options = service.options.renderer;
+            RendererOptions options = service.options.renderer;
+            options.coarse_unlimited = service.options.devices.size() > 1;
             m_renderer = service.options.make ? service.options.make(worker.device, options)
                                               : makeRenderer(worker.device, options);
             service.scene != nullptr ? m_renderer->load(service.scene) : m_renderer->load(service.model);
@@ -141,6 +143,7 @@ private:
         const uint64_t drops = m_service->drops;
         calling([&] { m_renderer->dropCaches(); });
         m_worker->dropped = drops;
+        m_coarse = false;
         m_service->caller_wakes.notify_all();
     }
 
@@ -270,12 +273,23 @@ private:
         drawn.busy_ms = milliseconds(at - std::max(ended.since, m_busy_until));
         drawn.result = result;
         m_busy_until = at;
-        work.first_parts = work.first_parts || m_drawn < kFirstParts;
+        work.first_parts = work.first_parts || tooEarly(work.asked.options.detail > 0);
         ++m_drawn;
         ++worker.stats.parts;
         worker.stats.busy_ms += drawn.busy_ms;
         worker.faults_in_a_row = 0;
         m_service->sharing.finish(ended.job, work);
+    }
+
+    // A worker that has rested has copies of what was in view then, if any.
+    bool tooEarly(bool coarse)
+    {
+        const uint64_t starts = m_worker->stats.starts;
+        if (coarse && (!m_coarse || starts != m_starts))
+            m_drawn = 0;
+        m_coarse = coarse;
+        m_starts = starts;
+        return m_drawn < (coarse ? kFirstCoarseParts : kFirstParts);
     }
 
     // In a handler: the pose of `job` fails where no worker could draw it, otherwise the fault is the worker's and goes on.
@@ -317,7 +331,9 @@ private:
     std::shared_ptr<PictureBridge> m_bridge;
     std::shared_ptr<PictureMemory> m_bridge_to;
     ServiceTime m_busy_until{0}; // end of the part drawn last
-    uint32_t m_drawn = 0;        // parts, by the renderer that it has now
+    uint32_t m_drawn = 0;        // parts, by the renderer that it has now; with detail, since it was without copies
+    bool m_coarse = false;       // the last part had detail
+    uint64_t m_starts = 0;       // WorkerStats::starts at it
 };
 
 } // namespace

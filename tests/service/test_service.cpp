@@ -335,6 +335,72 @@ TEST_CASE("a plan that is only tried, and draws too few frames, starts no worker
     CHECK(stats.workers[1].parts > 10);
 }
 
+TEST_CASE("detail is another kind of pose: how it is shared is tried anew, and not again as detail changes")
+{
+    const SyntheticModel model(modelOptions());
+    ServiceOptions options = cpuWorkers(2, ServiceMode::Auto);
+    options.trace_limit = 1000;
+    std::vector<bool> unlimited;
+    options.make = [&unlimited, make = sleepingRenderers([](const FrameRequest&) { return 0; }),
+                    mutex = std::make_shared<std::mutex>()](const DeviceId& device, const RendererOptions& limits) {
+        const std::lock_guard lock(*mutex);
+        unlimited.push_back(limits.coarse_unlimited);
+        return make(device, limits);
+    };
+    RendererService service(model.view(), options);
+    const auto tries = [&service] {
+        return std::ranges::count_if(service.trace().events,
+                                     [](const TraceEvent& event) { return event.cause.starts_with("tries all"); });
+    };
+    FrameOptions frame;
+    for (const auto [detail, tried] : {std::pair(0.0f, 1), {2.0f, 2}, {2.5f, 2}, {0.0f, 3}}) {
+        frame.detail = detail;
+        submitWalk(service, 0, 2, frame);
+        REQUIRE(service.next());
+        CHECK(tries() == tried);
+    }
+    CHECK(unlimited == std::vector{true, true});
+}
+
+TEST_CASE("frames with detail teach nothing until copies have been made, nor do those after detail was off")
+{
+    const SyntheticModel model(modelOptions());
+    ServiceOptions options = cpuWorkers(1, ServiceMode::Frame);
+    options.make = sleepingRenderers([](const FrameRequest&) { return 100; });
+    RendererService service(model.view(), options);
+    const auto draws = [&](float detail, int poses) {
+        FrameOptions frame;
+        frame.detail = detail;
+        for (int i = 0; i < poses; ++i) {
+            submitWalk(service, i, 1, frame);
+            REQUIRE(service.next());
+        }
+        return service.stats().rate;
+    };
+    CHECK(draws(2, 16) == 0);
+    const double rate = draws(2, 4);
+    CHECK(rate > 0);
+    CHECK(draws(0, 8) != rate);
+    const double without = service.stats().rate;
+    CHECK(draws(2, 16) == without);
+    CHECK(draws(2, 4) != without);
+}
+
+TEST_CASE("groups of all parts of a pose are counted")
+{
+    PoseRequest request;
+    request.eyes = walk(0, 2);
+    PoseWork work(request);
+    work.setParts({{1, {}, 0}, {2, {}, 1}});
+    work.parts[0].result.coarse = {1, 2, 3, 4};
+    work.parts[1].result.coarse = {10, 20, 30, 40};
+    const CoarseCounts all = work.result().coarse;
+    CHECK(all.near == 11);
+    CHECK(all.kept == 22);
+    CHECK(all.stale == 33);
+    CHECK(all.made == 44);
+}
+
 TEST_CASE("a service is a renderer: tickets in any order, caller's memory, what cannot be drawn")
 {
     const SyntheticModel model(modelOptions());

@@ -228,12 +228,20 @@ struct StageTimes {
     }
 };
 
-// Groups of anchors that a frame with FrameOptions::detail draws, each once.
+// Groups of anchors that a frame with FrameOptions::detail draws, each once; of bands and eyes drawn apart, once in each.
 struct CoarseCounts {
     uint64_t near = 0;  // decoded for this frame, as without it
     uint64_t kept = 0;  // from a coarse copy that is within its bound
     uint64_t stale = 0; // from one that is past its bound, and waits to be made anew
     uint64_t made = 0;  // from one that this frame has made
+
+    void add(const CoarseCounts& other)
+    {
+        near += other.near;
+        kept += other.kept;
+        stale += other.stale;
+        made += other.made;
+    }
 };
 
 struct FrameResult {

@@ -23,6 +23,9 @@ struct RendererOptions {
     // load() does not wait for the anchors: frames show those that have come by then, coarse levels and near chunks first
     // (FrameResult::anchors_absent). Tier exact waits for all.
     bool first_picture = false;
+    // With FrameOptions::detail, every coarse copy that is due is made, whatever a frame then takes: for workers that share
+    // poses, so that what is due follows from poses and group alone.
+    bool coarse_unlimited = false;
 };
 
 // What a frame is drawn from, and where to. Copied by submit(), but for the memory of the targets.
