@@ -21,6 +21,7 @@ set(gsc_cuda_fast
   reuse/draw_kept.cu
   coarse/coarse_make.cu
   coarse/coarse_draw.cu
+  coarse/coarse_paint.cu
   blend/cuda/blend_fast.cu)
 # it has little arithmetic
 set(gsc_cuda_plain

@@ -8,6 +8,7 @@
 
 #include "kernels/coarse/coarse_rule.h"
 #include "kernels/decode/fast/decode_fast_cuda.h"
+#include "kernels/present/paint_cuda.h"
 #include "kernels/select/select_cuda.h"
 
 struct CUstream_st;
@@ -121,6 +122,22 @@ inline void setNow(CoarseCudaArgs& args, const CoarseNow& now)
     args.frame = now.frame;
 }
 
+// FrameView::Detail.
+struct PaintCoarseArgs {
+    using Now = CoarseNow;
+
+    PaintCudaArgs paint;
+    CoarseTables tables;
+    CoarseView view;
+    uint32_t frame; // CoarseNow
+};
+
+inline void setNow(PaintCoarseArgs& args, const CoarseNow& now)
+{
+    args.view = now.view;
+    args.frame = now.frame;
+}
+
 // Forgets everything. Asynchronous, as all.
 void resetCoarseCuda(const CoarseTables& tables, uint32_t processors, CUstream_st* stream);
 // After the groups are selected, one after the other: how far each is off; which may be made; which copies go for others,
@@ -133,6 +150,8 @@ void coarseListCuda(const CoarseScheduleArgs& args, uint32_t processors, CUstrea
 void coarseMakeCuda(const CoarseCudaArgs& args, uint32_t processors, CUstream_st* stream);
 // Copies to splats. Once per pass.
 void coarseDrawCuda(const CoarseCudaArgs& args, uint32_t processors, CUstream_st* stream);
+// After both: paints what they wrote.
+void paintCoarseCuda(const PaintCoarseArgs& args, uint32_t processors, CUstream_st* stream);
 // Slots that may stay unused by it, for one eye.
 uint32_t coarseDrawGaps(uint32_t processors, uint32_t slot_capacity);
 

@@ -93,7 +93,7 @@ GSC_HD FalseColour detailColour(GroupSource source)
 // Does the view draw Gaussians in other colours than their own?
 GSC_HD bool paintsGaussians(FrameView view)
 {
-    return view == FrameView::Level || view == FrameView::Age;
+    return view == FrameView::Level || view == FrameView::Age || view == FrameView::Detail;
 }
 
 } // namespace gsc

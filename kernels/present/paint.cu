@@ -12,7 +12,7 @@ __global__ void __launch_bounds__(kPaintThreads) paintKernel(const __grid_consta
 {
     paintAll<Splat>(args, [&](uint32_t, uint32_t source) {
         return args.origins == nullptr
-                   ? ageColour(0)
+                   ? args.colour
                    : levelColour(args.levels[args.groups[args.origins[source] / kGroupSize].level_index].level);
     });
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "kernels/decode/decode_cuda.h"
+#include "kernels/present/false_colour.h"
 
 struct CUstream_st;
 
@@ -18,8 +19,9 @@ struct PaintCudaArgs {
     const SplatPlace* places;
     const FrameCounters* counters;
     uint32_t n_offsets;
-    // per source index: kGroupSize x its group + its place there; or null: all are painted as decoded in this frame
+    // per source index: kGroupSize x its group + its place there; or null: all are painted in one colour
     const uint32_t* origins;
+    FalseColour colour; // that one
     const GroupRecord* groups;
     const LevelRecord* levels;
 };
@@ -31,7 +33,7 @@ struct CostCudaArgs {
     const FrameCounters* counters;
 };
 
-// All asynchronous. FrameView::Level, or FrameView::Age where nothing is kept.
+// All asynchronous. FrameView::Level, or all in one colour.
 void paintSplatsCuda(const PaintCudaArgs& args, uint32_t processors, CUstream_st* stream);
 // FrameView::Cost, after the last pass.
 void paintCostCuda(const CostCudaArgs& args, uint32_t processors, CUstream_st* stream);

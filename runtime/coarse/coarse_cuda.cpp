@@ -108,6 +108,8 @@ void CudaCoarse::decode(FrameCapture& capture, const FrameJob& job, uint32_t pas
 {
     decodeFrame(capture, job, pass);
     capture.add(cudaArgs(job, pass), coarseDrawCuda);
+    if (job.shape.view == FrameView::Detail)
+        capture.add(PaintCoarseArgs{paintArgs(job), m_tables, m_now.view, m_now.frame}, paintCoarseCuda);
 }
 
 void CudaCoarse::report(FrameCapture& capture, const FrameJob& job) const

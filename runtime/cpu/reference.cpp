@@ -22,8 +22,9 @@ void paintGaussians(const ModelView& model, const std::vector<SelectedAnchor<Rea
     std::unordered_map<uint64_t, FalseColour> of_source;
     for (const SelectedAnchor<Real>& anchor : selected)
         of_source[model.arrays[anchor.chunk].source_index[anchor.local]] =
-            view == FrameView::Age ? ageColour(0)
-                                   : levelColour(model.levels[model.chunks[anchor.chunk].level_index].level);
+            view == FrameView::Level ? levelColour(model.levels[model.chunks[anchor.chunk].level_index].level)
+            : view == FrameView::Age ? ageColour(0)
+                                     : detailColour(GroupSource::Near);
     for (GaussianOf<Real>& gaussian : gaussians) {
         const FalseColour& colour = of_source.at(gaussian.order / model.params->n_offsets);
         gaussian.color[0] = Real(colour.r);

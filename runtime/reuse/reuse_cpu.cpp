@@ -314,6 +314,10 @@ void CpuReuse::paintBlock(const ReuseFrame& frame, size_t block, uint32_t e, Spl
             colours[s] = chunkColour(m_model, m_model.groups[m_groups[block]].chunk);
             continue;
         }
+        if (frame.options.view == FrameView::Detail) { // not with reuse
+            colours[s] = detailColour(GroupSource::Near);
+            continue;
+        }
         const StripWork& work = m_work[block * kStripsPerGroup + s];
         const uint32_t slot = work.eye[e].lanes != 0 ? drawnSlot(work, e) : kNoSlot;
         const uint64_t frames = slot != kNoSlot ? m_frame - m_cache.entry(slot).decoded : 0; // what has none is new

@@ -83,7 +83,7 @@ inline void checkSwitching(Renderer& plain, Renderer& switching, const FrameOpti
     FrameOptions other = options;
     for (int i = 0; i < frames; ++i) {
         CAPTURE(i);
-        other.view = FrameView(uint32_t(i) % 4);
+        other.view = FrameView(uint32_t(i) % kFrameViews);
         const auto expected = render(plain, walk(i, 2), options), actual = render(switching, walk(i, 2), other);
         for (size_t e = 0; e < 2; ++e) {
             const EyeCounts &a = expected[e].result.eyes[e], &b = actual[e].result.eyes[e];
@@ -138,6 +138,24 @@ inline void checkLevels(Renderer& renderer, const ModelView& model, const std::v
     }
 }
 
+// Over black: nothing but that colour, more or less of it.
+inline void checkOneColour(const std::vector<Image<float>>& images, const FalseColour& colour, float slack)
+{
+    const float rgb[3] = {colour.r, colour.g, colour.b};
+    for (const Image<float>& image : images) {
+        size_t others = 0, lit = 0;
+        for (size_t p = 0; p < image.pixels.size(); p += 3) {
+            const float most = std::max({image.pixels[p], image.pixels[p + 1], image.pixels[p + 2]});
+            lit += most > 0.5f;
+            const float scale = most / std::max({rgb[0], rgb[1], rgb[2]});
+            for (size_t c = 0; c < 3; ++c)
+                others += std::abs(image.pixels[p + c] - scale * rgb[c]) > slack;
+        }
+        CHECK(lit > 100);
+        CHECK(others == 0);
+    }
+}
+
 // ReusePolicy::Depth before a camera that stands still: all entries are of one age, 0 to max_depth and again.
 inline void checkAges(Renderer& renderer, FrameOptions options, float slack = 1e-4f)
 {
@@ -149,20 +167,7 @@ inline void checkAges(Renderer& renderer, FrameOptions options, float slack = 1e
         const auto images = render(renderer, viewEyes(0, 2), options);
         if (options.view == FrameView::Picture)
             continue;
-        const FalseColour wanted = ageColour(i % period);
-        const float rgb[3] = {wanted.r, wanted.g, wanted.b};
-        for (const Image<float>& image : images) {
-            size_t others = 0, lit = 0;
-            for (size_t p = 0; p < image.pixels.size(); p += 3) {
-                const float most = std::max({image.pixels[p], image.pixels[p + 1], image.pixels[p + 2]});
-                lit += most > 0.5f;
-                const float scale = most / std::max({rgb[0], rgb[1], rgb[2]});
-                for (size_t c = 0; c < 3; ++c)
-                    others += std::abs(image.pixels[p + c] - scale * rgb[c]) > slack;
-            }
-            CHECK(lit > 100);
-            CHECK(others == 0);
-        }
+        checkOneColour(images, ageColour(i % period), slack);
     }
 }
 

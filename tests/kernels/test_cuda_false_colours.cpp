@@ -103,3 +103,101 @@ TEST_CASE("false colours: what is kept grows old, and what is decoded anew is yo
         checkAges(*open(model.view()), options);
     }
 }
+
+TEST_CASE("false colours: without detail every group is near, in both tiers and with reuse")
+{
+    const SyntheticModel model(modelOptions(LevelRule::Round));
+    const auto gpu = open(model.view()), reference = open(model.view(), "cpu-reference");
+    for (FrameOptions options : {onGrey(Tier::Exact), onGrey(Tier::Fast), with(ReusePolicy::Depth, 0, 3)}) {
+        std::fill_n(options.background, 3, 0.0f);
+        options.view = FrameView::Detail;
+        checkOneColour(render(*gpu, viewEyes(0, 2), options), detailColour(GroupSource::Near), 2e-3f);
+    }
+    FrameOptions exact = viewed(onGrey(Tier::Exact), FrameView::Detail);
+    std::fill_n(exact.background, 3, 0.0f);
+    checkOneColour(render(*reference, viewEyes(0, 2), exact), detailColour(GroupSource::Near), 1e-4f);
+}
+
+namespace {
+
+// Small Gaussians, some of which are joined from afar.
+SyntheticOptions farModel()
+{
+    SyntheticOptions options = modelOptions();
+    options.log_scale = -4.5f;
+    options.extent = 1;
+    return options;
+}
+
+// Two eyes that are so far apart, about the same place.
+std::vector<EyeParams> fromAfar(float apart)
+{
+    std::vector<EyeParams> eyes;
+    for (const float side : {-0.5f, 0.5f}) {
+        const float position[3] = {side * apart, 0.2f, -12}, target[3] = {side * apart, 0, 0};
+        eyes.push_back(lookAt(position, target, 0.2f, 128, 96));
+    }
+    return eyes;
+}
+
+// Over black: mixtures of two colours, in which both are found, or of one.
+void checkColours(const std::vector<Image<float>>& images, const FalseColour& first, const FalseColour& second,
+                  float slack)
+{
+    const float a[3] = {first.r, first.g, first.b}, b[3] = {second.r, second.g, second.b};
+    const auto dot = [](const float* x, const float* y) { return x[0] * y[0] + x[1] * y[1] + x[2] * y[2]; };
+    const float det = dot(a, a) * dot(b, b) - dot(a, b) * dot(a, b);
+    if (det < 1e-6f)
+        return checkOneColour(images, first, slack);
+    for (const Image<float>& image : images) {
+        size_t others = 0, of_first = 0, of_second = 0;
+        for (size_t p = 0; p < image.pixels.size(); p += 3) {
+            const float* const pixel = &image.pixels[p];
+            const float x = (dot(pixel, a) * dot(b, b) - dot(pixel, b) * dot(a, b)) / det,
+                        y = (dot(pixel, b) * dot(a, a) - dot(pixel, a) * dot(a, b)) / det;
+            of_first += x > 0.5f;
+            of_second += y > 0.5f;
+            others += x < -slack || y < -slack;
+            for (size_t c = 0; c < 3; ++c)
+                others += std::abs(x * a[c] + y * b[c] - pixel[c]) > slack;
+        }
+        CHECK(of_first > 100);
+        CHECK(of_second > 100);
+        CHECK(others == 0);
+    }
+}
+
+} // namespace
+
+TEST_CASE("false colours: groups are near, kept, stale or made, as they are counted")
+{
+    const SyntheticModel model(farModel());
+    const auto gpu = open(model.view()), plain = open(model.view());
+    FrameOptions options = viewed(onGrey(Tier::Fast), FrameView::Detail);
+    std::fill_n(options.background, 3, 0.0f);
+    options.detail = 8;
+    FrameOptions picture = viewed(options, FrameView::Picture);
+    // A frame makes some of the copies that it wants; the second and third make the rest, and are not looked at. One is
+    // stale where none could be better: the eyes are too far apart.
+    using enum GroupSource;
+    const std::vector<std::pair<float, std::vector<GroupSource>>> frames = {
+        {0.1f, {Near, Made}}, {0.1f, {}}, {0.1f, {}}, {0.1f, {Kept}}, {1.0f, {Stale}}, {0.1f, {Kept}}, {3.0f, {Near}}};
+    for (size_t i = 0; i < frames.size(); ++i) {
+        CAPTURE(i);
+        const auto& [apart, sources] = frames[i];
+        const auto images = render(*gpu, fromAfar(apart), options), drawn = render(*plain, fromAfar(apart), picture);
+        const CoarseCounts &counts = images[0].result.coarse, &same = drawn[0].result.coarse;
+        CHECK(counts.made == same.made); // a view changes nothing
+        CHECK(counts.kept == same.kept);
+        if (sources.empty())
+            continue;
+        const uint64_t of[] = {counts.near, counts.kept, counts.stale, counts.made};
+        for (uint32_t s = 0; s < 4; ++s) {
+            CAPTURE(s);
+            CHECK((of[s] > 0) == (std::ranges::count(sources, GroupSource(s)) > 0));
+        }
+        checkColours(images, detailColour(sources.front()), detailColour(sources.back()), 2e-3f);
+    }
+    options.view = FrameView::Level;
+    checkOneColour(render(*gpu, fromAfar(0.1f), options), levelColour(model.view().levels[0].level), 2e-3f);
+}

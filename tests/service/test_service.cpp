@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A renderer service with several renderers on the host: the same bytes as one renderer in every mode, order, rates.
+#include "runtime/service/pose_work.h"
 #include "runtime/service/service_renderer.h"
 #include "tests/service/service_tools.h"
 

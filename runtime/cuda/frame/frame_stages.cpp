@@ -91,10 +91,11 @@ FrameShape frameShape(const ModelParams& params, Tier tier, uint32_t eye_count, 
         throw Error(ErrorCode::Unsupported, "cuda: reuse in the tier exact, expected reuse policy none there; use the "
                                             "tier fast, if the model has it, or the backend cpu");
     if (options.detail > 0 && tier == Tier::Exact)
-        throw Error(ErrorCode::Unsupported,
-                    formatString("cuda: detail of %g pixels in the tier exact, expected 0 there; use the tier fast, if the "
-                                 "model has it, or the backend cpu",
-                                 double(options.detail)));
+        throw Error(
+            ErrorCode::Unsupported,
+            formatString("cuda: detail of %g pixels in the tier exact, expected 0 there; use the tier fast, if the "
+                         "model has it, or the backend cpu",
+                         double(options.detail)));
     FrameShape shape{};
     uint32_t width = 0, height = 0;
     for (uint32_t e = 0; e < eye_count; ++e) {
@@ -288,12 +289,14 @@ PaintCudaArgs paintArgs(const FrameJob& job)
 
 void paintFrame(FrameCapture& capture, const FrameJob& job)
 {
-    const bool ages = job.shape.view == FrameView::Age;
-    if (!paintsGaussians(job.shape.view) || (ages && job.shape.uses_reuse))
+    const bool ages = job.shape.view == FrameView::Age, groups = job.shape.view == FrameView::Detail;
+    if (!paintsGaussians(job.shape.view) || (ages && job.shape.uses_reuse) || (groups && job.shape.coarse))
         return;
     PaintCudaArgs args = paintArgs(job);
-    if (ages) // nothing is kept
+    if (ages || groups) { // nothing is kept
         args.origins = nullptr;
+        args.colour = ages ? ageColour(0) : detailColour(GroupSource::Near);
+    }
     paintSplatsCuda(args, capture.processors(), capture.stream().handle);
 }
 

@@ -113,8 +113,9 @@ DecodeCudaArgs decodeArgs(const FrameJob& job, uint32_t pass);            // of 
 void cutDepths(FrameCapture& capture, const FrameJob& job);               // into slabs
 void listPass(FrameCapture& capture, const FrameJob& job, uint32_t pass); // its anchors, where there are several
 void decodeFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass);
-PaintCudaArgs paintArgs(const FrameJob& job);                // with the model's origins
-void paintFrame(FrameCapture& capture, const FrameJob& job); // false colours of Gaussians; reuse paints ages itself
+PaintCudaArgs paintArgs(const FrameJob& job); // with the model's origins
+void paintFrame(FrameCapture& capture,
+                const FrameJob& job); // false colours of Gaussians; what is kept is painted by who keeps it
 void binFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass);
 void sortFrame(FrameCapture& capture, const FrameJob& job);
 void blendFrame(FrameCapture& capture, const FrameJob& job, uint32_t pass);
