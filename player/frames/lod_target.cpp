@@ -47,7 +47,7 @@ bool drawsDetail(const FrameChoice& choice, const std::string& backend, Tier run
 {
     if (choice.tier != Tier::Fast || choice.reuse.policy != ReusePolicy::None)
         return false;
-    return backend == "cuda" && runs == Tier::Fast;
+    return backend == "cpu" || (backend == "cuda" && runs == Tier::Fast);
 }
 
 std::optional<FrameGuard> frameGuard(const Scene& scene, const FrameChoice& choice, Guarded guarded)
@@ -76,8 +76,8 @@ std::optional<FrameGuard> checkedGuard(const Scene& scene, const std::string& mo
     if (choice.target_ms > 0 && !guard)
         throw Error(ErrorCode::Usage,
                     formatString("--target-ms %g: has no effect on %s, which has one level of detail and is not drawn "
-                                 "coarse by this backend and tier, expected something to give up; add --tier fast on a "
-                                 "GPU or, in a headset or window, --foveation fixed, or leave it out",
+                                 "coarse by this backend and tier, expected something to give up; pass --tier fast "
+                                 "without --reuse or, in a headset or window, --foveation fixed, or leave it out",
                                  choice.target_ms, model.c_str()));
     return guard;
 }

@@ -148,6 +148,9 @@ class BenchCliTest(PlayTest):
         check_schema("bench-report", report)
         self.assertLess(report["config"]["lod_bias_used"]["min"], report["config"]["lod_bias_used"]["max"])
         self.assertIn("target 0.0001 ms: LOD bias", self.play(*bench).stdout)
+        report = json.loads(self.play(*bench[:-1], "fast", "--format", "json").stdout)  # detail first
+        check_schema("bench-report", report)
+        self.assertGreaterEqual(report["config"]["detail_used"]["max"], 1)
         self.refused("bench", model, "--sweep", "x.json", "--target-ms", "5", code=1, says="--target-ms")
         self.refused(*base, "--lod-fade", "2", code=1, says="--lod-fade")
         self.refused(*base, "--lod-hysteresis", "0.1", "--backend", "cpu-reference", code=5, says="hysteresis")

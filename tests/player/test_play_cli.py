@@ -281,7 +281,7 @@ class PlayCliTest(PlayTest):
         base = (self.model, "--cameras", self.path, "--size", "48x32", "--progress", "none")
         for option, value in (("--lod-bias", "-1"), ("--lod-fade", "0.5"), ("--lod-hysteresis", "0.1"), ("--target-ms", "5")):
             for command in ((), ("bench",)):
-                self.refused(*command, *base, option, value, code=1, says=f"{option} {value}: has no effect on")
+                self.refused(*command, *base, option, value, "--tier", "exact", code=1, says=f"{option} {value}: has no effect on")
         self.refused(*base, "--lod-bias", "-1", code=1, says="one level of detail")
         self.play(*base, "--lod-bias", "0")
 

@@ -116,7 +116,10 @@ class XrTest(PictureTest):
         biases = [line["lod_bias"] for line in run.log if line["fresh"]]
         self.assertEqual(biases[0], 0)
         self.assertLess(biases[-1], -1)
-        refused = self.xr("room", "--target-ms", "5", settings=self.settings(5), code=1)  # it has one level
+        details = [line["detail"] for line in run.log if line["fresh"]]  # before levels
+        self.assertEqual((details[0], details[-1], details), (0, 4, sorted(details)))
+        self.assertTrue(all(line["detail"] > 0 for line in run.log if line["fresh"] and line["lod_bias"] < 0))
+        refused = self.xr("room", "--target-ms", "5", "--tier", "exact", settings=self.settings(5), code=1)  # it has one level
         self.assertRegex(refused.err, "error: --target-ms 5: .*one level of detail.*--foveation fixed")
         thinned = self.xr("room", "--xr-sync", "--target-ms", "0.001", "--foveation", "fixed", "--fovea-pixels", "1.5",
                           settings=self.settings(30))
