@@ -74,6 +74,18 @@ FrameOptions WindowSession::frameOptionsNow() const
     return frame;
 }
 
+// What the guard gives back is drawn, also of a view at rest.
+void WindowSession::hold(double frame_ms)
+{
+    if (!m_guard || m_loading)
+        return;
+    const FrameOptions before = frameOptionsNow();
+    m_guard->add(frame_ms);
+    const FrameOptions after = frameOptionsNow();
+    m_changed = m_changed || before.detail != after.detail || before.lod_bias != after.lod_bias ||
+                before.foveation.smallest != after.foveation.smallest;
+}
+
 Guarded WindowSession::guarded(const FrameChoice& choice) const
 {
     return {m_source.drawsDetail(choice), choice.tier != Tier::Exact};
