@@ -12,14 +12,14 @@ namespace {
 __device__ __forceinline__ GroupSource sourceOf(const PaintCoarseArgs& args, uint32_t index)
 {
     const CoarseGroup& kept = args.tables.groups[index];
-    if (CoarseKind(kept.kind) != CoarseKind::Far)
+    if (CoarseKind(kept.kind) != CoarseKind::Far || kept.used != args.frame)
         return GroupSource::Near;
     if (kept.made == args.frame)
         return GroupSource::Made;
     const GroupRecord& group = args.paint.groups[index];
     const float cell = wantedCell(args.view, group.gaussian_min, group.gaussian_max);
-    const float change = coarseChange(args.view, kept.key, cell, group.gaussian_min, group.gaussian_max);
-    return change <= 1.0f ? GroupSource::Kept : change <= kStaleMost ? GroupSource::Stale : GroupSource::Near;
+    const bool stale = coarseChange(args.view, kept.key, cell, group.gaussian_min, group.gaussian_max) > 1.0f;
+    return stale ? GroupSource::Stale : GroupSource::Kept;
 }
 
 __global__ void __launch_bounds__(kPaintThreads) paintCoarseKernel(const __grid_constant__ PaintCoarseArgs args)
