@@ -106,8 +106,7 @@ GSC_HD bool levelShows(const ModelParams& params, int32_t level, const Vec3<Real
     if (!(params.flags & kModelHasLevels) || params.level_rule == uint32_t(LevelRule::None))
         return true;
     const Real predicted = predictedLevel<Real>(params, p, shift, center, extra, lod_bias);
-    const LevelChoice<Real> choice =
-        chooseLevel(LevelRule(params.level_rule), predicted, params.level_clamp, lod_fade);
+    const LevelChoice<Real> choice = chooseLevel(LevelRule(params.level_rule), predicted, params.level_clamp, lod_fade);
     if (level == choice.level)
         fraction = choice.fraction;
     return level <= choice.level;

@@ -15,11 +15,11 @@ struct SelectCudaArgs : FrameNow {
     DeviceModel model;
     uint32_t eye_count;
     RasterConstants rules;
-    uint32_t* visible_groups; // groups of the model: group | eyes << kAnchorBits
+    uint32_t* visible_groups;      // groups of the model: group | eyes << kAnchorBits
     const uint32_t* listed_groups; // whose anchors are tested: visible_groups, or some of them
     const uint32_t* group_count;   // of those
     uint32_t* visible;             // capacity: anchor | eyes << kAnchorBits
-    float* fraction;          // capacity x 2 or null: opacity factor per eye, if levelsFade()
+    float* fraction;               // capacity x 2 or null: opacity factor per eye, if levelsFade()
     uint32_t capacity;
     uint32_t* histogram; // kDepthBuckets, zero before: view z of the visible anchors of all eyes, one sample per warp
     FrameCounters* counters;

@@ -122,7 +122,8 @@ __device__ inline bool anchorVisible(const SelectCudaArgs& args, const EyeParams
 {
     const ModelParams& params = args.model.params;
     const Vec3<float> p{placement.x, placement.y, placement.z};
-    if (!levelShows<float>(params, level, p, lod_shift, placement.w, eye.center, args.lod_bias, args.lod_fade, fraction))
+    if (!levelShows<float>(params, level, p, lod_shift, placement.w, eye.center, args.lod_bias, args.lod_fade,
+                           fraction))
         return false;
     const float* size = args.model.size + size_t(3) * anchor;
     const float scale[3] = {size[0], size[1], size[2]};

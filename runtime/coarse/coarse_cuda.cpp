@@ -61,7 +61,7 @@ const CoarseNow& CudaCoarse::begin(const FrameNow& frame, uint32_t eye_count, co
     }
     m_appearance = options.appearance;
     m_now.view = coarseView(frame.eyes, eye_count, options.detail, options.lod_bias);
-    m_now.budget = m_tables.group_count / kBudgetShare + kLeastBudget;
+    m_now.budget = m_unlimited ? m_tables.group_count : m_tables.group_count / kBudgetShare + kLeastBudget;
     m_now.again = 0;
     ++m_now.frame;
     return m_now;

@@ -11,7 +11,8 @@ namespace gsc {
 
 class CudaCoarse final : public FrameReuse {
 public:
-    explicit CudaCoarse(MemoryBudget& budget) : m_arena(budget) {}
+    // unlimited: RendererOptions::coarse_unlimited.
+    CudaCoarse(MemoryBudget& budget, bool unlimited) : m_arena(budget), m_unlimited(unlimited) {}
 
     // Forgets everything and gives the memory back. Whoever has graphs drops them.
     void release();

@@ -22,7 +22,7 @@ class CudaRenderer final : public Renderer {
 public:
     CudaRenderer(int ordinal, const RendererOptions& options)
         : m_device(ordinal), m_budget{options.memory_bytes, 0}, m_scene(m_budget, options.threads),
-          m_first_picture(options.first_picture)
+          m_first_picture(options.first_picture), m_coarse(m_budget, options.coarse_unlimited)
     {
         m_budget.used = m_device.contextBytes();
     }
@@ -117,9 +117,7 @@ private:
 
     [[nodiscard]] const FrameReuse* keeperOf(const FrameShape& shape) const
     {
-        return shape.coarse       ? static_cast<const FrameReuse*>(&m_coarse)
-               : shape.uses_reuse ? &m_reuse
-                                  : nullptr;
+        return shape.coarse ? static_cast<const FrameReuse*>(&m_coarse) : shape.uses_reuse ? &m_reuse : nullptr;
     }
     // of a pass's entries only some would be decoded
     static bool reuses(const FrameShape& shape, uint32_t passes) { return shape.uses_reuse && passes == 1; }
@@ -163,7 +161,7 @@ private:
     DeviceScene m_scene;
     bool m_first_picture;
     CudaReuse m_reuse{m_budget};
-    CudaCoarse m_coarse{m_budget};
+    CudaCoarse m_coarse;
     DeviceArena m_arena{m_budget};
     LodLag m_lag;
     FrameNow m_now{}; // of the frame submitted last
@@ -238,7 +236,8 @@ FrameRoom CudaRenderer::roomFor(const FrameShape& shape) const
 // Once for every kind of frame and what memory is left for it.
 void CudaRenderer::planCapacity(const FrameShape& shape, const FrameRoom& room)
 {
-    const Plan plan{shape.exact, shape.uses_reuse, shape.coarse, shape.eye_count, shape.lists(), shape.bins(), room.bytes};
+    const Plan plan{shape.exact,   shape.uses_reuse, shape.coarse, shape.eye_count,
+                    shape.lists(), shape.bins(),     room.bytes};
     if (m_planned == plan)
         return;
     m_planned = plan;
