@@ -42,6 +42,7 @@ private:
     CoarseTables m_tables{};
     CoarseNow m_now{};
     Pinned<CoarseCounters> m_pinned[kFramesInFlight];
+    bool m_unlimited;
     bool m_forget = true;      // before the next frame
     int32_t m_appearance = -1; // that copies were made for
 };
