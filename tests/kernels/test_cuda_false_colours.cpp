@@ -108,7 +108,7 @@ TEST_CASE("false colours: without detail every group is near, in both tiers and 
 {
     const SyntheticModel model(modelOptions(LevelRule::Round));
     const auto gpu = open(model.view()), reference = open(model.view(), "cpu-reference");
-    for (FrameOptions options : {onGrey(Tier::Exact), onGrey(Tier::Fast), with(ReusePolicy::Depth, 0, 3)}) {
+    for (FrameOptions options : {onGrey(Tier::Exact), onGrey(Tier::Fast), with(ReusePolicy::Depth, 3)}) {
         std::fill_n(options.background, 3, 0.0f);
         options.view = FrameView::Detail;
         checkOneColour(render(*gpu, viewEyes(0, 2), options), detailColour(GroupSource::Near), 2e-3f);
