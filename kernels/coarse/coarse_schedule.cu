@@ -10,10 +10,9 @@ namespace gsc {
 namespace {
 
 constexpr uint32_t kThreads = 256;
-// Buckets of urgency: what cannot be drawn from a copy, in an order of the frame's own; copies that are off, worst first;
-// groups that were near and may be far by now.
-constexpr uint32_t kUnseen = 1024, kStale = 2048;
-static_assert(kUnseen + kStale + 1024 == kCoarseUrgencies);
+// Buckets of urgency: what cannot be drawn from a copy, in an order of the frame's own; copies that are off, worst first.
+constexpr uint32_t kUnseen = 1024, kStale = 3072;
+static_assert(kUnseen + kStale == kCoarseUrgencies);
 constexpr uint32_t kNothing = kCoarseUrgencies; // is wanted
 
 __device__ __forceinline__ uint32_t mixed(uint32_t group, uint32_t frame)
@@ -104,7 +103,7 @@ __device__ __forceinline__ uint32_t urgencyOf(const CoarseScheduleArgs& args, co
     if (!looked.can_be_far)
         return kNothing;
     if (CoarseKind(kept.kind) == CoarseKind::Near)
-        return looked.cell > kNearAgain * kept.key.cell ? kUnseen + kStale + order : kNothing;
+        return looked.cell > kNearAgain * kept.key.cell ? order : kNothing;
     if (!isUsable(kept, looked.change))
         return order;
     // linear from the bound to where it cannot be drawn any more
