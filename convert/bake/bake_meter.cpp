@@ -3,8 +3,10 @@
 
 #include <gsc/interrupt.h>
 #include <gsc/renderer.h>
+#include "runtime/records/timed_details.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace gsc {
 
@@ -92,7 +94,7 @@ SetScore BakeMeter::score(ReducedModel& model, const BakePlan& plan, size_t firs
 FileScore BakeMeter::measure(const std::string& path)
 {
     const size_t first = m_poses.search.size(), count = m_poses.verdict.size();
-    expect(kDrawsToMeasure * count);
+    expect((kDrawsToMeasure + std::size(kTimedDetails)) * count);
     drawAgain(first, count);
     return m_probe.measure(Scene::open(path), first, count);
 }

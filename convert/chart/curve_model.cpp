@@ -14,6 +14,17 @@ namespace {
 
 using CurveJson = nlohmann::ordered_json;
 
+// Of kTimedDetails; null where it is not told.
+CurveJson detailsJson(const CurveRow& row)
+{
+    if (row.detail_ms.empty())
+        return nullptr;
+    CurveJson list = CurveJson::array();
+    for (const double ms : row.detail_ms)
+        list.push_back(rounded(ms));
+    return list;
+}
+
 CurveJson pointJson(const CurveRow& row)
 {
     const double anchors = double(std::max<uint64_t>(row.model_anchors, 1));
@@ -25,6 +36,7 @@ CurveJson pointJson(const CurveRow& row)
             {"resident", row.resident_bytes},
             {"frame", rounded(row.frame_ms)},
             {"decode", rounded(row.decode_ms)},
+            {"detail", detailsJson(row)},
             {"poses", row.poses},
             {"psnr", rounded(row.psnr)},
             {"worst_psnr", rounded(row.worst_psnr)},

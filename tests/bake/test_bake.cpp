@@ -7,6 +7,7 @@
 #include <gsc/error.h>
 #include <gsc/gsc_file.h>
 #include "runtime/cameras/trainer_cameras.h"
+#include "runtime/records/timed_details.h"
 #include <gsc/renderer.h>
 #include "sample/sample_tools.h"
 #include "tests/bake/made_up_model.h"
@@ -19,6 +20,7 @@
 #include <bit>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 
 using namespace gsc;
 using namespace gsc::test;
@@ -247,6 +249,10 @@ TEST_CASE("a curve is what bakes one by one are, and a target that cannot be kep
     CHECK(coarse.score.ssim < fine.score.ssim);
     CHECK(coarse.score.worst_flip >= coarse.score.flip);
     CHECK(coarse.score.frame_ms > 0);
+    for (const CurvePoint& point : curve.points) {
+        CHECK(point.score.detail_ms.size() == std::size(kTimedDetails));
+        CHECK(std::ranges::all_of(point.score.detail_ms, [](double ms) { return ms > 0 && ms < 60'000; }));
+    }
     CHECK(coarse.score.resident_bytes > 0);
     CHECK(!std::filesystem::exists(model.folder / "scratch.gsc"));
     BakeOptions alone = model.options("alone.gsc");

@@ -4,10 +4,26 @@
 #include "convert/bake/weights/picture_bands.h"
 #include "runtime/frames/frame_loop.h"
 #include "runtime/metrics/metrics.h"
+#include "runtime/records/timed_details.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace gsc {
+
+namespace {
+
+// A GPU makes a part of the copies in each frame; where they are too many for its memory some are made in every one.
+constexpr size_t kMostDrawsToMake = 16;
+
+double medianOf(std::vector<double>& values)
+{
+    const auto middle = values.begin() + ptrdiff_t(values.size() / 2);
+    std::ranges::nth_element(values, middle);
+    return *middle;
+}
+
+} // namespace
 
 PictureProbe::PictureProbe(std::shared_ptr<const Scene> scene, std::unique_ptr<Renderer> renderer,
                            std::function<void()> told)
@@ -130,14 +146,31 @@ FileScore PictureProbe::measure(std::shared_ptr<const Scene> file, size_t first,
         result.worst_ssim = std::min(result.worst_ssim, likeness);
         result.worst_flip = std::max(result.worst_flip, error);
     }
-    const auto median = [](std::vector<double>& values) {
-        const auto middle = values.begin() + ptrdiff_t(values.size() / 2);
-        std::ranges::nth_element(values, middle);
-        return *middle;
-    };
-    result.frame_ms = median(frame);
-    result.decode_ms = median(decode);
+    result.frame_ms = medianOf(frame);
+    result.decode_ms = medianOf(decode);
+    for (const unsigned detail : kTimedDetails)
+        result.detail_ms.push_back(timeDetail(detail, first, count));
     return result;
+}
+
+double PictureProbe::timeDetail(unsigned detail, size_t first, size_t count)
+{
+    FrameOptions options = modelOptions(*m_scene);
+    options.tier = Tier::Fast;
+    options.detail = float(detail);
+    FrameLoop loop(*m_scene, m_shots, 1, options, *m_renderer);
+    m_renderer->dropCaches();
+    std::vector<double> frames;
+    for (size_t i = first; i < first + count; ++i) {
+        for (size_t turn = 0; turn < kMostDrawsToMake; ++turn)
+            if (loop.draw(i, {}).result.coarse.made == 0)
+                break;
+        frames.push_back(INFINITY);
+        for (size_t turn = 0; turn < kDrawsToMeasure; ++turn)
+            frames.back() = std::min(frames.back(), loop.draw(i, {}).result.times.total);
+        m_told();
+    }
+    return medianOf(frames);
 }
 
 } // namespace gsc

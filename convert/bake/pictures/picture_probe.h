@@ -32,15 +32,19 @@ struct FileScore {
     SetScore set;
     double ssim = 0, worst_ssim = 0, flip = 0, worst_flip = 0; // mean of the poses', and of the worst
     double frame_ms = 0, decode_ms = 0;                        // median over the poses, of each the least of its draws
-    uint64_t resident_bytes = 0;                               // most that the renderer had
+    uint64_t resident_bytes = 0;                               // most that the renderer had in them
+    // The same in tier `fast`, one of kTimedDetails each, of a viewer who stops at every pose: the coarse copies that it
+    // needs are made before its draws are timed.
+    std::vector<double> detail_ms;
 };
 
 constexpr size_t kDrawsToMeasure = 4; // of each pose: what else the machine does is seldom in all of them
 
-// Draws in tier `exact`.
+// Draws in tier `exact`, but for what is timed with detail.
 class PictureProbe {
 public:
-    // `scene` is the whole model, which `renderer` has loaded. `told` is called after each picture.
+    // `scene` is the whole model, which `renderer` has loaded. `told` is called after each picture, and after each pose that
+    // was timed with detail.
     PictureProbe(std::shared_ptr<const Scene> scene, std::unique_ptr<Renderer> renderer, std::function<void()> told);
 
     // Poses that scores are of, in this order.
@@ -62,6 +66,8 @@ private:
     // Some columns of a picture; the others stay as they were.
     FrameResult drawColumns(size_t pose, const ColumnRange& columns, std::vector<float>& pixels);
 
+    // Medians over the poses with one detail, in milliseconds.
+    double timeDetail(unsigned detail, size_t first, size_t count);
     void add(size_t pose, const std::vector<float>& pixels, size_t count, SetScore& result) const;
 
     std::shared_ptr<const Scene> m_scene;

@@ -12,6 +12,9 @@ var gscFigures = (function () {
     {key: 'resident', name: 'resident, MiB', unit: 1048576},
     {key: 'frame', name: 'frame, ms'}
   ];
+  var DETAILS = [0, 1, 2, 4]; // of `detail` of a point
+
+  function detailWords(point) { return point.detail === null ? '–' : point.detail.map(three).join(', '); }
 
   function costOf(point, side) { return point[side.key] / (side.unit || 1); }
   function nameOf(point) { return point.target === null ? 'the model itself' : 'target ' + words.digits(point.target, 4) + ' dB'; }
@@ -20,6 +23,7 @@ var gscFigures = (function () {
     var rows = [
       ['archive', words.bytes(point.archive) + ', ' + three(point.per_anchor) + ' bytes an anchor'], ['resident', words.bytes(point.resident)],
       ['frame, decode', three(point.frame) + ' ms, ' + three(point.decode) + ' ms'],
+      ['detail ' + DETAILS.join(', '), detailWords(point) + ' ms'],
       ['together, worst', words.decibels(point.psnr) + ' dB, ' + words.decibels(point.worst_psnr) + ' dB'],
       ['SSIM, FLIP', words.digits(point.ssim, 4) + ', ' + words.digits(point.flip, 3)]
     ];
@@ -86,6 +90,7 @@ var gscFigures = (function () {
     ['Resident', function (row) { return words.bytes(row.point.resident); }],
     ['Frame, ms', function (row) { return three(row.point.frame); }],
     ['Decode, ms', function (row) { return three(row.point.decode); }],
+    ['Detail ' + DETAILS.join(', ') + ', ms', function (row) { return detailWords(row.point); }],
     ['Together, dB', function (row) { return words.decibels(row.point.psnr); }],
     ['Worst, dB', function (row) { return words.decibels(row.point.worst_psnr); }],
     ['SSIM', function (row) { return words.digits(row.point.ssim, 4); }],

@@ -3,12 +3,36 @@
 
 #include "convert/chart/rows/row_lines.h"
 #include <gsc/error.h>
+#include "runtime/records/timed_details.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace gsc {
 
 namespace {
+
+const FieldKind kDetailTimes = {[](const OrderedJson& v) {
+                                    return v.is_object() && std::ranges::all_of(kTimedDetails, [&v](unsigned detail) {
+                                               const auto ms = v.find(std::to_string(detail));
+                                               return ms != v.end() && kPositive.fits(*ms);
+                                           });
+                                },
+                                "milliseconds of the details 0, 1, 2 and 4"};
+
+// As one value: the path of a field "0" would make an array.
+void describeDetails(const Record& at, std::vector<double>& ms)
+{
+    if (!at.hasPart("detail_ms", !ms.empty()))
+        return;
+    OrderedJson times = OrderedJson::object();
+    for (size_t i = 0; i < ms.size(); ++i)
+        times[std::to_string(kTimedDetails[i])] = ms[i];
+    at.field("detail_ms", times, kDetailTimes);
+    ms.clear();
+    for (const unsigned detail : kTimedDetails)
+        ms.push_back(times[std::to_string(detail)].get<double>());
+}
 
 CurveRow parsedRow(std::string_view line, const std::string& where)
 {
@@ -42,6 +66,7 @@ void describe(const Record& at, CurveRow& row)
     at.field("resident_bytes", row.resident_bytes, kCount);
     at.field("frame_ms", row.frame_ms, kPositive);
     at.field("decode_ms", row.decode_ms, kPositive);
+    describeDetails(at, row.detail_ms);
     at.field("poses", row.poses, kCount);
     at.fieldOrNull("psnr", row.psnr, kNumber, double(INFINITY));
     at.fieldOrNull("worst_psnr", row.worst_psnr, kNumber, double(INFINITY));

@@ -22,6 +22,7 @@ struct CurveRow {
     double target_psnr = -1;    // dB; -1: the model itself
     uint64_t anchors = 0, bytes = 0, archive_bytes = 0, resident_bytes = 0;
     double frame_ms = 0, decode_ms = 0; // medians
+    std::vector<double> detail_ms;      // of kTimedDetails; none: an earlier version has not told
     uint64_t poses = 0;
     double psnr = INFINITY, worst_psnr = INFINITY; // dB, INFINITY: equal
     std::string worst;                             // pose

@@ -3,6 +3,7 @@
 
 #include "convert/chart/rows/curve_set.h"
 #include "runtime/cli/version.h"
+#include "runtime/records/timed_details.h"
 
 #include <cmath>
 
@@ -27,6 +28,7 @@ Json pointJson(const std::string& name, const BakeOptions& options, const Curve&
     row.resident_bytes = score.resident_bytes;
     row.frame_ms = score.frame_ms;
     row.decode_ms = score.decode_ms;
+    row.detail_ms = score.detail_ms;
     row.poses = score.set.poses.size();
     row.psnr = score.set.psnr;
     row.worst_psnr = score.set.worstPose().psnr;
@@ -41,6 +43,26 @@ Json pointJson(const std::string& name, const BakeOptions& options, const Curve&
 std::string psnrText(double value)
 {
     return std::isfinite(value) ? formatString("%.2f", value) : value > 0 ? "equal" : "no number";
+}
+
+std::string targetText(const CurvePoint& point)
+{
+    return point.target ? formatString("%g", *point.target) : "whole";
+}
+
+std::string detailText(const Curve& curve)
+{
+    std::string text = "a viewer who stops at each pose, tier fast: ms of a frame with detail\ntarget";
+    for (const unsigned detail : kTimedDetails)
+        text += formatString(" %9u", detail);
+    text += "\n";
+    for (const CurvePoint& point : curve.points) {
+        text += formatString("%6s", targetText(point).c_str());
+        for (const double ms : point.score.detail_ms)
+            text += formatString(" %9.2f", ms);
+        text += "\n";
+    }
+    return text;
 }
 
 } // namespace
@@ -72,14 +94,13 @@ std::string curveText(const std::string& output, const Curve& curve)
     std::string text = formatString("wrote       %s; drawn by %s, tier exact\n", output.c_str(), curve.device.c_str());
     text += "target   archive  an anchor    resident  frame ms  decode ms  together     worst    SSIM    FLIP\n";
     for (const CurvePoint& point : curve.points)
-        text += formatString("%6s %9s %8.1f B %11s %9.2f %10.2f %9s %9s %7.4f %7.4f\n",
-                             point.target ? formatString("%g", *point.target).c_str() : "whole",
+        text += formatString("%6s %9s %8.1f B %11s %9.2f %10.2f %9s %9s %7.4f %7.4f\n", targetText(point).c_str(),
                              formatBytes(point.sizes.archive.file).c_str(),
                              double(point.sizes.archive.file) / double(curve.anchors),
                              formatBytes(point.score.resident_bytes).c_str(), point.score.frame_ms,
                              point.score.decode_ms, psnrText(point.score.set.psnr).c_str(),
                              psnrText(point.score.set.worstPose().psnr).c_str(), point.score.ssim, point.score.flip);
-    return text;
+    return text + detailText(curve);
 }
 
 } // namespace gsc
