@@ -41,7 +41,7 @@ std::vector<Panel> panelsOf(const std::vector<ChartRun>& rows)
     for (const ChartRun& row : rows) {
         std::vector<std::string> scene = sceneWords(row);
         std::vector<std::string> key = scene;
-        key.push_back(row.file.path); // the words hold only its last part
+        key.push_back(comparedWith(row).path); // the words hold only its last part
         const auto [found, is_new] = known.emplace(std::move(key), panels.size());
         if (is_new)
             panels.push_back({std::move(scene), {}});
@@ -69,7 +69,7 @@ const ChartRun* baselineOf(const Panel& panel, const ChartRun& row)
 {
     const ChartRun* best = nullptr;
     for (const ChartRun* none : panel.rows) {
-        const bool fits = none->config.reuse.policy == "none" && none->config.detail == 0 &&
+        const bool fits = methodOf(none->config) == "none" && !none->reference_file &&
                           none->config.tier == row.config.tier && none->config.threads == row.config.threads &&
                           none->config.vram_budget == row.config.vram_budget;
         if (fits && (!best || likeness(*none, row) > likeness(*best, row)))
@@ -103,7 +103,7 @@ Json rowJson(const ChartRun& row, const std::string& name, const ChartRun* basel
     const bool overlaps = baseline && baseline != &row && baseline->rounds * row.rounds > 1 &&
                           row.least_ms <= baseline->most_ms && baseline->least_ms <= row.most_ms;
     return {{"name", name},
-            {"policy", row.config.reuse.policy},
+            {"method", methodOf(row.config)},
             {"baseline", false},
             {"ms",
              {{"mean", rounded(row.ms.wall.mean)},
@@ -153,7 +153,7 @@ std::vector<size_t> frontOf(const Panel& panel, double Accuracy::*psnr, const st
     return front;
 }
 
-// Baselines, front, and of every policy that has none among those its own best.
+// Baselines, front, and of every method that has none among those its own best.
 std::vector<size_t> shownOf(const Panel& panel, double Accuracy::*psnr, const std::vector<size_t>& front,
                             const std::set<size_t>& baselines)
 {
@@ -168,11 +168,11 @@ std::vector<size_t> shownOf(const Panel& panel, double Accuracy::*psnr, const st
     addSpread(front, kMaxShown);
     std::map<std::string, std::vector<size_t>> absent;
     for (size_t i = 0; i < panel.rows.size(); ++i)
-        absent[panel.rows[i]->config.reuse.policy].push_back(i);
+        absent[methodOf(panel.rows[i]->config)].push_back(i);
     for (const size_t i : shown)
-        absent.erase(panel.rows[i]->config.reuse.policy);
+        absent.erase(methodOf(panel.rows[i]->config));
     const size_t share = absent.empty() ? 0 : (kMaxShown - shown.size()) / absent.size();
-    for (const auto& [policy, members] : absent)
+    for (const auto& [method, members] : absent)
         addSpread(frontOf(panel, psnr, members), std::max<size_t>(share, 1));
     return {shown.begin(), shown.end()};
 }
@@ -241,13 +241,13 @@ std::vector<std::vector<std::string>> styleKeys(const Panel& panel)
     return keys;
 }
 
-// Every policy has a hue, every configuration of it that is shown anywhere a shade and a dash, in the order they came.
+// Every method has a hue, every configuration of it that is shown anywhere a shade and a dash, in the order they came.
 void addStyles(const std::vector<Panel>& panels, Json& list)
 {
     const auto placeOf = [](const auto& all, const auto& one) {
         return size_t(std::find(all.begin(), all.end(), one) - all.begin());
     };
-    std::vector<std::string> policies = {"none", "depth", "error"};
+    std::vector<std::string> methods = {"none", "depth", "error", "detail"};
     std::vector<std::vector<std::vector<std::string>>> keys;
     std::map<std::string, std::vector<std::vector<std::string>>> shown;
     for (size_t k = 0; k < panels.size(); ++k) {
@@ -257,18 +257,18 @@ void addStyles(const std::vector<Panel>& panels, Json& list)
             for (const Json& row : view["shown"])
                 here.insert(row.get<size_t>());
         for (const size_t i : here) {
-            auto& known = shown[panels[k].rows[i]->config.reuse.policy];
+            auto& known = shown[methodOf(panels[k].rows[i]->config)];
             if (placeOf(known, keys[k][i]) == known.size())
                 known.push_back(keys[k][i]);
         }
     }
     for (size_t k = 0; k < panels.size(); ++k)
         for (size_t i = 0; i < panels[k].rows.size(); ++i) {
-            const std::string& policy = panels[k].rows[i]->config.reuse.policy;
-            const size_t hue = placeOf(policies, policy);
-            if (hue == policies.size())
-                policies.push_back(policy);
-            const auto& known = shown[policy];
+            const std::string method = methodOf(panels[k].rows[i]->config);
+            const size_t hue = placeOf(methods, method);
+            if (hue == methods.size())
+                methods.push_back(method);
+            const auto& known = shown[method];
             const size_t place = placeOf(known, keys[k][i]);
             const bool graded = known.size() > 1 && place < known.size();
             Json& row = list[k]["rows"][i];

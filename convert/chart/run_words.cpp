@@ -24,6 +24,11 @@ std::string policyWords(const ReuseFacts& reuse)
     return reuse.policy;
 }
 
+std::string fileName(const FileFacts& file)
+{
+    return std::filesystem::path(file.path).filename().string();
+}
+
 // Empty where there is no such number.
 std::string numberWords(const char* format, double value, double none = 0)
 {
@@ -32,11 +37,22 @@ std::string numberWords(const char* format, double value, double none = 0)
 
 } // namespace
 
+std::string methodOf(const RowConfig& config)
+{
+    return config.detail > 0 ? "detail" : config.reuse.policy;
+}
+
+const FileFacts& comparedWith(const ChartRun& row)
+{
+    return row.reference_file ? *row.reference_file : row.file;
+}
+
 std::vector<std::string> sceneWords(const ChartRun& row)
 {
     const RowConfig& config = row.config;
+    const FileFacts& file = comparedWith(row);
     return {config.trajectory,
-            std::filesystem::path(row.file.path).filename().string(),
+            fileName(file),
             row.backend,
             row.device.name,
             config.size[0] ? formatString("%ux%u", config.size[0], config.size[1]) : "the cameras' own size",
@@ -48,8 +64,8 @@ std::vector<std::string> sceneWords(const ChartRun& row)
             formatCount(config.frames) + (config.frames == 1 ? " frame" : " frames"),
             config.warmup ? "times without the first " + formatCount(config.warmup) : std::string(),
             config.cameras,
-            formatCount(row.file.anchors) + " anchors",
-            formatBytes(row.file.bytes)};
+            formatCount(file.anchors) + " anchors",
+            formatBytes(file.bytes)};
 }
 
 std::vector<std::string> configWords(const ChartRun& row)
@@ -70,6 +86,7 @@ std::vector<std::string> configWords(const ChartRun& row)
         config.cold ? "cold start" : "warm start",
         config.threads ? formatCount(config.threads) + (config.threads == 1 ? " thread" : " threads") : std::string(),
         config.vram_budget ? "VRAM at most " + formatBytes(config.vram_budget) : std::string(),
+        row.reference_file ? "of " + fileName(row.file) : std::string(),
         row.label,
         toolWords(row)};
 }

@@ -180,6 +180,8 @@ void describe(const Record& at, RunRow& row)
     describe(at.object("tool"), row.tool);
     at.field("label", row.label, kText);
     describe(at.object("file"), row.file);
+    if (at.hasPart("reference_file", row.reference_file.has_value()))
+        describe(at.object("reference_file"), row.reference_file ? *row.reference_file : row.reference_file.emplace());
     at.field("backend", row.backend, kName);
     if (at.has("reference"))
         at.field("reference", row.reference, kText);

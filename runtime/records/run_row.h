@@ -38,6 +38,8 @@ struct RunRow {
     ToolFacts tool;
     std::string label;
     FileFacts file;
+    std::optional<FileFacts>
+        reference_file; // whose exact images, where they are of another model, such as one that was baked
     std::string backend;
     std::string reference; // backend that rendered the exact images; empty: not told
     DeviceFacts device;

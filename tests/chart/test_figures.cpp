@@ -190,6 +190,20 @@ TEST_CASE("a run has its colour in every figure")
     }
 }
 
+TEST_CASE("FLIP has plots of its own where a run knows it")
+{
+    if (!figuresMissing().empty())
+        return;
+    json known = runOf("none", 3, 40);
+    const std::string without = svgOf({parsed(known), parsed(runOf("error", 6, 60))}, "accuracy");
+    known["accuracy"]["flip"] = {{"mean", 0.02}, {"max", 0.03}, {"frames", 2}};
+    const std::string with = svgOf({parsed(known), parsed(runOf("error", 6, 60))}, "accuracy");
+    CHECK(without.find("FLIP") == without.npos);
+    CHECK(with.find(">FLIP, mean<") != with.npos);
+    CHECK(with.find(">0.02<") != with.npos); // its axis
+    CHECK(with.find("NaN") == with.npos);
+}
+
 TEST_CASE("a run with foveation has a second point, hollow, for what it draws where the eye looks")
 {
     if (!figuresMissing().empty())

@@ -157,6 +157,40 @@ TEST_CASE("one policy has one hue and one configuration one look, whatever the p
     }
 }
 
+TEST_CASE("detail has a hue and a symbol of its own, with a decode of everything as its baseline")
+{
+    json detail = runOf("none", 3, 50);
+    detail["config"]["detail"] = 2;
+    const auto model = chartModel({parsed(detail), parsed(runOf("none", 6, 80)), parsed(runOf("other", 6, 80))});
+    const auto& rows = model["panels"][0]["rows"];
+    CHECK(rows[0]["method"] == "detail");
+    CHECK(rows[0]["hue"] == 3);
+    CHECK(rows[0]["speedup"] == 2);
+    CHECK(rows[1]["method"] == "none");
+    CHECK(rows[1]["hue"] == 0);
+    CHECK(rows[1]["baseline"] == true);
+    CHECK(rows[2]["hue"] == 4);
+}
+
+TEST_CASE("a model that was baked stands beside the one that it is held against, and is no baseline")
+{
+    json baked = runOf("none", 3, 50);
+    baked["reference_file"] = baked["file"];
+    baked["file"] = {{"path", "models/fox55.gsc"}, {"bytes", 4000}, {"anchors", 26000}};
+    const auto model = chartModel({parsed(baked), parsed(runOf("none", 6, 80))});
+    REQUIRE(model["panels"].size() == 1);
+    const auto& rows = model["panels"][0]["rows"];
+    CHECK(rows[0]["name"] == "none, of fox55.gsc");
+    CHECK(rows[0]["baseline"] == false);
+    CHECK(rows[0]["speedup"] == 2);
+    RunSet both; // held against itself it is another run
+    json itself = baked;
+    itself.erase("reference_file");
+    both.rows = {parsed(baked), parsed(itself)};
+    foldRepeats(both);
+    CHECK(both.rows.size() == 2);
+}
+
 TEST_CASE("the sweeps that README charts hold a run without reuse")
 {
     for (const char* name : {"policies", "reuse", "device", "device_reuse", "levels", "foveation"}) {

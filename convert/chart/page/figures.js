@@ -59,31 +59,50 @@ var gscFigures = (function () {
     var every = rows.map(function (row, index) { return index; }), spread = [];
     var repeated = every.filter(function (row) { return rows[row].repeats !== null; });
     repeated.forEach(function (row) { spread.push(rows[row].repeats.min, rows[row].repeats.max); });
-    var head = parts.base(theme, options), option = head.option, width = options.width, plot = 300;
+    var head = parts.base(theme, options), option = head.option, width = options.width, gap = 70;
     var beside = width >= 640, plot_width = beside ? Math.floor((width - 66 - 44 - 30) / 2) : width - 66 - 30;
-    var top = head.top + 18, second_top = beside ? top : top + plot + 70;
-
-    option.grid = [{left: 66, top: top, width: plot_width, height: plot},
-                   {left: beside ? 66 + plot_width + 44 : 66, top: second_top, width: plot_width, height: plot}];
     var most = Math.max(3, Math.floor(plot_width / 70));
-    var across = [parts.valueScale(rows.map(time).concat(spread), most), parts.valueScale(rows.map(memory), most)];
-    option.xAxis = ['frame time, median, ms', 'peak memory, ' + unit[0]].map(function (name, index) {
-      return parts.valueAxis(theme, across[index], {gridIndex: index, name: name, nameLocation: 'middle', nameGap: 30});
+    var costs = [
+      {name: 'frame time, median, ms', of: time, scale: parts.valueScale(rows.map(time).concat(spread), most)},
+      {name: 'peak memory, ' + unit[0], of: memory, scale: parts.valueScale(rows.map(memory), most)}
+    ];
+    var qualities = [{
+      name: 'PSNR, ' + VIEW_NAMES[view] + ', dB', height: 300, scale: scale, axis: parts.decibelAxis,
+      of: function (row) { return drawn(scale, row[view]); }
+    }];
+    var flips = rows.filter(function (row) { return row.flip !== null; }).map(function (row) { return row.flip; });
+    if (flips.length) qualities.push({ // up is better here too
+      name: 'FLIP, mean', height: 220, scale: parts.valueScale(flips, 5, true), of: function (row) { return row.flip; },
+      axis: function (theme, scale, extra) { return parts.valueAxis(theme, merged(scale, {inverse: true}), extra); }
     });
-    option.yAxis = [0, 1].map(function (index) {
-      var own_labels = index === 0 || !beside;
-      return parts.decibelAxis(theme, scale, {
-        gridIndex: index, name: own_labels ? 'PSNR, ' + VIEW_NAMES[view] + ', dB' : '', nameLocation: 'middle', nameGap: 46,
-        axisLabel: {show: own_labels}
+    var plots = [], top = head.top + 18; // time and memory beside each other, or all below each other
+    qualities.forEach(function (quality) {
+      costs.forEach(function (cost, column) {
+        plots.push({quality: quality, cost: cost, left: beside ? 66 + column * (plot_width + 44) : 66, top: top, own_labels: column === 0 || !beside});
+        if (!beside || column === 1) top += quality.height + gap;
+      });
+    });
+
+    option.grid = plots.map(function (plot) { return {left: plot.left, top: plot.top, width: plot_width, height: plot.quality.height}; });
+    option.xAxis = plots.map(function (plot, index) {
+      return parts.valueAxis(theme, plot.cost.scale, {
+        gridIndex: index, position: 'bottom', axisLine: {onZero: false}, name: plot.cost.name, nameLocation: 'middle', nameGap: 30
+      });
+    });
+    option.yAxis = plots.map(function (plot, index) {
+      return plot.quality.axis(theme, plot.quality.scale, {
+        gridIndex: index, name: plot.own_labels ? plot.quality.name : '', nameLocation: 'middle', nameGap: 46,
+        axisLabel: {show: plot.own_labels}
       });
     });
 
     // Numbers of the front. Where two would lie on each other, coloured runs share a label and grey ones go without.
-    function labelsOf(value, index) {
+    function labelsOf(plot) {
       var placed = [], labels = {};
       function place(row) {
-        var x = parts.shareOf(across[index], value(rows[row])) * plot_width;
-        var y = parts.shareOf(scale, drawn(scale, rows[row][view])) * plot;
+        if (plot.quality.of(rows[row]) === null) return;
+        var x = parts.shareOf(plot.cost.scale, plot.cost.of(rows[row])) * plot_width;
+        var y = parts.shareOf(plot.quality.scale, plot.quality.of(rows[row])) * plot.quality.height;
         var number = String(front.indexOf(row) + 1), coloured = shown.indexOf(row) >= 0;
         var near = placed.filter(function (other) { return Math.abs(other.x - x) < 20 && Math.abs(other.y - y) < 13; })[0];
         if (!near) {
@@ -97,10 +116,10 @@ var gscFigures = (function () {
       front.filter(function (row) { return shown.indexOf(row) < 0; }).forEach(place);
       return labels;
     }
-    var values = [time, memory], labels = values.map(labelsOf);
+    var labels = plots.map(labelsOf);
     function point(row, index) {
       return {
-        value: [values[index](rows[row]), drawn(scale, rows[row][view])], row: row, symbol: parts.symbolOf(rows[row]),
+        value: [plots[index].cost.of(rows[row]), plots[index].quality.of(rows[row])], row: row, symbol: parts.symbolOf(rows[row]),
         label: {show: labels[index][row] !== undefined, formatter: labels[index][row] || ''}
       };
     }
@@ -109,9 +128,9 @@ var gscFigures = (function () {
         type: 'scatter', name: name, xAxisIndex: index, yAxisIndex: index, clip: false, symbolSize: size, z: size > 9 ? 4 : 3,
         itemStyle: {color: color, borderColor: theme.back, borderWidth: 1, opacity: 1}, cursor: 'pointer',
         // above and to the left of the front there is no other point; memory comes in columns
-        label: merged(index === 0 ? {position: [-1, 1], align: 'right', verticalAlign: 'bottom'} : {position: 'right', distance: 4},
+        label: merged(plots[index].cost === costs[0] ? {position: [-1, 1], align: 'right', verticalAlign: 'bottom'} : {position: 'right', distance: 4},
                       {color: theme.text, fontSize: 12, fontWeight: 'bold', textBorderColor: theme.back, textBorderWidth: 3}),
-        data: list.map(function (row) { return point(row, index); })
+        data: list.filter(function (row) { return plots[index].quality.of(rows[row]) !== null; }).map(function (row) { return point(row, index); })
       };
     }
     function colorOf(row) { return shown.indexOf(row) < 0 ? theme.other : parts.colorOf(theme, rows[row]); }
@@ -139,7 +158,7 @@ var gscFigures = (function () {
                 itemStyle: {color: theme.back, borderColor: colorOf(place), borderWidth: 1.5, opacity: 1}};
       })
     });
-    [0, 1].forEach(function (index) {
+    plots.forEach(function (plot, index) {
       if (others.length) option.series.push(scatter('other runs', others, index, theme.other, 7));
       named.forEach(function (row) {
         option.series.push(scatter(rows[row].name, [row], index, colorOf(row), shown.indexOf(row) < 0 ? 7 : 12));
@@ -153,7 +172,7 @@ var gscFigures = (function () {
     if (repeated.length) entries.push({name: 'repeats, least to most', icon: box + 'M0 5H13V7H0Z', itemStyle: {color: theme.dim}});
     var numbers = {};
     front.forEach(function (row, place) { numbers[rows[row].name] = place + 1 + '  ' + rows[row].name; });
-    var legend_top = second_top + plot + 56;
+    var legend_top = top - gap + 56;
     var key = parts.legend(theme, width, entries, legend_top, {
       itemWidth: 13, itemHeight: 11, formatter: function (name) { return numbers[name] || name; }
     });

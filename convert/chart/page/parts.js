@@ -3,7 +3,7 @@
 var gscParts = (function () {
   'use strict';
 
-  // A ramp per policy, of colours that people with any colour vision tell apart: none, depth, error, others
+  // A ramp per method, of colours that people with any colour vision tell apart: none, depth, error, detail, others
   var LIGHT = {
     text: '#1f2328', dim: '#59636e', line: '#d1d9e0', grid: '#eaeef2', back: '#ffffff', other: '#b0b8c1',
     ramps: [['#111418', '#57606a'], ['#8f3500', '#f7a04a'], ['#0a3f8f', '#55b8f7'], ['#00533c', '#35b98d'], ['#6b1f5c', '#d684b2']]
@@ -13,7 +13,7 @@ var gscParts = (function () {
     ramps: [['#ffffff', '#a5b0bb'], ['#ffd7a8', '#d0570a'], ['#c8e6ff', '#2374cc'], ['#8ce8c6', '#1d9468'], ['#f2b3d6', '#a94f86']]
   };
   var DASHES = ['solid', 'dashed', 'dotted'];
-  var SYMBOLS = {none: 'diamond', depth: 'rect', error: 'circle'}; // shape and hue say the policy, shade and dash the run
+  var SYMBOLS = {none: 'diamond', depth: 'rect', error: 'circle', detail: 'triangle'}; // shape and hue say the method, shade and dash the run
   var FONT = 'system-ui, Segoe UI, Roboto, Helvetica Neue, Arial, sans-serif'; // no quotes in it: ECharts writes it into attributes
   var BROKEN = -999; // decibels of an image with a pixel that is not finite
 
@@ -66,7 +66,7 @@ var gscParts = (function () {
     return DASHES[row.dash];
   }
   function symbolOf(row) {
-    return SYMBOLS[row.policy] || 'triangle';
+    return SYMBOLS[row.method] || 'pin';
   }
   function textWidth(text, size) {
     return echarts.format.getTextRect(text, size + 'px ' + FONT).width;

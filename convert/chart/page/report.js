@@ -151,8 +151,8 @@
         (panel.rows.length > gscFigures.mostBars ? ' The ' + shown.length + ' runs with a colour, of ' + panel.rows.length + '.' : '');
     if (figure.kind === 'over-time')
       return shown.length < panel.rows.length ? shown.length + ' of ' + panel.rows.length + ' runs; click a point above to add one or take it away.' : '';
-    return 'Up and left is better. Shape and colour: ◆ no reuse, ■ depth, ● error; the shade tells runs apart, the same on the whole page. ' +
-      (shown.length < panel.rows.length ? 'With a colour: baselines, the front, and the best of a policy that is not on it. Click a point to add its run to the figures below or take it away.' : '');
+    return 'Up and left is better. Shape and colour: ◆ no reuse, ■ depth, ● error, ▲ detail; the shade tells runs apart, the same on the whole page. ' +
+      (shown.length < panel.rows.length ? 'With a colour: baselines, the front, and the best of a method that is not on it. Click a point to add its run to the figures below or take it away.' : '');
   }
 
   function toggle(index, row) {

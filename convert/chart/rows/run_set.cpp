@@ -116,7 +116,8 @@ void foldRepeats(RunSet& runs)
 {
     const auto keyOf = [](const ChartRun& row) {
         return std::make_tuple(row.file.path, row.file.bytes, row.backend, row.device.name, row.tool.version,
-                               row.tool.commit, row.label, row.config.trajectory, row.config.id);
+                               row.tool.commit, row.label, row.config.trajectory, row.config.id,
+                               row.reference_file ? row.reference_file->path : std::string());
     };
     std::vector<std::vector<ChartRun>> groups;
     std::map<decltype(keyOf(runs.rows[0])), size_t> known;
