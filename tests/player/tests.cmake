@@ -55,6 +55,9 @@ if(TARGET gsc_player)
     add_test(NAME test_paper COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/test_paper.py ${PROJECT_SOURCE_DIR}
                                      $<TARGET_FILE:gsc> $<TARGET_FILE:gsc-play>)
     set_tests_properties(test_paper PROPERTIES LABELS "cpu;slow" TIMEOUT 1200)
+    add_test(NAME test_frontier COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/player/test_frontier.py
+                                        ${PROJECT_SOURCE_DIR} $<TARGET_FILE:gsc> $<TARGET_FILE:gsc-play>)
+    set_tests_properties(test_frontier PROPERTIES LABELS "cpu;slow" TIMEOUT 600)
   endif()
   if(TARGET gsc)
     add_test(NAME test_without_proc COMMAND ${GSC_SYSTEM_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/package/test_without_proc.py
