@@ -106,8 +106,12 @@ __device__ __forceinline__ uint32_t urgencyOf(const CoarseScheduleArgs& args, co
         return looked.cell > kNearAgain * kept.key.cell ? order : kNothing;
     if (!isUsable(kept, looked.change))
         return order;
-    // linear from the bound to where it cannot be drawn any more
-    return looked.change > 1.0f ? kUnseen + uint32_t(float(kStale - 1) * (kStaleMost - looked.change)) : kNothing;
+    // linear from the bound to where it cannot be drawn any more; then in the frame's own order, because a bucket of more
+    // groups than may be made is not made: another detail or bias gives all of them one change
+    constexpr uint32_t kOwn = 256, kLinear = kStale - kOwn;
+    return looked.change > 1.0f
+               ? kUnseen + uint32_t(float(kLinear) * (kStaleMost - looked.change)) + order * kOwn / kUnseen
+               : kNothing;
 }
 
 __global__ void __launch_bounds__(kThreads) scheduleKernel(const __grid_constant__ CoarseScheduleArgs args)
