@@ -54,12 +54,13 @@ const CoarseNow& CudaCoarse::begin(const FrameNow& frame, uint32_t eye_count, co
                                    uint32_t processors, const CudaStream& stream)
 {
     setNow(m_now, frame);
-    if (m_forget || options.appearance != m_appearance) {
+    if (m_forget || options.appearance != m_appearance || options.lod_fade != m_lod_fade) {
         resetCoarseCuda(m_tables, processors, stream.handle);
         m_now.frame = 0;
         m_forget = false;
     }
     m_appearance = options.appearance;
+    m_lod_fade = options.lod_fade;
     m_now.view = coarseView(frame.eyes, eye_count, options.detail, options.lod_bias);
     m_now.budget = m_unlimited ? m_tables.group_count : m_tables.group_count / kBudgetShare + kLeastBudget;
     m_now.again = 0;
