@@ -91,7 +91,7 @@ __device__ __forceinline__ Looked lookAt(const CoarseScheduleArgs& args, uint32_
         if ((looked.eyes >> e & 1u) != 0 && !seesAll(args.now.eyes[e], args.rules.near_z, group))
             looked.shows_all = false;
     const CoarseKey now = keyOf(args.now.view, looked.cell);
-    looked.can_be_far = looked.cell > 0.0f &&
+    looked.can_be_far = looked.shows_all && looked.cell > 0.0f &&
                         coarseChange(args.now.view, now, looked.cell, group.gaussian_min, group.gaussian_max) <= 1.0f;
     return looked;
 }
