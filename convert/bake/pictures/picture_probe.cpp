@@ -13,8 +13,9 @@ namespace gsc {
 
 namespace {
 
-// A GPU makes a part of the copies in each frame; where they are too many for its memory some are made in every one.
-constexpr size_t kMostDrawsToMake = 16;
+// A GPU makes a part of the copies in each frame, none in one that has to free memory first, and some in every one where they
+// are too many for its memory.
+constexpr size_t kMostDrawsToMake = 16, kDrawsWithoutMakes = 2;
 
 double medianOf(std::vector<double>& values)
 {
@@ -162,9 +163,8 @@ double PictureProbe::timeDetail(unsigned detail, size_t first, size_t count)
     m_renderer->dropCaches();
     std::vector<double> frames;
     for (size_t i = first; i < first + count; ++i) {
-        for (size_t turn = 0; turn < kMostDrawsToMake; ++turn)
-            if (loop.draw(i, {}).result.coarse.made == 0)
-                break;
+        for (size_t turn = 0, without = 0; turn < kMostDrawsToMake && without < kDrawsWithoutMakes; ++turn)
+            without = loop.draw(i, {}).result.coarse.made == 0 ? without + 1 : 0;
         frames.push_back(INFINITY);
         for (size_t turn = 0; turn < kDrawsToMeasure; ++turn)
             frames.back() = std::min(frames.back(), loop.draw(i, {}).result.times.total);
