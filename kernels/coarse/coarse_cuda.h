@@ -21,8 +21,6 @@ constexpr uint32_t kCoarseUrgencies = 4096; // buckets, most urgent first
 constexpr uint32_t kCoarseAges = 1024;      // buckets of frames since a copy was drawn; the last: as many or more
 constexpr uint32_t kNoPage = ~0u;
 
-enum class CoarseKind : uint32_t { Unknown = 0, Far = 1, Near = 2 };
-
 // Kept of a group.
 struct alignas(16) CoarseGroup {
     CoarseKey key;

@@ -19,6 +19,8 @@ constexpr float kStaleMost = 2.0f;       // of these bounds: a copy that is furt
 constexpr float kNearAgain = 1.2f;       // a group that was near is looked at again when its cells are as much larger
 constexpr float kLargestOpacity = 0.99f; // that blending takes
 
+enum class CoarseKind : uint32_t { Unknown = 0, Far = 1, Near = 2 };
+
 // From where a frame makes copies, and what its cells follow.
 struct CoarseView {
     float center[3];     // between the eyes, world units

@@ -38,9 +38,28 @@ struct ProjectCounts {
     uint32_t dropped; // not finite (traps 18, 19)
 };
 
+// Gaussians that are kept as they are projected, in tiles of kMaxLanes: each a row of values for each of these.
+enum TileRow : uint32_t {
+    kTilePosition = 0,   // x, y, z
+    kTileCovariance = 3, // xx, xy, xz, yy, yz, zz, world units
+    kTileOpacity = 9,
+    kTileColor = 10,
+    kTileOrigin = 13, // GaussianBlock::origin, as a uint32_t
+    kTileRows = 14
+};
+constexpr size_t kTileValues = size_t(kTileRows) * kMaxLanes;
+
+// The last tile is filled up with anything finite.
+struct GaussianTiles {
+    const float* values; // of Buffer's alignment
+    uint32_t count;
+};
+
 // Writes the splats of a block, densely, in the block's order: at most gaussians.count of each array.
 // `depth_bits` are the bits of view z, which order like the depths because those are positive.
 ProjectCounts projectBlockCpu(const ProjectArgs& args, const GaussianBlock& gaussians, Splat* splats,
+                              uint32_t* depth_bits, uint16_t* origins);
+ProjectCounts projectTilesCpu(const ProjectArgs& args, const GaussianTiles& gaussians, Splat* splats,
                               uint32_t* depth_bits, uint16_t* origins);
 
 template <typename Real>

@@ -6,6 +6,7 @@
 #include <hwy/highway.h>
 
 #include "kernels/simd/simd_math-inl.h"
+#include "kernels/project/covariance-inl.h"
 #include "kernels/math/projection.h"
 #include "kernels/project/project.h"
 
@@ -25,11 +26,6 @@ struct ProjectLanes {
     HWY_ALIGN float x[16], y[16], depth[16], conic[3][16], cutoff[16];
     HWY_ALIGN float left[16], top[16], right[16], bottom[16]; // pixel box, inclusive, not yet integer
 };
-
-HWY_INLINE V dot3(V ax, V ay, V az, V bx, V by, V bz)
-{
-    return hn::MulAdd(az, bz, hn::MulAdd(ax, bx, hn::Mul(ay, by)));
-}
 
 HWY_INLINE V transformLane(D d, const float* m, V x, V y, V z)
 {
@@ -66,30 +62,10 @@ struct Covariance {
     V a, b, c;
 };
 
-// m = R diag(s), row-major.
-HWY_INLINE void scaledRotation(D d, const V* scale, const V* q, V* m)
+// c: xx xy xz yy yz zz.
+HWY_INLINE Covariance screenCovariance(D d, const EyeParams& eye, V tx, V ty, V tz, const V* c)
 {
-    const V one = hn::Set(d, 1.0f), two = hn::Set(d, 2.0f);
-    const V w = q[0], x = q[1], y = q[2], z = q[3];
-    const auto twice = [two](V v) { return hn::Mul(two, v); };
-    const auto diagonal = [&](V sum) { return hn::Sub(one, twice(sum)); };
-    const V yy = hn::Mul(y, y), zz = hn::Mul(z, z), xz = hn::Mul(x, z), wz = hn::Mul(w, z), wx = hn::Mul(w, x);
-    const V r[9] = {diagonal(hn::Add(yy, zz)),      twice(hn::MulSub(x, y, wz)),    twice(hn::MulAdd(w, y, xz)),
-                    twice(hn::MulAdd(x, y, wz)),    diagonal(hn::MulAdd(x, x, zz)), twice(hn::MulSub(y, z, wx)),
-                    twice(hn::NegMulAdd(w, y, xz)), twice(hn::MulAdd(y, z, wx)),    diagonal(hn::MulAdd(x, x, yy))};
-    for (int i = 0; i < 9; ++i)
-        m[i] = hn::Mul(scale[i % 3], r[i]);
-}
-
-HWY_INLINE Covariance screenCovariance(D d, const EyeParams& eye, V tx, V ty, V tz, const V* scale, const V* q)
-{
-    V m[9];
-    scaledRotation(d, scale, q, m);
-    const auto row = [&m](int i, int j) {
-        return dot3(m[3 * i], m[3 * i + 1], m[3 * i + 2], m[3 * j], m[3 * j + 1], m[3 * j + 2]);
-    };
-    const V xx = row(0, 0), xy = row(0, 1), xz = row(0, 2), yy = row(1, 1), yz = row(1, 2), zz = row(2, 2);
-
+    const V xx = c[0], xy = c[1], xz = c[2], yy = c[3], yz = c[4], zz = c[5];
     const auto limited = [&](V t, float tan_mid, float tan_fov) {
         const float limit = 1.3f * tan_fov;
         const V low = hn::Set(d, tan_mid - limit), high = hn::Set(d, tan_mid + limit);
@@ -151,16 +127,76 @@ HWY_INLINE V reachLane(D d, const Covariance& cov, V ac, V det, V opacity, V& wi
     return cutoff;
 }
 
+// Gaussians as decode has them.
+struct DecodedGaussians {
+    const GaussianBlock& g;
+
+    [[nodiscard]] uint32_t count() const { return g.count; }
+    [[nodiscard]] const float* position(size_t at, int i) const { return g.position[i] + at; }
+    [[nodiscard]] const float* opacity(size_t at) const { return g.opacity + at; }
+    [[nodiscard]] const float* color(size_t at, int i) const { return g.color[i] + at; }
+    [[nodiscard]] uint16_t origin(size_t at) const { return g.origin[at]; }
+    HWY_INLINE void covariance(D d, size_t at, V* c) const
+    {
+        const V scale[3] = {hn::LoadU(d, g.scale[0] + at), hn::LoadU(d, g.scale[1] + at),
+                            hn::LoadU(d, g.scale[2] + at)};
+        V q[4];
+        rotation(d, at, q);
+        worldCovariance(d, scale, q, c);
+    }
+    // Those that have a rotation at all.
+    HWY_INLINE M rotated(D d, size_t at) const
+    {
+        V q[4];
+        rotation(d, at, q);
+        const V norm = hn::Add(hn::Add(hn::Abs(q[0]), hn::Abs(q[1])), hn::Add(hn::Abs(q[2]), hn::Abs(q[3])));
+        return hn::Ne(norm, hn::Zero(d));
+    }
+
+private:
+    HWY_INLINE void rotation(D d, size_t at, V* q) const
+    {
+        for (int i = 0; i < 4; ++i)
+            q[i] = hn::LoadU(d, g.rotation[i] + at);
+    }
+};
+
+struct KeptGaussians {
+    const GaussianTiles& g;
+
+    [[nodiscard]] uint32_t count() const { return g.count; }
+    [[nodiscard]] const float* position(size_t at, int i) const { return row(at, kTilePosition + uint32_t(i)); }
+    [[nodiscard]] const float* opacity(size_t at) const { return row(at, kTileOpacity); }
+    [[nodiscard]] const float* color(size_t at, int i) const { return row(at, kTileColor + uint32_t(i)); }
+    [[nodiscard]] uint16_t origin(size_t at) const
+    {
+        uint32_t bits;
+        std::memcpy(&bits, row(at, kTileOrigin), sizeof(bits));
+        return uint16_t(bits);
+    }
+    HWY_INLINE void covariance(D d, size_t at, V* c) const
+    {
+        for (uint32_t i = 0; i < 6; ++i)
+            c[i] = hn::LoadU(d, row(at, kTileCovariance + i));
+    }
+    HWY_INLINE M rotated(D d, size_t) const { return hn::Eq(hn::Zero(d), hn::Zero(d)); }
+
+private:
+    [[nodiscard]] const float* row(size_t at, uint32_t which) const
+    {
+        return g.values + at / kMaxLanes * kTileValues + which * kMaxLanes + at % kMaxLanes;
+    }
+};
+
 // Projects one vector. Returns the lanes to keep; `dropped` receives those that are not finite.
-HWY_INLINE M projectVector(D d, const ProjectArgs& args, const GaussianBlock& g, size_t at, M in_range,
-                           ProjectLanes& out, M& dropped)
+template <class Gaussians>
+HWY_INLINE M projectVector(D d, const ProjectArgs& args, const Gaussians& g, size_t at, M in_range, ProjectLanes& out,
+                           M& dropped)
 {
     const EyeParams& eye = *args.eye;
     const bool gsplat = args.rules.gsplat;
-    const auto load = [&](const float* p) { return hn::LoadU(d, p + at); };
-    const V px = load(g.position[0]), py = load(g.position[1]), pz = load(g.position[2]);
-    const V scale[3] = {load(g.scale[0]), load(g.scale[1]), load(g.scale[2])};
-    const V q[4] = {load(g.rotation[0]), load(g.rotation[1]), load(g.rotation[2]), load(g.rotation[3])};
+    const V px = hn::LoadU(d, g.position(at, 0)), py = hn::LoadU(d, g.position(at, 1)),
+            pz = hn::LoadU(d, g.position(at, 2));
     const float* w = eye.world_to_view;
     const V tx = transformLane(d, w, px, py, pz), ty = transformLane(d, w + 4, px, py, pz),
             tz = transformLane(d, w + 8, px, py, pz);
@@ -179,9 +215,7 @@ HWY_INLINE M projectVector(D d, const ProjectArgs& args, const GaussianBlock& g,
         };
         x = pixel(eye.focal_x, tx, axisPixel(eye.width, eye.focal_x, eye.tan_mid_x));
         y = pixel(eye.focal_y, ty, axisPixel(eye.height, eye.focal_y, eye.tan_mid_y));
-        const V zero = hn::Zero(d);
-        const V norm = hn::Add(hn::Add(hn::Abs(q[0]), hn::Abs(q[1])), hn::Add(hn::Abs(q[2]), hn::Abs(q[3])));
-        keep = hn::AndNot(hn::Eq(norm, zero), keep);
+        keep = hn::And(g.rotated(d, at), keep);
     } else {
         const float* f = eye.full_projection;
         const V inv_w =
@@ -190,7 +224,9 @@ HWY_INLINE M projectVector(D d, const ProjectArgs& args, const GaussianBlock& g,
         y = pixelLane(d, hn::Mul(transformLane(d, f + 4, px, py, pz), inv_w), eye.height);
     }
 
-    const Covariance cov = screenCovariance(d, eye, tx, ty, tz, scale, q);
+    V world[6];
+    g.covariance(d, at, world);
+    const Covariance cov = screenCovariance(d, eye, tx, ty, tz, world);
     const V zero = hn::Zero(d), ac = hn::Mul(cov.a, cov.c);
     const V det = hn::MulSub(cov.a, cov.c, hn::Mul(cov.b, cov.b));
     keep = hn::AndNot(gsplat ? hn::Not(hn::Gt(det, zero)) : hn::Eq(det, zero), keep);
@@ -198,7 +234,7 @@ HWY_INLINE M projectVector(D d, const ProjectArgs& args, const GaussianBlock& g,
     const V conic[3] = {hn::Mul(cov.c, inv_det), hn::Neg(hn::Mul(cov.b, inv_det)), hn::Mul(cov.a, inv_det)};
     M ok = hn::And(hn::And(finite(d, x), finite(d, y)), finite(d, tz));
     for (int i = 0; i < 3; ++i)
-        ok = hn::And(ok, hn::And(finite(d, conic[i]), finite(d, load(g.color[i]))));
+        ok = hn::And(ok, hn::And(finite(d, conic[i]), finite(d, hn::LoadU(d, g.color(at, i)))));
     dropped = hn::AndNot(ok, keep);
     keep = hn::And(keep, ok);
 
@@ -222,7 +258,7 @@ HWY_INLINE M projectVector(D d, const ProjectArgs& args, const GaussianBlock& g,
     tileSpan(d, gsplat, y, radius, eye.height, top, bottom);
 
     V width, height;
-    const V cutoff = reachLane(d, cov, ac, det, load(g.opacity), width, height);
+    const V cutoff = reachLane(d, cov, ac, det, hn::LoadU(d, g.opacity(at)), width, height);
     const ColumnRange columns = args.columns.within(eye.width);
     left = hn::Max(hn::Max(left, hn::Set(d, float(columns.first))), hn::Ceil(hn::Sub(x, width)));
     right = hn::Min(hn::Min(right, hn::Set(d, float(columns.end) - 1.0f)), hn::Floor(hn::Add(x, width)));
@@ -243,20 +279,21 @@ HWY_INLINE M projectVector(D d, const ProjectArgs& args, const GaussianBlock& g,
     return keep;
 }
 
-ProjectCounts projectBlock(const ProjectArgs& args, const GaussianBlock& g, Splat* splats, uint32_t* depth_bits,
-                           uint16_t* origins)
+template <class Gaussians>
+HWY_INLINE ProjectCounts projectAll(const ProjectArgs& args, const Gaussians& g, Splat* splats, uint32_t* depth_bits,
+                                    uint16_t* origins)
 {
     const D d;
     const size_t lanes = hn::Lanes(d);
     ProjectLanes out;
     ProjectCounts counts{};
-    const size_t vectors = (g.count + lanes - 1) / lanes;
+    const size_t vectors = (g.count() + lanes - 1) / lanes;
     const size_t ahead = args.ahead != nullptr && vectors > 0 ? args.ahead->lines() / vectors + 1 : 0;
-    for (size_t at = 0; at < g.count; at += lanes) {
+    for (size_t at = 0; at < g.count(); at += lanes) {
         M dropped;
         if (ahead > 0)
             args.ahead->ask(ahead);
-        const M keep = projectVector(d, args, g, at, hn::FirstN(d, g.count - at), out, dropped);
+        const M keep = projectVector(d, args, g, at, hn::FirstN(d, g.count() - at), out, dropped);
         counts.dropped += uint32_t(hn::CountTrue(d, dropped));
         for (uint32_t kept = maskBits(keep); kept != 0; kept &= kept - 1) {
             const uint32_t i = uint32_t(__builtin_ctz(kept));
@@ -265,18 +302,30 @@ ProjectCounts projectBlock(const ProjectArgs& args, const GaussianBlock& g, Spla
             splats[to] = {out.x[i],
                           out.y[i],
                           {out.conic[0][i], out.conic[1][i], out.conic[2][i]},
-                          g.opacity[from],
-                          {g.color[0][from], g.color[1][from], g.color[2][from]},
+                          *g.opacity(from),
+                          {*g.color(from, 0), *g.color(from, 1), *g.color(from, 2)},
                           out.cutoff[i],
                           uint16_t(out.left[i]),
                           uint16_t(out.top[i]),
                           uint16_t(out.right[i]),
                           uint16_t(out.bottom[i])};
             std::memcpy(depth_bits + to, out.depth + i, sizeof(uint32_t));
-            origins[to] = g.origin[from];
+            origins[to] = g.origin(from);
         }
     }
     return counts;
+}
+
+ProjectCounts projectBlock(const ProjectArgs& args, const GaussianBlock& gaussians, Splat* splats, uint32_t* depth_bits,
+                           uint16_t* origins)
+{
+    return projectAll(args, DecodedGaussians{gaussians}, splats, depth_bits, origins);
+}
+
+ProjectCounts projectTiles(const ProjectArgs& args, const GaussianTiles& gaussians, Splat* splats, uint32_t* depth_bits,
+                           uint16_t* origins)
+{
+    return projectAll(args, KeptGaussians{gaussians}, splats, depth_bits, origins);
 }
 
 } // namespace HWY_NAMESPACE
@@ -287,11 +336,18 @@ HWY_AFTER_NAMESPACE();
 namespace gsc {
 
 HWY_EXPORT(projectBlock);
+HWY_EXPORT(projectTiles);
 
 ProjectCounts projectBlockCpu(const ProjectArgs& args, const GaussianBlock& gaussians, Splat* splats,
                               uint32_t* depth_bits, uint16_t* origins)
 {
     return HWY_DYNAMIC_DISPATCH(projectBlock)(args, gaussians, splats, depth_bits, origins);
+}
+
+ProjectCounts projectTilesCpu(const ProjectArgs& args, const GaussianTiles& gaussians, Splat* splats,
+                              uint32_t* depth_bits, uint16_t* origins)
+{
+    return HWY_DYNAMIC_DISPATCH(projectTiles)(args, gaussians, splats, depth_bits, origins);
 }
 
 } // namespace gsc

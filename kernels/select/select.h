@@ -43,8 +43,15 @@ struct GroupMask {
     uint64_t visible[kMaxEyes][kGroupSize / 64];
 };
 
+// A group that eyes may see something of, by its bounds.
+struct SeenGroup {
+    uint32_t group;
+    uint32_t eyes; // bit e: eye e
+};
+
 struct SelectScratch {
     Buffer<uint32_t> chunk_eyes;
+    Buffer<SeenGroup> seen; // of selectGroupsCpu()
     Buffer<GroupMask> groups;
     size_t group_count = 0; // entries of `groups` in use
     std::vector<SelectCounts> worker_counts;
@@ -55,6 +62,12 @@ struct SelectScratch {
 // a band of columns, it is what the band may show of it.
 size_t selectCpu(const SelectArgs& args, const Workers& workers, SelectScratch& scratch, Buffer<VisibleAnchor>& visible,
                  SelectCounts& counts);
+
+// The same in two steps, for who draws only some groups from their anchors: the groups that may hold a visible one, in
+// file order in scratch.seen, returns how many; and the visible anchors of `groups`, which are in file order, too.
+size_t selectGroupsCpu(const SelectArgs& args, const Workers& workers, SelectScratch& scratch, SelectCounts& counts);
+size_t selectAnchorsCpu(const SelectArgs& args, const SeenGroup* groups, size_t group_count, const Workers& workers,
+                        SelectScratch& scratch, Buffer<VisibleAnchor>& visible, SelectCounts& counts);
 
 template <typename Real>
 struct SelectedAnchor {

@@ -66,8 +66,17 @@ void loadLanes(const ModelView& model, const GroupRecord& group, uint32_t first,
     }
 }
 
-// Tests the anchors of one group. Returns how many at least one eye sees.
-uint32_t testGroup(const Frame& frame, uint32_t candidates, GroupMask& mask, SelectCounts& counts)
+// Eyes that may see something of the group; `candidates` of its chunk.
+uint32_t testGroup(const Frame& frame, uint32_t index, uint32_t candidates, SelectCounts& counts)
+{
+    const GroupRecord& group = frame.args.model->groups[index];
+    for (uint32_t e = 0; e < frame.args.eye_count; ++e)
+        counts.groups_tested[e] += candidates >> e & 1;
+    return eyesOf(frame, group, group.level_index, candidates);
+}
+
+// Tests the anchors of a group that `eyes` may see. Returns how many at least one eye sees.
+uint32_t testAnchors(const Frame& frame, uint32_t eyes, GroupMask& mask, SelectCounts& counts)
 {
     const SelectArgs& args = frame.args;
     const ModelView& model = *args.model;
@@ -75,9 +84,6 @@ uint32_t testGroup(const Frame& frame, uint32_t candidates, GroupMask& mask, Sel
     for (auto& eye : mask.visible)
         for (uint64_t& bits : eye)
             bits = 0;
-    for (uint32_t e = 0; e < args.eye_count; ++e)
-        counts.groups_tested[e] += candidates >> e & 1;
-    const uint32_t eyes = eyesOf(frame, group, group.level_index, candidates);
     if (eyes == 0)
         return 0;
     const uint32_t first = group.anchor_first - model.chunks[group.chunk].anchor_first;
@@ -142,50 +148,60 @@ void listGroup(const Frame& frame, const GroupMask& mask, VisibleAnchor* visible
         }
 }
 
-} // namespace
-
-size_t selectCpu(const SelectArgs& args, const Workers& workers, SelectScratch& scratch, Buffer<VisibleAnchor>& visible,
-                 SelectCounts& counts)
+// The eyes as they are tested.
+Frame frameOf(const SelectArgs& args, const Workers& workers, SelectScratch& scratch)
 {
-    const ModelView& model = *args.model;
     Frame frame{args, {}, {}};
     for (uint32_t e = 0; e < args.eye_count; ++e) {
-        frame.eyes[e] = eyeClassifier(*model.params, args.eyes[e], args.rules, args.lod_bias, args.lod_fade);
+        frame.eyes[e] = eyeClassifier(*args.model->params, args.eyes[e], args.rules, args.lod_bias, args.lod_fade);
         frame.bands[e] = eyeBand(args.eyes[e], args.columns);
     }
-
-    scratch.chunk_eyes.reserve(model.params->chunk_count);
-    scratch.groups.reserve(model.params->group_count);
     scratch.worker_counts.assign(size_t(workers.count()), SelectCounts{});
+    return frame;
+}
+
+// The same, and per chunk the eyes that may see it.
+Frame beginFrame(const SelectArgs& args, const Workers& workers, SelectScratch& scratch)
+{
+    const ModelView& model = *args.model;
+    const Frame frame = frameOf(args, workers, scratch);
+    scratch.chunk_eyes.reserve(model.params->chunk_count);
     workers.run(model.params->chunk_count, 256, [&](size_t begin, size_t end, int) {
         for (size_t c = begin; c < end; ++c)
             scratch.chunk_eyes[c] = eyesOf(frame, model.chunks[c], model.chunks[c].level_index, ~0u);
     });
-    size_t candidates = 0;
+    return frame;
+}
+
+// Calls take(group) for the groups of chunks that an eye may see.
+template <typename Take>
+void forCandidates(const ModelView& model, const SelectScratch& scratch, const Take& take)
+{
     for (size_t c = 0; c < model.params->chunk_count; ++c)
         for (uint32_t g = 0; scratch.chunk_eyes[c] != 0 && g < model.chunks[c].group_count; ++g)
-            scratch.groups[candidates++].group = model.chunks[c].group_first + g;
+            take(model.chunks[c].group_first + g);
+}
 
-    scratch.group_count = candidates;
-    // `first` holds the number of visible anchors of the group until the running sum replaces it
-    workers.run(candidates, kGroupsPerTask, [&](size_t begin, size_t end, int worker) {
-        for (size_t i = begin; i < end; ++i) {
-            GroupMask& mask = scratch.groups[i];
-            mask.first = testGroup(frame, scratch.chunk_eyes[model.groups[mask.group].chunk], mask,
-                                   scratch.worker_counts[size_t(worker)]);
-        }
-    });
+// Lists the anchors of scratch.groups, whose `first` holds the number of visible anchors of the group until the running sum
+// replaces it.
+size_t listVisible(const Frame& frame, const Workers& workers, SelectScratch& scratch, Buffer<VisibleAnchor>& visible)
+{
     size_t total = 0;
-    for (size_t i = 0; i < candidates; ++i) {
+    for (size_t i = 0; i < scratch.group_count; ++i) {
         const uint32_t n = scratch.groups[i].first;
         scratch.groups[i].first = uint32_t(total);
         total += n;
     }
     visible.reserve(total);
-    workers.run(candidates, kGroupsPerTask, [&](size_t begin, size_t end, int) {
+    workers.run(scratch.group_count, kGroupsPerTask, [&](size_t begin, size_t end, int) {
         for (size_t i = begin; i < end; ++i)
             listGroup(frame, scratch.groups[i], visible.data() + scratch.groups[i].first);
     });
+    return total;
+}
+
+void sumCounts(const SelectScratch& scratch, SelectCounts& counts)
+{
     counts = {};
     for (const SelectCounts& part : scratch.worker_counts)
         for (uint32_t e = 0; e < kMaxEyes; ++e) {
@@ -193,6 +209,67 @@ size_t selectCpu(const SelectArgs& args, const Workers& workers, SelectScratch& 
             counts.anchors_tested[e] += part.anchors_tested[e];
             counts.anchors_visible[e] += part.anchors_visible[e];
         }
+}
+
+} // namespace
+
+size_t selectCpu(const SelectArgs& args, const Workers& workers, SelectScratch& scratch, Buffer<VisibleAnchor>& visible,
+                 SelectCounts& counts)
+{
+    const ModelView& model = *args.model;
+    const Frame frame = beginFrame(args, workers, scratch);
+    scratch.groups.reserve(model.params->group_count);
+    scratch.group_count = 0;
+    forCandidates(model, scratch, [&](uint32_t group) { scratch.groups[scratch.group_count++].group = group; });
+    workers.run(scratch.group_count, kGroupsPerTask, [&](size_t begin, size_t end, int worker) {
+        SelectCounts& own = scratch.worker_counts[size_t(worker)];
+        for (size_t i = begin; i < end; ++i) {
+            GroupMask& mask = scratch.groups[i];
+            const uint32_t candidates = scratch.chunk_eyes[model.groups[mask.group].chunk];
+            mask.first = testAnchors(frame, testGroup(frame, mask.group, candidates, own), mask, own);
+        }
+    });
+    const size_t total = listVisible(frame, workers, scratch, visible);
+    sumCounts(scratch, counts);
+    return total;
+}
+
+size_t selectGroupsCpu(const SelectArgs& args, const Workers& workers, SelectScratch& scratch, SelectCounts& counts)
+{
+    const ModelView& model = *args.model;
+    const Frame frame = beginFrame(args, workers, scratch);
+    scratch.seen.reserve(model.params->group_count);
+    size_t candidates = 0, seen = 0;
+    forCandidates(model, scratch, [&](uint32_t group) { scratch.seen[candidates++].group = group; });
+    workers.run(candidates, 256, [&](size_t begin, size_t end, int worker) {
+        for (size_t i = begin; i < end; ++i) {
+            SeenGroup& entry = scratch.seen[i];
+            entry.eyes = testGroup(frame, entry.group, scratch.chunk_eyes[model.groups[entry.group].chunk],
+                                   scratch.worker_counts[size_t(worker)]);
+        }
+    });
+    for (size_t i = 0; i < candidates; ++i)
+        if (scratch.seen[i].eyes != 0)
+            scratch.seen[seen++] = scratch.seen[i];
+    sumCounts(scratch, counts);
+    return seen;
+}
+
+size_t selectAnchorsCpu(const SelectArgs& args, const SeenGroup* groups, size_t group_count, const Workers& workers,
+                        SelectScratch& scratch, Buffer<VisibleAnchor>& visible, SelectCounts& counts)
+{
+    const Frame frame = frameOf(args, workers, scratch);
+    scratch.groups.reserve(group_count);
+    scratch.group_count = group_count;
+    workers.run(group_count, kGroupsPerTask, [&](size_t begin, size_t end, int worker) {
+        for (size_t i = begin; i < end; ++i) {
+            GroupMask& mask = scratch.groups[i];
+            mask.group = groups[i].group;
+            mask.first = testAnchors(frame, groups[i].eyes, mask, scratch.worker_counts[size_t(worker)]);
+        }
+    });
+    const size_t total = listVisible(frame, workers, scratch, visible);
+    sumCounts(scratch, counts);
     return total;
 }
 

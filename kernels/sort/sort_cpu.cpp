@@ -26,13 +26,13 @@ size_t chunkKeys(size_t count)
 uint64_t orderOfSlot(const SortArgs& args, uint32_t slot)
 {
     const uint32_t offsets = args.model->params->n_offsets;
-    const uint32_t origin = args.origins[slot];
-    if (args.groups != nullptr) {
-        const GroupRecord& group = args.model->groups[args.groups[slot / args.block_capacity]];
+    const uint32_t origin = args.origins[slot], block = slot / args.block_capacity;
+    if (args.groups != nullptr && block >= args.first_group) {
+        const GroupRecord& group = args.model->groups[args.groups[block - args.first_group]];
         const uint32_t first = group.anchor_first - args.model->chunks[group.chunk].anchor_first;
         return emissionOrder(*args.model, group.chunk, first + origin / offsets, origin % offsets);
     }
-    const VisibleAnchor& anchor = args.visible[size_t(slot / args.block_capacity) * kDecodeBlock + origin / offsets];
+    const VisibleAnchor& anchor = args.visible[size_t(block) * kDecodeBlock + origin / offsets];
     return emissionOrder(*args.model, anchor.chunk, anchor.local, origin % offsets);
 }
 

@@ -15,10 +15,18 @@ namespace {
 void paintBlock(const ModelView& model, SplatStore& store, size_t block, size_t first, const VisibleAnchor* visible,
                 FrameView view)
 {
-    const FalseColour fresh = ageColour(0); // nothing is kept
+    // nothing is kept
+    const FalseColour fresh = view == FrameView::Age ? ageColour(0) : detailColour(GroupSource::Near);
     paintSplats(
         store.splats.data() + first, store.origins.data() + first, store.counts[block], model.params->n_offsets,
-        [&](uint32_t entry) { return view == FrameView::Age ? fresh : chunkColour(model, visible[entry].chunk); });
+        [&](uint32_t entry) { return view == FrameView::Level ? chunkColour(model, visible[entry].chunk) : fresh; });
+}
+
+SelectArgs selectArgs(const ModelView& model, const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options)
+{
+    return {
+        &model,           eyes,           eye_count, rasterConstants(*model.params, options.near_z), options.lod_bias,
+        options.lod_fade, options.columns};
 }
 
 } // namespace
@@ -32,13 +40,8 @@ void CpuFrame::load(const ModelView& from)
     capacity = kDecodeBlock * model.params->n_offsets;
 }
 
-void CpuFrame::select(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, FrameResult& result)
+void CpuFrame::beginCounts(const SelectCounts& counts, uint32_t eye_count, FrameResult& result)
 {
-    Stopwatch watch;
-    SelectCounts counts{};
-    visible_count = selectCpu({&model, eyes, eye_count, rasterConstants(*model.params, options.near_z),
-                               options.lod_bias, options.lod_fade, options.columns},
-                              workers, selected, visible, counts);
     for (uint32_t e = 0; e < eye_count; ++e) {
         EyeCounts& eye = result.eyes[e];
         eye.groups_tested = counts.groups_tested[e];
@@ -47,7 +50,40 @@ void CpuFrame::select(const EyeParams* eyes, uint32_t eye_count, const FrameOpti
     }
     for (DecodeState& state : states)
         state.clearCounts();
+}
+
+void CpuFrame::select(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, FrameResult& result)
+{
+    Stopwatch watch;
+    SelectCounts counts{};
+    visible_count = selectCpu(selectArgs(model, eyes, eye_count, options), workers, selected, visible, counts);
+    beginCounts(counts, eye_count, result);
     result.times.select = watch.lap();
+}
+
+size_t CpuFrame::selectGroups(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options,
+                              FrameResult& result)
+{
+    Stopwatch watch;
+    SelectCounts counts{};
+    const size_t seen = selectGroupsCpu(selectArgs(model, eyes, eye_count, options), workers, selected, counts);
+    beginCounts(counts, eye_count, result);
+    result.times.select = watch.lap();
+    return seen;
+}
+
+void CpuFrame::selectAnchors(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options,
+                             const std::vector<SeenGroup>& groups, FrameResult& result)
+{
+    Stopwatch watch;
+    SelectCounts counts{};
+    visible_count = selectAnchorsCpu(selectArgs(model, eyes, eye_count, options), groups.data(), groups.size(), workers,
+                                     selected, visible, counts);
+    for (uint32_t e = 0; e < eye_count; ++e) {
+        result.eyes[e].anchors_tested = counts.anchors_tested[e];
+        result.eyes[e].anchors_visible = counts.anchors_visible[e];
+    }
+    result.times.select += watch.lap();
 }
 
 void CpuFrame::checkSlots(size_t anchors) const
@@ -59,12 +95,14 @@ void CpuFrame::checkSlots(size_t anchors) const
                                  anchors, model.params->n_offsets));
 }
 
-void CpuFrame::decode(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, FrameResult& result)
+void CpuFrame::decode(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, FrameResult& result,
+                      size_t more_blocks)
 {
     Stopwatch watch;
-    checkSlots(blocks() * kDecodeBlock);
+    const size_t all_blocks = blocks() + more_blocks;
+    checkSlots(all_blocks * kDecodeBlock);
     for (uint32_t e = 0; e < eye_count; ++e) {
-        stores[e].reserve(blocks(), blocks() * capacity);
+        stores[e].reserve(all_blocks, all_blocks * capacity);
         result.eyes[e].anchors_decoded = result.eyes[e].anchors_visible;
     }
     EyeParams middle{};
@@ -105,19 +143,21 @@ void CpuFrame::decodeBlock(const DecodeArgs& args, const EyeParams* eyes, uint32
                                                 : state.scratch.blocks[e];
         projectInto(stores[e], block, block * capacity, {eyes + e, rules, nullptr, options.columns}, gaussians, e,
                     state);
-        if (paintsGaussians(options.view))
+        if (paintsBlocks(options.view))
             paintBlock(model, stores[e], block, block * capacity, args.visible + first, options.view);
     }
     state.project_ms += watch.lap();
 }
 
-size_t CpuFrame::list(uint32_t e, const EyeParams& eye, size_t blocks, const uint32_t* groups, FrameResult& result)
+size_t CpuFrame::list(uint32_t e, const EyeParams& eye, size_t blocks, const uint32_t* groups, FrameResult& result,
+                      size_t first_group)
 {
     Stopwatch watch;
     const SplatStore& store = stores[e];
-    const size_t count = sortCpu({model.params != nullptr ? &model : nullptr, visible.data(), store.depth_bits.data(),
-                                  store.origins.data(), store.counts.data(), uint32_t(blocks), capacity, groups},
-                                 workers, sort);
+    const size_t count =
+        sortCpu({model.params != nullptr ? &model : nullptr, visible.data(), store.depth_bits.data(),
+                 store.origins.data(), store.counts.data(), uint32_t(blocks), capacity, groups, uint32_t(first_group)},
+                workers, sort);
     result.times.sort += watch.lap();
     result.eyes[e].pairs = binCpu(
         {store.splats.data(), sort.keys[0].data(), count, tileCount(eye.width), tileCount(eye.height)}, workers, bin);
@@ -139,9 +179,9 @@ BlendArgs CpuFrame::listed(const EyeParams& eye, const RasterConstants& rules) c
 
 uint64_t CpuFrame::bytes() const
 {
-    uint64_t bytes = visible.bytes() + selected.chunk_eyes.bytes() + selected.groups.bytes() + sort.keys[0].bytes() +
-                     sort.keys[1].bytes() + sort.histograms.bytes() + sort.block_first.bytes() + bin.splats.bytes() +
-                     bin.tile_first.bytes() + bin.entries.bytes() + bin.chunk_counts.bytes();
+    uint64_t bytes = visible.bytes() + selected.chunk_eyes.bytes() + selected.seen.bytes() + selected.groups.bytes() +
+                     sort.keys[0].bytes() + sort.keys[1].bytes() + sort.histograms.bytes() + sort.block_first.bytes() +
+                     bin.splats.bytes() + bin.tile_first.bytes() + bin.entries.bytes() + bin.chunk_counts.bytes();
     for (const SplatStore& store : stores)
         bytes += store.bytes();
     for (const DecodeState& state : states)

@@ -18,11 +18,19 @@ struct CpuFrame {
 
     // Finds the anchors that `eye_count` eyes see; levels are chosen from the centres of `eyes`.
     void select(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, FrameResult& result);
-    // Fills the stores from those anchors, block by block so that Gaussians never leave the cache.
-    void decode(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, FrameResult& result);
-    // Lists the splats of the first `blocks` blocks of eye `e`'s store by tile, from near to far. `groups`: of the blocks,
-    // where they are groups. Splats of equal depth stay as they lie where there is no model. Returns how many splats.
-    size_t list(uint32_t e, const EyeParams& eye, size_t blocks, const uint32_t* groups, FrameResult& result);
+    // The same in two steps: the groups that they may see, in selected.seen, returns how many; the anchors of some.
+    size_t selectGroups(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, FrameResult& result);
+    void selectAnchors(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options,
+                       const std::vector<SeenGroup>& groups, FrameResult& result);
+    // Fills the stores from those anchors, block by block so that Gaussians never leave the cache. more_blocks: that the
+    // stores get room for behind those.
+    void decode(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, FrameResult& result,
+                size_t more_blocks = 0);
+    // Lists the splats of the first `blocks` blocks of eye `e`'s store by tile, from near to far. `groups`: of the blocks
+    // from first_group on, which are groups. Splats of equal depth stay as they lie where there is no model. Returns how
+    // many splats.
+    size_t list(uint32_t e, const EyeParams& eye, size_t blocks, const uint32_t* groups, FrameResult& result,
+                size_t first_group = 0);
     // What blending reads of them. The caller says what it is for.
     [[nodiscard]] BlendArgs listed(const EyeParams& eye, const RasterConstants& rules) const;
 
@@ -43,6 +51,7 @@ struct CpuFrame {
     BinScratch bin;
 
 private:
+    void beginCounts(const SelectCounts& counts, uint32_t eye_count, FrameResult& result);
     void decodeBlock(const DecodeArgs& args, const EyeParams* eyes, uint32_t eye_count, const RasterConstants& rules,
                      const FrameOptions& options, size_t block, DecodeState& state);
 };

@@ -6,6 +6,7 @@
 #include "runtime/backend/frame_checks.h"
 
 #include "kernels/threads/stopwatch.h"
+#include "runtime/coarse/coarse_cpu.h"
 #include "runtime/view/lod_lag.h"
 #include "runtime/reuse/reuse_cpu.h"
 #include "runtime/cpu/frame/paint_cpu.h"
@@ -19,11 +20,11 @@ namespace {
 
 class CpuRenderer final : public Renderer {
 public:
-    // Entries may take a quarter of the machine unless a frame's options say otherwise: more than a visible set needs, and
+    // Entries, and coarse copies, may take a quarter of the machine unless a frame's options say otherwise: more than a visible set needs, and
     // room for the model, the frame and other programs.
     explicit CpuRenderer(int threads)
         : m_frame(threads), m_reuse(m_frame.workers, cpuFacts(1).memory_bytes / 4),
-          m_thread([this](auto&&... frame) { draw(frame...); })
+          m_coarse(cpuFacts(1).memory_bytes / 4), m_thread([this](auto&&... frame) { draw(frame...); })
     {
     }
 
@@ -39,6 +40,7 @@ public:
         m_thread.clear();
         m_frame.model = {}; // unless all of it succeeds
         m_reuse.load(model);
+        m_coarse.load(model);
         dropCaches();
         m_frame.load(model);
         m_model_bytes = modelBytes(model);
@@ -48,6 +50,7 @@ public:
     {
         m_thread.clear();
         m_reuse.clear();
+        m_coarse.clear();
         m_lag.clear();
     }
 
@@ -68,12 +71,16 @@ private:
         Stopwatch total;
         EyeParams chosen[kMaxEyes];
         m_lag.follow(m_frame.model, options, eyes, eye_count, chosen);
-        m_frame.select(chosen, eye_count, options, result);
         const RasterConstants rules = rasterConstants(*m_frame.model.params, options.near_z);
-        if (options.reuse.policy == ReusePolicy::None) {
+        if (options.detail > 0) {
             m_reuse.skipFrame();
+            drawCoarse(eyes, chosen, eye_count, options, result);
+        } else if (options.reuse.policy == ReusePolicy::None) {
+            m_reuse.skipFrame();
+            m_frame.select(chosen, eye_count, options, result);
             m_frame.decode(eyes, eye_count, options, result);
         } else {
+            m_frame.select(chosen, eye_count, options, result);
             m_frame.checkSlots(m_frame.selected.group_count * kGroupSize);
             m_reuse.run({eyes, eye_count, options, rules, m_frame.selected, m_frame.visible.data(),
                          m_frame.visible_count, m_frame.states, m_frame.stores, m_frame.bias},
@@ -82,7 +89,30 @@ private:
         for (uint32_t e = 0; e < eye_count; ++e)
             rasterize(e, eyes[e], options, rules, imageOf(e, eyes[e], images), depths[e], result);
         result.times.total = total.lap();
-        result.bytes_resident = m_model_bytes + m_frame.bytes() + m_image.bytes() + m_reuse.bytes();
+        result.bytes_resident = m_model_bytes + m_frame.bytes() + m_image.bytes() + m_reuse.bytes() + m_coarse.bytes();
+    }
+
+    // `chosen`: eyes that levels are chosen from.
+    void drawCoarse(const EyeParams* eyes, const EyeParams* chosen, uint32_t eye_count, const FrameOptions& options,
+                    FrameResult& result)
+    {
+        const size_t seen = m_frame.selectGroups(chosen, eye_count, options, result);
+        const std::vector<SeenGroup>& near = m_coarse.choose(m_frame, seen, eyes, eye_count, options, result);
+        m_frame.selectAnchors(chosen, eye_count, options, near, result);
+        m_frame.decode(eyes, eye_count, options, result, m_coarse.groups().size());
+        m_coarse.draw(m_frame, eyes, eye_count, options, result);
+    }
+
+    // Blocks of an eye's store, and which groups they are.
+    void list(uint32_t e, const EyeParams& eye, const FrameOptions& options, FrameResult& result)
+    {
+        if (options.reuse.policy != ReusePolicy::None)
+            m_frame.list(e, eye, m_reuse.groups().size(), m_reuse.groups().data(), result);
+        else if (options.detail > 0)
+            m_frame.list(e, eye, m_frame.blocks() + m_coarse.groups().size(), m_coarse.groups().data(), result,
+                         m_frame.blocks());
+        else
+            m_frame.list(e, eye, m_frame.blocks(), nullptr, result);
     }
 
     // The caller's image, or one of our own where it wants none.
@@ -115,9 +145,7 @@ private:
     {
         Stopwatch watch;
         if (addCounts(e, result.eyes[e])) {
-            const bool by_group = options.reuse.policy != ReusePolicy::None;
-            m_frame.list(e, eye, by_group ? m_reuse.groups().size() : m_frame.blocks(),
-                         by_group ? m_reuse.groups().data() : nullptr, result);
+            list(e, eye, options, result);
             (void)watch.lap();
             BlendArgs args = m_frame.listed(eye, rules);
             std::copy_n(options.background, 3, args.background);
@@ -138,6 +166,7 @@ private:
     CpuFrame m_frame;
     uint64_t m_model_bytes = 0;
     CpuReuse m_reuse;
+    CpuCoarse m_coarse;
     LodLag m_lag;
     Buffer<float> m_image; // of an eye whose image nobody wants
     FrameThread m_thread;  // last: it uses all of the above
@@ -165,10 +194,12 @@ public:
     uint64_t submit(const FrameRequest& request) override
     {
         checkRequest(m_model, request, true);
-        if (request.options.reuse.policy != ReusePolicy::None || request.options.lod_hysteresis > 0)
-            throw Error(ErrorCode::Unsupported,
-                        "backend cpu-reference: keeps nothing from frame to frame, expected "
-                        "reuse policy none and a LOD hysteresis of 0; use the backend cpu or cuda");
+        const FrameOptions& options = request.options;
+        if (options.reuse.policy != ReusePolicy::None || options.detail > 0 || options.lod_hysteresis > 0)
+            throw Error(
+                ErrorCode::Unsupported,
+                "backend cpu-reference: keeps nothing from frame to frame, expected reuse policy none, a detail "
+                "and a LOD hysteresis of 0; use the backend cpu or cuda");
         return m_thread.submit(request);
     }
     FrameState wait(uint64_t ticket, FrameResult& result, std::chrono::nanoseconds most) override

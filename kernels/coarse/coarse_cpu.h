@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// Coarse copies of groups on a CPU (README.md): what is due, and how a group becomes its copy. A copy is what projecting reads
+// (GaussianTiles): drawing it costs nothing else.
+#pragma once
+
+#include "kernels/coarse/coarse_rule.h"
+#include "kernels/project/project.h"
+
+#include <bit>
+
+namespace gsc {
+
+// Kept of a group, beside the Gaussians of its copy.
+struct KeptGroup {
+    CoarseKey key{};
+    CoarseKind kind = CoarseKind::Unknown;
+    bool any_positive = false; // GaussianBlock
+    uint32_t count = 0;        // Gaussians of its copy
+    uint32_t anchors = 0;      // that its copy was made of
+    uint64_t used = 0;         // frame that drew it last
+    uint64_t made = 0;         // frame that made it
+};
+
+// What a frame does with a group that it sees.
+struct CoarseLook {
+    float cell;   // wantedCell()
+    float change; // of its copy, 1 = due
+    bool draws;   // its copy may be drawn as it is
+    bool due;     // it should be made, or made anew
+};
+
+CoarseLook coarseLook(const CoarseView& view, const GroupRecord& record, const KeptGroup& kept);
+
+// A power of two, at least twice as many as there can be cells.
+inline uint32_t tablePlaces(uint32_t gaussians)
+{
+    return std::bit_ceil(2 * gaussians + 2);
+}
+
+constexpr uint32_t kCellRow = 16; // floats that a cell gathers, and some more
+
+// Of one worker.
+struct JoinScratch {
+    Buffer<float> cells;            // kCellRow each
+    Buffer<uint32_t> keys, origins; // of cells: place on the grid, least origin
+    Buffer<uint32_t> table;         // cells by keys
+    Buffer<float> tiles;            // the copy
+};
+
+void reserveJoin(uint32_t n_offsets, JoinScratch& scratch);
+
+// The copy of a group, in scratch.tiles. `decoded`: all that the group shows from the view's centre, decoded there; origins
+// count from the group's first anchor. False where the group is near: there is no copy.
+bool joinGroupCpu(const CoarseView& view, const GroupRecord& record, float cell, const GaussianBlock& decoded,
+                  JoinScratch& scratch, uint32_t& count);
+
+} // namespace gsc

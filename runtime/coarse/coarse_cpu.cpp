@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/coarse/coarse_cpu.h"
+
+#include "kernels/math/anchor.h"
+#include "kernels/math/lod.h"
+#include "kernels/threads/stopwatch.h"
+#include "runtime/cpu/frame/paint_cpu.h"
+
+#include <algorithm>
+
+namespace gsc {
+
+namespace {
+
+size_t tileFloats(uint32_t gaussians)
+{
+    return (gaussians + kMaxLanes - 1) / kMaxLanes * kTileValues;
+}
+
+} // namespace
+
+void CpuCoarse::load(const ModelView& model)
+{
+    m_model = model;
+    m_kept.clear();
+    m_tiles.clear();
+    m_tile_bytes = 0;
+    m_groups.clear();
+}
+
+void CpuCoarse::clear()
+{
+    load(m_model);
+}
+
+const std::vector<SeenGroup>& CpuCoarse::choose(CpuFrame& frame, size_t seen_count, const EyeParams* eyes,
+                                                uint32_t eye_count, const FrameOptions& options, FrameResult& result)
+{
+    Stopwatch watch;
+    if (options.appearance != m_appearance || options.lod_fade != m_fade)
+        clear();
+    m_appearance = options.appearance;
+    m_fade = options.lod_fade;
+    ++m_frame;
+    m_kept.resize(m_model.params->group_count);
+    m_tiles.resize(m_model.params->group_count);
+    m_looks.resize(seen_count);
+    m_scratch.resize(frame.states.size());
+    for (JoinScratch& scratch : m_scratch)
+        reserveJoin(m_model.params->n_offsets, scratch);
+    const CoarseView view = coarseView(eyes, eye_count, options.detail, options.lod_bias);
+    frame.workers.run(seen_count, 256, [&](size_t begin, size_t end, int) {
+        for (size_t i = begin; i < end; ++i) {
+            const uint32_t group = frame.selected.seen[i].group;
+            m_looks[i] = coarseLook(view, m_model.groups[group], m_kept[group]);
+        }
+    });
+    chooseDue(frame, seen_count, options, result);
+    result.times.select += watch.lap();
+
+    EyeParams middle{};
+    std::copy_n(view.center, 3, middle.center);
+    const DecodeArgs args = prepareDecode(m_model, &middle, 1, nullptr, 0, options.appearance, frame.bias);
+    frame.workers.run(m_due.size(), 1, [&](size_t begin, size_t end, int worker) {
+        for (size_t i = begin; i < end; ++i)
+            makeGroup(args, view, options, frame.selected.seen[m_due[i]].group, m_looks[m_due[i]].cell,
+                      frame.states[size_t(worker)], m_scratch[size_t(worker)]);
+    });
+    m_tile_bytes = 0;
+    for (const Buffer<float>& tiles : m_tiles)
+        m_tile_bytes += tiles.bytes();
+    list(frame, seen_count, result);
+    result.times.decode += watch.lap();
+    result.cache_bytes = m_tile_bytes;
+    return m_near;
+}
+
+// What is due, as far as there is memory: first what cannot be drawn as it is, then what is further off.
+void CpuCoarse::chooseDue(const CpuFrame& frame, size_t seen_count, const FrameOptions& options, FrameResult& result)
+{
+    m_due.clear();
+    for (size_t i = 0; i < seen_count; ++i) {
+        if (m_looks[i].due)
+            m_due.push_back(uint32_t(i));
+        m_kept[frame.selected.seen[i].group].used = m_frame; // what is in sight stays
+    }
+    const uint64_t limit = options.reuse.cache_bytes > 0 ? options.reuse.cache_bytes : m_memory;
+    const uint64_t most = tileFloats(kGroupSize * m_model.params->n_offsets) * sizeof(float); // of a copy
+    const uint64_t wanted = std::min(m_due.size() * most, limit);
+    if (m_tile_bytes + wanted > limit)
+        evict(m_tile_bytes + wanted - limit, result);
+    const size_t room = size_t((limit - std::min(limit, m_tile_bytes)) / most);
+    if (room >= m_due.size())
+        return;
+    std::stable_sort(m_due.begin(), m_due.end(),
+                     [this](uint32_t a, uint32_t b) { return m_looks[a].change > m_looks[b].change; });
+    m_due.resize(room);
+    std::sort(m_due.begin(), m_due.end()); // neighbours lie in memory beside each other
+}
+
+// Gives `wanted` bytes or more back, of the copies that were drawn least recently and are not in sight.
+void CpuCoarse::evict(uint64_t wanted, FrameResult& result)
+{
+    std::vector<uint32_t> groups;
+    for (uint32_t g = 0; g < m_kept.size(); ++g)
+        if (m_tiles[g].bytes() > 0 && m_kept[g].used != m_frame)
+            groups.push_back(g);
+    std::stable_sort(groups.begin(), groups.end(),
+                     [this](uint32_t a, uint32_t b) { return m_kept[a].used < m_kept[b].used; });
+    for (uint64_t given = 0; const uint32_t g : groups) {
+        if (given >= wanted)
+            break;
+        given += m_tiles[g].bytes();
+        m_tile_bytes -= m_tiles[g].bytes();
+        m_tiles[g] = {};
+        m_kept[g] = {};
+        ++result.cache_evictions;
+    }
+}
+
+void CpuCoarse::makeGroup(const DecodeArgs& args, const CoarseView& view, const FrameOptions& options, uint32_t index,
+                          float cell, DecodeState& state, JoinScratch& scratch)
+{
+    const GroupRecord& record = m_model.groups[index];
+    const uint32_t first = record.anchor_first - m_model.chunks[record.chunk].anchor_first;
+    const int32_t level = m_model.levels[record.level_index].level;
+    const auto shift = lodShift<float>(*m_model.params, level);
+    VisibleAnchor anchors[kGroupSize];
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < record.anchor_count; ++i) {
+        VisibleAnchor& anchor = anchors[count];
+        anchor = {record.chunk, first + i, 1, {1, 1}};
+        count += levelShows<float>(*m_model.params, level, anchorPosition(m_model, record.chunk, first + i), shift,
+                                   anchorExtraLevel(m_model, record.chunk, first + i), view.center, options.lod_bias,
+                                   options.lod_fade, anchor.fraction[0]);
+    }
+    DecodeArgs own = args;
+    own.visible = anchors;
+    own.visible_count = count;
+    decodeBlockCpu(own, 0, count, state.scratch);
+    const GaussianBlock& decoded = state.scratch.blocks[0];
+    const uint32_t offsets = m_model.params->n_offsets;
+    if (count < record.anchor_count)
+        for (uint32_t i = 0; i < decoded.count; ++i) {
+            const uint32_t k = decoded.origin[i] % offsets;
+            decoded.origin[i] = uint16_t((anchors[decoded.origin[i] / offsets].local - first) * offsets + k);
+        }
+    uint32_t gaussians = 0;
+    const bool far = joinGroupCpu(view, record, cell, decoded, scratch, gaussians);
+    const size_t floats = tileFloats(gaussians);
+    Buffer<float>& tiles = m_tiles[index];
+    if (tiles.capacity() != floats)
+        tiles = {};
+    m_kept[index] = {}; // unless there is memory
+    tiles.reserveExactly(floats);
+    std::copy_n(scratch.tiles.data(), floats, tiles.data());
+    m_kept[index] = {keyOf(view, cell),
+                     far ? CoarseKind::Far : CoarseKind::Near,
+                     decoded.any_positive,
+                     gaussians,
+                     count,
+                     m_frame,
+                     m_frame};
+}
+
+void CpuCoarse::list(const CpuFrame& frame, size_t seen_count, FrameResult& result)
+{
+    m_near.clear();
+    m_groups.clear();
+    m_drawn.clear();
+    std::fill(std::begin(m_anchors), std::end(m_anchors), 0);
+    for (size_t i = 0; i < seen_count; ++i) {
+        const SeenGroup& seen = frame.selected.seen[i];
+        const KeptGroup& kept = m_kept[seen.group];
+        const bool made = kept.made == m_frame && kept.kind == CoarseKind::Far;
+        if (!made && (kept.kind != CoarseKind::Far || !m_looks[i].draws)) {
+            m_near.push_back(seen);
+            ++result.coarse.near;
+            continue;
+        }
+        const GroupSource source = made                    ? GroupSource::Made
+                                   : m_looks[i].change > 1 ? GroupSource::Stale
+                                                           : GroupSource::Kept;
+        m_anchors[uint32_t(source)] += kept.anchors;
+        (made ? result.coarse.made : source == GroupSource::Stale ? result.coarse.stale : result.coarse.kept) += 1;
+        m_groups.push_back(seen.group);
+        m_drawn.push_back({seen.eyes, source});
+    }
+}
+
+void CpuCoarse::addAnchors(uint32_t eye_count, FrameResult& result) const
+{
+    const auto of = [this](GroupSource source) { return m_anchors[uint32_t(source)]; };
+    const uint64_t stale = of(GroupSource::Stale), reused = of(GroupSource::Kept) + stale, made = of(GroupSource::Made);
+    for (uint32_t e = 0; e < eye_count; ++e) {
+        result.eyes[e].anchors_visible += reused + made;
+        result.eyes[e].anchors_reused += reused;
+        result.eyes[e].anchors_overdue += stale;
+    }
+    result.eyes[0].anchors_decoded += made;
+}
+
+FalseColour CpuCoarse::colourOf(const FrameOptions& options, size_t block) const
+{
+    if (options.view == FrameView::Detail)
+        return detailColour(m_drawn[block].source);
+    if (options.view == FrameView::Level)
+        return chunkColour(m_model, m_model.groups[m_groups[block]].chunk);
+    return ageColour(uint32_t(std::min<uint64_t>(m_frame - m_kept[m_groups[block]].made, UINT32_MAX)));
+}
+
+void CpuCoarse::draw(CpuFrame& frame, const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options,
+                     FrameResult& result) const
+{
+    Stopwatch watch;
+    const RasterConstants rules = rasterConstants(*m_model.params, options.near_z);
+    const size_t first_block = frame.blocks();
+    frame.workers.run(m_groups.size(), 1, [&](size_t begin, size_t end, int worker) {
+        DecodeState& state = frame.states[size_t(worker)];
+        for (size_t i = begin; i < end; ++i)
+            for (uint32_t e = 0; e < eye_count; ++e) {
+                const KeptGroup& kept = m_kept[m_groups[i]];
+                const bool sees = (m_drawn[i].eyes >> e & 1) != 0;
+                SplatStore& store = frame.stores[e];
+                const size_t block = first_block + i, first = block * frame.capacity;
+                const ProjectCounts counts = projectTilesCpu(
+                    {eyes + e, rules, nullptr, options.columns}, {m_tiles[m_groups[i]].data(), sees ? kept.count : 0},
+                    store.splats.data() + first, store.depth_bits.data() + first, store.origins.data() + first);
+                store.counts[block] = counts.splats;
+                state.alive[e] += sees ? kept.count : 0;
+                state.visible[e] += counts.splats;
+                state.dropped[e] += counts.dropped;
+                state.any_positive[e] |= sees && kept.any_positive;
+                if (paintsBlocks(options.view))
+                    paintSplats(store.splats.data() + first, store.origins.data() + first, counts.splats,
+                                m_model.params->n_offsets, [&](uint32_t) { return colourOf(options, i); });
+            }
+    });
+    addAnchors(eye_count, result);
+    result.times.project += watch.lap();
+}
+
+} // namespace gsc

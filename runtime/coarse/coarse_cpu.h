@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the CPU backend keeps of coarse copies from frame to frame (kernels/coarse/README.md), and how a frame draws them.
+//
+// There is no budget: what is due is made, which costs no more than decoding it as near. So what a frame draws is decided
+// by the poses so far, and several workers that saw the same draw the same.
+#pragma once
+
+#include "kernels/coarse/coarse_cpu.h"
+#include "kernels/present/false_colour.h"
+#include "runtime/cpu/frame_cpu.h"
+
+#include <vector>
+
+namespace gsc {
+
+class CpuCoarse {
+public:
+    // `memory`: most bytes of copies where the options set no limit.
+    explicit CpuCoarse(uint64_t memory) : m_memory(memory) {}
+
+    // `model` must outlive the next load().
+    void load(const ModelView& model);
+    void clear();
+
+    // Of the groups that the frame has seen: makes what is due, and lists what is drawn from its copy. Returns the others,
+    // in file order: they are near. Fills the coarse and cache counts of `result`.
+    const std::vector<SeenGroup>& choose(CpuFrame& frame, size_t seen_count, const EyeParams* eyes, uint32_t eye_count,
+                                         const FrameOptions& options, FrameResult& result);
+    // Projects the copies into the frame's stores, behind the blocks of what is near. Stores hold groups().size() more.
+    // After decode: counts the anchors of the copies beside its own.
+    void draw(CpuFrame& frame, const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options,
+              FrameResult& result) const;
+
+    [[nodiscard]] const std::vector<uint32_t>& groups() const
+    {
+        return m_groups;
+    } // drawn by the last frame, one per block
+    [[nodiscard]] uint64_t bytes() const
+    {
+        return m_tile_bytes + m_kept.size() * (sizeof(KeptGroup) + sizeof(Buffer<float>));
+    }
+
+private:
+    struct Drawn {
+        uint32_t eyes;
+        GroupSource source;
+    };
+
+    void chooseDue(const CpuFrame& frame, size_t seen_count, const FrameOptions& options, FrameResult& result);
+    void evict(uint64_t wanted, FrameResult& result);
+    void makeGroup(const DecodeArgs& args, const CoarseView& view, const FrameOptions& options, uint32_t index,
+                   float cell, DecodeState& state, JoinScratch& scratch);
+    void list(const CpuFrame& frame, size_t seen_count, FrameResult& result);
+    void addAnchors(uint32_t eye_count, FrameResult& result) const;
+    [[nodiscard]] FalseColour colourOf(const FrameOptions& options, size_t block) const;
+
+    uint64_t m_memory;
+    ModelView m_model{};
+    std::vector<KeptGroup> m_kept;      // of every group
+    std::vector<Buffer<float>> m_tiles; // their copies
+    uint64_t m_tile_bytes = 0;          // of the copies
+    std::vector<CoarseLook> m_looks;    // of this frame's seen groups
+    std::vector<uint32_t> m_due;        // places of those that are made
+    std::vector<SeenGroup> m_near;      // of this frame
+    std::vector<uint32_t> m_groups;     // drawn from their copies
+    std::vector<Drawn> m_drawn;         // the same
+    uint64_t m_anchors[4] = {};         // by GroupSource, of the copies that are drawn
+    std::vector<JoinScratch> m_scratch; // per worker
+    uint64_t m_frame = 0;
+    int32_t m_appearance = -1; // that copies were made for
+    float m_fade = 0;          // the same: FrameOptions::lod_fade
+};
+
+} // namespace gsc
