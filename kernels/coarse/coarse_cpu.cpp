@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
 
 HWY_BEFORE_NAMESPACE();
 namespace gsc {
@@ -102,6 +101,7 @@ HWY_INLINE V growthLanes(D d, const SeenLanes& seen, V wanted)
 struct Joining {
     const CoarseView& view;
     const GaussianBlock& g;
+    const JoinOrigins& origins;
     JoinScratch& scratch;
     float edge, per_cell, base[3]; // of cells; cells in a world unit; first cell of the group's box
     uint32_t places, cells;
@@ -132,14 +132,14 @@ HWY_INLINE M isSmall(D d, const Joining& group, size_t at)
 }
 
 // The cell of a key, made where there is none.
-HWY_INLINE uint32_t cellOf(Joining& group, uint32_t key, uint32_t origin)
+HWY_INLINE uint32_t cellOf(Joining& group, uint32_t key, uint64_t order)
 {
     JoinScratch& scratch = group.scratch;
     uint32_t at = (key * 2654435769u) >> (32 - std::countr_zero(group.places));
     while (scratch.table[at] != kNoCell) {
         const uint32_t cell = scratch.table[at];
         if (scratch.keys[cell] == key) {
-            scratch.origins[cell] = std::min(scratch.origins[cell], origin);
+            scratch.order[cell].order = std::min(scratch.order[cell].order, order);
             return cell;
         }
         at = (at + 1) & (group.places - 1);
@@ -147,7 +147,7 @@ HWY_INLINE uint32_t cellOf(Joining& group, uint32_t key, uint32_t origin)
     const uint32_t cell = group.cells++;
     scratch.table[at] = cell;
     scratch.keys[cell] = key;
-    scratch.origins[cell] = origin;
+    scratch.order[cell] = {order, cell};
     std::fill_n(scratch.cells.data() + size_t(cell) * kCellRow, kCellRow, 0.0f);
     return cell;
 }
@@ -185,7 +185,7 @@ HWY_INLINE void gatherVector(D d, Joining& group, size_t at, M small)
     }
     for (uint32_t bits = maskBits(small); bits != 0; bits &= bits - 1) {
         const auto lane = uint32_t(std::countr_zero(bits));
-        const uint32_t cell = cellOf(group, uint32_t(keys[lane]), group.g.origin[at + lane]);
+        const uint32_t cell = cellOf(group, uint32_t(keys[lane]), group.origins.order(group.g.origin[at + lane]));
         float* const sums = group.scratch.cells.data() + size_t(cell) * kCellRow;
         for (uint32_t s = 0; s < kSums; ++s)
             sums[s] += value[s][lane];
@@ -230,8 +230,6 @@ HWY_INLINE void joinCells(D d, const Joining& group, size_t first)
         put(hn::Mul(c[i], factor), kTileCovariance + i);
     const V through = expAny(d, hn::Neg(hn::Min(depth, hn::Set(d, most))));
     put(hn::Sub(hn::Set(d, 1.0f), through), kTileOpacity);
-    const auto origins = hn::LoadU(di, reinterpret_cast<const int32_t*>(scratch.origins.data()) + first);
-    put(hn::BitCast(d, origins), kTileOrigin);
 }
 
 // Appends the Gaussians of a vector that are not joined, as decoded.
@@ -252,17 +250,16 @@ HWY_INLINE void keepVector(D d, const Joining& group, size_t at, uint32_t bits, 
             to[(kTileColor + i) * kMaxLanes] = group.g.color[i][at + lane];
         }
         to[kTileOpacity * kMaxLanes] = group.g.opacity[at + lane];
-        const uint32_t origin = group.g.origin[at + lane];
-        std::memcpy(to + kTileOrigin * kMaxLanes, &origin, sizeof(origin));
+        group.scratch.order[count] = {group.origins.order(group.g.origin[at + lane]), count};
     }
 }
 
 uint32_t joinGroup(const CoarseView& view, const GroupRecord& record, float edge, const GaussianBlock& g,
-                   JoinScratch& scratch, bool& far)
+                   const JoinOrigins& origins, JoinScratch& scratch, bool& far)
 {
     const D d;
     const size_t lanes = hn::Lanes(d);
-    Joining group{view, g, scratch, edge, 1.0f / edge, {}, tablePlaces(g.count), 0};
+    Joining group{view, g, origins, scratch, edge, 1.0f / edge, {}, tablePlaces(g.count), 0};
     bool fits = true;
     for (int i = 0; i < 3; ++i) {
         group.base[i] = std::floor(record.gaussian_min[i] / edge);
@@ -283,7 +280,6 @@ uint32_t joinGroup(const CoarseView& view, const GroupRecord& record, float edge
     // so that what fills up a vector is finite
     std::fill_n(scratch.cells.data() + size_t(count) * kCellRow, size_t(kMaxLanes) * kCellRow, 1.0f);
     std::fill_n(scratch.keys.data() + count, kMaxLanes, 0u);
-    std::fill_n(scratch.origins.data() + count, kMaxLanes, 0u);
     for (size_t first = 0; first < count; first += lanes)
         joinCells(d, group, first);
     for (size_t at = 0; at < g.count; at += lanes) {
@@ -324,21 +320,28 @@ void reserveJoin(uint32_t n_offsets, JoinScratch& scratch)
     scratch.cells.reserve(cells * kCellRow);
     scratch.table.reserve(tablePlaces(gaussians));
     scratch.keys.reserve(cells);
-    scratch.origins.reserve(cells);
+    scratch.order.reserve(cells);
     scratch.tiles.reserve((cells / kMaxLanes + 1) * kTileValues);
 }
 
-bool joinGroupCpu(const CoarseView& view, const GroupRecord& record, float cell, const GaussianBlock& decoded,
-                  JoinScratch& scratch, uint32_t& count)
+uint32_t joinGroupCpu(const CoarseView& view, const GroupRecord& record, float cell, const GaussianBlock& decoded,
+                      const JoinOrigins& origins, JoinScratch& scratch, bool& far)
 {
-    bool far = false;
     const float edge = std::ldexp(1.0f, cellExponent(cell));
-    count = HWY_DYNAMIC_DISPATCH(joinGroup)(view, record, edge, decoded, scratch, far);
-    // what fills up the last tile
-    for (uint32_t i = count; far && i % kMaxLanes != 0; ++i)
+    const uint32_t count = HWY_DYNAMIC_DISPATCH(joinGroup)(view, record, edge, decoded, origins, scratch, far);
+    std::sort(scratch.order.data(), scratch.order.data() + count,
+              [](const OrderedGaussian& a, const OrderedGaussian& b) { return a.order < b.order; });
+    return count;
+}
+
+void storeCopy(const JoinScratch& scratch, uint32_t count, float* tiles)
+{
+    const auto place = [](uint32_t i) { return i / kMaxLanes * kTileValues + i % kMaxLanes; };
+    for (uint32_t i = 0; i < count || i % kMaxLanes != 0; ++i) {
+        const float* const from = scratch.tiles.data() + place(scratch.order[std::min(i, count - 1)].at);
         for (uint32_t row = 0; row < kTileRows; ++row)
-            scratch.tiles[i / kMaxLanes * kTileValues + row * kMaxLanes + i % kMaxLanes] = 0;
-    return far;
+            tiles[place(i) + row * kMaxLanes] = from[row * kMaxLanes];
+    }
 }
 
 } // namespace gsc

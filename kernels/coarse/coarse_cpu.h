@@ -37,21 +37,42 @@ inline uint32_t tablePlaces(uint32_t gaussians)
     return std::bit_ceil(2 * gaussians + 2);
 }
 
+// A Gaussian of a copy: where it lies before they are ordered, and the least emissionOrder() of what it was made of.
+struct OrderedGaussian {
+    uint64_t order;
+    uint32_t at;
+};
+
+// Where decoded Gaussians come from: emissionOrder() of their origins.
+struct JoinOrigins {
+    const VisibleAnchor* anchors; // that were decoded
+    const uint32_t* source_index; // of their chunk
+    uint32_t n_offsets;
+
+    [[nodiscard]] uint64_t order(uint16_t origin) const
+    {
+        return uint64_t(source_index[anchors[origin / n_offsets].local]) * n_offsets + origin % n_offsets;
+    }
+};
+
 constexpr uint32_t kCellRow = 16; // floats that a cell gathers, and some more
 
 // Of one worker.
 struct JoinScratch {
-    Buffer<float> cells;            // kCellRow each
-    Buffer<uint32_t> keys, origins; // of cells: place on the grid, least origin
-    Buffer<uint32_t> table;         // cells by keys
-    Buffer<float> tiles;            // the copy
+    Buffer<float> cells;           // kCellRow each
+    Buffer<uint32_t> keys;         // of cells: place on the grid
+    Buffer<uint32_t> table;        // cells by keys
+    Buffer<float> tiles;           // the copy's Gaussians
+    Buffer<OrderedGaussian> order; // of them
 };
 
 void reserveJoin(uint32_t n_offsets, JoinScratch& scratch);
 
-// The copy of a group, in scratch.tiles. `decoded`: all that the group shows from the view's centre, decoded there; origins
-// count from the group's first anchor. False where the group is near: there is no copy.
-bool joinGroupCpu(const CoarseView& view, const GroupRecord& record, float cell, const GaussianBlock& decoded,
-                  JoinScratch& scratch, uint32_t& count);
+// The Gaussians of a group's copy, in scratch; returns how many. `decoded`: all that the group shows from the view's centre,
+// decoded there. far: false where the group is near: there is no copy.
+uint32_t joinGroupCpu(const CoarseView& view, const GroupRecord& record, float cell, const GaussianBlock& decoded,
+                      const JoinOrigins& origins, JoinScratch& scratch, bool& far);
+// The same as they are kept: in emission order, so that those of equal depth need not be sorted. Fills the last tile up.
+void storeCopy(const JoinScratch& scratch, uint32_t count, float* tiles);
 
 } // namespace gsc

@@ -44,8 +44,7 @@ enum TileRow : uint32_t {
     kTileCovariance = 3, // xx, xy, xz, yy, yz, zz, world units
     kTileOpacity = 9,
     kTileColor = 10,
-    kTileOrigin = 13, // GaussianBlock::origin, as a uint32_t
-    kTileRows = 14
+    kTileRows = 13
 };
 constexpr size_t kTileValues = size_t(kTileRows) * kMaxLanes;
 
@@ -59,8 +58,9 @@ struct GaussianTiles {
 // `depth_bits` are the bits of view z, which order like the depths because those are positive.
 ProjectCounts projectBlockCpu(const ProjectArgs& args, const GaussianBlock& gaussians, Splat* splats,
                               uint32_t* depth_bits, uint16_t* origins);
+// The same; such Gaussians have no origins.
 ProjectCounts projectTilesCpu(const ProjectArgs& args, const GaussianTiles& gaussians, Splat* splats,
-                              uint32_t* depth_bits, uint16_t* origins);
+                              uint32_t* depth_bits);
 
 template <typename Real>
 struct SplatOf {

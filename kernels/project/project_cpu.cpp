@@ -135,7 +135,7 @@ struct DecodedGaussians {
     [[nodiscard]] const float* position(size_t at, int i) const { return g.position[i] + at; }
     [[nodiscard]] const float* opacity(size_t at) const { return g.opacity + at; }
     [[nodiscard]] const float* color(size_t at, int i) const { return g.color[i] + at; }
-    [[nodiscard]] uint16_t origin(size_t at) const { return g.origin[at]; }
+    void putOrigin(size_t at, uint16_t* origins, uint32_t to) const { origins[to] = g.origin[at]; }
     HWY_INLINE void covariance(D d, size_t at, V* c) const
     {
         const V scale[3] = {hn::LoadU(d, g.scale[0] + at), hn::LoadU(d, g.scale[1] + at),
@@ -168,12 +168,7 @@ struct KeptGaussians {
     [[nodiscard]] const float* position(size_t at, int i) const { return row(at, kTilePosition + uint32_t(i)); }
     [[nodiscard]] const float* opacity(size_t at) const { return row(at, kTileOpacity); }
     [[nodiscard]] const float* color(size_t at, int i) const { return row(at, kTileColor + uint32_t(i)); }
-    [[nodiscard]] uint16_t origin(size_t at) const
-    {
-        uint32_t bits;
-        std::memcpy(&bits, row(at, kTileOrigin), sizeof(bits));
-        return uint16_t(bits);
-    }
+    void putOrigin(size_t, uint16_t*, uint32_t) const {} // they have none
     HWY_INLINE void covariance(D d, size_t at, V* c) const
     {
         for (uint32_t i = 0; i < 6; ++i)
@@ -310,7 +305,7 @@ HWY_INLINE ProjectCounts projectAll(const ProjectArgs& args, const Gaussians& g,
                           uint16_t(out.right[i]),
                           uint16_t(out.bottom[i])};
             std::memcpy(depth_bits + to, out.depth + i, sizeof(uint32_t));
-            origins[to] = g.origin(from);
+            g.putOrigin(from, origins, to);
         }
     }
     return counts;
@@ -322,10 +317,9 @@ ProjectCounts projectBlock(const ProjectArgs& args, const GaussianBlock& gaussia
     return projectAll(args, DecodedGaussians{gaussians}, splats, depth_bits, origins);
 }
 
-ProjectCounts projectTiles(const ProjectArgs& args, const GaussianTiles& gaussians, Splat* splats, uint32_t* depth_bits,
-                           uint16_t* origins)
+ProjectCounts projectTiles(const ProjectArgs& args, const GaussianTiles& gaussians, Splat* splats, uint32_t* depth_bits)
 {
-    return projectAll(args, KeptGaussians{gaussians}, splats, depth_bits, origins);
+    return projectAll(args, KeptGaussians{gaussians}, splats, depth_bits, nullptr);
 }
 
 } // namespace HWY_NAMESPACE
@@ -345,9 +339,9 @@ ProjectCounts projectBlockCpu(const ProjectArgs& args, const GaussianBlock& gaus
 }
 
 ProjectCounts projectTilesCpu(const ProjectArgs& args, const GaussianTiles& gaussians, Splat* splats,
-                              uint32_t* depth_bits, uint16_t* origins)
+                              uint32_t* depth_bits)
 {
-    return HWY_DYNAMIC_DISPATCH(projectTiles)(args, gaussians, splats, depth_bits, origins);
+    return HWY_DYNAMIC_DISPATCH(projectTiles)(args, gaussians, splats, depth_bits);
 }
 
 } // namespace gsc

@@ -23,9 +23,8 @@ struct SortArgs {
     const uint32_t* counts;       // per block
     uint32_t block_count;
     uint32_t block_capacity;
-    const uint32_t* groups =
-        nullptr; // of the blocks from first_group on, which are groups; `visible` is of those before
-    uint32_t first_group = 0;
+    const uint32_t* groups = nullptr; // per block, where blocks are groups; `visible` is not read then
+    uint32_t ordered_blocks = ~0u;    // splats of later blocks stay as they lie, behind the others
 };
 
 // Keys [begin, end) of equal depth.

@@ -26,9 +26,10 @@ size_t chunkKeys(size_t count)
 uint64_t orderOfSlot(const SortArgs& args, uint32_t slot)
 {
     const uint32_t offsets = args.model->params->n_offsets;
-    const uint32_t origin = args.origins[slot], block = slot / args.block_capacity;
-    if (args.groups != nullptr && block >= args.first_group) {
-        const GroupRecord& group = args.model->groups[args.groups[block - args.first_group]];
+    const uint32_t block = slot / args.block_capacity;
+    const uint32_t origin = args.origins[slot];
+    if (args.groups != nullptr) {
+        const GroupRecord& group = args.model->groups[args.groups[block]];
         const uint32_t first = group.anchor_first - args.model->chunks[group.chunk].anchor_first;
         return emissionOrder(*args.model, group.chunk, first + origin / offsets, origin % offsets);
     }
@@ -123,6 +124,7 @@ void orderTies(const SortArgs& args, const Workers& workers, SortKey* keys, size
 {
     const size_t step = chunkKeys(count);
     runs.resize(std::max(runs.size(), chunks));
+    const uint64_t unordered = uint64_t(args.ordered_blocks) * args.block_capacity; // slot
     const auto same = [keys](size_t i, size_t j) { return keys[i].depth_bits == keys[j].depth_bits; };
     workers.run(chunks, 1, [&](size_t begin, size_t end, int) {
         for (size_t c = begin; c < end; ++c) {
@@ -140,10 +142,14 @@ void orderTies(const SortArgs& args, const Workers& workers, SortKey* keys, size
     });
     workers.run(chunks, 1, [&](size_t begin, size_t end, int) {
         for (size_t c = begin; c < end; ++c)
-            for (const SortRun& run : runs[c])
-                std::sort(keys + run.begin, keys + run.end, [&args](const SortKey& a, const SortKey& b) {
+            for (const SortRun& run : runs[c]) {
+                // note: slots still rise along a run
+                const SortKey* const after = std::partition_point(
+                    keys + run.begin, keys + run.end, [&](const SortKey& key) { return key.slot < unordered; });
+                std::sort(keys + run.begin, keys + (after - keys), [&args](const SortKey& a, const SortKey& b) {
                     return orderOfSlot(args, a.slot) < orderOfSlot(args, b.slot);
                 });
+            }
     });
 }
 

@@ -25,7 +25,7 @@ void CpuCoarse::load(const ModelView& model)
     m_kept.clear();
     m_tiles.clear();
     m_tile_bytes = 0;
-    m_groups.clear();
+    m_drawn.clear();
 }
 
 void CpuCoarse::clear()
@@ -139,21 +139,16 @@ void CpuCoarse::makeGroup(const DecodeArgs& args, const CoarseView& view, const 
     own.visible_count = count;
     decodeBlockCpu(own, 0, count, state.scratch);
     const GaussianBlock& decoded = state.scratch.blocks[0];
-    const uint32_t offsets = m_model.params->n_offsets;
-    if (count < record.anchor_count)
-        for (uint32_t i = 0; i < decoded.count; ++i) {
-            const uint32_t k = decoded.origin[i] % offsets;
-            decoded.origin[i] = uint16_t((anchors[decoded.origin[i] / offsets].local - first) * offsets + k);
-        }
-    uint32_t gaussians = 0;
-    const bool far = joinGroupCpu(view, record, cell, decoded, scratch, gaussians);
+    bool far = false;
+    const JoinOrigins origins{anchors, m_model.arrays[record.chunk].source_index, m_model.params->n_offsets};
+    const uint32_t gaussians = joinGroupCpu(view, record, cell, decoded, origins, scratch, far);
     const size_t floats = tileFloats(gaussians);
     Buffer<float>& tiles = m_tiles[index];
     if (tiles.capacity() != floats)
         tiles = {};
     m_kept[index] = {}; // unless there is memory
     tiles.reserveExactly(floats);
-    std::copy_n(scratch.tiles.data(), floats, tiles.data());
+    storeCopy(scratch, gaussians, tiles.data());
     m_kept[index] = {keyOf(view, cell),
                      far ? CoarseKind::Far : CoarseKind::Near,
                      decoded.any_positive,
@@ -166,7 +161,6 @@ void CpuCoarse::makeGroup(const DecodeArgs& args, const CoarseView& view, const 
 void CpuCoarse::list(const CpuFrame& frame, size_t seen_count, FrameResult& result)
 {
     m_near.clear();
-    m_groups.clear();
     m_drawn.clear();
     std::fill(std::begin(m_anchors), std::end(m_anchors), 0);
     for (size_t i = 0; i < seen_count; ++i) {
@@ -183,8 +177,7 @@ void CpuCoarse::list(const CpuFrame& frame, size_t seen_count, FrameResult& resu
                                                            : GroupSource::Kept;
         m_anchors[uint32_t(source)] += kept.anchors;
         (made ? result.coarse.made : source == GroupSource::Stale ? result.coarse.stale : result.coarse.kept) += 1;
-        m_groups.push_back(seen.group);
-        m_drawn.push_back({seen.eyes, source});
+        m_drawn.push_back({seen.group, seen.eyes, source});
     }
 }
 
@@ -200,13 +193,32 @@ void CpuCoarse::addAnchors(uint32_t eye_count, FrameResult& result) const
     result.eyes[0].anchors_decoded += made;
 }
 
-FalseColour CpuCoarse::colourOf(const FrameOptions& options, size_t block) const
+FalseColour CpuCoarse::colourOf(const FrameOptions& options, const Drawn& drawn) const
 {
     if (options.view == FrameView::Detail)
-        return detailColour(m_drawn[block].source);
+        return detailColour(drawn.source);
     if (options.view == FrameView::Level)
-        return chunkColour(m_model, m_model.groups[m_groups[block]].chunk);
-    return ageColour(uint32_t(std::min<uint64_t>(m_frame - m_kept[m_groups[block]].made, UINT32_MAX)));
+        return chunkColour(m_model, m_model.groups[drawn.group].chunk);
+    return ageColour(uint32_t(std::min<uint64_t>(m_frame - m_kept[drawn.group].made, UINT32_MAX)));
+}
+
+void CpuCoarse::drawGroup(SplatStore& store, size_t block, size_t capacity, const ProjectArgs& args,
+                          const FrameOptions& options, const Drawn& drawn, uint32_t e, DecodeState& state) const
+{
+    store.counts[block] = 0;
+    if ((drawn.eyes >> e & 1) == 0)
+        return;
+    const KeptGroup& kept = m_kept[drawn.group];
+    Splat* const splats = store.splats.data() + block * capacity;
+    const ProjectCounts counts = projectTilesCpu(args, {m_tiles[drawn.group].data(), kept.count}, splats,
+                                                 store.depth_bits.data() + block * capacity);
+    store.counts[block] = counts.splats;
+    state.alive[e] += kept.count;
+    state.visible[e] += counts.splats;
+    state.dropped[e] += counts.dropped;
+    state.any_positive[e] |= kept.any_positive;
+    if (paintsBlocks(options.view))
+        paintSplats(splats, counts.splats, colourOf(options, drawn));
 }
 
 void CpuCoarse::draw(CpuFrame& frame, const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options,
@@ -215,26 +227,11 @@ void CpuCoarse::draw(CpuFrame& frame, const EyeParams* eyes, uint32_t eye_count,
     Stopwatch watch;
     const RasterConstants rules = rasterConstants(*m_model.params, options.near_z);
     const size_t first_block = frame.blocks();
-    frame.workers.run(m_groups.size(), 1, [&](size_t begin, size_t end, int worker) {
-        DecodeState& state = frame.states[size_t(worker)];
+    frame.workers.run(m_drawn.size(), 1, [&](size_t begin, size_t end, int worker) {
         for (size_t i = begin; i < end; ++i)
-            for (uint32_t e = 0; e < eye_count; ++e) {
-                const KeptGroup& kept = m_kept[m_groups[i]];
-                const bool sees = (m_drawn[i].eyes >> e & 1) != 0;
-                SplatStore& store = frame.stores[e];
-                const size_t block = first_block + i, first = block * frame.capacity;
-                const ProjectCounts counts = projectTilesCpu(
-                    {eyes + e, rules, nullptr, options.columns}, {m_tiles[m_groups[i]].data(), sees ? kept.count : 0},
-                    store.splats.data() + first, store.depth_bits.data() + first, store.origins.data() + first);
-                store.counts[block] = counts.splats;
-                state.alive[e] += sees ? kept.count : 0;
-                state.visible[e] += counts.splats;
-                state.dropped[e] += counts.dropped;
-                state.any_positive[e] |= sees && kept.any_positive;
-                if (paintsBlocks(options.view))
-                    paintSplats(store.splats.data() + first, store.origins.data() + first, counts.splats,
-                                m_model.params->n_offsets, [&](uint32_t) { return colourOf(options, i); });
-            }
+            for (uint32_t e = 0; e < eye_count; ++e)
+                drawGroup(frame.stores[e], first_block + i, frame.capacity, {eyes + e, rules, nullptr, options.columns},
+                          options, m_drawn[i], e, frame.states[size_t(worker)]);
     });
     addAnchors(eye_count, result);
     result.times.project += watch.lap();

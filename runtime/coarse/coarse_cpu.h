@@ -26,15 +26,12 @@ public:
     // in file order: they are near. Fills the coarse and cache counts of `result`.
     const std::vector<SeenGroup>& choose(CpuFrame& frame, size_t seen_count, const EyeParams* eyes, uint32_t eye_count,
                                          const FrameOptions& options, FrameResult& result);
-    // Projects the copies into the frame's stores, behind the blocks of what is near. Stores hold groups().size() more.
+    // Projects the copies into the frame's stores, behind the blocks of what is near. Stores hold blocks() more.
     // After decode: counts the anchors of the copies beside its own.
     void draw(CpuFrame& frame, const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options,
               FrameResult& result) const;
 
-    [[nodiscard]] const std::vector<uint32_t>& groups() const
-    {
-        return m_groups;
-    } // drawn by the last frame, one per block
+    [[nodiscard]] size_t blocks() const { return m_drawn.size(); } // that the last frame draws
     [[nodiscard]] uint64_t bytes() const
     {
         return m_tile_bytes + m_kept.size() * (sizeof(KeptGroup) + sizeof(Buffer<float>));
@@ -42,7 +39,7 @@ public:
 
 private:
     struct Drawn {
-        uint32_t eyes;
+        uint32_t group, eyes;
         GroupSource source;
     };
 
@@ -52,7 +49,9 @@ private:
                    float cell, DecodeState& state, JoinScratch& scratch);
     void list(const CpuFrame& frame, size_t seen_count, FrameResult& result);
     void addAnchors(uint32_t eye_count, FrameResult& result) const;
-    [[nodiscard]] FalseColour colourOf(const FrameOptions& options, size_t block) const;
+    [[nodiscard]] FalseColour colourOf(const FrameOptions& options, const Drawn& drawn) const;
+    void drawGroup(SplatStore& store, size_t block, size_t capacity, const ProjectArgs& args,
+                   const FrameOptions& options, const Drawn& drawn, uint32_t e, DecodeState& state) const;
 
     uint64_t m_memory;
     ModelView m_model{};
@@ -62,8 +61,7 @@ private:
     std::vector<CoarseLook> m_looks;    // of this frame's seen groups
     std::vector<uint32_t> m_due;        // places of those that are made
     std::vector<SeenGroup> m_near;      // of this frame
-    std::vector<uint32_t> m_groups;     // drawn from their copies
-    std::vector<Drawn> m_drawn;         // the same
+    std::vector<Drawn> m_drawn;         // from copies
     uint64_t m_anchors[4] = {};         // by GroupSource, of the copies that are drawn
     std::vector<JoinScratch> m_scratch; // per worker
     uint64_t m_frame = 0;

@@ -150,14 +150,14 @@ void CpuFrame::decodeBlock(const DecodeArgs& args, const EyeParams* eyes, uint32
 }
 
 size_t CpuFrame::list(uint32_t e, const EyeParams& eye, size_t blocks, const uint32_t* groups, FrameResult& result,
-                      size_t first_group)
+                      size_t ordered_blocks)
 {
     Stopwatch watch;
     const SplatStore& store = stores[e];
-    const size_t count =
-        sortCpu({model.params != nullptr ? &model : nullptr, visible.data(), store.depth_bits.data(),
-                 store.origins.data(), store.counts.data(), uint32_t(blocks), capacity, groups, uint32_t(first_group)},
-                workers, sort);
+    const size_t count = sortCpu({model.params != nullptr ? &model : nullptr, visible.data(), store.depth_bits.data(),
+                                  store.origins.data(), store.counts.data(), uint32_t(blocks), capacity, groups,
+                                  uint32_t(ordered_blocks)},
+                                 workers, sort);
     result.times.sort += watch.lap();
     result.eyes[e].pairs = binCpu(
         {store.splats.data(), sort.keys[0].data(), count, tileCount(eye.width), tileCount(eye.height)}, workers, bin);

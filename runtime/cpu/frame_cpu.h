@@ -26,11 +26,11 @@ struct CpuFrame {
     // stores get room for behind those.
     void decode(const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options, FrameResult& result,
                 size_t more_blocks = 0);
-    // Lists the splats of the first `blocks` blocks of eye `e`'s store by tile, from near to far. `groups`: of the blocks
-    // from first_group on, which are groups. Splats of equal depth stay as they lie where there is no model. Returns how
-    // many splats.
+    // Lists the splats of the first `blocks` blocks of eye `e`'s store by tile, from near to far. `groups`: of the blocks,
+    // where they are groups. Splats of equal depth stay as they lie where there is no model, and those of blocks from
+    // ordered_blocks on. Returns how many splats.
     size_t list(uint32_t e, const EyeParams& eye, size_t blocks, const uint32_t* groups, FrameResult& result,
-                size_t first_group = 0);
+                size_t ordered_blocks = UINT32_MAX);
     // What blending reads of them. The caller says what it is for.
     [[nodiscard]] BlendArgs listed(const EyeParams& eye, const RasterConstants& rules) const;
 

@@ -99,7 +99,7 @@ private:
         const size_t seen = m_frame.selectGroups(chosen, eye_count, options, result);
         const std::vector<SeenGroup>& near = m_coarse.choose(m_frame, seen, eyes, eye_count, options, result);
         m_frame.selectAnchors(chosen, eye_count, options, near, result);
-        m_frame.decode(eyes, eye_count, options, result, m_coarse.groups().size());
+        m_frame.decode(eyes, eye_count, options, result, m_coarse.blocks());
         m_coarse.draw(m_frame, eyes, eye_count, options, result);
     }
 
@@ -109,8 +109,7 @@ private:
         if (options.reuse.policy != ReusePolicy::None)
             m_frame.list(e, eye, m_reuse.groups().size(), m_reuse.groups().data(), result);
         else if (options.detail > 0)
-            m_frame.list(e, eye, m_frame.blocks() + m_coarse.groups().size(), m_coarse.groups().data(), result,
-                         m_frame.blocks());
+            m_frame.list(e, eye, m_frame.blocks() + m_coarse.blocks(), nullptr, result, m_frame.blocks());
         else
             m_frame.list(e, eye, m_frame.blocks(), nullptr, result);
     }

@@ -32,4 +32,14 @@ void paintSplats(Splat* splats, const uint16_t* origins, uint32_t count, uint32_
     }
 }
 
+// All of them in one colour.
+inline void paintSplats(Splat* splats, uint32_t count, const FalseColour& colour)
+{
+    for (uint32_t i = 0; i < count; ++i) {
+        splats[i].color[0] = colour.r;
+        splats[i].color[1] = colour.g;
+        splats[i].color[2] = colour.b;
+    }
+}
+
 } // namespace gsc
