@@ -23,6 +23,7 @@ gsc_add_test(test_kernel_strip SOURCES kernels/test_policy.cpp kernels/test_stri
 gsc_add_test(test_kernel_decode SOURCES kernels/test_decode.cpp LIBS ${kernel_libs})
 gsc_add_test(test_kernel_sensitivity SOURCES kernels/test_sensitivity.cpp LIBS ${kernel_libs})
 gsc_add_test(test_kernel_raster SOURCES kernels/test_project.cpp kernels/test_raster.cpp LIBS ${kernel_libs})
+gsc_add_test(test_kernel_coarse SOURCES kernels/test_coarse_rule.cpp LIBS ${kernel_libs})
 gsc_add_test(test_kernel_frame SOURCES kernels/test_frame.cpp LIBS ${kernel_libs})
 
 set(gsc_test_cuda_sources
