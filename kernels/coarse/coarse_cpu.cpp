@@ -25,22 +25,27 @@ enum CellSum : uint32_t { kLight = 0, kPlace = 1, kTint = 4, kMoment = 7, kSums 
 constexpr uint32_t kAxisBits = 10, kAxisCells = 1u << kAxisBits; // cells of a group along an axis
 constexpr uint32_t kNoCell = ~0u;
 
-// -log(1 - opacity), of opacities up to kLargestOpacity; 3e-7 absolute.
-HWY_INLINE V opticalDepthLane(D d, V opacity)
+// log(x) of positive normal numbers; 3e-7 absolute near 1.
+HWY_INLINE V fineLog(D d, V x)
 {
     const hn::RebindToSigned<D> di;
     const V one = hn::Set(d, 1.0f);
-    const V rest = hn::Sub(one, hn::Min(opacity, hn::Set(d, kLargestOpacity)));
-    // rest = m 2^e, m in [2/3, 4/3)
-    const auto bits = hn::BitCast(di, rest), base = hn::Set(di, 0x3f2aaaab);
-    const auto exponent = hn::ShiftRight<23>(hn::Sub(bits, base));
+    // x = m 2^e, m in [2/3, 4/3)
+    const auto bits = hn::BitCast(di, x);
+    const auto exponent = hn::ShiftRight<23>(hn::Sub(bits, hn::Set(di, 0x3f2aaaab)));
     const V m = hn::BitCast(d, hn::Sub(bits, hn::ShiftLeft<23>(exponent)));
     const V s = hn::Div(hn::Sub(m, one), hn::Add(m, one)), s2 = hn::Mul(s, s);
     V p = hn::MulAdd(hn::Set(d, 1.0f / 9), s2, hn::Set(d, 1.0f / 7));
     p = hn::MulAdd(p, s2, hn::Set(d, 1.0f / 5));
     p = hn::MulAdd(p, s2, hn::Set(d, 1.0f / 3));
     p = hn::MulAdd(hn::Mul(p, s2), s, s);
-    return hn::Neg(hn::MulAdd(hn::ConvertTo(d, exponent), hn::Set(d, 0.69314718f), hn::Add(p, p)));
+    return hn::MulAdd(hn::ConvertTo(d, exponent), hn::Set(d, 0.69314718f), hn::Add(p, p));
+}
+
+// opticalDepth() of the lanes.
+HWY_INLINE V depthLanes(D d, V opacity)
+{
+    return hn::Neg(fineLog(d, hn::Sub(hn::Set(d, 1.0f), hn::Min(opacity, hn::Set(d, kLargestOpacity)))));
 }
 
 // How a Gaussian looks from a place: screenArea()'s arguments.
@@ -158,7 +163,7 @@ HWY_INLINE void gatherVector(D d, Joining& group, size_t at, M small)
     const hn::RebindToSigned<D> di;
     V position[3], c[6];
     group.load(d, at, position, c);
-    const V depth = opticalDepthLane(d, hn::LoadU(d, group.g.opacity + at));
+    const V depth = depthLanes(d, hn::LoadU(d, group.g.opacity + at));
     const V area = areaLanes(d, seenLanes(d, group.view, position, c));
     const V light = hn::Mul(hn::Max(hn::Sub(depth, hn::Set(d, kUndrawnDepth)), hn::Set(d, 1e-7f)), area);
     HWY_ALIGN float value[kSums][kMaxLanes];
@@ -221,15 +226,18 @@ HWY_INLINE void joinCells(D d, const Joining& group, size_t first)
             c[at] = hn::Mul(i == j ? hn::Max(c[at], hn::Set(d, 1e-6f)) : c[at], square);
         }
     const SeenLanes seen = seenLanes(d, group.view, position, c);
-    const float most = opticalDepth(kLargestOpacity);
-    const V depth = hn::MulAdd(light, hn::Div(hn::Set(d, 1.0f), areaLanes(d, seen)), hn::Set(d, kUndrawnDepth));
-    const M dense = hn::Gt(depth, hn::Set(d, most)); // the light stays, on a larger area
-    const V grows = growthLanes(d, seen, hn::Mul(light, hn::Set(d, 1.0f / (most - kUndrawnDepth))));
-    const V factor = hn::IfThenElse(hn::And(dense, hn::Lt(grows, hn::Set(d, 1e4f))), grows, hn::Set(d, 1.0f));
+    const V area = areaLanes(d, seen);
+    const V depth = hn::Add(hn::Div(light, area), hn::Set(d, kUndrawnDepth));
+    V factor = hn::Set(d, 1.0f);
+    if (const M dense = hn::Gt(depth, hn::Set(d, kMostDepth)); !hn::AllFalse(d, dense)) { // widening(), kMostGrowth
+        const V cover = hn::Add(hn::Set(d, kEuler), fineLog(d, depth));
+        const V grows = growthLanes(d, seen, hn::Mul(area, hn::Mul(cover, hn::Set(d, 1.0f / kMostCover))));
+        factor = hn::IfThenElse(hn::And(dense, hn::Lt(grows, hn::Set(d, kMostGrowth))), grows, factor);
+    }
     for (uint32_t i = 0; i < 6; ++i)
         put(hn::Mul(c[i], factor), kTileCovariance + i);
-    const V through = expAny(d, hn::Neg(hn::Min(depth, hn::Set(d, most))));
-    put(hn::Sub(hn::Set(d, 1.0f), through), kTileOpacity);
+    const V through = expAny(d, hn::Neg(depth));
+    put(hn::Min(hn::Sub(hn::Set(d, 1.0f), through), hn::Set(d, kLargestOpacity)), kTileOpacity);
 }
 
 // Appends the Gaussians of a vector that are not joined, as decoded.
@@ -300,15 +308,16 @@ namespace gsc {
 
 HWY_EXPORT(joinGroup);
 
-CoarseLook coarseLook(const CoarseView& view, const GroupRecord& record, const KeptGroup& kept)
+CoarseLook coarseLook(const CoarseView& view, const GroupRecord& record, const KeptGroup& kept, bool shows_all)
 {
     const float cell = wantedCell(view, record.gaussian_min, record.gaussian_max);
     const auto change = [&](const CoarseKey& key) {
         return coarseChange(view, key, cell, record.gaussian_min, record.gaussian_max);
     };
     CoarseLook look{cell, kept.kind == CoarseKind::Far ? change(kept.key) : INFINITY, false, false};
-    look.draws = look.change <= kStaleMost;
-    const bool can_be_far = cell > 0 && change(keyOf(view, cell)) <= 1; // a copy made now is within its bound
+    look.draws = shows_all && look.change <= kStaleMost;
+    const bool can_be_far =
+        shows_all && cell > 0 && change(keyOf(view, cell)) <= 1; // a copy made now is within its bound
     look.due = can_be_far && (kept.kind == CoarseKind::Near ? cell > kNearAgain * kept.key.cell : look.change > 1);
     return look;
 }

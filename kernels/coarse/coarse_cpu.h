@@ -29,7 +29,8 @@ struct CoarseLook {
     bool due;     // it should be made, or made anew
 };
 
-CoarseLook coarseLook(const CoarseView& view, const GroupRecord& record, const KeptGroup& kept);
+// shows_all: the eyes see all of the group; of one that they see in part a copy would show the rest, too.
+CoarseLook coarseLook(const CoarseView& view, const GroupRecord& record, const KeptGroup& kept, bool shows_all);
 
 // A power of two, at least twice as many as there can be cells.
 inline uint32_t tablePlaces(uint32_t gaussians)

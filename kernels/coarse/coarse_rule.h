@@ -4,6 +4,7 @@
 #pragma once
 
 #include "kernels/math/eye.h"
+#include "kernels/math/projection.h"
 #include "kernels/math/real.h"
 
 #include <cmath>
@@ -84,6 +85,26 @@ GSC_HD int cellExponent(float cell)
     return int(__builtin_bit_cast(uint32_t, cell) >> 23 & 255u) - 127;
 }
 
+// Does the eye surely see every anchor of a group? Of one that it sees in part a copy would show the rest, too.
+GSC_HD bool seesAll(const EyeParams& eye, float near_z, const GroupRecord& group)
+{
+    const Vec3<float> c{0.5f * (group.anchor_min[0] + group.anchor_max[0]),
+                        0.5f * (group.anchor_min[1] + group.anchor_max[1]),
+                        0.5f * (group.anchor_min[2] + group.anchor_max[2])};
+    const float hx = group.anchor_max[0] - c.x, hy = group.anchor_max[1] - c.y, hz = group.anchor_max[2] - c.z;
+    const float size = std::fabs(c.x) + std::fabs(c.y) + std::fabs(c.z) + std::fabs(eye.center[0]) +
+                       std::fabs(eye.center[1]) + std::fabs(eye.center[2]);
+    const float radius = std::sqrt(hx * hx + hy * hy + hz * hz) * 1.001f + size * 4e-6f;
+    const Vec3<float> t = viewPoint<float>(eye, c);
+    const auto inside = [&](float along, float focal, float middle, float pixels) {
+        const float half = 0.5f * pixels - 1.0f, off = focal * middle; // of the image, less a pixel
+        const float normal = std::sqrt(focal * focal + (half + std::fabs(off)) * (half + std::fabs(off)));
+        return std::fabs(along * focal - t.z * off) + radius * normal <= t.z * half;
+    };
+    return t.z - radius > near_z && inside(t.x, eye.focal_x, eye.tan_mid_x, float(eye.width)) &&
+           inside(t.y, eye.focal_y, eye.tan_mid_y, float(eye.height));
+}
+
 // How far a copy is off, 1 = due to be made anew: the largest of its changes by their bounds. cell: wantedCell() now. One of
 // finer cells or more levels than are wanted is drawn until it is made anew: nothing is missing in it.
 GSC_HD float coarseChange(const CoarseView& view, const CoarseKey& key, float cell, const float* box_min,
@@ -134,10 +155,12 @@ GSC_HD float opticalDepth(float opacity)
 
 // Factor by which the area of what is joined grows where its optical depth in the middle is more than blending takes: a
 // profile 1 - exp(-depth g) covers Ein(depth) times the area of g, which is 0.5772 + log(depth) for depths above 4.
+constexpr float kEuler = 0.577216f;
+constexpr float kMostDepth = 4.605170f, kMostCover = kEuler + 1.527180f; // of kLargestOpacity
+
 GSC_HD float widening(float depth)
 {
-    constexpr float kMostDepth = 4.605170f, kMostCover = 0.577216f + 1.527180f; // of kLargestOpacity
-    return depth > kMostDepth ? (0.577216f + std::log(depth)) * (1.0f / kMostCover) : 1.0f;
+    return depth > kMostDepth ? (kEuler + std::log(depth)) * (1.0f / kMostCover) : 1.0f;
 }
 
 // Factor of a covariance after which what covers `area` (screenArea()) covers `wanted`, at least `area`. Large where the

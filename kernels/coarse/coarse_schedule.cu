@@ -50,26 +50,6 @@ __device__ __forceinline__ uint32_t wantedPages(const CoarseScheduleArgs& args)
     return min(2 * args.now.budget * kMostPages, args.tables.page_count / 4);
 }
 
-// Does the eye surely see every anchor of a group? Of one that it sees in part a copy would show the rest, too.
-__device__ __forceinline__ bool seesAll(const EyeParams& eye, float near_z, const GroupRecord& group)
-{
-    const Vec3<float> c{0.5f * (group.anchor_min[0] + group.anchor_max[0]),
-                        0.5f * (group.anchor_min[1] + group.anchor_max[1]),
-                        0.5f * (group.anchor_min[2] + group.anchor_max[2])};
-    const float hx = group.anchor_max[0] - c.x, hy = group.anchor_max[1] - c.y, hz = group.anchor_max[2] - c.z;
-    const float size =
-        fabsf(c.x) + fabsf(c.y) + fabsf(c.z) + fabsf(eye.center[0]) + fabsf(eye.center[1]) + fabsf(eye.center[2]);
-    const float radius = sqrtf(hx * hx + hy * hy + hz * hz) * 1.001f + size * 4e-6f;
-    const Vec3<float> t = viewPoint<float>(eye, c);
-    const auto inside = [&](float along, float focal, float middle, float pixels) {
-        const float half = 0.5f * pixels - 1.0f, off = focal * middle; // of the image, less a pixel
-        const float normal = sqrtf(focal * focal + (half + fabsf(off)) * (half + fabsf(off)));
-        return fabsf(along * focal - t.z * off) + radius * normal <= t.z * half;
-    };
-    return t.z - radius > near_z && inside(t.x, eye.focal_x, eye.tan_mid_x, float(eye.width)) &&
-           inside(t.y, eye.focal_y, eye.tan_mid_y, float(eye.height));
-}
-
 struct Looked {
     uint32_t group, eyes;
     float change, cell;

@@ -48,11 +48,16 @@ const std::vector<SeenGroup>& CpuCoarse::choose(CpuFrame& frame, size_t seen_cou
     m_scratch.resize(frame.states.size());
     for (JoinScratch& scratch : m_scratch)
         reserveJoin(m_model.params->n_offsets, scratch);
+    const RasterConstants rules = rasterConstants(*m_model.params, options.near_z);
     const CoarseView view = coarseView(eyes, eye_count, options.detail, options.lod_bias);
     frame.workers.run(seen_count, 256, [&](size_t begin, size_t end, int) {
         for (size_t i = begin; i < end; ++i) {
-            const uint32_t group = frame.selected.seen[i].group;
-            m_looks[i] = coarseLook(view, m_model.groups[group], m_kept[group]);
+            const SeenGroup& seen = frame.selected.seen[i];
+            const GroupRecord& record = m_model.groups[seen.group];
+            bool shows_all = true;
+            for (uint32_t e = 0; e < eye_count; ++e)
+                shows_all = shows_all && ((seen.eyes >> e & 1) == 0 || seesAll(eyes[e], rules.near_z, record));
+            m_looks[i] = coarseLook(view, record, m_kept[seen.group], shows_all);
         }
     });
     chooseDue(frame, seen_count, options, result);
@@ -217,7 +222,7 @@ void CpuCoarse::drawGroup(SplatStore& store, size_t block, size_t capacity, cons
     state.visible[e] += counts.splats;
     state.dropped[e] += counts.dropped;
     state.any_positive[e] |= kept.any_positive;
-    if (paintsBlocks(options.view))
+    if (paintsGaussians(options.view))
         paintSplats(splats, counts.splats, colourOf(options, drawn));
 }
 

@@ -143,7 +143,7 @@ void CpuFrame::decodeBlock(const DecodeArgs& args, const EyeParams* eyes, uint32
                                                 : state.scratch.blocks[e];
         projectInto(stores[e], block, block * capacity, {eyes + e, rules, nullptr, options.columns}, gaussians, e,
                     state);
-        if (paintsBlocks(options.view))
+        if (paintsGaussians(options.view))
             paintBlock(model, stores[e], block, block * capacity, args.visible + first, options.view);
     }
     state.project_ms += watch.lap();

@@ -111,20 +111,20 @@ TEST_CASE("detail: a copy is due by what has changed most")
     std::copy_n(low, 3, record.gaussian_min);
     std::copy_n(high, 3, record.gaussian_max);
     KeptGroup kept;
-    CHECK(coarseLook(at, record, kept).due);
-    CHECK_FALSE(coarseLook(at, record, kept).draws);
-    CHECK_FALSE(coarseLook(viewAt(0, 0, 10), record, kept).due);
+    CHECK(coarseLook(at, record, kept, true).due);
+    CHECK_FALSE(coarseLook(at, record, kept, true).draws);
+    CHECK_FALSE(coarseLook(viewAt(0, 0, 10), record, kept, true).due);
     kept.kind = CoarseKind::Far;
     kept.key = keyOf(at, wantedCell(at, low, high));
-    CHECK_FALSE(coarseLook(at, record, kept).due);
-    CHECK(coarseLook(at, record, kept).draws);
-    const CoarseLook stale = coarseLook(viewAt(1.5f * side, 0, 0), record, kept);
+    CHECK_FALSE(coarseLook(at, record, kept, true).due);
+    CHECK(coarseLook(at, record, kept, true).draws);
+    const CoarseLook stale = coarseLook(viewAt(1.5f * side, 0, 0), record, kept, true);
     CHECK(stale.due);
     CHECK(stale.draws);
-    CHECK_FALSE(coarseLook(viewAt((kStaleMost + 0.2f) * side, 0, 0), record, kept).draws);
+    CHECK_FALSE(coarseLook(viewAt((kStaleMost + 0.2f) * side, 0, 0), record, kept, true).draws);
     kept.kind = CoarseKind::Near;
-    CHECK_FALSE(coarseLook(at, record, kept).due);
-    CHECK(coarseLook(viewAt(0, 0, 9 - 9 * 1.1f * kNearAgain), record, kept).due);
+    CHECK_FALSE(coarseLook(at, record, kept, true).due);
+    CHECK(coarseLook(viewAt(0, 0, 9 - 9 * 1.1f * kNearAgain), record, kept, true).due);
 }
 
 TEST_CASE("detail: what covers more by growing covers what was wanted")

@@ -8,12 +8,6 @@
 
 namespace gsc {
 
-// Are the splats of blocks painted? A frame without detail is near all over.
-inline bool paintsBlocks(FrameView view)
-{
-    return paintsGaussians(view) || view == FrameView::Detail;
-}
-
 // The level of a chunk's anchors.
 inline FalseColour chunkColour(const ModelView& model, uint32_t chunk)
 {
