@@ -33,9 +33,9 @@ void CpuCoarse::clear()
     load(m_model);
 }
 
-const std::vector<SeenGroup>& CpuCoarse::choose(CpuFrame& frame, size_t seen_count, const EyeParams* eyes,
-                                                uint32_t eye_count, const FrameOptions& options, FrameResult& result)
+const std::vector<SeenGroup>& CpuCoarse::choose(const CpuCoarseFrame& frame, FrameResult& result)
 {
+    const FrameOptions& options = frame.options;
     Stopwatch watch;
     if (options.appearance != m_appearance || options.lod_fade != m_fade)
         clear();
@@ -44,23 +44,23 @@ const std::vector<SeenGroup>& CpuCoarse::choose(CpuFrame& frame, size_t seen_cou
     ++m_frame;
     m_kept.resize(m_model.params->group_count);
     m_tiles.resize(m_model.params->group_count);
-    m_looks.resize(seen_count);
+    m_looks.resize(frame.seen_count);
     m_scratch.resize(frame.states.size());
     for (JoinScratch& scratch : m_scratch)
         reserveJoin(m_model.params->n_offsets, scratch);
     const RasterConstants rules = rasterConstants(*m_model.params, options.near_z);
-    const CoarseView view = coarseView(eyes, eye_count, options.detail, options.lod_bias);
-    frame.workers.run(seen_count, 256, [&](size_t begin, size_t end, int) {
+    const CoarseView view = coarseView(frame.eyes, frame.eye_count, options.detail, options.lod_bias);
+    frame.workers.run(frame.seen_count, 256, [&](size_t begin, size_t end, int) {
         for (size_t i = begin; i < end; ++i) {
-            const SeenGroup& seen = frame.selected.seen[i];
+            const SeenGroup& seen = frame.seen[i];
             const GroupRecord& record = m_model.groups[seen.group];
             bool shows_all = true;
-            for (uint32_t e = 0; e < eye_count; ++e)
-                shows_all = shows_all && ((seen.eyes >> e & 1) == 0 || seesAll(eyes[e], rules.near_z, record));
+            for (uint32_t e = 0; e < frame.eye_count; ++e)
+                shows_all = shows_all && ((seen.eyes >> e & 1) == 0 || seesAll(frame.eyes[e], rules.near_z, record));
             m_looks[i] = coarseLook(view, record, m_kept[seen.group], shows_all);
         }
     });
-    chooseDue(frame, seen_count, options, result);
+    chooseDue(frame, result);
     result.times.select += watch.lap();
 
     EyeParams middle{};
@@ -68,28 +68,28 @@ const std::vector<SeenGroup>& CpuCoarse::choose(CpuFrame& frame, size_t seen_cou
     const DecodeArgs args = prepareDecode(m_model, &middle, 1, nullptr, 0, options.appearance, frame.bias);
     frame.workers.run(m_due.size(), 1, [&](size_t begin, size_t end, int worker) {
         for (size_t i = begin; i < end; ++i)
-            makeGroup(args, view, options, frame.selected.seen[m_due[i]].group, m_looks[m_due[i]].cell,
+            makeGroup(args, view, options, frame.seen[m_due[i]].group, m_looks[m_due[i]].cell,
                       frame.states[size_t(worker)], m_scratch[size_t(worker)]);
     });
     m_tile_bytes = 0;
     for (const Buffer<float>& tiles : m_tiles)
         m_tile_bytes += tiles.bytes();
-    list(frame, seen_count, result);
+    list(frame, result);
     result.times.decode += watch.lap();
     result.cache_bytes = m_tile_bytes;
     return m_near;
 }
 
 // What is due, as far as there is memory: first what cannot be drawn as it is, then what is further off.
-void CpuCoarse::chooseDue(const CpuFrame& frame, size_t seen_count, const FrameOptions& options, FrameResult& result)
+void CpuCoarse::chooseDue(const CpuCoarseFrame& frame, FrameResult& result)
 {
     m_due.clear();
-    for (size_t i = 0; i < seen_count; ++i) {
+    for (size_t i = 0; i < frame.seen_count; ++i) {
         if (m_looks[i].due)
             m_due.push_back(uint32_t(i));
-        m_kept[frame.selected.seen[i].group].used = m_frame; // what is in sight stays
+        m_kept[frame.seen[i].group].used = m_frame; // what is in sight stays
     }
-    const uint64_t limit = options.reuse.cache_bytes > 0 ? options.reuse.cache_bytes : m_memory;
+    const uint64_t asked = frame.options.reuse.cache_bytes, limit = asked > 0 ? asked : m_memory;
     const uint64_t most = tileFloats(kGroupSize * m_model.params->n_offsets) * sizeof(float); // of a copy
     const uint64_t wanted = std::min(m_due.size() * most, limit);
     if (m_tile_bytes + wanted > limit)
@@ -163,13 +163,13 @@ void CpuCoarse::makeGroup(const DecodeArgs& args, const CoarseView& view, const 
                      m_frame};
 }
 
-void CpuCoarse::list(const CpuFrame& frame, size_t seen_count, FrameResult& result)
+void CpuCoarse::list(const CpuCoarseFrame& frame, FrameResult& result)
 {
     m_near.clear();
     m_drawn.clear();
     std::fill(std::begin(m_anchors), std::end(m_anchors), 0);
-    for (size_t i = 0; i < seen_count; ++i) {
-        const SeenGroup& seen = frame.selected.seen[i];
+    for (size_t i = 0; i < frame.seen_count; ++i) {
+        const SeenGroup& seen = frame.seen[i];
         const KeptGroup& kept = m_kept[seen.group];
         const bool made = kept.made == m_frame && kept.kind == CoarseKind::Far;
         if (!made && (kept.kind != CoarseKind::Far || !m_looks[i].draws)) {
@@ -226,19 +226,19 @@ void CpuCoarse::drawGroup(SplatStore& store, size_t block, size_t capacity, cons
         paintSplats(splats, counts.splats, colourOf(options, drawn));
 }
 
-void CpuCoarse::draw(CpuFrame& frame, const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options,
+void CpuCoarse::draw(const CpuCoarseFrame& frame, SplatStore* stores, size_t first_block, size_t capacity,
                      FrameResult& result) const
 {
     Stopwatch watch;
+    const FrameOptions& options = frame.options;
     const RasterConstants rules = rasterConstants(*m_model.params, options.near_z);
-    const size_t first_block = frame.blocks();
     frame.workers.run(m_drawn.size(), 1, [&](size_t begin, size_t end, int worker) {
         for (size_t i = begin; i < end; ++i)
-            for (uint32_t e = 0; e < eye_count; ++e)
-                drawGroup(frame.stores[e], first_block + i, frame.capacity, {eyes + e, rules, nullptr, options.columns},
+            for (uint32_t e = 0; e < frame.eye_count; ++e)
+                drawGroup(stores[e], first_block + i, capacity, {frame.eyes + e, rules, nullptr, options.columns},
                           options, m_drawn[i], e, frame.states[size_t(worker)]);
     });
-    addAnchors(eye_count, result);
+    addAnchors(frame.eye_count, result);
     result.times.project += watch.lap();
 }
 

@@ -7,11 +7,24 @@
 
 #include "kernels/coarse/coarse_cpu.h"
 #include "kernels/present/false_colour.h"
-#include "runtime/cpu/frame_cpu.h"
+#include "kernels/threads/parallel.h"
+#include "runtime/cpu/frame/decode_state.h"
 
 #include <vector>
 
 namespace gsc {
+
+// A frame on its way through the stages.
+struct CpuCoarseFrame {
+    const EyeParams* eyes;
+    uint32_t eye_count;
+    const FrameOptions& options;
+    const Workers& workers;
+    std::vector<DecodeState>& states;
+    Buffer<float>& bias;
+    const SeenGroup* seen; // groups that the eyes see
+    size_t seen_count;
+};
 
 class CpuCoarse {
 public:
@@ -24,11 +37,10 @@ public:
 
     // Of the groups that the frame has seen: makes what is due, and lists what is drawn from its copy. Returns the others,
     // in file order: they are near. Fills the coarse and cache counts of `result`.
-    const std::vector<SeenGroup>& choose(CpuFrame& frame, size_t seen_count, const EyeParams* eyes, uint32_t eye_count,
-                                         const FrameOptions& options, FrameResult& result);
-    // Projects the copies into the frame's stores, behind the blocks of what is near. Stores hold blocks() more.
-    // After decode: counts the anchors of the copies beside its own.
-    void draw(CpuFrame& frame, const EyeParams* eyes, uint32_t eye_count, const FrameOptions& options,
+    const std::vector<SeenGroup>& choose(const CpuCoarseFrame& frame, FrameResult& result);
+    // Projects the copies into the stores' blocks from first_block on, blocks() of them, of `capacity` slots each. After
+    // decode: counts the anchors of the copies beside its own.
+    void draw(const CpuCoarseFrame& frame, SplatStore* stores, size_t first_block, size_t capacity,
               FrameResult& result) const;
 
     [[nodiscard]] size_t blocks() const { return m_drawn.size(); } // that the last frame draws
@@ -43,11 +55,11 @@ private:
         GroupSource source;
     };
 
-    void chooseDue(const CpuFrame& frame, size_t seen_count, const FrameOptions& options, FrameResult& result);
+    void chooseDue(const CpuCoarseFrame& frame, FrameResult& result);
     void evict(uint64_t wanted, FrameResult& result);
     void makeGroup(const DecodeArgs& args, const CoarseView& view, const FrameOptions& options, uint32_t index,
                    float cell, DecodeState& state, JoinScratch& scratch);
-    void list(const CpuFrame& frame, size_t seen_count, FrameResult& result);
+    void list(const CpuCoarseFrame& frame, FrameResult& result);
     void addAnchors(uint32_t eye_count, FrameResult& result) const;
     [[nodiscard]] FalseColour colourOf(const FrameOptions& options, const Drawn& drawn) const;
     void drawGroup(SplatStore& store, size_t block, size_t capacity, const ProjectArgs& args,

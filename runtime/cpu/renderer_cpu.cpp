@@ -97,10 +97,13 @@ private:
                     FrameResult& result)
     {
         const size_t seen = m_frame.selectGroups(chosen, eye_count, options, result);
-        const std::vector<SeenGroup>& near = m_coarse.choose(m_frame, seen, eyes, eye_count, options, result);
+        const CpuCoarseFrame frame{
+            eyes, eye_count, options, m_frame.workers, m_frame.states, m_frame.bias, m_frame.selected.seen.data(),
+            seen};
+        const std::vector<SeenGroup>& near = m_coarse.choose(frame, result);
         m_frame.selectAnchors(chosen, eye_count, options, near, result);
         m_frame.decode(eyes, eye_count, options, result, m_coarse.blocks());
-        m_coarse.draw(m_frame, eyes, eye_count, options, result);
+        m_coarse.draw(frame, m_frame.stores, m_frame.blocks(), m_frame.capacity, result);
     }
 
     // Blocks of an eye's store, and which groups they are.
