@@ -11,5 +11,5 @@ set(gsc_runtime_cuda
   cuda/frame/frame_stages.cpp
   cuda/picture_cuda.cpp
   cuda/renderer_cuda.cpp
-  coarse/coarse_cuda.cpp
+  reuse/coarse/coarse_cuda.cpp
   reuse/reuse_cuda.cpp)

@@ -47,7 +47,7 @@ RULES = {
     "runtime/metrics/convolve3x3": "runtime/metrics kernels/simd",
     "runtime/module": "format",
     "runtime/records": "format kernels/include runtime/include runtime/cli",
-    "player": "format kernels/include kernels/frame kernels/math kernels/threads/stopwatch runtime !runtime/cpu !runtime/cuda/device !runtime/cuda/frame !runtime/reuse !runtime/coarse",
+    "player": "format kernels/include kernels/frame kernels/math kernels/threads/stopwatch runtime !runtime/cpu !runtime/cuda/device !runtime/cuda/frame !runtime/reuse",
     "convert": "format kernels/include kernels/frame kernels/math kernels/sensitivity kernels/threads runtime",
     "convert/bake": "format kernels !kernels/reuse runtime convert/input convert/survey convert/write",
     "convert/chart": "format runtime/cli runtime/module runtime/records convert/page",

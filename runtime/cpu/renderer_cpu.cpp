@@ -6,7 +6,7 @@
 #include "runtime/backend/frame_checks.h"
 
 #include "kernels/threads/stopwatch.h"
-#include "runtime/coarse/coarse_cpu.h"
+#include "runtime/reuse/coarse/coarse_cpu.h"
 #include "runtime/view/lod_lag.h"
 #include "runtime/reuse/reuse_cpu.h"
 #include "runtime/cpu/frame/paint_cpu.h"

@@ -6,7 +6,7 @@
 #include "kernels/present/false_colour.h"
 #include "runtime/backend/frame_checks.h"
 #include "runtime/view/lod_lag.h"
-#include "runtime/coarse/coarse_cuda.h"
+#include "runtime/reuse/coarse/coarse_cuda.h"
 #include "runtime/reuse/reuse_cuda.h"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Far groups drawn from coarse copies, on a CPU.
-#include "runtime/coarse/coarse_cpu.h"
+#include "runtime/reuse/coarse/coarse_cpu.h"
 #include "tests/kernels/coarse_scene.h"
 #include "tests/runtime/reuse_tools.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/coarse/coarse_cpu.h"
+#include "runtime/reuse/coarse/coarse_cpu.h"
 
 #include "kernels/math/anchor.h"
 #include "kernels/math/lod.h"

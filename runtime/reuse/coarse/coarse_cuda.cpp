@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/coarse/coarse_cuda.h"
+#include "runtime/reuse/coarse/coarse_cuda.h"
 
 #include <algorithm>
 
