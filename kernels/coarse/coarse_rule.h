@@ -11,10 +11,12 @@
 
 namespace gsc {
 
-constexpr float kFarShare = 0.9f;        // of a group's Gaussians that are small: from there on it is far
-constexpr float kMostDirection = 0.03f;  // change of the unit view direction that a copy is good for
-constexpr float kMostCloser = 0.3f;      // octaves of distance that the camera may come closer
-constexpr float kMostFurther = 0.75f;    // and leave
+constexpr float kFarShare = 0.9f;       // of a group's Gaussians that are small: from there on it is far
+constexpr float kMostDirection = 0.03f; // change of the unit view direction that a copy is good for
+constexpr float kMostCloser = 0.3f;     // octaves of distance that the camera may come closer
+constexpr float kMostFurther = 0.75f;   // and leave
+// the same of a model with levels
+constexpr float kMostCloserOfLevels = 0.08f, kMostFurtherOfLevels = 0.15f;
 constexpr float kMostLevels = 0.1f;      // of FrameOptions::lod_bias
 constexpr float kStaleMost = 2.0f;       // of these bounds: a copy that is further off is not drawn
 constexpr float kNearAgain = 1.2f;       // a group that was near is looked at again when its cells are as much larger
@@ -24,11 +26,12 @@ enum class CoarseKind : uint32_t { Unknown = 0, Far = 1, Near = 2 };
 
 // From where a frame makes copies, and what its cells follow.
 struct CoarseView {
-    float center[3];     // between the eyes, world units
-    float pixel_at_one;  // what a pixel of the finer eye spans at distance 1, in the middle of its image
-    float cell_at_one;   // edge of a cell at distance 1: detail times that
-    float half_distance; // between the eyes, world units
-    float lod_bias;      // FrameOptions
+    float center[3];                 // between the eyes, world units
+    float pixel_at_one;              // what a pixel of the finer eye spans at distance 1, in the middle of its image
+    float cell_at_one;               // edge of a cell at distance 1: detail times that
+    float half_distance;             // between the eyes, world units
+    float lod_bias;                  // FrameOptions
+    float most_closer, most_further; // octaves of distance that a copy is good for
 };
 
 // What a group was last made for, or looked at for.
@@ -43,8 +46,8 @@ GSC_HD CoarseKey keyOf(const CoarseView& view, float cell)
     return {{view.center[0], view.center[1], view.center[2]}, cell, view.lod_bias};
 }
 
-// View that copies are made from. Precondition: eye_count is 1 or 2, detail is above 0.
-inline CoarseView coarseView(const EyeParams* eyes, uint32_t eye_count, float detail, float lod_bias)
+// View that copies are made from. levels: of a model whose anchors come and go with distance. Precondition: eye_count is 1 or 2, detail is above 0.
+inline CoarseView coarseView(const EyeParams* eyes, uint32_t eye_count, float detail, float lod_bias, bool levels)
 {
     CoarseView view{};
     float square = 0, focal = 0;
@@ -59,6 +62,8 @@ inline CoarseView coarseView(const EyeParams* eyes, uint32_t eye_count, float de
     view.cell_at_one = detail / focal;
     view.half_distance = 0.5f * std::sqrt(square);
     view.lod_bias = lod_bias;
+    view.most_closer = levels ? kMostCloserOfLevels : kMostCloser;
+    view.most_further = levels ? kMostFurtherOfLevels : kMostFurther;
     return view;
 }
 
@@ -126,8 +131,7 @@ GSC_HD float coarseChange(const CoarseView& view, const CoarseKey& key, float ce
     // the eyes see it from either side
     const float direction = (std::sqrt(turned) + view.half_distance * inverse_a) * (1.0f / kMostDirection);
     const float octaves = std::log2(cell) - std::log2(key.cell);
-    const float size =
-        octaves < 0 ? octaves * (-1.0f / kMostCloser) : minNumber(octaves * (1.0f / kMostFurther), kStaleMost);
+    const float size = octaves < 0 ? -octaves / view.most_closer : minNumber(octaves / view.most_further, kStaleMost);
     const float more = (view.lod_bias - key.lod_bias) * (1.0f / kMostLevels);
     const float levels = more < 0 ? minNumber(-more, kStaleMost) : more;
     const float change = maxNumber(maxNumber(direction, size), levels);

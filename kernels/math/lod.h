@@ -96,6 +96,12 @@ GSC_HD LevelChoice<Real> chooseLevel(LevelRule rule, Real predicted, int32_t lev
     return {saturatingInt(r), Real(1)};
 }
 
+// Do anchors come and go with distance?
+GSC_HD bool levelsSwitch(const ModelParams& params)
+{
+    return (params.flags & kModelHasLevels) != 0 && params.level_rule != uint32_t(LevelRule::None);
+}
+
 // Is an anchor of `level` shown from `center`? fraction: its opacity factor. shift: lodShift() of its level; extra: its
 // extra level.
 template <typename Real>
@@ -103,7 +109,7 @@ GSC_HD bool levelShows(const ModelParams& params, int32_t level, const Vec3<Real
                        const Real* center, Real lod_bias, Real lod_fade, Real& fraction)
 {
     fraction = Real(1);
-    if (!(params.flags & kModelHasLevels) || params.level_rule == uint32_t(LevelRule::None))
+    if (!levelsSwitch(params))
         return true;
     const Real predicted = predictedLevel<Real>(params, p, shift, center, extra, lod_bias);
     const LevelChoice<Real> choice = chooseLevel(LevelRule(params.level_rule), predicted, params.level_clamp, lod_fade);

@@ -49,7 +49,8 @@ const std::vector<SeenGroup>& CpuCoarse::choose(const CpuCoarseFrame& frame, Fra
     for (JoinScratch& scratch : m_scratch)
         reserveJoin(m_model.params->n_offsets, scratch);
     const RasterConstants rules = rasterConstants(*m_model.params, options.near_z);
-    const CoarseView view = coarseView(frame.eyes, frame.eye_count, options.detail, options.lod_bias);
+    const CoarseView view =
+        coarseView(frame.eyes, frame.eye_count, options.detail, options.lod_bias, levelsSwitch(*m_model.params));
     frame.workers.run(frame.seen_count, 256, [&](size_t begin, size_t end, int) {
         for (size_t i = begin; i < end; ++i) {
             const SeenGroup& seen = frame.seen[i];

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/reuse/coarse/coarse_cuda.h"
 
+#include "kernels/math/lod.h"
+
 #include <algorithm>
 
 namespace gsc {
@@ -27,6 +29,7 @@ void CudaCoarse::prepare(const DeviceScene& scene)
 {
     const DeviceModel& model = scene.model();
     m_forget = true;
+    m_levels = levelsSwitch(model.params);
     size_t left = 0, total = 0;
     GSC_CUDA_CHECK(cudaMemGetInfo(&left, &total));
     m_tables.group_count = uint32_t(model.params.group_count);
@@ -61,7 +64,7 @@ const CoarseNow& CudaCoarse::begin(const FrameNow& frame, uint32_t eye_count, co
     }
     m_appearance = options.appearance;
     m_lod_fade = options.lod_fade;
-    m_now.view = coarseView(frame.eyes, eye_count, options.detail, options.lod_bias);
+    m_now.view = coarseView(frame.eyes, eye_count, options.detail, options.lod_bias, m_levels);
     m_now.budget = m_unlimited ? m_tables.group_count : m_tables.group_count / kBudgetShare + kLeastBudget;
     m_now.again = 0;
     ++m_now.frame;

@@ -43,6 +43,7 @@ private:
     CoarseNow m_now{};
     Pinned<CoarseCounters> m_pinned[kFramesInFlight];
     bool m_unlimited;
+    bool m_levels = false;     // of the model: levelsSwitch()
     bool m_forget = true;      // before the next frame
     int32_t m_appearance = -1; // that copies were made for, as is the fade
     float m_lod_fade = 0;
