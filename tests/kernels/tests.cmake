@@ -28,7 +28,7 @@ gsc_add_test(test_kernel_frame SOURCES kernels/test_frame.cpp LIBS ${kernel_libs
 
 set(gsc_test_cuda_sources
     support/gpu_main.cpp kernels/gpu_tools.cpp kernels/test_cuda_frame.cpp kernels/test_cuda_graph.cpp kernels/test_cuda_pictures.cpp kernels/test_cuda_passes.cpp kernels/test_cuda_renderer.cpp kernels/test_cuda_service.cpp kernels/test_cuda_depth.cpp kernels/test_cuda_bands.cpp kernels/test_cuda_false_colours.cpp kernels/test_cuda_foveation.cpp kernels/test_cuda_scores.cpp
-    kernels/test_cuda_coarse.cpp kernels/test_cuda_coarse_models.cpp kernels/test_cuda_coarse_limits.cpp
+    kernels/test_cuda_coarse.cpp kernels/test_cuda_coarse_models.cpp kernels/test_cuda_coarse_limits.cpp kernels/test_cuda_coarse_scenes.cpp
     kernels/test_cuda_shared.cpp kernels/test_cuda_far.cpp kernels/test_cuda_reuse.cpp kernels/test_cuda_reuse_policy.cpp
     kernels/test_cuda_reuse_limits.cpp kernels/test_cuda_load.cpp kernels/test_cuda_select.cpp
     kernels/gpu_decode.cpp kernels/test_cuda_decode.cpp kernels/test_cuda_decode_ring.cpp
