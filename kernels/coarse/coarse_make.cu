@@ -228,8 +228,8 @@ __device__ __forceinline__ void makeStrip(const CoarseCudaArgs& args, MakeShared
         positions[r][1] = p.y;
         positions[r][2] = p.z;
         exists[r] = row < count && levelShows<float>(model.params, model.levels[level_index].level, {p.x, p.y, p.z},
-                                                     model.lod_shift[level_index], p.w, args.view.center, args.lod_bias,
-                                                     args.lod_fade, fractions[r]);
+                                                     model.lod_shift[level_index], p.w, args.view.level_center,
+                                                     args.lod_bias, args.lod_fade, fractions[r]);
     }
     uint32_t feature[2][4];
     float levels[2];

@@ -31,6 +31,7 @@ struct CoarseView {
     float cell_at_one;               // edge of a cell at distance 1: detail times that
     float half_distance;             // between the eyes, world units
     float lod_bias;                  // FrameOptions
+    float level_center[3];           // from where levels are chosen: LodLag
     float most_closer, most_further; // octaves of distance that a copy is good for
 };
 
@@ -47,13 +48,15 @@ GSC_HD CoarseKey keyOf(const CoarseView& view, float cell)
 }
 
 // View that copies are made from. levels: of a model whose anchors come and go with distance. Precondition: eye_count is 1 or 2, detail is above 0.
-inline CoarseView coarseView(const EyeParams* eyes, uint32_t eye_count, float detail, float lod_bias, bool levels)
+inline CoarseView coarseView(const EyeParams* eyes, const EyeParams* level_eyes, uint32_t eye_count, float detail,
+                             float lod_bias, bool levels)
 {
     CoarseView view{};
     float square = 0, focal = 0;
     for (int i = 0; i < 3; ++i) {
         const float a = eyes[0].center[i], b = eyes[eye_count - 1].center[i];
         view.center[i] = 0.5f * (a + b);
+        view.level_center[i] = 0.5f * (level_eyes[0].center[i] + level_eyes[eye_count - 1].center[i]);
         square += (a - b) * (a - b);
     }
     for (uint32_t e = 0; e < eye_count; ++e)

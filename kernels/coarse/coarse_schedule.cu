@@ -167,7 +167,7 @@ __global__ void __launch_bounds__(1024) levelsKernel(const __grid_constant__ Coa
     if (threadIdx.x != 0)
         return;
     counters.granted_before = granted;
-    // one bucket more than fits; what is in sight stays
+    // one bucket more than fits; what the frame before drew stays
     counters.evicted_from =
         missing != 0 && args.now.again == 0 ? max(kCoarseAges - min(within + 1, kCoarseAges), 2u) : 0u;
 }
@@ -206,7 +206,8 @@ __global__ void __launch_bounds__(kThreads) listKernel(const __grid_constant__ C
             is_drawn = !is_wanted && is_usable && looked.shows_all;
             if (!is_wanted && !is_drawn) {
                 ++near;
-                if (kept.pages != 0 && !is_usable) { // grossly off: it has to be made anew in any case
+                if (kept.pages != 0 && !is_usable &&
+                    args.now.again == 0) { // grossly off: it has to be made anew in any case
                     givePages(tables, looked.group, kept.pages);
                     tables.groups[looked.group] = CoarseGroup{};
                 }

@@ -56,8 +56,8 @@ void addLevelOptions(CLI::App& app, PlayOptions& options)
     addNumber(
         app, "--detail", options.frame.detail, {0, double(kMostDetail)}, " pixels", "PIXELS (default: 0)",
         "smallest detail that is drawn by itself: groups of anchors that are far are drawn coarse, from copies in "
-        "which what is smaller is joined, and which later frames of a path draw again; 0 = everything. What no "
-        "frame before has seen, such as single pictures, is drawn as without it");
+        "which what is smaller is joined, and which later frames of a path draw again; 0 = everything. Single "
+        "pictures gain little: a frame makes only some of its copies");
     addNumber(app, "--lod-bias", options.frame.lod_bias, {-kMaxLodBias, kMaxLodBias}, " levels", "X (default: 0)",
               "levels added to the one that distance asks for: below 0 draws less, 0 is the trainer's");
     addNumber(app, "--lod-fade", options.frame.lod_fade, {0, kMaxLodWidth}, " levels", "X (default: 0)",

@@ -97,9 +97,15 @@ private:
                     FrameResult& result)
     {
         const size_t seen = m_frame.selectGroups(chosen, eye_count, options, result);
-        const CpuCoarseFrame frame{
-            eyes, eye_count, options, m_frame.workers, m_frame.states, m_frame.bias, m_frame.selected.seen.data(),
-            seen};
+        const CpuCoarseFrame frame{eyes,
+                                   chosen,
+                                   eye_count,
+                                   options,
+                                   m_frame.workers,
+                                   m_frame.states,
+                                   m_frame.bias,
+                                   m_frame.selected.seen.data(),
+                                   seen};
         const std::vector<SeenGroup>& near = m_coarse.choose(frame, result);
         m_frame.selectAnchors(chosen, eye_count, options, near, result);
         m_frame.decode(eyes, eye_count, options, result, m_coarse.blocks());

@@ -150,7 +150,7 @@ private:
     // What the frame's graph is launched with.
     const FrameNow& beginNow(const FrameShape& shape, const FrameNow& plain, const FrameRequest& request,
                              uint32_t flight);
-    const FrameNow& beginCoarse(const FrameShape& shape, const FrameOptions& options);
+    const FrameNow& beginCoarse(const FrameShape& shape, const FrameRequest& request);
     FrameGraph& graphFor(const FrameShape& shape, const FrameNow& now, uint32_t flight);
     void end(Flight& flight);
 
@@ -277,7 +277,7 @@ const FrameNow& CudaRenderer::beginNow(const FrameShape& shape, const FrameNow& 
             m_reuse.skipFrame();
     }
     if (shape.coarse)
-        return again ? m_coarse.beginAgain() : beginCoarse(shape, options);
+        return again ? m_coarse.beginAgain() : beginCoarse(shape, request);
     if (!shape.uses_reuse)
         return m_now;
     if (again)
@@ -290,14 +290,19 @@ const FrameNow& CudaRenderer::beginNow(const FrameShape& shape, const FrameNow& 
     return m_reuse.begin(m_now, shape.eye_count, options, flight, m_stream);
 }
 
-const FrameNow& CudaRenderer::beginCoarse(const FrameShape& shape, const FrameOptions& options)
+// Copies take a share of what the largest pictures leave, so that it does not matter which frames have them by now.
+const FrameNow& CudaRenderer::beginCoarse(const FrameShape& shape, const FrameRequest& request)
 {
     if (m_coarse.needsMemory()) {
         giveFramesBack();
-        m_coarse.prepare(m_scene);
+        uint64_t pictures = kFramesInFlight * m_pictures;
+        for (const Flight& flight : m_flights)
+            pictures -= std::min(pictures, flight.pictureBytes());
+        m_coarse.prepare(m_scene, pictures);
         m_free = freeForFrames();
     }
-    return m_coarse.begin(m_now, shape.eye_count, options, m_device.limits().processors, m_stream);
+    return m_coarse.begin(m_now, shape.eye_count, request.options, request.repeats != 0, m_device.limits().processors,
+                          m_stream);
 }
 
 FrameGraph& CudaRenderer::graphFor(const FrameShape& shape, const FrameNow& now, uint32_t flight)
@@ -350,11 +355,13 @@ uint64_t CudaRenderer::begin(const FrameRequest& request)
     plain.run_count = m_scene.runsThere();
     flight.anchors_absent = m_scene.anchorsAbsent();
     if (shape.exact && !m_scene.exactLoaded()) {
+        m_coarse.release();
         giveFramesBack(); // what frames in `fast` took may be what the model in fp32 needs
         m_scene.loadExact(m_stream);
         m_free = freeForFrames();
     }
     if (paintsGaussians(shape.view) && m_scene.origins() == nullptr) {
+        m_coarse.release();
         giveFramesBack();
         m_scene.loadOrigins(m_stream);
         m_free = freeForFrames();

@@ -17,7 +17,7 @@ namespace {
 
 CoarseView viewAt(float x, float y, float z, float detail = 2)
 {
-    return {{x, y, z}, 0.01f, detail * 0.01f, 0, 0, kMostCloser, kMostFurther};
+    return {{x, y, z}, 0.01f, detail * 0.01f, 0, 0, {x, y, z}, kMostCloser, kMostFurther};
 }
 
 // Gaussians of a group whose box is the unit cube, seen from z = -100: there a pixel is 1 wide.

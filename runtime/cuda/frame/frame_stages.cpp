@@ -90,11 +90,11 @@ FrameShape frameShape(const ModelParams& params, Tier tier, uint32_t eye_count, 
     if (options.reuse.policy != ReusePolicy::None && tier == Tier::Exact)
         throw Error(ErrorCode::Unsupported, "cuda: reuse in the tier exact, expected reuse policy none there; use the "
                                             "tier fast, if the model has it, or the backend cpu");
-    if (options.detail > 0 && tier == Tier::Exact)
+    if (options.detail > 0 && options.tier == Tier::Exact)
         throw Error(
             ErrorCode::Unsupported,
-            formatString("cuda: detail of %g pixels in the tier exact, expected 0 there; use the tier fast, if the "
-                         "model has it, or the backend cpu",
+            formatString("cuda: detail of %g pixels in the tier exact, expected 0 there; use the tier fast or the "
+                         "backend cpu",
                          double(options.detail)));
     FrameShape shape{};
     uint32_t width = 0, height = 0;
@@ -122,7 +122,7 @@ FrameShape frameShape(const ModelParams& params, Tier tier, uint32_t eye_count, 
     shape.merged = decodesMerged(options, eye_count);
     shape.thins = !shape.exact && options.foveation.smallest > 0;
     shape.uses_reuse = options.reuse.policy != ReusePolicy::None;
-    shape.coarse = options.detail > 0;
+    shape.coarse = options.detail > 0 && tier != Tier::Exact; // else a model that `fast` cannot decode: all is drawn
     std::copy_n(options.background, 3, shape.background);
     shape.appearance = options.appearance;
     shape.empty_is_black = options.empty_is_black;

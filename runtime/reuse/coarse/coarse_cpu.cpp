@@ -49,8 +49,8 @@ const std::vector<SeenGroup>& CpuCoarse::choose(const CpuCoarseFrame& frame, Fra
     for (JoinScratch& scratch : m_scratch)
         reserveJoin(m_model.params->n_offsets, scratch);
     const RasterConstants rules = rasterConstants(*m_model.params, options.near_z);
-    const CoarseView view =
-        coarseView(frame.eyes, frame.eye_count, options.detail, options.lod_bias, levelsSwitch(*m_model.params));
+    const CoarseView view = coarseView(frame.eyes, frame.level_eyes, frame.eye_count, options.detail, options.lod_bias,
+                                       levelsSwitch(*m_model.params));
     frame.workers.run(frame.seen_count, 256, [&](size_t begin, size_t end, int) {
         for (size_t i = begin; i < end; ++i) {
             const SeenGroup& seen = frame.seen[i];
@@ -137,8 +137,8 @@ void CpuCoarse::makeGroup(const DecodeArgs& args, const CoarseView& view, const 
         VisibleAnchor& anchor = anchors[count];
         anchor = {record.chunk, first + i, 1, {1, 1}};
         count += levelShows<float>(*m_model.params, level, anchorPosition(m_model, record.chunk, first + i), shift,
-                                   anchorExtraLevel(m_model, record.chunk, first + i), view.center, options.lod_bias,
-                                   options.lod_fade, anchor.fraction[0]);
+                                   anchorExtraLevel(m_model, record.chunk, first + i), view.level_center,
+                                   options.lod_bias, options.lod_fade, anchor.fraction[0]);
     }
     DecodeArgs own = args;
     own.visible = anchors;

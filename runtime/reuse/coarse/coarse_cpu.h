@@ -17,6 +17,7 @@ namespace gsc {
 // A frame on its way through the stages.
 struct CpuCoarseFrame {
     const EyeParams* eyes;
+    const EyeParams* level_eyes; // from where levels are chosen
     uint32_t eye_count;
     const FrameOptions& options;
     const Workers& workers;

@@ -25,7 +25,7 @@ void CudaCoarse::release()
     m_forget = true;
 }
 
-void CudaCoarse::prepare(const DeviceScene& scene)
+void CudaCoarse::prepare(const DeviceScene& scene, uint64_t others)
 {
     const DeviceModel& model = scene.model();
     m_forget = true;
@@ -36,7 +36,8 @@ void CudaCoarse::prepare(const DeviceScene& scene)
     const double gaussians = double(model.anchor_count) * model.params.n_offsets;
     const uint64_t all =
         uint64_t(gaussians * kKeptShare / kPageGaussians) + uint64_t(m_tables.group_count) + kMostPages;
-    const uint64_t room = m_arena.free(left) / kShareOfMemory / (sizeof(CoarsePage) + 2 * sizeof(uint32_t));
+    const uint64_t room = (m_arena.free(left) - std::min(m_arena.free(left), others)) / kShareOfMemory /
+                          (sizeof(CoarsePage) + 2 * sizeof(uint32_t));
     m_tables.page_count = uint32_t(std::min<uint64_t>({all, room, kNoPage / 2}));
     layOutIn(m_arena, "coarse copies", [&](ArenaLayout& layout) {
         const size_t groups = m_tables.group_count;
@@ -53,21 +54,25 @@ void CudaCoarse::prepare(const DeviceScene& scene)
     });
 }
 
-const CoarseNow& CudaCoarse::begin(const FrameNow& frame, uint32_t eye_count, const FrameOptions& options,
+const CoarseNow& CudaCoarse::begin(const FrameNow& frame, uint32_t eye_count, const FrameOptions& options, bool repeats,
                                    uint32_t processors, const CudaStream& stream)
 {
     setNow(m_now, frame);
-    if (m_forget || options.appearance != m_appearance || options.lod_fade != m_lod_fade) {
+    const bool changed = options.appearance != m_appearance || options.lod_fade != m_lod_fade;
+    const bool forgets = m_forget || changed;
+    if (forgets) {
         resetCoarseCuda(m_tables, processors, stream.handle);
         m_now.frame = 0;
-        m_forget = false;
     }
+    // photographs that each have a row of their own would make copies that nobody draws
+    const bool makes = m_forget || !changed;
+    m_forget = false;
     m_appearance = options.appearance;
     m_lod_fade = options.lod_fade;
-    m_now.view = coarseView(frame.eyes, eye_count, options.detail, options.lod_bias, m_levels);
-    m_now.budget = m_unlimited ? m_tables.group_count : m_tables.group_count / kBudgetShare + kLeastBudget;
-    m_now.again = 0;
-    ++m_now.frame;
+    m_now.view = coarseView(frame.eyes, frame.level_eyes, eye_count, options.detail, options.lod_bias, m_levels);
+    m_now.budget = !makes ? 0 : m_unlimited ? m_tables.group_count : m_tables.group_count / kBudgetShare + kLeastBudget;
+    m_now.again = repeats && !forgets ? 1 : 0;
+    m_now.frame += m_now.again == 0 ? 1 : 0;
     return m_now;
 }
 

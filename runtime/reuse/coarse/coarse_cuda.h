@@ -18,12 +18,14 @@ public:
     void release();
     // Must prepare() take memory? Then graphs and the memory of frames are to be given back before.
     [[nodiscard]] bool needsMemory() const { return m_arena.bytes() == 0; }
-    // Room for the copies of the model, as many as a share of what is free allows. Throws Error (OutOfMemory, Device).
-    void prepare(const DeviceScene& scene);
+    // Room for the copies of the model, as many as a share of what is free allows, less `others` bytes. Throws Error
+    // (OutOfMemory, Device).
+    void prepare(const DeviceScene& scene, uint64_t others);
 
-    // Begins a frame. After prepare(). Returns what its graph is launched with, as long as this lives.
-    const CoarseNow& begin(const FrameNow& now, uint32_t eye_count, const FrameOptions& options, uint32_t processors,
-                           const CudaStream& stream);
+    // Begins a frame. After prepare(). Returns what its graph is launched with, as long as this lives. repeats: it is drawn
+    // again after another was begun: from the copies there are, and none is made.
+    const CoarseNow& begin(const FrameNow& now, uint32_t eye_count, const FrameOptions& options, bool repeats,
+                           uint32_t processors, const CudaStream& stream);
     const CoarseNow& beginAgain(); // the frame begun last overflowed; nothing is decided anew
 
     void prepareFrame(FrameCapture& capture, const FrameJob& job) const override;
