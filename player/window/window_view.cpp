@@ -93,7 +93,7 @@ Guarded WindowSession::guarded(const FrameChoice& choice) const
 
 std::string WindowSession::whyNot(const FrameChoice& choice) const
 {
-    if (choice.detailPixels() > 0 && choice.reuse.policy != ReusePolicy::None)
+    if (choice.detail > 0 && choice.reuse.policy != ReusePolicy::None)
         return formatString(
             "detail %g: together with reuse %s, expected one of them, because both keep what was decoded; "
             "switch the other off",

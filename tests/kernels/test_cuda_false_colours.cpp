@@ -135,7 +135,7 @@ std::vector<EyeParams> fromAfar(float apart)
     std::vector<EyeParams> eyes;
     for (const float side : {-0.5f, 0.5f}) {
         const float position[3] = {side * apart, 0.2f, -12}, target[3] = {side * apart, 0, 0};
-        eyes.push_back(lookAt(position, target, 0.2f, 128, 96));
+        eyes.push_back(lookAt(position, target, 0.45f, 128, 96));
     }
     return eyes;
 }

@@ -38,6 +38,8 @@ struct CoarseScene {
             return 1000;
         CoarseView view{};
         view.lod_bias = float(bias);
+        view.most_closer = kMostCloser;
+        view.most_further = kMostFurther;
         const float low[3] = {9, -1, -1}, high[3] = {11, 1, 1};
         const CoarseKey key{{}, float(group.detail), float(group.bias)};
         return double(coarseChange(view, key, float(detail), low, high));
