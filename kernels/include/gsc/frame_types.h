@@ -167,7 +167,7 @@ struct FrameOptions {
     Foveation foveation;
     // Pixels that the smallest detail drawn by itself takes, 0 to kMostDetail; 0 = everything is drawn. Groups of anchors
     // that are far are drawn from coarse copies, which are kept from frame to frame (kernels/coarse/README.md). Not with
-    // `reuse`, nor in the tier `exact` on a GPU.
+    // `reuse`, nor in the tier `exact` on a GPU. On a CPU ReuseOptions::cache_bytes bounds the memory of copies.
     float detail = 0;
     // Columns of every eye that are drawn. Targets are of the whole image, and their other columns are not touched. Only
     // what the columns can show is selected and decoded, and counts are of that. Pixels and depths are those of the whole
