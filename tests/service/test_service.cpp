@@ -354,7 +354,7 @@ TEST_CASE("detail is another kind of pose: how it is shared is tried anew, and n
                                      [](const TraceEvent& event) { return event.cause.starts_with("tries all"); });
     };
     FrameOptions frame;
-    for (const auto [detail, tried] : {std::pair(0.0f, 1), {2.0f, 2}, {2.5f, 2}, {0.0f, 3}}) {
+    for (const auto& [detail, tried] : {std::pair(0.0f, 1), {2.0f, 2}, {2.5f, 2}, {0.0f, 3}}) {
         frame.detail = detail;
         submitWalk(service, 0, 2, frame);
         REQUIRE(service.next());
