@@ -26,6 +26,7 @@ struct CoarseScene {
 
     struct Group {
         double detail = 0, bias = 0; // that its copy was made for; 0 = it has none
+        double change = 0;           // of this frame
     };
     std::vector<Group> groups = std::vector<Group>(1000);
     std::deque<double> late = {};
@@ -50,12 +51,13 @@ struct CoarseScene {
         const double detail = guard.detail(), bias = guard.lodBias();
         double sum = detail > 0 ? 0 : double(groups.size());
         if (detail > 0) {
-            std::ranges::sort(groups, std::ranges::greater(),
-                              [&](const Group& group) { return changeOf(group, detail, bias); });
+            for (Group& group : groups)
+                group.change = changeOf(group, detail, bias);
+            std::ranges::stable_sort(groups, std::ranges::greater(), &Group::change);
             for (size_t i = 0; i < groups.size(); ++i) {
-                const double change = changeOf(groups[i], detail, bias);
+                const double change = groups[i].change;
                 if (change > 1 && i < budget) {
-                    groups[i] = {detail, bias};
+                    groups[i] = {detail, bias, 0};
                     sum += shareOf(detail) + 1.0 / 3;
                 } else {
                     sum += change > double(kStaleMost) ? 1 : shareOf(groups[i].detail);
