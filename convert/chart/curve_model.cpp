@@ -14,7 +14,7 @@ namespace {
 
 using CurveJson = nlohmann::ordered_json;
 
-// Of kTimedDetails; null where it is not told.
+// One for each of kTimedDetails; null where it is not told.
 CurveJson detailsJson(const CurveRow& row)
 {
     if (row.detail_ms.empty())

@@ -6,14 +6,14 @@
 
 namespace gsc {
 
-// What it tells runs apart by most: "detail", or the policy of reuse.
+// The word that tells runs apart most: "detail", or the policy of reuse.
 std::string methodOf(const RowConfig& config);
 // The model whose exact pictures the run was held against, its own but for one that was baked.
 const FileFacts& comparedWith(const ChartRun& row);
 // What was drawn, where and how: rows that agree in all of it are compared with each other. Each in words; empty where
 // there is nothing to say. First the trajectory.
 std::vector<std::string> sceneWords(const ChartRun& row);
-// What the run tries: reuse, tier, switches, budgets, another file. First the policy, never empty.
+// Words for what the run tries: reuse, tier, switches, budgets, another file. First the policy, never empty.
 std::vector<std::string> configWords(const ChartRun& row);
 
 // Splits one list of words per row into those all rows share and the rest, joined by ", ". The first word always stays

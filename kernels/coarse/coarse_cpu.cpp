@@ -19,7 +19,7 @@ namespace HWY_NAMESPACE {
 
 using M = hn::Mask<D>;
 
-// What a cell gathers: light; light times place in the cell (3), colour (3), second moments of the place (6: xx xy xz yy
+// Sums of a cell: light; light times place in the cell (3), colour (3), second moments of the place (6: xx xy xz yy
 // yz zz).
 enum CellSum : uint32_t { kLight = 0, kPlace = 1, kTint = 4, kMoment = 7, kSums = 13 };
 constexpr uint32_t kAxisBits = 10, kAxisCells = 1u << kAxisBits; // cells of a group along an axis
@@ -197,7 +197,7 @@ HWY_INLINE void gatherVector(D d, Joining& group, size_t at, M small)
     }
 }
 
-// What the cells from `first` on have gathered, each as one Gaussian, into the copy's tiles.
+// The sums of the cells from `first` on, each as one Gaussian, into the copy's tiles.
 HWY_INLINE void joinCells(D d, const Joining& group, size_t first)
 {
     const hn::RebindToSigned<D> di;

@@ -21,7 +21,7 @@ struct KeptGroup {
     uint64_t made = 0;         // frame that made it
 };
 
-// What a frame does with a group that it sees.
+// A frame's decision about a group that it sees.
 struct CoarseLook {
     float cell;   // wantedCell()
     float change; // of its copy, 1 = due
@@ -58,7 +58,7 @@ struct JoinOrigins {
 
 constexpr uint32_t kCellRow = 16; // floats that a cell gathers, and some more
 
-// Of one worker.
+// One worker's.
 struct JoinScratch {
     Buffer<float> cells;           // kCellRow each
     Buffer<uint32_t> keys;         // of cells: place on the grid
@@ -73,7 +73,7 @@ void reserveJoin(uint32_t n_offsets, JoinScratch& scratch);
 // decoded there. far: false where the group is near: there is no copy.
 uint32_t joinGroupCpu(const CoarseView& view, const GroupRecord& record, float cell, const GaussianBlock& decoded,
                       const JoinOrigins& origins, JoinScratch& scratch, bool& far);
-// The same as they are kept: in emission order, so that those of equal depth need not be sorted. Fills the last tile up.
+// Copies it as it is kept: in emission order, so that those of equal depth need not be sorted. Fills the last tile up.
 void storeCopy(const JoinScratch& scratch, uint32_t count, float* tiles);
 
 } // namespace gsc

@@ -2,7 +2,7 @@
 // Coarse copies of groups on a device (README.md): what is kept, what a frame decides, and its launches. Plain data, no
 // CUDA header.
 //
-// What is drawn depends on nothing but the frames so far: not on the order of atomics, and not on how often a frame was
+// A picture depends on nothing but the frames so far: not on the order of atomics, and not on how often a frame was
 // drawn again because a buffer was too small.
 #pragma once
 
@@ -47,7 +47,7 @@ struct CoarsePage {
 };
 static_assert(sizeof(CoarsePage) == 1024);
 
-// Of one frame, cleared before it.
+// Counts of one frame, cleared before it.
 struct CoarseCounters {
     uint32_t near, drawn, wants; // lengths of the lists
     uint32_t granted_before;     // buckets of urgency below this are made
@@ -77,7 +77,7 @@ struct CoarseTables {    // device pointers
     CoarseRing* free;
 };
 
-// What changes from frame to frame beside FrameNow.
+// Changes from frame to frame beside FrameNow.
 struct CoarseNow : FrameNow {
     CoarseView view;
     uint32_t frame;  // counts from 1; a frame drawn again has the same
@@ -103,7 +103,7 @@ inline void setNow(CoarseScheduleArgs& args, const CoarseNow& now)
     args.now = now;
 }
 
-// Of the kernels that decode groups and draw copies.
+// Arguments of the kernels that decode groups and draw copies.
 struct CoarseCudaArgs : DecodeCudaArgs {
     using Now = CoarseNow;
 

@@ -7,7 +7,7 @@
 
 namespace gsc {
 
-// Of a group: from what its places are counted, and in which units its factors are.
+// A group's units: from where its places are counted, and in what its factors are.
 struct CoarseFrame {
     float origin[3];
     float step; // of a place
@@ -51,7 +51,7 @@ __device__ __forceinline__ void factorOf(const float* c, float least, float* fac
     factor[5] = l22;
 }
 
-// The same of a rotation (row-major) and standard deviations, row by row: squares of what is long and thin would drown what
+// That of a rotation (row-major) and standard deviations, row by row: squares of what is long and thin would drown what
 // is thin.
 __device__ __forceinline__ void factorOf(const float (&rotation)[9], const float* sigma, float* factor)
 {

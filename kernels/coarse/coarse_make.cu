@@ -23,7 +23,7 @@ constexpr uint32_t kAxisBits = 10, kAxisCells = 1u << kAxisBits; // cells of a g
 constexpr uint32_t kNoKey = ~0u;
 constexpr float kOne = float(1u << 21); // the largest weight there is: sums of up to 800 times that fit 31 bits
 
-// What a cell gathers, in steps of 1 / kOne: weight; weight times place in the cell (3), colour (3), second moments of the
+// Sums of a cell, in steps of 1 / kOne: weight; weight times place in the cell (3), colour (3), second moments of the
 // place (6: xx xy xz yy yz zz).
 enum Sum : uint32_t { kWeight = 0, kPlace = 1, kColor = 4, kMoment = 7, kSums = 13 };
 
@@ -145,7 +145,7 @@ __device__ __forceinline__ void join(MakeShared& shared, const MadeGroup& group,
     atomicMin(&shared.orders[cell], order);
 }
 
-// What a cell has gathered as one Gaussian.
+// The sums of a cell as one Gaussian.
 __device__ __forceinline__ CoarseGaussian joined(const MakeShared& shared, const MadeGroup& group,
                                                  const CoarseView& view, uint32_t cell)
 {
@@ -160,7 +160,7 @@ __device__ __forceinline__ CoarseGaussian joined(const MakeShared& shared, const
         out.position[i] = (group.base[i] + index + mean[i]) * group.frame.cell;
         out.color[i] = fminf(fmaxf(sum(kColor + i) * inverse, 0.0f), 1.0f);
     }
-    // what rounding of the sums may take from a sum of squares: without it, what is faint could get any shape
+    // rounding of the sums may take so much from a sum of squares: without it, what is faint could get any shape
     const float rounding = 3.0f * inverse + 1e-6f;
     float c[6];
     uint32_t at = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What FrameOptions::detail decides about a group of anchors, once for the CPU and the GPU (README.md): how large its cells
+// Rules of FrameOptions::detail for a group of anchors, once for the CPU and the GPU (README.md): how large its cells
 // are, whether it is far, and when its coarse copy is due to be made anew.
 #pragma once
 
@@ -35,7 +35,7 @@ struct CoarseView {
     float most_closer, most_further; // octaves of distance that a copy is good for
 };
 
-// What a group was last made for, or looked at for.
+// View that a group was last made for, or looked at for.
 struct CoarseKey {
     float center[3]; // CoarseView
     float cell;      // wanted edge, before it became a power of two
@@ -141,7 +141,7 @@ GSC_HD float coarseChange(const CoarseView& view, const CoarseKey& key, float ce
     return change < 1e6f ? change : 1e6f; // NaN, too: from within a box, or on its middle
 }
 
-// Of a Gaussian as a point sees it, pixels squared: what it covers on the screen, with the rasteriser's own filter. It lies
+// Area of a Gaussian as a point sees it, pixels squared: it covers so much of the screen, with the rasteriser's own filter. It lies
 // `direction` (unit) away, where a world unit spans `scale` pixels. trace, along: of its covariance C, world units, the
 // trace and direction C direction; adjugate: direction adj(C) direction.
 GSC_HD float screenArea(float trace, float along, float adjugate, float scale)

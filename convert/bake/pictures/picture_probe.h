@@ -33,7 +33,7 @@ struct FileScore {
     double ssim = 0, worst_ssim = 0, flip = 0, worst_flip = 0; // mean of the poses', and of the worst
     double frame_ms = 0, decode_ms = 0;                        // median over the poses, of each the least of its draws
     uint64_t resident_bytes = 0;                               // most that the renderer had in them
-    // The same in tier `fast`, one of kTimedDetails each, of a viewer who stops at every pose: the coarse copies that it
+    // Milliseconds in tier `fast`, one of kTimedDetails each, of a viewer who stops at every pose: the coarse copies that it
     // needs are made before its draws are timed.
     std::vector<double> detail_ms;
 };

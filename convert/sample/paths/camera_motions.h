@@ -45,7 +45,7 @@ class Eased {
 public:
     Eased(double way, double speed, double ramp);
     [[nodiscard]] double seconds() const { return m_way / m_speed + m_ramp; }
-    // Of the way, 0..1, at any time in seconds.
+    // Share of the way, 0..1, at any time in seconds.
     [[nodiscard]] double share(double t) const;
 
 private:

@@ -81,7 +81,7 @@ const std::vector<SeenGroup>& CpuCoarse::choose(const CpuCoarseFrame& frame, Fra
     return m_near;
 }
 
-// What is due, as far as there is memory: first what cannot be drawn as it is, then what is further off.
+// Chooses what is due, as far as there is memory: first what cannot be drawn as it is, then what is further off.
 void CpuCoarse::chooseDue(const CpuCoarseFrame& frame, FrameResult& result)
 {
     m_due.clear();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the CPU backend keeps of coarse copies from frame to frame (kernels/coarse/README.md), and how a frame draws them.
+// Coarse copies as the CPU backend keeps them from frame to frame (kernels/coarse/README.md), and how a frame draws them.
 //
 // There is no budget: what is due is made, which costs no more than decoding it as near. So what a frame draws is decided
 // by the poses so far, and several workers that saw the same draw the same.

@@ -10,7 +10,7 @@ namespace gsc {
 namespace {
 
 constexpr uint64_t kShareOfMemory = 3; // copies take at most one in so many bytes that are free
-// Of the Gaussians that a model can have, those that copies of all of its groups hold: less than a third where they are far
+// Share of the Gaussians that a model can have that copies of all of its groups hold: less than a third where they are far
 // enough, seven in ten of which are alive.
 constexpr double kKeptShare = 0.3;
 constexpr uint32_t kBudgetShare = 8, kLeastBudget = 512; // groups that a frame makes: one in so many, and some more

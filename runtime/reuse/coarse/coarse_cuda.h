@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the CUDA backend keeps of coarse copies from frame to frame (kernels/coarse/README.md): its memory and what the
+// Coarse copies as the CUDA backend keeps them from frame to frame (kernels/coarse/README.md): its memory and what the
 // kernels must know of a frame. They decide everything else (kernels/coarse/coarse_cuda.h).
 #pragma once
 
