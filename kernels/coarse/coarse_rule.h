@@ -141,9 +141,9 @@ GSC_HD float coarseChange(const CoarseView& view, const CoarseKey& key, float ce
     return change < 1e6f ? change : 1e6f; // NaN, too: from within a box, or on its middle
 }
 
-// Area of a Gaussian as a point sees it, pixels squared: it covers so much of the screen, with the rasteriser's own filter. It lies
-// `direction` (unit) away, where a world unit spans `scale` pixels. trace, along: of its covariance C, world units, the
-// trace and direction C direction; adjugate: direction adj(C) direction.
+// Area of a Gaussian on the screen as a point sees it, pixels squared, with the rasteriser's own filter. It lies `direction`
+// (unit) away, where a world unit spans `scale` pixels. Its covariance C, world units, has this trace; along: direction C
+// direction; adjugate: direction adj(C) direction.
 GSC_HD float screenArea(float trace, float along, float adjugate, float scale)
 {
     const float s = scale * scale, filter = 0.3f;
