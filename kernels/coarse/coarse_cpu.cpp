@@ -308,20 +308,6 @@ namespace gsc {
 
 HWY_EXPORT(joinGroup);
 
-CoarseLook coarseLook(const CoarseView& view, const GroupRecord& record, const KeptGroup& kept, bool shows_all)
-{
-    const float cell = wantedCell(view, record.gaussian_min, record.gaussian_max);
-    const auto change = [&](const CoarseKey& key) {
-        return coarseChange(view, key, cell, record.gaussian_min, record.gaussian_max);
-    };
-    CoarseLook look{cell, kept.kind == CoarseKind::Far ? change(kept.key) : INFINITY, false, false};
-    look.draws = shows_all && look.change <= kStaleMost;
-    const bool can_be_far =
-        shows_all && cell > 0 && change(keyOf(view, cell)) <= 1; // a copy made now is within its bound
-    look.due = can_be_far && (kept.kind == CoarseKind::Near ? cell > kNearAgain * kept.key.cell : look.change > 1);
-    return look;
-}
-
 void reserveJoin(uint32_t n_offsets, JoinScratch& scratch)
 {
     const uint32_t gaussians = kGroupSize * n_offsets;

@@ -21,17 +21,6 @@ struct KeptGroup {
     uint64_t made = 0;         // frame that made it
 };
 
-// A frame's decision about a group that it sees.
-struct CoarseLook {
-    float cell;   // wantedCell()
-    float change; // of its copy, 1 = due
-    bool draws;   // its copy may be drawn as it is
-    bool due;     // it should be made, or made anew
-};
-
-// shows_all: the eyes see all of the group; of one that they see in part a copy would show the rest, too.
-CoarseLook coarseLook(const CoarseView& view, const GroupRecord& record, const KeptGroup& kept, bool shows_all);
-
 // A power of two, at least twice as many as there can be cells.
 inline uint32_t tablePlaces(uint32_t gaussians)
 {

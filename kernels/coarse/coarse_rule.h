@@ -141,6 +141,31 @@ GSC_HD float coarseChange(const CoarseView& view, const CoarseKey& key, float ce
     return change < 1e6f ? change : 1e6f; // NaN, too: from within a box, or on its middle
 }
 
+// A frame's decision about a group that it sees.
+struct CoarseLook {
+    float cell;   // wantedCell()
+    float change; // of its copy, 1 = due; infinite without one
+    bool draws;   // its copy may be drawn as it is
+    bool due;     // it should be made, or made anew
+};
+
+// shows_all: the eyes see all of the group. Kept: has the members key and kind of what is kept of it.
+template <typename Kept>
+GSC_HD CoarseLook coarseLook(const CoarseView& view, const GroupRecord& record, const Kept& kept, bool shows_all)
+{
+    const float cell = wantedCell(view, record.gaussian_min, record.gaussian_max);
+    const auto change = [&](const CoarseKey& key) {
+        return coarseChange(view, key, cell, record.gaussian_min, record.gaussian_max);
+    };
+    const CoarseKind kind = CoarseKind(kept.kind);
+    CoarseLook look{cell, kind == CoarseKind::Far ? change(kept.key) : INFINITY, false, false};
+    look.draws = shows_all && look.change <= kStaleMost;
+    const bool can_be_far =
+        shows_all && cell > 0 && change(keyOf(view, cell)) <= 1; // a copy made now is within its bound
+    look.due = can_be_far && (kind == CoarseKind::Near ? cell > kNearAgain * kept.key.cell : look.change > 1);
+    return look;
+}
+
 // Area of a Gaussian on the screen as a point sees it, pixels squared, with the rasteriser's own filter. It lies `direction`
 // (unit) away, where a world unit spans `scale` pixels. Its covariance C, world units, has this trace; along: direction C
 // direction; adjugate: direction adj(C) direction.

@@ -33,12 +33,6 @@ __global__ void resetKernel(const CoarseTables tables)
         *tables.free = {0, tables.page_count};
 }
 
-// May its copy be drawn as it is?
-__device__ __forceinline__ bool isUsable(const CoarseGroup& kept, float change)
-{
-    return CoarseKind(kept.kind) == CoarseKind::Far && change <= kStaleMost;
-}
-
 // Pages that are free before the frame, and that are to be: those of two frames.
 __device__ __forceinline__ uint32_t freePages(const CoarseTables& tables)
 {
@@ -50,48 +44,34 @@ __device__ __forceinline__ uint32_t wantedPages(const CoarseScheduleArgs& args)
     return min(2 * args.now.budget * kMostPages, args.tables.page_count / 4);
 }
 
-struct Looked {
+struct Looked : CoarseLook {
     uint32_t group, eyes;
-    float change, cell;
-    bool can_be_far; // a copy made now would be within its bound, and shows what the eyes see
-    bool shows_all;  // the second of these
 };
 
 __device__ __forceinline__ Looked lookAt(const CoarseScheduleArgs& args, uint32_t i, CoarseGroup& kept)
 {
-    const uint32_t entry = args.visible_groups[i];
-    Looked looked{entry & ((1u << kAnchorBits) - 1), entry >> kAnchorBits, 0, 0, false, true};
-    const GroupRecord& group = args.model.groups[looked.group];
-    kept = args.tables.groups[looked.group];
-    looked.cell = wantedCell(args.now.view, group.gaussian_min, group.gaussian_max);
-    looked.change = CoarseKind(kept.kind) == CoarseKind::Far
-                        ? coarseChange(args.now.view, kept.key, looked.cell, group.gaussian_min, group.gaussian_max)
-                        : 1e6f;
+    const uint32_t entry = args.visible_groups[i], index = entry & ((1u << kAnchorBits) - 1),
+                   eyes = entry >> kAnchorBits;
+    const GroupRecord& group = args.model.groups[index];
+    kept = args.tables.groups[index];
+    bool shows_all = true;
     for (uint32_t e = 0; e < args.eye_count; ++e)
-        if ((looked.eyes >> e & 1u) != 0 && !seesAll(args.now.eyes[e], args.rules.near_z, group))
-            looked.shows_all = false;
-    const CoarseKey now = keyOf(args.now.view, looked.cell);
-    looked.can_be_far = looked.shows_all && looked.cell > 0.0f &&
-                        coarseChange(args.now.view, now, looked.cell, group.gaussian_min, group.gaussian_max) <= 1.0f;
-    return looked;
+        if ((eyes >> e & 1u) != 0 && !seesAll(args.now.eyes[e], args.rules.near_z, group))
+            shows_all = false;
+    return {coarseLook(args.now.view, group, kept, shows_all), index, eyes};
 }
 
-__device__ __forceinline__ uint32_t urgencyOf(const CoarseScheduleArgs& args, const CoarseGroup& kept,
-                                              const Looked& looked)
+__device__ __forceinline__ uint32_t urgencyOf(const CoarseScheduleArgs& args, const Looked& looked)
 {
-    const uint32_t order = mixed(looked.group, args.now.frame);
-    if (!looked.can_be_far)
+    if (!looked.due)
         return kNothing;
-    if (CoarseKind(kept.kind) == CoarseKind::Near)
-        return looked.cell > kNearAgain * kept.key.cell ? order : kNothing;
-    if (!isUsable(kept, looked.change))
+    const uint32_t order = mixed(looked.group, args.now.frame);
+    if (!looked.draws)
         return order;
     // linear from the bound to where it cannot be drawn any more; then in the frame's own order, because a bucket of more
     // groups than may be made is not made: another detail or bias gives all of them one change
     constexpr uint32_t kOwn = 256, kLinear = kStale - kOwn;
-    return looked.change > 1.0f
-               ? kUnseen + uint32_t(float(kLinear) * (kStaleMost - looked.change)) + order * kOwn / kUnseen
-               : kNothing;
+    return kUnseen + uint32_t(float(kLinear) * (kStaleMost - looked.change)) + order * kOwn / kUnseen;
 }
 
 __global__ void __launch_bounds__(kThreads) scheduleKernel(const __grid_constant__ CoarseScheduleArgs args)
@@ -101,7 +81,7 @@ __global__ void __launch_bounds__(kThreads) scheduleKernel(const __grid_constant
     for (uint32_t i = first; i < count; i += step) {
         CoarseGroup kept;
         const Looked looked = lookAt(args, i, kept);
-        const uint32_t urgency = urgencyOf(args, kept, looked);
+        const uint32_t urgency = urgencyOf(args, looked);
         args.tables.urgency[i] = urgency;
         if (urgency != kNothing)
             atomicAdd(&args.tables.counters->urgencies[urgency], 1u);
@@ -202,12 +182,11 @@ __global__ void __launch_bounds__(kThreads) listKernel(const __grid_constant__ C
         if (i < count) {
             looked = lookAt(args, i, kept);
             is_wanted = tables.urgency[i] < counters.granted_before && tables.urgency[i] != kNothing;
-            const bool is_usable = isUsable(kept, looked.change);
-            is_drawn = !is_wanted && is_usable && looked.shows_all;
+            is_drawn = !is_wanted && looked.draws;
             if (!is_wanted && !is_drawn) {
                 ++near;
-                if (kept.pages != 0 && !is_usable &&
-                    args.now.again == 0) { // grossly off: it has to be made anew in any case
+                // grossly off: it has to be made anew in any case
+                if (kept.pages != 0 && looked.change > kStaleMost && args.now.again == 0) {
                     givePages(tables, looked.group, kept.pages);
                     tables.groups[looked.group] = CoarseGroup{};
                 }
