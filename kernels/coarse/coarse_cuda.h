@@ -19,6 +19,7 @@ constexpr uint32_t kPageGaussians = 32;     // one for each lane
 constexpr uint32_t kMostPages = 24;         // of a copy; what would take more is near
 constexpr uint32_t kCoarseUrgencies = 4096; // buckets, most urgent first
 constexpr uint32_t kCoarseAges = 1024;      // buckets of frames since a copy was drawn; the last: as many or more
+constexpr uint32_t kCoarseFewGroups = 2048; // a block decides about as many sooner than three more launches take
 constexpr uint32_t kNoPage = ~0u;
 
 // Kept of a group.
@@ -47,14 +48,9 @@ struct CoarsePage {
 };
 static_assert(sizeof(CoarsePage) == 1024);
 
-// Counts of one frame, cleared before it.
-struct CoarseCounters {
-    uint32_t near, drawn, wants; // lengths of the lists
-    uint32_t granted_before;     // buckets of urgency below this are made
-    uint32_t evicted_from;       // copies that were not drawn for as many frames give their pages back; 0: none do
-    uint32_t groups_near, groups_kept, groups_stale, groups_made;
-    uint32_t anchors_made, anchors_kept, anchors_stale;
-    uint32_t urgencies[kCoarseUrgencies]; // wants
+// Zero between frames: coarseGrantCuda() clears them.
+struct CoarseBuckets {
+    uint32_t urgencies[kCoarseUrgencies]; // groups
     uint32_t ages[kCoarseAges];           // pages
 };
 
@@ -73,7 +69,7 @@ struct CoarseTables {    // device pointers
     uint32_t* drawn;   // the same: from copies
     uint32_t* wants;   // the same: to be made
     uint32_t* urgency; // of the groups that are looked at, in their order: of those that are wanted the bucket
-    CoarseCounters* counters;
+    CoarseBuckets* buckets;
     CoarseRing* free;
 };
 
@@ -141,9 +137,10 @@ void resetCoarseCuda(const CoarseTables& tables, uint32_t processors, CUstream_s
 // After the groups are selected, one after the other: how far each is off; which may be made; which copies go for others,
 // those drawn least recently; what is drawn, and how.
 void coarseScheduleCuda(const CoarseScheduleArgs& args, uint32_t processors, CUstream_st* stream);
-void coarseLevelsCuda(const CoarseScheduleArgs& args, CUstream_st* stream);
+void coarseGrantCuda(const CoarseScheduleArgs& args, CUstream_st* stream);
 void coarseEvictCuda(const CoarseScheduleArgs& args, uint32_t processors, CUstream_st* stream);
 void coarseListCuda(const CoarseScheduleArgs& args, uint32_t processors, CUstream_st* stream);
+void coarseDecideCuda(const CoarseScheduleArgs& args, CUstream_st* stream); // all four, of kCoarseFewGroups or fewer
 // Makes copies of what is wanted; what turns out to be near is listed there. shared_bytes: DecodeCudaArgs.
 void coarseMakeCuda(const CoarseCudaArgs& args, uint32_t processors, CUstream_st* stream);
 // Copies to splats. Once per pass.

@@ -20,7 +20,7 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(cons
     const CoarseTables& tables = args.tables;
     const uint32_t lane = threadIdx.x & 31u;
     const uint32_t warp = (blockIdx.x * kThreads + threadIdx.x) >> 5, warps = gridDim.x * kThreads / 32;
-    const uint32_t copies = tables.counters->drawn;
+    const uint32_t copies = args.counters->coarse.drawn;
     EyeTally left, right;
     uint32_t positive = 0; // bit per eye
     for (uint32_t i = warp; i < copies; i += warps) {

@@ -317,7 +317,8 @@ __global__ void __launch_bounds__(kThreads, kBlocks) makeKernel(const __grid_con
     GSC_DYNAMIC_SHARED(memory);
     MakeShared& shared = *reinterpret_cast<MakeShared*>(memory);
     const CoarseTables& tables = args.tables;
-    const uint32_t count = tables.counters->wants;
+    CoarseCounters& counters = args.counters->coarse;
+    const uint32_t count = counters.wants;
     if (blockIdx.x >= count)
         return;
     loadNetworks<kBank>(args, shared.networks);
@@ -391,13 +392,13 @@ __global__ void __launch_bounds__(kThreads, kBlocks) makeKernel(const __grid_con
                     args.frame,
                     exponent};
             if (far) {
-                tables.drawn[atomicAdd(&tables.counters->drawn, 1u)] = entry;
+                tables.drawn[atomicAdd(&counters.drawn, 1u)] = entry;
                 addCoarseDepth(args, args.histogram, args.model, index, entry >> kAnchorBits, total);
-                atomicAdd(&tables.counters->groups_made, 1u);
-                atomicAdd(&tables.counters->anchors_made, shared.anchors);
+                atomicAdd(&counters.groups_made, 1u);
+                atomicAdd(&counters.anchors_made, shared.anchors);
             } else {
-                tables.near[atomicAdd(&tables.counters->near, 1u)] = entry;
-                atomicAdd(&tables.counters->groups_near, 1u);
+                tables.near[atomicAdd(&counters.near, 1u)] = entry;
+                atomicAdd(&counters.groups_near, 1u);
             }
         }
         __syncthreads(); // what is shared is used again

@@ -29,6 +29,8 @@ __global__ void resetKernel(const CoarseTables tables)
         tables.groups[i] = CoarseGroup{};
     for (uint32_t i = first; i < tables.page_count; i += step)
         tables.ring[i] = i;
+    for (uint32_t i = first; i < sizeof(CoarseBuckets) / sizeof(uint32_t); i += step)
+        reinterpret_cast<uint32_t*>(tables.buckets)[i] = 0;
     if (first == 0)
         *tables.free = {0, tables.page_count};
 }
@@ -74,34 +76,44 @@ __device__ __forceinline__ uint32_t urgencyOf(const CoarseScheduleArgs& args, co
     return kUnseen + uint32_t(float(kLinear) * (kStaleMost - looked.change)) + order * kOwn / kUnseen;
 }
 
-__global__ void __launch_bounds__(kThreads) scheduleKernel(const __grid_constant__ CoarseScheduleArgs args)
+// What a launch's threads step through.
+__device__ __forceinline__ uint32_t firstOfBlock()
 {
-    const uint32_t count = args.frame->groups_visible, first = blockIdx.x * kThreads + threadIdx.x,
-                   step = gridDim.x * kThreads;
-    for (uint32_t i = first; i < count; i += step) {
+    return blockIdx.x * blockDim.x;
+}
+
+__device__ __forceinline__ uint32_t stepOfGrid()
+{
+    return gridDim.x * blockDim.x;
+}
+
+__device__ __forceinline__ void lookAtAll(const CoarseScheduleArgs& args)
+{
+    const uint32_t count = args.frame->groups_visible, step = stepOfGrid();
+    for (uint32_t i = firstOfBlock() + threadIdx.x; i < count; i += step) {
         CoarseGroup kept;
         const Looked looked = lookAt(args, i, kept);
         const uint32_t urgency = urgencyOf(args, looked);
         args.tables.urgency[i] = urgency;
         if (urgency != kNothing)
-            atomicAdd(&args.tables.counters->urgencies[urgency], 1u);
+            atomicAdd(&args.tables.buckets->urgencies[urgency], 1u);
     }
     if (args.now.again != 0 || freePages(args.tables) >= wantedPages(args))
         return;
     // copies that were not drawn lately give their pages first; those of the frame before have an age of 1
-    for (uint32_t base = blockIdx.x * kThreads; base < args.tables.group_count; base += step) {
+    for (uint32_t base = firstOfBlock(); base < args.tables.group_count; base += step) {
         const uint32_t g = base + threadIdx.x;
         const CoarseGroup kept = g < args.tables.group_count ? args.tables.groups[g] : CoarseGroup{};
         const uint32_t age = kept.pages != 0 ? min(args.now.frame - kept.used, kCoarseAges - 1) : 0u;
         const uint32_t peers = __match_any_sync(~0u, age), pages = __reduce_add_sync(peers, kept.pages);
         if (age > 1 && (threadIdx.x & 31u) == uint32_t(__ffs(int(peers)) - 1))
-            atomicAdd(&args.tables.counters->ages[age], pages);
+            atomicAdd(&args.tables.buckets->ages[age], pages);
     }
 }
 
-// The largest `end` for which the buckets before it have `most` together or less. One block of 1024 threads.
+// The largest `end` for which the buckets before it have `most` together or less; clears them. One block of 1024 threads.
 template <uint32_t kBuckets>
-__device__ __forceinline__ uint32_t bucketsWithin(const uint32_t* buckets, uint32_t most, bool reversed)
+__device__ __forceinline__ uint32_t bucketsWithin(uint32_t* buckets, uint32_t most, bool reversed)
 {
     constexpr uint32_t kEach = kBuckets / 1024;
     __shared__ uint32_t sums[32], found;
@@ -110,8 +122,10 @@ __device__ __forceinline__ uint32_t bucketsWithin(const uint32_t* buckets, uint3
 #pragma unroll
     for (uint32_t k = 0; k < kEach; ++k) {
         const uint32_t at = threadIdx.x * kEach + k;
-        own[k] = buckets[reversed ? kBuckets - 1 - at : at];
+        uint32_t& bucket = buckets[reversed ? kBuckets - 1 - at : at];
+        own[k] = bucket;
         sum += own[k];
+        bucket = 0;
     }
     uint32_t end = sumUpTo(sum);
     if (lane == 31)
@@ -134,16 +148,18 @@ __device__ __forceinline__ uint32_t bucketsWithin(const uint32_t* buckets, uint3
     return result;
 }
 
-__global__ void __launch_bounds__(1024) levelsKernel(const __grid_constant__ CoarseScheduleArgs args)
+// One block of 1024 threads.
+__device__ __forceinline__ void grant(const CoarseScheduleArgs& args)
 {
-    CoarseCounters& counters = *args.tables.counters;
+    CoarseCounters& counters = args.frame->coarse;
+    CoarseBuckets& buckets = *args.tables.buckets;
     const uint32_t free = freePages(args.tables);
     // pages that a frame's copies may take have to be free before
     const uint32_t budget = args.now.again != 0 ? 0u : min(args.now.budget, free / kMostPages);
-    const uint32_t granted = bucketsWithin<kCoarseUrgencies>(counters.urgencies, budget, false);
+    const uint32_t granted = bucketsWithin<kCoarseUrgencies>(buckets.urgencies, budget, false);
     const uint32_t wanted = wantedPages(args);
     const uint32_t missing = wanted - min(wanted, free);
-    const uint32_t within = bucketsWithin<kCoarseAges>(counters.ages, missing, true);
+    const uint32_t within = bucketsWithin<kCoarseAges>(buckets.ages, missing, true);
     if (threadIdx.x != 0)
         return;
     counters.granted_before = granted;
@@ -153,13 +169,13 @@ __global__ void __launch_bounds__(1024) levelsKernel(const __grid_constant__ Coa
 }
 
 // note: apart from listing, which notes what is drawn
-__global__ void __launch_bounds__(kThreads) evictKernel(const __grid_constant__ CoarseScheduleArgs args)
+__device__ __forceinline__ void evict(const CoarseScheduleArgs& args)
 {
     const CoarseTables& tables = args.tables;
-    const uint32_t from = tables.counters->evicted_from;
+    const uint32_t from = args.frame->coarse.evicted_from, step = stepOfGrid();
     if (from == 0)
         return;
-    for (uint32_t g = blockIdx.x * kThreads + threadIdx.x; g < tables.group_count; g += gridDim.x * kThreads) {
+    for (uint32_t g = firstOfBlock() + threadIdx.x; g < tables.group_count; g += step) {
         const CoarseGroup& kept = tables.groups[g];
         if (kept.pages != 0 && args.now.frame - kept.used >= from) {
             givePages(tables, g, kept.pages);
@@ -168,13 +184,13 @@ __global__ void __launch_bounds__(kThreads) evictKernel(const __grid_constant__ 
     }
 }
 
-__global__ void __launch_bounds__(kThreads) listKernel(const __grid_constant__ CoarseScheduleArgs args)
+__device__ __forceinline__ void listAll(const CoarseScheduleArgs& args)
 {
     const CoarseTables& tables = args.tables;
-    CoarseCounters& counters = *tables.counters;
-    const uint32_t count = args.frame->groups_visible, lane = threadIdx.x & 31u, step = gridDim.x * kThreads;
+    CoarseCounters& counters = args.frame->coarse;
+    const uint32_t count = args.frame->groups_visible, lane = threadIdx.x & 31u, step = stepOfGrid();
     uint32_t near = 0, fresh = 0, stale = 0, made = 0, fresh_anchors = 0, stale_anchors = 0, made_anchors = 0;
-    for (uint32_t base = blockIdx.x * kThreads; base < count; base += step) {
+    for (uint32_t base = firstOfBlock(); base < count; base += step) {
         const uint32_t i = base + threadIdx.x;
         bool is_wanted = false, is_drawn = false;
         Looked looked{};
@@ -220,6 +236,38 @@ __global__ void __launch_bounds__(kThreads) listKernel(const __grid_constant__ C
     addOfWarp(&counters.anchors_made, made_anchors, lane);
 }
 
+__global__ void __launch_bounds__(kThreads) scheduleKernel(const __grid_constant__ CoarseScheduleArgs args)
+{
+    lookAtAll(args);
+}
+
+__global__ void __launch_bounds__(1024) grantKernel(const __grid_constant__ CoarseScheduleArgs args)
+{
+    grant(args);
+}
+
+__global__ void __launch_bounds__(kThreads) evictKernel(const __grid_constant__ CoarseScheduleArgs args)
+{
+    evict(args);
+}
+
+__global__ void __launch_bounds__(kThreads) listKernel(const __grid_constant__ CoarseScheduleArgs args)
+{
+    listAll(args);
+}
+
+// All of it, of few groups. One block of 1024 threads.
+__global__ void __launch_bounds__(1024) decideKernel(const __grid_constant__ CoarseScheduleArgs args)
+{
+    lookAtAll(args);
+    __syncthreads();
+    grant(args);
+    __syncthreads();
+    evict(args);
+    __syncthreads();
+    listAll(args);
+}
+
 uint32_t blocksFor(uint32_t items, uint32_t processors)
 {
     return std::max(std::min((items + kThreads - 1) / kThreads, 8 * processors), 1u);
@@ -233,14 +281,19 @@ void resetCoarseCuda(const CoarseTables& tables, uint32_t processors, CUstream_s
                tables);
 }
 
+void coarseDecideCuda(const CoarseScheduleArgs& args, CUstream_st* stream)
+{
+    launchCuda(decideKernel, 1, 1024, 0, stream, args);
+}
+
 void coarseScheduleCuda(const CoarseScheduleArgs& args, uint32_t processors, CUstream_st* stream)
 {
     launchCuda(scheduleKernel, blocksFor(args.tables.group_count, processors), kThreads, 0, stream, args);
 }
 
-void coarseLevelsCuda(const CoarseScheduleArgs& args, CUstream_st* stream)
+void coarseGrantCuda(const CoarseScheduleArgs& args, CUstream_st* stream)
 {
-    launchCuda(levelsKernel, 1, 1024, 0, stream, args);
+    launchCuda(grantKernel, 1, 1024, 0, stream, args);
 }
 
 void coarseEvictCuda(const CoarseScheduleArgs& args, uint32_t processors, CUstream_st* stream)

@@ -180,6 +180,15 @@ enum class Stage : uint32_t { Select, Decode, Bin, Sort, Blend, None };
 constexpr uint32_t kStages = 6;
 
 // One for all frames, which follow each other; a copy at a frame's end is the host's, for counts and to grow buffers.
+// FrameOptions::detail (kernels/coarse/coarse_cuda.h), 0 without it.
+struct CoarseCounters {
+    uint32_t near, drawn, wants; // lengths of the lists
+    uint32_t granted_before;     // buckets of urgency below this are made
+    uint32_t evicted_from;       // copies that were not drawn for as many frames give their pages back; 0: none do
+    uint32_t groups_near, groups_kept, groups_stale, groups_made;
+    uint32_t anchors_made, anchors_kept, anchors_stale;
+};
+
 struct FrameCounters {
     PassCounters pass;
     uint32_t groups_visible;           // to be looked at
@@ -196,6 +205,7 @@ struct FrameCounters {
     unsigned long long most_pairs;      // of a pass
     unsigned long long pairs[kMaxEyes]; // under the first in shared bins
     unsigned long long evaluations[kMaxEyes];
+    CoarseCounters coarse;
     uint32_t overflow;
     ColumnRange columns; // FrameOptions: told by select, for stages whose arguments stay as they were captured
     unsigned long long

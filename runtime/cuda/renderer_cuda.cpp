@@ -428,7 +428,7 @@ void CudaRenderer::end(Flight& flight)
     if (flight.shape.uses_reuse)
         m_reuse.addCounts(uint32_t(&flight - m_flights), flight.shape.eye_count, result);
     if (flight.shape.coarse)
-        m_coarse.addCounts(uint32_t(&flight - m_flights), flight.shape.eye_count, result);
+        addCoarseCounts(c.coarse, flight.shape.eye_count, result);
     result.cache_bytes = m_reuse.bytes() + m_coarse.bytes();
     result.bytes_resident = m_budget.used;
     result.passes = flight.shape.passes;

@@ -101,10 +101,10 @@ struct FrameJob {
 class FrameReuse {
 public:
     virtual ~FrameReuse() = default;
-    virtual void prepareFrame(FrameCapture& capture, const FrameJob& job) const = 0;
+    virtual void prepareFrame(FrameCapture&, const FrameJob&) const {}
     virtual void listAnchors(FrameCapture& capture, const FrameJob& job) const = 0; // of the visible groups
     virtual void decode(FrameCapture& capture, const FrameJob& job, uint32_t pass) const = 0;
-    virtual void report(FrameCapture& capture, const FrameJob& job) const = 0;
+    virtual void report(FrameCapture&, const FrameJob&) const {}
 };
 
 // In this order; decode to blend once per pass.

@@ -41,7 +41,7 @@ void CudaCoarse::prepare(const DeviceScene& scene, uint64_t others)
     m_tables.page_count = uint32_t(std::min<uint64_t>({all, room, kNoPage / 2}));
     layOutIn(m_arena, "coarse copies", [&](ArenaLayout& layout) {
         const size_t groups = m_tables.group_count;
-        m_tables.counters = layout.take<CoarseCounters>(1);
+        m_tables.buckets = layout.take<CoarseBuckets>(1);
         m_tables.free = layout.take<CoarseRing>(1);
         m_tables.groups = layout.take<CoarseGroup>(groups);
         m_tables.near = layout.take<uint32_t>(groups);
@@ -59,13 +59,15 @@ const CoarseNow& CudaCoarse::begin(const FrameNow& frame, uint32_t eye_count, co
 {
     setNow(m_now, frame);
     const bool changed = options.appearance != m_appearance || options.lod_fade != m_lod_fade;
-    const bool forgets = m_forget || changed;
+    const bool forgets = m_forget || (changed && m_any);
     if (forgets) {
         resetCoarseCuda(m_tables, processors, stream.handle);
         m_now.frame = 0;
+        m_any = false;
     }
     // photographs that each have a row of their own would make copies that nobody draws
     const bool makes = m_forget || !changed;
+    m_any = m_any || makes;
     m_forget = false;
     m_appearance = options.appearance;
     m_lod_fade = options.lod_fade;
@@ -87,11 +89,6 @@ CoarseCudaArgs CudaCoarse::cudaArgs(const FrameJob& job, uint32_t pass) const
     return {decodeArgs(job, pass), m_tables, m_now.view, m_now.frame, job.buffers.histogram};
 }
 
-void CudaCoarse::prepareFrame(FrameCapture& capture, const FrameJob&) const
-{
-    capture.clear(m_tables.counters, sizeof(CoarseCounters));
-}
-
 void CudaCoarse::listAnchors(FrameCapture& capture, const FrameJob& job) const
 {
     const CoarseScheduleArgs schedule{m_now,
@@ -102,14 +99,18 @@ void CudaCoarse::listAnchors(FrameCapture& capture, const FrameJob& job) const
                                       job.buffers.histogram,
                                       job.buffers.counters,
                                       m_tables};
-    capture.add(schedule, coarseScheduleCuda);
-    capture.add(schedule, coarseLevelsCuda);
-    capture.add(schedule, coarseEvictCuda);
-    capture.add(schedule, coarseListCuda);
+    if (m_tables.group_count <= kCoarseFewGroups) {
+        capture.add(schedule, coarseDecideCuda);
+    } else {
+        capture.add(schedule, coarseScheduleCuda);
+        capture.add(schedule, coarseGrantCuda);
+        capture.add(schedule, coarseEvictCuda);
+        capture.add(schedule, coarseListCuda);
+    }
     capture.add(cudaArgs(job, 0), coarseMakeCuda);
     SelectCudaArgs select = selectArgs(job);
     select.listed_groups = m_tables.near;
-    select.group_count = &m_tables.counters->near;
+    select.group_count = &job.buffers.counters->coarse.near;
     capture.add(select, selectAnchorsCuda);
 }
 
@@ -121,14 +122,8 @@ void CudaCoarse::decode(FrameCapture& capture, const FrameJob& job, uint32_t pas
         capture.add(PaintCoarseArgs{paintArgs(job), m_tables, m_now.view, m_now.frame}, paintCoarseCuda);
 }
 
-void CudaCoarse::report(FrameCapture& capture, const FrameJob& job) const
+void addCoarseCounts(const CoarseCounters& c, uint32_t eye_count, FrameResult& result)
 {
-    capture.copyToHost(m_pinned[job.flight].data, m_tables.counters, offsetof(CoarseCounters, urgencies));
-}
-
-void CudaCoarse::addCounts(uint32_t flight, uint32_t eye_count, FrameResult& result) const
-{
-    const CoarseCounters& c = *m_pinned[flight].data;
     result.coarse = {c.groups_near, c.groups_kept, c.groups_stale, c.groups_made};
     const uint32_t copied = c.anchors_made + c.anchors_kept + c.anchors_stale;
     for (uint32_t e = 0; e < eye_count; ++e) {

@@ -28,13 +28,9 @@ public:
                            uint32_t processors, const CudaStream& stream);
     const CoarseNow& beginAgain(); // the frame begun last overflowed; nothing is decided anew
 
-    void prepareFrame(FrameCapture& capture, const FrameJob& job) const override;
     void listAnchors(FrameCapture& capture, const FrameJob& job) const override;
     void decode(FrameCapture& capture, const FrameJob& job, uint32_t pass) const override;
-    void report(FrameCapture& capture, const FrameJob& job) const override;
 
-    // Of a frame drawn with it and ended.
-    void addCounts(uint32_t flight, uint32_t eye_count, FrameResult& result) const;
     [[nodiscard]] uint64_t bytes() const { return m_arena.bytes(); }
 
 private:
@@ -43,12 +39,15 @@ private:
     DeviceArena m_arena;
     CoarseTables m_tables{};
     CoarseNow m_now{};
-    Pinned<CoarseCounters> m_pinned[kFramesInFlight];
     bool m_unlimited;
     bool m_levels = false;     // of the model: levelsSwitch()
     bool m_forget = true;      // before the next frame
+    bool m_any = false;        // may there be copies?
     int32_t m_appearance = -1; // that copies were made for, as is the fade
     float m_lod_fade = 0;
 };
+
+// Adds what a frame drew, of one that was drawn with copies.
+void addCoarseCounts(const CoarseCounters& counters, uint32_t eye_count, FrameResult& result);
 
 } // namespace gsc
