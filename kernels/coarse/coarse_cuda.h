@@ -132,6 +132,10 @@ inline void setNow(PaintCoarseArgs& args, const CoarseNow& now)
     args.frame = now.frame;
 }
 
+// Brings the kernels to the device (loadKernel()), so that no frame waits for them.
+void loadCoarseSchedule(bool few); // kCoarseFewGroups or fewer
+void loadCoarseMake(bool compact, bool bank);
+void loadCoarseDraw();
 // Forgets everything. Asynchronous, as all.
 void resetCoarseCuda(const CoarseTables& tables, uint32_t processors, CUstream_st* stream);
 // After the groups are selected, one after the other: how far each is off; which may be made; which copies go for others,

@@ -4,8 +4,6 @@
 #include "kernels/cuda/launch.cuh"
 #include "kernels/decode/fast/emit.cuh"
 
-#include <type_traits>
-
 namespace gsc {
 
 namespace {
@@ -13,14 +11,16 @@ namespace {
 constexpr uint32_t kThreads = 256;
 constexpr uint32_t kBlocksPerProcessor = 3;
 
-// kShared, kThins: DecodeFrame.
-template <bool kShared, bool kThins>
+// kShared: DecodeFrame. What is joined is not thinned: its cells grow (cellGrowth()).
+template <bool kShared>
 __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(const __grid_constant__ CoarseCudaArgs args)
 {
     const CoarseTables& tables = args.tables;
     const uint32_t lane = threadIdx.x & 31u;
     const uint32_t warp = (blockIdx.x * kThreads + threadIdx.x) >> 5, warps = gridDim.x * kThreads / 32;
     const uint32_t copies = args.counters->coarse.drawn;
+    if (warp >= copies)
+        return;
     EyeTally left, right;
     uint32_t positive = 0; // bit per eye
     for (uint32_t i = warp; i < copies; i += warps) {
@@ -51,8 +51,8 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(cons
                     }
                 };
                 const auto project = [&](Candidate& out, bool& finite) {
-                    return projectRoot<kThins>(args, e, gaussian.position, root, gaussian.opacity, gaussian.color,
-                                               gaussian.order, out, finite);
+                    return projectRoot<false>(args, e, gaussian.position, root, gaussian.opacity, gaussian.color,
+                                              gaussian.order, out, finite);
                 };
                 SlotWriter writer = kShared || e == 0 ? left.writer : right.writer;
                 const Emitted emitted = emitProjected<kShared>(
@@ -75,6 +75,12 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(cons
 
 } // namespace
 
+void loadCoarseDraw()
+{
+    loadKernel(drawKernel<true>);
+    loadKernel(drawKernel<false>);
+}
+
 uint32_t coarseDrawGaps(uint32_t processors, uint32_t slot_capacity)
 {
     return processors * kBlocksPerProcessor * kThreads / 32 * slotPiece(slot_capacity);
@@ -82,9 +88,8 @@ uint32_t coarseDrawGaps(uint32_t processors, uint32_t slot_capacity)
 
 void coarseDrawCuda(const CoarseCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
-    const auto kernel = args.shared_bins ? (args.thins ? drawKernel<true, true> : drawKernel<true, false>)
-                                         : (args.thins ? drawKernel<false, true> : drawKernel<false, false>);
-    launchCuda(kernel, processors * kBlocksPerProcessor, kThreads, 0, stream, args);
+    launchCuda(args.shared_bins ? drawKernel<true> : drawKernel<false>, processors * kBlocksPerProcessor, kThreads, 0,
+               stream, args);
 }
 
 } // namespace gsc

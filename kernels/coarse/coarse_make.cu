@@ -7,8 +7,6 @@
 #include "kernels/decode/fast/emit.cuh"
 #include "kernels/math/lod.h"
 
-#include <type_traits>
-
 namespace gsc {
 
 namespace {
@@ -337,7 +335,8 @@ __global__ void __launch_bounds__(kThreads, kBlocks) makeKernel(const __grid_con
             group.base[a] = floorf(record.gaussian_min[a] * group.per_cell);
             fits &= record.gaussian_max[a] * group.per_cell - group.base[a] < float(kAxisCells - 1);
         }
-        const float detail = __fdividef(args.view.cell_at_one, args.view.pixel_at_one);
+        const float detail = __fdividef(args.view.cell_at_one, args.view.pixel_at_one) *
+                             cellGrowth(args.view, record.gaussian_min, record.gaussian_max);
         group.most = __fdividef(1.0f, 4.7f * (detail * detail + 0.3f));
         for (uint32_t c = threadIdx.x; c < kCells; c += kThreads) {
             shared.keys[c] = kNoKey;
@@ -407,16 +406,23 @@ __global__ void __launch_bounds__(kThreads, kBlocks) makeKernel(const __grid_con
         atomicOr(&args.counters->any_positive[lane], 1u);
 }
 
+auto makeKernelOf(bool compact, bool bank)
+{
+    if (compact)
+        return bank ? makeKernel<true, true> : makeKernel<true, false>;
+    return bank ? makeKernel<false, true> : makeKernel<false, false>;
+}
+
 } // namespace
+
+void loadCoarseMake(bool compact, bool bank)
+{
+    loadKernel(makeKernelOf(compact, bank));
+}
 
 void coarseMakeCuda(const CoarseCudaArgs& args, uint32_t processors, CUstream_st* stream)
 {
-    const auto of_layout = [&args](auto compact) {
-        constexpr bool kCompact = decltype(compact)::value;
-        return args.bank != nullptr ? makeKernel<kCompact, true> : makeKernel<kCompact, false>;
-    };
-    const auto kernel =
-        args.model.compact_shape != nullptr ? of_layout(std::true_type()) : of_layout(std::false_type());
+    const auto kernel = makeKernelOf(args.model.compact_shape != nullptr, args.bank != nullptr);
     launchCuda(kernel, processors * kBlocks, kThreads, sizeof(MakeShared), stream, args);
 }
 

@@ -16,9 +16,7 @@ __device__ __forceinline__ GroupSource sourceOf(const PaintCoarseArgs& args, uin
         return GroupSource::Near;
     if (kept.made == args.frame)
         return GroupSource::Made;
-    const GroupRecord& group = args.paint.groups[index];
-    const float cell = wantedCell(args.view, group.gaussian_min, group.gaussian_max);
-    const bool stale = coarseChange(args.view, kept.key, cell, group.gaussian_min, group.gaussian_max) > 1.0f;
+    const bool stale = coarseLook(args.view, args.paint.groups[index], kept, true).change > 1.0f;
     return stale ? GroupSource::Stale : GroupSource::Kept;
 }
 

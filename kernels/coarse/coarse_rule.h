@@ -4,6 +4,7 @@
 #pragma once
 
 #include "kernels/math/eye.h"
+#include "kernels/math/foveation.h"
 #include "kernels/math/projection.h"
 #include "kernels/math/real.h"
 
@@ -12,7 +13,9 @@
 namespace gsc {
 
 constexpr float kFarShare = 0.9f;       // of a group's Gaussians that are small: from there on it is far
-constexpr float kMostDirection = 0.03f; // change of the unit view direction that a copy is good for
+constexpr float kMostDirection = 0.03f; // change of the unit view direction that a full copy is good for
+constexpr float kFullCopy = 2.0f;       // Gaussians for each anchor that a full copy has, or more
+constexpr float kMostLasting = 8.0f;    // times as much that a copy of fewer is good for
 constexpr float kMostCloser = 0.3f;     // octaves of distance that the camera may come closer
 constexpr float kMostFurther = 0.75f;   // and leave
 // the same of a model with levels
@@ -33,6 +36,8 @@ struct CoarseView {
     float lod_bias;                  // FrameOptions
     float level_center[3];           // from where levels are chosen: LodLag
     float most_closer, most_further; // octaves of distance that a copy is good for
+    float coarsest;   // of cells where no eye looks, in squares of `detail`; 0: they are the same everywhere
+    float gaze[2][3]; // in the world; of one eye twice
 };
 
 // View that a group was last made for, or looked at for.
@@ -47,7 +52,8 @@ GSC_HD CoarseKey keyOf(const CoarseView& view, float cell)
     return {{view.center[0], view.center[1], view.center[2]}, cell, view.lod_bias};
 }
 
-// View that copies are made from. levels: of a model whose anchors come and go with distance. Precondition: eye_count is 1 or 2, detail is above 0.
+// View that copies are made from. levels: of a model whose anchors come and go with distance. Precondition: eye_count is 1
+// or 2, detail is above 0.
 inline CoarseView coarseView(const EyeParams* eyes, const EyeParams* level_eyes, uint32_t eye_count, float detail,
                              float lod_bias, bool levels)
 {
@@ -67,7 +73,23 @@ inline CoarseView coarseView(const EyeParams* eyes, const EyeParams* level_eyes,
     view.lod_bias = lod_bias;
     view.most_closer = levels ? kMostCloserOfLevels : kMostCloser;
     view.most_further = levels ? kMostFurtherOfLevels : kMostFurther;
+    for (auto& gaze : view.gaze)
+        gaze[2] = 1;
     return view;
+}
+
+// With foveation. gaze: unit vectors in the spaces of the eyes; finest: variance in pixels^2 of the finest Gaussian where no
+// eye looks. A cell that is evenly full has a twelfth of its edge's square.
+inline void foveate(const EyeParams* eyes, uint32_t eye_count, const float (*gaze)[3], float finest, CoarseView& view)
+{
+    const float detail = view.cell_at_one / view.pixel_at_one;
+    view.coarsest = 12.0f * finest / (detail * detail);
+    for (uint32_t e = 0; e < 2; ++e) {
+        const uint32_t eye = e < eye_count ? e : 0;
+        const float* const w = eyes[eye].world_to_view;
+        for (int i = 0; i < 3; ++i)
+            view.gaze[e][i] = w[i] * gaze[eye][0] + w[4 + i] * gaze[eye][1] + w[8 + i] * gaze[eye][2];
+    }
 }
 
 // Distance from `center` to the box, 0 within.
@@ -81,10 +103,33 @@ GSC_HD float boxDistance(const float* box_min, const float* box_max, const float
     return std::sqrt(square);
 }
 
+// Factor by which a group's cells are larger than `detail`: as fine as an eye tells apart at the group's point that is
+// nearest to its gaze (foveation.h).
+GSC_HD float cellGrowth(const CoarseView& view, const float* box_min, const float* box_max)
+{
+    if (view.coarsest <= 1)
+        return 1;
+    float along[2] = {}, square = 0, radius = 0;
+    for (int i = 0; i < 3; ++i) {
+        const float off = 0.5f * (box_min[i] + box_max[i]) - view.center[i], half = 0.5f * (box_max[i] - box_min[i]);
+        square += off * off;
+        radius += half * half;
+        for (int e = 0; e < 2; ++e)
+            along[e] += off * view.gaze[e][i];
+    }
+    if (radius >= square)
+        return 1;
+    const float cosine = minNumber(maxNumber(along[0], along[1]) / std::sqrt(square), 1.0f);
+    const float sine = std::sqrt(maxNumber(1 - cosine * cosine, 0.0f)), ring = radius / square; // its sine, squared
+    const float cosine_ring = std::sqrt(1 - ring);
+    const float nearest = cosine >= cosine_ring ? 1 : cosine * cosine_ring + sine * std::sqrt(ring);
+    return std::sqrt(maxNumber(finestVariance(nearest, view.coarsest), 1.0f));
+}
+
 // Edge of cells that a group wants, world units: its pixels are finest at its nearest Gaussian.
 GSC_HD float wantedCell(const CoarseView& view, const float* box_min, const float* box_max)
 {
-    return view.cell_at_one * boxDistance(box_min, box_max, view.center);
+    return view.cell_at_one * boxDistance(box_min, box_max, view.center) * cellGrowth(view, box_min, box_max);
 }
 
 // The power of two at or below, as its exponent. Precondition: cell is above 0 and finite.
@@ -113,10 +158,18 @@ GSC_HD bool seesAll(const EyeParams& eye, float near_z, const GroupRecord& group
            inside(t.y, eye.focal_y, eye.tan_mid_y, float(eye.height));
 }
 
+// Change of direction that a copy is good for. One of fewer Gaussians is blurred more, so that it may turn more before that
+// is what shows.
+GSC_HD float mostDirection(uint32_t gaussians, uint32_t anchors)
+{
+    const float lasts = kFullCopy * float(anchors) / maxNumber(float(gaussians), 1.0f);
+    return kMostDirection * minNumber(maxNumber(lasts, 1.0f), kMostLasting);
+}
+
 // How far a copy is off, 1 = due to be made anew: the largest of its changes by their bounds. cell: wantedCell() now. One of
 // finer cells or more levels than are wanted is drawn until it is made anew: nothing is missing in it.
 GSC_HD float coarseChange(const CoarseView& view, const CoarseKey& key, float cell, const float* box_min,
-                          const float* box_max)
+                          const float* box_max, float most_direction = kMostDirection)
 {
     float now[3], then[3], a = 0, b = 0, turned = 0;
     for (int i = 0; i < 3; ++i) {
@@ -132,7 +185,7 @@ GSC_HD float coarseChange(const CoarseView& view, const CoarseKey& key, float ce
         turned += change * change;
     }
     // the eyes see it from either side
-    const float direction = (std::sqrt(turned) + view.half_distance * inverse_a) * (1.0f / kMostDirection);
+    const float direction = (std::sqrt(turned) + view.half_distance * inverse_a) / most_direction;
     const float octaves = std::log2(cell) - std::log2(key.cell);
     const float size = octaves < 0 ? -octaves / view.most_closer : minNumber(octaves / view.most_further, kStaleMost);
     const float more = (view.lod_bias - key.lod_bias) * (1.0f / kMostLevels);
@@ -149,16 +202,17 @@ struct CoarseLook {
     bool due;     // it should be made, or made anew
 };
 
-// shows_all: the eyes see all of the group. Kept: has the members key and kind of what is kept of it.
+// shows_all: the eyes see all of the group. Kept: has the members key, kind, count and anchors of what is kept of it.
 template <typename Kept>
 GSC_HD CoarseLook coarseLook(const CoarseView& view, const GroupRecord& record, const Kept& kept, bool shows_all)
 {
     const float cell = wantedCell(view, record.gaussian_min, record.gaussian_max);
-    const auto change = [&](const CoarseKey& key) {
-        return coarseChange(view, key, cell, record.gaussian_min, record.gaussian_max);
+    const auto change = [&](const CoarseKey& key, float most_direction = kMostDirection) {
+        return coarseChange(view, key, cell, record.gaussian_min, record.gaussian_max, most_direction);
     };
     const CoarseKind kind = CoarseKind(kept.kind);
-    CoarseLook look{cell, kind == CoarseKind::Far ? change(kept.key) : INFINITY, false, false};
+    const float most = mostDirection(kept.count, kept.anchors);
+    CoarseLook look{cell, kind == CoarseKind::Far ? change(kept.key, most) : INFINITY, false, false};
     look.draws = shows_all && look.change <= kStaleMost;
     const bool can_be_far =
         shows_all && cell > 0 && change(keyOf(view, cell)) <= 1; // a copy made now is within its bound

@@ -33,6 +33,14 @@ void launchCudaAs(bool beside, void (*kernel)(Parameters...), dim3 blocks, uint3
     GSC_CUDA_CHECK(cudaLaunchKernelEx(&config, kernel, arguments...));
 }
 
+// Brings a kernel to the device, which else happens at its first launch and takes a tenth of a millisecond or more.
+template <typename... Parameters>
+void loadKernel(void (*kernel)(Parameters...))
+{
+    cudaFuncAttributes attributes{};
+    GSC_CUDA_CHECK(cudaFuncGetAttributes(&attributes, reinterpret_cast<const void*>(kernel)));
+}
+
 // The same, after all that was launched before.
 template <typename... Parameters, typename... Arguments>
 void launchCuda(void (*kernel)(Parameters...), dim3 blocks, uint32_t threads, size_t shared_bytes, cudaStream_t stream,

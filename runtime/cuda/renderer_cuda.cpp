@@ -60,6 +60,8 @@ public:
                     m_scene.loadFrame(model, m_stream);
                 else
                     m_scene.load(model, m_stream);
+                if (m_scene.fastPossible())
+                    CudaCoarse::loadKernels(m_scene);
             });
         } catch (...) {
             m_scene.forget();

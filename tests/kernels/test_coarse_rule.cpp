@@ -17,7 +17,7 @@ namespace {
 
 CoarseView viewAt(float x, float y, float z, float detail = 2)
 {
-    return {{x, y, z}, 0.01f, detail * 0.01f, 0, 0, {x, y, z}, kMostCloser, kMostFurther};
+    return {{x, y, z}, 0.01f, detail * 0.01f, 0, 0, {x, y, z}, kMostCloser, kMostFurther, 0, {{0, 0, 1}, {0, 0, 1}}};
 }
 
 // Gaussians of a group whose box is the unit cube, seen from z = -100: there a pixel is 1 wide.
@@ -86,6 +86,33 @@ TEST_CASE("detail: cells are powers of two that a pixel's size is followed by")
     CHECK(wantedCell(viewAt(0, 0, 12), low, high) == 0);
 }
 
+TEST_CASE("detail: with foveation cells grow with the angle from where an eye looks")
+{
+    EyeParams eyes[2] = {};
+    for (EyeParams& eye : eyes)
+        for (int i = 0; i < 3; ++i)
+            eye.world_to_view[5 * i] = 1;
+    const float gaze[2][3] = {{0, 0, 1}, {0, 0.6f, 0.8f}};
+    const auto grownAt = [&](uint32_t eye_count, float degrees, float half = 0.01f) { // upwards, 10 away
+        CoarseView view = viewAt(0, 0, 0);
+        foveate(eyes, eye_count, gaze, 4, view);
+        const float angle = degrees * 0.01745329f, y = 10 * std::sin(angle), z = 10 * std::cos(angle);
+        const float low[3] = {-half, y - half, z - half}, high[3] = {half, y + half, z + half};
+        CHECK(wantedCell(view, low, high) ==
+              doctest::Approx(0.02f * boxDistance(low, high, view.center) * cellGrowth(view, low, high)));
+        return cellGrowth(view, low, high);
+    };
+    CHECK(grownAt(1, 0) == 1);
+    CHECK(grownAt(1, 11) == 1);
+    CHECK(grownAt(1, 25) > 1.5f);
+    CHECK(grownAt(1, 25) < grownAt(1, 35));
+    CHECK(grownAt(1, 45) == doctest::Approx(std::sqrt(12.0)).epsilon(1e-4)); // edges of 6.9 pixels: a deviation of 2
+    CHECK(grownAt(1, 45, 3) < 3);                                            // its nearest point counts
+    CHECK(grownAt(1, 45, 20) == 1);
+    CHECK(grownAt(2, 45) == 1); // the other eye looks there
+    CHECK(grownAt(1, 120) == doctest::Approx(std::sqrt(12.0)).epsilon(1e-4));
+}
+
 TEST_CASE("detail: a copy is due by what has changed most")
 {
     const float low[3] = {-1, -1, 9}, high[3] = {1, 1, 11};
@@ -122,6 +149,11 @@ TEST_CASE("detail: a copy is due by what has changed most")
     CHECK(stale.due);
     CHECK(stale.draws);
     CHECK_FALSE(coarseLook(viewAt((kStaleMost + 0.2f) * side, 0, 0), record, kept, true).draws);
+    kept.anchors = 100;
+    for (const auto& [count, lasts] : {std::pair<uint32_t, float>{300, 1}, {200, 1}, {100, 2}, {2, kMostLasting}}) {
+        kept.count = count; // the fewer, the more it is blurred anyway
+        CHECK(coarseLook(viewAt(side, 0, 0), record, kept, true).change == doctest::Approx(1 / lasts).epsilon(0.02));
+    }
     kept.kind = CoarseKind::Near;
     CHECK_FALSE(coarseLook(at, record, kept, true).due);
     CHECK(coarseLook(viewAt(0, 0, 9 - 9 * 1.1f * kNearAgain), record, kept, true).due);

@@ -9,13 +9,20 @@ namespace gsc {
 
 namespace {
 
-constexpr uint64_t kShareOfMemory = 3; // copies take at most one in so many bytes that are free
+constexpr uint64_t kShareOfMemory = 5; // copies take at most one in so many bytes that are free
 // Share of the Gaussians that a model can have that copies of all of its groups hold: less than a third where they are far
 // enough, seven in ten of which are alive.
 constexpr double kKeptShare = 0.3;
 constexpr uint32_t kBudgetShare = 8, kLeastBudget = 512; // groups that a frame makes: one in so many, and some more
 
 } // namespace
+
+void CudaCoarse::loadKernels(const DeviceScene& scene)
+{
+    loadCoarseSchedule(scene.model().params.group_count <= kCoarseFewGroups);
+    loadCoarseMake(scene.model().compact_shape != nullptr, scene.bank() != nullptr);
+    loadCoarseDraw();
+}
 
 void CudaCoarse::release()
 {
@@ -72,6 +79,8 @@ const CoarseNow& CudaCoarse::begin(const FrameNow& frame, uint32_t eye_count, co
     m_appearance = options.appearance;
     m_lod_fade = options.lod_fade;
     m_now.view = coarseView(frame.eyes, frame.level_eyes, eye_count, options.detail, options.lod_bias, m_levels);
+    if (frame.finest > 0)
+        foveate(frame.eyes, eye_count, frame.gaze, frame.finest, m_now.view);
     m_now.budget = !makes ? 0 : m_unlimited ? m_tables.group_count : m_tables.group_count / kBudgetShare + kLeastBudget;
     m_now.again = repeats && !forgets ? 1 : 0;
     m_now.frame += m_now.again == 0 ? 1 : 0;
@@ -99,7 +108,7 @@ void CudaCoarse::listAnchors(FrameCapture& capture, const FrameJob& job) const
                                       job.buffers.histogram,
                                       job.buffers.counters,
                                       m_tables};
-    if (m_tables.group_count <= kCoarseFewGroups) {
+    if (m_tables.group_count <= kCoarseFewGroups && !m_unlimited) { // workers that share poses have many
         capture.add(schedule, coarseDecideCuda);
     } else {
         capture.add(schedule, coarseScheduleCuda);

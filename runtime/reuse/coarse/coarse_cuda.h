@@ -14,6 +14,8 @@ public:
     // unlimited: RendererOptions::coarse_unlimited.
     CudaCoarse(MemoryBudget& budget, bool unlimited) : m_arena(budget), m_unlimited(unlimited) {}
 
+    // So that no frame waits for them.
+    static void loadKernels(const DeviceScene& scene);
     // Forgets everything and gives the memory back. Whoever has graphs drops them.
     void release();
     // Must prepare() take memory? Then graphs and the memory of frames are to be given back before.
