@@ -113,6 +113,9 @@ def test_second(gsc, play, work, checkpoint):
             files = {"memory.max": f"{megabytes * MEGABYTE}\n", "memory.current": f"{8 * MEGABYTE}\n"}
             codes.setdefault(megabytes, []).append(check(mounted([*words, "-q"], files, work), words, out))
     assert codes[512][0] == 0 and 6 in codes[20], codes
+    full = {"memory.max": f"{20 * MEGABYTE}\n", "memory.current": f"{20 * MEGABYTE}\n"}
+    for words in commands(gsc, play, checkpoint, out):  # a bound below what a program has when it starts would end it
+        assert mounted([*words, "-q"], full, work).returncode == 0, words
     print(f"version 2: exit codes by megabytes {codes}")
 
 

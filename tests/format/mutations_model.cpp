@@ -61,6 +61,8 @@ std::vector<Mutation> paramMutations()
     using namespace issue;
     TinyGscOptions bank;
     bank.feature_bank = true;
+    TinyGscOptions level_bank = octree();
+    level_bank.feature_bank = true;
     TinyGscOptions appearance;
     appearance.appearance_dim = 4;
     appearance.appearance_rows = 3;
@@ -70,6 +72,7 @@ std::vector<Mutation> paramMutations()
         {ParamFlagConflict, params([](Params& p) { p.flags |= kModelBankDistance; })},
         {ParamFlagConflict, params([](Params& p) { p.flags |= kModelLodHalfCell; })},
         {ParamFlagConflict, params([](Params& p) { p.flags |= kModelBankLevel; }), {}, bank},
+        {ParamFlagConflict, params([](Params& p) { p.flags |= kModelBankDistance; }), {}, level_bank},
         {ParamFeatDim, params([](Params& p) { p.feat_dim = 0; })},
         {ParamFeatDim, params([](Params& p) { p.feat_dim = 1025; })},
         {ParamFeatDim, params([](Params& p) { p.feat_dim = 6; }), {}, bank},

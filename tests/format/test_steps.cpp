@@ -141,6 +141,23 @@ TEST_CASE("no stored byte of steps is trusted")
     CHECK(refused([](StepsHeader& h) { h.plane_bytes[2] += 1; }));
 }
 
+TEST_CASE("steps below the least normal number are refused")
+{
+    const Table table{1, 1, false, {3}};
+    Bytes stored, out;
+    REQUIRE(encode(table, stored));
+    const auto decoded = [&](int exponent) { // of the one span, whose exponent is stored as it is
+        Bytes changed = stored;
+        changed[sizeof(StepsHeader)] = std::byte(exponent);
+        return decode(changed, table, out);
+    };
+    REQUIRE(decoded(-126));
+    float value = 0;
+    std::memcpy(&value, out.data(), sizeof(value));
+    CHECK(value == std::ldexp(3.0f, -126));
+    CHECK_FALSE(decoded(-127));
+}
+
 TEST_CASE("an archive takes steps where they are smaller, and gives masked slots back")
 {
     const ScratchDir folder;

@@ -275,6 +275,22 @@ TEST_CASE("pickle machine: truncated, flipped and hostile pickles end in an Erro
     CHECK(values(300000).says("more than 262144 values"));
 }
 
+TEST_CASE("pickle machine: the stack holds as many values as there may be, however they came there")
+{
+    const auto run = [](const std::string& body) {
+        const std::string pickle = "\x80\x02" + body + std::string(262143, '0') + "."; // POP all but one
+        return outcomeOf([&] { (void)loadPickle(std::as_bytes(std::span(pickle)), "p"); });
+    };
+    const std::string full = "Nq\1" + std::string(262143, '2'); // DUP
+    CHECK(run(full).code == ErrorCode::Ok);
+    CHECK(run(full + "0h\1").code == ErrorCode::Ok); // BINGET of what the memo has
+    for (const char* more : {"2", "h\1"}) {
+        const Outcome outcome = run(full + more);
+        CHECK(outcome.code == ErrorCode::InvalidFile);
+        CHECK_MESSAGE(outcome.says("more than 262144 values on the stack"), outcome.message);
+    }
+}
+
 TEST_CASE("torch archive: cycles and exponentially shared values are refused")
 {
     const std::string cycle = std::string("\x80\x02}q\x00", 5) + unicode("a") + std::string("h\x00s.", 4);

@@ -24,10 +24,10 @@ TEST_CASE("config.yaml: keys that a web page gave a blank of its own")
 
 TEST_CASE("config.yaml: every way to write nothing, yes and no")
 {
-    const ConfigValue config =
-        parseYaml("none: [, ~, null, Null, NULL]\nyes: [true, True, TRUE, yes, Yes, YES, on, On, ON]\n"
-                  "no: [false, False, FALSE, no, No, NO, off, Off, OFF]\n",
-                  "y");
+    const ConfigValue config = parseYaml("none: [, ~, null, Null, NULL, !!null ~, !!null null, !!null Null]\n"
+                                         "yes: [true, True, TRUE, yes, Yes, YES, on, On, ON]\n"
+                                         "no: [false, False, FALSE, no, No, NO, off, Off, OFF]\n",
+                                         "y");
     for (const ConfigValue& value : config.find("none")->list)
         CHECK(value.kind == Kind::None);
     for (const char* word : {"yes", "no"})

@@ -183,7 +183,9 @@ TEST_CASE("COLMAP's models since 3.10: lenses that are refused as such, by name 
         CHECK(said.find("undistort") != std::string::npos);
     CHECK(parse("# Number of cameras: 2\n2 OF_TOMORROW 200 150 1\n" + kPinhole, images).told.empty()); // no image's
     (void)refusal("1 OF_TOMORROW 200 150 1\n" + kPinhole, images, ErrorCode::InvalidFile);
-    (void)refusal(lensBytes({-1, "", 4, true}, 0), imageBytes(), ErrorCode::InvalidFile, false, true);
+    const std::string said =
+        refusal(lensBytes({-1, "", 4, true}, 0), imageBytes(), ErrorCode::InvalidFile, false, true);
+    CHECK(said.find("camera 1 of model -1, expected a model from 0 to 17") != std::string::npos);
 }
 
 TEST_CASE("images.txt without lines of points: no image vanishes")

@@ -152,6 +152,17 @@ TEST_CASE("the numbers of a row")
     CHECK(timesOf(timedFrames(someResult().frames, 9)).wall.mean == 3);
 }
 
+TEST_CASE("a line tells a bound of 0, and none where there is none")
+{
+    RunConfig run = errorRun(0);
+    CHECK(runTableLine(someRow(run)).find("error 0 ") != std::string::npos);
+    run.reuse.policy = ReusePolicy::Depth;
+    run.reuse.max_depth = 0;
+    CHECK(runTableLine(someRow(run)).find("depth 0 lin") != std::string::npos);
+    run.reuse.policy = ReusePolicy::None;
+    CHECK(runTableLine(someRow(run)).find("none  ") != std::string::npos);
+}
+
 TEST_CASE("a run that saw nothing has hit nothing")
 {
     RunResult nothing = someResult();

@@ -39,6 +39,8 @@ TEST_CASE("ramps: their ends, their steps, and one colour for one count")
             const FalseColour a = detailColour(GroupSource(source)), b = detailColour(GroupSource(other));
             CHECK(std::abs(a.r - b.r) + std::abs(a.g - b.g) + std::abs(a.b - b.b) > 0.5f);
         }
+    const FalseColour grey = levelColour(11);
+    CHECK(is(grey, grey.r, grey.r, grey.r));
     CHECK(is(levelColour(-12), levelColour(0).r, levelColour(0).g, levelColour(0).b));
 }
 

@@ -2,6 +2,7 @@
 // The paths beside every model: what the player reads, and that each moves as it says.
 #include "convert/input/checkpoint.h"
 #include "convert/sample/paths/site_paths.h"
+#include "convert/survey/model_survey.h"
 #include "runtime/cameras/camera_file.h"
 #include "sample/live_motion.h"
 #include "sample/sample_tools.h"
@@ -279,4 +280,23 @@ TEST_CASE("camera paths: where a level gives way to the next")
     }
     site.fork = 4;
     CHECK(levelBoundary(site, 1e-6) == doctest::Approx(6.25));
+}
+
+TEST_CASE("model survey: a camera is as far as what lies in the middle half of its picture, not at its edges")
+{
+    ModelParams params{};
+    CameraRecord camera{}; // looks along z, 90 degrees wide and high
+    camera.rotation[0] = camera.rotation[4] = camera.rotation[8] = 1;
+    camera.width = camera.height = 100;
+    camera.fx = camera.fy = 50;
+    GscView view;
+    view.params = &params;
+    view.cameras = {&camera, 1};
+    std::vector<dvec3> points;
+    for (int i = -10; i <= 10; ++i) {
+        points.emplace_back(0.19 * i, 0.1 * (i % 3), 4); // up to 0.475 of the way to the edge
+        for (const double side : {-1.0, 1.0})
+            points.emplace_back(8 * 0.55 * side, 0.1 * i, 8); // more of them
+    }
+    CHECK(surveyPoints(view, points, "m").distances == std::vector<double>{4});
 }

@@ -99,6 +99,25 @@ TEST_CASE("one changed bit anywhere is found, counted and located")
     CHECK(find(report, "feature")->compared == 700 * 8);
 }
 
+TEST_CASE("anchors that the file does not have are told as a number, and all others are compared")
+{
+    ModelShape shape;
+    shape.anchors = 700;
+    const MemoryModel model = makeModel(shape);
+    MemoryModel less = model;
+    less.removeAnchor(699);
+    const Written written = writeModel(less);
+    MemorySource source(model);
+    const CompareReport report = compareCheckpoint(model.checkpoint, source, written.view, {});
+    REQUIRE(report.problems.size() == 1);
+    CHECK(report.problems[0] == "the checkpoint has 700 anchors, the file 699");
+    CHECK(report.anchors == 699);
+    for (const AttributeDifference& attribute : report.attributes)
+        CHECK(attribute.different == 0);
+    REQUIRE(find(report, "feature"));
+    CHECK(find(report, "feature")->compared == 699 * 8);
+}
+
 TEST_CASE("models of another shape are told apart and not compared anchor by anchor")
 {
     ModelShape shape;
