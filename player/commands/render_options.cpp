@@ -56,8 +56,8 @@ void addLevelOptions(CLI::App& app, PlayOptions& options)
     addNumber(
         app, "--detail", options.frame.detail, {0, double(kMostDetail)}, " pixels", "PIXELS (default: 0)",
         "smallest detail that is drawn by itself: groups of anchors that are far are drawn coarse, from copies in "
-        "which what is smaller is joined, and which later frames of a path draw again; 0 = everything. Single "
-        "pictures gain little: a frame makes only some of its copies");
+        "which what is smaller is joined, and which later frames of a trajectory draw again; 0 = everything. Cameras "
+        "in no order, such as the stored ones, and one alone are drawn without");
     addNumber(app, "--lod-bias", options.frame.lod_bias, {-kMaxLodBias, kMaxLodBias}, " levels", "X (default: 0)",
               "levels added to the one that distance asks for: below 0 draws less, 0 is the trainer's");
     addNumber(app, "--lod-fade", options.frame.lod_fade, {0, kMaxLodWidth}, " levels", "X (default: 0)",
@@ -177,7 +177,7 @@ void addRunOptions(CLI::App& app, PlayOptions& options, bool knows_gaze)
         app, "--tier", options.frame, tierChoices(), "default: fast",
         "exact: the trainer's image, of a model far from the origin without what rounding does to it there; "
         "fast: half precision where the backend has it; the CPU renders exact; " +
-            formatString("turbo: fast with --detail %g, for paths", kTurboDetail));
+            formatString("turbo: fast with --detail %g, for trajectories", kTurboDetail));
     addBackend(app, "--backend", options.devices.backend, true,
                "what renders; gsc-play backends lists what this machine has");
     addInteger(app, "--device", options.devices.device, 0, 255, "N (default: 0)",

@@ -45,7 +45,7 @@ void checkLevelOptions(const Scene& scene, const std::string& model, const Frame
 
 bool drawsDetail(const FrameChoice& choice, const std::string& backend, Tier runs)
 {
-    if (choice.tier != Tier::Fast || choice.reuse.policy != ReusePolicy::None)
+    if (choice.tier != Tier::Fast || !choice.on_path || choice.reuse.policy != ReusePolicy::None)
         return false;
     return backend == "cpu" || (backend == "cuda" && runs == Tier::Fast);
 }
@@ -76,8 +76,9 @@ std::optional<FrameGuard> checkedGuard(const Scene& scene, const std::string& mo
     if (choice.target_ms > 0 && !guard)
         throw Error(ErrorCode::Usage,
                     formatString("--target-ms %g: has no effect on %s, which has one level of detail and is not drawn "
-                                 "coarse by this backend and tier, expected something to give up; pass --tier fast "
-                                 "without --reuse or, in a headset or window, --foveation fixed, or leave it out",
+                                 "coarse with this backend, tier and cameras, expected something to give up; pass "
+                                 "--tier fast without --reuse and a trajectory or, in a headset or window, "
+                                 "--foveation fixed, or leave it out",
                                  choice.target_ms, model.c_str()));
     return guard;
 }

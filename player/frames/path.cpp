@@ -9,7 +9,10 @@ Path openPath(const Scene& scene, const std::string& model, const CameraChoice& 
               const std::string& listed, Reporter& log)
 {
     Path path;
-    path.shots = chooseShots(scene, model, choice, view, log, &path.name);
+    ShotFacts facts;
+    path.shots = chooseShots(scene, model, choice, view, log, &facts);
+    path.name = facts.title;
+    path.no_path = facts.no_path;
     path.cameras = listed;
     path.eye_count = uint32_t(view.eyes);
     if (path.name.empty())

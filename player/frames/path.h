@@ -15,6 +15,7 @@ struct Path {
     std::string cameras; // as the caller named it
     std::vector<Shot> shots;
     uint32_t eye_count = 1;
+    std::string no_path; // ShotFacts::no_path
 };
 
 // `listed` is what reports call the cameras. Throws as chooseShots().

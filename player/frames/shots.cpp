@@ -143,6 +143,13 @@ std::vector<Shot> cutShots(std::vector<Camera> cameras, const TrajectoryFacts& f
     return shots;
 }
 
+std::string whyNoPath(const TrajectoryFacts& facts, size_t shots, const std::string& file)
+{
+    if (!facts.is_path)
+        return "the cameras of " + file + " are in no order";
+    return shots == 1 ? "one camera of " + file + " is played" : "";
+}
+
 void chooseAppearance(const Scene& scene, const std::string& model, int row, std::vector<Shot>& shots, Reporter& log)
 {
     if (row >= 0) {
@@ -175,7 +182,7 @@ void chooseAppearance(const Scene& scene, const std::string& model, int row, std
 } // namespace
 
 std::vector<Shot> chooseShots(const Scene& scene, const std::string& model, const CameraChoice& choice,
-                              const ViewChoice& view, Reporter& log, std::string* title)
+                              const ViewChoice& view, Reporter& log, ShotFacts* told)
 {
     TrajectoryFacts facts;
     std::vector<std::string> warnings;
@@ -189,14 +196,26 @@ std::vector<Shot> chooseShots(const Scene& scene, const std::string& model, cons
     if (!facts.views.empty())
         checkViews(facts, choice.file, view);
     tellSquared(cameras, choice.file, view, log);
-    if (title != nullptr)
-        *title = facts.name;
     const double ipd = eyeDistance(scene, model, facts, choice, view, log);
     std::vector<Shot> shots = cutShots(std::move(cameras), facts, ipd, choice, view);
     for (Shot& shot : shots)
         std::copy_n(scene.view().origin, 3, shot.origin);
     chooseAppearance(scene, model, choice.appearance, shots, log);
+    if (told != nullptr)
+        *told = {facts.name, whyNoPath(facts, shots.size(), choice.isFile() ? choice.file : model)};
     return shots;
+}
+
+FrameChoice choiceOn(const std::string& no_path, const FrameChoice& choice, Reporter& log)
+{
+    FrameChoice drawn = choice;
+    drawn.on_path = no_path.empty();
+    if (!drawn.on_path && choice.detailPixels() > 0)
+        log.warning(
+            formatString("detail %g: %s, expected a trajectory, whose frames draw what those before them made; drawn "
+                         "as without detail",
+                         choice.detailPixels(), no_path.c_str()));
+    return drawn;
 }
 
 FrameOptions frameOptions(const Scene& scene, const FrameChoice& choice)

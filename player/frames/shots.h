@@ -13,11 +13,19 @@
 
 namespace gsc {
 
-// At least one. `title`, if given, takes the name that a trajectory states, empty if none. Warns where an embedding row
-// had to be chosen for a camera and where distortion is ignored. `model` is the scene's file. Throws Error (Usage, Io,
-// InvalidFile, Unsupported).
+struct ShotFacts {
+    std::string title;   // that a trajectory states; empty = none
+    std::string no_path; // why the shots are no path, as a message says it; empty = they are one
+};
+
+// At least one. Warns where an embedding row had to be chosen for a camera and where distortion is ignored. `model` is the
+// scene's file. Throws Error (Usage, Io, InvalidFile, Unsupported).
 std::vector<Shot> chooseShots(const Scene& scene, const std::string& model, const CameraChoice& choice,
-                              const ViewChoice& view, Reporter& log, std::string* title = nullptr);
+                              const ViewChoice& view, Reporter& log, ShotFacts* facts = nullptr);
+
+// The choice as shots are drawn that ShotFacts::no_path is of: without detail where they are no path, which `log` is warned
+// of.
+FrameChoice choiceOn(const std::string& no_path, const FrameChoice& choice, Reporter& log);
 
 // Background, near plane, tier, detail, stereo, what is said of levels, and reuse; the appearance is the shot's.
 FrameOptions frameOptions(const Scene& scene, const FrameChoice& choice);

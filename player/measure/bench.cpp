@@ -68,8 +68,10 @@ BenchSummary bench(const BenchOptions& options, Reporter& log)
     summary.open_ms = millisecondsSince(open_start);
     summary.file = {options.play.model.file, scene->bytes(), scene->anchorCount()};
     checkLevelOptions(*scene, options.play.model.file, options.play.frame);
+    ShotFacts facts;
     const std::vector<Shot> shots =
-        chooseShots(*scene, options.play.model.file, options.play.cameras, options.play.view, log);
+        chooseShots(*scene, options.play.model.file, options.play.cameras, options.play.view, log, &facts);
+    summary.frame = choiceOn(facts.no_path, options.play.frame, log);
     summary.shots = shots.size();
     if (options.scores_path)
         checkScored(options.score, {options.play.cameras.file, {}, shots}, "--score-first");
@@ -80,10 +82,9 @@ BenchSummary bench(const BenchOptions& options, Reporter& log)
     summary.ipd = shots.front().ipd;
 
     summary.tier = renderer->tierOf(options.play.frame.tier);
-    std::optional<FrameGuard> guard =
-        checkedGuard(*scene, options.play.model.file, options.play.frame,
-                     {drawsDetail(options.play.frame, renderer->id().backend, summary.tier)});
-    FrameLoop loop(*scene, shots, uint32_t(options.play.view.eyes), frameOptions(*scene, options.play.frame), *renderer,
+    std::optional<FrameGuard> guard = checkedGuard(*scene, options.play.model.file, summary.frame,
+                                                   {drawsDetail(summary.frame, renderer->id().backend, summary.tier)});
+    FrameLoop loop(*scene, shots, uint32_t(options.play.view.eyes), frameOptions(*scene, summary.frame), *renderer,
                    guard ? &*guard : nullptr);
     const uint64_t total = uint64_t(options.warmup) + options.measured;
     // the measured frames start at the first shot whatever the warm-up was

@@ -34,6 +34,7 @@ struct BenchOptions {
 struct BenchSummary {
     std::string backend;
     Tier tier = Tier::Exact; // that ran (Renderer::tierOf)
+    FrameChoice frame;       // as it was drawn: choiceOn()
     double ipd = 0;          // of two eyes
     DeviceFacts device;      // asked for after the last frame, so that clocks are those of the run
     DeviceCeilings ceilings; // measured after the last frame; may be unknown

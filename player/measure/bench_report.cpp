@@ -162,7 +162,7 @@ Json configJson(const BenchOptions& options, const BenchSummary& summary)
                  {"frames_in_flight", options.in_flight},
                  {"warmup", options.warmup},
                  {"frames", options.measured}};
-    json.update(lodJson(play.frame, summary.frames));
+    json.update(lodJson(summary.frame, summary.frames));
     return json;
 }
 
@@ -318,12 +318,12 @@ std::string benchReportText(const BenchOptions& options, const BenchSummary& sum
         for (const auto& count : kCacheCounts)
             text += tableRow(count.name, cacheCount(summary, count.field), 0);
     }
-    if (play.frame.detailPixels() > 0) {
-        text += formatString("detail %g, all eyes\n", play.frame.detailPixels());
+    if (summary.frame.detailPixels() > 0) {
+        text += formatString("detail %g, all eyes\n", summary.frame.detailPixels());
         for (const auto& count : kCoarseCounts)
             text += tableRow(count.name, groupsPerFrame(summary.frames, count.field), 0);
     }
-    text += targetText(play.frame, summary.frames) + rooflineText(options, summary) + workersText(summary.service);
+    text += targetText(summary.frame, summary.frames) + rooflineText(options, summary) + workersText(summary.service);
     text += formatString("peak memory %.3f GiB",
                          double(mostOf(summary.frames, &FrameResult::bytes_resident)) / double(1 << 30));
     if (device.context_bytes > 0)

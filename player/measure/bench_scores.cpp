@@ -34,9 +34,8 @@ public:
     BenchScorer(const BenchOptions& options, const Scene& scene, const std::vector<Shot>& shots, Renderer& renderer,
                 Renderer& reference, BenchSummary& summary)
         : m_options(options), m_shots(shots), m_eye_count(uint32_t(options.play.view.eyes)), m_renderer(renderer),
-          m_summary(summary), m_frame(frameOptions(scene, options.play.frame)),
-          m_guard(frameGuard(scene, options.play.frame,
-                             {drawsDetail(options.play.frame, renderer.id().backend, summary.tier)})),
+          m_summary(summary), m_frame(frameOptions(scene, summary.frame)),
+          m_guard(frameGuard(scene, summary.frame, {drawsDetail(summary.frame, renderer.id().backend, summary.tier)})),
           m_loop(scene, shots, m_eye_count, m_frame, renderer, m_guard ? &*m_guard : nullptr),
           m_exact_loop(scene, shots, m_eye_count, exactOptions(m_frame), reference), m_place(scorePlace(renderer)),
           m_exact_memory(memoryFor(renderer.id(), !m_place.on_device, reference))

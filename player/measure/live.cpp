@@ -112,8 +112,9 @@ LiveSummary live(const LiveOptions& options, Reporter& log)
     const std::shared_ptr<const Scene> scene = openScene(play.model, play.devices);
     summary.file = {play.model.file, scene->bytes(), scene->anchorCount()};
     checkLevelOptions(*scene, play.model.file, play.frame);
-    const std::vector<Shot> shots = chooseShots(*scene, play.model.file, play.cameras, play.view, log);
-    FrameOptions frame = frameOptions(*scene, play.frame);
+    ShotFacts facts;
+    const std::vector<Shot> shots = chooseShots(*scene, play.model.file, play.cameras, play.view, log, &facts);
+    FrameOptions frame = frameOptions(*scene, choiceOn(facts.no_path, play.frame, log));
 
     std::optional<OutputFile> file;
     if (!options.trace.empty())

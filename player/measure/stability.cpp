@@ -208,7 +208,6 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
             own.push_back(i);
             total += lengths[i];
         }
-    const FrameOptions frame = frameOptions(*scene, play.frame);
     for (const size_t i : own) {
         const OrderedJson* const row = rows ? rows->find(i) : nullptr;
         if (row != nullptr) {
@@ -216,7 +215,8 @@ StabilitySummary stability(const StabilityOptions& options, Reporter& log)
             ++summary.paths_before;
         } else {
             log.progressPart(paths[i].name);
-            const RunResult run = measurer.run(paths[i], summary.backend, frame,
+            const FrameChoice choice = choiceOn(paths[i].no_path, play.frame, log);
+            const RunResult run = measurer.run(paths[i], summary.backend, frameOptions(*scene, choice),
                                                [&](uint64_t done) { log.progress("render", before + done, total); });
             summary.paths.push_back(judged(options, paths[i], run));
             summary.warnings = log.warnings();

@@ -23,9 +23,10 @@ struct FrameChoice : TierChoice {
     std::optional<std::vector<float>> background; // 3 values; none = the model's
     double near_z = 0;                            // world units, 0 = the model's
     double target_ms = 0;                         // of a frame, held by a FrameGuard; 0 = none
+    bool on_path = true; // frames follow each other; others have none before them whose coarse copies they may draw
 
     // A window switches to exact and back, and exact draws everything.
-    [[nodiscard]] double detailPixels() const { return tier == Tier::Exact ? 0 : detail; }
+    [[nodiscard]] double detailPixels() const { return tier == Tier::Exact || !on_path ? 0 : detail; }
     [[nodiscard]] double foveaPixels() const { return foveation == FoveationMode::None ? 0 : fovea_pixels; }
 };
 

@@ -56,16 +56,18 @@ PlaySummary play(const PlayOptions& options, Reporter& log)
     summary.file = {options.model.file, scene->bytes(), scene->anchorCount()};
 
     checkLevelOptions(*scene, options.model.file, options.frame);
-    const std::vector<Shot> shots = chooseShots(*scene, options.model.file, options.cameras, options.view, log);
-    const FrameOptions drawn_with = frameOptions(*scene, options.frame);
+    ShotFacts facts;
+    const std::vector<Shot> shots = chooseShots(*scene, options.model.file, options.cameras, options.view, log, &facts);
+    summary.frame = choiceOn(facts.no_path, options.frame, log);
+    const FrameOptions drawn_with = frameOptions(*scene, summary.frame);
     PlayOutputs outputs(options, shots, shard, log);
 
     const std::unique_ptr<Renderer> renderer =
         openRenderer(options.model, options.devices, scene, log, summary.load_ms);
     summary.backend = deviceText(renderer->id());
     summary.tier = renderer->tierOf(options.frame.tier);
-    std::optional<FrameGuard> guard = checkedGuard(*scene, options.model.file, options.frame,
-                                                   {drawsDetail(options.frame, renderer->id().backend, summary.tier)});
+    std::optional<FrameGuard> guard = checkedGuard(*scene, options.model.file, summary.frame,
+                                                   {drawsDetail(summary.frame, renderer->id().backend, summary.tier)});
 
     if (options.shard.isGiven())
         summary.backend = renderer->id().backend; // shards of one machine have a device each

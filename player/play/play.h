@@ -17,6 +17,7 @@ namespace gsc {
 struct PlaySummary {
     std::string backend;
     Tier tier = Tier::Exact; // that ran, not that was asked for
+    FrameChoice frame;       // as it was drawn: choiceOn()
     FileFacts file;
     double open_ms = 0, load_ms = 0;     // mapping and checking the file, preparing the backend
     std::optional<ServiceStats> service; // of several devices

@@ -72,8 +72,8 @@ std::string playReportText(const PlayOptions& options, const PlaySummary& summar
                          meanCount(options, summary, &EyeCounts::pairs));
     if (const double dropped = meanCount(options, summary, &EyeCounts::gaussians_dropped); dropped > 0)
         text += formatString("dropped: %.1f Gaussians per eye that are not finite\n", dropped);
-    text += reuseText(options, summary) + detailText(options.frame, summary.frames) +
-            targetText(options.frame, summary.frames) + workersText(summary.service);
+    text += reuseText(options, summary) + detailText(summary.frame, summary.frames) +
+            targetText(summary.frame, summary.frames) + workersText(summary.service);
     text += shardText(options, summary);
     if (!summary.images.empty())
         text += formatString("%zu image%s: %s%s\n", summary.images.size(), summary.images.size() == 1 ? "" : "s",
@@ -124,7 +124,7 @@ std::string playReportJson(const PlayOptions& options, const PlaySummary& summar
         {"images", summary.images},
         {"warnings", warnings},
     };
-    json.update(lodJson(options.frame, summary.frames));
+    json.update(lodJson(summary.frame, summary.frames));
     if (!options.output.video.empty())
         json["video"] = options.output.video;
     if (options.shard.isGiven())

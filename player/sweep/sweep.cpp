@@ -69,6 +69,14 @@ uint64_t meanDecodes(const RunRow& row)
     return uint64_t(std::clamp(std::round(mean), 1.0, 1e15));
 }
 
+// The run as it is drawn: on cameras that are no path the one without detail.
+RunConfig runOnPath(RunConfig run, const Path& path)
+{
+    run.on_path = path.no_path.empty();
+    run.detail = run.detailPixels();
+    return run;
+}
+
 class Sweep {
 public:
     Sweep(const BenchOptions& options, const SweepConfig& config, Reporter& log)
@@ -107,6 +115,9 @@ public:
                                               {"lod_fade", run.lod_fade},
                                               {"lod_hysteresis", run.lod_hysteresis}})
                 checkLevelChoice(*m_scene, options.play.model.file, options.sweep + ": a run has " + axis, value);
+        if (const auto coarse = std::ranges::max_element(m_runs, {}, &RunConfig::detailPixels); coarse != m_runs.end())
+            for (const Path& path : m_paths)
+                (void)choiceOn(path.no_path, *coarse, log);
         std::set<std::string> backends;
         for (const RunConfig& run : m_runs)
             if (backends.insert(run.backend).second)
@@ -166,7 +177,7 @@ private:
         for (const Path& path : m_paths)
             for (const RunConfig& run : m_runs) {
                 m_context.reference = m_measurer->referenceOf(run.backend);
-                const std::string id = rowConfig(m_context, path, run).id;
+                const std::string id = rowConfig(m_context, path, runOnPath(run, path)).id;
                 const bool is_new = known_ids.insert(id).second;
                 tasks.push_back({&path, &run, ids.size()});
                 frames.push_back(is_new ? path.shots.size() : 0);
@@ -198,7 +209,7 @@ private:
     RunRow rowOf(const Task& task)
     {
         const Path& path = *task.path;
-        RunConfig run = *task.run;
+        RunConfig run = runOnPath(*task.run, path);
         checkReuse(run.backend, run.reuse.policy);
         m_context.reference = m_measurer->referenceOf(run.backend);
         if (run.match_budget) {

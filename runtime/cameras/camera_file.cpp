@@ -34,6 +34,7 @@ std::vector<Camera> parseCameraFile(std::string_view json, const std::string& na
     bool may_be_moved = false;
     if (!root.is_array()) {
         const JsonObject object(root, name);
+        stated.is_path = object.has("schema") || object.has("camera_path");
         const auto holds = [&](const char* key) { return object.has(key) && object.at(key).is_array(); };
         if (object.has("schema"))
             cameras = trajectoryCameras(object, stated, how);

@@ -13,7 +13,8 @@ namespace gsc {
 // Upstream's cameras.json, a transforms*.json, nerfstudio's camera_path.json, or our trajectory
 // (schemas/trajectory.schema.json), told apart by content. Sizes are those of the file, for a cameras.json at most 1600
 // pixels wide (section 6.2). A file that states no size leaves width and height 0: finishCamera() then takes it from the command line.
-// `eyes`, if given, takes what a trajectory states beside its frames. Without it, a trajectory that gives the eyes
+// `eyes`, if given, takes what a trajectory states beside its frames, and whether they are a path: a trajectory and a
+// camera_path.json are. Without it, a trajectory that gives the eyes
 // views of their own is refused, because its cameras alone are not what it shows.
 // cx and cy (pixels of the stated size) move the image off the axis: Camera::tan_mid_x, tan_mid_y.
 // Every key is honoured, said to have no effect in `how.warnings`, or says nothing of poses and lenses. Keys that

@@ -35,6 +35,7 @@ struct TrajectoryFacts {
     std::string name;           // empty = not stated
     double ipd = 0;             // world units, 0 = not stated
     std::vector<EyeView> views; // left eye first; empty = not stated
+    bool is_path = false;       // frames follow each other, as those of photographs need not
 };
 
 // t = -R^T p: Camera::translation of a camera at p (world) with Camera::rotation R. Everything that knows a position goes

@@ -171,6 +171,14 @@ class BenchCliTest(PlayTest):
             check_schema("bench-report", report)
             self.assertEqual((report["config"]["detail"], list(report["coarse"])), (detail, groups))
             self.assertEqual("groups_stale" in self.bench("--measure", "3", *options).stdout, detail > 0)
+        run = self.play("bench", self.model, "--size", "48x32", "--measure", "3", "--detail", "2", "--quality", "3", "--format", "json")
+        self.assertIn("in no order", run.stderr)  # the stored cameras, though they are gone round in turn
+        report = json.loads(run.stdout)
+        self.assertEqual((report["config"]["detail"], sum(report["coarse"][name]["max"] for name in groups)), (0, 0))
+        self.assertEqual(report["quality"]["frames"], [0, 1, 2])  # nothing depends on those before
+        live = ("live", self.model, "--size", "48x32", "--rate", "1000", "--detail", "2")
+        self.assertIn("in no order", self.play(*live).stderr)
+        self.assertNotIn("order", self.play(*live, "--cameras", self.path).stderr)
         self.refused(self.model, "--tier", "exact", "--detail", "2", code=1, says="expected --tier fast or turbo")
         self.refused("bench", self.model, "--detail", "2", "--reuse", "depth", code=1, says="--detail: together with --reuse depth")
 

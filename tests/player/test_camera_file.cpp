@@ -113,6 +113,24 @@ TEST_CASE("our trajectory: positions, translations, lenses, defaults")
     CHECK(cameras[1].fov_x == 1.5);
 }
 
+TEST_CASE("a trajectory and nerfstudio's camera_path.json are paths, photographs are none")
+{
+    const std::string to_world = "[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]";
+    for (const auto& [text, is_path] :
+         std::initializer_list<std::pair<std::string, bool>>{{kTrajectory, true},
+                                                             {R"({"camera_path":[{"camera_to_world":)" + to_world +
+                                                                  R"(,"fov":60}],"render_width":4,"render_height":3})",
+                                                              true},
+                                                             {kTransforms, false},
+                                                             {kUpstream, false}}) {
+        CAPTURE(text);
+        TrajectoryFacts facts;
+        facts.is_path = !is_path;
+        (void)parseCameraFile(text, "f.json", &facts);
+        CHECK(facts.is_path == is_path);
+    }
+}
+
 TEST_CASE("our trajectory: eyes as OpenXR describes them")
 {
     const std::string eye = R"({"fov": {"left": -0.9, "right": 0.7, "up": 0.75, "down": -0.85},

@@ -285,6 +285,34 @@ class PlayCliTest(PlayTest):
         self.refused(*base, "--lod-bias", "-1", code=1, says="one level of detail")
         self.play(*base, "--lod-bias", "0")
 
+    def test_detail_is_for_paths(self) -> None:
+        """Cameras in no order, and one alone, are drawn as without it, byte by byte."""
+        cameras = {"camera_angle_x": 1.2, "frames": [
+            {"file_path": f"{i}", "transform_matrix": [[1, 0, 0, -2], [0, -1, 0, -2], [0, 0, -1, -16 - i], [0, 0, 0, 1]]}
+            for i in range(4)]}
+        (self.folder / "photos.json").write_text(json.dumps(cameras))
+        base = (self.model, "--size", "48x32", "--progress", "none", "-w", "--stats", "s.jsonl")
+        for given, why in (((), f"the cameras of {self.model} are in no order"),
+                           (("--cameras", "photos.json"), "the cameras of photos.json are in no order"),
+                           (("--cameras", self.path, "--frames", "1:2"), f"one camera of {self.path} is played"),
+                           (("--cameras", self.path), None)):
+            self.play(*base, *given, "--out", "plain_{frame}.pfm")
+            run = self.play(*base, *given, "--tier", "turbo", "--out", "turbo_{frame}.pfm", "--format", "json")
+            report = json.loads(run.stdout)
+            check_schema("play-report", report)
+            detail = 0 if why else 2
+            warned = [f"detail 2: {why}, expected a trajectory, whose frames draw what those before them made; "
+                      "drawn as without detail"] if why else []
+            self.assertEqual((report["detail"], report["warnings"]), (detail, warned))
+            self.assertEqual(run.stderr, "".join(f"warning: {text}\n" for text in warned))
+            self.assertEqual(self.play(*base, *given, "--detail", "2", "-q").stderr, "")
+            for line in (self.folder / "s.jsonl").read_text().splitlines():
+                line = json.loads(line)
+                groups = sum(line[f"groups_{name}"] for name in ("near", "kept", "stale", "made"))
+                self.assertEqual((line["detail"], groups > 0), (detail, detail > 0))
+            for plain in self.folder.glob("plain_*.pfm") if why else ():
+                self.assertEqual(plain.read_bytes(), (self.folder / plain.name.replace("plain", "turbo")).read_bytes())
+
     def test_one_decode_for_both_eyes(self) -> None:
         both = ("--eyes", "2", "--ipd", "0.5")
         run = self.small("--out", "a{frame}_{eye}.pfm", "--stereo", "merged", "--format", "json", *both)

@@ -214,7 +214,21 @@ class SweepTest(unittest.TestCase):
         self.refused(code=3, says='runs[0]: key "policy" is "error" with a detail of 2 pixels')
         report = json.loads(self.stability("--trajectories", "c/paths/first.json", "--detail", "3", "--format", "json").stdout)
         check_schema("stability-report", report)
-        self.assertEqual(report["detail"], 3)
+        self.assertEqual((report["detail"], report["warnings"]), (3, []))
+
+    def test_detail_is_for_paths(self) -> None:
+        """On the stored cameras a run with detail is the one without, and each is drawn once."""
+        self.write(axes={"tier": ["turbo", "fast"], "detail": [0, 2, 4]}, trajectories=["stored", "paths/first.json"])
+        said = self.sweep().stderr
+        self.assertEqual(said.count("are in no order"), 1, said)
+        self.assertIn("detail 4: ", said)
+        told = [(row["config"]["trajectory"], row["config"]["detail"]) for row in self.rows()]
+        self.assertEqual(told, [("stored", 0), ("walk", 0), ("walk", 2), ("walk", 4)])
+        self.assertIn("4 of 4 runs were in the file", self.sweep().stderr)
+        run = self.stability("--trajectories", "c/paths/first.json", "--frames", "0:1", "--detail", "3", "--bound-temporal", "0",
+                             "--format", "json")
+        self.assertIn("detail 3: one camera of c/paths/first.json is played", run.stderr)
+        self.assertEqual(len(json.loads(run.stdout)["warnings"]), 1)
 
     def test_foveation(self) -> None:
         """A CPU draws everything: the same pictures, told apart by their configuration."""
