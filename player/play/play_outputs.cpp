@@ -48,21 +48,33 @@ void warnOfOddSides(const std::string& path, uint32_t width, uint32_t height, Re
 } // namespace
 
 PlayOutputs::PlayOutputs(const PlayOptions& options, const std::vector<Shot>& shots, FrameShard& shard, Reporter& log)
-    : m_options(options), m_shard(shard), m_eyes(size_t(options.view.eyes)),
+    : m_options(options), m_shots(shots), m_shard(shard), m_eyes(size_t(options.view.eyes)),
       m_streams(isStandardOutput(options.output.out))
 {
     if (!options.output.out.empty() && !m_streams)
         m_paths = imagePaths(shots, options.output.out, options.view.eyes);
     shard.plan(shots.size(), m_paths, log);
-    const std::vector<NamedPath> files = checkPaths(log);
+    m_files = checkPaths(log);
+    if (m_streams || !options.output.video.empty())
+        checkOneSize();
     if (!m_paths.empty())
         loadImageWriter(m_paths.front());
-    for (const NamedPath& file : files)
+}
+
+void PlayOutputs::open(Reporter& log)
+{
+    for (const NamedPath& file : m_files)
         makeFolderOf(file.path);
-    if (!options.output.stats.empty() && !options.shard.isGiven())
-        m_stats.emplace(options.output.stats, OutputKind::Text, options.output.overwrite);
-    if (m_streams || !options.output.video.empty())
-        openStreams(shots, log);
+    const OutputChoice& to = m_options.output;
+    if (!to.stats.empty() && !m_options.shard.isGiven())
+        m_stats.emplace(to.stats, OutputKind::Text, to.overwrite);
+    const Camera& first = m_shots.front().camera;
+    if (m_streams)
+        m_stream.emplace(to.stream, first.width, first.height, uint32_t(m_eyes), to.fps, standardOutputSink());
+    if (to.video.empty())
+        return;
+    m_video.emplace(to.video, first.width, first.height, uint32_t(m_eyes), to.fps, to.overwrite);
+    warnOfOddSides(to.video, first.width * uint32_t(m_eyes), first.height, log);
 }
 
 std::vector<NamedPath> PlayOutputs::checkPaths(Reporter& log) const
@@ -93,23 +105,16 @@ std::vector<NamedPath> PlayOutputs::checkPaths(Reporter& log) const
     return outputs;
 }
 
-void PlayOutputs::openStreams(const std::vector<Shot>& shots, Reporter& log)
+void PlayOutputs::checkOneSize() const
 {
-    const OutputChoice& to = m_options.output;
-    const Camera& first = shots.front().camera;
-    for (const Shot& shot : shots)
+    const Camera& first = m_shots.front().camera;
+    for (const Shot& shot : m_shots)
         if (shot.camera.width != first.width || shot.camera.height != first.height)
             throw Error(ErrorCode::Usage,
                         formatString("%s: camera %s has %u x %u pixels, expected %u x %u as all before it; choose "
                                      "one --size for all, or write files",
-                                     to.video.empty() ? "--out -" : "--video", shot.camera.name.c_str(),
+                                     m_options.output.video.empty() ? "--out -" : "--video", shot.camera.name.c_str(),
                                      shot.camera.width, shot.camera.height, first.width, first.height));
-    if (m_streams)
-        m_stream.emplace(to.stream, first.width, first.height, uint32_t(m_eyes), to.fps, standardOutputSink());
-    if (to.video.empty())
-        return;
-    m_video.emplace(to.video, first.width, first.height, uint32_t(m_eyes), to.fps, to.overwrite);
-    warnOfOddSides(to.video, first.width * uint32_t(m_eyes), first.height, log);
 }
 
 std::vector<std::string> PlayOutputs::add(size_t shot, LoopFrame& drawn, const std::string& stats)

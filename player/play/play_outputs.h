@@ -20,9 +20,11 @@ namespace gsc {
 
 class PlayOutputs {
 public:
-    // Checks every file before anything is rendered and plans `shard`; their folders exist afterwards. All must outlive
-    // this. Throws Error: Usage also where pictures of different sizes would go into one stream or video; Io, Unsupported.
+    // Checks every file before the model is loaded, makes none, and plans `shard`. All must outlive this. Throws Error: Usage
+    // also where pictures of different sizes would go into one stream or video; Io, Unsupported.
     PlayOutputs(const PlayOptions& options, const std::vector<Shot>& shots, FrameShard& shard, Reporter& log);
+    // Once nothing else can be refused: makes folders, opens stream, video and statistics. Throws Error(Io).
+    void open(Reporter& log);
 
     // Takes the pictures of shot `shot`, and `stats`, its line. Returns the image files written, left eye first.
     // Throws Error(Io).
@@ -32,13 +34,15 @@ public:
 
 private:
     [[nodiscard]] std::vector<NamedPath> checkPaths(Reporter& log) const; // all files that will be written
-    void openStreams(const std::vector<Shot>& shots, Reporter& log);
+    void checkOneSize() const;
 
     const PlayOptions& m_options;
+    const std::vector<Shot>& m_shots;
     FrameShard& m_shard;
     size_t m_eyes;
     bool m_streams;                   // --out -
     std::vector<std::string> m_paths; // of the images of all shots, shot-major; empty if they are not written
+    std::vector<NamedPath> m_files;   // all that will be written
     std::optional<PictureStream> m_stream;
     std::optional<VideoFile> m_video;
     std::optional<OutputFile> m_stats; // none of a shard, which keeps its own

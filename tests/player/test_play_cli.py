@@ -285,6 +285,14 @@ class PlayCliTest(PlayTest):
         self.refused(*base, "--lod-bias", "-1", code=1, says="one level of detail")
         self.play(*base, "--lod-bias", "0")
 
+    def test_target_that_is_refused_makes_nothing(self) -> None:
+        base = (self.model, "--size", "48x32", "--progress", "none", "--target-ms", "5")
+        outputs = ("--out", "o/{frame}.pfm", "--stats", "s/s.jsonl")
+        for options in (("--tier", "exact"), ("--reuse", "depth"), ("--backend", "cpu-reference")):
+            for out in (outputs, ("--out", "-"), ("--stats", "-")):
+                self.refused(*base, "--cameras", self.path, *options, *out, code=1, says="--target-ms 5: has no effect on")
+        self.refused(*base, *outputs, code=1, says="backend, tier and cameras")  # the stored ones are none
+
     def test_detail_is_for_paths(self) -> None:
         """Cameras in no order, and one alone, are drawn as without it, byte by byte."""
         cameras = {"camera_angle_x": 1.2, "frames": [
