@@ -115,7 +115,7 @@ WindowSession::WindowSession(const WindowOptions& options, std::shared_ptr<const
 
 bool WindowSession::idle() const
 {
-    return !m_dirty && !m_changed && !m_seeks && !m_controls.moving() && !m_navigator.moves() && !m_plays &&
+    return !m_dirty && !m_changed && !m_again && !m_seeks && !m_controls.moving() && !m_navigator.moves() && !m_plays &&
            !m_source.waiting() && (m_settings.compare == CompareMode::Off || !m_comparison.underWay());
 }
 
@@ -336,7 +336,7 @@ void WindowSession::ask()
     if (m_seeking && m_source.waiting())
         return; // nothing newer, which would take its place
     m_seeking = false;
-    if (wanted == m_view && !m_changed && !m_seeks)
+    if (wanted == m_view && !m_changed && !m_again && !m_seeks)
         return;
     m_worked_last_turn = true;
     if (m_seeks && (!m_changed || m_loading) && !m_source.waiting()) { // once the settings have been taken
@@ -348,11 +348,13 @@ void WindowSession::ask()
         m_changed = true; // what is shown follows
         return;
     }
-    if (wanted == m_view && !m_changed)
+    if (wanted == m_view && !m_changed && !m_again)
         return;
     m_comparison.moved(now());
+    if (m_changed || !(wanted == m_view))
+        m_rest.changed();
     m_view = wanted;
-    m_changed = false;
+    m_changed = m_again = false;
     try {
         m_asked = m_source.submit(pose(wanted), frameOptionsNow());
         m_worked = m_settings;
@@ -402,6 +404,8 @@ void WindowSession::takePicture()
         say("loaded");
     m_loading = m_last.anchors_absent > 0;
     hold(m_last.times.total);
+    if (drawn->delivery.pose == m_asked)
+        m_again = m_rest.goOn(m_last.coarse, m_guard && m_guard->gaveUp());
     m_panel->addFrame({&m_last, drawn->asked.eyes, drawn->latencyMs()});
     m_shown.push_back(std::move(*drawn));
     while (m_shown.size() > 3) // the newest, and two that the display may be reading

@@ -9,6 +9,7 @@
 #include "player/window/panel.h"
 #include "player/window/path_recorder.h"
 #include "player/window/rest_comparison.h"
+#include "player/window/rest_pictures.h"
 #include "player/window/window.h"
 #include "runtime/cli/json_lines.h"
 #include "player/window/window_log.h"
@@ -92,8 +93,10 @@ private:
     Clock::time_point m_start = Clock::now();
     double m_last_step = 0, m_last_show = 0, m_message_ends = 0;
     WindowInput m_input;
-    View m_view;                             // that was asked for last
-    bool m_changed = true;                   // settings are others than those asked for
+    View m_view;           // that was asked for last
+    bool m_changed = true; // settings are others than those asked for
+    bool m_again = false;  // the same view shows more
+    RestPictures m_rest;
     uint64_t m_asked = 0;                    // its pose
     std::deque<DrawnPose> m_shown;           // newest last; the display may still read those before
     FrameResult m_last;                      // of the newest

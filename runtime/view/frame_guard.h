@@ -60,6 +60,9 @@ public:
     [[nodiscard]] double foveaPixels() const;
     [[nodiscard]] double detail() const { return m_detail; }
     void applyTo(FrameOptions& frame) const;
+    // Is something given up that may come back? A view at rest takes some frames more to tell: three for the median, and
+    // kRemade behind coarser detail.
+    [[nodiscard]] bool gaveUp() const { return m_spent > 0 || m_detail > m_options.detail; }
 
 private:
     [[nodiscard]] bool remade() const { return m_since >= kRemade; }

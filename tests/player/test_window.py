@@ -208,8 +208,13 @@ class WindowTest(unittest.TestCase):
     def test_detail(self) -> None:
         window = self.open("room")
         for pixels in (1, 2, 4):
+            before = window.settle()["asked"]
             self.assertIn(f"detail {pixels}", self.says(window, "g"))
-            self.assertEqual(window.settle()["detail"], pixels)
+            after = window.settle()
+            self.assertEqual(after["detail"], pixels)
+            self.assertIn(after["asked"] - before, range(2, 10))  # until nothing is to be made anew
+            window_case.until(lambda: window.rests() or None, "rest with detail")
+            self.assertEqual(window.settle()["asked"], after["asked"])
         self.assertIn("detail 4: together with reuse depth", self.says(window, "u"))
         self.assertEqual(window.settle()["detail"], 4)  # as it was
         self.assertNotIn("detail", self.says(window, "g"))

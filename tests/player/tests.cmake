@@ -11,6 +11,7 @@ if(TARGET gsc_player)
   gsc_add_test(test_out_pattern SOURCES player/test_out_pattern.cpp LIBS gsc_player)
   gsc_add_test(test_play_options SOURCES player/test_play_options.cpp LIBS gsc_player gsc_test_tiny CLI11::CLI11)
   gsc_add_test(test_navigation SOURCES player/test_navigation.cpp LIBS gsc_player glm::glm)
+  gsc_add_test(test_rest_pictures SOURCES player/test_rest_pictures.cpp LIBS gsc_player)
   gsc_add_test(test_path_recorder SOURCES player/test_path_recorder.cpp LIBS gsc_player glm::glm)
   gsc_add_test(test_roofline SOURCES player/test_roofline.cpp LIBS gsc_player)
   gsc_add_test(test_accuracy SOURCES player/test_scorer.cpp player/test_fovea.cpp
