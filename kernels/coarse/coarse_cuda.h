@@ -116,7 +116,7 @@ inline void setNow(CoarseCudaArgs& args, const CoarseNow& now)
     args.frame = now.frame;
 }
 
-// FrameView::Detail.
+// FrameView::Detail and Age.
 struct PaintCoarseArgs {
     using Now = CoarseNow;
 
@@ -124,6 +124,7 @@ struct PaintCoarseArgs {
     CoarseTables tables;
     CoarseView view;
     uint32_t frame; // CoarseNow
+    bool ages;      // FrameView::Age
 };
 
 inline void setNow(PaintCoarseArgs& args, const CoarseNow& now)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// FrameView::Detail of a frame with detail. After copies are made: those are of this frame. A Gaussian of a copy has the
+// FrameView::Detail and Age of a frame with detail. After copies are made: those are of this frame. A Gaussian of a copy has the
 // order of one of those that were joined, so it leads to the same group.
 #include "kernels/coarse/coarse_cuda.h"
 #include "kernels/present/paint.cuh"
@@ -9,10 +9,15 @@ namespace gsc {
 namespace {
 
 // As the frame has listed the group.
+__device__ __forceinline__ bool isCopied(const PaintCoarseArgs& args, const CoarseGroup& kept)
+{
+    return CoarseKind(kept.kind) == CoarseKind::Far && kept.used == args.frame;
+}
+
 __device__ __forceinline__ GroupSource sourceOf(const PaintCoarseArgs& args, uint32_t index)
 {
     const CoarseGroup& kept = args.tables.groups[index];
-    if (CoarseKind(kept.kind) != CoarseKind::Far || kept.used != args.frame)
+    if (!isCopied(args, kept))
         return GroupSource::Near;
     if (kept.made == args.frame)
         return GroupSource::Made;
@@ -20,10 +25,17 @@ __device__ __forceinline__ GroupSource sourceOf(const PaintCoarseArgs& args, uin
     return stale ? GroupSource::Stale : GroupSource::Kept;
 }
 
+__device__ __forceinline__ uint32_t ageOf(const PaintCoarseArgs& args, uint32_t index)
+{
+    const CoarseGroup& kept = args.tables.groups[index];
+    return isCopied(args, kept) ? args.frame - kept.made : 0u;
+}
+
 __global__ void __launch_bounds__(kPaintThreads) paintCoarseKernel(const __grid_constant__ PaintCoarseArgs args)
 {
     paintAll<PackedSplat>(args.paint, [&](uint32_t, uint32_t source) {
-        return detailColour(sourceOf(args, args.paint.origins[source] / kGroupSize));
+        const uint32_t index = args.paint.origins[source] / kGroupSize;
+        return args.ages ? ageColour(ageOf(args, index)) : detailColour(sourceOf(args, index));
     });
 }
 

@@ -2,6 +2,7 @@
 // What frames with FrameOptions::detail must hold, whatever backend draws them.
 #pragma once
 
+#include "tests/kernels/false_colour_tools.h"
 #include "tests/kernels/render_tools.h"
 #include "tests/kernels/synthetic_model.h"
 
@@ -140,6 +141,42 @@ inline void checkCoarseBytes(Renderer& a, Renderer& b, const FrameOptions& optio
         for (size_t e = 0; e < 2; ++e)
             CHECK(sameBytes(one[e].pixels, two[e].pixels));
     }
+}
+
+// FrameView::Age of young copies, over black: least and most green of the pixels by their blue, as ageColour() mixes them.
+inline std::pair<float, float> agesShown(const std::vector<Image<float>>& images, float slack)
+{
+    std::pair<float, float> shown(1.0f, 0.0f);
+    size_t others = 0;
+    for (const Image<float>& image : images)
+        for (size_t p = 0; p < image.pixels.size(); p += 3)
+            if (const float blue = image.pixels[p + 2]; blue > 0.5f) {
+                others += image.pixels[p] > slack;
+                shown.first = std::min(shown.first, image.pixels[p + 1] / blue);
+                shown.second = std::max(shown.second, image.pixels[p + 1] / blue);
+            }
+    CHECK(others == 0);
+    return shown;
+}
+
+// Copies grow old by a frame each, whatever the frame shows, and are new where they are made anew. `frames`: by when all
+// are made, 3 at most.
+inline void checkCoarseAges(Renderer& renderer, FrameOptions options, uint32_t frames, float slack)
+{
+    std::fill_n(options.background, 3, 0.0f);
+    options.detail = kMostDetail;
+    for (uint32_t i = 0; i < 4; ++i) {
+        CAPTURE(i);
+        options.view = i == 2 ? FrameView::Picture : FrameView::Age;
+        const auto images = render(renderer, farWalk(0), options);
+        CHECK((images[0].result.coarse.made > 0) == (i < frames));
+        if (options.view == FrameView::Picture)
+            continue;
+        const auto [least, most] = agesShown(images, slack);
+        CHECK(least == doctest::Approx(ageColour(i < frames ? 0 : i - frames + 1).g).epsilon(slack));
+        CHECK(most == doctest::Approx(ageColour(i).g).epsilon(slack));
+    }
+    CHECK(agesShown(render(renderer, farWalk(0, 2, 30), options), slack).first < slack);
 }
 
 // A camera at rest: once the copies are made nothing changes. `frames`: by when they are.

@@ -32,3 +32,9 @@ TEST_CASE("coarse: every input of the networks, other rules and positions, and s
         CHECK((counts.kept > 0) == (i > 0));
     }
 }
+
+TEST_CASE("coarse: the view of ages shows frames since a copy was made")
+{
+    const auto model = coarseModel();
+    checkCoarseAges(*openCuda(model->view()), detailed(2, Tier::Fast), 3, 5e-3f);
+}

@@ -193,6 +193,12 @@ TEST_CASE("detail: false colours tell how a group is drawn, and change nothing e
     CHECK(others == 0);
 }
 
+TEST_CASE("detail: the view of ages shows frames since a copy was made")
+{
+    const auto model = coarseModel();
+    checkCoarseAges(*kOpen(model->view()), withDetail(2), 1, 1e-4f);
+}
+
 TEST_CASE("detail: the reference keeps nothing and refuses it")
 {
     const auto model = coarseModel();

@@ -290,7 +290,7 @@ PaintCudaArgs paintArgs(const FrameJob& job)
 void paintFrame(FrameCapture& capture, const FrameJob& job)
 {
     const bool ages = job.shape.view == FrameView::Age, groups = job.shape.view == FrameView::Detail;
-    if (!paintsGaussians(job.shape.view) || (ages && job.shape.uses_reuse) || (groups && job.shape.coarse))
+    if (!paintsGaussians(job.shape.view) || (ages && job.shape.uses_reuse) || ((ages || groups) && job.shape.coarse))
         return;
     PaintCudaArgs args = paintArgs(job);
     if (ages || groups) { // nothing is kept

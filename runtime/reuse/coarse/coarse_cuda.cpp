@@ -127,8 +127,9 @@ void CudaCoarse::decode(FrameCapture& capture, const FrameJob& job, uint32_t pas
 {
     decodeFrame(capture, job, pass);
     capture.add(cudaArgs(job, pass), coarseDrawCuda);
-    if (job.shape.view == FrameView::Detail)
-        capture.add(PaintCoarseArgs{paintArgs(job), m_tables, m_now.view, m_now.frame}, paintCoarseCuda);
+    const bool ages = job.shape.view == FrameView::Age;
+    if (ages || job.shape.view == FrameView::Detail)
+        capture.add(PaintCoarseArgs{paintArgs(job), m_tables, m_now.view, m_now.frame, ages}, paintCoarseCuda);
 }
 
 void addCoarseCounts(const CoarseCounters& c, uint32_t eye_count, FrameResult& result)
