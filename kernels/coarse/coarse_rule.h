@@ -215,7 +215,7 @@ GSC_HD CoarseLook coarseLook(const CoarseView& view, const GroupRecord& record, 
     CoarseLook look{cell, kind == CoarseKind::Far ? change(kept.key, most) : INFINITY, false, false};
     look.draws = shows_all && look.change <= kStaleMost;
     const bool can_be_far =
-        shows_all && cell > 0 && change(keyOf(view, cell)) <= 1; // a copy made now is within its bound
+        shows_all && cell > 0 && change(keyOf(view, cell), most) <= 1; // a copy made now is within its bound
     look.due = can_be_far && (kind == CoarseKind::Near ? cell > kNearAgain * kept.key.cell : look.change > 1);
     return look;
 }

@@ -159,7 +159,7 @@ __device__ __forceinline__ void grant(const CoarseScheduleArgs& args)
     const uint32_t granted = bucketsWithin<kCoarseUrgencies>(buckets.urgencies, budget, false);
     const uint32_t wanted = wantedPages(args);
     const uint32_t missing = wanted - min(wanted, free);
-    const uint32_t within = missing != 0 ? bucketsWithin<kCoarseAges>(buckets.ages, missing, true) : 0; // else all are 0
+    const uint32_t within = missing != 0 ? bucketsWithin<kCoarseAges>(buckets.ages, missing, true) : 0; // else all 0
     if (threadIdx.x != 0)
         return;
     counters.granted_before = granted;

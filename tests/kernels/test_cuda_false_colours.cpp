@@ -181,7 +181,7 @@ TEST_CASE("false colours: groups are near, kept, stale or made, as they are coun
     // stale where none could be better: the eyes are too far apart.
     using enum GroupSource;
     const std::vector<std::pair<float, std::vector<GroupSource>>> frames = {
-        {0.1f, {Near, Made}}, {0.1f, {}}, {0.1f, {}}, {0.1f, {Kept}}, {1.0f, {Stale}}, {0.1f, {Kept}}, {3.0f, {Near}}};
+        {0.1f, {Near, Made}}, {0.1f, {}}, {0.1f, {}}, {0.1f, {Kept}}, {2.2f, {Stale}}, {0.1f, {Kept}}, {4.0f, {Near}}};
     for (size_t i = 0; i < frames.size(); ++i) {
         CAPTURE(i);
         const auto& [apart, sources] = frames[i];
