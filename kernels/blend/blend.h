@@ -56,7 +56,7 @@ void blendNothing(uint32_t width, uint32_t height, const float* color, Real* ima
     }
 }
 
-// What a lens hides of the columns that are drawn: black, as far away as can be.
+// Paints the pixels that a lens hides, of the columns that are drawn: black, with depth infinity.
 template <typename Real>
 void blendHidden(uint32_t width, uint32_t height, const LensShape& lens, Real* image, const DepthRows<Real>& depth,
                  const ColumnRange& columns = {})

@@ -66,7 +66,7 @@ struct SplatBatch {
     SplatList loose;                    // bit i: splat i
 };
 
-// What is the same for every splat.
+// Constants of a picture, the same for every splat.
 struct BlendRules {
     float alpha_cap;
     float faintest; // logarithm of the least alpha that is drawn
@@ -80,7 +80,7 @@ struct PixelPlace {
     uint32_t block, part; // first pixel of the block's 16
 };
 
-// Of one vector of pixels.
+// State of one vector of pixels while it is blended; `undone`: pixels that are not done.
 struct PixelLight {
     V transmittance, red, green, blue, z;
     M undone;
@@ -104,7 +104,8 @@ HWY_INLINE V logAlpha(D d, const Lit& lit, PixelPlace at)
     return hn::NegMulAdd(w, w, hn::NegMulAdd(u, u, hn::Set(d, lit.log_opacity)));
 }
 
-// The same of a splat whose ellipse is not trusted: by the form that upstream evaluates, nothing where that is positive.
+// logAlpha() of a splat whose ellipse is not trusted: by the form that upstream evaluates; -infinity where it is
+// positive.
 HWY_INLINE V logAlphaLoose(D d, const Lit& lit, const TileState& state, PixelPlace at, bool gsplat)
 {
     const Splat& splat = *lit.splat;
@@ -245,15 +246,16 @@ HWY_INLINE uint32_t blendVector(const SplatBatch& batch, const BlendRules& rules
     return visited;
 }
 
-// Of one splat: the Cholesky factors of its form, and bounds.
+// Cholesky factors of the form of each splat of a batch, and bounds.
 struct SplatFactors {
     HWY_ALIGN float u_x[kBatch], u_y[kBatch], w_y[kBatch]; // u and w per pixel
     HWY_ALIGN float least_u[kBatch], most_u[kBatch];       // of the places in a block
     HWY_ALIGN float reach[kBatch];                         // of u^2 + w^2, where alpha is 1/255
 };
 
-// Which blocks splat i may be drawn in: where the least u^2 and the least w^2 of a block, each by itself, leave alpha at
-// 1/255 or more: one per cent more than the ellipse touches, and fewer operations.
+// Finds the blocks that splat i may be drawn in, a bit each: those where the least u^2 and the least w^2 of the block,
+// each by itself, leave alpha at 1/255 or more. That is one per cent more blocks than the ellipse touches, but takes
+// fewer operations.
 HWY_INLINE uint32_t touchedBlocks(D d, const Lit& lit, const SplatFactors& f, uint32_t i)
 {
     const V zero = hn::Zero(d), reach = hn::Set(d, f.reach[i]), most_w = hn::Set(d, float(kBlock - 1) * f.w_y[i]);

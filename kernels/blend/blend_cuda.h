@@ -7,18 +7,20 @@
 
 namespace gsc {
 
-// What is behind the first units of the longest lists is cut into segments of so many units (segments.cuh).
+// Units of a segment: the longest lists are cut into segments behind their first units (segments.cuh).
 constexpr uint32_t kSegmentUnits = 4;
 constexpr uint32_t kLoneWarps = 24; // of a multiprocessor, that blend them
 
-// Of a pixel, in place 0 of its list: the light that reaches the segments to come, and the colour so far. In the place of a
-// segment that is blended apart: what it leaves of the whole light, and the colour it adds to that.
+// Pixel of a segment. Segment 0 of a list holds the light that reaches the segments to come, and the colour so far. A
+// segment that is blended apart holds what it leaves of the whole light, and the colour it adds if all light reaches
+// it.
 struct alignas(16) SegmentPixel {
     float color[3], transmittance;
 };
 
-// Of a pair of sub-tiles: the first segment that is blended apart, and how many of them are finished. Segments in which some
-// pixel's light ends are then blended again; meanwhile `done` counts up, from 2^32 less their number, to 0.
+// Progress of a pair of sub-tiles: the first segment that is blended apart, and how many of those are finished.
+// Segments in which some pixel's light ends are then blended again; meanwhile `done` counts up, from 2^32 less their
+// number, to 0.
 struct SegmentState {
     uint32_t first, done;
 };
@@ -94,7 +96,7 @@ void blendExactCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st*
 // FrameView::Cost: the same, but a pixel's red is the number of splats evaluated for it.
 void blendCostFastCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
 void blendCostExactCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
-// What the four do where depths are wanted.
+// Find depths. The four above call these where depths are wanted.
 void blendDepthsFastCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
 void blendDepthsExactCuda(const BlendCudaArgs& args, uint32_t processors, CUstream_st* stream);
 

@@ -35,7 +35,7 @@ __device__ __forceinline__ AnchorShape anchorShape(const DeviceModel& model, siz
     return model.compact_shape == nullptr ? anchorShape<false>(model, anchor) : anchorShape<true>(model, anchor);
 }
 
-// Of its offsets' steps, the most along an axis.
+// Most steps of an offset along an axis.
 __device__ __forceinline__ float mostSteps(const DeviceModel& model)
 {
     return model.compact_shape == nullptr ? float(kOffsetSteps) : float(kCompactOffsetSteps);

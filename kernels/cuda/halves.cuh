@@ -21,8 +21,8 @@ __device__ __forceinline__ float2 halvesOf(uint32_t word)
     return __half22float2(reinterpret_cast<const __half2&>(word));
 }
 
-// Numbers from 0 to 1 in 65535 steps: 32 times as fine as halves near 1, coarser below 1/64, where less shows. What is
-// added to 2^23 is rounded to whole numbers, which stand in the sum's low bits: a conversion takes four times as long.
+// Numbers from 0 to 1 in 65535 steps: 32 times as fine as halves near 1, coarser below 1/64, where less shows. Adding
+// 2^23 rounds to a whole number, which stands in the sum's low bits: a conversion takes four times as long.
 __device__ __forceinline__ uint32_t packSteps(float low, float high)
 {
     const uint32_t a = __float_as_uint(fmaf(low, 65535.0f, 0x1p23f)),

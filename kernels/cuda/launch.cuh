@@ -41,7 +41,7 @@ void loadKernel(void (*kernel)(Parameters...))
     GSC_CUDA_CHECK(cudaFuncGetAttributes(&attributes, reinterpret_cast<const void*>(kernel)));
 }
 
-// The same, after all that was launched before.
+// Launches a kernel as launchCudaAs() does, to start after all that was launched before it.
 template <typename... Parameters, typename... Arguments>
 void launchCuda(void (*kernel)(Parameters...), dim3 blocks, uint32_t threads, size_t shared_bytes, cudaStream_t stream,
                 const Arguments&... arguments)

@@ -59,7 +59,7 @@ __device__ __forceinline__ void barrierSync(uint32_t id, uint32_t threads)
     asm volatile("bar.sync %0, %1;" : : "r"(id), "r"(threads) : "memory");
 }
 
-// The same; true if any of them says so.
+// Waits as barrierSync() does; true if `value` is true in any of the threads.
 __device__ __forceinline__ bool barrierAny(uint32_t id, uint32_t threads, bool value)
 {
     uint32_t result;
@@ -91,7 +91,7 @@ __device__ __forceinline__ void launchDependents()
 #endif
 }
 
-// Until the kernel that this one was launched beside has ended, and what it wrote is seen.
+// Waits until the kernel that this one was launched beside has ended; what it wrote is seen after.
 __device__ __forceinline__ void waitForEarlier()
 {
 #if __CUDA_ARCH__ >= 900
@@ -107,7 +107,7 @@ __device__ __forceinline__ uint32_t loadNow(const uint32_t* at)
     return value;
 }
 
-// What another block counts; what it wrote before is seen after.
+// Reads a counter of another block; what that block wrote before it counted is seen after.
 __device__ __forceinline__ uint32_t loadAcquire(const uint32_t* at)
 {
     uint32_t value;
@@ -115,7 +115,7 @@ __device__ __forceinline__ uint32_t loadAcquire(const uint32_t* at)
     return value;
 }
 
-// Of a clock that all multiprocessors have in common; on an H200 in steps of 32.
+// Time in nanoseconds, by a clock that all multiprocessors have in common; on an H200 in steps of 32.
 __device__ __forceinline__ unsigned long long deviceNanoseconds()
 {
     unsigned long long now;

@@ -9,7 +9,8 @@ struct CUstream_st;
 
 namespace gsc {
 
-// Asynchronous, as the kernels that they stand between. Of the frame whose counters they are.
+// Clock of the stages of a frame, whose counters get the times. Asynchronous, as the kernels that the calls stand
+// between.
 void startClockCuda(FrameCounters* counters, CUstream_st* stream); // Stage::Select begins
 // After the last stage Stage::None begins.
 void nextStageCuda(FrameCounters* counters, Stage ended, Stage begun, CUstream_st* stream);

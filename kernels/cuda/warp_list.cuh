@@ -26,7 +26,7 @@ __device__ __forceinline__ void addOfWarp(uint32_t* counter, uint32_t value, uin
         atomicAdd(counter, sum);
 }
 
-// Of the values of the lanes up to and with this one. All lanes of the warp call it together.
+// Sum of `value` over the lanes up to and with this one. All lanes of the warp call it together.
 __device__ __forceinline__ uint32_t sumUpTo(uint32_t value)
 {
 #pragma unroll
@@ -49,11 +49,11 @@ __device__ __forceinline__ int ownerOf(uint32_t i, uint32_t sum)
     return owner;
 }
 
-// What the lanes of a warp that count in the same place get: one atomic served them all.
+// Result of one atomic that counted for all lanes of a warp that count in the same place, the peers.
 struct SharedAtomic {
     uint32_t first, peers;
 
-    // Of this lane. The peers call it together.
+    // Count before this lane's own, as an atomic for it alone would give. The peers call it together.
     __device__ __forceinline__ uint32_t mine() const
     {
         const int leader = __ffs(int(peers)) - 1;

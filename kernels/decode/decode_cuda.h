@@ -20,7 +20,7 @@ static_assert(sizeof(PackedSplat) == 32);
 constexpr float kUnseenPlace = 6e4f;         // x and y, pixels: outside every image, and still a number of 16 bits
 constexpr float kTrustedDeterminant = 3e-5f; // of a falloff's ellipse, relative to its diagonal; less is a needle
 
-// The same in the tier `exact`, 48 bytes, three 16-byte loads.
+// A splat as blending reads it in the tier `exact`, 48 bytes, three 16-byte loads.
 struct alignas(16) ExactSplat {
     float x, y;                  // 0
     float conic[3];              // 8

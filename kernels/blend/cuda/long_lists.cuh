@@ -17,8 +17,8 @@ struct LoneShared {
     uint16_t places[kPartKeys];
 };
 
-// Blends keys of a long list, those of `units` units, into sub-tiles of its bin. The same bytes as blendBin(), but for the
-// ends of needles, whose bounds are rounding. Returns whether the sub-tile of this half takes more.
+// Blends keys of a long list, those of `units` units, into sub-tiles of its bin. Gives the bytes of blendBin(), but for
+// the ends of needles, whose bounds are rounding. Returns whether the sub-tile of this half takes more.
 template <typename Rules, typename T>
 __device__ __forceinline__ bool blendTile(const BlendCudaArgs& args, const Area& area, uint32_t first_unit,
                                           uint32_t units, const PairPlace& pair, const float (&least)[2], T& tile,
@@ -59,8 +59,8 @@ __device__ __forceinline__ bool blendTile(const BlendCudaArgs& args, const Area&
         uint32_t next_count = reader.next(key, open);
         slot = slotOf(key, next_count);
         while (__any_sync(~0u, count != 0)) {
-            // Of a splat that nobody needs nothing is left; its order is asked for, though no splat has this one, so that its
-            // register is not given to other things, which would wait for the load.
+            // A lane without a splat draws nothing. The order is compared, though no splat has this one, so that the
+            // register it is loaded to is not given to other values, which would wait for the load.
             Lit lit = Rules::nothing();
             if (lane < count && splat.order != ~0u) {
                 lit = Rules::light(splat, args, float(area.bin_x), float(area.bin_y));

@@ -108,7 +108,7 @@ struct FastRules {
         return fminf(args.rules.alpha_cap, kWhole * falloff(s, px, py));
     }
 
-    // The same of light that is counted from 1.
+    // The light behind a splat, where light is counted from 1 (DepthRules).
     static __device__ __forceinline__ float behind(float T, float alpha) { return __fsub_rn(T, __fmul_rn(alpha, T)); }
 
     // The light behind a splat, as blend() has it.
@@ -117,7 +117,7 @@ struct FastRules {
         return fmaf(-kWhole, __fmul_rn(fminf(args.lifted_cap, falloff(s, px, py)), T), T);
     }
 
-    // What launches need of `args`.
+    // Arguments of a launch: `args` with the cap and the bound in units of these rules.
     static BlendCudaArgs lifted(BlendCudaArgs args)
     {
         args.lifted_cap = args.rules.alpha_cap / kWhole;

@@ -154,7 +154,8 @@ __device__ __forceinline__ void touchOfSplats(const uint32_t (&slots)[kCount], c
     }
 }
 
-// The same by codes. Those that have none are looked at together. keys: of the unit, `first` the lane's.
+// Finds what a lane's keys touch from the codes of their splats. Splats without a code are fetched, by the lanes of the
+// warp together. keys: of the unit; first: the lane's.
 template <typename Rules, typename T, uint32_t kCount>
 __device__ __forceinline__ void touchOfCodes(const uint32_t (&slots)[kCount], const uint32_t (&codes)[kCount],
                                              uint32_t first, uint32_t keys, const typename Rules::Splat* splats,
@@ -288,7 +289,8 @@ constexpr uint32_t kPartKeys = 32 * kHalf; // of a unit: those whose bits half a
 template <typename T>
 class TouchReader {
 public:
-    // Of this half: sub_tile; open: bit per lane, one of whose pixels takes light; places: kPartKeys of shared memory.
+    // Begins reading for this half's sub_tile. open: a bit for each of its lanes, set if one of the lane's pixels takes
+    // light; places: room for kPartKeys in shared memory, this half's own.
     __device__ __forceinline__ TouchReader(const BlendCudaArgs& args, uint32_t first_unit, uint32_t units,
                                            uint32_t sub_tile, uint32_t open, uint16_t* places)
         : words_(Planes::words(args, first_unit, sub_tile) + threadIdx.x % kHalf),

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A warp takes 16 anchors at a time. Of each layer a lane holds the sums of 4 anchors by 12 or 16 units in registers and
-// reads both factors as rows of four from shared memory. Each sum starts at zero and takes its inputs in the trainers'
-// order, features first, the bias last, an appearance with it; so what the features add is the same for both eyes and is summed once.
+// A warp takes 16 anchors at a time. A lane holds, of each layer, the sums of 4 anchors by 12 or 16 units in registers
+// and reads both factors as rows of four from shared memory. Each sum starts at zero and takes its inputs in the
+// trainers' order, features first, the bias last, an appearance with it; so what the features add is the same for both
+// eyes and is summed once.
 #include "kernels/cuda/launch.cuh"
 #include "kernels/cuda/ptx.cuh"
 #include "kernels/decode/exact/exact_splat.cuh"

@@ -26,14 +26,14 @@ struct Waiting {
     float outputs[kPair ? 2 * (kOutputs + 1) : kOutputs + 2][kRoom]; // before activations; of each set the opacity last
     uint32_t index[kRoom];                                           // anchor * n_offsets + k
 
-    // Of an eye's set, what emitGaussian() takes; `which` kOutputs: the opacity.
+    // Output `which` of entry i for an eye, as emitGaussian() takes it; `which` kOutputs: the opacity.
     __device__ __forceinline__ float& at(uint32_t eye, uint32_t which, uint32_t i)
     {
         return outputs[kPair ? eye * (kOutputs + 1) + which : which + (which == kOutputs ? eye : 0u)][i];
     }
 };
 
-// Which of a ring are taken.
+// Entries of a ring that are taken.
 struct WaitingRange {
     uint32_t first = 0, count = 0;
 

@@ -83,7 +83,7 @@ struct Emitted {
     uint32_t alive, written, pairs;
 };
 
-// What the networks gave for a Gaussian, activated. quaternion: of length sqrt(2), as projectFast() takes it.
+// Outputs of the networks for a Gaussian, activated. quaternion: of length sqrt(2), as projectFast() takes it.
 struct ActiveGaussian {
     float sigma[3], color[3], quaternion[4];
 };
@@ -186,7 +186,7 @@ __device__ __forceinline__ Emitted emitProjected(const DecodeCudaArgs& args, uin
     return emitted;
 }
 
-// The same of what the networks gave: activeGaussian().
+// Emits, as emitProjected() does, a Gaussian that the networks gave. of: as in activeGaussian().
 template <bool kShared, bool kThins, typename Outputs>
 __device__ __forceinline__ Emitted emitGaussian(const DecodeCudaArgs& args, uint32_t e, float opacity,
                                                 const PlainGaussian& plain, const Outputs& of, bool last,

@@ -15,7 +15,7 @@ struct Candidate {
     uint32_t touch; // touchCode()
 };
 
-// Of a quaternion of length sqrt(2), row-major.
+// Rotation matrix, row-major, of a quaternion of length sqrt(2).
 __device__ __forceinline__ void rotationOf(const float* quaternion, float (&r)[9])
 {
     const float qw = quaternion[0], qx = quaternion[1], qy = quaternion[2], qz = quaternion[3];
@@ -124,7 +124,8 @@ __device__ __forceinline__ bool projectRoot(const DecodeCudaArgs& args, uint32_t
     return drawn;
 }
 
-// The same of a scale and a rotation. quaternion: of length sqrt(2), which spares the factors 2 of its matrix.
+// Projects, as projectRoot() does, a Gaussian given by its scale `sigma`, world units, and its rotation. quaternion: of
+// length sqrt(2), which spares the factors 2 of its matrix.
 template <bool kThins>
 __device__ __forceinline__ bool projectFast(const DecodeCudaArgs& args, uint32_t e, const float* position,
                                             const float* sigma, const float* quaternion, float opacity,
