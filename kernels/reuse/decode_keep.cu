@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decode into entries: a strip at a time, all of its anchors. What gets no slot is drawn as it is decoded.
+// Decode into entries: a strip at a time, all of its anchors. A strip that gets no slot is drawn as it is decoded.
 #include "kernels/cuda/launch.cuh"
 #include "kernels/decode/fast/networks.cuh"
 #include "kernels/reuse/kept_entry.cuh"

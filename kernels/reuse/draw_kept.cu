@@ -12,21 +12,21 @@ namespace {
 constexpr uint32_t kThreads = 256;
 constexpr uint32_t kBlocksPerProcessor = 3; // 80 registers on sm_90
 
-// Of a warp that draws a strip for one eye after the other in shared bins, per Gaussian of a strip: what the first eye
-// has written it to and the second has not come by yet, or kNoSlot.
+// Splat slots of a strip's Gaussians, for a warp that draws it for one eye after the other in shared bins: the slot
+// that the first eye has written the Gaussian to and the second has not come by yet, or kNoSlot.
 struct Written {
     uint32_t slot[kStaged];
 
     __device__ __forceinline__ uint32_t& of(uint32_t owner) { return slot[(owner & 255u) + (owner >> 8) * kRows]; }
 };
 
-// Of what an eye draws of a strip, or kNoEntry: nothing that is kept.
+// Slot of the entry that an eye draws of a strip, or kNoEntry: it draws nothing that is kept.
 __device__ __forceinline__ uint32_t drawnSlot(const KeepCudaArgs& args, const ListedStrip& strip, uint32_t eye)
 {
     return lanesOfEye(strip.lanes, eye) != 0 ? args.tables.keptSlot(strip.strip, args.merged ? 0 : eye) : kNoEntry;
 }
 
-// What the first eye has written of a strip and the second does not draw.
+// Ends the second eye's turn for the Gaussians of a strip that the first eye has written and the second does not draw.
 template <bool kCompact>
 __device__ __forceinline__ void finishFirst(const KeepCudaArgs& args, Written& written, uint32_t lane, EyeTally& tally)
 {

@@ -25,8 +25,8 @@ struct alignas(64) FirstCell {
     uint16_t key[kStripRows][kCellGaussians]; // halves, in the order of strip.h, but for scales in scale_unit
 };
 
-// What the second key differs by, in steps of a 127th of the cell's largest difference. From key to key that is a few
-// 1/255, so that a step is about as fine as a half.
+// Differences of the second key from the first, in steps of a 127th of the cell's largest difference. From key to key
+// that is a few 1/255, so that a step is about as fine as a half.
 struct alignas(16) SecondCell {
     uint16_t opacity[kCellGaussians];           // half, no difference: it decides what is drawn
     int8_t key[kStripRows - 1][kCellGaussians]; // the rest; scales relative to the first key's
@@ -59,7 +59,7 @@ struct PackedExtent {
     uint32_t one, two; // bytes
 };
 
-// What decodeStripCpu() made of the `count` anchors of a strip.
+// Decoded strip to be packed: outputs of decodeStripCpu() for its `count` anchors.
 struct StripPack {
     const uint16_t* keys[2]; // the second is null for a single key
     const float* fixed;
@@ -67,7 +67,8 @@ struct StripPack {
     uint32_t n_offsets;
 };
 
-// Into packedStripBytes() at `packed`, aligned to 64. Returns how many of them drawing with one key or with two reads.
+// Packs a strip into packedStripBytes() at `packed`, aligned to 64. Returns how many of those bytes drawing reads, with
+// one key and with two.
 PackedExtent packStripCpu(const StripPack& pack, PackScratch& scratch, std::byte* packed);
 
 struct StripMix {

@@ -153,7 +153,7 @@ HWY_INLINE void storeFirst(const float* rows, size_t stride, const uint16_t* ori
     std::copy_n(origins, kCellGaussians, cell.origin);
 }
 
-// What fills up the last cell: opacity -1 at both keys, the rest 0.
+// Fills up the last cell: opacity -1 at both keys, the rest 0.
 void fillUp(uint32_t n_offsets, size_t count, PackScratch& scratch)
 {
     const size_t stride = packStride(n_offsets);
@@ -196,7 +196,7 @@ uint32_t packStrip(const StripPack& pack, PackScratch& scratch, std::byte* packe
     return pack.keys[1] != nullptr ? packKeys<true>(pack, scratch, packed) : packKeys<false>(pack, scratch, packed);
 }
 
-// What a frame does to every cell of a strip.
+// Parameters of drawing a strip in a frame, the same for each of its cells.
 struct Mixing {
     V t, unit;
     uint32_t lanes;

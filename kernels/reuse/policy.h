@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What ReusePolicy::Error decides about a strip, on a CPU (runtime/reuse/reuse.md): how far off what is kept may be, where to
-// decode it from, and what comes first where a budget is short. `change(c0, c1)` is the caller's: the largest
-// predictedChange() of the anchors in question for a camera that goes from c0 to c1, +infinity where it cannot be told.
+// Decisions of ReusePolicy::Error about a strip, on a CPU (runtime/reuse/reuse.md): how far off its kept keys may be,
+// where to decode it from, and which strips come first where a budget is short. `change(c0, c1)` is the caller's: the
+// largest predictedChange() of the anchors in question for a camera that goes from c0 to c1, +infinity where it cannot
+// be told.
 #pragma once
 
 #include "kernels/reuse/reuse_math.h"
@@ -15,9 +16,9 @@ constexpr uint32_t kSplits = 1u << 14; // strips of one bucket of urgency, in an
 // the bound, falls to zero and rises again. It starts at this share of the bound.
 constexpr float kLeadShare = 0.7f;
 constexpr float kMaxLeadFrames = 64;
-// Of the bound: what the curve between two keys may take; the rest is for a camera beside their line.
+// Share of the bound that the curve between two keys may take; the rest is for a camera beside their line.
 constexpr float kFill = 0.9f;
-// By how much of the bound strips differ, so that those of one age are not all due in one frame.
+// Share of the bound by which strips differ, so that those of one age are not all due in one frame.
 constexpr float kSpread = 0.15f;
 constexpr float kGross = 0.1f; // a change that shows as much as a hole does, such as that of a view long left
 
@@ -28,7 +29,7 @@ struct EyeMotion {
     bool steady = false;                // the motion is much like that of the frame before
 };
 
-// What ReusePolicy::Error decides a frame by.
+// Inputs of the decisions of one frame.
 struct ReuseRule {
     float bound = 0;            // 1 = full scale
     uint64_t decode_budget = 0; // anchors of a frame and eye, 0 = all that are due
@@ -67,14 +68,14 @@ inline KeptChange changeOf(const StripKeys& keys, const float* camera, const Cha
     return {at.t, change(at.point, camera) + at.curve};
 }
 
-// The same from above, for any of the anchors StripKeys::lanes, without looking at them.
+// Upper bound of changeOf() for any of the anchors StripKeys::lanes, without looking at them.
 inline KeptChange changeAtMost(const StripKeys& keys, const float* camera)
 {
     const KeyPlace at = placeBetween(keys, camera);
     return {at.t, changeBound(keys.reach, keys.center[1], at.point, camera) + at.curve};
 }
 
-// What the next frame changes if the camera goes on as it does.
+// Changes in the next frame if the camera goes on as it does, 1 = full scale.
 struct Outlook {
     float rate;    // seen of the step itself
     float urgency; // of what is kept: an entry whose key lies ahead gets better by itself
@@ -138,7 +139,8 @@ inline bool placeAhead(const EyeMotion& motion, float rate, float lead, float le
     return found;
 }
 
-// What is decoded whatever the budget: what nothing is kept of, and what is grossly wrong.
+// Must a strip be decoded whatever the budget? Without a budget each that is due must; else one of which nothing is
+// kept, and one that is grossly wrong.
 inline bool mustDecode(const ReuseRule& rule, bool kept, float error)
 {
     return rule.decode_budget == 0 || !kept || !(error <= kGross);

@@ -5,9 +5,9 @@
 //
 // A frame with reuse lists its visible strips (select), schedules them, claims slots for what it decodes, decodes that
 // (reuse_stages_cuda.h) and draws the rest from its entries. A strip has one slot, which it shares with others where memory
-// is short: a strip in view keeps it, and of those that want it the first in the file gets it. What is decided depends on
-// nothing but the frames so far: not on the order of atomics, and not on how often a frame was drawn again because a buffer
-// was too small, since what that has decoded is of this frame and is drawn.
+// is short: a strip in view keeps it, and of those that want it the first in the file gets it. Decisions depend on
+// nothing but the frames so far: not on the order of atomics, and not on how often a frame was drawn again because a
+// buffer was too small, since entries decoded by the attempts before are of this frame and are drawn.
 #pragma once
 
 #include "kernels/frame/device_model.h"
@@ -60,7 +60,7 @@ struct alignas(16) Want {
     uint32_t eyes;  // bits of those that draw it
 };
 
-// What changes from frame to frame beside FrameNow.
+// Parameters of one frame: FrameNow, and those of reuse.
 struct ReuseNow : FrameNow {
     uint32_t frame;  // counts from 1; a frame drawn again has the same
     uint32_t merged; // other than 0: one entry for both eyes, decoded from look_from (StereoMode::Merged)
@@ -68,7 +68,7 @@ struct ReuseNow : FrameNow {
     uint32_t max_depth;
 };
 
-// Of one frame, cleared before it.
+// Counters of one frame, cleared before it.
 struct ReuseCounters {
     uint32_t strips; // listed
     uint32_t wants;

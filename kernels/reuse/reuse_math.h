@@ -40,8 +40,9 @@ inline float thinness(const float* conic, float least)
     return !(determinant > 0) || more > kThinnest ? kThinnest : more > 1 ? more : 1.0f;
 }
 
-// What an anchor sees of a camera that moved from c0 to c1: change of the unit direction and of the distance, relative.
-// The scalar twin of stripError(). Not finite where a camera lies on the anchor.
+// Predicted change of what anchor p draws, 1 = full scale, when the camera moves from c0 to c1. direction, distance:
+// its sensitivities, per change of the unit direction and per relative change of the distance. The scalar twin of
+// stripError(). Not finite where a camera lies on the anchor.
 inline float predictedChange(const Vec3<float>& p, const float* c0, const float* c1, float direction, float distance)
 {
     const float a[3] = {p.x - c0[0], p.y - c0[1], p.z - c0[2]};
@@ -56,8 +57,8 @@ inline float predictedChange(const Vec3<float>& p, const float* c0, const float*
     return direction * std::sqrt(square) + distance * std::abs(lb - la) / (la < lb ? la : lb);
 }
 
-// What bounds predictedChange() of any of a strip's anchors for cameras about one point, the reference, without looking
-// at the anchors again: with d the distance of an anchor from the reference,
+// Values that bound predictedChange() of any of a strip's anchors for cameras about one point, the reference, without
+// looking at the anchors again. d: distance of an anchor from the reference.
 struct StripReach {
     float rate = 0;    // the largest (direction + distance) / d of its sensitivities, per world unit
     float nearest = 0; // the least d, world units; 0 where nothing is known

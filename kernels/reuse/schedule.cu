@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which listed strips are drawn as they are kept and which are to be decoded again, by depth.h: a lane each.
+// Decides which listed strips are drawn as they are kept and which are decoded again, by depth.h: a lane each.
 #include "kernels/cuda/launch.cuh"
 #include "kernels/cuda/warp_list.cuh"
 #include "kernels/reuse/reuse_cuda.h"
@@ -78,7 +78,8 @@ __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor)
     }
 }
 
-// What was not drawn in this frame gives its slot to who wants it.
+// Lets strips that want a slot claim theirs, if the entry in it was not drawn in this frame; of several the first in
+// the file wins.
 __global__ void __launch_bounds__(kThreads) claimKernel(const __grid_constant__ ScheduleCudaArgs args)
 {
     const ReuseTables& tables = args.tables;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which anchors must be decoded again: how far the view of a strip has moved since it was decoded.
+// Decides which anchors must be decoded again, by how far the view of a strip has moved since it was decoded.
 #pragma once
 
 #include "kernels/reuse/depth.h"
@@ -20,7 +20,7 @@ struct alignas(64) StripAnchors {
     float distance[kStripAnchors];  // SENS: change per relative change of distance
 };
 
-// Of a half that is not negative and finite: halfToFloat() without its cases.
+// Value of a half that is finite and not negative: halfToFloat() without its special cases.
 inline float halfValue(uint16_t half)
 {
     return std::bit_cast<float>(uint32_t(half) << 13) * 0x1p112f;
@@ -34,7 +34,7 @@ void loadStripAnchors(const ModelView& model, const uint16_t* sensitivity, const
 // `c1` (world units). +infinity where it cannot be told. See predictedChange().
 float stripError(const StripAnchors& anchors, uint32_t lanes, const float* c0, const float* c1);
 
-// Of all anchors, for cameras about `center`.
+// Reach of all of a strip's anchors, for cameras about `center`, world units.
 StripReach stripReach(const StripAnchors& anchors, const float* center);
 
 } // namespace gsc

@@ -8,8 +8,8 @@ namespace gsc {
 
 constexpr uint32_t kStaged = kRows * 4 * kItemsPerLane; // Gaussians of a strip at most
 
-// What the networks gave for the living Gaussians of a strip, packed without gaps so that projecting them keeps every lane
-// busy.
+// Outputs of the networks for the living Gaussians of a strip, packed without gaps so that projecting them keeps every
+// lane busy.
 struct StagedStrip {
     float outputs[10][kStaged]; // as emitGaussian() takes them
     float opacities[kStaged];
@@ -23,7 +23,7 @@ struct StagedStrip {
     __device__ __forceinline__ uint32_t& slot(uint32_t i) { return slots[i]; }
 };
 
-// What is to be done for one of the eyes that share their bins.
+// Turn of one eye at a staged strip, where the eyes share their bins.
 struct Turns {
     bool first; // no eye has written anything of what is staged
     bool last;  // no eye is to follow

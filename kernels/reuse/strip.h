@@ -24,7 +24,8 @@ constexpr size_t stripKeyValues(uint32_t n_offsets)
     return size_t(kStripRows) * kStripAnchors * n_offsets;
 }
 
-// What does not depend on the view, fp32: positions, 3 rows per offset, then exp of the base scale, 3 rows.
+// Number of a strip's fp32 values that do not depend on the view: positions, 3 rows per offset, then exp of the base
+// scale, 3 rows.
 constexpr size_t stripFixedValues(uint32_t n_offsets)
 {
     return size_t(kStripAnchors) * 3 * (n_offsets + 1);
