@@ -24,14 +24,14 @@ constexpr uint32_t kDepthBuckets = 32768;                      // of the depth h
 constexpr uint32_t kMaxSlabs = 1024;                           // of a pass
 constexpr uint32_t kMaxPasses = 31;                            // kMaxPasses x kMaxSlabs fits 16 bits
 
-// What is held of an anchor of a model that is compact (kModelCompact), 8 bytes in place of `shape`. An extent is a float
+// Shape of an anchor of a compact model (kModelCompact), 8 bytes in place of DeviceModel::shape. An extent is a float
 // of 6 bits of exponent and 10 of mantissa, without a sign.
 struct alignas(8) CompactShape {
     uint16_t extent[3];                 // of its Gaussians, packExtent()
     int8_t feature_power, offset_power; // exponents of the steps
 };
 constexpr uint32_t kExtentLeast = 87; // biased exponent of the least extent, 2^-40
-// Of an offset in 32 bits: x, y and z from the low bits on, 10 bits each, in steps counted from -512.
+// Offset of a compact model, 32 bits: x, y and z from the low bits on, 10 bits each, in steps counted from -512.
 constexpr uint32_t kCompactNoOffset = 0, kCompactMasked = 1u << 31;
 
 GSC_HD uint16_t packExtent(float extent)
@@ -80,17 +80,17 @@ struct alignas(8) SplatPlace {
     uint32_t box;        // bins x0 | y0 << 8 | x1 << 16 | y1 << 24, inclusive, or kNoBins
 };
 
-// What an eye's pixels of a small splat are, in 16 bits that finding them in long lists reads in place of the splat
-// (blend/cuda/touch.cuh): the first of its columns of 4 pixels, modulo 16, and how many follow it, the first of its rows of
-// pixels, modulo 64, and how many follow. In a bin 64 pixels off, whose list holds it because of the other eye, it names the
-// same sub-tiles: there it is evaluated for nothing, and counted.
+// Code, 16 bits, of the pixels that a small splat has in an eye's picture; long lists read it in place of the splat
+// (blend/cuda/touch.cuh). It holds the first of its columns of 4 pixels, modulo 16, and how many follow it, the first
+// of its rows of pixels, modulo 64, and how many follow. In a bin 64 pixels off, whose list holds the splat because of
+// the other eye, the code names the same sub-tiles: there the splat is evaluated for nothing, and counted.
 constexpr uint32_t kTouchColumn = 4;          // pixels
 constexpr uint32_t kTouchUnknown = 15u << 12; // as many rows no splat has: the splat tells
 GSC_HD constexpr uint32_t touchCode(uint32_t column, uint32_t more_columns, uint32_t row, uint32_t more_rows)
 {
     return (column & 15u) | more_columns << 4 | (row & 63u) << 6 | more_rows << 12;
 }
-// Where it lies among those of all splats. slot: of the splat, counted over all lists.
+// Place of a splat's code among those of all splats. slot: of the splat, counted over all lists.
 GSC_HD constexpr size_t touchPlace(bool shared_bins, uint32_t eye, uint32_t slot)
 {
     return shared_bins ? size_t(kMaxEyes) * slot + eye : slot;
@@ -145,7 +145,7 @@ struct DeviceModel {
     const uint16_t* feature;     // n x F halves
     const uint64_t* offset;      // n x K
     const uint32_t* source;      // n: source index
-    // Of a model that is compact, in place of shape, feature and offset, which are null then. Else null.
+    // Arrays of a compact model, in place of shape, feature and offset, which are null then. Null in other models.
     const CompactShape* compact_shape; // n
     const uint32_t* compact_feature;   // n x F / 4: four of 8 bits, from the low ones on, each 128 more than its steps
     const uint32_t* compact_offset;    // n x K
@@ -156,7 +156,7 @@ struct DeviceModel {
 // Bits of FrameCounters::overflow: which buffer was too small.
 constexpr uint32_t kVisibleOverflow = 1u, kSlotOverflow = 2u, kPairOverflow = 4u;
 
-// Cleared before every pass. What there is per eye counts under the first where the eyes share their bins.
+// Counters of a pass, cleared before it. Where the eyes share their bins, counters per eye count under the first.
 struct PassCounters {
     unsigned long long
         pairs[kMaxEyes];      // (bin, splat); more than 2^32 of them overflow the cells, so they are counted apart

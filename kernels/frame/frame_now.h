@@ -8,7 +8,7 @@
 
 namespace gsc {
 
-// Of an eye, what projecting asks for each Gaussian: along x and y.
+// Constants of an eye, along x and y, that projecting reads for each Gaussian.
 struct EyeLens {
     float middle[2];         // pixel of the axis less one half
     float least[2], most[2]; // tangents to which upstream clamps

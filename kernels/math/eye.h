@@ -13,7 +13,7 @@ using EyeOf = std::conditional_t<std::is_same_v<Real, double>, EyeParams64, EyeP
 
 constexpr float kOpacityFloor = 1.0f / 255.0f; // a Gaussian or pixel contribution below it is skipped upstream
 
-// What differs between the two rasterisers that trainers install (format facts 7.7).
+// Constants that differ between the two rasterisers that trainers install (format facts 7.7).
 struct RasterConstants {
     bool gsplat;
     float near_z;

@@ -32,7 +32,7 @@ GSC_HD const float* mlpWeights(const ModelView& model, uint64_t offset)
     return reinterpret_cast<const float*>(model.weights + offset);
 }
 
-// The same of MLPP.
+// Weights at byte `offset` of the file's section MLPP.
 GSC_HD const float* packedWeights(const ModelView& model, uint64_t offset)
 {
     return reinterpret_cast<const float*>(model.packed + offset);
@@ -48,7 +48,7 @@ GSC_HD void evaluateMlp(const ModelView& model, const MlpRecord& mlp, const Real
     linear(mlpWeights(model, mlp.weight1), mlpWeights(model, mlp.bias1), mlp.hidden, mlp.out, hidden, y);
 }
 
-// What every head's input is assembled from (format facts 4.1 and 4.3).
+// Values that every head's input is assembled from, beside the feature (format facts 4.1 and 4.3).
 template <typename Real>
 struct ViewInput {
     Real direction[3];

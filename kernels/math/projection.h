@@ -10,7 +10,7 @@
 
 namespace gsc {
 
-// What decoding an anchor gives, seen by one eye.
+// A Gaussian, as decoding an anchor gives it for one eye.
 template <typename Real>
 struct GaussianOf {
     Real position[3]; // world

@@ -64,7 +64,7 @@ GSC_HD int32_t clampInt(int32_t v, int32_t low, int32_t high)
 // Quotients and roots, rounded correctly like the operators' where arguments and results are normal numbers. A GPU's
 // compiler adds to each operator a branch for all others, and nothing is scheduled across a branch; these have none.
 // There, a divisor above 2^126 gives zero, one of zero or an infinite dividend NaN, and the root of what is not normal is
-// the argument. What is not finite is dropped, so no picture has any of them.
+// the argument. Gaussians that are not finite are dropped, so no picture has any of these values.
 #ifdef __CUDA_ARCH__
 __device__ inline float approximateReciprocal(float v)
 {

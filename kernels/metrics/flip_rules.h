@@ -82,7 +82,7 @@ GSC_HD Vec3d huntLab(const Vec3d& linear)
     return {lightness, 0.01 * lightness * 500 * (fx - fy), 0.01 * lightness * 200 * (fy - fz)};
 }
 
-// The same of a filtered YCxCz pixel.
+// huntLab() of a filtered YCxCz pixel.
 GSC_HD Vec3d huntLabOfOpponent(float achromatic, float red_green, float blue_yellow)
 {
     const double y = (double(achromatic) + 16) / 116;

@@ -31,8 +31,8 @@ GSC_HD bool inFovea(const EyeGaze& gaze, uint32_t column, uint32_t row)
     return cosine >= double(kFoveaInner);
 }
 
-// Of the pixels of a square; sums are over their three channels, `error` and `pixels` of those in the fovea and of the
-// others.
+// Scores of a square's pixels; sums are over their three channels. `error` and `pixels`: of the pixels in the fovea,
+// then of the others.
 struct SquareSums {
     double error[2]; // squares of image - exact; infinite where that is no number
     double change;   // squares of the change of image - exact since the picture before

@@ -10,8 +10,8 @@
 
 namespace gsc {
 
-// What blending reads of a Gaussian, 48 bytes. The pixel box is inclusive: upstream's 3-sigma tiles intersected with a
-// box that holds every pixel on which alpha can reach 1/255, so it cuts nothing that upstream draws.
+// A splat, as blending reads it, 48 bytes. The pixel box is inclusive: upstream's 3-sigma tiles intersected with a box
+// that holds every pixel on which alpha can reach 1/255, so it cuts nothing that upstream draws.
 struct Splat {
     float x, y;              // 0   pixels, centres at integers
     float conic[3];          // 8
@@ -58,7 +58,7 @@ struct GaussianTiles {
 // `depth_bits` are the bits of view z, which order like the depths because those are positive.
 ProjectCounts projectBlockCpu(const ProjectArgs& args, const GaussianBlock& gaussians, Splat* splats,
                               uint32_t* depth_bits, uint16_t* origins);
-// The same; such Gaussians have no origins.
+// Writes splats as projectBlockCpu() does, but no origins, which such Gaussians do not have.
 ProjectCounts projectTilesCpu(const ProjectArgs& args, const GaussianTiles& gaussians, Splat* splats,
                               uint32_t* depth_bits);
 

@@ -21,7 +21,7 @@ namespace HWY_NAMESPACE {
 
 using M = hn::Mask<D>;
 
-// What a vector of Gaussians becomes, before the lanes that stay are picked.
+// Projected values of a vector of Gaussians, before the lanes that stay are picked.
 struct ProjectLanes {
     HWY_ALIGN float x[16], y[16], depth[16], conic[3][16], cutoff[16];
     HWY_ALIGN float left[16], top[16], right[16], bottom[16]; // pixel box, inclusive, not yet integer

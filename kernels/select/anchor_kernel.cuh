@@ -19,7 +19,7 @@ namespace gsc {
 constexpr uint32_t kAnchorThreads = kGroupSize;
 constexpr uint32_t kAnchorResident = 9; // blocks that a multiprocessor holds: 56 registers
 
-// What a thread knows of its anchor and of its warp's.
+// A thread's anchor in its group, and the lanes of its warp whose anchors are seen.
 struct WarpOfGroup {
     const GroupRecord& group;
     uint32_t index;            // of the group

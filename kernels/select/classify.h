@@ -6,7 +6,7 @@
 
 namespace gsc {
 
-// What the look reads of a group, gathered once for both eyes.
+// Values of a group's anchors that classifyGroup() reads, gathered once for both eyes.
 struct GroupLanes {
     alignas(64) float x[kGroupSize];
     alignas(64) float y[kGroupSize];

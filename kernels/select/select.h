@@ -63,8 +63,9 @@ struct SelectScratch {
 size_t selectCpu(const SelectArgs& args, const Workers& workers, SelectScratch& scratch, Buffer<VisibleAnchor>& visible,
                  SelectCounts& counts);
 
-// The same in two steps, for who draws only some groups from their anchors: the groups that may hold a visible one, in
-// file order in scratch.seen, returns how many; and the visible anchors of `groups`, which are in file order, too.
+// Two steps of selectCpu(), for a caller that draws only some groups from their anchors. The first lists the groups
+// that may hold a visible anchor, in file order in scratch.seen, and returns how many; the second lists the visible
+// anchors of `groups`, which are in file order, too.
 size_t selectGroupsCpu(const SelectArgs& args, const Workers& workers, SelectScratch& scratch, SelectCounts& counts);
 size_t selectAnchorsCpu(const SelectArgs& args, const SeenGroup* groups, size_t group_count, const Workers& workers,
                         SelectScratch& scratch, Buffer<VisibleAnchor>& visible, SelectCounts& counts);

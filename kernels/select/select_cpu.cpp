@@ -160,7 +160,7 @@ Frame frameOf(const SelectArgs& args, const Workers& workers, SelectScratch& scr
     return frame;
 }
 
-// The same, and per chunk the eyes that may see it.
+// Makes frameOf(), and finds per chunk the eyes that may see it.
 Frame beginFrame(const SelectArgs& args, const Workers& workers, SelectScratch& scratch)
 {
     const ModelView& model = *args.model;

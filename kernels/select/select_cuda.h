@@ -29,7 +29,8 @@ struct SelectCudaArgs : FrameNow {
 void selectGroupsCuda(const SelectCudaArgs& args, uint32_t processors, CUstream_st* stream);
 void selectAnchorsCuda(const SelectCudaArgs& args, uint32_t processors, CUstream_st* stream); // of the visible groups
 
-// Which of a frame's visible anchors one of its passes decodes: those that may have Gaussians at its depths.
+// Arguments of listing the visible anchors that one pass of a frame decodes: those that may have Gaussians at its
+// depths.
 struct PassListArgs : FrameNow {
     using Now = FrameNow;
 
@@ -45,8 +46,8 @@ struct PassListArgs : FrameNow {
     FrameCounters* counters; // counted in PassCounters::anchors_listed
 };
 
-// Of a frame of several passes, before each of them is decoded. Decoding every visible anchor in every pass would be right
-// too; it asks each Gaussian. Asynchronous.
+// Lists a pass's anchors before it is decoded, in a frame of several passes. Decoding every visible anchor in every
+// pass would be right, too, because decoding asks each Gaussian for its pass. Asynchronous.
 void listPassCuda(const PassListArgs& args, uint32_t processors, CUstream_st* stream);
 
 } // namespace gsc

@@ -6,9 +6,9 @@
 // change, with o its opacity (0 below kOpacityFloor), c its colour and S = |M^-1/2 dM M^-1/2| / 2 the relative change of
 // its covariance M; axes thinner than a tenth of the longest count as that long in M^-1/2. A probe looks from one
 // direction and turns along one tangent; its E times sqrt(2) stands for the root of the sum over both, and opposite
-// probes take orthogonal tangents. Of six probes every Gaussian is looked at from three, one of each opposite pair. A
-// probe's is the root of the mean square over the living Gaussians it looks at, since a pixel sees many; the anchor's is
-// the largest of the probes. The networks are piecewise smooth: this is a sample, not a bound.
+// probes take orthogonal tangents. Three of the six probes look at a Gaussian, one of each opposite pair. A probe's is
+// the root of the mean square over the living Gaussians it looks at, since a pixel sees many; the anchor's is the
+// largest of the probes. The networks are piecewise smooth: this is a sample, not a bound.
 //
 // How far to sample was measured with tests/bench/bench_sensitivity when the largest Gaussian counted in place of the
 // mean, with contrasts of 0.25, on six trained models, views of real cameras turned
@@ -26,7 +26,7 @@
 
 namespace gsc {
 
-// What a change of opacity or of shape is worth beside one of premultiplied colour: the contrast, 0..1, between a
+// Weights of a change of opacity and of shape beside one of premultiplied colour: the contrast, 0..1, between a
 // Gaussian and what lies behind it.
 struct SensitivityWeights {
     double opacity = 0.15;
@@ -64,8 +64,8 @@ struct SensitivityScratch {
 // direction; `distance`: per relative change of the distance; both in units of full scale (1, not 1/255), fp32, never
 // NaN: infinite where an anchor decodes to values that are not numbers. `appearance`: row of the embedding, -1 = none.
 // Reads of `model`: params, levels, chunks (level_index), arrays (feature, scale), weights, packed, embedding. One
-// scratch per thread. There is a fixed cost of about one anchor's per call. The same bits on every machine with fused
-// multiply-add (every x86 CPU since 2013, every 64-bit ARM).
+// scratch per thread. A call has a fixed cost of about one anchor's. Results have the same bits on every machine with
+// fused multiply-add (every x86 CPU since 2013, every 64-bit ARM).
 void viewSensitivityCpu(const ModelView& model, uint32_t chunk, uint32_t first, uint32_t count, int32_t appearance,
                         float* direction, float* distance, SensitivityScratch& scratch);
 

@@ -20,7 +20,7 @@
 #define GSC_KERNELS_SENSITIVITY_CPU_ONCE
 namespace gsc {
 
-// Of one call: what does not depend on the anchor.
+// Values of one call that do not depend on the anchor.
 struct SensitivityTable {
     const ModelView* model;
     const MlpRecord* bank_mlp;                    // or null
@@ -150,7 +150,7 @@ HWY_INLINE void sigmoids(const V* x, V* value, V* rest)
         rest[i] = hn::Mul(e[i], value[i]);
 }
 
-// What the relative change of a covariance needs of the Gaussian itself.
+// Factors of the relative change of a covariance that depend on the Gaussian alone.
 struct Shape {
     V log_slope[3];       // d ln(s_i^2) / 2 per change of the network's output, times s_i^2 / r_i
     V turn[3];            // factor of the squared turn round axis i

@@ -29,8 +29,7 @@ void spread(const Covariance3<double>& m, Matrix& out)
     std::copy_n(&rows[0][0], 9, &out[0][0]);
 }
 
-// What every offset of an anchor decodes to. note: decodeAnchor() leaves out those below the floor, so this does not
-// call it
+// Decodes every offset of an anchor. note: decodeAnchor() leaves out those below the floor, so this does not call it
 std::vector<Drawn> drawnAt(const ModelView& model, uint32_t chunk, uint32_t local, int32_t appearance,
                            const double* direction, double distance)
 {

@@ -29,7 +29,7 @@ public:
         reserveExactly(count + count / 4);
     }
 
-    // The same without room to grow.
+    // Reserves as reserve() does, but without room to grow.
     void reserveExactly(size_t wanted)
     {
         if (wanted <= m_capacity)

@@ -36,7 +36,7 @@ __device__ __forceinline__ int32_t wholeSteps(float value, int power, int32_t mo
     return min(max(__float2int_rn(ldexpf(value, -power)), -most), most);
 }
 
-// The same for the arrays of a compact model, with powers instead of steps. Takes features of four.
+// Packs a block's anchors into the arrays of a compact model, with powers instead of steps. Takes features by fours.
 __device__ __forceinline__ void packCompact(const UploadArgs& args, uint32_t first, uint32_t n)
 {
     const size_t base = size_t(args.chunk.anchor_first) + first;

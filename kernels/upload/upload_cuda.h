@@ -8,7 +8,7 @@ struct CUstream_st;
 
 namespace gsc {
 
-// Of the whole model, for DeviceModel to point to.
+// Device arrays of the whole model, for DeviceModel to point to.
 struct AnchorArrays {
     float *placement, *size, *shape;
     float* rotation; // or null

@@ -43,7 +43,7 @@ struct EyeParams {
     uint32_t width, height; // pixels
 };
 
-// The same in double precision, for the reference that measures the others.
+// EyeParams in double precision, for the reference that measures the others.
 struct EyeParams64 {
     double world_to_view[12];
     double full_projection[16];
@@ -104,14 +104,14 @@ struct ReuseOptions {
     uint64_t cache_bytes = 0; // most memory of decoded Gaussians, 0 = a quarter of the machine's
 };
 
-// Where the networks look from when there are two eyes. Which anchors an eye sees, and where their Gaussians lie in its
-// image, is its own in both.
+// Places that the networks look from when there are two eyes. In both modes each eye finds for itself which anchors it
+// sees, and where their Gaussians lie in its image.
 enum class StereoMode : uint32_t {
     Exact = 0,  // from each eye
     Merged = 1, // from the middle between them, once for both: the GS-Cache paper's; not with ReusePolicy::Error
 };
 
-// What the colours of a picture stand for (kernels/present/false_colour.h). Places, shapes, opacities and depths are the
+// Meaning of the colours of a picture (kernels/present/false_colour.h). Places, shapes, opacities and depths are the
 // same in all, and so is what is kept for later frames.
 enum class FrameView : uint32_t {
     Picture = 0, // what the model looks like
@@ -124,7 +124,8 @@ constexpr uint32_t kFrameViews = 5;
 
 constexpr float kMostFoveaPixels = 100;
 
-// What may be left out away from where an eye looks (kernels/math/foveation.h): tier `fast` on a GPU; others draw everything.
+// Detail that may be left out away from where an eye looks (kernels/math/foveation.h), in tier `fast` on a GPU; others
+// draw everything.
 struct Foveation {
     // Standard deviation, pixels, of the finest Gaussian at 40 degrees and beyond; within 12 degrees everything is drawn.
     // 0 = everywhere.
@@ -139,8 +140,8 @@ constexpr float kMostDetail = 8; // pixels
 constexpr uint32_t kLensSquare = 32; // pixels, each side
 constexpr uint32_t kLensRows = 128;  // of squares that a LensShape tells about; what lies below is shown
 
-// What the lens in front of an eye lets be seen of its picture: of each row of squares, columns from `first` up to but not
-// including `end`, in squares. The others are black and cost no blending; their depths are infinity.
+// Part of an eye's picture that the lens in front of the eye shows: of each row of squares, columns from `first` up to
+// but not including `end`, in squares. Other squares are black and cost no blending; their depths are infinity.
 struct LensShape {
     uint8_t first[kLensRows] = {}, end[kLensRows] = {};
     bool masks = false; // false: everything is seen
