@@ -34,7 +34,7 @@ def mean(values: list) -> float:
 
 
 def accuracy_of(views: list, every: int) -> tuple:
-    """Of pictures named FRAME_EYE, and the decibels of the worse eye of each frame."""
+    """Accuracy over pictures named FRAME_EYE, and the decibels of the worse eye of each frame."""
     frames: dict = {}
     for view in views:
         frames.setdefault(view["name"].rpartition("_")[0], []).append(view)

@@ -71,7 +71,7 @@ def elastic(scene: str, kind: str, out: pathlib.Path) -> None:
 
 
 def lpips_of(row: dict, scene: str, out: pathlib.Path):
-    """Of the pictures that samples/paper.sh has drawn, where it was given the weights."""
+    """LPIPS of the pictures that samples/paper.sh has drawn; None where it was not given the weights."""
     file = out / f"{scene}.lpips.{name_of(row).replace(' + ', '_')}.json"
     return json.loads(file.read_text())["scores"]["lpips"] if file.exists() else None
 
