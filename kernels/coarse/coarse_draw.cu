@@ -11,7 +11,7 @@ namespace {
 constexpr uint32_t kThreads = 256;
 constexpr uint32_t kBlocksPerProcessor = 3;
 
-// kShared: DecodeFrame. What is joined is not thinned: its cells grow (cellGrowth()).
+// kShared: DecodeFrame. Joined Gaussians are not thinned: their cells grow (cellGrowth()).
 template <bool kShared>
 __global__ void __launch_bounds__(kThreads, kBlocksPerProcessor) drawKernel(const __grid_constant__ CoarseCudaArgs args)
 {

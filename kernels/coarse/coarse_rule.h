@@ -138,7 +138,7 @@ GSC_HD int cellExponent(float cell)
     return int(__builtin_bit_cast(uint32_t, cell) >> 23 & 255u) - 127;
 }
 
-// Does the eye surely see every anchor of a group? Of one that it sees in part a copy would show the rest, too.
+// Does the eye surely see every anchor of a group? A copy of one that it sees in part would show the rest, too.
 GSC_HD bool seesAll(const EyeParams& eye, float near_z, const GroupRecord& group)
 {
     const Vec3<float> c{0.5f * (group.anchor_min[0] + group.anchor_max[0]),

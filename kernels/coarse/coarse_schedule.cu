@@ -76,7 +76,7 @@ __device__ __forceinline__ uint32_t urgencyOf(const CoarseScheduleArgs& args, co
     return kUnseen + uint32_t(float(kLinear) * (kStaleMost - looked.change)) + order * kOwn / kUnseen;
 }
 
-// What a launch's threads step through.
+// Places that a launch's threads step through.
 __device__ __forceinline__ uint32_t firstOfBlock()
 {
     return blockIdx.x * blockDim.x;
