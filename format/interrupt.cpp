@@ -17,7 +17,7 @@ static_assert(std::atomic<bool>::is_always_lock_free); // the only kind a signal
 
 constexpr int kRequests[] = {SIGINT, SIGTERM, SIGHUP};
 
-// What was started with a signal ignored goes on at it: nohup, and a shell's `command &`.
+// Was the process started with the signal ignored (by nohup, or a shell's `command &`)? Then it goes on at the signal.
 bool ignored(int number)
 {
     struct sigaction now {};

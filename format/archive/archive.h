@@ -52,7 +52,7 @@ public:
         All,
         Summary, // header, table, META, PARM and LEVL, which openGscSummary() reads
     };
-    // What decode() writes, padding not counted. Precondition: isSound().
+    // Bytes that decode() writes, padding not counted. Precondition: isSound().
     [[nodiscard]] uint64_t decodedBytes(Scope scope) const;
     // The runtime file into `out`: rawBytes() bytes, zero, aligned to 4096. False if something was reported; then `out` is
     // of no use. Throws Error(Interrupted). Precondition: isSound().

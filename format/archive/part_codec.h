@@ -70,12 +70,12 @@ enum class PartFault { None, Streams, UnknownCodec, MissingCodec, Content };
 // One per thread.
 class PartDecoder {
 public:
-    // `stored` -> `out`, which has record.raw_bytes bytes, all zero. What follows from other parts (Inverse) is left
-    // zero. The content is not compared with record.raw_checksum.
+    // `stored` -> `out`, which has record.raw_bytes bytes, all zero. A part coded as Inverse is left
+    // zero: it follows from other parts. The content is not compared with record.raw_checksum.
     PartFault decode(const ArchivePart& record, std::span<const std::byte> stored, std::span<std::byte> out);
 
     [[nodiscard]] Codec faultCodec() const { return m_codec; } // of UnknownCodec and MissingCodec
-    // Of the part decoded last.
+    // isInverse() and sources() are of the part that decode() was last called for.
     [[nodiscard]] bool isInverse() const { return m_is_inverse; } // invertSources() makes it
     [[nodiscard]] const std::optional<SourceArray>& sources() const { return m_sources; }
 

@@ -39,7 +39,7 @@ struct Descriptor {
                                             path.c_str(), what, std::strerror(code)));
 }
 
-// Mappings that a signal handler finds. What finds no slot is not named when it faults.
+// Mappings that a signal handler finds. A mapping that got no slot is not named when it faults.
 struct Slot {
     std::atomic<bool> taken{false};
     std::atomic<uintptr_t> begin{0}, end{0};

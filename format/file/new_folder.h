@@ -14,7 +14,7 @@
 
 namespace gsc {
 
-// What a folder that may be replaced has.
+// Marks and entries by which a folder is known as one of ours, which may be replaced.
 struct FolderKind {
     const char* what;                                   // "model folder", for messages
     const char* made_by;                                // the command that makes such folders

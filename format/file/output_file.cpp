@@ -135,9 +135,9 @@ void OutputFile::commit()
         mode_t mode = info.st_mode & 0777;
         struct stat own {};
         (void)!::fstat(descriptor(), &own);
-        // only root gives a file away, but its group may be any of the writer's. What cannot be kept is no reason to
-        // fail: bits meant for another group are then given to nobody, and the rest of the world, which that group is
-        // now part of, gets no more than it had
+        // only root gives a file away, but its group may be any of the writer's. An owner or group that cannot be
+        // kept is no error: bits meant for the old group are then given to nobody, and the rest of the world, which
+        // that group is now part of, gets no more than the group had
         if ((own.st_uid != info.st_uid || own.st_gid != info.st_gid) &&
             ::fchown(descriptor(), info.st_uid, info.st_gid) != 0 && own.st_gid != info.st_gid &&
             ::fchown(descriptor(), uid_t(-1), info.st_gid) != 0)

@@ -82,7 +82,7 @@ bool holdsWord(std::string_view text, std::string_view lower)
     return false;
 }
 
-// What GitHub, Hugging Face and storage services answer with, as one line.
+// Is it one line that GitHub, Hugging Face or a storage service answers with instead of a file?
 bool isAnswer(std::string_view text)
 {
     for (const std::string_view line :
@@ -94,7 +94,7 @@ bool isAnswer(std::string_view text)
     return false;
 }
 
-// The same as an object of JSON.
+// Is it such an answer as an object of JSON?
 bool isAnswerObject(std::string_view text)
 {
     if (!text.starts_with('{'))

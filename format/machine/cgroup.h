@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the control groups of this process allow it: a container's limits, systemd's (MemoryMax, TasksMax, CPUQuota), a batch
-// system's. Of version 1 and 2, of the group itself and of those around it.
+// Limits of the control groups of this process: a container's, systemd's (MemoryMax, TasksMax, CPUQuota), a batch
+// system's. Reads version 1 and 2, the process's own group and those around it.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ struct CgroupLimits {
     double processors = std::numeric_limits<double>::infinity(); // of time: 1.5 is one and a half
 };
 
-// `root` is a folder that stands for / (tests). What cannot be read limits nothing.
+// `root` is a folder that stands for / (tests). A limit that cannot be read counts as none.
 CgroupLimits cgroupLimits(const std::string& root = "");
 
 } // namespace gsc

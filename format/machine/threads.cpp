@@ -43,7 +43,7 @@ void* waitForTurn(void* turn)
     return nullptr;
 }
 
-// What startableThreads() said first, for pools: at least `most` were free, or `found` where fewer were.
+// First answer of startableThreads(), kept for pools: at least `most` were free, or `found` where fewer were.
 struct Room {
     std::mutex mutex;
     size_t most = 0, found = std::numeric_limits<size_t>::max();

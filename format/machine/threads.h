@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Threads where the system gives few: ulimit -u, TasksMax of systemd, the pids limit of a container. What can do with fewer
-// threads asks how many there are; what cannot ends with an Error that names the limits.
+// Threads where the system gives few: ulimit -u, TasksMax of systemd, the pids limit of a container. Code that can do
+// with fewer threads asks how many there are; code that cannot throws an Error that names the limits.
 #pragma once
 
 #include <gsc/error.h>

@@ -16,8 +16,8 @@ constexpr int32_t kCompactFeatureSteps = (1 << kCompactFeatureBits) - 1; // at m
 constexpr int32_t kCompactOffsetSteps = (1 << kCompactOffsetBits) - 1;
 constexpr int kLeastCompactExponent = -24; // of the steps: the least power of two that a half can be
 
-// Of the finest step of which `largest`, the largest magnitude of an anchor's values, is at most 2^bits - 1. Precondition:
-// it is finite and not negative.
+// Exponent of the finest step, a power of two from 2^-24 up, of which `largest` is at most 2^bits - 1. `largest` is the
+// largest magnitude of an anchor's values. Precondition: it is finite and not negative.
 GSC_HD int compactExponent(float largest, int bits)
 {
     uint32_t word;

@@ -181,7 +181,7 @@ private:
         return false;
     }
 
-    // Of a model with masked slots: each is finite, or masked as a whole.
+    // Offsets of a slot must be finite; a model with masked slots may have them masked, all three. False: reported.
     bool checkOffsets(uint32_t i) const
     {
         if (!hasMasks())
@@ -240,7 +240,7 @@ private:
                            double(group.gaussian_min[c % 3]), double(group.gaussian_max[c % 3]));
     }
 
-    // Of a compact model: small whole numbers of steps of the anchor's (format/numbers/compact.h).
+    // Values of a compact model must be whole numbers of the anchor's step (format/numbers/compact.h).
     void checkSteps(ChunkArray array, uint32_t i, uint32_t count, int bits, const char* name) const
     {
         const std::span<const float> values(at<float>(array, i), count);

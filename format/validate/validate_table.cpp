@@ -45,7 +45,7 @@ std::string hexText(std::span<const std::byte> bytes)
     return text.empty() ? "nothing" : text;
 }
 
-// What FTP's text mode, git's autocrlf and mailers leave of the magic.
+// Does the file start with the magic as FTP's text mode, git's autocrlf or mailers leave it?
 bool looksMangled(std::span<const std::byte> start)
 {
     const auto at = [&](size_t i) { return i < start.size() ? unsigned(start[i]) : 0u; };

@@ -4,7 +4,7 @@
 //   [FileHeader, profile 1][SectionEntry x 2]---[DATA]---[PART]---
 //
 //   An archive stands for one runtime file and gives its bytes back. That file is cut into parts: its header and table,
-//   each section but ANCH, each chunk payload. What lies between the parts is zero. PART lists them in the order of
+//   each section but ANCH, each chunk payload. Bytes between the parts are zero. PART lists the parts in the order of
 //   their bytes, DATA holds them one behind the other: the streams' records, then the streams' bytes.
 #pragma once
 

@@ -11,7 +11,7 @@ namespace gsc {
 
 [[nodiscard]] uint64_t checksum64(std::span<const std::byte> bytes);
 
-// The same over pieces: equal to checksum64() of their concatenation.
+// Checksum of bytes that come in pieces: equal to checksum64() of their concatenation.
 class Checksum64 {
 public:
     Checksum64();

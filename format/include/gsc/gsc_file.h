@@ -18,9 +18,9 @@ public:
         Summary, // of an archive only what openGscSummary() reads is decoded; the rest is zero
     };
 
-    // Reports every problem of an archive to `sink`; isSound() is then false. What a runtime file holds is not looked at:
-    // openGsc() does that. `threads` decode, 0 = all cores. Throws Error: as MappedFile and refuseStandIn(); OutOfMemory for an archive that
-    // does not fit this machine; Interrupted.
+    // Reports every problem of an archive to `sink`; isSound() is then false. The content of a runtime file
+    // is not looked at: openGsc() does that. `threads` decode, 0 = all cores. Throws Error: as MappedFile and
+    // refuseStandIn(); OutOfMemory for an archive that does not fit this machine; Interrupted.
     GscFile(const std::string& path, const IssueSink& sink, Read read = Read::All, int threads = 0);
     ~GscFile();
     GscFile(const GscFile&) = delete;
@@ -32,7 +32,7 @@ public:
     // Aligned to 4096, valid as long as this object lives. Precondition: isSound().
     [[nodiscard]] std::span<const std::byte> bytes() const noexcept { return m_bytes; }
     // Gives back the memory of the pages that `part` of bytes() lies in. Reading them again maps them again, from the
-    // system's cache or the disk. What an archive was decoded to stays: it lies nowhere else. From any thread.
+    // system's cache or the disk. Bytes that an archive was decoded to stay: they lie nowhere else. From any thread.
     void letGo(std::span<const std::byte> part) const noexcept;
 
 private:

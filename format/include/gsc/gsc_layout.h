@@ -143,7 +143,7 @@ enum ModelFlags : uint32_t {
 
 constexpr uint32_t kMaskedOffset = 0x7fc00000u; // bits of each coordinate of a masked slot's offset: a quiet NaN
 
-// What the runtime needs of the hyper-parameters. 256 bytes.
+// Hyper-parameters that the runtime needs. 256 bytes.
 struct ModelParams {
     uint32_t family;                // 0   ModelFamily
     uint32_t flags;                 // 4   ModelFlags
@@ -272,7 +272,7 @@ struct AnchorSensitivity {
 };
 static_assert(sizeof(AnchorSensitivity) == 4 && std::is_trivially_copyable_v<AnchorSensitivity>);
 
-// Of a file that was cut from another: what it is a part of. The source indices that its rows have there follow, ascending.
+// Names the whole file that this one was cut from. The source indices that its rows have there follow, ascending.
 struct TileRecord {
     uint64_t whole;         // 0   FileHeader::header_checksum of the other: it stands for all of its bytes
     uint64_t whole_anchors; // 8

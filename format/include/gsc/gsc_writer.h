@@ -30,7 +30,7 @@ public:
     // Appends a section. Order of calls = order in the file.
     void addSection(uint32_t type, std::span<const std::byte> content, uint64_t count, uint32_t flags = 0);
 
-    // The same for one whose size shows only when it is written: its pieces, then its count and checksum.
+    // Append a section whose size shows only when it is written: its pieces, then its count and checksum.
     void beginSection(uint32_t type);
     void append(std::span<const std::byte> piece);
     void endSection(uint64_t count, uint64_t checksum);

@@ -9,7 +9,7 @@
 
 namespace gsc {
 
-// What a program says when the mapping cannot be read any more, each with its line end.
+// Messages for a mapping that cannot be read any more, one per way of output, each with its line end.
 struct FaultTexts {
     std::string text;  // for people
     std::string event; // schemas/progress-event.schema.json

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What may be an output: asked before any work. What a command writes must not fall on what it reads, nor on another of
-// its outputs.
+// Checks of a command's outputs before any work: none may be one of its inputs or another of its outputs, and all must
+// be writable.
 #pragma once
 
 #include <span>
@@ -20,8 +20,8 @@ enum class OutputFolder { Exists, IsMade }; // the one that the output lies in
 [[nodiscard]] bool isStandardOutput(const std::string& path); // "-"
 
 // Throws Error(Usage) if an output is an input or another output: the same path once symbolic links and dots are
-// resolved, or the same existing file under another name. What does not exist yet is compared too, standard output is
-// not.
+// resolved, or the same existing file under another name. Paths that do not exist yet are compared too, standard output
+// is not.
 void checkOutputsDiffer(std::span<const NamedPath> outputs, std::span<const NamedPath> inputs);
 
 // The file or folder that `path` stands for: symbolic links are followed, also those that lead to nothing yet. Throws
@@ -33,9 +33,9 @@ std::string resolveOutput(const std::string& path);
 // a file that exists unless `overwrite`; one whose folder is missing (unless it is made) or may not be written. Throws
 // Error(Usage) for "-" as a binary output.
 void checkOutput(const std::string& path, OutputKind kind, bool overwrite, OutputFolder folder = OutputFolder::Exists);
-// The same for a text that lines are added to: it may exist.
+// As checkOutput(), for a text that lines are added to: it may exist.
 void checkAppend(const std::string& path);
-// The same for a folder that is to be made; an empty one is no obstacle.
+// As checkOutput(), for a folder that is to be made; an empty one is no obstacle.
 void checkOutputFolder(const std::string& path, bool overwrite);
 
 // Throws Error(Usage) if `path` is "-" and the summary is JSON: standard output takes one document. `option` names it.
