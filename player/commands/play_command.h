@@ -11,7 +11,7 @@ class App;
 namespace gsc {
 
 void addPlayOptions(CLI::App& app, PlayOptions& options);
-// What is wrong with several options together. Throws Error (Usage, Unsupported).
+// Checks options against each other. Throws Error (Usage, Unsupported).
 void checkPlayOptions(const CLI::App& app, const PlayOptions& options);
 
 } // namespace gsc

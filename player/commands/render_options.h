@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options that play, bench and stability have in common, as CLI11 declares them. What is wrong with one value is said
-// as it is read; what is wrong with several together is said by checkRenderOptions().
+// Options that play, bench and stability have in common, as CLI11 declares them. One value is checked as it
+// is read; checkRenderOptions() checks several together.
 #pragma once
 
 #include "runtime/records/score_options.h"
@@ -36,7 +36,7 @@ void checkShardFile(const PlayOptions& options, const char* option, const std::s
 // The option that asks for detail. Precondition: one does.
 const char* detailOption(const CLI::App& app);
 
-// What has an effect with two eyes only. Throws Error(Usage).
+// Checks options that have an effect with two eyes only: --ipd, --stereo merged. Throws Error(Usage).
 void checkEyes(const CLI::App& app, const PlayOptions& options, bool takes_two_eyes = false);
 
 // `paths_follow`: cameras are read from files that are not known yet. `takes_two_eyes`: whatever --eyes says.

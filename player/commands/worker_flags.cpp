@@ -18,7 +18,7 @@ namespace {
 constexpr size_t kMostWorkers = 64;
 constexpr double kMostFps = 100000;
 
-// What is between commas.
+// Words between commas, empty ones too.
 std::vector<std::string> wordsOf(const std::string& text)
 {
     std::vector<std::string> words{""};

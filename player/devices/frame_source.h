@@ -16,7 +16,7 @@
 
 namespace gsc {
 
-// What a pose was asked with.
+// A pose and the options that it was asked for with.
 struct AskedPose {
     Shot shot;
     uint32_t eyes = 1;
@@ -46,8 +46,8 @@ public:
 
     // Does not wait; the number of the pose. Throws Error(Usage) for what cannot be drawn.
     uint64_t submit(const AskedPose& pose, const FrameOptions& options);
-    // Waits at most so long. Of a service that keeps all, one that failed has an error and no picture. Throws Error(Device)
-    // where no worker is left.
+    // Waits at most so long. A failed pose, which only a service that keeps all delivers, has an error and no
+    // picture. Throws Error(Device) where no worker is left.
     std::optional<DrawnPose> next(std::chrono::nanoseconds most);
 
     // How the display finds the pictures of a pose, side by side. Those on a GPU are handed over, once for each pose; the

@@ -21,7 +21,7 @@ ServiceTraceReport::Stages stagesOf(const StageTimes& times)
     return {times.select, times.decode, times.project, times.bin, times.sort, times.blend};
 }
 
-// Which workers draw, followed from event to event. One that was told to start draws once it has the model.
+// Set of workers that draw, followed from event to event. A worker that was told to start draws once it has the model.
 class WorkingWorkers {
 public:
     explicit WorkingWorkers(size_t count) : m_workers(count) {}

@@ -6,8 +6,8 @@
 
 namespace gsc {
 
-// What `trace` and `stats`, of the same service, tell; rates are counted over 120 intervals, each 0.1 s or more. The tool,
-// the file and the options are left to the caller.
+// Report of one service's `trace` and `stats`; rates are counted over 120 intervals, each 0.1 s or more. The caller
+// fills in the tool, the file and the options.
 ServiceTraceReport makeServiceTrace(const ServiceTrace& trace, const ServiceStats& stats);
 
 } // namespace gsc

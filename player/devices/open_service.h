@@ -18,8 +18,8 @@ struct OpenedService {
     std::vector<std::string> devices; // that draw, as they are named
 };
 
-// What the better device cannot load, the CPU loads, where the options leave the choice. `set` changes what the options say
-// nothing of. Throws Error.
+// Opens the service. The CPU loads a model that the better device cannot load, where the options leave the choice.
+// `set` changes service options that the command line has no word for. Throws Error.
 OpenedService openService(const std::shared_ptr<const Scene>& scene, const ModelChoice& model,
                           const DeviceChoice& choice, const std::function<void(ServiceOptions&)>& set, Reporter& log);
 

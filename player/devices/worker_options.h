@@ -17,11 +17,11 @@ std::vector<DeviceId> workerDevices(const DeviceChoice& choice);
 // Whether one of them is a GPU; "auto" as firstDevice() has it. Throws as workerDevices(), but for GPUs that are not there.
 bool drawsOnGpu(const DeviceChoice& choice);
 
-// The first of them; "auto" becomes the best that the machine can run. `log`, if not null, is warned of what that passes over.
-// Throws as workerDevices().
+// First of the workers' devices; "auto" becomes the best that the machine can run. `log`, if not null, gets a warning
+// of each better one that cannot be used. Throws as workerDevices().
 DeviceId firstDevice(const DeviceChoice& choice, Reporter* log = nullptr);
 
-// All that the choice asks of a service. What "auto" passes over is a warning. Throws Error (Usage, Device).
+// All that the choice asks of a service. A device that "auto" passes over is a warning. Throws Error (Usage, Device).
 ServiceOptions serviceOptions(const ModelChoice& model, const DeviceChoice& choice, Reporter& log);
 
 // Bytes that came from other ranks to this one, and how many of them were pixels and depths.

@@ -10,7 +10,7 @@
 
 namespace gsc {
 
-// Of a renderer that several devices draw for; none of another.
+// Numbers of the service behind `renderer`, if several devices draw for it (ServiceRenderer); none of another.
 std::optional<ServiceStats> serviceStats(const Renderer& renderer);
 
 // "workers" of a report (schemas/bench-report.schema.json); null without.

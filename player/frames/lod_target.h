@@ -22,15 +22,15 @@ void checkLevelOptions(const Scene& scene, const std::string& model, const Frame
 // Can frames of the choice be drawn with detail by a backend that draws them in tier `runs` (Renderer::tierOf())?
 bool drawsDetail(const FrameChoice& choice, const std::string& backend, Tier runs);
 
-// What a target may take of frames beside levels.
+// Means that a time target may use beside levels to make frames cheaper.
 struct Guarded {
     bool detail = false;    // drawsDetail()
     bool periphery = false; // of --foveation
 };
 
-// None without a target, or where there is nothing to take.
+// Guard of the choice's time target; none without a target, or where frames have nothing to give up.
 std::optional<FrameGuard> frameGuard(const Scene& scene, const FrameChoice& choice, Guarded guarded);
-// The same; throws Error(Usage) where there is nothing to take.
+// As frameGuard(); throws Error(Usage) where there is a target and frames have nothing to give up.
 std::optional<FrameGuard> checkedGuard(const Scene& scene, const std::string& model, const FrameChoice& choice,
                                        Guarded guarded);
 

@@ -64,7 +64,7 @@ uint32_t grownFrames(const BenchSummary& summary)
     return grown;
 }
 
-// What drawing frames again cost. Where frames take several passes some are drawn again whatever the warm-up.
+// Cost of drawing frames again. Where frames take several passes some are drawn again whatever the warm-up.
 struct Repeats {
     uint32_t frames = 0;
     uint64_t count = 0;

@@ -32,7 +32,7 @@
 
 namespace gsc {
 
-// What decoding costs, from the hyper-parameters.
+// Cost of decoding, from the hyper-parameters.
 struct AnchorCost {
     double bytes = 0;       // read per visible anchor, for both eyes
     double shared_macs = 0; // multiply-adds per visible anchor, for both eyes
@@ -54,7 +54,7 @@ struct FrameWork {
     StageWork select, decode, bin, sort, blend;
 };
 
-// Of one frame. `pixels`: of one eye. `sorts_apart`: sort is a stage of its own, not a part of blend.
+// Least work of each stage for one frame. `pixels`: of one eye. `sorts_apart`: sort is a stage, not a part of blend.
 FrameWork leastWork(const AnchorCost& anchor, const EyeCounts* eyes, uint32_t eye_count, double pixels,
                     bool sorts_apart);
 

@@ -39,9 +39,9 @@ ScorePlace scorePlace(const Renderer& renderer);
 // it can.
 std::shared_ptr<PictureMemory> memoryFor(const DeviceId& scoring, bool on_host, const Renderer& drawing);
 
-// The same for `bytes` of pictures that stay: of the device up to half of what is free there (frames that grow need some, and
-// where memory is short they are drawn in more passes); else of the host, up to an eighth of what this process may use. Null
-// where they are more.
+// As memoryFor(), for `bytes` of pictures that stay: of the device up to half of the memory free there (frames that
+// grow need some, and where memory is short they are drawn in more passes); else of the host, up to an eighth of the
+// memory that this process may use. Null where `bytes` are more.
 std::shared_ptr<PictureMemory> memoryToKeep(uint64_t bytes, const DeviceId& scoring, bool on_host,
                                             const Renderer& drawing);
 bool mayKeepOnHost(uint64_t bytes);

@@ -47,8 +47,8 @@ void receivePiece(void* data, int bytes, int rank, int tag)
     }
 }
 
-// Of the file that this rank has opened. A renderer that is made anew must not take another that has since been put in
-// its place: the other workers go on with what they have.
+// Hash of the file as this rank opened it first. A renderer that is made anew must not take another file that has since
+// been put in its place: the other workers go on with the first one.
 uint64_t openedFile(const std::string& path)
 {
     static std::mutex s_mutex;

@@ -17,8 +17,8 @@ std::unique_ptr<Renderer> makeMpiRenderer(int rank, const ModelChoice& model, co
 
 WireBytes wireBytes();
 
-// Of a rank that is not 0: draws what rank 0 asks for, until that is Quit.
-// on_machine: its number among those of its machine, whose GPUs they share out.
+// Draws the frames that rank 0 asks for, until it asks to quit. Called by every rank but 0.
+// on_machine: the rank's number among those of its machine, which share its GPUs out.
 void serveRank(int on_machine);
 void endRanks(); // of rank 0
 // Whether a thread still waits for another rank when all renderers should have gone: then only MPI_Abort() ends the

@@ -138,7 +138,7 @@ private:
         }
     }
 
-    // What goes wrong here goes wrong for the next frame too, which can say so.
+    // Errors are dropped: a broken renderer fails at the next frame too, whose reply can say so.
     void dropCaches(uint32_t number)
     {
         const auto found = m_renderers.find(number);

@@ -42,7 +42,7 @@ struct WireReply {
     int32_t code = 0; // ErrorCode
     uint32_t text_bytes = 0;
     FrameResult result;
-    // Of Open
+    // In replies to Open
     uint32_t tier_exact = 0, tier_fast = 0; // Renderer::tierOf()
     uint32_t processors = 0;
     uint64_t memory_bytes = 0;
@@ -70,7 +70,7 @@ inline WirePart wirePart(const FrameOptions& options, const EyeParams& eye, size
     return {drawn.first * pixel, (drawn.end - drawn.first) * pixel, eye.height};
 }
 
-// Of any size. Both sides say the same number of bytes, and cut them alike.
+// Sends a message of any size. Both sides state the same number of bytes, and cut them alike.
 void wireSend(const void* data, size_t bytes, int rank, int tag);
 // Waits without keeping a core busy for long: MPI's own waiting does.
 void wireReceive(void* data, size_t bytes, int rank, int tag);

@@ -34,7 +34,7 @@ std::optional<uint64_t> wholeOf(std::string_view text)
                              option.c_str()));
 }
 
-// What a variable holds; nothing if it is not set. Throws Error(Usage) for anything but a whole number.
+// Number that a variable holds; none if it is not set or empty. Throws Error(Usage) for anything but a whole number.
 std::optional<uint64_t> variable(const Environment& environment, const char* name)
 {
     const char* const text = environment(name);

@@ -27,10 +27,10 @@ const char* processEnvironment(const char* name);
 Shard parseShard(const std::string& text, const std::string& option, const Environment& environment,
                  bool ranks_are_devices = false);
 
-// Of tasks that cost about the same and share nothing: each in turn to the next shard. Task from 0.
+// Is task `task`, from 0, done by the shard? Deals tasks to shards in turn: for tasks of equal cost that share nothing.
 bool takesTask(const Shard& shard, uint64_t task);
 
-// Of tasks that cost less side by side: the shard of each, from 0, in blocks of about the same weight.
+// Shard of each task, from 0, in blocks of about equal weight: for tasks that cost less side by side.
 std::vector<uint64_t> blockShards(const std::vector<uint64_t>& weights, uint64_t count);
 
 } // namespace gsc

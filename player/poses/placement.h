@@ -26,7 +26,7 @@ struct SpaceEye {
     double left = 0, right = 0, up = 0, down = 0; // XrFovf: radians, left and down below zero for most lenses
 };
 
-// Of the same angles, whatever the pose.
+// Have both eyes the same angles? Poses are ignored.
 inline bool sameLens(const SpaceEye& a, const SpaceEye& b)
 {
     return a.left == b.left && a.right == b.right && a.up == b.up && a.down == b.down;
@@ -37,8 +37,8 @@ inline bool sameLens(const SpaceEye& a, const SpaceEye& b)
 class Placement {
 public:
     // The space's origin, `eye_height` metres below `camera` along the world's up, looks where the camera does, level.
-    // `metre`: world units. Where the camera looks straight up or down, its own up counts as forward. What makes no sense
-    // is mended: up becomes (0, -1, 0), the metre 1.
+    // `metre`: world units. Where the camera looks straight up or down, its own up counts as forward. Values that
+    // make no sense are mended: up becomes (0, -1, 0), the metre 1.
     Placement(const Camera& camera, const std::array<double, 3>& up, double metre, double eye_height);
     // As it was stored: origin in the world, columns of axes and the scale as above. Precondition: isPlace(), scale > 0.
     Placement(const glm::dvec3& origin, const glm::dmat3& axes, double scale);

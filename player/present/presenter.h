@@ -78,8 +78,8 @@ struct ShownPicture {
 
 struct FrameToShow {
     std::span<const ShownPicture> pictures;
-    // Of the canvas that pictures lie on: scaled to the window where that has another size. What they leave open is black;
-    // without a window they cover it.
+    // Size of the canvas that pictures lie on, pixels; it is scaled to a window of another size. Parts without a
+    // picture are black; without a window pictures cover all of it.
     uint32_t width = 0, height = 0;
     bool reads_back = false; // the canvas as it is shown, without the overlay
 };
@@ -116,7 +116,7 @@ public:
     // Error: Device where display or GPU are lost, OutOfMemory.
     virtual bool show(const FrameToShow& frame, Overlay* overlay) = 0;
 
-    // Of the last frame shown that asked for it: height rows of width x 4 bytes, red first. Waits for it.
+    // Last frame that was shown with reads_back: height rows of width x 4 bytes, red first. Waits for it.
     virtual std::vector<std::byte> readBack(uint32_t& width, uint32_t& height) = 0;
 
     virtual PresentTimes times() = 0;

@@ -147,7 +147,7 @@ public:
     }
 
 private:
-    // Of the swapchain, which is made anew where the window has another size. None while it has no size.
+    // Next image of the swapchain, which is made anew where the window has another size. None while it has no size.
     std::optional<uint32_t> nextImage(const Canvas& canvas)
     {
         if (m_input.width == 0 || m_input.height == 0)

@@ -15,7 +15,7 @@ namespace gsc {
 
 extern const RowKind kFrameRow, kStabilityRow;
 
-// What all rows of a shard's file have in common. `task` is not used.
+// Facts that all rows of a shard's file share; `task` is 0.
 ShardFacts shardFacts(const Shard& shard, uint64_t tasks, uint64_t model, uint64_t set);
 
 // Throws Error(Usage) where a row is of another shard, plan, model or version of the program than `expected`.

@@ -13,7 +13,7 @@
 
 namespace gsc {
 
-// What all runs of a command share.
+// Options and facts that all runs of a command share.
 struct RunContext {
     ViewChoice view;              // as it was asked for
     DeviceChoice devices;         // its limits; a run names its own backend
@@ -29,7 +29,7 @@ struct RunContext {
 // not resolved it is another.
 RowConfig rowConfig(const RunContext& context, const Path& path, const RunConfig& run);
 
-// What makes a sweep's shards belong together: `ids` of all its runs, a matched budget not resolved.
+// Hash that the shards of one sweep share: of the tool, the label and `ids` of all runs, a matched budget not resolved.
 uint64_t sweepHash(const RunContext& context, const std::vector<std::string>& ids);
 
 RunRow runRow(const RunContext& context, const RowConfig& config, const RunConfig& run, const RunResult& result);

@@ -149,7 +149,7 @@ public:
             m_log.tell(formatString("%zu of %zu runs were in the file already", m_found, m_runs_done));
     }
 
-    // What Ctrl-C left.
+    // Says how many runs Ctrl-C left done.
     [[noreturn]] void throwInterrupted(const std::string& out) const
     {
         const bool is_kept = !out.empty() && !isStandardOutput(out);

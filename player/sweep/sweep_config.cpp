@@ -192,7 +192,7 @@ void readTrajectories(const JsonObject& root, SweepConfig& config)
     }
 }
 
-// What the file says about the frames; null is as good as nothing.
+// Reads the keys of the frames; null counts as a key that is not there.
 void readFrames(const JsonObject& root, SweepConfig& config)
 {
     const auto given = [&](const char* key) {

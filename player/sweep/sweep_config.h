@@ -50,7 +50,7 @@ RunConfig depthRunOf(const SweepConfig& config, const RunConfig& run);
 std::vector<uint64_t> sweepShards(const SweepConfig& config, const std::vector<RunConfig>& runs,
                                   const std::vector<uint64_t>& frames, uint64_t count);
 
-// What makes a run differ from another, in the words of schemas/run.schema.json.
+// Key of a run: all by which it differs from others, in the words of schemas/run.schema.json.
 nlohmann::ordered_json runKeyJson(const RunConfig& run);
 
 } // namespace gsc

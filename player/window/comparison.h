@@ -46,7 +46,7 @@ private:
     std::future<double> m_flip; // last: its thread reads the images
 };
 
-// Of one picture.
+// Picture of bytes (red, green, blue, 255) from one of floats.
 Picture8 quantise(const Image& image);
 
 } // namespace gsc

@@ -40,7 +40,7 @@ enum class Action {
     SplitRight,
 };
 
-// What the help says: keys, and what they do.
+// Lines of the help: keys, and what each does.
 std::vector<std::pair<std::string, std::string>> helpLines();
 
 class Controls {

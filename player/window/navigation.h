@@ -19,7 +19,7 @@ enum class NavigationMode {
     Walk,  // as Fly, but the height stays
 };
 
-// What a person does during one step. What is not finite counts as 0, what is too large as the limit.
+// Input of a person during one step. A value that is not finite counts as 0, one that is too large as the limit.
 struct NavigationInput {
     double seconds = 0;         // that the step takes
     double move[3] = {};        // right, up, forward, each -1..1; together no faster than one alone
@@ -29,7 +29,7 @@ struct NavigationInput {
     double scroll = 0;          // notches: faster in Fly and Walk, nearer in Orbit
     bool fast = false;          // 4 times the speed
     bool slow = false;          // a quarter of it
-    // Of the picture that is dragged: pixels, and its whole angle. Where they make no sense, 1080 and a right angle.
+    // Size of the dragged picture: height in pixels, whole angle. Where they make no sense: 1080 and a right angle.
     uint32_t height = 0;
     double fov_y = 0;
 };
@@ -56,10 +56,10 @@ public:
     // diagonal; Walk: 1.4 metres, or 0.28 of that; from a thousandth to a thousand times as much. Orbit: half the
     // distance.
     [[nodiscard]] double speed() const;
-    // Of Fly or Walk, whichever is on; of no effect in Orbit and where it is not above 0.
+    // Sets the speed of Fly or Walk, whichever is on. Ignored in Orbit and where `speed` is not above 0.
     void setSpeed(double speed);
 
-    // Of the point that Orbit turns about: that far ahead.
+    // World units to the point that Orbit turns about, straight ahead.
     [[nodiscard]] double distance() const { return m_distance; }
     // Say the depth of what a person points at. From 1e-6 to 1000 diagonals of the scene.
     void setDistance(double distance);
@@ -74,7 +74,7 @@ public:
     // Puts the camera where `camera` is, with its roll. Until the next change camera() gives that pose bit for bit, if
     // its rotation is one. Ignored where it is not finite.
     void jumpTo(const Camera& camera);
-    // The same in `seconds` of steps, slow at both ends: a straight way, an even turn. At once where they are not above 0.
+    // As jumpTo(), in `seconds` of steps, slow at both ends: a straight way, an even turn. At once if not above 0.
     void animateTo(const Camera& camera, double seconds);
     [[nodiscard]] bool moves() const { return m_flight.has_value(); } // animateTo() is under way
     // Turns about the forward axis until right is level; looking straight up or down it already is.

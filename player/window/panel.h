@@ -17,7 +17,7 @@ namespace gsc {
 // Pixels that the window switches detail between.
 constexpr std::array<std::pair<const char*, double>, 4> kDetails{{{"off", 0}, {"1", 1}, {"2", 2}, {"4", 4}}};
 
-// What a person switches while the window is open.
+// Settings that a person switches while the window is open.
 struct ViewSettings {
     FrameChoice choice;
     bool two_eyes = false;
@@ -27,7 +27,7 @@ struct ViewSettings {
     double split = 0.5; // share of the width
 };
 
-// What cannot be switched, and why.
+// Limits of the switches: settings that this model cannot have, and why.
 struct ViewLimits {
     bool has_levels = false;
     std::string no_stereo; // empty = two eyes can be shown

@@ -32,7 +32,7 @@ public:
 private:
     using Clock = std::chrono::steady_clock;
 
-    // What a picture follows from.
+    // Camera and size that a picture is drawn for; a change of them calls for a new one.
     struct View {
         Camera camera;
         uint32_t width = 0, height = 0; // of the window

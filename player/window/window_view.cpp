@@ -74,7 +74,7 @@ FrameOptions WindowSession::frameOptionsNow() const
     return frame;
 }
 
-// What the guard gives back is drawn, also of a view at rest.
+// Tells the guard a frame's time. A change that it then makes is drawn, also at rest: it may give detail back.
 void WindowSession::hold(double frame_ms)
 {
     if (!m_guard || m_loading)

@@ -12,7 +12,7 @@
 
 namespace gsc {
 
-// Of one frame of the headset, all views. Complete when its pictures are there.
+// Eyes of all views that LateEyes found for one frame of the headset. Complete when its pictures are there.
 struct LateLook {
     bool looked = false, found = false;
     std::vector<SpaceEye> eyes;

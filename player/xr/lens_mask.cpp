@@ -49,7 +49,7 @@ public:
             m_points.push_back({(double(right) - left) * across, (up - double(above)) * along});
     }
 
-    // Of the rows that row() is then asked about: the triangles that reach them.
+    // Keeps the triangles that reach the rows which row() is then asked about.
     void look(int64_t first_row, int64_t end_row)
     {
         m_near.clear();
@@ -79,7 +79,7 @@ public:
     }
 
 private:
-    // Where the edge is at height y. The same bits whichever of two triangles asks, so that no pixel between them is lost.
+    // x of the edge at height y. Both triangles of an edge get equal bits, so that no pixel between them is lost.
     [[nodiscard]] static double at(Point a, Point b, double y)
     {
         if (std::pair(b.y, b.x) < std::pair(a.y, a.x))

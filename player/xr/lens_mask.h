@@ -10,13 +10,13 @@
 
 namespace gsc {
 
-// What is wrong with a mesh, as "has ..., expected ...": a runtime's counts and values are hostile. Empty: nothing.
+// Fault of a mesh, as "has ..., expected ...", since a runtime's counts and values are hostile. Empty: none.
 std::string meshFault(const HiddenMesh& mesh);
 
-// A square is hidden where all its pixels are, and all that are within kLensMargin of them: what filters, warps or turns a
-// picture reads beyond what is seen. A pixel is hidden where its middle lies in a triangle. Of a row of squares those at
-// its ends are left out; a hidden one between two that are seen is shown. Everything is shown of a mesh that has a fault,
-// of a field of view that is none, of a picture wider than a LensShape tells, and where nothing at all would be.
+// A square is hidden where all its pixels are, and all within kLensMargin of them: code that filters, warps or turns a
+// picture reads beyond the pixels seen. A pixel is hidden where its middle lies in a triangle. A row of squares loses
+// the hidden ones at its ends; a hidden one between two that are seen is shown. Everything is shown where the mesh has a
+// fault, the field of view is none, the picture is wider than a LensShape tells, or nothing at all would be shown.
 LensShape lensShape(const HiddenMesh& mesh, const SpaceEye& eye, uint32_t width, uint32_t height);
 
 constexpr int kLensMargin = 2; // pixels

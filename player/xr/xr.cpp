@@ -117,7 +117,7 @@ OrderedJson spreadJson(const Spread& spread)
             {"max", spread.max}};
 }
 
-// What of each view's pixels is not drawn.
+// Share of each view's pixels that is not drawn.
 std::string maskText(const HeadsetFacts& facts)
 {
     if (!facts.tells_mask)

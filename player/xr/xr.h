@@ -32,7 +32,7 @@ struct XrOptions {
     bool falls_back = false;  // to the window, where no headset can be had
 };
 
-// What one frame of the headset was like.
+// Times and counts of one frame of the headset.
 struct XrFrame {
     uint64_t frame = 0;       // from 1
     int64_t display_time = 0; // of OpenXR's clock, ns
@@ -63,7 +63,7 @@ struct XrSummary {
     std::string place; // file that was written, empty = none
 };
 
-// What runXr() throws where the headset is the reason: another way of showing the model may do.
+// Error of runXr() where the headset is the reason: another way of showing the model may do.
 struct HeadsetError : Error {
     using Error::Error;
 };
@@ -72,7 +72,7 @@ struct HeadsetError : Error {
 // where they or every device that draws are lost; Interrupted; others as the renderer has them.
 XrSummary runXr(const XrOptions& options, Reporter& log);
 
-// What `--info` tells.
+// Facts that `--info` tells.
 HeadsetFacts headsetFacts(const XrOptions& options, Reporter& log);
 OrderedJson headsetJson(const HeadsetFacts& facts); // schemas/xr-info.schema.json
 std::string headsetText(const HeadsetFacts& facts);

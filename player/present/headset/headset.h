@@ -67,7 +67,7 @@ struct HeadsetFrame {
     bool visible = false;     // pictures are wanted
 };
 
-// One hand's controller. What is not there is 0.
+// One hand's controller. A button or stick that it lacks is 0.
 struct HandInput {
     std::optional<SpacePose> grip, aim;  // none: not tracked
     double grab = 0;                     // 0 to 1
@@ -98,7 +98,7 @@ public:
     // Takes what the runtime has to say; begins and ends the session as it wants.
     virtual HeadsetState poll() = 0;
     virtual bool spaceMoved() = 0; // since the last call: poses from before are of another place
-    // Of a view, as the runtime said last. Empty where it hides nothing or says nothing.
+    // Hidden mesh of a view, as the runtime said last. Empty where it hides nothing or says nothing.
     [[nodiscard]] virtual const HiddenMesh& hidden(size_t view) const = 0;
     virtual bool hiddenChanged() = 0; // since the last call
     virtual void requestExit() = 0;   // the session ends as if the person had ended it
@@ -106,14 +106,14 @@ public:
     // A time of OpenXR's clock at which eyes may be located without a frame; 0 where the runtime tells none.
     virtual int64_t now() = 0;
 
-    // Of the functions below: Throws Error(Device) where the runtime or the headset have gone.
+    // All functions below throw Error(Device) where the runtime or the headset have gone.
 
     virtual HeadsetFrame beginFrame() = 0; // waits until the runtime wants the next
     // Eyes at that time, one per view. False: the headset is not tracked, and `eyes` stay what they were. From any thread.
     virtual bool locate(int64_t time, std::vector<SpaceEye>& eyes) = 0;
     virtual HeadsetInput input(int64_t time) = 0;
-    // Of the newest pictures, once: each is copied to where the headset reads, and shown by every endFrame() from then on.
-    // Their memory is read until the next call, or finish().
+    // Takes the newest pictures, once: each is copied to where the headset reads, and shown by every endFrame() from
+    // then on. Their memory is read until the next call, or finish().
     virtual void take(const HeadsetPictures& pictures) = 0;
     virtual void endFrame(bool shows) = 0; // the pictures taken last, if there are some, or nothing
     virtual void finish() = 0;             // waits until no picture is being read

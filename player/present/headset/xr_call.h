@@ -16,7 +16,7 @@ namespace gsc {
 
 // Throws Error, with `what` failed: Unsupported without a runtime or a headset, Device for all else that is no success.
 void checkXr(XrResult result, const char* what);
-// The same of the first calls, where a runtime that fails is one that is not there.
+// As checkXr(), for the first calls: a runtime that fails then counts as one that is not there (Unsupported).
 void checkXrStart(XrResult result, const char* what);
 
 // A structure of OpenXR's that says what it is.

@@ -31,7 +31,7 @@ public:
     void wait() { m_copy->wait(); }
 
     [[nodiscard]] XrSwapchainSubImage image(size_t view) const { return m_chains[view]->image(); }
-    // What the view's layer chains; null where the runtime takes no depths. Lives as long as this.
+    // Depth structure for the view's layer to chain; null where the runtime takes no depths. Lives as long as this.
     [[nodiscard]] const void* depth(size_t view) const { return m_layers.empty() ? nullptr : &m_layers[view]; }
     [[nodiscard]] double copyMs() const { return m_copy->copyMs(); }
 
